@@ -1,0 +1,41 @@
+"""Errors that say what came, what is allowed and what to type."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from difflib import get_close_matches
+
+__all__ = ["InputError", "ScissordynError", "did_you_mean"]
+
+
+class ScissordynError(Exception):
+    """Any error that the package raises on purpose; its text is one line for the user."""
+
+
+class InputError(ScissordynError, ValueError):
+    """Something the user gave cannot be used.
+
+    Parameters
+    ----------
+    what : str
+        What came, with the name it was given under.
+    allowed : str, optional
+        What is allowed in its place.
+    type_this : str, optional
+        An example that the user can type.
+    """
+
+    def __init__(self, what: str, allowed: str = "", type_this: str = "") -> None:
+        parts = [what.rstrip(".")]
+        if allowed:
+            parts.append(f"allowed: {allowed}")
+        if type_this:
+            parts.append(f"type: {type_this}")
+        super().__init__("; ".join(parts))
+        self.what, self.allowed, self.type_this = what, allowed, type_this
+
+
+def did_you_mean(name: str, known: Iterable[str]) -> str:
+    """The known name nearest to `name`, as a question to append to a message, or nothing."""
+    near = get_close_matches(name, list(known), n=1, cutoff=0.5)
+    return f" (did you mean '{near[0]}'?)" if near else ""

@@ -1,0 +1,91 @@
+"""What a law may know about the joint it acts in, and what a law is."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import ClassVar, Protocol, runtime_checkable
+
+from scissordyn.laws.material import Material
+
+__all__ = ["PARAMETERS", "Damping", "Elastic", "Friction", "JointContact"]
+
+PARAMETERS = 16
+"""Width of one law's row of numbers in the parameter tables that kernels read."""
+
+
+@dataclass(frozen=True)
+class JointContact:
+    """The two surfaces of a revolute joint with clearance, as the laws see them.
+
+    Parameters
+    ----------
+    clearance : float
+        Radial clearance c = R_B - R_J [m].
+    journal_radius : float
+        R_J [m].
+    length : float
+        Bearing length L_b [m].
+    journal, bearing : Material
+        Materials of the two surfaces.
+    """
+
+    clearance: float
+    journal_radius: float
+    length: float
+    journal: Material
+    bearing: Material
+
+    @property
+    def bearing_radius(self) -> float:
+        """R_B = R_J + c [m]."""
+        return self.journal_radius + self.clearance
+
+    @property
+    def compliance(self) -> float:
+        """(1-nu^2)/E summed over both surfaces, 1/E* [1/Pa]."""
+        return self.journal.compliance + self.bearing.compliance
+
+    @property
+    def modulus(self) -> float:
+        """Contact modulus E* [Pa]."""
+        return 1.0 / self.compliance
+
+
+@runtime_checkable
+class Elastic(Protocol):
+    """An elastic part: force against indentation."""
+
+    name: ClassVar[str]
+    tag: ClassVar[int]
+    source: ClassVar[str]
+
+    def parameters(self, joint: JointContact) -> tuple[float, ...]:
+        """The numbers that the kernel reads, at most `PARAMETERS` of them."""
+
+
+@runtime_checkable
+class Damping(Protocol):
+    """A damping part: what it makes of the elastic force."""
+
+    name: ClassVar[str]
+    tag: ClassVar[int]
+    source: ClassVar[str]
+
+    def parameters(self, joint: JointContact) -> tuple[float, ...]:
+        """The numbers that the kernel reads, at most `PARAMETERS` of them."""
+
+
+@runtime_checkable
+class Friction(Protocol):
+    """A friction law: tangential force against slip speed, normal force and hidden states."""
+
+    name: ClassVar[str]
+    tag: ClassVar[int]
+    source: ClassVar[str]
+    states: ClassVar[tuple[str, ...]]
+    """Names of the hidden states, empty for a law without memory."""
+    stiff: ClassVar[bool]
+    """Whether the law makes the equations of motion stiff."""
+
+    def parameters(self, joint: JointContact) -> tuple[float, ...]:
+        """The numbers that the kernel reads, at most `PARAMETERS` of them."""

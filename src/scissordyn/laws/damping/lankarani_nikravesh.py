@@ -1,0 +1,38 @@
+"""Lankarani and Nikravesh's damping factor."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Annotated, ClassVar
+
+from scissordyn.laws.contact import JointContact
+from scissordyn.laws.damping import proportional
+from scissordyn.units import Quantity, check_quantities
+
+__all__ = ["LankaraniNikravesh"]
+
+
+@dataclass(frozen=True)
+class LankaraniNikravesh:
+    r"""Damping that returns the nominal restitution for nearly elastic contacts.
+
+    .. math:: \xi = \tfrac{3}{4} (1 - c_e^2)
+    """
+
+    restitution: Annotated[float, Quantity("1", minimum=0.0, maximum=1.0, help="restitution coefficient c_e")] = 0.9
+
+    name: ClassVar[str] = "lankarani-nikravesh"
+    tag: ClassVar[int] = proportional.TAG
+    source: ClassVar[str] = "Lankarani, Nikravesh 1990, doi:10.1115/1.2912617"
+
+    def __post_init__(self) -> None:
+        check_quantities(self)
+
+    @property
+    def factor(self) -> float:
+        """xi [1]."""
+        return 0.75 * (1.0 - self.restitution**2)
+
+    def parameters(self, joint: JointContact) -> tuple[float, ...]:
+        """xi [1]."""
+        return (self.factor,)

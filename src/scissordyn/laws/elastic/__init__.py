@@ -1,0 +1,1 @@
+"""Elastic parts of the normal force: force against indentation."""

@@ -1,0 +1,35 @@
+"""Hertz's contact, in the sphere form that the clearance-joint literature uses."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import ClassVar
+
+from scissordyn.jit import kernel
+from scissordyn.laws.contact import JointContact
+
+__all__ = ["Hertz", "force"]
+
+
+@dataclass(frozen=True)
+class Hertz:
+    r"""A ball of the journal's radius in a ball-shaped socket of the bearing's radius.
+
+    .. math:: F = K \delta^{3/2},\quad K = \frac{4}{3} E^* \sqrt{\frac{R_B R_J}{R_B - R_J}}
+    """
+
+    name: ClassVar[str] = "hertz"
+    tag: ClassVar[int] = 1
+    source: ClassVar[str] = "Hertz 1881; for a journal in a bearing: Flores et al. 2006, doi:10.1007/s11044-006-9028-0"
+
+    def parameters(self, joint: JointContact) -> tuple[float, ...]:
+        """K [N/m^1.5]."""
+        curvature = joint.bearing_radius * joint.journal_radius / joint.clearance
+        return (4.0 / 3.0 * joint.modulus * math.sqrt(curvature),)
+
+
+@kernel()
+def force(delta, p):
+    """Force [N] at indentation delta > 0 [m]."""
+    return p[0] * delta * math.sqrt(delta)

@@ -1,0 +1,1 @@
+"""Friction: tangential force against slip speed, normal force and hidden states."""

@@ -1,0 +1,51 @@
+"""Ambrosio's modified Coulomb friction."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Annotated, ClassVar
+
+from scissordyn.errors import InputError
+from scissordyn.jit import kernel
+from scissordyn.laws.contact import JointContact
+from scissordyn.units import Quantity, check_quantities
+
+__all__ = ["Ambrosio", "force"]
+
+
+@dataclass(frozen=True)
+class Ambrosio:
+    r"""Coulomb friction whose sign change is a ramp between two slip speeds.
+
+    .. math:: F_t = \mu c_d F_n \operatorname{sgn} v,\quad c_d = \min(1, \max(0, (|v|-v_0)/(v_1-v_0)))
+    """
+
+    kinetic: Annotated[float, Quantity("1", above=0.0, help="friction coefficient mu")] = 0.05
+    dead_speed: Annotated[float, Quantity("m/s", minimum=0.0, help="v_0, below which there is no friction")] = 1e-4
+    full_speed: Annotated[float, Quantity("m/s", above=0.0, help="v_1, above which friction is Coulomb's")] = 1e-3
+
+    name: ClassVar[str] = "ambrosio"
+    tag: ClassVar[int] = 2
+    source: ClassVar[str] = "Ambrosio 2003, doi:10.1023/A:1022969922942"
+    states: ClassVar[tuple[str, ...]] = ()
+    stiff: ClassVar[bool] = True
+
+    def __post_init__(self) -> None:
+        check_quantities(self)
+        if self.full_speed <= self.dead_speed:
+            raise InputError(
+                f"Ambrosio: full_speed = {self.full_speed:g} m/s not above dead_speed = {self.dead_speed:g} m/s",
+                "full_speed > dead_speed",
+            )
+
+    def parameters(self, joint: JointContact) -> tuple[float, ...]:
+        """mu, v_0, v_1."""
+        return self.kinetic, self.dead_speed, self.full_speed
+
+
+@kernel()
+def force(v, normal, p):
+    """Tangential force [N] at slip speed v [m/s]."""
+    ramp = min(1.0, max(0.0, (abs(v) - p[1]) / (p[2] - p[1])))
+    return math.copysign(p[0] * ramp * normal, v)

@@ -1,0 +1,25 @@
+"""No friction."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+from scissordyn.laws.contact import JointContact
+
+__all__ = ["NoFriction"]
+
+
+@dataclass(frozen=True)
+class NoFriction:
+    """Two surfaces that slide freely: F_t = 0."""
+
+    name: ClassVar[str] = "none"
+    tag: ClassVar[int] = 0
+    source: ClassVar[str] = "definition"
+    states: ClassVar[tuple[str, ...]] = ()
+    stiff: ClassVar[bool] = False
+
+    def parameters(self, joint: JointContact) -> tuple[float, ...]:
+        """Nothing."""
+        return ()

@@ -1,0 +1,119 @@
+"""Rigid bodies, bars and point masses."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Annotated
+
+from scissordyn.errors import InputError
+from scissordyn.units import Quantity, check_quantities
+
+__all__ = ["GROUND", "Body", "Point", "bar", "point_mass"]
+
+GROUND = "ground"
+"""Name under which joints refer to the fixed frame."""
+
+Point = tuple[float, float]
+
+
+@dataclass(frozen=True)
+class Body:
+    """A rigid body, with named points in its own frame and a first guess of where it is.
+
+    Parameters
+    ----------
+    name : str
+        Name, unique in the mechanism.
+    mass : float
+        Mass [kg].
+    inertia : float or None
+        Moment of inertia about the mass centre [kg m^2]; None for a body that does not rotate: a point mass,
+        or a block kept upright by its guide.
+    points : mapping of str to (float, float)
+        Points that joints refer to, in the body's frame [m].
+    centre : (float, float)
+        Mass centre in the body's frame [m].
+    position : (float, float)
+        Where the origin of the body's frame is at the start [m].
+    angle : float
+        Direction of the body's x axis at the start [rad].
+    velocity : (float, float)
+        Velocity of the body's origin at the start [m/s]; what the joints and drives do not prescribe of it is kept.
+    angular_velocity : float
+        Likewise [rad/s].
+    """
+
+    name: str
+    mass: Annotated[float, Quantity("kg", above=0.0, help="mass")]
+    inertia: Annotated[float | None, Quantity("kg m^2", above=0.0, help="moment of inertia about the mass centre")]
+    points: Mapping[str, Point] = field(default_factory=dict)
+    centre: Point = (0.0, 0.0)
+    position: Point = (0.0, 0.0)
+    angle: Annotated[float, Quantity("rad", help="direction at the start")] = 0.0
+    velocity: Point = (0.0, 0.0)
+    angular_velocity: Annotated[float, Quantity("rad/s", help="angular velocity at the start")] = 0.0
+
+    def __post_init__(self) -> None:
+        check_quantities(self)
+        if self.name == GROUND or not self.name:
+            raise InputError(f"body name {self.name!r}", f"any name but '' and '{GROUND}'")
+        pairs = {"centre": self.centre, "position": self.position, "velocity": self.velocity, **self.points}
+        for label, pair in pairs.items():
+            if len(pair) != 2 or not all(math.isfinite(x) for x in pair):
+                raise InputError(f"body '{self.name}': {label} = {pair!r}", "two finite numbers")
+
+    @property
+    def rotates(self) -> bool:
+        """Whether the body has an angle of its own."""
+        return self.inertia is not None
+
+    def place(self, point: str) -> Point:
+        """Where a named point is at the start [m]."""
+        x, y = self.points[point]
+        cos, sin = math.cos(self.angle), math.sin(self.angle)
+        return self.position[0] + cos * x - sin * y, self.position[1] + sin * x + cos * y
+
+
+def bar(
+    name: str, *, length: float, mass: float, position: Point = (0.0, 0.0), angle: float = 0.0, inertia: float | None = None
+) -> Body:
+    """A straight bar with points "start", "middle" and "end"; uniform unless its inertia is given.
+
+    Parameters
+    ----------
+    name : str
+    length : float
+        Length [m].
+    mass : float
+        Mass [kg].
+    position : (float, float)
+        Where its start is [m].
+    angle : float
+        Its direction from start to end [rad].
+    inertia : float, optional
+        About its middle [kg m^2]; m L^2/12 if not given.
+
+    Returns
+    -------
+    Body
+    """
+    if not (math.isfinite(length) and length > 0.0):
+        raise InputError(f"bar '{name}': length = {length!r}", "a finite number > 0 [m]")
+    middle = (0.5 * length, 0.0)
+    uniform = mass * length**2 / 12.0
+    return Body(
+        name=name,
+        mass=mass,
+        inertia=uniform if inertia is None else inertia,
+        points={"start": (0.0, 0.0), "middle": middle, "end": (length, 0.0)},
+        centre=middle,
+        position=position,
+        angle=angle,
+    )
+
+
+def point_mass(name: str, *, mass: float, position: Point = (0.0, 0.0)) -> Body:
+    """A body without rotation and with one point, "centre"."""
+    return Body(name=name, mass=mass, inertia=None, points={"centre": (0.0, 0.0)}, position=position)

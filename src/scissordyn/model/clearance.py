@@ -1,0 +1,66 @@
+"""How loose a revolute joint is and how its surfaces meet."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Annotated
+
+from scissordyn.errors import InputError
+from scissordyn.laws.contact import Damping, Elastic, Friction, JointContact
+from scissordyn.laws.damping.flores import Flores
+from scissordyn.laws.elastic.liu import Liu
+from scissordyn.laws.friction.none import NoFriction
+from scissordyn.laws.material import STEEL, Material
+from scissordyn.units import Quantity, check_quantities
+
+__all__ = ["Clearance"]
+
+
+@dataclass(frozen=True)
+class Clearance:
+    """A loose revolute joint: a journal smaller than its bearing by the radial clearance.
+
+    Parameters
+    ----------
+    clearance : float
+        Radial clearance c = R_B - R_J [m].
+    journal_radius : float
+        R_J [m]; it is held fixed when the clearance is varied.
+    bearing_length : float
+        L_b [m].
+    material : Material
+        Material of the journal, and of the bearing unless that is given.
+    bearing_material : Material, optional
+    stiffness : elastic law
+    damping : damping law
+    friction : friction law
+    """
+
+    clearance: Annotated[float, Quantity("m", above=0.0, help="radial clearance R_B - R_J")]
+    journal_radius: Annotated[float, Quantity("m", above=0.0, help="radius of the journal")] = 10e-3
+    bearing_length: Annotated[float, Quantity("m", above=0.0, help="axial length of the bearing")] = 15e-3
+    material: Material = STEEL
+    bearing_material: Material | None = None
+    stiffness: Elastic = field(default_factory=Liu)
+    damping: Damping = field(default_factory=Flores)
+    friction: Friction = field(default_factory=NoFriction)
+
+    def __post_init__(self) -> None:
+        check_quantities(self)
+        if self.clearance >= self.journal_radius:
+            raise InputError(
+                f"clearance = {self.clearance:g} m with journal_radius = {self.journal_radius:g} m",
+                "a clearance smaller than the journal radius",
+                f"clearance = '{min(0.05 * self.journal_radius, 5e-4) * 1e3:g} mm'",
+            )
+
+    @property
+    def contact(self) -> JointContact:
+        """The two surfaces as the laws see them."""
+        return JointContact(
+            clearance=self.clearance,
+            journal_radius=self.journal_radius,
+            length=self.bearing_length,
+            journal=self.material,
+            bearing=self.material if self.bearing_material is None else self.bearing_material,
+        )

@@ -1,0 +1,70 @@
+"""Joints between bodies, and guides."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Annotated
+
+from scissordyn.errors import InputError
+from scissordyn.model.body import Point
+from scissordyn.model.clearance import Clearance
+from scissordyn.units import Quantity, check_quantities
+
+__all__ = ["BodyPoint", "Guide", "Revolute"]
+
+BodyPoint = tuple[str, str]
+"""A body's name and the name of one of its points; the body may be "ground"."""
+
+
+@dataclass(frozen=True)
+class Revolute:
+    """A pin between two bodies, ideal unless it has a clearance.
+
+    Parameters
+    ----------
+    name : str
+    journal : (str, str)
+        Body and point that carry the journal.
+    bearing : (str, str)
+        Body and point that carry the bearing.
+    clearance : Clearance, optional
+        How loose the joint is; None for an ideal one.
+    """
+
+    name: str
+    journal: BodyPoint
+    bearing: BodyPoint
+    clearance: Clearance | None = None
+
+    def __post_init__(self) -> None:
+        if self.journal[0] == self.bearing[0]:
+            raise InputError(f"joint '{self.name}' joins body '{self.journal[0]}' to itself", "two different bodies")
+
+    @property
+    def bodies(self) -> tuple[str, str]:
+        """Names of the two bodies."""
+        return self.journal[0], self.bearing[0]
+
+
+@dataclass(frozen=True)
+class Guide:
+    """A straight, fixed line that a point of a body stays on.
+
+    Parameters
+    ----------
+    name : str
+    follower : (str, str)
+        Body and point that are guided.
+    through : (float, float)
+        A point of the line [m].
+    direction : float
+        Direction of the line [rad].
+    """
+
+    name: str
+    follower: BodyPoint
+    through: Point = (0.0, 0.0)
+    direction: Annotated[float, Quantity("rad", help="direction of the line")] = 0.0
+
+    def __post_init__(self) -> None:
+        check_quantities(self)

@@ -1,0 +1,198 @@
+"""A mechanism: bodies, joints, guides, drives and gravity."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from collections.abc import Iterable
+from dataclasses import dataclass
+from typing import Annotated, Any
+
+from scissordyn.errors import InputError, did_you_mean
+from scissordyn.model.body import GROUND, Body, Point
+from scissordyn.model.clearance import Clearance
+from scissordyn.model.drive import ConstantSpeed, Drive, Motion
+from scissordyn.model.joint import BodyPoint, Guide, Revolute
+from scissordyn.units import Quantity, check_quantities
+
+__all__ = ["Mechanism"]
+
+
+@dataclass(frozen=True)
+class Mechanism:
+    """A planar mechanism as the user describes it. Changing one makes a new one.
+
+    Parameters
+    ----------
+    bodies : tuple of Body
+    joints : tuple of Revolute
+    guides : tuple of Guide
+    drives : tuple of Drive
+    ground : tuple of (str, (float, float))
+        Named points of the fixed frame [m].
+    gravity : float
+        Gravitational acceleration [m/s^2].
+    gravity_direction : float
+        Direction it pulls in [rad]; -pi/2 is along -y.
+    input_body : str
+        The body that `driven` drives unless told otherwise.
+    output_body : str
+        The body whose motion is the mechanism's purpose, such as the slider of an array.
+    """
+
+    bodies: tuple[Body, ...]
+    joints: tuple[Revolute, ...] = ()
+    guides: tuple[Guide, ...] = ()
+    drives: tuple[Drive, ...] = ()
+    ground: tuple[tuple[str, Point], ...] = ()
+    gravity: Annotated[float, Quantity("m/s^2", minimum=0.0, help="gravitational acceleration")] = 9.81
+    gravity_direction: Annotated[float, Quantity("rad", help="direction gravity pulls in")] = -math.pi / 2
+    input_body: str = ""
+    output_body: str = ""
+
+    def __post_init__(self) -> None:
+        check_quantities(self)
+        if not self.bodies:
+            raise InputError("a mechanism without bodies", "at least one body")
+        for what, items in (("body", self.bodies), ("joint", (*self.joints, *self.guides))):
+            _check_unique(what, [item.name for item in items])
+        for joint in self.joints:
+            self._check_point(joint.name, joint.journal)
+            self._check_point(joint.name, joint.bearing)
+        for guide in self.guides:
+            self._check_point(guide.name, guide.follower)
+        driven = [drive.body for drive in self.drives]
+        _check_unique("driven body", driven)
+        for name in (*driven, *filter(None, (self.input_body, self.output_body))):
+            if self.body(name).inertia is None and name in driven:
+                raise InputError(f"drive on body '{name}', which does not rotate", "a body with a moment of inertia")
+
+    def _check_point(self, joint: str, reference: BodyPoint) -> None:
+        body, point = reference
+        points = dict(self.ground) if body == GROUND else self.body(body).points
+        if point not in points:
+            raise InputError(
+                f"joint '{joint}' refers to point '{point}' of body '{body}'{did_you_mean(point, points)}",
+                "one of " + ", ".join(points),
+            )
+
+    def body(self, name: str) -> Body:
+        """The body of that name."""
+        return _named("body", name, self.bodies)
+
+    def joint(self, name: str) -> Revolute:
+        """The revolute joint of that name."""
+        return _named("joint", name, self.joints)
+
+    def place(self, reference: BodyPoint) -> Point:
+        """Where a point of a body or of the ground is at the start [m]."""
+        body, point = reference
+        return dict(self.ground)[point] if body == GROUND else self.body(body).place(point)
+
+    @property
+    def loose(self) -> tuple[Revolute, ...]:
+        """The joints with clearance, in order."""
+        return tuple(joint for joint in self.joints if joint.clearance is not None)
+
+    @property
+    def ideal(self) -> tuple[Revolute, ...]:
+        """The joints without clearance, in order."""
+        return tuple(joint for joint in self.joints if joint.clearance is None)
+
+    def loosen(self, joint: str, clearance: Clearance) -> Mechanism:
+        """The same mechanism with a clearance at one joint.
+
+        Parameters
+        ----------
+        joint : str
+            Name of a revolute joint.
+        clearance : Clearance
+
+        Returns
+        -------
+        Mechanism
+        """
+        return self._with_joint(dataclasses.replace(self.joint(joint), clearance=clearance))
+
+    def tighten(self, *joints: str) -> Mechanism:
+        """The same mechanism with ideal joints, all of them if none is named."""
+        names = joints or tuple(joint.name for joint in self.loose)
+        tight = self
+        for name in names:
+            tight = tight._with_joint(dataclasses.replace(self.joint(name), clearance=None))
+        return tight
+
+    def driven(self, motion: Motion | None = None, *, speed: float | None = None, body: str = "") -> Mechanism:
+        """The same mechanism with a body driven, in place of any drive that the body had.
+
+        Parameters
+        ----------
+        motion : ConstantSpeed, Harmonic or TableMotion, optional
+            The prescribed angle.
+        speed : float, optional
+            Short for a `ConstantSpeed` [rad/s].
+        body : str, optional
+            Which body; the mechanism's input body if not given.
+
+        Returns
+        -------
+        Mechanism
+        """
+        if (motion is None) == (speed is None):
+            raise InputError("driven() with both or neither of motion and speed", "one of them", "driven(speed=rpm(150))")
+        chosen = body or self.input_body
+        if not chosen:
+            raise InputError("driven() without a body, on a mechanism without an input body", "driven(..., body=NAME)")
+        drive = Drive(chosen, ConstantSpeed(speed) if motion is None else motion)  # type: ignore[arg-type]
+        others = tuple(other for other in self.drives if other.body != chosen)
+        return dataclasses.replace(self, drives=(*others, drive))
+
+    def replace(self, path: str, value: Any) -> Mechanism:
+        """The same mechanism with one value changed.
+
+        Parameters
+        ----------
+        path : str
+            A field of the mechanism ("gravity"), or a joint and a field of its clearance ("A.clearance",
+            "A.friction", "A.damping.restitution").
+        value
+            What to put there.
+
+        Returns
+        -------
+        Mechanism
+        """
+        names = {field.name for field in dataclasses.fields(self)}
+        if path in names:
+            return dataclasses.replace(self, **{path: value})
+        joint, _, inner = path.partition(".")
+        loose = self.joint(joint)
+        if loose.clearance is None or not inner:
+            raise InputError(f"replace({path!r})", "JOINT.FIELD of a loose joint, or one of " + ", ".join(sorted(names)))
+        return self._with_joint(dataclasses.replace(loose, clearance=_replace_inside(loose.clearance, inner, value)))
+
+    def _with_joint(self, changed: Revolute) -> Mechanism:
+        joints = tuple(changed if joint.name == changed.name else joint for joint in self.joints)
+        return dataclasses.replace(self, joints=joints)
+
+
+def _named(what: str, name: str, items: Iterable[Any]) -> Any:
+    found = {item.name: item for item in items}
+    if name not in found:
+        raise InputError(f"{what} '{name}'{did_you_mean(name, found)}", "one of " + (", ".join(found) or "none"))
+    return found[name]
+
+
+def _check_unique(what: str, names: list[str]) -> None:
+    twice = sorted({name for name in names if names.count(name) > 1})
+    if twice:
+        raise InputError(f"{what} '{twice[0]}' given {names.count(twice[0])} times", "each name once")
+
+
+def _replace_inside(described: Any, path: str, value: Any) -> Any:
+    name, _, rest = path.partition(".")
+    names = [field.name for field in dataclasses.fields(described)]
+    if name not in names:
+        raise InputError(f"no field '{name}' in {type(described).__name__}{did_you_mean(name, names)}", ", ".join(names))
+    inner = _replace_inside(getattr(described, name), rest, value) if rest else value
+    return dataclasses.replace(described, **{name: inner})

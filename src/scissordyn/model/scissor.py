@@ -1,0 +1,87 @@
+"""Arrays of scissor-like elements."""
+
+from __future__ import annotations
+
+import math
+from typing import Literal
+
+from scissordyn.errors import InputError
+from scissordyn.model.body import GROUND, bar, point_mass
+from scissordyn.model.joint import Guide, Revolute
+from scissordyn.model.mechanism import Mechanism
+
+__all__ = ["scissor"]
+
+
+def scissor(
+    *,
+    units: int = 2,
+    bar_length: float = 2.0,
+    bar_mass: float = 5.68,
+    slider_mass: float = 5.0,
+    angle: float = math.pi / 6,
+    gravity: float = 9.81,
+    gravity_direction: float = -math.pi / 2,
+    reading: Literal["A", "B"] = "A",
+) -> Mechanism:
+    """A straight array of equal scissor units along x, pinned at the origin, with a slider on the y axis.
+
+    Parameters
+    ----------
+    units : int
+        Number of units N >= 1; each is two bars pivoted at their middles.
+    bar_length, bar_mass, slider_mass : float
+        L [m], m [kg], m_s [kg].
+    angle : float
+        Half opening angle th_0 at the start [rad], between 0 and pi/2 and different from both.
+    gravity, gravity_direction : float
+        Acceleration [m/s^2] and direction [rad].
+    reading : {"A", "B"}
+        "A": bar 1 is pinned to the ground and driven, the journal of joint A is the end of bar 2.
+        "B": bar 2 is pinned to the ground and free, bar 1 is driven and its end is the journal of joint A.
+
+    Returns
+    -------
+    Mechanism
+        Bodies "unit 1/bar 1", "unit 1/bar 2", ... and "slider"; joints "O" (ground pin), "A" (slider),
+        "unit 1/pivot", ... and "unit 1/upper", "unit 1/lower" between units 1 and 2; guide "guide".
+    """
+    if isinstance(units, bool) or not isinstance(units, int) or units < 1:
+        raise InputError(f"units = {units!r}", "a whole number >= 1")
+    if reading not in ("A", "B"):
+        raise InputError(f"reading = {reading!r}", '"A" or "B"')
+    if not (math.isfinite(angle) and 0.0 < angle < 0.5 * math.pi):
+        raise InputError(
+            f"angle = {math.degrees(angle):g} deg, at which the array cannot be assembled",
+            "an angle above 0 and below 90 deg",
+            "angle = '30 deg'",
+        )
+    pinned, coupler = (1, 2) if reading == "A" else (2, 1)
+    lean = {1: angle, 2: -angle}
+    height = bar_length * math.sin(angle) * (1.0 if reading == "A" else -1.0)
+    width = bar_length * math.cos(angle)
+
+    bodies, joints = [], []
+    for unit in range(1, units + 1):
+        starts = {pinned: ((unit - 1) * width, 0.0), coupler: ((unit - 1) * width, height)}
+        for number in (1, 2):
+            name = f"unit {unit}/bar {number}"
+            bodies.append(bar(name, length=bar_length, mass=bar_mass, position=starts[number], angle=lean[number]))
+        joints.append(Revolute(f"unit {unit}/pivot", (f"unit {unit}/bar 1", "middle"), (f"unit {unit}/bar 2", "middle")))
+        if unit < units:
+            for place, here, there in (("upper", 1, 2), ("lower", 2, 1)):
+                ends = (f"unit {unit}/bar {here}", "end"), (f"unit {unit + 1}/bar {there}", "start")
+                joints.append(Revolute(f"unit {unit}/{place}", *ends))
+    bodies.append(point_mass("slider", mass=slider_mass, position=(0.0, height)))
+    joints.insert(0, Revolute("O", (f"unit 1/bar {pinned}", "start"), (GROUND, "origin")))
+    joints.insert(1, Revolute("A", (f"unit 1/bar {coupler}", "start"), ("slider", "centre")))
+    return Mechanism(
+        bodies=tuple(bodies),
+        joints=tuple(joints),
+        guides=(Guide("guide", ("slider", "centre"), direction=0.5 * math.pi),),
+        ground=(("origin", (0.0, 0.0)),),
+        gravity=gravity,
+        gravity_direction=gravity_direction,
+        input_body="unit 1/bar 1",
+        output_body="slider",
+    )

@@ -1,0 +1,97 @@
+"""Units at the edge: how a field declares its unit and bounds, and how they are checked.
+
+Inside the package every number is SI and every angle is in radians.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, fields
+from functools import cache
+from typing import Annotated, Any, get_args, get_origin, get_type_hints
+
+from scissordyn.errors import InputError
+
+__all__ = ["Quantity", "check_quantities", "degrees", "quantities", "rpm"]
+
+
+def degrees(angle: float) -> float:
+    """An angle in degrees as radians [rad]."""
+    return math.radians(angle)
+
+
+def rpm(speed: float) -> float:
+    """A speed in turns per minute as angular velocity [rad/s]."""
+    return speed * 2.0 * math.pi / 60.0
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """What an annotated number means: its unit, its bounds, and one line of help.
+
+    Used as ``Annotated[float, Quantity("m", above=0.0, help="radial clearance")]``.
+
+    Parameters
+    ----------
+    unit : str
+        SI unit as the user reads it; "1" for a pure number.
+    above, below : float, optional
+        Open bounds.
+    minimum, maximum : float, optional
+        Closed bounds.
+    help : str
+        One line that says what the number is.
+    """
+
+    unit: str
+    above: float | None = None
+    below: float | None = None
+    minimum: float | None = None
+    maximum: float | None = None
+    help: str = ""
+
+    @property
+    def allowed(self) -> str:
+        """The bounds in words, e.g. ``a number > 0 [m]``."""
+        bounds = [
+            f"{sign} {bound:g}"
+            for sign, bound in ((">", self.above), (">=", self.minimum), ("<", self.below), ("<=", self.maximum))
+            if bound is not None
+        ]
+        number = " and ".join(bounds)
+        return f"a finite number {number}".rstrip() + ("" if self.unit == "1" else f" [{self.unit}]")
+
+    def admits(self, value: float) -> bool:
+        """Whether `value` is a finite number inside the bounds."""
+        return (
+            math.isfinite(value)
+            and (self.above is None or value > self.above)
+            and (self.below is None or value < self.below)
+            and (self.minimum is None or value >= self.minimum)
+            and (self.maximum is None or value <= self.maximum)
+        )
+
+
+@cache
+def quantities(described: type) -> dict[str, Quantity]:
+    """The quantities that the annotated fields of a dataclass declare, by field name."""
+    found = {}
+    for name, hint in get_type_hints(described, include_extras=True).items():
+        for layer in (hint, *get_args(hint)):
+            if get_origin(layer) is Annotated:
+                found.update({name: extra for extra in get_args(layer)[1:] if isinstance(extra, Quantity)})
+    return found
+
+
+def check_quantities(instance: Any) -> None:
+    """Raise `InputError` for the first field of a dataclass instance outside its declared bounds."""
+    declared = quantities(type(instance))
+    for field in fields(instance):
+        value = getattr(instance, field.name)
+        if field.name not in declared or value is None:
+            continue
+        quantity = declared[field.name]
+        if isinstance(value, bool) or not isinstance(value, int | float) or not quantity.admits(float(value)):
+            raise InputError(
+                f"{type(instance).__name__}: {field.name} = {value!r}", f"{field.name} must be {quantity.allowed}"
+            )

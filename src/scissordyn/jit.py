@@ -13,13 +13,16 @@ import sys
 import tempfile
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
+from typing import Any, get_args, get_type_hints
 
 import numba
+import numpy as np
+from numba import types
 from numba.core import config
+from numba.extending import intrinsic
 from platformdirs import user_cache_path
 
-__all__ = ["CACHE_FOLDER", "KERNEL_ROOMS", "kernel", "source_digest"]
+__all__ = ["CACHE_FOLDER", "KERNEL_ROOMS", "Handle", "kernel", "opener", "source_digest"]
 
 KERNEL_ROOMS = ("laws", "control", "mechanics", "integrate")
 KEPT_GENERATIONS = 4
@@ -54,16 +57,16 @@ def _cache_folder() -> Path:
 CACHE_FOLDER = _cache_folder()
 
 
-def kernel(*signature: Any, **options: Any) -> Callable[[Callable[..., Any]], Any]:
+def kernel(*, inline: bool = False) -> Callable[[Callable[..., Any]], Any]:
     """Compile a function to machine code, kept on disk under `CACHE_FOLDER`.
+
+    The function must not allocate: reference counts are switched off, which makes a kernel several times faster, and numba
+    refuses to compile an allocation then.
 
     Parameters
     ----------
-    *signature
-        An explicit numba signature, for functions that others call through a typed pointer; without one
-        the function is compiled for the types of its first call.
-    **options
-        Passed to `numba.njit`.
+    inline : bool
+        Make it part of every caller, for small functions that are handed large tuples of arrays.
 
     Returns
     -------
@@ -74,8 +77,73 @@ def kernel(*signature: Any, **options: Any) -> Callable[[Callable[..., Any]], An
         before = config.CACHE_DIR
         config.CACHE_DIR = str(CACHE_FOLDER)
         try:
-            return numba.njit(*signature, cache=True, error_model="numpy", **options)(function)
+            return numba.njit(cache=True, error_model="numpy", _nrt=False, forceinline=inline)(function)
         finally:
             config.CACHE_DIR = before
 
     return compile_later
+
+
+class Handle:
+    """A tuple of arrays in memory, handed to kernels as one address instead of hundreds of machine words.
+
+    Parameters
+    ----------
+    content : NamedTuple
+        The arrays; they stay alive as long as the handle.
+    store : compiled function
+        What `opener` returned for the tuple's class.
+
+    Attributes
+    ----------
+    address : int
+        What kernels get.
+    """
+
+    def __init__(self, content: Any, store: Any) -> None:
+        self.content = content
+        self._memory = np.zeros(16 * (1 + sum(getattr(part, "ndim", 0) + 4 for part in content)), np.int64)
+        self.address = int(self._memory.ctypes.data)
+        store(self.address, content)
+
+
+def opener(described: type) -> tuple[Any, Any]:
+    """Functions that open a `Handle` inside a kernel, and that fill one.
+
+    Parameters
+    ----------
+    described : NamedTuple class
+        Each field annotated `int`, or ``Annotated[ndarray, numba array type]``.
+
+    Returns
+    -------
+    load : intrinsic
+        From an address to the tuple, for kernels.
+    store : compiled function
+        Writes a tuple to an address.
+    """
+    hints = get_type_hints(described, include_extras=True)
+    members = [types.int64 if hint is int else get_args(hint)[1] for hint in hints.values()]
+    layout = types.NamedTuple(members, described)
+
+    @intrinsic
+    def load(typing_context, address):  # type: ignore[no-untyped-def]
+        def generate(context, builder, signature, arguments):  # type: ignore[no-untyped-def]
+            pointer = builder.inttoptr(arguments[0], context.get_value_type(layout).as_pointer())
+            return builder.load(pointer)
+
+        return layout(types.int64), generate
+
+    @intrinsic
+    def write(typing_context, address, content):  # type: ignore[no-untyped-def]
+        def generate(context, builder, signature, arguments):  # type: ignore[no-untyped-def]
+            pointer = builder.inttoptr(arguments[0], context.get_value_type(layout).as_pointer())
+            builder.store(arguments[1], pointer)
+            return context.get_dummy_value()
+
+        return types.void(types.int64, layout), generate
+
+    def store(address, content):  # type: ignore[no-untyped-def]
+        write(address, content)
+
+    return load, numba.njit(types.void(types.int64, layout))(store)

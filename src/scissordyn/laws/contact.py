@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import ClassVar, Protocol, runtime_checkable
+from typing import ClassVar, Literal, Protocol, runtime_checkable
 
 from scissordyn.laws.material import Material
 
@@ -58,6 +58,12 @@ class Elastic(Protocol):
     name: ClassVar[str]
     tag: ClassVar[int]
     source: ClassVar[str]
+    small_contact: ClassVar[bool]
+    """Whether the law takes the contact patch for small against the radii."""
+    materials: ClassVar[Literal["any", "same", "steel"]]
+    """What journal and bearing must be made of: anything, one material, or steel."""
+    caveat: ClassVar[str]
+    """What the user must know before believing the numbers, empty for nothing."""
 
     def parameters(self, joint: JointContact) -> tuple[float, ...]:
         """The numbers that the kernel reads, at most `PARAMETERS` of them."""
@@ -70,6 +76,8 @@ class Damping(Protocol):
     name: ClassVar[str]
     tag: ClassVar[int]
     source: ClassVar[str]
+    restitution_range: ClassVar[tuple[float, float] | None]
+    """Restitution coefficients for which the source offers the law; None where it has no restitution or claims nothing."""
 
     def parameters(self, joint: JointContact) -> tuple[float, ...]:
         """The numbers that the kernel reads, at most `PARAMETERS` of them."""

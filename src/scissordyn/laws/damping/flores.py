@@ -24,6 +24,7 @@ class Flores:
     name: ClassVar[str] = "flores"
     tag: ClassVar[int] = proportional.TAG
     source: ClassVar[str] = "Flores et al. 2011, doi:10.1007/s11044-010-9237-4"
+    restitution_range: ClassVar[tuple[float, float] | None] = (0.0, 1.0)
 
     def __post_init__(self) -> None:
         check_quantities(self)

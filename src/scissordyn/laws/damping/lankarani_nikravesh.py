@@ -24,6 +24,7 @@ class LankaraniNikravesh:
     name: ClassVar[str] = "lankarani-nikravesh"
     tag: ClassVar[int] = proportional.TAG
     source: ClassVar[str] = "Lankarani, Nikravesh 1990, doi:10.1115/1.2912617"
+    restitution_range: ClassVar[tuple[float, float] | None] = None
 
     def __post_init__(self) -> None:
         check_quantities(self)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import ClassVar, Literal
 
 from scissordyn.jit import kernel
 from scissordyn.laws.contact import JointContact
@@ -22,6 +22,9 @@ class Hertz:
     name: ClassVar[str] = "hertz"
     tag: ClassVar[int] = 1
     source: ClassVar[str] = "Hertz 1881; for a journal in a bearing: Flores et al. 2006, doi:10.1007/s11044-006-9028-0"
+    small_contact: ClassVar[bool] = True
+    materials: ClassVar[Literal["any", "same", "steel"]] = "any"
+    caveat: ClassVar[str] = ""
 
     def parameters(self, joint: JointContact) -> tuple[float, ...]:
         """K [N/m^1.5]."""

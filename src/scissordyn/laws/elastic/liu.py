@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import ClassVar, Literal
 
 from scissordyn.jit import kernel
 from scissordyn.laws.contact import JointContact
@@ -21,7 +21,10 @@ class Liu:
 
     name: ClassVar[str] = "liu"
     tag: ClassVar[int] = 0
-    source: ClassVar[str] = "Liu, Zhang, Yang 2007, doi:10.1016/j.mechmachtheory.2006.05.006"
+    source: ClassVar[str] = "Liu, Zhang, Yang 2007, doi:10.1016/j.mechmachtheory.2006.02.006"
+    small_contact: ClassVar[bool] = False
+    materials: ClassVar[Literal["any", "same", "steel"]] = "any"
+    caveat: ClassVar[str] = ""
 
     def parameters(self, joint: JointContact) -> tuple[float, ...]:
         """L_b (pi/2) E* [N/m] and c [m]."""

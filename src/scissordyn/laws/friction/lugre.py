@@ -6,9 +6,10 @@ import math
 from dataclasses import dataclass
 from typing import Annotated, ClassVar
 
-from scissordyn.errors import InputError
 from scissordyn.jit import kernel
 from scissordyn.laws.contact import JointContact
+from scissordyn.laws.friction.coefficients import static_coefficient
+from scissordyn.laws.friction.stribeck import sliding_coefficient
 from scissordyn.units import Quantity, check_quantities
 
 __all__ = ["LuGre", "force", "start"]
@@ -22,7 +23,7 @@ class LuGre:
         z' = v - \sigma_0 \frac{|v|}{g(v)} z,\quad g = \mu_k + (\mu_s - \mu_k) e^{-|v/v_s|^\gamma},\quad
         F_t = F_n (\sigma_0 z + \sigma_1 z' + \sigma_2 v)
 
-    The static coefficient is 1.5 times the kinetic one unless it is given.
+    bristle_deflection z is in m. The static coefficient is 1.5 times the kinetic one unless it is given.
     """
 
     kinetic: Annotated[float, Quantity("1", above=0.0, help="kinetic friction coefficient mu_k")] = 0.05
@@ -41,30 +42,19 @@ class LuGre:
 
     def __post_init__(self) -> None:
         check_quantities(self)
-        if self.static is not None and self.static < self.kinetic:
-            raise InputError(f"LuGre: static = {self.static:g} below kinetic = {self.kinetic:g}", "static >= kinetic")
+        static_coefficient("LuGre", self.kinetic, self.static)
 
     def parameters(self, joint: JointContact) -> tuple[float, ...]:
         """mu_k, mu_s, v_s, gamma, sigma_0, sigma_1, sigma_2."""
-        static = 1.5 * self.kinetic if self.static is None else self.static
         return (
             self.kinetic,
-            static,
+            static_coefficient("LuGre", self.kinetic, self.static),
             self.stribeck_speed,
             self.stribeck_exponent,
             self.bristle_stiffness,
             self.bristle_damping,
             self.viscous,
         )
-
-
-@kernel()
-def sliding_coefficient(v, p):
-    """g(v), the friction coefficient of steady sliding without the viscous part."""
-    s = abs(v) / p[2]
-    # an integer exponent by multiplication: pow costs more than the rest of the law
-    power = s * s if p[3] == 2.0 else s ** p[3]
-    return p[0] + (p[1] - p[0]) * math.exp(-power)
 
 
 @kernel()

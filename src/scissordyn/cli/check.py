@@ -1,0 +1,64 @@
+"""``scissordyn check``: read and assemble a case without running it."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+if TYPE_CHECKING:
+    from scissordyn.model.drive import Motion
+
+__all__ = ["check"]
+
+
+def check(
+    case: Annotated[Path, typer.Argument(help="A case file.")],
+    change: Annotated[
+        list[str] | None,
+        typer.Option("--set", metavar="KEY=VALUE", help="Change a value of the case, as in drive.speed='250 rpm'. Repeatable."),
+    ] = None,
+) -> int:
+    """Read a case, assemble its mechanism and say what would be run."""
+    from scissordyn.cli.show import console
+    from scissordyn.config.file import read_case
+    from scissordyn.mechanics.layout import lay_out
+    from scissordyn.mechanics.system import build_system
+    from scissordyn.simulation.start import prepare_start
+    from scissordyn.simulation.trajectory import automatic_method
+
+    read = read_case(case, change or [])
+    mechanism = read.mechanism
+    layout = lay_out(mechanism)
+    prepare_start(layout, build_system(layout), read.run)
+
+    lines = [
+        f"{case} is a whole case and can be assembled.",
+        f"Mechanism: {len(mechanism.bodies)} bodies, {len(mechanism.ideal)} ideal and {len(mechanism.loose)} loose joints, "
+        f"{layout.free} free coordinates with {len(layout.lengths)} length conditions.",
+    ]
+    lines += [f"Drive of {drive.body}: {_in_words(drive.motion)}." for drive in mechanism.drives]
+    for joint in mechanism.loose:
+        gap = joint.clearance
+        assert gap is not None
+        laws = f"{gap.stiffness.name} stiffness, {gap.damping.name} damping, friction {gap.friction.name}"
+        lines.append(f"Joint {joint.name}: clearance {1e3 * gap.clearance:g} mm, {gap.contact.journal.name}, {laws}.")
+    method = read.run.method if read.run.method != "auto" else f"{automatic_method(mechanism)} (auto)"
+    lines.append(f"Run: {1e3 * read.run.until:g} ms from a {read.run.start} start, {read.run.samples} samples, {method}.")
+    to = console()
+    for line in lines:
+        to.print(line, markup=False)
+    return 0
+
+
+def _in_words(motion: Motion) -> str:
+    from scissordyn.config.quantity import written
+    from scissordyn.model.drive import TableMotion
+    from scissordyn.units import quantities
+
+    if isinstance(motion, TableMotion):
+        return f"a table of {len(motion.times)} instants from {1e3 * motion.times[0]:g} to {1e3 * motion.times[-1]:g} ms"
+    kind: type = type(motion)
+    declared = quantities(kind)
+    return ", ".join(f"{name} {written(getattr(motion, name), quantity.unit)}" for name, quantity in declared.items())

@@ -1,0 +1,76 @@
+"""The entry point, and the one place where errors become one line and an exit status."""
+
+from __future__ import annotations
+
+import os
+import sys
+import traceback
+from collections.abc import Sequence
+
+import typer
+
+from scissordyn.cli.check import check
+from scissordyn.cli.laws import laws
+from scissordyn.cli.new import new
+from scissordyn.cli.run import run as run_case
+from scissordyn.cli.status import BAD_INPUT, BUG, INTERRUPTED
+from scissordyn.errors import ScissordynError
+
+__all__ = ["app", "run", "status_of"]
+
+app = typer.Typer(
+    name="scissordyn",
+    help="Dynamics of deployable scissor structures with loose joints.",
+    add_completion=False,
+    pretty_exceptions_enable=False,
+    rich_markup_mode=None,
+    context_settings={"help_option_names": ["-h", "--help"]},
+)
+app.command("run")(run_case)
+app.command("check")(check)
+app.command("new")(new)
+app.command("laws")(laws)
+
+# typer brings its own copy of click, or uses the one beside it, depending on its version: this is ClickException in both
+USAGE_ERROR: type[Exception] = typer.BadParameter.__mro__[2]
+
+
+def run() -> None:
+    """Run the command line of this process and leave with its exit status."""
+    sys.exit(status_of(sys.argv[1:]))
+
+
+def status_of(arguments: Sequence[str]) -> int:
+    """Run one command.
+
+    Parameters
+    ----------
+    arguments : sequence of str
+        What the user typed after ``scissordyn``.
+
+    Returns
+    -------
+    int
+        0 done, 1 a fault of ours, 2 bad input, 3 the solver gave up, 130 interrupted.
+    """
+    try:
+        return int(app(list(arguments) or ["--help"], standalone_mode=False) or 0)
+    except ScissordynError as error:
+        return _complain(str(error), BAD_INPUT)
+    except USAGE_ERROR as error:
+        return _complain(f"{error.format_message().rstrip('.')}; type: scissordyn --help", BAD_INPUT)  # type: ignore[attr-defined]
+    except (KeyboardInterrupt, typer.Abort):
+        return _complain("interrupted; nothing was saved", INTERRUPTED)
+    except BrokenPipeError:  # the reader of a pipe has gone, as in "scissordyn laws | head"
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return 0
+    except Exception as error:  # nothing but one line may reach the user
+        hint = "" if os.environ.get("SCISSORDYN_TRACEBACK") else "; a fault of scissordyn: SCISSORDYN_TRACEBACK=1 shows where"
+        return _complain(f"{type(error).__name__}: {error}{hint}", BUG)
+
+
+def _complain(text: str, status: int) -> int:
+    if os.environ.get("SCISSORDYN_TRACEBACK"):
+        traceback.print_exc()
+    print("scissordyn: " + " ".join(text.split()), file=sys.stderr)
+    return status

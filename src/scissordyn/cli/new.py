@@ -1,0 +1,17 @@
+"""``scissordyn new``: a case file to start from."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+import typer
+
+__all__ = ["new"]
+
+
+def new(structure: Annotated[str, typer.Argument(help="What to make a case file for: scissor.")] = "scissor") -> int:
+    """Print a commented case file: scissordyn new scissor > case.toml."""
+    from scissordyn.config.template import template
+
+    print(template(structure), end="")
+    return 0

@@ -1,0 +1,97 @@
+"""A run in words and in a table."""
+
+from __future__ import annotations
+
+import json
+import math
+
+import numpy as np
+import xarray as xr
+from rich import box
+from rich.console import Console
+from rich.table import Table
+
+from scissordyn.cli.scale import column, short
+
+__all__ = ["console", "show_events", "show_summary"]
+
+WIDTH = 100
+"""Columns to write where no terminal says how many there are."""
+
+
+def console() -> Console:
+    """Where results are shown: stdout, not narrower than the tables when it is a file or a pipe."""
+    plain = Console(highlight=False, soft_wrap=False)
+    return plain if plain.is_terminal else Console(highlight=False, width=WIDTH)
+
+
+def show_events(run: xr.Dataset, rows: int, to: Console) -> None:
+    """Print the first contacts of a run.
+
+    Parameters
+    ----------
+    run : Dataset
+    rows : int
+        How many contacts to show at most.
+    to : Console
+    """
+    found = run.sizes["contact"]
+    if not found or rows <= 0:
+        return
+    shown = run.isel(contact=slice(0, rows))
+    table = Table(box=box.SIMPLE_HEAD, pad_edge=False, padding=(0, 1))
+    table.add_column("contact", justify="right")
+    table.add_column("joint")
+    columns = [list(map(str, range(1, shown.sizes["contact"] + 1))), shown["contact_joint"].values.tolist()]
+    headings = (
+        ("start", "contact_start", "s", 1.0),
+        ("approach", "approach_speed", "m/s", 1.0),
+        ("angle of n", "contact_angle", "deg", 180.0 / math.pi),
+        ("peak force", "peak_force", "N", 1.0),
+        ("to peak", "peak_time", "s", 1.0),
+        ("duration", "contact_duration", "s", 1.0),
+        ("rebound", "rebound_speed", "m/s", 1.0),
+    )
+    for title, name, unit, factor in headings:
+        unit, texts = column(shown[name].values * factor, unit)
+        table.add_column(f"{title}\n[{unit}]".replace("[", r"\["), justify="right")
+        columns.append(texts)
+    for row in zip(*columns, strict=True):
+        table.add_row(*row)
+    to.print(table)
+    if found > rows:
+        to.print(f"... and {found - rows} more contacts (--events {found} shows all)\n")
+
+
+def show_summary(run: xr.Dataset, to: Console) -> None:
+    """Print a run in one paragraph, and its warnings."""
+    attributes = run.attrs
+    statistics = json.loads(attributes["statistics"])
+    end = float(attributes["end"])
+    parts = [
+        f"{short(end, 's')} simulated in {short(statistics['seconds'], 's')}: {statistics['steps']} steps of "
+        f"{statistics['method']}, {statistics['rejected']} rejected."
+    ]
+    for joint in dict.fromkeys(run["contact_joint"].values.tolist()):
+        here = run.isel(contact=np.flatnonzero(run["contact_joint"].values == joint))
+        lasting = np.where(
+            np.isnan(here["contact_duration"].values), end - here["contact_start"].values, here["contact_duration"].values
+        )
+        highest = int(np.argmax(here["peak_force"].values))
+        when = float(here["contact_start"].values[highest] + here["peak_time"].values[highest])
+        share = float(lasting.sum()) / end if end > 0.0 else 0.0
+        parts.append(
+            f"Joint {joint}: {here.sizes['contact']} contacts, in contact {100.0 * share:.3g} % of the time, "
+            f"largest force {short(float(here['peak_force'].values[highest]), 'N')} at {short(when, 's')}."
+        )
+    if run.sizes["time"]:
+        residual = float(np.abs(run["energy_residual"].values).max())
+        turned_over = max(float(np.ptp(run[name].values)) for name in ("kinetic_energy", "potential_energy", "drive_work"))
+        relative = f", {residual / turned_over:.1e} of the energy turned over" if turned_over > 0.0 else ""
+        parts.append(f"The energy balance closes to {short(residual, 'J')}{relative}.")
+    trusted = float(attributes["trusted_until"])
+    if math.isfinite(trusted):
+        parts.append(f"Trusted until {short(trusted, 's')}, through {attributes['trusted_contacts']} contacts.")
+    to.print(" ".join(parts), markup=False)
+    for warning in json.loads(attributes["warnings"]):
+        to.print(f"Warning: {warning}", markup=False)

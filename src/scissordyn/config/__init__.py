@@ -1,0 +1,1 @@
+"""Case files: TOML with units in, the frozen descriptions of `scissordyn.model` out."""

@@ -1,0 +1,84 @@
+"""Changes to a case before it is read: ``drive.speed=250 rpm``."""
+
+from __future__ import annotations
+
+import copy
+import tomllib
+from collections.abc import Iterable
+from typing import Any
+
+from scissordyn.errors import InputError, did_you_mean
+
+__all__ = ["changed"]
+
+SAMPLE = "--set drive.speed='250 rpm'"
+LAW_KEYS = ("stiffness", "damping", "friction")
+
+
+def changed(tree: dict[str, Any], changes: Iterable[str]) -> dict[str, Any]:
+    """Parsed TOML with some values changed.
+
+    Parameters
+    ----------
+    tree : dict
+        Left as it is.
+    changes : iterable of str
+        Each ``path=value``. The path goes down the tables, through a list by index or by the joint's name
+        (``clearance.A.friction.kinetic``). The value is TOML if it parses as that, else text.
+
+    Returns
+    -------
+    dict
+
+    Raises
+    ------
+    InputError
+        If a change is not of that form, or its path leads nowhere.
+    """
+    new = copy.deepcopy(tree)
+    for change in changes:
+        path, equals, value = change.partition("=")
+        keys = [key.strip() for key in path.split(".")]
+        if not equals or not all(keys):
+            raise InputError(f"--set {change!r}", "a path of keys, an equals sign and a value", SAMPLE)
+        _put(new, keys, _parsed(value.strip()), change)
+    return new
+
+
+def _parsed(text: str) -> Any:
+    try:
+        found = tomllib.loads(f"value = {text}")
+    except tomllib.TOMLDecodeError:
+        return text
+    return found["value"] if len(found) == 1 else text
+
+
+def _put(tree: dict[str, Any], keys: list[str], value: Any, change: str) -> None:
+    place: Any = tree
+    for depth, key in enumerate(keys[:-1]):
+        if isinstance(place, list):
+            place = _item(place, key, change)
+            continue
+        inner = place.setdefault(key, {})
+        if key in LAW_KEYS and isinstance(inner, str):  # "lugre" and { law = "lugre" } are the same
+            inner = place[key] = {"law": inner}
+        if not isinstance(inner, dict | list):
+            raise InputError(
+                f"--set {change!r}: '{'.'.join(keys[: depth + 1])}' has no keys below it", "a path of keys", SAMPLE
+            )
+        place = inner
+    if isinstance(place, list):
+        raise InputError(
+            f"--set {change!r}: '{'.'.join(keys)}' is a whole table", "a key below it", f"--set {'.'.join(keys)}.KEY=VALUE"
+        )
+    place[keys[-1]] = value
+
+
+def _item(items: list[Any], key: str, change: str) -> Any:
+    joints = [str(item.get("joint", "")) for item in items if isinstance(item, dict)]
+    if key.isdecimal() and int(key) < len(items):
+        return items[int(key)]
+    if key in joints:
+        return items[joints.index(key)]
+    known = [name for name in joints if name] + [str(index) for index in range(len(items))]
+    raise InputError(f"--set {change!r}: no '{key}' there{did_you_mean(key, known)}", "one of " + ", ".join(known))

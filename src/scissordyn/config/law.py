@@ -1,0 +1,92 @@
+"""Laws and materials in a case file: a name, a table of parameters, or a function in the user's own file."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from pydantic import PlainValidator, ValidationInfo
+
+from scissordyn.config.table import build
+from scissordyn.errors import InputError, did_you_mean
+from scissordyn.laws import catalogue
+from scissordyn.laws.material import Material
+
+__all__ = ["KINDS", "law_of", "material_of", "read_law"]
+
+KINDS: Mapping[str, Mapping[str, Any]] = {
+    "stiffness": catalogue.ELASTIC,
+    "damping": catalogue.DAMPING,
+    "friction": catalogue.FRICTION,
+}
+"""The catalogue's laws by the key of a case file that chooses among them."""
+
+
+def read_law(given: Any, kind: str, folder: Path, **shorthand: Any) -> Any:
+    """A law from what a case file says.
+
+    Parameters
+    ----------
+    given : str or mapping
+        ``"liu"``, ``{ law = "lugre", kinetic = 0.05 }`` or ``"my_laws.py:soft"``.
+    kind : {"stiffness", "damping", "friction"}
+        What the law is for.
+    folder : Path
+        Folder that a relative file name starts from.
+    **shorthand
+        Parameters given elsewhere in the case file; the law must have them.
+
+    Returns
+    -------
+    elastic, damping or friction law
+    """
+    known = KINDS[kind]
+    sample = f'{kind} = "{next(iter(known))}"'
+    parameters = dict(given) if isinstance(given, Mapping) else {"law": given}
+    name = parameters.pop("law", None)
+    if not isinstance(name, str):
+        raise InputError(f"no name of a {kind} law", ", ".join(known), sample)
+    twice = sorted(parameters.keys() & shorthand.keys())
+    if twice:
+        raise InputError(f"{twice[0]} given twice, for the joint and for its {kind} law", "one of them")
+    parameters.update(shorthand)
+    if ".py:" in name:
+        if parameters:
+            raise InputError(f"parameter '{next(iter(parameters))}' for '{name}'", "parameters in the file itself")
+        return catalogue.from_file(name, kind, folder)
+    if name not in known:
+        raise InputError(f"unknown {kind} law '{name}'{did_you_mean(name, known)}", ", ".join(known), sample)
+    declared = {field.name for field in dataclasses.fields(known[name])}
+    for key in shorthand:
+        if key not in declared:
+            raise InputError(f"{key} given for the joint, but {kind} law '{name}' has none", f"leave out {key}, or another law")
+    return build(known[name], parameters, None)
+
+
+def law_of(kind: str) -> PlainValidator:
+    """For ``Annotated[Elastic, law_of("stiffness")]``: a key whose value is a law."""
+
+    def read(given: Any, info: ValidationInfo) -> Any:
+        return read_law(given, kind, (info.context or {}).get("folder", Path()))
+
+    return PlainValidator(read)
+
+
+def _read_material(given: Any, info: ValidationInfo) -> Material:
+    if isinstance(given, Mapping):
+        material: Material = build(Material, {"name": "custom", **given}, info.context)
+        return material
+    known = catalogue.MATERIALS
+    if not isinstance(given, str) or given not in known:
+        raise InputError(
+            f"unknown material{did_you_mean(str(given), known)}",
+            ", ".join(known) + ", or a table of youngs_modulus, poisson_ratio and density",
+        )
+    named: Material = known[given]
+    return named
+
+
+material_of = PlainValidator(_read_material)
+"""For ``Annotated[Material, material_of]``: a key whose value is a material."""

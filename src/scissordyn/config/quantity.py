@@ -1,0 +1,197 @@
+"""Numbers with units: text in, SI out, and back."""
+
+from __future__ import annotations
+
+import math
+import re
+from functools import cache
+
+import pint
+
+from scissordyn.errors import InputError, did_you_mean
+from scissordyn.units import Quantity
+
+__all__ = ["example", "read_numbers", "read_quantity", "unit_factor", "written"]
+
+PREFIXES = ("giga- = 1e9 = G-", "mega- = 1e6 = M-", "kilo- = 1e3 = k-", "centi- = 1e-2 = c-", "milli- = 1e-3 = m-")
+SMALL_PREFIXES = ("micro- = 1e-6 = µ- = μ- = u-", "nano- = 1e-9 = n-")
+# Pint's own list takes an angle for a pure number: there "0.1 %" is an angle and 1 Hz is 1 rad/s. Here an angle is a
+# dimension of its own, hertz are turns per second, and the list loads twenty times faster.
+UNITS = (
+    "meter = [length] = m = metre",
+    "second = [time] = s",
+    "gram = [mass] = g",
+    "radian = [angle] = rad",
+    "minute = 60 * second = min",
+    "hour = 60 * minute = h",
+    f"degree = {math.pi / 180.0!r} * radian = deg = °",
+    f"turn = {2.0 * math.pi!r} * radian = _ = rev = revolution",
+    "rpm = turn / minute",
+    "hertz = turn / second = Hz",
+    "newton = kilogram * meter / second**2 = N",
+    "pascal = newton / meter**2 = Pa",
+    "joule = newton * meter = J",
+    "watt = joule / second = W",
+    "bar = 1e5 * pascal",
+    "tonne = 1e3 * kilogram = t",
+    "inch = 0.0254 * meter = in = inches",
+    "foot = 12 * inch = ft = feet",
+    "pound = 0.45359237 * kilogram = lb",
+    "pound_force = 4.4482216152605 * newton = lbf",
+    "psi = pound_force / inch**2",
+)
+KNOWN_UNITS = tuple(
+    "m mm cm km um s ms us min h kg g t rad deg turn rpm Hz N kN Pa kPa MPa GPa J W in ft lb lbf psi bar".split()
+)
+"""What a mistyped unit may have been meant to be."""
+
+FAMILIAR = {
+    "m": ("m", "mm"),
+    "s": ("s", "ms"),
+    "m/s": ("m/s", "mm/s"),
+    "rad": ("deg",),
+    "rad/s": ("rpm",),
+    "Pa": ("GPa", "MPa", "Pa"),
+    "N": ("kN", "N"),
+}
+"""Units to write a number in, largest first, by the SI unit of its quantity."""
+
+LEADING_NUMBER = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?|[+-]?(?:nan|inf)\b)\s*,?\s*(.*)", re.DOTALL)
+UNIT_TEXT = re.compile(r"[\w°²³·*/^()\s-]*")
+LARGE_POWER = re.compile(r"(?:\^|\*\*)[^a-zA-Z]*?(?:\d\d|\^|\*\*)")
+"""Powers that no unit has; pint would work them out, and not come back from 9^9^9^9."""
+
+
+@cache
+def _registry() -> pint.UnitRegistry[float]:
+    registry: pint.UnitRegistry[float] = pint.UnitRegistry(None)
+    for definition in (*PREFIXES, *SMALL_PREFIXES, *UNITS):
+        registry.define(definition)
+    return registry
+
+
+@cache
+def unit_factor(unit: str, target: str) -> float:
+    """How many units `target` one `unit` is; an `InputError` for an unknown unit or another dimension."""
+    if not UNIT_TEXT.fullmatch(unit) or LARGE_POWER.search(unit):
+        raise InputError(f"'{unit}' is not a unit")
+    registry = _registry()
+    try:
+        return float(registry.convert(1.0, registry.parse_units(unit), registry.parse_units(target)))
+    except pint.UndefinedUnitError as error:
+        unknown = str(error).split("'")[1]  # the one place where pint gives the name alone, in every version
+        raise InputError(f"unknown unit '{unknown}'{did_you_mean(unknown, KNOWN_UNITS)}") from None
+    except pint.DimensionalityError:
+        raise InputError(f"wrong dimension: '{unit}' is not a unit of [{target}]") from None
+    except (pint.PintError, AssertionError, ValueError, TypeError):  # pint tells a garbled unit in many ways
+        raise InputError(f"'{unit}' is not a unit") from None
+
+
+def read_quantity(value: object, quantity: Quantity, sample: str = "") -> float:
+    """A number in SI from what a case file says.
+
+    Parameters
+    ----------
+    value : str, int or float
+        Text such as ``"0.5 mm"``; a plain number where the quantity has no unit.
+    quantity : Quantity
+        What is wanted.
+    sample : str, optional
+        What the user could type.
+
+    Returns
+    -------
+    float
+
+    Raises
+    ------
+    InputError
+        No number, no unit, a unit that is unknown or of another dimension, or a value out of bounds.
+    """
+    wanted = quantity.allowed if quantity.unit == "1" else f"{quantity.allowed}, as text with its unit"
+    if isinstance(value, bool) or not isinstance(value, str | int | float):
+        raise InputError("not a number", wanted, sample)
+    if quantity.unit == "1":
+        if isinstance(value, str):
+            raise InputError("text where a plain number is wanted", wanted, sample)
+        number: float = value  # a whole number stays one
+    elif isinstance(value, str):
+        found = LEADING_NUMBER.fullmatch(value)
+        if found is None:
+            raise InputError("no number", wanted, sample)
+        number = _scaled([found[1]], found[2].strip(), quantity.unit, wanted, sample)[0]
+    else:
+        raise InputError("missing unit", wanted, f"{value:g} {quantity.unit}" if math.isfinite(value) else sample)
+    if not quantity.admits(number):
+        raise InputError("out of bounds", wanted, sample)
+    return number
+
+
+def read_numbers(text: object, unit: str) -> tuple[float, ...]:
+    """Numbers in SI from text such as ``"0, 10, 20 ms"``: one unit, after the last number.
+
+    Parameters
+    ----------
+    text : str
+    unit : str
+        The SI unit wanted.
+
+    Returns
+    -------
+    tuple of float
+    """
+    wanted, sample = f"finite numbers and, after the last, their unit [{unit}]", f"'0 0.1 0.2 {unit}'"
+    rest, numbers = text if isinstance(text, str) else "", list[str]()
+    while found := LEADING_NUMBER.fullmatch(rest):
+        numbers.append(found[1])
+        rest = found[2]
+    if not numbers:
+        raise InputError("no numbers", wanted, sample)
+    values = _scaled(numbers, rest.strip(), unit, wanted, sample)
+    if not all(map(math.isfinite, values)):
+        raise InputError("a number that is not finite", wanted, sample)
+    return values
+
+
+def _scaled(numbers: list[str], unit: str, target: str, wanted: str, sample: str) -> tuple[float, ...]:
+    if not unit:
+        raise InputError("missing unit", wanted, f"{numbers[0]} {target}" if len(numbers) == 1 else sample)
+    try:
+        factor = unit_factor(unit, target)
+    except InputError as error:
+        raise InputError(error.what, wanted, sample) from None
+    return tuple(float(number) * factor for number in numbers)
+
+
+def written(value: float, unit: str) -> str:
+    """A number as a case file would say it, in a familiar unit.
+
+    Parameters
+    ----------
+    value : float
+        In SI.
+    unit : str
+        Its SI unit; "1" for a pure number.
+
+    Returns
+    -------
+    str
+        For example ``"0.5 mm"``; no unit for a pure number.
+    """
+    if unit == "1":
+        return f"{value:.12g}"
+    names = FAMILIAR.get(unit, (unit,))
+    for name in names:
+        scaled = value / unit_factor(name, unit)
+        if abs(scaled) >= 1.0 or (value == 0.0):
+            break
+    return f"{scaled:.12g} {name}"
+
+
+def example(quantity: Quantity) -> str:
+    """Some value that a quantity admits, as a case file would say it."""
+    low = next((bound for bound in (quantity.above, quantity.minimum) if bound is not None), 0.0)
+    high = next((bound for bound in (quantity.below, quantity.maximum) if bound is not None), low + 2.0)
+    candidates = (1.0, 0.5 * (low + high), low, high)
+    admitted = next(value for value in candidates if quantity.admits(value))
+    return written(admitted, quantity.unit)

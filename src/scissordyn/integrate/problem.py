@@ -1,0 +1,147 @@
+"""A problem as typed pointers, and the work arrays of the loop."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any, NamedTuple
+
+import numpy as np
+from numba import int64, types, void
+from numba.core.types.function_type import CompileResultWAP
+
+from scissordyn.integrate.quadrature import POINTS
+from scissordyn.integrate.tableau import Tableau
+
+__all__ = ["Problem", "Samples", "Work", "make_problem", "make_samples", "make_work"]
+
+
+class Problem(NamedTuple):
+    """Typed pointers to the functions of a problem; `advance` says what each one does."""
+
+    rate: Any
+    linearise: Any
+    factorize: Any
+    solve: Any
+    project: Any
+    guards: Any
+    reset: Any
+    powers: Any
+
+
+class Work(NamedTuple):
+    """State, weights and work arrays of a run."""
+
+    y: np.ndarray
+    new: np.ndarray
+    inside: np.ndarray
+    stages: np.ndarray
+    dense: np.ndarray
+    slope: np.ndarray
+    slope_t: np.ndarray
+    atol: np.ndarray  # (ny,) weight of an error = atol + rtol * root mean square of its group
+    rtol: np.ndarray
+    group: np.ndarray  # boundaries of the groups
+    mode: np.ndarray  # (guards,) shared with the problem, whose resets change it
+    memory: np.ndarray  # (guards,) likewise: one number that goes with a mode, sampled beside it
+    precision: np.ndarray  # (guards,) a crossing is located when the guard is this small
+    value: np.ndarray
+    rate: np.ndarray
+    left_rate: np.ndarray
+    right_value: np.ndarray
+    right_rate: np.ndarray
+    power: np.ndarray  # (nodes + 1, quadratures)
+    total: np.ndarray  # (quadratures,)
+    watched: np.ndarray  # (nodes + 3, guards): at the start, the nodes and the end of the step, and work space
+    peak: np.ndarray  # (guards, 2): largest watched number since the last rise, and when
+    rejected: np.ndarray  # (1,)
+    first: np.ndarray  # (1,) kind of event before the step to come, or -1
+
+
+class Samples(NamedTuple):
+    """What is written at given instants."""
+
+    time: np.ndarray
+    state: np.ndarray
+    total: np.ndarray
+    mode: np.ndarray
+    memory: np.ndarray
+
+
+def make_problem(functions: dict[str, Callable[..., Any]]) -> Problem:
+    """Typed pointers to compiled functions.
+
+    Parameters
+    ----------
+    functions : dict
+        Compiled functions by the names of `Problem`'s fields.
+
+    Returns
+    -------
+    Problem
+    """
+    t, vector, integer, system = types.float64, types.float64[::1], int64, int64
+    signatures = {
+        "rate": void(t, vector, system, vector),
+        "linearise": void(t, vector, system, vector, vector),
+        "factorize": integer(t, system),
+        "solve": void(vector, system),
+        "project": types.boolean(t, vector, system),
+        "guards": void(t, vector, system, vector, vector),
+        "reset": void(t, vector, integer, system, vector),
+        "powers": void(t, vector, system, vector, vector),
+    }
+    return Problem(**{name: CompileResultWAP(functions[name].get_compile_result(sign)) for name, sign in signatures.items()})
+
+
+def make_work(
+    state: np.ndarray,
+    tableau: Tableau,
+    *,
+    atol: np.ndarray,
+    rtol: np.ndarray,
+    group: np.ndarray,
+    mode: np.ndarray,
+    memory: np.ndarray,
+    precision: np.ndarray,
+    quadratures: int,
+) -> Work:
+    """Work arrays for a start at `state`."""
+    size, guards = state.size, mode.size
+    return Work(
+        y=state.copy(),
+        new=np.zeros(size),
+        inside=np.zeros(size),
+        stages=np.zeros((tableau.nodes.size, size)),
+        dense=np.zeros((tableau.pattern.size, size)),
+        slope=np.zeros(size),
+        slope_t=np.zeros(size),
+        atol=atol,
+        rtol=rtol,
+        group=group,
+        mode=mode,
+        memory=memory,
+        precision=precision,
+        value=np.zeros(guards),
+        rate=np.zeros(guards),
+        left_rate=np.zeros(guards),
+        right_value=np.zeros(guards),
+        right_rate=np.zeros(guards),
+        power=np.zeros((POINTS + 1, quadratures)),
+        total=np.zeros(quadratures),
+        watched=np.zeros((POINTS + 3, guards)),
+        peak=np.zeros((guards, 2)),
+        rejected=np.zeros(1, np.int64),
+        first=np.full(1, -1, np.int64),
+    )
+
+
+def make_samples(time: np.ndarray, work: Work) -> Samples:
+    """Room for samples at increasing instants."""
+    rows, guards = time.size, work.mode.size
+    return Samples(
+        time=time,
+        state=np.full((rows, work.y.size), np.nan),
+        total=np.full((rows, work.total.size), np.nan),
+        mode=np.zeros((rows, guards), np.int64),
+        memory=np.zeros((rows, guards)),
+    )

@@ -1,0 +1,142 @@
+"""What the coefficients of a method are. Coefficients are data; the algorithms stand in `explicit` and `rosenbrock`."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from scissordyn.errors import InputError, did_you_mean
+
+__all__ = ["METHODS", "Tableau", "tableau"]
+
+
+class Tableau(NamedTuple):
+    """Coefficients of a one-step method.
+
+    Parameters
+    ----------
+    kind : int
+        0 explicit Runge-Kutta, 1 Rosenbrock.
+    order : float
+        Order of the error estimate plus one: the step scales with error ** (-1/order).
+    stages : int
+        Stages of the step itself; further rows serve the dense output.
+    gamma : float
+        Diagonal coefficient of a Rosenbrock method.
+    a : ndarray, shape (s, s)
+        Stage coefficients.
+    c : ndarray, shape (s, s)
+        Rosenbrock: coefficients C_ij / h of earlier stages on the right-hand side.
+    nodes : ndarray, shape (s,)
+    slopes : ndarray, shape (s,)
+        Rosenbrock: coefficients of the time derivative.
+    error : ndarray, shape (2, s)
+        Error estimates; the second is zero unless two are combined (Hairer's DOP853).
+    dense : ndarray, shape (k, s)
+        Rows of the dense output.
+    pattern : ndarray of int, shape (p,)
+        Factors of the nested dense output from outside in: 0 for theta, 1 for 1 - theta.
+    """
+
+    kind: int
+    order: float
+    stages: int
+    gamma: float
+    a: np.ndarray
+    c: np.ndarray
+    nodes: np.ndarray
+    slopes: np.ndarray
+    error: np.ndarray
+    dense: np.ndarray
+    pattern: np.ndarray
+
+
+def _lower(rows: tuple[tuple[float, ...], ...], size: int) -> np.ndarray:
+    matrix = np.zeros((size, size))
+    for i, row in enumerate(rows, start=1):
+        matrix[i, : len(row)] = row
+    return matrix
+
+
+def explicit_tableau(
+    *,
+    order: float,
+    stages: int,
+    rows: tuple[tuple[float, ...], ...],
+    nodes: tuple[float, ...],
+    error: tuple[tuple[float, ...], ...],
+    dense: tuple[tuple[float, ...], ...],
+) -> Tableau:
+    """An explicit Runge-Kutta method whose last stage of the step is the slope at its end."""
+    size = len(nodes)
+    estimates = np.zeros((2, size))
+    for i, estimate in enumerate(error):
+        estimates[i, : len(estimate)] = estimate
+    rows_of_dense = np.zeros((len(dense), size))
+    for i, row in enumerate(dense):
+        rows_of_dense[i, : len(row)] = row
+    pattern = np.array([k % 2 for k in range(3 + len(dense))], np.int64)
+    zeros = np.zeros(size)
+    return Tableau(
+        0, order, stages, 0.0, _lower(rows, size), np.zeros((size, size)), np.array(nodes), zeros, estimates, rows_of_dense, pattern
+    )
+
+
+def rosenbrock_tableau(
+    *,
+    order: float,
+    gamma: float,
+    rows: tuple[tuple[float, ...], ...],
+    couplings: tuple[tuple[float, ...], ...],
+    nodes: tuple[float, ...],
+    slopes: tuple[float, ...],
+    dense: tuple[tuple[float, ...], ...],
+) -> Tableau:
+    """A stiffly accurate Rosenbrock method whose last stage is its error estimate."""
+    size = len(nodes)
+    error = np.zeros((2, size))
+    error[0, -1] = 1.0
+    pattern = np.array([0, 1, *([0] * (len(dense) - 1))], np.int64)
+    return Tableau(
+        1,
+        order,
+        size,
+        gamma,
+        _lower(rows, size),
+        _lower(couplings, size),
+        np.array(nodes),
+        np.array([*slopes, *([0.0] * (size - len(slopes)))]),
+        error,
+        np.array(dense),
+        pattern,
+    )
+
+
+METHODS = ("dop853", "dopri5", "rodas5p", "rodas4p")
+"""Names of the methods, explicit ones first."""
+
+
+def tableau(name: str) -> Tableau:
+    """The coefficients of a method.
+
+    Parameters
+    ----------
+    name : str
+        One of `METHODS`.
+
+    Returns
+    -------
+    Tableau
+
+    Raises
+    ------
+    InputError
+        For an unknown name.
+    """
+    from scissordyn.integrate import dop853, dopri5, rodas4p, rodas5p
+
+    known = {"dop853": dop853, "dopri5": dopri5, "rodas5p": rodas5p, "rodas4p": rodas4p}
+    if name not in known:
+        raise InputError(f"method '{name}'{did_you_mean(name, METHODS)}", "auto, " + ", ".join(METHODS))
+    return known[name].TABLEAU

@@ -1,0 +1,36 @@
+"""Kelvin and Voigt's dashpot beside the spring."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Annotated, ClassVar
+
+from scissordyn.laws.contact import JointContact
+from scissordyn.laws.damping import dashpot
+from scissordyn.units import Quantity, check_quantities
+
+__all__ = ["KelvinVoigt"]
+
+
+@dataclass(frozen=True)
+class KelvinVoigt:
+    r"""A linear dashpot of the user's own constant.
+
+    .. math:: F_n = F_{el} + C \delta'
+
+    The force jumps at the first touch, and where it would pull the surfaces together it is zero.
+    """
+
+    dashpot: Annotated[float, Quantity("N*s/m", minimum=0.0, help="dashpot constant C")] = 1e3
+
+    name: ClassVar[str] = "kelvin-voigt"
+    tag: ClassVar[int] = dashpot.TAG
+    source: ClassVar[str] = "Goldsmith 1960, Impact"
+    restitution_range: ClassVar[tuple[float, float] | None] = None
+
+    def __post_init__(self) -> None:
+        check_quantities(self)
+
+    def parameters(self, joint: JointContact) -> tuple[float, ...]:
+        """C [N s/m]."""
+        return (self.dashpot,)

@@ -1,0 +1,30 @@
+"""No damping."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+from scissordyn.laws.contact import JointContact
+from scissordyn.laws.damping import proportional
+
+__all__ = ["NoDamping"]
+
+
+@dataclass(frozen=True)
+class NoDamping:
+    """A contact that gives back all it took: xi = 0."""
+
+    name: ClassVar[str] = "none"
+    tag: ClassVar[int] = proportional.TAG
+    source: ClassVar[str] = "Hertz 1881"
+    restitution_range: ClassVar[tuple[float, float] | None] = None
+
+    @property
+    def factor(self) -> float:
+        """xi [1]."""
+        return 0.0
+
+    def parameters(self, joint: JointContact) -> tuple[float, ...]:
+        """xi [1]."""
+        return (self.factor,)

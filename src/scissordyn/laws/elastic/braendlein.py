@@ -1,0 +1,33 @@
+"""Braendlein's deflection of a steel roller."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import ClassVar, Literal
+
+from scissordyn.laws.contact import JointContact
+from scissordyn.laws.elastic import power
+
+__all__ = ["Braendlein"]
+
+
+@dataclass(frozen=True)
+class Braendlein:
+    r"""A steel roller between steel races, fitted to rolling bearings.
+
+    .. math:: F = 35948\, L_b^{8/9}\, \delta^{10/9} \quad (\mathrm{N}, \mathrm{mm})
+
+    The constant is in N/mm^2; here it is turned to SI. Clearance and radii do not enter.
+    """
+
+    name: ClassVar[str] = "braendlein"
+    tag: ClassVar[int] = power.TAG
+    source: ClassVar[str] = "Braendlein, Eschmann, Hasbargen, Weigand 1995, Die Waelzlagerpraxis"
+    small_contact: ClassVar[bool] = True
+    materials: ClassVar[Literal["any", "same", "steel"]] = "steel"
+    caveat: ClassVar[str] = ""
+
+    def parameters(self, joint: JointContact) -> tuple[float, ...]:
+        """K [N/m^(10/9)] and n = 10/9."""
+        # 8/9 + 10/9 = 2: one factor (1000 mm/m)^2 for both lengths together
+        return 35948.0 * 1000.0**2 * joint.length ** (8.0 / 9.0), 10.0 / 9.0

@@ -1,0 +1,43 @@
+"""Goldsmith's and Dubowsky and Freudenstein's pin in a hole."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Annotated, ClassVar, Literal
+
+from scissordyn.laws.contact import JointContact
+from scissordyn.laws.elastic import logarithmic
+from scissordyn.units import Quantity, check_quantities
+
+__all__ = ["DubowskyFreudenstein"]
+
+
+@dataclass(frozen=True)
+class DubowskyFreudenstein:
+    r"""A cylindrical pin in an elastic hole.
+
+    .. math:: \delta = \frac{F(h_B+h_J)}{L_b} \left[\ln\frac{L_b^m c}{F R_B R_J (h_B+h_J)} + 1\right],\quad
+        h = \frac{1-\nu^2}{\pi E}
+
+    m = 3 makes the logarithm's argument a pure number. Goldsmith's printing has m = 1 and Dubowsky and Freudenstein's
+    has m = 2 in places; both then hold in one system of units only (here: metres and newtons).
+    """
+
+    length_exponent: Annotated[float, Quantity("1", minimum=0.0, maximum=4.0, help="exponent m of the bearing length")] = 3.0
+
+    name: ClassVar[str] = "dubowsky-freudenstein"
+    tag: ClassVar[int] = logarithmic.TAG
+    source: ClassVar[str] = "Dubowsky, Freudenstein 1971, doi:10.1115/1.3427895; Goldsmith 1960, Impact"
+    small_contact: ClassVar[bool] = True
+    materials: ClassVar[Literal["any", "same", "steel"]] = "any"
+    caveat: ClassVar[str] = ""
+
+    def __post_init__(self) -> None:
+        check_quantities(self)
+
+    def parameters(self, joint: JointContact) -> tuple[float, ...]:
+        """The row of `logarithmic.row`."""
+        softness = joint.compliance / (math.pi * joint.length)
+        geometry = joint.length ** (self.length_exponent - 1.0) * joint.clearance / (joint.bearing_radius * joint.journal_radius)
+        return logarithmic.row(softness, geometry * math.e / softness)

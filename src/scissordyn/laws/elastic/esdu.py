@@ -1,0 +1,33 @@
+"""The line contact of ESDU item 78035."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import ClassVar, Literal
+
+from scissordyn.laws.contact import JointContact
+from scissordyn.laws.elastic import logarithmic
+
+__all__ = ["Esdu"]
+
+
+@dataclass(frozen=True)
+class Esdu:
+    r"""A cylinder in a cylindrical seat, after the engineering data item: Johnson's form with +1 in place of -1.
+
+    .. math:: \delta = \frac{F(h_B+h_J)}{L_b} \left[\ln\frac{4 L_b c}{F(h_B+h_J)} + 1\right],\quad
+        h = \frac{1-\nu^2}{\pi E}
+    """
+
+    name: ClassVar[str] = "esdu-78035"
+    tag: ClassVar[int] = logarithmic.TAG
+    source: ClassVar[str] = "ESDU 78035, Contact phenomena I, 1978; as given by Pereira et al. 2011, doi:10.1007/s11071-010-9830-3"
+    small_contact: ClassVar[bool] = True
+    materials: ClassVar[Literal["any", "same", "steel"]] = "any"
+    caveat: ClassVar[str] = ""
+
+    def parameters(self, joint: JointContact) -> tuple[float, ...]:
+        """The row of `logarithmic.row`."""
+        softness = joint.compliance / (math.pi * joint.length)
+        return logarithmic.row(softness, 4.0 * joint.clearance * math.e / softness)

@@ -1,0 +1,34 @@
+"""Johnson's line contact of a cylinder in a cylinder."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import ClassVar, Literal
+
+from scissordyn.laws.contact import JointContact
+from scissordyn.laws.elastic import logarithmic
+
+__all__ = ["Johnson"]
+
+
+@dataclass(frozen=True)
+class Johnson:
+    r"""A cylinder in a cylindrical seat, on the ascending branch of the curve.
+
+    .. math:: \delta = \frac{f}{\pi E^*} \left[\ln\frac{4\pi E^* c}{f} - 1\right],\quad f = F/L_b
+
+    The branch ends at delta = 4 c/e^2 = 0.54 c; from 97 % of that the law goes on along its tangent.
+    """
+
+    name: ClassVar[str] = "johnson"
+    tag: ClassVar[int] = logarithmic.TAG
+    source: ClassVar[str] = "Johnson 1985, Contact Mechanics, section 4.2, doi:10.1017/CBO9781139171731"
+    small_contact: ClassVar[bool] = True
+    materials: ClassVar[Literal["any", "same", "steel"]] = "any"
+    caveat: ClassVar[str] = ""
+
+    def parameters(self, joint: JointContact) -> tuple[float, ...]:
+        """The row of `logarithmic.row`."""
+        softness = 1.0 / (math.pi * joint.modulus * joint.length)
+        return logarithmic.row(softness, 4.0 * joint.clearance / (softness * math.e))

@@ -1,0 +1,42 @@
+"""A linear spring."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Annotated, ClassVar, Literal
+
+from scissordyn.jit import kernel
+from scissordyn.laws.contact import JointContact
+from scissordyn.units import Quantity, check_quantities
+
+__all__ = ["Linear", "force"]
+
+
+@dataclass(frozen=True)
+class Linear:
+    r"""A spring of constant stiffness.
+
+    .. math:: F = k \delta
+    """
+
+    stiffness: Annotated[float, Quantity("N/m", above=0.0, help="k")] = 1e9
+
+    name: ClassVar[str] = "linear"
+    tag: ClassVar[int] = 4
+    source: ClassVar[str] = "definition"
+    small_contact: ClassVar[bool] = False
+    materials: ClassVar[Literal["any", "same", "steel"]] = "any"
+    caveat: ClassVar[str] = ""
+
+    def __post_init__(self) -> None:
+        check_quantities(self)
+
+    def parameters(self, joint: JointContact) -> tuple[float, ...]:
+        """The stiffness [N/m]."""
+        return (self.stiffness,)
+
+
+@kernel()
+def force(delta, p):
+    """Force [N] at indentation delta > 0 [m]."""
+    return p[0] * delta

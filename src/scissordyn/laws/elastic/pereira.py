@@ -1,0 +1,49 @@
+"""Pereira, Ramalho and Ambrosio's fit for cylinders in cylinders."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import ClassVar, Literal
+
+from scissordyn.errors import InputError
+from scissordyn.laws.contact import JointContact
+from scissordyn.laws.elastic import power
+
+__all__ = ["Pereira"]
+
+CLEARANCES = (0.005, 0.34954, 10.0)
+"""Where the exponent's two pieces begin, meet and end, c in mm."""
+
+
+@dataclass(frozen=True)
+class Pereira:
+    r"""An explicit power law fitted to Johnson's internal contact, exponent and stiffness depending on the clearance.
+
+    .. math::
+        F = \frac{(0.965 c + 0.0965) L_b E^*}{c} \delta^n,\quad n = Y c^{-0.005}\quad (\mathrm{N}, \mathrm{mm}, \mathrm{MPa})
+
+        Y = 1.51 (\ln 1000c)^{-0.151}\ (0.005 \le c < 0.34954),\quad Y = 0.0151 c + 1.151\ (0.34954 \le c \le 10)
+
+    The constants hold for lengths in mm, moduli in MPa and forces in N; here they are turned to SI.
+    """
+
+    name: ClassVar[str] = "pereira"
+    tag: ClassVar[int] = power.TAG
+    source: ClassVar[str] = "Pereira, Ramalho, Ambrosio 2011, doi:10.1007/s11071-010-9830-3"
+    small_contact: ClassVar[bool] = False
+    materials: ClassVar[Literal["any", "same", "steel"]] = "any"
+    caveat: ClassVar[str] = ""
+
+    def parameters(self, joint: JointContact) -> tuple[float, ...]:
+        """K [N/m^n] and n."""
+        c = 1000.0 * joint.clearance
+        if not CLEARANCES[0] <= c <= CLEARANCES[2]:
+            raise InputError(
+                f"Pereira's law with a clearance of {c:g} mm", f"{CLEARANCES[0]:g} mm to {CLEARANCES[2]:g} mm", 'stiffness = "liu"'
+            )
+        y = 1.51 * math.log(1000.0 * c) ** -0.151 if c < CLEARANCES[1] else 0.0151 * c + 1.151
+        n = y * c**-0.005
+        # N/mm^n to N/m^n; L_b/c is a pure number, E* goes from Pa to N/mm^2, the fit's constants carry a mm
+        stiffness = (0.965 * c + 0.0965) * joint.length / joint.clearance * joint.modulus * 1e-6
+        return stiffness * 1000.0**n, n

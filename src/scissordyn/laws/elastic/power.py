@@ -1,0 +1,15 @@
+"""The kernel that all constant power laws share: F = K delta^n."""
+
+from __future__ import annotations
+
+from scissordyn.jit import kernel
+
+__all__ = ["TAG", "force"]
+
+TAG = 3
+
+
+@kernel()
+def force(delta, p):
+    """Force [N] at indentation delta > 0 [m]; p is K [N/m^n] and n."""
+    return p[0] * delta ** p[1]

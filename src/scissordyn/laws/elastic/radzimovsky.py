@@ -1,0 +1,45 @@
+"""Radzimovsky's line contact of two cylinders."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Annotated, ClassVar, Literal
+
+from scissordyn.laws.contact import JointContact
+from scissordyn.laws.elastic import logarithmic
+from scissordyn.units import Quantity, check_quantities
+
+__all__ = ["Radzimovsky"]
+
+
+@dataclass(frozen=True)
+class Radzimovsky:
+    r"""Two cylinders whose axes approach as the contact flattens to a strip of half width b.
+
+    .. math:: \delta = \frac{f}{\pi E^*} \left[\tfrac{2}{3} + \ln\frac{4R_B}{b} + \ln\frac{4R_J}{b}\right],\quad
+        b = k_b \sqrt{\frac{f R}{E^*}},\quad R = \frac{R_B R_J}{R_B - R_J},\quad f = F/L_b
+
+    The default k_b = 2/sqrt(pi) = 1.128 is Hertz's half width. Two others circulate: b = 1.60 sqrt(f R (1-nu^2)/E)
+    summed over both bodies (k_b = 1.60) and, for equal bodies with nu = 0.3, b = 2.15 sqrt(f R/E) (k_b = 1.594);
+    these are full widths put where the half width belongs.
+    """
+
+    half_width: Annotated[float, Quantity("1", above=0.0, help="k_b in b = k_b sqrt(f R/E*)")] = 2.0 / math.sqrt(math.pi)
+
+    name: ClassVar[str] = "radzimovsky"
+    tag: ClassVar[int] = logarithmic.TAG
+    source: ClassVar[str] = "Radzimovsky 1953, University of Illinois Engineering Experiment Station Bulletin 408"
+    small_contact: ClassVar[bool] = True
+    materials: ClassVar[Literal["any", "same", "steel"]] = "any"
+    caveat: ClassVar[str] = ""
+
+    def __post_init__(self) -> None:
+        check_quantities(self)
+
+    def parameters(self, joint: JointContact) -> tuple[float, ...]:
+        """The row of `logarithmic.row`."""
+        softness = 1.0 / (math.pi * joint.modulus * joint.length)
+        # 16 R_B R_J / b^2 = 16 c / (k_b^2 f/E*), since R_B R_J = R c; with k_b^2 = 4/pi the bracket is 2/3 + ln(4 pi E* c/f)
+        argument = 16.0 * joint.clearance * joint.modulus * joint.length / self.half_width**2
+        return logarithmic.row(softness, argument * math.exp(2.0 / 3.0))

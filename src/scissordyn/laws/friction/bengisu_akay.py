@@ -1,0 +1,58 @@
+"""Bengisu and Akay's friction."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Annotated, ClassVar
+
+from scissordyn.jit import kernel
+from scissordyn.laws.contact import JointContact
+from scissordyn.laws.friction.coefficients import static_coefficient
+from scissordyn.units import Quantity, check_quantities
+
+__all__ = ["BengisuAkay", "force"]
+
+
+@dataclass(frozen=True)
+class BengisuAkay:
+    r"""A parabola up to static friction and an exponential down to kinetic friction.
+
+    .. math::
+        F_t = F_n \operatorname{sgn} v \begin{cases}
+            \mu_s - \mu_s (|v|/v_0 - 1)^2 & |v| < v_0 \\
+            \mu_k + (\mu_s - \mu_k) e^{-\xi (|v| - v_0)} & |v| \ge v_0 \end{cases}
+
+    The static coefficient is 1.5 times the kinetic one unless it is given.
+    """
+
+    kinetic: Annotated[float, Quantity("1", above=0.0, help="kinetic friction coefficient mu_k")] = 0.05
+    static: Annotated[float | None, Quantity("1", above=0.0, help="static friction coefficient mu_s")] = None
+    peak_speed: Annotated[float, Quantity("m/s", above=0.0, help="v_0, at which friction is static friction")] = 1e-3
+    decay: Annotated[float, Quantity("s/m", above=0.0, help="xi, slope of the fall from static to kinetic friction")] = 1e3
+
+    name: ClassVar[str] = "bengisu-akay"
+    tag: ClassVar[int] = 5
+    source: ClassVar[str] = "Bengisu, Akay 1994, doi:10.1006/jsvi.1994.1140"
+    states: ClassVar[tuple[str, ...]] = ()
+    stiff: ClassVar[bool] = True
+
+    def __post_init__(self) -> None:
+        check_quantities(self)
+        static_coefficient("BengisuAkay", self.kinetic, self.static)
+
+    def parameters(self, joint: JointContact) -> tuple[float, ...]:
+        """mu_k, mu_s, v_0 and xi."""
+        return self.kinetic, static_coefficient("BengisuAkay", self.kinetic, self.static), self.peak_speed, self.decay
+
+
+@kernel()
+def force(v, normal, p):
+    """Tangential force [N] at slip speed v [m/s]."""
+    speed = abs(v)
+    if speed < p[2]:
+        short = speed / p[2] - 1.0
+        coefficient = p[1] - p[1] * short * short
+    else:
+        coefficient = p[0] + (p[1] - p[0]) * math.exp(-p[3] * (speed - p[2]))
+    return math.copysign(coefficient * normal, v)

@@ -1,0 +1,55 @@
+"""Dahl friction."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Annotated, ClassVar
+
+from scissordyn.jit import kernel
+from scissordyn.laws.contact import JointContact
+from scissordyn.units import Quantity, check_quantities
+
+__all__ = ["Dahl", "force", "start"]
+
+
+@dataclass(frozen=True)
+class Dahl:
+    r"""Friction as the spring force of surfaces that give way gradually; no static peak.
+
+    .. math:: z' = v \left|1 - \frac{\sigma_0 z}{\mu}\operatorname{sgn} v\right|^n
+        \operatorname{sgn}\left(1 - \frac{\sigma_0 z}{\mu}\operatorname{sgn} v\right),\quad F_t = F_n \sigma_0 z
+
+    bristle_deflection z is in m.
+    """
+
+    kinetic: Annotated[float, Quantity("1", above=0.0, help="friction coefficient mu")] = 0.05
+    bristle_stiffness: Annotated[float, Quantity("1/m", above=0.0, help="sigma_0 per unit normal force")] = 1e5
+    shape: Annotated[float, Quantity("1", minimum=0.5, maximum=4.0, help="exponent n, 1 for most materials")] = 1.0
+
+    name: ClassVar[str] = "dahl"
+    tag: ClassVar[int] = 8
+    source: ClassVar[str] = "Dahl 1976, doi:10.2514/3.61511"
+    states: ClassVar[tuple[str, ...]] = ("bristle_deflection",)
+    stiff: ClassVar[bool] = True
+
+    def __post_init__(self) -> None:
+        check_quantities(self)
+
+    def parameters(self, joint: JointContact) -> tuple[float, ...]:
+        """mu, sigma_0 and n."""
+        return self.kinetic, self.bristle_stiffness, self.shape
+
+
+@kernel()
+def force(v, normal, z, dz, p):
+    """Tangential force [N]; writes z' [m/s] into dz[0]. z[0] is the bristle deflection [m]."""
+    rest = 1.0 - p[1] * z[0] / p[0] * math.copysign(1.0, v)
+    dz[0] = v * rest if p[2] == 1.0 else v * math.copysign(abs(rest) ** p[2], rest)
+    return normal * p[1] * z[0]
+
+
+@kernel()
+def start(v, z, p):
+    """Deflection at the start of a contact: that of steady sliding at the slip speed v [m/s]."""
+    z[0] = math.copysign(p[0], v) / p[1] if v != 0.0 else 0.0

@@ -1,0 +1,93 @@
+"""Gonthier's bristle friction with dwell time."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Annotated, ClassVar
+
+from scissordyn.jit import kernel
+from scissordyn.laws.contact import JointContact
+from scissordyn.laws.friction.coefficients import static_coefficient
+from scissordyn.units import Quantity, check_quantities
+
+__all__ = ["GonthierBristle", "force", "start"]
+
+
+@dataclass(frozen=True)
+class GonthierBristle:
+    r"""Bristles that stick at rest and slide when moving, and a static friction that grows with the time at rest.
+
+    .. math::
+        s = e^{-(v/v_s)^2},\quad z' = s v + (1 - s) \frac{\mu_k d(v) - \sigma_0 z}{\sigma_1},\quad
+        \dot w = \frac{s - w}{\tau},\quad \tau = \begin{cases} \tau_d & s \ge w \\ \sigma_1/\sigma_0 & s < w \end{cases}
+
+        F_t = F_n [\operatorname{sat}(\sigma_0 z + \sigma_1 z',\ \mu_k + (\mu_s - \mu_k) w) + \sigma_2 v]
+
+    d(v) is the sign of v, smoothed by a cubic below the smoothing speed; sat(x, m) cuts x off at -m and m. bristle_deflection
+    z is in m; dwell w is a pure number, 1 after a long rest. The source has forces where these are coefficients, times F_n.
+    The static coefficient is 1.5 times the kinetic one unless it is given.
+    """
+
+    kinetic: Annotated[float, Quantity("1", above=0.0, help="kinetic friction coefficient mu_k")] = 0.05
+    static: Annotated[float | None, Quantity("1", above=0.0, help="static friction coefficient mu_s")] = None
+    stribeck_speed: Annotated[float, Quantity("m/s", above=0.0, help="v_s, below which the bristles stick")] = 1e-3
+    smoothing_speed: Annotated[float, Quantity("m/s", above=0.0, help="below which the sign of v is smoothed")] = 1e-4
+    dwell_time: Annotated[float, Quantity("s", above=0.0, help="tau_d, in which static friction grows at rest")] = 1e-3
+    bristle_stiffness: Annotated[float, Quantity("1/m", above=0.0, help="sigma_0 per unit normal force")] = 1e5
+    bristle_damping: Annotated[float, Quantity("s/m", above=0.0, help="sigma_1 per unit normal force")] = 10.0
+    viscous: Annotated[float, Quantity("s/m", minimum=0.0, help="sigma_2 per unit normal force")] = 0.0
+
+    name: ClassVar[str] = "gonthier-bristle"
+    tag: ClassVar[int] = 10
+    source: ClassVar[str] = "Gonthier, McPhee, Lange, Piedboeuf 2004, doi:10.1023/B:MUBO.0000029392.21648.bc"
+    states: ClassVar[tuple[str, ...]] = ("bristle_deflection", "dwell")
+    stiff: ClassVar[bool] = True
+
+    def __post_init__(self) -> None:
+        check_quantities(self)
+        static_coefficient("GonthierBristle", self.kinetic, self.static)
+
+    def parameters(self, joint: JointContact) -> tuple[float, ...]:
+        """mu_k, mu_s, v_s, smoothing speed, tau_d, sigma_0, sigma_1 and sigma_2."""
+        return (
+            self.kinetic,
+            static_coefficient("GonthierBristle", self.kinetic, self.static),
+            self.stribeck_speed,
+            self.smoothing_speed,
+            self.dwell_time,
+            self.bristle_stiffness,
+            self.bristle_damping,
+            self.viscous,
+        )
+
+
+@kernel()
+def force(v, normal, z, dz, p):
+    """Tangential force [N]; writes z' [m/s] and w' [1/s] into dz. z[0] is the deflection [m], z[1] the dwell [1]."""
+    x = v / p[2]
+    stick = math.exp(-x * x)
+    slide = -math.expm1(-x * x)
+    r = v / p[3]
+    toward = math.copysign(1.0, v) if abs(r) >= 1.0 else r * (1.5 - 0.5 * r * r)
+    dz[0] = stick * v + slide * (p[0] * toward - p[5] * z[0]) / p[6]
+    lag = stick - z[1]
+    dz[1] = lag / p[4] if lag >= 0.0 else lag * p[5] / p[6]
+    largest = p[0] + (p[1] - p[0]) * z[1]
+    bristle = min(largest, max(-largest, p[5] * z[0] + p[6] * dz[0]))
+    return normal * (bristle + p[7] * v)
+
+
+@kernel()
+def start(v, z, p):
+    """States at the start of a contact: those of steady sliding at the slip speed v [m/s], no bristle beyond its largest force."""
+    x = v / p[2]
+    stick = math.exp(-x * x)
+    z[1] = stick
+    z[0] = 0.0
+    if v != 0.0:
+        largest = p[0] + (p[1] - p[0]) * stick
+        r = v / p[3]
+        toward = math.copysign(1.0, v) if abs(r) >= 1.0 else r * (1.5 - 0.5 * r * r)
+        steady = p[0] * toward - p[6] * stick * v / math.expm1(-x * x)
+        z[0] = min(largest, max(-largest, steady)) / p[5]

@@ -1,0 +1,45 @@
+"""Threlfall's friction."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Annotated, ClassVar
+
+from scissordyn.jit import kernel
+from scissordyn.laws.contact import JointContact
+from scissordyn.units import Quantity, check_quantities
+
+__all__ = ["Threlfall", "force"]
+
+
+@dataclass(frozen=True)
+class Threlfall:
+    r"""Coulomb friction approached exponentially.
+
+    .. math:: F_t = \mu F_n (1 - e^{-3|v|/v_0}) \operatorname{sgn} v
+
+    At v_0 it is 95 % of Coulomb's; the exponential is kept beyond, where some printings put a constant.
+    """
+
+    kinetic: Annotated[float, Quantity("1", above=0.0, help="friction coefficient mu")] = 0.05
+    ramp_speed: Annotated[float, Quantity("m/s", above=0.0, help="v_0, at which friction is 95 % of Coulomb's")] = 1e-3
+
+    name: ClassVar[str] = "threlfall"
+    tag: ClassVar[int] = 4
+    source: ClassVar[str] = "Threlfall 1978, doi:10.1016/0094-114X(78)90020-4"
+    states: ClassVar[tuple[str, ...]] = ()
+    stiff: ClassVar[bool] = True
+
+    def __post_init__(self) -> None:
+        check_quantities(self)
+
+    def parameters(self, joint: JointContact) -> tuple[float, ...]:
+        """mu and v_0."""
+        return self.kinetic, self.ramp_speed
+
+
+@kernel()
+def force(v, normal, p):
+    """Tangential force [N] at slip speed v [m/s]."""
+    return math.copysign(p[0] * normal * -math.expm1(-3.0 * abs(v) / p[1]), v)

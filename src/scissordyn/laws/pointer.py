@@ -1,0 +1,50 @@
+"""A call through an address that travels in a row of numbers.
+
+A compiled function of the user lives at an address of this process. Handing the function itself to the kernels would compile
+them again for every new law and never keep them on disk; an address is one more number, and the kernels stay as they are.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+from llvmlite import ir
+from numba import types
+from numba.core import cgutils
+from numba.extending import intrinsic
+
+__all__ = ["USER", "call_at"]
+
+USER = 99
+"""The tag of a user's own law, in every ladder."""
+
+
+@intrinsic  # type: ignore[untyped-decorator]
+def call_at(typing_context: Any, numbers: Any, row: Any) -> Any:
+    """Call ``float64 f(float64, ..., float64*)`` at the address that ``row[0]`` holds.
+
+    Parameters
+    ----------
+    numbers : tuple of float
+        The leading arguments.
+    row : ndarray
+        Address, then the law's parameters; the function gets a pointer to the parameters.
+
+    Notes
+    -----
+    User space ends below 2**53 on every platform that numba knows, so a float64 holds an address exactly.
+    """
+    if not (isinstance(numbers, types.UniTuple) and numbers.dtype == types.float64):
+        return None
+
+    def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        double, data = ir.DoubleType(), ir.DoubleType().as_pointer()
+        array = context.make_array(row)(context, builder, arguments[1])
+        first = builder.bitcast(array.data, data)
+        address = builder.fptoui(builder.load(first), ir.IntType(types.intp.bitwidth))
+        kind = ir.FunctionType(double, [double] * numbers.count + [data])
+        function = builder.inttoptr(address, kind.as_pointer())
+        parameters = builder.gep(first, [ir.Constant(ir.IntType(32), 1)])
+        return builder.call(function, [*cgutils.unpack_tuple(builder, arguments[0]), parameters])
+
+    return types.float64(numbers, row), generate

@@ -1,0 +1,411 @@
+"""Equations of motion in natural coordinates with unit mass matrix.
+
+With d_k = rows_k X the directions of unit length, X = (x, b(t)), Phi = d (|d|^2/2) / d x:
+
+    x'' + Phi^T lambda = f - M_xb b'',    d_k . d_k'' + |d_k'|^2 = 0.
+
+State y = (x, x', hidden states of the friction laws). Everything here reads and writes the arrays of `System` S.
+"""
+
+from __future__ import annotations
+
+from scissordyn.jit import kernel
+from scissordyn.mechanics import band
+from scissordyn.mechanics.joint import contact_forces, gap, kinematics, linearise_contact, switch
+from scissordyn.mechanics.motion import prescribe
+
+__all__ = ["accelerate", "factorize", "guards", "linearise", "powers", "project", "reset", "solve"]
+
+_band_factorize, _band_solve = band.factorize, band.solve
+
+DRIFT = 1e-13
+"""Lengths and their rates are projected back beyond this relative error."""
+
+
+@kernel(inline=True)
+def spread(t, y, S):
+    """Write b(t), X and V."""
+    n = S.n
+    prescribe(t, S.motion, S.motion_start, S.basis, S.angle)
+    for i in range(n):
+        S.X[i] = y[i]
+        S.V[i] = y[n + i]
+    for i in range(S.nb):
+        S.X[n + i] = S.basis[0, i]
+        S.V[n + i] = S.basis[1, i]
+
+
+@kernel(inline=True)
+def directions(S, source, target):
+    """Write the forms of all length conditions applied to a vector of columns."""
+    for k in range(S.length_start.size - 1):
+        dx = dy = 0.0
+        for i in range(S.length_start[k], S.length_start[k + 1]):
+            value = source[S.length_column[i]]
+            dx += S.length_row[0, i] * value
+            dy += S.length_row[1, i] * value
+        target[k, 0] = dx
+        target[k, 1] = dy
+
+
+@kernel(inline=True)
+def prepare_lengths(S):
+    """Write the gradients of the length conditions and factorize Phi Phi^T; returns a singular row or -1."""
+    for k in range(S.length_start.size - 1):
+        dx, dy = S.direction[k, 0], S.direction[k, 1]
+        for i in range(S.length_start[k], S.length_start[k + 1]):
+            S.gradient[i] = dx * S.length_row[0, i] + dy * S.length_row[1, i]
+    lower, upper = S.band_limits[2], S.band_limits[3]
+    if S.gram.shape[0] == 1:
+        total = 0.0
+        for i in range(S.match.shape[0]):
+            g = S.gradient[S.match[i, 0]]
+            total += g * g
+        S.gram[0, 0] = total
+        return -1 if total > 0.0 else 0
+    S.gram[:, :] = 0.0
+    for p in range(S.overlap.shape[0] - 1):
+        k, l = S.overlap[p, 0], S.overlap[p, 1]
+        total = 0.0
+        for i in range(S.overlap[p, 2], S.overlap[p + 1, 2]):
+            total += S.gradient[S.match[i, 0]] * S.gradient[S.match[i, 1]]
+        S.gram[k, l - k + lower] = total
+        S.gram[l, k - l + lower] = total
+    return _band_factorize(S.gram, lower, upper, S.gram_pivots)
+
+
+@kernel(inline=True)
+def solve_lengths(S, values):
+    """Overwrite `values` with (Phi Phi^T)^-1 values."""
+    if values.size == 1:
+        values[0] /= S.gram[0, 0]
+    elif values.size > 1:
+        _band_solve(S.gram, S.band_limits[2], S.band_limits[3], S.gram_pivots, values)
+
+
+@kernel(inline=True)
+def subtract_gradients(S, values, target, first):
+    """Subtract Phi^T values from target[first : first + n]."""
+    for k in range(S.length_start.size - 1):
+        value = values[k]
+        for i in range(S.length_start[k], S.length_start[k + 1]):
+            column = S.length_column[i]
+            if column < S.n:
+                target[first + column] -= S.gradient[i] * value
+
+
+@kernel(inline=True)
+def accelerate(t, y, S, dy):
+    """Right-hand side: write y' into dy."""
+    n, nb = S.n, S.nb
+    spread(t, y, S)
+    for i in range(n + nb):
+        S.force[i] = S.weight[i]
+    for j in range(S.mode.size):
+        start, stop = S.state_start[j], S.state_start[j + 1]
+        if S.mode[j] == 1:
+            contact_forces(j, S, y[2 * n + start : 2 * n + stop], dy[2 * n + start : 2 * n + stop])
+        else:
+            for i in range(start, stop):
+                dy[2 * n + i] = 0.0
+    for i in range(n):
+        total = S.force[i]
+        for k in range(1, nb):
+            total -= S.inertia[i, k] * S.basis[2, k]
+        dy[i] = S.V[i]
+        dy[n + i] = total
+    for i in range(nb):
+        S.A[n + i] = S.basis[2, i]
+    if S.multiplier.size > 0:
+        directions(S, S.X, S.direction)
+        directions(S, S.V, S.direction_rate)
+        prepare_lengths(S)
+        for k in range(S.multiplier.size):
+            ux, uy = S.direction_rate[k, 0], S.direction_rate[k, 1]
+            total = ux * ux + uy * uy
+            for i in range(S.length_start[k], S.length_start[k + 1]):
+                column = S.length_column[i]
+                total += S.gradient[i] * (dy[n + column] if column < n else S.A[column])
+            S.multiplier[k] = total
+        solve_lengths(S, S.multiplier)
+        subtract_gradients(S, S.multiplier, dy, n)
+    for i in range(n):
+        S.A[i] = dy[n + i]
+
+
+@kernel(inline=True)
+def linearise(t, y, S, dy, dt):
+    """Write y' into dy, the partial derivative of y' by time into dt, and prepare `factorize`."""
+    n, nb = S.n, S.nb
+    accelerate(t, y, S, dy)
+    directions(S, S.A, S.direction_acceleration)
+    for i in range(2 * n):
+        dt[i] = 0.0
+    for i in range(n):
+        for k in range(1, nb):
+            dt[n + i] -= S.inertia[i, k] * S.basis[3, k]
+    for j in range(S.mode.size):
+        start, stop = S.state_start[j], S.state_start[j + 1]
+        for i in range(start, stop):
+            dt[2 * n + i] = 0.0
+        if S.mode[j] == 0:
+            continue
+        states = stop - start
+        by_state = S.state_jacobian[: states + 3, :states]
+        linearise_contact(j, S, y[2 * n + start : 2 * n + stop], by_state, S.state_work[0], S.state_work[1])
+        first, count = S.joint_start[j], S.joint_start[j + 1] - S.joint_start[j]
+        for b in range(count):
+            column = S.joint_column[first + b] - n
+            if column <= 0:  # free, or the constant 1
+                continue
+            w, a = S.basis[1, column], S.basis[2, column]
+            for i in range(count):
+                row = S.joint_column[first + i]
+                if row < n:
+                    at = S.block_start[j] + i * count + b
+                    dt[n + row] += S.block_x[at] * w + S.block_v[at] * a
+            for s in range(states):
+                at = S.force_state_start[j] + b * states + s
+                dt[2 * n + start + s] += S.rate_by_x[at] * w + S.rate_by_v[at] * a
+    m = S.multiplier.size
+    if m == 0:
+        return
+    # the stages of a step overwrite these
+    for k in range(m):
+        S.frozen_multiplier[k] = S.multiplier[k]
+        for axis in range(2):
+            S.frozen_direction[k, axis] = S.direction[k, axis]
+            S.frozen_rate[k, axis] = S.direction_rate[k, axis]
+    for i in range(S.gradient.size):
+        S.frozen_gradient[i] = S.gradient[i]
+    for k in range(m):  # d (Phi^T) / dt lambda, and what the conditions themselves gain
+        ex = ey = fx = fy = gx = gy = 0.0
+        for i in range(S.length_start[k], S.length_start[k + 1]):
+            column = S.length_column[i] - n
+            if column > 0:
+                rx, ry = S.length_row[0, i], S.length_row[1, i]
+                ex += rx * S.basis[1, column]
+                ey += ry * S.basis[1, column]
+                fx += rx * S.basis[2, column]
+                fy += ry * S.basis[2, column]
+                gx += rx * S.basis[3, column]
+                gy += ry * S.basis[3, column]
+        for i in range(S.length_start[k], S.length_start[k + 1]):
+            column = S.length_column[i]
+            if column < n:
+                dt[n + column] -= S.multiplier[k] * (S.length_row[0, i] * ex + S.length_row[1, i] * ey)
+        S.work[k] = (
+            ex * S.direction_acceleration[k, 0]
+            + ey * S.direction_acceleration[k, 1]
+            + 2.0 * (S.direction_rate[k, 0] * fx + S.direction_rate[k, 1] * fy)
+            + S.direction[k, 0] * gx
+            + S.direction[k, 1] * gy
+        )
+    for k in range(m):
+        for i in range(S.length_start[k], S.length_start[k + 1]):
+            column = S.length_column[i]
+            if column < n:
+                S.work[k] += S.gradient[i] * dt[n + column]
+    solve_lengths(S, S.work[:m])
+    subtract_gradients(S, S.work, dt, n)
+
+
+@kernel(inline=True)
+def factorize(hg, S):
+    """Factorize W = 1/hg - d y' / d y for `solve`; returns a singular row or -1.
+
+    Positions are eliminated (k_x = hg (k_v + r_x)) and the multipliers' changes are kept as unknowns, so a chain stays banded.
+    """
+    n, m = S.n, S.multiplier.size
+    matrix, lower = S.band, S.band_limits[0]
+    place = S.place
+    matrix[:, :] = 0.0
+    S.gamma[0] = hg
+    for i in range(n):
+        matrix[place[i], lower] = 1.0 / hg
+    for k in range(m):
+        start, stop = S.length_start[k], S.length_start[k + 1]
+        value = hg * S.frozen_multiplier[k]
+        wx = S.frozen_direction[k, 0] + hg * (2.0 * S.frozen_rate[k, 0] + hg * S.direction_acceleration[k, 0])
+        wy = S.frozen_direction[k, 1] + hg * (2.0 * S.frozen_rate[k, 1] + hg * S.direction_acceleration[k, 1])
+        condition = place[n + k]
+        for i in range(start, stop):
+            if S.length_column[i] >= n:
+                continue
+            row = place[S.length_column[i]]
+            rx, ry = S.length_row[0, i], S.length_row[1, i]
+            matrix[row, condition - row + lower] += S.frozen_gradient[i]
+            matrix[condition, row - condition + lower] += wx * rx + wy * ry
+            for j in range(start, stop):
+                if S.length_column[j] < n:
+                    column = place[S.length_column[j]]
+                    matrix[row, column - row + lower] += value * (rx * S.length_row[0, j] + ry * S.length_row[1, j])
+    for j in range(S.mode.size):
+        first_state, last_state = S.state_start[j], S.state_start[j + 1]
+        states = last_state - first_state
+        for s in range(states):
+            matrix[place[n + m + first_state + s], lower] += 1.0 / hg
+        if S.mode[j] == 0:
+            continue
+        first, count = S.joint_start[j], S.joint_start[j + 1] - S.joint_start[j]
+        for a in range(count):
+            if S.joint_column[first + a] >= n:
+                continue
+            row = place[S.joint_column[first + a]]
+            for b in range(count):
+                if S.joint_column[first + b] < n:
+                    at = S.block_start[j] + a * count + b
+                    column = place[S.joint_column[first + b]]
+                    matrix[row, column - row + lower] -= S.block_v[at] + hg * S.block_x[at]
+            for s in range(states):
+                at = S.force_state_start[j] + a * states + s
+                state = place[n + m + first_state + s]
+                matrix[row, state - row + lower] -= S.force_by_state[at]
+                matrix[state, row - state + lower] -= S.rate_by_v[at] + hg * S.rate_by_x[at]
+        for s in range(states):
+            row = place[n + m + first_state + s]
+            for k in range(states):
+                column = place[n + m + first_state + k]
+                matrix[row, column - row + lower] -= S.rate_by_state[S.state_state_start[j] + s * states + k]
+    return _band_factorize(matrix, lower, S.band_limits[1], S.pivots)
+
+
+@kernel(inline=True)
+def solve(r, S):
+    """Overwrite r with W^-1 r."""
+    n, m, nz = S.n, S.multiplier.size, S.state_start[-1]
+    hg, work, place = S.gamma[0], S.work, S.place
+    for i in range(n):
+        work[place[i]] = r[n + i]
+    for s in range(nz):
+        work[place[n + m + s]] = r[2 * n + s]
+    for k in range(m):
+        value, along = hg * S.frozen_multiplier[k], 0.0
+        dx = dy = 0.0
+        for i in range(S.length_start[k], S.length_start[k + 1]):
+            column = S.length_column[i]
+            if column < n:
+                along += S.frozen_gradient[i] * r[n + column]
+                dx += S.length_row[0, i] * r[column]
+                dy += S.length_row[1, i] * r[column]
+        for i in range(S.length_start[k], S.length_start[k + 1]):
+            column = S.length_column[i]
+            if column < n:
+                work[place[column]] -= value * (S.length_row[0, i] * dx + S.length_row[1, i] * dy)
+        bend = dx * S.direction_acceleration[k, 0] + dy * S.direction_acceleration[k, 1]
+        work[place[n + k]] = hg * (along - hg * bend)
+    for j in range(S.mode.size):
+        if S.mode[j] == 0:
+            continue
+        first, count = S.joint_start[j], S.joint_start[j + 1] - S.joint_start[j]
+        first_state, states = S.state_start[j], S.state_start[j + 1] - S.state_start[j]
+        for b in range(count):
+            if S.joint_column[first + b] >= n:
+                continue
+            value = hg * r[S.joint_column[first + b]]
+            for a in range(count):
+                if S.joint_column[first + a] < n:
+                    work[place[S.joint_column[first + a]]] += S.block_x[S.block_start[j] + a * count + b] * value
+            for s in range(states):
+                at = S.force_state_start[j] + b * states + s
+                work[place[n + m + first_state + s]] += S.rate_by_x[at] * value
+    _band_solve(S.band, S.band_limits[0], S.band_limits[1], S.pivots, work)
+    for i in range(n):
+        value = work[place[i]]
+        r[n + i] = value
+        r[i] = hg * (value + r[i])
+    for s in range(nz):
+        r[2 * n + s] = work[place[n + m + s]]
+
+
+@kernel(inline=True)
+def project(t, y, S):
+    """Bring lengths and their rates back to their conditions; returns whether y changed."""
+    n, m = S.n, S.multiplier.size
+    changed = False
+    if m == 0:
+        return changed
+    spread(t, y, S)
+    for _ in range(3):
+        directions(S, S.X, S.direction)
+        worst = 0.0
+        for k in range(m):
+            dx, dy = S.direction[k, 0], S.direction[k, 1]
+            S.work[k] = 0.5 * (dx * dx + dy * dy - 1.0)
+            worst = max(worst, abs(S.work[k]))
+        if not worst > DRIFT:
+            break
+        prepare_lengths(S)
+        solve_lengths(S, S.work[:m])
+        subtract_gradients(S, S.work, y, 0)
+        for i in range(n):
+            S.X[i] = y[i]
+        changed = True
+    directions(S, S.V, S.direction_rate)
+    worst = 0.0
+    for k in range(m):
+        dx, dy, ux, uy = S.direction[k, 0], S.direction[k, 1], S.direction_rate[k, 0], S.direction_rate[k, 1]
+        S.work[k] = dx * ux + dy * uy
+        worst = max(worst, abs(S.work[k]) / (abs(ux) + abs(uy) + 1e-300))
+    if worst > DRIFT:
+        prepare_lengths(S)
+        solve_lengths(S, S.work[:m])
+        subtract_gradients(S, S.work, y, n)
+        changed = True
+    return changed
+
+
+@kernel(inline=True)
+def guards(t, y, S, value, rate):
+    """Write |e| - c and its rate for each loose joint."""
+    spread(t, y, S)
+    for j in range(S.mode.size):
+        value[j], rate[j] = gap(j, S)
+
+
+@kernel(inline=True)
+def reset(t, y, j, S, record):
+    """Joint j has just touched or separated."""
+    spread(t, y, S)
+    switch(t, y, j, S, record)
+
+
+@kernel(inline=True)
+def constraint_forces(S, target):
+    """Write what the drives exert on each entry of b beyond the constant one into target[0:nb]."""
+    n, nb = S.n, S.nb
+    for i in range(nb):
+        total = -S.force[n + i]
+        for k in range(n):
+            total += S.inertia[k, i] * S.A[k]
+        for k in range(nb):
+            total += S.inertia_b[i, k] * S.basis[2, k]
+        target[i] = total
+    for k in range(S.multiplier.size):
+        for i in range(S.length_start[k], S.length_start[k + 1]):
+            column = S.length_column[i] - n
+            if column >= 0:
+                target[column] += S.gradient[i] * S.multiplier[k]
+
+
+@kernel(inline=True)
+def powers(t, y, S, power, watched):
+    """Write the powers of drives, contact damping and friction [W], and the normal forces [N] to be watched."""
+    accelerate(t, y, S, S.scratch)
+    constraint_forces(S, S.work_b)
+    total = 0.0
+    for i in range(1, S.nb):
+        total += S.work_b[i] * S.basis[1, i]
+    power[0], power[1], power[2] = total, 0.0, 0.0
+    for j in range(S.mode.size):
+        watched[j] = 0.0
+        if S.mode[j] == 1:
+            watched[j] = S.joint[j, 4]
+            power[1] += (S.joint[j, 4] - S.joint[j, 3]) * S.joint[j, 1]
+            power[2] += S.joint[j, 5] * S.joint[j, 2]
+
+
+@kernel(inline=True)
+def look(j, S):
+    """Kinematics of joint j for the record, whether it touches or not."""
+    kinematics(j, S)

@@ -1,0 +1,259 @@
+"""From a mechanism to constant matrices: natural coordinates with all linear joints eliminated.
+
+Each body is its origin p and, if it rotates, the unit vector d along its x axis; every point of it is p + x d + y J d, linear in
+both. Pins, guides and prescribed directions are linear conditions, and so is the parallelism of opposite bars in a
+parallelogram of ideal joints. What is left: coordinates = T [x; b(t)], with T constant, x the free coordinates scaled so
+that their mass matrix is the identity, b = (1, cos th_1, sin th_1, ...) the prescribed directions, and one length
+condition |d|^2 = 1 per family of parallel bars.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+import scipy.sparse as sp
+from scipy.sparse.csgraph import connected_components, reverse_cuthill_mckee
+
+from scissordyn.errors import InputError
+from scissordyn.mechanics.elimination import Elimination, Expression, add, scaled
+from scissordyn.mechanics.parallelogram import parallel_bodies
+from scissordyn.model.body import GROUND
+from scissordyn.model.joint import BodyPoint
+from scissordyn.model.mechanism import Mechanism
+
+__all__ = ["Form", "Layout", "lay_out"]
+
+
+@dataclass(frozen=True)
+class Form:
+    """A plane vector that is linear in [x; b]: its columns and, for each, the coefficients of both components.
+
+    Parameters
+    ----------
+    columns : ndarray of int, shape (k,)
+    rows : ndarray, shape (2, k)
+    """
+
+    columns: np.ndarray
+    rows: np.ndarray
+
+
+@dataclass(frozen=True)
+class Layout:
+    """The constant description of a mechanism that the kernels work on.
+
+    Parameters
+    ----------
+    mechanism : Mechanism
+    free : int
+        Number n of free coordinates x.
+    basis : int
+        Number nb of entries of b(t).
+    coordinates : sparse matrix, shape (nZ, n + nb)
+        T, all natural coordinates from [x; b].
+    mass : sparse matrix, shape (nZ, nZ)
+        Mass matrix of the natural coordinates [kg, kg m, kg m^2].
+    offsets : dict
+        First natural coordinate of each body.
+    weight : ndarray, shape (nZ,)
+        Generalized force of gravity.
+    lengths : tuple of Form
+        The directions whose length is one, ordered for a narrow band.
+    """
+
+    mechanism: Mechanism
+    free: int
+    basis: int
+    coordinates: sp.csr_array
+    mass: sp.csr_array
+    offsets: dict[str, int]
+    weight: np.ndarray
+    lengths: tuple[Form, ...]
+
+    def place(self, point: BodyPoint) -> Form:
+        """Position of a body's point."""
+        return self._form(_point(self.mechanism, self.offsets, point, self._ones))
+
+    def direction(self, body: str) -> Form:
+        """Direction vector of a body; zero for one that does not rotate."""
+        if body == GROUND or not self.mechanism.body(body).rotates:
+            return Form(np.empty(0, np.int64), np.empty((2, 0)))
+        d = self.offsets[body] + 2
+        return self._form(({d: 1.0}, {d + 1: 1.0}))
+
+    @property
+    def _ones(self) -> int:
+        return int(self.coordinates.shape[0])
+
+    def _form(self, pair: tuple[Expression, Expression]) -> Form:
+        """A pair of expressions in natural coordinates as a form in [x; b]."""
+        total = self.coordinates.shape[1]
+        dense: list[Expression] = []
+        for expression in pair:
+            row: Expression = {}
+            for column, coefficient in expression.items():
+                if column == self._ones:
+                    row[self.free] = row.get(self.free, 0.0) + coefficient
+                    continue
+                start, stop = self.coordinates.indptr[column], self.coordinates.indptr[column + 1]
+                for where in range(start, stop):
+                    key = int(self.coordinates.indices[where])
+                    row[key] = row.get(key, 0.0) + coefficient * float(self.coordinates.data[where])
+            dense.append(row)
+        columns = sorted(set(dense[0]) | set(dense[1]))
+        assert all(column < total for column in columns)
+        rows = np.array([[row.get(column, 0.0) for column in columns] for row in dense], float).reshape(2, len(columns))
+        return Form(np.array(columns, np.int64), rows)
+
+
+def lay_out(mechanism: Mechanism) -> Layout:
+    """Eliminate all linear conditions of a mechanism.
+
+    Parameters
+    ----------
+    mechanism : Mechanism
+
+    Returns
+    -------
+    Layout
+
+    Raises
+    ------
+    InputError
+        If the joints and drives contradict each other.
+    """
+    offsets, total = {}, 0
+    preferred: list[bool] = []
+    for body in mechanism.bodies:
+        offsets[body.name] = total
+        # origins are eliminated before directions: lengths then stay short expressions
+        preferred += [True, True, False, False] if body.rotates else [True, True]
+        total = len(preferred)
+    elimination = Elimination(preferred)
+    _impose(mechanism, offsets, total, elimination)
+
+    free = [column for column in range(total) if column not in elimination.solved]
+    if not free:
+        raise InputError("a mechanism in which nothing is left to move or to solve for", "at least one free coordinate")
+    basis = 1 + 2 * len(mechanism.drives)
+    position = {column: index for index, column in enumerate(free)}
+    position.update({total + index: len(free) + index for index in range(basis)})
+    entries = [
+        (row, position[column], value)
+        for row in range(total)
+        for column, value in (elimination.resolve({row: 1.0}) if row in elimination.solved else {row: 1.0}).items()
+    ]
+    rows, columns, values = (np.array(part) for part in zip(*entries, strict=True))
+    coordinates = sp.csr_array((values, (rows, columns)), shape=(total, len(free) + basis))
+    mass, weight = _mass(mechanism, offsets, total), _weight(mechanism, offsets, total)
+    coordinates = _normalize(coordinates, mass, len(free))
+    bare = Layout(mechanism, len(free), basis, coordinates, mass, offsets, weight, ())
+    return Layout(mechanism, len(free), basis, coordinates, mass, offsets, weight, _lengths(bare))
+
+
+def _impose(mechanism: Mechanism, offsets: dict[str, int], ones: int, elimination: Elimination) -> None:
+    for index, drive in enumerate(mechanism.drives):
+        d = offsets[drive.body] + 2
+        for axis in (0, 1):
+            elimination.impose({d + axis: 1.0, ones + 1 + 2 * index + axis: -1.0}, f"the drive of body '{drive.body}'")
+    for one, other, turn in parallel_bodies(mechanism):
+        a, b, cos, sin = offsets[one] + 2, offsets[other] + 2, math.cos(turn), math.sin(turn)
+        name = f"the parallelogram of bodies '{one}' and '{other}'"
+        elimination.impose({b: 1.0, a: -cos, a + 1: sin}, name)
+        elimination.impose({b + 1: 1.0, a: -sin, a + 1: -cos}, name)
+    for joint in mechanism.ideal:
+        here = _point(mechanism, offsets, joint.journal, ones)
+        there = _point(mechanism, offsets, joint.bearing, ones)
+        for axis in (0, 1):
+            elimination.impose(add(here[axis], scaled(-1.0, there[axis])), f"joint '{joint.name}'")
+    for guide in mechanism.guides:
+        x, y = _point(mechanism, offsets, guide.follower, ones)
+        across = -math.sin(guide.direction), math.cos(guide.direction)
+        level = across[0] * guide.through[0] + across[1] * guide.through[1]
+        elimination.impose(add(scaled(across[0], x), scaled(across[1], y), {ones: -level}), f"guide '{guide.name}'")
+
+
+def _point(mechanism: Mechanism, offsets: dict[str, int], point: BodyPoint, ones: int) -> tuple[Expression, Expression]:
+    body_name, name = point
+    if body_name == GROUND:
+        x, y = dict(mechanism.ground)[name]
+        return {ones: x}, {ones: y}
+    body, p = mechanism.body(body_name), offsets[body_name]
+    x, y = body.points[name]
+    if not body.rotates:
+        cos, sin = math.cos(body.angle), math.sin(body.angle)
+        return {p: 1.0, ones: cos * x - sin * y}, {p + 1: 1.0, ones: sin * x + cos * y}
+    return {p: 1.0, p + 2: x, p + 3: -y}, {p + 1: 1.0, p + 2: y, p + 3: x}
+
+
+def _mass(mechanism: Mechanism, offsets: dict[str, int], total: int) -> sp.csr_array:
+    blocks = []
+    for body in mechanism.bodies:
+        m, (x, y) = body.mass, body.centre
+        if body.inertia is None:
+            blocks.append(m * np.eye(2))
+            continue
+        coupling = m * np.array([[x, -y], [y, x]])
+        about_origin = (body.inertia + m * (x * x + y * y)) * np.eye(2)
+        blocks.append(np.block([[m * np.eye(2), coupling], [coupling.T, about_origin]]))
+    return sp.csr_array(sp.block_diag(blocks))
+
+
+def _weight(mechanism: Mechanism, offsets: dict[str, int], total: int) -> np.ndarray:
+    weight = np.zeros(total)
+    gx = mechanism.gravity * math.cos(mechanism.gravity_direction)
+    gy = mechanism.gravity * math.sin(mechanism.gravity_direction)
+    for body in mechanism.bodies:
+        p, m, (x, y) = offsets[body.name], body.mass, body.centre
+        weight[p : p + 2] = m * gx, m * gy
+        if body.rotates:
+            weight[p + 2 : p + 4] = m * (x * gx + y * gy), m * (x * gy - y * gx)
+    return weight
+
+
+def _normalize(coordinates: sp.csr_array, mass: sp.csr_array, free: int) -> sp.csr_array:
+    """Scale and mix the free coordinates, block by block, so that their mass matrix is the identity."""
+    reduced = sp.csr_array(coordinates[:, :free].T @ mass @ coordinates[:, :free])
+    count, label = connected_components(reduced, directed=False)
+    mixing = sp.lil_array((free, free))
+    for block in range(count):
+        members = np.flatnonzero(label == block)
+        lower = np.linalg.cholesky(reduced[members][:, members].toarray())
+        inverse = np.linalg.inv(lower).T
+        mixing[np.ix_(members, members)] = inverse
+    mixed = coordinates[:, :free] @ sp.csr_array(mixing)
+    result = sp.csr_array(sp.hstack([mixed, coordinates[:, free:]]))
+    result.eliminate_zeros()
+    result.sort_indices()
+    return result
+
+
+def _lengths(layout: Layout) -> tuple[Form, ...]:
+    """One length condition per family of parallel bars, ordered so that conditions that share coordinates are near."""
+    families: dict[tuple[tuple[int, int, float], ...], Form] = {}
+    for body in layout.mechanism.bodies:
+        if not body.rotates:
+            continue
+        form = layout.direction(body.name)
+        if not np.any(form.columns < layout.free):
+            continue
+        square = form.rows.T @ form.rows  # the same for directions that differ by a rotation
+        scale = np.max(np.abs(square))
+        key = tuple(
+            (int(a), int(b), round(float(square[i, j] / scale), 9))
+            for i, a in enumerate(form.columns)
+            for j, b in enumerate(form.columns)
+            if abs(square[i, j]) > 1e-12 * scale
+        )
+        families.setdefault(key, form)
+    forms = list(families.values())
+    if len(forms) < 3:
+        return tuple(forms)
+    incidence = sp.lil_array((len(forms), layout.free))
+    for index, form in enumerate(forms):
+        for column in form.columns[form.columns < layout.free]:
+            incidence[index, column] = 1.0
+    graph = sp.csr_array(incidence @ incidence.T)
+    return tuple(forms[index] for index in reverse_cuthill_mckee(graph, symmetric_mode=True))

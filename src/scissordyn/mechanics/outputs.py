@@ -1,0 +1,132 @@
+"""From states at the samples to what the user reads: motions, contact quantities, torques, energies."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from scissordyn.jit import kernel
+from scissordyn.laws.ladder import elastic_force
+from scissordyn.mechanics.equations import accelerate, constraint_forces
+from scissordyn.mechanics.joint import kinematics
+from scissordyn.mechanics.system import System
+
+__all__ = ["Record", "elastic_energy", "record"]
+
+NODES: np.ndarray = 0.5 * (np.polynomial.legendre.leggauss(16)[0] + 1.0)
+WEIGHTS: np.ndarray = 0.5 * np.polynomial.legendre.leggauss(16)[1]
+
+
+class Record(NamedTuple):
+    """Quantities at the samples.
+
+    Parameters
+    ----------
+    X, V, A : ndarray, shape (nt, n + nb)
+        Columns [x; b] and their two derivatives.
+    joint : ndarray, shape (nt, nj, 9)
+        delta, delta', slip speed, elastic, normal and tangential force, n_x, n_y, |e|.
+    elastic : ndarray, shape (nt,)
+        Elastic energy of all contacts [J].
+    torque : ndarray, shape (nt, drives)
+    kinetic, potential : ndarray, shape (nt,)
+    length_error : float
+        Largest relative error of a length.
+    """
+
+    X: np.ndarray
+    V: np.ndarray
+    A: np.ndarray
+    joint: np.ndarray
+    elastic: np.ndarray
+    torque: np.ndarray
+    kinetic: np.ndarray
+    potential: np.ndarray
+    length_error: np.ndarray
+
+
+@kernel()
+def elastic_energy(tag, delta, p):
+    """Work [J] to press an elastic part in by delta [m].
+
+    With delta = d s^2 the usual powers 3/2, 10/9 and 1 of delta become smooth in s, so Gauss's rule is exact to round-off.
+    """
+    if delta <= 0.0:
+        return 0.0
+    total = 0.0
+    for k in range(NODES.size):
+        s = NODES[k]
+        total += WEIGHTS[k] * elastic_force(tag, delta * s * s, p) * 2.0 * s
+    return total * delta
+
+
+@kernel()
+def fill(time, state, mode, memory, S, R):
+    """Evaluate everything at each sample."""
+    n, nb = S.n, S.nb
+    for at in range(time.size):
+        for j in range(S.mode.size):
+            S.mode[j] = mode[at, j]
+            S.approach[j] = memory[at, j]
+        accelerate(time[at], state[at], S, S.scratch)
+        kinetic = potential = 0.0
+        for i in range(n + nb):
+            R.X[at, i], R.V[at, i], R.A[at, i] = S.X[i], S.V[i], S.A[i]
+            potential -= S.weight[i] * S.X[i]
+        for i in range(n):
+            kinetic += 0.5 * S.V[i] * S.V[i]
+            for k in range(nb):
+                kinetic += S.V[i] * S.inertia[i, k] * S.basis[1, k]
+        for i in range(nb):
+            for k in range(nb):
+                kinetic += 0.5 * S.basis[1, i] * S.inertia_b[i, k] * S.basis[1, k]
+        R.kinetic[at], R.potential[at] = kinetic, potential
+        constraint_forces(S, S.work_b)
+        for d in range(S.motion_start.size - 1):
+            i = 1 + 2 * d
+            R.torque[at, d] = S.work_b[i + 1] * S.basis[0, i] - S.work_b[i] * S.basis[0, i + 1]
+        for k in range(S.direction.shape[0]):
+            error = abs(S.direction[k, 0] ** 2 + S.direction[k, 1] ** 2 - 1.0) * 0.5
+            R.length_error[0] = max(R.length_error[0], error)
+        R.elastic[at] = 0.0
+        for j in range(S.mode.size):
+            if S.mode[j] == 0:
+                kinematics(j, S)
+                S.joint[j, 3] = S.joint[j, 4] = S.joint[j, 5] = 0.0
+            else:
+                R.elastic[at] += elastic_energy(S.law[j, 0], S.joint[j, 0], S.elastic[j])
+            for q in range(9):
+                R.joint[at, j, q] = S.joint[j, q]
+
+
+def record(system: System, time: np.ndarray, state: np.ndarray, mode: np.ndarray, memory: np.ndarray) -> Record:
+    """Evaluate everything at the samples.
+
+    Parameters
+    ----------
+    system : System
+        Its contact state is overwritten.
+    time : ndarray, shape (nt,)
+    state : ndarray, shape (nt, ny)
+    mode, memory : ndarray, shape (nt, nj)
+        Contact states and approach speeds.
+
+    Returns
+    -------
+    Record
+    """
+    instants, columns, joints = time.size, system.n + system.nb, system.mode.size
+    found = Record(
+        X=np.empty((instants, columns)),
+        V=np.empty((instants, columns)),
+        A=np.empty((instants, columns)),
+        joint=np.empty((instants, joints, 9)),
+        elastic=np.empty(instants),
+        torque=np.empty((instants, system.motion_start.size - 1)),
+        kinetic=np.empty(instants),
+        potential=np.empty(instants),
+        length_error=np.zeros(1),
+    )
+    fill(time, state, mode, memory, system, found)
+    return found

@@ -1,0 +1,233 @@
+"""Reactions of ideal joints, guides and drives from the Newton-Euler equations of each body.
+
+The motion is known, so the reactions are the unknowns of linear equations, three per body. They are solved in the
+least-squares sense by banded normal equations: exact where the reactions are determined, and linear in the number of bodies.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+import scipy.sparse as sp
+from scipy.sparse.csgraph import reverse_cuthill_mckee
+
+from scissordyn.jit import kernel
+from scissordyn.mechanics import band
+from scissordyn.mechanics.band import width
+from scissordyn.model.body import GROUND
+from scissordyn.model.mechanism import Mechanism
+
+__all__ = ["Balance", "balance", "solve_reactions"]
+
+_factorize, _solve = band.factorize, band.solve
+
+FORCE_X, FORCE_Y, TORQUE = 0, 1, 2
+
+
+class Balance(NamedTuple):
+    """The unknown reactions and how they enter the balance of each body.
+
+    Parameters
+    ----------
+    start : ndarray of int, shape (bodies + 1,)
+        Entries of each body.
+    unknown : ndarray of int
+        Row of the ordered unknowns for each entry.
+    direction : ndarray, shape (entries, 3)
+        Force (x, y) and torque per unit of the unknown.
+    arm : ndarray, shape (entries, 2)
+        Point of application from the mass centre, in the body's frame [m].
+    load_start, load_joint, load_sign, load_arm
+        Likewise the known forces of loose joints; the sign is +1 on the journal's body.
+    mass, inertia : ndarray, shape (bodies,)
+        Inertia is zero for a body that does not rotate, whose balance of moments its guide keeps.
+    length : float
+        Scale of the moment equations [m].
+    order : ndarray of int
+        Place of each unknown (joints x, y; guides; drives) among the ordered ones.
+    band : int
+        Half bandwidth of the normal equations.
+    """
+
+    start: np.ndarray
+    unknown: np.ndarray
+    direction: np.ndarray
+    arm: np.ndarray
+    load_start: np.ndarray
+    load_joint: np.ndarray
+    load_sign: np.ndarray
+    load_arm: np.ndarray
+    mass: np.ndarray
+    inertia: np.ndarray
+    length: float
+    order: np.ndarray
+    band: int
+
+
+def balance(mechanism: Mechanism) -> Balance:
+    """Set up the balances of all bodies.
+
+    Parameters
+    ----------
+    mechanism : Mechanism
+
+    Returns
+    -------
+    Balance
+    """
+    names = [body.name for body in mechanism.bodies]
+    entries: dict[str, list[tuple[int, tuple[float, float, float], tuple[float, float]]]] = {name: [] for name in names}
+    loads: dict[str, list[tuple[int, float, tuple[float, float]]]] = {name: [] for name in names}
+
+    def arm(body: str, point: str) -> tuple[float, float]:
+        described = mechanism.body(body)
+        x, y = described.points[point]
+        return x - described.centre[0], y - described.centre[1]
+
+    count = 0
+    for joint in mechanism.ideal:
+        for (body, point), sign in ((joint.journal, 1.0), (joint.bearing, -1.0)):
+            if body != GROUND:
+                entries[body].append((count, (sign, 0.0, 0.0), arm(body, point)))
+                entries[body].append((count + 1, (0.0, sign, 0.0), arm(body, point)))
+        count += 2
+    for guide in mechanism.guides:
+        across = -math.sin(guide.direction), math.cos(guide.direction)
+        body, point = guide.follower
+        entries[body].append((count, (*across, 0.0), arm(body, point)))
+        count += 1
+    for drive in mechanism.drives:
+        entries[drive.body].append((count, (0.0, 0.0, 1.0), (0.0, 0.0)))
+        count += 1
+    for index, joint in enumerate(mechanism.loose):
+        for (body, point), sign in ((joint.journal, 1.0), (joint.bearing, -1.0)):
+            if body != GROUND:
+                loads[body].append((index, sign, arm(body, point)))
+
+    incidence = sp.lil_array((len(names), count))
+    for row, name in enumerate(names):
+        for unknown, _, _ in entries[name]:
+            incidence[row, unknown] = 1.0
+    graph = sp.csr_array(incidence.T @ incidence)
+    order = np.empty(count, np.int64)
+    order[reverse_cuthill_mckee(graph, symmetric_mode=True)] = np.arange(count)
+    pairs = graph.tocoo()
+    reach = int(np.max(np.abs(order[pairs.row] - order[pairs.col]), initial=0))
+
+    listed = [entry for name in names for entry in entries[name]]
+    known = [load for name in names for load in loads[name]]
+    sizes = [math.hypot(*point) for body in mechanism.bodies for point in body.points.values()]
+    return Balance(
+        start=np.cumsum([0, *(len(entries[name]) for name in names)], dtype=np.int64),
+        unknown=np.array([order[unknown] for unknown, _, _ in listed], np.int64),
+        direction=np.array([direction for _, direction, _ in listed]).reshape(-1, 3),
+        arm=np.array([point for _, _, point in listed]).reshape(-1, 2),
+        load_start=np.cumsum([0, *(len(loads[name]) for name in names)], dtype=np.int64),
+        load_joint=np.array([index for index, _, _ in known], np.int64),
+        load_sign=np.array([sign for _, sign, _ in known]),
+        load_arm=np.array([point for _, _, point in known]).reshape(-1, 2),
+        mass=np.array([body.mass for body in mechanism.bodies]),
+        inertia=np.array([body.inertia or 0.0 for body in mechanism.bodies]),
+        length=max([size for size in sizes if size > 0.0], default=1.0),
+        order=order,
+        band=reach,
+    )
+
+
+@kernel()
+def fill(B, gravity, direction, acceleration, spin_rate, force, moment, matrix, pivots, rows, right, out):
+    """Solve the balances at each instant; returns the first instant at which the reactions are not determined, or -1.
+
+    direction (nt, bodies, 2), acceleration (nt, bodies, 2), spin_rate (nt, bodies), force (nt, nj, 2) on the journal,
+    moment (nt, nj, 2) on the journal's and on the bearing's body; out (nt, unknowns).
+    """
+    lower = B.band
+    for instant in range(out.shape[0]):
+        matrix[:, :] = 0.0
+        x = out[instant]
+        x[:] = 0.0
+        for body in range(B.mass.size):
+            cos, sin = direction[instant, body, 0], direction[instant, body, 1]
+            right[0] = B.mass[body] * (acceleration[instant, body, 0] - gravity[0])
+            right[1] = B.mass[body] * (acceleration[instant, body, 1] - gravity[1])
+            right[2] = B.inertia[body] * spin_rate[instant, body]
+            for i in range(B.load_start[body], B.load_start[body + 1]):
+                joint, sign = B.load_joint[i], B.load_sign[i]
+                fx, fy = sign * force[instant, joint, 0], sign * force[instant, joint, 1]
+                ax = cos * B.load_arm[i, 0] - sin * B.load_arm[i, 1]
+                ay = sin * B.load_arm[i, 0] + cos * B.load_arm[i, 1]
+                right[0] -= fx
+                right[1] -= fy
+                right[2] -= ax * fy - ay * fx + moment[instant, joint, 0 if sign > 0.0 else 1]
+            rotates = B.inertia[body] > 0.0
+            right[2] = right[2] / B.length if rotates else 0.0
+            first, last = B.start[body], B.start[body + 1]
+            for i in range(first, last):
+                fx, fy = B.direction[i, 0], B.direction[i, 1]
+                ax = cos * B.arm[i, 0] - sin * B.arm[i, 1]
+                ay = sin * B.arm[i, 0] + cos * B.arm[i, 1]
+                rows[0, i - first], rows[1, i - first] = fx, fy
+                rows[2, i - first] = (ax * fy - ay * fx + B.direction[i, 2]) / B.length if rotates else 0.0
+            for i in range(first, last):
+                row = B.unknown[i]
+                for r in range(3):
+                    x[row] += rows[r, i - first] * right[r]
+                    for k in range(first, last):
+                        matrix[row, B.unknown[k] - row + lower] += rows[r, i - first] * rows[r, k - first]
+        if _factorize(matrix, lower, lower, pivots) >= 0:
+            return instant
+        _solve(matrix, lower, lower, pivots, x)
+    return -1
+
+
+def solve_reactions(
+    mechanism: Mechanism,
+    *,
+    direction: np.ndarray,
+    acceleration: np.ndarray,
+    spin_rate: np.ndarray,
+    force: np.ndarray,
+    moment: np.ndarray,
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Reactions of ideal joints, guides and drives at many instants.
+
+    Parameters
+    ----------
+    mechanism : Mechanism
+    direction : ndarray, shape (nt, bodies, 2)
+        Cosine and sine of each body's angle.
+    acceleration : ndarray, shape (nt, bodies, 2)
+        Of the mass centres [m/s^2].
+    spin_rate : ndarray, shape (nt, bodies)
+        Angular accelerations [rad/s^2].
+    force : ndarray, shape (nt, loose joints, 2)
+        Contact force on the journal [N].
+    moment : ndarray, shape (nt, loose joints, 2)
+        Contact moment on the journal's and on the bearing's body [N m].
+
+    Returns
+    -------
+    joints : ndarray, shape (nt, ideal joints, 2)
+        Force on the journal [N]; NaN from the first instant on at which the reactions are not determined.
+    guides : ndarray, shape (nt, guides)
+        Force on the follower across the guide [N].
+    torques : ndarray, shape (nt, drives)
+        Torque on the driven body [N m].
+    """
+    parts = balance(mechanism)
+    instants, unknowns = direction.shape[0], parts.order.size
+    values = np.zeros((instants, unknowns))
+    if unknowns:
+        gravity = mechanism.gravity * np.array([math.cos(mechanism.gravity_direction), math.sin(mechanism.gravity_direction)])
+        widest = int(np.max(np.diff(parts.start)))
+        matrix, pivots = np.zeros((unknowns, width(parts.band, parts.band))), np.zeros(unknowns, np.int64)
+        failed = fill(
+            parts, gravity, direction, acceleration, spin_rate, force, moment, matrix, pivots, np.zeros((3, widest)), np.zeros(3), values
+        )
+        if failed >= 0:
+            values[failed:] = np.nan
+    values = values[:, parts.order]
+    joints, guides = 2 * len(mechanism.ideal), len(mechanism.guides)
+    return values[:, :joints].reshape(instants, -1, 2), values[:, joints : joints + guides], values[:, joints + guides :]

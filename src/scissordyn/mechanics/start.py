@@ -1,0 +1,181 @@
+"""Consistent positions and velocities to start from."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+import scipy.sparse as sp
+from scipy.sparse.linalg import lsqr
+
+from scissordyn.errors import InputError
+from scissordyn.mechanics.layout import Form, Layout
+from scissordyn.mechanics.motion import prescribe
+from scissordyn.mechanics.system import System
+
+__all__ = ["Start", "assemble", "carry_over", "hold_joints", "natural_state"]
+
+CLOSED = 1e-12
+MOST_STEPS = 50
+
+
+@dataclass(frozen=True)
+class Start:
+    """A consistent state of a mechanism at t = 0.
+
+    Parameters
+    ----------
+    position, velocity : ndarray, shape (n,)
+        Free coordinates and their rates.
+    """
+
+    position: np.ndarray
+    velocity: np.ndarray
+
+
+def basis_at(layout: Layout, system: System, time: float = 0.0) -> tuple[np.ndarray, np.ndarray]:
+    """b and b' at an instant."""
+    prescribe(time, system.motion, system.motion_start, system.basis, system.angle)
+    return system.basis[0].copy(), system.basis[1].copy()
+
+
+def placed(layout: Layout) -> tuple[np.ndarray, np.ndarray]:
+    """Natural coordinates and velocities of the bodies as the user placed them."""
+    position, velocity = np.zeros(layout.mass.shape[0]), np.zeros(layout.mass.shape[0])
+    for body in layout.mechanism.bodies:
+        p = layout.offsets[body.name]
+        position[p : p + 2] = body.position
+        velocity[p : p + 2] = body.velocity
+        if body.rotates:
+            cos, sin = math.cos(body.angle), math.sin(body.angle)
+            position[p + 2 : p + 4] = cos, sin
+            velocity[p + 2 : p + 4] = -sin * body.angular_velocity, cos * body.angular_velocity
+    return position, velocity
+
+
+def carry_over(layout: Layout, system: System, position: np.ndarray, velocity: np.ndarray) -> Start:
+    """The free coordinates nearest (in the sense of kinetic energy) to given natural coordinates and velocities.
+
+    Parameters
+    ----------
+    layout : Layout
+    system : System
+    position, velocity : ndarray, shape (nZ,)
+
+    Returns
+    -------
+    Start
+    """
+    b, rate = basis_at(layout, system)
+    n = layout.free
+    moving, known = layout.coordinates[:, :n], layout.coordinates[:, n:]
+    weighted = sp.csr_array(moving.T @ layout.mass)
+    return Start(weighted @ (position - known @ b), weighted @ (velocity - known @ rate))
+
+
+def natural_state(layout: Layout, system: System, start: Start) -> tuple[np.ndarray, np.ndarray]:
+    """Natural coordinates and velocities of a state."""
+    b, rate = basis_at(layout, system)
+    return layout.coordinates @ np.append(start.position, b), layout.coordinates @ np.append(start.velocity, rate)
+
+
+def assemble(layout: Layout, system: System) -> Start:
+    """Positions that close the mechanism nearest to where its bodies were placed, and velocities that its drives demand.
+
+    Parameters
+    ----------
+    layout : Layout
+    system : System
+
+    Returns
+    -------
+    Start
+
+    Raises
+    ------
+    InputError
+        If the bodies as placed cannot be brought together.
+    """
+    guess = carry_over(layout, system, *placed(layout))
+    return hold_joints(layout, system, guess, (), np.zeros((0, 2)), np.zeros((0, 2)))
+
+
+def hold_joints(
+    layout: Layout, system: System, guess: Start, forms: tuple[Form, ...], offsets: np.ndarray, rates: np.ndarray
+) -> Start:
+    """The state nearest to a guess that has unit lengths and prescribed values of some forms.
+
+    Parameters
+    ----------
+    layout : Layout
+    system : System
+    guess : Start
+    forms : tuple of Form
+        Vectors to hold, such as the eccentricities of loose joints.
+    offsets, rates : ndarray, shape (forms, 2)
+        Their values [m] and rates [m/s].
+
+    Returns
+    -------
+    Start
+    """
+    n = layout.free
+    b, b_rate = basis_at(layout, system)
+    lengths, held = _matrix(layout, layout.lengths), _matrix(layout, forms)
+    x = guess.position.copy()
+    for _ in range(MOST_STEPS):
+        full = np.append(x, b)
+        d = (lengths @ full).reshape(-1, 2)
+        residual = np.concatenate([0.5 * (np.sum(d * d, axis=1) - 1.0), held @ full - offsets.ravel()])
+        jacobian = _conditions(lengths, held, d)[:, :n]
+        if np.max(np.abs(residual), initial=0.0) < CLOSED:
+            break
+        x -= _least_change(jacobian, residual)
+    else:
+        raise InputError(
+            f"the mechanism as placed cannot be assembled: {_worst(layout, lengths, x, b)}",
+            "positions and angles at the start that are near a closed configuration",
+        )
+    v = guess.velocity.copy()
+    full_rate = np.append(v, b_rate)
+    rate_residual = np.concatenate([np.sum(d * (lengths @ full_rate).reshape(-1, 2), axis=1), held @ full_rate - rates.ravel()])
+    v -= _least_change(jacobian, rate_residual)
+    return Start(x, v)
+
+
+def _matrix(layout: Layout, forms: tuple[Form, ...]) -> sp.csr_array:
+    rows = np.concatenate([np.repeat([2 * k, 2 * k + 1], form.columns.size) for k, form in enumerate(forms)] or [np.zeros(0, int)])
+    columns = np.concatenate([np.tile(form.columns, 2) for form in forms] or [np.zeros(0, int)])
+    values = np.concatenate([form.rows.ravel() for form in forms] or [np.zeros(0)])
+    return sp.csr_array((values, (rows, columns)), shape=(2 * len(forms), layout.free + layout.basis))
+
+
+def _conditions(lengths: sp.csr_array, held: sp.csr_array, d: np.ndarray) -> sp.csr_array:
+    """Gradients of the unit lengths and of the held forms."""
+    count = d.shape[0]
+    pairing = sp.csr_array((d.ravel(), (np.repeat(np.arange(count), 2), np.arange(2 * count))), shape=(count, 2 * count))
+    return sp.csr_array(sp.vstack([pairing @ lengths, held]))
+
+
+def _least_change(jacobian: sp.csr_array, residual: np.ndarray) -> np.ndarray:
+    """The smallest correction that removes a residual to first order, also where conditions are redundant."""
+    if not residual.size or not np.any(residual):
+        return np.zeros(jacobian.shape[1])
+    if jacobian.shape[0] <= 400:
+        return np.linalg.lstsq(jacobian.toarray(), residual, rcond=1e-10)[0]
+    return np.asarray(lsqr(jacobian, residual, atol=1e-15, btol=1e-15, iter_lim=20 * jacobian.shape[0])[0])
+
+
+def _worst(layout: Layout, lengths: sp.csr_array, x: np.ndarray, b: np.ndarray) -> str:
+    d = (lengths @ np.append(x, b)).reshape(-1, 2)
+    errors = np.abs(np.sum(d * d, axis=1) - 1.0)
+    if not errors.size:
+        return "its loose joints cannot be held where they should be"
+    worst = layout.lengths[int(np.argmax(errors))]
+    for body in layout.mechanism.bodies:
+        form = layout.direction(body.name) if body.rotates else worst
+        if body.rotates and form.columns.shape == worst.columns.shape and np.allclose(form.rows, worst.rows):
+            return f"body '{body.name}' would have to change its length by {50.0 * float(np.max(errors)):.3g} %"
+    return "a body would have to change its length"
+

@@ -1,0 +1,108 @@
+"""The contact forces of loose joints."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+import xarray as xr
+from matplotlib.axes import Axes
+
+from scissordyn.plot.scale import Scale, engineering
+from scissordyn.plot.series import chosen_joints, contact_spans, finish, time_scale
+from scissordyn.plot.style import BLACK, BLUE, GREY, IDEAL, LINE, SMALL, VERMILION, Canvas, legend, panels
+
+__all__ = ["force"]
+
+STRIP = 0.06
+"""Height of the strip that shows the contacts, as a fraction of the panel."""
+
+
+def force(
+    run: xr.Dataset, ideal: xr.Dataset | None = None, *, joints: Sequence[str] | None = None, axes: Canvas = None
+) -> list[Axes]:
+    """Normal and friction force of each loose joint, when it is in contact, and the ideal mechanism's reaction.
+
+    Parameters
+    ----------
+    run : Dataset
+    ideal : Dataset, optional
+        The run of the ideal mechanism; the magnitude of its reaction is drawn dashed.
+    joints : sequence of str, optional
+        Which joints; those with the largest forces if not given.
+    axes : Axes or iterable of Axes, optional
+        One per joint, followed by one for its friction if it has any. A new figure if not given.
+
+    Returns
+    -------
+    list of Axes
+
+    Raises
+    ------
+    InputError
+        If no joint is loose, or a named one is not.
+    """
+    chosen = chosen_joints(run, joints)
+    rubs = [bool(np.any(np.nan_to_num(run["friction_force"].sel(joint=name).values))) for name in chosen]
+    ratios = [ratio for rub in rubs for ratio in ((2.0, 1.2) if rub else (2.0,))]
+    drawn = panels(axes, len(ratios), size=(9.0, 0.6 + 1.35 * sum(ratios)), ratios=ratios)
+    time = time_scale(run)
+    following = iter(drawn)
+    for name, rub in zip(chosen, rubs, strict=True):
+        _normal(one := next(following), run, ideal, name, time)
+        if len(chosen) > 1:
+            one.set_title(f"joint {name}", loc="left", fontsize=one.yaxis.label.get_fontsize())
+        if rub:
+            values = run["friction_force"].sel(joint=name).values
+            scale = engineering("N", values)
+            under = next(following)
+            under.plot(time.factor * run["time"].values, scale.factor * values, color=BLUE, linewidth=LINE)
+            under.set_ylabel(scale.label("friction force"))
+    finish(drawn, run, time)
+    legend(drawn)
+    return drawn
+
+
+def _normal(axes: Axes, run: xr.Dataset, ideal: xr.Dataset | None, joint: str, time: Scale) -> None:
+    values = run["normal_force"].sel(joint=joint).values
+    ours = run["contact_joint"].values.astype(str) == joint
+    peaks = run["peak_force"].values[ours]
+    reaction = None
+    if ideal is not None and "reaction" in ideal and joint in ideal["joint"].values:
+        reaction = np.hypot(*ideal["reaction"].sel(joint=joint).transpose("axis", "time").values)
+    scale = engineering("N", values, peaks, *(() if reaction is None else (reaction,)))
+    axes.plot(time.factor * run["time"].values, scale.factor * values, color=BLUE, linewidth=LINE, label="normal force")
+    if peaks.size:
+        when = (run["contact_start"] + run["peak_time"]).values[ours]
+        axes.plot(
+            time.factor * when,
+            scale.factor * peaks,
+            linestyle="",
+            marker="o",
+            markersize=2.5,
+            color=BLACK,
+            label="peak of a contact",
+        )
+    if reaction is not None and ideal is not None:
+        axes.plot(time.factor * ideal["time"].values, scale.factor * reaction, label="ideal reaction", **IDEAL)
+    axes.set_ylabel(scale.label("normal force"))
+    top = scale.factor * max(
+        [0.0, *peaks.tolist(), float(np.max(values)), *([] if reaction is None else [float(np.max(reaction))])]
+    )
+    top = top or 1.0
+    # normal forces are never negative: the room under zero is free for the strip of contacts
+    axes.set_ylim(-1.5 * STRIP * top, 1.06 * top)
+    axes.axhline(0.0, color=GREY, linewidth=0.6)
+    spans = [(time.factor * start, time.factor * lasting) for start, lasting in contact_spans(run, joint)]
+    if spans:
+        axes.broken_barh(
+            spans,
+            (0.0, STRIP),
+            transform=axes.get_xaxis_transform(),
+            facecolor=VERMILION,
+            edgecolor=VERMILION,
+            linewidth=0.5,
+            label="in contact",
+        )
+    else:
+        axes.text(0.5, 0.5, "no contact in this run", transform=axes.transAxes, ha="center", fontsize=SMALL, color=GREY)

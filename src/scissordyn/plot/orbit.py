@@ -1,0 +1,108 @@
+"""The orbit of the journal in its bearing."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+import xarray as xr
+from matplotlib.axes import Axes
+
+from scissordyn.plot.scale import engineering
+from scissordyn.plot.series import BEYOND, chosen_joints, horizon
+from scissordyn.plot.style import BLACK, GREY, LINE, SKY, VERMILION, Canvas, legend, panels
+
+__all__ = ["orbit"]
+
+COLUMNS = 3
+"""Orbits in a row."""
+
+VISIBLE = 0.1
+"""The deepest indentation is drawn about this fraction of the clearance deep."""
+
+
+def orbit(
+    run: xr.Dataset, *, joints: Sequence[str] | None = None, exaggeration: float | None = None, axes: Canvas = None
+) -> list[Axes]:
+    """Journal centre relative to the bearing centre, with the clearance circle; free flight and contact in two colours.
+
+    Parameters
+    ----------
+    run : Dataset
+    joints : sequence of str, optional
+        Which joints; those with the largest forces if not given.
+    exaggeration : float, optional
+        By how much indentations are drawn too deep, which the picture says; chosen for each joint if not given.
+    axes : Axes or iterable of Axes, optional
+        One per joint. A new figure if not given.
+
+    Returns
+    -------
+    list of Axes
+
+    Raises
+    ------
+    InputError
+        If no joint is loose, or a named one is not.
+    """
+    chosen = chosen_joints(run, joints)
+    columns = min(len(chosen), COLUMNS) if axes is None else 1
+    rows = math.ceil(len(chosen) / columns)
+    width = 5.4 if columns == 1 else 3.8 * columns
+    if axes is None:
+        drawn = panels(None, rows, columns, size=(width, 0.8 + (4.6 if columns == 1 else 3.9) * rows), share=False)
+        for spare in drawn[len(chosen) :]:
+            spare.remove()
+        drawn = drawn[: len(chosen)]
+    else:
+        drawn = panels(axes, len(chosen), size=(width, width))
+    for one, joint in zip(drawn, chosen, strict=True):
+        _orbit(one, run, joint, exaggeration)
+    legend(drawn, above=axes is None)
+    return drawn
+
+
+def _orbit(axes: Axes, run: xr.Dataset, joint: str, exaggeration: float | None) -> None:
+    place = run["eccentricity"].sel(joint=joint).transpose("time", "axis").values
+    clearance = float(run["clearance"].sel(joint=joint))
+    touching = run["in_contact"].sel(joint=joint).values.astype(bool)
+    distance = np.hypot(place[:, 0], place[:, 1])
+    depth = np.maximum(distance - clearance, 0.0)
+    gain = _round_gain(VISIBLE * clearance / np.max(depth)) if exaggeration is None and np.any(depth) else exaggeration or 1.0
+    stretch = np.ones_like(distance)
+    np.divide(distance + (gain - 1.0) * depth, distance, out=stretch, where=distance > 0.0)
+    scale = engineering("m", clearance)
+    drawn = scale.factor * place * stretch[:, None]
+
+    axes.set_aspect("equal", adjustable="box")
+    around = np.linspace(0.0, 2.0 * np.pi, 361)
+    circle = scale.factor * clearance * np.stack([np.cos(around), np.sin(around)])
+    axes.plot(*circle, color=GREY, linewidth=0.8, linestyle=(0, (2, 2)), label="clearance circle")
+    until = horizon(run)
+    before = run["time"].values <= (math.inf if until is None else until)
+    # a flight is drawn from the last sample before it to the first one after it, so that the orbit has no gaps
+    flying = ~touching
+    flying[:-1] |= ~touching[1:]
+    flying[1:] |= ~touching[:-1]
+    for part, color, label in ((flying, SKY, "free flight"), (touching, VERMILION, "contact")):
+        for when, alpha in ((before, 1.0), (~before, 0.3)):
+            if np.any(part & when):
+                curve = np.where((part & when)[:, None], drawn, np.nan)
+                shown = label if alpha == 1.0 else f"{label}, {BEYOND}"
+                axes.plot(curve[:, 0], curve[:, 1], color=color, linewidth=LINE, alpha=alpha, label=shown)
+    axes.plot(*drawn[0], linestyle="", marker="o", markersize=4.0, color=BLACK, label="start")
+    axes.set_xlabel(scale.label("x of the journal"))
+    axes.set_ylabel(scale.label("y of the journal"))
+    title = f"joint {joint}" + (f", indentation drawn {gain:g}×" if gain != 1.0 else "")
+    axes.set_title(title, loc="left", fontsize=axes.yaxis.label.get_fontsize())
+    reach = 1.08 * scale.factor * max(clearance, float(np.max(distance * stretch)))
+    axes.set(xlim=(-reach, reach), ylim=(-reach, reach))
+
+
+def _round_gain(gain: float) -> float:
+    """The largest of 1, 2, 5, 10, 20, ... that is not above `gain`."""
+    if gain < 2.0:
+        return 1.0
+    power = 10.0 ** math.floor(math.log10(gain))
+    return max(step * power for step in (1.0, 2.0, 5.0) if step * power <= gain)

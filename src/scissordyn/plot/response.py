@@ -1,0 +1,70 @@
+"""The motion of the slider and of a bar, beside the ideal mechanism's."""
+
+from __future__ import annotations
+
+import xarray as xr
+from matplotlib.axes import Axes
+
+from scissordyn.errors import InputError, did_you_mean
+from scissordyn.plot.scale import DEGREES
+from scissordyn.plot.series import compare, finish, time_scale
+from scissordyn.plot.style import Canvas, legend, panels
+
+__all__ = ["DEFAULT_BODY", "response"]
+
+DEFAULT_BODY = "unit 1/bar 2"
+
+SLIDER = (("slider_position", "displacement"), ("slider_velocity", "velocity"), ("slider_acceleration", "acceleration"))
+TURNING = (("angle", "angle"), ("angular_velocity", "angular velocity"), ("angular_acceleration", "angular acceleration"))
+
+
+def response(run: xr.Dataset, ideal: xr.Dataset | None = None, *, body: str = "", axes: Canvas = None) -> list[Axes]:
+    """Displacement, velocity and acceleration of the slider; angle, angular velocity and acceleration of a body.
+
+    Parameters
+    ----------
+    run : Dataset
+    ideal : Dataset, optional
+        The run of the ideal mechanism, drawn dashed.
+    body : str
+        Whose angle; the coupler of the first scissor unit if not given, or the first body where there is none.
+    axes : Axes or iterable of Axes, optional
+        Six Axes, row by row, slider at the left; three for a mechanism without a slider. A new figure if not given.
+
+    Returns
+    -------
+    list of Axes
+
+    Raises
+    ------
+    InputError
+        If there is no such body.
+    """
+    bodies = [str(name) for name in run["body"].values]
+    chosen = body or (DEFAULT_BODY if DEFAULT_BODY in bodies else bodies[0])
+    if chosen not in bodies:
+        raise InputError(f"body '{chosen}'{did_you_mean(chosen, bodies)}", "one of " + ", ".join(bodies))
+    slides = SLIDER[0][0] in run
+    columns = 2 if slides else 1
+    drawn = panels(axes, 3, columns, size=(4.6 * columns, 6.4))
+    time = time_scale(run)
+    for row, ((along, sliding), (around, turning)) in enumerate(zip(SLIDER, TURNING, strict=True)):
+        right = drawn[columns * row + columns - 1]
+        if slides:
+            compare(drawn[2 * row], sliding, run[along], None if ideal is None else ideal[along], time=time)
+        compare(
+            right,
+            turning,
+            run[around].sel(body=chosen),
+            None if ideal is None else ideal[around].sel(body=chosen),
+            scale=DEGREES if around == "angle" else None,
+            time=time,
+        )
+    if slides:
+        drawn[0].set_title("slider", loc="left")
+    drawn[columns - 1].set_title(chosen, loc="left")
+    finish(drawn, run, time, bottom=drawn[-columns:])
+    for one in drawn[:columns]:
+        one.title.set_fontsize(one.yaxis.label.get_fontsize())
+    legend(drawn, above=axes is None)
+    return drawn

@@ -1,0 +1,200 @@
+"""What all pictures over time share: the time axis, two runs side by side, contacts, the trust horizon."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+import xarray as xr
+from matplotlib.axes import Axes
+
+from scissordyn.errors import InputError, did_you_mean
+from scissordyn.plot.scale import Scale, engineering
+from scissordyn.plot.style import BLUE, IDEAL, LIGHT, LINE
+
+__all__ = [
+    "BEYOND",
+    "MOST_JOINTS",
+    "chosen_joints",
+    "compare",
+    "contact_spans",
+    "finish",
+    "horizon",
+    "loose_joints",
+    "time_scale",
+]
+
+BEYOND = "beyond the trust horizon"
+
+MOST_JOINTS = 6
+"""Joints in one picture unless the caller names more; beyond that nobody can read it."""
+
+
+def time_scale(run: xr.Dataset) -> Scale:
+    """The scale of a run's time axis.
+
+    Parameters
+    ----------
+    run : Dataset
+
+    Returns
+    -------
+    Scale
+    """
+    return engineering("s", run["time"].values)
+
+
+def horizon(run: xr.Dataset) -> float | None:
+    """Until when a run can be trusted [s], or None if it can be to its end or nobody has tried.
+
+    Parameters
+    ----------
+    run : Dataset
+
+    Returns
+    -------
+    float or None
+    """
+    until = float(run.attrs.get("trusted_until", math.nan))
+    return until if math.isfinite(until) and until < float(run["time"].values[-1]) else None
+
+
+def loose_joints(run: xr.Dataset) -> list[str]:
+    """Names of the joints with clearance, in order.
+
+    Parameters
+    ----------
+    run : Dataset
+
+    Returns
+    -------
+    list of str
+    """
+    if "clearance" not in run:
+        return []
+    return [str(name) for name in run["joint"].values[np.isfinite(run["clearance"].values)]]
+
+
+def chosen_joints(run: xr.Dataset, joints: Sequence[str] | None) -> list[str]:
+    """The loose joints to draw: those named, or the `MOST_JOINTS` with the largest forces, in order.
+
+    Parameters
+    ----------
+    run : Dataset
+    joints : sequence of str, optional
+
+    Returns
+    -------
+    list of str
+
+    Raises
+    ------
+    InputError
+        If no joint is loose, or a named one is not.
+    """
+    loose = loose_joints(run)
+    if not loose:
+        raise InputError(
+            "a run without loose joints", "a run of a mechanism with a clearance", 'arm.loosen("A", Clearance(0.5e-3))'
+        )
+    if joints is not None:
+        for name in joints:
+            if name not in loose:
+                raise InputError(f"joint '{name}'{did_you_mean(name, loose)}", "one of " + ", ".join(loose))
+        return list(joints)
+    largest = np.max(run["normal_force"].sel(joint=loose).values, axis=0)
+    kept = set(np.argsort(-largest, kind="stable")[:MOST_JOINTS].tolist())
+    return [name for k, name in enumerate(loose) if k in kept]
+
+
+def contact_spans(run: xr.Dataset, joint: str) -> list[tuple[float, float]]:
+    """Start and duration of every contact of a joint [s].
+
+    Parameters
+    ----------
+    run : Dataset
+    joint : str
+
+    Returns
+    -------
+    list of (float, float)
+        A contact that the run ended in lasts to the run's end.
+    """
+    ours = run["contact_joint"].values.astype(str) == joint
+    starts, durations = run["contact_start"].values[ours], run["contact_duration"].values[ours]
+    lasting = np.where(np.isnan(durations), float(run["time"].values[-1]) - starts, durations)
+    return list(zip(starts.tolist(), lasting.tolist(), strict=True))
+
+
+def compare(
+    axes: Axes,
+    name: str,
+    run: xr.DataArray,
+    ideal: xr.DataArray | None,
+    *,
+    scale: Scale | None = None,
+    time: Scale,
+    color: str = BLUE,
+    labels: tuple[str, str] = ("with clearance", "ideal joints"),
+) -> Scale:
+    """Draw one quantity over time, beside the ideal mechanism's.
+
+    Parameters
+    ----------
+    axes : Axes
+    name : str
+        The quantity, for the axis label.
+    run, ideal : DataArray
+        Along "time", with the attribute `units`.
+    scale : Scale, optional
+        The engineering scale of both if not given.
+    time : Scale
+    color : str
+    labels : (str, str)
+
+    Returns
+    -------
+    Scale
+        The one used.
+    """
+    both = [run] if ideal is None else [run, ideal]
+    chosen = scale or engineering(run.attrs["units"], *(part.values for part in both))
+    axes.plot(time.factor * run["time"].values, chosen.factor * run.values, color=color, linewidth=LINE, label=labels[0])
+    if ideal is not None:
+        axes.plot(time.factor * ideal["time"].values, chosen.factor * ideal.values, label=labels[1], **IDEAL)
+    axes.set_ylabel(chosen.label(name))
+    return chosen
+
+
+def finish(axes: Sequence[Axes], run: xr.Dataset, time: Scale, *, bottom: Sequence[Axes] | None = None) -> None:
+    """Label the time axes, keep constants flat, and shade what lies beyond the trust horizon; that is labelled once.
+
+    Parameters
+    ----------
+    axes : sequence of Axes
+    run : Dataset
+    time : Scale
+    bottom : sequence of Axes, optional
+        Those that say "time"; the last one if not given.
+    """
+    first, last = time.factor * run["time"].values[[0, -1]]
+    until = horizon(run)
+    for k, one in enumerate(axes):
+        if last > first:
+            one.set_xlim(first, last)
+        if until is not None:
+            label = BEYOND if k == 0 else None
+            one.axvspan(time.factor * until, last, facecolor=LIGHT, alpha=0.7, linewidth=0.0, zorder=0.0, label=label)
+        one.ticklabel_format(axis="y", style="plain", useOffset=False)
+        _keep_constants_flat(one)
+    for one in axes[-1:] if bottom is None else bottom:
+        one.set_xlabel(time.label("time"))
+
+
+def _keep_constants_flat(axes: Axes) -> None:
+    # matplotlib would blow round-off in a constant up to the height of the panel
+    low, high = axes.get_ylim()
+    middle, size = 0.5 * (low + high), max(abs(low), abs(high))
+    if high - low < 1e-6 * size:
+        axes.set_ylim(middle - 0.1 * size, middle + 0.1 * size)

@@ -1,0 +1,52 @@
+"""The driving torque."""
+
+from __future__ import annotations
+
+import xarray as xr
+from matplotlib.axes import Axes
+
+from scissordyn.errors import InputError
+from scissordyn.plot.scale import engineering
+from scissordyn.plot.series import compare, finish, time_scale
+from scissordyn.plot.style import Canvas, legend, panels
+
+__all__ = ["torque"]
+
+
+def torque(run: xr.Dataset, ideal: xr.Dataset | None = None, *, axes: Canvas = None) -> list[Axes]:
+    """The driving torque, beside the ideal mechanism's; one panel per drive.
+
+    Parameters
+    ----------
+    run : Dataset
+    ideal : Dataset, optional
+        The run of the ideal mechanism, drawn dashed.
+    axes : Axes or iterable of Axes, optional
+        As many as there are drives. A new figure if not given.
+
+    Returns
+    -------
+    list of Axes
+
+    Raises
+    ------
+    InputError
+        If nothing is driven.
+    """
+    if "drive_torque" not in run:
+        raise InputError("a run without a drive", "a run of a driven mechanism", "arm.driven(speed=rpm(150))")
+    drives = run.sizes.get("drive", 1)
+    drawn = panels(axes, drives, size=(8.0, 0.7 + 2.6 * drives))
+    time = time_scale(run)
+    for k, one in enumerate(drawn):
+        curves = [_torque(part, k) for part in (run, ideal) if part is not None]
+        name = "driving torque" if drives == 1 else f"torque of drive {k + 1}"
+        scale = engineering("N m", *(curve.values for curve in curves))
+        compare(one, name, curves[0], curves[1] if ideal is not None else None, scale=scale, time=time)
+    finish(drawn, run, time)
+    legend(drawn, above=axes is None)
+    return drawn
+
+
+def _torque(run: xr.Dataset, drive: int) -> xr.DataArray:
+    return run["drive_torques"].isel(drive=drive) if "drive_torques" in run else run["drive_torque"]

@@ -1,0 +1,1 @@
+"""The one driver: mechanism, consistent start, advance, Dataset."""

@@ -1,0 +1,81 @@
+"""From the event log to the table of contacts."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, fields
+
+import numpy as np
+
+__all__ = ["Contact", "contacts"]
+
+
+@dataclass(frozen=True)
+class Contact:
+    """One contact of one joint.
+
+    Parameters
+    ----------
+    joint : int
+        Which loose joint.
+    start : float
+        [s]
+    approach_speed : float
+        delta'(-) [m/s].
+    angle : float
+        Direction of n at the start [rad].
+    peak_force : float
+        Largest normal force [N].
+    peak_time : float
+        From the start of the contact to the peak [s].
+    duration : float
+        [s]; NaN if the run ended first.
+    rebound_speed : float
+        delta' at the end [m/s], negative; NaN if the run ended first.
+    """
+
+    joint: int
+    start: float
+    approach_speed: float
+    angle: float
+    peak_force: float
+    peak_time: float
+    duration: float
+    rebound_speed: float
+
+
+def contacts(log: np.ndarray, peak: np.ndarray) -> list[Contact]:
+    """Pair the starts and ends in an event log.
+
+    Parameters
+    ----------
+    log : ndarray, shape (events, 7)
+        Time, joint, 1 for a start and 0 for an end, delta', angle of n, largest normal force and when.
+    peak : ndarray, shape (nj, 2)
+        The last two for contacts still going on.
+
+    Returns
+    -------
+    list of Contact
+        In order of their starts.
+    """
+    open_, found = {}, []
+    for row in log.tolist():
+        joint = int(row[1])
+        if row[2] == 1.0:
+            open_[joint] = row
+        elif joint in open_:
+            start = open_.pop(joint)
+            found.append(Contact(joint, start[0], start[3], start[4], row[5], row[6] - start[0], row[0] - start[0], row[3]))
+    for joint, start in open_.items():
+        force, when = peak[joint].tolist()
+        found.append(Contact(joint, start[0], start[3], start[4], force, when - start[0], math.nan, math.nan))
+    return sorted(found, key=lambda contact: contact.start)
+
+
+def columns(found: list[Contact]) -> dict[str, np.ndarray]:
+    """The contacts as one array per field."""
+    return {
+        field.name: np.array([getattr(contact, field.name) for contact in found], int if field.name == "joint" else float)
+        for field in fields(Contact)
+    }

@@ -1,0 +1,202 @@
+"""A trajectory as the Dataset that the user reads."""
+
+from __future__ import annotations
+
+import json
+import math
+import platform
+from importlib.metadata import version
+
+import numpy as np
+import xarray as xr
+
+from scissordyn.mechanics.bodies import BodyMotion, body_motion
+from scissordyn.mechanics.outputs import Record, record
+from scissordyn.mechanics.reactions import solve_reactions
+from scissordyn.model.mechanism import Mechanism
+from scissordyn.model.record import to_plain
+from scissordyn.simulation.contacts import columns, contacts
+from scissordyn.simulation.options import Options
+from scissordyn.simulation.trajectory import Trajectory
+
+__all__ = ["to_dataset"]
+
+Variable = tuple[tuple[str, ...], np.ndarray, dict[str, str]]
+
+
+def _described(dims: tuple[str, ...], values: np.ndarray, units: str, long_name: str) -> Variable:
+    return dims, values, {"units": units, "long_name": long_name}
+
+
+def to_dataset(mechanism: Mechanism, options: Options, path: Trajectory, warnings: list[str]) -> xr.Dataset:
+    """Everything that a run found out.
+
+    Parameters
+    ----------
+    mechanism : Mechanism
+    options : Options
+    path : Trajectory
+    warnings : list of str
+
+    Returns
+    -------
+    Dataset
+        With the names of the package's contract; all values in SI units and radians.
+    """
+    samples = path.samples
+    found = record(path.system, samples.time, samples.state, samples.mode, samples.memory)
+    motion = body_motion(path.layout, found)
+    names = [joint.name for joint in (*mechanism.joints, *mechanism.guides)]
+    variables = {
+        **_motion_variables(mechanism, motion),
+        **_joint_variables(mechanism, path, found, motion),
+        **_energy_variables(path, found),
+        **_contact_variables(mechanism, path),
+    }
+    coordinates = {
+        "time": _described(("time",), samples.time, "s", "time"),
+        "body": ("body", [body.name for body in mechanism.bodies]),
+        "joint": ("joint", names),
+        "axis": ("axis", ["x", "y"]),
+    }
+    attributes = {
+        "title": "scissordyn run",
+        "status": path.status,
+        "cause": path.cause,
+        "end": path.end,
+        "statistics": json.dumps(path.statistics),
+        "warnings": json.dumps(warnings),
+        "configuration": json.dumps({"mechanism": to_plain(mechanism), "options": to_plain(options)}),
+        "versions": json.dumps(
+            {"python": platform.python_version(), **{name: version(name) for name in ("scissordyn", "numpy", "scipy", "numba")}}
+        ),
+        "length_error": float(found.length_error[0]),
+        "trusted_until": math.nan,
+        "trusted_contacts": -1,
+    }
+    return xr.Dataset(variables, coords=coordinates, attrs=attributes)
+
+
+def _motion_variables(mechanism: Mechanism, motion: BodyMotion) -> dict[str, Variable]:
+    place, spin = ("time", "body", "axis"), ("time", "body")
+    variables = {
+        "position": _described(place, motion.position, "m", "position of the mass centre"),
+        "velocity": _described(place, motion.velocity, "m/s", "velocity of the mass centre"),
+        "acceleration": _described(place, motion.acceleration, "m/s^2", "acceleration of the mass centre"),
+        "angle": _described(spin, motion.angle, "rad", "angle"),
+        "angular_velocity": _described(spin, motion.spin, "rad/s", "angular velocity"),
+        "angular_acceleration": _described(spin, motion.spin_rate, "rad/s^2", "angular acceleration"),
+    }
+    for guide in mechanism.guides:
+        if guide.follower[0] != mechanism.output_body:
+            continue
+        k = [body.name for body in mechanism.bodies].index(mechanism.output_body)
+        along = np.array([math.cos(guide.direction), math.sin(guide.direction)])
+        for name, values, units in (
+            ("position", motion.position[:, k] - np.array(guide.through), "m"),
+            ("velocity", motion.velocity[:, k], "m/s"),
+            ("acceleration", motion.acceleration[:, k], "m/s^2"),
+        ):
+            variables[f"slider_{name}"] = _described(("time",), values @ along, units, f"{name} of the slider along its guide")
+    return variables
+
+
+def _joint_variables(mechanism: Mechanism, path: Trajectory, found: Record, motion: BodyMotion) -> dict[str, Variable]:
+    """Quantities per joint; those that exist at loose joints only are NaN at ideal ones."""
+    names = [joint.name for joint in (*mechanism.joints, *mechanism.guides)]
+    loose = np.array([names.index(joint.name) for joint in mechanism.loose], int)
+    ideal = np.array([names.index(joint.name) for joint in mechanism.ideal], int)
+    guides = np.arange(len(mechanism.joints), len(names))
+    instants, contact = found.X.shape[0], found.joint
+    normal, tangential, nx, ny = contact[..., 4], contact[..., 5], contact[..., 6], contact[..., 7]
+    force = np.stack([-normal * nx + tangential * ny, -normal * ny - tangential * nx], axis=-1)
+    radius = path.system.radius
+    moment = np.stack([-radius[:, 1] * tangential, radius[:, 2] * tangential], axis=-1)
+    joints, guided, _ = solve_reactions(
+        mechanism,
+        direction=motion.direction,
+        acceleration=motion.acceleration,
+        spin_rate=motion.spin_rate,
+        force=force,
+        moment=moment,
+    )
+    reaction = np.zeros((instants, len(names), 2))
+    reaction[:, loose], reaction[:, ideal] = force, joints
+    across = np.array([(-math.sin(guide.direction), math.cos(guide.direction)) for guide in mechanism.guides]).reshape(-1, 2)
+    reaction[:, guides] = guided[..., None] * across
+    what = "force on the journal (contact force at loose joints, reaction at ideal ones), on the follower for guides"
+    variables = {"reaction": _described(("time", "joint", "axis"), reaction, "N", what)}
+    if loose.size == 0:
+        return variables
+
+    def everywhere(values: np.ndarray) -> np.ndarray:
+        full = np.full((*values.shape[:1], len(names), *values.shape[2:]), np.nan)
+        full[:, loose] = values
+        return full
+
+    eccentricity = contact[..., 8:9] * contact[..., 6:8]
+    per_joint = ("time", "joint")
+    touching = np.zeros((instants, len(names)), bool)
+    touching[:, loose] = path.samples.mode == 1
+    clearance = np.full(len(names), np.nan)
+    clearance[loose] = radius[:, 0]
+    variables |= {
+        "eccentricity": _described(
+            (*per_joint, "axis"), everywhere(eccentricity), "m", "journal centre relative to the bearing centre"
+        ),
+        "indentation": _described(per_joint, everywhere(contact[..., 0]), "m", "indentation, negative in free flight"),
+        "normal_force": _described(per_joint, everywhere(normal), "N", "normal contact force"),
+        "friction_force": _described(per_joint, everywhere(tangential), "N", "tangential contact force"),
+        "slip_speed": _described(per_joint, everywhere(contact[..., 2]), "m/s", "slip speed of the two surfaces"),
+        "in_contact": _described(per_joint, touching, "1", "journal and bearing in contact"),
+        "clearance": _described(("joint",), clearance, "m", "radial clearance"),
+    }
+    for j, joint in enumerate(mechanism.loose):
+        assert joint.clearance is not None
+        first, state = int(path.system.state_start[j]), path.samples.state[:, 2 * path.layout.free :]
+        for s, name in enumerate(joint.clearance.friction.states):
+            values = variables.setdefault(
+                name, _described(per_joint, np.full(touching.shape, np.nan), "SI", name.replace("_", " "))
+            )[1]
+            values[:, loose[j]] = np.where(path.samples.mode[:, j] == 1, state[:, first + s], np.nan)
+    return variables
+
+
+def _energy_variables(path: Trajectory, found: Record) -> dict[str, Variable]:
+    work, damping, rubbing = path.samples.total.T
+    energy = found.kinetic + found.potential + found.elastic
+    residual = energy - energy[:1] - work + damping + rubbing
+    named = {
+        "kinetic_energy": (found.kinetic, "kinetic energy"),
+        "potential_energy": (found.potential, "potential energy of gravity"),
+        "elastic_energy": (found.elastic, "elastic energy of the contacts"),
+        "drive_work": (work, "work of the drives"),
+        "damping_loss": (damping, "energy dissipated by contact damping"),
+        "friction_loss": (rubbing, "energy dissipated by friction"),
+        "dissipated_energy": (damping + rubbing, "dissipated energy"),
+        "energy_residual": (residual, "what the energy balance misses"),
+    }
+    variables = {name: _described(("time",), values, "J", text) for name, (values, text) in named.items()}
+    if found.torque.shape[1]:
+        # with several drives the first is the one that the contract names; all of them stand beside it
+        variables["drive_torque"] = _described(("time",), found.torque[:, 0].copy(), "N m", "driving torque")
+    if found.torque.shape[1] > 1:
+        variables["drive_torques"] = _described(("time", "drive"), found.torque, "N m", "driving torque of each drive")
+    return variables
+
+
+def _contact_variables(mechanism: Mechanism, path: Trajectory) -> dict[str, Variable]:
+    table = columns(contacts(path.log, path.peak))
+    names = np.array([joint.name for joint in mechanism.loose], dtype=object)
+    joint = names[table["joint"]] if names.size else names
+    along = ("contact",)
+    return {
+        "contact_joint": (along, joint.astype(str), {"long_name": "joint"}),
+        "contact_start": _described(along, table["start"], "s", "start of the contact"),
+        "approach_speed": _described(along, table["approach_speed"], "m/s", "approach speed"),
+        "contact_angle": _described(along, table["angle"], "rad", "direction of the normal at the start"),
+        "peak_force": _described(along, table["peak_force"], "N", "largest normal force"),
+        "peak_time": _described(along, table["peak_time"], "s", "time from the start to the largest normal force"),
+        "contact_duration": _described(along, table["duration"], "s", "duration"),
+        "rebound_speed": _described(along, table["rebound_speed"], "m/s", "rate of indentation at the end"),
+    }

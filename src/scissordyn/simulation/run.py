@@ -1,0 +1,112 @@
+"""Simulate a mechanism."""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+from collections.abc import Callable
+
+import xarray as xr
+
+from scissordyn.errors import InputError
+from scissordyn.model.drive import TableMotion
+from scissordyn.model.mechanism import Mechanism
+from scissordyn.model.record import from_plain
+from scissordyn.simulation.dataset import to_dataset
+from scissordyn.simulation.options import Options, StartKind
+from scissordyn.simulation.trajectory import compute
+from scissordyn.simulation.trust import TIGHTER, horizon
+
+__all__ = ["replay", "simulate"]
+
+
+def simulate(
+    mechanism: Mechanism,
+    *,
+    until: float,
+    start: StartKind = "concentric",
+    samples: int = 2001,
+    rtol: float = 1e-8,
+    atol: float = 1e-8,
+    method: str = "auto",
+    most_steps: int = 50_000_000,
+    trust: bool = False,
+    progress: Callable[[float], None] | None = None,
+) -> xr.Dataset:
+    """Simulate a mechanism and return everything that is known about its motion.
+
+    Parameters
+    ----------
+    mechanism : Mechanism
+    until : float
+        End of the simulated time [s].
+    start : {"concentric", "in-contact"}
+        Journals concentric with their bearings and moving as in the ideal mechanism; or resting in contact along the
+        line of the ideal reaction.
+    samples : int
+        Instants at which the run is recorded; steps and events do not depend on it.
+    rtol : float
+        Error allowed in a step, relative to the speeds and to the hidden states of friction laws.
+    atol : float
+        Error in positions allowed in a step, as a fraction of the smallest clearance.
+    method : str
+        "auto" (explicit without friction, stiff with), "dop853", "dopri5", "rodas5p" or "rodas4p".
+    most_steps : int
+        The run ends unfinished after so many steps.
+    trust : bool
+        Repeat the run at a ten times tighter tolerance and report until when both agree.
+    progress : callable, optional
+        Called now and then with the simulated time [s].
+
+    Returns
+    -------
+    Dataset
+        Coordinates time, body, joint, axis, contact; every variable has units and a long name. Its attributes hold the
+        configuration, versions, solver statistics, warnings, and a status: "complete", "interrupted" or "failed".
+
+    Raises
+    ------
+    InputError
+        If the mechanism cannot be assembled or an option is out of bounds. A run that breaks off raises nothing: it returns
+        what it has, with the cause.
+    """
+    options = Options(until, start, samples, rtol, atol, method, most_steps)
+    return _simulate(mechanism, options, trust, progress)
+
+
+def replay(run: xr.Dataset, *, progress: Callable[[float], None] | None = None) -> xr.Dataset:
+    """Run a saved run again, from its attributes; the same versions give the same numbers bit for bit.
+
+    Parameters
+    ----------
+    run : Dataset
+    progress : callable, optional
+
+    Returns
+    -------
+    Dataset
+    """
+    if "configuration" not in run.attrs:
+        raise InputError("a dataset without the attribute 'configuration'", "a Dataset that simulate() made")
+    plain = json.loads(run.attrs["configuration"])
+    return _simulate(from_plain(plain["mechanism"]), from_plain(plain["options"]), plain.get("trust", False), progress)
+
+
+def _simulate(
+    mechanism: Mechanism, options: Options, trust: bool, progress: Callable[[float], None] | None
+) -> xr.Dataset:
+    for drive in mechanism.drives:
+        if isinstance(drive.motion, TableMotion) and not drive.motion.times[0] <= 0.0 <= options.until <= drive.motion.times[-1]:
+            raise InputError(
+                f"the drive of '{drive.body}' is tabulated from {drive.motion.times[0]:g} s to {drive.motion.times[-1]:g} s, "
+                f"the run goes from 0 s to {options.until:g} s",
+                "a table that covers the run",
+            )
+    path = compute(mechanism, options, progress)
+    run = to_dataset(mechanism, options, path, [])
+    if trust and path.status == "complete":
+        tight = dataclasses.replace(options, rtol=max(TIGHTER * options.rtol, 1e-14), atol=max(TIGHTER * options.atol, 1e-14))
+        second = to_dataset(mechanism, tight, compute(mechanism, tight, progress), [])
+        run.attrs["trusted_until"], run.attrs["trusted_contacts"] = horizon(run, second)
+        run.attrs["configuration"] = json.dumps({**json.loads(run.attrs["configuration"]), "trust": True})
+    return run

@@ -1,0 +1,205 @@
+"""From a mechanism to samples and events: tolerances, and the loop in slices."""
+
+from __future__ import annotations
+
+import time as clocks
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cache
+
+import numpy as np
+
+from scissordyn.integrate import advance as loop
+from scissordyn.integrate.problem import Problem, Samples, Work, make_problem, make_samples, make_work
+from scissordyn.integrate.tableau import Tableau, tableau
+from scissordyn.mechanics.equations import spread
+from scissordyn.mechanics.functions import FUNCTIONS
+from scissordyn.mechanics.joint import kinematics
+from scissordyn.mechanics.layout import Layout, lay_out
+from scissordyn.mechanics.system import System, build_system, sliding_states, system_handle
+from scissordyn.model.mechanism import Mechanism
+from scissordyn.simulation.options import Options
+from scissordyn.simulation.start import prepare_start
+
+__all__ = ["Trajectory", "compute"]
+
+SLICE = 2000
+"""Steps between two looks at the keyboard and the progress bar; the steps themselves do not depend on it."""
+
+HIDDEN_STATES = 100.0
+"""Hidden states are weighed this much more loosely: they relax within microseconds, so that their errors do not add up.
+Measured: the events keep their digits, the steps become a third fewer (docs/decisions)."""
+
+CAUSES = {
+    loop.STEP_TOO_SMALL: "the step size fell to round-off",
+    loop.NOT_FINITE: "a law or a position became infinite or not a number",
+    loop.STUCK: "contacts and separations followed each other without any progress in time",
+}
+
+
+@dataclass(frozen=True)
+class Trajectory:
+    """What a run leaves: samples, events and how it ended.
+
+    Parameters
+    ----------
+    layout : Layout
+    system : System
+    samples : Samples
+        Trimmed to what was reached.
+    log : ndarray, shape (events, 5 + RECORD)
+        Time, joint, new mode, delta', angle of n, largest normal force of the contact that ended, and when.
+    peak : ndarray, shape (nj, 2)
+        Largest normal force of the contact still going on at the end, and when.
+    end : float
+        Time reached [s].
+    status : str
+        "complete", "interrupted" or "failed".
+    cause : str
+        Why it is not complete.
+    statistics : dict
+        Method, steps, rejected, rates, jacobians, events, seconds.
+    """
+
+    layout: Layout
+    system: System
+    samples: Samples
+    log: np.ndarray
+    peak: np.ndarray
+    end: float
+    status: str
+    cause: str
+    statistics: dict[str, str | int | float]
+
+
+def compute(mechanism: Mechanism, options: Options, progress: Callable[[float], None] | None = None) -> Trajectory:
+    """Simulate a mechanism.
+
+    Parameters
+    ----------
+    mechanism : Mechanism
+    options : Options
+    progress : callable, optional
+        Called now and then with the simulated time [s].
+
+    Returns
+    -------
+    Trajectory
+    """
+    layout = lay_out(mechanism)
+    system = build_system(layout)
+    state, opening = prepare_start(layout, system, options)
+    method = options.method if options.method != "auto" else automatic_method(mechanism)
+    coefficients = tableau(method)
+    work = _work(layout, system, state, coefficients, options)
+    handle = system_handle(system)
+    samples = make_samples(np.linspace(0.0, options.until, options.samples), work)
+    clock = np.array([0.0, 1e-4 * options.until, options.until, options.until, options.until])
+    count = np.zeros(8, np.int64)
+    log = np.zeros((256, 5 + loop.RECORD))
+    for row, event in enumerate(opening):
+        log[row] = event
+    count[loop.EVENTS] = len(opening)
+
+    began = clocks.perf_counter()
+    status, cause = loop.ADVANCING, ""
+    try:
+        while status == loop.ADVANCING:
+            slice_ = int(min(SLICE, options.most_steps - count[loop.STEPS] - count[loop.REJECTED]))
+            if slice_ <= 0:
+                cause = f"{options.most_steps} steps did not suffice"
+                break
+            status = loop.advance(_problem(), coefficients, handle.address, clock, count, work, samples, log, slice_)
+            if status == loop.LOG_FULL:
+                log = np.vstack([log, np.zeros_like(log)])
+                status = loop.ADVANCING
+            if progress is not None:
+                progress(float(clock[loop.TIME]))
+    except KeyboardInterrupt:
+        cause = "interrupted"
+    seconds = clocks.perf_counter() - began
+    if status in CAUSES:
+        cause = f"{CAUSES[status]}{_culprit(mechanism, system, work, float(clock[loop.TIME]))}"
+    reached = int(count[loop.SAMPLED])
+    ended = "complete" if status == loop.FINISHED else ("interrupted" if cause == "interrupted" else "failed")
+    if ended != "complete":
+        cause = f"stopped at t = {clock[loop.TIME]:.9g} s of {options.until:g} s: {cause}"
+    return Trajectory(
+        layout=layout,
+        system=system,
+        samples=Samples(*(part[:reached] for part in samples)),
+        log=log[: count[loop.EVENTS]].copy(),
+        peak=work.peak.copy(),
+        end=float(clock[loop.TIME]),
+        status=ended,
+        cause=cause,
+        statistics={
+            "method": method,
+            "steps": int(count[loop.STEPS]),
+            "rejected": int(count[loop.REJECTED]),
+            "rates": int(count[loop.RATES]),
+            "jacobians": int(count[loop.JACOBIANS]),
+            "events": int(count[loop.EVENTS]),
+            "seconds": seconds,
+        },
+    )
+
+
+def automatic_method(mechanism: Mechanism) -> str:
+    """The stiff method where a friction law makes the equations stiff, the explicit one elsewhere."""
+    stiff = any(joint.clearance.friction.stiff for joint in mechanism.loose if joint.clearance)
+    return "rodas5p" if stiff else "dop853"
+
+
+@cache
+def _problem() -> Problem:
+    """Typed pointers to the mechanics."""
+    return make_problem(dict(FUNCTIONS))
+
+
+def _work(layout: Layout, system: System, state: np.ndarray, coefficients: Tableau, options: Options) -> Work:
+    """Work arrays with error weights that mean the same for any mechanism.
+
+    A free coordinate counts by how far it moves the points of the bodies; positions are weighed against the smallest clearance,
+    speeds against the speed of the whole mechanism, hidden states against their size in steady sliding.
+    """
+    n, mechanism = layout.free, layout.mechanism
+    extent = {body.name: max([float(np.hypot(*point)) for point in body.points.values()], default=0.0) for body in mechanism.bodies}
+    column = abs(layout.coordinates[:, :n]).tocsr()
+    reach = np.zeros(n)
+    for body in mechanism.bodies:
+        p = layout.offsets[body.name]
+        moved = column[p : p + 2].max(axis=0).toarray().ravel()
+        if body.rotates:
+            moved = moved + extent[body.name] * column[p + 2 : p + 4].max(axis=0).toarray().ravel()
+        reach = np.maximum(reach, moved)
+    scale = float(np.min(system.radius[:, 0])) if system.mode.size else (max(extent.values()) or 1.0)
+    position = options.atol * scale / reach
+    sliding = sliding_states(system)
+    hidden = HIDDEN_STATES * options.rtol
+    return make_work(
+        state,
+        coefficients,
+        atol=np.concatenate([position, position / options.until, hidden * np.where(sliding > 0.0, sliding, 1.0)]),
+        rtol=np.concatenate([np.full(n, 1e-15), np.full(n, options.rtol), np.full(sliding.size, hidden)]),
+        group=np.array([0, n, 2 * n, state.size], np.int64),
+        mode=system.mode,
+        memory=system.approach,
+        precision=1e-9 * system.radius[:, 0],
+        quadratures=3,
+    )
+
+
+def _culprit(mechanism: Mechanism, system: System, work: Work, time: float) -> str:
+    """Which loose joint is in the worst state, for the message of a failed run."""
+    if not mechanism.loose:
+        return ""
+    spread(time, work.y, system)
+    for j in range(len(mechanism.loose)):
+        kinematics(j, system)
+    depth = system.joint[:, 0] / system.radius[:, 0]
+    j = int(np.argmax(np.where(np.isnan(depth), np.inf, depth)))
+    return (
+        f"; joint '{mechanism.loose[j].name}' indentation {system.joint[j, 0] * 1e3:.4g} mm, "
+        f"clearance {system.radius[j, 0] * 1e3:g} mm, slip speed {system.joint[j, 2]:.4g} m/s"
+    )

@@ -1,0 +1,78 @@
+"""The step matrix and the time derivative against numerical differentiation of the right-hand side."""
+
+import numpy as np
+import pytest
+
+from scissordyn.laws.friction.lugre import LuGre
+from scissordyn.mechanics import functions
+from scissordyn.mechanics.layout import lay_out
+from scissordyn.mechanics.start import assemble, carry_over, natural_state
+from scissordyn.mechanics.system import build_system, system_handle
+from scissordyn.model.clearance import Clearance
+from scissordyn.model.drive import Harmonic
+from scissordyn.model.scissor import scissor
+
+EDGE = 2e-5
+
+
+def touching_state(joint, units, rng):
+    """A random state of an array in which a joint with friction touches, its handle and its size."""
+    drive = Harmonic(mean=0.5, amplitude=0.3, frequency=40.0, phase=0.2)
+    arm = scissor(units=units, angle=0.5 + 0.3 * np.sin(0.2)).driven(drive)
+    loose = arm.loosen(joint, Clearance(5e-4, friction=LuGre(0.1)))
+    layout, ideal = lay_out(loose), lay_out(arm)
+    system, ideal_system = build_system(layout), build_system(ideal)
+    start = carry_over(layout, system, *natural_state(ideal, ideal_system, assemble(ideal, ideal_system)))
+    n = system.n
+    state = np.concatenate([start.position + 3e-4 * rng.normal(size=n), start.velocity + rng.normal(size=n), [2e-7]])
+    handle = system_handle(system)
+    functions.project(0.0, state, handle.address)
+    gap, rate = np.zeros(1), np.zeros(1)
+    functions.guards(0.0, state, handle.address, gap, rate)
+    system.radius[0, 0] += gap[0] - EDGE  # move the rim to where the journal is
+    system.mode[0], system.approach[0] = 1, 0.5
+    return handle, state, n
+
+
+@pytest.mark.parametrize(("joint", "units"), [("A", 2), ("O", 1), ("unit 1/pivot", 2), ("unit 1/upper", 3), ("unit 2/lower", 3)])
+@pytest.mark.parametrize("step", [1e-7, 1e-5, 1e-3])
+def test_step_matrix_is_the_derivative(joint, units, step):
+    """Cross-check: W^-1 r from the structured solve equals that of a differenced Jacobian (relative error of differences)."""
+    handle, state, n = touching_state(joint, units, np.random.default_rng(7))
+    size, time = state.size, 0.0
+
+    def slope(y):
+        out = np.zeros(size)
+        functions.rate(time, y, handle.address, out)
+        return out
+
+    # along the constraint manifold and off it alike; central differences of two sizes give the error
+    jacobian = np.empty((size, size))
+    for i in range(size):
+        h = 2e-9 if i < n else (1e-5 if i < 2 * n else 1e-11)
+        up, down = state.copy(), state.copy()
+        up[i] += h
+        down[i] -= h
+        jacobian[:, i] = (slope(up) - slope(down)) / (2.0 * h)
+    out, by_time = np.zeros(size), np.zeros(size)
+    functions.linearise(time, state, handle.address, out, by_time)
+    assert functions.factorize(step, handle.address) == -1
+    right = np.random.default_rng(1).normal(size=size)
+    found = right.copy()
+    functions.solve(found, handle.address)
+    missing = found / step - jacobian @ found - right
+    scale = np.abs(found) / step + np.abs(jacobian) @ np.abs(found) + np.abs(right)
+    assert np.all(np.abs(missing) < 3e-6 * scale)
+
+
+@pytest.mark.parametrize(("joint", "units"), [("A", 2), ("unit 1/pivot", 2), ("unit 1/upper", 3)])
+def test_time_derivative(joint, units):
+    """Cross-check: the partial derivative by time equals a central difference at fixed state."""
+    handle, state, _ = touching_state(joint, units, np.random.default_rng(3))
+    out, found = np.zeros(state.size), np.zeros(state.size)
+    functions.linearise(0.0, state, handle.address, out, found)
+    h = 1e-9
+    up, down = np.zeros(state.size), np.zeros(state.size)
+    functions.rate(h, state, handle.address, up)
+    functions.rate(-h, state, handle.address, down)
+    assert np.allclose(found, (up - down) / (2.0 * h), rtol=1e-5, atol=1e-7 * np.max(np.abs(found)))

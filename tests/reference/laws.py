@@ -1,0 +1,66 @@
+"""Contact and friction laws in plain Python."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+
+STEEL_MODULUS = 207e9 / (2.0 * (1.0 - 0.3**2))
+"""E* of steel on steel [Pa], E = 207 GPa and nu = 0.3."""
+
+Elastic = Callable[[float], float]
+
+
+def liu(clearance: float, length: float, modulus: float = STEEL_MODULUS) -> Elastic:
+    """Improved elastic foundation (doi:10.1016/j.mechmachtheory.2006.05.006): force [N] of an indentation [m]."""
+    return lambda depth: 0.5 * math.pi * length * modulus * depth**1.5 / math.sqrt(2.0 * (clearance + depth))
+
+
+def hertz(clearance: float, journal_radius: float, modulus: float = STEEL_MODULUS) -> Elastic:
+    """Sphere in a spherical socket (doi:10.1007/s11044-006-9028-0)."""
+    stiffness = 4.0 / 3.0 * modulus * math.sqrt((journal_radius + clearance) * journal_radius / clearance)
+    return lambda depth: stiffness * depth**1.5
+
+
+def flores(restitution: float) -> float:
+    """Damping factor xi (doi:10.1007/s11044-010-9237-4)."""
+    return 1.6 * (1.0 / restitution - 1.0)
+
+
+def lankarani_nikravesh(restitution: float) -> float:
+    """Damping factor xi (doi:10.1115/1.2912617)."""
+    return 0.75 * (1.0 - restitution) * (1.0 + restitution)
+
+
+@dataclass(frozen=True)
+class LuGre:
+    """Bristle friction (doi:10.1109/9.376053) in coefficient form; static coefficient 1.5 times the kinetic one.
+
+    Parameters
+    ----------
+    kinetic : float
+        mu_k [1].
+    stiffness, damping : float
+        sigma_0 [1/m] and sigma_1 [s/m]; there is no viscous part.
+    stribeck : float
+        v_s [m/s].
+    """
+
+    kinetic: float
+    stiffness: float = 1e5
+    damping: float = 316.0
+    stribeck: float = 1e-3
+
+    def sliding(self, slip: float) -> float:
+        """Coefficient of steady sliding, with Stribeck's exponent 2."""
+        return self.kinetic * (1.0 + 0.5 * math.exp(-((slip / self.stribeck) ** 2)))
+
+    def evaluate(self, slip: float, bristle: float) -> tuple[float, float]:
+        """F_t/F_n and the rate of the bristle deflection [m/s]."""
+        rate = slip - self.stiffness * abs(slip) * bristle / self.sliding(slip)
+        return self.stiffness * bristle + self.damping * rate, rate
+
+    def steady(self, slip: float) -> float:
+        """Bristle deflection of steady sliding [m]."""
+        return math.copysign(self.sliding(slip), slip) / self.stiffness

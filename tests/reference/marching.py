@@ -1,0 +1,333 @@
+"""From contact to contact: scipy's integrators over smooth pieces of motion, joined at roots of the gap."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import NamedTuple, Protocol
+
+import numpy as np
+from scipy.integrate import OdeSolution, solve_ivp
+from scipy.optimize import minimize_scalar
+
+from reference.laws import Elastic, LuGre
+
+FLOOR = 1e-6
+"""Least approach speed that a damping law is given [m/s] (theory, section 2)."""
+
+
+@dataclass(frozen=True)
+class Loose:
+    """A loose joint: radial clearance and journal radius [m], elastic law, damping factor xi, friction."""
+
+    clearance: float
+    journal_radius: float
+    elastic: Elastic
+    damping: float
+    friction: LuGre | None = None
+
+    @property
+    def bearing_radius(self) -> float:
+        """R_B [m]."""
+        return self.journal_radius + self.clearance
+
+
+class Relative(NamedTuple):
+    """Eccentricity and its rate, spins of the journal's and the bearing's bodies."""
+
+    ex: float
+    ey: float
+    ux: float
+    uy: float
+    journal_spin: float
+    bearing_spin: float
+
+
+class Load(NamedTuple):
+    """Force on the journal [N], opposite on the bearing, and moments on the two bodies about the pin centres [N m]."""
+
+    fx: float
+    fy: float
+    journal_moment: float
+    bearing_moment: float
+
+
+class Touch(NamedTuple):
+    """What the laws make of one joint in contact."""
+
+    load: Load
+    elastic: float
+    normal: float
+    tangential: float
+    rate: float
+    slip: float
+    bristle_rate: float
+
+
+NO_LOAD = Load(0.0, 0.0, 0.0, 0.0)
+
+
+class Model(Protocol):
+    """Equations of motion with the loads of the loose joints on their right-hand side."""
+
+    joints: tuple[Loose, ...]
+    size: int
+    """Number of coordinates."""
+
+    def start(self) -> tuple[np.ndarray, np.ndarray]:
+        """Coordinates and rates at t = 0, journals concentric."""
+
+    def relative(self, t: float, q: np.ndarray, v: np.ndarray) -> list[Relative]:
+        """Where each journal is in its bearing."""
+
+    def accelerate(self, t: float, q: np.ndarray, v: np.ndarray, loads: Sequence[Load]) -> tuple[np.ndarray, float, float]:
+        """Accelerations, drive torque [N m] and drive power [W]."""
+
+    def energy(self, t: float, q: np.ndarray, v: np.ndarray) -> float:
+        """Kinetic and potential energy together [J]."""
+
+    def settle(self, t: float, q: np.ndarray, v: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """The nearest state without constraint drift."""
+
+
+@dataclass
+class Contact:
+    """One contact: names and units as in the package's table."""
+
+    joint: int
+    start: float
+    approach_speed: float
+    angle: float
+    peak_force: float = 0.0
+    peak_time: float = 0.0
+    duration: float = math.nan
+    rebound_speed: float = math.nan
+
+
+@dataclass(frozen=True)
+class Piece:
+    """A smooth piece of motion with the contact that each joint is in, if any."""
+
+    begin: float
+    end: float
+    solution: OdeSolution
+    open: tuple[Contact | None, ...]
+
+
+@dataclass
+class Samples:
+    """What a run is at given times; arrays along time."""
+
+    eccentricity: np.ndarray
+    normal: np.ndarray
+    tangential: np.ndarray
+    slip: np.ndarray
+    torque: np.ndarray
+    coordinates: np.ndarray
+    energy: np.ndarray
+    elastic_energy: np.ndarray
+    work: np.ndarray
+    damping_loss: np.ndarray
+    friction_loss: np.ndarray
+
+
+def touch(joint: Loose, at: Relative, approach: float, bristle: float) -> Touch:
+    """Forces of a joint in contact (theory, section 2)."""
+    e = math.hypot(at.ex, at.ey)
+    nx, ny = at.ex / e, at.ey / e
+    rate = at.ux * nx + at.uy * ny
+    slip = at.uy * nx - at.ux * ny + at.journal_spin * joint.journal_radius - at.bearing_spin * joint.bearing_radius
+    elastic = joint.elastic(max(e - joint.clearance, 0.0))
+    normal = max(elastic * (1.0 + joint.damping * rate / approach), 0.0)
+    coefficient, bristle_rate = joint.friction.evaluate(slip, bristle) if joint.friction else (0.0, 0.0)
+    tangential = normal * coefficient
+    load = Load(
+        -normal * nx + tangential * ny,
+        -normal * ny - tangential * nx,
+        -joint.journal_radius * tangential,
+        joint.bearing_radius * tangential,
+    )
+    return Touch(load, elastic, normal, tangential, rate, slip, bristle_rate)
+
+
+@dataclass
+class March:
+    """A model on its way from contact to contact.
+
+    The state is coordinates, rates, one bristle deflection per joint, then drive work, elastic energy, damping loss and friction
+    loss, which ride along so that the energy balance can be drawn.
+
+    Parameters
+    ----------
+    model : Model
+    rtol : float
+        Relative to each component of the state.
+    atol : float
+        As a fraction of the smallest clearance for coordinates, of 1 m/s for rates, of mu_k/sigma_0 for bristles.
+    max_step : float
+        Longest step [s]; two crossings of the gap nearer than this might go unseen.
+    """
+
+    model: Model
+    rtol: float = 1e-12
+    atol: float = 1e-12
+    max_step: float = 5e-5
+    contacts: list[Contact] = field(default_factory=list)
+    pieces: list[Piece] = field(default_factory=list)
+
+    def __post_init__(self) -> None:
+        self.n, self.count = self.model.size, len(self.model.joints)
+
+    def parts(self, y: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Coordinates, rates and bristles."""
+        n = self.n
+        return y[:n], y[n : 2 * n], y[2 * n : 2 * n + self.count]
+
+    def touches(self, t: float, y: np.ndarray, open_: Sequence[Contact | None]) -> list[Touch | None]:
+        """The joints in contact."""
+        q, v, bristles = self.parts(y)
+        return [
+            None if contact is None else touch(joint, at, max(contact.approach_speed, FLOOR), float(bristle))
+            for joint, at, contact, bristle in zip(self.model.joints, self.model.relative(t, q, v), open_, bristles, strict=True)
+        ]
+
+    def rates(self, t: float, y: np.ndarray, open_: Sequence[Contact | None]) -> np.ndarray:
+        """Right-hand side."""
+        q, v, _ = self.parts(y)
+        found = self.touches(t, y, open_)
+        a, _, power = self.model.accelerate(t, q, v, [NO_LOAD if one is None else one.load for one in found])
+        acting = [one for one in found if one is not None]
+        storing = sum(one.elastic * one.rate for one in acting)
+        damping = sum((one.normal - one.elastic) * one.rate for one in acting)
+        rubbing = sum(one.tangential * one.slip for one in acting)
+        bristles = [0.0 if one is None else one.bristle_rate for one in found]
+        return np.concatenate([v, a, bristles, [power, storing, damping, rubbing]])
+
+    def gap(self, t: float, y: np.ndarray, j: int) -> tuple[float, float]:
+        """|e| - c of joint j and its rate."""
+        at = self.model.relative(t, *self.parts(y)[:2])[j]
+        e = math.hypot(at.ex, at.ey)
+        return e - self.model.joints[j].clearance, (at.ex * at.ux + at.ey * at.uy) / e if e > 0.0 else 0.0
+
+    def advance(self, begin: float, y: np.ndarray, end: float, open_: tuple[Contact | None, ...], events: list) -> object:
+        """One call of the integrator: Radau where bristles make it stiff, DOP853 elsewhere."""
+        clearance = min((joint.clearance for joint in self.model.joints), default=1.0)
+        rubbing = [contact is not None and joint.friction is not None for joint, contact in zip(self.model.joints, open_, strict=True)]
+        bristles = [joint.friction.kinetic / joint.friction.stiffness if joint.friction else 1.0 for joint in self.model.joints]
+        # the four energies pass through hundreds of joules; a nanojoule is far below what they are used for
+        scale = np.concatenate([np.full(self.n, clearance), np.ones(self.n), bristles, np.full(4, 1e-9 / self.atol)])
+        found = solve_ivp(
+            lambda t, state: self.rates(t, state, open_),
+            (begin, end),
+            y,
+            method="Radau" if any(rubbing) else "DOP853",
+            rtol=self.rtol,
+            atol=self.atol * scale,
+            max_step=self.max_step,
+            first_step=min(1e-9, end - begin) if any(rubbing) else None,
+            events=events,
+            dense_output=True,
+        )
+        if not found.success:
+            raise RuntimeError(found.message)
+        return found
+
+    def run(self, until: float, *, most_contacts: int = 1_000_000) -> March:
+        """Go on to a time [s], or until so many contacts have ended."""
+        q, v = self.model.start()
+        t, y = 0.0, np.concatenate([q, v, np.zeros(self.count + 4)])
+        open_: list[Contact | None] = [None] * self.count
+        while t < until:
+            events = []
+            for j, contact in enumerate(open_):
+
+                def crossing(time: float, state: np.ndarray, j: int = j) -> float:
+                    return self.gap(time, state, j)[0]
+
+                crossing.terminal, crossing.direction = True, 1.0 if contact is None else -1.0
+                events.append(crossing)
+            found = self.advance(t, y, until, tuple(open_), events)
+            self.pieces.append(Piece(t, float(found.t[-1]), found.sol, tuple(open_)))
+            self.note_peaks(found.t, found.y)
+            hit = [j for j in range(self.count) if found.t_events[j].size]
+            if not hit:
+                break
+            t, y = self.sharpen(found, hit[0], tuple(open_))
+            q, v = self.model.settle(t, *self.parts(y)[:2])
+            y[: 2 * self.n] = np.concatenate([q, v])
+            self.switch(t, y, hit[0], open_)
+            if sum(not math.isnan(contact.duration) for contact in self.contacts) >= most_contacts:
+                break
+        return self
+
+    def sharpen(self, found, j: int, open_: tuple[Contact | None, ...]) -> tuple[float, np.ndarray]:
+        """The crossing once more, by steps that end on it: the interpolant between steps is coarser than the steps."""
+        begin, y = float(found.t[-2]), found.y[:, -2]
+        t, state = float(found.t[-1]), found.y[:, -1].copy()
+        for _ in range(5):
+            state = self.advance(begin, y, t, open_, []).y[:, -1].copy()
+            gap, rate = self.gap(t, state, j)
+            if abs(gap) < 1e-12 * self.model.joints[j].clearance or abs(rate) < 1e-9 or not begin < t - gap / rate:
+                break
+            t -= gap / rate
+        return t, state
+
+    def switch(self, t: float, y: np.ndarray, j: int, open_: list[Contact | None]) -> None:
+        """Begin or end the contact of joint j."""
+        at, joint = self.model.relative(t, *self.parts(y)[:2])[j], self.model.joints[j]
+        rate = self.gap(t, y, j)[1]
+        contact = open_[j]
+        if contact is not None:
+            contact.duration, contact.rebound_speed = t - contact.start, rate
+            open_[j] = None
+            return
+        open_[j] = Contact(j, t, rate, math.atan2(at.ey, at.ex))
+        self.contacts.append(open_[j])
+        if joint.friction:
+            y[2 * self.n + j] = joint.friction.steady(touch(joint, at, max(rate, FLOOR), 0.0).slip)
+
+    def note_peaks(self, times: np.ndarray, states: np.ndarray) -> None:
+        """Update the peak force of the contacts open in the latest piece."""
+        piece = self.pieces[-1]
+        for j, contact in enumerate(piece.open):
+            if contact is None:
+                continue
+
+            def push(t: float, y: np.ndarray, j: int = j) -> float:
+                found = self.touches(t, y, piece.open)[j]
+                return 0.0 if found is None else found.normal
+
+            forces = [push(t, y) for t, y in zip(times.tolist(), states.T, strict=True)]
+            k = int(np.argmax(forces))
+            bounds = float(times[max(k - 1, 0)]), float(times[min(k + 1, len(times) - 1)])
+            best = minimize_scalar(
+                lambda t, push=push: -push(t, piece.solution(t)), bounds=bounds, method="bounded", options={"xatol": 1e-13}
+            )
+            if -best.fun > contact.peak_force:
+                contact.peak_force, contact.peak_time = float(-best.fun), float(best.x) - contact.start
+
+    def at(self, times: Sequence[float] | np.ndarray) -> Samples:
+        """The run at given times."""
+        rows = []
+        for t in np.asarray(times, float).tolist():
+            piece = next(piece for piece in self.pieces if t <= piece.end)
+            y = piece.solution(t)
+            q, v, _ = self.parts(y)
+            found = self.touches(t, y, piece.open)
+            loads = [NO_LOAD if one is None else one.load for one in found]
+            acting = [(0.0, 0.0, 0.0) if one is None else (one.normal, one.tangential, one.slip) for one in found]
+            rows.append(
+                (
+                    [(one.ex, one.ey) for one in self.model.relative(t, q, v)],
+                    *([one[i] for one in acting] for i in range(3)),
+                    self.model.accelerate(t, q, v, loads)[1],
+                    q.copy(),
+                    self.model.energy(t, q, v),
+                    y[-3],
+                    y[-4],
+                    y[-2],
+                    y[-1],
+                )
+            )
+        return Samples(*(np.array(column) for column in zip(*rows, strict=True)))

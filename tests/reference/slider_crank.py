@@ -1,0 +1,94 @@
+"""A slider-crank with clearance at the pin between rod and slider, in minimal coordinates."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from reference.marching import Load, Loose, Relative
+
+
+@dataclass(frozen=True)
+class SliderCrank:
+    """Crank turning at constant speed, rod, slider on the x axis; no gravity.
+
+    The journal is the end of the rod; integrated is its place (e_x, e_y) in the slider's bearing, from which the rod's
+    direction b follows: r sin a + l sin b = e_y.
+
+    Parameters
+    ----------
+    joint : Loose
+    speed : float
+        Of the crank [rad/s].
+    crank, rod : float
+        r and l [m].
+    rod_mass, rod_inertia, slider_mass : float
+        [kg], [kg m^2] about the rod's middle, where its mass centre is, [kg].
+    crank_inertia : float
+        About the ground pin [kg m^2]; at constant speed it has no say.
+    """
+
+    joint: Loose
+    speed: float
+    crank: float = 0.05
+    rod: float = 0.12
+    rod_mass: float = 0.21
+    rod_inertia: float = 2.5e-4
+    slider_mass: float = 0.14
+    crank_inertia: float = 0.0
+
+    size = 2
+
+    @property
+    def joints(self) -> tuple[Loose, ...]:
+        """The loose joint."""
+        return (self.joint,)
+
+    def rod_motion(self, t: float, q: np.ndarray, v: np.ndarray) -> tuple[float, float, float]:
+        """Crank angle, rod angle and its rate."""
+        a = self.speed * t
+        b = math.asin((float(q[1]) - self.crank * math.sin(a)) / self.rod)
+        return a, b, (float(v[1]) - self.crank * self.speed * math.cos(a)) / (self.rod * math.cos(b))
+
+    def start(self) -> tuple[np.ndarray, np.ndarray]:
+        """Journal concentric and moving with the ideal slider."""
+        return np.zeros(2), np.zeros(2)
+
+    def relative(self, t: float, q: np.ndarray, v: np.ndarray) -> list[Relative]:
+        """Where the journal is in its bearing."""
+        return [Relative(*q.tolist(), *v.tolist(), self.rod_motion(t, q, v)[2], 0.0)]
+
+    def accelerate(self, t: float, q: np.ndarray, v: np.ndarray, loads: Sequence[Load]) -> tuple[np.ndarray, float, float]:
+        """e'', the drive torque and its power."""
+        load, r, l, w = loads[0], self.crank, self.rod, self.speed
+        a, b, turn = self.rod_motion(t, q, v)
+        pin_x, pin_y = -r * w**2 * math.cos(a), -r * w**2 * math.sin(a)  # acceleration of the crank pin
+        middle = 0.5 * l
+        inertia = self.rod_inertia + self.rod_mass * middle**2
+        moment = l * (math.cos(b) * load.fy - math.sin(b) * load.fx) + load.journal_moment
+        moment -= self.rod_mass * middle * (math.cos(b) * pin_y - math.sin(b) * pin_x)
+        turning = moment / inertia
+        end_x = pin_x - l * (math.sin(b) * turning + math.cos(b) * turn**2)
+        end_y = pin_y + l * (math.cos(b) * turning - math.sin(b) * turn**2)
+        # the crank pin carries what the rod's mass centre needs beyond the contact
+        force_x = self.rod_mass * 0.5 * (pin_x + end_x) - load.fx
+        force_y = self.rod_mass * 0.5 * (pin_y + end_y) - load.fy
+        torque = r * (math.cos(a) * force_y - math.sin(a) * force_x)
+        return np.array([end_x + load.fx / self.slider_mass, end_y]), torque, torque * w
+
+    def energy(self, t: float, q: np.ndarray, v: np.ndarray) -> float:
+        """Kinetic energy [J]."""
+        r, l, w = self.crank, self.rod, self.speed
+        a, b, turn = self.rod_motion(t, q, v)
+        middle_x = -r * w * math.sin(a) - 0.5 * l * turn * math.sin(b)
+        middle_y = r * w * math.cos(a) + 0.5 * l * turn * math.cos(b)
+        slide = -r * w * math.sin(a) - l * turn * math.sin(b) - float(v[0])
+        turning = self.rod_inertia * turn**2 + self.crank_inertia * w**2
+        return 0.5 * (self.rod_mass * (middle_x**2 + middle_y**2) + turning + self.slider_mass * slide**2)
+
+    def settle(self, t: float, q: np.ndarray, v: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Nothing drifts in minimal coordinates."""
+        return q, v

@@ -1,1 +1,94 @@
 """Dynamics of deployable scissor structures, and of any planar mechanism, with joints as they really are."""
+
+from __future__ import annotations
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from scissordyn.errors import InputError, ScissordynError
+    from scissordyn.laws.damping.flores import Flores
+    from scissordyn.laws.damping.lankarani_nikravesh import LankaraniNikravesh
+    from scissordyn.laws.elastic.hertz import Hertz
+    from scissordyn.laws.elastic.liu import Liu
+    from scissordyn.laws.friction.ambrosio import Ambrosio
+    from scissordyn.laws.friction.lugre import LuGre
+    from scissordyn.laws.friction.none import NoFriction
+    from scissordyn.laws.material import STEEL, Material
+    from scissordyn.model.body import Body, bar, point_mass
+    from scissordyn.model.clearance import Clearance
+    from scissordyn.model.drive import ConstantSpeed, Drive, Harmonic, TableMotion, tabulated
+    from scissordyn.model.joint import Guide, Revolute
+    from scissordyn.model.mechanism import Mechanism
+    from scissordyn.model.scissor import scissor
+    from scissordyn.simulation.run import replay, simulate
+    from scissordyn.simulation.store import load, save
+    from scissordyn.units import degrees, rpm
+
+__all__ = [
+    "STEEL",
+    "Ambrosio",
+    "Body",
+    "Clearance",
+    "ConstantSpeed",
+    "Drive",
+    "Flores",
+    "Guide",
+    "Harmonic",
+    "Hertz",
+    "InputError",
+    "LankaraniNikravesh",
+    "Liu",
+    "LuGre",
+    "Material",
+    "Mechanism",
+    "NoFriction",
+    "Revolute",
+    "ScissordynError",
+    "TableMotion",
+    "bar",
+    "degrees",
+    "load",
+    "point_mass",
+    "replay",
+    "rpm",
+    "save",
+    "scissor",
+    "simulate",
+    "tabulated",
+]
+
+# where each public name lives; it is imported when first used, so that `import scissordyn` costs nothing
+_HOMES = {
+    "errors": ("InputError", "ScissordynError"),
+    "laws.damping.flores": ("Flores",),
+    "laws.damping.lankarani_nikravesh": ("LankaraniNikravesh",),
+    "laws.elastic.hertz": ("Hertz",),
+    "laws.elastic.liu": ("Liu",),
+    "laws.friction.ambrosio": ("Ambrosio",),
+    "laws.friction.lugre": ("LuGre",),
+    "laws.friction.none": ("NoFriction",),
+    "laws.material": ("STEEL", "Material"),
+    "model.body": ("Body", "bar", "point_mass"),
+    "model.clearance": ("Clearance",),
+    "model.drive": ("ConstantSpeed", "Drive", "Harmonic", "TableMotion", "tabulated"),
+    "model.joint": ("Guide", "Revolute"),
+    "model.mechanism": ("Mechanism",),
+    "model.scissor": ("scissor",),
+    "simulation.run": ("replay", "simulate"),
+    "simulation.store": ("load", "save"),
+    "units": ("degrees", "rpm"),
+}
+_HOME = {name: home for home, names in _HOMES.items() for name in names}
+
+
+def __getattr__(name: str) -> Any:
+    if name not in _HOME:
+        raise AttributeError(f"module 'scissordyn' has no attribute '{name}'")
+    value = getattr(import_module(f"scissordyn.{_HOME[name]}"), name)
+    globals()[name] = value
+    return value
+
+
+def __dir__() -> list[str]:
+    return sorted({*globals(), *__all__})

@@ -66,7 +66,8 @@ def kernel(*, inline: bool = False) -> Callable[[Callable[..., Any]], Any]:
     Parameters
     ----------
     inline : bool
-        Make it part of every caller, for small functions that are handed large tuples of arrays.
+        Make it part of every caller, for small functions that are handed large tuples of arrays. Such a function cannot be
+        called from Python.
 
     Returns
     -------
@@ -77,7 +78,14 @@ def kernel(*, inline: bool = False) -> Callable[[Callable[..., Any]], Any]:
         before = config.CACHE_DIR
         config.CACHE_DIR = str(CACHE_FOLDER)
         try:
-            return numba.njit(cache=True, error_model="numpy", _nrt=False, forceinline=inline)(function)
+            return numba.njit(
+                cache=True,
+                error_model="numpy",
+                _nrt=False,
+                forceinline=inline,
+                no_cpython_wrapper=inline,
+                no_cfunc_wrapper=inline,
+            )(function)
         finally:
             config.CACHE_DIR = before
 

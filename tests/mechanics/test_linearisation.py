@@ -34,7 +34,9 @@ def touching_state(joint, units, rng):
     return handle, state, n
 
 
-@pytest.mark.parametrize(("joint", "units"), [("A", 2), ("O", 1), ("unit 1/pivot", 2), ("unit 1/upper", 3), ("unit 2/lower", 3)])
+@pytest.mark.parametrize(
+    ("joint", "units"), [("A", 2), ("O", 1), ("unit 1/pivot", 2), ("unit 1/upper", 3), ("unit 2/lower", 3)]
+)
 @pytest.mark.parametrize("step", [1e-7, 1e-5, 1e-3])
 def test_step_matrix_is_the_derivative(joint, units, step):
     """Cross-check: W^-1 r from the structured solve equals that of a differenced Jacobian (relative error of differences)."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import NamedTuple, Protocol
+from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 from scipy.integrate import OdeSolution, solve_ivp
@@ -155,8 +155,8 @@ def touch(joint: Loose, at: Relative, approach: float, bristle: float) -> Touch:
 class March:
     """A model on its way from contact to contact.
 
-    The state is coordinates, rates, one bristle deflection per joint, then drive work, elastic energy, damping loss and friction
-    loss, which ride along so that the energy balance can be drawn.
+    The state is coordinates, rates, one bristle deflection per joint, then drive work, elastic energy, damping loss and
+    friction loss, which ride along so that the energy balance can be drawn.
 
     Parameters
     ----------
@@ -189,7 +189,9 @@ class March:
         q, v, bristles = self.parts(y)
         return [
             None if contact is None else touch(joint, at, max(contact.approach_speed, FLOOR), float(bristle))
-            for joint, at, contact, bristle in zip(self.model.joints, self.model.relative(t, q, v), open_, bristles, strict=True)
+            for joint, at, contact, bristle in zip(
+                self.model.joints, self.model.relative(t, q, v), open_, bristles, strict=True
+            )
         ]
 
     def rates(self, t: float, y: np.ndarray, open_: Sequence[Contact | None]) -> np.ndarray:
@@ -210,10 +212,12 @@ class March:
         e = math.hypot(at.ex, at.ey)
         return e - self.model.joints[j].clearance, (at.ex * at.ux + at.ey * at.uy) / e if e > 0.0 else 0.0
 
-    def advance(self, begin: float, y: np.ndarray, end: float, open_: tuple[Contact | None, ...], events: list) -> object:
+    def advance(self, begin: float, y: np.ndarray, end: float, open_: tuple[Contact | None, ...], events: list[Any]) -> Any:
         """One call of the integrator: Radau where bristles make it stiff, DOP853 elsewhere."""
         clearance = min((joint.clearance for joint in self.model.joints), default=1.0)
-        rubbing = [contact is not None and joint.friction is not None for joint, contact in zip(self.model.joints, open_, strict=True)]
+        rubbing = [
+            contact is not None and joint.friction is not None for joint, contact in zip(self.model.joints, open_, strict=True)
+        ]
         bristles = [joint.friction.kinetic / joint.friction.stiffness if joint.friction else 1.0 for joint in self.model.joints]
         # the four energies pass through hundreds of joules; a nanojoule is far below what they are used for
         scale = np.concatenate([np.full(self.n, clearance), np.ones(self.n), bristles, np.full(4, 1e-9 / self.atol)])
@@ -261,7 +265,7 @@ class March:
                 break
         return self
 
-    def sharpen(self, found, j: int, open_: tuple[Contact | None, ...]) -> tuple[float, np.ndarray]:
+    def sharpen(self, found: Any, j: int, open_: tuple[Contact | None, ...]) -> tuple[float, np.ndarray]:
         """The crossing once more, by steps that end on it: the interpolant between steps is coarser than the steps."""
         begin, y = float(found.t[-2]), found.y[:, -2]
         t, state = float(found.t[-1]), found.y[:, -1].copy()

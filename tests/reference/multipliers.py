@@ -117,15 +117,15 @@ class Multipliers:
         moved, rates = self.spread(q), self.spread(v)
         journal, bearing = pins
         rows = 2 * len(journal[0]) + len(self.lines) + len(self.driven)
-        gradient, columns = np.zeros((rows, 3 * len(self.bodies) + 3)), 3
+        gradient = np.zeros((rows, 3 * len(self.bodies) + 3))
         position, g, prescribed = np.zeros(rows), np.zeros(rows), np.zeros(rows)
         pair = np.arange(len(journal[0]))
         for sign, points in ((1.0, journal), (-1.0, bearing)):
             numbers, arm = points[0], self.arms(moved, points)
-            gradient[2 * pair, columns * numbers] = sign
-            gradient[2 * pair + 1, columns * numbers + 1] = sign
-            gradient[2 * pair, columns * numbers + 2] = -sign * arm[:, 1]
-            gradient[2 * pair + 1, columns * numbers + 2] = sign * arm[:, 0]
+            gradient[2 * pair, 3 * numbers] = sign
+            gradient[2 * pair + 1, 3 * numbers + 1] = sign
+            gradient[2 * pair, 3 * numbers + 2] = -sign * arm[:, 1]
+            gradient[2 * pair + 1, 3 * numbers + 2] = sign * arm[:, 0]
             where = self.centre[numbers] + moved[numbers, :2] + arm
             inward = rates[numbers, 2] ** 2
             for axis in range(2):
@@ -135,13 +135,13 @@ class Multipliers:
         arm = self.arms(moved, self.guided)
         for k, (normal, through) in enumerate(self.lines):
             i = self.guided[0][k]
-            gradient[row, columns * i : columns * i + 3] = *normal, normal[1] * arm[k, 0] - normal[0] * arm[k, 1]
+            gradient[row, 3 * i : 3 * i + 3] = *normal, normal[1] * arm[k, 0] - normal[0] * arm[k, 1]
             position[row] = np.dot(normal, self.centre[i] + moved[i, :2] + arm[k] - through)
             g[row] = rates[i, 2] ** 2 * np.dot(normal, arm[k])
             row += 1
         for k, i in enumerate(self.driven):
             angle, speed, acceleration = self.motion(k, t)
-            gradient[row, columns * i + 2] = 1.0
+            gradient[row, 3 * i + 2] = 1.0
             position[row], prescribed[row], g[row] = self.angle[i] + moved[i, 2] - angle, speed, acceleration
             row += 1
         return position, gradient @ rates.ravel() - prescribed, gradient[:, self.active], g

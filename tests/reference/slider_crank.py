@@ -63,16 +63,16 @@ class SliderCrank:
 
     def accelerate(self, t: float, q: np.ndarray, v: np.ndarray, loads: Sequence[Load]) -> tuple[np.ndarray, float, float]:
         """e'', the drive torque and its power."""
-        load, r, l, w = loads[0], self.crank, self.rod, self.speed
+        load, r, rod, w = loads[0], self.crank, self.rod, self.speed
         a, b, turn = self.rod_motion(t, q, v)
         pin_x, pin_y = -r * w**2 * math.cos(a), -r * w**2 * math.sin(a)  # acceleration of the crank pin
-        middle = 0.5 * l
+        middle = 0.5 * rod
         inertia = self.rod_inertia + self.rod_mass * middle**2
-        moment = l * (math.cos(b) * load.fy - math.sin(b) * load.fx) + load.journal_moment
+        moment = rod * (math.cos(b) * load.fy - math.sin(b) * load.fx) + load.journal_moment
         moment -= self.rod_mass * middle * (math.cos(b) * pin_y - math.sin(b) * pin_x)
         turning = moment / inertia
-        end_x = pin_x - l * (math.sin(b) * turning + math.cos(b) * turn**2)
-        end_y = pin_y + l * (math.cos(b) * turning - math.sin(b) * turn**2)
+        end_x = pin_x - rod * (math.sin(b) * turning + math.cos(b) * turn**2)
+        end_y = pin_y + rod * (math.cos(b) * turning - math.sin(b) * turn**2)
         # the crank pin carries what the rod's mass centre needs beyond the contact
         force_x = self.rod_mass * 0.5 * (pin_x + end_x) - load.fx
         force_y = self.rod_mass * 0.5 * (pin_y + end_y) - load.fy
@@ -81,11 +81,11 @@ class SliderCrank:
 
     def energy(self, t: float, q: np.ndarray, v: np.ndarray) -> float:
         """Kinetic energy [J]."""
-        r, l, w = self.crank, self.rod, self.speed
+        r, rod, w = self.crank, self.rod, self.speed
         a, b, turn = self.rod_motion(t, q, v)
-        middle_x = -r * w * math.sin(a) - 0.5 * l * turn * math.sin(b)
-        middle_y = r * w * math.cos(a) + 0.5 * l * turn * math.cos(b)
-        slide = -r * w * math.sin(a) - l * turn * math.sin(b) - float(v[0])
+        middle_x = -r * w * math.sin(a) - 0.5 * rod * turn * math.sin(b)
+        middle_y = r * w * math.cos(a) + 0.5 * rod * turn * math.cos(b)
+        slide = -r * w * math.sin(a) - rod * turn * math.sin(b) - float(v[0])
         turning = self.rod_inertia * turn**2 + self.crank_inertia * w**2
         return 0.5 * (self.rod_mass * (middle_x**2 + middle_y**2) + turning + self.slider_mass * slide**2)
 

@@ -22,20 +22,17 @@ def laws(
     """List the laws and materials, or show one with its parameters."""
     from scissordyn.cli.output import check_file
     from scissordyn.cli.show import console
-    from scissordyn.config.law import KINDS
-    from scissordyn.laws.catalogue import MATERIALS
+    from scissordyn.laws.catalogue import BY_KIND, MATERIALS
 
     if plot is not None:
         check_file(plot, Path(), "--plot law.png")
-    found = [(kind, known[name]) for kind, known in KINDS.items() if name is not None and name in known]
-    if name is not None and not found and name not in MATERIALS:
-        known = [*dict.fromkeys(law for kind in KINDS.values() for law in kind), *MATERIALS]
-        raise InputError(f"unknown law or material '{name}'{did_you_mean(name, known)}", ", ".join(known), "scissordyn laws")
     to = console()
     if name is None:
         _list(to)
-    for kind, law in found:
-        _describe(kind, law, to)
+        return 0
+    kinds = [kind for kind, known in BY_KIND.items() if name in known]
+    for kind in kinds:
+        _describe(kind, name, to)
     if name in MATERIALS:
         material = MATERIALS[name]
         to.print(
@@ -43,6 +40,9 @@ def laws(
             f"rho = {material.density:g} kg/m^3. Source: {material.source}",
             markup=False,
         )
+    elif not kinds:
+        names = [*dict.fromkeys(law for known in BY_KIND.values() for law in known), *MATERIALS]
+        raise InputError(f"unknown law or material '{name}'{did_you_mean(name, names)}", ", ".join(names), "scissordyn laws")
     return 0
 
 
@@ -50,19 +50,19 @@ def _list(to: Console) -> None:
     from rich import box
     from rich.table import Table
 
-    from scissordyn.config.law import KINDS
-    from scissordyn.config.table import table_of
-    from scissordyn.laws.catalogue import MATERIALS
+    from scissordyn.laws.catalogue import BY_KIND, MATERIALS, facts
 
-    for kind, known in KINDS.items():
-        table = Table("name", "parameters", "source", box=box.SIMPLE_HEAD, pad_edge=False, title=kind, title_justify="left")
-        for name, law in known.items():
-            table.add_row(name, ", ".join(table_of(law).model_fields), law.source)
+    for kind, known in BY_KIND.items():
+        table = Table("name", "what it is", box=box.SIMPLE_HEAD, pad_edge=False, title=kind, title_justify="left")
+        table.add_column("source", overflow="fold")
+        for name in known:
+            law = facts(kind, name)
+            table.add_row(name, law.summary, law.source)
         to.print(table)
     table = Table("name", box=box.SIMPLE_HEAD, pad_edge=False, title="material", title_justify="left")
     for column in ("E [GPa]", "nu", "rho [kg/m^3]"):
         table.add_column(column.replace("[", r"\["), justify="right")
-    table.add_column("source")
+    table.add_column("source", overflow="fold")
     for name, material in MATERIALS.items():
         numbers = (material.youngs_modulus / 1e9, material.poisson_ratio, material.density)
         table.add_row(name, *(f"{number:g}" for number in numbers), material.source)
@@ -70,7 +70,7 @@ def _list(to: Console) -> None:
     to.print("scissordyn laws NAME shows one with its parameters.", markup=False)
 
 
-def _describe(kind: str, law: type, to: Console) -> None:
+def _describe(kind: str, name: str, to: Console) -> None:
     import inspect
     import re
 
@@ -78,19 +78,36 @@ def _describe(kind: str, law: type, to: Console) -> None:
     from rich.table import Table
 
     from scissordyn.config.table import key_help, key_sample, quantity_of, table_of
+    from scissordyn.laws.catalogue import facts, law
 
-    to.print(f"{law.name}, a law of {kind}", style="bold", markup=False)  # type: ignore[attr-defined]
+    described: type = law(kind, name)
+    known = facts(kind, name)
+    to.print(f"{known.name}, a law of {kind}", style="bold", markup=False)
     # the docstring is written for sphinx; here the formula stands as LaTeX below its sentence
-    to.print(re.sub(r"^\.\. math::\s*", "", inspect.getdoc(law) or "", flags=re.MULTILINE), markup=False)
-    to.print(f"Source: {law.source}", markup=False)  # type: ignore[attr-defined]
-    keys = table_of(law)
+    text = re.sub(r"\.\. math::\s*", "    ", inspect.getdoc(described) or "")
+    to.print(re.sub(r"``?|:[a-z]+:(?=`)", "", text), markup=False)
+    remarks = [f"Source: {known.source}"]
+    if known.restitution_range is not None:
+        remarks.append("Made for restitution coefficients from {:g} to {:g}.".format(*known.restitution_range))
+    if known.states:
+        remarks.append(f"Hidden states: {', '.join(known.states)}.")
+    if known.stiff:
+        remarks.append("Makes the equations of motion stiff.")
+    if known.caveat:
+        remarks.append(f"Caveat: {known.caveat}")
+    for remark in remarks:
+        to.print(remark, markup=False)
+    keys = table_of(described)
     table = Table("parameter", "default", "allowed", "meaning", box=box.SIMPLE_HEAD, pad_edge=False)
     for key, field in keys.model_fields.items():
         quantity = quantity_of(keys, key)
-        allowed = quantity.allowed.removeprefix("a finite number").strip() if quantity else ""
+        allowed = quantity.allowed.removeprefix("a finite number").strip() if quantity else "true or false"
         default = "" if field.is_required() or field.default is None else key_sample(keys, key)
         table.add_row(key, default, allowed.replace("[", r"\["), key_help(keys, key))
     if keys.model_fields:
         to.print(table)
-    example = f'{kind} = {{ law = "{law.name}" }}' if keys.model_fields else f'{kind} = "{law.name}"'  # type: ignore[attr-defined]
-    to.print(f"In a case file: {example}", markup=False)
+    chosen = "".join(f", {key} = {key_sample(keys, key)}" for key in list(keys.model_fields)[:1])
+    to.print(
+        "In a case file: " + (f'{kind} = {{ law = "{known.name}"{chosen} }}' if chosen else f'{kind} = "{known.name}"'),
+        markup=False,
+    )

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import functools
 import os
 import sys
 import traceback
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from typing import Any
 
 import typer
 
@@ -26,10 +28,27 @@ app = typer.Typer(
     rich_markup_mode=None,
     context_settings={"help_option_names": ["-h", "--help"]},
 )
-app.command("run")(run_case)
-app.command("check")(check)
-app.command("new")(new)
-app.command("laws")(laws)
+
+
+class NothingComputedError(Exception):
+    """Ctrl-C where nothing had been computed that could be kept."""
+
+
+def _guarded(command: Callable[..., int]) -> Callable[..., int]:
+    """The command, with Ctrl-C turned into an error that typer lets through; of its own accord it says nothing."""
+
+    @functools.wraps(command)
+    def guarded(*arguments: Any, **options: Any) -> int:
+        try:
+            return command(*arguments, **options)
+        except KeyboardInterrupt:
+            raise NothingComputedError from None
+
+    return guarded
+
+
+for _name, _command in (("run", run_case), ("check", check), ("new", new), ("laws", laws)):
+    app.command(_name)(_guarded(_command))
 
 # typer brings its own copy of click, or uses the one beside it, depending on its version: this is ClickException in both
 USAGE_ERROR: type[Exception] = typer.BadParameter.__mro__[2]
@@ -59,7 +78,7 @@ def status_of(arguments: Sequence[str]) -> int:
         return _complain(str(error), BAD_INPUT)
     except USAGE_ERROR as error:
         return _complain(f"{error.format_message().rstrip('.')}; type: scissordyn --help", BAD_INPUT)  # type: ignore[attr-defined]
-    except (KeyboardInterrupt, typer.Abort):
+    except (NothingComputedError, KeyboardInterrupt):
         return _complain("interrupted; nothing was saved", INTERRUPTED)
     except BrokenPipeError:  # the reader of a pipe has gone, as in "scissordyn laws | head"
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
@@ -74,3 +93,7 @@ def _complain(text: str, status: int) -> int:
         traceback.print_exc()
     print("scissordyn: " + " ".join(text.split()), file=sys.stderr)
     return status
+
+
+if __name__ == "__main__":
+    run()

@@ -39,9 +39,9 @@ def show_events(run: xr.Dataset, rows: int, to: Console) -> None:
     if not found or rows <= 0:
         return
     shown = run.isel(contact=slice(0, rows))
-    table = Table(box=box.SIMPLE_HEAD, pad_edge=False, padding=(0, 1))
+    table = Table(box=box.SIMPLE_HEAD, pad_edge=False, padding=(0, 1, 0, 0))
     table.add_column("contact", justify="right")
-    table.add_column("joint")
+    table.add_column("joint", no_wrap=True)
     columns = [list(map(str, range(1, shown.sizes["contact"] + 1))), shown["contact_joint"].values.tolist()]
     headings = (
         ("start", "contact_start", "s", 1.0),

@@ -14,14 +14,9 @@ from scissordyn.errors import InputError, did_you_mean
 from scissordyn.laws import catalogue
 from scissordyn.laws.material import Material
 
-__all__ = ["KINDS", "law_of", "material_of", "read_law"]
+__all__ = ["law_of", "material_of", "read_law"]
 
-KINDS: Mapping[str, Mapping[str, Any]] = {
-    "stiffness": catalogue.ELASTIC,
-    "damping": catalogue.DAMPING,
-    "friction": catalogue.FRICTION,
-}
-"""The catalogue's laws by the key of a case file that chooses among them."""
+USER_FILE = "a function in a file as my_laws.py:soft"
 
 
 def read_law(given: Any, kind: str, folder: Path, **shorthand: Any) -> Any:
@@ -42,12 +37,12 @@ def read_law(given: Any, kind: str, folder: Path, **shorthand: Any) -> Any:
     -------
     elastic, damping or friction law
     """
-    known = KINDS[kind]
+    known = catalogue.BY_KIND[kind]
     sample = f'{kind} = "{next(iter(known))}"'
     parameters = dict(given) if isinstance(given, Mapping) else {"law": given}
     name = parameters.pop("law", None)
     if not isinstance(name, str):
-        raise InputError(f"no name of a {kind} law", ", ".join(known), sample)
+        raise InputError(f"no name of a {kind} law", ", ".join(known) + f", or {USER_FILE}", sample)
     twice = sorted(parameters.keys() & shorthand.keys())
     if twice:
         raise InputError(f"{twice[0]} given twice, for the joint and for its {kind} law", "one of them")
@@ -57,7 +52,9 @@ def read_law(given: Any, kind: str, folder: Path, **shorthand: Any) -> Any:
             raise InputError(f"parameter '{next(iter(parameters))}' for '{name}'", "parameters in the file itself")
         return catalogue.from_file(name, kind, folder)
     if name not in known:
-        raise InputError(f"unknown {kind} law '{name}'{did_you_mean(name, known)}", ", ".join(known), sample)
+        raise InputError(
+            f"unknown {kind} law '{name}'{did_you_mean(name, known)}", ", ".join(known) + f", or {USER_FILE}", sample
+        )
     declared = {field.name for field in dataclasses.fields(known[name])}
     for key in shorthand:
         if key not in declared:

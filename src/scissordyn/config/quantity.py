@@ -40,9 +40,7 @@ UNITS = (
     "pound_force = 4.4482216152605 * newton = lbf",
     "psi = pound_force / inch**2",
 )
-KNOWN_UNITS = tuple(
-    "m mm cm km um s ms us min h kg g t rad deg turn rpm Hz N kN Pa kPa MPa GPa J W in ft lb lbf psi bar".split()
-)
+KNOWN_UNITS = "m mm cm km um s ms us min h kg g t rad deg turn rpm Hz N kN Pa kPa MPa GPa J W in ft lb lbf psi bar"
 """What a mistyped unit may have been meant to be."""
 
 FAMILIAR = {
@@ -80,7 +78,7 @@ def unit_factor(unit: str, target: str) -> float:
         return float(registry.convert(1.0, registry.parse_units(unit), registry.parse_units(target)))
     except pint.UndefinedUnitError as error:
         unknown = str(error).split("'")[1]  # the one place where pint gives the name alone, in every version
-        raise InputError(f"unknown unit '{unknown}'{did_you_mean(unknown, KNOWN_UNITS)}") from None
+        raise InputError(f"unknown unit '{unknown}'{did_you_mean(unknown, KNOWN_UNITS.split())}") from None
     except pint.DimensionalityError:
         raise InputError(f"wrong dimension: '{unit}' is not a unit of [{target}]") from None
     except (pint.PintError, AssertionError, ValueError, TypeError):  # pint tells a garbled unit in many ways

@@ -125,7 +125,8 @@ def error_norm(T, h, y, new, K, atol, rtol, group):
             error = abs(factor * first) / weight
             if combined:
                 other = abs(factor * second) / weight
-                error = error * error / math.sqrt(error * error + 0.01 * other * other) if error > 0.0 else 0.0
+                if error != 0.0:
+                    error = error * error / math.sqrt(error * error + 0.01 * other * other)
             # a NaN must not hide behind a comparison that is false
             if not error <= worst:
                 worst = error

@@ -7,7 +7,7 @@ from typing import ClassVar, Literal, Protocol, runtime_checkable
 
 from scissordyn.laws.material import Material
 
-__all__ = ["PARAMETERS", "Damping", "Elastic", "Friction", "JointContact"]
+__all__ = ["PARAMETERS", "Damping", "Elastic", "Friction", "JointContact", "Proportional"]
 
 PARAMETERS = 16
 """Width of one law's row of numbers in the parameter tables that kernels read."""
@@ -81,6 +81,19 @@ class Damping(Protocol):
 
     def parameters(self, joint: JointContact) -> tuple[float, ...]:
         """The numbers that the kernel reads, at most `PARAMETERS` of them."""
+
+
+@runtime_checkable
+class Proportional(Damping, Protocol):
+    """A damping that multiplies the elastic part by 1 + xi delta'/delta'(-), made for a restitution."""
+
+    @property
+    def restitution(self) -> float:
+        """c_e [1]."""
+
+    @property
+    def factor(self) -> float:
+        """xi [1]."""
 
 
 @runtime_checkable

@@ -1,20 +1,50 @@
 """From a law's tag to its kernel.
 
 An integer into a ladder of ifs: machine code with such a ladder is kept on disk, a function passed as an argument is not.
+A tag without a rung gives NaN, which ends the run and names the joint.
 """
 
 from __future__ import annotations
 
+import math
+
 from scissordyn.jit import kernel
-from scissordyn.laws.damping import proportional
-from scissordyn.laws.elastic import hertz, liu
-from scissordyn.laws.friction import ambrosio, lugre
+from scissordyn.laws.damping import dashpot, proportional
+from scissordyn.laws.elastic import bai_zhao, hertz, linear, liu, logarithmic, persson, power
+from scissordyn.laws.friction import (
+    ambrosio,
+    bengisu_akay,
+    brown_mcphee,
+    coulomb,
+    dahl,
+    elastoplastic,
+    gonthier,
+    lugre,
+    stribeck,
+    threlfall,
+)
+from scissordyn.laws.pointer import USER, call_at
 
 __all__ = ["elastic_force", "friction_force", "friction_start", "normal_force"]
 
-_liu, _hertz = liu.force, hertz.force
-_proportional = proportional.force
-_lugre, _lugre_start, _ambrosio = lugre.force, lugre.start, ambrosio.force
+_liu, _hertz, _logarithmic, _power = liu.force, hertz.force, logarithmic.force, power.force
+_linear, _persson, _bai_zhao = linear.force, persson.force, bai_zhao.force
+_proportional, _dashpot = proportional.force, dashpot.force
+_lugre, _ambrosio, _coulomb, _threlfall, _bengisu_akay = (
+    lugre.force,
+    ambrosio.force,
+    coulomb.force,
+    threlfall.force,
+    bengisu_akay.force,
+)
+_brown_mcphee, _stribeck, _dahl, _elastoplastic, _gonthier = (
+    brown_mcphee.force,
+    stribeck.force,
+    dahl.force,
+    elastoplastic.force,
+    gonthier.force,
+)
+_lugre_start, _dahl_start, _elastoplastic_start, _gonthier_start = lugre.start, dahl.start, elastoplastic.start, gonthier.start
 
 
 @kernel()
@@ -24,16 +54,33 @@ def elastic_force(tag, delta, p):
         return _liu(delta, p)
     if tag == 1:
         return _hertz(delta, p)
-    return 0.0
+    if tag == 2:
+        return _logarithmic(delta, p)
+    if tag == 3:
+        return _power(delta, p)
+    if tag == 4:
+        return _linear(delta, p)
+    if tag == 5:
+        return _persson(delta, p)
+    if tag == 6:
+        return _bai_zhao(delta, p)
+    if tag == USER:
+        return call_at((delta,), p)
+    return math.nan
 
 
 @kernel()
 def normal_force(tag, elastic, delta, rate, approach, p):
     """Normal force [N] that damping `tag` makes of an elastic part; never a pull."""
-    force = elastic
+    force = math.nan
     if tag == 0:
         force = _proportional(elastic, delta, rate, approach, p)
-    return max(force, 0.0)
+    elif tag == 1:
+        force = _dashpot(elastic, delta, rate, approach, p)
+    elif tag == USER:
+        force = call_at((elastic, delta, rate, approach), p)
+    # max() would lose a NaN
+    return 0.0 if force < 0.0 else force
 
 
 @kernel()
@@ -45,7 +92,25 @@ def friction_force(tag, v, normal, z, dz, p):
         return _lugre(v, normal, z, dz, p)
     if tag == 2:
         return _ambrosio(v, normal, p)
-    return 0.0
+    if tag == 3:
+        return _coulomb(v, normal, p)
+    if tag == 4:
+        return _threlfall(v, normal, p)
+    if tag == 5:
+        return _bengisu_akay(v, normal, p)
+    if tag == 6:
+        return _brown_mcphee(v, normal, p)
+    if tag == 7:
+        return _stribeck(v, normal, p)
+    if tag == 8:
+        return _dahl(v, normal, z, dz, p)
+    if tag == 9:
+        return _elastoplastic(v, normal, z, dz, p)
+    if tag == 10:
+        return _gonthier(v, normal, z, dz, p)
+    if tag == USER:
+        return call_at((v, normal), p)
+    return math.nan
 
 
 @kernel()
@@ -53,3 +118,9 @@ def friction_start(tag, v, z, p):
     """Hidden states at the start of a contact that begins at slip speed v [m/s]."""
     if tag == 1:
         _lugre_start(v, z, p)
+    elif tag == 8:
+        _dahl_start(v, z, p)
+    elif tag == 9:
+        _elastoplastic_start(v, z, p)
+    elif tag == 10:
+        _gonthier_start(v, z, p)

@@ -6,8 +6,6 @@ them again for every new law and never keep them on disk; an address is one more
 
 from __future__ import annotations
 
-from typing import Any
-
 from llvmlite import ir
 from numba import types
 from numba.core import cgutils
@@ -19,8 +17,8 @@ USER = 99
 """The tag of a user's own law, in every ladder."""
 
 
-@intrinsic  # type: ignore[untyped-decorator]
-def call_at(typing_context: Any, numbers: Any, row: Any) -> Any:
+@intrinsic
+def call_at(typing_context, numbers, row):
     """Call ``float64 f(float64, ..., float64*)`` at the address that ``row[0]`` holds.
 
     Parameters
@@ -37,11 +35,11 @@ def call_at(typing_context: Any, numbers: Any, row: Any) -> Any:
     if not (isinstance(numbers, types.UniTuple) and numbers.dtype == types.float64):
         return None
 
-    def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+    def generate(context, builder, signature, arguments):
         double, data = ir.DoubleType(), ir.DoubleType().as_pointer()
         array = context.make_array(row)(context, builder, arguments[1])
         first = builder.bitcast(array.data, data)
-        address = builder.fptoui(builder.load(first), ir.IntType(types.intp.bitwidth))
+        address = builder.fptoui(builder.load(first), context.get_value_type(types.uintp))
         kind = ir.FunctionType(double, [double] * numbers.count + [data])
         function = builder.inttoptr(address, kind.as_pointer())
         parameters = builder.gep(first, [ir.Constant(ir.IntType(32), 1)])

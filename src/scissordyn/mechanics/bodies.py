@@ -49,26 +49,29 @@ def body_motion(layout: Layout, found: Record) -> BodyMotion:
     """
     mechanism = layout.mechanism
     bodies, instants = mechanism.bodies, found.X.shape[0]
-    centre = sp.lil_array((2 * len(bodies), layout.coordinates.shape[0]))
-    turned = sp.lil_array((2 * len(bodies), layout.coordinates.shape[0]))
-    fixed = np.zeros((len(bodies), 2))
-    still = np.zeros((len(bodies), 2))
+    fixed, still = np.zeros((len(bodies), 2)), np.zeros((len(bodies), 2))
+    centre: list[tuple[int, int, float]] = []
+    turned: list[tuple[int, int, float]] = []
     for k, body in enumerate(bodies):
         p, (x, y) = layout.offsets[body.name], body.centre
-        cos, sin = np.cos(body.angle), np.sin(body.angle)
-        centre[2 * k, p] = centre[2 * k + 1, p + 1] = 1.0
+        centre += [(2 * k, p, 1.0), (2 * k + 1, p + 1, 1.0)]
         if body.rotates:
-            centre[2 * k, p + 2], centre[2 * k, p + 3] = x, -y
-            centre[2 * k + 1, p + 2], centre[2 * k + 1, p + 3] = y, x
-            turned[2 * k, p + 2] = turned[2 * k + 1, p + 3] = 1.0
+            centre += [(2 * k, p + 2, x), (2 * k, p + 3, -y), (2 * k + 1, p + 2, y), (2 * k + 1, p + 3, x)]
+            turned += [(2 * k, p + 2, 1.0), (2 * k + 1, p + 3, 1.0)]
         else:
+            cos, sin = np.cos(body.angle), np.sin(body.angle)
             fixed[k] = cos * x - sin * y, sin * x + cos * y
             still[k] = cos, sin
-    to_centre = sp.csr_array(centre) @ layout.coordinates
-    to_direction = sp.csr_array(turned) @ layout.coordinates
 
-    def at(matrix: sp.csr_array, columns: np.ndarray) -> np.ndarray:
-        return np.asarray((matrix @ columns.T).T).reshape(instants, len(bodies), 2)
+    def matrix(entries: list[tuple[int, int, float]]) -> sp.csr_array:
+        rows, columns, values = zip(*entries, strict=True) if entries else ((), (), ())
+        shape = (2 * len(bodies), layout.coordinates.shape[0])
+        return sp.csr_array((values, (rows, columns)), shape=shape) @ layout.coordinates
+
+    to_centre, to_direction = matrix(centre), matrix(turned)
+
+    def at(forms: sp.csr_array, columns: np.ndarray) -> np.ndarray:
+        return np.asarray((forms @ columns.T).T).reshape(instants, len(bodies), 2)
 
     direction = at(to_direction, found.X) + still
     turning, bending = at(to_direction, found.V), at(to_direction, found.A)

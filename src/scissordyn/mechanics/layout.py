@@ -26,6 +26,10 @@ from scissordyn.model.mechanism import Mechanism
 __all__ = ["Form", "Layout", "lay_out"]
 
 
+SMALL = 200
+"""Up to so many natural coordinates full matrices are quicker to handle than sparse ones."""
+
+
 @dataclass(frozen=True)
 class Form:
     """A plane vector that is linear in [x; b]: its columns and, for each, the coefficients of both components.
@@ -89,7 +93,7 @@ class Layout:
 
     def _form(self, pair: tuple[Expression, Expression]) -> Form:
         """A pair of expressions in natural coordinates as a form in [x; b]."""
-        total = self.coordinates.shape[1]
+        starts, indices, data = self.coordinates.indptr, self.coordinates.indices, self.coordinates.data
         dense: list[Expression] = []
         for expression in pair:
             row: Expression = {}
@@ -97,13 +101,11 @@ class Layout:
                 if column == self._ones:
                     row[self.free] = row.get(self.free, 0.0) + coefficient
                     continue
-                start, stop = self.coordinates.indptr[column], self.coordinates.indptr[column + 1]
-                for where in range(start, stop):
-                    key = int(self.coordinates.indices[where])
-                    row[key] = row.get(key, 0.0) + coefficient * float(self.coordinates.data[where])
+                for where in range(starts[column], starts[column + 1]):
+                    key = int(indices[where])
+                    row[key] = row.get(key, 0.0) + coefficient * float(data[where])
             dense.append(row)
         columns = sorted(set(dense[0]) | set(dense[1]))
-        assert all(column < total for column in columns)
         rows = np.array([[row.get(column, 0.0) for column in columns] for row in dense], float).reshape(2, len(columns))
         return Form(np.array(columns, np.int64), rows)
 
@@ -189,16 +191,26 @@ def _point(mechanism: Mechanism, offsets: dict[str, int], point: BodyPoint, ones
 
 
 def _mass(mechanism: Mechanism, offsets: dict[str, int], total: int) -> sp.csr_array:
-    blocks = []
+    rows, columns, values = [], [], []
+
+    def enter(row: int, column: int, value: float) -> None:
+        rows.append(row)
+        columns.append(column)
+        values.append(value)
+
     for body in mechanism.bodies:
-        m, (x, y) = body.mass, body.centre
+        p, m, (x, y) = offsets[body.name], body.mass, body.centre
+        enter(p, p, m)
+        enter(p + 1, p + 1, m)
         if body.inertia is None:
-            blocks.append(m * np.eye(2))
             continue
-        coupling = m * np.array([[x, -y], [y, x]])
-        about_origin = (body.inertia + m * (x * x + y * y)) * np.eye(2)
-        blocks.append(np.block([[m * np.eye(2), coupling], [coupling.T, about_origin]]))
-    return sp.csr_array(sp.block_diag(blocks))
+        about_origin = body.inertia + m * (x * x + y * y)
+        enter(p + 2, p + 2, about_origin)
+        enter(p + 3, p + 3, about_origin)
+        for row, column, value in ((p, p + 2, m * x), (p, p + 3, -m * y), (p + 1, p + 2, m * y), (p + 1, p + 3, m * x)):
+            enter(row, column, value)
+            enter(column, row, value)
+    return sp.csr_array((values, (rows, columns)), shape=(total, total))
 
 
 def _weight(mechanism: Mechanism, offsets: dict[str, int], total: int) -> np.ndarray:
@@ -215,14 +227,19 @@ def _weight(mechanism: Mechanism, offsets: dict[str, int], total: int) -> np.nda
 
 def _normalize(coordinates: sp.csr_array, mass: sp.csr_array, free: int) -> sp.csr_array:
     """Scale and mix the free coordinates, block by block, so that their mass matrix is the identity."""
+    if coordinates.shape[0] <= SMALL:
+        dense = coordinates.toarray()
+        moving = dense[:, :free]
+        lower = np.linalg.cholesky(moving.T @ mass.toarray() @ moving)
+        dense[:, :free] = moving @ np.linalg.inv(lower).T
+        return sp.csr_array(dense)
     reduced = sp.csr_array(coordinates[:, :free].T @ mass @ coordinates[:, :free])
     count, label = connected_components(reduced, directed=False)
     mixing = sp.lil_array((free, free))
     for block in range(count):
         members = np.flatnonzero(label == block)
         lower = np.linalg.cholesky(reduced[members][:, members].toarray())
-        inverse = np.linalg.inv(lower).T
-        mixing[np.ix_(members, members)] = inverse
+        mixing[np.ix_(members, members)] = np.linalg.inv(lower).T
     mixed = coordinates[:, :free] @ sp.csr_array(mixing)
     result = sp.csr_array(sp.hstack([mixed, coordinates[:, free:]]))
     result.eliminate_zeros()

@@ -82,7 +82,7 @@ def prescribed_angle(t, rows, angle):
         angle[0], angle[1], angle[2], angle[3] = value, first, second, third
 
 
-@kernel(inline=True)
+@kernel()
 def prescribe(t, rows, starts, basis, angle):
     """Write b and its derivatives at time t into basis[0:4, :]; `angle` is work space."""
     for order in range(4):

@@ -6,11 +6,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from scissordyn.jit import kernel
+from scissordyn.jit import Handle, kernel
 from scissordyn.laws.ladder import elastic_force
-from scissordyn.mechanics.equations import accelerate, constraint_forces
+from scissordyn.mechanics.equations import accelerate, constraint_forces, project
 from scissordyn.mechanics.joint import kinematics
-from scissordyn.mechanics.system import System
+from scissordyn.mechanics.system import open_system
 
 __all__ = ["Record", "elastic_energy", "record"]
 
@@ -62,13 +62,16 @@ def elastic_energy(tag, delta, p):
 
 
 @kernel()
-def fill(time, state, mode, memory, S, R):
+def fill(time, state, mode, memory, address, R):
     """Evaluate everything at each sample."""
+    S = open_system(address)
     n, nb = S.n, S.nb
     for at in range(time.size):
         for j in range(S.mode.size):
             S.mode[j] = mode[at, j]
             S.approach[j] = memory[at, j]
+        # dense output keeps lengths only to its own accuracy
+        project(time[at], state[at], S)
         accelerate(time[at], state[at], S, S.scratch)
         kinetic = potential = 0.0
         for i in range(n + nb):
@@ -100,15 +103,16 @@ def fill(time, state, mode, memory, S, R):
                 R.joint[at, j, q] = S.joint[j, q]
 
 
-def record(system: System, time: np.ndarray, state: np.ndarray, mode: np.ndarray, memory: np.ndarray) -> Record:
+def record(system: Handle, time: np.ndarray, state: np.ndarray, mode: np.ndarray, memory: np.ndarray) -> Record:
     """Evaluate everything at the samples.
 
     Parameters
     ----------
-    system : System
-        Its contact state is overwritten.
+    system : Handle
+        Of a `System`; its contact state is overwritten.
     time : ndarray, shape (nt,)
     state : ndarray, shape (nt, ny)
+        Projected in place onto the length conditions.
     mode, memory : ndarray, shape (nt, nj)
         Contact states and approach speeds.
 
@@ -116,17 +120,18 @@ def record(system: System, time: np.ndarray, state: np.ndarray, mode: np.ndarray
     -------
     Record
     """
-    instants, columns, joints = time.size, system.n + system.nb, system.mode.size
+    content = system.content
+    instants, columns, joints = time.size, content.n + content.nb, content.mode.size
     found = Record(
         X=np.empty((instants, columns)),
         V=np.empty((instants, columns)),
         A=np.empty((instants, columns)),
         joint=np.empty((instants, joints, 9)),
         elastic=np.empty(instants),
-        torque=np.empty((instants, system.motion_start.size - 1)),
+        torque=np.empty((instants, content.motion_start.size - 1)),
         kinetic=np.empty(instants),
         potential=np.empty(instants),
         length_error=np.zeros(1),
     )
-    fill(time, state, mode, memory, system, found)
+    fill(time, state, mode, memory, system.address, found)
     return found

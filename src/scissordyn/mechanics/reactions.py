@@ -106,15 +106,13 @@ def balance(mechanism: Mechanism) -> Balance:
             if body != GROUND:
                 loads[body].append((index, sign, arm(body, point)))
 
-    incidence = sp.lil_array((len(names), count))
-    for row, name in enumerate(names):
-        for unknown, _, _ in entries[name]:
-            incidence[row, unknown] = 1.0
-    graph = sp.csr_array(incidence.T @ incidence)
+    groups = [np.array([unknown for unknown, _, _ in entries[name]], np.int64) for name in names]
+    rows = np.concatenate([np.arange(count), *(np.repeat(group, group.size) for group in groups)])
+    beside = np.concatenate([np.arange(count), *(np.tile(group, group.size) for group in groups)])
     order = np.empty(count, np.int64)
+    graph = sp.csr_array((np.ones(rows.size), (rows, beside)), shape=(count, count))
     order[reverse_cuthill_mckee(graph, symmetric_mode=True)] = np.arange(count)
-    pairs = graph.tocoo()
-    reach = int(np.max(np.abs(order[pairs.row] - order[pairs.col]), initial=0))
+    reach = int(np.max(np.abs(order[rows] - order[beside]), initial=0))
 
     listed = [entry for name in names for entry in entries[name]]
     known = [load for name in names for load in loads[name]]

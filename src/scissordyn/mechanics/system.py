@@ -6,7 +6,7 @@ from typing import Annotated, NamedTuple
 
 import numpy as np
 from numba import types
-from scipy.sparse import csr_array, lil_array
+from scipy.sparse import csr_array
 from scipy.sparse.csgraph import reverse_cuthill_mckee
 
 from scissordyn.jit import Handle, opener
@@ -263,22 +263,19 @@ def _ordering(
     """Rows of the step matrix for accelerations, multipliers and hidden states, so that its band is narrow."""
     n, m = layout.free, len(layout.lengths)
     size = n + m + sum(states)
-    pattern = lil_array((size, size), dtype=np.int8)
     groups = [np.append(form.columns[form.columns < n], n + k) for k, form in enumerate(layout.lengths)]
     first_state = n + m
     for j, count in enumerate(states):
         columns = joint_column[joint_start[j] : joint_start[j + 1]]
         groups.append(np.concatenate([columns[columns < n], np.arange(first_state, first_state + count)]))
         first_state += count
-    for group in groups:
-        for i in group:
-            pattern[i, group] = 1
-    graph = csr_array(pattern)
+    rows = np.concatenate([np.arange(size), *(np.repeat(group, group.size) for group in groups)])
+    beside = np.concatenate([np.arange(size), *(np.tile(group, group.size) for group in groups)])
+    graph = csr_array((np.ones(rows.size), (rows, beside)), shape=(size, size))
     order = reverse_cuthill_mckee(graph, symmetric_mode=True)
     place = np.empty(size, np.int64)
     place[order] = np.arange(size)
-    entries = graph.tocoo()
-    reach = int(np.max(np.abs(place[entries.row] - place[entries.col]), initial=0))
+    reach = int(np.max(np.abs(place[rows] - place[beside]), initial=0))
     return place, reach, reach
 
 

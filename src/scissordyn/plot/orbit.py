@@ -11,7 +11,7 @@ from matplotlib.axes import Axes
 
 from scissordyn.plot.scale import engineering
 from scissordyn.plot.series import BEYOND, chosen_joints, horizon
-from scissordyn.plot.style import BLACK, GREY, LINE, SKY, VERMILION, Canvas, legend, panels
+from scissordyn.plot.style import BLACK, GREY, LINE, NORMAL, SKY, VERMILION, Canvas, legend, panels
 
 __all__ = ["orbit"]
 
@@ -89,20 +89,21 @@ def _orbit(axes: Axes, run: xr.Dataset, joint: str, exaggeration: float | None) 
         for when, alpha in ((before, 1.0), (~before, 0.3)):
             if np.any(part & when):
                 curve = np.where((part & when)[:, None], drawn, np.nan)
-                shown = label if alpha == 1.0 else f"{label}, {BEYOND}"
+                shown = label if alpha == 1.0 else f"pale: {BEYOND}"
                 axes.plot(curve[:, 0], curve[:, 1], color=color, linewidth=LINE, alpha=alpha, label=shown)
     axes.plot(*drawn[0], linestyle="", marker="o", markersize=4.0, color=BLACK, label="start")
     axes.set_xlabel(scale.label("x of the journal"))
     axes.set_ylabel(scale.label("y of the journal"))
     title = f"joint {joint}" + (f", indentation drawn {gain:g}×" if gain != 1.0 else "")
-    axes.set_title(title, loc="left", fontsize=axes.yaxis.label.get_fontsize())
+    axes.set_title(title, loc="left", fontsize=NORMAL)
     reach = 1.08 * scale.factor * max(clearance, float(np.max(distance * stretch)))
     axes.set(xlim=(-reach, reach), ylim=(-reach, reach))
 
 
 def _round_gain(gain: float) -> float:
     """The largest of 1, 2, 5, 10, 20, ... that is not above `gain`."""
-    if gain < 2.0:
+    if gain < 2.0 - 1e-9:
         return 1.0
-    power = 10.0 ** math.floor(math.log10(gain))
-    return max(step * power for step in (1.0, 2.0, 5.0) if step * power <= gain)
+    almost = gain * (1.0 + 1e-9)  # 49.999999 is 50 after round-off
+    power = 10.0 ** math.floor(math.log10(almost))
+    return max(step * power for step in (1.0, 2.0, 5.0) if step * power <= almost)

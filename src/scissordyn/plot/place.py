@@ -45,7 +45,9 @@ class Placement:
     def points(self, body: Body, local: np.ndarray) -> np.ndarray:
         """Points of a body's frame in the fixed frame, shape (points, 2) [m]."""
         cos, sin = np.cos(self.angle[body.name]), np.sin(self.angle[body.name])
-        return self.centre[body.name] + (local - np.array(body.centre)) @ np.array([[cos, sin], [-sin, cos]])
+        turned = (local - np.array(body.centre)) @ np.array([[cos, sin], [-sin, cos]])
+        placed: np.ndarray = self.centre[body.name] + turned
+        return placed
 
     def place(self, reference: BodyPoint) -> np.ndarray:
         """A named point of a body or of the ground in the fixed frame [m]."""
@@ -53,7 +55,7 @@ class Placement:
         if name == GROUND:
             return np.array(dict(self.mechanism.ground)[point])
         body = self.mechanism.body(name)
-        return self.points(body, np.array([body.points[point]]))[0]
+        return self.points(body, np.array([body.points[point]])).reshape(2)
 
 
 def outline(body: Body) -> np.ndarray:

@@ -42,7 +42,7 @@ DEGREES = Scale(180.0 / math.pi, "deg")
 
 
 def engineering(unit: str, *values: ArrayLike) -> Scale:
-    """The scale at which the largest of the values has one to three digits before the point.
+    """The scale at which the largest of the values is easy to read.
 
     Parameters
     ----------
@@ -54,18 +54,19 @@ def engineering(unit: str, *values: ArrayLike) -> Scale:
     Returns
     -------
     Scale
-        A prefix where the unit takes one, a power of ten where it does not.
+        A prefix with which the largest value is between 0.1 and 100, where the unit takes one; where it does not, a power of
+        ten for values outside 0.001 to 10000.
     """
-    largest = max(
-        (float(np.max(np.abs(part), initial=0.0, where=np.isfinite(part))) for part in map(np.asarray, values)), default=0.0
-    )
-    # 0.9999995 counts as 1, so that rounding noise in a value of 1 m does not turn metres into millimetres
-    power = 3 * math.floor(math.log10(largest * (1.0 + 1e-6)) / 3.0) if largest > 0.0 else 0
+    parts = [np.abs(np.asarray(part, float)) for part in values]
+    largest = max((float(np.max(part, initial=0.0, where=np.isfinite(part))) for part in parts), default=0.0)
+    # the next float below 0.1 counts as 0.1, so that round-off does not choose the prefix
+    size = math.log10(largest) + 1e-9 if largest > 0.0 else 0.0
     shown = "" if unit == "1" else unit.replace("^2", "²").replace("^3", "³").replace(" ", "·")
     if unit in PREFIXED:
         low, high = PREFIXED[unit]
-        power = min(max(power, low), high)
+        power = min(max(3 * math.floor((size + 1.0) / 3.0), low), high)
         return Scale(10.0**-power, PREFIXES[power] + shown)
-    if power in (0, -3):  # thousandths read well as decimals
+    if -3.0 <= size < 4.0:
         return Scale(1.0, shown)
+    power = 3 * math.floor(size / 3.0)
     return Scale(10.0**-power, f"10{str(power).translate(SUPERSCRIPT)} {shown}".rstrip())

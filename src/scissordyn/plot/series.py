@@ -25,6 +25,9 @@ __all__ = [
     "time_scale",
 ]
 
+LONGEST = 22
+"""Letters that fit beside a panel; longer labels take two lines."""
+
 BEYOND = "beyond the trust horizon"
 
 MOST_JOINTS = 6
@@ -163,7 +166,8 @@ def compare(
     axes.plot(time.factor * run["time"].values, chosen.factor * run.values, color=color, linewidth=LINE, label=labels[0])
     if ideal is not None:
         axes.plot(time.factor * ideal["time"].values, chosen.factor * ideal.values, label=labels[1], **IDEAL)
-    axes.set_ylabel(chosen.label(name))
+    label = chosen.label(name)
+    axes.set_ylabel(label if len(label) <= LONGEST else label.replace(" [", "\n["))
     return chosen
 
 
@@ -190,6 +194,9 @@ def finish(axes: Sequence[Axes], run: xr.Dataset, time: Scale, *, bottom: Sequen
         _keep_constants_flat(one)
     for one in axes[-1:] if bottom is None else bottom:
         one.set_xlabel(time.label("time"))
+    figure = axes[0].get_figure(root=True)
+    if figure is not None:
+        figure.align_ylabels(axes)
 
 
 def _keep_constants_flat(axes: Axes) -> None:

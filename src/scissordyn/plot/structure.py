@@ -10,20 +10,26 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Circle, Polygon, Rectangle
+from matplotlib.patheffects import withStroke
 from matplotlib.transforms import Affine2D
 
+from scissordyn.errors import InputError
 from scissordyn.model.body import GROUND
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.plot.place import Placement, outline
 from scissordyn.plot.series import BEYOND, chosen_joints, horizon, loose_joints, time_scale
-from scissordyn.plot.style import BLACK, BLUE, GREEN, GREY, LIGHT, ORANGE, PURPLE, SKY, SMALL, VERMILION, dress
+from scissordyn.plot.style import BLACK, BLUE, GREEN, GREY, LIGHT, SKY, SMALL, VERMILION, dress, legend
 
 __all__ = ["magnified", "snapshot", "structure"]
 
 GAP = 0.35
 """The clearance of a magnified joint as a fraction of the drawn journal's radius."""
 
-BAR_COLORS = (BLUE, GREEN, ORANGE, PURPLE, SKY)
+TALL = 2.0
+"""Structures up to so many times as wide as high stand side by side, longer ones one below the other."""
+
+Corners = tuple[np.ndarray, np.ndarray]
+"""Lower left and upper right corner [m]."""
 
 
 def structure(
@@ -45,46 +51,53 @@ def structure(
     -------
     list of Axes
         Instant by instant: the structure, then its joints.
+
+    Raises
+    ------
+    InputError
+        If no instant is asked for, or a named joint is not loose.
     """
     time = run["time"].values
     wanted = np.linspace(time[0], time[-1], times) if isinstance(times, int) else np.asarray(times, float)
+    if wanted.size == 0:
+        raise InputError(f"times = {times!r}", "a whole number >= 1, or instants [s]", "times=4")
     samples = [int(np.argmin(np.abs(time - instant))) for instant in wanted]
     chosen = chosen_joints(run, joints) if joints is not None or loose_joints(run) else []
-    low, high = _extent(run, mechanism, samples)
-    aspect = (high[0] - low[0]) / (high[1] - low[1])
-
-    # tall structures stand side by side with their joints below; long ones lie one below the other with their joints at the right
-    tall = aspect < 2.0
-    lengths = [1.0] + [0.55] * len(chosen)
-    if tall:
-        width = 2.5
-        lengths[0] = 1.0 / aspect
-        size = (0.6 + width * len(samples), 1.0 + width * sum(lengths))
-        figure = Figure(figsize=size, layout="constrained")
-        grid = figure.subplots(1 + len(chosen), len(samples), squeeze=False, height_ratios=lengths).T
-    else:
-        height = 1.6
-        lengths = [aspect] + [1.1] * len(chosen)
-        fit = min(1.0, 12.0 / (height * sum(lengths)))
-        size = (0.8 + fit * height * sum(lengths), 0.6 + (0.5 + fit * height) * len(samples))
-        figure = Figure(figsize=size, layout="constrained")
-        grid = figure.subplots(len(samples), 1 + len(chosen), squeeze=False, width_ratios=lengths)
-    for k, (sample, row) in enumerate(zip(samples, grid, strict=True)):
-        snapshot(run, mechanism, sample, axes=row[0])
-        row[0].set(xlim=(low[0], high[0]), ylim=(low[1], high[1]))
-        inner_y, inner_x = tall and k > 0, not tall and k < len(samples) - 1
-        if inner_y:
+    corners = _around(run, mechanism, samples)
+    width, height = corners[1] - corners[0]
+    tall = bool(width < TALL * height)
+    rows = _grid(tall, float(width / height), len(samples), len(chosen))
+    for k, (sample, row) in enumerate(zip(samples, rows, strict=True)):
+        snapshot(run, mechanism, sample, axes=row[0], corners=corners)
+        if tall and k > 0:
             row[0].set_ylabel("")
             row[0].tick_params(labelleft=False)
-        if inner_x:
+        if not tall and k < len(samples) - 1:
             row[0].set_xlabel("")
             row[0].tick_params(labelbottom=False)
         for joint, one in zip(chosen, row[1:], strict=True):
             magnified(run, mechanism, sample, joint, axes=one)
-    return list(grid.flat)
+    drawn = [axes for row in rows for axes in row]
+    legend(drawn, above=True)
+    return drawn
 
 
-def snapshot(run: xr.Dataset, mechanism: Mechanism, sample: int, *, axes: Axes) -> Axes:
+def _grid(tall: bool, aspect: float, instants: int, joints: int) -> list[list[Axes]]:
+    """Panels of a new figure, one list per instant: the structure's, then one per joint."""
+    if tall:
+        width = 2.6
+        lengths = [1.0 / aspect + 0.25, *[0.62] * joints]
+        figure = Figure(figsize=(0.6 + width * instants, 0.6 + width * sum(lengths)), layout="constrained")
+        grid = figure.subplots(1 + joints, instants, squeeze=False, height_ratios=lengths).T
+    else:
+        lengths = [aspect, *[1.2] * joints]
+        height = min(1.6, 11.0 / sum(lengths))
+        figure = Figure(figsize=(0.8 + height * sum(lengths), 0.7 + (0.45 + height) * instants), layout="constrained")
+        grid = figure.subplots(instants, 1 + joints, squeeze=False, width_ratios=lengths)
+    return [list(row) for row in grid]
+
+
+def snapshot(run: xr.Dataset, mechanism: Mechanism, sample: int, *, axes: Axes, corners: Corners | None = None) -> Axes:
     """The mechanism at one sample of a run: bars, pins, guides and ground; loose joints ringed and named.
 
     Parameters
@@ -94,6 +107,8 @@ def snapshot(run: xr.Dataset, mechanism: Mechanism, sample: int, *, axes: Axes) 
     sample : int
         Index along "time".
     axes : Axes
+    corners : (ndarray, ndarray), optional
+        Lower left and upper right corner of what is shown [m]; around the mechanism if not given.
 
     Returns
     -------
@@ -102,38 +117,41 @@ def snapshot(run: xr.Dataset, mechanism: Mechanism, sample: int, *, axes: Axes) 
     dress(axes)
     axes.set_aspect("equal", adjustable="box")
     placed = Placement.at(mechanism, run, sample)
-    low, high = _extent(run, mechanism, [sample])
-    size = 0.035 * float(np.max(high - low))
-    guided = {guide.follower[0]: guide for guide in mechanism.guides}
-    colored = 0
+    low, high = _around(run, mechanism, [sample]) if corners is None else corners
+    size = min(0.03 * float(np.max(high - low)), 0.05 * float(np.min(high - low)))
+    direction = {guide.follower[0]: guide.direction for guide in mechanism.guides}
+    bars = 0
     for body in mechanism.bodies:
         shape = placed.points(body, outline(body))
         if len(shape) == 1:
-            tilt = guided[body.name].direction if body.name in guided else 0.0
-            _block(axes, shape[0], 1.3 * size, tilt)
+            _block(axes, shape[0], 1.3 * size, direction.get(body.name, 0.0))
             continue
-        color, colored = BAR_COLORS[colored % 2 if len(mechanism.bodies) > 5 else colored % len(BAR_COLORS)], colored + 1
-        axes.plot(*shape[[*range(len(shape)), 0]].T, color=color, linewidth=1.8, solid_capstyle="round", zorder=2.0)
+        closed = shape[[*range(len(shape)), 0]]
+        axes.plot(closed[:, 0], closed[:, 1], color=(BLUE, GREEN)[bars % 2], linewidth=1.8, solid_capstyle="round", zorder=2.0)
+        bars += 1
     for guide in mechanism.guides:
-        through, along = np.array(guide.through), np.array([math.cos(guide.direction), math.sin(guide.direction)])
-        axes.axline(through, through + along, color=GREY, linewidth=0.7, linestyle=(0, (6, 2, 1, 2)), zorder=1.0)
+        (x, y), turn = guide.through, guide.direction
+        further = x + math.cos(turn), y + math.sin(turn)
+        axes.axline((x, y), further, color=GREY, linewidth=0.7, linestyle=(0, (6, 2, 1, 2)), zorder=1.0)
     for joint in mechanism.joints:
-        where = placed.place(joint.bearing)
-        if GROUND in joint.bodies:
-            _support(axes, placed.place(joint.bearing if joint.bearing[0] == GROUND else joint.journal), size)
+        x, y = placed.place(joint.bearing).tolist()
+        for name, point in (joint.journal, joint.bearing):
+            if name == GROUND:
+                _support(axes, placed.place((name, point)), size)
         if joint.clearance is None:
-            axes.plot(*where, marker="o", markersize=3.6, color=BLACK, markerfacecolor="white", markeredgewidth=0.8, zorder=4.0)
+            axes.plot(x, y, marker="o", markersize=3.6, color=BLACK, markerfacecolor="white", markeredgewidth=0.8, zorder=4.0)
         else:
             axes.plot(
-                *where, marker="o", markersize=7.0, color=VERMILION, markerfacecolor="none", markeredgewidth=1.2, zorder=4.0
+                x, y, marker="o", markersize=7.0, color=VERMILION, markerfacecolor="none", markeredgewidth=1.2, zorder=4.0
             )
-            axes.annotate(
-                joint.name, where, xytext=(7.0, 5.0), textcoords="offset points", fontsize=SMALL, color=VERMILION, zorder=5.0
-            )
+            text = axes.annotate(joint.name, (x, y), xytext=(7.0, 5.0), textcoords="offset points", fontsize=SMALL)
+            text.set(color=VERMILION, zorder=5.0, path_effects=[withStroke(linewidth=2.5, foreground="white")])
     now, scale, until = float(run["time"].values[sample]), time_scale(run), horizon(run)
-    late = f"\n{BEYOND}" if until is not None and now > until else ""
-    axes.set_title(f"t = {scale.factor * now:.4g} {scale.unit}{late}", loc="left", fontsize=SMALL)
-    axes.set(xlabel="x [m]", ylabel="y [m]")
+    if until is not None and now > until:
+        late = Rectangle((0.0, 0.0), 1.0, 1.0, facecolor=LIGHT, alpha=0.7, transform=axes.transAxes, zorder=0.0, label=BEYOND)
+        axes.add_patch(late)
+    axes.set_title(f"t = {scale.factor * now:.4g} {scale.unit}", loc="left", fontsize=SMALL)
+    axes.set(xlabel="x [m]", ylabel="y [m]", xlim=(low[0], high[0]), ylim=(low[1], high[1]))
     return axes
 
 
@@ -152,17 +170,25 @@ def magnified(run: xr.Dataset, mechanism: Mechanism, sample: int, joint: str, *,
     Returns
     -------
     Axes
+
+    Raises
+    ------
+    InputError
+        If the joint is not loose.
     """
-    clearance = mechanism.joint(joint).clearance
-    assert clearance is not None
+    chosen_joints(run, [joint])
     now = run.isel(time=sample).sel(joint=joint)
-    gain = GAP * clearance.journal_radius / clearance.clearance
-    offset = GAP * now["eccentricity"].transpose("axis").values / clearance.clearance
+    clearance = float(now["clearance"])
+    loose = mechanism.joint(joint).clearance
+    if loose is None:
+        raise InputError(f"joint '{joint}' is loose in the run and ideal in the mechanism", "the mechanism that was run")
+    gain = GAP * loose.journal_radius / clearance
+    x, y = (GAP * now["eccentricity"].transpose("axis").values / clearance).tolist()
     touching = bool(now["in_contact"])
     color = VERMILION if touching else SKY
     axes.add_patch(Circle((0.0, 0.0), 1.0 + GAP, facecolor="white", edgecolor=BLACK, linewidth=1.2))
-    axes.add_patch(Circle((float(offset[0]), float(offset[1])), 1.0, facecolor=LIGHT, edgecolor=color, linewidth=1.4))
-    axes.plot(*offset, marker="+", markersize=6.0, color=color, markeredgewidth=1.0)
+    axes.add_patch(Circle((x, y), 1.0, facecolor=LIGHT, edgecolor=color, linewidth=1.4))
+    axes.plot(x, y, marker="+", markersize=6.0, color=color, markeredgewidth=1.0)
     axes.plot(0.0, 0.0, marker=".", markersize=3.0, color=BLACK)
     axes.set_aspect("equal", adjustable="box")
     axes.set(xlim=(-1.5, 1.5), ylim=(-1.5, 1.5), xticks=[], yticks=[])
@@ -173,8 +199,8 @@ def magnified(run: xr.Dataset, mechanism: Mechanism, sample: int, joint: str, *,
     return axes
 
 
-def _extent(run: xr.Dataset, mechanism: Mechanism, samples: Sequence[int]) -> tuple[np.ndarray, np.ndarray]:
-    """Lower left and upper right corner around the mechanism at some samples, with a margin [m]."""
+def _around(run: xr.Dataset, mechanism: Mechanism, samples: Sequence[int]) -> Corners:
+    """What the mechanism needs at some samples, with a margin."""
     found = [
         placed.points(body, outline(body))
         for placed in (Placement.at(mechanism, run, sample) for sample in samples)
@@ -189,34 +215,18 @@ def _extent(run: xr.Dataset, mechanism: Mechanism, samples: Sequence[int]) -> tu
 
 def _support(axes: Axes, pin: np.ndarray, size: float) -> None:
     """A ground pin: a triangle that stands on a hatched strip."""
-    corners = np.array([[0.0, 0.0], [-size, -1.6 * size], [size, -1.6 * size]])
-    axes.add_patch(Polygon(pin + corners, facecolor="white", edgecolor=BLACK, linewidth=0.8, zorder=1.5))
-    axes.add_patch(
-        Rectangle(
-            (pin[0] - 1.6 * size, pin[1] - 2.3 * size),
-            3.2 * size,
-            0.7 * size,
-            facecolor="white",
-            edgecolor=GREY,
-            hatch="//////",
-            linewidth=0.0,
-            zorder=1.4,
-        )
+    corners = pin + np.array([[0.0, 0.0], [-size, -1.6 * size], [size, -1.6 * size]])
+    axes.add_patch(Polygon(corners, facecolor="white", edgecolor=BLACK, linewidth=0.8, zorder=1.5))
+    corner = float(pin[0]) - 1.6 * size, float(pin[1]) - 2.3 * size
+    strip = Rectangle(
+        corner, 3.2 * size, 0.7 * size, facecolor="white", edgecolor=GREY, hatch="//////", linewidth=0.0, zorder=1.4
     )
+    axes.add_patch(strip)
 
 
 def _block(axes: Axes, middle: np.ndarray, size: float, tilt: float) -> None:
     """A slider or point mass, long in the direction of its guide."""
-    turned = Affine2D().rotate(tilt).translate(*middle) + axes.transData
-    axes.add_patch(
-        Rectangle(
-            (-size, -0.6 * size),
-            2.0 * size,
-            1.2 * size,
-            transform=turned,
-            facecolor=LIGHT,
-            edgecolor=BLACK,
-            linewidth=0.8,
-            zorder=1.8,
-        )
-    )
+    turned = Affine2D().rotate(tilt).translate(float(middle[0]), float(middle[1])) + axes.transData
+    block = Rectangle((-size, -0.6 * size), 2.0 * size, 1.2 * size, facecolor=LIGHT, edgecolor=BLACK, linewidth=0.8, zorder=1.8)
+    block.set_transform(turned)
+    axes.add_patch(block)

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
+from typing import Any
 
+from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.legend import Legend
@@ -18,6 +20,7 @@ __all__ = [
     "IDEAL",
     "LIGHT",
     "LINE",
+    "NORMAL",
     "ORANGE",
     "PURPLE",
     "SKY",
@@ -39,8 +42,11 @@ LINE = 1.0
 SMALL, NORMAL = 8.0, 9.0
 """Sizes of letters [pt]: ticks and legends, labels."""
 
-IDEAL = {"color": BLACK, "linewidth": LINE, "linestyle": (0, (4, 3)), "zorder": 3.0}
+IDEAL: dict[str, Any] = {"color": BLACK, "linewidth": LINE, "linestyle": (0, (4, 3)), "zorder": 3.0}
 """How curves of the ideal mechanism are drawn: dashed, on top, so that both show where they agree."""
+
+ENTRY = 1.35
+"""Width that an entry of a legend may take [inch]."""
 
 Canvas = Axes | Iterable[Axes] | None
 """Where to draw: one Axes, several, or None for a new figure."""
@@ -124,15 +130,16 @@ def legend(axes: Sequence[Axes], *, above: bool = False) -> Legend | None:
     Legend or None
         None if nothing has a label.
     """
-    found = {}
+    found: dict[str, Artist] = {}
     for one in axes:
         for handle, label in zip(*one.get_legend_handles_labels(), strict=True):
             found.setdefault(label, handle)
     if not found:
         return None
-    look = {"fontsize": SMALL, "frameon": False, "handlelength": 2.2}
+    look: dict[str, Any] = {"fontsize": SMALL, "frameon": False, "handlelength": 2.2}
     handles, labels = list(found.values()), list(found)
     figure = axes[0].get_figure(root=True)
     if above and figure is not None:
-        return figure.legend(handles, labels, loc="outside upper left", ncols=4, **look)
+        columns = int(figure.get_figwidth() / ENTRY) or 1
+        return figure.legend(handles, labels, loc="outside upper left", ncols=columns, **look)
     return axes[0].legend(handles, labels, loc="upper left", bbox_to_anchor=(1.0, 1.03), borderaxespad=0.0, **look)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import math
 import platform
+from functools import cache
 from importlib.metadata import version
 
 import numpy as np
@@ -22,6 +23,12 @@ from scissordyn.simulation.trajectory import Trajectory
 __all__ = ["to_dataset"]
 
 Variable = tuple[tuple[str, ...], np.ndarray, dict[str, str]]
+
+
+@cache
+def _versions() -> str:
+    packages = ("scissordyn", "numpy", "scipy", "numba")
+    return json.dumps({"python": platform.python_version(), **{name: version(name) for name in packages}})
 
 
 def _described(dims: tuple[str, ...], values: np.ndarray, units: str, long_name: str) -> Variable:
@@ -67,9 +74,7 @@ def to_dataset(mechanism: Mechanism, options: Options, path: Trajectory, warning
         "statistics": json.dumps(path.statistics),
         "warnings": json.dumps(warnings),
         "configuration": json.dumps({"mechanism": to_plain(mechanism), "options": to_plain(options)}),
-        "versions": json.dumps(
-            {"python": platform.python_version(), **{name: version(name) for name in ("scissordyn", "numpy", "scipy", "numba")}}
-        ),
+        "versions": _versions(),
         "length_error": float(found.length_error[0]),
         "trusted_until": math.nan,
         "trusted_contacts": -1,
@@ -110,7 +115,7 @@ def _joint_variables(mechanism: Mechanism, path: Trajectory, found: Record, moti
     instants, contact = found.X.shape[0], found.joint
     normal, tangential, nx, ny = contact[..., 4], contact[..., 5], contact[..., 6], contact[..., 7]
     force = np.stack([-normal * nx + tangential * ny, -normal * ny - tangential * nx], axis=-1)
-    radius = path.system.radius
+    radius = path.system.content.radius
     moment = np.stack([-radius[:, 1] * tangential, radius[:, 2] * tangential], axis=-1)
     joints, guided, _ = solve_reactions(
         mechanism,
@@ -153,7 +158,7 @@ def _joint_variables(mechanism: Mechanism, path: Trajectory, found: Record, moti
     }
     for j, joint in enumerate(mechanism.loose):
         assert joint.clearance is not None
-        first, state = int(path.system.state_start[j]), path.samples.state[:, 2 * path.layout.free :]
+        first, state = int(path.system.content.state_start[j]), path.samples.state[:, 2 * path.layout.free :]
         for s, name in enumerate(joint.clearance.friction.states):
             values = variables.setdefault(
                 name, _described(per_joint, np.full(touching.shape, np.nan), "SI", name.replace("_", " "))

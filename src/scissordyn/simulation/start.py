@@ -7,13 +7,12 @@ import numpy as np
 from scissordyn.integrate.advance import RECORD
 from scissordyn.laws.ladder import elastic_force
 from scissordyn.mechanics.bodies import body_motion
-from scissordyn.mechanics.equations import spread
-from scissordyn.mechanics.joint import switch
+from scissordyn.mechanics import functions
 from scissordyn.mechanics.layout import Form, Layout, lay_out
 from scissordyn.mechanics.outputs import record
 from scissordyn.mechanics.reactions import solve_reactions
 from scissordyn.mechanics.start import Start, assemble, carry_over, hold_joints, natural_state
-from scissordyn.mechanics.system import APPROACH_FLOOR, System, build_system
+from scissordyn.mechanics.system import APPROACH_FLOOR, System, build_system, system_handle
 from scissordyn.simulation.options import Options
 
 __all__ = ["prepare_start"]
@@ -56,11 +55,11 @@ def prepare_start(layout: Layout, system: System, options: Options) -> tuple[np.
     start = hold_joints(layout, system, start, forms, offsets, np.zeros_like(offsets))
     state = np.concatenate([start.position, start.velocity, states])
     opening = []
+    handle = system_handle(system)
     for j in range(len(mechanism.loose)):
         if np.any(offsets[j]):
             remark = np.zeros(RECORD)
-            spread(0.0, state, system)
-            switch(0.0, state, j, system, remark)
+            functions.reset(0.0, state, j, handle.address, remark)
             opening.append([0.0, float(j), 1.0, max(float(remark[0]), APPROACH_FLOOR), float(remark[1]), 0.0, 0.0])
     return state, opening
 
@@ -73,7 +72,7 @@ def _eccentricity_form(system: System, j: int) -> Form:
 def _ideal_reactions(layout: Layout, system: System, start: Start) -> np.ndarray:
     """Force on the journal of every revolute joint of an ideal mechanism at t = 0, shape (joints, 2) [N]."""
     state = np.concatenate([start.position, start.velocity])[None, :]
-    found = record(system, np.zeros(1), state, np.zeros((1, 0), np.int64), np.zeros((1, 0)))
+    found = record(system_handle(system), np.zeros(1), state, np.zeros((1, 0), np.int64), np.zeros((1, 0)))
     motion = body_motion(layout, found)
     joints, _, _ = solve_reactions(
         layout.mechanism,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import time as clocks
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -12,9 +13,8 @@ import numpy as np
 from scissordyn.integrate import advance as loop
 from scissordyn.integrate.problem import Problem, Samples, Work, make_problem, make_samples, make_work
 from scissordyn.integrate.tableau import Tableau, tableau
-from scissordyn.mechanics.equations import spread
-from scissordyn.mechanics.functions import FUNCTIONS
-from scissordyn.mechanics.joint import kinematics
+from scissordyn.jit import Handle
+from scissordyn.mechanics import functions
 from scissordyn.mechanics.layout import Layout, lay_out
 from scissordyn.mechanics.system import System, build_system, sliding_states, system_handle
 from scissordyn.model.mechanism import Mechanism
@@ -44,7 +44,8 @@ class Trajectory:
     Parameters
     ----------
     layout : Layout
-    system : System
+    system : Handle
+        Of the mechanics' `System`.
     samples : Samples
         Trimmed to what was reached.
     log : ndarray, shape (events, 5 + RECORD)
@@ -62,7 +63,7 @@ class Trajectory:
     """
 
     layout: Layout
-    system: System
+    system: Handle
     samples: Samples
     log: np.ndarray
     peak: np.ndarray
@@ -119,14 +120,14 @@ def compute(mechanism: Mechanism, options: Options, progress: Callable[[float], 
         cause = "interrupted"
     seconds = clocks.perf_counter() - began
     if status in CAUSES:
-        cause = f"{CAUSES[status]}{_culprit(mechanism, system, work, float(clock[loop.TIME]))}"
+        cause = f"{CAUSES[status]}{_culprit(mechanism, handle, work, float(clock[loop.TIME]))}"
     reached = int(count[loop.SAMPLED])
     ended = "complete" if status == loop.FINISHED else ("interrupted" if cause == "interrupted" else "failed")
     if ended != "complete":
         cause = f"stopped at t = {clock[loop.TIME]:.9g} s of {options.until:g} s: {cause}"
     return Trajectory(
         layout=layout,
-        system=system,
+        system=handle,
         samples=Samples(*(part[:reached] for part in samples)),
         log=log[: count[loop.EVENTS]].copy(),
         peak=work.peak.copy(),
@@ -154,7 +155,7 @@ def automatic_method(mechanism: Mechanism) -> str:
 @cache
 def _problem() -> Problem:
     """Typed pointers to the mechanics."""
-    return make_problem(dict(FUNCTIONS))
+    return make_problem(functions.FUNCTIONS)
 
 
 def _work(layout: Layout, system: System, state: np.ndarray, coefficients: Tableau, options: Options) -> Work:
@@ -164,17 +165,16 @@ def _work(layout: Layout, system: System, state: np.ndarray, coefficients: Table
     speeds against the speed of the whole mechanism, hidden states against their size in steady sliding.
     """
     n, mechanism = layout.free, layout.mechanism
-    extent = {body.name: max([float(np.hypot(*point)) for point in body.points.values()], default=0.0) for body in mechanism.bodies}
-    column = abs(layout.coordinates[:, :n]).tocsr()
-    reach = np.zeros(n)
+    extent = {body.name: max([math.hypot(*point) for point in body.points.values()], default=0.0) for body in mechanism.bodies}
+    moved = np.ones(layout.coordinates.shape[0])
     for body in mechanism.bodies:
-        p = layout.offsets[body.name]
-        moved = column[p : p + 2].max(axis=0).toarray().ravel()
         if body.rotates:
-            moved = moved + extent[body.name] * column[p + 2 : p + 4].max(axis=0).toarray().ravel()
-        reach = np.maximum(reach, moved)
+            moved[layout.offsets[body.name] + 2 :][:2] = extent[body.name]
+    entries = layout.coordinates.tocoo()
+    reach = np.zeros(n + layout.basis)
+    np.maximum.at(reach, entries.col, moved[entries.row] * np.abs(entries.data))
     scale = float(np.min(system.radius[:, 0])) if system.mode.size else (max(extent.values()) or 1.0)
-    position = options.atol * scale / reach
+    position = options.atol * scale / reach[:n]
     sliding = sliding_states(system)
     hidden = HIDDEN_STATES * options.rtol
     return make_work(
@@ -190,16 +190,14 @@ def _work(layout: Layout, system: System, state: np.ndarray, coefficients: Table
     )
 
 
-def _culprit(mechanism: Mechanism, system: System, work: Work, time: float) -> str:
+def _culprit(mechanism: Mechanism, system: Handle, work: Work, time: float) -> str:
     """Which loose joint is in the worst state, for the message of a failed run."""
     if not mechanism.loose:
         return ""
-    spread(time, work.y, system)
-    for j in range(len(mechanism.loose)):
-        kinematics(j, system)
-    depth = system.joint[:, 0] / system.radius[:, 0]
-    j = int(np.argmax(np.where(np.isnan(depth), np.inf, depth)))
+    gap, rate = np.zeros(len(mechanism.loose)), np.zeros(len(mechanism.loose))
+    functions.guards(time, work.y, system.address, gap, rate)
+    clearance = system.content.radius[:, 0]
+    j = int(np.argmax(np.where(np.isnan(gap), np.inf, gap / clearance)))
     return (
-        f"; joint '{mechanism.loose[j].name}' indentation {system.joint[j, 0] * 1e3:.4g} mm, "
-        f"clearance {system.radius[j, 0] * 1e3:g} mm, slip speed {system.joint[j, 2]:.4g} m/s"
+        f"; joint '{mechanism.loose[j].name}': indentation {gap[j] * 1e3:.4g} mm at a clearance of {clearance[j] * 1e3:g} mm"
     )

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Annotated, ClassVar
 
@@ -10,11 +11,41 @@ from scissordyn.laws.contact import JointContact
 from scissordyn.laws.damping import proportional
 from scissordyn.units import Quantity, check_quantities
 
-__all__ = ["Exact", "exact_factor"]
+__all__ = ["Exact", "exact_factor", "returned_restitution"]
+
+
+LONGEST = 700.0
+"""The roots are sought in u, where s = 1 - e^-u, which resolves the end near 1 where they lie for soft contacts; e^-700 is
+about the last normal number."""
+
+SMALL = 0.1
+"""Below this x - ln(1+x) loses digits and a series takes over."""
+
+
+def _excess(x: float) -> float:
+    """x - ln(1+x) without cancellation."""
+    if abs(x) > SMALL:
+        return x - math.log1p(x)
+    r = x / (2.0 + x)  # ln(1+x) = 2 artanh r, and x - 2 r = x r
+    return x * r - 2.0 * sum(r**k / k for k in range(3, 17, 2))
+
+
+def _root(factor_of: Callable[[float], float]) -> float:
+    """The s = xi e in [0, 1) at which s + ln(1-s) = ln(1+xi) - xi, xi as it goes with s."""
+    low, high = 0.0, LONGEST
+    for _ in range(80):
+        u = 0.5 * (low + high)
+        s = -math.expm1(-u)
+        lost = _excess(-s) if s < SMALL else u - s
+        if lost < _excess(factor_of(s)):
+            low = u
+        else:
+            high = u
+    return -math.expm1(-0.5 * (low + high))
 
 
 def exact_factor(restitution: float) -> float:
-    """The root xi in [0, 1/c_e) of ln[(1+xi)/(1-xi c_e)] = xi (1+c_e), to round-off; zero for c_e = 1.
+    """The root xi in (0, 1/c_e) of ln[(1+xi)/(1-xi c_e)] = xi (1+c_e); zero for c_e = 1.
 
     Parameters
     ----------
@@ -24,19 +55,27 @@ def exact_factor(restitution: float) -> float:
     Returns
     -------
     float
+
+    Notes
+    -----
+    Below c_e = 1/700 it is 1/c_e to all digits.
     """
-    # in s = xi c_e the bracket is [0, 1) for every c_e. The residual is negative below the root and positive above it;
-    # s = 1 - 2^-u resolves the end near 1, where the root lies for soft contacts
-    low, high = 0.0, 1060.0
-    for _ in range(80):
-        u = 0.5 * (low + high)
-        rest = 2.0**-u
-        xi = -math.expm1(-u * math.log(2.0)) / restitution
-        if math.log1p(xi) - math.log(rest) - xi * (1.0 + restitution) < 0.0:
-            low = u
-        else:
-            high = u
-    return -math.expm1(-0.5 * (low + high) * math.log(2.0)) / restitution
+    return 0.0 if restitution == 1.0 else _root(lambda s: s / restitution) / restitution
+
+
+def returned_restitution(factor: float) -> float:
+    """The restitution that comes out of a damping factor for a free body and any elastic part, from the same equation.
+
+    Parameters
+    ----------
+    factor : float
+        xi >= 0.
+
+    Returns
+    -------
+    float
+    """
+    return 1.0 if factor == 0.0 else _root(lambda s: factor) / factor
 
 
 @dataclass(frozen=True)

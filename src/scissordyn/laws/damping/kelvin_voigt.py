@@ -21,7 +21,7 @@ class KelvinVoigt:
     The force jumps at the first touch, and where it would pull the surfaces together it is zero.
     """
 
-    dashpot: Annotated[float, Quantity("N*s/m", minimum=0.0, help="dashpot constant C")] = 1e3
+    coefficient: Annotated[float, Quantity("N*s/m", minimum=0.0, help="damping coefficient C")] = 1e3
 
     name: ClassVar[str] = "kelvin-voigt"
     tag: ClassVar[int] = dashpot.TAG
@@ -33,4 +33,4 @@ class KelvinVoigt:
 
     def parameters(self, joint: JointContact) -> tuple[float, ...]:
         """C [N s/m]."""
-        return (self.dashpot,)
+        return (self.coefficient,)

@@ -27,7 +27,9 @@ class BaiZhaoAsPrinted:
     source: ClassVar[str] = "Bai, Zhao 2013, doi:10.1016/j.ijnonlinmec.2012.07.003"
     small_contact: ClassVar[bool] = False
     materials: ClassVar[Literal["any", "same", "steel"]] = "any"
-    caveat: ClassVar[str] = "as printed, its units are not those of a force and the bearing length does not enter: for comparison only"
+    caveat: ClassVar[str] = (
+        "as printed, its units are not those of a force and the bearing length does not enter: for comparison only"
+    )
 
     def parameters(self, joint: JointContact) -> tuple[float, ...]:
         """pi E*/8 [Pa] and c [m]."""

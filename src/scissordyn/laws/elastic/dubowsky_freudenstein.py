@@ -39,5 +39,7 @@ class DubowskyFreudenstein:
     def parameters(self, joint: JointContact) -> tuple[float, ...]:
         """The row of `logarithmic.row`."""
         softness = joint.compliance / (math.pi * joint.length)
-        geometry = joint.length ** (self.length_exponent - 1.0) * joint.clearance / (joint.bearing_radius * joint.journal_radius)
+        geometry = (
+            joint.length ** (self.length_exponent - 1.0) * joint.clearance / (joint.bearing_radius * joint.journal_radius)
+        )
         return logarithmic.row(softness, geometry * math.e / softness)

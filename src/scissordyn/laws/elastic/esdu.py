@@ -22,7 +22,9 @@ class Esdu:
 
     name: ClassVar[str] = "esdu-78035"
     tag: ClassVar[int] = logarithmic.TAG
-    source: ClassVar[str] = "ESDU 78035, Contact phenomena I, 1978; as given by Pereira et al. 2011, doi:10.1007/s11071-010-9830-3"
+    source: ClassVar[str] = (
+        "ESDU 78035, Contact phenomena I, 1978; as given by Pereira et al. 2011, doi:10.1007/s11071-010-9830-3"
+    )
     small_contact: ClassVar[bool] = True
     materials: ClassVar[Literal["any", "same", "steel"]] = "any"
     caveat: ClassVar[str] = ""

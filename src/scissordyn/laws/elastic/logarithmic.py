@@ -36,7 +36,13 @@ def row(compliance: float, ceiling: float) -> tuple[float, ...]:
         1/(A G), G, the indentation and the force at `TURN`, the stiffness there.
     """
     w = math.exp(-TURN)
-    return 1.0 / (compliance * ceiling), ceiling, compliance * ceiling * TURN * w, ceiling * w, 1.0 / (compliance * (TURN - 1.0))
+    return (
+        1.0 / (compliance * ceiling),
+        ceiling,
+        compliance * ceiling * TURN * w,
+        ceiling * w,
+        1.0 / (compliance * (TURN - 1.0)),
+    )
 
 
 @kernel()
@@ -49,7 +55,9 @@ def force(delta, p):
     # start: the branch point's square root joined to the logarithmic tail, after Barry et al. 2000,
     # doi:10.1016/S0378-4754(00)00172-5 (relative error below 3e-4)
     root = math.sqrt(level - 1.0)
-    t = level + 2.0 / 0.3361 * (1.0 - 1.0 / (1.0 + 0.3361 * math.sqrt(0.5) * root / (1.0 - 0.0042 * (level - 1.0) * math.exp(-0.0201 * root))))
+    t = level + 2.0 / 0.3361 * (
+        1.0 - 1.0 / (1.0 + 0.3361 * math.sqrt(0.5) * root / (1.0 - 0.0042 * (level - 1.0) * math.exp(-0.0201 * root)))
+    )
     # one step of Fritsch, Shafer and Crowley 1973, doi:10.1145/361952.361970, of order four: 3e-4 becomes round-off
     z = t - math.log(t) - level
     q = 2.0 * (1.0 - t) * (1.0 - t + 2.0 / 3.0 * z)

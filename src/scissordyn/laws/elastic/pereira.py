@@ -40,7 +40,9 @@ class Pereira:
         c = 1000.0 * joint.clearance
         if not CLEARANCES[0] <= c <= CLEARANCES[2]:
             raise InputError(
-                f"Pereira's law with a clearance of {c:g} mm", f"{CLEARANCES[0]:g} mm to {CLEARANCES[2]:g} mm", 'stiffness = "liu"'
+                f"Pereira's law with a clearance of {c:g} mm",
+                f"{CLEARANCES[0]:g} mm to {CLEARANCES[2]:g} mm",
+                'stiffness = "liu"',
             )
         y = 1.51 * math.log(1000.0 * c) ** -0.151 if c < CLEARANCES[1] else 0.0151 * c + 1.151
         n = y * c**-0.005

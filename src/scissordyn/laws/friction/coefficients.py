@@ -34,5 +34,9 @@ def static_coefficient(law: str, kinetic: float, static: float | None) -> float:
     if static is None:
         return STATIC_OVER_KINETIC * kinetic
     if static < kinetic:
-        raise InputError(f"{law}: static = {static:g} below kinetic = {kinetic:g}", "static >= kinetic", f"static = {STATIC_OVER_KINETIC * kinetic:g}")
+        raise InputError(
+            f"{law}: static = {static:g} below kinetic = {kinetic:g}",
+            "static >= kinetic",
+            f"static = {STATIC_OVER_KINETIC * kinetic:g}",
+        )
     return static

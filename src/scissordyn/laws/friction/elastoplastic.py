@@ -35,7 +35,9 @@ class ElastoPlastic:
     bristle_stiffness: Annotated[float, Quantity("1/m", above=0.0, help="sigma_0 per unit normal force")] = 1e5
     bristle_damping: Annotated[float, Quantity("s/m", minimum=0.0, help="sigma_1 per unit normal force")] = 316.0
     viscous: Annotated[float, Quantity("s/m", minimum=0.0, help="sigma_2 per unit normal force")] = 0.0
-    breakaway: Annotated[float, Quantity("1", above=0.0, below=1.0, help="share of mu_k/sigma_0 up to which bristles only bend")] = 0.7
+    breakaway: Annotated[
+        float, Quantity("1", above=0.0, below=1.0, help="share of mu_k/sigma_0 up to which bristles only bend")
+    ] = 0.7
 
     name: ClassVar[str] = "elasto-plastic"
     tag: ClassVar[int] = 9

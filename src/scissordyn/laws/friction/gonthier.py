@@ -80,7 +80,7 @@ def force(v, normal, z, dz, p):
 
 @kernel()
 def start(v, z, p):
-    """States at the start of a contact: those of steady sliding at the slip speed v [m/s], no bristle beyond its largest force."""
+    """States at the start of a contact: those of steady sliding at v [m/s], no bristle beyond its largest force."""
     x = v / p[2]
     stick = math.exp(-x * x)
     z[1] = stick

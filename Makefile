@@ -1,0 +1,41 @@
+# Everything below runs from a fresh checkout: it needs Python 3.11 or newer, make and a C compiler.
+PYTHON ?= python3
+BIN := .venv/bin
+OUT ?= out
+
+.PHONY: paper test check slow bench clean
+
+paper: .venv/.installed
+	mkdir -p $(OUT)
+	$(BIN)/scissordyn run examples/paper.toml --trust --plot $(OUT) -o $(OUT)/paper.nc
+
+test: .venv/.dev
+	$(BIN)/pytest -n 2
+
+slow: .venv/.dev
+	$(BIN)/pytest -n 2 -m slow
+
+check: .venv/.dev
+	$(BIN)/ruff check .
+	$(BIN)/ruff format --check .
+	$(BIN)/mypy
+	$(BIN)/lint-imports
+	$(BIN)/codespell src tests docs benchmarks examples README.md CHANGELOG.md
+
+bench: .venv/.dev
+	$(BIN)/python -m benchmarks
+
+.venv/bin/python:
+	$(PYTHON) -m venv .venv
+
+.venv/.installed: .venv/bin/python pyproject.toml requirements.txt
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check -r requirements.txt
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-deps -e .
+	touch $@
+
+.venv/.dev: .venv/.installed requirements-dev.txt
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check -r requirements-dev.txt
+	touch $@
+
+clean:
+	rm -rf .venv out

@@ -1,0 +1,186 @@
+"""Every law and material by name. The folders are the list: a new file in one of them is a new entry.
+
+Beside the file only the ladder has to learn of a law, and only if the law brings a kernel of its own.
+"""
+
+from __future__ import annotations
+
+import importlib
+import pkgutil
+from collections.abc import Mapping
+from dataclasses import MISSING, dataclass, fields, is_dataclass
+from pathlib import Path
+from types import MappingProxyType, ModuleType
+from typing import Any
+
+from scissordyn.errors import InputError, did_you_mean
+from scissordyn.laws import damping, elastic, friction
+from scissordyn.laws.contact import Damping, Elastic, Friction
+from scissordyn.laws.material import MATERIALS
+from scissordyn.laws.user import UserDamping, UserElastic, UserFriction
+from scissordyn.laws.user_file import file_digest, split_reference
+from scissordyn.units import Quantity, quantities
+
+__all__ = ["BY_KIND", "DAMPING", "ELASTIC", "FRICTION", "MATERIALS", "Facts", "Parameter", "facts", "from_file", "law"]
+
+
+def _laws(folder: ModuleType) -> Mapping[str, type[Any]]:
+    """The laws defined in the modules of a package, by name."""
+    found: dict[str, type[Any]] = {}
+    for entry in pkgutil.iter_modules(folder.__path__):
+        module = importlib.import_module(f"{folder.__name__}.{entry.name}")
+        for thing in vars(module).values():
+            if isinstance(thing, type) and is_dataclass(thing) and thing.__module__ == module.__name__:
+                name: str = vars(thing)["name"]
+                if name in found:
+                    raise TypeError(f"two laws named '{name}': {found[name].__module__} and {module.__name__}")
+                found[name] = thing
+    return MappingProxyType(dict(sorted(found.items())))
+
+
+ELASTIC: Mapping[str, type[Elastic]] = _laws(elastic)
+"""Elastic parts of the normal force, by name."""
+
+DAMPING: Mapping[str, type[Damping]] = _laws(damping)
+"""Damping parts of the normal force, by name."""
+
+FRICTION: Mapping[str, type[Friction]] = _laws(friction)
+"""Friction laws, by name."""
+
+BY_KIND: Mapping[str, Mapping[str, type[Any]]] = MappingProxyType(
+    {"stiffness": ELASTIC, "damping": DAMPING, "friction": FRICTION}
+)
+"""The three kinds, by the name that a clearance has for them."""
+
+_USER: Mapping[str, type[Any]] = {"stiffness": UserElastic, "damping": UserDamping, "friction": UserFriction}
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """One parameter of a law.
+
+    Parameters
+    ----------
+    name : str
+    quantity : Quantity
+        Unit, bounds and help.
+    default : float, bool or None
+        None where the law finds the value itself.
+    """
+
+    name: str
+    quantity: Quantity
+    default: float | bool | None
+
+
+@dataclass(frozen=True)
+class Facts:
+    """What a table of laws shows.
+
+    Parameters
+    ----------
+    name, kind, summary, source : str
+    parameters : tuple of Parameter
+    states : tuple of str
+        Hidden states of a friction law.
+    stiff : bool
+        Whether it makes the equations of motion stiff.
+    restitution_range : tuple of float, optional
+        Restitution coefficients for which the source offers the law.
+    caveat : str
+        What the user must know before believing the numbers.
+    """
+
+    name: str
+    kind: str
+    summary: str
+    source: str
+    parameters: tuple[Parameter, ...]
+    states: tuple[str, ...] = ()
+    stiff: bool = False
+    restitution_range: tuple[float, float] | None = None
+    caveat: str = ""
+
+
+def _by_kind(kind: str) -> Mapping[str, type[Any]]:
+    if kind not in BY_KIND:
+        raise InputError(f"no kind of law '{kind}'{did_you_mean(kind, BY_KIND)}", ", ".join(BY_KIND), "'stiffness'")
+    return BY_KIND[kind]
+
+
+def law(kind: str, name: str) -> type[Any]:
+    """The law of a kind and a name.
+
+    Parameters
+    ----------
+    kind : {"stiffness", "damping", "friction"}
+    name : str
+
+    Returns
+    -------
+    type
+        A frozen dataclass; call it with its parameters.
+
+    Raises
+    ------
+    InputError
+        If there is none; names the nearest.
+    """
+    known = _by_kind(kind)
+    if name not in known:
+        raise InputError(f"no {kind} law '{name}'{did_you_mean(name, known)}", ", ".join(known) + ", or 'file.py:function'")
+    return known[name]
+
+
+def from_file(reference: str, kind: str, folder: Path) -> Any:
+    """A law that is a function in the user's own file.
+
+    Parameters
+    ----------
+    reference : str
+        ``"my_laws.py:soft"``; only this file is executed.
+    kind : {"stiffness", "damping", "friction"}
+    folder : Path
+        Where a relative file name starts.
+
+    Returns
+    -------
+    UserElastic, UserDamping or UserFriction
+
+    Raises
+    ------
+    InputError
+        If the file, the function or what it gives cannot be used.
+    """
+    _by_kind(kind)
+    path, name = split_reference(reference, folder)
+    return _USER[kind](f"{path}:{name}", digest=file_digest(path))
+
+
+def facts(kind: str, name: str) -> Facts:
+    """What is known of a law before it gets its parameters.
+
+    Parameters
+    ----------
+    kind : {"stiffness", "damping", "friction"}
+    name : str
+
+    Returns
+    -------
+    Facts
+    """
+    found = law(kind, name)
+    declared = quantities(found)  # type: ignore[arg-type]
+    parameters = tuple(
+        Parameter(field.name, declared.get(field.name, Quantity("1")), None if field.default is MISSING else field.default)
+        for field in fields(found)
+    )
+    own: dict[str, Any] = {}
+    if kind == "friction":
+        own = {"states": found.states, "stiff": found.stiff}
+    elif kind == "damping":
+        own = {"restitution_range": found.restitution_range}
+    else:
+        own = {"caveat": found.caveat}
+    summary = (found.__doc__ or "").strip().splitlines()[0]
+    return Facts(name=name, kind=kind, summary=summary, source=found.source, parameters=parameters, **own)

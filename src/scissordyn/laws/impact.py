@@ -1,0 +1,104 @@
+"""One impact of a free mass on a wall: the smallest experiment that shows what a pair of laws does."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from scipy.integrate import solve_ivp
+
+from scissordyn.laws.contact import PARAMETERS, Damping, Elastic, JointContact
+from scissordyn.laws.ladder import elastic_force, normal_force
+
+__all__ = ["Impact", "impact", "table_row"]
+
+
+@dataclass(frozen=True)
+class Impact:
+    """The course of one impact.
+
+    Parameters
+    ----------
+    time, indentation, rate, force : ndarray, shape (n,)
+        t [s], delta [m], delta' [m/s], F_n [N] from touch to release.
+    """
+
+    time: np.ndarray
+    indentation: np.ndarray
+    rate: np.ndarray
+    force: np.ndarray
+
+    @property
+    def restitution(self) -> float:
+        """Rebound over approach speed [1]."""
+        return float(-self.rate[-1] / self.rate[0])
+
+
+def table_row(law: Any, joint: JointContact) -> np.ndarray:
+    """A law's numbers as the kernels read them, shape (PARAMETERS,)."""
+    row = np.zeros(PARAMETERS)
+    numbers = law.parameters(joint)
+    row[: len(numbers)] = numbers
+    return row
+
+
+def impact(
+    stiffness: Elastic, damping: Damping, joint: JointContact, *, mass: float, speed: float, samples: int = 400
+) -> Impact:
+    """A free mass against a wall, m delta'' = -F_n.
+
+    Parameters
+    ----------
+    stiffness, damping
+        The laws.
+    joint : JointContact
+        The surfaces.
+    mass : float
+        m [kg].
+    speed : float
+        delta' at the touch [m/s].
+    samples : int
+        Points of the course, evenly in time.
+
+    Returns
+    -------
+    Impact
+    """
+    of_elastic, of_damping = table_row(stiffness, joint), table_row(damping, joint)
+
+    def force(delta: float, rate: float) -> float:
+        if delta <= 0.0:
+            return 0.0
+        elastic = elastic_force(stiffness.tag, delta, of_elastic)
+        return float(normal_force(damping.tag, elastic, delta, rate, speed, of_damping))
+
+    def motion(t: float, y: np.ndarray) -> tuple[float, float]:
+        return y[1], -force(y[0], y[1]) / mass
+
+    def released(t: float, y: np.ndarray) -> float:
+        return float(y[0])
+
+    released.terminal, released.direction = True, -1.0  # type: ignore[attr-defined]
+    # a time in which even the softest law has turned the mass: doubled until it has let go
+    horizon = 1e-4
+    while True:
+        scale = np.array([speed * horizon, speed])
+        found = solve_ivp(
+            motion,
+            (0.0, horizon),
+            (0.0, speed),
+            method="DOP853",
+            events=released,
+            dense_output=True,
+            rtol=1e-9,
+            atol=1e-12 * scale,
+        )
+        if found.status == 1:
+            break
+        horizon *= 2.0
+    time = np.linspace(0.0, found.t[-1], samples)
+    delta, rate = found.sol(time)  # type: ignore[misc]
+    delta = np.maximum(delta, 0.0)
+    delta[[0, -1]] = 0.0
+    return Impact(time, delta, rate, np.array([force(d, r) for d, r in zip(delta, rate, strict=True)]))

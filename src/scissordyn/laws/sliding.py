@@ -1,0 +1,91 @@
+"""Two small experiments with a friction law: steady sliding, and a slow swing to and fro."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+from scipy.integrate import solve_ivp
+
+from scissordyn.laws.contact import Friction, JointContact
+from scissordyn.laws.impact import table_row
+from scissordyn.laws.ladder import friction_force, friction_start
+
+__all__ = ["Swing", "steady_coefficient", "swing"]
+
+
+def steady_coefficient(friction: Friction, joint: JointContact, slip_speed: ArrayLike) -> np.ndarray:
+    """Friction over normal force in steady sliding.
+
+    Parameters
+    ----------
+    friction : Friction
+    joint : JointContact
+    slip_speed : array_like
+        [m/s]
+
+    Returns
+    -------
+    ndarray
+        F_t/F_n [1], of the shape of the slip speeds.
+    """
+    row, states = table_row(friction, joint), np.zeros(len(friction.states))
+    rates = np.zeros_like(states)
+    speeds = np.asarray(slip_speed, float)
+    found = np.empty(speeds.size)
+    for index, speed in enumerate(speeds.flat):
+        friction_start(friction.tag, speed, states, row)
+        found[index] = friction_force(friction.tag, speed, 1.0, states, rates, row)
+    return found.reshape(speeds.shape)
+
+
+@dataclass(frozen=True)
+class Swing:
+    """One period of a swing.
+
+    Parameters
+    ----------
+    displacement, coefficient : ndarray, shape (n,)
+        x [m] and F_t/F_n [1].
+    """
+
+    displacement: np.ndarray
+    coefficient: np.ndarray
+
+
+def swing(friction: Friction, joint: JointContact, *, amplitude: float, frequency: float, samples: int = 400) -> Swing:
+    """Slip x = a sin(2 pi f t) from undeflected bristles, and the friction it meets in the third period.
+
+    Parameters
+    ----------
+    friction : Friction
+    joint : JointContact
+    amplitude : float
+        a [m].
+    frequency : float
+        f [Hz].
+    samples : int
+        Points of the period.
+
+    Returns
+    -------
+    Swing
+    """
+    row, count = table_row(friction, joint), len(friction.states)
+    omega = 2.0 * math.pi * frequency
+
+    def force(t: float, z: np.ndarray) -> tuple[float, np.ndarray]:
+        rates = np.zeros(count)
+        return friction_force(friction.tag, amplitude * omega * math.cos(omega * t), 1.0, z, rates, row), rates
+
+    time = np.linspace(2.0, 3.0, samples) / frequency
+    states = np.zeros((count, samples))
+    if count:
+        found = solve_ivp(
+            lambda t, z: force(t, z)[1], (0.0, time[-1]), np.zeros(count), method="Radau", t_eval=time, rtol=1e-6, atol=1e-12
+        )
+        states = np.ascontiguousarray(found.y)
+    coefficient = np.array([force(t, np.ascontiguousarray(states[:, k]))[0] for k, t in enumerate(time)])
+    return Swing(amplitude * np.sin(omega * time), coefficient)

@@ -1,0 +1,92 @@
+"""Functions in a file that the user names: ``my_laws.py:soft``."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Callable
+from functools import cache
+from pathlib import Path
+from types import ModuleType
+from typing import Any
+
+from scissordyn.errors import InputError, did_you_mean
+
+__all__ = ["file_digest", "load_function", "split_reference"]
+
+
+def split_reference(reference: str, folder: Path | None = None) -> tuple[Path, str]:
+    """The file and the function that ``"file.py:function"`` names.
+
+    Parameters
+    ----------
+    reference : str
+    folder : Path, optional
+        Where a relative file name starts; the working folder otherwise.
+
+    Returns
+    -------
+    path : Path
+        Absolute.
+    name : str
+
+    Raises
+    ------
+    InputError
+        If it is not of that form or there is no such file.
+    """
+    file, _, name = reference.rpartition(":")
+    if not file.endswith(".py") or not name.isidentifier():
+        raise InputError(f"'{reference}' as a law in a file", "a Python file and a function in it", "'my_laws.py:soft'")
+    path = ((folder or Path.cwd()) / Path(file).expanduser()).resolve()
+    if not path.is_file():
+        raise InputError(f"no file '{path}' for the law '{name}'", "a Python file that exists")
+    return path, name
+
+
+def file_digest(path: Path) -> str:
+    """A digest of a file's bytes."""
+    return hashlib.sha256(path.read_bytes()).hexdigest()[:16]
+
+
+@cache
+def _module(path: Path, digest: str) -> ModuleType:
+    """The file, executed once for each of its contents."""
+    module = ModuleType(f"{path.stem}_{digest}")
+    module.__file__ = str(path)
+    try:
+        # from the text itself: byte code kept beside a file is told apart by its time stamp and size only
+        exec(compile(path.read_bytes(), str(path), "exec"), module.__dict__)
+    except Exception as error:
+        where = f", line {error.lineno}" if isinstance(error, SyntaxError) else ""
+        raise InputError(f"'{path}' cannot be read as Python: {type(error).__name__}{where}: {error}") from None
+    return module
+
+
+def load_function(reference: str, digest: str = "") -> Callable[..., Any]:
+    """The function that ``"file.py:function"`` names.
+
+    Parameters
+    ----------
+    reference : str
+    digest : str
+        The file's digest when the law was described; empty for whatever the file holds now.
+
+    Returns
+    -------
+    callable
+
+    Raises
+    ------
+    InputError
+        If the file or the function is missing, or the file is no longer what it was.
+    """
+    path, name = split_reference(reference)
+    now = file_digest(path)
+    if digest and now != digest:
+        raise InputError(f"'{path}' has changed since the law '{name}' was described", "the same file, or a new description")
+    module = _module(path, now)
+    if not callable(getattr(module, name, None)):
+        functions = [key for key, value in vars(module).items() if callable(value) and not key.startswith("_")]
+        raise InputError(f"no function '{name}' in '{path}'{did_you_mean(name, functions)}", ", ".join(functions))
+    found: Callable[..., Any] = getattr(module, name)
+    return found

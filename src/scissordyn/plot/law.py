@@ -1,0 +1,199 @@
+"""Laws of contact and friction: the loop of one impact, friction against slip, and all of them side by side."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+
+from scissordyn.laws.catalogue import DAMPING, ELASTIC, FRICTION
+from scissordyn.laws.contact import Damping, Elastic, Friction, JointContact
+from scissordyn.laws.damping.flores import Flores
+from scissordyn.laws.elastic.liu import Liu
+from scissordyn.laws.impact import Impact, impact, table_row
+from scissordyn.laws.ladder import elastic_force
+from scissordyn.laws.material import STEEL
+from scissordyn.laws.sliding import steady_coefficient, swing
+from scissordyn.plot.scale import Scale, engineering
+from scissordyn.plot.style import (
+    BLACK,
+    BLUE,
+    GREEN,
+    GREY,
+    IDEAL,
+    LINE,
+    NORMAL,
+    ORANGE,
+    PURPLE,
+    SKY,
+    VERMILION,
+    Canvas,
+    legend,
+    panels,
+)
+
+__all__ = ["JOINT", "Knock", "draw_gallery", "draw_law"]
+
+JOINT = JointContact(clearance=0.5e-3, journal_radius=10e-3, length=15e-3, journal=STEEL, bearing=STEEL)
+"""The joint that laws are shown in unless another is given: the defaults of a clearance, 0.5 mm loose."""
+
+SWING = 2e-6, 5.0
+"""Amplitude [m] and frequency [Hz] of the swing that shows sticking and sliding: a few bristle lengths, up to 63 um/s."""
+
+SPEEDS = np.logspace(-6, 0, 400)
+"""Slip speeds of the curve of steady sliding [m/s]."""
+
+SOFT = 0.5
+"""Restitution at which dampings are compared; near 1 they all agree."""
+
+COLOURS = (BLUE, VERMILION, GREEN, ORANGE, PURPLE, SKY, GREY)
+DASHES: tuple[Any, ...] = ("-", (0, (5, 2)), (0, (1, 1.5)))
+"""A gallery has more laws than there are colours that everyone can tell apart, so the lines differ too."""
+
+
+@dataclass(frozen=True)
+class Knock:
+    """The impact in which a law is shown.
+
+    Parameters
+    ----------
+    mass : float
+        Of the free body [kg].
+    speed : float
+        With which it arrives [m/s].
+    """
+
+    mass: float = 5.0
+    speed: float = 0.5
+
+
+def _loop(axes: Axes, course: Impact, force: Scale, length: Scale, **look: Any) -> None:
+    axes.plot(length.factor * course.indentation, force.factor * course.force, linewidth=LINE, **look)
+
+
+def _label(axes: Axes, force: Scale, length: Scale) -> None:
+    axes.set(xlabel=length.label("indentation"), ylabel=force.label("normal force"), xlim=(0.0, None), ylim=(0.0, None))
+
+
+def _draw_impact(
+    stiffness: Elastic, damping: Damping, title: str, axes: Canvas, joint: JointContact, knock: Knock
+) -> list[Axes]:
+    (panel,) = panels(axes, 1, size=(5.6, 3.6))
+    course = impact(stiffness, damping, joint, mass=knock.mass, speed=knock.speed)
+    depth = np.linspace(0.0, float(course.indentation.max()), 200)[1:]
+    row = table_row(stiffness, joint)
+    elastic = np.array([elastic_force(stiffness.tag, delta, row) for delta in depth])
+    force, length = engineering("N", course.force, elastic), engineering("m", depth)
+    _loop(panel, course, force, length, color=BLUE, label=f"{stiffness.name} + {damping.name}")
+    panel.plot(length.factor * depth, force.factor * elastic, **IDEAL, label=f"{stiffness.name} alone")
+    for part in (0.35, 0.65):  # arrow heads say which way round the loop is gone
+        k = int(part * course.time.size)
+        ends = [(length.factor * course.indentation[i], force.factor * course.force[i]) for i in (k - 8, k)]
+        panel.annotate("", xy=ends[1], xytext=ends[0], arrowprops={"arrowstyle": "-|>", "color": BLUE, "lw": 0.0})
+    panel.set_title(
+        f"{title}: {knock.mass:g} kg at {knock.speed:g} m/s, comes back at {course.restitution * knock.speed:.3g} m/s",
+        loc="left",
+    )
+    _label(panel, force, length)
+    panel.legend(loc="upper left", frameon=False, fontsize="small")
+    return [panel]
+
+
+def _draw_friction(friction: Friction, axes: Canvas, joint: JointContact) -> list[Axes]:
+    sliding, sticking = panels(axes, 1, 2, size=(8.0, 3.4), share=False)
+    sliding.semilogx(SPEEDS, steady_coefficient(friction, joint, SPEEDS), color=BLUE, linewidth=LINE)
+    sliding.set(xlabel="slip speed [m/s]", ylabel="friction force / normal force", ylim=(0.0, None))
+    sliding.set_title(f"{friction.name}: steady sliding", loc="left", fontsize=NORMAL)
+    amplitude, frequency = SWING
+    course = swing(friction, joint, amplitude=amplitude, frequency=frequency)
+    length = engineering("m", course.displacement)
+    sticking.plot(length.factor * course.displacement, course.coefficient, color=BLUE, linewidth=LINE)
+    sticking.set(xlabel=length.label("slip"), ylabel="friction force / normal force")
+    sticking.set_title(f"to and fro at {frequency:g} Hz", loc="left", fontsize=NORMAL)
+    for panel in (sliding, sticking):
+        panel.axhline(0.0, color=BLACK, linewidth=0.5)
+    return [sliding, sticking]
+
+
+def draw_law(
+    law: Elastic | Damping | Friction, *, axes: Canvas = None, joint: JointContact = JOINT, knock: Knock | None = None
+) -> list[Axes]:
+    """One law at work.
+
+    An elastic part is shown in the loop of an impact with Flores's damping, a damping in one on Liu's elastic part, each
+    beside the elastic part alone; a friction law in steady sliding and in a swing of a few micrometres.
+
+    Parameters
+    ----------
+    law : elastic, damping or friction law
+    axes : Axes or iterable of Axes, optional
+        One Axes, two for friction; a new figure if not given.
+    joint : JointContact
+        The joint it acts in.
+    knock : Knock, optional
+        The impact.
+
+    Returns
+    -------
+    list of Axes
+    """
+    chosen = knock or Knock()
+    if isinstance(law, Friction):
+        return _draw_friction(law, axes, joint)
+    if isinstance(law, Elastic):
+        return _draw_impact(law, Flores(), law.name, axes, joint, chosen)
+    return _draw_impact(Liu(), law, law.name, axes, joint, chosen)
+
+
+def _look(index: int) -> dict[str, Any]:
+    return {"color": COLOURS[index % len(COLOURS)], "linestyle": DASHES[index // len(COLOURS) % len(DASHES)]}
+
+
+def _soft(law: type[Any]) -> Any:
+    return law(restitution=SOFT) if any(field.name == "restitution" for field in fields(law)) else law()
+
+
+def draw_gallery(*, axes: Canvas = None, joint: JointContact = JOINT, knock: Knock | None = None) -> list[Axes]:
+    """All laws on one impact and in one slide, with their default parameters except for a restitution of 0.5.
+
+    Parameters
+    ----------
+    axes : iterable of Axes, optional
+        Three Axes; a new figure if not given.
+    joint : JointContact
+        The joint they act in.
+    knock : Knock, optional
+        The impact.
+
+    Returns
+    -------
+    list of Axes
+    """
+    chosen = knock or Knock()
+    elastic, damping, friction = panels(axes, 3, size=(7.2, 9.6), share=False)
+    for panel, pairs in (
+        (elastic, [(name, law(), Flores()) for name, law in ELASTIC.items()]),
+        (damping, [(name, Liu(), _soft(law)) for name, law in DAMPING.items()]),
+    ):
+        # an elastic part that is far softer than the others would press them all against the axis
+        courses = [(name, impact(*pair, joint, mass=chosen.mass, speed=chosen.speed)) for name, *pair in pairs]
+        deepest = np.array([course.indentation.max() for _, course in courses])
+        shown = deepest <= 3.0 * np.median(deepest)
+        length = engineering("m", deepest[shown])
+        force = engineering("N", *(course.force for _, course in courses))
+        for index, (name, course) in enumerate(courses):
+            label = name if shown[index] else f"{name} (to {length.factor * deepest[index]:.3g} {length.unit})"
+            _loop(panel, course, force, length, label=label, **_look(index))
+        _label(panel, force, length)
+        panel.set_xlim(0.0, 1.05 * length.factor * float(deepest[shown].max()))
+    elastic.set_title(f"stiffness, with flores: {chosen.mass:g} kg at {chosen.speed:g} m/s", loc="left", fontsize=NORMAL)
+    damping.set_title(f"damping, on liu, restitution {SOFT:g} where the law has one", loc="left", fontsize=NORMAL)
+    for index, (name, law) in enumerate(FRICTION.items()):
+        friction.semilogx(SPEEDS, steady_coefficient(law(), joint, SPEEDS), linewidth=LINE, label=name, **_look(index))
+    friction.set(xlabel="slip speed [m/s]", ylabel="friction force / normal force")
+    friction.set_title("friction, in steady sliding", loc="left", fontsize=NORMAL)
+    for panel in (elastic, damping, friction):
+        legend([panel])
+    return [elastic, damping, friction]

@@ -1,0 +1,275 @@
+"""The commands, from what is typed to what is printed, written and returned."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import pty
+import subprocess
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import pytest
+import xarray as xr
+
+from scissordyn.cli import main, progress
+from scissordyn.cli.main import status_of
+from scissordyn.simulation.store import load
+
+PAPER = Path(__file__).parents[2] / "examples" / "paper.toml"
+SHORT = ("--set", "run.until=3 ms", "--set", "clearance.A.friction=none", "--samples", "31")
+"""The first contact of the paper's case, without friction: a few milliseconds of computing."""
+
+
+@pytest.fixture
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """An empty folder to work in."""
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+def refused(capsys: pytest.CaptureFixture[str], *arguments: str) -> str:
+    """The one line on stderr of a command that is refused with status 2 and prints nothing else."""
+    assert status_of(arguments) == 2
+    shown = capsys.readouterr()
+    assert shown.out == ""
+    assert shown.err.startswith("scissordyn: ")
+    assert shown.err.count("\n") == 1
+    assert "Traceback" not in shown.err
+    return shown.err
+
+
+def test_run_shows_its_contacts_and_saves(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """Published number: the first contact of theory.md section 7, as printed; and the file holds the same."""
+    assert status_of(["run", str(PAPER), "-o", "run.nc", *SHORT]) == 0
+    shown = capsys.readouterr()
+    assert "1.3651" in shown.out
+    assert "0.7351" in shown.out
+    assert "-107.82" in shown.out
+    assert "Saved to run.nc" in shown.out
+    assert max(map(len, shown.out.splitlines())) <= 100
+    assert shown.err == ""
+    run = load("run.nc")
+    assert run.attrs["status"] == "complete"
+    assert run.sizes["time"] == 31
+    assert float(run["contact_start"][0]) == pytest.approx(0.001365125913, abs=1e-11)
+    assert [path.name for path in folder.iterdir()] == ["run.nc"]
+
+
+def test_a_saved_run_can_be_run_again(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """Identity: the same numbers, bit for bit."""
+    assert status_of(["run", str(PAPER), "-o", "first.nc", *SHORT]) == 0
+    assert status_of(["run", "first.nc", "-o", "second.nc"]) == 0
+    capsys.readouterr()
+    xr.testing.assert_equal(load("first.nc"), load("second.nc"))
+    assert "saved run" in refused(capsys, "run", "first.nc", "--samples", "5")
+
+
+def test_the_number_of_contacts_shown_is_chosen(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """Identity: rows of the table, and a note of the others."""
+    changes = ("--set", "run.until=6 ms", "--set", "clearance.A.friction=none")
+    assert status_of(["run", str(PAPER), *changes, "--events", "2"]) == 0
+    two = capsys.readouterr().out
+    assert "... and 1 more contacts (--events 3 shows all)" in two
+    assert status_of(["run", str(PAPER), *changes, "--events", "3"]) == 0
+    three = capsys.readouterr().out
+    assert len(three.splitlines()) == len(two.splitlines()) - 1  # one row more, the note and its blank line less
+    assert not list(folder.iterdir())
+
+
+def test_interrupted_runs_keep_what_was_computed(
+    folder: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Identity: Ctrl-C inside the run saves the part before it, marked, with exit status 130."""
+
+    @contextmanager
+    def impatient(until: float) -> Iterator[Callable[[float], None]]:
+        def stop(time: float) -> None:
+            raise KeyboardInterrupt
+
+        yield stop
+
+    monkeypatch.setattr(progress, "progress_bar", impatient)
+    assert status_of(["run", str(PAPER), "-o", "part.nc"]) == 130
+    shown = capsys.readouterr()
+    assert "marked interrupted" in shown.out
+    assert shown.err.startswith("scissordyn: stopped at t = ")
+    run = load("part.nc")
+    assert run.attrs["status"] == "interrupted"
+    assert 0.0 < run.attrs["end"] < 0.05
+    assert 1 < run.sizes["time"] < 2001
+
+
+def test_interrupted_before_anything_was_computed(
+    folder: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Identity: Ctrl-C elsewhere writes nothing, says so in a line and returns 130."""
+
+    def stop(*_: object) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("scissordyn.config.file.read_case", stop)
+    assert status_of(["run", str(PAPER), "-o", "run.nc"]) == 130
+    assert capsys.readouterr().err == "scissordyn: interrupted; nothing was saved\n"
+    assert not list(folder.iterdir())
+
+
+def test_runs_that_cannot_be_finished_keep_what_they_have(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """Identity: a run out of steps is saved with its cause, with exit status 3."""
+    assert status_of(["run", str(PAPER), "-o", "part.nc", "--set", "run.most_steps=100"]) == 3
+    shown = capsys.readouterr()
+    assert "100 steps did not suffice" in shown.err
+    assert shown.err.count("\n") == 1
+    run = load("part.nc")
+    assert run.attrs["status"] == "failed"
+    assert "100 steps did not suffice" in run.attrs["cause"]
+
+
+@pytest.mark.parametrize("command", ["run", "check"])
+def test_bad_cases_are_refused_in_one_line(folder: Path, capsys: pytest.CaptureFixture[str], command: str) -> None:
+    """Identity: the message of the reader, nothing computed, nothing written."""
+    output = ["-o", "run.nc"] if command == "run" else []
+    line = refused(capsys, command, str(PAPER), *output, "--set", "clearance.A.clearence=1 mm")
+    assert "unknown key 'clearence' (did you mean 'clearance'?)" in line
+    (folder / "half.toml").write_text(PAPER.read_text()[:430])
+    assert "half.toml" in refused(capsys, command, "half.toml", *output)
+    assert "cannot read 'none.toml'" in refused(capsys, command, "none.toml", *output)
+    assert [path.name for path in folder.iterdir()] == ["half.toml"]
+
+
+@pytest.mark.parametrize(
+    ("output", "says"),
+    [
+        (("-o", "no/such/folder/run.nc"), "No such file or directory"),
+        (("-o", "."), "it is a folder"),
+        (("-o", "taken/run.nc"), "Not a directory"),
+        (("-o", "case.toml"), "it is the case file"),
+        (("-o", "/proc/run.nc"), "cannot write"),
+        (("--plot", "taken"), "'taken' is a file"),
+        (("--plot", "taken/figures"), "is a file"),
+        (("--plot", "/proc/figures"), "cannot write"),
+    ],
+)
+def test_places_that_cannot_be_written_are_found_before_the_run(
+    folder: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, output: tuple[str, str], says: str
+) -> None:
+    """Identity: refused although no run is possible here: the place is looked at first."""
+    monkeypatch.setattr("scissordyn.simulation.run.simulate", None)
+    (folder / "case.toml").write_text(PAPER.read_text())
+    (folder / "taken").write_text("")
+    assert says in refused(capsys, "run", "case.toml", *output)
+    assert sorted(path.name for path in folder.iterdir()) == ["case.toml", "taken"]
+    assert (folder / "case.toml").read_text() == PAPER.read_text()
+
+
+def test_saved_runs_that_are_not_whole_are_refused(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """Identity: half a file, another kind of file, no file."""
+    assert status_of(["run", str(PAPER), "-o", "run.nc", *SHORT]) == 0
+    capsys.readouterr()
+    whole = (folder / "run.nc").read_bytes()
+    (folder / "half.nc").write_bytes(whole[: len(whole) // 2])
+    (folder / "half-without-a-name").write_bytes(whole[: len(whole) // 2])
+    (folder / "text.nc").write_text("time = 3")
+    for name in ("half.nc", "half-without-a-name", "text.nc", "none.nc"):
+        assert f"cannot read '{name}'" in refused(capsys, "run", name, "-o", "again.nc")
+    assert not (folder / "again.nc").exists()
+
+
+@pytest.mark.parametrize(
+    ("arguments", "says"),
+    [
+        (("rum",), "Did you mean 'run'?"),
+        (("run",), "Missing argument"),
+        (("run", str(PAPER), "--smples", "3"), "--samples"),
+        (("run", str(PAPER), "--samples", "many"), "integer"),
+        (("run", str(PAPER), "--samples", "1"), ">= 2"),
+        (("run", str(PAPER), "--events", "-1"), "--events"),
+        (("new", "scisor"), "did you mean 'scissor'"),
+        (("laws", "lugr"), "did you mean 'lugre'"),
+        (("laws", "liu", "--plot", "no/folder/law.png"), "cannot write"),
+        (("check", str(PAPER), "--set", "drive.speed"), "an equals sign"),
+    ],
+)
+def test_what_was_mistyped_is_refused(
+    folder: Path, capsys: pytest.CaptureFixture[str], arguments: tuple[str, ...], says: str
+) -> None:
+    """Identity: one line that says what to type."""
+    assert says in refused(capsys, *arguments)
+    assert not list(folder.iterdir())
+
+
+def test_a_fault_of_ours_is_one_line(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:
+    """Identity: an unexpected error is named, without a traceback unless the user asks for it."""
+
+    def broken(*_: object) -> None:
+        raise ZeroDivisionError("two\nlines")
+
+    monkeypatch.setattr("scissordyn.config.file.read_case", broken)
+    monkeypatch.delenv("SCISSORDYN_TRACEBACK", raising=False)
+    assert status_of(["check", str(PAPER)]) == 1
+    line = capsys.readouterr().err
+    assert line.startswith("scissordyn: ZeroDivisionError: two lines;")
+    assert line.count("\n") == 1
+    monkeypatch.setenv("SCISSORDYN_TRACEBACK", "1")
+    assert status_of(["check", str(PAPER)]) == 1
+    assert "Traceback" in capsys.readouterr().err
+
+
+def test_check_says_what_would_be_run(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """Identity: mechanism, drive, joint and method of the paper's case."""
+    assert status_of(["check", str(PAPER)]) == 0
+    shown = capsys.readouterr().out
+    for text in ("5 bodies, 5 ideal and 1 loose", "speed 150 rpm", "Joint A: clearance 0.5 mm", "friction lugre", "rodas5p"):
+        assert text in shown
+    assert not list(folder.iterdir())
+
+
+def test_new_prints_a_case_that_can_be_checked(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """Identity: the printed case file is accepted."""
+    assert status_of(["new", "scissor"]) == 0
+    (folder / "case.toml").write_text(capsys.readouterr().out)
+    assert status_of(["check", "case.toml"]) == 0
+
+
+def test_help_is_shown_when_nothing_is_typed(capsys: pytest.CaptureFixture[str]) -> None:
+    """Identity: the four commands."""
+    assert status_of([]) == 0
+    shown = capsys.readouterr().out
+    assert all(f"\n  {command} " in shown for command in ("run", "check", "new", "laws"))
+
+
+def test_a_bar_moves_on_a_terminal_only(folder: Path) -> None:
+    """Identity: a process on a pseudo-terminal draws a bar on stderr; through a pipe stderr stays empty."""
+    command = [sys.executable, "-m", "scissordyn.cli.main", "run", str(PAPER), *SHORT]
+    piped = subprocess.run(command, capture_output=True, text=True, check=True, timeout=300)
+    assert piped.stderr == ""
+    assert "1.3651" in piped.stdout
+    ours, theirs = pty.openpty()
+    drawn = b""
+    with subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=theirs) as process:
+        os.close(theirs)
+        with contextlib.suppress(OSError):  # the far end of a pseudo-terminal closes with an error
+            while part := os.read(ours, 4096):
+                drawn += part
+    os.close(ours)
+    assert process.returncode == 0
+    assert b"of 3 ms" in drawn
+
+
+def test_heavy_libraries_are_imported_when_needed() -> None:
+    """Identity: what the entry point alone loads."""
+    code = "import sys, scissordyn.cli.main; print(*sys.modules)"
+    loaded = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True, timeout=60).stdout.split()
+    assert main.__name__ in loaded
+    assert not {"numba", "numpy", "scipy", "xarray", "pint", "pydantic", "matplotlib"} & set(loaded)
+
+
+def test_matplotlib_is_left_alone_without_plots(folder: Path) -> None:
+    """Identity: a run without --plot does not load it."""
+    code = "import sys; from scissordyn.cli.main import status_of; status_of(sys.argv[1:]); print(*sys.modules)"
+    command = [sys.executable, "-c", code, "run", str(PAPER), *SHORT]
+    loaded = subprocess.run(command, capture_output=True, text=True, check=True, timeout=300).stdout.split()
+    assert "xarray" in loaded
+    assert "matplotlib" not in loaded

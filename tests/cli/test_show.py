@@ -1,0 +1,127 @@
+"""Results as people read them."""
+
+from __future__ import annotations
+
+import io
+import json
+import math
+
+import numpy as np
+import pytest
+import xarray as xr
+from rich.console import Console
+
+from scissordyn.cli.main import status_of
+from scissordyn.cli.scale import column, prefix, short
+from scissordyn.cli.show import show_events, show_summary
+from scissordyn.laws.catalogue import BY_KIND, MATERIALS
+
+
+@pytest.mark.parametrize(
+    ("largest", "letter"),
+    [(0.0, ""), (math.nan, ""), (1.0, ""), (999.0, ""), (1e3, "k"), (0.5, "m"), (2e-5, "µ"), (1e-15, "p")],
+)
+def test_prefix_leaves_a_number_between_one_and_a_thousand(largest: float, letter: str) -> None:
+    """Closed form: engineering prefixes."""
+    assert prefix(largest)[1] == letter
+
+
+def test_column_has_one_unit_and_aligned_decimals() -> None:
+    """Identity: every entry has as many decimals as the largest needs for five digits; what is not known is a dash."""
+    unit, texts = column(np.array([12345.6, -1.0, math.nan]), "N")
+    assert unit == "kN"
+    assert texts == ["12.346", "-0.001", "-"]
+    assert column(np.array([-107.816]), "deg") == ("deg", ["-107.82"])
+    assert column(np.array([0.7351429]), "m/s") == ("m/s", ["0.7351"])
+    assert column(np.array([math.nan]), "s") == ("s", ["-"])
+
+
+def test_one_number_in_words() -> None:
+    """Closed form: four digits."""
+    assert [short(84074.9, "N"), short(0.05, "s"), short(0.0, "J")] == ["84.07 kN", "50 ms", "0 J"]
+
+
+def small_run() -> xr.Dataset:
+    """Three contacts of two joints, the last one unfinished, with numbers that can be added up by hand."""
+    along = "contact"
+    return xr.Dataset(
+        {
+            "contact_joint": (along, ["A", "unit 1/pivot", "A"]),
+            "contact_start": (along, [0.01, 0.02, 0.08]),
+            "approach_speed": (along, [0.5, 0.25, 0.125]),
+            "contact_angle": (along, [0.0, math.pi, -0.5 * math.pi]),
+            "peak_force": (along, [1000.0, 2000.0, 3000.0]),
+            "peak_time": (along, [0.005, 0.01, 0.01]),
+            "contact_duration": (along, [0.01, 0.05, math.nan]),
+            "rebound_speed": (along, [-0.4, -0.2, math.nan]),
+            "energy_residual": ("time", [0.0, -2e-6, 1e-6]),
+            "kinetic_energy": ("time", [0.0, 10.0, 20.0]),
+            "potential_energy": ("time", [0.0, 0.0, 0.0]),
+            "drive_work": ("time", [0.0, 10.0, 20.0]),
+        },
+        attrs={
+            "end": 0.1,
+            "statistics": json.dumps({"method": "rodas5p", "steps": 7, "rejected": 2, "seconds": 0.25}),
+            "warnings": json.dumps(["approach speed 1.2 m/s [above the law's range]"]),
+            "trusted_until": 0.04,
+            "trusted_contacts": 2,
+        },
+    )
+
+
+def shown(run: xr.Dataset, rows: int = 20) -> str:
+    """What is printed about a run, at 100 columns."""
+    to = Console(file=io.StringIO(), width=100, highlight=False)
+    show_events(run, rows, to)
+    show_summary(run, to)
+    assert isinstance(to.file, io.StringIO)
+    return to.file.getvalue()
+
+
+def test_table_of_contacts() -> None:
+    """Identity: a row for each contact, units in the heading, a dash where the run ended first."""
+    lines = shown(small_run()).splitlines()
+    rows = [line.split() for line in lines if line.strip()[:2] in ("1 ", "2 ", "3 ")]
+    assert rows[0] == ["1", "A", "10.000", "0.5000", "0.00", "1.0000", "5.000", "10.000", "-0.4000"]
+    assert rows[1] == ["2", "unit", "1/pivot", "20.000", "0.2500", "180.00", "2.0000", "10.000", "50.000", "-0.2000"]
+    assert rows[2][-2:] == ["-", "-"]
+    heading = next(line for line in lines if "[ms]" in line)
+    assert heading.split() == ["contact", "joint", "[ms]", "[m/s]", "[deg]", "[kN]", "[ms]", "[ms]", "[m/s]"]
+
+
+def test_summary_adds_up() -> None:
+    """Closed form: shares of time, largest forces and when, the energy residual, and warnings as they are."""
+    text = " ".join(shown(small_run(), rows=0).split())
+    assert "100 ms simulated in 250 ms: 7 steps of rodas5p, 2 rejected." in text
+    assert "Joint A: 2 contacts, in contact 30 % of the time, largest force 3 kN at 90 ms." in text
+    assert "Joint unit 1/pivot: 1 contacts, in contact 50 % of the time, largest force 2 kN at 30 ms." in text
+    assert "closes to 2 µJ, 1.0e-07 of the energy turned over." in text
+    assert "Trusted until 40 ms, through 2 contacts." in text
+    assert "Warning: approach speed 1.2 m/s [above the law's range]" in text
+
+
+def test_a_run_without_contacts_has_no_table() -> None:
+    """Limit: no contact at all, no instant at all."""
+    run = small_run().isel(contact=slice(0, 0), time=slice(0, 0))
+    run.attrs["trusted_until"] = math.nan
+    text = shown(run)
+    assert "contact" not in text
+    assert "energy" not in text
+    assert "Trusted" not in text
+
+
+def test_every_law_and_material_is_listed(capsys: pytest.CaptureFixture[str]) -> None:
+    """Identity: the printed list against the catalogue, and each entry can be shown by its name."""
+    assert status_of(["laws"]) == 0
+    listed = {line.split()[0] for line in capsys.readouterr().out.splitlines() if line.strip()}
+    for kind, known in BY_KIND.items():
+        assert set(known) <= listed
+        for name, law in known.items():
+            assert status_of(["laws", name]) == 0
+            text = capsys.readouterr().out
+            assert f"{name}, a law of {kind}" in text
+            assert law.source in " ".join(text.split())
+    for name in MATERIALS:
+        assert name in listed
+        assert status_of(["laws", name]) == 0
+        assert f"{name}, a material: E = " in capsys.readouterr().out

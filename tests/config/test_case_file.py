@@ -1,0 +1,271 @@
+"""Case files: what they describe, and what is refused."""
+
+from __future__ import annotations
+
+import dataclasses
+import inspect
+import math
+from pathlib import Path
+
+import pytest
+
+from scissordyn.config.case import ScissorTable
+from scissordyn.config.file import read_case
+from scissordyn.config.table import key_sample, table_of
+from scissordyn.errors import InputError
+from scissordyn.laws.catalogue import BY_KIND, from_file
+from scissordyn.laws.damping.flores import Flores
+from scissordyn.laws.damping.lankarani_nikravesh import LankaraniNikravesh
+from scissordyn.laws.elastic.hertz import Hertz
+from scissordyn.laws.elastic.liu import Liu
+from scissordyn.laws.friction.lugre import LuGre
+from scissordyn.laws.material import STEEL, Material
+from scissordyn.model.clearance import Clearance
+from scissordyn.model.drive import ConstantSpeed, Harmonic, TableMotion
+from scissordyn.model.scissor import scissor
+from scissordyn.units import degrees, rpm
+
+EXAMPLES = Path(__file__).parents[2] / "examples"
+LEAST = '[structure]\nkind = "scissor"\n[run]\nuntil = "1 ms"\n'
+
+
+def written(folder: Path, text: str) -> Path:
+    """A case file with that text."""
+    path = folder / "case.toml"
+    path.write_text(text, encoding="utf-8")
+    return path
+
+
+def test_paper_case_is_the_one_built_in_python() -> None:
+    """Cross-check: the file against the same case through the Python interface, to the last bit or two of a unit's factor."""
+    case = read_case(EXAMPLES / "paper.toml")
+    array = scissor(units=2, bar_length=2.0, bar_mass=5.68, slider_mass=5.0, angle=degrees(30))
+    clearance = Clearance(
+        0.5e-3,
+        journal_radius=10e-3,
+        bearing_length=15e-3,
+        material=STEEL,
+        stiffness=Liu(),
+        damping=Flores(restitution=0.9),
+        friction=LuGre(kinetic=0.05),
+    )
+    assert case.mechanism.joints == array.loosen("A", clearance).joints
+    assert [body.name for body in case.mechanism.bodies] == [body.name for body in array.bodies]
+    for read, built in zip(case.mechanism.bodies, array.bodies, strict=True):
+        assert read.mass == built.mass
+        assert read.angle == pytest.approx(built.angle, rel=1e-15)
+        assert read.position == pytest.approx(built.position, rel=1e-15)
+    motion = case.mechanism.drives[0].motion
+    assert isinstance(motion, ConstantSpeed)
+    assert motion.speed == pytest.approx(rpm(150), rel=1e-15)
+    assert (case.run.until, case.run.start, case.run.trust) == (0.05, "concentric", False)
+
+
+@pytest.mark.parametrize("path", sorted(EXAMPLES.glob("*.toml")), ids=lambda path: path.stem)
+def test_examples_are_whole(path: Path) -> None:
+    """Identity: each example is read and has a drive and a loose joint."""
+    case = read_case(path)
+    assert case.mechanism.drives
+    assert case.mechanism.loose
+
+
+def test_every_argument_of_an_array_has_its_key() -> None:
+    """Identity: keys and defaults of [structure] against the signature of `scissor`."""
+    arguments = {name: parameter.default for name, parameter in inspect.signature(scissor).parameters.items()}
+    keys = {name: field.default for name, field in ScissorTable.model_fields.items() if name != "kind"}
+    assert keys == arguments
+
+
+def test_left_out_keys_take_the_defaults_of_the_model(tmp_path: Path) -> None:
+    """Identity: the shortest case file against the defaults in Python."""
+    case = read_case(written(tmp_path, LEAST + '[[clearance]]\njoint = "A"\nclearance = "1 mm"\n'))
+    assert case.mechanism == scissor().loosen("A", Clearance(1e-3))
+    assert (case.run.samples, case.run.rtol, case.run.method) == (2001, 1e-8, "auto")
+
+
+def test_laws_and_materials_by_name_and_by_table(tmp_path: Path) -> None:
+    """Identity: names, tables of parameters with units, and the restitution of the joint."""
+    text = """
+[[clearance]]
+joint = "A"
+clearance = "1 mm"
+restitution = 0.6
+stiffness = "hertz"
+damping = { law = "lankarani-nikravesh" }
+friction = { law = "lugre", kinetic = 0.1, stribeck_speed = "2 mm/s", bristle_stiffness = "2e5 1/m" }
+material = { youngs_modulus = "70 GPa", poisson_ratio = 0.33, density = "2.7 g/cm^3" }
+bearing_material = "steel"
+"""
+    gap = read_case(written(tmp_path, LEAST + text)).mechanism.joint("A").clearance
+    assert gap is not None
+    assert gap.stiffness == Hertz()
+    assert gap.damping == LankaraniNikravesh(restitution=0.6)
+    assert gap.friction == LuGre(kinetic=0.1, stribeck_speed=2e-3, bristle_stiffness=2e5)
+    assert isinstance(gap.material, Material)
+    assert gap.material.youngs_modulus == pytest.approx(70e9, rel=1e-15)
+    assert gap.material.density == pytest.approx(2700.0, rel=1e-15)
+    assert gap.bearing_material == STEEL
+
+
+def test_harmonic_drive(tmp_path: Path) -> None:
+    """Closed form: 3 Hz are 6 pi rad/s."""
+    text = '[drive]\nharmonic = { mean = "45 deg", amplitude = "15 deg", frequency = "3 Hz" }\n'
+    motion = read_case(written(tmp_path, LEAST + text)).mechanism.drives[0].motion
+    assert isinstance(motion, Harmonic)
+    wanted = (0.25 * math.pi, math.pi / 12.0, 6.0 * math.pi, 0.0)
+    assert (motion.mean, motion.amplitude, motion.frequency, motion.phase) == pytest.approx(wanted, rel=1e-14)
+
+
+def test_tables_of_motion_from_file_and_inline_agree(tmp_path: Path) -> None:
+    """Cross-check: the same table in a file beside the case file, and in the case file."""
+    (tmp_path / "motion.csv").write_text("time [ms], angle [deg]\n0, 30\n10, 31\n20, 34\n\n30, 39\n40, 46\n50, 55\n")
+    from_file = read_case(written(tmp_path, LEAST + '[drive]\ntable = "motion.csv"\n')).mechanism.drives[0].motion
+    text = '[drive]\ntable = { time = "0 10 20 30 40 50 ms", angle = "30 31 34 39 46 55 deg" }\n'
+    inline = read_case(written(tmp_path, LEAST + text)).mechanism.drives[0].motion
+    assert isinstance(from_file, TableMotion)
+    assert from_file == inline
+    assert from_file.times[-1] == pytest.approx(0.05, rel=1e-15)
+    assert from_file.angles[0] == pytest.approx(math.pi / 6.0, rel=1e-15)
+
+
+@pytest.mark.parametrize(
+    ("content", "reason"),
+    [
+        ("0, 30\n1, 31\n", "begins with"),
+        ("time [ms], angle [mm]\n0, 30\n", "wrong dimension"),
+        ("time [ms], angle [deg]\n0, 30\n1, thirty\n", "line 3 is '1, thirty'"),
+        ("time [ms], angle [deg]\n0, 30, 1\n", "line 2"),
+        ("time [ms], angle [deg]\n0, 30\n1, 31\n", "2 times and 2 angles"),
+        ("time [ms], angle [deg]\n0 30\n1 31\n2 nan\n3 3\n4 4\n5 5\n", "not finite"),
+        ("", "begins with ''"),
+    ],
+)
+def test_a_bad_table_of_motion_is_refused(tmp_path: Path, content: str, reason: str) -> None:
+    """Identity: the message names the file, or the line in it."""
+    (tmp_path / "motion.csv").write_text(content)
+    with pytest.raises(InputError, match=r"drive\.table") as caught:
+        read_case(written(tmp_path, LEAST + '[drive]\ntable = "motion.csv"\n'))
+    assert reason in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("change", "place", "says"),
+    [
+        ("drive.sped=150 rpm", "drive", "did you mean 'speed'"),
+        ("strukture.units=3", "", "did you mean 'structure'"),
+        ("clearance.A.clearance=0.0005", "clearance.0.clearance", 'type: clearance = "0.0005 m"'),
+        ("clearance.A.clearance=0.5 s", "clearance.0.clearance", "wrong dimension"),
+        ("clearance.A.clearance=-0.5 mm", "clearance.0.clearance", "> 0 [m]"),
+        ("clearance.A.clearance=nan mm", "clearance.0.clearance", "a finite number"),
+        ("clearance.A.clearance=20 mm", "clearance.0", "smaller than the journal radius"),
+        ("structure.bar_mass=-5 kg", "structure.bar_mass", "> 0 [kg]"),
+        ("structure.angle=95 deg", "structure", "cannot be assembled"),
+        ("structure.units=2.5", "structure.units", "integer"),
+        ("structure.units=0", "structure", "a whole number >= 1"),
+        ("structure.kind=sissor", "structure.kind", "did you mean 'scissor'"),
+        ("structure.reading=C", "structure.reading", "'A' or 'B'"),
+        ("structure.gravity=9.81 m/s", "structure.gravity", "wrong dimension"),
+        ("clearance.A.joint=unit 1/pivott", "clearance.0", "did you mean 'unit 1/pivot'"),
+        ("clearance.A.friction=lugr", "clearance.0.friction", "did you mean 'lugre'"),
+        ("clearance.A.stiffness=lui", "clearance.0.stiffness", "did you mean 'liu'"),
+        ("clearance.A.damping=floress", "clearance.0.damping", "did you mean 'flores'"),
+        ("clearance.A.material=stel", "clearance.0.material", "did you mean 'steel'"),
+        ("clearance.A.friction.kinetik=0.1", "clearance.0.friction", "did you mean 'kinetic'"),
+        ("clearance.A.friction.kinetic=-0.1", "clearance.0.friction.kinetic", "> 0"),
+        ("clearance.A.friction.stribeck_speed=0.1", "clearance.0.friction.stribeck_speed", "missing unit"),
+        ("clearance.A.friction.static=0.01", "clearance.0.friction", "static >= kinetic"),
+        ('clearance.A.material={youngs_modulus="200 GPa"}', "clearance.0.material", "missing key 'poisson_ratio'"),
+        ("clearance.A.restitution=1.5", "clearance.0.restitution", "<= 1"),
+        ("clearance.A.restitution=nan", "clearance.0.restitution", "a finite number"),
+        ('clearance.A.restitution="0.9"', "clearance.0.restitution", "plain number"),
+        ('clearance.A.damping={law="flores", restitution=0.5}', "clearance.0.damping", "given twice"),
+        ("clearance.A.stiffness=3", "clearance.0.stiffness", "no name of a stiffness law"),
+        ("clearance=3", "clearance", "[[clearance]]"),
+        ("drive=3", "drive", "not a table"),
+        ("drive.body=unit 1/bar 9", "drive", "did you mean"),
+        ("drive.body=slider", "drive", "does not rotate"),
+        ('drive.harmonic={mean="1 deg", amplitude="1 deg", frequency="1 Hz"}', "drive", "exactly one of"),
+        ('drive.harmonic={mean="1 deg", amplitude="1 deg"}', "drive.harmonic", "missing key 'frequency'"),
+        ("drive.table=none.csv", "drive.table", "cannot read"),
+        ("run.until=0.05", "run.until", "missing unit"),
+        ("run.until=-1 ms", "run.until", "> 0 [s]"),
+        ("run.start=concentrik", "run.start", "did you mean 'concentric'"),
+        ("run.samples=1", "run.samples", ">= 2"),
+        ("run.samples=10.5", "run.samples", "integer"),
+        ("run.method=rodas", "run", "did you mean 'rodas5p'"),
+        ("run.trust=1", "run.trust", "boolean"),
+        ("run.rtol=0", "run.rtol", ">= 1e-14"),
+    ],
+)
+def test_bad_values_are_refused_with_their_place(change: str, place: str, says: str) -> None:
+    """Identity: the message names the file and the place, and says what is allowed."""
+    path = EXAMPLES / "paper.toml"
+    with pytest.raises(InputError) as caught:
+        read_case(path, [change])
+    message = str(caught.value)
+    assert message.startswith(f"{path}: {place}")
+    assert says in message
+    assert "allowed: " in message
+    assert "\n" not in message
+
+
+@pytest.mark.parametrize(
+    ("text", "says"),
+    [
+        ("[structure\n", "not whole TOML"),
+        ('[structure]\nkind = "scissor"\n[run]\nuntil = "1 ms', "not whole TOML"),
+        ('[structure]\nkind = "scissor"\n', "missing key 'run'"),
+        ('[run]\nuntil = "1 ms"\n', "missing key 'structure'"),
+        ('[structure]\n[run]\nuntil = "1 ms"\n', "missing key 'kind'"),
+        (LEAST + "[drive]\n", "0 motions"),
+        (LEAST + '[clearance]\njoint = "A"\n', "[[clearance]]"),
+        (LEAST + '[[clearance]]\njoint = "A"\n', "missing key 'clearance'"),
+        (LEAST + 2 * '[[clearance]]\njoint = "A"\nclearance = "1 mm"\n', "given twice"),
+        ("", "missing key 'structure'"),
+    ],
+)
+def test_half_written_files_are_refused(tmp_path: Path, text: str, says: str) -> None:
+    """Identity: what is missing is named, with something to type."""
+    with pytest.raises(InputError) as caught:
+        read_case(written(tmp_path, text))
+    assert says in str(caught.value)
+    assert "case.toml" in str(caught.value)
+
+
+def test_unreadable_files_are_refused(tmp_path: Path) -> None:
+    """Identity: no file, a folder, and bytes that are no text."""
+    (tmp_path / "bytes.toml").write_bytes(b"\xff\xfe\x00")
+    for path, says in (
+        (tmp_path / "no.toml", "No such file"),
+        (tmp_path, "Is a directory"),
+        (tmp_path / "bytes.toml", "not a text"),
+    ):
+        with pytest.raises(InputError, match=says):
+            read_case(path)
+
+
+def test_a_law_in_the_users_own_file(tmp_path: Path) -> None:
+    """Identity: the file beside the case file is found wherever the command is given, and a missing function is named."""
+    (tmp_path / "my_laws.py").write_text("def soft(indentation):\n    return 1e8 * indentation\n")
+    text = LEAST + '[[clearance]]\njoint = "A"\nclearance = "1 mm"\nstiffness = "my_laws.py:soft"\n'
+    gap = read_case(written(tmp_path, text)).mechanism.joint("A").clearance
+    assert gap is not None
+    assert gap.stiffness == from_file("my_laws.py:soft", "stiffness", tmp_path)
+    with pytest.raises(InputError, match=r"clearance\.0\.stiffness .*did you mean 'soft'"):
+        read_case(tmp_path / "case.toml", ["clearance.A.stiffness=my_laws.py:sof"])
+
+
+@pytest.mark.parametrize(("kind", "name"), [(kind, name) for kind, known in BY_KIND.items() for name in known])
+def test_every_law_of_the_catalogue_can_be_written_in_a_case_file(tmp_path: Path, kind: str, name: str) -> None:
+    """Identity: by its name, and by a table with each of its defaults written out."""
+    text = LEAST + f'[[clearance]]\njoint = "A"\nclearance = "1 mm"\n{kind} = "{name}"\n'
+    gap = read_case(written(tmp_path, text)).mechanism.joint("A").clearance
+    assert getattr(gap, kind) == BY_KIND[kind][name]()
+    keys = table_of(BY_KIND[kind][name])
+    parts = [f'law = "{name}"']
+    parts += [f"{key} = {key_sample(keys, key)}" for key, field in keys.model_fields.items() if field.default is not None]
+    full = text.replace(f'{kind} = "{name}"', f"{kind} = {{ {', '.join(parts)} }}")
+    law = getattr(read_case(written(tmp_path, full)).mechanism.joint("A").clearance, kind)
+    for field in dataclasses.fields(law):
+        default = getattr(BY_KIND[kind][name](), field.name)
+        assert getattr(law, field.name) == (default if default is None else pytest.approx(default, rel=1e-11))

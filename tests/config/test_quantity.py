@@ -1,0 +1,135 @@
+"""Numbers with units."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from scissordyn.config.quantity import FAMILIAR, UNITS, example, read_numbers, read_quantity, unit_factor, written
+from scissordyn.errors import InputError
+from scissordyn.units import Quantity, degrees, rpm
+
+
+@pytest.mark.parametrize(
+    ("text", "unit", "value"),
+    [
+        ("0.5 mm", "m", 0.5e-3),
+        ("5mm", "m", 5e-3),
+        ("1e-3 m", "m", 1e-3),
+        (" 2 in ", "m", 0.0508),
+        ("20 µm", "m", 20e-6),
+        ("20 um", "m", 20e-6),
+        ("150 rpm", "rad/s", rpm(150.0)),
+        ("-90 deg", "rad", degrees(-90.0)),
+        ("0.25 turn", "rad", 0.5 * math.pi),
+        ("3 Hz", "rad/s", 6.0 * math.pi),
+        ("9.81 m/s^2", "m/s^2", 9.81),
+        ("9.81 m/s**2", "m/s^2", 9.81),
+        ("7.8 g/cm^3", "kg/m^3", 7800.0),
+        ("207 GPa", "Pa", 207e9),
+        ("1e5 1/m", "1/m", 1e5),
+        ("2 N s/m", "N*s/m", 2.0),
+        ("12 lb", "kg", 12 * 0.45359237),
+    ],
+)
+def test_text_becomes_si(text: str, unit: str, value: float) -> None:
+    """Closed form: factors of units by definition; 1e-15 is a rounding or two."""
+    assert read_quantity(text, Quantity(unit)) == pytest.approx(value, rel=1e-15)
+
+
+@pytest.mark.parametrize(
+    ("text", "unit", "reason"),
+    [
+        ("0.5", "m", "missing unit"),
+        (0.5, "m", "missing unit"),
+        ("0.5 s", "m", "wrong dimension"),
+        ("0.5 m^2", "m", "wrong dimension"),
+        ("0.5 rmp", "rad/s", "did you mean 'rpm'"),
+        ("3 1/s", "rad/s", "wrong dimension"),
+        ("0.3 percent", "rad", "unknown unit"),
+        ("0.5 mm mm", "m", "wrong dimension"),
+        ("mm", "m", "no number"),
+        ("", "m", "no number"),
+        ("nan m", "m", "out of bounds"),
+        ("inf m", "m", "out of bounds"),
+        ("2 3 m", "m", "is not a unit"),
+        ("2 m^9^9^9^9", "m", "is not a unit"),
+        ("2 m^99", "m", "is not a unit"),
+        ("2 m/", "m", "is not a unit"),
+        ("2 m)(", "m", "is not a unit"),
+        ("2 __import__('os')", "m", "is not a unit"),
+        (True, "m", "not a number"),
+        (None, "m", "not a number"),
+        ([1], "m", "not a number"),
+        ("0.5", "1", "plain number"),
+        (math.nan, "1", "out of bounds"),
+    ],
+)
+def test_what_is_no_quantity_is_refused(text: object, unit: str, reason: str) -> None:
+    """Identity: each refusal names its reason and what is allowed."""
+    with pytest.raises(InputError, match="allowed: a finite number") as caught:
+        read_quantity(text, Quantity(unit))
+    assert reason in str(caught.value)
+
+
+@pytest.mark.parametrize("unit", [*FAMILIAR, "kg", "1/m", "s/m", "m/s^2"])
+@given(st.floats(min_value=-1e12, max_value=1e12))
+def test_what_is_written_can_be_read(unit: str, value: float) -> None:
+    """Identity: writing keeps twelve digits, reading loses none; the absolute part is for numbers below every unit."""
+    assert read_quantity(written(value, unit), Quantity(unit)) == pytest.approx(value, rel=1e-11, abs=1e-300)
+
+
+def test_a_number_is_written_in_a_familiar_unit() -> None:
+    """Identity: the examples that the messages show."""
+    assert [written(0.5e-3, "m"), written(2.0, "m"), written(0.05, "s")] == ["0.5 mm", "2 m", "50 ms"]
+    assert [written(rpm(150.0), "rad/s"), written(degrees(30.0), "rad"), written(0.9, "1")] == ["150 rpm", "30 deg", "0.9"]
+
+
+@pytest.mark.parametrize(
+    "quantity",
+    [
+        Quantity("m", above=0.0),
+        Quantity("1", minimum=0.0, maximum=0.5),
+        Quantity("1", above=2.0, below=3.0),
+        Quantity("1", minimum=7.0),
+    ],
+)
+def test_an_example_is_allowed(quantity: Quantity) -> None:
+    """Identity: what a message tells the user to type is accepted."""
+    text = example(quantity)
+    assert quantity.admits(read_quantity(float(text) if quantity.unit == "1" else text, quantity))
+
+
+def test_rows_of_numbers_share_one_unit() -> None:
+    """Closed form: thousandths."""
+    assert read_numbers("0, 1 2.5,-3 ms", "s") == pytest.approx((0.0, 1e-3, 2.5e-3, -3e-3), rel=1e-15)
+    for text, reason in (
+        ("0 1 2", "missing unit"),
+        ("ms", "no numbers"),
+        ("0 nan ms", "not finite"),
+        ("0 1 m", "wrong dimension"),
+    ):
+        with pytest.raises(InputError, match=reason):
+            read_numbers(text, "s")
+
+
+def test_units_agree_with_pints_own_list() -> None:
+    """Cross-check: every unit of ours against the definitions that pint ships, except hertz, which ours count in turns."""
+    import pint
+
+    theirs = pint.UnitRegistry()
+    base = {"[length]": "m", "[mass]": "kg", "[time]": "s", "[angle]": "rad"}
+    for definition in UNITS:
+        name = definition.split(" = ")[0]
+        if name == "hertz":
+            continue
+        target = f"{theirs.Quantity(1.0, name).to_base_units().units:~}".replace(" ", "").replace("**", "^")
+        if name in ("radian", "degree", "turn"):
+            target = base["[angle]"]
+        elif name == "rpm":
+            target = "rad/s"
+        expected = theirs.Quantity(1.0, name).to(target).magnitude
+        assert unit_factor(name, target) == pytest.approx(expected, rel=1e-14), name

@@ -1,0 +1,47 @@
+"""Cases that many tests share."""
+
+import pytest
+
+from scissordyn.laws.damping.lankarani_nikravesh import LankaraniNikravesh
+from scissordyn.laws.elastic.hertz import Hertz
+from scissordyn.laws.friction.lugre import LuGre
+from scissordyn.model.clearance import Clearance
+from scissordyn.model.scissor import scissor
+from scissordyn.simulation.run import simulate
+from scissordyn.units import rpm
+
+
+@pytest.fixture(scope="session")
+def array():
+    """The paper's array with ideal joints, driven at 150 rpm."""
+    return scissor(units=2).driven(speed=rpm(150))
+
+
+@pytest.fixture(scope="session")
+def loose_array(array):
+    """The same with the paper's clearance at joint A, frictionless."""
+    return array.loosen("A", Clearance(0.5e-3))
+
+
+@pytest.fixture(scope="session")
+def hertz_array(array):
+    """The same with the laws that the clearance-joint literature compares with."""
+    return array.loosen("A", Clearance(0.5e-3, stiffness=Hertz(), damping=LankaraniNikravesh()))
+
+
+@pytest.fixture(scope="session")
+def rubbing_array(array):
+    """The same with LuGre friction."""
+    return array.loosen("A", Clearance(0.5e-3, friction=LuGre(0.1)))
+
+
+@pytest.fixture(scope="session")
+def loose_run(loose_array):
+    """50 ms of the frictionless array at default tolerance."""
+    return simulate(loose_array, until=0.05)
+
+
+@pytest.fixture(scope="session")
+def rubbing_run(rubbing_array):
+    """50 ms of the rubbing array at default tolerance."""
+    return simulate(rubbing_array, until=0.05)

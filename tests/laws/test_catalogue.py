@@ -1,0 +1,122 @@
+"""The catalogue: every law by name, each with its rung, its facts and its source."""
+
+from __future__ import annotations
+
+import math
+import re
+
+import numpy as np
+import pytest
+from bouncing import JOINT, row
+
+from scissordyn.errors import InputError
+from scissordyn.laws import catalogue
+from scissordyn.laws.contact import PARAMETERS, Damping, Elastic, Friction, Proportional
+from scissordyn.laws.damping import proportional
+from scissordyn.laws.ladder import elastic_force, friction_force, friction_start, normal_force
+
+KINDS = {"stiffness": Elastic, "damping": Damping, "friction": Friction}
+ENTRIES = [(kind, name) for kind, laws in catalogue.BY_KIND.items() for name in laws]
+NO_RUNG = 98
+
+
+def answer(kind, tag, p, states=0):
+    """What the ladder of a kind makes of a tag."""
+    if kind == "stiffness":
+        return elastic_force(tag, 1e-5, p)
+    if kind == "damping":
+        return normal_force(tag, 100.0, 1e-5, 0.1, 0.5, p)
+    z, dz = np.zeros(states), np.full(states, np.nan)
+    friction_start(tag, 0.1, z, p)
+    force = friction_force(tag, 0.1, 100.0, z, dz, p)
+    return force + dz.sum()
+
+
+def test_everything_is_there():
+    """Identity: the catalogue holds what the theory page lists."""
+    assert set(catalogue.ELASTIC) == {
+        *("bai-zhao-as-printed", "braendlein", "dubowsky-freudenstein", "esdu-78035", "hertz", "johnson"),
+        *("linear", "liu", "pereira", "persson", "power", "radzimovsky"),
+    }
+    assert set(catalogue.DAMPING) == {
+        *("anagnostopoulos", "carvalho-martins", "exact", "flores", "gonthier", "herbert-mcwhannell", "hu-guo"),
+        *("hunt-crossley", "kelvin-voigt", "lankarani-nikravesh", "lee-wang", "none", "safaeifar-farshidianfar"),
+        "zhiying-qishao",
+    }
+    assert set(catalogue.FRICTION) == {
+        *("ambrosio", "bengisu-akay", "brown-mcphee", "coulomb", "dahl", "elasto-plastic", "gonthier-bristle"),
+        *("lugre", "none", "stribeck", "threlfall"),
+    }
+
+
+@pytest.mark.parametrize(("kind", "name"), ENTRIES)
+def test_every_law_has_its_rung(kind, name):
+    """Identity: the ladder answers a law's tag with a number; a tag without a rung is NaN, so a forgotten rung is seen."""
+    law = catalogue.law(kind, name)()
+    assert math.isfinite(answer(kind, law.tag, row(law), len(getattr(law, "states", ()))))
+    assert math.isnan(answer(kind, NO_RUNG, row(law)))
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_tags_are_shared_only_with_a_kernel(kind):
+    """Identity: two laws have one tag only where their files bring no kernel and take another module's tag."""
+    own = {}
+    for law in catalogue.BY_KIND[kind].values():
+        module = __import__(law.__module__, fromlist=["force"])
+        if hasattr(module, "force"):
+            assert law.tag not in own, f"{law.name} and {own.get(law.tag)} both bring a kernel for tag {law.tag}"
+            own[law.tag] = law.name
+
+
+@pytest.mark.parametrize(("kind", "name"), ENTRIES)
+def test_facts(kind, name):
+    """Identity: every law satisfies its protocol, fits in its row and tells name, source, units and help."""
+    law = catalogue.law(kind, name)
+    assert isinstance(law(), KINDS[kind])
+    assert len(law().parameters(JOINT)) <= PARAMETERS
+    facts = catalogue.facts(kind, name)
+    assert facts.name == name
+    assert len(facts.summary) > 10
+    assert re.search(r"doi:|\d{4}|definition", facts.source)
+    for parameter in facts.parameters:
+        if not isinstance(parameter.default, bool):
+            assert parameter.quantity.help
+            assert parameter.default is None or parameter.quantity.admits(parameter.default)
+    if kind == "damping" and law.tag == proportional.TAG and name != "none":
+        assert isinstance(law(), Proportional)
+
+
+def test_friction_states():
+    """Identity: laws with memory declare their states."""
+    assert {name: law.states for name, law in catalogue.FRICTION.items() if law.states} == {
+        "dahl": ("bristle_deflection",),
+        "elasto-plastic": ("bristle_deflection",),
+        "gonthier-bristle": ("bristle_deflection", "dwell"),
+        "lugre": ("bristle_deflection",),
+    }
+
+
+@pytest.mark.parametrize(
+    ("kind", "name", "says"),
+    [
+        ("stiffness", "lui", "did you mean 'liu'"),
+        ("damping", "florez", "did you mean 'flores'"),
+        ("dampin", "flores", "damping"),
+    ],
+)
+def test_unknown_names(kind, name, says):
+    """Limit: an unknown name is answered with the nearest."""
+    with pytest.raises(InputError, match=says):
+        catalogue.law(kind, name)
+
+
+def test_materials():
+    """Published number: E* of the materials' pairs; steel on steel is 113.7363 GPa (theory page, section 3)."""
+    assert JOINT.modulus == pytest.approx(1.137363e11, rel=1e-6)
+    materials = catalogue.MATERIALS
+    assert {"steel", "aluminium", "titanium", "bronze", "ptfe", "cfrp"} <= set(materials)
+    for name, material in materials.items():
+        assert material.name == name
+        assert material.source
+        # the speed of sound in a thin rod, from PTFE's 480 m/s to the 7 km/s of carbon fibre
+        assert 400.0 < math.sqrt(material.youngs_modulus / material.density) < 7000.0

@@ -1,0 +1,176 @@
+"""Damping factors, and what comes out of them."""
+
+from __future__ import annotations
+
+import itertools
+import math
+
+import numpy as np
+import pytest
+from bouncing import JOINT, bounce, row, step, work
+
+from scissordyn.errors import InputError
+from scissordyn.laws import catalogue
+from scissordyn.laws.damping import dashpot, proportional
+from scissordyn.laws.damping.anagnostopoulos import Anagnostopoulos
+from scissordyn.laws.damping.exact import Exact, exact_factor, returned_restitution
+from scissordyn.laws.damping.gonthier import Gonthier
+from scissordyn.laws.damping.kelvin_voigt import KelvinVoigt
+from scissordyn.laws.elastic.linear import Linear
+from scissordyn.laws.ladder import normal_force
+
+FACTORS = [law for law in catalogue.DAMPING.values() if law.tag == proportional.TAG and law.name != "none"]
+MASS = 2.0
+
+
+def by_name(law):
+    """A test id that the mutation script selects by."""
+    return getattr(law, "name", None)
+
+
+def made(law, restitution):
+    """The law for a restitution; the undamped one has none."""
+    return law() if law.name == "none" else law(restitution=restitution)
+
+
+@pytest.mark.parametrize(
+    ("name", "half", "four_fifths"),
+    [
+        ("hunt-crossley", 3 / 4, 3 / 10),
+        ("herbert-mcwhannell", 1.0, 1.2 / 3.36),
+        ("lee-wang", 3 / 8, 3 / 20),
+        ("lankarani-nikravesh", 9 / 16, 27 / 100),
+        ("zhiying-qishao", 9 / 16 * math.e, 27 / 100 * math.exp(0.4)),
+        ("flores", 8 / 5, 2 / 5),
+        ("hu-guo", 3 / 2, 3 / 8),
+        ("carvalho-martins", 63 / 44, 3.06 / 8.2),
+        ("safaeifar-farshidianfar", 5 / 4, 5 / 16),
+    ],
+)
+def test_factors_by_hand(name, half, four_fifths):
+    """Closed form: every published factor at c_e = 1/2 and 4/5, worked out with fractions."""
+    law = catalogue.DAMPING[name]
+    assert law(restitution=0.5).factor == pytest.approx(half, rel=1e-14)
+    assert law(restitution=0.8).factor == pytest.approx(four_fifths, rel=1e-13)
+
+
+@pytest.mark.parametrize(
+    ("name", "figure"),
+    [("hunt-crossley", 0.66296), ("lankarani-nikravesh", 0.72524), ("flores", 0.47044)],
+)
+def test_returned_restitution_figures(name, figure):
+    """Published number: what comes out at c_e = 0.5 (theory page, section 3.2), five digits."""
+    assert returned_restitution(catalogue.DAMPING[name](restitution=0.5).factor) == pytest.approx(figure, abs=5e-6)
+
+
+def test_gonthier_approximation_figure():
+    """Published number: gonthier with d = 1 - c_e^2 returns 0.48774 at c_e = 0.5."""
+    assert returned_restitution(Gonthier(0.5, approximate=True).factor) == pytest.approx(0.48774, abs=5e-6)
+
+
+@pytest.mark.parametrize(("restitution", "figure"), [(0.9, 0.16648), (0.5, 1.43275), (0.1, 9.99816)])
+def test_exact_factor_figures(restitution, figure):
+    """Published number: the exact xi (theory page, section 3.2), six digits; gonthier's d/c_e is the same number."""
+    assert Exact(restitution).factor == pytest.approx(figure, abs=5e-6)
+    d = Gonthier(restitution).factor * restitution
+    assert (1 + d / restitution) / (1 - d) == pytest.approx(math.exp(d * (1 + 1 / restitution)), rel=1e-9)
+
+
+def test_exact_factor_over_the_range():
+    """Limit: exact tends to 3/2 (1-c_e) for c_e -> 1 and to 1/c_e for c_e -> 0, and its inverse undoes it."""
+    assert exact_factor(1.0) == 0.0
+    assert exact_factor(1 - 1e-7) == pytest.approx(1.5e-7, rel=1e-6)
+    assert exact_factor(1e-3) == pytest.approx(1e3, rel=1e-14)
+    for restitution in np.linspace(0.01, 0.999, 60):
+        assert returned_restitution(exact_factor(restitution)) == pytest.approx(restitution, rel=1e-11)
+
+
+def test_carvalho_martins_fits_exact():
+    """Cross-check: carvalho-martins is a fit of the exact factor; from c_e = 0.55 up it is 1.9e-4 from it at most."""
+    law = catalogue.DAMPING["carvalho-martins"]
+    for restitution in np.linspace(0.55, 0.99, 40):
+        assert law(restitution=restitution).factor == pytest.approx(exact_factor(restitution), rel=1.9e-4)
+
+
+def test_whole_table():
+    """Identity: ln[(1+xi)/(1-xi e)] = xi (1+e) and int F_el = m v0^2 [xi - ln(1+xi)]/xi^2 for every elastic part and factor.
+
+    By a Runge-Kutta method of order four with 4000 steps to the deepest point, whose own error is below 1e-7.
+    """
+    worst = {}
+    for elastic, damping in itertools.product(catalogue.ELASTIC.values(), [*FACTORS, catalogue.DAMPING["none"]]):
+        stiffness = elastic()
+        p = row(stiffness)
+        for restitution, speed in itertools.product((0.3, 0.6, 0.95), (0.05, 1.0)):
+            law = made(damping, restitution)
+            xi = law.factor
+            deepest, rebound = bounce(stiffness.tag, p, law.tag, row(law), speed, MASS, step(stiffness, MASS, speed))
+            returned = rebound / speed
+            energy = MASS * speed**2 * ((xi - math.log1p(xi)) / xi**2 if xi else 0.5)
+            first = abs(math.log((1 + xi) / (1 - xi * returned)) - xi * (1 + returned)) if xi else abs(returned - 1.0)
+            second = abs(work(stiffness, deepest) / energy - 1.0)
+            key = (elastic.name, damping.name)
+            worst[key] = max(worst.get(key, 0.0), first, second)
+    failing = {key: value for key, value in worst.items() if not value < 1e-6}
+    assert not failing
+    assert len(worst) == len(catalogue.ELASTIC) * (len(FACTORS) + 1)
+
+
+@pytest.mark.parametrize("law", FACTORS, ids=by_name)
+def test_each_factor_in_an_impact(law):
+    """Identity: e_out of an impact on a linear spring is the root of the identity for the factor worked out elsewhere."""
+    stiffness, damping = Linear(1e8), law(restitution=0.7)
+    _, rebound = bounce(stiffness.tag, row(stiffness), damping.tag, row(damping), 0.3, MASS, step(stiffness, MASS, 0.3))
+    assert rebound / 0.3 == pytest.approx(returned_restitution(damping.factor), rel=1e-7)
+
+
+@pytest.mark.parametrize("restitution", [0.4, 0.7, 0.9])
+def test_dashpot_closed_form(restitution):
+    """Closed form: anagnostopoulos on a linear spring, the pull cut off, after Schwager and Poeschel 2007.
+
+    e = exp(-zeta w0 t), w_d t = pi - arctan(2 zeta sqrt(1-zeta^2)/(1-2 zeta^2)); doi:10.1007/s10035-007-0065-z.
+    """
+    k, speed = 1e8, 0.5
+    law = Anagnostopoulos(restitution, stiffness=k, mass=MASS)
+    zeta = -math.log(restitution) / math.sqrt(math.pi**2 + math.log(restitution) ** 2)
+    root = math.sqrt(1 - zeta**2)
+    expected = math.exp(-zeta / root * (math.pi - math.atan2(2 * zeta * root, 1 - 2 * zeta**2)))
+    stiffness = Linear(k)
+    _, rebound = bounce(stiffness.tag, row(stiffness), law.tag, row(law), speed, MASS, step(stiffness, MASS, speed))
+    assert rebound / speed == pytest.approx(expected, rel=1e-6)
+    # with the pull left in, the restitution asked for comes out: the time is pi/w_d
+    assert math.exp(-zeta / root * math.pi) == pytest.approx(restitution, rel=1e-12)
+
+
+def test_anagnostopoulos_figure():
+    """Closed form: c_e = e^-pi makes zeta = 1/sqrt 2, so C = sqrt(2 k m)."""
+    law = Anagnostopoulos(math.exp(-math.pi), stiffness=8.0, mass=4.0)
+    assert law.parameters(JOINT)[0] == pytest.approx(8.0, rel=1e-14)
+
+
+def test_kelvin_voigt():
+    """Closed form: kelvin-voigt adds C delta' and never pulls."""
+    law = KelvinVoigt(coefficient=50.0)
+    q = row(law)
+    assert normal_force(law.tag, 100.0, 1e-5, 0.5, 1.0, q) == pytest.approx(125.0, rel=1e-15)
+    assert normal_force(law.tag, 100.0, 1e-5, -3.0, 1.0, q) == 0.0
+    assert law.tag == dashpot.TAG
+
+
+@pytest.mark.parametrize("damping", catalogue.DAMPING.values(), ids=by_name)
+def test_never_a_pull_and_never_a_gain(damping):
+    """Limit: no damping pulls, none lowers the force on approach or raises it on rebound."""
+    law = damping()
+    q = row(law)
+    for elastic, rate in itertools.product((0.0, 1.0, 1e4), (-5.0, -0.1, 0.0, 0.1, 5.0)):
+        force = normal_force(law.tag, elastic, 1e-5, rate, 0.5, q)
+        assert force >= 0.0
+        assert (force - elastic) * rate >= 0.0
+
+
+@pytest.mark.parametrize("law", FACTORS, ids=by_name)
+def test_restitution_bounds(law):
+    """Limit: a restitution above 1 is refused, and c_e = 1 takes nothing away."""
+    with pytest.raises(InputError, match="restitution"):
+        law(restitution=1.01)
+    assert law(restitution=1.0).factor == 0.0

@@ -1,0 +1,73 @@
+"""Warnings about laws outside what they were made for."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import pytest
+from bouncing import JOINT
+
+from scissordyn.laws.catalogue import DAMPING, ELASTIC, MATERIALS
+from scissordyn.laws.validity import contact_warnings
+
+
+def warnings(stiffness="liu", damping="exact", joint=JOINT, speed=0.01, indentation=1e-6):
+    """The warnings for one contact."""
+    return contact_warnings(
+        "A", joint, ELASTIC[stiffness](), DAMPING[damping](), approach_speed=[speed], indentation=indentation
+    )
+
+
+def test_nothing_to_say():
+    """Limit: a slow, shallow contact of steel under laws that hold for it."""
+    assert warnings() == []
+
+
+def test_fast_contacts():
+    """Limit: the limit for steel is 1e-5 sqrt(E/rho) = 0.0515 m/s; the slower of two materials counts."""
+    assert warnings(speed=0.0515) == []
+    (text,) = warnings(speed=0.0516)
+    assert "joint 'A': 1 of 1 contacts start faster than 0.052 m/s" in text
+    ptfe = replace(JOINT, bearing=MATERIALS["ptfe"])
+    assert "0.0048 m/s" in warnings(joint=ptfe)[0]
+
+
+@pytest.mark.parametrize(("stiffness", "count"), [("hertz", 1), ("johnson", 1), ("liu", 0), ("persson", 0)])
+def test_deep_contacts(stiffness, count):
+    """Limit: a fifth of the clearance is deep for laws of small contacts, not for conformal ones."""
+    assert warnings(stiffness, indentation=0.199 * JOINT.clearance) == []
+    assert len(warnings(stiffness, indentation=0.201 * JOINT.clearance)) == count
+
+
+def test_as_printed():
+    """Limit: a law with inconsistent units is never used silently."""
+    assert "as printed" in warnings("bai-zhao-as-printed")[0]
+
+
+def test_materials():
+    """Limit: laws for one material, and for steel."""
+    mixed = replace(JOINT, bearing=MATERIALS["bronze"])
+    assert "one material" in warnings("persson", joint=mixed)[0]
+    assert "steel" in warnings("braendlein", joint=mixed)[0]
+    assert warnings("braendlein") == []
+
+
+def test_returned_restitution():
+    """Published number: lankarani-nikravesh returns 0.725 where 0.5 is asked for; flores 0.470 is near enough."""
+    law = DAMPING["lankarani-nikravesh"](restitution=0.5)
+    (text,) = contact_warnings("A", JOINT, ELASTIC["liu"](), law, approach_speed=[], indentation=0.0)
+    assert "0.725 where 0.5" in text
+    assert (
+        contact_warnings("A", JOINT, ELASTIC["liu"](), DAMPING["flores"](restitution=0.5), approach_speed=[], indentation=0)
+        == []
+    )
+
+
+def test_claimed_range():
+    """Limit: a restitution outside the range that a law's source claims is said."""
+
+    class Narrow(DAMPING["exact"]):
+        restitution_range = (0.7, 1.0)
+
+    (text,) = contact_warnings("A", JOINT, ELASTIC["liu"](), Narrow(0.5), approach_speed=[], indentation=0.0)
+    assert "0.7 to 1, not 0.5" in text

@@ -1,0 +1,431 @@
+"""Pictures show the data they were given, named and with units, and can be read."""
+
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+import xarray as xr
+from matplotlib.axes import Axes
+from matplotlib.colors import to_rgba
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
+
+from scissordyn.errors import InputError
+from scissordyn.model.body import Body, bar, point_mass
+from scissordyn.model.mechanism import Mechanism
+from scissordyn.plot.energy import energy
+from scissordyn.plot.file import write
+from scissordyn.plot.force import force
+from scissordyn.plot.orbit import orbit
+from scissordyn.plot.place import Placement, outline
+from scissordyn.plot.report import draw_all
+from scissordyn.plot.response import response
+from scissordyn.plot.scale import engineering
+from scissordyn.plot.series import BEYOND, MOST_JOINTS, chosen_joints
+from scissordyn.plot.structure import GAP, magnified, snapshot, structure
+from scissordyn.plot.style import SKY, VERMILION
+from scissordyn.plot.torque import torque
+
+from .made_up import CLEARANCE, END, LOOSE_JOINTS, made_up, mechanism_with, overlaps
+
+ALL = ["response", "force", "torque", "orbit", "energy", "structure"]
+
+
+def curve(axes: Axes, label: str) -> Line2D:
+    """Find the one line of that label."""
+    (found,) = [line for line in axes.lines if line.get_label() == label]
+    return found
+
+
+def figures(run: xr.Dataset, ideal: xr.Dataset | None, mechanism: Mechanism) -> dict[str, list[Axes]]:
+    """Draw every picture."""
+    return {
+        "response": response(run, ideal),
+        "force": force(run, ideal),
+        "torque": torque(run, ideal),
+        "orbit": orbit(run),
+        "energy": energy(run),
+        "structure": structure(run, mechanism),
+    }
+
+
+@pytest.mark.parametrize(
+    ("unit", "largest", "factor", "shown"),
+    [
+        ("s", 0.05, 1e3, "ms"),
+        ("m", 0.5e-3, 1e3, "mm"),
+        ("m", 0.05e-3, 1e6, "µm"),
+        ("m", 1.9, 1.0, "m"),
+        ("m", 2e4, 1.0, "m"),
+        ("N", 85e3, 1e-3, "kN"),
+        ("N", -42.0, 1.0, "N"),
+        ("N m", 7850.0, 1e-3, "kN·m"),
+        ("N", 0.1, 1.0, "N"),
+        ("J", 2e-6, 1e6, "µJ"),
+        ("m/s^2", 7900.0, 1.0, "m/s²"),
+        ("rad/s^2", 25e3, 1e-3, "10³ rad/s²"),
+        ("1", 2e-5, 1e6, "10⁻⁶"),
+        ("J", 0.0, 1.0, "J"),
+    ],
+)
+def test_engineering_scale(unit: str, largest: float, factor: float, shown: str) -> None:
+    """Closed form: the prefix that puts the largest value between 0.1 and 100; NaN and infinity count for nothing."""
+    scale = engineering(unit, [0.0, largest], [math.nan, math.inf])
+    assert scale.factor == pytest.approx(factor, rel=1e-12)
+    assert scale.unit == shown
+
+
+def test_response_shows_the_data(run: xr.Dataset, ideal: xr.Dataset) -> None:
+    """Identity: six panels with the run's and the ideal mechanism's numbers, in the units of their labels."""
+    drawn = response(run, ideal)
+    bar_2 = run.sel(body="unit 1/bar 2")
+    expected = [
+        ("displacement [m]", run["slider_position"]),
+        ("angle [deg]", np.degrees(bar_2["angle"])),
+        ("velocity [m/s]", run["slider_velocity"]),
+        ("angular velocity\n[rad/s]", bar_2["angular_velocity"]),
+        ("acceleration [m/s²]", run["slider_acceleration"]),
+        ("angular acceleration\n[rad/s²]", bar_2["angular_acceleration"]),
+    ]
+    for axes, (label, values) in zip(drawn, expected, strict=True):
+        assert axes.get_ylabel() == label
+        np.testing.assert_allclose(curve(axes, "with clearance").get_ydata(), values, rtol=1e-14)
+        np.testing.assert_allclose(curve(axes, "with clearance").get_xdata(), 1e3 * run["time"], rtol=1e-14)
+    assert [axes.get_xlabel() for axes in drawn] == ["", "", "", "", "time [ms]", "time [ms]"]
+    np.testing.assert_array_equal(curve(drawn[4], "ideal joints").get_ydata(), ideal["slider_acceleration"])
+    assert curve(drawn[4], "ideal joints").is_dashed()
+    assert not curve(drawn[4], "with clearance").is_dashed()
+
+
+def test_response_of_another_body(run: xr.Dataset) -> None:
+    """Identity: `body` chooses whose angle; a wrong name gets the right one suggested; with no ideal run nothing is dashed."""
+    drawn = response(run, body="unit 2/bar 1")
+    np.testing.assert_array_equal(drawn[3].lines[0].get_ydata(), run["angular_velocity"].sel(body="unit 2/bar 1"))
+    assert [len(axes.lines) for axes in drawn] == [1] * 6
+    with pytest.raises(InputError, match=r"did you mean 'unit 2/bar 1'\?"):
+        response(run, body="unit 2/bar1")
+
+
+def test_response_without_a_slider(run: xr.Dataset) -> None:
+    """Identity: a mechanism without a guided output has the three panels of its first body."""
+    names = {"unit 1/bar 2": "rod"}
+    bodies = [names.get(str(name), str(name)) for name in run["body"].values]
+    drawn = response(run.drop_vars([name for name in run if str(name).startswith("slider")]).assign_coords(body=bodies))
+    assert len(drawn) == 3
+    np.testing.assert_allclose(drawn[0].lines[0].get_ydata(), np.degrees(run["angle"].sel(body="unit 1/bar 1")), rtol=1e-14)
+
+
+def test_constant_stays_flat(ideal: xr.Dataset) -> None:
+    """Limit: round-off in a constant speed is not blown up to the height of the panel."""
+    spin = ideal["angular_velocity"].copy(data=np.full(ideal["angular_velocity"].shape, 5.0 * math.pi))
+    spin.values[::2] += 2e-14
+    low, high = response(ideal.assign(angular_velocity=spin))[3].get_ylim()
+    assert low < 15.0
+    assert high > 16.0
+
+
+def test_torque_shows_the_data(run: xr.Dataset, ideal: xr.Dataset) -> None:
+    """Identity: the torque in kN m beside the ideal one, one panel per drive."""
+    (axes,) = torque(run, ideal)
+    assert axes.get_ylabel() == "driving torque [kN·m]"
+    np.testing.assert_allclose(curve(axes, "with clearance").get_ydata(), run["drive_torque"] / 1e3, rtol=1e-14)
+    np.testing.assert_allclose(curve(axes, "ideal joints").get_ydata(), ideal["drive_torque"] / 1e3, rtol=1e-14)
+    both = xr.concat([run["drive_torque"], 1e-4 * run["drive_torque"]], "drive").transpose("time", "drive")
+    first, second = torque(run.assign(drive_torques=both.assign_attrs(units="N m")))
+    assert (first.get_ylabel(), second.get_ylabel()) == ("torque of drive 1\n[kN·m]", "torque of drive 2\n[N·m]")
+    with pytest.raises(InputError, match="without a drive"):
+        torque(run.drop_vars("drive_torque"))
+
+
+def test_force_shows_the_data(run: xr.Dataset, ideal: xr.Dataset) -> None:
+    """Identity: normal and friction force, the peaks of the contact table, the contacts' intervals, the ideal reaction."""
+    normal, friction = force(run, ideal)
+    at_a = run.sel(joint="A")
+    assert (normal.get_ylabel(), friction.get_ylabel()) == ("normal force [kN]", "friction force [kN]")
+    np.testing.assert_allclose(curve(normal, "normal force").get_ydata(), at_a["normal_force"] / 1e3, rtol=1e-14)
+    np.testing.assert_allclose(friction.lines[0].get_ydata(), at_a["friction_force"] / 1e3, rtol=1e-14)
+    peaks = curve(normal, "peak of a contact")
+    np.testing.assert_allclose(peaks.get_ydata(), run["peak_force"] / 1e3, rtol=1e-14)
+    np.testing.assert_allclose(peaks.get_xdata(), 1e3 * (run["contact_start"] + run["peak_time"]), rtol=1e-14)
+    reaction = ideal["reaction"].sel(joint="A")
+    np.testing.assert_allclose(
+        curve(normal, "ideal reaction").get_ydata(), np.hypot(reaction.sel(axis="x"), reaction.sel(axis="y")) / 1e3, rtol=1e-14
+    )
+    (strip,) = normal.collections
+    intervals = np.array([[path.vertices[:, 0].min(), path.vertices[:, 0].max()] for path in strip.get_paths()])
+    np.testing.assert_allclose(intervals[:, 0], 1e3 * run["contact_start"], rtol=1e-12)
+    np.testing.assert_allclose(np.diff(intervals)[:, 0], 0.3, rtol=1e-9)
+
+
+def test_contact_that_outlasts_the_run(run: xr.Dataset) -> None:
+    """Limit: a contact without an end is shown until the run's end."""
+    durations = run["contact_duration"].copy()
+    durations[-1] = math.nan
+    (strip,) = force(run.assign(contact_duration=durations))[0].collections
+    assert strip.get_paths()[-1].vertices[:, 0].max() == pytest.approx(1e3 * END, rel=1e-12)
+
+
+def test_force_without_contacts(ideal: xr.Dataset) -> None:
+    """Limit: no contact leaves a readable panel that says so, and no panel for a friction that is nowhere."""
+    (axes,) = force(made_up(contacts=False), ideal)
+    assert "no contact in this run" in [text.get_text() for text in axes.texts]
+    assert not axes.collections
+    with pytest.raises(InputError, match="without loose joints"):
+        force(ideal)
+
+
+def test_force_of_several_joints(two_joints: xr.Dataset) -> None:
+    """Identity: each joint has its own panels with its own contacts; a wrong name gets the right one suggested."""
+    drawn = force(two_joints)
+    assert [axes.get_title(loc="left") for axes in drawn] == ["joint A", "", "joint unit 1/pivot", ""]
+    first, second = (curve(axes, "peak of a contact").get_xdata() for axes in (drawn[0], drawn[2]))
+    shared = min(len(first), len(second))
+    np.testing.assert_allclose(np.subtract(second[:shared], first[:shared]), 1.3, rtol=1e-9)
+    assert len(force(two_joints, joints=["unit 1/pivot"])) == 2
+    with pytest.raises(InputError, match=r"did you mean 'unit 1/pivot'\?"):
+        force(two_joints, joints=["unit 1/pivto"])
+
+
+def test_joints_with_the_largest_forces() -> None:
+    """Identity: of more loose joints than fit, those with the largest forces are drawn, in the order of the mechanism."""
+    names = [f"j{k}" for k in range(9)]
+    peaks = [3.0, 9.0, 1.0, 8.0, 2.0, 7.0, 6.0, 5.0, 4.0]
+    many = xr.Dataset(
+        {"clearance": ("joint", np.full(9, 1e-3)), "normal_force": (("time", "joint"), np.array([np.zeros(9), peaks]))},
+        coords={"joint": names},
+    )
+    assert chosen_joints(many, None) == ["j1", "j3", "j5", "j6", "j7", "j8"]
+    assert len(chosen_joints(many, None)) == MOST_JOINTS
+
+
+def test_orbit_shows_the_data(run: xr.Dataset) -> None:
+    """Identity: free flight and contact together are the orbit, each where it belongs, and the circle is the clearance."""
+    (axes,) = orbit(run, exaggeration=1.0)
+    place, touching = 1e3 * run["eccentricity"].sel(joint="A").values, run["in_contact"].sel(joint="A").values
+    contact = np.array(curve(axes, "contact").get_xydata())
+    np.testing.assert_allclose(contact[touching], place[touching], rtol=1e-12)
+    assert np.isnan(contact[~touching]).all()
+    flight = np.array(curve(axes, "free flight").get_xydata())
+    np.testing.assert_allclose(flight[~touching], place[~touching], rtol=1e-12)
+    circle = np.array(curve(axes, "clearance circle").get_xydata())
+    np.testing.assert_allclose(np.hypot(*circle.T), 1e3 * CLEARANCE, rtol=1e-12)
+    assert axes.get_aspect() == 1.0
+    assert axes.get_xlabel() == "x of the journal [mm]"
+    # the first contact is entered from the last sample in flight: both lines hold that corner
+    corner = int(np.argmax(touching))
+    assert not np.isnan(flight[corner]).any()
+
+
+def test_exaggerated_indentation_is_labelled(run: xr.Dataset) -> None:
+    """Closed form: c + delta is drawn as c + 5 delta in the same direction, and the title says so; free flight is untouched."""
+    (axes,) = orbit(run, exaggeration=5.0)
+    assert "indentation drawn 5×" in axes.get_title(loc="left")
+    touching = run["in_contact"].sel(joint="A").values
+    depth = run["indentation"].sel(joint="A").values[touching]
+    contact = np.array(curve(axes, "contact").get_xydata())[touching]
+    np.testing.assert_allclose(np.hypot(*contact.T), 1e3 * (CLEARANCE + 5.0 * depth), rtol=1e-12)
+    place = run["eccentricity"].sel(joint="A").values[touching]
+    np.testing.assert_allclose(np.arctan2(*contact.T), np.arctan2(*place.T), atol=1e-12)
+
+
+@pytest.mark.parametrize(("depth", "said"), [(3e-5, ""), (1e-6, "indentation drawn 50×"), (2e-5, "indentation drawn 2×")])
+def test_exaggeration_is_chosen(run: xr.Dataset, depth: float, said: str) -> None:
+    """Closed form: the largest of 1, 2, 5, 10, ... that draws the deepest indentation no deeper than a tenth of c."""
+    touching = run["in_contact"]
+    place = run["eccentricity"] / np.hypot(run["eccentricity"].sel(axis="x"), run["eccentricity"].sel(axis="y"))
+    (axes,) = orbit(run.assign(eccentricity=place * (CLEARANCE + xr.where(touching, depth, -depth))))
+    assert axes.get_title(loc="left") == ", ".join(filter(None, ["joint A", said]))
+
+
+def test_energy_shows_the_data(run: xr.Dataset, ideal: xr.Dataset) -> None:
+    """Identity: each entry of the books in its panel; without contacts there is no panel for them."""
+    books, contacts, residual = energy(run)
+    assert [axes.get_ylabel() for axes in (books, contacts, residual)] == ["energy [kJ]", "contacts [J]", "residual [µJ]"]
+    for axes, label, name, factor in (
+        (books, "kinetic", "kinetic_energy", 1e-3),
+        (books, "potential", "potential_energy", 1e-3),
+        (books, "work of the drive", "drive_work", 1e-3),
+        (contacts, "elastic", "elastic_energy", 1.0),
+        (contacts, "dissipated", "dissipated_energy", 1.0),
+        (residual, "residual of the balance", "energy_residual", 1e6),
+    ):
+        np.testing.assert_allclose(curve(axes, label).get_ydata(), factor * run[name], rtol=1e-12)
+    assert [axes.get_ylabel() for axes in energy(ideal)] == ["energy [kJ]", "residual [µJ]"]
+
+
+def test_bars_are_drawn_where_they_are(run: xr.Dataset, arm: Mechanism) -> None:
+    """Closed form: at angle th bar 1 goes from the origin to L (cos th, sin th), bar 2 from the slider to its mirror image."""
+    axes = snapshot(run, arm, 1000, axes=Figure().subplots())
+    theta = math.pi / 6 + 5.0 * math.pi * 0.025
+    tip = 2.0 * np.array([math.cos(theta), math.sin(theta)])
+    first, second = (np.array(line.get_xydata()) for line in axes.lines[:2])
+    np.testing.assert_allclose(first, [(0.0, 0.0), tip, (0.0, 0.0)], atol=1e-12)
+    np.testing.assert_allclose(second, [(0.0, tip[1]), (tip[0], 0.0), (0.0, tip[1])], atol=1e-12)
+    assert axes.get_title(loc="left") == "t = 25 ms"
+    assert [text.get_text() for text in axes.texts] == ["A"]
+    assert len(axes.patches) == 3  # slider, and the two parts of the ground pin
+
+
+def test_turned_frame(run: xr.Dataset, arm: Mechanism) -> None:
+    """Closed form: a body turned by a quarter carries its points a quarter turn about its mass centre."""
+    placed = Placement.at(arm, run, 0)
+    quarter = Placement(arm, placed.centre, {**placed.angle, "unit 1/bar 1": math.pi / 2})
+    middle = placed.centre["unit 1/bar 1"]
+    np.testing.assert_allclose(quarter.place(("unit 1/bar 1", "end")), np.add(middle, [0.0, 1.0]), atol=1e-15)
+    aside = quarter.points(arm.body("unit 1/bar 1"), np.array([[1.0, 0.5]]))
+    np.testing.assert_allclose(aside, [np.add(middle, [-0.5, 0.0])], atol=1e-15)
+    np.testing.assert_array_equal(quarter.place(("ground", "origin")), [0.0, 0.0])
+
+
+def test_outlines() -> None:
+    """Identity: a bar is the line between its extreme points, a bent body the polygon of its points, a point mass a point."""
+    np.testing.assert_array_equal(outline(bar("b", length=2.0, mass=1.0)), [[0.0, 0.0], [2.0, 0.0]])
+    np.testing.assert_array_equal(outline(point_mass("p", mass=1.0)), [[0.0, 0.0]])
+    bent = Body("k", 1.0, 1.0, {"a": (0.0, 0.0), "c": (2.0, 0.0), "b": (1.0, 0.5), "d": (1.0, -0.5)})
+    corners = outline(bent).tolist()
+    start = corners.index([0.0, 0.0])
+    assert corners[start:] + corners[:start] == [[0.0, 0.0], [1.0, -0.5], [2.0, 0.0], [1.0, 0.5]]
+
+
+def test_magnified_joint(run: xr.Dataset, arm: Mechanism) -> None:
+    """Closed form: in units of R_J the gap is 0.35 wide, so a journal in contact overlaps the bearing by delta only."""
+    sample = int(np.argmax(run["normal_force"].sel(joint="A").values))
+    axes = magnified(run, arm, sample, "A", axes=Figure().subplots())
+    bearing, journal = axes.patches
+    away = math.hypot(*journal.center)
+    assert bearing.radius == 1.0 + GAP
+    assert away == pytest.approx(GAP * (1.0 + run["indentation"].sel(joint="A").values[sample] / CLEARANCE), rel=1e-12)
+    assert journal.get_edgecolor() == to_rgba(VERMILION)
+    assert axes.get_title() == "A: contact\ngap drawn 7×"
+    flying = magnified(run, arm, 0, "A", axes=Figure().subplots())
+    assert flying.patches[1].get_edgecolor() == to_rgba(SKY)
+    with pytest.raises(InputError, match="joint 'O'"):
+        magnified(run, arm, 0, "O", axes=Figure().subplots())
+
+
+def test_structure_at_chosen_instants(two_joints: xr.Dataset) -> None:
+    """Identity: a panel per instant and per loose joint, all structures on the same axes."""
+    drawn = structure(two_joints, mechanism_with(tuple(LOOSE_JOINTS)), times=[0.0, 0.0300004])
+    assert [axes.get_title(loc="left") for axes in (drawn[0], drawn[3])] == ["t = 0 ms", "t = 30 ms"]
+    assert len(drawn) == 6
+    assert drawn[0].get_xlim() == drawn[3].get_xlim()
+    with pytest.raises(InputError, match="times"):
+        structure(two_joints, mechanism_with(tuple(LOOSE_JOINTS)), times=0)
+
+
+def test_trust_horizon_is_shaded_and_labelled_once(arm: Mechanism, ideal: xr.Dataset) -> None:
+    """Identity: every panel over time is shaded from the horizon to the end; each figure says once what that means."""
+    doubtful = made_up(trusted_until=0.021)
+    for name, drawn in figures(doubtful, ideal, arm).items():
+        figure = drawn[0].get_figure(root=True)
+        legends = [*figure.legends, *(axes.get_legend() for axes in drawn if axes.get_legend())]
+        said = [text.get_text() for legend in legends for text in legend.get_texts()]
+        assert sum(BEYOND in text for text in said) == 1, name
+        if name in ("response", "force", "torque", "energy"):
+            for axes in drawn:
+                spans = [patch.get_window_extent().transformed(axes.transData.inverted()) for patch in axes.patches]
+                assert [(round(box.x0, 9), round(box.x1, 9)) for box in spans] == [(21.0, 50.0)], name
+
+
+@pytest.mark.parametrize("until", [math.nan, END])
+def test_trusted_run_is_not_shaded(until: float, arm: Mechanism) -> None:
+    """Limit: nothing is shaded where nobody looked for the horizon, or where it is the end."""
+    for name, drawn in figures(made_up(trusted_until=until), None, arm).items():
+        labels = [label for axes in drawn for label in axes.get_legend_handles_labels()[1]]
+        assert not any(BEYOND in label for label in labels), name
+
+
+@pytest.mark.parametrize("loose", [("A",), tuple(LOOSE_JOINTS)])
+@pytest.mark.parametrize("until", [math.nan, 0.021])
+def test_no_text_lies_on_another(loose: tuple[str, ...], until: float, ideal: xr.Dataset) -> None:
+    """Identity: the boxes of all shown texts are apart from each other and inside the figure."""
+    for name, drawn in figures(made_up(loose, trusted_until=until), ideal, mechanism_with(loose)).items():
+        assert overlaps(drawn[0].get_figure(root=True)) == [], name
+
+
+def test_overlap_is_seen() -> None:
+    """Identity: the check of the test above finds two texts on one place, and one outside."""
+    figure = Figure()
+    for text in ("one", "two"):
+        figure.text(0.5, 0.5, text)
+    figure.text(-0.1, 0.1, "out")
+    assert overlaps(figure) == [("one", "two"), ("out", "edge")]
+
+
+def test_given_axes_are_used(run: xr.Dataset, ideal: xr.Dataset) -> None:
+    """Identity: pictures go onto the Axes they are given and nowhere else; a wrong number of them is refused."""
+    figure = Figure()
+    six = figure.subplots(3, 2)
+    assert response(run, ideal, axes=six.flat) == list(six.flat)
+    assert not figure.legends
+    one = Figure().subplots()
+    assert torque(run, ideal, axes=one) == [one]
+    assert orbit(run, axes=one) == [one]
+    with pytest.raises(InputError, match="1 Axes for a picture of 2 panels"):
+        force(run, ideal, axes=one)
+
+
+def test_every_legend_entry_looks_different(run: xr.Dataset, ideal: xr.Dataset, arm: Mechanism) -> None:
+    """Identity: no two curves of one panel share colour, dash and marker."""
+    for name, drawn in figures(run, ideal, arm).items():
+        for axes in drawn:
+            handles, labels = axes.get_legend_handles_labels()
+            looks = {
+                ("patch", handle.get_facecolor())
+                if isinstance(handle, Patch)
+                else (handle.get_color(), handle.is_dashed(), handle.get_marker())
+                for handle in handles
+                if isinstance(handle, Patch | Line2D)
+            }
+            assert len(looks) == len([handle for handle in handles if isinstance(handle, Patch | Line2D)]), (name, labels)
+
+
+def test_one_sample() -> None:
+    """Limit: a run that broke off at its start can be drawn too."""
+    short = made_up().isel(time=[0])
+    for drawn in figures(short, None, mechanism_with(("A",))).values():
+        drawn[0].get_figure(root=True).draw_without_rendering()
+
+
+@pytest.mark.parametrize("format", ["png", "svg"])
+def test_draw_all(format: str, run: xr.Dataset, ideal: xr.Dataset, arm: Mechanism, tmp_path: Path) -> None:
+    """Identity: all pictures in a folder that is made, in the asked format, the same bytes each time and nothing else."""
+    first = draw_all(run, ideal, tmp_path / "a" / "b", arm, format)
+    second = draw_all(run, ideal, tmp_path / "c", arm, format=format)
+    assert [path.name for path in first] == [f"{name}.{format}" for name in ALL]
+    assert sorted(path.name for path in (tmp_path / "c").iterdir()) == sorted(path.name for path in first)
+    opening = {"png": b"\x89PNG", "svg": b"<?xml"}[format]
+    for one, other in zip(first, second, strict=True):
+        assert one.read_bytes().startswith(opening)
+        assert one.read_bytes() == other.read_bytes()
+
+
+def test_draw_all_of_an_ideal_run(ideal: xr.Dataset, tmp_path: Path) -> None:
+    """Limit: without loose joints and drives there are no pictures of forces, orbits and torques."""
+    free = ideal.drop_vars("drive_torque")
+    assert [path.stem for path in draw_all(free, None, tmp_path, mechanism_with(()))] == ["response", "energy", "structure"]
+
+
+def test_nothing_is_left_by_a_failed_write(run: xr.Dataset, arm: Mechanism, tmp_path: Path) -> None:
+    """Identity: an unknown format writes nothing; a file that cannot be replaced leaves no parts; both say what to type."""
+    with pytest.raises(InputError, match=r"did you mean 'png'\?"):
+        draw_all(run, None, tmp_path / "new", arm, "pgn")
+    assert not (tmp_path / "new").exists()
+    (tmp_path / "taken.png").mkdir()
+    with pytest.raises(InputError, match="cannot write"):
+        write(Figure(), tmp_path / "taken.png")
+    assert [path.name for path in tmp_path.iterdir()] == ["taken.png"]
+    (tmp_path / "file").touch()
+    with pytest.raises(InputError, match="cannot make the folder"):
+        draw_all(run, None, tmp_path / "file", arm)
+
+
+def test_no_pyplot() -> None:
+    """Identity: drawing never loads pyplot, whose windows and global state have no place in a library."""
+    import subprocess
+    import sys
+
+    code = "import sys, scissordyn.plot.report; sys.exit('matplotlib.pyplot' in sys.modules)"
+    assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0

@@ -1,0 +1,189 @@
+"""The package against the reference models: other equations, another integrator, contact by contact."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from reference.lagrange import Array, constant_speed, harmonic
+from reference.marching import March, Model
+from reference.multipliers import Multipliers, loose_joint
+from scissordyn.laws.damping import proportional
+from scissordyn.laws.damping.flores import Flores
+from scissordyn.laws.damping.lankarani_nikravesh import LankaraniNikravesh
+from scissordyn.laws.elastic import hertz, liu
+from scissordyn.laws.elastic.hertz import Hertz
+from scissordyn.laws.elastic.liu import Liu
+from scissordyn.laws.friction import lugre
+from scissordyn.laws.friction.lugre import LuGre
+from scissordyn.laws.friction.none import NoFriction
+from scissordyn.model.clearance import Clearance
+from scissordyn.model.drive import Harmonic
+from scissordyn.model.mechanism import Mechanism
+from scissordyn.model.scissor import scissor
+from scissordyn.simulation.run import simulate
+
+C = 5e-4
+SPEED = math.radians(900.0)  # 150 rpm
+TOLERANCE = 1e-11
+PAIRS = {"liu": (Liu(), Flores(0.9)), "hertz": (Hertz(), LankaraniNikravesh(0.9))}
+
+CLOSE = 1e-6
+"""Both roads err by about 1e-11 in a step, and each contact multiplies an error by 10 to 300: three leave about 1e-7."""
+CLOSE_PEAK_TIME = 1e-5
+"""A force is flat at its peak: its round-off of 1e-12 shifts the peak by 1e-6 of the contact's length."""
+
+
+def loose(pair: str = "liu", kinetic: float | None = None) -> Clearance:
+    """A loose joint with one of the law pairs, dry or rubbing."""
+    stiffness, damping = PAIRS[pair]
+    friction = NoFriction() if kinetic is None else LuGre(kinetic=kinetic)
+    return Clearance(C, stiffness=stiffness, damping=damping, friction=friction)
+
+
+def assert_agree(mechanism: Mechanism, model: Model, joints: Sequence[str], *, contacts: int, tolerance: float) -> None:
+    """The package's run and a reference model's have the same contacts, eccentricities, torque and energies."""
+    reference = March(model, rtol=tolerance, atol=tolerance).run(0.03, most_contacts=contacts)
+    end = reference.pieces[-1].end
+    # a microsecond more, so that the last contact has ended on this road too
+    run = simulate(mechanism, until=end + 1e-6, rtol=TOLERANCE, atol=TOLERANCE)
+    assert run.attrs["status"] == "complete"
+    ended = [contact for contact in reference.contacts if not math.isnan(contact.duration)]
+    assert len(ended) == contacts
+    assert run.sizes["contact"] == len(reference.contacts)
+    assert run["contact_joint"].values.tolist() == [joints[contact.joint] for contact in reference.contacts]
+    for k, contact in enumerate(reference.contacts):
+        here = run.isel(contact=k)
+        assert float(here["contact_start"]) == pytest.approx(contact.start, rel=CLOSE)
+        assert float(here["approach_speed"]) == pytest.approx(contact.approach_speed, rel=CLOSE)
+        assert float(here["contact_angle"]) == pytest.approx(contact.angle, abs=CLOSE)
+        if contact not in ended:
+            continue
+        assert float(here["peak_force"]) == pytest.approx(contact.peak_force, rel=CLOSE)
+        assert float(here["peak_time"]) == pytest.approx(contact.peak_time, rel=CLOSE_PEAK_TIME)
+        assert float(here["contact_duration"]) == pytest.approx(contact.duration, rel=CLOSE)
+        assert float(here["rebound_speed"]) == pytest.approx(contact.rebound_speed, rel=CLOSE)
+    assert_same_motion(run.sel(time=run["time"] <= end).isel(time=slice(None, None, 50)), reference, joints)
+
+
+def assert_same_motion(run: xr.Dataset, reference: March, joints: Sequence[str]) -> None:
+    """What is recorded along time."""
+    at = reference.at(run["time"].values)
+    largest = np.max(np.abs(at.torque))
+    assert run["eccentricity"].sel(joint=list(joints)).values == pytest.approx(at.eccentricity, abs=1e-5 * C)
+    assert run["drive_torque"].values == pytest.approx(at.torque, abs=1e-5 * largest)
+    force = np.max(at.normal)
+    assert run["normal_force"].sel(joint=list(joints)).values == pytest.approx(at.normal, abs=1e-5 * force)
+    assert run["friction_force"].sel(joint=list(joints)).values == pytest.approx(at.tangential, abs=1e-5 * force)
+    touching = at.normal > 0.0
+    slip = run["slip_speed"].sel(joint=list(joints)).values
+    assert slip[touching] == pytest.approx(at.slip[touching], abs=1e-5)
+    stored = run["kinetic_energy"] + run["potential_energy"]
+    assert stored.values == pytest.approx(at.energy, abs=1e-7 * np.max(np.abs(at.energy)))
+    for name, values in (
+        ("drive_work", at.work),
+        ("elastic_energy", at.elastic_energy),
+        ("damping_loss", at.damping_loss),
+        ("friction_loss", at.friction_loss),
+    ):
+        assert run[name].values == pytest.approx(values, abs=1e-5 * np.max(np.abs(values))), name
+
+
+@pytest.mark.parametrize("pair", PAIRS)
+def test_normal_laws_agree(pair: str) -> None:
+    """Cross-check: the kernels against plain Python, from light to heavy contacts."""
+    clearance = loose(pair)
+    described, other = clearance.contact, loose_joint(clearance)
+    kernel = {"liu": liu.force, "hertz": hertz.force}[pair]
+    parameters = np.array(clearance.stiffness.parameters(described))
+    for depth in np.geomspace(1e-9, 1e-3, 13).tolist():
+        elastic = kernel(depth, parameters)
+        assert elastic == pytest.approx(other.elastic(depth), rel=1e-13)
+        factor = np.array(clearance.damping.parameters(described))
+        for rate in (-0.4, 0.0, 0.7):
+            damped = other.elastic(depth) * (1.0 + other.damping * rate / 0.7)
+            assert proportional.force(elastic, depth, rate, 0.7, factor) == pytest.approx(damped, rel=1e-13)
+
+
+@pytest.mark.parametrize("kinetic", [0.01, 0.1])
+def test_lugre_agrees(kinetic: float) -> None:
+    """Cross-check: force, bristle rate and steady deflection, also about the Stribeck speed, where runs hardly stay."""
+    clearance = loose(kinetic=kinetic)
+    parameters = np.array(clearance.friction.parameters(clearance.contact))
+    other = loose_joint(clearance).friction
+    assert other is not None
+    bristle, rate = np.zeros(1), np.zeros(1)
+    for slip in (-0.3, -2e-3, -4e-4, 1e-5, 7e-4, 1.5e-3, 0.05):
+        for share in (-0.8, 0.0, 0.5, 1.0):
+            bristle[0] = share * kinetic / 1e5
+            coefficient, growth = other.evaluate(slip, bristle[0])
+            assert lugre.force(slip, 300.0, bristle, rate, parameters) == pytest.approx(300.0 * coefficient, rel=1e-12)
+            assert rate[0] == pytest.approx(growth, rel=1e-12)
+        lugre.start(slip, bristle, parameters)
+        assert bristle[0] == pytest.approx(other.steady(slip), rel=1e-13)
+
+
+@pytest.mark.parametrize("kinetic", [None, 0.05])
+@pytest.mark.parametrize("pair", PAIRS)
+@pytest.mark.parametrize("reading", ["A", "B"])
+@pytest.mark.parametrize("units", [1, 2, 5])
+def test_arrays_agree_with_lagrange(units: int, reading: str, pair: str, kinetic: float | None) -> None:
+    """Cross-check: three contacts of joint A against Lagrange's equations in minimal coordinates."""
+    clearance = loose(pair, kinetic)
+    mechanism = scissor(units=units, reading=reading).driven(speed=SPEED).loosen("A", clearance)
+    array = Array(loose_joint(clearance), constant_speed(math.pi / 6.0, SPEED), units, reading)
+    assert_agree(mechanism, array, ["A"], contacts=3, tolerance=1e-12)
+
+
+def test_slider_agrees_with_lagrange() -> None:
+    """Cross-check: the slider's position, through three contacts with friction."""
+    clearance = loose(kinetic=0.05)
+    array = Array(loose_joint(clearance), constant_speed(math.pi / 6.0, SPEED))
+    reference = March(array).run(0.006)
+    run = simulate(
+        scissor().driven(speed=SPEED).loosen("A", clearance), until=0.006, rtol=TOLERANCE, atol=TOLERANCE, samples=41
+    )
+    expected = [
+        array.slider_position(t, q) for t, q in zip(run["time"].values, reference.at(run["time"]).coordinates, strict=True)
+    ]
+    assert run["slider_position"].values == pytest.approx(expected, abs=1e-6 * C)
+
+
+@pytest.mark.parametrize("kinetic", [None, 0.05])
+def test_harmonic_drive_agrees_with_lagrange(kinetic: float | None) -> None:
+    """Cross-check: joint A with the driven angle swinging."""
+    clearance = loose(kinetic=kinetic)
+    motion = Harmonic(mean=0.8, amplitude=0.3, frequency=60.0)
+    mechanism = scissor().driven(motion).loosen("A", clearance)
+    assert_agree(mechanism, Array(loose_joint(clearance), harmonic(0.8, 0.3, 60.0)), ["A"], contacts=3, tolerance=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("units", "reading", "kinetic", "joints", "contacts"),
+    [
+        (1, "A", None, ["O"], 3),
+        (2, "A", None, ["unit 1/pivot"], 2),
+        (2, "B", 0.05, ["unit 1/upper"], 2),
+        (3, "A", None, ["unit 2/lower"], 3),
+        (4, "B", None, ["unit 3/upper"], 2),
+        (8, "A", None, ["A"], 1),
+        (8, "B", None, ["unit 4/pivot"], 1),
+        (2, "A", None, ["O", "A"], 3),
+        (3, "B", None, ["A", "unit 1/upper", "unit 2/pivot"], 3),
+        (2, "A", 0.05, ["A", "unit 1/lower"], 2),
+    ],
+)
+def test_loose_joints_anywhere_agree_with_multipliers(
+    units: int, reading: str, kinetic: float | None, joints: list[str], contacts: int
+) -> None:
+    """Cross-check: one and several loose joints against three coordinates per body and multipliers."""
+    mechanism = scissor(units=units, reading=reading).driven(speed=SPEED)
+    for joint in joints:
+        mechanism = mechanism.loosen(joint, loose(kinetic=kinetic))
+    model = Multipliers(mechanism)
+    names = [joint.name for joint in model.loose]
+    assert_agree(mechanism, model, names, contacts=contacts, tolerance=1e-12 if kinetic is None else 1e-10)

@@ -1,0 +1,104 @@
+"""The reference numbers of the theory: closed forms of the ideal array, events of the loose one."""
+
+import numpy as np
+import pytest
+
+from scissordyn.model.scissor import scissor
+from scissordyn.simulation.run import simulate
+from scissordyn.units import rpm
+
+L, M, SLIDER, G = 2.0, 5.68, 5.0, 9.81
+
+
+@pytest.fixture(scope="module")
+def ideal_run(array):
+    return simulate(array, until=0.05, samples=101)
+
+
+def test_ideal_torque(ideal_run):
+    """Closed form: tau = w^2 (4m - m_s) L^2 sin(2 th)/2 + (2m + m_s) g L cos th, to 1e-9."""
+    w, th = rpm(150), np.pi / 6 + rpm(150) * ideal_run["time"].values
+    torque = 0.5 * w**2 * (4 * M - SLIDER) * L**2 * np.sin(2 * th) + (2 * M + SLIDER) * G * L * np.cos(th)
+    assert np.allclose(ideal_run["drive_torque"], torque, rtol=1e-9, atol=1e-9 * np.max(np.abs(torque)))
+
+
+def test_ideal_reaction(ideal_run):
+    """Closed form: force on the journal of joint A, to 1e-9 of its largest value."""
+    w, th = rpm(150), np.pi / 6 + rpm(150) * ideal_run["time"].values
+    down = -SLIDER * (G - L * w**2 * np.sin(th))
+    across = ((4 * M - SLIDER) * L * w**2 * np.sin(th) + (SLIDER - 2 * M) * G) / np.tan(th)
+    found = ideal_run["reaction"].sel(joint="A")
+    assert np.allclose(found, np.stack([across, down], axis=1), rtol=1e-9, atol=1e-9 * np.max(np.abs(across)))
+
+
+@pytest.mark.parametrize(
+    ("at", "torque", "force"),
+    [(0.0, 7850.912334, (7464.867308, 1184.650550)), (0.02, 8911.346064, (5795.014529, 1784.586360))],
+)
+def test_ideal_figures(ideal_run, at, torque, force):
+    """Published number: the theory's table of the ideal array, to its ten digits."""
+    here = ideal_run.sel(time=at, method="nearest")
+    assert float(here["drive_torque"]) == pytest.approx(torque, rel=1e-9)
+    assert here["reaction"].sel(joint="A").values == pytest.approx(force, rel=1e-9)
+
+
+def test_ideal_motion(ideal_run):
+    """Closed form: y = L sin th, th_2 = -th_1, to 1e-9."""
+    w, th = rpm(150), np.pi / 6 + rpm(150) * ideal_run["time"].values
+    assert np.allclose(ideal_run["slider_position"], L * np.sin(th), rtol=0, atol=1e-9)
+    assert np.allclose(ideal_run["slider_velocity"], L * w * np.cos(th), rtol=0, atol=1e-9 * L * w)
+    assert np.allclose(ideal_run["slider_acceleration"], -L * w**2 * np.sin(th), rtol=0, atol=1e-9 * L * w**2)
+    assert np.allclose(ideal_run["angle"].sel(body="unit 2/bar 2"), -th, rtol=0, atol=1e-9)
+
+
+@pytest.mark.parametrize("units", [1, 2, 5])
+def test_ideal_array_of_any_length(units):
+    """Identity: torque times speed is the rate of T + U with the sums S_N and C_N of the theory, to 1e-9."""
+    run = simulate(scissor(units=units).driven(speed=rpm(150)), until=0.02, samples=11)
+    w, th = rpm(150), np.pi / 6 + rpm(150) * run["time"].values
+    squares, products = units * (units + 1) * (2 * units + 1) / 6, (units - 1) * units * (units + 1) / 3
+    squares += (units - 1) * units * (2 * units - 1) / 6
+    kinetic = (M * L**2 / 4) * (squares - 2 * products * np.cos(2 * th)) * w**2 + (units * M * L**2 / 12) * w**2
+    kinetic += SLIDER * (L * w * np.cos(th)) ** 2 / 2
+    potential = M * G * L * units * np.sin(th) + SLIDER * G * L * np.sin(th)
+    power = (M * L**2 / 4) * 4 * products * np.sin(2 * th) * w**3 - SLIDER * L**2 * w**3 * np.cos(th) * np.sin(th)
+    power += (M * units + SLIDER) * G * L * np.cos(th) * w
+    assert np.allclose(run["kinetic_energy"], kinetic, rtol=1e-9)
+    assert np.allclose(
+        run["potential_energy"] - run["potential_energy"][0], potential - potential[0], atol=1e-9 * np.max(kinetic)
+    )
+    assert np.allclose(run["drive_torque"] * w, power, rtol=1e-9, atol=1e-9 * np.max(np.abs(power)))
+
+
+LIU = [
+    (0.001365125913, 0.7351429838, -107.81699, 42701.5, 2.7482662e-4, -0.623640663),
+    (0.003163979880, 0.3448439475, 179.86647, 82944.9, 9.9355990e-4, -0.297405974),
+    (0.005366592127, 0.6223804472, -123.95980, 40856.3, 2.9513988e-4, -0.576092341),
+]
+HERTZ = [
+    (0.001365125913, 0.7351429838, -107.81699, 41401.4, 2.9060185e-4, -0.637229387),
+    (0.003173477421, 0.3385265416, 176.86028, 85352.7, 1.0235456e-3, -0.301369830),
+]
+
+
+@pytest.mark.parametrize(("case", "events"), [("loose_array", LIU), ("hertz_array", HERTZ)])
+def test_events(case, events, request):
+    """Published number: the theory's event table, computed there at two tolerances that agree to its digits.
+
+    First contact to 1e-8; later ones to what the digits and the growth of errors from impact to impact allow; peaks to 1e-4.
+    """
+    run = simulate(request.getfixturevalue(case), until=0.0075, rtol=1e-11, atol=1e-11, samples=11)
+    for k, (start, speed, angle, peak, duration, rebound) in enumerate(events):
+        digits = 1e-8 if k == 0 else 5e-8
+        assert float(run["contact_start"][k]) == pytest.approx(start, rel=1e-9 if k == 0 else digits)
+        assert float(run["approach_speed"][k]) == pytest.approx(speed, rel=digits)
+        assert np.degrees(float(run["contact_angle"][k])) == pytest.approx(angle, abs=1e-5)
+        assert float(run["peak_force"][k]) == pytest.approx(peak, rel=1e-4)
+        assert float(run["contact_duration"][k]) == pytest.approx(duration, rel=5e-8)
+        assert float(run["rebound_speed"][k]) == pytest.approx(rebound, rel=5e-8)
+
+
+def test_first_contact_at_default_tolerance(loose_run):
+    """Published number: the first contact needs no contact law; 1e-8 relative at the default tolerance."""
+    assert float(loose_run["contact_start"][0]) == pytest.approx(0.001365125913, rel=1e-9)
+    assert float(loose_run["approach_speed"][0]) == pytest.approx(0.7351429838, rel=1e-8)

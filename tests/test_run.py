@@ -1,0 +1,223 @@
+"""What a run promises whatever the mechanism: books that balance, names, reproducibility, independence of sampling."""
+
+import json
+
+import numpy as np
+import pytest
+import xarray as xr
+
+import scissordyn as sd
+from scissordyn.simulation.run import replay, simulate
+from scissordyn.simulation.store import load, save
+
+CONTRACT = {
+    "slider_position": ("time",),
+    "slider_velocity": ("time",),
+    "slider_acceleration": ("time",),
+    "position": ("time", "body", "axis"),
+    "velocity": ("time", "body", "axis"),
+    "acceleration": ("time", "body", "axis"),
+    "angle": ("time", "body"),
+    "angular_velocity": ("time", "body"),
+    "angular_acceleration": ("time", "body"),
+    "drive_torque": ("time",),
+    "eccentricity": ("time", "joint", "axis"),
+    "indentation": ("time", "joint"),
+    "normal_force": ("time", "joint"),
+    "friction_force": ("time", "joint"),
+    "slip_speed": ("time", "joint"),
+    "in_contact": ("time", "joint"),
+    "reaction": ("time", "joint", "axis"),
+    "kinetic_energy": ("time",),
+    "potential_energy": ("time",),
+    "elastic_energy": ("time",),
+    "drive_work": ("time",),
+    "dissipated_energy": ("time",),
+    "energy_residual": ("time",),
+    "contact_joint": ("contact",),
+    "contact_start": ("contact",),
+    "approach_speed": ("contact",),
+    "contact_angle": ("contact",),
+    "peak_force": ("contact",),
+    "peak_time": ("contact",),
+    "contact_duration": ("contact",),
+    "rebound_speed": ("contact",),
+}
+
+
+def same_bits(one, other):
+    return one.tobytes() == other.tobytes() if one.dtype.kind == "f" else bool(np.array_equal(one, other))
+
+
+def test_public_names_are_sorted_and_exist():
+    """Identity: the public list is complete, in order, and each name can be imported."""
+    constants = [name for name in sd.__all__ if name.isupper()]
+    assert sd.__all__ == sorted(constants) + sorted(name for name in sd.__all__ if not name.isupper())
+    assert all(hasattr(sd, name) for name in sd.__all__)
+
+
+@pytest.mark.parametrize("case", ["loose_run", "rubbing_run"])
+def test_contract_of_names(case, request):
+    """Identity: every variable that others may rely on is there, with its dimensions, units and long name."""
+    run = request.getfixturevalue(case)
+    for name, dims in CONTRACT.items():
+        assert run[name].dims == dims
+        assert "long_name" in run[name].attrs
+        assert name == "contact_joint" or "units" in run[name].attrs
+
+
+def test_hidden_states_are_in_the_result(rubbing_run):
+    """Identity: the bristle deflection is recorded, within its bound mu_s/sigma_0, and only in contact."""
+    z = rubbing_run["bristle_deflection"].sel(joint="A")
+    touching = rubbing_run["in_contact"].sel(joint="A")
+    assert np.array_equal(np.isfinite(z), touching)
+    assert np.nanmax(np.abs(z)) <= 0.15 / 1e5 * (1 + 1e-6)
+
+
+@pytest.mark.parametrize("case", ["loose_run", "rubbing_run"])
+def test_energy_books_balance(case, request):
+    """Identity: T + U + V = work - losses within 1e-6 of the largest kinetic energy over 50 ms; losses never fall."""
+    run = request.getfixturevalue(case)
+    assert float(np.max(np.abs(run["energy_residual"]))) < 1e-6 * float(run["kinetic_energy"].max())
+    assert float(np.max(run["dissipated_energy"])) > 1e-4 * float(run["kinetic_energy"].max())
+    steps = np.diff(run["friction_loss"])
+    assert np.min(steps) >= -1e-6 * np.max(run["friction_loss"]) - 1e-12
+
+
+@pytest.mark.parametrize("case", ["loose_run", "rubbing_run"])
+def test_constraints_hold(case, request):
+    """Identity: bars keep their length within 1e-10 of it, at every sample."""
+    assert request.getfixturevalue(case).attrs["length_error"] < 1e-10
+
+
+@pytest.mark.parametrize("case", ["loose_run", "rubbing_run"])
+def test_torque_two_ways(case, request):
+    """Cross-check: the slider's Newton equation against the contact force; the journal's force feeds every reaction."""
+    run = request.getfixturevalue(case)
+    force = run["reaction"].sel(joint="A", axis="y")
+    inertia = 5.0 * (run["slider_acceleration"] + 9.81)
+    assert np.allclose(-force, inertia, rtol=1e-9, atol=1e-9 * float(np.max(np.abs(inertia))))
+
+
+def test_reactions_balance_the_whole_array(rubbing_run):
+    """Identity: ground pin and guide carry the rate of total momentum plus the weight, to 1e-9."""
+    masses = xr.DataArray([5.68] * 4 + [5.0], coords={"body": rubbing_run["body"]}, dims="body")
+    rate = (masses * rubbing_run["acceleration"]).sum("body")
+    pull = rubbing_run["reaction"].sel(joint="O") + rubbing_run["reaction"].sel(joint="guide")
+    needed = rate + xr.DataArray([0.0, 9.81 * float(masses.sum())], dims="axis", coords={"axis": ["x", "y"]})
+    assert np.allclose(pull, needed, atol=1e-9 * float(np.max(np.abs(needed))))
+
+
+def test_sampling_changes_nothing(loose_array, loose_run):
+    """Identity: events and common samples are bit for bit the same for another output grid."""
+    other = simulate(loose_array, until=0.05, samples=101)
+    for name in ("contact_start", "approach_speed", "peak_force", "peak_time", "rebound_speed"):
+        assert same_bits(other[name].values, loose_run[name].values)
+    assert other.attrs["end"] == loose_run.attrs["end"]
+    assert np.array_equal(other["slider_position"][[0, -1]], loose_run["slider_position"][[0, -1]])
+
+
+def test_small_clearance_tends_to_ideal(array):
+    """Limit: slider and coupler stray from the ideal mechanism by no more than the clearance allows, and with it to nothing.
+
+    The slider hangs on the journal within c + delta; at constant drive speed the coupler's end strays as far.
+    """
+    ideal = simulate(array, until=0.02, samples=201)
+    strays = []
+    for clearance in (4e-4, 1e-4, 2.5e-5):
+        run = simulate(array.loosen("A", sd.Clearance(clearance)), until=0.02, samples=201)
+        deepest = float(np.nanmax(run["indentation"].sel(joint="A")))
+        stray = float(np.max(np.abs(run["slider_position"] - ideal["slider_position"])))
+        assert stray < 3.0 * (clearance + max(deepest, 0.0))
+        strays.append(stray)
+    assert strays[0] > strays[1] > strays[2]
+
+
+def test_stiff_and_explicit_agree(loose_array):
+    """Cross-check: two methods of different families give the same first five contacts."""
+    explicit = simulate(loose_array, until=0.012, method="dop853", rtol=1e-11, atol=1e-11, samples=11)
+    stiff = simulate(loose_array, until=0.012, method="rodas5p", rtol=1e-11, atol=1e-11, samples=11)
+    for name in ("contact_start", "approach_speed", "peak_force", "contact_duration"):
+        assert np.allclose(explicit[name][:5], stiff[name][:5], rtol=1e-6)
+
+
+def test_stiff_and_explicit_agree_with_friction(array):
+    """Cross-check: with LuGre friction, where the explicit method must follow the bristles, the first contacts agree."""
+    rubbing = array.loosen("A", sd.Clearance(0.5e-3, friction=sd.LuGre(0.01)))
+    explicit = simulate(rubbing, until=0.0045, method="dop853", samples=11)
+    stiff = simulate(rubbing, until=0.0045, method="rodas5p", samples=11)
+    for name in ("contact_start", "approach_speed", "peak_force", "contact_duration"):
+        assert np.allclose(explicit[name][:2], stiff[name][:2], rtol=1e-6)
+    steps = [json.loads(run.attrs["statistics"])["steps"] for run in (explicit, stiff)]
+    assert steps[0] > 4 * steps[1]
+
+
+def test_round_trip_and_replay(rubbing_array, tmp_path):
+    """Identity: a saved run loads without loss, and its attributes run again to the same numbers bit for bit."""
+    run = simulate(rubbing_array, until=0.01, samples=201, trust=True)
+    loaded = load(save(run, tmp_path / "run.nc"))
+    xr.testing.assert_identical(loaded, run)
+    again = replay(loaded)
+    for name in run.variables:
+        assert same_bits(again[name].values, run[name].values), name
+    assert again.attrs["trusted_until"] == run.attrs["trusted_until"]
+
+
+def test_trust_horizon(array):
+    """Cross-check: the horizon of a loosely computed chaotic run is found, and before it a far tighter run agrees."""
+    bouncing = array.loosen("A", sd.Clearance(0.5e-3, damping=sd.Flores(restitution=1.0)))
+    run = simulate(bouncing, until=0.05, trust=True, rtol=1e-6, atol=1e-6)
+    until = run.attrs["trusted_until"]
+    assert 0.01 < until < 0.05
+    assert run.attrs["trusted_contacts"] == int(np.sum(run["contact_start"] < until))
+    exact = simulate(bouncing, until=0.05, rtol=1e-10, atol=1e-10)
+    apart = run["eccentricity"].sel(joint="A") - exact["eccentricity"].sel(joint="A")
+    distance = np.hypot(apart[:, 0], apart[:, 1]) / 0.5e-3
+    assert float(distance.sel(time=slice(0.0, 0.9 * until)).max()) < 0.1
+    assert float(distance.max()) > 0.1
+
+
+def test_start_in_contact_stays_in_contact(array):
+    """Published number: started on the line of the ideal reaction, the compliant contact does not separate in 50 ms."""
+    run = simulate(array.loosen("A", sd.Clearance(0.5e-3)), until=0.05, start="in-contact")
+    assert bool(np.all(run["in_contact"].sel(joint="A")))
+    assert run.sizes["contact"] == 1
+    first = run.isel(time=0)
+    ideal = simulate(array, until=0.01, samples=2).isel(time=0)
+    normal = -first["eccentricity"].sel(joint="A") / np.hypot(*first["eccentricity"].sel(joint="A").values)
+    pull = ideal["reaction"].sel(joint="A")
+    assert np.allclose(normal, pull / np.hypot(*pull.values), atol=1e-6)
+
+
+def test_interrupt_keeps_what_was_computed(loose_array):
+    """Identity: Ctrl-C gives an incomplete run that equals the beginning of the whole one."""
+
+    def stop(time):
+        if time > 0.1:
+            raise KeyboardInterrupt
+
+    run = simulate(loose_array, until=10.0, samples=20001, progress=stop)
+    assert run.attrs["status"] == "interrupted"
+    assert 0.1 < float(run["time"][-1]) <= run.attrs["end"] < 10.0
+    assert np.all(np.isfinite(run["slider_position"]))
+
+
+def test_unfinished_run_says_why(loose_array):
+    """Identity: a run that breaks off returns its samples and one line with time, cause and joint."""
+    run = simulate(loose_array, until=0.05, most_steps=100)
+    assert run.attrs["status"] == "failed"
+    assert "100 steps" in run.attrs["cause"]
+    assert "\n" not in run.attrs["cause"]
+    assert run.sizes["time"] > 1
+
+
+@pytest.mark.parametrize("joint", ["O", "A", "unit 1/pivot", "unit 2/pivot", "unit 1/upper", "unit 1/lower"])
+@pytest.mark.parametrize("reading", ["A", "B"])
+def test_any_joint_may_be_loose(joint, reading):
+    """Identity: with a clearance at any one joint, the books balance and the bars keep their lengths."""
+    arm = sd.scissor(units=2, reading=reading).driven(speed=sd.rpm(150)).loosen(joint, sd.Clearance(0.5e-3))
+    run = simulate(arm, until=0.006, samples=301)
+    assert run.attrs["status"] == "complete"
+    assert run.sizes["contact"] >= 1
+    assert float(np.max(np.abs(run["energy_residual"]))) < 1e-6 * float(run["kinetic_energy"].max())
+    assert run.attrs["length_error"] < 1e-10

@@ -20,7 +20,7 @@ check: .venv/.dev
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
 	$(BIN)/lint-imports
-	$(BIN)/codespell src tests docs benchmarks examples README.md CHANGELOG.md
+	$(BIN)/codespell src docs benchmarks examples README.md CHANGELOG.md
 
 bench: .venv/.dev
 	$(BIN)/python -m benchmarks

@@ -18,7 +18,6 @@ from typing import Any, get_args, get_type_hints
 import numba
 import numpy as np
 from numba import types
-from numba.core import config
 from numba.extending import intrinsic
 from platformdirs import user_cache_path
 
@@ -55,6 +54,8 @@ def _cache_folder() -> Path:
 
 
 CACHE_FOLDER = _cache_folder()
+settings: Any = numba.config
+"""numba makes its settings when it is imported, so that no type checker can know them."""
 
 
 def kernel(*, inline: bool = False) -> Callable[[Callable[..., Any]], Any]:
@@ -75,10 +76,10 @@ def kernel(*, inline: bool = False) -> Callable[[Callable[..., Any]], Any]:
     """
 
     def compile_later(function: Callable[..., Any]) -> Any:
-        before = config.CACHE_DIR
-        config.CACHE_DIR = str(CACHE_FOLDER)
+        before = settings.CACHE_DIR
+        settings.CACHE_DIR = str(CACHE_FOLDER)
         try:
-            return numba.njit(
+            return numba.njit(  # type: ignore[call-overload]
                 cache=True,
                 error_model="numpy",
                 _nrt=False,
@@ -87,7 +88,7 @@ def kernel(*, inline: bool = False) -> Callable[[Callable[..., Any]], Any]:
                 no_cfunc_wrapper=inline,
             )(function)
         finally:
-            config.CACHE_DIR = before
+            settings.CACHE_DIR = before
 
     return compile_later
 
@@ -98,25 +99,29 @@ class Handle:
     Parameters
     ----------
     content : NamedTuple
-        The arrays; they stay alive as long as the handle.
-    store : compiled function
-        What `opener` returned for the tuple's class.
+        Integers and contiguous arrays; they stay alive as long as the handle.
 
     Attributes
     ----------
     address : int
-        What kernels get.
+        What kernels get; `opener` makes the function that turns it back into the tuple.
     """
 
-    def __init__(self, content: Any, store: Any) -> None:
+    def __init__(self, content: Any) -> None:
         self.content = content
-        self._memory = np.zeros(16 * (1 + sum(getattr(part, "ndim", 0) + 4 for part in content)), np.int64)
+        self._memory = np.array([word for part in content for word in _words(part)], np.int64)
         self.address = int(self._memory.ctypes.data)
-        store(self.address, content)
 
 
-def opener(described: type) -> tuple[Any, Any]:
-    """Functions that open a `Handle` inside a kernel, and that fill one.
+def _words(part: Any) -> tuple[int, ...]:
+    """An integer or an array as numba lays it out in memory: owner, parent, items, item size, data, shape, strides."""
+    if isinstance(part, np.ndarray):
+        return 0, 0, part.size, part.itemsize, part.ctypes.data, *part.shape, *part.strides
+    return (part,)
+
+
+def opener(described: type) -> Any:
+    """A function that kernels open the `Handle` of a tuple with.
 
     Parameters
     ----------
@@ -125,33 +130,19 @@ def opener(described: type) -> tuple[Any, Any]:
 
     Returns
     -------
-    load : intrinsic
-        From an address to the tuple, for kernels.
-    store : compiled function
-        Writes a tuple to an address.
+    intrinsic
+        From an address to the tuple.
     """
     hints = get_type_hints(described, include_extras=True)
     members = [types.int64 if hint is int else get_args(hint)[1] for hint in hints.values()]
     layout = types.NamedTuple(members, described)
 
     @intrinsic
-    def load(typing_context, address):  # type: ignore[no-untyped-def]
-        def generate(context, builder, signature, arguments):  # type: ignore[no-untyped-def]
+    def load(typing_context, address):
+        def generate(context, builder, signature, arguments):
             pointer = builder.inttoptr(arguments[0], context.get_value_type(layout).as_pointer())
             return builder.load(pointer)
 
         return layout(types.int64), generate
 
-    @intrinsic
-    def write(typing_context, address, content):  # type: ignore[no-untyped-def]
-        def generate(context, builder, signature, arguments):  # type: ignore[no-untyped-def]
-            pointer = builder.inttoptr(arguments[0], context.get_value_type(layout).as_pointer())
-            builder.store(arguments[1], pointer)
-            return context.get_dummy_value()
-
-        return types.void(types.int64, layout), generate
-
-    def store(address, content):  # type: ignore[no-untyped-def]
-        write(address, content)
-
-    return load, numba.njit(types.void(types.int64, layout))(store)
+    return load

@@ -75,23 +75,22 @@ class Quantity:
 @cache
 def quantities(described: type) -> dict[str, Quantity]:
     """The quantities that the annotated fields of a dataclass declare, by field name."""
-    found = {}
+    found: dict[str, Quantity] = {}
     for name, hint in get_type_hints(described, include_extras=True).items():
         for layer in (hint, *get_args(hint)):
             if get_origin(layer) is Annotated:
-                found.update({name: extra for extra in get_args(layer)[1:] if isinstance(extra, Quantity)})
+                found.update((name, extra) for extra in get_args(layer)[1:] if isinstance(extra, Quantity))
     return found
 
 
 def check_quantities(instance: Any) -> None:
     """Raise `InputError` for the first field of a dataclass instance outside its declared bounds."""
-    declared = quantities(type(instance))
+    described: type = type(instance)
+    declared = quantities(described)
     for field in fields(instance):
         value = getattr(instance, field.name)
         if field.name not in declared or value is None:
             continue
         quantity = declared[field.name]
         if isinstance(value, bool) or not isinstance(value, int | float) or not quantity.admits(float(value)):
-            raise InputError(
-                f"{type(instance).__name__}: {field.name} = {value!r}", f"{field.name} must be {quantity.allowed}"
-            )
+            raise InputError(f"{type(instance).__name__}: {field.name} = {value!r}", f"{field.name} must be {quantity.allowed}")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import ctypes
 import os
 import pty
 import subprocess
@@ -112,8 +113,34 @@ def test_interrupted_before_anything_was_computed(
 
     monkeypatch.setattr("scissordyn.config.file.read_case", stop)
     assert status_of(["run", str(PAPER), "-o", "run.nc"]) == 130
-    assert capsys.readouterr().err == "scissordyn: interrupted; nothing was saved\n"
+    assert capsys.readouterr().err == "scissordyn: interrupted\n"
     assert not list(folder.iterdir())
+
+
+def test_interrupts_that_a_callback_swallows_still_count(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Identity: Ctrl-C that lands in a callback from C cannot be raised; the error that follows it is taken for it."""
+
+    @ctypes.CFUNCTYPE(None)
+    def callback() -> None:
+        raise KeyboardInterrupt
+
+    def swallowed(*_: object) -> None:
+        callback()
+        raise RuntimeError("half compiled")
+
+    monkeypatch.setattr("scissordyn.config.file.read_case", swallowed)
+    assert status_of(["check", str(PAPER)]) == 130
+    assert capsys.readouterr().err == "scissordyn: interrupted\n"
+
+
+def test_a_closed_pipe_is_no_error() -> None:
+    """Identity: a reader that leaves after the first line gets no complaint."""
+    command = f"{sys.executable} -m scissordyn.cli.main laws | head -n 1"
+    piped = subprocess.run(command, shell=True, capture_output=True, text=True, check=True, timeout=60)
+    assert piped.stdout.startswith("stiffness")
+    assert piped.stderr == ""
 
 
 def test_runs_that_cannot_be_finished_keep_what_they_have(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -189,6 +216,8 @@ def test_saved_runs_that_are_not_whole_are_refused(folder: Path, capsys: pytest.
         (("new", "scisor"), "did you mean 'scissor'"),
         (("laws", "lugr"), "did you mean 'lugre'"),
         (("laws", "liu", "--plot", "no/folder/law.png"), "cannot write"),
+        (("laws", "liu", "--plot", "law.pgn"), "did you mean 'png'"),
+        (("laws", "steel", "--plot", "law.png"), "material"),
         (("check", str(PAPER), "--set", "drive.speed"), "an equals sign"),
     ],
 )
@@ -273,3 +302,14 @@ def test_matplotlib_is_left_alone_without_plots(folder: Path) -> None:
     loaded = subprocess.run(command, capture_output=True, text=True, check=True, timeout=300).stdout.split()
     assert "xarray" in loaded
     assert "matplotlib" not in loaded
+
+
+def test_pictures_are_drawn_when_asked_for(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """Identity: the files that are named are there, pictures, and nothing else."""
+    assert status_of(["run", str(PAPER), "--plot", "new/figures", *SHORT]) == 0
+    named = [Path(line) for line in capsys.readouterr().out.splitlines() if line.endswith(".png")]
+    assert sorted(named) == sorted(Path("new/figures").iterdir())
+    assert len(named) >= 5
+    assert status_of(["laws", "flores", "--plot", "law.png"]) == 0
+    assert "Drawn into law.png" in capsys.readouterr().out
+    assert all(path.read_bytes().startswith(b"\x89PNG") for path in (*named, Path("law.png")))

@@ -195,11 +195,16 @@ def test_an_edit_counts_in_the_next_process(tmp_path):
         "import sys; sys.path.insert(0, sys.argv[1])\n"
         "from pathlib import Path; import bouncing; from scissordyn.laws import catalogue\n"
         "print(bouncing.force(catalogue.from_file('my_laws.py:soft', 'stiffness', Path(sys.argv[2])), 1e-5))\n"
+        "print(sum(bouncing.elastic_force.stats.cache_misses.values()))\n"
     )
-    found = []
+    environment = {**os.environ, "SCISSORDYN_CACHE": str(tmp_path / "cache")}
+    forces, compiled = [], []
     for stiffness in ("2e9", "3e9"):  # the same size and, to the second, the same time
         (tmp_path / "my_laws.py").write_text(f"def soft(indentation):\n    return {stiffness} * indentation\n")
-        here = os.path.dirname(__file__)
-        done = subprocess.run([sys.executable, "-c", program, here, tmp_path], capture_output=True, text=True, check=True)
-        found.append(float(done.stdout))
-    assert found == pytest.approx([2e4, 3e4], rel=1e-14)
+        command = [sys.executable, "-c", program, os.path.dirname(__file__), tmp_path]
+        done = subprocess.run(command, capture_output=True, text=True, check=True, env=environment)
+        force_text, misses = done.stdout.split()
+        forces.append(float(force_text))
+        compiled.append(int(misses))
+    assert forces == pytest.approx([2e4, 3e4], rel=1e-14)
+    assert compiled == [1, 0]

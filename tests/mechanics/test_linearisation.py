@@ -3,11 +3,12 @@
 import numpy as np
 import pytest
 
+from scissordyn.jit import Handle
 from scissordyn.laws.friction.lugre import LuGre
 from scissordyn.mechanics import functions
 from scissordyn.mechanics.layout import lay_out
 from scissordyn.mechanics.start import assemble, carry_over, natural_state
-from scissordyn.mechanics.system import build_system, system_handle
+from scissordyn.mechanics.system import build_system
 from scissordyn.model.clearance import Clearance
 from scissordyn.model.drive import Harmonic
 from scissordyn.model.scissor import scissor
@@ -25,7 +26,7 @@ def touching_state(joint, units, rng):
     start = carry_over(layout, system, *natural_state(ideal, ideal_system, assemble(ideal, ideal_system)))
     n = system.n
     state = np.concatenate([start.position + 3e-4 * rng.normal(size=n), start.velocity + rng.normal(size=n), [2e-7]])
-    handle = system_handle(system)
+    handle = Handle(system)
     functions.project(0.0, state, handle.address)
     gap, rate = np.zeros(1), np.zeros(1)
     functions.guards(0.0, state, handle.address, gap, rate)

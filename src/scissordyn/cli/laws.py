@@ -20,30 +20,55 @@ def laws(
     plot: Annotated[Path | None, typer.Option(help="Draw the law, or all laws on one impact, into this file.")] = None,
 ) -> int:
     """List the laws and materials, or show one with its parameters."""
-    from scissordyn.cli.output import check_file
     from scissordyn.cli.show import console
     from scissordyn.laws.catalogue import BY_KIND, MATERIALS
 
+    kinds = [kind for kind, known in BY_KIND.items() if name in known]
+    if name is not None and not kinds and name not in MATERIALS:
+        names = [*dict.fromkeys(law for known in BY_KIND.values() for law in known), *MATERIALS]
+        raise InputError(f"unknown law or material '{name}'{did_you_mean(name, names)}", ", ".join(names), "scissordyn laws")
     if plot is not None:
-        check_file(plot, Path(), "--plot law.png")
+        _check_picture(plot, name, kinds)
     to = console()
     if name is None:
         _list(to)
-        return 0
-    kinds = [kind for kind, known in BY_KIND.items() if name in known]
-    for kind in kinds:
-        _describe(kind, name, to)
-    if name in MATERIALS:
-        material = MATERIALS[name]
-        to.print(
-            f"{name}, a material: E = {material.youngs_modulus / 1e9:g} GPa, nu = {material.poisson_ratio:g}, "
-            f"rho = {material.density:g} kg/m^3. Source: {material.source}",
-            markup=False,
-        )
-    elif not kinds:
-        names = [*dict.fromkeys(law for known in BY_KIND.values() for law in known), *MATERIALS]
-        raise InputError(f"unknown law or material '{name}'{did_you_mean(name, names)}", ", ".join(names), "scissordyn laws")
+    else:
+        for kind in kinds:
+            _describe(kind, name, to)
+        if name in MATERIALS:
+            material = MATERIALS[name]
+            to.print(
+                f"{name}, a material: E = {material.youngs_modulus / 1e9:g} GPa, nu = {material.poisson_ratio:g}, "
+                f"rho = {material.density:g} kg/m^3. Source: {material.source}",
+                markup=False,
+            )
+    if plot is not None:
+        _draw(plot, name, kinds)
     return 0
+
+
+def _check_picture(path: Path, name: str | None, kinds: list[str]) -> None:
+    from scissordyn.cli.output import check_file
+    from scissordyn.plot.file import check_format
+
+    if name is not None and not kinds:
+        raise InputError(f"a picture of the material '{name}'", "a law", "scissordyn laws flores --plot law.png")
+    check_format(path.suffix.lower().removeprefix("."))
+    check_file(path, Path(), "--plot law.png")
+
+
+def _draw(path: Path, name: str | None, kinds: list[str]) -> None:
+    from matplotlib.figure import Figure
+
+    from scissordyn.laws.catalogue import law
+    from scissordyn.plot.file import write
+    from scissordyn.plot.law import draw_gallery, draw_law
+
+    axes = draw_gallery() if name is None else draw_law(law(kinds[0], name)())
+    figure = axes[0].get_figure(root=True)
+    assert isinstance(figure, Figure)
+    write(figure, path)
+    print(f"Drawn into {path}" + (f", as a law of {kinds[0]}" if len(kinds) > 1 else ""))
 
 
 def _list(to: Console) -> None:

@@ -15,7 +15,7 @@ from scissordyn.cli.check import check
 from scissordyn.cli.laws import laws
 from scissordyn.cli.new import new
 from scissordyn.cli.run import run as run_case
-from scissordyn.cli.status import BAD_INPUT, BUG, INTERRUPTED
+from scissordyn.cli.status import BAD_INPUT, BUG, DONE, INTERRUPTED
 from scissordyn.errors import ScissordynError
 
 __all__ = ["app", "run", "status_of"]
@@ -30,8 +30,11 @@ app = typer.Typer(
 )
 
 
+STOPPED = "interrupted"
+
+
 class NothingComputedError(Exception):
-    """Ctrl-C where nothing had been computed that could be kept."""
+    """Ctrl-C outside the simulation, which keeps what it has and says so itself."""
 
 
 def _guarded(command: Callable[..., int]) -> Callable[..., int]:
@@ -72,20 +75,37 @@ def status_of(arguments: Sequence[str]) -> int:
     int
         0 done, 1 a fault of ours, 2 bad input, 3 the solver gave up, 130 interrupted.
     """
+    lost: list[BaseException | None] = []
+    hook = sys.unraisablehook
+
+    def notice(unraisable: sys.UnraisableHookArgs) -> None:
+        # Ctrl-C inside a callback of the compiler is printed and forgotten by Python; what fails after it is its echo
+        if issubclass(unraisable.exc_type, KeyboardInterrupt):
+            lost.append(unraisable.exc_value)
+        else:
+            hook(unraisable)
+
+    sys.unraisablehook = notice
     try:
-        return int(app(list(arguments) or ["--help"], standalone_mode=False) or 0)
+        status = int(app(list(arguments) or ["--help"], standalone_mode=False) or 0)
+        sys.stdout.flush()
+        return status
     except ScissordynError as error:
         return _complain(str(error), BAD_INPUT)
     except USAGE_ERROR as error:
         return _complain(f"{error.format_message().rstrip('.')}; type: scissordyn --help", BAD_INPUT)  # type: ignore[attr-defined]
     except (NothingComputedError, KeyboardInterrupt):
-        return _complain("interrupted; nothing was saved", INTERRUPTED)
+        return _complain(STOPPED, INTERRUPTED)
     except BrokenPipeError:  # the reader of a pipe has gone, as in "scissordyn laws | head"
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-        return 0
+        return DONE
     except Exception as error:  # nothing but one line may reach the user
+        if lost:
+            return _complain(STOPPED, INTERRUPTED)
         hint = "" if os.environ.get("SCISSORDYN_TRACEBACK") else "; a fault of scissordyn: SCISSORDYN_TRACEBACK=1 shows where"
         return _complain(f"{type(error).__name__}: {error}{hint}", BUG)
+    finally:
+        sys.unraisablehook = hook
 
 
 def _complain(text: str, status: int) -> int:

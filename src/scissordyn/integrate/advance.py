@@ -313,8 +313,7 @@ def advance(problem, T, S, clock, count, w, out, log, most_steps):
     log : ndarray, shape (rows, 5 + RECORD)
     most_steps : int
     """
-    size, guards = w.y.size, w.mode.size
-    after = -1
+    size = w.y.size
     for _ in range(most_steps):
         t = clock[TIME]
         if t >= clock[END]:

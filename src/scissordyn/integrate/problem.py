@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -67,7 +66,7 @@ class Samples(NamedTuple):
     memory: np.ndarray
 
 
-def make_problem(functions: dict[str, Callable[..., Any]]) -> Problem:
+def make_problem(functions: dict[str, Any]) -> Problem:
     """Typed pointers to compiled functions.
 
     Parameters

@@ -31,6 +31,4 @@ _DENSE = (
     (1.638054557396973, -0.7373619806678748, 8.477918219238990, 15.99253148779520, -1.882352941176471, 0.0),
 )
 
-TABLEAU = rosenbrock_tableau(
-    order=4.0, gamma=0.25, rows=_A, couplings=_COUPLINGS, nodes=_NODES, slopes=_SLOPES, dense=_DENSE
-)
+TABLEAU = rosenbrock_tableau(order=4.0, gamma=0.25, rows=_A, couplings=_COUPLINGS, nodes=_NODES, slopes=_SLOPES, dense=_DENSE)

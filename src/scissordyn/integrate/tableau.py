@@ -79,7 +79,17 @@ def explicit_tableau(
     pattern = np.array([k % 2 for k in range(3 + len(dense))], np.int64)
     zeros = np.zeros(size)
     return Tableau(
-        0, order, stages, 0.0, _lower(rows, size), np.zeros((size, size)), np.array(nodes), zeros, estimates, rows_of_dense, pattern
+        0,
+        order,
+        stages,
+        0.0,
+        _lower(rows, size),
+        np.zeros((size, size)),
+        np.array(nodes),
+        zeros,
+        estimates,
+        rows_of_dense,
+        pattern,
     )
 
 
@@ -139,4 +149,5 @@ def tableau(name: str) -> Tableau:
     known = {"dop853": dop853, "dopri5": dopri5, "rodas5p": rodas5p, "rodas4p": rodas4p}
     if name not in known:
         raise InputError(f"method '{name}'{did_you_mean(name, METHODS)}", "auto, " + ", ".join(METHODS))
-    return known[name].TABLEAU
+    found: Tableau = known[name].TABLEAU
+    return found

@@ -93,7 +93,7 @@ class Proportional(Damping, Protocol):
 
     @property
     def factor(self) -> float:
-        """xi [1]."""
+        """Damping factor xi [1]."""
 
 
 @runtime_checkable

@@ -65,7 +65,7 @@ def elastic_force(tag, delta, p):
     if tag == 6:
         return _bai_zhao(delta, p)
     if tag == USER:
-        return call_at((delta,), p)
+        return call_at((delta,), p)  # type: ignore[call-arg]
     return math.nan
 
 
@@ -78,7 +78,7 @@ def normal_force(tag, elastic, delta, rate, approach, p):
     elif tag == 1:
         force = _dashpot(elastic, delta, rate, approach, p)
     elif tag == USER:
-        force = call_at((elastic, delta, rate, approach), p)
+        force = call_at((elastic, delta, rate, approach), p)  # type: ignore[call-arg]
     # max() would lose a NaN
     return 0.0 if force < 0.0 else force
 
@@ -109,7 +109,7 @@ def friction_force(tag, v, normal, z, dz, p):
     if tag == 10:
         return _gonthier(v, normal, z, dz, p)
     if tag == USER:
-        return call_at((v, normal), p)
+        return call_at((v, normal), p)  # type: ignore[call-arg]
     return math.nan
 
 

@@ -84,7 +84,7 @@ def swing(friction: Friction, joint: JointContact, *, amplitude: float, frequenc
     states = np.zeros((count, samples))
     if count:
         found = solve_ivp(
-            lambda t, z: force(t, z)[1], (0.0, time[-1]), np.zeros(count), method="Radau", t_eval=time, rtol=1e-6, atol=1e-12
+            lambda t, z: force(t, z)[1], (0.0, time[-1]), np.zeros(count), method="Radau", t_eval=time, rtol=1e-9, atol=1e-16
         )
         states = np.ascontiguousarray(found.y)
     coefficient = np.array([force(t, np.ascontiguousarray(states[:, k]))[0] for k, t in enumerate(time)])

@@ -66,7 +66,7 @@ def body_motion(layout: Layout, found: Record) -> BodyMotion:
     def matrix(entries: list[tuple[int, int, float]]) -> sp.csr_array:
         rows, columns, values = zip(*entries, strict=True) if entries else ((), (), ())
         shape = (2 * len(bodies), layout.coordinates.shape[0])
-        return sp.csr_array((values, (rows, columns)), shape=shape) @ layout.coordinates
+        return sp.csr_array(sp.csr_array((values, (rows, columns)), shape=shape) @ layout.coordinates)
 
     to_centre, to_direction = matrix(centre), matrix(turned)
 

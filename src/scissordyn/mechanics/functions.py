@@ -1,4 +1,4 @@
-"""The mechanics as a problem for the integrators: functions of the address of a `System`, by the names the advance loop calls."""
+"""The mechanics as a problem for the integrators: functions of a `System`'s address, by the names the loop calls."""
 
 from __future__ import annotations
 

@@ -1,5 +1,7 @@
 """A loose revolute joint: where journal and bearing are, what forces they exert, and how these change.
 
+Columns of `System.joint`: 0 delta, 1 delta', 2 slip speed, 3 elastic, 4 normal and 5 tangential force, 6 and 7 n, 8 |e|.
+
 Letters: e journal against bearing centre, n = e/|e|, t = n turned left, delta = |e| - c, v slip speed of the surfaces,
 w spin, d unit direction of a body. A joint's six form rows give e, d of the journal's body, d of the bearing's body.
 """
@@ -13,9 +15,6 @@ from scissordyn.laws.ladder import elastic_force, friction_force, friction_start
 from scissordyn.mechanics.system import APPROACH_FLOOR
 
 __all__ = ["contact_forces", "gap", "joint_forms", "linearise_contact", "switch"]
-
-# columns of System.joint
-DELTA, RATE, SLIP, ELASTIC, NORMAL, TANGENTIAL, NX, NY, DISTANCE = range(9)
 
 
 @kernel(inline=True)
@@ -171,7 +170,7 @@ def law_slopes(j, S, z, dz, up, down, by_state):
 @kernel(inline=True)
 def linearise_contact(j, S, z, by_state, up, down):
     """Write the derivatives of joint j's generalized forces and state rates into S.block_x and its companions."""
-    ex, ey, ax, ay, bx, by, ux, uy, px, py, qx, qy = joint_forms(j, S)
+    _, _, ax, ay, bx, by, ux, uy, px, py, qx, qy = joint_forms(j, S)
     n_d, n_r, t_v, t_n = law_slopes(j, S, z, up, up, down, by_state)
     normal, tangential, nx, ny, e = S.joint[j, 4], S.joint[j, 5], S.joint[j, 6], S.joint[j, 7], S.joint[j, 8]
     rj, rb = S.radius[j, 1], S.radius[j, 2]

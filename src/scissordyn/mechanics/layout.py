@@ -1,7 +1,7 @@
 """From a mechanism to constant matrices: natural coordinates with all linear joints eliminated.
 
-Each body is its origin p and, if it rotates, the unit vector d along its x axis; every point of it is p + x d + y J d, linear in
-both. Pins, guides and prescribed directions are linear conditions, and so is the parallelism of opposite bars in a
+Each body is its origin p and, if it rotates, the unit vector d along its x axis; every point of it is p + x d + y J d,
+linear in both. Pins, guides and prescribed directions are linear conditions, and so is the parallelism of opposite bars in a
 parallelogram of ideal joints. What is left: coordinates = T [x; b(t)], with T constant, x the free coordinates scaled so
 that their mass matrix is the identity, b = (1, cos th_1, sin th_1, ...) the prescribed directions, and one length
 condition |d|^2 = 1 per family of parallel bars.
@@ -235,12 +235,17 @@ def _normalize(coordinates: sp.csr_array, mass: sp.csr_array, free: int) -> sp.c
         return sp.csr_array(dense)
     reduced = sp.csr_array(coordinates[:, :free].T @ mass @ coordinates[:, :free])
     count, label = connected_components(reduced, directed=False)
-    mixing = sp.lil_array((free, free))
-    for block in range(count):
-        members = np.flatnonzero(label == block)
+    order = np.argsort(label, kind="stable")
+    sizes = np.bincount(label, minlength=count)
+    blocks, first = [], 0
+    for size in sizes.tolist():
+        members = order[first : first + size]
         lower = np.linalg.cholesky(reduced[members][:, members].toarray())
-        mixing[np.ix_(members, members)] = np.linalg.inv(lower).T
-    mixed = coordinates[:, :free] @ sp.csr_array(mixing)
+        blocks.append(np.linalg.inv(lower).T)
+        first += size
+    back = np.argsort(order)
+    mixing = sp.csr_array(sp.block_diag(blocks, format="csr"))[back][:, back]
+    mixed = coordinates[:, :free] @ mixing
     result = sp.csr_array(sp.hstack([mixed, coordinates[:, free:]]))
     result.eliminate_zeros()
     result.sort_indices()

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from scipy.interpolate import PPoly, make_interp_spline
 
 from scissordyn.jit import kernel
 from scissordyn.model.body import Body
@@ -38,7 +37,9 @@ def motion_rows(drive: Drive, body: Body) -> np.ndarray:
     if isinstance(motion, Harmonic):
         return np.array([[HARMONIC, motion.mean, motion.amplitude, motion.frequency, motion.phase, 0.0, 0.0, 0.0]])
     assert isinstance(motion, TableMotion)
-    spline = PPoly.from_spline(make_interp_spline(motion.times, motion.angles, k=5))
+    from scipy.interpolate import PPoly, make_interp_spline  # a third of a second that other drives need not wait for
+
+    spline = PPoly.from_spline(make_interp_spline(motion.times, motion.angles, k=5).tck)
     inside = np.flatnonzero(np.diff(spline.x) > 0.0)
     rows = np.zeros((inside.size + 1, COLUMNS))
     rows[0, :2] = TABLE, inside.size

@@ -222,7 +222,18 @@ def solve_reactions(
         widest = int(np.max(np.diff(parts.start)))
         matrix, pivots = np.zeros((unknowns, width(parts.band, parts.band))), np.zeros(unknowns, np.int64)
         failed = fill(
-            parts, gravity, direction, acceleration, spin_rate, force, moment, matrix, pivots, np.zeros((3, widest)), np.zeros(3), values
+            parts,
+            gravity,
+            direction,
+            acceleration,
+            spin_rate,
+            force,
+            moment,
+            matrix,
+            pivots,
+            np.zeros((3, widest)),
+            np.zeros(3),
+            values,
         )
         if failed >= 0:
             values[failed:] = np.nan

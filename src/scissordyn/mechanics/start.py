@@ -35,7 +35,7 @@ class Start:
 
 
 def basis_at(layout: Layout, system: System, time: float = 0.0) -> tuple[np.ndarray, np.ndarray]:
-    """b and b' at an instant."""
+    """B and b' at an instant."""
     prescribe(time, system.motion, system.motion_start, system.basis, system.angle)
     return system.basis[0].copy(), system.basis[1].copy()
 
@@ -145,7 +145,9 @@ def hold_joints(
 
 
 def _matrix(layout: Layout, forms: tuple[Form, ...]) -> sp.csr_array:
-    rows = np.concatenate([np.repeat([2 * k, 2 * k + 1], form.columns.size) for k, form in enumerate(forms)] or [np.zeros(0, int)])
+    rows = np.concatenate(
+        [np.repeat([2 * k, 2 * k + 1], form.columns.size) for k, form in enumerate(forms)] or [np.zeros(0, int)]
+    )
     columns = np.concatenate([np.tile(form.columns, 2) for form in forms] or [np.zeros(0, int)])
     values = np.concatenate([form.rows.ravel() for form in forms] or [np.zeros(0)])
     return sp.csr_array((values, (rows, columns)), shape=(2 * len(forms), layout.free + layout.basis))
@@ -163,7 +165,7 @@ def _least_change(jacobian: sp.csr_array, residual: np.ndarray) -> np.ndarray:
     if not residual.size or not np.any(residual):
         return np.zeros(jacobian.shape[1])
     if jacobian.shape[0] <= 400:
-        return np.linalg.lstsq(jacobian.toarray(), residual, rcond=1e-10)[0]
+        return np.asarray(np.linalg.lstsq(jacobian.toarray(), residual, rcond=1e-10)[0])
     return np.asarray(lsqr(jacobian, residual, atol=1e-15, btol=1e-15, iter_lim=20 * jacobian.shape[0])[0])
 
 
@@ -178,4 +180,3 @@ def _worst(layout: Layout, lengths: sp.csr_array, x: np.ndarray, b: np.ndarray) 
         if body.rotates and form.columns.shape == worst.columns.shape and np.allclose(form.rows, worst.rows):
             return f"body '{body.name}' would have to change its length by {50.0 * float(np.max(errors)):.3g} %"
     return "a body would have to change its length"
-

@@ -9,14 +9,14 @@ from numba import types
 from scipy.sparse import csr_array
 from scipy.sparse.csgraph import reverse_cuthill_mckee
 
-from scissordyn.jit import Handle, opener
-from scissordyn.laws.contact import PARAMETERS
+from scissordyn.jit import opener
+from scissordyn.laws.contact import PARAMETERS, Damping, Elastic, Friction
 from scissordyn.laws.ladder import friction_start
 from scissordyn.mechanics.band import width
 from scissordyn.mechanics.layout import Form, Layout
 from scissordyn.mechanics.motion import COLUMNS, motion_rows
 
-__all__ = ["APPROACH_FLOOR", "System", "build_system", "open_system", "sliding_states", "system_handle"]
+__all__ = ["APPROACH_FLOOR", "System", "build_system", "open_system", "sliding_states"]
 
 APPROACH_FLOOR = 1e-6
 """Least approach speed of a contact [m/s]: a contact that starts at rest must not divide by zero."""
@@ -101,12 +101,8 @@ class System(NamedTuple):
     gamma: F1  # (1,) step size times the method's gamma
 
 
-open_system, _store = opener(System)
-
-
-def system_handle(system: System) -> Handle:
-    """A system as kernels take it."""
-    return Handle(system, _store)
+open_system = opener(System)
+"""From the address of a system's handle to the system, inside kernels."""
 
 
 def build_system(layout: Layout) -> System:
@@ -142,7 +138,8 @@ def build_system(layout: Layout) -> System:
         assert clearance is not None
         contact = clearance.contact
         radius[index] = clearance.clearance, clearance.journal_radius, contact.bearing_radius
-        for which, law in enumerate((clearance.stiffness, clearance.damping, clearance.friction)):
+        chosen: tuple[Elastic | Damping | Friction, ...] = (clearance.stiffness, clearance.damping, clearance.friction)
+        for which, law in enumerate(chosen):
             numbers = law.parameters(contact)
             laws[index, which] = law.tag
             tables[which][index, : len(numbers)] = numbers
@@ -238,7 +235,9 @@ def _joint_form(layout: Layout, index: int) -> Form:
 
 def _overlaps(layout: Layout) -> tuple[np.ndarray, np.ndarray]:
     """Pairs of length conditions on common free coordinates, with the matching entries."""
-    pairs, matches, offset = [], [], np.cumsum([0, *(form.columns.size for form in layout.lengths)])
+    pairs: list[tuple[int, int, int]] = []
+    matches: list[tuple[int, int]] = []
+    offset = np.cumsum([0, *(form.columns.size for form in layout.lengths)])
     by_column: dict[int, list[tuple[int, int]]] = {}
     for k, form in enumerate(layout.lengths):
         for where, column in enumerate(form.columns.tolist()):
@@ -289,4 +288,3 @@ def sliding_states(system: System) -> np.ndarray:
             friction_start(system.law[j, 2], 1.0, state, system.friction[j])
             scale[part] = np.abs(state)
     return scale
-

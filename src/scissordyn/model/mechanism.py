@@ -6,7 +6,7 @@ import dataclasses
 import math
 from collections.abc import Iterable
 from dataclasses import dataclass
-from typing import Annotated, Any
+from typing import Annotated, Any, TypeVar
 
 from scissordyn.errors import InputError, did_you_mean
 from scissordyn.model.body import GROUND, Body, Point
@@ -16,6 +16,8 @@ from scissordyn.model.joint import BodyPoint, Guide, Revolute
 from scissordyn.units import Quantity, check_quantities
 
 __all__ = ["Mechanism"]
+
+Named = TypeVar("Named", Body, Revolute)
 
 
 @dataclass(frozen=True)
@@ -54,8 +56,8 @@ class Mechanism:
         check_quantities(self)
         if not self.bodies:
             raise InputError("a mechanism without bodies", "at least one body")
-        for what, items in (("body", self.bodies), ("joint", (*self.joints, *self.guides))):
-            _check_unique(what, [item.name for item in items])
+        _check_unique("body", [body.name for body in self.bodies])
+        _check_unique("joint", list(self.joint_names))
         for joint in self.joints:
             self._check_point(joint.name, joint.journal)
             self._check_point(joint.name, joint.bearing)
@@ -88,6 +90,11 @@ class Mechanism:
         """Where a point of a body or of the ground is at the start [m]."""
         body, point = reference
         return dict(self.ground)[point] if body == GROUND else self.body(body).place(point)
+
+    @property
+    def joint_names(self) -> tuple[str, ...]:
+        """Names of the revolute joints, then of the guides."""
+        return (*(joint.name for joint in self.joints), *(guide.name for guide in self.guides))
 
     @property
     def loose(self) -> tuple[Revolute, ...]:
@@ -176,7 +183,7 @@ class Mechanism:
         return dataclasses.replace(self, joints=joints)
 
 
-def _named(what: str, name: str, items: Iterable[Any]) -> Any:
+def _named(what: str, name: str, items: Iterable[Named]) -> Named:
     found = {item.name: item for item in items}
     if name not in found:
         raise InputError(f"{what} '{name}'{did_you_mean(name, found)}", "one of " + (", ".join(found) or "none"))

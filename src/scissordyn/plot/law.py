@@ -92,10 +92,9 @@ def _draw_impact(
         k = int(part * course.time.size)
         ends = [(length.factor * course.indentation[i], force.factor * course.force[i]) for i in (k - 8, k)]
         panel.annotate("", xy=ends[1], xytext=ends[0], arrowprops={"arrowstyle": "-|>", "color": BLUE, "lw": 0.0})
-    panel.set_title(
-        f"{title}: {knock.mass:g} kg at {knock.speed:g} m/s, comes back at {course.restitution * knock.speed:.3g} m/s",
-        loc="left",
-    )
+    back = course.restitution * knock.speed
+    title = f"{title}: {knock.mass:g} kg at {knock.speed:g} m/s, comes back at {back:.3g} m/s"
+    panel.set_title(title, loc="left", fontsize=NORMAL)
     _label(panel, force, length)
     panel.legend(loc="upper left", frameon=False, fontsize="small")
     return [panel]
@@ -178,7 +177,9 @@ def draw_gallery(*, axes: Canvas = None, joint: JointContact = JOINT, knock: Kno
         (damping, [(name, Liu(), _soft(law)) for name, law in DAMPING.items()]),
     ):
         # an elastic part that is far softer than the others would press them all against the axis
-        courses = [(name, impact(*pair, joint, mass=chosen.mass, speed=chosen.speed)) for name, *pair in pairs]
+        courses = [
+            (name, impact(spring, damper, joint, mass=chosen.mass, speed=chosen.speed)) for name, spring, damper in pairs
+        ]
         deepest = np.array([course.indentation.max() for _, course in courses])
         shown = deepest <= 3.0 * np.median(deepest)
         length = engineering("m", deepest[shown])

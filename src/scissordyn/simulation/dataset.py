@@ -35,7 +35,7 @@ def _described(dims: tuple[str, ...], values: np.ndarray, units: str, long_name:
     return dims, values, {"units": units, "long_name": long_name}
 
 
-def to_dataset(mechanism: Mechanism, options: Options, path: Trajectory, warnings: list[str]) -> xr.Dataset:
+def to_dataset(mechanism: Mechanism, options: Options, path: Trajectory) -> xr.Dataset:
     """Everything that a run found out.
 
     Parameters
@@ -43,7 +43,6 @@ def to_dataset(mechanism: Mechanism, options: Options, path: Trajectory, warning
     mechanism : Mechanism
     options : Options
     path : Trajectory
-    warnings : list of str
 
     Returns
     -------
@@ -53,7 +52,6 @@ def to_dataset(mechanism: Mechanism, options: Options, path: Trajectory, warning
     samples = path.samples
     found = record(path.system, samples.time, samples.state, samples.mode, samples.memory)
     motion = body_motion(path.layout, found)
-    names = [joint.name for joint in (*mechanism.joints, *mechanism.guides)]
     variables = {
         **_motion_variables(mechanism, motion),
         **_joint_variables(mechanism, path, found, motion),
@@ -63,7 +61,7 @@ def to_dataset(mechanism: Mechanism, options: Options, path: Trajectory, warning
     coordinates = {
         "time": _described(("time",), samples.time, "s", "time"),
         "body": ("body", [body.name for body in mechanism.bodies]),
-        "joint": ("joint", names),
+        "joint": ("joint", list(mechanism.joint_names)),
         "axis": ("axis", ["x", "y"]),
     }
     attributes = {
@@ -72,7 +70,7 @@ def to_dataset(mechanism: Mechanism, options: Options, path: Trajectory, warning
         "cause": path.cause,
         "end": path.end,
         "statistics": json.dumps(path.statistics),
-        "warnings": json.dumps(warnings),
+        "warnings": "[]",
         "configuration": json.dumps({"mechanism": to_plain(mechanism), "options": to_plain(options)}),
         "versions": _versions(),
         "length_error": float(found.length_error[0]),
@@ -108,7 +106,7 @@ def _motion_variables(mechanism: Mechanism, motion: BodyMotion) -> dict[str, Var
 
 def _joint_variables(mechanism: Mechanism, path: Trajectory, found: Record, motion: BodyMotion) -> dict[str, Variable]:
     """Quantities per joint; those that exist at loose joints only are NaN at ideal ones."""
-    names = [joint.name for joint in (*mechanism.joints, *mechanism.guides)]
+    names = list(mechanism.joint_names)
     loose = np.array([names.index(joint.name) for joint in mechanism.loose], int)
     ideal = np.array([names.index(joint.name) for joint in mechanism.ideal], int)
     guides = np.arange(len(mechanism.joints), len(names))

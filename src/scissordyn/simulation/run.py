@@ -9,12 +9,13 @@ from collections.abc import Callable
 import xarray as xr
 
 from scissordyn.errors import InputError
+from scissordyn.laws.validity import contact_warnings
 from scissordyn.model.drive import TableMotion
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.model.record import from_plain
 from scissordyn.simulation.dataset import to_dataset
 from scissordyn.simulation.options import Options, StartKind
-from scissordyn.simulation.trajectory import compute
+from scissordyn.simulation.trajectory import Trajectory, compute
 from scissordyn.simulation.trust import TIGHTER, horizon
 
 __all__ = ["replay", "simulate"]
@@ -92,21 +93,40 @@ def replay(run: xr.Dataset, *, progress: Callable[[float], None] | None = None) 
     return _simulate(from_plain(plain["mechanism"]), from_plain(plain["options"]), plain.get("trust", False), progress)
 
 
-def _simulate(
-    mechanism: Mechanism, options: Options, trust: bool, progress: Callable[[float], None] | None
-) -> xr.Dataset:
+def _simulate(mechanism: Mechanism, options: Options, trust: bool, progress: Callable[[float], None] | None) -> xr.Dataset:
     for drive in mechanism.drives:
-        if isinstance(drive.motion, TableMotion) and not drive.motion.times[0] <= 0.0 <= options.until <= drive.motion.times[-1]:
+        if (
+            isinstance(drive.motion, TableMotion)
+            and not drive.motion.times[0] <= 0.0 <= options.until <= drive.motion.times[-1]
+        ):
             raise InputError(
                 f"the drive of '{drive.body}' is tabulated from {drive.motion.times[0]:g} s to {drive.motion.times[-1]:g} s, "
                 f"the run goes from 0 s to {options.until:g} s",
                 "a table that covers the run",
             )
     path = compute(mechanism, options, progress)
-    run = to_dataset(mechanism, options, path, [])
+    run = to_dataset(mechanism, options, path)
+    run.attrs["warnings"] = json.dumps(_warnings(mechanism, path, run))
     if trust and path.status == "complete":
         tight = dataclasses.replace(options, rtol=max(TIGHTER * options.rtol, 1e-14), atol=max(TIGHTER * options.atol, 1e-14))
-        second = to_dataset(mechanism, tight, compute(mechanism, tight, progress), [])
+        second = to_dataset(mechanism, tight, compute(mechanism, tight, progress))
         run.attrs["trusted_until"], run.attrs["trusted_contacts"] = horizon(run, second)
         run.attrs["configuration"] = json.dumps({**json.loads(run.attrs["configuration"]), "trust": True})
     return run
+
+
+def _warnings(mechanism: Mechanism, path: Trajectory, run: xr.Dataset) -> list[str]:
+    """Sentences on laws that were used outside what they were made for; each once."""
+    found: list[str] = []
+    for joint in mechanism.loose:
+        assert joint.clearance is not None
+        own = run["contact_joint"].values == joint.name
+        found += contact_warnings(
+            joint.name,
+            joint.clearance.contact,
+            joint.clearance.stiffness,
+            joint.clearance.damping,
+            approach_speed=run["approach_speed"].values[own].tolist(),
+            indentation=float(run["indentation"].sel(joint=joint.name).max()) if path.samples.time.size else 0.0,
+        )
+    return list(dict.fromkeys(found))

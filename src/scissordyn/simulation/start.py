@@ -5,14 +5,15 @@ from __future__ import annotations
 import numpy as np
 
 from scissordyn.integrate.advance import RECORD
+from scissordyn.jit import Handle
 from scissordyn.laws.ladder import elastic_force
-from scissordyn.mechanics.bodies import body_motion
 from scissordyn.mechanics import functions
+from scissordyn.mechanics.bodies import body_motion
 from scissordyn.mechanics.layout import Form, Layout, lay_out
 from scissordyn.mechanics.outputs import record
 from scissordyn.mechanics.reactions import solve_reactions
 from scissordyn.mechanics.start import Start, assemble, carry_over, hold_joints, natural_state
-from scissordyn.mechanics.system import APPROACH_FLOOR, System, build_system, system_handle
+from scissordyn.mechanics.system import APPROACH_FLOOR, System, build_system
 from scissordyn.simulation.options import Options
 
 __all__ = ["prepare_start"]
@@ -55,7 +56,7 @@ def prepare_start(layout: Layout, system: System, options: Options) -> tuple[np.
     start = hold_joints(layout, system, start, forms, offsets, np.zeros_like(offsets))
     state = np.concatenate([start.position, start.velocity, states])
     opening = []
-    handle = system_handle(system)
+    handle = Handle(system)
     for j in range(len(mechanism.loose)):
         if np.any(offsets[j]):
             remark = np.zeros(RECORD)
@@ -72,7 +73,7 @@ def _eccentricity_form(system: System, j: int) -> Form:
 def _ideal_reactions(layout: Layout, system: System, start: Start) -> np.ndarray:
     """Force on the journal of every revolute joint of an ideal mechanism at t = 0, shape (joints, 2) [N]."""
     state = np.concatenate([start.position, start.velocity])[None, :]
-    found = record(system_handle(system), np.zeros(1), state, np.zeros((1, 0), np.int64), np.zeros((1, 0)))
+    found = record(Handle(system), np.zeros(1), state, np.zeros((1, 0), np.int64), np.zeros((1, 0)))
     motion = body_motion(layout, found)
     joints, _, _ = solve_reactions(
         layout.mechanism,
@@ -82,7 +83,7 @@ def _ideal_reactions(layout: Layout, system: System, start: Start) -> np.ndarray
         force=np.zeros((1, 0, 2)),
         moment=np.zeros((1, 0, 2)),
     )
-    return joints[0]
+    return np.asarray(joints[0])
 
 
 def _indentation(system: System, j: int, force: float) -> float:

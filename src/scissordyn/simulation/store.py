@@ -43,7 +43,9 @@ def save(run: xr.Dataset, path: str | os.PathLike[str]) -> Path:
             raise
     except OSError as error:
         raise InputError(
-            f"cannot write '{target}': {error.strerror or error}", "a file name in a folder that exists and can be written", "-o run.nc"
+            f"cannot write '{target}': {error.strerror or error}",
+            "a file name in a folder that exists and can be written",
+            "-o run.nc",
         ) from None
     return target
 

@@ -16,7 +16,7 @@ from scissordyn.integrate.tableau import Tableau, tableau
 from scissordyn.jit import Handle
 from scissordyn.mechanics import functions
 from scissordyn.mechanics.layout import Layout, lay_out
-from scissordyn.mechanics.system import System, build_system, sliding_states, system_handle
+from scissordyn.mechanics.system import System, build_system, sliding_states
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.simulation.options import Options
 from scissordyn.simulation.start import prepare_start
@@ -90,10 +90,10 @@ def compute(mechanism: Mechanism, options: Options, progress: Callable[[float], 
     layout = lay_out(mechanism)
     system = build_system(layout)
     state, opening = prepare_start(layout, system, options)
-    method = options.method if options.method != "auto" else automatic_method(mechanism)
+    method = options.method if options.method != "auto" else automatic_method(mechanism, options)
     coefficients = tableau(method)
     work = _work(layout, system, state, coefficients, options)
-    handle = system_handle(system)
+    handle = Handle(system)
     samples = make_samples(np.linspace(0.0, options.until, options.samples), work)
     clock = np.array([0.0, 1e-4 * options.until, options.until, options.until, options.until])
     count = np.zeros(8, np.int64)
@@ -146,10 +146,11 @@ def compute(mechanism: Mechanism, options: Options, progress: Callable[[float], 
     )
 
 
-def automatic_method(mechanism: Mechanism) -> str:
-    """The stiff method where a friction law makes the equations stiff, the explicit one elsewhere."""
+def automatic_method(mechanism: Mechanism, options: Options) -> str:
+    """The stiff method where friction, or the damping of a contact that starts at rest, makes the equations stiff."""
     stiff = any(joint.clearance.friction.stiff for joint in mechanism.loose if joint.clearance)
-    return "rodas5p" if stiff else "dop853"
+    resting = bool(mechanism.loose) and options.start == "in-contact"
+    return "rodas5p" if stiff or resting else "dop853"
 
 
 @cache
@@ -198,6 +199,4 @@ def _culprit(mechanism: Mechanism, system: Handle, work: Work, time: float) -> s
     functions.guards(time, work.y, system.address, gap, rate)
     clearance = system.content.radius[:, 0]
     j = int(np.argmax(np.where(np.isnan(gap), np.inf, gap / clearance)))
-    return (
-        f"; joint '{mechanism.loose[j].name}': indentation {gap[j] * 1e3:.4g} mm at a clearance of {clearance[j] * 1e3:g} mm"
-    )
+    return f"; joint '{mechanism.loose[j].name}': indentation {gap[j] * 1e3:.4g} mm at a clearance of {clearance[j] * 1e3:g} mm"

@@ -37,7 +37,7 @@ class Anagnostopoulos:
 
     @property
     def damping_ratio(self) -> float:
-        """zeta [1]."""
+        """Damping ratio zeta [1]."""
         loss = -math.log(self.restitution)
         return loss / math.hypot(math.pi, loss)
 

@@ -31,9 +31,9 @@ class CarvalhoMartins:
 
     @property
     def factor(self) -> float:
-        """xi [1]."""
+        """Damping factor xi [1]."""
         return 1.5 * (1.0 - self.restitution) * (11.0 - self.restitution) / (1.0 + 9.0 * self.restitution)
 
     def parameters(self, joint: JointContact) -> tuple[float, ...]:
-        """xi [1]."""
+        """Damping factor xi [1]."""
         return (self.factor,)

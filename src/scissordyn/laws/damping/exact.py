@@ -23,7 +23,7 @@ SMALL = 0.1
 
 
 def _excess(x: float) -> float:
-    """x - ln(1+x) without cancellation."""
+    """X - ln(1+x) without cancellation."""
     if abs(x) > SMALL:
         return x - math.log1p(x)
     r = x / (2.0 + x)  # ln(1+x) = 2 artanh r, and x - 2 r = x r
@@ -97,9 +97,9 @@ class Exact:
 
     @property
     def factor(self) -> float:
-        """xi [1]."""
+        """Damping factor xi [1]."""
         return exact_factor(self.restitution)
 
     def parameters(self, joint: JointContact) -> tuple[float, ...]:
-        """xi [1]."""
+        """Damping factor xi [1]."""
         return (self.factor,)

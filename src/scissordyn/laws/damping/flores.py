@@ -31,9 +31,9 @@ class Flores:
 
     @property
     def factor(self) -> float:
-        """xi [1]."""
+        """Damping factor xi [1]."""
         return 8.0 * (1.0 - self.restitution) / (5.0 * self.restitution)
 
     def parameters(self, joint: JointContact) -> tuple[float, ...]:
-        """xi [1]."""
+        """Damping factor xi [1]."""
         return (self.factor,)

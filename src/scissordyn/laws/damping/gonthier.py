@@ -35,11 +35,11 @@ class Gonthier:
 
     @property
     def factor(self) -> float:
-        """xi [1]."""
+        """Damping factor xi [1]."""
         if self.approximate:
             return (1.0 - self.restitution**2) / self.restitution
         return exact_factor(self.restitution)
 
     def parameters(self, joint: JointContact) -> tuple[float, ...]:
-        """xi [1]."""
+        """Damping factor xi [1]."""
         return (self.factor,)

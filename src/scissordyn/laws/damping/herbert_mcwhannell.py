@@ -31,9 +31,9 @@ class HerbertMcWhannell:
 
     @property
     def factor(self) -> float:
-        """xi [1]."""
+        """Damping factor xi [1]."""
         return 6.0 * (1.0 - self.restitution) / ((2.0 * self.restitution - 1.0) ** 2 + 3.0)
 
     def parameters(self, joint: JointContact) -> tuple[float, ...]:
-        """xi [1]."""
+        """Damping factor xi [1]."""
         return (self.factor,)

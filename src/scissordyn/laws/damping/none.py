@@ -22,9 +22,9 @@ class NoDamping:
 
     @property
     def factor(self) -> float:
-        """xi [1]."""
+        """Damping factor xi [1]."""
         return 0.0
 
     def parameters(self, joint: JointContact) -> tuple[float, ...]:
-        """xi [1]."""
+        """Damping factor xi [1]."""
         return (self.factor,)

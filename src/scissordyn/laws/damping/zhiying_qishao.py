@@ -32,9 +32,9 @@ class ZhiyingQishao:
 
     @property
     def factor(self) -> float:
-        """xi [1]."""
+        """Damping factor xi [1]."""
         return 0.75 * (1.0 - self.restitution**2) * math.exp(2.0 * (1.0 - self.restitution))
 
     def parameters(self, joint: JointContact) -> tuple[float, ...]:
-        """xi [1]."""
+        """Damping factor xi [1]."""
         return (self.factor,)

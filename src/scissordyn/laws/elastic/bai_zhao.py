@@ -32,7 +32,7 @@ class BaiZhaoAsPrinted:
     )
 
     def parameters(self, joint: JointContact) -> tuple[float, ...]:
-        """pi E*/8 [Pa] and c [m]."""
+        """Scale pi E*/8 [Pa] and c [m]."""
         return 0.125 * math.pi * joint.modulus, joint.clearance
 
 

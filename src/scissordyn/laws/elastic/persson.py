@@ -34,7 +34,7 @@ class Persson:
     caveat: ClassVar[str] = ""
 
     def parameters(self, joint: JointContact) -> tuple[float, ...]:
-        """pi L_b E* c [N], c [m], and at the tangent the indentation [m], the force [N] and the stiffness [N/m]."""
+        """Scale pi L_b E* c [N], c [m], and at the tangent the indentation [m], the force [N] and the stiffness [N/m]."""
         q, c = LAST_ARC, joint.clearance
         scale = math.pi * joint.length * joint.modulus * c
         below = 2.0 - math.log1p(q) - 2.0 * q * q

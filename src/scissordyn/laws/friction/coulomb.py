@@ -36,7 +36,7 @@ class Coulomb:
         check_quantities(self)
 
     def parameters(self, joint: JointContact) -> tuple[float, ...]:
-        """mu and v_0."""
+        """Coefficient mu and v_0."""
         return self.kinetic, self.ramp_speed
 
 

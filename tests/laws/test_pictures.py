@@ -1,0 +1,64 @@
+"""The small experiments that show a law, and their pictures."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from bouncing import JOINT
+
+from scissordyn.laws import catalogue
+from scissordyn.laws.damping.exact import returned_restitution
+from scissordyn.laws.damping.flores import Flores
+from scissordyn.laws.elastic.liu import Liu
+from scissordyn.laws.impact import impact
+from scissordyn.laws.sliding import steady_coefficient, swing
+from scissordyn.plot.law import draw_gallery, draw_law
+
+ENTRIES = [(kind, name) for kind, laws in catalogue.BY_KIND.items() for name in laws]
+
+
+def test_impact():
+    """Identity: the rebound is the root of the energy integral, and the loop's area is the energy that is gone."""
+    course = impact(Liu(), Flores(0.6), JOINT, mass=3.0, speed=0.4, samples=4001)
+    assert course.restitution == pytest.approx(returned_restitution(Flores(0.6).factor), rel=1e-7)
+    area = np.trapezoid(course.force, course.indentation)
+    assert area == pytest.approx(0.5 * 3.0 * 0.4**2 * (1.0 - course.restitution**2), rel=1e-5)
+
+
+def test_swing_loses_what_friction_takes():
+    """Limit: sliding far beyond the bristles' length, a period of Dahl's friction costs 4 a mu, as Coulomb's."""
+    dahl = catalogue.FRICTION["dahl"](kinetic=0.05)
+    course = swing(dahl, JOINT, amplitude=1e-2, frequency=10.0, samples=4001)
+    loss = np.trapezoid(course.coefficient, course.displacement)
+    assert loss == pytest.approx(4 * 1e-2 * 0.05, rel=1e-3)
+
+
+def test_steady_coefficient():
+    """Limit: odd in the slip speed, and of the same shape."""
+    speeds = np.array([[-1.0, -1e-3], [1e-3, 1.0]])
+    found = steady_coefficient(catalogue.FRICTION["lugre"](), JOINT, speeds)
+    assert found.shape == speeds.shape
+    assert found[0, ::-1] == pytest.approx(-found[1], rel=1e-15)
+    assert found[1, 1] == pytest.approx(0.05, rel=1e-12)
+
+
+@pytest.mark.parametrize(("kind", "name"), ENTRIES)
+def test_every_law_can_be_drawn(kind, name):
+    """Limit: what is drawn is finite, starts and ends where it should, and names the law."""
+    axes = draw_law(catalogue.law(kind, name)())
+    assert len(axes) == (2 if kind == "friction" else 1)
+    assert name in axes[0].get_title(loc="left")
+    for line in [line for panel in axes for line in panel.lines]:
+        assert np.all(np.isfinite(np.asarray(line.get_xydata(), float)))
+    if kind != "friction":
+        loop = np.asarray(axes[0].lines[0].get_xydata())
+        assert loop[0] == pytest.approx([0.0, 0.0])
+        assert loop[-1] == pytest.approx([0.0, 0.0])
+        assert loop[:, 1].max() > 1.0
+
+
+def test_the_gallery_shows_all():
+    """Identity: one curve for each law of the catalogue."""
+    axes = draw_gallery()
+    for panel, laws in zip(axes, catalogue.BY_KIND.values(), strict=True):
+        assert [line.get_label().split(" ")[0] for line in panel.lines] == list(laws)

@@ -195,11 +195,18 @@ def test_pereira_small_clearance():
     assert stiffness * 1e-3**exponent == pytest.approx(1.93 * E_STAR * 1e-6 * 1e3, rel=1e-12)
 
 
-@pytest.mark.parametrize("clearance", [4e-6, 11e-3])
+@pytest.mark.parametrize("clearance", [4.99e-6, 10.05e-3])
 def test_pereira_range(clearance):
     """Limit: outside the clearances of its fit the law says so."""
     with pytest.raises(InputError, match="Pereira"):
         Pereira().parameters(replace(JOINT, clearance=clearance, journal_radius=1.0))
+    assert Pereira().parameters(replace(JOINT, clearance=5.01e-6))[1] > 1.0
+
+
+def test_pereira_large_clearance():
+    """Closed form: just above 0.34954 mm the exponent is that of the straight piece."""
+    exponent = Pereira().parameters(replace(JOINT, clearance=0.351e-3))[1]
+    assert exponent == pytest.approx((0.0151 * 0.351 + 1.151) * 0.351**-0.005, rel=1e-9)
 
 
 def test_bai_zhao_as_printed_is_the_slope_of_liu():

@@ -73,7 +73,7 @@ def test_the_number_of_contacts_shown_is_chosen(folder: Path, capsys: pytest.Cap
     changes = ("--set", "run.until=6 ms", "--set", "clearance.A.friction=none")
     assert status_of(["run", str(PAPER), *changes, "--events", "2"]) == 0
     two = capsys.readouterr().out
-    assert "... and 1 more contacts (--events 3 shows all)" in two
+    assert "... and 1 more contact (--events 3 shows all)" in two
     assert status_of(["run", str(PAPER), *changes, "--events", "3"]) == 0
     three = capsys.readouterr().out
     assert len(three.splitlines()) == len(two.splitlines()) - 1  # one row more, the note and its blank line less

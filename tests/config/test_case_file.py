@@ -165,7 +165,7 @@ def test_a_bad_table_of_motion_is_refused(tmp_path: Path, content: str, reason: 
         ("structure.kind=sissor", "structure.kind", "did you mean 'scissor'"),
         ("structure.reading=C", "structure.reading", "'A' or 'B'"),
         ("structure.gravity=9.81 m/s", "structure.gravity", "wrong dimension"),
-        ("clearance.A.joint=unit 1/pivott", "clearance.0", "did you mean 'unit 1/pivot'"),
+        ("clearance.A.joint=unit 1/pvot", "clearance.0", "did you mean 'unit 1/pivot'"),
         ("clearance.A.friction=lugr", "clearance.0.friction", "did you mean 'lugre'"),
         ("clearance.A.stiffness=lui", "clearance.0.stiffness", "did you mean 'liu'"),
         ("clearance.A.damping=floress", "clearance.0.damping", "did you mean 'flores'"),

@@ -217,7 +217,7 @@ def test_elasto_plastic_transition():
         assert sliding(-v, [bend])[1][0] == -v
 
 
-def test_gonthier_dwell():
+def test_gonthier_bristle_dwell():
     """Closed form: at rest the dwell of gonthier-bristle grows as 1 - exp(-t/tau_d); sliding it falls with sigma_1/sigma_0.
 
     The largest force before sliding follows it: mu_k + (mu_s - mu_k) w.
@@ -234,11 +234,12 @@ def test_gonthier_dwell():
     assert found.y[1, -1] == pytest.approx(math.exp(-2e-4 * 1e5 / 10.0), rel=1e-8)
 
 
-def test_gonthier_smoothing():
+def test_gonthier_bristle_smoothing():
     """Closed form: gonthier-bristle's d(v) at half the smoothing speed is 3/4 - 1/16 = 11/16, one from that speed on."""
     sliding = Sliding(GonthierBristle(smoothing_speed=0.2, stribeck_speed=1e-3))
     assert sliding(0.1, [0.0, 0.0])[1][0] == pytest.approx(0.05 * 11 / 16 / 10.0, rel=1e-12)
     assert sliding(0.3, [0.0, 0.0])[1][0] == pytest.approx(0.05 / 10.0, rel=1e-12)
+    assert sliding.start(0.1)[0] * 1e5 == pytest.approx(0.05 * 11 / 16, rel=1e-12)
 
 
 def test_brown_mcphee_peak():

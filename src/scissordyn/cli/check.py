@@ -45,7 +45,7 @@ def check(
         laws = f"{gap.stiffness.name} stiffness, {gap.damping.name} damping, friction {gap.friction.name}"
         lines.append(f"Joint {joint.name}: clearance {1e3 * gap.clearance:g} mm, {gap.contact.journal.name}, {laws}.")
     method = read.run.method if read.run.method != "auto" else f"{automatic_method(mechanism, read.run)} (auto)"
-    lines.append(f"Run: {1e3 * read.run.until:g} ms from a {read.run.start} start, {read.run.samples} samples, {method}.")
+    lines.append(f"Run: {1e3 * read.run.until:g} ms, {read.run.start} start, {read.run.samples} samples, {method}.")
     to = console()
     for line in lines:
         to.print(line, markup=False)

@@ -13,7 +13,7 @@ from rich.table import Table
 
 from scissordyn.cli.scale import column, short
 
-__all__ = ["console", "show_events", "show_summary"]
+__all__ = ["console", "counted", "show_events", "show_summary"]
 
 WIDTH = 100
 """Columns to write where no terminal says how many there are."""
@@ -23,6 +23,11 @@ def console() -> Console:
     """Where results are shown: stdout, not narrower than the tables when it is a file or a pipe."""
     plain = Console(highlight=False, soft_wrap=False)
     return plain if plain.is_terminal else Console(highlight=False, width=WIDTH)
+
+
+def counted(number: int, thing: str = "contact") -> str:
+    """So many things, as "1 contact" or "3 contacts"."""
+    return f"{number} {thing}" + ("" if number == 1 else "s")
 
 
 def show_events(run: xr.Dataset, rows: int, to: Console) -> None:
@@ -60,7 +65,7 @@ def show_events(run: xr.Dataset, rows: int, to: Console) -> None:
         table.add_row(*row)
     to.print(table)
     if found > rows:
-        to.print(f"... and {found - rows} more contacts (--events {found} shows all)\n")
+        to.print(f"... and {counted(found - rows, 'more contact')} (--events {found} shows all)\n")
 
 
 def show_summary(run: xr.Dataset, to: Console) -> None:
@@ -81,7 +86,7 @@ def show_summary(run: xr.Dataset, to: Console) -> None:
         when = float(here["contact_start"].values[highest] + here["peak_time"].values[highest])
         share = float(lasting.sum()) / end if end > 0.0 else 0.0
         parts.append(
-            f"Joint {joint}: {here.sizes['contact']} contacts, in contact {100.0 * share:.3g} % of the time, "
+            f"Joint {joint}: {counted(here.sizes['contact'])}, in contact {100.0 * share:.3g} % of the time, "
             f"largest force {short(float(here['peak_force'].values[highest]), 'N')} at {short(when, 's')}."
         )
     if run.sizes["time"]:
@@ -91,7 +96,7 @@ def show_summary(run: xr.Dataset, to: Console) -> None:
         parts.append(f"The energy balance closes to {short(residual, 'J')}{relative}.")
     trusted = float(attributes["trusted_until"])
     if math.isfinite(trusted):
-        parts.append(f"Trusted until {short(trusted, 's')}, through {attributes['trusted_contacts']} contacts.")
+        parts.append(f"Trusted until {short(trusted, 's')}, through {counted(int(attributes['trusted_contacts']))}.")
     to.print(" ".join(parts), markup=False)
     for warning in json.loads(attributes["warnings"]):
         to.print(f"Warning: {warning}", markup=False)

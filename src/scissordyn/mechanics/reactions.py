@@ -239,4 +239,4 @@ def solve_reactions(
             values[failed:] = np.nan
     values = values[:, parts.order]
     joints, guides = 2 * len(mechanism.ideal), len(mechanism.guides)
-    return values[:, :joints].reshape(instants, -1, 2), values[:, joints : joints + guides], values[:, joints + guides :]
+    return values[:, :joints].reshape(instants, joints // 2, 2), values[:, joints : joints + guides], values[:, joints + guides :]

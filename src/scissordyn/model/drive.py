@@ -12,7 +12,17 @@ import numpy as np
 from scissordyn.errors import InputError
 from scissordyn.units import Quantity, check_quantities
 
-__all__ = ["ConstantSpeed", "Drive", "Harmonic", "Motion", "TableMotion", "tabulated"]
+__all__ = [
+    "ConstantSpeed",
+    "Cycloidal",
+    "Drive",
+    "Harmonic",
+    "Motion",
+    "Polynomial",
+    "TableMotion",
+    "Trapezoidal",
+    "tabulated",
+]
 
 
 @dataclass(frozen=True)
@@ -99,7 +109,67 @@ def tabulated(angle: Callable[[float], float], *, until: float, points: int = 20
     return TableMotion(tuple(times.tolist()), tuple(float(angle(t)) for t in times.tolist()))
 
 
-Motion = ConstantSpeed | Harmonic | TableMotion
+@dataclass(frozen=True)
+class Polynomial:
+    """A polynomial of time of at most fifth degree: c_0 + c_1 t + c_2 t^2 + ...
+
+    Parameters
+    ----------
+    coefficients : tuple of float
+        c_0 [rad], c_1 [rad/s], ..., at most six.
+    """
+
+    coefficients: tuple[float, ...]
+
+    def __post_init__(self) -> None:
+        if not 1 <= len(self.coefficients) <= 6 or not all(math.isfinite(c) for c in self.coefficients):
+            raise InputError(f"polynomial with coefficients {self.coefficients!r}", "one to six finite numbers")
+
+
+@dataclass(frozen=True)
+class Cycloidal:
+    """A smooth move from one value to another, at rest before and after, with zero acceleration at both ends.
+
+    Parameters
+    ----------
+    start, end : float
+        Values before and after [rad].
+    duration : float
+        Of the move [s], which begins at t = 0.
+    """
+
+    start: Annotated[float, Quantity("rad", help="value before the move")]
+    end: Annotated[float, Quantity("rad", help="value after the move")]
+    duration: Annotated[float, Quantity("s", above=0.0, help="duration of the move")]
+
+    def __post_init__(self) -> None:
+        check_quantities(self)
+
+
+@dataclass(frozen=True)
+class Trapezoidal:
+    """A move from one value to another with constant acceleration, constant speed, constant deceleration.
+
+    Parameters
+    ----------
+    start, end : float
+        Values before and after [rad].
+    duration : float
+        Of the move [s], which begins at t = 0.
+    ramp : float
+        Share of the duration that each of the two ramps takes [1].
+    """
+
+    start: Annotated[float, Quantity("rad", help="value before the move")]
+    end: Annotated[float, Quantity("rad", help="value after the move")]
+    duration: Annotated[float, Quantity("s", above=0.0, help="duration of the move")]
+    ramp: Annotated[float, Quantity("1", above=0.0, maximum=0.5, help="share of each ramp")] = 0.25
+
+    def __post_init__(self) -> None:
+        check_quantities(self)
+
+
+Motion = ConstantSpeed | Harmonic | TableMotion | Polynomial | Cycloidal | Trapezoidal
 
 
 @dataclass(frozen=True)
@@ -110,17 +180,9 @@ class Drive:
     ----------
     body : str
         The driven body.
-    motion : ConstantSpeed, Harmonic or TableMotion
+    motion : Motion
         Its prescribed angle.
     """
 
     body: str
     motion: Motion
-
-    def angle_at_start(self, placed: float) -> float:
-        """The prescribed angle at t = 0 [rad], for a body placed at an angle `placed`."""
-        if isinstance(self.motion, ConstantSpeed):
-            return placed
-        if isinstance(self.motion, Harmonic):
-            return self.motion.mean + self.motion.amplitude * math.sin(self.motion.phase)
-        return float(np.interp(0.0, self.motion.times, self.motion.angles))

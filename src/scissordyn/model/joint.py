@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import Annotated
 
 from scissordyn.errors import InputError
-from scissordyn.model.body import Point
+from scissordyn.model.body import GROUND, Point
 from scissordyn.model.clearance import Clearance
 from scissordyn.units import Quantity, check_quantities
 
@@ -48,7 +48,7 @@ class Revolute:
 
 @dataclass(frozen=True)
 class Guide:
-    """A straight, fixed line that a point of a body stays on.
+    """A straight line, fixed or on a moving body, that a point of a body stays on.
 
     Parameters
     ----------
@@ -56,15 +56,20 @@ class Guide:
     follower : (str, str)
         Body and point that are guided.
     through : (float, float)
-        A point of the line [m].
+        A point of the line, in the frame of its body [m].
     direction : float
-        Direction of the line [rad].
+        Direction of the line in that frame [rad].
+    body : str
+        The body that carries the line; the ground unless given.
     """
 
     name: str
     follower: BodyPoint
     through: Point = (0.0, 0.0)
     direction: Annotated[float, Quantity("rad", help="direction of the line")] = 0.0
+    body: str = GROUND
 
     def __post_init__(self) -> None:
         check_quantities(self)
+        if self.follower[0] == self.body:
+            raise InputError(f"guide '{self.name}' guides body '{self.body}' along itself", "two different bodies")

@@ -12,6 +12,7 @@ from scissordyn.errors import InputError, did_you_mean
 from scissordyn.model.body import GROUND, Body, Point
 from scissordyn.model.clearance import Clearance
 from scissordyn.model.drive import ConstantSpeed, Drive, Motion
+from scissordyn.model.element import Element, Force, Spring, Weld
 from scissordyn.model.joint import BodyPoint, Guide, Revolute
 from scissordyn.units import Quantity, check_quantities
 
@@ -30,6 +31,9 @@ class Mechanism:
     joints : tuple of Revolute
     guides : tuple of Guide
     drives : tuple of Drive
+    welds : tuple of Weld
+        Rigid connections.
+    elements : tuple of Spring, TorsionSpring, Force, Torque or Motor
     ground : tuple of (str, (float, float))
         Named points of the fixed frame [m].
     gravity : float
@@ -46,6 +50,8 @@ class Mechanism:
     joints: tuple[Revolute, ...] = ()
     guides: tuple[Guide, ...] = ()
     drives: tuple[Drive, ...] = ()
+    welds: tuple[Weld, ...] = ()
+    elements: tuple[Element, ...] = ()
     ground: tuple[tuple[str, Point], ...] = ()
     gravity: Annotated[float, Quantity("m/s^2", minimum=0.0, help="gravitational acceleration")] = 9.81
     gravity_direction: Annotated[float, Quantity("rad", help="direction gravity pulls in")] = -math.pi / 2
@@ -57,26 +63,45 @@ class Mechanism:
         if not self.bodies:
             raise InputError("a mechanism without bodies", "at least one body")
         _check_unique("body", [body.name for body in self.bodies])
-        _check_unique("joint", list(self.joint_names))
+        _check_unique("joint", [*self.joint_names, *(weld.name for weld in self.welds)])
+        _check_unique("element", [element.name for element in self.elements])
         for joint in self.joints:
             self._check_point(joint.name, joint.journal)
             self._check_point(joint.name, joint.bearing)
         for guide in self.guides:
             self._check_point(guide.name, guide.follower)
+            self._check_rotates(guide.name, guide.body)
+        for weld in self.welds:
+            self._check_point(weld.name, weld.start)
+            self._check_point(weld.name, weld.end)
+        for element in self.elements:
+            if isinstance(element, Spring):
+                self._check_point(element.name, element.start)
+                self._check_point(element.name, element.end)
+            elif isinstance(element, Force):
+                self._check_point(element.name, element.point)
+            else:
+                self._check_rotates(element.name, element.body)
+                self._check_rotates(element.name, element.base)
         driven = [drive.body for drive in self.drives]
         _check_unique("driven body", driven)
         for name in (*driven, *filter(None, (self.input_body, self.output_body))):
-            if self.body(name).inertia is None and name in driven:
-                raise InputError(f"drive on body '{name}', which does not rotate", "a body with a moment of inertia")
+            self.body(name)
+        for name in driven:
+            self._check_rotates("the drive", name)
 
     def _check_point(self, joint: str, reference: BodyPoint) -> None:
         body, point = reference
         points = dict(self.ground) if body == GROUND else self.body(body).points
         if point not in points:
             raise InputError(
-                f"joint '{joint}' refers to point '{point}' of body '{body}'{did_you_mean(point, points)}",
+                f"'{joint}' refers to point '{point}' of body '{body}'{did_you_mean(point, points)}",
                 "one of " + ", ".join(points),
             )
+
+    def _check_rotates(self, name: str, body: str) -> None:
+        if body != GROUND and not self.body(body).rotates:
+            raise InputError(f"'{name}' needs the angle of body '{body}', which does not rotate", "a body with an inertia")
 
     def body(self, name: str) -> Body:
         """The body of that name."""
@@ -134,7 +159,7 @@ class Mechanism:
 
         Parameters
         ----------
-        motion : ConstantSpeed, Harmonic or TableMotion, optional
+        motion : Motion, optional
             The prescribed angle.
         speed : float, optional
             Short for a `ConstantSpeed` [rad/s].

@@ -63,14 +63,19 @@ class GonthierBristle:
 
 
 @kernel()
+def direction(v, smoothing_speed):
+    """The sign of v, below the smoothing speed by a cubic with a level end."""
+    r = v / smoothing_speed
+    return math.copysign(1.0, v) if abs(r) >= 1.0 else r * (1.5 - 0.5 * r * r)
+
+
+@kernel()
 def force(v, normal, z, dz, p):
     """Tangential force [N]; writes z' [m/s] and w' [1/s] into dz. z[0] is the deflection [m], z[1] the dwell [1]."""
     x = v / p[2]
     stick = math.exp(-x * x)
     slide = -math.expm1(-x * x)
-    r = v / p[3]
-    toward = math.copysign(1.0, v) if abs(r) >= 1.0 else r * (1.5 - 0.5 * r * r)
-    dz[0] = stick * v + slide * (p[0] * toward - p[5] * z[0]) / p[6]
+    dz[0] = stick * v + slide * (p[0] * direction(v, p[3]) - p[5] * z[0]) / p[6]
     lag = stick - z[1]
     dz[1] = lag / p[4] if lag >= 0.0 else lag * p[5] / p[6]
     largest = p[0] + (p[1] - p[0]) * z[1]
@@ -87,7 +92,5 @@ def start(v, z, p):
     z[0] = 0.0
     if v != 0.0:
         largest = p[0] + (p[1] - p[0]) * stick
-        r = v / p[3]
-        toward = math.copysign(1.0, v) if abs(r) >= 1.0 else r * (1.5 - 0.5 * r * r)
-        steady = p[0] * toward - p[6] * stick * v / math.expm1(-x * x)
+        steady = p[0] * direction(v, p[3]) - p[6] * stick * v / math.expm1(-x * x)
         z[0] = min(largest, max(-largest, steady)) / p[5]

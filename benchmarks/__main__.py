@@ -1,0 +1,10 @@
+"""Run all benchmarks, quickly."""
+
+from __future__ import annotations
+
+from benchmarks import scaling, speed, start_up, work_precision
+from benchmarks.measure import machine
+
+for benchmark in (speed, scaling, work_precision, start_up):
+    print(f"# {benchmark.__name__.split('.')[-1]}\n\n{benchmark.measure(quick=True)}")
+print(machine())

@@ -1,0 +1,115 @@
+"""Times that can be compared: runs of all candidates take turns in one process, and medians are compared."""
+
+from __future__ import annotations
+
+import argparse
+import os
+import platform
+import statistics
+import time
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numba
+import numpy as np
+import scipy
+
+__all__ = ["DECISIONS", "Times", "command", "fitted_exponent", "interleaved", "machine", "table"]
+
+DECISIONS = Path(__file__).parent.parent / "docs" / "decisions"
+
+Measured = Callable[[], float | None]
+"""Something to time: it returns its own seconds, or nothing if it is to be timed from outside."""
+
+
+@dataclass(frozen=True)
+class Times:
+    """What several runs took.
+
+    Parameters
+    ----------
+    median : float
+        [s]
+    least : float
+        Nearest to an undisturbed machine [s].
+    """
+
+    median: float
+    least: float
+
+
+def interleaved(candidates: Mapping[str, Measured], repeats: int) -> dict[str, Times]:
+    """Times of candidates that take turns, after one run each that is not counted.
+
+    Parameters
+    ----------
+    candidates : mapping
+    repeats : int
+
+    Returns
+    -------
+    dict of Times
+    """
+    found: dict[str, list[float]] = {name: [] for name in candidates}
+    for turn in range(repeats + 1):
+        for name, run in candidates.items():
+            began = time.perf_counter()
+            own = run()
+            seconds = time.perf_counter() - began
+            if turn:
+                found[name].append(seconds if own is None else own)
+    return {name: Times(statistics.median(values), min(values)) for name, values in found.items()}
+
+
+def fitted_exponent(size: Sequence[float], cost: Sequence[float]) -> float:
+    """Slope of log cost over log size."""
+    return float(np.polyfit(np.log(size), np.log(cost), 1)[0])
+
+
+def table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
+    """A Markdown table; the first column is text."""
+    width = [max(len(row[k]) for row in (head, *rows)) for k in range(len(head))]
+    lines = [
+        " | ".join(cell.ljust(width[0]) if k == 0 else cell.rjust(width[k]) for k, cell in enumerate(row)) for row in (head, *rows)
+    ]
+    rule = " | ".join("-" * width[k] if k == 0 else "-" * (width[k] - 1) + ":" for k in range(len(head)))
+    return "\n".join(f"| {line} |" for line in (lines[0], rule, *lines[1:])) + "\n"
+
+
+def machine() -> str:
+    """Where and with what the figures were made."""
+    model = platform.processor() or "unknown processor"
+    try:
+        for line in Path("/proc/cpuinfo").read_text().splitlines():
+            if line.startswith("model name"):
+                model = line.split(":", 1)[1].strip()
+                break
+    except OSError:  # not Linux
+        pass
+    load = f", load {os.getloadavg()[0]:.1f} at the end" if hasattr(os, "getloadavg") else ""
+    versions = f"Python {platform.python_version()}, numpy {np.__version__}, scipy {scipy.__version__}, numba {numba.__version__}"
+    return f"{model}, {os.cpu_count()} cores{load}; {versions}."
+
+
+def command(name: str, measure: Callable[[bool], str]) -> None:
+    """Run one benchmark from the command line.
+
+    Parameters
+    ----------
+    name : str
+        Of the page that ``--write`` keeps in docs/decisions/measured.
+    measure : callable
+        Whether to be quick, to a Markdown page.
+    """
+    parser = argparse.ArgumentParser(description=f"Measure: {name}.")
+    parser.add_argument("--write", action="store_true", help="keep the figures in docs/decisions/measured")
+    parser.add_argument("--quick", action="store_true", help="fewer and smaller runs")
+    given = parser.parse_args()
+    page = f"{measure(given.quick)}\n{machine()}\n"
+    print(page)
+    if given.write:
+        folder = DECISIONS / "measured"
+        folder.mkdir(parents=True, exist_ok=True)
+        text = f"# {name}\n\nWritten by `python -m benchmarks.{name} --write`.\n\n{page}"
+        (folder / f"{name}.md").write_text(text, encoding="utf-8")

@@ -1,0 +1,191 @@
+"""Springs, dampers, loads and motors, and rigid connections."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Annotated
+
+from scissordyn.errors import InputError
+from scissordyn.model.body import GROUND, Point
+from scissordyn.model.drive import Motion
+from scissordyn.model.joint import BodyPoint
+from scissordyn.units import Quantity, check_quantities
+
+__all__ = ["Element", "Force", "Motor", "Spring", "Torque", "TorsionSpring", "Weld"]
+
+
+def _two_bodies(name: str, one: str, other: str) -> None:
+    if one == other:
+        raise InputError(f"'{name}' acts between body '{one}' and itself", "two different bodies")
+
+
+@dataclass(frozen=True)
+class Spring:
+    """A spring and damper between two points: force k (l - l_0) + d l' along the line between them.
+
+    Parameters
+    ----------
+    name : str
+    start, end : (str, str)
+        Body and point; the body may be "ground".
+    stiffness : float
+        k [N/m].
+    free_length : float
+        l_0 [m].
+    damping : float
+        d [N s/m].
+    """
+
+    name: str
+    start: BodyPoint
+    end: BodyPoint
+    stiffness: Annotated[float, Quantity("N/m", minimum=0.0, help="stiffness")] = 0.0
+    free_length: Annotated[float, Quantity("m", minimum=0.0, help="length without force")] = 0.0
+    damping: Annotated[float, Quantity("N s/m", minimum=0.0, help="damping")] = 0.0
+
+    def __post_init__(self) -> None:
+        check_quantities(self)
+        _two_bodies(self.name, self.start[0], self.end[0])
+
+
+@dataclass(frozen=True)
+class TorsionSpring:
+    """A hinge spring and damper between two bodies: torque -k (phi - phi_0) - d phi' on the first.
+
+    phi is the angle of the body against its base, counted from the start without jumps as long as it stays within half a
+    turn of its value there.
+
+    Parameters
+    ----------
+    name : str
+    body, base : str
+        The base may be "ground".
+    stiffness : float
+        k [N m/rad].
+    free_angle : float
+        phi_0 [rad].
+    damping : float
+        d [N m s/rad].
+    """
+
+    name: str
+    body: str
+    base: str = GROUND
+    stiffness: Annotated[float, Quantity("N m/rad", minimum=0.0, help="stiffness")] = 0.0
+    free_angle: Annotated[float, Quantity("rad", help="angle without torque")] = 0.0
+    damping: Annotated[float, Quantity("N m s/rad", minimum=0.0, help="damping")] = 0.0
+
+    def __post_init__(self) -> None:
+        check_quantities(self)
+        _two_bodies(self.name, self.body, self.base)
+
+
+@dataclass(frozen=True)
+class Force:
+    """A force on a point, fixed in direction or following the body, constant or a function of time.
+
+    Parameters
+    ----------
+    name : str
+    point : (str, str)
+        Body and point.
+    force : (float, float)
+        Components [N]; along the body's axes if the force follows it.
+    follows : bool
+        Whether it turns with the body.
+    course : Motion, optional
+        A factor over time; 1 if not given.
+    """
+
+    name: str
+    point: BodyPoint
+    force: Point
+    follows: bool = False
+    course: Motion | None = None
+
+    def __post_init__(self) -> None:
+        if len(self.force) != 2 or not all(math.isfinite(part) for part in self.force):
+            raise InputError(f"force '{self.name}': force = {self.force!r}", "two finite numbers [N]")
+        if self.point[0] == GROUND:
+            raise InputError(f"force '{self.name}' on the ground", "a point of a body")
+
+
+@dataclass(frozen=True)
+class Torque:
+    """A torque on a body against its base, constant or a function of time.
+
+    Parameters
+    ----------
+    name : str
+    body, base : str
+        The base may be "ground".
+    torque : float
+        [N m]
+    course : Motion, optional
+        A factor over time; 1 if not given.
+    """
+
+    name: str
+    body: str
+    torque: Annotated[float, Quantity("N m", help="torque")]
+    base: str = GROUND
+    course: Motion | None = None
+
+    def __post_init__(self) -> None:
+        check_quantities(self)
+        _two_bodies(self.name, self.body, self.base)
+
+
+@dataclass(frozen=True)
+class Motor:
+    """A motor whose torque falls with its speed: T = T_0 (1 - w/w_0), never beyond its limit either way.
+
+    Parameters
+    ----------
+    name : str
+    body, base : str
+        Rotor side and stator side; the base may be "ground".
+    stall_torque : float
+        T_0 [N m]; its sign is the sense in which the motor turns.
+    no_load_speed : float
+        w_0 [rad/s], at which the torque is gone; beyond it the motor brakes.
+    limit : float, optional
+        Largest torque in either sense [N m].
+    inertia : float
+        Of the rotor, turning with the body [kg m^2].
+    """
+
+    name: str
+    body: str
+    stall_torque: Annotated[float, Quantity("N m", help="torque at rest")]
+    no_load_speed: Annotated[float, Quantity("rad/s", above=0.0, help="speed at which the torque vanishes")]
+    base: str = GROUND
+    limit: Annotated[float | None, Quantity("N m", above=0.0, help="largest torque")] = None
+    inertia: Annotated[float, Quantity("kg m^2", minimum=0.0, help="moment of inertia of the rotor")] = 0.0
+
+    def __post_init__(self) -> None:
+        check_quantities(self)
+        _two_bodies(self.name, self.body, self.base)
+
+
+@dataclass(frozen=True)
+class Weld:
+    """A rigid connection: two points coincide and the bodies keep the relative angle of the start.
+
+    Parameters
+    ----------
+    name : str
+    start, end : (str, str)
+        Body and point; one body may be "ground".
+    """
+
+    name: str
+    start: BodyPoint
+    end: BodyPoint
+
+    def __post_init__(self) -> None:
+        _two_bodies(self.name, self.start[0], self.end[0])
+
+
+Element = Spring | TorsionSpring | Force | Torque | Motor

@@ -99,7 +99,9 @@ class Plain:
     def sliding(self, slip: float) -> float:
         """LuGre's g(v), static coefficient 1.5 times the kinetic one."""
         assert self.kinetic is not None
-        return self.kinetic * (1.0 + 0.5 * math.exp(-((slip / STRIBECK) ** 2)))
+        ratio = slip / STRIBECK
+        # a product overflows to infinity where a power raises: scipy's first trial steps are long
+        return self.kinetic * (1.0 + 0.5 * math.exp(-ratio * ratio))
 
     def run(self) -> Plain:
         """Go from event to event; the bristles are weighed as loosely as in the package."""
@@ -124,7 +126,7 @@ class Plain:
 
         crossing.terminal, crossing.direction = True, -1.0 if self.touching else 1.0  # type: ignore[attr-defined]
         found = solve_ivp(
-            self.slope, (t, self.until), y, method=self.method, rtol=self.tolerance, atol=atol, events=crossing
+            self.slope, (t, self.until), y, method=self.method, rtol=self.tolerance, atol=atol, events=crossing, max_step=5e-5
         )
         if not found.success:
             raise RuntimeError(found.message)

@@ -101,7 +101,7 @@ def test_friction_states():
     [
         ("stiffness", "lui", "did you mean 'liu'"),
         ("damping", "florez", "did you mean 'flores'"),
-        ("dampin", "flores", "damping"),
+        ("damper", "flores", "damping"),
     ],
 )
 def test_unknown_names(kind, name, says):

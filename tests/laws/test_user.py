@@ -109,7 +109,7 @@ def gives_nan(indentation):
 
 def unknown_name(indentation):
     """A slip of the pen."""
-    return stifness * indentation  # noqa: F821
+    return stiff_ness * indentation  # noqa: F821
 
 
 @pytest.mark.parametrize(
@@ -118,7 +118,7 @@ def unknown_name(indentation):
         (gives_nothing, "gives None"),
         (gives_text, "gives 'soft'"),
         (gives_nan, "gives nan at indentation = 0.000316"),
-        (unknown_name, "stifness"),
+        (unknown_name, "stiff_ness"),
         (shallow, "raises ValueError (too deep) at indentation"),
         (spring, "missing a required argument: 'stiffness'"),
         (3.0, "3.0 as a stiffness law"),

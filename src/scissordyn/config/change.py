@@ -12,6 +12,9 @@ from scissordyn.errors import InputError, did_you_mean
 __all__ = ["changed"]
 
 SAMPLE = "--set drive.speed='250 rpm'"
+HANDLES = ("joint", "name", "body")
+"""Keys by whose value a table in a list is found; the first that it has."""
+
 LAW_KEYS = ("stiffness", "damping", "friction")
 
 
@@ -23,8 +26,8 @@ def changed(tree: dict[str, Any], changes: Iterable[str]) -> dict[str, Any]:
     tree : dict
         Left as it is.
     changes : iterable of str
-        Each ``path=value``. The path goes down the tables, through a list by index or by the joint's name
-        (``clearance.A.friction.kinetic``). The value is TOML if it parses as that, else text.
+        Each ``path=value``. The path goes down the tables, through a list by index or by the joint, name or
+        body that the table is for (``clearance.A.friction.kinetic``). The value is TOML if it parses as that, else text.
 
     Returns
     -------
@@ -75,10 +78,10 @@ def _put(tree: dict[str, Any], keys: list[str], value: Any, change: str) -> None
 
 
 def _item(items: list[Any], key: str, change: str) -> Any:
-    joints = [str(item.get("joint", "")) for item in items if isinstance(item, dict)]
+    handles = [next((str(item[by]) for by in HANDLES if by in item), "") if isinstance(item, dict) else "" for item in items]
     if key.isdecimal() and int(key) < len(items):
         return items[int(key)]
-    if key in joints:
-        return items[joints.index(key)]
-    known = [name for name in joints if name] + [str(index) for index in range(len(items))]
+    if key in handles:
+        return items[handles.index(key)]
+    known = [name for name in handles if name] + [str(index) for index in range(len(items))]
     raise InputError(f"--set {change!r}: no '{key}' there{did_you_mean(key, known)}", "one of " + ", ".join(known))

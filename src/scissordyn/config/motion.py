@@ -1,66 +1,203 @@
-"""Prescribed angles from a file of two columns, or from two rows of numbers in the case file."""
+"""Motions and courses of loads in a case file: which kinds there are, and how each is read."""
 
 from __future__ import annotations
 
+import dataclasses
 import re
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
-from scissordyn.config.quantity import read_numbers, unit_factor
-from scissordyn.config.table import located
+from pydantic import Field, PlainValidator, ValidationInfo, model_validator
+
+from scissordyn.config.quantity import read_numbers, read_quantity, unit_factor
+from scissordyn.config.table import Hints, Table, described, located, toml
 from scissordyn.errors import InputError
-from scissordyn.model.drive import TableMotion
+from scissordyn.model.drive import ConstantSpeed, Cycloidal, Harmonic, Motion, Polynomial, TableMotion, Trapezoidal
+from scissordyn.units import Quantity, quantities
 
-__all__ = ["read_motion"]
+__all__ = ["COURSE", "CourseTable", "DriveTable", "read_motion"]
 
-HEADER = re.compile(r"\s*#?\s*time\s*\[(?P<time>[^]]+)\]\s*[,;\s]\s*angle\s*\[(?P<angle>[^]]+)\]\s*")
+HEADER = re.compile(r"\s*#?\s*time\s*\[(?P<time>[^]]+)\]\s*[,;\s]\s*(?P<name>angle|factor)\s*\[(?P<unit>[^]]+)\]\s*")
 SAMPLE = 'table = { time = "0 10 20 30 40 50 ms", angle = "30 31 34 39 46 55 deg" }'
+FACTORS = 'table = { time = "0 10 20 30 40 50 ms", factor = [0, 0.1, 0.3, 0.6, 0.9, 1] }'
 
 
-def read_motion(given: Any, folder: Path) -> TableMotion:
-    """An angle given at instants.
+def read_motion(given: Any, folder: Path, name: str = "angle") -> TableMotion:
+    """An angle or a factor given at instants.
 
     Parameters
     ----------
     given : str or mapping
         Name of a text file whose first line is ``time [ms], angle [deg]`` and whose other lines are two numbers;
-        or the keys `time` and `angle`, each text of numbers with one unit at its end.
+        or the keys `time` and `angle`, each text of numbers with one unit at its end. Factors are plain numbers: the file
+        says ``time [ms], factor [1]``, the key `factor` is a list.
     folder : Path
         Folder that a relative file name starts from.
+    name : {"angle", "factor"}
+        What is tabulated.
 
     Returns
     -------
     TableMotion
     """
     if isinstance(given, str):
-        return _from_file(folder / given)
-    if not isinstance(given, Mapping) or set(given) != {"time", "angle"}:
-        raise InputError("not a table of time and angle", "a file name, or the keys time and angle", SAMPLE)
-    return TableMotion(read_numbers(given["time"], "s"), read_numbers(given["angle"], "rad"))
+        return _from_file(folder / given, name)
+    if not isinstance(given, Mapping) or set(given) != {"time", name}:
+        sample = SAMPLE if name == "angle" else FACTORS
+        raise InputError(f"not a table of time and {name}", f"a file name, or the keys time and {name}", sample)
+    return TableMotion(
+        read_numbers(given["time"], "s"), read_numbers(given[name], "rad") if name == "angle" else _plain(given[name])
+    )
 
 
-def _from_file(path: Path) -> TableMotion:
+def _plain(given: Any) -> tuple[float, ...]:
+    if not isinstance(given, list):
+        raise InputError("factor is not a list of numbers", "a list of plain numbers", FACTORS)
+    return tuple(read_quantity(number, Quantity("1"), FACTORS) for number in given)
+
+
+def _from_file(path: Path, name: str) -> TableMotion:
+    wanted = "time [ms], " + ("angle [deg]" if name == "angle" else "factor [1]")
     try:
         header, *lines = path.read_text(encoding="utf-8").splitlines() or [""]
     except (OSError, UnicodeDecodeError) as error:
         reason = error.strerror if isinstance(error, OSError) else "not a text file"
         raise InputError(f"cannot read '{path}': {reason}", "a text file with two columns") from None
     units = HEADER.fullmatch(header)
-    if units is None:
-        raise InputError(
-            f"'{path}' begins with {header[:40]!r}", "a first line that names both columns", "time [ms], angle [deg]"
-        )
+    if units is None or units["name"] != name or (name == "factor" and units["unit"] != "1"):
+        raise InputError(f"'{path}' begins with {header[:40]!r}", "a first line that names both columns", wanted)
     rows = []
     for number, line in enumerate(lines, start=2):
         entries = re.split(r"[,;\s]+", line.strip())
         if entries == [""]:
             continue
         try:
-            time, angle = map(float, entries)
+            time, value = map(float, entries)
         except ValueError:
             raise InputError(f"'{path}' line {number} is {line[:40]!r}", "two numbers in each line", "10, 35.5") from None
-        rows.append((time, angle))
+        rows.append((time, value))
     with located(f"'{path}' line 1"):
-        scale = unit_factor(units["time"], "s"), unit_factor(units["angle"], "rad")
-    return TableMotion(tuple(time * scale[0] for time, _ in rows), tuple(angle * scale[1] for _, angle in rows))
+        scale = unit_factor(units["time"], "s"), unit_factor(units["unit"], "rad") if name == "angle" else 1.0
+    return TableMotion(tuple(time * scale[0] for time, _ in rows), tuple(value * scale[1] for _, value in rows))
+
+
+def _table_reader(name: str) -> PlainValidator:
+    def read(given: Any, info: ValidationInfo) -> TableMotion:
+        return read_motion(given, (info.context or {}).get("folder", Path()), name)
+
+    return PlainValidator(read)
+
+
+def _polynomial_reader(unit: str, sample: str) -> PlainValidator:
+    """Coefficients from the constant up, each with the unit of its power of time."""
+    units = [unit, *(f"{unit}/s" if power == 1 else f"{unit}/s^{power}" for power in range(1, 6))]
+
+    def read(given: Any) -> Polynomial:
+        if not isinstance(given, list) or not 1 <= len(given) <= len(units):
+            raise InputError("not a list of one to six coefficients", "coefficients from the constant up", sample)
+        found = []
+        for power, (number, wanted) in enumerate(zip(given, units, strict=False)):
+            with located(f"coefficient {power}"):
+                found.append(read_quantity(number, Quantity(wanted), sample))
+        return Polynomial(tuple(found))
+
+    return PlainValidator(read)
+
+
+def _only_one(table: Table, keys: tuple[str, ...], sample: str) -> Any:
+    given = {key: value for key in keys if (value := getattr(table, key)) is not None}
+    if len(given) != 1:
+        came = f"{len(given)} motions" + (f" ({', '.join(given)})" if given else "")
+        raise InputError(came, f"exactly one of {', '.join(keys[:-1])} and {keys[-1]}", sample)
+    return next(iter(given.values()))
+
+
+MOVES = {"start": "30 deg", "end": "60 deg", "duration": "2 s"}
+SWING = {"mean": "45 deg", "amplitude": "15 deg", "frequency": "3 Hz"}
+
+
+class DriveTable(Table):
+    """A prescribed angle: one of speed, harmonic, table, polynomial, cycloidal and trapezoidal."""
+
+    speed: Annotated[float | None, quantities(ConstantSpeed)["speed"], Field(examples=["150 rpm"])] = None
+    harmonic: Annotated[
+        Harmonic | None,
+        described(Harmonic, **SWING),
+        Field(
+            description="mean + amplitude sin(frequency t + phase), in place of speed",
+            examples=[{**SWING, "phase": "0 deg"}],
+        ),
+    ] = None
+    table: Annotated[
+        TableMotion | None,
+        _table_reader("angle"),
+        Field(description='a file that starts with "time [ms], angle [deg]", in place of speed', examples=["motion.csv"]),
+    ] = None
+    polynomial: Annotated[
+        Polynomial | None,
+        _polynomial_reader("rad", 'polynomial = ["30 deg", "10 deg/s", "5 deg/s^2"]'),
+        Field(description="coefficients of the powers of time, in place of speed", examples=[["30 deg", "10 deg/s"]]),
+    ] = None
+    cycloidal: Annotated[
+        Cycloidal | None,
+        described(Cycloidal, **MOVES),
+        Field(description="a smooth move from rest to rest, in place of speed", examples=[MOVES]),
+    ] = None
+    trapezoidal: Annotated[
+        Trapezoidal | None,
+        described(Trapezoidal, **MOVES),
+        Field(description="a move with ramps of constant acceleration, in place of speed", examples=[{**MOVES, "ramp": 0.25}]),
+    ] = None
+    body: Annotated[str, Field(description="the driven body", examples=["unit 1/bar 1"])] = ""
+
+    @model_validator(mode="after")
+    def _one_motion(self) -> DriveTable:
+        self.motion()
+        return self
+
+    def motion(self) -> Motion:
+        """The one motion that is given."""
+        given = _only_one(self, _MOTIONS, 'speed = "150 rpm"')
+        motion: Motion = ConstantSpeed(given) if isinstance(given, float) else given
+        return motion
+
+
+_MOTIONS = tuple(key for key in DriveTable.model_fields if key != "body")
+
+
+def _factors(kind: type) -> Hints:
+    """The fields of a motion that are values, read as pure numbers; a phase stays an angle."""
+    return tuple(
+        (name, Annotated[float, dataclasses.replace(quantity, unit="1")])
+        for name, quantity in quantities(kind).items()
+        if quantity.unit == "rad" and name != "phase"
+    )
+
+
+FADE: dict[str, Any] = {"start": 0, "end": 1, "duration": "2 s"}
+
+
+class CourseTable(Table):
+    """A factor over time: one of harmonic, table, polynomial, cycloidal and trapezoidal."""
+
+    harmonic: Annotated[Harmonic | None, described(Harmonic, _factors(Harmonic), mean="0", amplitude="1", frequency="3 Hz")] = (
+        None
+    )
+    table: Annotated[TableMotion | None, _table_reader("factor")] = None
+    polynomial: Annotated[Polynomial | None, _polynomial_reader("1", 'polynomial = [0, "0.5 1/s"]')] = None
+    cycloidal: Annotated[Cycloidal | None, described(Cycloidal, _factors(Cycloidal))] = None
+    trapezoidal: Annotated[Trapezoidal | None, described(Trapezoidal, _factors(Trapezoidal))] = None
+
+    def motion(self) -> Motion:
+        """The one course that is given."""
+        motion: Motion = _only_one(self, tuple(type(self).model_fields), f"course = {toml({'cycloidal': FADE})}")
+        return motion
+
+
+def _read_course(given: Any, info: ValidationInfo) -> Motion:
+    return CourseTable.model_validate(given, context=info.context).motion()
+
+
+COURSE = PlainValidator(_read_course)
+"""For ``Annotated[Motion | None, COURSE]``: a key whose value is a factor over time."""

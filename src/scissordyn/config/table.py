@@ -29,6 +29,7 @@ from scissordyn.units import Quantity
 
 __all__ = [
     "Context",
+    "Hints",
     "Table",
     "build",
     "described",
@@ -41,6 +42,9 @@ __all__ = [
     "toml",
 ]
 
+Hints = tuple[tuple[str, Any], ...]
+"""Names of fields, and the annotations by which they are read in place of their own."""
+
 Context = dict[str, Path]
 """What a table knows beside its own text: the "folder" that relative file names start from."""
 
@@ -51,6 +55,8 @@ def toml(value: Any) -> str:
         return str(value).lower()
     if isinstance(value, Mapping):
         return "{ " + ", ".join(f"{key} = {toml(inner)}" for key, inner in value.items()) + " }"
+    if isinstance(value, list | tuple):
+        return "[" + ", ".join(map(toml, value)) + "]"
     if isinstance(value, str):
         return '"' + value.replace("\\", "\\\\").replace('"', '\\"') + '"'
     return f"{value!r}"
@@ -125,35 +131,45 @@ def _documented(described_type: type) -> dict[str, str]:
     return found
 
 
-@cache
-def table_of(described_type: type, **examples: str) -> type[Table]:
+def table_of(described_type: type, hints: Hints = (), **examples: Any) -> type[Table]:
     """The table that fills a frozen dataclass: a key for each field, with its quantity and default.
 
     Parameters
     ----------
     described_type : type
         A frozen dataclass whose fields can be written in a case file.
-    **examples : str
+    hints : tuple of (str, annotation), optional
+        How fields are read whose own annotation does not say it.
+    **examples
         What to show for keys without a default.
     """
-    hints, documented = get_type_hints(described_type, include_extras=True), _documented(described_type)
+    annotations = {**get_type_hints(described_type, include_extras=True), **dict(hints)}
+    documented = _documented(described_type)
     keys: dict[str, Any] = {}
     for field in dataclasses.fields(described_type):
         default = field.default if field.default is not dataclasses.MISSING else ...
         shown = [examples[field.name]] if field.name in examples else None
-        keys[field.name] = (hints[field.name], Field(default, examples=shown, description=documented.get(field.name)))
+        keys[field.name] = (annotations[field.name], Field(default, examples=shown, description=documented.get(field.name)))
     return create_model(described_type.__name__, __base__=Table, **keys)
 
 
-def build(described_type: Any, given: Any, context: Context | None, **examples: str) -> Any:
+_table_of = cache(table_of)
+
+
+def build(described_type: Any, given: Any, context: Context | None) -> Any:
     """An instance of a frozen dataclass from the table that a case file gives for it."""
-    values = table_of(described_type, **examples).model_validate(given, context=context)
+    return _filled(described_type, _table_of(described_type), given, context)
+
+
+def _filled(described_type: Any, table: type[Table], given: Any, context: Context | None) -> Any:
+    values = table.model_validate(given, context=context)
     return described_type(**{key: getattr(values, key) for key in given})
 
 
-def described(described_type: type, **examples: str) -> PlainValidator:
+def described(described_type: type, hints: Hints = (), **examples: Any) -> PlainValidator:
     """For ``Annotated[Harmonic, described(Harmonic)]``: a key whose value is a table that fills a frozen dataclass."""
-    return PlainValidator(lambda given, info: build(described_type, given, info.context, **examples))
+    table = table_of(described_type, hints, **examples)
+    return PlainValidator(lambda given, info: _filled(described_type, table, given, info.context))
 
 
 AnyTable = TypeVar("AnyTable", bound=Table)

@@ -3,22 +3,32 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import get_args
+from typing import Any, get_args
 
-from scissordyn.config.case import CaseTable, ClearanceTable, DriveTable, Run, ScissorTable
+from scissordyn.config.case import CaseTable, Run
+from scissordyn.config.clearance import ClearanceTable
+from scissordyn.config.motion import DriveTable
+from scissordyn.config.part import ELEMENTS, PARTS
+from scissordyn.config.starter import STARTERS
+from scissordyn.config.structure import STRUCTURES
 from scissordyn.config.table import Table, key_help, key_sample, quantity_of, table_of, toml
 from scissordyn.errors import InputError, did_you_mean
 
 __all__ = ["TEMPLATES", "template"]
 
-TEMPLATES: Mapping[str, type[Table]] = {"scissor": ScissorTable}
+TEMPLATES = tuple(STRUCTURES)
 """Structures that a case file can be made for."""
 
 WIDE = 44
 """Longer values have their remark on the line above."""
 
-ALTERNATIVES = ("harmonic", "table", "body", "bearing_material")
+ALTERNATIVES = {
+    DriveTable: ("harmonic", "table", "polynomial", "cycloidal", "trapezoidal", "body"),
+    ClearanceTable: ("bearing_material",),
+}
 """Keys that are shown but left out: others stand in their place, or their absence means something."""
+
+Given = Mapping[str, Any]
 
 
 def template(kind: str) -> str:
@@ -27,7 +37,7 @@ def template(kind: str) -> str:
     Parameters
     ----------
     kind : str
-        The structure, a key of `TEMPLATES`.
+        The structure, one of `TEMPLATES`.
 
     Returns
     -------
@@ -38,19 +48,53 @@ def template(kind: str) -> str:
         raise InputError(
             f"structure '{kind}'{did_you_mean(kind, TEMPLATES)}", ", ".join(TEMPLATES), "scissordyn new scissor > case.toml"
         )
+    starter = STARTERS.get(kind, {})
     run = table_of(Run, until="50 ms")
-    sections = (("[structure]", TEMPLATES[kind]), ("[drive]", DriveTable), ("[[clearance]]", ClearanceTable), ("[run]", run))
     parts = ["# A case for scissordyn. Numbers carry their units; names of laws and materials: scissordyn laws"]
-    for heading, table in sections:
-        meaning = CaseTable.model_fields[heading.strip("[]")].description
-        rows = [
-            (f"{'# ' * (key in ALTERNATIVES)}{key} = {key_sample(table, key)}", _remark(table, key))
-            for key in table.model_fields
-        ]
-        width = max(len(row) for row, _ in rows if len(row) <= WIDE)
-        lines = [f"{row:{width}}  # {remark}" if len(row) <= WIDE else f"# {remark}\n{row}" for row, remark in rows]
-        parts.append("\n".join((f"{heading:{width}}  # {meaning}", *lines)))
+    parts.append(_section("[structure]", STRUCTURES[kind], starter.get("structure", {})))
+    for name in PARTS:
+        parts += _list_of(name, starter.get(name, []))
+    parts.append(_section("[drive]", DriveTable, starter.get("drive", {})))
+    parts.append(_section("[[clearance]]", ClearanceTable, starter.get("clearance", {})))
+    parts += [_section(f"[[{name}]]", PARTS[name].table, {}, out=True) for name in ELEMENTS if kind == "mechanism"]
+    parts.append(_section("[run]", run, starter.get("run", {})))
+    if kind != "mechanism":
+        parts.append("# Springs, dampers, loads, motors, further bodies and joints: scissordyn new mechanism shows their tables.")
     return "\n\n".join(parts) + "\n"
+
+
+def _list_of(name: str, given: list[Given]) -> list[str]:
+    """The tables of a list: the first with every key, the others with those that they give."""
+    first = [_section(f"[[{name}]]", PARTS[name].table, values) for values in given[:1]]
+    others = ["\n".join((f"[[{name}]]", *(f"{key} = {toml(value)}" for key, value in values.items()))) for values in given[1:]]
+    return first + others
+
+
+def _section(heading: str, table: type[Table], given: Given, *, out: bool = False) -> str:
+    """One table with a remark on every line; `out` marks all of it as a comment."""
+    name = heading.strip("[]")
+    meaning = PARTS[name].help if name in PARTS else CaseTable.model_fields[name].description
+    rows = []
+    for key in table.model_fields:
+        value = toml(given[key]) if key in given else key_sample(table, key)
+        rows.append((f"{'# ' * _left_out(table, key, given, out)}{key} = {value}", _remark(table, key)))
+    heading = f"# {heading}" if out else heading
+    width = max(len(row) for row, _ in rows if len(row) <= WIDE)
+    lines = [f"{row:{width}}  # {remark}" if len(row) <= WIDE else f"# {remark}\n{row}" for row, remark in rows]
+    return "\n".join((f"{heading:{width}}  # {meaning}", *lines))
+
+
+def _left_out(table: type[Table], key: str, given: Given, out: bool) -> bool:
+    """Whether a key is shown as a comment."""
+    if out:
+        return True
+    if given and table not in ALTERNATIVES:
+        return key not in given and not table.model_fields[key].is_required() and _of_part(table)
+    return key in ALTERNATIVES.get(table, ()) and key not in given
+
+
+def _of_part(table: type[Table]) -> bool:
+    return any(part.table is table for part in PARTS.values())
 
 
 def _remark(table: type[Table], key: str) -> str:

@@ -18,7 +18,6 @@ from __future__ import annotations
 
 import math
 
-from scissordyn.integrate.quadrature import NODES, PRIMITIVE
 from scissordyn.integrate.step import (
     dense_value,
     error_norm,
@@ -164,17 +163,17 @@ def prepare(problem, T, t, w, S, count):
 
 
 @kernel(inline=True)
-def place_of(node):
+def place_of(T, node):
     """Where in the step the rows of Work.watched were taken: its start, the Gauss nodes, its end."""
     if node == 0:
         return 0.0
-    return NODES[node - 1] if node <= NODES.size else 1.0
+    return T.gauss[node - 1] if node <= T.gauss.size else 1.0
 
 
 @kernel(inline=True)
-def summit_of_parabola(k, first, w):
+def summit_of_parabola(T, k, first, w):
     """Abscissa of the vertex of the parabola through three neighbouring watched numbers."""
-    a, b, c = place_of(first), place_of(first + 1), place_of(first + 2)
+    a, b, c = place_of(T, first), place_of(T, first + 1), place_of(T, first + 2)
     left = (w.watched[first + 1, k] - w.watched[first, k]) / (b - a)
     right = (w.watched[first + 2, k] - w.watched[first + 1, k]) / (c - b)
     if right >= left:
@@ -186,12 +185,12 @@ def summit_of_parabola(k, first, w):
 def watch(problem, T, t, h, w, S, count):
     """Integrate the powers over the step and follow the peaks of the watched numbers."""
     guards = w.mode.size
-    for node in range(NODES.size):
-        dense_value(NODES[node], T.pattern, w.y, w.dense, w.inside)
-        problem.powers(t + NODES[node] * h, w.inside, S, w.power[node], w.watched[node + 1])
-    count[RATES] += NODES.size + 1
-    last = NODES.size + 1
-    problem.powers(t + h, w.new, S, w.power[NODES.size], w.watched[last])
+    for node in range(T.gauss.size):
+        dense_value(T.gauss[node], T.pattern, w.y, w.dense, w.inside)
+        problem.powers(t + T.gauss[node] * h, w.inside, S, w.power[node], w.watched[node + 1])
+    count[RATES] += T.gauss.size + 1
+    last = T.gauss.size + 1
+    problem.powers(t + h, w.new, S, w.power[T.gauss.size], w.watched[last])
     for k in range(guards):
         if w.mode[k] == 0:
             continue
@@ -199,15 +198,15 @@ def watch(problem, T, t, h, w, S, count):
         for node in range(1, last + 1):
             if w.watched[node, k] > w.watched[best, k]:
                 best = node
-        value, theta = w.watched[best, k], place_of(best)
+        value, theta = w.watched[best, k], place_of(T, best)
         if value < w.peak[k, 0]:
             continue
-        low, high = place_of(max(best - 1, 0)), place_of(min(best + 1, last))
+        low, high = place_of(T, max(best - 1, 0)), place_of(T, min(best + 1, last))
         inside = 0 < best < last
         if best == 0:
-            inside = summit_of_parabola(k, 0, w) > 0.0
+            inside = summit_of_parabola(T, k, 0, w) > 0.0
         elif best == last:
-            inside = summit_of_parabola(k, last - 2, w) < 1.0
+            inside = summit_of_parabola(T, k, last - 2, w) < 1.0
         if inside:
             theta, value = refine_peak(problem, T, k, low, theta, high, value, t, h, w, S)
         if value > w.peak[k, 0]:
@@ -227,8 +226,8 @@ def refine_peak(problem, T, k, low, middle, high, value, t, h, w, S):
             break
         probe = middle + ratio * (high - middle) if high - middle > middle - low else middle - ratio * (middle - low)
         dense_value(probe, T.pattern, w.y, w.dense, w.inside)
-        problem.powers(t + probe * h, w.inside, S, w.power[NODES.size], w.watched[NODES.size + 2])
-        found = w.watched[NODES.size + 2, k]
+        problem.powers(t + probe * h, w.inside, S, w.power[T.gauss.size], w.watched[T.gauss.size + 2])
+        found = w.watched[T.gauss.size + 2, k]
         if found > value:
             if probe > middle:
                 low = middle
@@ -243,13 +242,13 @@ def refine_peak(problem, T, k, low, middle, high, value, t, h, w, S):
 
 
 @kernel(inline=True)
-def integral(theta, h, w, which):
+def integral(T, theta, h, w, which):
     """Integral of a power from the start of the step to theta."""
     total = 0.0
-    for node in range(NODES.size):
+    for node in range(T.gauss.size):
         value = 0.0
-        for k in range(NODES.size - 1, -1, -1):
-            value = (value + PRIMITIVE[node, k]) * theta
+        for k in range(T.gauss.size - 1, -1, -1):
+            value = (value + T.primitive[node, k]) * theta
         total += value * w.power[node, which]
     return h * total
 
@@ -265,7 +264,7 @@ def sample(T, t, h, final, clock, count, w, out):
         theta = min(1.0, max(0.0, (when - t) / h)) if h > 0.0 else 1.0
         dense_value(theta, T.pattern, w.y, w.dense, out.state[at])
         for q in range(w.total.size):
-            out.total[at, q] = w.total[q] + integral(theta, h, w, q)
+            out.total[at, q] = w.total[q] + integral(T, theta, h, w, q)
         for k in range(w.mode.size):
             out.mode[at, k] = w.mode[k]
             out.memory[at, k] = w.memory[k]
@@ -359,7 +358,7 @@ def advance(problem, T, S, clock, count, w, out, log, most_steps):
         watch(problem, T, t, h, w, S, count)
         sample(T, t, h, last and guard < 0, clock, count, w, out)
         for q in range(w.total.size):
-            w.total[q] += integral(1.0, h, w, q)
+            w.total[q] += integral(T, 1.0, h, w, q)
         now = clock[END] if last and guard < 0 else t + h
         moved = problem.project(now, w.new, S)
         for i in range(size):

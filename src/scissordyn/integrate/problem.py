@@ -8,7 +8,6 @@ import numpy as np
 from numba import int64, types, void
 from numba.core.types.function_type import CompileResultWAP
 
-from scissordyn.integrate.quadrature import POINTS
 from scissordyn.integrate.tableau import Tableau
 
 __all__ = ["Problem", "Samples", "Work", "make_problem", "make_samples", "make_work"]
@@ -125,9 +124,9 @@ def make_work(
         left_rate=np.zeros(guards),
         right_value=np.zeros(guards),
         right_rate=np.zeros(guards),
-        power=np.zeros((POINTS + 1, quadratures)),
+        power=np.zeros((tableau.gauss.size + 1, quadratures)),
         total=np.zeros(quadratures),
-        watched=np.zeros((POINTS + 3, guards)),
+        watched=np.zeros((tableau.gauss.size + 3, guards)),
         peak=np.zeros((guards, 2)),
         rejected=np.zeros(1, np.int64),
         first=np.full(1, -1, np.int64),

@@ -4,23 +4,29 @@ from __future__ import annotations
 
 import numpy as np
 
-__all__ = ["NODES", "PRIMITIVE"]
-
-POINTS = 4
-"""Exact for rates of degree 7; the rate inside the step is the polynomial through the nodes."""
-
-NODES: np.ndarray = 0.5 * (np.polynomial.legendre.leggauss(POINTS)[0] + 1.0)
-"""Gauss-Legendre nodes on [0, 1]."""
+__all__ = ["gauss_nodes", "primitives"]
 
 
-def _primitives() -> np.ndarray:
-    """Row k: integral from 0 to theta of the k-th Lagrange polynomial, as coefficients of theta, theta^2, ..."""
+def gauss_nodes(points: int) -> np.ndarray:
+    """Gauss-Legendre nodes on [0, 1], exact for rates of degree 2 points - 1 over the whole step."""
+    return 0.5 * (np.polynomial.legendre.leggauss(points)[0] + 1.0)
+
+
+def primitives(nodes: np.ndarray) -> np.ndarray:
+    """Integrals from 0 to theta of the Lagrange polynomials on some nodes.
+
+    Parameters
+    ----------
+    nodes : ndarray, shape (k,)
+
+    Returns
+    -------
+    ndarray, shape (k, k)
+        Row i: coefficients of theta, theta^2, ... for the polynomial that is one at node i.
+    """
     rows = []
-    for k, node in enumerate(NODES):
-        others = np.delete(NODES, k)
+    for i, node in enumerate(nodes):
+        others = np.delete(nodes, i)
         basis = np.polynomial.Polynomial.fromroots(others) / float(np.prod(node - others))
         rows.append(basis.integ().coef[1:])
     return np.array(rows)
-
-
-PRIMITIVE: np.ndarray = _primitives()

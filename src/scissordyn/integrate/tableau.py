@@ -7,6 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from scissordyn.errors import InputError, did_you_mean
+from scissordyn.integrate.quadrature import gauss_nodes, primitives
 
 __all__ = ["METHODS", "Tableau", "tableau"]
 
@@ -37,6 +38,10 @@ class Tableau(NamedTuple):
         Rows of the dense output.
     pattern : ndarray of int, shape (p,)
         Factors of the nested dense output from outside in: 0 for theta, 1 for 1 - theta.
+    gauss : ndarray, shape (g,)
+        Nodes of the quadratures inside a step: enough for the order of the dense output.
+    primitive : ndarray, shape (g, g)
+        See `quadrature.primitives`.
     """
 
     kind: int
@@ -50,6 +55,8 @@ class Tableau(NamedTuple):
     error: np.ndarray
     dense: np.ndarray
     pattern: np.ndarray
+    gauss: np.ndarray
+    primitive: np.ndarray
 
 
 def _lower(rows: tuple[tuple[float, ...], ...], size: int) -> np.ndarray:
@@ -78,6 +85,7 @@ def explicit_tableau(
         rows_of_dense[i, : len(row)] = row
     pattern = np.array([k % 2 for k in range(3 + len(dense))], np.int64)
     zeros = np.zeros(size)
+    nodes_inside = gauss_nodes(max(4, len(dense) + 2))
     return Tableau(
         0,
         order,
@@ -90,6 +98,8 @@ def explicit_tableau(
         estimates,
         rows_of_dense,
         pattern,
+        nodes_inside,
+        primitives(nodes_inside),
     )
 
 
@@ -120,6 +130,8 @@ def rosenbrock_tableau(
         error,
         np.array(dense),
         pattern,
+        gauss_nodes(4),
+        primitives(gauss_nodes(4)),
     )
 
 

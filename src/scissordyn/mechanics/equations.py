@@ -11,6 +11,7 @@ from __future__ import annotations
 
 from scissordyn.jit import kernel
 from scissordyn.mechanics import band
+from scissordyn.mechanics.element import add_element_forces, linearise_element
 from scissordyn.mechanics.joint import contact_forces, gap, kinematics, linearise_contact, switch
 from scissordyn.mechanics.motion import prescribe
 
@@ -108,6 +109,8 @@ def accelerate(t, y, S, dy):
         else:
             for i in range(start, stop):
                 dy[2 * n + i] = 0.0
+    for i in range(S.element.shape[0]):
+        add_element_forces(t, i, S)
     for i in range(n):
         total = S.force[i]
         for k in range(1, nb):
@@ -134,6 +137,12 @@ def accelerate(t, y, S, dy):
 
 
 @kernel(inline=True)
+def acts(link, S):
+    """Whether a link exerts forces: a loose joint in contact, or an element."""
+    return link >= S.mode.size or S.mode[link] == 1
+
+
+@kernel(inline=True)
 def linearise(t, y, S, dy, dt):
     """Write y' into dy, the partial derivative of y' by time into dt, and prepare `factorize`."""
     n, nb = S.n, S.nb
@@ -144,23 +153,26 @@ def linearise(t, y, S, dy, dt):
     for i in range(n):
         for k in range(1, nb):
             dt[n + i] -= S.inertia[i, k] * S.basis[3, k]
-    for j in range(S.mode.size):
+    for j in range(S.link_start.size - 1):
         start, stop = S.state_start[j], S.state_start[j + 1]
         for i in range(start, stop):
             dt[2 * n + i] = 0.0
-        if S.mode[j] == 0:
+        if not acts(j, S):
             continue
         states = stop - start
-        by_state = S.state_jacobian[: states + 3, :states]
-        linearise_contact(j, S, y[2 * n + start : 2 * n + stop], by_state, S.state_work[0], S.state_work[1])
-        first, count = S.joint_start[j], S.joint_start[j + 1] - S.joint_start[j]
+        if j < S.mode.size:
+            by_state = S.state_jacobian[: states + 3, :states]
+            linearise_contact(j, S, y[2 * n + start : 2 * n + stop], by_state, S.state_work[0], S.state_work[1])
+        else:
+            linearise_element(t, j - S.mode.size, S, dt)
+        first, count = S.link_start[j], S.link_start[j + 1] - S.link_start[j]
         for b in range(count):
-            column = S.joint_column[first + b] - n
+            column = S.link_column[first + b] - n
             if column <= 0:  # free, or the constant 1
                 continue
             w, a = S.basis[1, column], S.basis[2, column]
             for i in range(count):
-                row = S.joint_column[first + i]
+                row = S.link_column[first + i]
                 if row < n:
                     at = S.block_start[j] + i * count + b
                     dt[n + row] += S.block_x[at] * w + S.block_v[at] * a
@@ -240,22 +252,22 @@ def factorize(hg, S):
                 if S.length_column[j] < n:
                     column = place[S.length_column[j]]
                     matrix[row, column - row + lower] += value * (rx * S.length_row[0, j] + ry * S.length_row[1, j])
-    for j in range(S.mode.size):
+    for j in range(S.link_start.size - 1):
         first_state, last_state = S.state_start[j], S.state_start[j + 1]
         states = last_state - first_state
         for s in range(states):
             matrix[place[n + m + first_state + s], lower] += 1.0 / hg
-        if S.mode[j] == 0:
+        if not acts(j, S):
             continue
-        first, count = S.joint_start[j], S.joint_start[j + 1] - S.joint_start[j]
+        first, count = S.link_start[j], S.link_start[j + 1] - S.link_start[j]
         for a in range(count):
-            if S.joint_column[first + a] >= n:
+            if S.link_column[first + a] >= n:
                 continue
-            row = place[S.joint_column[first + a]]
+            row = place[S.link_column[first + a]]
             for b in range(count):
-                if S.joint_column[first + b] < n:
+                if S.link_column[first + b] < n:
                     at = S.block_start[j] + a * count + b
-                    column = place[S.joint_column[first + b]]
+                    column = place[S.link_column[first + b]]
                     matrix[row, column - row + lower] -= S.block_v[at] + hg * S.block_x[at]
             for s in range(states):
                 at = S.force_state_start[j] + a * states + s
@@ -294,18 +306,18 @@ def solve(r, S):
                 work[place[column]] -= value * (S.length_row[0, i] * dx + S.length_row[1, i] * dy)
         bend = dx * S.direction_acceleration[k, 0] + dy * S.direction_acceleration[k, 1]
         work[place[n + k]] = hg * (along - hg * bend)
-    for j in range(S.mode.size):
-        if S.mode[j] == 0:
+    for j in range(S.link_start.size - 1):
+        if not acts(j, S):
             continue
-        first, count = S.joint_start[j], S.joint_start[j + 1] - S.joint_start[j]
+        first, count = S.link_start[j], S.link_start[j + 1] - S.link_start[j]
         first_state, states = S.state_start[j], S.state_start[j + 1] - S.state_start[j]
         for b in range(count):
-            if S.joint_column[first + b] >= n:
+            if S.link_column[first + b] >= n:
                 continue
-            value = hg * r[S.joint_column[first + b]]
+            value = hg * r[S.link_column[first + b]]
             for a in range(count):
-                if S.joint_column[first + a] < n:
-                    work[place[S.joint_column[first + a]]] += S.block_x[S.block_start[j] + a * count + b] * value
+                if S.link_column[first + a] < n:
+                    work[place[S.link_column[first + a]]] += S.block_x[S.block_start[j] + a * count + b] * value
             for s in range(states):
                 at = S.force_state_start[j] + b * states + s
                 work[place[n + m + first_state + s]] += S.rate_by_x[at] * value
@@ -390,13 +402,16 @@ def constraint_forces(S, target):
 
 @kernel(inline=True)
 def powers(t, y, S, power, watched):
-    """Write the powers of drives, contact damping and friction [W], and the normal forces [N] to be watched."""
+    """Write the powers [W] of drives, contact damping, friction, loads and dampers, and the normal forces [N] to be watched."""
     accelerate(t, y, S, S.scratch)
     constraint_forces(S, S.work_b)
     total = 0.0
     for i in range(1, S.nb):
         total += S.work_b[i] * S.basis[1, i]
-    power[0], power[1], power[2] = total, 0.0, 0.0
+    power[0], power[1], power[2], power[3], power[4] = total, 0.0, 0.0, 0.0, 0.0
+    for i in range(S.element.shape[0]):
+        power[3] += S.element[i, 6]
+        power[4] += S.element[i, 7]
     for j in range(S.mode.size):
         watched[j] = 0.0
         if S.mode[j] == 1:

@@ -22,9 +22,9 @@ def joint_forms(j, S):
     """The six forms of joint j and their rates, from S.X and S.V."""
     ex = ey = ax = ay = bx = by = 0.0
     ux = uy = px = py = qx = qy = 0.0
-    row = S.joint_row
-    for k in range(S.joint_start[j], S.joint_start[j + 1]):
-        column = S.joint_column[k]
+    row = S.link_row
+    for k in range(S.link_start[j], S.link_start[j + 1]):
+        column = S.link_column[k]
         x, v = S.X[column], S.V[column]
         ex += row[0, k] * x
         ey += row[1, k] * x
@@ -45,9 +45,9 @@ def joint_forms(j, S):
 def gap(j, S):
     """|e| - c and its rate; negative in free flight."""
     ex = ey = ux = uy = 0.0
-    row = S.joint_row
-    for k in range(S.joint_start[j], S.joint_start[j + 1]):
-        column = S.joint_column[k]
+    row = S.link_row
+    for k in range(S.link_start[j], S.link_start[j + 1]):
+        column = S.link_column[k]
         x, v = S.X[column], S.V[column]
         ex += row[0, k] * x
         ey += row[1, k] * x
@@ -93,9 +93,9 @@ def contact_forces(j, S, z, dz):
     fx, fy = -normal * nx + tangential * ny, -normal * ny - tangential * nx
     moment_j, moment_b = -S.radius[j, 1] * tangential, S.radius[j, 2] * tangential
     gx, gy, hx, hy = -moment_j * ay, moment_j * ax, -moment_b * by, moment_b * bx
-    row = S.joint_row
-    for k in range(S.joint_start[j], S.joint_start[j + 1]):
-        S.force[S.joint_column[k]] += (
+    row = S.link_row
+    for k in range(S.link_start[j], S.link_start[j + 1]):
+        S.force[S.link_column[k]] += (
             row[0, k] * fx + row[1, k] * fy + row[2, k] * gx + row[3, k] * gy + row[4, k] * hx + row[5, k] * hy
         )
 
@@ -176,7 +176,7 @@ def linearise_contact(j, S, z, by_state, up, down):
     rj, rb = S.radius[j, 1], S.radius[j, 2]
     tx, ty = -ny, nx
     across, along = ux * tx + uy * ty, ux * nx + uy * ny
-    row, start, count = S.joint_row, S.joint_start[j], S.joint_start[j + 1] - S.joint_start[j]
+    row, start, count = S.link_row, S.link_start[j], S.link_start[j + 1] - S.link_start[j]
     block = S.block_start[j]
 
     # the force on form r changes by arm_r dF_n + lever_r dF_t, and with the turning of n, t and the bodies' directions;

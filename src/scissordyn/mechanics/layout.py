@@ -19,11 +19,12 @@ from scipy.sparse.csgraph import connected_components, reverse_cuthill_mckee
 from scissordyn.errors import InputError
 from scissordyn.mechanics.elimination import Elimination, Expression, add, scaled
 from scissordyn.mechanics.parallelogram import parallel_bodies
-from scissordyn.model.body import GROUND
+from scissordyn.model.body import GROUND, Body
+from scissordyn.model.element import Motor, Weld
 from scissordyn.model.joint import BodyPoint
 from scissordyn.model.mechanism import Mechanism
 
-__all__ = ["Form", "Layout", "lay_out"]
+__all__ = ["Form", "Layout", "join_forms", "lay_out", "turning_inertia"]
 
 
 SMALL = 200
@@ -42,6 +43,15 @@ class Form:
 
     columns: np.ndarray
     rows: np.ndarray
+
+
+def join_forms(parts: list[tuple[Form, int, float]]) -> Form:
+    """Six rows on the union of columns from parts: a form, its first row among the six, and its sign."""
+    columns = np.unique(np.concatenate([form.columns for form, _, _ in parts]))
+    rows = np.zeros((6, columns.size))
+    for form, first, sign in parts:
+        rows[first : first + 2, np.searchsorted(columns, form.columns)] += sign * form.rows
+    return Form(columns, rows)
 
 
 @dataclass(frozen=True)
@@ -86,6 +96,11 @@ class Layout:
             return Form(np.empty(0, np.int64), np.empty((2, 0)))
         d = self.offsets[body] + 2
         return self._form(({d: 1.0}, {d + 1: 1.0}))
+
+    @property
+    def fixed_direction(self) -> Form:
+        """The x axis of the ground."""
+        return Form(np.array([self.free], np.int64), np.array([[1.0], [0.0]]))
 
     @property
     def _ones(self) -> int:
@@ -165,6 +180,8 @@ def _impose(mechanism: Mechanism, offsets: dict[str, int], ones: int, eliminatio
         name = f"the parallelogram of bodies '{one}' and '{other}'"
         elimination.impose({b: 1.0, a: -cos, a + 1: sin}, name)
         elimination.impose({b + 1: 1.0, a: -sin, a + 1: -cos}, name)
+    for weld in mechanism.welds:
+        _impose_weld(mechanism, offsets, ones, elimination, weld)
     for joint in mechanism.ideal:
         here = _point(mechanism, offsets, joint.journal, ones)
         there = _point(mechanism, offsets, joint.bearing, ones)
@@ -175,6 +192,29 @@ def _impose(mechanism: Mechanism, offsets: dict[str, int], ones: int, eliminatio
         across = -math.sin(guide.direction), math.cos(guide.direction)
         level = across[0] * guide.through[0] + across[1] * guide.through[1]
         elimination.impose(add(scaled(across[0], x), scaled(across[1], y), {ones: -level}), f"guide '{guide.name}'")
+
+
+def _impose_weld(mechanism: Mechanism, offsets: dict[str, int], ones: int, elimination: Elimination, weld: Weld) -> None:
+    name = f"weld '{weld.name}'"
+    here, there = (_point(mechanism, offsets, point, ones) for point in (weld.start, weld.end))
+    turning = [body for body, _ in (weld.start, weld.end) if body != GROUND and mechanism.body(body).rotates]
+    if len(turning) == 2:
+        turn = mechanism.body(turning[1]).angle - mechanism.body(turning[0]).angle
+        a, b, cos, sin = offsets[turning[0]] + 2, offsets[turning[1]] + 2, math.cos(turn), math.sin(turn)
+        elimination.impose({b: 1.0, a: -cos, a + 1: sin}, name)
+        elimination.impose({b + 1: 1.0, a: -sin, a + 1: -cos}, name)
+    elif turning:
+        d, angle = offsets[turning[0]] + 2, mechanism.body(turning[0]).angle
+        elimination.impose({d: 1.0, ones: -math.cos(angle)}, name)
+        elimination.impose({d + 1: 1.0, ones: -math.sin(angle)}, name)
+    for axis in (0, 1):
+        elimination.impose(add(here[axis], scaled(-1.0, there[axis])), name)
+
+
+def turning_inertia(mechanism: Mechanism, body: Body) -> float:
+    """Moment of inertia of a body about its mass centre with the rotors of its motors [kg m^2]."""
+    rotors = (element.inertia for element in mechanism.elements if isinstance(element, Motor) and element.body == body.name)
+    return (body.inertia or 0.0) + sum(rotors)
 
 
 def _point(mechanism: Mechanism, offsets: dict[str, int], point: BodyPoint, ones: int) -> tuple[Expression, Expression]:
@@ -204,7 +244,7 @@ def _mass(mechanism: Mechanism, offsets: dict[str, int], total: int) -> sp.csr_a
         enter(p + 1, p + 1, m)
         if body.inertia is None:
             continue
-        about_origin = body.inertia + m * (x * x + y * y)
+        about_origin = turning_inertia(mechanism, body) + m * (x * x + y * y)
         enter(p + 2, p + 2, about_origin)
         enter(p + 3, p + 3, about_origin)
         for row, column, value in ((p, p + 2, m * x), (p, p + 3, -m * y), (p + 1, p + 2, m * y), (p + 1, p + 3, m * x)):

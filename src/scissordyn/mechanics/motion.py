@@ -1,4 +1,7 @@
-"""Prescribed angles and the basis b(t) = (1, cos th_1, sin th_1, ...) with three derivatives."""
+"""Courses of prescribed angles and loads over time, and the basis b(t) = (1, cos th_1, sin th_1, ...) of the drives.
+
+Every course is a row of pieces: from its instant on, a polynomial of fifth degree plus a sine.
+"""
 
 from __future__ import annotations
 
@@ -7,80 +10,99 @@ import math
 import numpy as np
 
 from scissordyn.jit import kernel
-from scissordyn.model.body import Body
-from scissordyn.model.drive import ConstantSpeed, Drive, Harmonic, TableMotion
+from scissordyn.model.drive import ConstantSpeed, Cycloidal, Harmonic, Motion, Polynomial, TableMotion, Trapezoidal
 
-__all__ = ["COLUMNS", "motion_rows", "prescribe", "prescribed_angle"]
+__all__ = ["COLUMNS", "course_at", "motion_rows", "prescribe"]
 
-CONSTANT, HARMONIC, TABLE = 0, 1, 2
-COLUMNS = 8
-"""Width of a row of the motion table: kind and its numbers, or a knot and the six coefficients of its polynomial."""
+COLUMNS = 10
+"""Width of a piece: instant, six coefficients from the highest power down, then amplitude, frequency, phase of the sine."""
 
 
-def motion_rows(drive: Drive, body: Body) -> np.ndarray:
-    """A drive's rows in the motion table.
+def motion_rows(motion: Motion, start: float) -> np.ndarray:
+    """The pieces of a motion.
 
     Parameters
     ----------
-    drive : Drive
-    body : Body
-        The driven body, for the angle at the start.
+    motion : Motion
+    start : float
+        Value at t = 0 of a motion that only has a speed [rad].
 
     Returns
     -------
-    ndarray, shape (rows, COLUMNS)
-        First the kind and its numbers; for a table then one row per polynomial piece.
+    ndarray, shape (pieces, COLUMNS)
     """
-    motion = drive.motion
-    if isinstance(motion, ConstantSpeed):
-        return np.array([[CONSTANT, body.angle, motion.speed, 0.0, 0.0, 0.0, 0.0, 0.0]])
-    if isinstance(motion, Harmonic):
-        return np.array([[HARMONIC, motion.mean, motion.amplitude, motion.frequency, motion.phase, 0.0, 0.0, 0.0]])
-    assert isinstance(motion, TableMotion)
-    from scipy.interpolate import PPoly, make_interp_spline  # a third of a second that other drives need not wait for
+    match motion:
+        case ConstantSpeed(speed):
+            return _pieces((0.0, (start, speed)))
+        case Harmonic(mean, amplitude, frequency, phase):
+            return _pieces((0.0, (mean,), (amplitude, frequency, phase)))
+        case Polynomial(coefficients):
+            return _pieces((0.0, coefficients))
+        case Cycloidal(before, after, duration):
+            rise, turn = (after - before) / duration, 2.0 * math.pi / duration
+            sine = (-(after - before) / (2.0 * math.pi), turn, 0.0)
+            return _pieces((-math.inf, (before,)), (0.0, (before, rise), sine), (duration, (after,)))
+        case Trapezoidal(before, after, duration, ramp):
+            ramps = ramp * duration
+            speed = (after - before) / (duration - ramps)
+            bend, moved = 0.5 * speed / ramps, 0.5 * speed * ramps
+            return _pieces(
+                (-math.inf, (before,)),
+                (0.0, (before, 0.0, bend)),
+                (ramps, (before + moved, speed)),
+                (duration - ramps, (after - moved, speed, -bend)),
+                (duration, (after,)),
+            )
+        case TableMotion():
+            from scipy.interpolate import PPoly, make_interp_spline  # a third of a second that others need not wait for
 
-    spline = PPoly.from_spline(make_interp_spline(motion.times, motion.angles, k=5).tck)
-    inside = np.flatnonzero(np.diff(spline.x) > 0.0)
-    rows = np.zeros((inside.size + 1, COLUMNS))
-    rows[0, :2] = TABLE, inside.size
-    rows[1:, 0] = spline.x[inside]
-    rows[1:, 1:7] = spline.c[:, inside].T
+            spline = PPoly.from_spline(make_interp_spline(motion.times, motion.angles, k=5).tck)
+            inside = np.flatnonzero(np.diff(spline.x) > 0.0)
+            rows = np.zeros((inside.size, COLUMNS))
+            rows[:, 0] = spline.x[inside]
+            rows[:, 1:7] = spline.c[:, inside].T
+            return rows
+
+
+def _pieces(*pieces: tuple[float | tuple[float, ...], ...]) -> np.ndarray:
+    """Rows from (instant, coefficients from the constant up, sine) triples."""
+    rows = np.zeros((len(pieces), COLUMNS))
+    for row, (instant, coefficients, *sine) in zip(rows, pieces, strict=True):
+        assert isinstance(coefficients, tuple)
+        row[0] = instant
+        row[7 - len(coefficients) : 7] = coefficients[::-1]
+        if sine:
+            row[7:] = sine[0]
     return rows
 
 
-@kernel(inline=True)
-def prescribed_angle(t, rows, angle):
-    """Write an angle and its first three derivatives at time t into angle[0:4]."""
-    kind = int(rows[0, 0])
-    if kind == 0:
-        angle[0] = rows[0, 1] + rows[0, 2] * t
-        angle[1] = rows[0, 2]
-        angle[2] = 0.0
-        angle[3] = 0.0
-    elif kind == 1:
-        amplitude, frequency = rows[0, 2], rows[0, 3]
-        phase = frequency * t + rows[0, 4]
-        sin, cos = amplitude * math.sin(phase), amplitude * math.cos(phase)
-        angle[0] = rows[0, 1] + sin
-        angle[1] = frequency * cos
-        angle[2] = -frequency * frequency * sin
-        angle[3] = -frequency * frequency * frequency * cos
-    else:
-        low, high = 1, int(rows[0, 1])
-        while low < high:  # the last knot at or before t
-            middle = (low + high + 1) // 2
-            if rows[middle, 0] <= t:
-                low = middle
-            else:
-                high = middle - 1
-        s = t - rows[low, 0]
-        value = first = second = third = 0.0
-        for k in range(1, 7):
-            third = third * s + 3.0 * second
-            second = second * s + 2.0 * first
-            first = first * s + value
-            value = value * s + rows[low, k]
-        angle[0], angle[1], angle[2], angle[3] = value, first, second, third
+@kernel()
+def course_at(t, rows, value):
+    """Write a course and its first three derivatives at time t into value[0:4]."""
+    low, high = 0, rows.shape[0] - 1
+    while low < high:  # the last piece that begins at or before t
+        middle = (low + high + 1) // 2
+        if rows[middle, 0] <= t:
+            low = middle
+        else:
+            high = middle - 1
+    begin = rows[low, 0]
+    s = 0.0 if begin == -math.inf else t - begin
+    v0 = v1 = v2 = v3 = 0.0
+    for k in range(1, 7):
+        v3 = v3 * s + 3.0 * v2
+        v2 = v2 * s + 2.0 * v1
+        v1 = v1 * s + v0
+        v0 = v0 * s + rows[low, k]
+    amplitude, frequency = rows[low, 7], rows[low, 8]
+    if amplitude != 0.0:
+        phase = frequency * s + rows[low, 9]
+        sin, cos = amplitude * math.sin(phase), amplitude * frequency * math.cos(phase)
+        v0 += sin
+        v1 += cos
+        v2 -= frequency * frequency * sin
+        v3 -= frequency * frequency * cos
+    value[0], value[1], value[2], value[3] = v0, v1, v2, v3
 
 
 @kernel()
@@ -88,8 +110,8 @@ def prescribe(t, rows, starts, basis, angle):
     """Write b and its derivatives at time t into basis[0:4, :]; `angle` is work space."""
     for order in range(4):
         basis[order, 0] = 1.0 if order == 0 else 0.0
-    for drive in range(starts.size - 1):
-        prescribed_angle(t, rows[starts[drive] : starts[drive + 1]], angle)
+    for drive in range((basis.shape[1] - 1) // 2):
+        course_at(t, rows[starts[drive] : starts[drive + 1]], angle)
         c, s = math.cos(angle[0]), math.sin(angle[0])
         w, a, j = angle[1], angle[2], angle[3]
         i = 1 + 2 * drive

@@ -29,6 +29,10 @@ class Record(NamedTuple):
         delta, delta', slip speed, elastic, normal and tangential force, n_x, n_y, |e|.
     elastic : ndarray, shape (nt,)
         Elastic energy of all contacts [J].
+    springs : ndarray, shape (nt,)
+        Energy stored in springs [J].
+    element : ndarray, shape (nt, elements, 3)
+        Force on the element's end [N] and torque on its body [N m].
     torque : ndarray, shape (nt, drives)
     kinetic, potential : ndarray, shape (nt,)
     length_error : float
@@ -40,6 +44,8 @@ class Record(NamedTuple):
     A: np.ndarray
     joint: np.ndarray
     elastic: np.ndarray
+    springs: np.ndarray
+    element: np.ndarray
     torque: np.ndarray
     kinetic: np.ndarray
     potential: np.ndarray
@@ -86,13 +92,17 @@ def fill(time, state, mode, memory, address, R):
                 kinetic += 0.5 * S.basis[1, i] * S.inertia_b[i, k] * S.basis[1, k]
         R.kinetic[at], R.potential[at] = kinetic, potential
         constraint_forces(S, S.work_b)
-        for d in range(S.motion_start.size - 1):
+        for d in range((S.nb - 1) // 2):
             i = 1 + 2 * d
             R.torque[at, d] = S.work_b[i + 1] * S.basis[0, i] - S.work_b[i] * S.basis[0, i + 1]
         for k in range(S.direction.shape[0]):
             error = abs(S.direction[k, 0] ** 2 + S.direction[k, 1] ** 2 - 1.0) * 0.5
             R.length_error[0] = max(R.length_error[0], error)
-        R.elastic[at] = 0.0
+        R.elastic[at] = R.springs[at] = 0.0
+        for i in range(S.element.shape[0]):
+            R.springs[at] += S.element[i, 5]
+            for q in range(3):
+                R.element[at, i, q] = S.element[i, 8 + q]
         for j in range(S.mode.size):
             if S.mode[j] == 0:
                 kinematics(j, S)
@@ -128,7 +138,9 @@ def record(system: Handle, time: np.ndarray, state: np.ndarray, mode: np.ndarray
         A=np.empty((instants, columns)),
         joint=np.empty((instants, joints, 9)),
         elastic=np.empty(instants),
-        torque=np.empty((instants, content.motion_start.size - 1)),
+        springs=np.empty(instants),
+        element=np.empty((instants, content.element.shape[0], 3)),
+        torque=np.empty((instants, (content.nb - 1) // 2)),
         kinetic=np.empty(instants),
         potential=np.empty(instants),
         length_error=np.zeros(1),

@@ -16,10 +16,13 @@ from scipy.sparse.csgraph import reverse_cuthill_mckee
 from scissordyn.jit import kernel
 from scissordyn.mechanics import band
 from scissordyn.mechanics.band import width
+from scissordyn.mechanics.layout import turning_inertia
+from scissordyn.mechanics.outputs import Record
 from scissordyn.model.body import GROUND
+from scissordyn.model.element import Force, Spring
 from scissordyn.model.mechanism import Mechanism
 
-__all__ = ["Balance", "balance", "solve_reactions"]
+__all__ = ["Balance", "balance", "known_loads", "solve_reactions"]
 
 _factorize, _solve = band.factorize, band.solve
 
@@ -39,14 +42,12 @@ class Balance(NamedTuple):
         Force (x, y) and torque per unit of the unknown.
     arm : ndarray, shape (entries, 2)
         Point of application from the mass centre, in the body's frame [m].
-    load_start, load_joint, load_sign, load_arm
-        Likewise the known forces of loose joints; the sign is +1 on the journal's body.
     mass, inertia : ndarray, shape (bodies,)
         Inertia is zero for a body that does not rotate, whose balance of moments its guide keeps.
     length : float
         Scale of the moment equations [m].
     order : ndarray of int
-        Place of each unknown (joints x, y; guides; drives) among the ordered ones.
+        Place of each unknown (joints x, y; welds x, y, torque; guides; drives) among the ordered ones.
     band : int
         Half bandwidth of the normal equations.
     """
@@ -55,10 +56,6 @@ class Balance(NamedTuple):
     unknown: np.ndarray
     direction: np.ndarray
     arm: np.ndarray
-    load_start: np.ndarray
-    load_joint: np.ndarray
-    load_sign: np.ndarray
-    load_arm: np.ndarray
     mass: np.ndarray
     inertia: np.ndarray
     length: float
@@ -79,67 +76,117 @@ def balance(mechanism: Mechanism) -> Balance:
     """
     names = [body.name for body in mechanism.bodies]
     entries: dict[str, list[tuple[int, tuple[float, float, float], tuple[float, float]]]] = {name: [] for name in names}
-    loads: dict[str, list[tuple[int, float, tuple[float, float]]]] = {name: [] for name in names}
-
-    def arm(body: str, point: str) -> tuple[float, float]:
-        described = mechanism.body(body)
-        x, y = described.points[point]
-        return x - described.centre[0], y - described.centre[1]
-
     count = 0
     for joint in mechanism.ideal:
         for (body, point), sign in ((joint.journal, 1.0), (joint.bearing, -1.0)):
             if body != GROUND:
-                entries[body].append((count, (sign, 0.0, 0.0), arm(body, point)))
-                entries[body].append((count + 1, (0.0, sign, 0.0), arm(body, point)))
+                entries[body].append((count, (sign, 0.0, 0.0), _arm(mechanism, body, point)))
+                entries[body].append((count + 1, (0.0, sign, 0.0), _arm(mechanism, body, point)))
         count += 2
+    for weld in mechanism.welds:
+        for (body, point), sign in ((weld.start, 1.0), (weld.end, -1.0)):
+            if body != GROUND:
+                where = _arm(mechanism, body, point)
+                entries[body].append((count, (sign, 0.0, 0.0), where))
+                entries[body].append((count + 1, (0.0, sign, 0.0), where))
+                entries[body].append((count + 2, (0.0, 0.0, sign), where))
+        count += 3
     for guide in mechanism.guides:
         across = -math.sin(guide.direction), math.cos(guide.direction)
         body, point = guide.follower
-        entries[body].append((count, (*across, 0.0), arm(body, point)))
+        entries[body].append((count, (*across, 0.0), _arm(mechanism, body, point)))
         count += 1
     for drive in mechanism.drives:
         entries[drive.body].append((count, (0.0, 0.0, 1.0), (0.0, 0.0)))
         count += 1
-    for index, joint in enumerate(mechanism.loose):
-        for (body, point), sign in ((joint.journal, 1.0), (joint.bearing, -1.0)):
-            if body != GROUND:
-                loads[body].append((index, sign, arm(body, point)))
 
     groups = [np.array([unknown for unknown, _, _ in entries[name]], np.int64) for name in names]
     rows = np.concatenate([np.arange(count), *(np.repeat(group, group.size) for group in groups)])
     beside = np.concatenate([np.arange(count), *(np.tile(group, group.size) for group in groups)])
     order = np.empty(count, np.int64)
-    graph = sp.csr_array((np.ones(rows.size), (rows, beside)), shape=(count, count))
-    order[reverse_cuthill_mckee(graph, symmetric_mode=True)] = np.arange(count)
+    if count:
+        graph = sp.csr_array((np.ones(rows.size), (rows, beside)), shape=(count, count))
+        order[reverse_cuthill_mckee(graph, symmetric_mode=True)] = np.arange(count)
     reach = int(np.max(np.abs(order[rows] - order[beside]), initial=0))
 
     listed = [entry for name in names for entry in entries[name]]
-    known = [load for name in names for load in loads[name]]
     sizes = [math.hypot(*point) for body in mechanism.bodies for point in body.points.values()]
     return Balance(
         start=np.cumsum([0, *(len(entries[name]) for name in names)], dtype=np.int64),
         unknown=np.array([order[unknown] for unknown, _, _ in listed], np.int64),
         direction=np.array([direction for _, direction, _ in listed]).reshape(-1, 3),
         arm=np.array([point for _, _, point in listed]).reshape(-1, 2),
-        load_start=np.cumsum([0, *(len(loads[name]) for name in names)], dtype=np.int64),
-        load_joint=np.array([index for index, _, _ in known], np.int64),
-        load_sign=np.array([sign for _, sign, _ in known]),
-        load_arm=np.array([point for _, _, point in known]).reshape(-1, 2),
         mass=np.array([body.mass for body in mechanism.bodies]),
-        inertia=np.array([body.inertia or 0.0 for body in mechanism.bodies]),
+        inertia=np.array([turning_inertia(mechanism, body) if body.rotates else 0.0 for body in mechanism.bodies]),
         length=max([size for size in sizes if size > 0.0], default=1.0),
         order=order,
         band=reach,
     )
 
 
+def known_loads(mechanism: Mechanism, direction: np.ndarray, found: Record, radius: np.ndarray) -> np.ndarray:
+    """Forces of loose joints, springs, loads and motors on the bodies.
+
+    Parameters
+    ----------
+    mechanism : Mechanism
+    direction : ndarray, shape (nt, bodies, 2)
+    found : Record
+    radius : ndarray, shape (nj, 3)
+        Clearance, journal and bearing radius of the loose joints [m].
+
+    Returns
+    -------
+    ndarray, shape (nt, bodies, 3)
+        Force [N] and moment about the mass centre [N m].
+    """
+    index = {body.name: k for k, body in enumerate(mechanism.bodies)}
+    known = np.zeros((*direction.shape[:2], 3))
+
+    def push(body: str, point: str, force: np.ndarray) -> None:
+        if body == GROUND:
+            return
+        k, (x, y) = index[body], _arm(mechanism, body, point)
+        cos, sin = direction[:, k, 0], direction[:, k, 1]
+        known[:, k, :2] += force
+        known[:, k, 2] += (cos * x - sin * y) * force[:, 1] - (sin * x + cos * y) * force[:, 0]
+
+    def turn(body: str, torque: np.ndarray) -> None:
+        if body != GROUND:
+            known[:, index[body], 2] += torque
+
+    for j, joint in enumerate(mechanism.loose):
+        normal, tangential, nx, ny = found.joint[:, j, 4:8].T
+        force = np.stack([-normal * nx + tangential * ny, -normal * ny - tangential * nx], axis=1)
+        push(*joint.journal, force)
+        push(*joint.bearing, -force)
+        turn(joint.journal[0], -radius[j, 1] * tangential)
+        turn(joint.bearing[0], radius[j, 2] * tangential)
+    for i, element in enumerate(mechanism.elements):
+        force, torque = found.element[:, i, :2], found.element[:, i, 2]
+        if isinstance(element, Spring):
+            push(*element.end, force)
+            push(*element.start, -force)
+        elif isinstance(element, Force):
+            push(*element.point, force)
+        else:
+            turn(element.body, torque)
+            turn(element.base, -torque)
+    return known
+
+
+def _arm(mechanism: Mechanism, body: str, point: str) -> tuple[float, float]:
+    """A point from the mass centre, in the body's frame [m]."""
+    described = mechanism.body(body)
+    x, y = described.points[point]
+    return x - described.centre[0], y - described.centre[1]
+
+
 @kernel()
-def fill(B, gravity, direction, acceleration, spin_rate, force, moment, matrix, pivots, rows, right, out):
+def fill(B, gravity, direction, acceleration, spin_rate, known, matrix, pivots, rows, right, out):
     """Solve the balances at each instant; returns the first instant at which the reactions are not determined, or -1.
 
-    direction (nt, bodies, 2), acceleration (nt, bodies, 2), spin_rate (nt, bodies), force (nt, nj, 2) on the journal,
-    moment (nt, nj, 2) on the journal's and on the bearing's body; out (nt, unknowns).
+    direction (nt, bodies, 2), acceleration (nt, bodies, 2), spin_rate (nt, bodies), known (nt, bodies, 3); out (nt, unknowns).
     """
     lower = B.band
     for instant in range(out.shape[0]):
@@ -148,17 +195,9 @@ def fill(B, gravity, direction, acceleration, spin_rate, force, moment, matrix, 
         x[:] = 0.0
         for body in range(B.mass.size):
             cos, sin = direction[instant, body, 0], direction[instant, body, 1]
-            right[0] = B.mass[body] * (acceleration[instant, body, 0] - gravity[0])
-            right[1] = B.mass[body] * (acceleration[instant, body, 1] - gravity[1])
-            right[2] = B.inertia[body] * spin_rate[instant, body]
-            for i in range(B.load_start[body], B.load_start[body + 1]):
-                joint, sign = B.load_joint[i], B.load_sign[i]
-                fx, fy = sign * force[instant, joint, 0], sign * force[instant, joint, 1]
-                ax = cos * B.load_arm[i, 0] - sin * B.load_arm[i, 1]
-                ay = sin * B.load_arm[i, 0] + cos * B.load_arm[i, 1]
-                right[0] -= fx
-                right[1] -= fy
-                right[2] -= ax * fy - ay * fx + moment[instant, joint, 0 if sign > 0.0 else 1]
+            right[0] = B.mass[body] * (acceleration[instant, body, 0] - gravity[0]) - known[instant, body, 0]
+            right[1] = B.mass[body] * (acceleration[instant, body, 1] - gravity[1]) - known[instant, body, 1]
+            right[2] = B.inertia[body] * spin_rate[instant, body] - known[instant, body, 2]
             rotates = B.inertia[body] > 0.0
             right[2] = right[2] / B.length if rotates else 0.0
             first, last = B.start[body], B.start[body + 1]
@@ -186,8 +225,7 @@ def solve_reactions(
     direction: np.ndarray,
     acceleration: np.ndarray,
     spin_rate: np.ndarray,
-    force: np.ndarray,
-    moment: np.ndarray,
+    known: np.ndarray,
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Reactions of ideal joints, guides and drives at many instants.
 
@@ -200,10 +238,8 @@ def solve_reactions(
         Of the mass centres [m/s^2].
     spin_rate : ndarray, shape (nt, bodies)
         Angular accelerations [rad/s^2].
-    force : ndarray, shape (nt, loose joints, 2)
-        Contact force on the journal [N].
-    moment : ndarray, shape (nt, loose joints, 2)
-        Contact moment on the journal's and on the bearing's body [N m].
+    known : ndarray, shape (nt, bodies, 3)
+        Sum of the known forces on each body [N] and of their moments about its mass centre [N m], gravity apart.
 
     Returns
     -------
@@ -221,22 +257,12 @@ def solve_reactions(
         gravity = mechanism.gravity * np.array([math.cos(mechanism.gravity_direction), math.sin(mechanism.gravity_direction)])
         widest = int(np.max(np.diff(parts.start)))
         matrix, pivots = np.zeros((unknowns, width(parts.band, parts.band))), np.zeros(unknowns, np.int64)
-        failed = fill(
-            parts,
-            gravity,
-            direction,
-            acceleration,
-            spin_rate,
-            force,
-            moment,
-            matrix,
-            pivots,
-            np.zeros((3, widest)),
-            np.zeros(3),
-            values,
-        )
+        work = np.zeros((3, widest)), np.zeros(3)
+        failed = fill(parts, gravity, direction, acceleration, spin_rate, known, matrix, pivots, *work, values)
         if failed >= 0:
             values[failed:] = np.nan
     values = values[:, parts.order]
     joints, guides = 2 * len(mechanism.ideal), len(mechanism.guides)
-    return values[:, :joints].reshape(instants, joints // 2, 2), values[:, joints : joints + guides], values[:, joints + guides :]
+    welds = joints + 3 * len(mechanism.welds)
+    reactions = values[:, :joints].reshape(instants, joints // 2, 2)
+    return reactions, values[:, welds : welds + guides], values[:, welds + guides :]

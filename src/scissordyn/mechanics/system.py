@@ -13,7 +13,8 @@ from scissordyn.jit import opener
 from scissordyn.laws.contact import PARAMETERS, Damping, Elastic, Friction
 from scissordyn.laws.ladder import friction_start
 from scissordyn.mechanics.band import width
-from scissordyn.mechanics.layout import Form, Layout
+from scissordyn.mechanics.element import ELEMENT_NUMBERS, courses, element_form, element_numbers, start_angle
+from scissordyn.mechanics.layout import Form, Layout, join_forms
 from scissordyn.mechanics.motion import COLUMNS, motion_rows
 
 __all__ = ["APPROACH_FLOOR", "System", "build_system", "open_system", "sliding_states"]
@@ -42,25 +43,29 @@ class System(NamedTuple):
     weight: F1  # (n+nb,) generalized force of gravity
     inertia: F2  # (n, nb) coupling of x'' and b''
     inertia_b: F2  # (nb, nb)
-    motion: F2  # (rows, COLUMNS)
-    motion_start: I1  # (drives+1,)
+    motion: F2  # (pieces, COLUMNS) of the drives, then of the elements' courses
+    motion_start: I1  # (courses+1,)
     length_start: I1  # (m+1,)
     length_column: I1
     length_row: F2  # (2, entries)
     overlap: I2  # (pairs, 3): conditions k >= l that share columns, and where their matches start
     match: I2  # (matches, 2): entries of k and l on the same column
-    joint_start: I1  # (nj+1,)
-    joint_column: I1
-    joint_row: F2  # (6, entries): e, direction of the journal's body, direction of the bearing's body
+    link_start: I1  # (links+1,) loose joints, then elements
+    link_column: I1
+    link_row: F2  # (6, entries): e, direction of the journal's body, of the bearing's; for elements u, body, base
     radius: F2  # (nj, 3): clearance, R_J, R_B
     law: I2  # (nj, 3): tags of stiffness, damping, friction
     elastic: F2  # (nj, PARAMETERS)
     damping: F2  # (nj, PARAMETERS)
     friction: F2  # (nj, PARAMETERS)
-    state_start: I1  # (nj+1,) hidden states
+    state_start: I1  # (links+1,) hidden states
+    element: F2  # (elements, ELEMENT_NUMBERS)
+    course: I1  # (elements,) row of motion_start, or -1
+    element_x: F2  # (6, 6) work space
+    element_v: F2
     mode: I1  # (nj,) 0 free flight, 1 contact
     approach: F1  # (nj,) approach speed of the present contact
-    block_start: I1  # (nj+1,) where a joint's k x k blocks start
+    block_start: I1  # (links+1,) where a link's k x k blocks start
     place: I1  # (n+m+nz,) row of the step matrix for each unknown
     band: F2  # step matrix
     band_limits: I1  # (4,) lower, upper of the step matrix and of the Gram matrix
@@ -90,8 +95,8 @@ class System(NamedTuple):
     rate_by_x: F1  # (states * joint entries)
     rate_by_v: F1
     rate_by_state: F1  # states x states of each joint
-    force_state_start: I1  # (nj+1,)
-    state_state_start: I1  # (nj+1,)
+    force_state_start: I1  # (links+1,)
+    state_state_start: I1  # (links+1,)
     work: F1  # (n+m+nz,)
     scratch: F1  # (2n+nz,)
     state_work: F2  # (2, most states)
@@ -120,15 +125,22 @@ def build_system(layout: Layout) -> System:
     full = csr_array(layout.coordinates.T @ layout.mass @ layout.coordinates)
     loose = mechanism.loose
     nj, m = len(loose), len(layout.lengths)
-    states = [len(joint.clearance.friction.states) for joint in loose if joint.clearance]
+    elements = mechanism.elements
+    states = [len(joint.clearance.friction.states) for joint in loose if joint.clearance] + [0] * len(elements)
     nz = sum(states)
 
-    rows = [motion_rows(drive, mechanism.body(drive.body)) for drive in mechanism.drives]
+    rows = [motion_rows(drive.motion, mechanism.body(drive.body).angle) for drive in mechanism.drives]
+    course, pieces = courses(layout, len(rows))
+    rows += pieces
+    numbers = np.zeros((len(elements), ELEMENT_NUMBERS))
+    for i, element in enumerate(elements):
+        described = element_numbers(element, start_angle(layout, element))
+        numbers[i, : len(described)] = described
     length_start, length_column, length_row = _forms(layout.lengths, 2)
-    joints = [_joint_form(layout, index) for index in range(nj)]
-    joint_start, joint_column, joint_row = _forms(joints, 6)
+    links = [_joint_form(layout, index) for index in range(nj)] + [element_form(layout, element) for element in elements]
+    link_start, link_column, link_row = _forms(links, 6)
     overlap, match = _overlaps(layout)
-    counts = np.diff(joint_start)
+    counts = np.diff(link_start)
 
     laws = np.zeros((nj, 3), np.int64)
     tables = [np.zeros((nj, PARAMETERS)) for _ in range(3)]
@@ -140,11 +152,11 @@ def build_system(layout: Layout) -> System:
         radius[index] = clearance.clearance, clearance.journal_radius, contact.bearing_radius
         chosen: tuple[Elastic | Damping | Friction, ...] = (clearance.stiffness, clearance.damping, clearance.friction)
         for which, law in enumerate(chosen):
-            numbers = law.parameters(contact)
+            parameters = law.parameters(contact)
             laws[index, which] = law.tag
-            tables[which][index, : len(numbers)] = numbers
+            tables[which][index, : len(parameters)] = parameters
 
-    place, lower, upper = _ordering(layout, joint_start, joint_column, states)
+    place, lower, upper = _ordering(layout, link_start, link_column, states)
     gram_lower = max((int(k - l) for k, l, _ in overlap[:-1]), default=0)
     size = n + m + nz
     return System(
@@ -160,15 +172,19 @@ def build_system(layout: Layout) -> System:
         length_row=length_row,
         overlap=overlap,
         match=match,
-        joint_start=joint_start,
-        joint_column=joint_column,
-        joint_row=joint_row,
+        link_start=link_start,
+        link_column=link_column,
+        link_row=link_row,
         radius=radius,
         law=laws,
         elastic=tables[0],
         damping=tables[1],
         friction=tables[2],
         state_start=np.cumsum([0, *states], dtype=np.int64),
+        element=numbers,
+        course=course,
+        element_x=np.zeros((6, 6)),
+        element_v=np.zeros((6, 6)),
         mode=np.zeros(nj, np.int64),
         approach=np.full(nj, APPROACH_FLOOR),
         block_start=np.cumsum([0, *counts**2], dtype=np.int64),
@@ -197,10 +213,10 @@ def build_system(layout: Layout) -> System:
         block_x=np.zeros(int(np.sum(counts**2))),
         block_v=np.zeros(int(np.sum(counts**2))),
         state_rate=np.zeros(nz),
-        force_by_state=np.zeros(int(np.dot(counts, states)) if nj else 0),
-        rate_by_x=np.zeros(int(np.dot(counts, states)) if nj else 0),
-        rate_by_v=np.zeros(int(np.dot(counts, states)) if nj else 0),
-        rate_by_state=np.zeros(int(np.dot(states, states)) if nj else 0),
+        force_by_state=np.zeros(int(np.dot(counts, states)) if links else 0),
+        rate_by_x=np.zeros(int(np.dot(counts, states)) if links else 0),
+        rate_by_v=np.zeros(int(np.dot(counts, states)) if links else 0),
+        rate_by_state=np.zeros(int(np.dot(states, states)) if links else 0),
         force_state_start=np.cumsum([0, *(counts * np.array(states, np.int64))], dtype=np.int64),
         state_state_start=np.cumsum([0, *(s * s for s in states)], dtype=np.int64),
         work=np.zeros(size),
@@ -223,14 +239,9 @@ def _forms(forms: list[Form] | tuple[Form, ...], height: int) -> tuple[np.ndarra
 def _joint_form(layout: Layout, index: int) -> Form:
     """The six rows of a loose joint on the union of their columns."""
     joint = layout.mechanism.loose[index]
-    journal, bearing = layout.place(joint.journal), layout.place(joint.bearing)
-    parts = [(journal, 0, 1.0), (bearing, 0, -1.0)]
+    parts = [(layout.place(joint.journal), 0, 1.0), (layout.place(joint.bearing), 0, -1.0)]
     parts += [(layout.direction(joint.journal[0]), 2, 1.0), (layout.direction(joint.bearing[0]), 4, 1.0)]
-    columns = np.unique(np.concatenate([form.columns for form, _, _ in parts]))
-    rows = np.zeros((6, columns.size))
-    for form, first, sign in parts:
-        rows[first : first + 2, np.searchsorted(columns, form.columns)] += sign * form.rows
-    return Form(columns, rows)
+    return join_forms(parts)
 
 
 def _overlaps(layout: Layout) -> tuple[np.ndarray, np.ndarray]:
@@ -257,7 +268,7 @@ def _overlaps(layout: Layout) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _ordering(
-    layout: Layout, joint_start: np.ndarray, joint_column: np.ndarray, states: list[int]
+    layout: Layout, link_start: np.ndarray, link_column: np.ndarray, states: list[int]
 ) -> tuple[np.ndarray, int, int]:
     """Rows of the step matrix for accelerations, multipliers and hidden states, so that its band is narrow."""
     n, m = layout.free, len(layout.lengths)
@@ -265,7 +276,7 @@ def _ordering(
     groups = [np.append(form.columns[form.columns < n], n + k) for k, form in enumerate(layout.lengths)]
     first_state = n + m
     for j, count in enumerate(states):
-        columns = joint_column[joint_start[j] : joint_start[j + 1]]
+        columns = link_column[link_start[j] : link_start[j + 1]]
         groups.append(np.concatenate([columns[columns < n], np.arange(first_state, first_state + count)]))
         first_state += count
     rows = np.concatenate([np.arange(size), *(np.repeat(group, group.size) for group in groups)])

@@ -13,7 +13,7 @@ import xarray as xr
 
 from scissordyn.mechanics.bodies import BodyMotion, body_motion
 from scissordyn.mechanics.outputs import Record, record
-from scissordyn.mechanics.reactions import solve_reactions
+from scissordyn.mechanics.reactions import known_loads, solve_reactions
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.model.record import to_plain
 from scissordyn.simulation.contacts import columns, contacts
@@ -55,6 +55,7 @@ def to_dataset(mechanism: Mechanism, options: Options, path: Trajectory) -> xr.D
     variables = {
         **_motion_variables(mechanism, motion),
         **_joint_variables(mechanism, path, found, motion),
+        **_element_variables(mechanism, found),
         **_energy_variables(path, found),
         **_contact_variables(mechanism, path),
     }
@@ -114,14 +115,12 @@ def _joint_variables(mechanism: Mechanism, path: Trajectory, found: Record, moti
     normal, tangential, nx, ny = contact[..., 4], contact[..., 5], contact[..., 6], contact[..., 7]
     force = np.stack([-normal * nx + tangential * ny, -normal * ny - tangential * nx], axis=-1)
     radius = path.system.content.radius
-    moment = np.stack([-radius[:, 1] * tangential, radius[:, 2] * tangential], axis=-1)
     joints, guided, _ = solve_reactions(
         mechanism,
         direction=motion.direction,
         acceleration=motion.acceleration,
         spin_rate=motion.spin_rate,
-        force=force,
-        moment=moment,
+        known=known_loads(mechanism, motion.direction, found, radius),
     )
     reaction = np.zeros((instants, len(names), 2))
     reaction[:, loose], reaction[:, ideal] = force, joints
@@ -165,10 +164,21 @@ def _joint_variables(mechanism: Mechanism, path: Trajectory, found: Record, moti
     return variables
 
 
+def _element_variables(mechanism: Mechanism, found: Record) -> dict[str, Variable]:
+    if not mechanism.elements:
+        return {}
+    return {
+        "element": (("element",), np.array([element.name for element in mechanism.elements]), {"long_name": "element"}),
+        "element_force": _described(("time", "element", "axis"), found.element[..., :2], "N", "force on the end of an element"),
+        "element_torque": _described(("time", "element"), found.element[..., 2], "N m", "torque on the body of an element"),
+    }
+
+
 def _energy_variables(path: Trajectory, found: Record) -> dict[str, Variable]:
-    work, damping, rubbing = path.samples.total.T
-    energy = found.kinetic + found.potential + found.elastic
-    residual = energy - energy[:1] - work + damping + rubbing
+    work, damping, rubbing, loads, dampers = path.samples.total.T
+    energy = found.kinetic + found.potential + found.elastic + found.springs
+    lost = damping + rubbing + dampers
+    residual = energy - energy[:1] - work - loads + lost
     named = {
         "kinetic_energy": (found.kinetic, "kinetic energy"),
         "potential_energy": (found.potential, "potential energy of gravity"),
@@ -176,7 +186,10 @@ def _energy_variables(path: Trajectory, found: Record) -> dict[str, Variable]:
         "drive_work": (work, "work of the drives"),
         "damping_loss": (damping, "energy dissipated by contact damping"),
         "friction_loss": (rubbing, "energy dissipated by friction"),
-        "dissipated_energy": (damping + rubbing, "dissipated energy"),
+        "spring_energy": (found.springs, "energy stored in springs"),
+        "load_work": (loads, "work of forces, torques and motors"),
+        "damper_loss": (dampers, "energy dissipated by dampers"),
+        "dissipated_energy": (lost, "dissipated energy"),
         "energy_residual": (residual, "what the energy balance misses"),
     }
     variables = {name: _described(("time",), values, "J", text) for name, (values, text) in named.items()}

@@ -11,7 +11,7 @@ from scissordyn.mechanics import functions
 from scissordyn.mechanics.bodies import body_motion
 from scissordyn.mechanics.layout import Form, Layout, lay_out
 from scissordyn.mechanics.outputs import record
-from scissordyn.mechanics.reactions import solve_reactions
+from scissordyn.mechanics.reactions import known_loads, solve_reactions
 from scissordyn.mechanics.start import Start, assemble, carry_over, hold_joints, natural_state
 from scissordyn.mechanics.system import APPROACH_FLOOR, System, build_system
 from scissordyn.simulation.options import Options
@@ -66,8 +66,8 @@ def prepare_start(layout: Layout, system: System, options: Options) -> tuple[np.
 
 
 def _eccentricity_form(system: System, j: int) -> Form:
-    part = slice(system.joint_start[j], system.joint_start[j + 1])
-    return Form(system.joint_column[part], system.joint_row[:2, part])
+    part = slice(system.link_start[j], system.link_start[j + 1])
+    return Form(system.link_column[part], system.link_row[:2, part])
 
 
 def _ideal_reactions(layout: Layout, system: System, start: Start) -> np.ndarray:
@@ -80,8 +80,7 @@ def _ideal_reactions(layout: Layout, system: System, start: Start) -> np.ndarray
         direction=motion.direction,
         acceleration=motion.acceleration,
         spin_rate=motion.spin_rate,
-        force=np.zeros((1, 0, 2)),
-        moment=np.zeros((1, 0, 2)),
+        known=known_loads(layout.mechanism, motion.direction, found, system.radius),
     )
     return np.asarray(joints[0])
 

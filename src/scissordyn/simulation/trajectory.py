@@ -17,6 +17,7 @@ from scissordyn.jit import Handle
 from scissordyn.mechanics import functions
 from scissordyn.mechanics.layout import Layout, lay_out
 from scissordyn.mechanics.system import System, build_system, sliding_states
+from scissordyn.model.body import Body
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.simulation.options import Options
 from scissordyn.simulation.start import prepare_start
@@ -166,7 +167,7 @@ def _work(layout: Layout, system: System, state: np.ndarray, coefficients: Table
     speeds against the speed of the whole mechanism, hidden states against their size in steady sliding.
     """
     n, mechanism = layout.free, layout.mechanism
-    extent = {body.name: max([math.hypot(*point) for point in body.points.values()], default=0.0) for body in mechanism.bodies}
+    extent = {body.name: _extent(body) for body in mechanism.bodies}
     moved = np.ones(layout.coordinates.shape[0])
     for body in mechanism.bodies:
         if body.rotates:
@@ -187,8 +188,14 @@ def _work(layout: Layout, system: System, state: np.ndarray, coefficients: Table
         mode=system.mode,
         memory=system.approach,
         precision=1e-9 * system.radius[:, 0],
-        quadratures=3,
+        quadratures=5,
     )
+
+
+def _extent(body: Body) -> float:
+    """How far from its origin a body reaches, its radius of gyration counted for a body without points [m]."""
+    gyration = math.sqrt((body.inertia or 0.0) / body.mass)
+    return max([math.hypot(*point) for point in (body.centre, *body.points.values())] + [gyration])
 
 
 def _culprit(mechanism: Mechanism, system: Handle, work: Work, time: float) -> str:

@@ -1,0 +1,269 @@
+"""Springs, dampers, loads and motors in the equations of motion.
+
+An element acts through up to three forms: u, a vector between two points or a point; a and b, the unit directions of its body
+and its base. Columns of `System.element`: the element's numbers, then what it was last found to do.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from scissordyn.jit import kernel
+from scissordyn.mechanics.layout import Form, Layout, join_forms
+from scissordyn.mechanics.motion import course_at, motion_rows
+from scissordyn.model.body import GROUND
+from scissordyn.model.element import Element, Force, Motor, Spring, Torque, TorsionSpring
+
+__all__ = [
+    "ELEMENT_NUMBERS",
+    "add_element_forces",
+    "courses",
+    "element_form",
+    "element_numbers",
+    "linearise_element",
+    "start_angle",
+]
+
+TURN = 2.0 * math.pi
+
+SPRING, TORSION, FORCE, FOLLOWING, TORQUE, MOTOR = range(6)
+
+ELEMENT_NUMBERS = 11
+"""Width of the table: kind, four numbers, energy stored [J], power given to the mechanism and power lost in dampers [W],
+force on u [N] and torque on the body [N m]."""
+
+
+def element_numbers(element: Element, angle: float) -> tuple[float, ...]:
+    """Kind and numbers of an element; `angle` is that of its body against its base at the start [rad]."""
+    match element:
+        case Spring():
+            return SPRING, element.stiffness, element.free_length, element.damping
+        case TorsionSpring():
+            return TORSION, element.stiffness, element.free_angle, element.damping, angle
+        case Force():
+            return FOLLOWING if element.follows else FORCE, *element.force
+        case Torque():
+            return TORQUE, element.torque
+        case Motor():
+            limit = math.inf if element.limit is None else element.limit
+            return MOTOR, element.stall_torque, element.no_load_speed, limit
+
+
+def element_form(layout: Layout, element: Element) -> Form:
+    """The six rows of an element on the union of their columns."""
+    match element:
+        case Spring():
+            return join_forms([(layout.place(element.end), 0, 1.0), (layout.place(element.start), 0, -1.0)])
+        case Force():
+            return join_forms([(layout.place(element.point), 0, 1.0), (layout.direction(element.point[0]), 2, 1.0)])
+        case _:
+            base = layout.fixed_direction if element.base == GROUND else layout.direction(element.base)
+            return join_forms([(layout.direction(element.body), 2, 1.0), (base, 4, 1.0)])
+
+
+@kernel(inline=True)
+def element_forms(link, S):
+    """The six forms of a link and their rates, from S.X and S.V."""
+    ux = uy = ax = ay = bx = by = 0.0
+    vx = vy = px = py = qx = qy = 0.0
+    row = S.link_row
+    for k in range(S.link_start[link], S.link_start[link + 1]):
+        x, v = S.X[S.link_column[k]], S.V[S.link_column[k]]
+        ux += row[0, k] * x
+        uy += row[1, k] * x
+        ax += row[2, k] * x
+        ay += row[3, k] * x
+        bx += row[4, k] * x
+        by += row[5, k] * x
+        vx += row[0, k] * v
+        vy += row[1, k] * v
+        px += row[2, k] * v
+        py += row[3, k] * v
+        qx += row[4, k] * v
+        qy += row[5, k] * v
+    return ux, uy, ax, ay, bx, by, vx, vy, px, py, qx, qy
+
+
+@kernel(inline=True)
+def spread_forces(link, S, fx, fy, torque_a, torque_b, ax, ay, bx, by, target):
+    """Add a force on u and torques on a and b to a vector of generalized forces."""
+    gx, gy, hx, hy = -torque_a * ay, torque_a * ax, -torque_b * by, torque_b * bx
+    row = S.link_row
+    for k in range(S.link_start[link], S.link_start[link + 1]):
+        target[S.link_column[k]] += (
+            row[0, k] * fx + row[1, k] * fy + row[2, k] * gx + row[3, k] * gy + row[4, k] * hx + row[5, k] * hy
+        )
+
+
+@kernel(inline=True)
+def relative_angle(start, ax, ay, bx, by):
+    """Angle of a against b, within half a turn of its value at the start."""
+    turned = math.atan2(bx * ay - by * ax, bx * ax + by * ay) - start
+    return start + turned - TURN * math.floor(turned / TURN + 0.5)
+
+
+@kernel(inline=True)
+def motor_torque(E, i, spin):
+    """Torque of a motor and its slope against the speed."""
+    stall, top, limit = E[i, 1], E[i, 2], E[i, 3]
+    slope = -abs(stall) / top
+    torque = stall + slope * spin
+    if torque > limit:
+        return limit, 0.0
+    if torque < -limit:
+        return -limit, 0.0
+    return torque, slope
+
+
+@kernel(inline=True)
+def course_of(t, i, S):
+    """Factor of element i at time t, and its rate."""
+    first = S.course[i]
+    if first < 0:
+        return 1.0, 0.0
+    course_at(t, S.motion[S.motion_start[first] : S.motion_start[first + 1]], S.angle)
+    return S.angle[0], S.angle[1]
+
+
+@kernel(inline=True)
+def add_element_forces(t, i, S):
+    """Add element i to S.force, and write its energy and powers into S.element."""
+    link = S.mode.size + i
+    E = S.element
+    ux, uy, ax, ay, bx, by, vx, vy, px, py, qx, qy = element_forms(link, S)
+    kind = int(E[i, 0])
+    fx = fy = torque = energy = given = lost = 0.0
+    spin = (ax * py - ay * px) - (bx * qy - by * qx)
+    if kind == 0:
+        length = math.sqrt(ux * ux + uy * uy)
+        if length > 0.0:
+            rate, stretch = (ux * vx + uy * vy) / length, length - E[i, 2]
+            pull = E[i, 1] * stretch + E[i, 3] * rate
+            fx, fy = -pull * ux / length, -pull * uy / length
+            energy, lost = 0.5 * E[i, 1] * stretch * stretch, E[i, 3] * rate * rate
+    elif kind == 1:
+        stretch = relative_angle(E[i, 4], ax, ay, bx, by) - E[i, 2]
+        torque = -E[i, 1] * stretch - E[i, 3] * spin
+        energy, lost = 0.5 * E[i, 1] * stretch * stretch, E[i, 3] * spin * spin
+    elif kind == 5:
+        torque, _ = motor_torque(E, i, spin)
+        given = torque * spin
+    else:
+        factor, _ = course_of(t, i, S)
+        if kind == 4:
+            torque = factor * E[i, 1]
+            given = torque * spin
+        else:
+            fx, fy = factor * E[i, 1], factor * E[i, 2]
+            if kind == 3:
+                fx, fy = fx * ax - fy * ay, fx * ay + fy * ax
+            given = fx * vx + fy * vy
+    E[i, 5], E[i, 6], E[i, 7] = energy, given, lost
+    E[i, 8], E[i, 9], E[i, 10] = fx, fy, torque
+    spread_forces(link, S, fx, fy, torque, -torque, ax, ay, bx, by, S.force)
+
+
+@kernel(inline=True)
+def linearise_element(t, i, S, dt):
+    """Write the derivatives of element i's generalized forces into S.block_x and S.block_v, add d force / dt to dt[0:n]."""
+    link = S.mode.size + i
+    E, K, D = S.element, S.element_x, S.element_v
+    ux, uy, ax, ay, bx, by, vx, vy, px, py, qx, qy = element_forms(link, S)
+    kind = int(E[i, 0])
+    K[:, :] = 0.0
+    D[:, :] = 0.0
+    spin = (ax * py - ay * px) - (bx * qy - by * qx)
+    torque = by_angle = by_spin = 0.0
+    if kind == 0:
+        length = math.sqrt(ux * ux + uy * uy)
+        if length > 0.0:
+            nx, ny = ux / length, uy / length
+            along = nx * vx + ny * vy
+            pull = E[i, 1] * (length - E[i, 2]) + E[i, 3] * along
+            # rate of the length against u: the part of u' across the spring, over its length
+            wx, wy = (vx - along * nx) / length, (vy - along * ny) / length
+            gx, gy = E[i, 1] * nx + E[i, 3] * wx, E[i, 1] * ny + E[i, 3] * wy
+            across = pull / length
+            K[0, 0] = -nx * gx - across * (1.0 - nx * nx)
+            K[0, 1] = -nx * gy + across * nx * ny
+            K[1, 0] = -ny * gx + across * nx * ny
+            K[1, 1] = -ny * gy - across * (1.0 - ny * ny)
+            D[0, 0], D[0, 1] = -E[i, 3] * nx * nx, -E[i, 3] * nx * ny
+            D[1, 0], D[1, 1] = -E[i, 3] * ny * nx, -E[i, 3] * ny * ny
+    elif kind == 1:
+        torque = -E[i, 1] * (relative_angle(E[i, 4], ax, ay, bx, by) - E[i, 2]) - E[i, 3] * spin
+        by_angle, by_spin = -E[i, 1], -E[i, 3]
+    elif kind == 5:
+        torque, by_spin = motor_torque(E, i, spin)
+    else:
+        factor, rate = course_of(t, i, S)
+        fx, fy = E[i, 1], E[i, 2]
+        if kind == 4:
+            torque = factor * E[i, 1]
+            spread_free(link, S, 0.0, 0.0, rate * E[i, 1], -rate * E[i, 1], ax, ay, bx, by, dt)
+        elif kind == 2:
+            spread_free(link, S, rate * fx, rate * fy, 0.0, 0.0, ax, ay, bx, by, dt)
+        else:
+            gx, gy = fx * ax - fy * ay, fx * ay + fy * ax
+            spread_free(link, S, rate * gx, rate * gy, 0.0, 0.0, ax, ay, bx, by, dt)
+            K[0, 2], K[0, 3] = factor * fx, -factor * fy
+            K[1, 2], K[1, 3] = factor * fy, factor * fx
+    if kind == 1 or kind >= 4:
+        # torque on a as force (-a_y, a_x), on b the opposite; d angle = (J a) da - (J b) db
+        arm = (-ay, ax, by, -bx)
+        turn = (-ay, ax, by, -bx)
+        rate_of_turn = (py, -px, -qy, qx)
+        for r in range(4):
+            for c in range(4):
+                K[2 + r, 2 + c] = arm[r] * (by_angle * turn[c] + by_spin * rate_of_turn[c])
+                D[2 + r, 2 + c] = arm[r] * by_spin * turn[c]
+        K[2, 3] -= torque
+        K[3, 2] += torque
+        K[4, 5] += torque
+        K[5, 4] -= torque
+    row, start, count = S.link_row, S.link_start[link], S.link_start[link + 1] - S.link_start[link]
+    block = S.block_start[link]
+    for a in range(count):
+        for b in range(count):
+            x = v = 0.0
+            for r in range(6):
+                for c in range(6):
+                    weight = row[r, start + a] * row[c, start + b]
+                    x += weight * K[r, c]
+                    v += weight * D[r, c]
+            S.block_x[block + a * count + b] = x
+            S.block_v[block + a * count + b] = v
+
+
+@kernel(inline=True)
+def spread_free(link, S, fx, fy, torque_a, torque_b, ax, ay, bx, by, dt):
+    """Add a force and torques to the rates of the free speeds only."""
+    gx, gy, hx, hy = -torque_a * ay, torque_a * ax, -torque_b * by, torque_b * bx
+    row = S.link_row
+    for k in range(S.link_start[link], S.link_start[link + 1]):
+        if S.link_column[k] < S.n:
+            dt[S.n + S.link_column[k]] += (
+                row[0, k] * fx + row[1, k] * fy + row[2, k] * gx + row[3, k] * gy + row[4, k] * hx + row[5, k] * hy
+            )
+
+
+def start_angle(layout: Layout, element: Element) -> float:
+    """Angle of an element's body against its base as placed [rad]; zero for elements without bodies' angles."""
+    if isinstance(element, Spring | Force):
+        return 0.0
+    base = 0.0 if element.base == GROUND else layout.mechanism.body(element.base).angle
+    return layout.mechanism.body(element.body).angle - base
+
+
+def courses(layout: Layout, first: int) -> tuple[np.ndarray, list[np.ndarray]]:
+    """For each element the index of its course in the motion table, from `first` on, or -1; and the courses' pieces."""
+    index: list[int] = []
+    pieces: list[np.ndarray] = []
+    for element in layout.mechanism.elements:
+        course = element.course if isinstance(element, Force | Torque) else None
+        index.append(-1 if course is None else first + len(pieces))
+        if course is not None:
+            pieces.append(motion_rows(course, 0.0))
+    return np.array(index, np.int64), pieces

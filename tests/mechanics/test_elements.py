@@ -1,0 +1,182 @@
+"""Springs, dampers, loads, motors, welds and the courses of motions, against closed forms and energy books."""
+
+import math
+
+import numpy as np
+import pytest
+
+import scissordyn as sd
+from scissordyn.mechanics.motion import course_at, motion_rows
+from scissordyn.model.drive import ConstantSpeed, Cycloidal, Harmonic, Polynomial, TableMotion, Trapezoidal
+from scissordyn.model.element import Force, Motor, Spring, Torque, TorsionSpring, Weld
+from scissordyn.model.mechanism import Mechanism
+
+TIGHT = {"rtol": 1e-11, "atol": 1e-11, "samples": 101}
+
+
+def hanging(*elements, inertia=0.2, angle=0.3, gravity=0.0, spin=0.0):
+    """A bar of 1 kg that turns about a ground pin at its start, with some elements."""
+    rod = sd.bar("rod", length=1.0, mass=1.0, inertia=inertia, angle=angle)
+    rod = sd.Body(**{**rod.__dict__, "angular_velocity": spin})
+    pin = sd.Revolute("pin", ("rod", "start"), ("ground", "origin"))
+    ground = (("origin", (0.0, 0.0)), ("wall", (1.5, 0.5)))
+    return Mechanism((rod,), joints=(pin,), elements=elements, ground=ground, gravity=gravity)
+
+
+def balanced(run, bound=1e-9):
+    """Whether the energy books close relative to the largest energy turned over."""
+    turnover = max(float(np.ptp(run[name].values)) for name in ("kinetic_energy", "spring_energy", "potential_energy", "load_work"))
+    return float(np.max(np.abs(run["energy_residual"]))) < bound * turnover
+
+
+def test_hinge_spring_swings():
+    """Closed form: a hinge spring gives th = th_0 cos(sqrt(k/I) t) about its free angle."""
+    run = sd.simulate(hanging(TorsionSpring("hinge", "rod", stiffness=30.0, free_angle=0.1)), until=2.0, **TIGHT)
+    about_pin = 0.2 + 0.25
+    exact = 0.1 + 0.2 * np.cos(math.sqrt(30.0 / about_pin) * run["time"])
+    assert np.allclose(run["angle"].sel(body="rod"), exact, atol=1e-8)
+    assert balanced(run)
+
+
+def test_hinge_damper_decays():
+    """Closed form: a hinge damper alone slows a turning bar exponentially."""
+    run = sd.simulate(hanging(TorsionSpring("brake", "rod", damping=0.9), spin=5.0), until=1.0, **TIGHT)
+    exact = 5.0 * np.exp(-0.9 / 0.45 * run["time"])
+    assert np.allclose(run["angular_velocity"].sel(body="rod"), exact, rtol=1e-8)
+    assert balanced(run)
+
+
+def test_point_spring_keeps_energy():
+    """Identity: a point-to-point spring with a damper closes the books, in both formulations of its force."""
+    spring = Spring("coil", ("rod", "end"), ("ground", "wall"), stiffness=200.0, free_length=0.4, damping=3.0)
+    run = sd.simulate(hanging(spring, gravity=9.81), until=1.0, **TIGHT)
+    assert balanced(run)
+    tip = np.stack([np.cos(run["angle"][:, 0]), np.sin(run["angle"][:, 0])], axis=1)
+    length = np.hypot(1.5 - tip[:, 0], 0.5 - tip[:, 1])
+    assert np.allclose(run["spring_energy"], 100.0 * (length - 0.4) ** 2, rtol=1e-9)
+
+
+def test_spring_between_free_masses():
+    """Closed form: two masses on a spring swing with sqrt(k (1/m + 1/M)) about their unmoved centre."""
+    one, other = sd.point_mass("one", mass=2.0), sd.point_mass("other", mass=3.0, position=(1.2, 0.0))
+    spring = Spring("coil", ("one", "centre"), ("other", "centre"), stiffness=50.0, free_length=1.0)
+    run = sd.simulate(Mechanism((one, other), elements=(spring,), gravity=0.0), until=2.0, **TIGHT)
+    stretch = run["position"].sel(body="other", axis="x") - run["position"].sel(body="one", axis="x") - 1.0
+    assert np.allclose(stretch, 0.2 * np.cos(math.sqrt(50.0 * (1 / 2 + 1 / 3)) * run["time"]), atol=1e-8)
+    assert balanced(run)
+
+
+def test_constant_torque_and_course():
+    """Closed form: a torque spins the bar up evenly; with a course in t it does so as t^2/2."""
+    steady = sd.simulate(hanging(Torque("push", "rod", 0.9)), until=1.0, **TIGHT)
+    assert np.allclose(steady["angular_velocity"][:, 0], 2.0 * steady["time"], atol=1e-9)
+    growing = sd.simulate(hanging(Torque("push", "rod", 0.9, course=Polynomial((0.0, 1.0)))), until=1.0, **TIGHT)
+    assert np.allclose(growing["angular_velocity"][:, 0], growing["time"] ** 2, atol=1e-9)
+    assert balanced(steady)
+    assert balanced(growing)
+
+
+@pytest.mark.parametrize("method", ["dop853", "rodas5p"])
+def test_forces_follow_or_stay(method):
+    """Closed form: a following force across the bar is a constant torque; a fixed one on a free mass throws it."""
+    across = Force("jet", ("rod", "end"), (0.0, 0.45), follows=True)
+    run = sd.simulate(hanging(across), until=1.0, method=method, **TIGHT)
+    assert np.allclose(run["angular_velocity"][:, 0], run["time"], atol=1e-8)
+    ball = sd.point_mass("ball", mass=2.0)
+    pull = Force("pull", ("ball", "centre"), (4.0, 0.0), course=Harmonic(0.0, 1.0, 3.0))
+    thrown = sd.simulate(Mechanism((ball,), elements=(pull,), gravity=9.81), until=1.0, method=method, **TIGHT)
+    exact = (2.0 / 3.0) * (1.0 - np.cos(3.0 * thrown["time"]))
+    assert np.allclose(thrown["velocity"][:, 0, 0], exact, atol=1e-8)
+    assert np.allclose(thrown["velocity"][:, 0, 1], -9.81 * thrown["time"], atol=1e-8)
+    assert balanced(run)
+    assert balanced(thrown)
+
+
+def test_motor_runs_up():
+    """Closed form: w = w_0 (1 - exp(-T_0 t/(w_0 I))), the rotor's inertia counted in I."""
+    run = sd.simulate(hanging(Motor("motor", "rod", 2.0, 10.0, inertia=0.05)), until=3.0, **TIGHT)
+    exact = 10.0 * (1.0 - np.exp(-2.0 / (10.0 * 0.5) * run["time"]))
+    assert np.allclose(run["angular_velocity"][:, 0], exact, atol=1e-8)
+    assert balanced(run)
+
+
+def test_motor_limit():
+    """Closed form: while a motor is at its limit, the bar speeds up evenly."""
+    run = sd.simulate(hanging(Motor("motor", "rod", 9.0, 10.0, limit=0.45)), until=1.0, **TIGHT)
+    assert np.allclose(run["angular_velocity"][:, 0], run["time"], atol=1e-8)
+
+
+def test_backwards_motor():
+    """Limit: a motor with a negative stall torque runs the other way up to the same speed."""
+    run = sd.simulate(hanging(Motor("motor", "rod", -2.0, 10.0)), until=40.0, **TIGHT)
+    assert float(run["angular_velocity"][-1, 0]) == pytest.approx(-10.0, rel=1e-6)
+
+
+def test_weld_is_rigid():
+    """Identity: two welded bars move as one body of the composed inertia."""
+    one = sd.bar("one", length=1.0, mass=1.0, angle=0.2)
+    other = sd.bar("other", length=0.5, mass=2.0, angle=1.2, position=(math.cos(0.2), math.sin(0.2)))
+    pin = sd.Revolute("pin", ("one", "start"), ("ground", "origin"))
+    weld = Weld("weld", ("one", "end"), ("other", "start"))
+    welded = Mechanism((one, other), joints=(pin,), welds=(weld,), ground=(("origin", (0.0, 0.0)),))
+    run = sd.simulate(welded, until=1.0, **TIGHT)
+    assert np.allclose(run["angle"][:, 1] - run["angle"][:, 0], 1.0, atol=1e-12)
+    centre = (np.array([0.5, 0.0]) + 2.0 * (np.array([1.0, 0.0]) + 0.25 * np.array([math.cos(1.0), math.sin(1.0)]))) / 3.0
+    inertia = (
+        1 / 12
+        + 1 * 0.25
+        + 2 * 0.25 / 12
+        + 2 * np.sum((np.array([1.0, 0.0]) + 0.25 * np.array([math.cos(1), math.sin(1)])) ** 2)
+    )
+    about_centre = inertia - 3.0 * float(np.sum(centre**2))
+    single = sd.Body("one", 3.0, about_centre, {"start": (0.0, 0.0)}, centre=tuple(centre.tolist()), angle=0.2)
+    lone = sd.simulate(Mechanism((single,), joints=(pin,), ground=(("origin", (0.0, 0.0)),)), until=1.0, **TIGHT)
+    assert np.allclose(run["angle"][:, 0], lone["angle"][:, 0], atol=1e-9)
+
+
+MOTIONS = [
+    ConstantSpeed(3.0),
+    Harmonic(0.1, 0.4, 7.0, 0.3),
+    Polynomial((0.1, -0.2, 0.3, 0.4, -0.5, 0.6)),
+    Cycloidal(0.2, 1.4, 0.8),
+    Trapezoidal(0.2, 1.4, 0.8, 0.3),
+    TableMotion(tuple(np.linspace(0, 1, 31)), tuple(np.sin(3 * np.linspace(0, 1, 31)))),
+]
+
+
+@pytest.mark.parametrize("motion", MOTIONS, ids=lambda motion: type(motion).__name__)
+def test_courses_and_their_derivatives(motion):
+    """Cross-check: each derivative of a course is the central difference of the one before."""
+    rows, here, up, down = motion_rows(motion, 0.7), np.zeros(4), np.zeros(4), np.zeros(4)
+    for t in (0.05, 0.31, 0.43, 0.77, 0.93):
+        course_at(t, rows, here)
+        course_at(t + 1e-5, rows, up)
+        course_at(t - 1e-5, rows, down)
+        assert np.allclose(here[1:], (up[:3] - down[:3]) / 2e-5, rtol=1e-6, atol=1e-6 * (1 + np.max(np.abs(here))))
+
+
+@pytest.mark.parametrize("motion", [Cycloidal(0.2, 1.4, 0.8), Trapezoidal(0.2, 1.4, 0.8, 0.3)])
+def test_moves_start_and_end(motion):
+    """Closed form: moves begin at their start, end at their end, stay there, and are continuous in speed."""
+    rows, value = motion_rows(motion, 0.0), np.zeros(4)
+    for t, expected in ((-1.0, 0.2), (0.0, 0.2), (0.4, 0.8), (0.8, 1.4), (5.0, 1.4)):
+        course_at(t, rows, value)
+        assert value[0] == pytest.approx(expected, abs=1e-12)
+    speeds = []
+    for t in np.linspace(-0.01, 0.81, 4001):
+        course_at(t, rows, value)
+        speeds.append(value[1])
+    assert np.max(np.abs(np.diff(speeds))) < 0.01
+
+
+def test_motor_driven_array_with_loose_joint():
+    """Identity: a motor, a hinge spring and a rubbing loose joint together close the books."""
+    arm = sd.scissor(units=2).loosen("A", sd.Clearance(5e-4, friction=sd.LuGre(0.05)))
+    elements = (
+        Motor("motor", "unit 1/bar 1", 3000.0, 20.0, inertia=1.0),
+        TorsionSpring("hinge", "unit 1/bar 2", "unit 1/bar 1", stiffness=100.0, free_angle=-2.0, damping=1.0),
+    )
+    run = sd.simulate(arm.replace("elements", elements), until=0.05, samples=501)
+    assert run.attrs["status"] == "complete"
+    assert run.sizes["contact"] > 0
+    assert balanced(run, 1e-6)

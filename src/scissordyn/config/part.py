@@ -166,10 +166,16 @@ def _part(kind: type, fills: str, help: str, hints: Hints = (), **examples: Any)
     return Part(table, described(kind, hints, **examples), fills, help, named, bodies)
 
 
-_REFERENCE: Any = Annotated[BodyPoint, BODY_POINT]
-_COURSE: Any = Annotated[Motion | None, COURSE]
+_REFERENCE: Any = Annotated[BodyPoint, BODY_POINT, Field(description='a point, as "BODY.POINT" or "ground.POINT"')]
+_NAME: Hints = (("name", Annotated[str, Field(description="name, unique among its kind")]),)
+_ENDS: Hints = (*_NAME, ("start", _REFERENCE), ("end", _REFERENCE))
+_BODIES: Hints = (
+    *_NAME,
+    ("body", Annotated[str, Field(description="the body that it acts on")]),
+    ("base", Annotated[str, Field(description="the body that it acts against")]),
+)
+_COURSE: Hints = (("course", Annotated[Motion | None, COURSE, Field(description="a factor over time, 1 without it")]),)
 _FADE = {"cycloidal": {"start": 0, "end": 1, "duration": "2 s"}}
-_ENDS: Hints = (("start", _REFERENCE), ("end", _REFERENCE))
 
 
 class JointTable(Table):
@@ -193,7 +199,7 @@ PARTS: Mapping[str, Part] = {
         Guide,
         "guides",
         "a straight line that a point of a body stays on",
-        (("follower", _REFERENCE), ("through", Annotated[Point, pair("m")])),
+        (*_NAME, ("follower", _REFERENCE), ("through", Annotated[Point, pair("m"), Field(description="a point of the line")])),
         name="guide",
         follower="slider.centre",
         through="0, 0 m",
@@ -215,6 +221,7 @@ PARTS: Mapping[str, Part] = {
         TorsionSpring,
         "elements",
         "a hinge spring and damper between two bodies",
+        _BODIES,
         name="hinge spring",
         body="rod",
         stiffness="2 N m/rad",
@@ -225,19 +232,27 @@ PARTS: Mapping[str, Part] = {
         Force,
         "elements",
         "a force on a point",
-        (("point", _REFERENCE), ("force", Annotated[Point, pair("N")]), ("course", _COURSE)),
+        (*_NAME, ("point", _REFERENCE), ("force", Annotated[Point, pair("N"), Field(description="its components")]), *_COURSE),
         name="load",
         point="rod.middle",
         force="0, -10 N",
         course=_FADE,
     ),
     "torque": _part(
-        Torque, "elements", "a torque on a body", (("course", _COURSE),), name="torque", body="crank", torque="1 N m"
+        Torque,
+        "elements",
+        "a torque on a body",
+        (*_BODIES, *_COURSE),
+        name="torque",
+        body="crank",
+        torque="1 N m",
+        course=_FADE,
     ),
     "motor": _part(
         Motor,
         "elements",
         "a motor whose torque falls with its speed",
+        _BODIES,
         name="motor",
         body="crank",
         stall_torque="5 N m",

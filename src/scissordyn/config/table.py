@@ -148,8 +148,12 @@ def table_of(described_type: type, hints: Hints = (), **examples: Any) -> type[T
     keys: dict[str, Any] = {}
     for field in dataclasses.fields(described_type):
         default = field.default if field.default is not dataclasses.MISSING else ...
-        shown = [examples[field.name]] if field.name in examples else None
-        keys[field.name] = (annotations[field.name], Field(default, examples=shown, description=documented.get(field.name)))
+        remarks: dict[str, Any] = {}  # only those that are known: the annotation may have its own
+        if field.name in examples:
+            remarks["examples"] = [examples[field.name]]
+        if field.name in documented and field.name not in dict(hints):
+            remarks["description"] = documented[field.name]
+        keys[field.name] = (annotations[field.name], Field(default, **remarks))
     return create_model(described_type.__name__, __base__=Table, **keys)
 
 

@@ -22,11 +22,15 @@ TEMPLATES = tuple(STRUCTURES)
 WIDE = 44
 """Longer values have their remark on the line above."""
 
-ALTERNATIVES = {
-    DriveTable: ("harmonic", "table", "polynomial", "cycloidal", "trapezoidal", "body"),
+OPTIONAL: Mapping[type[Table], tuple[str, ...]] = {
+    DriveTable: tuple(DriveTable.model_fields),
     ClearanceTable: ("bearing_material",),
+    **{
+        part.table: tuple(key for key, field in part.table.model_fields.items() if not field.is_required())
+        for part in PARTS.values()
+    },
 }
-"""Keys that are shown but left out: others stand in their place, or their absence means something."""
+"""Keys that are shown as comments unless they are given: others stand in their place, or their absence means something."""
 
 Given = Mapping[str, Any]
 
@@ -48,7 +52,7 @@ def template(kind: str) -> str:
         raise InputError(
             f"structure '{kind}'{did_you_mean(kind, TEMPLATES)}", ", ".join(TEMPLATES), "scissordyn new scissor > case.toml"
         )
-    starter = STARTERS.get(kind, {})
+    starter = STARTERS[kind]
     run = table_of(Run, until="50 ms")
     parts = ["# A case for scissordyn. Numbers carry their units; names of laws and materials: scissordyn laws"]
     parts.append(_section("[structure]", STRUCTURES[kind], starter.get("structure", {})))
@@ -59,7 +63,9 @@ def template(kind: str) -> str:
     parts += [_section(f"[[{name}]]", PARTS[name].table, {}, out=True) for name in ELEMENTS if kind == "mechanism"]
     parts.append(_section("[run]", run, starter.get("run", {})))
     if kind != "mechanism":
-        parts.append("# Springs, dampers, loads, motors, further bodies and joints: scissordyn new mechanism shows their tables.")
+        parts.append(
+            "# Springs, dampers, loads, motors, further bodies and joints: scissordyn new mechanism shows their tables."
+        )
     return "\n\n".join(parts) + "\n"
 
 
@@ -77,31 +83,21 @@ def _section(heading: str, table: type[Table], given: Given, *, out: bool = Fals
     rows = []
     for key in table.model_fields:
         value = toml(given[key]) if key in given else key_sample(table, key)
-        rows.append((f"{'# ' * _left_out(table, key, given, out)}{key} = {value}", _remark(table, key)))
+        comment = out or (key not in given and key in OPTIONAL.get(table, ()))
+        rows.append((f"{'# ' * comment}{key} = {value}", _remark(table, key)))
     heading = f"# {heading}" if out else heading
     width = max(len(row) for row, _ in rows if len(row) <= WIDE)
     lines = [f"{row:{width}}  # {remark}" if len(row) <= WIDE else f"# {remark}\n{row}" for row, remark in rows]
     return "\n".join((f"{heading:{width}}  # {meaning}", *lines))
 
 
-def _left_out(table: type[Table], key: str, given: Given, out: bool) -> bool:
-    """Whether a key is shown as a comment."""
-    if out:
-        return True
-    if given and table not in ALTERNATIVES:
-        return key not in given and not table.model_fields[key].is_required() and _of_part(table)
-    return key in ALTERNATIVES.get(table, ()) and key not in given
-
-
-def _of_part(table: type[Table]) -> bool:
-    return any(part.table is table for part in PARTS.values())
-
-
 def _remark(table: type[Table], key: str) -> str:
     """What a key is, and its bounds where it has any."""
     quantity = quantity_of(table, key)
     bounds = quantity.allowed.removeprefix("a finite number").strip() if quantity else ""
-    choices = " or ".join(toml(choice) for choice in get_args(table.model_fields[key].annotation) if isinstance(choice, str))
+    choices = " or ".join(
+        toml(choice) for choice in get_args(table.model_fields[key].annotation) if isinstance(choice, str) and key != "kind"
+    )
     allowed = choices if choices and choices.split(" ")[0] not in key_help(table, key) else bounds
     # a unit alone says nothing here: the value beside it carries one
     return key_help(table, key) + (f", {allowed}" if allowed and not allowed.startswith("[") else "")

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import importlib
+import inspect
 from collections.abc import Mapping
 from typing import Any
 
@@ -13,6 +14,7 @@ __all__ = ["from_plain", "to_plain"]
 
 PACKAGE = "scissordyn"
 KIND = "kind"
+FUNCTION = "function"
 
 
 def to_plain(described: Any) -> Any:
@@ -37,6 +39,8 @@ def to_plain(described: Any) -> Any:
         return {str(key): to_plain(value) for key, value in described.items()}
     if described is None or isinstance(described, str | int | float | bool):
         return described
+    if callable(described):
+        return {KIND: FUNCTION, "name": getattr(described, "__name__", repr(described)), "source": _source(described)}
     raise InputError(f"a {type(described).__name__} inside a description", "values that can be written to a file")
 
 
@@ -64,9 +68,24 @@ def from_plain(plain: Any) -> Any:
     values = {key: from_plain(value) for key, value in plain.items() if key != KIND}
     if KIND not in plain:
         return values
+    if plain[KIND] == FUNCTION:
+        # a file is data: nothing in it is executed
+        raise InputError(
+            f"the run uses the Python function '{values['name']}', whose source is in its attributes but is not executed",
+            "laws from the catalogue or from a file",
+            f"put it in a file and give the law as 'my_laws.py:{values['name']}'",
+        )
     module, _, name = str(plain[KIND]).rpartition(".")
     try:
         described = getattr(importlib.import_module(f"{PACKAGE}.{module}"), name)
         return described(**values)
     except (ImportError, AttributeError, TypeError) as error:
         raise InputError(f"a description of kind '{plain[KIND]}' that this version cannot read ({error})") from None
+
+
+def _source(function: Any) -> str:
+    """Source text of a function, for the reader of a saved run; empty where there is none."""
+    try:
+        return inspect.getsource(function)
+    except (OSError, TypeError):
+        return ""

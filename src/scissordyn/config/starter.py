@@ -1,0 +1,30 @@
+"""What the printed case files say where the defaults of the declarations do not make a whole mechanism."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+__all__ = ["STARTERS"]
+
+STARTERS: Mapping[str, Mapping[str, Any]] = {
+    "scissor": {"drive": {"speed": "150 rpm"}},
+    "mechanism": {
+        "structure": {"input_body": "crank", "output_body": "slider"},
+        "ground": [{"name": "O", "position": "0, 0 m"}],
+        "body": [
+            {"name": "crank", "mass": "0.3 kg", "length": "50 mm", "position": "0, 0 m", "angle": "90 deg"},
+            {"name": "rod", "mass": "0.2 kg", "length": "130 mm", "position": "0, 50 mm", "angle": "-22.619864948 deg"},
+            {"name": "slider", "mass": "0.15 kg", "points": {"centre": "0, 0 m"}, "position": "120, 0 mm"},
+        ],
+        "joint": [
+            {"name": "crank bearing", "journal": "crank.start", "bearing": "ground.O"},
+            {"name": "crank pin", "journal": "crank.end", "bearing": "rod.start"},
+            {"name": "slider pin", "journal": "rod.end", "bearing": "slider.centre"},
+        ],
+        "guide": [{"name": "guide", "follower": "slider.centre", "direction": "0 deg"}],
+        "drive": {"speed": "300 rpm"},
+        "clearance": {"joint": "slider pin", "clearance": "0.1 mm"},
+    },
+}
+"""By structure: values of the keys of each section, a list of tables for the parts."""

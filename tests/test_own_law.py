@@ -1,0 +1,52 @@
+"""A law of the user's own in a whole run."""
+
+import json
+
+import numpy as np
+import pytest
+
+import scissordyn as sd
+from scissordyn.laws.user import UserElastic
+from scissordyn.simulation.run import replay
+
+STIFFNESS = 1.5e-2 * 0.5 * np.pi * sd.STEEL.youngs_modulus / (2.0 * (1.0 - sd.STEEL.poisson_ratio**2))
+
+
+def foundation(indentation, stiffness, clearance):
+    """Liu's force, written by a user."""
+    return stiffness * indentation * (indentation / (2.0 * (clearance + indentation))) ** 0.5
+
+
+def hole(indentation):
+    """A law that breaks off beyond a fifth of a micrometre."""
+    return 1e9 * indentation if indentation < 5e-5 or indentation > 6e-5 else float("nan")
+
+
+def test_own_law_gives_the_same_run(array, loose_run):
+    """Cross-check: the user's copy of a built-in law gives its contacts to round-off's growth."""
+    own = sd.Clearance(0.5e-3, stiffness=UserElastic(foundation, (STIFFNESS, 0.5e-3)))
+    run = sd.simulate(array.loosen("A", own), until=0.05)
+    assert np.allclose(run["contact_start"][:5], loose_run["contact_start"][:5], rtol=1e-8)
+    assert np.allclose(run["peak_force"][:5], loose_run["peak_force"][:5], rtol=1e-6)
+
+
+def test_own_function_is_recorded_but_not_executed(array, tmp_path):
+    """Identity: a saved run holds the source of a user's function; running it again asks for a file in one line."""
+    own = sd.Clearance(0.5e-3, stiffness=UserElastic(foundation, (STIFFNESS, 0.5e-3)))
+    run = sd.simulate(array.loosen("A", own), until=0.001, samples=11)
+    loaded = sd.load(sd.save(run, tmp_path / "run.nc"))
+    assert "written by a user" in json.loads(loaded.attrs["configuration"])["mechanism"]["joints"][1]["clearance"]["stiffness"][
+        "function"
+    ]["source"]
+    with pytest.raises(sd.InputError, match="my_laws.py:foundation"):
+        replay(loaded)
+
+
+def test_law_that_breaks_off_ends_the_run(array):
+    """Identity: a law that gives NaN inside the run ends it with what was computed, the time and the joint."""
+    own = sd.Clearance(0.5e-3, stiffness=UserElastic(hole))
+    run = sd.simulate(array.loosen("A", own), until=0.05)
+    assert run.attrs["status"] == "failed"
+    assert "'A'" in run.attrs["cause"]
+    assert "not a number" in run.attrs["cause"]
+    assert np.all(np.isfinite(run["slider_position"]))

@@ -23,6 +23,8 @@ RB = RJ + C
 STIFFNESS = 0.5 * math.pi * LB * 207e9 / (2.0 * (1.0 - 0.3**2))
 XI = 1.6 * (1.0 / 0.9 - 1.0)
 SIGMA0, SIGMA1, STRIBECK = 1e5, 316.0, 1e-3
+MAX_STEP = 5e-5
+"""Longest step [s]: scipy looks for a crossing by the signs at the ends of a step, and misses whole contacts without it."""
 
 
 @dataclass
@@ -126,7 +128,7 @@ class Plain:
 
         crossing.terminal, crossing.direction = True, -1.0 if self.touching else 1.0  # type: ignore[attr-defined]
         found = solve_ivp(
-            self.slope, (t, self.until), y, method=self.method, rtol=self.tolerance, atol=atol, events=crossing, max_step=5e-5
+            self.slope, (t, self.until), y, method=self.method, rtol=self.tolerance, atol=atol, events=crossing, max_step=MAX_STEP
         )
         if not found.success:
             raise RuntimeError(found.message)

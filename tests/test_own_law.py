@@ -35,10 +35,11 @@ def test_own_function_is_recorded_but_not_executed(array, tmp_path):
     own = sd.Clearance(0.5e-3, stiffness=UserElastic(foundation, (STIFFNESS, 0.5e-3)))
     run = sd.simulate(array.loosen("A", own), until=0.001, samples=11)
     loaded = sd.load(sd.save(run, tmp_path / "run.nc"))
-    assert "written by a user" in json.loads(loaded.attrs["configuration"])["mechanism"]["joints"][1]["clearance"]["stiffness"][
-        "function"
-    ]["source"]
-    with pytest.raises(sd.InputError, match="my_laws.py:foundation"):
+    assert (
+        "written by a user"
+        in json.loads(loaded.attrs["configuration"])["mechanism"]["joints"][1]["clearance"]["stiffness"]["function"]["source"]
+    )
+    with pytest.raises(sd.InputError, match=r"my_laws\.py:foundation"):
         replay(loaded)
 
 

@@ -36,9 +36,10 @@ def check(
     lines = [
         f"{case} is a whole case and can be assembled.",
         f"Mechanism: {len(mechanism.bodies)} bodies, {len(mechanism.ideal)} ideal and {len(mechanism.loose)} loose joints, "
-        f"{layout.free} free coordinates with {len(layout.lengths)} length conditions.",
+        f"{layout.free} free coordinates with {len(layout.conditions)} quadratic conditions.",
     ]
     lines += [f"Drive of {drive.body}: {_in_words(drive.motion)}." for drive in mechanism.drives]
+    lines += [f"{type(element).__name__} {element.name}." for element in mechanism.elements]
     for joint in mechanism.loose:
         gap = joint.clearance
         assert gap is not None
@@ -54,11 +55,14 @@ def check(
 
 def _in_words(motion: Motion) -> str:
     from scissordyn.config.quantity import written
-    from scissordyn.model.drive import TableMotion
+    from scissordyn.model.drive import ConstantSpeed, Polynomial, TableMotion
     from scissordyn.units import quantities
 
+    kind: type = type(motion)
     if isinstance(motion, TableMotion):
         return f"a table of {len(motion.times)} instants from {1e3 * motion.times[0]:g} to {1e3 * motion.times[-1]:g} ms"
-    kind: type = type(motion)
+    if isinstance(motion, Polynomial):
+        return f"a polynomial of degree {len(motion.coefficients) - 1}"
     declared = quantities(kind)
-    return ", ".join(f"{name} {written(getattr(motion, name), quantity.unit)}" for name, quantity in declared.items())
+    said = ", ".join(f"{name} {written(getattr(motion, name), quantity.unit)}" for name, quantity in declared.items())
+    return said if kind is ConstantSpeed else f"{kind.__name__.lower()}, {said}"

@@ -9,7 +9,9 @@ import typer
 __all__ = ["new"]
 
 
-def new(structure: Annotated[str, typer.Argument(help="What to make a case file for: scissor.")] = "scissor") -> int:
+def new(
+    structure: Annotated[str, typer.Argument(help="What to make a case file for: scissor, mechanism, ...")] = "scissor",
+) -> int:
     """Print a commented case file: scissordyn new scissor > case.toml."""
     from scissordyn.config.template import template
 

@@ -16,6 +16,8 @@ from scissordyn.errors import InputError
 if TYPE_CHECKING:
     import xarray as xr
 
+    from scissordyn.model.mechanism import Mechanism
+
 __all__ = ["run"]
 
 HDF_MAGIC = b"\x89HDF"
@@ -29,6 +31,9 @@ def run(
         typer.Option("--set", metavar="KEY=VALUE", help="Change a value of the case, as in drive.speed='250 rpm'. Repeatable."),
     ] = None,
     plot: Annotated[Path | None, typer.Option(help="Draw the run, beside the ideal mechanism, into this folder.")] = None,
+    film: Annotated[
+        Path | None, typer.Option("--animate", help="Film the run: a name that ends in .gif, .mp4 or .html.")
+    ] = None,
     trust: Annotated[bool, typer.Option("--trust", help="Run twice and report until when both runs agree.")] = False,
     samples: Annotated[int | None, typer.Option(help="Recorded instants.")] = None,
     events: Annotated[int, typer.Option(help="Contacts to show.", min=0)] = 20,
@@ -38,6 +43,11 @@ def run(
         check_file(output, case, "-o run.nc")
     if plot is not None:
         check_folder(plot, "--plot figures")
+    if film is not None:
+        from scissordyn.plot.animation import check_film
+
+        check_film(film)
+        check_file(film, case, "--animate film.html")
     changes = list(change or [])
     changes += ["run.trust=true"] if trust else []
     changes += [] if samples is None else [f"run.samples={samples}"]
@@ -54,6 +64,10 @@ def run(
         print(f"Saved to {output}" + ("" if status == "complete" else f", marked {status}"))
     if plot is not None and result.sizes["time"] > 1 and status != "interrupted":
         _draw(result, plot)
+    if film is not None and result.sizes["time"] > 1 and status != "interrupted":
+        from scissordyn.plot.animation import animate
+
+        print(animate(result, _mechanism(result), film))
     if status != "complete":
         print(f"scissordyn: {result.attrs['cause']}", file=sys.stderr)
     return {"complete": DONE, "interrupted": INTERRUPTED}.get(status, UNFINISHED)
@@ -103,12 +117,19 @@ def _show(result: xr.Dataset, rows: int) -> None:
     show_summary(result, to)
 
 
-def _draw(result: xr.Dataset, folder: Path) -> None:
+def _mechanism(result: xr.Dataset) -> Mechanism:
+    """What was run."""
     from scissordyn.model.record import from_plain
+
+    mechanism: Mechanism = from_plain(json.loads(result.attrs["configuration"])["mechanism"])
+    return mechanism
+
+
+def _draw(result: xr.Dataset, folder: Path) -> None:
     from scissordyn.plot.report import draw_all
     from scissordyn.simulation.run import simulate
 
-    mechanism = from_plain(json.loads(result.attrs["configuration"])["mechanism"])
+    mechanism = _mechanism(result)
     ideal = simulate(mechanism.tighten(), until=float(result["time"][-1]), samples=result.sizes["time"])
     for path in draw_all(result, ideal, folder, mechanism):
         print(path)

@@ -1,8 +1,8 @@
 """Equations of motion in natural coordinates with unit mass matrix.
 
-With d_k = rows_k X the directions of unit length, X = (x, b(t)), Phi = d (|d|^2/2) / d x:
+With d = rows X the forms of the quadratic conditions sum(w |d|^2/2) = const, X = (x, b(t)), Phi = sum(w d^T rows):
 
-    x'' + Phi^T lambda = f - M_xb b'',    d_k . d_k'' + |d_k'|^2 = 0.
+    x'' + Phi^T lambda = f - M_xb b'',    sum(w (d . d'' + |d'|^2)) = 0.
 
 State y = (x, x', hidden states of the friction laws). Everything here reads and writes the arrays of `System` S.
 """
@@ -38,30 +38,29 @@ def spread(t, y, S):
 
 @kernel(inline=True)
 def directions(S, source, target):
-    """Write the forms of all length conditions applied to a vector of columns."""
-    for k in range(S.length_start.size - 1):
+    """Write the forms of all conditions applied to a vector of columns."""
+    for p in range(S.part_weight.size):
         dx = dy = 0.0
-        for i in range(S.length_start[k], S.length_start[k + 1]):
+        for i in range(S.part_start[p], S.part_start[p + 1]):
             value = source[S.length_column[i]]
             dx += S.length_row[0, i] * value
             dy += S.length_row[1, i] * value
-        target[k, 0] = dx
-        target[k, 1] = dy
+        target[p, 0] = dx
+        target[p, 1] = dy
 
 
 @kernel(inline=True)
 def prepare_lengths(S):
-    """Write the gradients of the length conditions and factorize Phi Phi^T; returns a singular row or -1."""
-    for k in range(S.length_start.size - 1):
-        dx, dy = S.direction[k, 0], S.direction[k, 1]
-        for i in range(S.length_start[k], S.length_start[k + 1]):
+    """Write the gradients of the conditions and factorize Phi Phi^T; returns a singular row or -1."""
+    for p in range(S.part_weight.size):
+        dx, dy = S.part_weight[p] * S.direction[p, 0], S.part_weight[p] * S.direction[p, 1]
+        for i in range(S.part_start[p], S.part_start[p + 1]):
             S.gradient[i] = dx * S.length_row[0, i] + dy * S.length_row[1, i]
     lower, upper = S.band_limits[2], S.band_limits[3]
     if S.gram.shape[0] == 1:
         total = 0.0
         for i in range(S.match.shape[0]):
-            g = S.gradient[S.match[i, 0]]
-            total += g * g
+            total += S.gradient[S.match[i, 0]] * S.gradient[S.match[i, 1]]
         S.gram[0, 0] = total
         return -1 if total > 0.0 else 0
     S.gram[:, :] = 0.0
@@ -124,8 +123,12 @@ def accelerate(t, y, S, dy):
         directions(S, S.V, S.direction_rate)
         prepare_lengths(S)
         for k in range(S.multiplier.size):
-            ux, uy = S.direction_rate[k, 0], S.direction_rate[k, 1]
-            total = ux * ux + uy * uy
+            S.multiplier[k] = 0.0
+        for p in range(S.part_weight.size):
+            ux, uy = S.direction_rate[p, 0], S.direction_rate[p, 1]
+            S.multiplier[S.part_condition[p]] += S.part_weight[p] * (ux * ux + uy * uy)
+        for k in range(S.multiplier.size):
+            total = S.multiplier[k]
             for i in range(S.length_start[k], S.length_start[k + 1]):
                 column = S.length_column[i]
                 total += S.gradient[i] * (dy[n + column] if column < n else S.A[column])
@@ -185,14 +188,15 @@ def linearise(t, y, S, dy, dt):
     # the stages of a step overwrite these
     for k in range(m):
         S.frozen_multiplier[k] = S.multiplier[k]
-        for axis in range(2):
-            S.frozen_direction[k, axis] = S.direction[k, axis]
-            S.frozen_rate[k, axis] = S.direction_rate[k, axis]
+        S.work[k] = 0.0
     for i in range(S.gradient.size):
         S.frozen_gradient[i] = S.gradient[i]
-    for k in range(m):  # d (Phi^T) / dt lambda, and what the conditions themselves gain
+    for p in range(S.part_weight.size):  # d (Phi^T) / dt lambda, and what the conditions themselves gain
+        for axis in range(2):
+            S.frozen_direction[p, axis] = S.direction[p, axis]
+            S.frozen_rate[p, axis] = S.direction_rate[p, axis]
         ex = ey = fx = fy = gx = gy = 0.0
-        for i in range(S.length_start[k], S.length_start[k + 1]):
+        for i in range(S.part_start[p], S.part_start[p + 1]):
             column = S.length_column[i] - n
             if column > 0:
                 rx, ry = S.length_row[0, i], S.length_row[1, i]
@@ -202,16 +206,17 @@ def linearise(t, y, S, dy, dt):
                 fy += ry * S.basis[2, column]
                 gx += rx * S.basis[3, column]
                 gy += ry * S.basis[3, column]
-        for i in range(S.length_start[k], S.length_start[k + 1]):
+        k, weight = S.part_condition[p], S.part_weight[p]
+        for i in range(S.part_start[p], S.part_start[p + 1]):
             column = S.length_column[i]
             if column < n:
-                dt[n + column] -= S.multiplier[k] * (S.length_row[0, i] * ex + S.length_row[1, i] * ey)
-        S.work[k] = (
-            ex * S.direction_acceleration[k, 0]
-            + ey * S.direction_acceleration[k, 1]
-            + 2.0 * (S.direction_rate[k, 0] * fx + S.direction_rate[k, 1] * fy)
-            + S.direction[k, 0] * gx
-            + S.direction[k, 1] * gy
+                dt[n + column] -= S.multiplier[k] * weight * (S.length_row[0, i] * ex + S.length_row[1, i] * ey)
+        S.work[k] += weight * (
+            ex * S.direction_acceleration[p, 0]
+            + ey * S.direction_acceleration[p, 1]
+            + 2.0 * (S.direction_rate[p, 0] * fx + S.direction_rate[p, 1] * fy)
+            + S.direction[p, 0] * gx
+            + S.direction[p, 1] * gy
         )
     for k in range(m):
         for i in range(S.length_start[k], S.length_start[k + 1]):
@@ -235,11 +240,11 @@ def factorize(hg, S):
     S.gamma[0] = hg
     for i in range(n):
         matrix[place[i], lower] = 1.0 / hg
-    for k in range(m):
-        start, stop = S.length_start[k], S.length_start[k + 1]
-        value = hg * S.frozen_multiplier[k]
-        wx = S.frozen_direction[k, 0] + hg * (2.0 * S.frozen_rate[k, 0] + hg * S.direction_acceleration[k, 0])
-        wy = S.frozen_direction[k, 1] + hg * (2.0 * S.frozen_rate[k, 1] + hg * S.direction_acceleration[k, 1])
+    for p in range(S.part_weight.size):
+        start, stop, k, weight = S.part_start[p], S.part_start[p + 1], S.part_condition[p], S.part_weight[p]
+        value = hg * S.frozen_multiplier[k] * weight
+        wx = weight * (S.frozen_direction[p, 0] + hg * (2.0 * S.frozen_rate[p, 0] + hg * S.direction_acceleration[p, 0]))
+        wy = weight * (S.frozen_direction[p, 1] + hg * (2.0 * S.frozen_rate[p, 1] + hg * S.direction_acceleration[p, 1]))
         condition = place[n + k]
         for i in range(start, stop):
             if S.length_column[i] >= n:
@@ -292,20 +297,23 @@ def solve(r, S):
     for s in range(nz):
         work[place[n + m + s]] = r[2 * n + s]
     for k in range(m):
-        value, along = hg * S.frozen_multiplier[k], 0.0
-        dx = dy = 0.0
-        for i in range(S.length_start[k], S.length_start[k + 1]):
+        work[place[n + k]] = 0.0
+    for p in range(S.part_weight.size):
+        k, weight = S.part_condition[p], S.part_weight[p]
+        along = dx = dy = 0.0
+        for i in range(S.part_start[p], S.part_start[p + 1]):
             column = S.length_column[i]
             if column < n:
                 along += S.frozen_gradient[i] * r[n + column]
                 dx += S.length_row[0, i] * r[column]
                 dy += S.length_row[1, i] * r[column]
-        for i in range(S.length_start[k], S.length_start[k + 1]):
+        value = hg * S.frozen_multiplier[k] * weight
+        for i in range(S.part_start[p], S.part_start[p + 1]):
             column = S.length_column[i]
             if column < n:
                 work[place[column]] -= value * (S.length_row[0, i] * dx + S.length_row[1, i] * dy)
-        bend = dx * S.direction_acceleration[k, 0] + dy * S.direction_acceleration[k, 1]
-        work[place[n + k]] = hg * (along - hg * bend)
+        bend = weight * (dx * S.direction_acceleration[p, 0] + dy * S.direction_acceleration[p, 1])
+        work[place[n + k]] += hg * (along - hg * bend)
     for j in range(S.link_start.size - 1):
         if not acts(j, S):
             continue
@@ -342,8 +350,11 @@ def project(t, y, S):
         directions(S, S.X, S.direction)
         worst = 0.0
         for k in range(m):
-            dx, dy = S.direction[k, 0], S.direction[k, 1]
-            S.work[k] = 0.5 * (dx * dx + dy * dy - 1.0)
+            S.work[k] = -S.level[k]
+        for p in range(S.part_weight.size):
+            dx, dy = S.direction[p, 0], S.direction[p, 1]
+            S.work[S.part_condition[p]] += 0.5 * S.part_weight[p] * (dx * dx + dy * dy)
+        for k in range(m):
             worst = max(worst, abs(S.work[k]))
         if not worst > DRIFT:
             break
@@ -354,12 +365,16 @@ def project(t, y, S):
             S.X[i] = y[i]
         changed = True
     directions(S, S.V, S.direction_rate)
-    worst = 0.0
+    worst = fastest = 0.0
     for k in range(m):
-        dx, dy, ux, uy = S.direction[k, 0], S.direction[k, 1], S.direction_rate[k, 0], S.direction_rate[k, 1]
-        S.work[k] = dx * ux + dy * uy
-        worst = max(worst, abs(S.work[k]) / (abs(ux) + abs(uy) + 1e-300))
-    if worst > DRIFT:
+        S.work[k] = 0.0
+    for p in range(S.part_weight.size):
+        ux, uy = S.direction_rate[p, 0], S.direction_rate[p, 1]
+        S.work[S.part_condition[p]] += S.part_weight[p] * (S.direction[p, 0] * ux + S.direction[p, 1] * uy)
+        fastest = max(fastest, abs(ux) + abs(uy))
+    for k in range(m):
+        worst = max(worst, abs(S.work[k]))
+    if worst > DRIFT * fastest:
         prepare_lengths(S)
         solve_lengths(S, S.work[:m])
         subtract_gradients(S, S.work, y, n)

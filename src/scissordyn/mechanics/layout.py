@@ -3,8 +3,8 @@
 Each body is its origin p and, if it rotates, the unit vector d along its x axis; every point of it is p + x d + y J d,
 linear in both. Pins, guides and prescribed directions are linear conditions, and so is the parallelism of opposite bars in a
 parallelogram of ideal joints. What is left: coordinates = T [x; b(t)], with T constant, x the free coordinates scaled so
-that their mass matrix is the identity, b = (1, cos th_1, sin th_1, ...) the prescribed directions, and one length
-condition |d|^2 = 1 per family of parallel bars.
+that their mass matrix is the identity, b = (1, cos th_1, sin th_1, ...) the prescribed directions, and quadratic
+conditions: |d|^2 = 1 per family of parallel bars, and one for each guide on a moving body.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ from scissordyn.model.element import Motor, Weld
 from scissordyn.model.joint import BodyPoint
 from scissordyn.model.mechanism import Mechanism
 
-__all__ = ["Form", "Layout", "join_forms", "lay_out", "turning_inertia"]
+__all__ = ["Condition", "Form", "Layout", "join_forms", "lay_out", "turning_inertia"]
 
 
 SMALL = 200
@@ -43,6 +43,26 @@ class Form:
 
     columns: np.ndarray
     rows: np.ndarray
+
+
+@dataclass(frozen=True)
+class Condition:
+    """A quadratic condition: the sum of weight |form|^2 / 2 is `level`.
+
+    Parameters
+    ----------
+    parts : tuple of (float, Form)
+        Weights and forms.
+    level : float
+    """
+
+    parts: tuple[tuple[float, Form], ...]
+    level: float
+
+    @property
+    def columns(self) -> np.ndarray:
+        """Columns of all parts, one after the other."""
+        return np.concatenate([form.columns for _, form in self.parts])
 
 
 def join_forms(parts: list[tuple[Form, int, float]]) -> Form:
@@ -73,8 +93,8 @@ class Layout:
         First natural coordinate of each body.
     weight : ndarray, shape (nZ,)
         Generalized force of gravity.
-    lengths : tuple of Form
-        The directions whose length is one, ordered for a narrow band.
+    conditions : tuple of Condition
+        Unit lengths and moving guides, ordered for a narrow band.
     """
 
     mechanism: Mechanism
@@ -84,11 +104,16 @@ class Layout:
     mass: sp.csr_array
     offsets: dict[str, int]
     weight: np.ndarray
-    lengths: tuple[Form, ...]
+    conditions: tuple[Condition, ...]
 
     def place(self, point: BodyPoint) -> Form:
         """Position of a body's point."""
         return self._form(_point(self.mechanism, self.offsets, point, self._ones))
+
+    def origin(self, body: str) -> Form:
+        """Position of a body's origin."""
+        p = self.offsets[body]
+        return self._form(({p: 1.0}, {p + 1: 1.0}))
 
     def direction(self, body: str) -> Form:
         """Direction vector of a body; zero for one that does not rotate."""
@@ -167,7 +192,7 @@ def lay_out(mechanism: Mechanism) -> Layout:
     mass, weight = _mass(mechanism, offsets, total), _weight(mechanism, offsets, total)
     coordinates = _normalize(coordinates, mass, len(free))
     bare = Layout(mechanism, len(free), basis, coordinates, mass, offsets, weight, ())
-    return Layout(mechanism, len(free), basis, coordinates, mass, offsets, weight, _lengths(bare))
+    return Layout(mechanism, len(free), basis, coordinates, mass, offsets, weight, _conditions(bare))
 
 
 def _impose(mechanism: Mechanism, offsets: dict[str, int], ones: int, elimination: Elimination) -> None:
@@ -188,6 +213,8 @@ def _impose(mechanism: Mechanism, offsets: dict[str, int], ones: int, eliminatio
         for axis in (0, 1):
             elimination.impose(add(here[axis], scaled(-1.0, there[axis])), f"joint '{joint.name}'")
     for guide in mechanism.guides:
+        if guide.body != GROUND:
+            continue
         x, y = _point(mechanism, offsets, guide.follower, ones)
         across = -math.sin(guide.direction), math.cos(guide.direction)
         level = across[0] * guide.through[0] + across[1] * guide.through[1]
@@ -292,8 +319,21 @@ def _normalize(coordinates: sp.csr_array, mass: sp.csr_array, free: int) -> sp.c
     return result
 
 
-def _lengths(layout: Layout) -> tuple[Form, ...]:
-    """One length condition per family of parallel bars, ordered so that conditions that share coordinates are near."""
+def _conditions(layout: Layout) -> tuple[Condition, ...]:
+    """The quadratic conditions, ordered so that those that share coordinates are near."""
+    found = [*_lengths(layout), *_moving_guides(layout)]
+    if len(found) < 3:
+        return tuple(found)
+    rows = np.repeat(np.arange(len(found)), [condition.columns.size for condition in found])
+    columns = np.concatenate([condition.columns for condition in found])
+    free = columns < layout.free
+    incidence = sp.csr_array((np.ones(int(np.sum(free))), (rows[free], columns[free])), shape=(len(found), layout.free))
+    graph = sp.csr_array(incidence @ incidence.T)
+    return tuple(found[index] for index in reverse_cuthill_mckee(graph, symmetric_mode=True))
+
+
+def _lengths(layout: Layout) -> list[Condition]:
+    """One condition of unit length per family of parallel bars."""
     families: dict[tuple[tuple[int, int, float], ...], Form] = {}
     for body in layout.mechanism.bodies:
         if not body.rotates:
@@ -310,12 +350,33 @@ def _lengths(layout: Layout) -> tuple[Form, ...]:
             if abs(square[i, j]) > 1e-12 * scale
         )
         families.setdefault(key, form)
-    forms = list(families.values())
-    if len(forms) < 3:
-        return tuple(forms)
-    incidence = sp.lil_array((len(forms), layout.free))
-    for index, form in enumerate(forms):
-        for column in form.columns[form.columns < layout.free]:
-            incidence[index, column] = 1.0
-    graph = sp.csr_array(incidence @ incidence.T)
-    return tuple(forms[index] for index in reverse_cuthill_mckee(graph, symmetric_mode=True))
+    return [Condition(((1.0, form),), 0.5) for form in families.values()]
+
+
+def _moving_guides(layout: Layout) -> list[Condition]:
+    """Followers on lines that moving bodies carry.
+
+    With w from the body's origin to the follower and g the unit vector across the line, w . g is constant; as a sum of
+    squares w . g = |w + g|^2/4 - |w - g|^2/4.
+    """
+    found = []
+    for guide in layout.mechanism.guides:
+        if guide.body == GROUND:
+            continue
+        across = -math.sin(guide.direction), math.cos(guide.direction)
+        turned = layout.direction(guide.body)
+        g = Form(turned.columns, np.array([[across[0], -across[1]], [across[1], across[0]]]) @ turned.rows)
+        w = [(layout.place(guide.follower), 1.0), (layout.origin(guide.body), -1.0)]
+        level = across[0] * guide.through[0] + across[1] * guide.through[1]
+        plus, minus = (_combine([*w, (g, sign)]) for sign in (1.0, -1.0))
+        found.append(Condition(((0.5, plus), (-0.5, minus)), level))
+    return found
+
+
+def _combine(parts: list[tuple[Form, float]]) -> Form:
+    """A linear combination of forms."""
+    columns = np.unique(np.concatenate([form.columns for form, _ in parts]))
+    rows = np.zeros((2, columns.size))
+    for form, factor in parts:
+        rows[:, np.searchsorted(columns, form.columns)] += factor * form.rows
+    return Form(columns, rows)

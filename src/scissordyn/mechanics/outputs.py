@@ -95,9 +95,12 @@ def fill(time, state, mode, memory, address, R):
         for d in range((S.nb - 1) // 2):
             i = 1 + 2 * d
             R.torque[at, d] = S.work_b[i + 1] * S.basis[0, i] - S.work_b[i] * S.basis[0, i + 1]
-        for k in range(S.direction.shape[0]):
-            error = abs(S.direction[k, 0] ** 2 + S.direction[k, 1] ** 2 - 1.0) * 0.5
-            R.length_error[0] = max(R.length_error[0], error)
+        for k in range(S.level.size):
+            S.work[k] = -S.level[k]
+        for p in range(S.part_weight.size):
+            S.work[S.part_condition[p]] += 0.5 * S.part_weight[p] * (S.direction[p, 0] ** 2 + S.direction[p, 1] ** 2)
+        for k in range(S.level.size):
+            R.length_error[0] = max(R.length_error[0], abs(S.work[k]))
         R.elastic[at] = R.springs[at] = 0.0
         for i in range(S.element.shape[0]):
             R.springs[at] += S.element[i, 5]

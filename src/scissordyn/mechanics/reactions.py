@@ -18,7 +18,7 @@ from scissordyn.mechanics import band
 from scissordyn.mechanics.band import width
 from scissordyn.mechanics.layout import turning_inertia
 from scissordyn.mechanics.outputs import Record
-from scissordyn.model.body import GROUND
+from scissordyn.model.body import GROUND, Point
 from scissordyn.model.element import Force, Spring
 from scissordyn.model.mechanism import Mechanism
 
@@ -27,6 +27,10 @@ __all__ = ["Balance", "balance", "known_loads", "solve_reactions"]
 _factorize, _solve = band.factorize, band.solve
 
 FORCE_X, FORCE_Y, TORQUE = 0, 1, 2
+
+
+Entry = tuple[int, tuple[float, float, float], Point, int, int]
+"""Unknown, force and torque per unit of it, arm, anchor and frame: see `Balance`."""
 
 
 class Balance(NamedTuple):
@@ -39,9 +43,11 @@ class Balance(NamedTuple):
     unknown : ndarray of int
         Row of the ordered unknowns for each entry.
     direction : ndarray, shape (entries, 3)
-        Force (x, y) and torque per unit of the unknown.
+        Force (x, y) and torque per unit of the unknown, in the frame of a body or of the ground.
     arm : ndarray, shape (entries, 2)
-        Point of application from the mass centre, in the body's frame [m].
+        Point of application from the mass centre of its anchor, in that body's frame [m].
+    anchor, frame : ndarray of int, shape (entries,)
+        Bodies that carry the point of application and the direction of the force; -1 for the ground.
     mass, inertia : ndarray, shape (bodies,)
         Inertia is zero for a body that does not rotate, whose balance of moments its guide keeps.
     length : float
@@ -56,6 +62,8 @@ class Balance(NamedTuple):
     unknown: np.ndarray
     direction: np.ndarray
     arm: np.ndarray
+    anchor: np.ndarray
+    frame: np.ndarray
     mass: np.ndarray
     inertia: np.ndarray
     length: float
@@ -75,32 +83,40 @@ def balance(mechanism: Mechanism) -> Balance:
     Balance
     """
     names = [body.name for body in mechanism.bodies]
-    entries: dict[str, list[tuple[int, tuple[float, float, float], tuple[float, float]]]] = {name: [] for name in names}
+    index = {name: k for k, name in enumerate(names)}
+    entries: dict[str, list[Entry]] = {name: [] for name in names}
+
+    def enter(
+        body: str, unknown: int, direction: tuple[float, float, float], anchor: tuple[str, str], frame: str = GROUND
+    ) -> None:
+        arm = _arm(mechanism, *anchor)
+        entries[body].append((unknown, direction, arm, index[anchor[0]], index.get(frame, -1)))
+
     count = 0
     for joint in mechanism.ideal:
         for (body, point), sign in ((joint.journal, 1.0), (joint.bearing, -1.0)):
             if body != GROUND:
-                entries[body].append((count, (sign, 0.0, 0.0), _arm(mechanism, body, point)))
-                entries[body].append((count + 1, (0.0, sign, 0.0), _arm(mechanism, body, point)))
+                enter(body, count, (sign, 0.0, 0.0), (body, point))
+                enter(body, count + 1, (0.0, sign, 0.0), (body, point))
         count += 2
     for weld in mechanism.welds:
         for (body, point), sign in ((weld.start, 1.0), (weld.end, -1.0)):
             if body != GROUND:
-                where = _arm(mechanism, body, point)
-                entries[body].append((count, (sign, 0.0, 0.0), where))
-                entries[body].append((count + 1, (0.0, sign, 0.0), where))
-                entries[body].append((count + 2, (0.0, 0.0, sign), where))
+                enter(body, count, (sign, 0.0, 0.0), (body, point))
+                enter(body, count + 1, (0.0, sign, 0.0), (body, point))
+                enter(body, count + 2, (0.0, 0.0, sign), (body, point))
         count += 3
     for guide in mechanism.guides:
         across = -math.sin(guide.direction), math.cos(guide.direction)
-        body, point = guide.follower
-        entries[body].append((count, (*across, 0.0), _arm(mechanism, body, point)))
+        enter(guide.follower[0], count, (*across, 0.0), guide.follower, guide.body)
+        if guide.body != GROUND:
+            enter(guide.body, count, (-across[0], -across[1], 0.0), guide.follower, guide.body)
         count += 1
     for drive in mechanism.drives:
-        entries[drive.body].append((count, (0.0, 0.0, 1.0), (0.0, 0.0)))
+        enter(drive.body, count, (0.0, 0.0, 1.0), (drive.body, next(iter(mechanism.body(drive.body).points))))
         count += 1
 
-    groups = [np.array([unknown for unknown, _, _ in entries[name]], np.int64) for name in names]
+    groups = [np.array([unknown for unknown, *_ in entries[name]], np.int64) for name in names]
     rows = np.concatenate([np.arange(count), *(np.repeat(group, group.size) for group in groups)])
     beside = np.concatenate([np.arange(count), *(np.tile(group, group.size) for group in groups)])
     order = np.empty(count, np.int64)
@@ -113,9 +129,11 @@ def balance(mechanism: Mechanism) -> Balance:
     sizes = [math.hypot(*point) for body in mechanism.bodies for point in body.points.values()]
     return Balance(
         start=np.cumsum([0, *(len(entries[name]) for name in names)], dtype=np.int64),
-        unknown=np.array([order[unknown] for unknown, _, _ in listed], np.int64),
-        direction=np.array([direction for _, direction, _ in listed]).reshape(-1, 3),
-        arm=np.array([point for _, _, point in listed]).reshape(-1, 2),
+        unknown=np.array([order[unknown] for unknown, *_ in listed], np.int64),
+        direction=np.array([direction for _, direction, *_ in listed]).reshape(-1, 3),
+        arm=np.array([arm for _, _, arm, *_ in listed]).reshape(-1, 2),
+        anchor=np.array([anchor for *_, anchor, _ in listed], np.int64),
+        frame=np.array([frame for *_, frame in listed], np.int64),
         mass=np.array([body.mass for body in mechanism.bodies]),
         inertia=np.array([turning_inertia(mechanism, body) if body.rotates else 0.0 for body in mechanism.bodies]),
         length=max([size for size in sizes if size > 0.0], default=1.0),
@@ -183,10 +201,10 @@ def _arm(mechanism: Mechanism, body: str, point: str) -> tuple[float, float]:
 
 
 @kernel()
-def fill(B, gravity, direction, acceleration, spin_rate, known, matrix, pivots, rows, right, out):
+def fill(B, gravity, direction, position, acceleration, spin_rate, known, matrix, pivots, rows, right, out):
     """Solve the balances at each instant; returns the first instant at which the reactions are not determined, or -1.
 
-    direction (nt, bodies, 2), acceleration (nt, bodies, 2), spin_rate (nt, bodies), known (nt, bodies, 3); out (nt, unknowns).
+    direction, position and acceleration (nt, bodies, 2), spin_rate (nt, bodies), known (nt, bodies, 3); out (nt, unknowns).
     """
     lower = B.band
     for instant in range(out.shape[0]):
@@ -194,7 +212,6 @@ def fill(B, gravity, direction, acceleration, spin_rate, known, matrix, pivots, 
         x = out[instant]
         x[:] = 0.0
         for body in range(B.mass.size):
-            cos, sin = direction[instant, body, 0], direction[instant, body, 1]
             right[0] = B.mass[body] * (acceleration[instant, body, 0] - gravity[0]) - known[instant, body, 0]
             right[1] = B.mass[body] * (acceleration[instant, body, 1] - gravity[1]) - known[instant, body, 1]
             right[2] = B.inertia[body] * spin_rate[instant, body] - known[instant, body, 2]
@@ -203,8 +220,13 @@ def fill(B, gravity, direction, acceleration, spin_rate, known, matrix, pivots, 
             first, last = B.start[body], B.start[body + 1]
             for i in range(first, last):
                 fx, fy = B.direction[i, 0], B.direction[i, 1]
-                ax = cos * B.arm[i, 0] - sin * B.arm[i, 1]
-                ay = sin * B.arm[i, 0] + cos * B.arm[i, 1]
+                if B.frame[i] >= 0:
+                    cos, sin = direction[instant, B.frame[i], 0], direction[instant, B.frame[i], 1]
+                    fx, fy = cos * fx - sin * fy, sin * fx + cos * fy
+                anchor = B.anchor[i]
+                cos, sin = direction[instant, anchor, 0], direction[instant, anchor, 1]
+                ax = cos * B.arm[i, 0] - sin * B.arm[i, 1] + position[instant, anchor, 0] - position[instant, body, 0]
+                ay = sin * B.arm[i, 0] + cos * B.arm[i, 1] + position[instant, anchor, 1] - position[instant, body, 1]
                 rows[0, i - first], rows[1, i - first] = fx, fy
                 rows[2, i - first] = (ax * fy - ay * fx + B.direction[i, 2]) / B.length if rotates else 0.0
             for i in range(first, last):
@@ -223,6 +245,7 @@ def solve_reactions(
     mechanism: Mechanism,
     *,
     direction: np.ndarray,
+    position: np.ndarray,
     acceleration: np.ndarray,
     spin_rate: np.ndarray,
     known: np.ndarray,
@@ -234,6 +257,8 @@ def solve_reactions(
     mechanism : Mechanism
     direction : ndarray, shape (nt, bodies, 2)
         Cosine and sine of each body's angle.
+    position : ndarray, shape (nt, bodies, 2)
+        Of the mass centres [m].
     acceleration : ndarray, shape (nt, bodies, 2)
         Of the mass centres [m/s^2].
     spin_rate : ndarray, shape (nt, bodies)
@@ -246,7 +271,7 @@ def solve_reactions(
     joints : ndarray, shape (nt, ideal joints, 2)
         Force on the journal [N]; NaN from the first instant on at which the reactions are not determined.
     guides : ndarray, shape (nt, guides)
-        Force on the follower across the guide [N].
+        Force on the follower across the guide, to the left of its direction [N].
     torques : ndarray, shape (nt, drives)
         Torque on the driven body [N m].
     """
@@ -258,7 +283,7 @@ def solve_reactions(
         widest = int(np.max(np.diff(parts.start)))
         matrix, pivots = np.zeros((unknowns, width(parts.band, parts.band))), np.zeros(unknowns, np.int64)
         work = np.zeros((3, widest)), np.zeros(3)
-        failed = fill(parts, gravity, direction, acceleration, spin_rate, known, matrix, pivots, *work, values)
+        failed = fill(parts, gravity, direction, position, acceleration, spin_rate, known, matrix, pivots, *work, values)
         if failed >= 0:
             values[failed:] = np.nan
     values = values[:, parts.order]

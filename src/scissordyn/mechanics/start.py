@@ -122,24 +122,31 @@ def hold_joints(
     """
     n = layout.free
     b, b_rate = basis_at(layout, system)
-    lengths, held = _matrix(layout, layout.lengths), _matrix(layout, forms)
+    parts = [(k, weight, form) for k, condition in enumerate(layout.conditions) for weight, form in condition.parts]
+    owner = sp.csr_array(
+        (np.array([w for _, w, _ in parts]), (np.array([k for k, _, _ in parts], int), np.arange(len(parts)))),
+        shape=(len(layout.conditions), len(parts)),
+    )
+    level = np.array([condition.level for condition in layout.conditions])
+    squares, held = _matrix(layout, tuple(form for _, _, form in parts)), _matrix(layout, forms)
     x = guess.position.copy()
     for _ in range(MOST_STEPS):
         full = np.append(x, b)
-        d = (lengths @ full).reshape(-1, 2)
-        residual = np.concatenate([0.5 * (np.sum(d * d, axis=1) - 1.0), held @ full - offsets.ravel()])
-        jacobian = _conditions(lengths, held, d)[:, :n]
+        d = (squares @ full).reshape(-1, 2)
+        residual = np.concatenate([owner @ (0.5 * np.sum(d * d, axis=1)) - level, held @ full - offsets.ravel()])
+        jacobian = _gradients(owner, squares, held, d)[:, :n]
         if np.max(np.abs(residual), initial=0.0) < CLOSED:
             break
         x -= _least_change(jacobian, residual)
     else:
         raise InputError(
-            f"the mechanism as placed cannot be assembled: {_worst(layout, lengths, x, b)}",
+            f"the mechanism as placed cannot be assembled: {_worst(layout, residual)}",
             "positions and angles at the start that are near a closed configuration",
         )
     v = guess.velocity.copy()
     full_rate = np.append(v, b_rate)
-    rate_residual = np.concatenate([np.sum(d * (lengths @ full_rate).reshape(-1, 2), axis=1), held @ full_rate - rates.ravel()])
+    bent = np.sum(d * (squares @ full_rate).reshape(-1, 2), axis=1)
+    rate_residual = np.concatenate([owner @ bent, held @ full_rate - rates.ravel()])
     v -= _least_change(jacobian, rate_residual)
     return Start(x, v)
 
@@ -153,11 +160,11 @@ def _matrix(layout: Layout, forms: tuple[Form, ...]) -> sp.csr_array:
     return sp.csr_array((values, (rows, columns)), shape=(2 * len(forms), layout.free + layout.basis))
 
 
-def _conditions(lengths: sp.csr_array, held: sp.csr_array, d: np.ndarray) -> sp.csr_array:
-    """Gradients of the unit lengths and of the held forms."""
+def _gradients(owner: sp.csr_array, squares: sp.csr_array, held: sp.csr_array, d: np.ndarray) -> sp.csr_array:
+    """Gradients of the quadratic conditions and of the held forms."""
     count = d.shape[0]
     pairing = sp.csr_array((d.ravel(), (np.repeat(np.arange(count), 2), np.arange(2 * count))), shape=(count, 2 * count))
-    return sp.csr_array(sp.vstack([pairing @ lengths, held]))
+    return sp.csr_array(sp.vstack([owner @ (pairing @ squares), held]))
 
 
 def _least_change(jacobian: sp.csr_array, residual: np.ndarray) -> np.ndarray:
@@ -169,14 +176,16 @@ def _least_change(jacobian: sp.csr_array, residual: np.ndarray) -> np.ndarray:
     return np.asarray(lsqr(jacobian, residual, atol=1e-15, btol=1e-15, iter_lim=20 * jacobian.shape[0])[0])
 
 
-def _worst(layout: Layout, lengths: sp.csr_array, x: np.ndarray, b: np.ndarray) -> str:
-    d = (lengths @ np.append(x, b)).reshape(-1, 2)
-    errors = np.abs(np.sum(d * d, axis=1) - 1.0)
-    if not errors.size:
+def _worst(layout: Layout, residual: np.ndarray) -> str:
+    """The body whose length is furthest from being kept."""
+    errors = np.abs(residual[: len(layout.conditions)])
+    if not errors.size or np.argmax(np.abs(residual)) >= errors.size:
         return "its loose joints cannot be held where they should be"
-    worst = layout.lengths[int(np.argmax(errors))]
+    worst = layout.conditions[int(np.argmax(errors))]
+    if len(worst.parts) > 1:
+        return "a guide on a moving body cannot be reached"
     for body in layout.mechanism.bodies:
-        form = layout.direction(body.name) if body.rotates else worst
-        if body.rotates and form.columns.shape == worst.columns.shape and np.allclose(form.rows, worst.rows):
-            return f"body '{body.name}' would have to change its length by {50.0 * float(np.max(errors)):.3g} %"
+        form = layout.direction(body.name)
+        if body.rotates and form.columns.shape == worst.columns.shape and np.allclose(form.rows, worst.parts[0][1].rows):
+            return f"body '{body.name}' would have to change its length by {100.0 * float(np.max(errors)):.3g} %"
     return "a body would have to change its length"

@@ -45,7 +45,11 @@ class System(NamedTuple):
     inertia_b: F2  # (nb, nb)
     motion: F2  # (pieces, COLUMNS) of the drives, then of the elements' courses
     motion_start: I1  # (courses+1,)
-    length_start: I1  # (m+1,)
+    part_start: I1  # (parts+1,) forms of the quadratic conditions
+    part_condition: I1  # (parts,)
+    part_weight: F1  # (parts,)
+    level: F1  # (m,)
+    length_start: I1  # (m+1,) entries of all parts of each condition
     length_column: I1
     length_row: F2  # (2, entries)
     overlap: I2  # (pairs, 3): conditions k >= l that share columns, and where their matches start
@@ -78,7 +82,7 @@ class System(NamedTuple):
     V: F1
     A: F1
     force: F1  # (n+nb,)
-    direction: F2  # (m, 2) d, then its derivatives
+    direction: F2  # (parts, 2) the forms d, then their derivatives
     direction_rate: F2
     direction_acceleration: F2
     gradient: F1  # (length entries,)
@@ -124,7 +128,7 @@ def build_system(layout: Layout) -> System:
     mechanism, n, nb = layout.mechanism, layout.free, layout.basis
     full = csr_array(layout.coordinates.T @ layout.mass @ layout.coordinates)
     loose = mechanism.loose
-    nj, m = len(loose), len(layout.lengths)
+    nj, m = len(loose), len(layout.conditions)
     elements = mechanism.elements
     states = [len(joint.clearance.friction.states) for joint in loose if joint.clearance] + [0] * len(elements)
     nz = sum(states)
@@ -136,7 +140,8 @@ def build_system(layout: Layout) -> System:
     for i, element in enumerate(elements):
         described = element_numbers(element, start_angle(layout, element))
         numbers[i, : len(described)] = described
-    length_start, length_column, length_row = _forms(layout.lengths, 2)
+    parts = [(k, weight, form) for k, condition in enumerate(layout.conditions) for weight, form in condition.parts]
+    part_start, length_column, length_row = _forms([form for _, _, form in parts], 2)
     links = [_joint_form(layout, index) for index in range(nj)] + [element_form(layout, element) for element in elements]
     link_start, link_column, link_row = _forms(links, 6)
     overlap, match = _overlaps(layout)
@@ -167,7 +172,11 @@ def build_system(layout: Layout) -> System:
         inertia_b=np.ascontiguousarray(full[n:, n:].toarray()),
         motion=np.vstack(rows) if rows else np.zeros((0, COLUMNS)),
         motion_start=np.cumsum([0, *map(len, rows)], dtype=np.int64),
-        length_start=length_start,
+        part_start=part_start,
+        part_condition=np.array([k for k, _, _ in parts], np.int64),
+        part_weight=np.array([weight for _, weight, _ in parts], float),
+        level=np.array([condition.level for condition in layout.conditions], float),
+        length_start=np.cumsum([0, *(condition.columns.size for condition in layout.conditions)], dtype=np.int64),
         length_column=length_column,
         length_row=length_row,
         overlap=overlap,
@@ -200,13 +209,13 @@ def build_system(layout: Layout) -> System:
         V=np.zeros(n + nb),
         A=np.zeros(n + nb),
         force=np.zeros(n + nb),
-        direction=np.zeros((m, 2)),
-        direction_rate=np.zeros((m, 2)),
-        direction_acceleration=np.zeros((m, 2)),
+        direction=np.zeros((len(parts), 2)),
+        direction_rate=np.zeros((len(parts), 2)),
+        direction_acceleration=np.zeros((len(parts), 2)),
         gradient=np.zeros(length_column.size),
         multiplier=np.zeros(m),
-        frozen_direction=np.zeros((m, 2)),
-        frozen_rate=np.zeros((m, 2)),
+        frozen_direction=np.zeros((len(parts), 2)),
+        frozen_rate=np.zeros((len(parts), 2)),
         frozen_gradient=np.zeros(length_column.size),
         frozen_multiplier=np.zeros(m),
         joint=np.zeros((nj, JOINT_OUTPUTS)),
@@ -245,13 +254,13 @@ def _joint_form(layout: Layout, index: int) -> Form:
 
 
 def _overlaps(layout: Layout) -> tuple[np.ndarray, np.ndarray]:
-    """Pairs of length conditions on common free coordinates, with the matching entries."""
+    """Pairs of quadratic conditions on common free coordinates, with the matching entries."""
     pairs: list[tuple[int, int, int]] = []
     matches: list[tuple[int, int]] = []
-    offset = np.cumsum([0, *(form.columns.size for form in layout.lengths)])
+    offset = np.cumsum([0, *(condition.columns.size for condition in layout.conditions)])
     by_column: dict[int, list[tuple[int, int]]] = {}
-    for k, form in enumerate(layout.lengths):
-        for where, column in enumerate(form.columns.tolist()):
+    for k, condition in enumerate(layout.conditions):
+        for where, column in enumerate(condition.columns.tolist()):
             if column < layout.free:
                 by_column.setdefault(column, []).append((k, int(offset[k]) + where))
     shared: dict[tuple[int, int], list[tuple[int, int]]] = {}
@@ -271,9 +280,9 @@ def _ordering(
     layout: Layout, link_start: np.ndarray, link_column: np.ndarray, states: list[int]
 ) -> tuple[np.ndarray, int, int]:
     """Rows of the step matrix for accelerations, multipliers and hidden states, so that its band is narrow."""
-    n, m = layout.free, len(layout.lengths)
+    n, m = layout.free, len(layout.conditions)
     size = n + m + sum(states)
-    groups = [np.append(form.columns[form.columns < n], n + k) for k, form in enumerate(layout.lengths)]
+    groups = [np.append(condition.columns[condition.columns < n], n + k) for k, condition in enumerate(layout.conditions)]
     first_state = n + m
     for j, count in enumerate(states):
         columns = link_column[link_start[j] : link_start[j + 1]]

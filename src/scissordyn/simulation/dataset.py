@@ -14,6 +14,7 @@ import xarray as xr
 from scissordyn.mechanics.bodies import BodyMotion, body_motion
 from scissordyn.mechanics.outputs import Record, record
 from scissordyn.mechanics.reactions import known_loads, solve_reactions
+from scissordyn.model.body import GROUND
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.model.record import to_plain
 from scissordyn.simulation.contacts import columns, contacts
@@ -92,7 +93,7 @@ def _motion_variables(mechanism: Mechanism, motion: BodyMotion) -> dict[str, Var
         "angular_acceleration": _described(spin, motion.spin_rate, "rad/s^2", "angular acceleration"),
     }
     for guide in mechanism.guides:
-        if guide.follower[0] != mechanism.output_body:
+        if guide.follower[0] != mechanism.output_body or guide.body != GROUND:
             continue
         k = [body.name for body in mechanism.bodies].index(mechanism.output_body)
         along = np.array([math.cos(guide.direction), math.sin(guide.direction)])
@@ -118,14 +119,20 @@ def _joint_variables(mechanism: Mechanism, path: Trajectory, found: Record, moti
     joints, guided, _ = solve_reactions(
         mechanism,
         direction=motion.direction,
+        position=motion.position,
         acceleration=motion.acceleration,
         spin_rate=motion.spin_rate,
         known=known_loads(mechanism, motion.direction, found, radius),
     )
     reaction = np.zeros((instants, len(names), 2))
     reaction[:, loose], reaction[:, ideal] = force, joints
-    across = np.array([(-math.sin(guide.direction), math.cos(guide.direction)) for guide in mechanism.guides]).reshape(-1, 2)
-    reaction[:, guides] = guided[..., None] * across
+    bodies = [body.name for body in mechanism.bodies]
+    for g, guide in enumerate(mechanism.guides):
+        across = np.array([-math.sin(guide.direction), math.cos(guide.direction)])
+        if guide.body != GROUND:
+            cos, sin = motion.direction[:, bodies.index(guide.body)].T
+            across = np.stack([cos * across[0] - sin * across[1], sin * across[0] + cos * across[1]], axis=1)
+        reaction[:, guides[g]] = guided[:, g : g + 1] * across
     what = "force on the journal (contact force at loose joints, reaction at ideal ones), on the follower for guides"
     variables = {"reaction": _described(("time", "joint", "axis"), reaction, "N", what)}
     if loose.size == 0:

@@ -78,6 +78,7 @@ def _ideal_reactions(layout: Layout, system: System, start: Start) -> np.ndarray
     joints, _, _ = solve_reactions(
         layout.mechanism,
         direction=motion.direction,
+        position=motion.position,
         acceleration=motion.acceleration,
         spin_rate=motion.spin_rate,
         known=known_loads(layout.mechanism, motion.direction, found, system.radius),

@@ -1,0 +1,101 @@
+"""A run as a film: GIF, MP4, or a page with a player."""
+
+from __future__ import annotations
+
+import os
+import tempfile
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+import xarray as xr
+
+from scissordyn.errors import InputError, did_you_mean
+from scissordyn.model.mechanism import Mechanism
+from scissordyn.plot.animation_film import write_film
+from scissordyn.plot.animation_page import write_page
+from scissordyn.plot.animation_scene import scene_of
+from scissordyn.plot.series import chosen_joints, loose_joints
+
+__all__ = ["FILMS", "animate", "check_film"]
+
+FILMS = ("gif", "mp4", "html")
+
+
+def check_film(path: str | os.PathLike[str]) -> None:
+    """Raise `InputError` unless a film can be written in the format that a file name ends with.
+
+    Parameters
+    ----------
+    path : path
+    """
+    ending = Path(path).suffix.lower().removeprefix(".")
+    if ending not in FILMS:
+        raise InputError(f"film '{path}'{did_you_mean(ending, FILMS)}", "a name that ends in .gif, .mp4 or .html", "film.html")
+    if ending == "mp4":
+        from matplotlib.animation import FFMpegWriter
+
+        if not FFMpegWriter.isAvailable():
+            raise InputError("an MP4 needs the program ffmpeg, which is not on this machine", "film.gif or film.html")
+
+
+def animate(
+    run: xr.Dataset,
+    mechanism: Mechanism,
+    path: str | os.PathLike[str],
+    *,
+    seconds: float = 6.0,
+    rate: int = 25,
+    joints: Sequence[str] | None = None,
+) -> Path:
+    """Write a film of a run, with its loose joints magnified beside the structure.
+
+    Parameters
+    ----------
+    run : Dataset
+    mechanism : Mechanism
+        The one that was run.
+    path : path
+        Ends in .gif, .mp4 (where there is ffmpeg) or .html (a page with a player, of one piece).
+    seconds : float
+        How long the film lasts [s]; the run is shown slower or faster accordingly.
+    rate : int
+        Frames per second; a run with fewer samples than frames is shown with fewer.
+    joints : sequence of str, optional
+        Which loose joints to magnify; those with the largest forces if not given.
+
+    Returns
+    -------
+    Path
+
+    Raises
+    ------
+    InputError
+        If the format is another one, the run too short, a named joint is not loose, or the file cannot be written.
+    """
+    check_film(path)
+    samples = run.sizes["time"]
+    if samples < 2:
+        raise InputError("a run of fewer than two samples", "a run that got further")
+    if not (np.isfinite(seconds) and seconds > 0.0 and rate >= 1):
+        raise InputError(f"a film of {seconds!r} s with {rate!r} frames per second", "seconds > 0 and rate >= 1")
+    chosen = chosen_joints(run, joints) if joints is not None or loose_joints(run) else []
+    frames = np.unique(np.linspace(0, samples - 1, max(2, min(samples, round(seconds * rate)))).round().astype(int))
+    scene = scene_of(run, mechanism, frames, chosen)
+    shown = max(1, round(len(frames) / seconds))
+    slower = len(frames) / shown / float(scene.time[-1] - scene.time[0])
+    target = Path(path)
+    try:
+        # written beside its place first, so that a film is there whole or not at all
+        with tempfile.TemporaryDirectory(dir=target.parent, prefix=f".{target.stem}.") as folder:
+            part = Path(folder) / target.name
+            if target.suffix.lower() == ".html":
+                write_page(scene, part, shown, slower)
+            else:
+                write_film(scene, part, shown, slower)
+            part.replace(target)
+    except OSError as error:
+        raise InputError(
+            f"cannot write '{target}': {error.strerror or error}", "a file name in a folder that can be written"
+        ) from None
+    return target

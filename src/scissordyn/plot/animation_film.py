@@ -1,0 +1,184 @@
+"""Films drawn by matplotlib: GIF and MP4."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+from matplotlib.animation import AbstractMovieWriter, FFMpegWriter, PillowWriter
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.patches import Circle, Polygon
+
+from scissordyn.errors import InputError
+from scissordyn.plot.animation_scene import GAP, TRAIL, Loose, Scene, pace
+from scissordyn.plot.scale import engineering
+from scissordyn.plot.style import BLACK, BLUE, GREEN, GREY, LIGHT, ORANGE, PURPLE, SKY, SMALL, VERMILION, dress
+
+__all__ = ["Film", "write_film"]
+
+DPI = 100
+
+WIDE = 1.5
+"""Structures wider than this have their joints below, others beside them."""
+
+
+class Film:
+    """A figure whose artists are moved from frame to frame.
+
+    Parameters
+    ----------
+    scene : Scene
+    slower : float
+        How many times slower than the mechanism the film runs.
+    """
+
+    def __init__(self, scene: Scene, slower: float) -> None:
+        self.scene, self.slower = scene, slower
+        width, height = (scene.high - scene.low).tolist()
+        self.figure, self.axes, panels = _figure(width / height, len(scene.loose))
+        dress(self.axes)
+        self.axes.set_aspect("equal", adjustable="box")
+        self.axes.set(xlabel="x [m]", ylabel="y [m]", xlim=(scene.low[0], scene.high[0]), ylim=(scene.low[1], scene.high[1]))
+        self.shapes = self._shapes()
+        _supports(self.axes, scene)
+        (self.pins,) = self.axes.plot(
+            [], [], "o", markersize=4.0, color=BLACK, markerfacecolor="white", markeredgewidth=0.9, zorder=4.0
+        )
+        self.rings = [
+            self.axes.plot([], [], "o", markersize=8.0, markerfacecolor="none", markeredgewidth=1.4, zorder=5.0)[0]
+            for _ in scene.loose
+        ]
+        self.joints = [_Magnified(axes, loose) for axes, loose in zip(panels, scene.loose, strict=True)]
+        self.show(0)
+        self.figure.draw_without_rendering()  # lays the panels out, once for all frames
+        self.figure.set_layout_engine("none")
+
+    def _shapes(self) -> list[Line2D | Polygon]:
+        artists: list[Line2D | Polygon] = []
+        bars = 0
+        for shape in self.scene.shapes:
+            if shape.kind == "block":
+                block = Polygon(shape.points[0], facecolor=LIGHT, edgecolor=BLACK, linewidth=0.9, zorder=1.8)
+                artists.append(self.axes.add_patch(block))
+            elif shape.kind == "plate":
+                plate = Polygon(shape.points[0], facecolor=SKY, alpha=0.35, edgecolor=BLUE, linewidth=1.6, zorder=1.9)
+                artists.append(self.axes.add_patch(plate))
+            else:
+                bars += shape.kind == "bar"
+                look = {
+                    "bar": {"color": (BLUE, GREEN)[bars % 2], "linewidth": 2.0, "zorder": 2.0},
+                    "spring": {"color": PURPLE, "linewidth": 1.0, "zorder": 2.5},
+                    "guide": {"color": GREY, "linewidth": 0.7, "linestyle": (0, (6, 2, 1, 2)), "zorder": 1.0},
+                }[shape.kind]
+                artists.append(self.axes.plot([], [], scalex=False, scaley=False, **look)[0])  # type: ignore[arg-type]
+        return artists
+
+    def show(self, frame: int) -> None:
+        """Move everything to where it is in a frame."""
+        scene = self.scene
+        for artist, shape in zip(self.shapes, scene.shapes, strict=True):
+            if isinstance(artist, Polygon):
+                artist.set_xy(shape.points[frame])
+            else:
+                artist.set_data(*shape.points[frame].T)
+        self.pins.set_data(*scene.pins[frame].T)
+        for ring, loose in zip(self.rings, scene.loose, strict=True):
+            ring.set_data(*loose.place[frame, None].T)
+            ring.set_color(VERMILION if loose.touched[frame] else SKY)
+        for joint in self.joints:
+            joint.show(frame)
+        now = f"t = {scene.scale.factor * scene.time[frame]:.4g} {scene.scale.unit}"
+        self.axes.set_title(f"{now}   ({pace(self.slower)})", loc="left", fontsize=SMALL)
+
+
+class _Magnified:
+    """A loose joint beside the structure: the journal in its bearing, with its way behind it."""
+
+    def __init__(self, axes: Axes, loose: Loose) -> None:
+        self.axes, self.loose = axes, loose
+        self.newton = engineering("N", loose.force)
+        axes.add_patch(Circle((0.0, 0.0), 1.0 + GAP, facecolor="white", edgecolor=BLACK, linewidth=1.2))
+        self.journal = axes.add_patch(Circle((0.0, 0.0), 1.0, facecolor=LIGHT, linewidth=1.6))
+        (self.way,) = axes.plot([], [], color=ORANGE, linewidth=0.9)
+        (self.centre,) = axes.plot([], [], "+", markersize=6.0, markeredgewidth=1.0)
+        axes.plot(0.0, 0.0, ".", markersize=3.0, color=BLACK)
+        axes.set_aspect("equal", adjustable="box")
+        axes.set(xlim=(-1.5, 1.5), ylim=(-1.5, 1.5), xticks=[], yticks=[])
+        for spine in axes.spines.values():
+            spine.set_visible(False)
+        axes.set_xlabel(f"gap drawn {loose.gain:.2g}×", fontsize=SMALL)
+
+    def show(self, frame: int) -> None:
+        """Move the journal and its way to a frame."""
+        loose = self.loose
+        color = VERMILION if loose.touched[frame] else SKY
+        self.journal.set_center(tuple(loose.journal[frame]))
+        self.journal.set_edgecolor(color)
+        self.centre.set_data(*loose.journal[frame, None].T)
+        self.centre.set_color(color)
+        first = loose.reached[max(0, frame - TRAIL)] - 1
+        self.way.set_data(*loose.way[first : loose.reached[frame]].T)
+        state = f"{self.newton.factor * loose.force[frame]:.3g} {self.newton.unit}" if loose.touched[frame] else "free"
+        self.axes.set_title(f"{loose.name}: {state}", fontsize=SMALL, color=BLACK)
+
+
+def _figure(aspect: float, joints: int) -> tuple[Figure, Axes, list[Axes]]:
+    """A figure with a panel for the structure and one for each joint."""
+    if aspect > WIDE:
+        width = 9.0
+        heights = [min(max(width / aspect, 1.6), 5.0) + 0.7, *[1.9] * bool(joints)]
+        figure = Figure(figsize=(width, sum(heights)), layout="constrained")
+        grid = figure.add_gridspec(len(heights), max(joints, 1), height_ratios=heights)
+        places = [grid[1, k] for k in range(joints)]
+        main = grid[0, :]
+    else:
+        height, columns = 5.6, -(-joints // 3)
+        widths = [min(max((height - 0.8) * aspect, 2.4), 7.0) + 0.8, *[1.9] * columns]
+        figure = Figure(figsize=(sum(widths), height), layout="constrained")
+        grid = figure.add_gridspec(min(max(joints, 1), 3), len(widths), width_ratios=widths)
+        places = [grid[k % 3, 1 + k // 3] for k in range(joints)]
+        main = grid[:, 0]
+    return figure, figure.add_subplot(main), [figure.add_subplot(place) for place in places]
+
+
+def _supports(axes: Axes, scene: Scene) -> None:
+    size = 0.025 * float(np.max(scene.high - scene.low))
+    for pin in scene.supports:
+        corners = pin + size * np.array([[0.0, 0.0], [-1.0, -1.6], [1.0, -1.6]])
+        axes.add_patch(Polygon(corners, facecolor="white", edgecolor=BLACK, linewidth=0.9, zorder=1.5))
+
+
+def write_film(scene: Scene, path: Path, rate: int, slower: float) -> None:
+    """Write a GIF or an MP4.
+
+    Parameters
+    ----------
+    scene : Scene
+    path : Path
+        Ends in .gif or .mp4.
+    rate : int
+        Frames per second.
+    slower : float
+        How many times slower than the mechanism the film runs.
+
+    Raises
+    ------
+    InputError
+        If an MP4 is wanted where there is no ffmpeg.
+    """
+    film = Film(scene, slower)
+    writer: AbstractMovieWriter
+    if path.suffix.lower() == ".mp4":
+        if not FFMpegWriter.isAvailable():
+            raise InputError("an MP4 needs the program ffmpeg, which is not on this machine", "film.gif or film.html")
+        # players want even sides and this coding of colours
+        even = ["-vf", "crop=trunc(iw/2)*2:trunc(ih/2)*2", "-pix_fmt", "yuv420p"]
+        writer = FFMpegWriter(fps=rate, codec="h264", extra_args=even)
+    else:
+        writer = PillowWriter(fps=rate)
+    with writer.saving(film.figure, str(path), DPI):
+        for frame in range(len(scene.time)):
+            film.show(frame)
+            writer.grab_frame()

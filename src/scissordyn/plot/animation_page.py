@@ -1,0 +1,239 @@
+"""A film as a page of one piece: a drawing in SVG and a small player, no file beside it and nothing from the network."""
+
+from __future__ import annotations
+
+import html
+import json
+import math
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from scissordyn.plot.animation_scene import GAP, TRAIL, Loose, Scene, pace
+from scissordyn.plot.scale import engineering
+from scissordyn.plot.style import BLACK, BLUE, GREEN, GREY, LIGHT, ORANGE, PURPLE, SKY, VERMILION
+
+__all__ = ["page", "write_page"]
+
+WIDTH, HEIGHT = 900.0, 560.0
+"""Largest size of the structure's drawing [pixel]."""
+
+RADIUS = 48.0
+"""Drawn radius of a journal [pixel]."""
+
+SPEEDS = (0.1, 0.25, 0.5, 1, 2, 4)
+
+STYLE = f"""
+body {{ font: 15px/1.4 system-ui, sans-serif; color: {BLACK}; background: #fff; margin: 1rem auto; max-width: 960px; padding: 0 1rem }}
+svg {{ display: block; max-width: 100%; height: auto }}
+.controls {{ display: flex; flex-wrap: wrap; gap: .75rem; align-items: center; margin: .5rem 0 }}
+.controls input {{ flex: 1 1 16rem }}
+.controls output {{ min-width: 8em; font-variant-numeric: tabular-nums }}
+button, select {{ font: inherit; padding: .2rem .8rem }}
+.joints {{ display: flex; flex-wrap: wrap; gap: 1rem }}
+figure {{ margin: 0; text-align: center }}
+figcaption {{ font-size: 13px; font-variant-numeric: tabular-nums }}
+small {{ color: {GREY} }}
+.bar, .plate, .spring, .guide, .way {{ fill: none; stroke-linejoin: round; stroke-linecap: round }}
+.bar {{ stroke-width: 3.5 }}
+.plate {{ fill: {SKY}; fill-opacity: .3; stroke: {BLUE}; stroke-width: 2.5 }}
+.block {{ fill: {LIGHT}; stroke: {BLACK} }}
+.spring {{ stroke: {PURPLE}; stroke-width: 1.5 }}
+.guide {{ stroke: {GREY}; stroke-dasharray: 12 4 2 4 }}
+.pin, .support, .bearing {{ fill: #fff; stroke: {BLACK}; stroke-width: 1.5 }}
+.ring {{ fill: none; stroke-width: 2.5 }}
+.journal {{ fill: {LIGHT}; stroke-width: 3 }}
+.way {{ stroke: {ORANGE}; stroke-width: 1.5 }}
+"""
+
+PLAYER = """
+"use strict";
+const film = JSON.parse(document.getElementById("film").textContent);
+const part = id => document.getElementById(id);
+const shapes = [...document.querySelectorAll("[data-shape]")], pins = [...document.querySelectorAll(".pin")];
+const rings = [...document.querySelectorAll(".ring")], joints = [...document.querySelectorAll("figure")];
+const slider = part("frame"), button = part("play"), pace = part("pace"), clock = part("clock");
+const last = film.time.length - 1;
+let playing = false, now = 0, before = null;
+
+function centre(circle, x, y) { circle.setAttribute("cx", x); circle.setAttribute("cy", y); }
+function show(frame) {
+  shapes.forEach((shape, k) => shape.setAttribute("points", film.shapes[k][frame].join(" ")));
+  pins.forEach((pin, k) => centre(pin, ...film.pins[frame].slice(2 * k, 2 * k + 2)));
+  film.joints.forEach((joint, k) => {
+    const color = joint.touched[frame] ? film.contact : film.free;
+    centre(rings[k], ...joint.place[frame]);
+    rings[k].style.stroke = color;
+    const journal = joints[k].querySelector(".journal");
+    centre(journal, ...joint.journal[frame]);
+    journal.style.stroke = color;
+    const first = joint.reached[Math.max(0, frame - film.trail)] - 1;
+    joints[k].querySelector(".way").setAttribute("points", joint.way.slice(2 * first, 2 * joint.reached[frame]).join(" "));
+    joints[k].querySelector(".state").textContent = joint.touched[frame] ? joint.force[frame] : "free";
+  });
+  slider.value = frame;
+  clock.textContent = film.time[frame];
+}
+function play(on) {
+  playing = on;
+  before = null;
+  button.textContent = on ? "Pause" : "Play";
+  if (on) { if (now >= last) now = 0; requestAnimationFrame(step); }
+}
+function step(instant) {
+  if (!playing) return;
+  if (before !== null) now += (instant - before) / 1000 * film.rate * Number(pace.value);
+  before = instant;
+  if (now >= last) { now = last; show(last); play(false); return; }
+  show(Math.floor(now));
+  requestAnimationFrame(step);
+}
+function go(frame) { play(false); now = Math.min(last, Math.max(0, frame)); show(now); }
+button.addEventListener("click", () => play(!playing));
+slider.addEventListener("input", () => go(Number(slider.value)));
+document.addEventListener("keydown", event => {
+  if (event.target === pace || (event.target === button && event.key === " ")) return;
+  const move = {ArrowLeft: -1, ArrowRight: 1}[event.key];
+  if (event.key === " ") { event.preventDefault(); play(!playing); }
+  else if (move) { event.preventDefault(); go(Math.floor(now) + move); }
+});
+const wanted = Number(new URLSearchParams(location.search).get("frame") || location.hash.slice(1) || 0);
+go(Number.isFinite(wanted) ? Math.floor(wanted) : 0);
+"""
+
+
+def _numbers(values: np.ndarray) -> Any:
+    """Pixels to a tenth, whole ones without a point."""
+    rounded = np.round(values, 1)
+    return json.loads(json.dumps(rounded.tolist()).replace(".0,", ",").replace(".0]", "]"))
+
+
+def page(scene: Scene, rate: int, slower: float) -> str:
+    """The page of a film.
+
+    Parameters
+    ----------
+    scene : Scene
+    rate : int
+        Frames per second.
+    slower : float
+        How many times slower than the mechanism the film runs.
+
+    Returns
+    -------
+    str
+        HTML of one piece.
+    """
+    extent = scene.high - scene.low
+    gain = min(WIDTH / extent[0], HEIGHT / extent[1])
+    width, height = (gain * extent).tolist()
+
+    def pixels(points: np.ndarray) -> np.ndarray:
+        return np.stack([gain * (points[..., 0] - scene.low[0]), height - gain * (points[..., 1] - scene.low[1])], axis=-1)
+
+    film = {
+        "rate": rate,
+        "trail": TRAIL,
+        "contact": VERMILION,
+        "free": SKY,
+        "time": [f"t = {scene.scale.factor * t:.4g} {scene.scale.unit}" for t in scene.time.tolist()],
+        "shapes": [_numbers(pixels(shape.points).reshape(len(scene.time), -1)) for shape in scene.shapes],
+        "pins": _numbers(pixels(scene.pins).reshape(len(scene.time), -1)),
+        "joints": [{**_magnified(loose), "place": _numbers(pixels(loose.place))} for loose in scene.loose],
+    }
+    # "<" would let a name end the script
+    data = json.dumps(film, separators=(",", ":"), ensure_ascii=True).replace("<", "\\u003c")
+    options = "".join(f"<option value={s}{' selected' if s == 1 else ''}>{s:g}×</option>" for s in SPEEDS)
+    figures = "\n".join(_figure(loose) for loose in scene.loose)
+    return f"""<!DOCTYPE html>
+<html lang="en">
+<head>
+<meta charset="utf-8">
+<meta name="viewport" content="width=device-width">
+<title>scissordyn</title>
+<style>{STYLE}</style>
+</head>
+<body>
+<svg viewBox="0 0 {width:.1f} {height:.1f}" width="{width:.0f}" height="{height:.0f}" role="img" aria-label="the mechanism">
+{_drawing(scene, gain, pixels(scene.supports))}
+</svg>
+<div class="controls">
+<button id="play" type="button">Play</button>
+<input id="frame" type="range" min="0" max="{len(scene.time) - 1}" value="0" aria-label="frame">
+<output id="clock"></output>
+<label>speed <select id="pace">{options}</select></label>
+</div>
+<small>{_extent(scene)} At speed 1×: {pace(slower)}. Space plays, arrow keys step.</small>
+<div class="joints">
+{figures}
+</div>
+<script type="application/json" id="film">{data}</script>
+<script>{PLAYER}</script>
+</body>
+</html>
+"""
+
+
+def _extent(scene: Scene) -> str:
+    """How wide the drawing is, in words."""
+    scale = engineering("m", float(scene.high[0] - scene.low[0]))
+    return f"The drawing is {scale.factor * float(scene.high[0] - scene.low[0]):.3g} {scale.unit} wide."
+
+
+def _drawing(scene: Scene, gain: float, supports: np.ndarray) -> str:
+    """The artists of the structure; the player moves them."""
+    lines, bars = [], 0
+    for shape in scene.shapes:
+        bars += shape.kind == "bar"
+        color = f' stroke="{(BLUE, GREEN)[bars % 2]}"' if shape.kind == "bar" else ""
+        tag = "polygon" if shape.kind in ("block", "plate") else "polyline"
+        lines.append(f'<{tag} data-shape class="{shape.kind}"{color}><title>{html.escape(shape.name)}</title></{tag}>')
+    size = 0.025 * gain * float(np.max(scene.high - scene.low))
+    for x, y in supports.tolist():
+        lines.append(
+            f'<polygon class="support" points="{x:.1f},{y:.1f} {x - size:.1f},{y + 1.6 * size:.1f} '
+            f'{x + size:.1f},{y + 1.6 * size:.1f}"/>'
+        )
+    lines += ['<circle class="pin" r="4"/>'] * scene.pins.shape[1]
+    lines += [f'<circle class="ring" r="9"><title>{html.escape(loose.name)}</title></circle>' for loose in scene.loose]
+    return "\n".join(lines)
+
+
+def _magnified(loose: Loose) -> dict[str, Any]:
+    """What the player needs to know of a joint; y points down on a screen."""
+    screen = RADIUS * np.array([1.0, -1.0])
+    newton = engineering("N", loose.force)
+    return {
+        "journal": _numbers(screen * loose.journal),
+        "way": _numbers((screen * loose.way).ravel()),
+        "reached": loose.reached.tolist(),
+        "touched": loose.touched.astype(int).tolist(),
+        "force": [f"{newton.factor * force:.3g} {newton.unit}" for force in loose.force.tolist()],
+    }
+
+
+def _figure(loose: Loose) -> str:
+    edge = math.ceil(1.5 * RADIUS)
+    return (
+        f'<figure><svg viewBox="{-edge} {-edge} {2 * edge} {2 * edge}" width="{2 * edge}" height="{2 * edge}">'
+        f'<circle class="bearing" r="{(1.0 + GAP) * RADIUS:g}"/><circle class="journal" r="{RADIUS:g}"/>'
+        f'<polyline class="way"/><circle r="2"/></svg>'
+        f'<figcaption>{html.escape(loose.name)}: <span class="state"></span><br><small>gap drawn {loose.gain:.2g}×</small>'
+        "</figcaption></figure>"
+    )
+
+
+def write_page(scene: Scene, path: Path, rate: int, slower: float) -> None:
+    """Write the page of a film to a file.
+
+    Parameters
+    ----------
+    scene : Scene
+    path : Path
+    rate : int
+        Frames per second.
+    slower : float
+        How many times slower than the mechanism the film runs.
+    """
+    path.write_text(page(scene, rate, slower), encoding="utf-8")

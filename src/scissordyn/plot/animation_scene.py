@@ -1,0 +1,261 @@
+"""What a film shows, frame by frame, before anyone draws it."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+import xarray as xr
+
+from scissordyn.errors import InputError
+from scissordyn.model.body import GROUND
+from scissordyn.model.element import Spring
+from scissordyn.model.joint import BodyPoint
+from scissordyn.model.mechanism import Mechanism
+from scissordyn.plot.place import outline
+from scissordyn.plot.scale import Scale
+from scissordyn.plot.series import time_scale
+
+__all__ = ["GAP", "TRAIL", "Loose", "Scene", "Shape", "pace", "scene_of"]
+
+GAP = 0.35
+"""The clearance of a magnified joint as a fraction of the drawn journal's radius."""
+
+TRAIL = 12
+"""Frames over which the journal's way stays visible."""
+
+FINEST = 4000
+"""Points of a journal's way in a whole film; more than that no screen shows."""
+
+COILS = 8
+"""Bends of the zigzag that stands for a spring."""
+
+
+@dataclass(frozen=True)
+class Shape:
+    """A body, a spring or a guide, as a line through points.
+
+    Parameters
+    ----------
+    name : str
+    kind : {"bar", "plate", "block", "spring", "guide"}
+    points : ndarray, shape (frames, points, 2)
+        In the fixed frame [m].
+    """
+
+    name: str
+    kind: str
+    points: np.ndarray
+
+
+@dataclass(frozen=True)
+class Loose:
+    """A loose joint, where it is and magnified.
+
+    Parameters
+    ----------
+    name : str
+    place : ndarray, shape (frames, 2)
+        Centre of the bearing [m].
+    journal : ndarray, shape (frames, 2)
+        Centre of the journal in its magnified bearing, in drawn journal radii.
+    way : ndarray, shape (points, 2)
+        The same at finer instants.
+    reached : ndarray of int, shape (frames,)
+        How many points of the way lie before each frame.
+    touched : ndarray of bool, shape (frames,)
+        Whether there was contact at any instant since the frame before.
+    force : ndarray, shape (frames,)
+        Largest normal force since the frame before [N].
+    gain : float
+        How many times larger than it is the gap is drawn, the drawn journal taken for the real one.
+    """
+
+    name: str
+    place: np.ndarray
+    journal: np.ndarray
+    way: np.ndarray
+    reached: np.ndarray
+    touched: np.ndarray
+    force: np.ndarray
+    gain: float
+
+
+@dataclass(frozen=True)
+class Scene:
+    """A film before it is drawn.
+
+    Parameters
+    ----------
+    time : ndarray, shape (frames,)
+        [s]
+    scale : Scale
+        In which times are shown.
+    shapes : tuple of Shape
+    pins : ndarray, shape (frames, pins, 2)
+        Ideal joints [m].
+    supports : ndarray, shape (supports, 2)
+        Pins of the fixed frame [m].
+    loose : tuple of Loose
+    low, high : ndarray, shape (2,)
+        Corners of what is shown [m].
+    """
+
+    time: np.ndarray
+    scale: Scale
+    shapes: tuple[Shape, ...]
+    pins: np.ndarray
+    supports: np.ndarray
+    loose: tuple[Loose, ...]
+    low: np.ndarray
+    high: np.ndarray
+
+
+def pace(slower: float) -> str:
+    """How the speed of a film compares with the mechanism's, in words."""
+    if abs(slower - 1.0) < 0.02:
+        return "real time"
+    return f"{slower:.3g}× slower" if slower > 1.0 else f"{1.0 / slower:.3g}× faster"
+
+
+class _Course:
+    """Where the bodies of a run are at the samples that become frames."""
+
+    def __init__(self, run: xr.Dataset, mechanism: Mechanism, frames: np.ndarray) -> None:
+        self.mechanism, self.count = mechanism, len(frames)
+        names = [body.name for body in mechanism.bodies]
+        now = run[["position", "angle"]].isel(time=frames).sel(body=names)
+        self.index = {name: k for k, name in enumerate(names)}
+        self.centre = now["position"].transpose("time", "body", "axis").values
+        self.angle = now["angle"].transpose("time", "body").values
+
+    def points(self, body: str, local: np.ndarray) -> np.ndarray:
+        """Points of a body's frame, or of the fixed one, in the fixed frame, shape (frames, points, 2)."""
+        if body == GROUND:
+            return np.broadcast_to(local, (self.count, *local.shape))
+        k = self.index[body]
+        cos, sin = np.cos(self.angle[:, k, None]), np.sin(self.angle[:, k, None])
+        x, y = (local - np.array(self.mechanism.body(body).centre)).T
+        placed: np.ndarray = self.centre[:, None, k] + np.stack([cos * x - sin * y, sin * x + cos * y], axis=-1)
+        return placed
+
+    def place(self, reference: BodyPoint) -> np.ndarray:
+        """A named point, shape (frames, 2)."""
+        body, point = reference
+        named = dict(self.mechanism.ground) if body == GROUND else self.mechanism.body(body).points
+        return self.points(body, np.array([named[point]], float))[:, 0]
+
+
+def scene_of(run: xr.Dataset, mechanism: Mechanism, frames: np.ndarray, joints: list[str]) -> Scene:
+    """Everything that a film of a run shows.
+
+    Parameters
+    ----------
+    run : Dataset
+    mechanism : Mechanism
+        The one that was run.
+    frames : ndarray of int
+        Samples of the run, increasing.
+    joints : list of str
+        Loose joints to magnify.
+
+    Returns
+    -------
+    Scene
+    """
+    course = _Course(run, mechanism, frames)
+    bodies = [course.points(body.name, outline(body)) for body in mechanism.bodies]
+    fixed = np.array([place for _, place in mechanism.ground], float).reshape(-1, 2)
+    everything = np.concatenate([*(part.reshape(-1, 2) for part in bodies), fixed])
+    low, high = everything.min(axis=0), everything.max(axis=0)
+    margin = 0.1 * (float(np.max(high - low)) or 1.0)
+    low, high = low - margin, high + margin
+    size = float(np.max(high - low))
+    shapes = [*_guides(mechanism, course, size), *_bodies(mechanism, course, bodies, size), *_springs(mechanism, course, size)]
+    pins = [course.place(joint.bearing) for joint in mechanism.ideal]
+    supported = dict.fromkeys(end for joint in mechanism.joints for end in (joint.journal, joint.bearing) if end[0] == GROUND)
+    return Scene(
+        time=run["time"].values[frames],
+        scale=time_scale(run),
+        shapes=tuple(shapes),
+        pins=np.stack(pins, axis=1) if pins else np.empty((len(frames), 0, 2)),
+        supports=np.array([course.place(end)[0] for end in supported], float).reshape(-1, 2),
+        loose=tuple(_loose(run, mechanism, course, frames, name) for name in joints),
+        low=low,
+        high=high,
+    )
+
+
+def _bodies(mechanism: Mechanism, course: _Course, outlines: list[np.ndarray], size: float) -> list[Shape]:
+    shapes = []
+    for body, points in zip(mechanism.bodies, outlines, strict=True):
+        if points.shape[1] == 1:
+            shapes.append(Shape(body.name, "block", _block(mechanism, course, body.name, points[:, 0], 0.02 * size)))
+        else:
+            shapes.append(Shape(body.name, "bar" if points.shape[1] == 2 else "plate", points))
+    return shapes
+
+
+def _block(mechanism: Mechanism, course: _Course, body: str, middle: np.ndarray, half: float) -> np.ndarray:
+    """The corners of a block, long in the direction of its guide."""
+    tilt = np.zeros(course.count)
+    for guide in mechanism.guides:
+        if guide.follower[0] == body:
+            tilt = guide.direction + (0.0 if guide.body == GROUND else course.angle[:, course.index[guide.body]]) + tilt
+            break
+    corners = half * np.array([[-1.0, -0.6], [1.0, -0.6], [1.0, 0.6], [-1.0, 0.6]])
+    cos, sin = np.cos(tilt)[:, None], np.sin(tilt)[:, None]
+    x, y = corners.T
+    return middle[:, None] + np.stack([cos * x - sin * y, sin * x + cos * y], axis=-1)
+
+
+def _guides(mechanism: Mechanism, course: _Course, size: float) -> list[Shape]:
+    """The lines of the guides, long enough to cross the picture."""
+    shapes = []
+    for guide in mechanism.guides:
+        along = size * np.array([math.cos(guide.direction), math.sin(guide.direction)])
+        ends = np.array(guide.through) + np.array([-1.0, 1.0])[:, None] * along
+        shapes.append(Shape(guide.name, "guide", course.points(guide.body, ends)))
+    return shapes
+
+
+def _springs(mechanism: Mechanism, course: _Course, size: float) -> list[Shape]:
+    """A zigzag between the two points of each spring."""
+    shapes = []
+    share = np.concatenate([[0.0, 0.15], np.linspace(0.2, 0.8, COILS), [0.85, 1.0]])
+    aside = np.concatenate([[0.0, 0.0], np.resize([1.0, -1.0], COILS), [0.0, 0.0]]) * 0.012 * size
+    for element in mechanism.elements:
+        if not isinstance(element, Spring):
+            continue
+        start, end = course.place(element.start), course.place(element.end)
+        along = end - start
+        length = np.linalg.norm(along, axis=-1, keepdims=True)
+        across = np.stack([-along[:, 1], along[:, 0]], axis=-1) / np.where(length > 0.0, length, 1.0)
+        zigzag = start[:, None] + share[:, None] * along[:, None] + aside[:, None] * across[:, None]
+        shapes.append(Shape(element.name, "spring", zigzag))
+    return shapes
+
+
+def _loose(run: xr.Dataset, mechanism: Mechanism, course: _Course, frames: np.ndarray, name: str) -> Loose:
+    joint, here = mechanism.joint(name), run.sel(joint=name)
+    if joint.clearance is None:
+        raise InputError(f"joint '{name}' is loose in the run and ideal in the mechanism", "the mechanism that was run")
+    clearance = float(here["clearance"])
+    eccentricity = GAP / clearance * here["eccentricity"].transpose("time", "axis").values
+    last = int(frames[-1]) + 1
+    fine = np.unique(np.concatenate([frames, np.linspace(0, last - 1, min(last, FINEST)).astype(int)]))
+    # a contact may be shorter than a frame: each frame answers for all samples since the one before
+    begins = np.concatenate([[0], frames[:-1] + 1])
+    force = np.nan_to_num(here["normal_force"].values)[:last]
+    touching = here["in_contact"].values[:last]
+    return Loose(
+        name=name,
+        place=course.place(joint.bearing),
+        journal=eccentricity[frames],
+        way=eccentricity[fine],
+        reached=np.searchsorted(fine, frames, side="right"),
+        touched=np.logical_or.reduceat(touching, begins),
+        force=np.maximum.reduceat(force, begins),
+        gain=GAP * joint.clearance.journal_radius / clearance,
+    )

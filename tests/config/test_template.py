@@ -7,11 +7,17 @@ from pathlib import Path
 
 import pytest
 
-from scissordyn.config.case import ClearanceTable, DriveTable, Run, ScissorTable
+from scissordyn.config.case import CaseTable, Run
+from scissordyn.config.clearance import ClearanceTable
 from scissordyn.config.file import read_case
+from scissordyn.config.motion import DriveTable
+from scissordyn.config.part import PARTS
+from scissordyn.config.starter import STARTERS
+from scissordyn.config.structure import STRUCTURES
 from scissordyn.config.table import table_of
-from scissordyn.config.template import template
+from scissordyn.config.template import TEMPLATES, template
 from scissordyn.errors import InputError
+from scissordyn.simulation.run import simulate
 
 PAPER = Path(__file__).parents[2] / "examples" / "paper.toml"
 
@@ -23,22 +29,39 @@ def test_template_is_the_paper_case(tmp_path: Path) -> None:
     assert read_case(path) == read_case(PAPER)
 
 
-def test_template_shows_every_key_with_its_meaning() -> None:
-    """Identity: each declared key stands in the text, and each line has a remark."""
-    text = template("scissor")
-    for table in (ScissorTable, DriveTable, ClearanceTable, table_of(Run, until="50 ms")):
+@pytest.mark.parametrize("kind", TEMPLATES)
+def test_templates_can_be_run(tmp_path: Path, kind: str) -> None:
+    """Identity: each printed case is read, assembled and runs a few steps to its end."""
+    path = tmp_path / "case.toml"
+    path.write_text(template(kind), encoding="utf-8")
+    case = read_case(path, ["run.until=0.1 ms", "run.samples=3"])
+    assert case.mechanism.loose
+    assert simulate(case.mechanism, **case.run.keywords).attrs["status"] == "complete"
+
+
+@pytest.mark.parametrize("kind", TEMPLATES)
+def test_template_shows_every_key_with_its_meaning(kind: str) -> None:
+    """Identity: each declared key stands in the text, and each line that is not a further table of a list has a remark."""
+    text = template(kind)
+    tables = [STRUCTURES[kind], DriveTable, ClearanceTable, table_of(Run, until="50 ms")]
+    tables += [part.table for name, part in PARTS.items() if kind == "mechanism"]
+    for table in tables:
         for key in table.model_fields:
             assert f"\n{key} = " in text or f"\n# {key} = " in text
+    further = sum(len(values) + 1 for name in PARTS for values in STARTERS[kind].get(name, [])[1:])
+    assert sum(bool(line) and "# " not in line for line in text.splitlines()) == further
     for line in text.splitlines():
-        assert not line or "# " in line
         assert line == line.rstrip()
         assert "None" not in line
 
 
-def test_keys_left_out_can_be_put_in(tmp_path: Path) -> None:
+@pytest.mark.parametrize("kind", TEMPLATES)
+def test_keys_left_out_can_be_put_in(kind: str) -> None:
     """Identity: a commented key is valid TOML once its mark is taken away."""
-    lines = [line[2:] for line in template("scissor").splitlines() if line.startswith("# ") and " = " in line]
-    assert len(lines) == 4
+    keys = {key for name in CaseTable.model_fields if name in PARTS for key in PARTS[name].table.model_fields}
+    keys |= {*DriveTable.model_fields, *ClearanceTable.model_fields}
+    lines = [line[2:] for line in template(kind).splitlines() if line.startswith("# ") and line[2:].split(" = ")[0] in keys]
+    assert len(lines) >= 6
     for line in lines:
         assert len(tomllib.loads(line)) == 1
 

@@ -16,7 +16,7 @@ from scissordyn.model.mechanism import Mechanism
 from scissordyn.model.scissor import scissor
 from scissordyn.units import Quantity, quantities
 
-__all__ = ["STRUCTURE", "STRUCTURES", "MechanismTable", "StructureTable"]
+__all__ = ["STRUCTURE", "STRUCTURES", "BuiltTable", "MechanismTable", "StructureTable"]
 
 _MECHANISM = quantities(Mechanism)
 

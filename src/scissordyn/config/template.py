@@ -60,7 +60,7 @@ def template(kind: str) -> str:
         parts += _list_of(name, starter.get(name, []))
     parts.append(_section("[drive]", DriveTable, starter.get("drive", {})))
     parts.append(_section("[[clearance]]", ClearanceTable, starter.get("clearance", {})))
-    parts += [_section(f"[[{name}]]", PARTS[name].table, {}, out=True) for name in ELEMENTS if kind == "mechanism"]
+    parts += [_section(f"[[{name}]]", PARTS[name].table, {}, out=True) for name in ("weld", *ELEMENTS) if kind == "mechanism"]
     parts.append(_section("[run]", run, starter.get("run", {})))
     if kind != "mechanism":
         parts.append(

@@ -61,10 +61,12 @@ class Film:
         for shape in self.scene.shapes:
             if shape.kind == "block":
                 block = Polygon(shape.points[0], facecolor=LIGHT, edgecolor=BLACK, linewidth=0.9, zorder=1.8)
-                artists.append(self.axes.add_patch(block))
+                self.axes.add_patch(block)
+                artists.append(block)
             elif shape.kind == "plate":
                 plate = Polygon(shape.points[0], facecolor=SKY, alpha=0.35, edgecolor=BLUE, linewidth=1.6, zorder=1.9)
-                artists.append(self.axes.add_patch(plate))
+                self.axes.add_patch(plate)
+                artists.append(plate)
             else:
                 bars += shape.kind == "bar"
                 look = {
@@ -100,7 +102,8 @@ class _Magnified:
         self.axes, self.loose = axes, loose
         self.newton = engineering("N", loose.force)
         axes.add_patch(Circle((0.0, 0.0), 1.0 + GAP, facecolor="white", edgecolor=BLACK, linewidth=1.2))
-        self.journal = axes.add_patch(Circle((0.0, 0.0), 1.0, facecolor=LIGHT, linewidth=1.6))
+        self.journal = Circle((0.0, 0.0), 1.0, facecolor=LIGHT, linewidth=1.6)
+        axes.add_patch(self.journal)
         (self.way,) = axes.plot([], [], color=ORANGE, linewidth=0.9)
         (self.centre,) = axes.plot([], [], "+", markersize=6.0, markeredgewidth=1.0)
         axes.plot(0.0, 0.0, ".", markersize=3.0, color=BLACK)

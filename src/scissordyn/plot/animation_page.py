@@ -25,7 +25,8 @@ RADIUS = 48.0
 SPEEDS = (0.1, 0.25, 0.5, 1, 2, 4)
 
 STYLE = f"""
-body {{ font: 15px/1.4 system-ui, sans-serif; color: {BLACK}; background: #fff; margin: 1rem auto; max-width: 960px; padding: 0 1rem }}
+body {{ font: 15px/1.4 system-ui, sans-serif; color: {BLACK}; background: #fff;
+  margin: 1rem auto; max-width: 960px; padding: 0 1rem }}
 svg {{ display: block; max-width: 100%; height: auto }}
 .controls {{ display: flex; flex-wrap: wrap; gap: .75rem; align-items: center; margin: .5rem 0 }}
 .controls input {{ flex: 1 1 16rem }}

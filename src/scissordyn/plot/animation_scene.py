@@ -172,7 +172,9 @@ def scene_of(run: xr.Dataset, mechanism: Mechanism, frames: np.ndarray, joints: 
     margin = 0.1 * (float(np.max(high - low)) or 1.0)
     low, high = low - margin, high + margin
     size = float(np.max(high - low))
-    shapes = [*_guides(mechanism, course, size), *_bodies(mechanism, course, bodies, size), *_springs(mechanism, course, size)]
+    # blocks first: bars end on them
+    solid = sorted(_bodies(mechanism, course, bodies, size), key=lambda shape: shape.kind != "block")
+    shapes = [*_guides(mechanism, course, size), *solid, *_springs(mechanism, course, size)]
     pins = [course.place(joint.bearing) for joint in mechanism.ideal]
     supported = dict.fromkeys(end for joint in mechanism.joints for end in (joint.journal, joint.bearing) if end[0] == GROUND)
     return Scene(
@@ -207,7 +209,8 @@ def _block(mechanism: Mechanism, course: _Course, body: str, middle: np.ndarray,
     corners = half * np.array([[-1.0, -0.6], [1.0, -0.6], [1.0, 0.6], [-1.0, 0.6]])
     cos, sin = np.cos(tilt)[:, None], np.sin(tilt)[:, None]
     x, y = corners.T
-    return middle[:, None] + np.stack([cos * x - sin * y, sin * x + cos * y], axis=-1)
+    placed: np.ndarray = middle[:, None] + np.stack([cos * x - sin * y, sin * x + cos * y], axis=-1)
+    return placed
 
 
 def _guides(mechanism: Mechanism, course: _Course, size: float) -> list[Shape]:

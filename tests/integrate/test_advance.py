@@ -1,0 +1,207 @@
+"""The integrators on problems that have nothing to do with mechanisms: orders, events, quadratures, dense output."""
+
+import math
+from typing import Annotated, NamedTuple
+
+import numpy as np
+import pytest
+from numba import types
+
+from scissordyn.integrate import advance as loop
+from scissordyn.integrate.problem import make_problem, make_samples, make_work
+from scissordyn.integrate.tableau import METHODS, tableau
+from scissordyn.jit import Handle, kernel, opener
+
+
+class Numbers(NamedTuple):
+    """What the problems below work on."""
+
+    jacobian: Annotated[np.ndarray, types.float64[:, ::1]]
+    matrix: Annotated[np.ndarray, types.float64[:, ::1]]
+    restitution: Annotated[np.ndarray, types.float64[::1]]
+
+
+open_numbers = opener(Numbers)
+
+
+@kernel()
+def swing(t, y, address, dy):
+    """A driven pendulum, which has no closed form, and beside it one stiff state that follows cos t."""
+    dy[0] = y[1]
+    dy[1] = -math.sin(y[0]) + 0.3 * math.sin(2.0 * t)
+    dy[2] = -1e3 * (y[2] - math.cos(t)) - math.sin(t)
+
+
+@kernel()
+def swing_slopes(t, y, address, dy, dt):
+    """The same with its Jacobian."""
+    numbers = open_numbers(address)
+    swing(t, y, address, dy)
+    dt[0] = 0.0
+    dt[1] = 0.6 * math.cos(2.0 * t)
+    dt[2] = -1e3 * math.sin(t) - math.cos(t)
+    numbers.jacobian[:, :] = 0.0
+    numbers.jacobian[0, 1] = 1.0
+    numbers.jacobian[1, 0] = -math.cos(y[0])
+    numbers.jacobian[2, 2] = -1e3
+
+
+@kernel()
+def factorize(hg, address):
+    """W = 1/hg - J."""
+    numbers = open_numbers(address)
+    for i in range(3):
+        for j in range(3):
+            numbers.matrix[i, j] = (1.0 / hg if i == j else 0.0) - numbers.jacobian[i, j]
+    return -1
+
+
+@kernel()
+def solve(r, address):
+    """The blocks (0, 1) and (2) are independent."""
+    m = open_numbers(address).matrix
+    determinant = m[0, 0] * m[1, 1] - m[0, 1] * m[1, 0]
+    first = (m[1, 1] * r[0] - m[0, 1] * r[1]) / determinant
+    r[1] = (m[0, 0] * r[1] - m[1, 0] * r[0]) / determinant
+    r[0] = first
+    r[2] /= m[2, 2]
+
+
+@kernel()
+def pendulum(t, y, address, dy):
+    """The driven pendulum alone."""
+    swing(t, y, address, dy)
+    dy[2] = 0.0
+
+
+@kernel()
+def pendulum_slopes(t, y, address, dy, dt):
+    """The same with its Jacobian."""
+    swing_slopes(t, y, address, dy, dt)
+    dy[2] = dt[2] = 0.0
+    open_numbers(address).jacobian[2, 2] = 0.0
+
+
+@kernel()
+def fall(t, y, address, dy):
+    """A ball under unit gravity; the third state stays."""
+    dy[0] = y[1]
+    dy[1] = -1.0
+    dy[2] = 0.0
+
+
+@kernel()
+def fall_slopes(t, y, address, dy, dt):
+    """The same with its Jacobian."""
+    numbers = open_numbers(address)
+    fall(t, y, address, dy)
+    dt[:] = 0.0
+    numbers.jacobian[:, :] = 0.0
+    numbers.jacobian[0, 1] = 1.0
+
+
+@kernel()
+def stay(t, y, address):
+    """No manifold to return to."""
+    return False
+
+
+@kernel()
+def height(t, y, address, value, rate):
+    """Rises through zero when the ball reaches the floor."""
+    value[0], rate[0] = -y[0], -y[1]
+
+
+@kernel()
+def bounce(t, y, guard, address, record):
+    """Newton's restitution."""
+    record[0] = y[1]
+    y[1] *= -open_numbers(address).restitution[0]
+
+
+@kernel()
+def energies(t, y, address, power, watched):
+    """The ball's speed squared to integrate, its speed to watch."""
+    power[0] = y[1] * y[1]
+    watched[0] = abs(y[1])
+
+
+def run(name, rate, linearise, start, until, tolerance, samples, *, floor):
+    """Advance one of the problems; returns samples, log, integrals, counters."""
+    numbers = Numbers(np.zeros((3, 3)), np.zeros((3, 3)), np.array([0.8]))
+    handle, T = Handle(numbers), tableau(name)
+    functions = {"rate": rate, "linearise": linearise, "factorize": factorize, "solve": solve, "project": stay}
+    problem = make_problem({**functions, "guards": height, "reset": bounce, "powers": energies})
+    guards = 1 if floor else 0
+    work = make_work(
+        np.array(start),
+        T,
+        atol=np.full(3, tolerance),
+        rtol=np.full(3, tolerance),
+        group=np.array([0, 1, 2, 3], np.int64),
+        mode=np.zeros(guards, np.int64),
+        memory=np.zeros(guards),
+        precision=np.full(guards, 1e-13),
+        quadratures=1,
+    )
+    out, log = make_samples(np.linspace(0.0, until, samples), work), np.zeros((100, 5 + loop.RECORD))
+    if not floor:  # powers and guards write one number each
+        work = work._replace(value=np.zeros(1), rate=np.zeros(1), watched=np.zeros((T.gauss.size + 3, 1)))
+    clock, count = np.array([0.0, 1e-3, until, until, until]), np.zeros(8, np.int64)
+    status = loop.ADVANCING
+    while status == loop.ADVANCING:
+        status = loop.advance(problem, T, handle.address, clock, count, work, out, log, 10000)
+    assert status == loop.FINISHED
+    return out, log[: count[loop.EVENTS]], work.total, count
+
+
+@pytest.mark.parametrize("name", METHODS)
+def test_error_follows_tolerance(name):
+    """Order of convergence: the end error falls in proportion to the tolerance, within a factor of ten over four decades."""
+    reference = run("dop853", swing, swing_slopes, [1.0, 0.5, 1.0], 4.0, 1e-13, 2, floor=False)[0].state[-1]
+    errors = []
+    for tolerance in (1e-6, 1e-8, 1e-10):
+        end = run(name, swing, swing_slopes, [1.0, 0.5, 1.0], 4.0, tolerance, 2, floor=False)[0].state[-1]
+        errors.append(np.max(np.abs(end - reference)))
+    assert errors[-1] < 3e-9
+    assert 10.0 < errors[0] / errors[1] < 1e4
+    assert 10.0 < errors[1] / errors[2] < 1e4
+
+
+@pytest.mark.parametrize(("name", "order"), [("dop853", 8), ("dopri5", 5), ("rodas5p", 5), ("rodas4p", 4)])
+def test_order(name, order):
+    """Order of convergence: fitted from end errors against numbers of steps of the pendulum, the median over nine starts."""
+    tolerances = [1e-6, 1e-7, 1e-8, 1e-9] if order < 8 else [1e-7, 1e-8, 1e-9, 1e-10, 1e-11]
+    fitted = []
+    for angle in np.linspace(0.5, 1.5, 9):
+        start, steps, errors = [float(angle), 0.5, 0.0], [], []
+        exact = run("dop853", pendulum, pendulum_slopes, start, 10.0, 1e-14, 2, floor=False)[0].state[-1]
+        for tolerance in tolerances:
+            out, _, _, count = run(name, pendulum, pendulum_slopes, start, 10.0, tolerance, 2, floor=False)
+            steps.append(int(count[loop.STEPS]))
+            errors.append(float(np.max(np.abs(out.state[-1] - exact))))
+        fitted.append(-np.polyfit(np.log(steps), np.log(errors), 1)[0])
+    assert order - 0.3 < float(np.median(fitted)) < order + 0.7
+
+
+@pytest.mark.parametrize("name", METHODS)
+def test_bouncing_ball(name):
+    """Closed form: impacts of a ball that bounces with restitution 0.8, its arcs, and the integral of its speed squared."""
+    out, log, total, _ = run(name, fall, fall_slopes, [1.0, 0.0, 0.0], 7.0, 1e-10, 701, floor=True)
+    first = math.sqrt(2.0)
+    speeds = first * 0.8 ** np.arange(log.shape[0])
+    times = first + np.cumsum(np.concatenate([[0.0], 2.0 * 0.8 * speeds[:-1]]))
+    assert log.shape[0] >= 4
+    assert np.allclose(log[:, 0], times, atol=1e-9)
+    assert np.allclose(log[:, 3], -speeds, atol=1e-9)
+    last = int(np.sum(times < 7.0))
+    arcs = np.array([2.0 * (0.8 * v) ** 3 / 3.0 for v in speeds[: last - 1]])
+    rest, up = 7.0 - times[last - 1], 0.8 * speeds[last - 1]
+    exact = first**3 / 3.0 + np.sum(arcs) + (up**3 - (up - rest) ** 3) / 3.0
+    assert float(total[0]) == pytest.approx(exact, rel=1e-9)
+    for at in (50, 120, 320, 500):
+        t = out.time[at]
+        k = int(np.sum(times < t))
+        since = t - (times[k - 1] if k else 0.0)
+        expected = 1.0 - 0.5 * t * t if k == 0 else 0.8 * speeds[k - 1] * since - 0.5 * since * since
+        assert out.state[at, 0] == pytest.approx(expected, abs=1e-8)

@@ -15,11 +15,15 @@ if TYPE_CHECKING:
     from scissordyn.laws.friction.lugre import LuGre
     from scissordyn.laws.friction.none import NoFriction
     from scissordyn.laws.material import STEEL, Material
+    from scissordyn.model.array import hoberman_ring, mast, polar_scissor
+    from scissordyn.model.bar import angulated_bar
     from scissordyn.model.body import Body, bar, point_mass
     from scissordyn.model.clearance import Clearance
     from scissordyn.model.drive import ConstantSpeed, Drive, Harmonic, TableMotion, tabulated
     from scissordyn.model.joint import Guide, Revolute
+    from scissordyn.model.linkage import common_pin, four_bar, n_four_bar, slider_crank
     from scissordyn.model.mechanism import Mechanism
+    from scissordyn.model.payload import with_panels, with_payload
     from scissordyn.model.scissor import scissor
     from scissordyn.simulation.run import replay, simulate
     from scissordyn.simulation.store import load, save
@@ -46,16 +50,26 @@ __all__ = [
     "Revolute",
     "ScissordynError",
     "TableMotion",
+    "angulated_bar",
     "bar",
+    "common_pin",
     "degrees",
+    "four_bar",
+    "hoberman_ring",
     "load",
+    "mast",
+    "n_four_bar",
     "point_mass",
+    "polar_scissor",
     "replay",
     "rpm",
     "save",
     "scissor",
     "simulate",
+    "slider_crank",
     "tabulated",
+    "with_panels",
+    "with_payload",
 ]
 
 # where each public name lives; it is imported when first used, so that `import scissordyn` costs nothing
@@ -69,11 +83,15 @@ _HOMES = {
     "laws.friction.lugre": ("LuGre",),
     "laws.friction.none": ("NoFriction",),
     "laws.material": ("STEEL", "Material"),
+    "model.array": ("hoberman_ring", "mast", "polar_scissor"),
+    "model.bar": ("angulated_bar",),
     "model.body": ("Body", "bar", "point_mass"),
     "model.clearance": ("Clearance",),
     "model.drive": ("ConstantSpeed", "Drive", "Harmonic", "TableMotion", "tabulated"),
     "model.joint": ("Guide", "Revolute"),
+    "model.linkage": ("common_pin", "four_bar", "n_four_bar", "slider_crank"),
     "model.mechanism": ("Mechanism",),
+    "model.payload": ("with_panels", "with_payload"),
     "model.scissor": ("scissor",),
     "simulation.run": ("replay", "simulate"),
     "simulation.store": ("load", "save"),

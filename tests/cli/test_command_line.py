@@ -177,6 +177,8 @@ def test_bad_cases_are_refused_in_one_line(folder: Path, capsys: pytest.CaptureF
         (("--plot", "taken"), "'taken' is a file"),
         (("--plot", "taken/figures"), "is a file"),
         (("--plot", "/proc/figures"), "cannot write"),
+        (("--animate", "no/such/folder/film.gif"), "No such file or directory"),
+        (("--animate", "film.gfi"), "did you mean 'gif'"),
     ],
 )
 def test_places_that_cannot_be_written_are_found_before_the_run(
@@ -255,11 +257,21 @@ def test_check_says_what_would_be_run(folder: Path, capsys: pytest.CaptureFixtur
     assert not list(folder.iterdir())
 
 
-def test_new_prints_a_case_that_can_be_checked(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+@pytest.mark.parametrize("structure", ["scissor", "mechanism"])
+def test_new_prints_a_case_that_can_be_checked(folder: Path, capsys: pytest.CaptureFixture[str], structure: str) -> None:
     """Identity: the printed case file is accepted."""
-    assert status_of(["new", "scissor"]) == 0
+    assert status_of(["new", structure]) == 0
     (folder / "case.toml").write_text(capsys.readouterr().out)
     assert status_of(["check", "case.toml"]) == 0
+
+
+@pytest.mark.parametrize("name", ["film.gif", "film.html"])
+def test_a_film_is_made_when_asked_for(folder: Path, capsys: pytest.CaptureFixture[str], name: str) -> None:
+    """Identity: the file that is named is there, of its kind, and nothing else."""
+    assert status_of(["run", str(PAPER), "--animate", name, *SHORT]) == 0
+    assert capsys.readouterr().out.splitlines()[-1] == name
+    assert [path.name for path in folder.iterdir()] == [name]
+    assert (folder / name).read_bytes().startswith(b"GIF89a" if name == "film.gif" else b"<!DOCTYPE html>")
 
 
 def test_help_is_shown_when_nothing_is_typed(capsys: pytest.CaptureFixture[str]) -> None:

@@ -24,6 +24,7 @@ from scissordyn.laws.material import STEEL, Material
 from scissordyn.model.clearance import Clearance
 from scissordyn.model.drive import ConstantSpeed, Harmonic, TableMotion
 from scissordyn.model.scissor import scissor
+from scissordyn.simulation.run import simulate
 from scissordyn.units import degrees, rpm
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
@@ -68,6 +69,15 @@ def test_examples_are_whole(path: Path) -> None:
     mechanism = read_case(path).mechanism
     assert mechanism.drives or mechanism.elements
     assert path.read_text(encoding="utf-8").startswith("# ")
+
+
+def test_the_slider_crank_meets_its_bearing_as_it_should() -> None:
+    """Cross-check: the first contact of the example against the second formulation's, of theory.md section 7."""
+    case = read_case(EXAMPLES / "slider_crank.toml", ["run.until=0.4 ms", "run.samples=3"])
+    run = simulate(case.mechanism, **case.run.keywords)
+    found = [float(run[name][0]) for name in ("contact_start", "approach_speed", "contact_angle")]
+    assert found == pytest.approx([2.27286032e-4, 4.38578315, math.radians(177.912104)], rel=1e-7)
+    assert float(run["peak_force"][0]) == pytest.approx(45872.3, rel=2e-6)
 
 
 @pytest.mark.parametrize("kind", [kind for kind, table in STRUCTURES.items() if issubclass(table, BuiltTable)])

@@ -28,7 +28,7 @@ _DEFAULT: dict[str, Any] = {
 class ClearanceTable(Table):
     """A loose joint."""
 
-    joint: Annotated[str, Field(description="the loose joint, or a pattern of names", examples=["A"])]
+    joint: Annotated[str, Field(description='the loose joint, or several: "all", "pivots", "unit 1/*"', examples=["A"])]
     clearance: Annotated[float, _GAP["clearance"], Field(examples=["0.5 mm"])]
     journal_radius: Annotated[float, _GAP["journal_radius"]] = _DEFAULT["journal_radius"]
     bearing_length: Annotated[float, _GAP["bearing_length"]] = _DEFAULT["bearing_length"]

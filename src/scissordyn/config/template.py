@@ -26,6 +26,9 @@ OPTIONAL: Mapping[type[Table], tuple[str, ...]] = {
     DriveTable: tuple(DriveTable.model_fields),
     ClearanceTable: ("bearing_material",),
     **{
+        table: tuple(key for key, field in table.model_fields.items() if field.default is None) for table in STRUCTURES.values()
+    },
+    **{
         part.table: tuple(key for key, field in part.table.model_fields.items() if not field.is_required())
         for part in PARTS.values()
     },
@@ -58,7 +61,8 @@ def template(kind: str) -> str:
     parts.append(_section("[structure]", STRUCTURES[kind], starter.get("structure", {})))
     for name in PARTS:
         parts += _list_of(name, starter.get(name, []))
-    parts.append(_section("[drive]", DriveTable, starter.get("drive", {})))
+    if "drive" in starter:
+        parts.append(_section("[drive]", DriveTable, starter["drive"]))
     parts.append(_section("[[clearance]]", ClearanceTable, starter.get("clearance", {})))
     parts += [_section(f"[[{name}]]", PARTS[name].table, {}, out=True) for name in ("weld", *ELEMENTS) if kind == "mechanism"]
     parts.append(_section("[run]", run, starter.get("run", {})))

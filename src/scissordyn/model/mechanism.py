@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from collections.abc import Iterable
+from collections import Counter
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Annotated, Any, TypeVar
 
 from scissordyn.errors import InputError, did_you_mean
@@ -14,6 +16,7 @@ from scissordyn.model.clearance import Clearance
 from scissordyn.model.drive import ConstantSpeed, Drive, Motion
 from scissordyn.model.element import Element, Force, Spring, Weld
 from scissordyn.model.joint import BodyPoint, Guide, Revolute
+from scissordyn.model.pattern import matching
 from scissordyn.units import Quantity, check_quantities
 
 __all__ = ["Mechanism"]
@@ -105,11 +108,19 @@ class Mechanism:
 
     def body(self, name: str) -> Body:
         """The body of that name."""
-        return _named("body", name, self.bodies)
+        return _named("body", name, self._bodies)
 
     def joint(self, name: str) -> Revolute:
         """The revolute joint of that name."""
-        return _named("joint", name, self.joints)
+        return _named("joint", name, self._joints)
+
+    @cached_property
+    def _bodies(self) -> dict[str, Body]:
+        return {body.name: body for body in self.bodies}
+
+    @cached_property
+    def _joints(self) -> dict[str, Revolute]:
+        return {joint.name: joint for joint in self.joints}
 
     def place(self, reference: BodyPoint) -> Point:
         """Where a point of a body or of the ground is at the start [m]."""
@@ -131,28 +142,27 @@ class Mechanism:
         """The joints without clearance, in order."""
         return tuple(joint for joint in self.joints if joint.clearance is None)
 
-    def loosen(self, joint: str, clearance: Clearance) -> Mechanism:
-        """The same mechanism with a clearance at one joint.
+    def loosen(self, joints: str | Iterable[str], clearance: Clearance) -> Mechanism:
+        """The same mechanism with a clearance at one joint or at several.
 
         Parameters
         ----------
-        joint : str
-            Name of a revolute joint.
+        joints : str or iterable of str
+            Names of revolute joints, "all", "pivots" (inside the units of an array), "ends" (between units), or patterns
+            such as "unit 3/*".
         clearance : Clearance
 
         Returns
         -------
         Mechanism
         """
-        return self._with_joint(dataclasses.replace(self.joint(joint), clearance=clearance))
+        names = matching("joint", joints, [joint.name for joint in self.joints])
+        return self._with_joints(dataclasses.replace(self.joint(name), clearance=clearance) for name in names)
 
     def tighten(self, *joints: str) -> Mechanism:
         """The same mechanism with ideal joints, all of them if none is named."""
-        names = joints or tuple(joint.name for joint in self.loose)
-        tight = self
-        for name in names:
-            tight = tight._with_joint(dataclasses.replace(self.joint(name), clearance=None))
-        return tight
+        names = {self.joint(name).name for name in joints} or {joint.name for joint in self.loose}
+        return self._with_joints(dataclasses.replace(self.joint(name), clearance=None) for name in names)
 
     def driven(self, motion: Motion | None = None, *, speed: float | None = None, body: str = "") -> Mechanism:
         """The same mechanism with a body driven, in place of any drive that the body had.
@@ -201,24 +211,23 @@ class Mechanism:
         loose = self.joint(joint)
         if loose.clearance is None or not inner:
             raise InputError(f"replace({path!r})", "JOINT.FIELD of a loose joint, or one of " + ", ".join(sorted(names)))
-        return self._with_joint(dataclasses.replace(loose, clearance=_replace_inside(loose.clearance, inner, value)))
+        return self._with_joints([dataclasses.replace(loose, clearance=_replace_inside(loose.clearance, inner, value))])
 
-    def _with_joint(self, changed: Revolute) -> Mechanism:
-        joints = tuple(changed if joint.name == changed.name else joint for joint in self.joints)
-        return dataclasses.replace(self, joints=joints)
+    def _with_joints(self, changed: Iterable[Revolute]) -> Mechanism:
+        new = {joint.name: joint for joint in changed}
+        return dataclasses.replace(self, joints=tuple(new.get(joint.name, joint) for joint in self.joints))
 
 
-def _named(what: str, name: str, items: Iterable[Named]) -> Named:
-    found = {item.name: item for item in items}
+def _named(what: str, name: str, found: Mapping[str, Named]) -> Named:
     if name not in found:
         raise InputError(f"{what} '{name}'{did_you_mean(name, found)}", "one of " + (", ".join(found) or "none"))
     return found[name]
 
 
 def _check_unique(what: str, names: list[str]) -> None:
-    twice = sorted({name for name in names if names.count(name) > 1})
-    if twice:
-        raise InputError(f"{what} '{twice[0]}' given {names.count(twice[0])} times", "each name once")
+    name, times = Counter(names).most_common(1)[0] if names else ("", 0)
+    if times > 1:
+        raise InputError(f"{what} '{name}' given {times} times", "each name once")
 
 
 def _replace_inside(described: Any, path: str, value: Any) -> Any:

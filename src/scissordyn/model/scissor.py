@@ -10,7 +10,45 @@ from scissordyn.model.body import GROUND, bar, point_mass
 from scissordyn.model.joint import Guide, Revolute
 from scissordyn.model.mechanism import Mechanism
 
-__all__ = ["scissor"]
+__all__ = ["check_units", "joints_of_units", "scissor"]
+
+
+def check_units(units: int, least: int = 1) -> None:
+    """Raise `InputError` unless there are enough units."""
+    if isinstance(units, bool) or not isinstance(units, int) or units < least:
+        raise InputError(f"units = {units!r}", f"a whole number >= {least}")
+
+
+def joints_of_units(
+    units: int, *, pivot: str, sides: tuple[str, str] = ("upper", "lower"), closed: bool = False
+) -> tuple[Revolute, ...]:
+    """The joints inside and between scissor units.
+
+    Parameters
+    ----------
+    units : int
+    pivot : str
+        Name of the bars' point at which they cross.
+    sides : (str, str)
+        Names of the joints at the ends of bar 1 and of bar 2, where the next unit starts with its other bar.
+    closed : bool
+        Whether the last unit is joined to the first.
+
+    Returns
+    -------
+    tuple of Revolute
+        "unit 1/pivot", "unit 1/upper", "unit 1/lower", "unit 2/pivot", ...
+    """
+    joints = []
+    for unit in range(1, units + 1):
+        joints.append(Revolute(f"unit {unit}/pivot", (f"unit {unit}/bar 1", pivot), (f"unit {unit}/bar 2", pivot)))
+        if unit == units and not closed:
+            continue
+        following = unit % units + 1
+        for side, here, there in zip(sides, (1, 2), (2, 1), strict=True):
+            ends = (f"unit {unit}/bar {here}", "end"), (f"unit {following}/bar {there}", "start")
+            joints.append(Revolute(f"unit {unit}/{side}", *ends))
+    return tuple(joints)
 
 
 def scissor(
@@ -46,8 +84,7 @@ def scissor(
         Bodies "unit 1/bar 1", "unit 1/bar 2", ... and "slider"; joints "O" (ground pin), "A" (slider),
         "unit 1/pivot", ... and "unit 1/upper", "unit 1/lower" between units 1 and 2; guide "guide".
     """
-    if isinstance(units, bool) or not isinstance(units, int) or units < 1:
-        raise InputError(f"units = {units!r}", "a whole number >= 1")
+    check_units(units)
     if reading not in ("A", "B"):
         raise InputError(f"reading = {reading!r}", '"A" or "B"')
     if not (math.isfinite(angle) and 0.0 < angle < 0.5 * math.pi):
@@ -61,23 +98,20 @@ def scissor(
     height = bar_length * math.sin(angle) * (1.0 if reading == "A" else -1.0)
     width = bar_length * math.cos(angle)
 
-    bodies, joints = [], []
+    bodies = []
     for unit in range(1, units + 1):
         starts = {pinned: ((unit - 1) * width, 0.0), coupler: ((unit - 1) * width, height)}
         for number in (1, 2):
             name = f"unit {unit}/bar {number}"
             bodies.append(bar(name, length=bar_length, mass=bar_mass, position=starts[number], angle=lean[number]))
-        joints.append(Revolute(f"unit {unit}/pivot", (f"unit {unit}/bar 1", "middle"), (f"unit {unit}/bar 2", "middle")))
-        if unit < units:
-            for place, here, there in (("upper", 1, 2), ("lower", 2, 1)):
-                ends = (f"unit {unit}/bar {here}", "end"), (f"unit {unit + 1}/bar {there}", "start")
-                joints.append(Revolute(f"unit {unit}/{place}", *ends))
     bodies.append(point_mass("slider", mass=slider_mass, position=(0.0, height)))
-    joints.insert(0, Revolute("O", (f"unit 1/bar {pinned}", "start"), (GROUND, "origin")))
-    joints.insert(1, Revolute("A", (f"unit 1/bar {coupler}", "start"), ("slider", "centre")))
+    supports = (
+        Revolute("O", (f"unit 1/bar {pinned}", "start"), (GROUND, "origin")),
+        Revolute("A", (f"unit 1/bar {coupler}", "start"), ("slider", "centre")),
+    )
     return Mechanism(
         bodies=tuple(bodies),
-        joints=tuple(joints),
+        joints=(*supports, *joints_of_units(units, pivot="middle")),
         guides=(Guide("guide", ("slider", "centre"), direction=0.5 * math.pi),),
         ground=(("origin", (0.0, 0.0)),),
         gravity=gravity,

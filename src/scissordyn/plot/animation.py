@@ -19,7 +19,10 @@ from scissordyn.plot.series import chosen_joints, loose_joints
 
 __all__ = ["FILMS", "animate", "check_film"]
 
-FILMS = ("gif", "mp4", "html")
+RATES = {"gif": 10, "mp4": 25, "html": 25}
+"""Frames per second by format. A GIF is held in memory as a whole before it is written, and grows with every frame."""
+
+FILMS = tuple(RATES)
 
 
 def check_film(path: str | os.PathLike[str]) -> None:
@@ -45,7 +48,7 @@ def animate(
     path: str | os.PathLike[str],
     *,
     seconds: float = 6.0,
-    rate: int = 25,
+    rate: int | None = None,
     joints: Sequence[str] | None = None,
 ) -> Path:
     """Write a film of a run, with its loose joints magnified beside the structure.
@@ -59,8 +62,8 @@ def animate(
         Ends in .gif, .mp4 (where there is ffmpeg) or .html (a page with a player, of one piece).
     seconds : float
         How long the film lasts [s]; the run is shown slower or faster accordingly.
-    rate : int
-        Frames per second; a run with fewer samples than frames is shown with fewer.
+    rate : int, optional
+        Frames per second, 25 if not given, of a GIF 10; a run with fewer samples than frames is shown with fewer.
     joints : sequence of str, optional
         Which loose joints to magnify; those with the largest forces if not given.
 
@@ -74,7 +77,9 @@ def animate(
         If the format is another one, the run too short, a named joint is not loose, or the file cannot be written.
     """
     check_film(path)
-    samples = run.sizes["time"]
+    target, samples = Path(path), run.sizes["time"]
+    if rate is None:
+        rate = RATES[target.suffix.lower().removeprefix(".")]
     if samples < 2:
         raise InputError("a run of fewer than two samples", "a run that got further")
     if not (np.isfinite(seconds) and seconds > 0.0 and rate >= 1):
@@ -84,7 +89,6 @@ def animate(
     scene = scene_of(run, mechanism, frames, chosen)
     shown = max(1, round(len(frames) / seconds))
     slower = len(frames) / shown / float(scene.time[-1] - scene.time[0])
-    target = Path(path)
     try:
         # written beside its place first, so that a film is there whole or not at all
         with tempfile.TemporaryDirectory(dir=target.parent, prefix=f".{target.stem}.") as folder:

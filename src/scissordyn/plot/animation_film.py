@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import subprocess
 from pathlib import Path
 
 import numpy as np
@@ -12,8 +13,7 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Circle, Polygon
 
 from scissordyn.errors import InputError
-from scissordyn.plot.animation_scene import GAP, TRAIL, Loose, Scene, pace
-from scissordyn.plot.scale import engineering
+from scissordyn.plot.animation_scene import GAP, TRAIL, Loose, Scene, newtons, pace
 from scissordyn.plot.style import BLACK, BLUE, GREEN, GREY, LIGHT, ORANGE, PURPLE, SKY, SMALL, VERMILION, dress
 
 __all__ = ["Film", "write_film"]
@@ -100,7 +100,6 @@ class _Magnified:
 
     def __init__(self, axes: Axes, loose: Loose) -> None:
         self.axes, self.loose = axes, loose
-        self.newton = engineering("N", loose.force)
         axes.add_patch(Circle((0.0, 0.0), 1.0 + GAP, facecolor="white", edgecolor=BLACK, linewidth=1.2))
         self.journal = Circle((0.0, 0.0), 1.0, facecolor=LIGHT, linewidth=1.6)
         axes.add_patch(self.journal)
@@ -123,7 +122,7 @@ class _Magnified:
         self.centre.set_color(color)
         first = loose.reached[max(0, frame - TRAIL)] - 1
         self.way.set_data(*loose.way[first : loose.reached[frame]].T)
-        state = f"{self.newton.factor * loose.force[frame]:.3g} {self.newton.unit}" if loose.touched[frame] else "free"
+        state = newtons(float(loose.force[frame])) if loose.touched[frame] else "free"
         self.axes.set_title(f"{loose.name}: {state}", fontsize=SMALL, color=BLACK)
 
 
@@ -169,7 +168,7 @@ def write_film(scene: Scene, path: Path, rate: int, slower: float) -> None:
     Raises
     ------
     InputError
-        If an MP4 is wanted where there is no ffmpeg.
+        If an MP4 is wanted where there is no ffmpeg, or one that cannot code it.
     """
     film = Film(scene, slower)
     writer: AbstractMovieWriter
@@ -181,7 +180,10 @@ def write_film(scene: Scene, path: Path, rate: int, slower: float) -> None:
         writer = FFMpegWriter(fps=rate, codec="h264", extra_args=even)
     else:
         writer = PillowWriter(fps=rate)
-    with writer.saving(film.figure, str(path), DPI):
-        for frame in range(len(scene.time)):
-            film.show(frame)
-            writer.grab_frame()
+    try:
+        with writer.saving(film.figure, str(path), DPI):
+            for frame in range(len(scene.time)):
+                film.show(frame)
+                writer.grab_frame()
+    except subprocess.CalledProcessError as error:
+        raise InputError(f"ffmpeg could not write the film (exit status {error.returncode})", "film.gif or film.html") from None

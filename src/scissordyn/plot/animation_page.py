@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from scissordyn.plot.animation_scene import GAP, TRAIL, Loose, Scene, pace
+from scissordyn.plot.animation_scene import GAP, TRAIL, Loose, Scene, newtons, pace
 from scissordyn.plot.scale import engineering
 from scissordyn.plot.style import BLACK, BLUE, GREEN, GREY, LIGHT, ORANGE, PURPLE, SKY, VERMILION
 
@@ -32,8 +32,10 @@ svg {{ display: block; max-width: 100%; height: auto }}
 .controls input {{ flex: 1 1 16rem }}
 .controls output {{ min-width: 8em; font-variant-numeric: tabular-nums }}
 button, select {{ font: inherit; padding: .2rem .8rem }}
-.joints {{ display: flex; flex-wrap: wrap; gap: 1rem }}
-figure {{ margin: 0; text-align: center }}
+.stage, .joints {{ display: flex; flex-wrap: wrap; gap: 1rem; align-items: center }}
+.stage > svg {{ flex: none }}
+.joints {{ flex: 1 1 160px; justify-content: center }}
+figure {{ flex: none; margin: 0; text-align: center }}
 figcaption {{ font-size: 13px; font-variant-numeric: tabular-nums }}
 small {{ color: {GREY} }}
 .bar, .plate, .spring, .guide, .way {{ fill: none; stroke-linejoin: round; stroke-linecap: round }}
@@ -99,7 +101,7 @@ document.addEventListener("keydown", event => {
   if (event.key === " ") { event.preventDefault(); play(!playing); }
   else if (move) { event.preventDefault(); go(Math.floor(now) + move); }
 });
-const wanted = Number(new URLSearchParams(location.search).get("frame") || location.hash.slice(1) || 0);
+const wanted = Number(location.hash.slice(1));
 go(Number.isFinite(wanted) ? Math.floor(wanted) : 0);
 """
 
@@ -156,9 +158,14 @@ def page(scene: Scene, rate: int, slower: float) -> str:
 <style>{STYLE}</style>
 </head>
 <body>
+<div class="stage">
 <svg viewBox="0 0 {width:.1f} {height:.1f}" width="{width:.0f}" height="{height:.0f}" role="img" aria-label="the mechanism">
 {_drawing(scene, gain, pixels(scene.supports))}
 </svg>
+<div class="joints">
+{figures}
+</div>
+</div>
 <div class="controls">
 <button id="play" type="button">Play</button>
 <input id="frame" type="range" min="0" max="{len(scene.time) - 1}" value="0" aria-label="frame">
@@ -166,9 +173,6 @@ def page(scene: Scene, rate: int, slower: float) -> str:
 <label>speed <select id="pace">{options}</select></label>
 </div>
 <small>{_extent(scene)} At speed 1×: {pace(slower)}. Space plays, arrow keys step.</small>
-<div class="joints">
-{figures}
-</div>
 <script type="application/json" id="film">{data}</script>
 <script>{PLAYER}</script>
 </body>
@@ -204,13 +208,12 @@ def _drawing(scene: Scene, gain: float, supports: np.ndarray) -> str:
 def _magnified(loose: Loose) -> dict[str, Any]:
     """What the player needs to know of a joint; y points down on a screen."""
     screen = RADIUS * np.array([1.0, -1.0])
-    newton = engineering("N", loose.force)
     return {
         "journal": _numbers(screen * loose.journal),
         "way": _numbers((screen * loose.way).ravel()),
         "reached": loose.reached.tolist(),
         "touched": loose.touched.astype(int).tolist(),
-        "force": [f"{newton.factor * force:.3g} {newton.unit}" for force in loose.force.tolist()],
+        "force": [newtons(force) for force in loose.force.tolist()],
     }
 
 

@@ -14,10 +14,10 @@ from scissordyn.model.element import Spring
 from scissordyn.model.joint import BodyPoint
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.plot.place import outline
-from scissordyn.plot.scale import Scale
+from scissordyn.plot.scale import Scale, engineering
 from scissordyn.plot.series import time_scale
 
-__all__ = ["GAP", "TRAIL", "Loose", "Scene", "Shape", "pace", "scene_of"]
+__all__ = ["GAP", "TRAIL", "Loose", "Scene", "Shape", "newtons", "pace", "scene_of"]
 
 GAP = 0.35
 """The clearance of a magnified joint as a fraction of the drawn journal's radius."""
@@ -110,6 +110,12 @@ class Scene:
     loose: tuple[Loose, ...]
     low: np.ndarray
     high: np.ndarray
+
+
+def newtons(force: float) -> str:
+    """A force for people."""
+    scale = engineering("N", force)
+    return f"{scale.factor * force:.3g} {scale.unit}"
 
 
 def pace(slower: float) -> str:

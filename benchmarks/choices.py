@@ -1,0 +1,148 @@
+"""Figures behind single decisions: the weight of hidden states, the energy books, LuGre's constants, how kernels get arrays."""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+from typing import Any
+from unittest import mock
+
+import numba
+import numpy as np
+from numba import types
+from numba.core.types.function_type import CompileResultWAP
+
+import scissordyn as sd
+from benchmarks.cases import FRICTION, UNTIL, array, name_of
+from benchmarks.measure import command, interleaved, table
+from scissordyn.integrate import tableau
+from scissordyn.integrate.quadrature import gauss_nodes, primitives
+from scissordyn.jit import Handle
+from scissordyn.mechanics.layout import lay_out
+from scissordyn.mechanics.system import build_system, open_system
+from scissordyn.simulation import trajectory
+
+CALLS = 300_000
+
+
+def measure(quick: bool = False) -> str:
+    """All four."""
+    return "\n".join((_hidden_states(), _books(), _reversal(), _handing_over(3 if quick else 9)))
+
+
+def _hidden_states() -> str:
+    rows = []
+    for kinetic in (0.01, 0.1):
+        reference = sd.simulate(array(kinetic), until=UNTIL, rtol=1e-12, atol=1e-12)["contact_start"].values
+        for weight in (1.0, 10.0, 100.0, 1000.0):
+            with mock.patch.object(trajectory, "HIDDEN_STATES", weight):
+                run = sd.simulate(array(kinetic), until=UNTIL)
+            errors = np.abs(run["contact_start"].values[:5] - reference[:5])
+            steps = json.loads(run.attrs["statistics"])["steps"]
+            rows.append([f"{name_of(kinetic)}, {weight:g}", str(steps), *(f"{errors[k]:.0e}" for k in (1, 2, 4))])
+    text = "Hidden states weighed more loosely by a factor: errors of the starts of contacts 2, 3 and 5 [s] at 1e-8.\n\n"
+    return text + table(["case, factor", "steps", "contact 2", "contact 3", "contact 5"], rows)
+
+
+def _books() -> str:
+    rows = []
+    for kinetic in FRICTION:
+        for points in (2, 3, 4, 5):
+            with mock.patch.object(trajectory, "tableau", lambda name, k=points: _with_nodes(name, k)):
+                run = sd.simulate(array(kinetic), until=UNTIL)
+            residual = float(abs(run["energy_residual"]).max() / run["kinetic_energy"].max())
+            chosen = json.loads(run.attrs["statistics"])["method"]
+            own = " (chosen)" if tableau.tableau(chosen).gauss.size == points else ""
+            rows.append([f"{name_of(kinetic)}, {points} nodes{own}", chosen, f"{residual:.1e}"])
+    text = "Largest energy residual over the largest kinetic energy at 1e-8, by Gauss nodes of the books in each step.\n\n"
+    return text + table(["case", "method", "residual"], rows)
+
+
+def _with_nodes(name: str, points: int) -> tableau.Tableau:
+    nodes = gauss_nodes(points)
+    return tableau.tableau(name)._replace(gauss=nodes, primitive=primitives(nodes))
+
+
+def _reversal() -> str:
+    rows = []
+    for damping in (316.0, 31.6, 3.16, 0.0):
+        friction = sd.LuGre(kinetic=0.1, bristle_damping=damping)
+        mechanism = array(None).loosen("A", dataclasses.replace(sd.Clearance(0.5e-3), friction=friction))
+        run = sd.simulate(mechanism, until=UNTIL, samples=50_001)
+        joint = run.sel(joint="A")
+        normal = joint["normal_force"].values
+        # below a newton both forces round to nothing and their ratio to anything
+        pressed = normal > 1.0
+        ratio = np.where(pressed, np.abs(joint["friction_force"].values) / np.where(pressed, normal, 1.0), 0.0)
+        loaded = np.where(normal > 1000.0, ratio, 0.0)
+        k, at = int(np.argmax(ratio)), int(np.argmax(loaded))
+        early = np.where(run["time"].values < 6e-3, loaded, 0.0)
+        rows.append(
+            [
+                f"{damping:g}",
+                f"{ratio[k]:.2f}",
+                f"{1e3 * float(run['time'][k]):.3f}",
+                f"{loaded[at]:.2f}",
+                f"{1e3 * float(run['time'][at]):.3f}",
+                f"{normal[at]:.0f}",
+                f"{float(early.max()):.2f}",
+                f"{1e3 * float(run['time'][int(np.argmax(early))]):.3f}",
+            ]
+        )
+    head = ["sigma_1 [s/m]", "largest", "at [ms]", "above 1 kN", "at [ms]", "F_n [N]", "first 6 ms, above 1 kN", "at [ms]"]
+    return "Largest F_t/F_n of LuGre at mu_k = 0.1, mu_s = 0.15 in the paper's case.\n\n" + table(head, rows)
+
+
+def _handing_over(repeats: int) -> str:
+    mechanism = array(None)
+    system = build_system(lay_out(mechanism))
+    handle = Handle(system)
+    candidates = {
+        "by value": _caller(True, True, system),
+        "by value, no reference counts": _caller(True, False, system),
+        "by address, no reference counts": _caller(False, False, handle.address),
+    }
+    times = interleaved(candidates, repeats)
+    rows = [[name, f"{1e9 * found.median / CALLS:.1f}"] for name, found in times.items()]
+    arrays = sum(isinstance(part, np.ndarray) for part in system)
+    text = (
+        f"A call through a typed pointer of a function that touches four of a system's {arrays} arrays, all handed over by value or\n"
+        "as one address.\n\n"
+    )
+    return text + table(["handed over", "per call [ns]"], rows)
+
+
+def _caller(by_value: bool, counts: bool, content: Any) -> Any:
+    """A loop of calls through a typed pointer."""
+    vector = types.float64[::1]
+    options: dict[str, Any] = {"error_model": "numpy"} if counts else {"error_model": "numpy", "_nrt": False}
+
+    if by_value:
+        layout = numba.typeof(content)
+
+        def touch(t, S, dy):
+            dy[0] = t + S.weight[0] + S.X[0] + S.V[0]
+            S.A[0] = dy[0]
+    else:
+        layout = types.int64
+
+        def touch(t, address, dy):
+            S = open_system(address)
+            dy[0] = t + S.weight[0] + S.X[0] + S.V[0]
+            S.A[0] = dy[0]
+
+    signature = types.void(types.float64, layout, vector)
+    compiled = numba.njit(**options)(touch)
+    pointer = CompileResultWAP(compiled.get_compile_result(signature))
+
+    @numba.njit(**options)
+    def loop(function, S, dy):
+        for k in range(CALLS):
+            function(float(k), S, dy)
+
+    dy = np.zeros(3)
+    return lambda: loop(pointer, content, dy)
+
+
+if __name__ == "__main__":
+    command("choices", measure)

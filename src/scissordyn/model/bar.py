@@ -1,0 +1,66 @@
+"""Bars that are kinked at their pivot."""
+
+from __future__ import annotations
+
+import math
+
+from scissordyn.errors import InputError
+from scissordyn.model.body import Body, Point
+
+__all__ = ["angulated_bar", "check_lengths"]
+
+
+def check_lengths(**lengths: float) -> None:
+    """Raise `InputError` for the first length that is not a finite number above zero."""
+    for name, length in lengths.items():
+        if isinstance(length, bool) or not isinstance(length, int | float) or not (math.isfinite(length) and length > 0.0):
+            raise InputError(f"{name} = {length!r}", "a finite number > 0 [m]")
+
+
+def angulated_bar(
+    name: str,
+    *,
+    first: float,
+    second: float,
+    kink: float = 0.0,
+    mass: float,
+    position: Point = (0.0, 0.0),
+    angle: float = 0.0,
+) -> Body:
+    """A uniform bar of two straight legs that meet at a pivot; straight, with a pivot out of its middle, without a kink.
+
+    Parameters
+    ----------
+    name : str
+    first, second : float
+        Lengths from the start to the pivot and from there to the end [m].
+    kink : float
+        How far the second leg turns to the left against the first [rad].
+    mass : float
+        Of both legs, shared in proportion to their lengths [kg].
+    position : (float, float)
+        Where its start is [m].
+    angle : float
+        Direction of the first leg [rad].
+
+    Returns
+    -------
+    Body
+        With points "start", "pivot" and "end".
+    """
+    check_lengths(first=first, second=second)
+    end = first + second * math.cos(kink), second * math.sin(kink)
+    shares = first / (first + second), second / (first + second)
+    middles = (0.5 * first, 0.0), (0.5 * (first + end[0]), 0.5 * end[1])
+    centre = tuple(sum(share * middle[axis] for share, middle in zip(shares, middles, strict=True)) for axis in (0, 1))
+    legs = zip(shares, (first, second), middles, strict=True)
+    inertia = mass * sum(share * (leg**2 / 12.0 + math.dist(middle, centre) ** 2) for share, leg, middle in legs)
+    return Body(
+        name=name,
+        mass=mass,
+        inertia=inertia,
+        points={"start": (0.0, 0.0), "pivot": (first, 0.0), "end": end},
+        centre=(centre[0], centre[1]),
+        position=position,
+        angle=angle,
+    )

@@ -1,0 +1,234 @@
+"""Classical linkages."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from typing import Literal
+
+from scissordyn.errors import InputError
+from scissordyn.model.bar import check_lengths
+from scissordyn.model.body import GROUND, Body, Point, bar, point_mass
+from scissordyn.model.joint import BodyPoint, Guide, Revolute
+from scissordyn.model.mechanism import Mechanism
+from scissordyn.model.scissor import check_units
+
+__all__ = ["common_pin", "four_bar", "n_four_bar", "slider_crank"]
+
+
+def common_pin(name: str, pin: BodyPoint, *others: BodyPoint) -> tuple[Revolute, ...]:
+    """Several bars on one pin: the pin is fixed in the first bar, and each other bar turns on it.
+
+    Parameters
+    ----------
+    name : str
+        Of the joint; with more than two bars a number is appended: "name 1", "name 2", ...
+    pin : (str, str)
+        Body and point that carry the pin, the journal of each joint.
+    *others : (str, str)
+        Bodies and points that carry the bearings.
+
+    Returns
+    -------
+    tuple of Revolute
+        One for each of the other bars, so that each can be loose for itself.
+    """
+    if not others:
+        raise InputError(f"pin '{name}' with one bar on it", "two or more bars")
+    if len(others) == 1:
+        return (Revolute(name, pin, others[0]),)
+    return tuple(Revolute(f"{name} {number}", pin, other) for number, other in enumerate(others, start=1))
+
+
+def slider_crank(
+    *,
+    crank: float = 0.05,
+    rod: float = 0.12,
+    offset: float = 0.0,
+    crank_mass: float = 0.3,
+    crank_inertia: float | None = None,
+    rod_mass: float = 0.21,
+    rod_inertia: float | None = 2.5e-4,
+    slider_mass: float = 0.14,
+    angle: float = 0.0,
+    gravity: float = 0.0,
+    gravity_direction: float = -math.pi / 2,
+) -> Mechanism:
+    """A crank about the origin, a rod, and a slider on a line along x: r sin a + l sin b = offset.
+
+    The defaults are those that Flores and co-workers compare laws of clearance joints with. At a prescribed speed the mass
+    of the crank has no influence on the motion, only on the torque.
+
+    Parameters
+    ----------
+    crank, rod : float
+        Lengths r and l [m].
+    offset : float
+        y of the slider's line [m].
+    crank_mass, rod_mass, slider_mass : float
+        [kg]; mass centres of crank and rod are in their middles.
+    crank_inertia, rod_inertia : float, optional
+        About the middle [kg m^2]; that of a uniform bar if None.
+    angle : float
+        Direction a of the crank at the start [rad]; the slider is to the right of the crank pin.
+    gravity, gravity_direction : float
+        Acceleration [m/s^2], none by default, and direction [rad].
+
+    Returns
+    -------
+    Mechanism
+        Bodies "crank", "rod", "slider"; joints "ground pin", "crank pin", "slider pin" (journal on the rod); guide "guide".
+    """
+    check_lengths(crank=crank, rod=rod)
+    rise = offset - crank * math.sin(angle)
+    if not abs(rise) < rod:
+        raise InputError(
+            f"crank at {math.degrees(angle):g} deg, from where the rod of {rod:g} m does not reach the slider's line",
+            f"a rod longer than {abs(rise):g} m, or another angle",
+        )
+    pin = crank * math.cos(angle), crank * math.sin(angle)
+    lean = math.asin(rise / rod)
+    return Mechanism(
+        bodies=(
+            bar("crank", length=crank, mass=crank_mass, inertia=crank_inertia, angle=angle),
+            bar("rod", length=rod, mass=rod_mass, inertia=rod_inertia, position=pin, angle=lean),
+            point_mass("slider", mass=slider_mass, position=(pin[0] + rod * math.cos(lean), offset)),
+        ),
+        joints=(
+            Revolute("ground pin", ("crank", "start"), (GROUND, "origin")),
+            Revolute("crank pin", ("crank", "end"), ("rod", "start")),
+            Revolute("slider pin", ("rod", "end"), ("slider", "centre")),
+        ),
+        guides=(Guide("guide", ("slider", "centre"), through=(0.0, offset)),),
+        ground=(("origin", (0.0, 0.0)),),
+        gravity=gravity,
+        gravity_direction=gravity_direction,
+        input_body="crank",
+        output_body="slider",
+    )
+
+
+def four_bar(
+    *,
+    ground: float = 0.20,
+    crank: float = 0.08,
+    coupler: float = 0.18,
+    rocker: float = 0.15,
+    crank_mass: float = 0.08,
+    coupler_mass: float = 0.18,
+    rocker_mass: float = 0.15,
+    coupler_point: Point = (0.09, 0.06),
+    angle: float = math.pi / 3,
+    branch: Literal["open", "crossed"] = "open",
+    gravity: float = 9.81,
+    gravity_direction: float = -math.pi / 2,
+) -> Mechanism:
+    """A planar four-bar linkage of uniform bars; the ground pins are the origin and (ground, 0).
+
+    The defaults make a crank-rocker: by Grashof's criterion the crank turns fully, since 0.08 + 0.20 < 0.18 + 0.15. Any
+    other lengths that close at the start will do.
+
+    Parameters
+    ----------
+    ground, crank, coupler, rocker : float
+        Lengths [m].
+    crank_mass, coupler_mass, rocker_mass : float
+        [kg]
+    coupler_point : (float, float)
+        The coupler's point "point", along the coupler from the crank pin and across it to the left [m].
+    angle : float
+        Direction of the crank at the start [rad].
+    branch : {"open", "crossed"}
+        Whether the rocker pin starts to the left of the line from crank pin to rocker ground pin ("open"), or to its right.
+    gravity, gravity_direction : float
+        Acceleration [m/s^2] and direction [rad].
+
+    Returns
+    -------
+    Mechanism
+        Bodies "crank", "coupler", "rocker"; joints "crank ground pin", "crank pin", "rocker pin", "rocker ground pin".
+    """
+    check_lengths(ground=ground, crank=crank, coupler=coupler, rocker=rocker)
+    if branch not in ("open", "crossed"):
+        raise InputError(f"branch = {branch!r}", '"open" or "crossed"')
+    pin = crank * math.cos(angle), crank * math.sin(angle)
+    diagonal = math.dist(pin, (ground, 0.0))
+    if not abs(coupler - rocker) < diagonal < coupler + rocker:
+        raise InputError(
+            f"crank at {math.degrees(angle):g} deg, where its pin is {diagonal:g} m from the rocker's ground pin",
+            f"a distance between {abs(coupler - rocker):g} m and {coupler + rocker:g} m that coupler and rocker can close",
+        )
+    # law of cosines for the angle between diagonal and coupler
+    opening = math.acos((coupler**2 + diagonal**2 - rocker**2) / (2.0 * coupler * diagonal))
+    lean = math.atan2(-pin[1], ground - pin[0]) + (opening if branch == "open" else -opening)
+    end = pin[0] + coupler * math.cos(lean), pin[1] + coupler * math.sin(lean)
+    middle = bar("coupler", length=coupler, mass=coupler_mass, position=pin, angle=lean)
+    return Mechanism(
+        bodies=(
+            bar("crank", length=crank, mass=crank_mass, angle=angle),
+            dataclasses.replace(middle, points={**middle.points, "point": coupler_point}),
+            bar("rocker", length=rocker, mass=rocker_mass, position=(ground, 0.0), angle=math.atan2(end[1], end[0] - ground)),
+        ),
+        joints=(
+            Revolute("crank ground pin", ("crank", "start"), (GROUND, "crank")),
+            Revolute("crank pin", ("crank", "end"), ("coupler", "start")),
+            Revolute("rocker pin", ("coupler", "end"), ("rocker", "end")),
+            Revolute("rocker ground pin", ("rocker", "start"), (GROUND, "rocker")),
+        ),
+        ground=(("crank", (0.0, 0.0)), ("rocker", (ground, 0.0))),
+        gravity=gravity,
+        gravity_direction=gravity_direction,
+        input_body="crank",
+        output_body="rocker",
+    )
+
+
+def n_four_bar(
+    units: int = 2, *, length: float = 1.0, mass: float = 1.0, speed: float = 1.0, gravity: float = 9.81
+) -> Mechanism:
+    """N parallelograms side by side, the benchmark A02 of IFToMM's library of multibody problems.
+
+    N + 1 upright cranks stand on ground pins A0, A1, ... at a distance L along x, and N couplers join their upper ends
+    B0, B1, ...; all bars are alike and uniform. It moves as a pendulum,
+    ((N+1)/3 + N) L th'' = -((N+1)/2 + N) g cos th, and all its bars come to lie on one line twice in a turn.
+
+    Parameters
+    ----------
+    units : int
+        N >= 1.
+    length, mass : float
+        Of each bar, L [m] and [kg].
+    speed : float
+        Of B0 along x at the start [m/s].
+    gravity : float
+        Acceleration along -y [m/s^2].
+
+    Returns
+    -------
+    Mechanism
+        Bodies "crank 0", ..., "crank N" and "coupler 1", ..., "coupler N"; joints "A0", "A1", ... on the ground, "B0" and
+        "BN" between crank and coupler, and "B1 1", "B1 2", ... where a crank carries two couplers on its pin.
+    """
+    check_units(units)
+    check_lengths(length=length)
+    bodies: list[Body] = []
+    joints: list[Revolute] = []
+    for k in range(units + 1):
+        crank = bar(f"crank {k}", length=length, mass=mass, position=(k * length, 0.0), angle=0.5 * math.pi)
+        bodies.append(dataclasses.replace(crank, angular_velocity=-speed / length))
+        joints.append(Revolute(f"A{k}", (f"crank {k}", "start"), (GROUND, f"A{k}")))
+    for k in range(1, units + 1):
+        coupler = bar(f"coupler {k}", length=length, mass=mass, position=((k - 1) * length, length))
+        bodies.append(dataclasses.replace(coupler, velocity=(speed, 0.0)))
+    for k in range(units + 1):
+        left = [(f"coupler {k}", "end")] if k > 0 else []
+        right = [(f"coupler {k + 1}", "start")] if k < units else []
+        joints += common_pin(f"B{k}", (f"crank {k}", "end"), *left, *right)
+    return Mechanism(
+        bodies=tuple(bodies),
+        joints=tuple(joints),
+        ground=tuple((f"A{k}", (k * length, 0.0)) for k in range(units + 1)),
+        gravity=gravity,
+        input_body="crank 0",
+        output_body="crank 0",
+    )

@@ -1,0 +1,55 @@
+"""Patterns that name several joints or bodies at once."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from fnmatch import fnmatchcase
+
+from scissordyn.errors import InputError, did_you_mean
+
+__all__ = ["GROUPS", "matching"]
+
+GROUPS = {
+    "all": ("*",),
+    "pivots": ("*/pivot",),
+    "ends": ("*/upper", "*/lower", "*/left", "*/right"),
+}
+"""Words for the joints of arrays: all of them, those inside the units, those between units."""
+
+
+def matching(what: str, patterns: str | Iterable[str], names: Sequence[str]) -> tuple[str, ...]:
+    """The names that match any of some patterns, in their own order.
+
+    Parameters
+    ----------
+    what : str
+        What the names are of, such as "joint", for the message.
+    patterns : str or iterable of str
+        Each a name, a word of `GROUPS`, or a pattern in which ``*`` stands for any text, ``?`` for one character and
+        ``[12]`` for one of some characters. A name that reads like a pattern or a word is taken as the name.
+    names : sequence of str
+
+    Returns
+    -------
+    tuple of str
+
+    Raises
+    ------
+    InputError
+        If one of the patterns matches nothing.
+    """
+    wanted: set[str] = set()
+    for pattern in (patterns,) if isinstance(patterns, str) else tuple(patterns):
+        shapes = (pattern,) if pattern in names else GROUPS.get(pattern, (pattern,))
+        found = {name for name in names if name == pattern}
+        found = found or {name for name in names if any(fnmatchcase(name, shape) for shape in shapes)}
+        if not found:
+            known = (*names, *GROUPS)
+            raise InputError(
+                f"{what} '{pattern}'{did_you_mean(pattern, known)}",
+                "one of " + (", ".join(names) or "none") + "; or " + ", ".join(GROUPS) + "; or a pattern such as 'unit 1/*'",
+            )
+        wanted |= found
+    if not wanted:
+        raise InputError(f"no {what} named", "one or more names or patterns")
+    return tuple(name for name in names if name in wanted)

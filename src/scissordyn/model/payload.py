@@ -1,0 +1,97 @@
+"""Masses that bodies carry."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from collections.abc import Iterable
+
+from scissordyn.errors import InputError, did_you_mean
+from scissordyn.model.body import GROUND, Body, Point
+from scissordyn.model.joint import BodyPoint
+from scissordyn.model.mechanism import Mechanism
+from scissordyn.model.pattern import matching
+
+__all__ = ["with_panels", "with_payload"]
+
+
+def with_payload(mechanism: Mechanism, place: str | BodyPoint, mass: float, *, inertia: float = 0.0) -> Mechanism:
+    """The same mechanism with a payload fixed to one of its bodies.
+
+    Parameters
+    ----------
+    mechanism : Mechanism
+    place : str or (str, str)
+        A revolute joint, whose journal's body carries the payload, or a body and one of its points.
+    mass : float
+        [kg]
+    inertia : float
+        About the payload's own mass centre [kg m^2]; a body that does not rotate has no use for it.
+
+    Returns
+    -------
+    Mechanism
+    """
+    name, point = mechanism.joint(place).journal if isinstance(place, str) else place
+    if name == GROUND:
+        raise InputError(f"a payload on the ground at '{place}'", "a body and one of its points")
+    if not (math.isfinite(inertia) and inertia >= 0.0):
+        raise InputError(f"inertia = {inertia!r}", "a finite number >= 0 [kg m^2]")
+    body = mechanism.body(name)
+    return _exchanged(mechanism, [_loaded(body, mass, _local(body, point), inertia)])
+
+
+def with_panels(
+    mechanism: Mechanism, bodies: str | Iterable[str], mass: float, *, start: str = "start", end: str = "end"
+) -> Mechanism:
+    """The same mechanism with a panel on each of some bars, its mass spread evenly between two points of the bar.
+
+    Parameters
+    ----------
+    mechanism : Mechanism
+    bodies : str or iterable of str
+        Names or patterns, such as "unit */bar 1".
+    mass : float
+        Of one panel [kg].
+    start, end : str
+        Points of the bars between which the panels reach.
+
+    Returns
+    -------
+    Mechanism
+    """
+    rotating = [body.name for body in mechanism.bodies if body.rotates]
+    changed = []
+    for name in matching("rotating body", bodies, rotating):
+        body = mechanism.body(name)
+        one, other = _local(body, start), _local(body, end)
+        middle = 0.5 * (one[0] + other[0]), 0.5 * (one[1] + other[1])
+        changed.append(_loaded(body, mass, middle, mass * math.dist(one, other) ** 2 / 12.0))
+    return _exchanged(mechanism, changed)
+
+
+def _local(body: Body, point: str) -> Point:
+    if point not in body.points:
+        raise InputError(
+            f"point '{point}' of body '{body.name}'{did_you_mean(point, body.points)}", "one of " + ", ".join(body.points)
+        )
+    return body.points[point]
+
+
+def _loaded(body: Body, mass: float, place: Point, inertia: float) -> Body:
+    """A body with a further mass fixed to it; inertias about the common mass centre (Steiner)."""
+    if not (math.isfinite(mass) and mass > 0.0):
+        raise InputError(f"mass = {mass!r} on body '{body.name}'", "a finite number > 0 [kg]")
+    total = body.mass + mass
+    centre = tuple((body.mass * own + mass * new) / total for own, new in zip(body.centre, place, strict=True))
+    if body.inertia is not None:
+        apart = math.dist(body.centre, place)
+        inertia += body.inertia + body.mass * mass / total * apart**2
+    return dataclasses.replace(
+        body, mass=total, inertia=None if body.inertia is None else inertia, centre=(centre[0], centre[1])
+    )
+
+
+def _exchanged(mechanism: Mechanism, changed: Iterable[Body]) -> Mechanism:
+    new = {body.name: body for body in changed}
+    return dataclasses.replace(mechanism, bodies=tuple(new.get(body.name, body) for body in mechanism.bodies))

@@ -1,0 +1,348 @@
+"""Case files of mechanisms that consist of single parts, and of motions and loads."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+import pytest
+
+from scissordyn.config.file import read_case
+from scissordyn.config.template import template
+from scissordyn.errors import InputError
+from scissordyn.model.body import GROUND, Body, bar, point_mass
+from scissordyn.model.clearance import Clearance
+from scissordyn.model.drive import ConstantSpeed, Cycloidal, Drive, Harmonic, Polynomial, TableMotion, Trapezoidal
+from scissordyn.model.element import Force, Motor, Spring, Torque, TorsionSpring, Weld
+from scissordyn.model.joint import Guide, Revolute
+from scissordyn.model.mechanism import Mechanism
+from scissordyn.model.scissor import scissor
+
+CASE = """
+[structure]
+kind = "mechanism"
+gravity = "0 m/s^2"
+input_body = "crank"
+output_body = "block"
+
+[[ground]]
+name = "O"
+position = "0, 0 mm"
+
+[[ground]]
+name = "wall"
+position = "1 0 m"
+
+[[body]]
+name = "crank"
+mass = "1 kg"
+length = "0.5 m"
+
+[[body]]
+name = "rod"
+mass = "2 kg"
+inertia = "0.25 kg m^2"
+points = { a = "0, 0 m", b = "1, 0 m", c = "0.5, 0.25 m" }
+centre = "0.5, 0.125 m"
+position = "0.5, 0 m"
+angle = "90 deg"
+velocity = "0, 1 m/s"
+angular_velocity = "60 rpm"
+
+[[body]]
+name = "block"
+mass = "500 g"
+points = { centre = "0, 0 m" }
+position = "0.5, 1 m"
+
+[[body]]
+name = "tool"
+mass = "100 g"
+inertia = "0.5 kg m^2"
+points = { base = "0, 0 m" }
+position = "0.25, 0.5 m"
+
+[[joint]]
+name = "shaft"
+journal = "crank.start"
+bearing = "ground.O"
+
+[[joint]]
+name = "crank pin"
+journal = "crank.end"
+bearing = "rod.a"
+
+[[joint]]
+name = "block pin"
+journal = "rod.b"
+bearing = "block.centre"
+
+[[guide]]
+name = "rail"
+follower = "block.centre"
+through = "0.5, 0 m"
+direction = "90 deg"
+
+[[weld]]
+name = "holder"
+start = "rod.c"
+end = "tool.base"
+
+[[spring]]
+name = "rope"
+start = "block.centre"
+end = "ground.wall"
+stiffness = "2 kN/m"
+free_length = "250 mm"
+damping = "3 N s/m"
+
+[[torsion_spring]]
+name = "hinge"
+body = "rod"
+base = "crank"
+stiffness = "4 N m/rad"
+free_angle = "180 deg"
+damping = "0.5 N m s/rad"
+
+[[force]]
+name = "push"
+point = "rod.c"
+force = "1, -2 kN"
+follows = true
+course = { trapezoidal = { start = 0, end = 1, duration = "2 s", ramp = 0.5 } }
+
+[[torque]]
+name = "brake"
+body = "crank"
+torque = "-3 N m"
+course = { polynomial = [1, "0.5 1/s"] }
+
+[[motor]]
+name = "motor"
+body = "rod"
+stall_torque = "5 N m"
+no_load_speed = "60 rpm"
+limit = "4 N m"
+inertia = "0.125 kg m^2"
+
+[[clearance]]
+joint = "block pin"
+clearance = "0.25 mm"
+
+[drive]
+speed = "30 rpm"
+
+[run]
+until = "1 ms"
+"""
+
+
+def written(folder: Path, text: str) -> Path:
+    """A case file with that text."""
+    path = folder / "case.toml"
+    path.write_text(text, encoding="utf-8")
+    return path
+
+
+def test_every_part_is_the_one_built_in_python(tmp_path: Path) -> None:
+    """Cross-check: a file with each kind of part against the same mechanism through the Python interface."""
+    rod = Body(
+        "rod",
+        mass=2.0,
+        inertia=0.25,
+        points={"a": (0.0, 0.0), "b": (1.0, 0.0), "c": (0.5, 0.25)},
+        centre=(0.5, 0.125),
+        position=(0.5, 0.0),
+        angle=math.pi / 2,
+        velocity=(0.0, 1.0),
+        angular_velocity=2.0 * math.pi,
+    )
+    tool = Body("tool", mass=0.1, inertia=0.5, points={"base": (0.0, 0.0)}, position=(0.25, 0.5))
+    wanted = Mechanism(
+        bodies=(bar("crank", length=0.5, mass=1.0), rod, point_mass("block", mass=0.5, position=(0.5, 1.0)), tool),
+        joints=(
+            Revolute("shaft", ("crank", "start"), (GROUND, "O")),
+            Revolute("crank pin", ("crank", "end"), ("rod", "a")),
+            Revolute("block pin", ("rod", "b"), ("block", "centre"), Clearance(0.25e-3)),
+        ),
+        guides=(Guide("rail", ("block", "centre"), (0.5, 0.0), math.pi / 2),),
+        drives=(Drive("crank", ConstantSpeed(math.pi)),),
+        welds=(Weld("holder", ("rod", "c"), ("tool", "base")),),
+        elements=(
+            Spring("rope", ("block", "centre"), (GROUND, "wall"), 2000.0, 0.25, 3.0),
+            TorsionSpring("hinge", "rod", "crank", 4.0, math.pi, 0.5),
+            Force("push", ("rod", "c"), (1000.0, -2000.0), True, Trapezoidal(0.0, 1.0, 2.0, 0.5)),
+            Torque("brake", "crank", -3.0, course=Polynomial((1.0, 0.5))),
+            Motor("motor", "rod", 5.0, 2.0 * math.pi, limit=4.0, inertia=0.125),
+        ),
+        ground=(("O", (0.0, 0.0)), ("wall", (1.0, 0.0))),
+        gravity=0.0,
+        input_body="crank",
+        output_body="block",
+    )
+    assert read_case(written(tmp_path, CASE)).mechanism == wanted
+
+
+@pytest.mark.parametrize(
+    ("motion", "wanted"),
+    [
+        ('polynomial = ["180 deg", "1 rad/s", "360 deg/s^2"]', Polynomial((math.pi, 1.0, 2.0 * math.pi))),
+        ('cycloidal = { start = "0 deg", end = "180 deg", duration = "500 ms" }', Cycloidal(0.0, math.pi, 0.5)),
+        (
+            'trapezoidal = { start = "180 deg", end = "0 deg", duration = "2 s", ramp = 0.125 }',
+            Trapezoidal(math.pi, 0.0, 2.0, 0.125),
+        ),
+        (
+            'harmonic = { mean = "180 deg", amplitude = "1 rad", frequency = "1 Hz" }',
+            Harmonic(math.pi, 1.0, 2.0 * math.pi),
+        ),
+    ],
+)
+def test_every_motion_can_be_written(tmp_path: Path, motion: str, wanted: object) -> None:
+    """Closed form: angles in degrees and their rates are radians and theirs."""
+    text = CASE.replace('speed = "30 rpm"', motion)
+    assert read_case(written(tmp_path, text)).mechanism.drives == (Drive("crank", wanted),)  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize(
+    ("course", "wanted"),
+    [
+        (
+            'harmonic = { mean = 0, amplitude = 1, frequency = "1 Hz", phase = "180 deg" }',
+            Harmonic(0.0, 1.0, 2.0 * math.pi, math.pi),
+        ),
+        ('cycloidal = { start = 0, end = 1, duration = "2 s" }', Cycloidal(0.0, 1.0, 2.0)),
+        (
+            'table = { time = "0 1 2 3 4 5 s", factor = [0, 1, 1, 1, 1, 0.5] }',
+            TableMotion((0.0, 1.0, 2.0, 3.0, 4.0, 5.0), (0.0, 1.0, 1.0, 1.0, 1.0, 0.5)),
+        ),
+        ('table = "load.csv"', TableMotion((0.0, 1.0, 2.0, 3.0, 4.0, 5.0), (0.0, 1.0, 1.0, 1.0, 1.0, 0.5))),
+    ],
+)
+def test_every_course_of_a_load_can_be_written(tmp_path: Path, course: str, wanted: object) -> None:
+    """Identity: factors are plain numbers, in the file and in a file beside it."""
+    (tmp_path / "load.csv").write_text("time [s], factor [1]\n0, 0\n1, 1\n2, 1\n3, 1\n4, 1\n5, 0.5\n")
+    text = CASE.replace('polynomial = [1, "0.5 1/s"]', course)
+    torque = read_case(written(tmp_path, text)).mechanism.elements[3]
+    assert isinstance(torque, Torque)
+    assert torque.course == wanted
+
+
+def test_several_drives(tmp_path: Path) -> None:
+    """Identity: one for each body, the first for the input body; they are found by their body from the command line."""
+    text = CASE.replace('[drive]\nspeed = "30 rpm"', '[[drive]]\nspeed = "30 rpm"\n[[drive]]\nbody = "tool"\nspeed = "60 rpm"')
+    path = written(tmp_path, text)
+    drives = (Drive("crank", ConstantSpeed(math.pi)), Drive("tool", ConstantSpeed(2.0 * math.pi)))
+    assert read_case(path).mechanism.drives == drives
+    slower = read_case(path, ["drive.tool.speed=30 rpm", "motor.motor.limit=1 N m"]).mechanism
+    assert slower.drives[1].motion == ConstantSpeed(math.pi)
+    assert isinstance(slower.elements[4], Motor)
+    assert slower.elements[4].limit == 1.0
+
+
+def test_parts_are_added_to_any_structure(tmp_path: Path) -> None:
+    """Identity: a payload welded to an array, a spring between its bars, and the array as it was."""
+    text = """
+[structure]
+kind = "scissor"
+[[body]]
+name = "payload"
+mass = "1 kg"
+inertia = "0.5 kg m^2"
+points = { base = "0, 0 m" }
+[[weld]]
+name = "holder"
+start = "payload.base"
+end = "unit 2/bar 1.end"
+[[torsion_spring]]
+name = "hinge"
+body = "unit 1/bar 1"
+base = "unit 1/bar 2"
+stiffness = "1 N m/rad"
+[run]
+until = "1 ms"
+"""
+    mechanism = read_case(written(tmp_path, text)).mechanism
+    array = scissor()
+    assert mechanism.bodies[:-1] == array.bodies
+    assert (mechanism.joints, mechanism.ground, mechanism.input_body) == (array.joints, array.ground, array.input_body)
+    assert mechanism.welds == (Weld("holder", ("payload", "base"), ("unit 2/bar 1", "end")),)
+    assert mechanism.elements == (TorsionSpring("hinge", "unit 1/bar 1", "unit 1/bar 2", 1.0),)
+
+
+@pytest.mark.parametrize(
+    ("change", "place", "says"),
+    [
+        ("joint.shaft.journal=crnk.start", "joint.0", "'shaft': journal: no body 'crnk' (did you mean 'crank'?)"),
+        ("joint.shaft.journal=crank.strt", "joint.0", "body 'crank' has no point 'strt' (did you mean 'start'?)"),
+        ("joint.shaft.bearing=ground.P", "joint.0", "body 'ground' has no point 'P'"),
+        ("joint.shaft.bearing=O", "joint.0.bearing", "not a point of a body"),
+        ("joint.shaft.bearing=crank.end", "joint.0", "joins body 'crank' to itself"),
+        ("joint.shaft.loose=true", "joint.0", "unknown key 'loose'"),
+        ("joint.shaft.name=crank pin", "", "joint 'crank pin' given 2 times"),
+        ("body.rod.mass=2", "body.1.mass", 'type: mass = "2 kg"'),
+        ("body.rod.mass=-2 kg", "body.1.mass", "> 0 [kg]"),
+        ("body.rod.inertia=2 kg m", "body.1.inertia", "wrong dimension"),
+        ("body.rod.centre=1 m", "body.1.centre", "1 numbers"),
+        ("body.rod.points.c=1, 2", "body.1.points", "point 'c': missing unit"),
+        ("body.rod.points=3", "body.1.points", "not a table of points"),
+        ('body.rod.points={"a.b"="0, 0 m"}', "body.1.points", "a dot in the name"),
+        ('body.crank.points={end="0, 0 m"}', "body.0", "which a bar has already"),
+        ("body.crank.length=0 m", "body.0.length", "> 0 [m]"),
+        ("body.crank.name=ground", "body.0", "body name 'ground'"),
+        ("body.crank.lngth=1 m", "body.0", "did you mean 'length'"),
+        ("guide.rail.follower=rod", "guide.0.follower", "not a point of a body"),
+        ("guide.rail.body=blck", "guide.0", "'rail': body: no body 'blck' (did you mean 'block'?)"),
+        ("guide.rail.direction=1", "guide.0.direction", "missing unit"),
+        ("weld.holder.end=tool.bse", "weld.0", "body 'tool' has no point 'bse' (did you mean 'base'?)"),
+        ("spring.rope.stiffness=2 N", "spring.0.stiffness", "wrong dimension"),
+        ("spring.rope.end=block.centre", "spring.0", "between body 'block' and itself"),
+        ("torsion_spring.hinge.base=crnk", "torsion_spring.0", "'hinge': base: no body 'crnk'"),
+        ("torsion_spring.hinge.body=block", "", "'hinge' needs the angle of body 'block'"),
+        ("force.push.force=1 kN", "force.0.force", "two numbers and their unit [N]"),
+        ("force.push.point=ground.O", "force.0", "on the ground"),
+        ("force.push.course.polynomial=[1]", "force.0.course", "2 motions (polynomial, trapezoidal)"),
+        ("torque.brake.course.polynomial=[1, 2]", "torque.0.course.polynomial", "coefficient 1: missing unit"),
+        ("torque.brake.course.polynomial=3", "torque.0.course.polynomial", "not a list of one to six"),
+        ("torque.brake.course={}", "torque.0.course", "0 motions"),
+        ("torque.brake.torque=3", "torque.0.torque", 'type: torque = "3 N m"'),
+        ("motor.motor.no_load_speed=0 rpm", "motor.0.no_load_speed", "> 0 [rad/s]"),
+        ("motor.2.limit=1 N m", "", "no '2' there"),
+        ("motor.motr.limit=1 N m", "", "did you mean 'motor'"),
+        ('drive=[{speed="1 rpm"}, {speed="2 rpm"}]', "drive", "body 'crank' driven twice"),
+        ('drive=[{speed="1 rpm"}, {sped="2 rpm"}]', "drive.1", "did you mean 'speed'"),
+        ('drive.harmonic={mean="1 deg", amplitude="1 deg", frequency="1 Hz"}', "drive", "2 motions (speed, harmonic)"),
+        ("structure.input_body=crnk", "", "did you mean 'crank'"),
+        ("structure.units=3", "structure", "unknown key 'units'"),
+        ("clearance.0.joint=blck pin", "clearance.0", "did you mean 'block pin'"),
+        ("spring=3", "spring", "[[spring]]"),
+    ],
+)
+def test_bad_parts_are_refused_with_their_place(tmp_path: Path, change: str, place: str, says: str) -> None:
+    """Identity: one line with the place in the file, the body and the joint."""
+    path = written(tmp_path, CASE)
+    with pytest.raises(InputError) as caught:
+        read_case(path, [change])
+    message = str(caught.value)
+    assert f"{place}" in message.partition(";")[0]
+    assert says in message
+    assert "allowed: " in message
+    assert "\n" not in message
+
+
+def test_a_mechanism_without_bodies_is_refused(tmp_path: Path) -> None:
+    """Identity: said in one line."""
+    text = '[structure]\nkind = "mechanism"\n[run]\nuntil = "1 ms"\n'
+    with pytest.raises(InputError, match="a mechanism without bodies"):
+        read_case(written(tmp_path, text))
+
+
+def test_parts_of_the_template_can_be_put_in(tmp_path: Path) -> None:
+    """Identity: spring, load and motor of the printed case, which are shown as comments, become part of it."""
+    text, active = template("mechanism"), list[str]()
+    for block in text.split("\n\n"):
+        shown = any(f"[[{name}]]" in block for name in ("spring", "torsion_spring", "force", "torque", "motor"))
+        lines = [line.removeprefix("# ") if " = " in line or "[[" in line else line for line in block.splitlines()]
+        active.append("\n".join(lines) if shown else block)
+    mechanism = read_case(written(tmp_path, "\n\n".join(active))).mechanism
+    assert [type(element) for element in mechanism.elements] == [Spring, TorsionSpring, Force, Torque, Motor]

@@ -1,0 +1,225 @@
+"""Films show where the bodies of a run are, miss no contact, and are files that players take."""
+
+from __future__ import annotations
+
+import dataclasses
+import itertools
+import json
+import re
+import shutil
+import subprocess
+from pathlib import Path
+
+import matplotlib as mpl
+import numpy as np
+import pytest
+import xarray as xr
+from matplotlib.animation import FFMpegWriter
+from PIL import Image
+
+from scissordyn.errors import InputError
+from scissordyn.model.clearance import Clearance
+from scissordyn.model.element import Spring
+from scissordyn.model.mechanism import Mechanism
+from scissordyn.plot.animation import animate
+from scissordyn.plot.animation_film import Film
+from scissordyn.plot.animation_page import page
+from scissordyn.plot.animation_scene import GAP, Scene, scene_of
+from scissordyn.plot.place import Placement, outline
+
+from .made_up import CLEARANCE, INSTANTS, mechanism_with
+
+FRAMES = np.array([0, 400, 401, 1500, INSTANTS - 1])
+CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
+
+
+@pytest.fixture(scope="module")
+def scene(run: xr.Dataset, arm: Mechanism) -> Scene:
+    """The scene of a made-up run with a spring from the ground to the slider."""
+    sprung = dataclasses.replace(arm, elements=(Spring("rope", ("ground", "origin"), ("slider", "centre")),))
+    return scene_of(run, sprung, FRAMES, ["A"])
+
+
+def test_bodies_and_pins_are_where_the_run_has_them(run: xr.Dataset, arm: Mechanism, scene: Scene) -> None:
+    """Cross-check: each frame against the placement that still pictures are drawn from."""
+    shapes = {shape.name: shape for shape in scene.shapes}
+    for frame, sample in enumerate(FRAMES.tolist()):
+        placed = Placement.at(arm, run, sample)
+        for body in arm.bodies:
+            points = shapes[body.name].points[frame]
+            wanted = placed.points(body, outline(body))
+            if shapes[body.name].kind == "block":
+                points = points.mean(axis=0, keepdims=True)
+            np.testing.assert_allclose(points, wanted, atol=1e-13)
+        np.testing.assert_allclose(scene.pins[frame], [placed.place(joint.bearing) for joint in arm.ideal], atol=1e-13)
+        np.testing.assert_allclose(scene.loose[0].place[frame], placed.place(arm.joint("A").bearing), atol=1e-13)
+        np.testing.assert_allclose(shapes["rope"].points[frame, [0, -1]], [[0.0, 0.0], placed.centre["slider"]], atol=1e-13)
+
+
+def test_everything_stays_inside_the_picture(scene: Scene) -> None:
+    """Identity: no point of a body, pin or spring leaves the corners."""
+    for shape in scene.shapes:
+        if shape.kind != "guide":
+            assert np.all((shape.points >= scene.low) & (shape.points <= scene.high))
+
+
+def test_journals_are_magnified_by_one_factor(run: xr.Dataset, scene: Scene) -> None:
+    """Closed form: drawn eccentricity over drawn clearance is eccentricity over clearance; the way ends at the journal."""
+    loose = scene.loose[0]
+    eccentricity = run["eccentricity"].sel(joint="A").values
+    np.testing.assert_allclose(loose.journal / GAP, eccentricity[FRAMES] / CLEARANCE, rtol=1e-12)
+    np.testing.assert_array_equal(loose.way[loose.reached - 1], loose.journal)
+    assert loose.gain == pytest.approx(GAP * 10e-3 / CLEARANCE, rel=1e-12)
+
+
+def test_contacts_between_frames_are_shown(run: xr.Dataset, arm: Mechanism) -> None:
+    """Identity: with a frame every 8 ms, of 0.3 ms contacts, each frame has the largest force since the one before."""
+    frames = np.arange(0, INSTANTS, 320)
+    loose = scene_of(run, arm, frames, ["A"]).loose[0]
+    force, touching = run["normal_force"].sel(joint="A").values, run["in_contact"].sel(joint="A").values
+    parts = [slice(0, 1), *(slice(a + 1, b + 1) for a, b in itertools.pairwise(frames.tolist()))]
+    np.testing.assert_array_equal(loose.force, [force[part].max() for part in parts])
+    np.testing.assert_array_equal(loose.touched, [touching[part].any() for part in parts])
+    assert loose.touched[1:].all()
+    assert not touching[frames].all()
+
+
+def test_a_film_moves_its_artists(scene: Scene) -> None:
+    """Identity: the lines of a frame are the scene's, and the title says when."""
+    film = Film(scene, 120.0)
+    film.show(3)
+    for artist, shape in zip(film.shapes, scene.shapes, strict=True):
+        if shape.kind == "bar":
+            np.testing.assert_array_equal(artist.get_xydata(), shape.points[3])
+    np.testing.assert_array_equal(film.pins.get_xydata(), scene.pins[3])
+    assert film.axes.get_title(loc="left") == "t = 37.5 ms   (120× slower)"
+    film.show(0)
+    assert film.axes.get_title(loc="left").startswith("t = 0 ms")
+
+
+def test_gif_has_every_frame(run: xr.Dataset, arm: Mechanism, tmp_path: Path) -> None:
+    """Identity: frames and their duration, and different pictures in them."""
+    path = animate(run, arm, tmp_path / "film.gif", seconds=0.4, rate=10)
+    with Image.open(path) as film:
+        assert film.n_frames == 4
+        assert film.info["duration"] == 100
+        first = np.asarray(film.convert("RGB"), int)
+        film.seek(3)
+        assert np.abs(np.asarray(film.convert("RGB"), int) - first).max() > 100
+    assert [found.name for found in tmp_path.iterdir()] == ["film.gif"]
+
+
+@pytest.mark.skipif(not FFMpegWriter.isAvailable(), reason="ffmpeg is not on this machine")
+def test_mp4_is_a_film(run: xr.Dataset, arm: Mechanism, tmp_path: Path) -> None:
+    """Identity: what ffmpeg reads back."""
+    path = animate(run, arm, tmp_path / "film.mp4", seconds=0.4, rate=10)
+    report = subprocess.run(["ffmpeg", "-i", str(path)], capture_output=True, text=True, check=False, timeout=60).stderr
+    assert "Video: h264" in report
+    assert "yuv420p" in report
+    assert "10 fps" in report
+    assert "Duration: 00:00:00.40" in report
+
+
+def test_mp4_without_ffmpeg_is_refused(
+    run: xr.Dataset, arm: Mechanism, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Identity: one line that says what is missing and what to do."""
+    monkeypatch.setattr(FFMpegWriter, "isAvailable", classmethod(lambda cls: False))
+    with pytest.raises(InputError, match=r"needs the program ffmpeg.*film\.gif or film\.html"):
+        animate(run, arm, tmp_path / "film.mp4")
+    assert not list(tmp_path.iterdir())
+
+
+def test_an_ffmpeg_that_fails_is_reported(run: xr.Dataset, arm: Mechanism, tmp_path: Path) -> None:
+    """Identity: an ffmpeg that ends with an error leaves one line and no file."""
+    broken = tmp_path / "bin" / "ffmpeg"
+    broken.parent.mkdir()
+    broken.write_text("#!/bin/sh\ncat >/dev/null\nexit 3\n")
+    broken.chmod(0o755)
+    with mpl.rc_context({"animation.ffmpeg_path": str(broken)}), pytest.raises(InputError, match=r"exit status 3"):
+        animate(run, arm, tmp_path / "film.mp4", seconds=0.2, rate=10)
+    assert [found.name for found in tmp_path.iterdir()] == ["bin"]
+
+
+def data_of(text: str) -> dict:
+    """The numbers in a page."""
+    found = re.search(r'<script type="application/json" id="film">(.*?)</script>', text, re.DOTALL)
+    assert found is not None
+    return json.loads(found[1])
+
+
+def test_pages_are_of_one_piece(scene: Scene) -> None:
+    """Identity: nothing is fetched, the same scene gives the same page, and a tenth of a pixel is kept."""
+    text = page(scene, 25, 120.0)
+    assert text == page(scene, 25, 120.0)
+    assert not re.search(r"https?:|src=|href=|@import|url\(", text)
+    film = data_of(text)
+    assert film["time"][3] == "t = 37.5 ms"
+    assert len(film["shapes"]) == len(scene.shapes)
+    width, height = scene.high - scene.low
+    gain = min(900.0 / width, 560.0 / height)
+    for drawn, shape in zip(film["shapes"], scene.shapes, strict=True):
+        points = np.reshape(drawn[2], (-1, 2))
+        wanted = gain * (shape.points[2] - scene.low)
+        wanted[:, 1] = gain * height - wanted[:, 1]
+        np.testing.assert_allclose(points, wanted, atol=0.051)
+
+
+def test_names_cannot_break_a_page(run: xr.Dataset) -> None:
+    """Identity: a joint named like the end of a script is text."""
+    name = "</script><b>&"
+    arm = mechanism_with(())
+    joints = tuple(dataclasses.replace(joint, name=name) if joint.name == "A" else joint for joint in arm.joints)
+    arm = dataclasses.replace(arm, joints=joints).loosen(name, Clearance(CLEARANCE))
+    named = run.assign_coords(joint=[name if old == "A" else old for old in run["joint"].values.tolist()])
+    text = page(scene_of(named, arm, FRAMES, [name]), 25, 1.0)
+    assert "<b>" not in text
+    assert "&lt;/script&gt;&lt;b&gt;&amp;" in text
+    assert text.count("</script>") == 2
+    assert "real time" in text
+
+
+@pytest.mark.skipif(CHROMIUM is None, reason="no chromium on this machine")
+def test_a_browser_shows_the_frame_that_is_asked_for(scene: Scene, tmp_path: Path) -> None:
+    """Cross-check: what the player has put into the page, in a browser, against the scene."""
+    (tmp_path / "film.html").write_text(page(scene, 25, 120.0), encoding="utf-8")
+    flags = "--headless --no-sandbox --disable-gpu --no-first-run --disable-background-networking"
+    flags += " --disable-component-update --disable-sync --virtual-time-budget=2000 --dump-dom"
+    command = [str(CHROMIUM), *flags.split(), f"--user-data-dir={tmp_path / 'profile'}", f"file://{tmp_path}/film.html#3"]
+    shown = subprocess.run(command, capture_output=True, text=True, check=True, timeout=120).stdout
+    film = data_of(page(scene, 25, 120.0))
+    assert '<output id="clock">t = 37.5 ms</output>' in shown
+    points = re.findall(r'<poly\w+ data-shape="" class="\w+"[^>]*? points="([^"]*)"', shown)
+    assert [list(map(float, part.split())) for part in points] == [shape[3] for shape in film["shapes"]]
+    x, y = film["joints"][0]["journal"][3]
+    assert f'cx="{x}" cy="{y}"' in shown
+
+
+@pytest.mark.parametrize(
+    ("name", "options", "says"),
+    [
+        ("film.gfi", {}, "did you mean 'gif'"),
+        ("film", {}, "ends in .gif, .mp4 or .html"),
+        ("no/folder/film.html", {}, "cannot write"),
+        ("film.html", {"joints": ["B"]}, "joint 'B'"),
+        ("film.html", {"seconds": 0.0}, "seconds > 0"),
+        ("film.html", {"rate": 0}, "rate >= 1"),
+    ],
+)
+def test_what_cannot_be_filmed_is_refused(
+    run: xr.Dataset, arm: Mechanism, tmp_path: Path, name: str, options: dict, says: str
+) -> None:
+    """Identity: one line, and no file."""
+    with pytest.raises(InputError) as caught:
+        animate(run, arm, tmp_path / name, **options)
+    assert says in str(caught.value)
+    assert not list(tmp_path.iterdir())
+
+
+def test_runs_without_loose_joints_and_short_ones(ideal: xr.Dataset, run: xr.Dataset, arm: Mechanism, tmp_path: Path) -> None:
+    """Limit: no magnified joint, two samples, and one sample, which is no film."""
+    path = animate(ideal.isel(time=[0, -1]), mechanism_with(()), tmp_path / "film.html", seconds=2.0)
+    film = data_of(path.read_text(encoding="utf-8"))
+    assert (film["joints"], len(film["time"]), film["rate"]) == ([], 2, 1)
+    with pytest.raises(InputError, match="fewer than two samples"):
+        animate(run.isel(time=[0]), arm, tmp_path / "short.html")

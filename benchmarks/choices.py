@@ -47,7 +47,7 @@ def _hidden_states() -> str:
 def _books() -> str:
     rows = []
     for kinetic in FRICTION:
-        for points in (2, 3, 4, 5):
+        for points in (3, 4, 5, 6, 7):
             with mock.patch.object(trajectory, "tableau", lambda name, k=points: _with_nodes(name, k)):
                 run = sd.simulate(array(kinetic), until=UNTIL)
             residual = float(abs(run["energy_residual"]).max() / run["kinetic_energy"].max())
@@ -106,8 +106,8 @@ def _handing_over(repeats: int) -> str:
     rows = [[name, f"{1e9 * found.median / CALLS:.1f}"] for name, found in times.items()]
     arrays = sum(isinstance(part, np.ndarray) for part in system)
     text = (
-        f"A call through a typed pointer of a function that touches four of a system's {arrays} arrays, all handed over by value or\n"
-        "as one address.\n\n"
+        f"A call through a typed pointer of a function that touches four of a system's {arrays} arrays, all handed over by\n"
+        "value or as one address.\n\n"
     )
     return text + table(["handed over", "per call [ns]"], rows)
 

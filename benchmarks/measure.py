@@ -71,7 +71,8 @@ def table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
     """A Markdown table; the first column is text."""
     width = [max(len(row[k]) for row in (head, *rows)) for k in range(len(head))]
     lines = [
-        " | ".join(cell.ljust(width[0]) if k == 0 else cell.rjust(width[k]) for k, cell in enumerate(row)) for row in (head, *rows)
+        " | ".join(cell.ljust(width[0]) if k == 0 else cell.rjust(width[k]) for k, cell in enumerate(row))
+        for row in (head, *rows)
     ]
     rule = " | ".join("-" * width[k] if k == 0 else "-" * (width[k] - 1) + ":" for k in range(len(head)))
     return "\n".join(f"| {line} |" for line in (lines[0], rule, *lines[1:])) + "\n"
@@ -88,7 +89,9 @@ def machine() -> str:
     except OSError:  # not Linux
         pass
     load = f", load {os.getloadavg()[0]:.1f} at the end" if hasattr(os, "getloadavg") else ""
-    versions = f"Python {platform.python_version()}, numpy {np.__version__}, scipy {scipy.__version__}, numba {numba.__version__}"
+    versions = (
+        f"Python {platform.python_version()}, numpy {np.__version__}, scipy {scipy.__version__}, numba {numba.__version__}"
+    )
     return f"{model}, {os.cpu_count()} cores{load}; {versions}."
 
 

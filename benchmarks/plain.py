@@ -128,7 +128,14 @@ class Plain:
 
         crossing.terminal, crossing.direction = True, -1.0 if self.touching else 1.0  # type: ignore[attr-defined]
         found = solve_ivp(
-            self.slope, (t, self.until), y, method=self.method, rtol=self.tolerance, atol=atol, events=crossing, max_step=MAX_STEP
+            self.slope,
+            (t, self.until),
+            y,
+            method=self.method,
+            rtol=self.tolerance,
+            atol=atol,
+            events=crossing,
+            max_step=MAX_STEP,
         )
         if not found.success:
             raise RuntimeError(found.message)

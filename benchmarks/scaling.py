@@ -70,7 +70,16 @@ def _one_loose(units: tuple[int, ...], repeats: int) -> str:
                     f"{1e3 * dataset.median:.1f}",
                 ]
             )
-    head = ["joint A loose", "unknowns", "steps", "integration [ms]", "to N = 2", "per rate [ns]", "set-up [ms]", "Dataset [ms]"]
+    head = [
+        "joint A loose",
+        "unknowns",
+        "steps",
+        "integration [ms]",
+        "to N = 2",
+        "per rate [ns]",
+        "set-up [ms]",
+        "Dataset [ms]",
+    ]
     text = f"Medians of {repeats} runs of 50 ms at 1e-8; the integration may take {SHARED:g} times that of N = 2.\n\n"
     return text + table(head, rows)
 
@@ -113,9 +122,10 @@ def _all_loose(units: tuple[int, ...], repeats: int) -> str:
         "Dataset [ms]",
     ]
     text = (
-        f"Every revolute joint loose, frictionless, dop853, at 1e-8: {1e3 * FLIGHT:g} ms of free flight, then {1e3 * KNOCKING:g} ms with\n"
-        f"knocks. Time grows as the number of joints to the power {fitted_exponent(joints, per_rate):.2f} for an evaluation of the "
-        f"right-hand\nside in flight and {fitted_exponent(joints, per_time):.2f} for a simulated time with knocks.\n\n"
+        f"Every revolute joint loose, frictionless, dop853, at 1e-8: {1e3 * FLIGHT:g} ms of free flight, then "
+        f"{1e3 * KNOCKING:g} ms with knocks.\nTime grows as the number of joints to the power "
+        f"{fitted_exponent(joints, per_rate):.2f} for an evaluation of the right-hand side in flight\n"
+        f"and {fitted_exponent(joints, per_time):.2f} for a simulated time with knocks.\n\n"
     )
     return text + table(head, rows)
 

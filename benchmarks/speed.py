@@ -47,7 +47,9 @@ def _own(repeats: int) -> tuple[dict[float | None, Times], str]:
             ]
         )
     head = ["case", "method", "steps", "integration [ms]", "with set-up [ms]", "with Dataset [ms]", "target [ms]"]
-    text = f"Median (least) of {repeats} runs, 50 ms simulated, tolerance 1e-8, 2001 samples; the target is for the Dataset.\n\n"
+    text = (
+        f"Median (least) of {repeats} runs, 50 ms simulated, tolerance 1e-8, 2001 samples; the target is for the Dataset.\n\n"
+    )
     return {kinetic: times[f"{name_of(kinetic)} integration"] for kinetic in FRICTION}, text + table(head, rows)
 
 
@@ -78,8 +80,9 @@ def _against_scipy(own: dict[float | None, Times], quick: bool) -> str:
             ratio = f"{seconds / own[kinetic].median:.0f}"
             rows.append([name_of(kinetic), method, f"{seconds:.2f}", ratio, str(len(runs[0].starts)), f"{error:.0e}"])
     text = (
-        "Against `scipy.integrate.solve_ivp` on minimal coordinates in plain Python, contacts as terminal events, same tolerance,\n"
-        "steps of at most 0.05 ms, without which scipy misses contacts; integration alone. Error: of the start of the third contact, against our run at 1e-11.\n\n"
+        "Against `scipy.integrate.solve_ivp` on minimal coordinates in plain Python, contacts as terminal events, same\n"
+        "tolerance, steps of at most 0.05 ms, without which scipy misses contacts; integration alone. Error: of the start of\n"
+        "the third contact, against our run at 1e-11.\n\n"
     )
     return text + table(["case", "method", "time [s]", "ratio", "contacts", "error [s]"], rows)
 

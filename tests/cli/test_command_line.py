@@ -257,7 +257,9 @@ def test_check_says_what_would_be_run(folder: Path, capsys: pytest.CaptureFixtur
     assert not list(folder.iterdir())
 
 
-@pytest.mark.parametrize("structure", ["scissor", "mechanism"])
+@pytest.mark.parametrize(
+    "structure", ["scissor", "polar", "ring", "mast", "slider-crank", "four-bar", "n-four-bar", "mechanism"]
+)
 def test_new_prints_a_case_that_can_be_checked(folder: Path, capsys: pytest.CaptureFixture[str], structure: str) -> None:
     """Identity: the printed case file is accepted."""
     assert status_of(["new", structure]) == 0

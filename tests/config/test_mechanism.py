@@ -10,6 +10,7 @@ import pytest
 from scissordyn.config.file import read_case
 from scissordyn.config.template import template
 from scissordyn.errors import InputError
+from scissordyn.model.array import mast
 from scissordyn.model.body import GROUND, Body, bar, point_mass
 from scissordyn.model.clearance import Clearance
 from scissordyn.model.drive import ConstantSpeed, Cycloidal, Drive, Harmonic, Polynomial, TableMotion, Trapezoidal
@@ -268,6 +269,28 @@ until = "1 ms"
     assert (mechanism.joints, mechanism.ground, mechanism.input_body) == (array.joints, array.ground, array.input_body)
     assert mechanism.welds == (Weld("holder", ("payload", "base"), ("unit 2/bar 1", "end")),)
     assert mechanism.elements == (TorsionSpring("hinge", "unit 1/bar 1", "unit 1/bar 2", 1.0),)
+
+
+def test_patterns_loosen_several_joints(tmp_path: Path) -> None:
+    """Identity: all pivots, of which the last table that names one has the last word."""
+    text = """
+[structure]
+kind = "mast"
+units = 3
+[[clearance]]
+joint = "pivots"
+clearance = "1 mm"
+[[clearance]]
+joint = "unit 2/pivot"
+clearance = "2 mm"
+[run]
+until = "1 ms"
+"""
+    wanted = mast(units=3).loosen("pivots", Clearance(1e-3)).loosen("unit 2/pivot", Clearance(2e-3))
+    assert read_case(written(tmp_path, text)).mechanism == wanted
+    assert len(wanted.loose) == 3
+    with pytest.raises(InputError, match="given twice"):
+        read_case(tmp_path / "case.toml", ["clearance.1.joint=pivots"])
 
 
 @pytest.mark.parametrize(

@@ -13,7 +13,7 @@ from scissordyn.config.file import read_case
 from scissordyn.config.motion import DriveTable
 from scissordyn.config.part import PARTS
 from scissordyn.config.starter import STARTERS
-from scissordyn.config.structure import STRUCTURES
+from scissordyn.config.structure import STRUCTURES, BuiltTable
 from scissordyn.config.table import table_of
 from scissordyn.config.template import TEMPLATES, template
 from scissordyn.errors import InputError
@@ -43,7 +43,7 @@ def test_templates_can_be_run(tmp_path: Path, kind: str) -> None:
 def test_template_shows_every_key_with_its_meaning(kind: str) -> None:
     """Identity: each declared key stands in the text, and each line that is not a further table of a list has a remark."""
     text = template(kind)
-    tables = [STRUCTURES[kind], DriveTable, ClearanceTable, table_of(Run, until="50 ms")]
+    tables = [STRUCTURES[kind], *[DriveTable] * ("drive" in STARTERS[kind]), ClearanceTable, table_of(Run, until="50 ms")]
     tables += [part.table for name, part in PARTS.items() if kind == "mechanism"]
     for table in tables:
         for key in table.model_fields:
@@ -59,11 +59,34 @@ def test_template_shows_every_key_with_its_meaning(kind: str) -> None:
 def test_keys_left_out_can_be_put_in(kind: str) -> None:
     """Identity: a commented key is valid TOML once its mark is taken away."""
     keys = {key for name in CaseTable.model_fields if name in PARTS for key in PARTS[name].table.model_fields}
-    keys |= {*DriveTable.model_fields, *ClearanceTable.model_fields}
+    keys |= {*DriveTable.model_fields, *ClearanceTable.model_fields, *STRUCTURES[kind].model_fields}
     lines = [line[2:] for line in template(kind).splitlines() if line.startswith("# ") and line[2:].split(" = ")[0] in keys]
-    assert len(lines) >= 6
+    assert len(lines) >= (7 if "drive" in STARTERS[kind] else 1)
     for line in lines:
         assert len(tomllib.loads(line)) == 1
+
+
+@pytest.mark.parametrize("kind", [kind for kind, table in STRUCTURES.items() if issubclass(table, BuiltTable)])
+def test_structures_of_the_templates_are_the_defaults(tmp_path: Path, kind: str) -> None:
+    """Cross-check: the printed [structure] against the function without arguments, to the digits of its angles."""
+    table = STRUCTURES[kind]
+    assert issubclass(table, BuiltTable)
+    path = tmp_path / "case.toml"
+    path.write_text(template(kind), encoding="utf-8")
+    read, built = read_case(path).mechanism.tighten(), table.builder()
+    assert (read.joints, read.ground, read.gravity) == (built.joints, built.ground, built.gravity)
+    for one, other in zip(read.bodies, built.bodies, strict=True):
+        assert (one.name, list(one.points)) == (other.name, list(other.points))
+        found = [*sum(one.points.values(), ()), one.mass, one.inertia or 0.0, *one.position, one.angle, one.angular_velocity]
+        wanted = [
+            *sum(other.points.values(), ()),
+            other.mass,
+            other.inertia or 0.0,
+            *other.position,
+            other.angle,
+            other.angular_velocity,
+        ]
+        assert found == pytest.approx(wanted, rel=1e-10, abs=1e-12)
 
 
 def test_unknown_structures_are_refused() -> None:

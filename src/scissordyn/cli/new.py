@@ -10,7 +10,9 @@ __all__ = ["new"]
 
 
 def new(
-    structure: Annotated[str, typer.Argument(help="What to make a case file for: scissor, mechanism, ...")] = "scissor",
+    structure: Annotated[
+        str, typer.Argument(help="scissor, polar, ring, mast, slider-crank, four-bar, n-four-bar, or mechanism.")
+    ] = "scissor",
 ) -> int:
     """Print a commented case file: scissordyn new scissor > case.toml."""
     from scissordyn.config.template import template

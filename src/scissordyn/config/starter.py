@@ -10,7 +10,7 @@ __all__ = ["STARTERS"]
 STARTERS: Mapping[str, Mapping[str, Any]] = {
     "scissor": {"drive": {"speed": "150 rpm"}},
     "polar": {"drive": {"speed": "30 rpm"}},
-    "ring": {"drive": {"speed": "-20 rpm"}, "clearance": {"joint": "unit 1/upper", "clearance": "0.1 mm"}},
+    "ring": {"drive": {"speed": "-20 rpm"}, "clearance": {"joint": "unit 1/*", "clearance": "0.1 mm"}},
     "mast": {"drive": {"speed": "20 rpm"}, "clearance": {"joint": "unit 1/*", "clearance": "0.1 mm"}},
     "slider-crank": {"drive": {"speed": "5000 rpm"}, "clearance": {"joint": "slider pin"}, "run": {"until": "12 ms"}},
     "four-bar": {"drive": {"speed": "300 rpm"}, "clearance": {"joint": "rocker pin", "clearance": "0.2 mm"}},

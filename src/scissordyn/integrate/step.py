@@ -53,8 +53,9 @@ def explicit_dense(rate, T, t, h, y, new, K, stage, F, S):
 @kernel(inline=True)
 def rosenbrock_step(rate, solve, T, t, h, y, new, K, stage, slope, dt, S):
     """Stages of y(t + h) with W already factorized; slope is y' and dt the partial derivative of y' by time, at t."""
-    size = y.size
+    size, inverse = y.size, 1.0 / h
     for s in range(T.stages):
+        lift = h * T.slopes[s]
         if s > 0:
             for i in range(size):
                 total = y[i]
@@ -67,7 +68,7 @@ def rosenbrock_step(rate, solve, T, t, h, y, new, K, stage, slope, dt, S):
             total = 0.0
             for k in range(s):
                 total += T.c[s, k] * K[k, i]
-            K[s, i] = source[i] + total / h + h * T.slopes[s] * dt[i]
+            K[s, i] = source[i] + total * inverse + lift * dt[i]
         solve(K[s], S)
     for i in range(size):
         new[i] += K[T.stages - 1, i]

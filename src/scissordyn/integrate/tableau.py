@@ -130,8 +130,8 @@ def rosenbrock_tableau(
         error,
         np.array(dense),
         pattern,
-        gauss_nodes(4),
-        primitives(gauss_nodes(4)),
+        gauss_nodes(len(dense) + 1),
+        primitives(gauss_nodes(len(dense) + 1)),
     )
 
 

@@ -26,7 +26,8 @@ __all__ = ["Balance", "balance", "known_loads", "solve_reactions"]
 
 _factorize, _solve = band.factorize, band.solve
 
-FORCE_X, FORCE_Y, TORQUE = 0, 1, 2
+REDUNDANT = 1e-13
+"""Below this ratio of pivots the bodies are held by more joints than they need, and reactions are not determined."""
 
 
 Entry = tuple[int, tuple[float, float, float], Point, int, int]
@@ -236,6 +237,11 @@ def fill(B, gravity, direction, position, acceleration, spin_rate, known, matrix
                     for k in range(first, last):
                         matrix[row, B.unknown[k] - row + lower] += rows[r, i - first] * rows[r, k - first]
         if _factorize(matrix, lower, lower, pivots) >= 0:
+            return instant
+        smallest = largest = abs(matrix[0, lower])
+        for row in range(1, x.size):
+            smallest, largest = min(smallest, abs(matrix[row, lower])), max(largest, abs(matrix[row, lower]))
+        if not smallest > REDUNDANT * largest:
             return instant
         _solve(matrix, lower, lower, pivots, x)
     return -1

@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 from matplotlib.animation import AbstractMovieWriter, FFMpegWriter, PillowWriter
 from matplotlib.axes import Axes
+from matplotlib.colors import to_rgba
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Circle, Polygon
@@ -64,7 +65,9 @@ class Film:
                 self.axes.add_patch(block)
                 artists.append(block)
             elif shape.kind == "plate":
-                plate = Polygon(shape.points[0], facecolor=SKY, alpha=0.35, edgecolor=BLUE, linewidth=1.6, zorder=1.9)
+                bars += 1
+                color = (BLUE, GREEN)[bars % 2]
+                plate = Polygon(shape.points[0], facecolor=to_rgba(color, 0.15), edgecolor=color, linewidth=1.6, zorder=1.9)
                 self.axes.add_patch(plate)
                 artists.append(plate)
             else:

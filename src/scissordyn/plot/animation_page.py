@@ -38,9 +38,9 @@ button, select {{ font: inherit; padding: .2rem .8rem }}
 figure {{ flex: none; margin: 0; text-align: center }}
 figcaption {{ font-size: 13px; font-variant-numeric: tabular-nums }}
 small {{ color: {GREY} }}
-.bar, .plate, .spring, .guide, .way {{ fill: none; stroke-linejoin: round; stroke-linecap: round }}
+.bar, .spring, .guide, .way {{ fill: none; stroke-linejoin: round; stroke-linecap: round }}
 .bar {{ stroke-width: 3.5 }}
-.plate {{ fill: {SKY}; fill-opacity: .3; stroke: {BLUE}; stroke-width: 2.5 }}
+.plate {{ fill-opacity: .15; stroke-width: 2.5 }}
 .block {{ fill: {LIGHT}; stroke: {BLACK} }}
 .spring {{ stroke: {PURPLE}; stroke-width: 1.5 }}
 .guide {{ stroke: {GREY}; stroke-dasharray: 12 4 2 4 }}
@@ -190,10 +190,11 @@ def _drawing(scene: Scene, gain: float, supports: np.ndarray) -> str:
     """The artists of the structure; the player moves them."""
     lines, bars = [], 0
     for shape in scene.shapes:
-        bars += shape.kind == "bar"
-        color = f' stroke="{(BLUE, GREEN)[bars % 2]}"' if shape.kind == "bar" else ""
+        bars += shape.kind in ("bar", "plate")
+        color = (BLUE, GREEN)[bars % 2]
+        look = {"bar": f' stroke="{color}"', "plate": f' stroke="{color}" fill="{color}"'}.get(shape.kind, "")
         tag = "polygon" if shape.kind in ("block", "plate") else "polyline"
-        lines.append(f'<{tag} data-shape class="{shape.kind}"{color}><title>{html.escape(shape.name)}</title></{tag}>')
+        lines.append(f'<{tag} data-shape class="{shape.kind}"{look}><title>{html.escape(shape.name)}</title></{tag}>')
     size = 0.025 * gain * float(np.max(scene.high - scene.low))
     for x, y in supports.tolist():
         lines.append(

@@ -116,7 +116,7 @@ def _simulate(mechanism: Mechanism, options: Options, trust: bool, progress: Cal
 
 
 def _warnings(mechanism: Mechanism, path: Trajectory, run: xr.Dataset) -> list[str]:
-    """Sentences on laws that were used outside what they were made for; each once."""
+    """Sentences on what the user should know before using the numbers; each once."""
     found: list[str] = []
     for joint in mechanism.loose:
         assert joint.clearance is not None
@@ -129,4 +129,6 @@ def _warnings(mechanism: Mechanism, path: Trajectory, run: xr.Dataset) -> list[s
             approach_speed=run["approach_speed"].values[own].tolist(),
             indentation=float(run["indentation"].sel(joint=joint.name).max()) if path.samples.time.size else 0.0,
         )
+    if bool(run["reaction"].isnull().any()):
+        found.append("more ideal joints hold the bodies than needed; reactions are not determined and are left out (NaN)")
     return list(dict.fromkeys(found))

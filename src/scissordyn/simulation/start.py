@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from scissordyn.errors import InputError
 from scissordyn.integrate.advance import RECORD
 from scissordyn.jit import Handle
 from scissordyn.laws.ladder import elastic_force
@@ -46,6 +47,11 @@ def prepare_start(layout: Layout, system: System, options: Options) -> tuple[np.
     if options.start == "concentric":
         return np.concatenate([start.position, start.velocity, states]), []
     pull = _ideal_reactions(ideal, ideal_system, ideal_start)
+    if not np.all(np.isfinite(pull)):
+        raise InputError(
+            "start = 'in-contact' in a mechanism whose ideal reactions are not determined (more joints than it needs)",
+            "start = 'concentric'",
+        )
     offsets = np.zeros((len(mechanism.loose), 2))
     for j, joint in enumerate(mechanism.loose):
         force = pull[[other.name for other in mechanism.joints].index(joint.name)]

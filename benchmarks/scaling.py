@@ -64,7 +64,7 @@ def _one_loose(units: tuple[int, ...], repeats: int) -> str:
                     str(path.layout.free),
                     str(path.statistics["steps"]),
                     f"{1e3 * integration.median:.2f}",
-                    f"{ratio:.2f}" + ("" if ratio <= SHARED else " missed"),
+                    f"{ratio:.2f}" + ("" if ratio <= SHARED else " missed") if path.status == "complete" else path.status,
                     f"{1e9 * per_rate:.0f}",
                     f"{1e3 * setup.median:.1f}",
                     f"{1e3 * dataset.median:.1f}",

@@ -201,10 +201,8 @@ def _impose(mechanism: Mechanism, offsets: dict[str, int], ones: int, eliminatio
         for axis in (0, 1):
             elimination.impose({d + axis: 1.0, ones + 1 + 2 * index + axis: -1.0}, f"the drive of body '{drive.body}'")
     for one, other, turn in parallel_bodies(mechanism):
-        a, b, cos, sin = offsets[one] + 2, offsets[other] + 2, math.cos(turn), math.sin(turn)
         name = f"the parallelogram of bodies '{one}' and '{other}'"
-        elimination.impose({b: 1.0, a: -cos, a + 1: sin}, name)
-        elimination.impose({b + 1: 1.0, a: -sin, a + 1: -cos}, name)
+        _impose_turn(offsets, ones, elimination, one, other, turn, name)
     for weld in mechanism.welds:
         _impose_weld(mechanism, offsets, ones, elimination, weld)
     for joint in mechanism.ideal:
@@ -225,17 +223,28 @@ def _impose_weld(mechanism: Mechanism, offsets: dict[str, int], ones: int, elimi
     name = f"weld '{weld.name}'"
     here, there = (_point(mechanism, offsets, point, ones) for point in (weld.start, weld.end))
     turning = [body for body, _ in (weld.start, weld.end) if body != GROUND and mechanism.body(body).rotates]
+    angles = {body: mechanism.body(body).angle for body in turning}
     if len(turning) == 2:
-        turn = mechanism.body(turning[1]).angle - mechanism.body(turning[0]).angle
-        a, b, cos, sin = offsets[turning[0]] + 2, offsets[turning[1]] + 2, math.cos(turn), math.sin(turn)
-        elimination.impose({b: 1.0, a: -cos, a + 1: sin}, name)
-        elimination.impose({b + 1: 1.0, a: -sin, a + 1: -cos}, name)
+        first, second = turning
+        _impose_turn(offsets, ones, elimination, first, second, angles[second] - angles[first], name)
     elif turning:
-        d, angle = offsets[turning[0]] + 2, mechanism.body(turning[0]).angle
-        elimination.impose({d: 1.0, ones: -math.cos(angle)}, name)
-        elimination.impose({d + 1: 1.0, ones: -math.sin(angle)}, name)
+        _impose_turn(offsets, ones, elimination, GROUND, turning[0], angles[turning[0]], name)
     for axis in (0, 1):
         elimination.impose(add(here[axis], scaled(-1.0, there[axis])), name)
+
+
+def _impose_turn(
+    offsets: dict[str, int], ones: int, elimination: Elimination, one: str, other: str, turn: float, name: str
+) -> None:
+    """Keep the direction of a body at a constant angle from that of another, or of the ground."""
+    b, cos, sin = offsets[other] + 2, math.cos(turn), math.sin(turn)
+    if one == GROUND:
+        elimination.impose({b: 1.0, ones: -cos}, name)
+        elimination.impose({b + 1: 1.0, ones: -sin}, name)
+        return
+    a = offsets[one] + 2
+    elimination.impose({b: 1.0, a: -cos, a + 1: sin}, name)
+    elimination.impose({b + 1: 1.0, a: -sin, a + 1: -cos}, name)
 
 
 def turning_inertia(mechanism: Mechanism, body: Body) -> float:

@@ -15,7 +15,7 @@ CLOSURE = 1e-6
 
 
 def parallel_bodies(mechanism: Mechanism) -> list[tuple[str, str, float]]:
-    """Pairs of rotating bodies that a parallelogram of four ideal joints keeps parallel.
+    """Pairs of rotating bodies, or the ground and one, that a parallelogram of four ideal joints keeps parallel.
 
     A parallelogram could leave this assembly branch only by folding flat; the branch of the start is kept.
 
@@ -26,12 +26,14 @@ def parallel_bodies(mechanism: Mechanism) -> list[tuple[str, str, float]]:
     Returns
     -------
     list of (str, str, float)
-        The two bodies and the constant angle of the second against the first [rad].
+        The two bodies, the ground first if it is one of them, and the angle of the second against the first [rad].
     """
     local: dict[str, dict[str, Point]] = {}
     for joint in mechanism.ideal:
         for body, point in (joint.journal, joint.bearing):
-            if body != GROUND and mechanism.body(body).rotates:
+            if body == GROUND:
+                local.setdefault(body, {})[joint.name] = mechanism.place((body, point))
+            elif mechanism.body(body).rotates:
                 local.setdefault(body, {})[joint.name] = mechanism.body(body).points[point]
     neighbours: dict[str, list[tuple[str, str]]] = {}
     for joint in mechanism.ideal:
@@ -52,12 +54,17 @@ def parallel_bodies(mechanism: Mechanism) -> list[tuple[str, str, float]]:
                     far_side = _side(mechanism, local, far, left_to_far, right_to_far)
                     length = math.hypot(*near_side)
                     if length > 0.0 and math.dist(near_side, far_side) < CLOSURE * length:
-                        found[body, far] = mechanism.body(far).angle - mechanism.body(body).angle
+                        one, other = (far, body) if far == GROUND else (body, far)
+                        found[one, other] = _angle(mechanism, other) - _angle(mechanism, one)
     return [(one, other, turn) for (one, other), turn in found.items()]
 
 
 def _side(mechanism: Mechanism, local: dict[str, dict[str, Point]], body: str, start: str, end: str) -> Point:
     """The vector on a body from one joint to another, where the body is placed at the start."""
     (ax, ay), (bx, by) = local[body][start], local[body][end]
-    cos, sin = math.cos(mechanism.body(body).angle), math.sin(mechanism.body(body).angle)
+    cos, sin = math.cos(_angle(mechanism, body)), math.sin(_angle(mechanism, body))
     return cos * (bx - ax) - sin * (by - ay), sin * (bx - ax) + cos * (by - ay)
+
+
+def _angle(mechanism: Mechanism, body: str) -> float:
+    return 0.0 if body == GROUND else mechanism.body(body).angle

@@ -35,8 +35,8 @@ def polar_scissor(
         tan(g/2) = (b cos(th - k/2) - a cos(th + k/2)) / (b sin(th - k/2) + a sin(th + k/2))
         R_i = a cos(th + k/2) / sin(g/2),    R_o = b cos(th - k/2) / sin(g/2)
 
-    With straight bars, tan(g/2) = (b - a)/(b + a) cot th: the array curls as it opens. With equal legs g = k: the radius changes
-    and the angle does not (Hoberman 1990, US patent 4942700).
+    With straight bars, tan(g/2) = (b - a)/(b + a) cot th: the array curls as it opens. With equal legs g = k: the radius
+    changes and the angle does not (Hoberman 1990, US patent 4942700).
 
     Parameters
     ----------

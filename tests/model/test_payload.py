@@ -1,0 +1,116 @@
+"""Bars of any shape, payloads and panels: composed masses against other ways to compose them."""
+
+import dataclasses
+import math
+
+import numpy as np
+import pytest
+
+import scissordyn as sd
+from scissordyn.errors import InputError
+from scissordyn.model.element import Weld
+
+TIGHT = {"until": 1.0, "rtol": 1e-12, "atol": 1e-12, "samples": 51}
+
+
+def pendulum(*more, joints=(), welds=()):
+    """A bar of 1 m and 2 kg that swings about its start, with further bodies."""
+    rod = sd.bar("rod", length=1.0, mass=2.0, angle=0.3)
+    pin = sd.Revolute("pin", ("rod", "start"), ("ground", "origin"))
+    return sd.Mechanism((rod, *more), joints=(pin, *joints), welds=welds, ground=(("origin", (0.0, 0.0)),))
+
+
+def angle(mechanism):
+    return sd.simulate(mechanism, **TIGHT)["angle"].sel(body="rod").values
+
+
+def test_payload_swings_as_a_pinned_mass():
+    """Cross-check: a payload in the body against a body of its own on a pin, to 1e-10 rad over 1 s."""
+    tip = math.cos(0.3), math.sin(0.3)
+    ball = sd.point_mass("ball", mass=3.0, position=tip)
+    pinned = pendulum(ball, joints=(sd.Revolute("tip", ("ball", "centre"), ("rod", "end")),))
+    loaded = sd.with_payload(pendulum(), ("rod", "end"), 3.0)
+    assert np.allclose(angle(loaded), angle(pinned), rtol=0, atol=1e-10)
+
+
+def test_panel_swings_as_a_welded_bar():
+    """Cross-check: a panel over half of a bar against a bar of its own that is welded on, to 1e-10 rad over 1 s."""
+    panel = sd.bar("panel", length=0.5, mass=3.0, angle=0.3)
+    welded = pendulum(panel, welds=(Weld("seam", ("rod", "start"), ("panel", "start")),))
+    loaded = sd.with_panels(pendulum(), "rod", 3.0, end="middle")
+    assert np.allclose(angle(loaded), angle(welded), rtol=0, atol=1e-10)
+
+
+def test_payload_inertia_slows_the_swing():
+    """Closed form: small swings of a bar with a disc at its end have w^2 = g (m L/2 + M L)/(m L^2/3 + M L^2 + I)."""
+    hanging = pendulum()
+    low = dataclasses.replace(hanging.body("rod"), angle=-0.5 * math.pi + 1e-3)
+    hanging = sd.with_payload(hanging.replace("bodies", (low,)), ("rod", "end"), 3.0, inertia=0.8)
+    w = math.sqrt(9.81 * (1.0 + 3.0) / (2.0 / 3.0 + 3.0 + 0.8))
+    swing = angle(hanging) + 0.5 * math.pi
+    # the period of a swing of 1e-3 differs by 1e-3^2/16 = 6e-8 of itself from that of a small one
+    assert np.allclose(swing, 1e-3 * np.cos(w * np.linspace(0.0, 1.0, 51)), rtol=0, atol=1e-3 * 1e-6)
+
+
+def test_payload_at_a_joint():
+    """Identity: a payload at a joint rests on the journal's body; on a slider it only adds mass."""
+    arm = sd.scissor(units=2)
+    assert sd.with_payload(arm, "unit 1/upper", 2.0) == sd.with_payload(arm, ("unit 1/bar 1", "end"), 2.0)
+    slider = sd.with_payload(arm, ("slider", "centre"), 2.0).body("slider")
+    assert slider == dataclasses.replace(arm.body("slider"), mass=7.0)
+
+
+def test_panels_take_patterns():
+    """Identity: a pattern puts a panel on each bar it matches, and on no other body."""
+    arm = sd.with_panels(sd.scissor(units=3), "unit */bar 1", 2.0)
+    heavier = [body.name for body in arm.bodies if body.mass == pytest.approx(7.68)]
+    assert heavier == ["unit 1/bar 1", "unit 2/bar 1", "unit 3/bar 1"]
+    assert arm.body("unit 1/bar 1").inertia == pytest.approx(7.68 * 4.0 / 12.0, rel=1e-14)
+
+
+@pytest.mark.parametrize(
+    ("load", "hint"),
+    [
+        (lambda arm: sd.with_payload(arm, "unit 1/uper", 1.0), "did you mean 'unit 1/upper'"),
+        (lambda arm: sd.with_payload(arm, ("unit 1/bar 1", "midle"), 1.0), "did you mean 'middle'"),
+        (lambda arm: sd.with_payload(arm, ("ground", "origin"), 1.0), "ground"),
+        (lambda arm: sd.with_payload(arm, "A", 0.0), "> 0"),
+        (lambda arm: sd.with_payload(arm, "A", 1.0, inertia=-1.0), ">= 0"),
+        (lambda arm: sd.with_panels(arm, "slider", 1.0), "rotating body 'slider'"),
+        (lambda arm: sd.with_panels(arm, "unit 1/*", math.nan), "> 0"),
+    ],
+)
+def test_refused_loads(load, hint):
+    """Identity: what cannot be carried is refused in one line that says why."""
+    with pytest.raises(InputError) as caught:
+        load(sd.scissor(units=2))
+    assert hint in str(caught.value)
+
+
+@pytest.mark.parametrize("kink", [0.0, 0.5, -1.2, math.pi / 2])
+def test_angulated_bar(kink):
+    """Cross-check: mass centre and inertia against 20000 point masses along the two legs."""
+    body = sd.angulated_bar("bent", first=0.7, second=0.4, kink=kink, mass=3.0)
+    s = (np.arange(20000) + 0.5) / 20000 * 1.1
+    first, second = np.minimum(s, 0.7), np.maximum(s - 0.7, 0.0)
+    points = np.stack([first + second * math.cos(kink), second * math.sin(kink)], axis=1)
+    centre = points.mean(axis=0)
+    assert np.allclose(body.centre, centre, atol=1e-8)
+    assert body.inertia == pytest.approx(3.0 * np.mean(np.sum((points - centre) ** 2, axis=1)), rel=1e-7)
+    assert math.dist(body.points["pivot"], body.points["end"]) == pytest.approx(0.4, rel=1e-14)
+
+
+def test_straight_bar_is_a_bar():
+    """Limit: without a kink and with equal legs it is the uniform bar."""
+    bent = sd.angulated_bar("rod", first=0.5, second=0.5, mass=2.0, position=(0.1, 0.2), angle=0.3)
+    straight = sd.bar("rod", length=1.0, mass=2.0, position=(0.1, 0.2), angle=0.3)
+    assert bent.inertia == pytest.approx(straight.inertia, rel=1e-14)
+    assert bent.centre == pytest.approx(straight.centre, rel=1e-14)
+    assert bent.place("end") == pytest.approx(straight.place("end"), rel=1e-14)
+
+
+@pytest.mark.parametrize("length", [0.0, -1.0, math.inf, True, "1 m"])
+def test_refused_lengths(length):
+    """Identity: a length that is none is refused by its name."""
+    with pytest.raises(InputError, match="second"):
+        sd.angulated_bar("rod", first=0.5, second=length, mass=1.0)

@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Mapping
+from dataclasses import dataclass
+from statistics import median
 
-from benchmarks.cases import UNTIL, all_loose, array
-from benchmarks.measure import Times, command, fitted_exponent, interleaved, table
+from benchmarks.cases import UNTIL, all_loose, array, name_of
+from benchmarks.measure import command, fitted_exponent, table
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.simulation.dataset import to_dataset
 from scissordyn.simulation.options import Options
-from scissordyn.simulation.trajectory import compute
+from scissordyn.simulation.trajectory import Trajectory, compute
 
 UNITS = (2, 10, 50, 200)
 SHARED = 1.5
@@ -19,57 +22,65 @@ FLIGHT, KNOCKING = 1e-3, 2e-3
 """Simulated times with every joint loose [s]: before the first contact at 1.4 ms, and after it."""
 
 
+@dataclass(frozen=True)
+class Phases:
+    """What the parts of a run took.
+
+    Parameters
+    ----------
+    path : Trajectory
+    integration, setup, dataset : float
+        [s]
+    """
+
+    path: Trajectory
+    integration: float
+    setup: float
+    dataset: float
+
+
 def measure(quick: bool = False) -> str:
     """Both tables."""
     one = _one_loose(UNITS[:3] if quick else UNITS, 3 if quick else 9)
     return f"{one}\n{_all_loose((2, 4, 8) if quick else (2, 4, 8, 16, 32), 1 if quick else 3)}"
 
 
-def _phases(mechanism: Mechanism, options: Options, repeats: int) -> tuple[Times, Times, Times]:
-    """Integration, set-up and Dataset."""
-    parts: list[dict[str, float]] = []
-
-    def run() -> None:
-        began = time.perf_counter()
-        path = compute(mechanism, options)
-        computed = time.perf_counter()
-        to_dataset(mechanism, options, path)
-        integration = float(path.statistics["seconds"])
-        parts.append(
-            {
-                "integration": integration,
-                "set-up": computed - began - integration,
-                "Dataset": time.perf_counter() - computed,
-            }
-        )
-
-    run()
-    found = interleaved({name: lambda n=name: (run(), parts[-1][n])[1] for name in parts[0]}, repeats)
-    return found["integration"], found["set-up"], found["Dataset"]
+def _phases(cases: Mapping[str, tuple[Mechanism, Options]], repeats: int) -> dict[str, Phases]:
+    """Median times of cases that take turns, after one run each that is not counted."""
+    times: dict[str, list[tuple[float, float, float]]] = {name: [] for name in cases}
+    paths: dict[str, Trajectory] = {}
+    for turn in range(repeats + 1):
+        for name, (mechanism, options) in cases.items():
+            began = time.perf_counter()
+            path = paths[name] = compute(mechanism, options)
+            computed = time.perf_counter()
+            to_dataset(mechanism, options, path)
+            integration = float(path.statistics["seconds"])
+            if turn:
+                times[name].append((integration, computed - began - integration, time.perf_counter() - computed))
+    return {name: Phases(paths[name], *map(median, zip(*found, strict=True))) for name, found in times.items()}
 
 
 def _one_loose(units: tuple[int, ...], repeats: int) -> str:
-    rows, first = [], {}
-    for kinetic in (None, 0.1):
-        for count in units:
-            mechanism, options = array(kinetic, count), Options(UNTIL)
-            path = compute(mechanism, options)
-            integration, setup, dataset = _phases(mechanism, options, repeats)
-            first.setdefault(kinetic, integration.median)
-            ratio = integration.median / first[kinetic]
-            per_rate = integration.median / float(path.statistics["rates"])
-            rows.append(
-                [
-                    f"{'frictionless' if kinetic is None else f'LuGre {kinetic:g}'}, N = {count}",
-                    str(path.layout.free),
-                    str(path.statistics["steps"]),
-                    f"{1e3 * integration.median:.2f}",
-                    f"{ratio:.2f}" + ("" if ratio <= SHARED else " missed") if path.status == "complete" else path.status,
-                    f"{1e9 * per_rate:.0f}",
-                    f"{1e3 * setup.median:.1f}",
-                    f"{1e3 * dataset.median:.1f}",
-                ]
-            )
+    named = {f"{name_of(kinetic)}, N = {count}": (kinetic, count) for kinetic in (None, 0.1) for count in units}
+    found = _phases({name: (array(*case), Options(UNTIL)) for name, case in named.items()}, repeats)
+    rows = []
+    for name, (kinetic, _) in named.items():
+        phases, shortest = found[name], found[f"{name_of(kinetic)}, N = {units[0]}"]
+        path, ratio = phases.path, phases.integration / shortest.integration
+        verdict = f"{ratio:.2f}" + ("" if ratio <= SHARED else " missed")
+        rows.append(
+            [
+                name,
+                str(path.layout.free),
+                str(path.statistics["steps"]),
+                f"{1e3 * phases.integration:.2f}",
+                verdict if path.status == "complete" else path.status,
+                f"{1e9 * phases.integration / float(path.statistics['rates']):.0f}",
+                f"{1e3 * phases.setup:.1f}",
+                f"{1e3 * phases.dataset:.1f}",
+            ]
+        )
     head = [
         "joint A loose",
         "unknowns",
@@ -85,16 +96,16 @@ def _one_loose(units: tuple[int, ...], repeats: int) -> str:
 
 
 def _all_loose(units: tuple[int, ...], repeats: int) -> str:
+    mechanisms = {count: all_loose(count) for count in units}
+    flights = _phases({str(n): (m, Options(FLIGHT, samples=2)) for n, m in mechanisms.items()}, repeats)
+    knocks = _phases({str(n): (m, Options(KNOCKING, samples=101)) for n, m in mechanisms.items()}, repeats)
     rows, joints, per_rate, per_time = [], [], [], []
-    for count in units:
-        mechanism = all_loose(count)
-        flight, options = Options(FLIGHT, samples=2), Options(KNOCKING, samples=101)
-        flown, path = compute(mechanism, flight), compute(mechanism, options)
-        quiet, _, _ = _phases(mechanism, flight, repeats)
-        knocking, setup, dataset = _phases(mechanism, options, repeats)
+    for count, mechanism in mechanisms.items():
+        flight, knocking = flights[str(count)], knocks[str(count)]
+        path = knocking.path
         joints.append(float(len(mechanism.loose)))
-        per_rate.append(quiet.median / int(flown.statistics["rates"]))
-        per_time.append(knocking.median / path.end)
+        per_rate.append(flight.integration / float(flight.path.statistics["rates"]))
+        per_time.append(knocking.integration / path.end)
         rows.append(
             [
                 f"N = {count}",
@@ -105,8 +116,8 @@ def _all_loose(units: tuple[int, ...], repeats: int) -> str:
                 str(path.statistics["steps"]),
                 str(path.statistics["events"]),
                 f"{per_time[-1]:.2f}",
-                f"{1e3 * setup.median:.0f}",
-                f"{1e3 * dataset.median:.0f}",
+                f"{1e3 * knocking.setup:.0f}",
+                f"{1e3 * knocking.dataset:.0f}",
             ]
         )
     head = [

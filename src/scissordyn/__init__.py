@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from scissordyn.errors import InputError, ScissordynError
+    from scissordyn.laws.catalogue import law
     from scissordyn.laws.damping.flores import Flores
     from scissordyn.laws.damping.lankarani_nikravesh import LankaraniNikravesh
     from scissordyn.laws.elastic.hertz import Hertz
@@ -15,11 +16,22 @@ if TYPE_CHECKING:
     from scissordyn.laws.friction.lugre import LuGre
     from scissordyn.laws.friction.none import NoFriction
     from scissordyn.laws.material import STEEL, Material
+    from scissordyn.laws.user import UserDamping, UserElastic, UserFriction
     from scissordyn.model.array import hoberman_ring, mast, polar_scissor
     from scissordyn.model.bar import angulated_bar
     from scissordyn.model.body import Body, bar, point_mass
     from scissordyn.model.clearance import Clearance
-    from scissordyn.model.drive import ConstantSpeed, Drive, Harmonic, TableMotion, tabulated
+    from scissordyn.model.drive import (
+        ConstantSpeed,
+        Cycloidal,
+        Drive,
+        Harmonic,
+        Polynomial,
+        TableMotion,
+        Trapezoidal,
+        tabulated,
+    )
+    from scissordyn.model.element import Force, Motor, Spring, Torque, TorsionSpring, Weld
     from scissordyn.model.joint import Guide, Revolute
     from scissordyn.model.linkage import common_pin, four_bar, n_four_bar, slider_crank
     from scissordyn.model.mechanism import Mechanism
@@ -35,8 +47,10 @@ __all__ = [
     "Body",
     "Clearance",
     "ConstantSpeed",
+    "Cycloidal",
     "Drive",
     "Flores",
+    "Force",
     "Guide",
     "Harmonic",
     "Hertz",
@@ -46,16 +60,27 @@ __all__ = [
     "LuGre",
     "Material",
     "Mechanism",
+    "Motor",
     "NoFriction",
+    "Polynomial",
     "Revolute",
     "ScissordynError",
+    "Spring",
     "TableMotion",
+    "Torque",
+    "TorsionSpring",
+    "Trapezoidal",
+    "UserDamping",
+    "UserElastic",
+    "UserFriction",
+    "Weld",
     "angulated_bar",
     "bar",
     "common_pin",
     "degrees",
     "four_bar",
     "hoberman_ring",
+    "law",
     "load",
     "mast",
     "n_four_bar",
@@ -74,7 +99,11 @@ __all__ = [
 
 # where each public name lives; it is imported when first used, so that `import scissordyn` costs nothing
 _HOMES = {
-    "errors": ("InputError", "ScissordynError"),
+    "errors": (
+        "InputError",
+        "ScissordynError",
+    ),
+    "laws.catalogue": ("law",),
     "laws.damping.flores": ("Flores",),
     "laws.damping.lankarani_nikravesh": ("LankaraniNikravesh",),
     "laws.elastic.hertz": ("Hertz",),
@@ -82,20 +111,73 @@ _HOMES = {
     "laws.friction.ambrosio": ("Ambrosio",),
     "laws.friction.lugre": ("LuGre",),
     "laws.friction.none": ("NoFriction",),
-    "laws.material": ("STEEL", "Material"),
-    "model.array": ("hoberman_ring", "mast", "polar_scissor"),
+    "laws.material": (
+        "STEEL",
+        "Material",
+    ),
+    "laws.user": (
+        "UserDamping",
+        "UserElastic",
+        "UserFriction",
+    ),
+    "model.array": (
+        "hoberman_ring",
+        "mast",
+        "polar_scissor",
+    ),
     "model.bar": ("angulated_bar",),
-    "model.body": ("Body", "bar", "point_mass"),
+    "model.body": (
+        "Body",
+        "bar",
+        "point_mass",
+    ),
     "model.clearance": ("Clearance",),
-    "model.drive": ("ConstantSpeed", "Drive", "Harmonic", "TableMotion", "tabulated"),
-    "model.joint": ("Guide", "Revolute"),
-    "model.linkage": ("common_pin", "four_bar", "n_four_bar", "slider_crank"),
+    "model.drive": (
+        "ConstantSpeed",
+        "Cycloidal",
+        "Drive",
+        "Harmonic",
+        "Polynomial",
+        "TableMotion",
+        "Trapezoidal",
+        "tabulated",
+    ),
+    "model.element": (
+        "Force",
+        "Motor",
+        "Spring",
+        "Torque",
+        "TorsionSpring",
+        "Weld",
+    ),
+    "model.joint": (
+        "Guide",
+        "Revolute",
+    ),
+    "model.linkage": (
+        "common_pin",
+        "four_bar",
+        "n_four_bar",
+        "slider_crank",
+    ),
     "model.mechanism": ("Mechanism",),
-    "model.payload": ("with_panels", "with_payload"),
+    "model.payload": (
+        "with_panels",
+        "with_payload",
+    ),
     "model.scissor": ("scissor",),
-    "simulation.run": ("replay", "simulate"),
-    "simulation.store": ("load", "save"),
-    "units": ("degrees", "rpm"),
+    "simulation.run": (
+        "replay",
+        "simulate",
+    ),
+    "simulation.store": (
+        "load",
+        "save",
+    ),
+    "units": (
+        "degrees",
+        "rpm",
+    ),
 }
 _HOME = {name: home for home, names in _HOMES.items() for name in names}
 

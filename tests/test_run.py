@@ -211,6 +211,18 @@ def test_unfinished_run_says_why(loose_array):
     assert run.sizes["time"] > 1
 
 
+@pytest.mark.parametrize("method", ["dop853", "dopri5", "rodas5p", "rodas4p"])
+@pytest.mark.parametrize("tolerance", [1e-4, 3e-5, 1e-5, 3e-6])
+@pytest.mark.parametrize("kinetic", [0.0, 0.01, 0.1])
+def test_loose_tolerances_end_well(array, method, tolerance, kinetic):
+    """Identity: steps that run away after an impact are rejected, whatever method and tolerance; the run completes."""
+    friction = sd.LuGre(kinetic) if kinetic else sd.NoFriction()
+    arm = array.loosen("A", sd.Clearance(0.5e-3, friction=friction))
+    run = simulate(arm, until=0.03, method=method, rtol=tolerance, atol=tolerance, samples=11)
+    assert run.attrs["status"] == "complete"
+    assert float(run["contact_start"][0]) == pytest.approx(0.001365125913, rel=30 * tolerance)
+
+
 @pytest.mark.parametrize("joint", ["O", "A", "unit 1/pivot", "unit 2/pivot", "unit 1/upper", "unit 1/lower"])
 @pytest.mark.parametrize("reading", ["A", "B"])
 def test_any_joint_may_be_loose(joint, reading):

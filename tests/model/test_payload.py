@@ -71,8 +71,8 @@ def test_panels_take_patterns():
 @pytest.mark.parametrize(
     ("load", "hint"),
     [
-        (lambda arm: sd.with_payload(arm, "unit 1/uper", 1.0), "did you mean 'unit 1/upper'"),
-        (lambda arm: sd.with_payload(arm, ("unit 1/bar 1", "midle"), 1.0), "did you mean 'middle'"),
+        (lambda arm: sd.with_payload(arm, "unit 1/up", 1.0), "did you mean 'unit 1/upper'"),
+        (lambda arm: sd.with_payload(arm, ("unit 1/bar 1", "mid"), 1.0), "did you mean 'middle'"),
         (lambda arm: sd.with_payload(arm, ("ground", "origin"), 1.0), "ground"),
         (lambda arm: sd.with_payload(arm, "A", 0.0), "> 0"),
         (lambda arm: sd.with_payload(arm, "A", 1.0, inertia=-1.0), ">= 0"),

@@ -111,13 +111,18 @@ def first_crossing(problem, T, t, h, w, S):
             sign = sign_of(w.mode[k])
             found = -1.0
             if sign * w.right_value[k] > 0.0:
-                found = theta
+                # one that has not crossed where another has is not the first
+                if guard < 0 or sign * w.first_value[k] > 0.0:
+                    found = theta
             elif sign * w.left_rate[k] > 0.0 and sign * w.right_rate[k] < 0.0:
                 found = summit(problem, T, k, left, theta, t, h, w, S)
             if found > 0.0:
                 found = crossing(problem, T, k, left, found, t, h, w, S)
                 if guard < 0 or found < where:
                     guard, where = k, found
+                    evaluate(problem, T, where, t, h, w, S)
+                    for other in range(count):
+                        w.first_value[other] = w.value[other]
         if guard >= 0:
             return guard, where
         for k in range(count):

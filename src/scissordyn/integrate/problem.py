@@ -46,6 +46,7 @@ class Work(NamedTuple):
     rate: np.ndarray
     left_rate: np.ndarray
     right_value: np.ndarray
+    first_value: np.ndarray  # where the first crossing so far was found
     right_rate: np.ndarray
     power: np.ndarray  # (nodes + 1, quadratures)
     total: np.ndarray  # (quadratures,)
@@ -123,6 +124,7 @@ def make_work(
         rate=np.zeros(guards),
         left_rate=np.zeros(guards),
         right_value=np.zeros(guards),
+        first_value=np.zeros(guards),
         right_rate=np.zeros(guards),
         power=np.zeros((tableau.gauss.size + 1, quadratures)),
         total=np.zeros(quadratures),

@@ -115,6 +115,9 @@ def error_norm(T, h, y, new, K, atol, rtol, group):
         square = 0.0
         for i in range(start, stop):
             square += max(y[i] * y[i], new[i] * new[i])
+        # an overflow would make the weight infinite and any error nothing
+        if not square < math.inf:
+            return math.nan
         size = math.sqrt(square / (stop - start))
         for i in range(start, stop):
             first = second = 0.0

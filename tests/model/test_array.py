@@ -121,6 +121,25 @@ def test_degrees_of_freedom(array, freedom):
     assert degrees_of_freedom(array) == freedom
 
 
+@pytest.mark.parametrize(
+    "built",
+    [
+        sd.polar_scissor(units=5),
+        sd.polar_scissor(units=5, inner=0.9, outer=1.1, kink=0.1),
+        sd.hoberman_ring(units=7),
+        sd.mast(units=3, platform_mass=1.0),
+        sd.slider_crank(offset=0.01, angle=2.0),
+        sd.four_bar(branch="crossed", angle=2.0),
+        sd.n_four_bar(3),
+    ],
+    ids=["polar", "kinked", "ring", "mast", "slider-crank", "four-bar", "n-four-bar"],
+)
+def test_placed_closed(built):
+    """Identity: every builder places its bodies so that each pin already closes, to 1e-14 m."""
+    for joint in built.joints:
+        assert math.dist(built.place(joint.journal), built.place(joint.bearing)) < 1e-14
+
+
 @pytest.mark.parametrize("platform", [None, 40.0])
 def test_mast_rises(platform):
     """Closed form: the mast is N L sin th high, its base L cos th wide, its weight lifted accordingly, to 1e-9."""

@@ -283,7 +283,9 @@ def land(problem, T, guard, theta, t, h, w, S, count):
     The crossing was found on the dense output; the end of a step is more accurate than its inside, so a few Newton steps
     on the step size follow.
     """
-    short = theta * h
+    # two joints that cross within round-off leave a step that the clock cannot resolve, nor a Rosenbrock method divide by
+    least = min(h, 4e-16 * max(abs(t), abs(t + h)))
+    short = max(theta * h, least)
     for _ in range(8):
         if not trial(problem, T, t, short, w, S, count):
             break
@@ -292,7 +294,7 @@ def land(problem, T, guard, theta, t, h, w, S, count):
         if abs(value) <= w.precision[guard] or rate == 0.0:
             break
         corrected = short - value / rate
-        if not 0.0 < corrected <= h:
+        if not least <= corrected <= h:
             break
         short = corrected
     return short

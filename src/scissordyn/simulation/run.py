@@ -6,6 +6,7 @@ import dataclasses
 import json
 from collections.abc import Callable
 
+import numpy as np
 import xarray as xr
 
 from scissordyn.errors import InputError
@@ -15,7 +16,7 @@ from scissordyn.model.mechanism import Mechanism
 from scissordyn.model.record import from_plain
 from scissordyn.simulation.dataset import to_dataset
 from scissordyn.simulation.options import Options, StartKind
-from scissordyn.simulation.trajectory import Trajectory, compute
+from scissordyn.simulation.trajectory import compute
 from scissordyn.simulation.trust import TIGHTER, horizon
 
 __all__ = ["replay", "simulate"]
@@ -106,7 +107,7 @@ def _simulate(mechanism: Mechanism, options: Options, trust: bool, progress: Cal
             )
     path = compute(mechanism, options, progress)
     run = to_dataset(mechanism, options, path)
-    run.attrs["warnings"] = json.dumps(_warnings(mechanism, path, run))
+    run.attrs["warnings"] = json.dumps(_warnings(mechanism, run))
     if trust and path.status == "complete":
         tight = dataclasses.replace(options, rtol=max(TIGHTER * options.rtol, 1e-14), atol=max(TIGHTER * options.atol, 1e-14))
         second = to_dataset(mechanism, tight, compute(mechanism, tight, progress))
@@ -115,20 +116,21 @@ def _simulate(mechanism: Mechanism, options: Options, trust: bool, progress: Cal
     return run
 
 
-def _warnings(mechanism: Mechanism, path: Trajectory, run: xr.Dataset) -> list[str]:
+def _warnings(mechanism: Mechanism, run: xr.Dataset) -> list[str]:
     """Sentences on what the user should know before using the numbers; each once."""
     found: list[str] = []
+    touched, speed = run["contact_joint"].values, run["approach_speed"].values
     for joint in mechanism.loose:
         assert joint.clearance is not None
-        own = run["contact_joint"].values == joint.name
+        depth = run["indentation"].values[:, mechanism.joint_names.index(joint.name)]
         found += contact_warnings(
             joint.name,
             joint.clearance.contact,
             joint.clearance.stiffness,
             joint.clearance.damping,
-            approach_speed=run["approach_speed"].values[own].tolist(),
-            indentation=float(run["indentation"].sel(joint=joint.name).max()) if path.samples.time.size else 0.0,
+            approach_speed=speed[touched == joint.name].tolist(),
+            indentation=float(np.max(depth, initial=0.0)),
         )
-    if bool(run["reaction"].isnull().any()):
+    if np.isnan(run["reaction"].values).any():
         found.append("more ideal joints hold the bodies than needed; reactions are not determined and are left out (NaN)")
     return list(dict.fromkeys(found))

@@ -12,6 +12,7 @@ import numpy as np
 
 from scissordyn.jit import kernel
 from scissordyn.mechanics.layout import Form, Layout, join_forms
+from scissordyn.mechanics.link import link_forms, push_turns
 from scissordyn.mechanics.motion import course_at, motion_rows
 from scissordyn.model.body import GROUND
 from scissordyn.model.element import Element, Force, Motor, Spring, Torque, TorsionSpring
@@ -64,40 +65,6 @@ def element_form(layout: Layout, element: Element) -> Form:
 
 
 @kernel(inline=True)
-def element_forms(link, S):
-    """The six forms of a link and their rates, from S.X and S.V."""
-    ux = uy = ax = ay = bx = by = 0.0
-    vx = vy = px = py = qx = qy = 0.0
-    row = S.link_row
-    for k in range(S.link_start[link], S.link_start[link + 1]):
-        x, v = S.X[S.link_column[k]], S.V[S.link_column[k]]
-        ux += row[0, k] * x
-        uy += row[1, k] * x
-        ax += row[2, k] * x
-        ay += row[3, k] * x
-        bx += row[4, k] * x
-        by += row[5, k] * x
-        vx += row[0, k] * v
-        vy += row[1, k] * v
-        px += row[2, k] * v
-        py += row[3, k] * v
-        qx += row[4, k] * v
-        qy += row[5, k] * v
-    return ux, uy, ax, ay, bx, by, vx, vy, px, py, qx, qy
-
-
-@kernel(inline=True)
-def spread_forces(link, S, fx, fy, torque_a, torque_b, ax, ay, bx, by, target):
-    """Add a force on u and torques on a and b to a vector of generalized forces."""
-    gx, gy, hx, hy = -torque_a * ay, torque_a * ax, -torque_b * by, torque_b * bx
-    row = S.link_row
-    for k in range(S.link_start[link], S.link_start[link + 1]):
-        target[S.link_column[k]] += (
-            row[0, k] * fx + row[1, k] * fy + row[2, k] * gx + row[3, k] * gy + row[4, k] * hx + row[5, k] * hy
-        )
-
-
-@kernel(inline=True)
 def relative_angle(start, ax, ay, bx, by):
     """Angle of a against b, within half a turn of its value at the start."""
     turned = math.atan2(bx * ay - by * ax, bx * ax + by * ay) - start
@@ -132,7 +99,7 @@ def add_element_forces(t, i, S):
     """Add element i to S.force, and write its energy and powers into S.element."""
     link = S.mode.size + i
     E = S.element
-    ux, uy, ax, ay, bx, by, vx, vy, px, py, qx, qy = element_forms(link, S)
+    ux, uy, ax, ay, bx, by, vx, vy, px, py, qx, qy = link_forms(link, S)
     kind = int(E[i, 0])
     fx = fy = torque = energy = given = lost = 0.0
     spin = (ax * py - ay * px) - (bx * qy - by * qx)
@@ -162,7 +129,7 @@ def add_element_forces(t, i, S):
             given = fx * vx + fy * vy
     E[i, 5], E[i, 6], E[i, 7] = energy, given, lost
     E[i, 8], E[i, 9], E[i, 10] = fx, fy, torque
-    spread_forces(link, S, fx, fy, torque, -torque, ax, ay, bx, by, S.force)
+    push_turns(link, S, fx, fy, torque, -torque, ax, ay, bx, by, S.force, 0, S.n + S.nb)
 
 
 @kernel(inline=True)
@@ -170,7 +137,7 @@ def linearise_element(t, i, S, dt):
     """Write the derivatives of element i's generalized forces into S.block_x and S.block_v, add d force / dt to dt[0:n]."""
     link = S.mode.size + i
     E, K, D = S.element, S.element_x, S.element_v
-    ux, uy, ax, ay, bx, by, vx, vy, px, py, qx, qy = element_forms(link, S)
+    ux, uy, ax, ay, bx, by, vx, vy, px, py, qx, qy = link_forms(link, S)
     kind = int(E[i, 0])
     K[:, :] = 0.0
     D[:, :] = 0.0
@@ -202,12 +169,12 @@ def linearise_element(t, i, S, dt):
         fx, fy = E[i, 1], E[i, 2]
         if kind == 4:
             torque = factor * E[i, 1]
-            spread_free(link, S, 0.0, 0.0, rate * E[i, 1], -rate * E[i, 1], ax, ay, bx, by, dt)
+            push_turns(link, S, 0.0, 0.0, rate * E[i, 1], -rate * E[i, 1], ax, ay, bx, by, dt, S.n, S.n)
         elif kind == 2:
-            spread_free(link, S, rate * fx, rate * fy, 0.0, 0.0, ax, ay, bx, by, dt)
+            push_turns(link, S, rate * fx, rate * fy, 0.0, 0.0, ax, ay, bx, by, dt, S.n, S.n)
         else:
             gx, gy = fx * ax - fy * ay, fx * ay + fy * ax
-            spread_free(link, S, rate * gx, rate * gy, 0.0, 0.0, ax, ay, bx, by, dt)
+            push_turns(link, S, rate * gx, rate * gy, 0.0, 0.0, ax, ay, bx, by, dt, S.n, S.n)
             K[0, 2], K[0, 3] = factor * fx, -factor * fy
             K[1, 2], K[1, 3] = factor * fy, factor * fx
     if kind == 1 or kind >= 4:
@@ -235,18 +202,6 @@ def linearise_element(t, i, S, dt):
                     v += weight * D[r, c]
             S.block_x[block + a * count + b] = x
             S.block_v[block + a * count + b] = v
-
-
-@kernel(inline=True)
-def spread_free(link, S, fx, fy, torque_a, torque_b, ax, ay, bx, by, dt):
-    """Add a force and torques to the rates of the free speeds only."""
-    gx, gy, hx, hy = -torque_a * ay, torque_a * ax, -torque_b * by, torque_b * bx
-    row = S.link_row
-    for k in range(S.link_start[link], S.link_start[link + 1]):
-        if S.link_column[k] < S.n:
-            dt[S.n + S.link_column[k]] += (
-                row[0, k] * fx + row[1, k] * fy + row[2, k] * gx + row[3, k] * gy + row[4, k] * hx + row[5, k] * hy
-            )
 
 
 def start_angle(layout: Layout, element: Element) -> float:

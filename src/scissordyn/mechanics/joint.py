@@ -12,33 +12,10 @@ import math
 
 from scissordyn.jit import kernel
 from scissordyn.laws.ladder import elastic_force, friction_force, friction_start, normal_force
+from scissordyn.mechanics.link import link_forms, push_turns
 from scissordyn.mechanics.system import APPROACH_FLOOR
 
-__all__ = ["contact_forces", "gap", "joint_forms", "linearise_contact", "switch"]
-
-
-@kernel(inline=True)
-def joint_forms(j, S):
-    """The six forms of joint j and their rates, from S.X and S.V."""
-    ex = ey = ax = ay = bx = by = 0.0
-    ux = uy = px = py = qx = qy = 0.0
-    row = S.link_row
-    for k in range(S.link_start[j], S.link_start[j + 1]):
-        column = S.link_column[k]
-        x, v = S.X[column], S.V[column]
-        ex += row[0, k] * x
-        ey += row[1, k] * x
-        ax += row[2, k] * x
-        ay += row[3, k] * x
-        bx += row[4, k] * x
-        by += row[5, k] * x
-        ux += row[0, k] * v
-        uy += row[1, k] * v
-        px += row[2, k] * v
-        py += row[3, k] * v
-        qx += row[4, k] * v
-        qy += row[5, k] * v
-    return ex, ey, ax, ay, bx, by, ux, uy, px, py, qx, qy
+__all__ = ["contact_forces", "gap", "linearise_contact", "switch"]
 
 
 @kernel(inline=True)
@@ -62,7 +39,7 @@ def gap(j, S):
 @kernel(inline=True)
 def kinematics(j, S):
     """Write delta, delta', slip speed, n and |e| of joint j into S.joint; returns the forms and rates."""
-    forms = joint_forms(j, S)
+    forms = link_forms(j, S)
     ex, ey, ax, ay, bx, by, ux, uy, px, py, qx, qy = forms
     out = S.joint
     e = math.sqrt(ex * ex + ey * ey)
@@ -92,12 +69,7 @@ def contact_forces(j, S, z, dz):
     nx, ny = out[j, 6], out[j, 7]
     fx, fy = -normal * nx + tangential * ny, -normal * ny - tangential * nx
     moment_j, moment_b = -S.radius[j, 1] * tangential, S.radius[j, 2] * tangential
-    gx, gy, hx, hy = -moment_j * ay, moment_j * ax, -moment_b * by, moment_b * bx
-    row = S.link_row
-    for k in range(S.link_start[j], S.link_start[j + 1]):
-        S.force[S.link_column[k]] += (
-            row[0, k] * fx + row[1, k] * fy + row[2, k] * gx + row[3, k] * gy + row[4, k] * hx + row[5, k] * hy
-        )
+    push_turns(j, S, fx, fy, moment_j, moment_b, ax, ay, bx, by, S.force, 0, S.n + S.nb)
 
 
 @kernel(inline=True)
@@ -170,7 +142,7 @@ def law_slopes(j, S, z, dz, up, down, by_state):
 @kernel(inline=True)
 def linearise_contact(j, S, z, by_state, up, down):
     """Write the derivatives of joint j's generalized forces and state rates into S.block_x and its companions."""
-    _, _, ax, ay, bx, by, ux, uy, px, py, qx, qy = joint_forms(j, S)
+    _, _, ax, ay, bx, by, ux, uy, px, py, qx, qy = link_forms(j, S)
     n_d, n_r, t_v, t_n = law_slopes(j, S, z, up, up, down, by_state)
     normal, tangential, nx, ny, e = S.joint[j, 4], S.joint[j, 5], S.joint[j, 6], S.joint[j, 7], S.joint[j, 8]
     rj, rb = S.radius[j, 1], S.radius[j, 2]

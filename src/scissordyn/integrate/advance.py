@@ -39,6 +39,9 @@ RECORD = 2
 PROBES = 6
 """Points inside a step at which guards are looked at."""
 
+LANDINGS = 8
+"""Attempts to end a step on a crossing; Newton's method needs two or three."""
+
 # rows of the counters and of the clock
 STEPS, REJECTED, RATES, JACOBIANS, EVENTS, SAMPLED, STALLED, FRESH = range(8)
 TIME, STEP, END, AFTER_RISE, AFTER_FALL = range(5)
@@ -259,7 +262,7 @@ def integral(T, theta, h, w, which):
 
 
 @kernel(inline=True)
-def sample(T, t, h, final, clock, count, w, out):
+def sample(T, t, h, final, count, w, out):
     """Write the samples that lie in (t, t + h], or at the very end."""
     while count[SAMPLED] < out.time.size:
         at = count[SAMPLED]
@@ -286,7 +289,7 @@ def land(problem, T, guard, theta, t, h, w, S, count):
     # two joints that cross within round-off leave a step that the clock cannot resolve, nor a Rosenbrock method divide by
     least = min(h, 4e-16 * max(abs(t), abs(t + h)))
     short = max(theta * h, least)
-    for _ in range(8):
+    for attempt in range(LANDINGS):
         if not trial(problem, T, t, short, w, S, count):
             break
         problem.guards(t + short, w.new, S, w.value, w.rate)
@@ -294,7 +297,8 @@ def land(problem, T, guard, theta, t, h, w, S, count):
         if abs(value) <= w.precision[guard] or rate == 0.0:
             break
         corrected = short - value / rate
-        if not least <= corrected <= h:
+        # the last size tried is the one that the new state belongs to
+        if not least <= corrected <= h or attempt == LANDINGS - 1:
             break
         short = corrected
     return short
@@ -324,7 +328,7 @@ def advance(problem, T, S, clock, count, w, out, log, most_steps):
         t = clock[TIME]
         if t >= clock[END]:
             if count[SAMPLED] < out.time.size:
-                sample(T, t, 0.0, True, clock, count, w, out)
+                sample(T, t, 0.0, True, count, w, out)
             return FINISHED
         if count[EVENTS] >= log.shape[0]:
             return LOG_FULL
@@ -363,7 +367,7 @@ def advance(problem, T, S, clock, count, w, out, log, most_steps):
             h = land(problem, T, guard, theta, t, h, w, S, count)
             complete(problem, T, t, h, w, S, count)
         watch(problem, T, t, h, w, S, count)
-        sample(T, t, h, last and guard < 0, clock, count, w, out)
+        sample(T, t, h, last and guard < 0, count, w, out)
         for q in range(w.total.size):
             w.total[q] += integral(T, 1.0, h, w, q)
         now = clock[END] if last and guard < 0 else t + h

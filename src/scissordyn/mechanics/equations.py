@@ -12,7 +12,7 @@ from __future__ import annotations
 from scissordyn.jit import kernel
 from scissordyn.mechanics import band
 from scissordyn.mechanics.element import add_element_forces, linearise_element
-from scissordyn.mechanics.joint import contact_forces, gap, kinematics, linearise_contact, switch
+from scissordyn.mechanics.joint import contact_forces, gap, linearise_contact, switch
 from scissordyn.mechanics.motion import prescribe
 
 __all__ = ["accelerate", "factorize", "guards", "linearise", "powers", "project", "reset", "solve"]
@@ -433,9 +433,3 @@ def powers(t, y, S, power, watched):
             watched[j] = S.joint[j, 4]
             power[1] += (S.joint[j, 4] - S.joint[j, 3]) * S.joint[j, 1]
             power[2] += S.joint[j, 5] * S.joint[j, 2]
-
-
-@kernel(inline=True)
-def look(j, S):
-    """Kinematics of joint j for the record, whether it touches or not."""
-    kinematics(j, S)

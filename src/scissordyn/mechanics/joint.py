@@ -21,15 +21,7 @@ __all__ = ["contact_forces", "gap", "linearise_contact", "switch"]
 @kernel(inline=True)
 def gap(j, S):
     """|e| - c and its rate; negative in free flight."""
-    ex = ey = ux = uy = 0.0
-    row = S.link_row
-    for k in range(S.link_start[j], S.link_start[j + 1]):
-        column = S.link_column[k]
-        x, v = S.X[column], S.V[column]
-        ex += row[0, k] * x
-        ey += row[1, k] * x
-        ux += row[0, k] * v
-        uy += row[1, k] * v
+    ex, ey, _, _, _, _, ux, uy, _, _, _, _ = link_forms(j, S)
     e = math.sqrt(ex * ex + ey * ey)
     # at e = 0 the normal is undefined; whichever way the journal leaves, it moves outward
     rate = (ex * ux + ey * uy) / e if e > 0.0 else math.sqrt(ux * ux + uy * uy)

@@ -22,7 +22,7 @@ from scissordyn.model.body import GROUND, Point
 from scissordyn.model.element import Force, Spring
 from scissordyn.model.mechanism import Mechanism
 
-__all__ = ["Balance", "balance", "known_loads", "solve_reactions"]
+__all__ = ["Balance", "balance", "journal_forces", "known_loads", "solve_reactions"]
 
 _factorize, _solve = band.factorize, band.solve
 
@@ -143,6 +143,12 @@ def balance(mechanism: Mechanism) -> Balance:
     )
 
 
+def journal_forces(found: Record) -> np.ndarray:
+    """Contact forces -F_n n - F_t t on the journals of the loose joints, shape (nt, nj, 2) [N]."""
+    normal, tangential, nx, ny = np.moveaxis(found.joint[..., 4:8], -1, 0)
+    return np.stack([-normal * nx + tangential * ny, -normal * ny - tangential * nx], axis=-1)
+
+
 def known_loads(mechanism: Mechanism, direction: np.ndarray, found: Record, radius: np.ndarray) -> np.ndarray:
     """Forces of loose joints, springs, loads and motors on the bodies.
 
@@ -161,6 +167,7 @@ def known_loads(mechanism: Mechanism, direction: np.ndarray, found: Record, radi
     """
     index = {body.name: k for k, body in enumerate(mechanism.bodies)}
     known = np.zeros((*direction.shape[:2], 3))
+    on_journals = journal_forces(found)
 
     def push(body: str, point: str, force: np.ndarray) -> None:
         if body == GROUND:
@@ -175,8 +182,7 @@ def known_loads(mechanism: Mechanism, direction: np.ndarray, found: Record, radi
             known[:, index[body], 2] += torque
 
     for j, joint in enumerate(mechanism.loose):
-        normal, tangential, nx, ny = found.joint[:, j, 4:8].T
-        force = np.stack([-normal * nx + tangential * ny, -normal * ny - tangential * nx], axis=1)
+        force, tangential = on_journals[:, j], found.joint[:, j, 5]
         push(*joint.journal, force)
         push(*joint.bearing, -force)
         turn(joint.journal[0], -radius[j, 1] * tangential)

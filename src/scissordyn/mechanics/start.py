@@ -34,9 +34,9 @@ class Start:
     velocity: np.ndarray
 
 
-def basis_at(layout: Layout, system: System, time: float = 0.0) -> tuple[np.ndarray, np.ndarray]:
-    """B and b' at an instant."""
-    prescribe(time, system.motion, system.motion_start, system.basis, system.angle)
+def basis_at_start(system: System) -> tuple[np.ndarray, np.ndarray]:
+    """The basis b and its rate at t = 0."""
+    prescribe(0.0, system.motion, system.motion_start, system.basis, system.angle)
     return system.basis[0].copy(), system.basis[1].copy()
 
 
@@ -67,7 +67,7 @@ def carry_over(layout: Layout, system: System, position: np.ndarray, velocity: n
     -------
     Start
     """
-    b, rate = basis_at(layout, system)
+    b, rate = basis_at_start(system)
     n = layout.free
     moving, known = layout.coordinates[:, :n], layout.coordinates[:, n:]
     weighted = sp.csr_array(moving.T @ layout.mass)
@@ -76,7 +76,7 @@ def carry_over(layout: Layout, system: System, position: np.ndarray, velocity: n
 
 def natural_state(layout: Layout, system: System, start: Start) -> tuple[np.ndarray, np.ndarray]:
     """Natural coordinates and velocities of a state."""
-    b, rate = basis_at(layout, system)
+    b, rate = basis_at_start(system)
     return layout.coordinates @ np.append(start.position, b), layout.coordinates @ np.append(start.velocity, rate)
 
 
@@ -121,7 +121,7 @@ def hold_joints(
     Start
     """
     n = layout.free
-    b, b_rate = basis_at(layout, system)
+    b, b_rate = basis_at_start(system)
     parts = [(k, weight, form) for k, condition in enumerate(layout.conditions) for weight, form in condition.parts]
     owner = sp.csr_array(
         (np.array([w for _, w, _ in parts]), (np.array([k for k, _, _ in parts], int), np.arange(len(parts)))),

@@ -22,7 +22,8 @@ __all__ = ["APPROACH_FLOOR", "System", "build_system", "open_system", "sliding_s
 APPROACH_FLOOR = 1e-6
 """Least approach speed of a contact [m/s]: a contact that starts at rest must not divide by zero."""
 
-JOINT_OUTPUTS = 12
+JOINT_OUTPUTS = 9
+"""Width of `System.joint`; `joint` says what its columns are."""
 
 
 F1 = Annotated[np.ndarray, types.float64[::1]]
@@ -94,7 +95,6 @@ class System(NamedTuple):
     joint: F2  # (nj, JOINT_OUTPUTS) what the joint kernel found
     block_x: F1  # joint blocks: d force / d X
     block_v: F1  # d force / d V
-    state_rate: F1  # (nz,)
     force_by_state: F1  # (joint entries * states)
     rate_by_x: F1  # (states * joint entries)
     rate_by_v: F1
@@ -221,7 +221,6 @@ def build_system(layout: Layout) -> System:
         joint=np.zeros((nj, JOINT_OUTPUTS)),
         block_x=np.zeros(int(np.sum(counts**2))),
         block_v=np.zeros(int(np.sum(counts**2))),
-        state_rate=np.zeros(nz),
         force_by_state=np.zeros(int(np.dot(counts, states)) if links else 0),
         rate_by_x=np.zeros(int(np.dot(counts, states)) if links else 0),
         rate_by_v=np.zeros(int(np.dot(counts, states)) if links else 0),

@@ -13,7 +13,7 @@ import xarray as xr
 
 from scissordyn.mechanics.bodies import BodyMotion, body_motion
 from scissordyn.mechanics.outputs import Record, record
-from scissordyn.mechanics.reactions import known_loads, solve_reactions
+from scissordyn.mechanics.reactions import journal_forces, known_loads, solve_reactions
 from scissordyn.model.body import GROUND
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.model.record import to_plain
@@ -113,8 +113,7 @@ def _joint_variables(mechanism: Mechanism, path: Trajectory, found: Record, moti
     ideal = np.array([names.index(joint.name) for joint in mechanism.ideal], int)
     guides = np.arange(len(mechanism.joints), len(names))
     instants, contact = found.X.shape[0], found.joint
-    normal, tangential, nx, ny = contact[..., 4], contact[..., 5], contact[..., 6], contact[..., 7]
-    force = np.stack([-normal * nx + tangential * ny, -normal * ny - tangential * nx], axis=-1)
+    normal, tangential, force = contact[..., 4], contact[..., 5], journal_forces(found)
     radius = path.system.content.radius
     joints, guided, _ = solve_reactions(
         mechanism,

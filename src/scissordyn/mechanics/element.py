@@ -97,7 +97,7 @@ def course_of(t, i, S):
 @kernel(inline=True)
 def add_element_forces(t, i, S):
     """Add element i to S.force, and write its energy and powers into S.element."""
-    link = S.mode.size + i
+    link = S.radius.shape[0] + i
     E = S.element
     ux, uy, ax, ay, bx, by, vx, vy, px, py, qx, qy = link_forms(link, S)
     kind = int(E[i, 0])
@@ -135,7 +135,7 @@ def add_element_forces(t, i, S):
 @kernel(inline=True)
 def linearise_element(t, i, S, dt):
     """Write the derivatives of element i's generalized forces into S.block_x and S.block_v, add d force / dt to dt[0:n]."""
-    link = S.mode.size + i
+    link = S.radius.shape[0] + i
     E, K, D = S.element, S.element_x, S.element_v
     ux, uy, ax, ay, bx, by, vx, vy, px, py, qx, qy = link_forms(link, S)
     kind = int(E[i, 0])

@@ -101,7 +101,7 @@ def accelerate(t, y, S, dy):
     spread(t, y, S)
     for i in range(n + nb):
         S.force[i] = S.weight[i]
-    for j in range(S.mode.size):
+    for j in range(S.radius.shape[0]):
         start, stop = S.state_start[j], S.state_start[j + 1]
         if S.mode[j] == 1:
             contact_forces(j, S, y[2 * n + start : 2 * n + stop], dy[2 * n + start : 2 * n + stop])
@@ -142,7 +142,7 @@ def accelerate(t, y, S, dy):
 @kernel(inline=True)
 def acts(link, S):
     """Whether a link exerts forces: a loose joint in contact, or an element."""
-    return link >= S.mode.size or S.mode[link] == 1
+    return link >= S.radius.shape[0] or S.mode[link] == 1
 
 
 @kernel(inline=True)
@@ -163,11 +163,11 @@ def linearise(t, y, S, dy, dt):
         if not acts(j, S):
             continue
         states = stop - start
-        if j < S.mode.size:
+        if j < S.radius.shape[0]:
             by_state = S.state_jacobian[: states + 3, :states]
             linearise_contact(j, S, y[2 * n + start : 2 * n + stop], by_state, S.state_work[0], S.state_work[1])
         else:
-            linearise_element(t, j - S.mode.size, S, dt)
+            linearise_element(t, j - S.radius.shape[0], S, dt)
         first, count = S.link_start[j], S.link_start[j + 1] - S.link_start[j]
         for b in range(count):
             column = S.link_column[first + b] - n
@@ -386,7 +386,7 @@ def project(t, y, S):
 def guards(t, y, S, value, rate):
     """Write |e| - c and its rate for each loose joint."""
     spread(t, y, S)
-    for j in range(S.mode.size):
+    for j in range(S.radius.shape[0]):
         value[j], rate[j] = gap(j, S)
 
 
@@ -427,8 +427,9 @@ def powers(t, y, S, power, watched):
     for i in range(S.element.shape[0]):
         power[3] += S.element[i, 6]
         power[4] += S.element[i, 7]
-    for j in range(S.mode.size):
-        watched[j] = 0.0
+    for k in range(S.mode.size):
+        watched[k] = 0.0
+    for j in range(S.radius.shape[0]):
         if S.mode[j] == 1:
             watched[j] = S.joint[j, 4]
             power[1] += (S.joint[j, 4] - S.joint[j, 3]) * S.joint[j, 1]

@@ -106,7 +106,7 @@ def fill(time, state, mode, memory, address, R):
             R.springs[at] += S.element[i, 5]
             for q in range(3):
                 R.element[at, i, q] = S.element[i, 8 + q]
-        for j in range(S.mode.size):
+        for j in range(S.radius.shape[0]):
             if S.mode[j] == 0:
                 kinematics(j, S)
                 S.joint[j, 3] = S.joint[j, 4] = S.joint[j, 5] = 0.0
@@ -134,7 +134,7 @@ def record(system: Handle, time: np.ndarray, state: np.ndarray, mode: np.ndarray
     Record
     """
     content = system.content
-    instants, columns, joints = time.size, content.n + content.nb, content.mode.size
+    instants, columns, joints = time.size, content.n + content.nb, content.radius.shape[0]
     found = Record(
         X=np.empty((instants, columns)),
         V=np.empty((instants, columns)),

@@ -68,7 +68,7 @@ class System(NamedTuple):
     course: I1  # (elements,) row of motion_start, or -1
     element_x: F2  # (6, 6) work space
     element_v: F2
-    mode: I1  # (nj,) 0 free flight, 1 contact
+    mode: I1  # (guards,) first the loose joints': 0 free flight, 1 contact
     approach: F1  # (nj,) approach speed of the present contact
     block_start: I1  # (links+1,) where a link's k x k blocks start
     place: I1  # (n+m+nz,) row of the step matrix for each unknown
@@ -300,7 +300,7 @@ def _ordering(
 def sliding_states(system: System) -> np.ndarray:
     """Size of each hidden state in steady sliding, the natural scale of its error."""
     scale = np.zeros(int(system.state_start[-1]))
-    for j in range(system.mode.size):
+    for j in range(system.radius.shape[0]):
         part = slice(system.state_start[j], system.state_start[j + 1])
         if part.stop > part.start:
             state = np.zeros(part.stop - part.start)

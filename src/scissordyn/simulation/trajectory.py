@@ -175,7 +175,7 @@ def _work(layout: Layout, system: System, state: np.ndarray, coefficients: Table
     entries = layout.coordinates.tocoo()
     reach = np.zeros(n + layout.basis)
     np.maximum.at(reach, entries.col, moved[entries.row] * np.abs(entries.data))
-    scale = float(np.min(system.radius[:, 0])) if system.mode.size else (max(extent.values()) or 1.0)
+    scale = float(np.min(system.radius[:, 0])) if mechanism.loose else (max(extent.values()) or 1.0)
     position = options.atol * scale / reach[:n]
     sliding = sliding_states(system)
     hidden = HIDDEN_STATES * options.rtol

@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from scissordyn.model.bar import angulated_bar
     from scissordyn.model.body import Body, bar, point_mass
     from scissordyn.model.clearance import Clearance
+    from scissordyn.model.connection import Latch, Link, Weld
     from scissordyn.model.drive import (
         ConstantSpeed,
         Cycloidal,
@@ -31,12 +32,13 @@ if TYPE_CHECKING:
         Trapezoidal,
         tabulated,
     )
-    from scissordyn.model.element import Force, Motor, Spring, Torque, TorsionSpring, Weld
+    from scissordyn.model.element import AngleStop, Force, Motor, Spring, Torque, TorsionSpring, TravelStop
     from scissordyn.model.joint import Guide, Revolute
     from scissordyn.model.linkage import common_pin, four_bar, n_four_bar, slider_crank
     from scissordyn.model.mechanism import Mechanism
     from scissordyn.model.payload import with_panels, with_payload
     from scissordyn.model.scissor import scissor
+    from scissordyn.simulation.hold import hold_contact
     from scissordyn.simulation.run import replay, simulate
     from scissordyn.simulation.store import load, save
     from scissordyn.units import degrees, rpm
@@ -44,6 +46,7 @@ if TYPE_CHECKING:
 __all__ = [
     "STEEL",
     "Ambrosio",
+    "AngleStop",
     "Body",
     "Clearance",
     "ConstantSpeed",
@@ -56,6 +59,8 @@ __all__ = [
     "Hertz",
     "InputError",
     "LankaraniNikravesh",
+    "Latch",
+    "Link",
     "Liu",
     "LuGre",
     "Material",
@@ -70,6 +75,7 @@ __all__ = [
     "Torque",
     "TorsionSpring",
     "Trapezoidal",
+    "TravelStop",
     "UserDamping",
     "UserElastic",
     "UserFriction",
@@ -80,6 +86,7 @@ __all__ = [
     "degrees",
     "four_bar",
     "hoberman_ring",
+    "hold_contact",
     "law",
     "load",
     "mast",
@@ -142,13 +149,19 @@ _HOMES = {
         "Trapezoidal",
         "tabulated",
     ),
+    "model.connection": (
+        "Latch",
+        "Link",
+        "Weld",
+    ),
     "model.element": (
+        "AngleStop",
         "Force",
         "Motor",
         "Spring",
         "Torque",
         "TorsionSpring",
-        "Weld",
+        "TravelStop",
     ),
     "model.joint": (
         "Guide",
@@ -166,6 +179,7 @@ _HOMES = {
         "with_payload",
     ),
     "model.scissor": ("scissor",),
+    "simulation.hold": ("hold_contact",),
     "simulation.run": (
         "replay",
         "simulate",

@@ -13,8 +13,9 @@ from scissordyn.errors import InputError
 from scissordyn.model.array import mast
 from scissordyn.model.body import GROUND, Body, bar, point_mass
 from scissordyn.model.clearance import Clearance
+from scissordyn.model.connection import Weld
 from scissordyn.model.drive import ConstantSpeed, Cycloidal, Drive, Harmonic, Polynomial, TableMotion, Trapezoidal
-from scissordyn.model.element import Force, Motor, Spring, Torque, TorsionSpring, Weld
+from scissordyn.model.element import Force, Motor, Spring, Torque, TorsionSpring
 from scissordyn.model.joint import Guide, Revolute
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.model.scissor import scissor

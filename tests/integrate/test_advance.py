@@ -123,7 +123,7 @@ def bounce(t, y, guard, address, record):
 def energies(t, y, address, power, watched):
     """The ball's speed squared to integrate, its speed to watch."""
     power[0] = y[1] * y[1]
-    watched[0] = abs(y[1])
+    watched[0, 0] = abs(y[1])
 
 
 def run(name, rate, linearise, start, until, tolerance, samples, *, floor):
@@ -146,7 +146,7 @@ def run(name, rate, linearise, start, until, tolerance, samples, *, floor):
     )
     out, log = make_samples(np.linspace(0.0, until, samples), work), np.zeros((100, 5 + loop.RECORD))
     if not floor:  # powers and guards write one number each
-        work = work._replace(value=np.zeros(1), rate=np.zeros(1), watched=np.zeros((T.gauss.size + 3, 1)))
+        work = work._replace(value=np.zeros(1), rate=np.zeros(1), watched=np.zeros((T.gauss.size + 3, 1, loop.WATCHED)))
     clock, count = np.array([0.0, 1e-3, until, until, until]), np.zeros(8, np.int64)
     status = loop.ADVANCING
     while status == loop.ADVANCING:

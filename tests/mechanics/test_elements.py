@@ -7,8 +7,9 @@ import pytest
 
 import scissordyn as sd
 from scissordyn.mechanics.motion import course_at, motion_rows
+from scissordyn.model.connection import Weld
 from scissordyn.model.drive import ConstantSpeed, Cycloidal, Harmonic, Polynomial, TableMotion, Trapezoidal
-from scissordyn.model.element import Force, Motor, Spring, Torque, TorsionSpring, Weld
+from scissordyn.model.element import Force, Motor, Spring, Torque, TorsionSpring
 from scissordyn.model.mechanism import Mechanism
 
 TIGHT = {"rtol": 1e-11, "atol": 1e-11, "samples": 101}

@@ -14,7 +14,8 @@ from scissordyn.config.structure import STRUCTURE, StructureTable
 from scissordyn.config.table import Table, described, located
 from scissordyn.errors import InputError
 from scissordyn.model.body import Body, Point
-from scissordyn.model.element import Force, Motor, Spring, Torque, TorsionSpring, Weld
+from scissordyn.model.connection import Latch, Link, Weld
+from scissordyn.model.element import AngleStop, Force, Motor, Spring, Torque, TorsionSpring, TravelStop
 from scissordyn.model.joint import Guide, Revolute
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.simulation.options import Options
@@ -87,10 +88,14 @@ class CaseTable(Table):
     joint: list[Annotated[Revolute, PARTS["joint"].reader]] = _listed()
     guide: list[Annotated[Guide, PARTS["guide"].reader]] = _listed()
     weld: list[Annotated[Weld, PARTS["weld"].reader]] = _listed()
+    link: list[Annotated[Link, PARTS["link"].reader]] = _listed()
+    latch: list[Annotated[Latch, PARTS["latch"].reader]] = _listed()
     spring: list[Annotated[Spring, PARTS["spring"].reader]] = _listed()
     torsion_spring: list[Annotated[TorsionSpring, PARTS["torsion_spring"].reader]] = _listed()
     force: list[Annotated[Force, PARTS["force"].reader]] = _listed()
     torque: list[Annotated[Torque, PARTS["torque"].reader]] = _listed()
+    angle_stop: list[Annotated[AngleStop, PARTS["angle_stop"].reader]] = _listed()
+    travel_stop: list[Annotated[TravelStop, PARTS["travel_stop"].reader]] = _listed()
     motor: list[Annotated[Motor, PARTS["motor"].reader]] = _listed()
     run: Annotated[Run, described(Run, until="50 ms"), Field(description="how to run it", examples=[{"until": "50 ms"}])]
 

@@ -16,15 +16,24 @@ from scissordyn.errors import InputError
 from scissordyn.model.drive import ConstantSpeed, Cycloidal, Harmonic, Motion, Polynomial, TableMotion, Trapezoidal
 from scissordyn.units import Quantity, quantities
 
-__all__ = ["COURSE", "CourseTable", "DriveTable", "read_motion"]
+__all__ = ["COURSE", "DISTANCE", "CourseTable", "DistanceTable", "DriveTable", "read_motion"]
 
-HEADER = re.compile(r"\s*#?\s*time\s*\[(?P<time>[^]]+)\]\s*[,;\s]\s*(?P<name>angle|factor)\s*\[(?P<unit>[^]]+)\]\s*")
+HEADER = re.compile(r"\s*#?\s*time\s*\[(?P<time>[^]]+)\]\s*[,;\s]\s*(?P<name>angle|factor|length)\s*\[(?P<unit>[^]]+)\]\s*")
 SAMPLE = 'table = { time = "0 10 20 30 40 50 ms", angle = "30 31 34 39 46 55 deg" }'
+LENGTHS = 'table = { time = "0 10 20 30 40 50 ms", length = "500 501 504 509 516 525 mm" }'
 FACTORS = 'table = { time = "0 10 20 30 40 50 ms", factor = [0, 0.1, 0.3, 0.6, 0.9, 1] }'
 
 
+COLUMNS = {
+    "angle": ("rad", "angle [deg]", SAMPLE),
+    "length": ("m", "length [mm]", LENGTHS),
+    "factor": ("1", "factor [1]", FACTORS),
+}
+"""What may be tabulated: unit, heading in a file, and a sample."""
+
+
 def read_motion(given: Any, folder: Path, name: str = "angle") -> TableMotion:
-    """An angle or a factor given at instants.
+    """An angle, a length or a factor given at instants.
 
     Parameters
     ----------
@@ -34,7 +43,7 @@ def read_motion(given: Any, folder: Path, name: str = "angle") -> TableMotion:
         says ``time [ms], factor [1]``, the key `factor` is a list.
     folder : Path
         Folder that a relative file name starts from.
-    name : {"angle", "factor"}
+    name : {"angle", "length", "factor"}
         What is tabulated.
 
     Returns
@@ -44,11 +53,9 @@ def read_motion(given: Any, folder: Path, name: str = "angle") -> TableMotion:
     if isinstance(given, str):
         return _from_file(folder / given, name)
     if not isinstance(given, Mapping) or set(given) != {"time", name}:
-        sample = SAMPLE if name == "angle" else FACTORS
-        raise InputError(f"not a table of time and {name}", f"a file name, or the keys time and {name}", sample)
-    return TableMotion(
-        read_numbers(given["time"], "s"), read_numbers(given[name], "rad") if name == "angle" else _plain(given[name])
-    )
+        raise InputError(f"not a table of time and {name}", f"a file name, or the keys time and {name}", COLUMNS[name][2])
+    values = _plain(given[name]) if name == "factor" else read_numbers(given[name], COLUMNS[name][0])
+    return TableMotion(read_numbers(given["time"], "s"), values)
 
 
 def _plain(given: Any) -> tuple[float, ...]:
@@ -58,7 +65,7 @@ def _plain(given: Any) -> tuple[float, ...]:
 
 
 def _from_file(path: Path, name: str) -> TableMotion:
-    wanted = "time [ms], " + ("angle [deg]" if name == "angle" else "factor [1]")
+    wanted = f"time [ms], {COLUMNS[name][1]}"
     try:
         header, *lines = path.read_text(encoding="utf-8").splitlines() or [""]
     except (OSError, UnicodeDecodeError) as error:
@@ -78,7 +85,7 @@ def _from_file(path: Path, name: str) -> TableMotion:
             raise InputError(f"'{path}' line {number} is {line[:40]!r}", "two numbers in each line", "10, 35.5") from None
         rows.append((time, value))
     with located(f"'{path}' line 1"):
-        scale = unit_factor(units["time"], "s"), unit_factor(units["unit"], "rad") if name == "angle" else 1.0
+        scale = unit_factor(units["time"], "s"), 1.0 if name == "factor" else unit_factor(units["unit"], COLUMNS[name][0])
     return TableMotion(tuple(time * scale[0] for time, _ in rows), tuple(value * scale[1] for _, value in rows))
 
 
@@ -166,10 +173,10 @@ class DriveTable(Table):
 _MOTIONS = tuple(key for key in DriveTable.model_fields if key != "body")
 
 
-def _factors(kind: type) -> Hints:
-    """The fields of a motion that are values, read as pure numbers; a phase stays an angle."""
+def _values(kind: type, unit: str) -> Hints:
+    """The fields of a motion that are values, read in a unit; a phase stays an angle."""
     return tuple(
-        (name, Annotated[float, dataclasses.replace(quantity, unit="1")])
+        (name, Annotated[float, dataclasses.replace(quantity, unit=unit)])
         for name, quantity in quantities(kind).items()
         if quantity.unit == "rad" and name != "phase"
     )
@@ -181,23 +188,49 @@ FADE: dict[str, Any] = {"start": 0, "end": 1, "duration": "2 s"}
 class CourseTable(Table):
     """A factor over time: one of harmonic, table, polynomial, cycloidal and trapezoidal."""
 
-    harmonic: Annotated[Harmonic | None, described(Harmonic, _factors(Harmonic), mean="0", amplitude="1", frequency="3 Hz")] = (
-        None
-    )
+    harmonic: Annotated[
+        Harmonic | None, described(Harmonic, _values(Harmonic, "1"), mean="0", amplitude="1", frequency="3 Hz")
+    ] = None
     table: Annotated[TableMotion | None, _table_reader("factor")] = None
     polynomial: Annotated[Polynomial | None, _polynomial_reader("1", 'polynomial = [0, "0.5 1/s"]')] = None
-    cycloidal: Annotated[Cycloidal | None, described(Cycloidal, _factors(Cycloidal))] = None
-    trapezoidal: Annotated[Trapezoidal | None, described(Trapezoidal, _factors(Trapezoidal))] = None
+    cycloidal: Annotated[Cycloidal | None, described(Cycloidal, _values(Cycloidal, "1"))] = None
+    trapezoidal: Annotated[Trapezoidal | None, described(Trapezoidal, _values(Trapezoidal, "1"))] = None
 
     def motion(self) -> Motion:
         """The one course that is given."""
-        motion: Motion = _only_one(self, tuple(type(self).model_fields), f"course = {toml({'cycloidal': FADE})}")
-        return motion
+        return _the_course(self, f"course = {toml({'cycloidal': FADE})}")
 
 
-def _read_course(given: Any, info: ValidationInfo) -> Motion:
-    return CourseTable.model_validate(given, context=info.context).motion()
+REACH: dict[str, Any] = {"start": "0.5 m", "end": "0.8 m", "duration": "2 s"}
 
 
-COURSE = PlainValidator(_read_course)
+class DistanceTable(Table):
+    """A length over time: one of harmonic, table, polynomial, cycloidal and trapezoidal."""
+
+    harmonic: Annotated[
+        Harmonic | None, described(Harmonic, _values(Harmonic, "m"), mean="0.5 m", amplitude="0.1 m", frequency="3 Hz")
+    ] = None
+    table: Annotated[TableMotion | None, _table_reader("length")] = None
+    polynomial: Annotated[Polynomial | None, _polynomial_reader("m", 'polynomial = ["0.5 m", "0.1 m/s"]')] = None
+    cycloidal: Annotated[Cycloidal | None, described(Cycloidal, _values(Cycloidal, "m"), **REACH)] = None
+    trapezoidal: Annotated[Trapezoidal | None, described(Trapezoidal, _values(Trapezoidal, "m"), **REACH)] = None
+
+    def motion(self) -> Motion:
+        """The one course that is given."""
+        return _the_course(self, f"motion = {toml({'cycloidal': REACH})}")
+
+
+def _the_course(table: Table, sample: str) -> Motion:
+    motion: Motion = _only_one(table, tuple(type(table).model_fields), sample)
+    return motion
+
+
+def _course_reader(table: type[CourseTable | DistanceTable]) -> PlainValidator:
+    return PlainValidator(lambda given, info: table.model_validate(given, context=info.context).motion())
+
+
+COURSE = _course_reader(CourseTable)
 """For ``Annotated[Motion | None, COURSE]``: a key whose value is a factor over time."""
+
+DISTANCE = _course_reader(DistanceTable)
+"""For ``Annotated[Motion | None, DISTANCE]``: a key whose value is a length over time."""

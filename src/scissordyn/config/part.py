@@ -1,4 +1,4 @@
-"""Parts of a mechanism in a case file: bodies, joints, guides, welds, ground points, springs, loads and motors."""
+"""Parts of a mechanism in a case file: bodies, joints, guides, connections, ground points, springs, loads, motors, stops."""
 
 from __future__ import annotations
 
@@ -8,13 +8,14 @@ from typing import Annotated, Any
 
 from pydantic import Field, PlainValidator, ValidationInfo
 
-from scissordyn.config.motion import COURSE
+from scissordyn.config.motion import COURSE, DISTANCE, REACH
 from scissordyn.config.quantity import read_numbers
 from scissordyn.config.table import Hints, Table, described, located, table_of
 from scissordyn.errors import InputError, did_you_mean
 from scissordyn.model.body import GROUND, Body, Point, bar
+from scissordyn.model.connection import Latch, Link, Weld
 from scissordyn.model.drive import Motion
-from scissordyn.model.element import Force, Motor, Spring, Torque, TorsionSpring, Weld
+from scissordyn.model.element import AngleStop, Force, Motor, Spring, Torque, TorsionSpring, TravelStop
 from scissordyn.model.joint import BodyPoint, Guide, Revolute
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.units import Quantity, quantities
@@ -205,6 +206,26 @@ PARTS: Mapping[str, Part] = {
         through="0, 0 m",
     ),
     "weld": _part(Weld, "welds", "a rigid connection of two bodies", _ENDS, name="weld", start="rod.end", end="tool.base"),
+    "link": _part(
+        Link,
+        "links",
+        "a rigid link without mass between two points, or a drive of their distance",
+        (*_ENDS, ("motion", Annotated[Motion | None, DISTANCE, Field(description="the distance over time, without a length")])),
+        name="jack",
+        start="ground.O",
+        end="rod.middle",
+        length="0.5 m",
+        motion={"cycloidal": REACH},
+    ),
+    "latch": _part(
+        Latch,
+        "latches",
+        "a lock that holds two bodies once they reach an angle",
+        _BODIES,
+        name="latch",
+        body="rod",
+        angle="80 deg",
+    ),
     "spring": _part(
         Spring,
         "elements",
@@ -247,6 +268,25 @@ PARTS: Mapping[str, Part] = {
         body="crank",
         torque="1 N m",
         course=_FADE,
+    ),
+    "angle_stop": _part(
+        AngleStop,
+        "elements",
+        "an end stop of a rotation",
+        _BODIES,
+        name="stop",
+        body="rod",
+        angle="80 deg",
+    ),
+    "travel_stop": _part(
+        TravelStop,
+        "elements",
+        "an end stop of a point that travels",
+        (*_NAME, ("point", _REFERENCE)),
+        name="buffer",
+        point="slider.centre",
+        direction="90 deg",
+        limit="1.5 m",
     ),
     "motor": _part(
         Motor,

@@ -64,7 +64,11 @@ def template(kind: str) -> str:
     if "drive" in starter:
         parts.append(_section("[drive]", DriveTable, starter["drive"]))
     parts.append(_section("[[clearance]]", ClearanceTable, starter.get("clearance", {})))
-    parts += [_section(f"[[{name}]]", PARTS[name].table, {}, out=True) for name in ("weld", *ELEMENTS) if kind == "mechanism"]
+    parts += [
+        _section(f"[[{name}]]", PARTS[name].table, {}, out=True)
+        for name in ("weld", "link", "latch", *ELEMENTS)
+        if kind == "mechanism"
+    ]
     parts.append(_section("[run]", run, starter.get("run", {})))
     if kind != "mechanism":
         parts.append(

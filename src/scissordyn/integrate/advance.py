@@ -9,7 +9,8 @@ A problem is a tuple of typed pointers
     project(t, y, S)               back to the problem's manifold; returns whether y changed
     guards(t, y, S, value, rate)   switching functions and their rates
     reset(t, y, k, S, record)      guard k has been crossed: change y and S, leave remarks in record
-    powers(t, y, S, power, watch)  integrands, and one watched number per guard whose largest value is wanted
+    powers(t, y, S, power, watch)  integrands, and per guard WATCHED numbers: one whose largest value is wanted, and all of
+                                   them to be integrated while the guard's mode is 1
 
 with S the address of whatever they work on. A guard in mode 0 waits for its value to rise through zero, in mode 1 to fall.
 """
@@ -28,13 +29,30 @@ from scissordyn.integrate.step import (
 )
 from scissordyn.jit import kernel
 
-__all__ = ["ADVANCING", "FINISHED", "LOG_FULL", "NOT_FINITE", "RECORD", "STEP_TOO_SMALL", "STUCK", "advance"]
+__all__ = [
+    "ADVANCING",
+    "FINISHED",
+    "LOG_COLUMNS",
+    "LOG_FULL",
+    "NOT_FINITE",
+    "RECORD",
+    "STEP_TOO_SMALL",
+    "STUCK",
+    "WATCHED",
+    "advance",
+]
 
 ADVANCING, FINISHED, LOG_FULL, STEP_TOO_SMALL, NOT_FINITE, STUCK = range(6)
 """What `advance` returns: more to do, done, the event log wants more room, and the ways to fail."""
 
 RECORD = 2
-"""Numbers that a reset may leave in the event log, after time, guard and new mode; then peak and its time."""
+"""Numbers that a reset may leave in the event log."""
+
+WATCHED = 3
+"""Watched numbers per guard."""
+
+LOG_COLUMNS = 5 + RECORD + WATCHED
+"""Time, guard, new mode, what the reset left, the largest first watched number and its time, integrals of the watched."""
 
 PROBES = 6
 """Points inside a step at which guards are looked at."""
@@ -182,11 +200,23 @@ def place_of(T, node):
 def summit_of_parabola(T, k, first, w):
     """Abscissa of the vertex of the parabola through three neighbouring watched numbers."""
     a, b, c = place_of(T, first), place_of(T, first + 1), place_of(T, first + 2)
-    left = (w.watched[first + 1, k] - w.watched[first, k]) / (b - a)
-    right = (w.watched[first + 2, k] - w.watched[first + 1, k]) / (c - b)
+    left = (w.watched[first + 1, k, 0] - w.watched[first, k, 0]) / (b - a)
+    right = (w.watched[first + 2, k, 0] - w.watched[first + 1, k, 0]) / (c - b)
     if right >= left:
         return a - 1.0 if right < 0.0 else c + 1.0
     return 0.5 * (a + b) + left * 0.5 * (c - a) / (left - right)
+
+
+@kernel(inline=True)
+def watched_integral(T, h, w, k, which):
+    """Integral over the step of a watched number of guard k."""
+    total = 0.0
+    for node in range(T.gauss.size):
+        weight = 0.0
+        for i in range(T.gauss.size):
+            weight += T.primitive[node, i]
+        total += weight * w.watched[node + 1, k, which]
+    return h * total
 
 
 @kernel(inline=True)
@@ -202,11 +232,13 @@ def watch(problem, T, t, h, w, S, count):
     for k in range(guards):
         if w.mode[k] == 0:
             continue
+        for q in range(WATCHED):
+            w.peak[k, 2 + q] += watched_integral(T, h, w, k, q)
         best = 0
         for node in range(1, last + 1):
-            if w.watched[node, k] > w.watched[best, k]:
+            if w.watched[node, k, 0] > w.watched[best, k, 0]:
                 best = node
-        value, theta = w.watched[best, k], place_of(T, best)
+        value, theta = w.watched[best, k, 0], place_of(T, best)
         if value < w.peak[k, 0]:
             continue
         low, high = place_of(T, max(best - 1, 0)), place_of(T, min(best + 1, last))
@@ -221,7 +253,7 @@ def watch(problem, T, t, h, w, S, count):
             w.peak[k, 0] = value
             w.peak[k, 1] = t + theta * h
     for k in range(guards):
-        w.watched[0, k] = w.watched[last, k]
+        w.watched[0, k, 0] = w.watched[last, k, 0]
 
 
 @kernel()
@@ -235,7 +267,7 @@ def refine_peak(problem, T, k, low, middle, high, value, t, h, w, S):
         probe = middle + ratio * (high - middle) if high - middle > middle - low else middle - ratio * (middle - low)
         dense_value(probe, T.pattern, w.y, w.dense, w.inside)
         problem.powers(t + probe * h, w.inside, S, w.power[T.gauss.size], w.watched[T.gauss.size + 2])
-        found = w.watched[T.gauss.size + 2, k]
+        found = w.watched[T.gauss.size + 2, k, 0]
         if found > value:
             if probe > middle:
                 low = middle
@@ -320,7 +352,7 @@ def advance(problem, T, S, clock, count, w, out, log, most_steps):
         Counters: steps, rejected, rates, Jacobians, events, samples written, events without progress, work arrays ready.
     w : Work
     out : Samples
-    log : ndarray, shape (rows, 5 + RECORD)
+    log : ndarray, shape (rows, LOG_COLUMNS)
     most_steps : int
     """
     size = w.y.size
@@ -389,11 +421,13 @@ def advance(problem, T, S, clock, count, w, out, log, most_steps):
         row = log[count[EVENTS]]
         row[0], row[1], row[2] = now, guard, 1.0 - w.mode[guard]
         problem.reset(now, w.y, guard, S, row[3 : 3 + RECORD])
-        row[3 + RECORD], row[4 + RECORD] = w.peak[guard, 0], w.peak[guard, 1]
+        for q in range(2 + WATCHED):
+            row[3 + RECORD + q] = w.peak[guard, q]
         after = int(1 - row[2])
         if w.mode[guard] == 1:
-            w.peak[guard, 0], w.peak[guard, 1] = 0.0, now
-        w.watched[0, guard] = 0.0
+            w.peak[guard, :] = 0.0
+            w.peak[guard, 1] = now
+        w.watched[0, guard, 0] = 0.0
         clock[STEP] = min(full, 2.0 * clock[AFTER_RISE + after])
         w.first[0] = after
         count[EVENTS] += 1

@@ -8,6 +8,7 @@ import numpy as np
 from numba import int64, types, void
 from numba.core.types.function_type import CompileResultWAP
 
+from scissordyn.integrate.advance import WATCHED
 from scissordyn.integrate.tableau import Tableau
 
 __all__ = ["Problem", "Samples", "Work", "make_problem", "make_samples", "make_work"]
@@ -50,8 +51,8 @@ class Work(NamedTuple):
     right_rate: np.ndarray
     power: np.ndarray  # (nodes + 1, quadratures)
     total: np.ndarray  # (quadratures,)
-    watched: np.ndarray  # (nodes + 3, guards): at the start, the nodes and the end of the step, and work space
-    peak: np.ndarray  # (guards, 2): largest watched number since the last rise, and when
+    watched: np.ndarray  # (nodes + 3, guards, WATCHED): at the start, the nodes and the end of the step, and work space
+    peak: np.ndarray  # (guards, 2 + WATCHED): since the last rise the largest watched number, when, and the integrals
     rejected: np.ndarray  # (1,)
     first: np.ndarray  # (1,) kind of event before the step to come, or -1
 
@@ -87,7 +88,7 @@ def make_problem(functions: dict[str, Any]) -> Problem:
         "project": types.boolean(t, vector, system),
         "guards": void(t, vector, system, vector, vector),
         "reset": void(t, vector, integer, system, vector),
-        "powers": void(t, vector, system, vector, vector),
+        "powers": void(t, vector, system, vector, types.float64[:, ::1]),
     }
     return Problem(**{name: CompileResultWAP(functions[name].get_compile_result(sign)) for name, sign in signatures.items()})
 
@@ -128,8 +129,8 @@ def make_work(
         right_rate=np.zeros(guards),
         power=np.zeros((tableau.gauss.size + 1, quadratures)),
         total=np.zeros(quadratures),
-        watched=np.zeros((tableau.gauss.size + 3, guards)),
-        peak=np.zeros((guards, 2)),
+        watched=np.zeros((tableau.gauss.size + 3, guards, WATCHED)),
+        peak=np.zeros((guards, 2 + WATCHED)),
         rejected=np.zeros(1, np.int64),
         first=np.full(1, -1, np.int64),
     )

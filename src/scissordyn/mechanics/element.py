@@ -15,7 +15,17 @@ from scissordyn.mechanics.layout import Form, Layout, join_forms
 from scissordyn.mechanics.link import link_forms, push_turns
 from scissordyn.mechanics.motion import course_at, motion_rows
 from scissordyn.model.body import GROUND
-from scissordyn.model.element import Element, Force, Motor, Spring, Torque, TorsionSpring
+from scissordyn.model.element import (
+    AngleStop,
+    Element,
+    Force,
+    Motor,
+    Spring,
+    Torque,
+    TorsionSpring,
+    TravelStop,
+    stop_damping,
+)
 
 __all__ = [
     "ELEMENT_NUMBERS",
@@ -25,15 +35,17 @@ __all__ = [
     "element_numbers",
     "linearise_element",
     "start_angle",
+    "stop_gap",
+    "stop_guards",
 ]
 
 TURN = 2.0 * math.pi
 
-SPRING, TORSION, FORCE, FOLLOWING, TORQUE, MOTOR = range(6)
+SPRING, TORSION, FORCE, FOLLOWING, TORQUE, MOTOR, ANGLE_STOP, TRAVEL_STOP = (0, 1, 2, 3, 4, 5, 7, 8)
 
-ELEMENT_NUMBERS = 11
+ELEMENT_NUMBERS = 12
 """Width of the table: kind, four numbers, energy stored [J], power given to the mechanism and power lost in dampers [W],
-force on u [N] and torque on the body [N m]."""
+force on u [N] and torque on the body [N m], a fifth number."""
 
 
 def element_numbers(element: Element, angle: float) -> tuple[float, ...]:
@@ -50,6 +62,12 @@ def element_numbers(element: Element, angle: float) -> tuple[float, ...]:
         case Motor():
             limit = math.inf if element.limit is None else element.limit
             return MOTOR, element.stall_torque, element.no_load_speed, limit
+        case AngleStop():
+            law = element.stiffness, element.exponent, stop_damping(element)
+            return ANGLE_STOP, *law, element.angle, *(6 * [0.0]), angle
+        case TravelStop():
+            law = element.stiffness, element.exponent, stop_damping(element)
+            return TRAVEL_STOP, *law, element.limit, *(6 * [0.0]), element.direction
 
 
 def element_form(layout: Layout, element: Element) -> Form:
@@ -59,6 +77,8 @@ def element_form(layout: Layout, element: Element) -> Form:
             return join_forms([(layout.place(element.end), 0, 1.0), (layout.place(element.start), 0, -1.0)])
         case Force():
             return join_forms([(layout.place(element.point), 0, 1.0), (layout.direction(element.point[0]), 2, 1.0)])
+        case TravelStop():
+            return join_forms([(layout.place(element.point), 0, 1.0)])
         case _:
             base = layout.fixed_direction if element.base == GROUND else layout.direction(element.base)
             return join_forms([(layout.direction(element.body), 2, 1.0), (base, 4, 1.0)])
@@ -82,6 +102,39 @@ def motor_torque(E, i, spin):
     if torque < -limit:
         return -limit, 0.0
     return torque, slope
+
+
+@kernel(inline=True)
+def stop_motion(E, i, ux, uy, vx, vy, ax, ay, bx, by, spin):
+    """How far an end stop is passed, how fast, and the sense or the direction of travel towards it."""
+    if int(E[i, 0]) == 7:
+        side = 1.0 if E[i, 4] > E[i, 11] else -1.0
+        return side * (relative_angle(E[i, 11], ax, ay, bx, by) - E[i, 4]), side * spin, side, 0.0
+    nx, ny = math.cos(E[i, 11]), math.sin(E[i, 11])
+    return nx * ux + ny * uy - E[i, 4], nx * vx + ny * vy, nx, ny
+
+
+@kernel(inline=True)
+def stop_force(E, i, delta, rate, approach):
+    """Force or torque of an end stop, its derivatives by depth and rate, and its elastic energy."""
+    if delta <= 0.0:
+        return 0.0, 0.0, 0.0, 0.0
+    n, damping = E[i, 2], E[i, 3] / approach
+    elastic = E[i, 1] * delta**n
+    energy = elastic * delta / (n + 1.0)
+    factor = 1.0 + damping * rate
+    if factor <= 0.0:
+        return 0.0, 0.0, 0.0, energy
+    return elastic * factor, n * elastic / delta * factor, elastic * damping, energy
+
+
+@kernel(inline=True)
+def stop_gap(i, S):
+    """How far end stop i is passed, and how fast; negative before it is reached."""
+    ux, uy, ax, ay, bx, by, vx, vy, px, py, qx, qy = link_forms(S.radius.shape[0] + i, S)
+    spin = (ax * py - ay * px) - (bx * qy - by * qx)
+    delta, rate, _, _ = stop_motion(S.element, i, ux, uy, vx, vy, ax, ay, bx, by, spin)
+    return delta, rate
 
 
 @kernel(inline=True)
@@ -117,6 +170,15 @@ def add_element_forces(t, i, S):
     elif kind == 5:
         torque, _ = motor_torque(E, i, spin)
         given = torque * spin
+    elif kind >= 7:
+        if S.mode[S.guard[i]] == 1:
+            delta, rate, fx, fy = stop_motion(E, i, ux, uy, vx, vy, ax, ay, bx, by, spin)
+            push, _, _, energy = stop_force(E, i, delta, rate, S.approach[S.guard[i]])
+            lost = (push - E[i, 1] * max(delta, 0.0) ** E[i, 2]) * rate
+            if kind == 7:
+                torque, fx = -push * fx, 0.0
+            else:
+                fx, fy = -push * fx, -push * fy
     else:
         factor, _ = course_of(t, i, S)
         if kind == 4:
@@ -164,6 +226,25 @@ def linearise_element(t, i, S, dt):
         by_angle, by_spin = -E[i, 1], -E[i, 3]
     elif kind == 5:
         torque, by_spin = motor_torque(E, i, spin)
+    elif kind >= 7:
+        if S.mode[S.guard[i]] == 1:
+            delta, rate, nx, ny = stop_motion(E, i, ux, uy, vx, vy, ax, ay, bx, by, spin)
+            push, by_delta, by_rate, _ = stop_force(E, i, delta, rate, S.approach[S.guard[i]])
+            if kind == 7:
+                torque, by_angle, by_spin = -push * nx, -by_delta, -by_rate
+            else:
+                K[0, 0], K[0, 1], K[1, 0], K[1, 1] = (
+                    -by_delta * nx * nx,
+                    -by_delta * nx * ny,
+                    -by_delta * nx * ny,
+                    -by_delta * ny * ny,
+                )
+                D[0, 0], D[0, 1], D[1, 0], D[1, 1] = (
+                    -by_rate * nx * nx,
+                    -by_rate * nx * ny,
+                    -by_rate * nx * ny,
+                    -by_rate * ny * ny,
+                )
     else:
         factor, rate = course_of(t, i, S)
         fx, fy = E[i, 1], E[i, 2]
@@ -177,7 +258,7 @@ def linearise_element(t, i, S, dt):
             push_turns(link, S, rate * gx, rate * gy, 0.0, 0.0, ax, ay, bx, by, dt, S.n, S.n)
             K[0, 2], K[0, 3] = factor * fx, -factor * fy
             K[1, 2], K[1, 3] = factor * fy, factor * fx
-    if kind == 1 or kind >= 4:
+    if kind == 1 or kind == 4 or kind == 5 or kind == 7:
         # torque on a as force (-a_y, a_x), on b the opposite; d angle = (J a) da - (J b) db
         arm = (-ay, ax, by, -bx)
         turn = (-ay, ax, by, -bx)
@@ -206,7 +287,7 @@ def linearise_element(t, i, S, dt):
 
 def start_angle(layout: Layout, element: Element) -> float:
     """Angle of an element's body against its base as placed [rad]; zero for elements without bodies' angles."""
-    if isinstance(element, Spring | Force):
+    if isinstance(element, Spring | Force | TravelStop):
         return 0.0
     base = 0.0 if element.base == GROUND else layout.mechanism.body(element.base).angle
     return layout.mechanism.body(element.body).angle - base
@@ -222,3 +303,9 @@ def courses(layout: Layout, first: int) -> tuple[np.ndarray, list[np.ndarray]]:
         if course is not None:
             pieces.append(motion_rows(course, 0.0))
     return np.array(index, np.int64), pieces
+
+
+def stop_guards(elements: tuple[Element, ...], first: int) -> np.ndarray:
+    """The guard of each end stop, from `first` on; -1 for other elements."""
+    stops = np.array([isinstance(element, AngleStop | TravelStop) for element in elements], bool)
+    return np.where(stops, first + np.cumsum(stops) - 1, -1).astype(np.int64)

@@ -1,21 +1,24 @@
 """Equations of motion in natural coordinates with unit mass matrix.
 
-With d = rows X the forms of the quadratic conditions sum(w |d|^2/2) = const, X = (x, b(t)), Phi = sum(w d^T rows):
+With d = rows X the forms of the quadratic conditions sum(w |d|^2/2) = level, X = (x, b(t)), Phi = sum(w d^T rows):
 
-    x'' + Phi^T lambda = f - M_xb b'',    sum(w (d . d'' + |d'|^2)) = 0.
+    x'' + Phi^T lambda = f - M_xb b'',    sum(w (d . d'' + |d'|^2)) = level''.
 
 State y = (x, x', hidden states of the friction laws). Everything here reads and writes the arrays of `System` S.
 """
 
 from __future__ import annotations
 
+import math
+
 from scissordyn.jit import kernel
 from scissordyn.mechanics import band
-from scissordyn.mechanics.element import add_element_forces, linearise_element
+from scissordyn.mechanics.element import add_element_forces, linearise_element, stop_gap
 from scissordyn.mechanics.joint import contact_forces, gap, linearise_contact, switch
-from scissordyn.mechanics.motion import prescribe
+from scissordyn.mechanics.motion import course_at, prescribe
+from scissordyn.mechanics.system import APPROACH_FLOOR
 
-__all__ = ["accelerate", "factorize", "guards", "linearise", "powers", "project", "reset", "solve"]
+__all__ = ["accelerate", "engage", "factorize", "guards", "linearise", "powers", "project", "reset", "solve"]
 
 _band_factorize, _band_solve = band.factorize, band.solve
 
@@ -34,6 +37,12 @@ def spread(t, y, S):
     for i in range(S.nb):
         S.X[n + i] = S.basis[0, i]
         S.V[n + i] = S.basis[1, i]
+    for i in range(S.timed.size):
+        k, course = S.timed[i], S.timed_course[i]
+        course_at(t, S.motion[S.motion_start[course] : S.motion_start[course + 1]], S.angle)
+        l, v, a, j = S.angle[0], S.angle[1], S.angle[2], S.angle[3]
+        S.level[0, k], S.level[1, k] = 0.5 * l * l, l * v
+        S.level[2, k], S.level[3, k] = v * v + l * a, 3.0 * v * a + l * j
 
 
 @kernel(inline=True)
@@ -61,8 +70,8 @@ def prepare_lengths(S):
         total = 0.0
         for i in range(S.match.shape[0]):
             total += S.gradient[S.match[i, 0]] * S.gradient[S.match[i, 1]]
-        S.gram[0, 0] = total
-        return -1 if total > 0.0 else 0
+        S.gram[0, 0] = total + S.idle[0]
+        return -1 if S.gram[0, 0] > 0.0 else 0
     S.gram[:, :] = 0.0
     for p in range(S.overlap.shape[0] - 1):
         k, l = S.overlap[p, 0], S.overlap[p, 1]
@@ -71,6 +80,8 @@ def prepare_lengths(S):
             total += S.gradient[S.match[i, 0]] * S.gradient[S.match[i, 1]]
         S.gram[k, l - k + lower] = total
         S.gram[l, k - l + lower] = total
+    for k in range(S.idle.size):
+        S.gram[k, lower] += S.idle[k]
     return _band_factorize(S.gram, lower, upper, S.gram_pivots)
 
 
@@ -123,7 +134,7 @@ def accelerate(t, y, S, dy):
         directions(S, S.V, S.direction_rate)
         prepare_lengths(S)
         for k in range(S.multiplier.size):
-            S.multiplier[k] = 0.0
+            S.multiplier[k] = -S.level[2, k]
         for p in range(S.part_weight.size):
             ux, uy = S.direction_rate[p, 0], S.direction_rate[p, 1]
             S.multiplier[S.part_condition[p]] += S.part_weight[p] * (ux * ux + uy * uy)
@@ -188,7 +199,7 @@ def linearise(t, y, S, dy, dt):
     # the stages of a step overwrite these
     for k in range(m):
         S.frozen_multiplier[k] = S.multiplier[k]
-        S.work[k] = 0.0
+        S.work[k] = -S.level[3, k]
     for i in range(S.gradient.size):
         S.frozen_gradient[i] = S.gradient[i]
     for p in range(S.part_weight.size):  # d (Phi^T) / dt lambda, and what the conditions themselves gain
@@ -240,6 +251,8 @@ def factorize(hg, S):
     S.gamma[0] = hg
     for i in range(n):
         matrix[place[i], lower] = 1.0 / hg
+    for k in range(m):
+        matrix[place[n + k], lower] = S.idle[k]
     for p in range(S.part_weight.size):
         start, stop, k, weight = S.part_start[p], S.part_start[p + 1], S.part_condition[p], S.part_weight[p]
         value = hg * S.frozen_multiplier[k] * weight
@@ -350,7 +363,7 @@ def project(t, y, S):
         directions(S, S.X, S.direction)
         worst = 0.0
         for k in range(m):
-            S.work[k] = -S.level[k]
+            S.work[k] = -S.level[0, k]
         for p in range(S.part_weight.size):
             dx, dy = S.direction[p, 0], S.direction[p, 1]
             S.work[S.part_condition[p]] += 0.5 * S.part_weight[p] * (dx * dx + dy * dy)
@@ -367,7 +380,7 @@ def project(t, y, S):
     directions(S, S.V, S.direction_rate)
     worst = fastest = 0.0
     for k in range(m):
-        S.work[k] = 0.0
+        S.work[k] = -S.level[1, k]
     for p in range(S.part_weight.size):
         ux, uy = S.direction_rate[p, 0], S.direction_rate[p, 1]
         S.work[S.part_condition[p]] += S.part_weight[p] * (S.direction[p, 0] * ux + S.direction[p, 1] * uy)
@@ -384,17 +397,92 @@ def project(t, y, S):
 
 @kernel(inline=True)
 def guards(t, y, S, value, rate):
-    """Write |e| - c and its rate for each loose joint."""
+    """Write what must rise through zero, and its rate: |e| - c of loose joints, the angle past a latch, the way past a stop."""
     spread(t, y, S)
-    for j in range(S.radius.shape[0]):
+    joints = S.radius.shape[0]
+    for j in range(joints):
         value[j], rate[j] = gap(j, S)
+    if S.mode.size == joints:
+        return
+    for latch in range(S.latch_side.size):
+        value[joints + latch], rate[joints + latch] = latch_gap(latch, S)
+    for i in range(S.guard.size):
+        if S.guard[i] >= 0:
+            value[S.guard[i]], rate[S.guard[i]] = stop_gap(i, S)
+
+
+@kernel(inline=True)
+def latch_gap(latch, S):
+    """Angle past a latch and its rate; a locked one never opens."""
+    if S.mode[S.radius.shape[0] + latch] == 1:
+        return 1.0, 0.0
+    p = S.latch[latch, 1]
+    # the parts are w + g and w - g, w the body's direction turned back by the angle of the latch, g the base's turned left
+    wx = wy = gx = gy = ux = uy = hx = hy = 0.0
+    for part in range(p, p + 2):
+        sign = 0.5 if part == p else -0.5
+        for i in range(S.part_start[part], S.part_start[part + 1]):
+            x, v = S.X[S.length_column[i]], S.V[S.length_column[i]]
+            rx, ry = S.length_row[0, i], S.length_row[1, i]
+            wx += 0.5 * rx * x
+            wy += 0.5 * ry * x
+            ux += 0.5 * rx * v
+            uy += 0.5 * ry * v
+            gx += sign * rx * x
+            gy += sign * ry * x
+            hx += sign * rx * v
+            hy += sign * ry * v
+    angle = math.atan2(wx * gx + wy * gy, wx * gy - wy * gx)
+    spin = (wx * uy - wy * ux) - (gx * hy - gy * hx)
+    return S.latch_side[latch] * angle, S.latch_side[latch] * spin
+
+
+@kernel(inline=True)
+def engage(S):
+    """Let the conditions of latches hold, or not, as their modes say."""
+    for latch in range(S.latch_side.size):
+        locked = float(S.mode[S.radius.shape[0] + latch])
+        k, p = S.latch[latch, 0], S.latch[latch, 1]
+        S.idle[k] = 1.0 - locked
+        S.part_weight[p] = locked * S.part_full[p]
+        S.part_weight[p + 1] = locked * S.part_full[p + 1]
 
 
 @kernel(inline=True)
 def reset(t, y, j, S, record):
-    """Joint j has just touched or separated."""
+    """Joint j has just touched or separated, a latch has locked, or an end stop was reached or left."""
     spread(t, y, S)
-    switch(t, y, j, S, record)
+    joints = S.radius.shape[0]
+    if j < joints:
+        switch(t, y, j, S, record)
+    elif j < joints + S.latch_side.size:
+        lock(t, y, j, S, record)
+    else:
+        for i in range(S.guard.size):
+            if S.guard[i] == j:
+                record[0] = stop_gap(i, S)[1]
+        record[1] = 0.0
+        S.approach[j] = max(record[0], APPROACH_FLOOR)
+        S.mode[j] = 1 - S.mode[j]
+
+
+@kernel(inline=True)
+def lock(t, y, guard, S, record):
+    """A plastic impact onto a latch's condition; `record` gets the spin before and the energy lost."""
+    n = S.n
+    record[0] = latch_gap(guard - S.radius.shape[0], S)[1]
+    before = 0.0
+    for i in range(n):
+        S.scratch[i] = y[n + i]
+    S.mode[guard] = 1
+    engage(S)
+    project(t, y, S)
+    for i in range(n):
+        old, new = S.scratch[i], y[n + i]
+        before += 0.5 * (old - new) * (old + new)
+        for k in range(1, S.nb):
+            before += (old - new) * S.inertia[i, k] * S.basis[1, k]
+    record[1] = before
 
 
 @kernel(inline=True)
@@ -417,20 +505,26 @@ def constraint_forces(S, target):
 
 @kernel(inline=True)
 def powers(t, y, S, power, watched):
-    """Write the powers [W] of drives, contact damping, friction, loads and dampers, and the normal forces [N] to be watched."""
+    """Write the powers [W] of drives, contact damping, friction, loads and dampers.
+
+    And per guard what `advance` watches: the force, and the powers of damping and friction.
+    """
     accelerate(t, y, S, S.scratch)
     constraint_forces(S, S.work_b)
     total = 0.0
     for i in range(1, S.nb):
         total += S.work_b[i] * S.basis[1, i]
+    for i in range(S.timed.size):
+        total -= S.multiplier[S.timed[i]] * S.level[1, S.timed[i]]
     power[0], power[1], power[2], power[3], power[4] = total, 0.0, 0.0, 0.0, 0.0
     for i in range(S.element.shape[0]):
         power[3] += S.element[i, 6]
         power[4] += S.element[i, 7]
-    for k in range(S.mode.size):
-        watched[k] = 0.0
+    watched[:, :] = 0.0
     for j in range(S.radius.shape[0]):
         if S.mode[j] == 1:
-            watched[j] = S.joint[j, 4]
-            power[1] += (S.joint[j, 4] - S.joint[j, 3]) * S.joint[j, 1]
-            power[2] += S.joint[j, 5] * S.joint[j, 2]
+            watched[j, 0] = S.joint[j, 4]
+            watched[j, 1] = (S.joint[j, 4] - S.joint[j, 3]) * S.joint[j, 1]
+            watched[j, 2] = S.joint[j, 5] * S.joint[j, 2]
+            power[1] += watched[j, 1]
+            power[2] += watched[j, 2]

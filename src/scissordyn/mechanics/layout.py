@@ -4,7 +4,7 @@ Each body is its origin p and, if it rotates, the unit vector d along its x axis
 linear in both. Pins, guides and prescribed directions are linear conditions, and so is the parallelism of opposite bars in a
 parallelogram of ideal joints. What is left: coordinates = T [x; b(t)], with T constant, x the free coordinates scaled so
 that their mass matrix is the identity, b = (1, cos th_1, sin th_1, ...) the prescribed directions, and quadratic
-conditions: |d|^2 = 1 per family of parallel bars, and one for each guide on a moving body.
+conditions: |d|^2 = 1 per family of parallel bars, and one for each guide on a moving body, massless link and latch.
 """
 
 from __future__ import annotations
@@ -18,9 +18,12 @@ from scipy.sparse.csgraph import connected_components, reverse_cuthill_mckee
 
 from scissordyn.errors import InputError
 from scissordyn.mechanics.elimination import Elimination, Expression, add, scaled
+from scissordyn.mechanics.motion import course_start
 from scissordyn.mechanics.parallelogram import parallel_bodies
 from scissordyn.model.body import GROUND, Body
-from scissordyn.model.element import Motor, Weld
+from scissordyn.model.connection import Weld
+from scissordyn.model.drive import Motion
+from scissordyn.model.element import Motor
 from scissordyn.model.joint import BodyPoint
 from scissordyn.model.mechanism import Mechanism
 
@@ -54,10 +57,20 @@ class Condition:
     parts : tuple of (float, Form)
         Weights and forms.
     level : float
+        At t = 0.
+    name : str
+        Of the link or latch that the condition stands for.
+    motion : Motion, optional
+        Course of the length sqrt(2 level) of a link over time.
+    latch : bool
+        Whether the condition holds only once the latch has locked.
     """
 
     parts: tuple[tuple[float, Form], ...]
     level: float
+    name: str = ""
+    motion: Motion | None = None
+    latch: bool = False
 
     @property
     def columns(self) -> np.ndarray:
@@ -177,8 +190,6 @@ def lay_out(mechanism: Mechanism) -> Layout:
     _impose(mechanism, offsets, total, elimination)
 
     free = [column for column in range(total) if column not in elimination.solved]
-    if not free:
-        raise InputError("a mechanism in which nothing is left to move or to solve for", "at least one free coordinate")
     basis = 1 + 2 * len(mechanism.drives)
     position = {column: index for index, column in enumerate(free)}
     position.update({total + index: len(free) + index for index in range(basis)})
@@ -330,7 +341,7 @@ def _normalize(coordinates: sp.csr_array, mass: sp.csr_array, free: int) -> sp.c
 
 def _conditions(layout: Layout) -> tuple[Condition, ...]:
     """The quadratic conditions, ordered so that those that share coordinates are near."""
-    found = [*_lengths(layout), *_moving_guides(layout)]
+    found = [*_lengths(layout), *_moving_guides(layout), *_links(layout), *_latches(layout)]
     if len(found) < 3:
         return tuple(found)
     rows = np.repeat(np.arange(len(found)), [condition.columns.size for condition in found])
@@ -365,8 +376,7 @@ def _lengths(layout: Layout) -> list[Condition]:
 def _moving_guides(layout: Layout) -> list[Condition]:
     """Followers on lines that moving bodies carry.
 
-    With w from the body's origin to the follower and g the unit vector across the line, w . g is constant; as a sum of
-    squares w . g = |w + g|^2/4 - |w - g|^2/4.
+    With w from the body's origin to the follower and g the unit vector across the line, w . g is constant.
     """
     found = []
     for guide in layout.mechanism.guides:
@@ -375,10 +385,45 @@ def _moving_guides(layout: Layout) -> list[Condition]:
         across = -math.sin(guide.direction), math.cos(guide.direction)
         turned = layout.direction(guide.body)
         g = Form(turned.columns, np.array([[across[0], -across[1]], [across[1], across[0]]]) @ turned.rows)
-        w = [(layout.place(guide.follower), 1.0), (layout.origin(guide.body), -1.0)]
+        w = _combine([(layout.place(guide.follower), 1.0), (layout.origin(guide.body), -1.0)])
         level = across[0] * guide.through[0] + across[1] * guide.through[1]
-        plus, minus = (_combine([*w, (g, sign)]) for sign in (1.0, -1.0))
-        found.append(Condition(((0.5, plus), (-0.5, minus)), level))
+        found.append(Condition(_product(w, g), level))
+    return found
+
+
+def _product(w: Form, g: Form) -> tuple[tuple[float, Form], ...]:
+    """The scalar product w . g as weighted squares of w + g and w - g."""
+    return (0.5, _combine([(w, 1.0), (g, 1.0)])), (-0.5, _combine([(w, 1.0), (g, -1.0)]))
+
+
+def _links(layout: Layout) -> list[Condition]:
+    """Massless links: |end - start|^2 / 2 is constant, or follows a course."""
+    mechanism, found = layout.mechanism, []
+    for link in mechanism.links:
+        form = _combine([(layout.place(link.end), 1.0), (layout.place(link.start), -1.0)])
+        if not np.any(form.columns < layout.free):
+            raise InputError(f"link '{link.name}' between points that cannot move against each other", "leave it out")
+        length = course_start(link.motion) if link.motion else link.length
+        if length is None:
+            length = math.dist(mechanism.place(link.start), mechanism.place(link.end))
+        if not length > 0.0:
+            raise InputError(f"link '{link.name}' starts with length {length:g} m", "a positive length")
+        found.append(Condition(((1.0, form),), 0.5 * length * length, link.name, link.motion))
+    return found
+
+
+def _latches(layout: Layout) -> list[Condition]:
+    """Latches: with w the body's direction turned back by the angle and g the base's turned left, w . g = 0."""
+    found = []
+    for latch in layout.mechanism.latches:
+        cos, sin = math.cos(latch.angle), math.sin(latch.angle)
+        body = layout.direction(latch.body)
+        base = layout.fixed_direction if latch.base == GROUND else layout.direction(latch.base)
+        w = Form(body.columns, np.array([[cos, sin], [-sin, cos]]) @ body.rows)
+        parts = _product(w, Form(base.columns, np.array([[0.0, -1.0], [1.0, 0.0]]) @ base.rows))
+        if not any(np.any(form.columns < layout.free) for _, form in parts):
+            raise InputError(f"latch '{latch.name}' between bodies whose angle is prescribed", "bodies that can turn freely")
+        found.append(Condition(parts, 0.0, latch.name, latch=True))
     return found
 
 

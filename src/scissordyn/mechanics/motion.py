@@ -12,7 +12,7 @@ import numpy as np
 from scissordyn.jit import kernel
 from scissordyn.model.drive import ConstantSpeed, Cycloidal, Harmonic, Motion, Polynomial, TableMotion, Trapezoidal
 
-__all__ = ["COLUMNS", "course_at", "motion_rows", "prescribe"]
+__all__ = ["COLUMNS", "course_at", "course_start", "motion_rows", "prescribe"]
 
 COLUMNS = 10
 """Width of a piece: instant, six coefficients from the highest power down, then amplitude, frequency, phase of the sine."""
@@ -103,6 +103,13 @@ def course_at(t, rows, value):
         v2 -= frequency * frequency * sin
         v3 -= frequency * frequency * cos
     value[0], value[1], value[2], value[3] = v0, v1, v2, v3
+
+
+def course_start(motion: Motion) -> float:
+    """Value of a course at t = 0."""
+    value = np.zeros(4)
+    course_at(0.0, motion_rows(motion, 0.0), value)
+    return float(value[0])
 
 
 @kernel()

@@ -8,7 +8,7 @@ import numpy as np
 
 from scissordyn.jit import Handle, kernel
 from scissordyn.laws.ladder import elastic_force
-from scissordyn.mechanics.equations import accelerate, constraint_forces, project
+from scissordyn.mechanics.equations import accelerate, constraint_forces, engage, project
 from scissordyn.mechanics.joint import kinematics
 from scissordyn.mechanics.system import open_system
 
@@ -34,6 +34,8 @@ class Record(NamedTuple):
     element : ndarray, shape (nt, elements, 3)
         Force on the element's end [N] and torque on its body [N m].
     torque : ndarray, shape (nt, drives)
+    multiplier : ndarray, shape (nt, m)
+        Of the quadratic conditions.
     kinetic, potential : ndarray, shape (nt,)
     length_error : float
         Largest relative error of a length.
@@ -47,6 +49,7 @@ class Record(NamedTuple):
     springs: np.ndarray
     element: np.ndarray
     torque: np.ndarray
+    multiplier: np.ndarray
     kinetic: np.ndarray
     potential: np.ndarray
     length_error: np.ndarray
@@ -76,6 +79,7 @@ def fill(time, state, mode, memory, address, R):
         for j in range(S.mode.size):
             S.mode[j] = mode[at, j]
             S.approach[j] = memory[at, j]
+        engage(S)
         # dense output keeps lengths only to its own accuracy
         project(time[at], state[at], S)
         accelerate(time[at], state[at], S, S.scratch)
@@ -95,11 +99,12 @@ def fill(time, state, mode, memory, address, R):
         for d in range((S.nb - 1) // 2):
             i = 1 + 2 * d
             R.torque[at, d] = S.work_b[i + 1] * S.basis[0, i] - S.work_b[i] * S.basis[0, i + 1]
-        for k in range(S.level.size):
-            S.work[k] = -S.level[k]
+        for k in range(S.multiplier.size):
+            R.multiplier[at, k] = S.multiplier[k]
+            S.work[k] = -S.level[0, k]
         for p in range(S.part_weight.size):
             S.work[S.part_condition[p]] += 0.5 * S.part_weight[p] * (S.direction[p, 0] ** 2 + S.direction[p, 1] ** 2)
-        for k in range(S.level.size):
+        for k in range(S.multiplier.size):
             R.length_error[0] = max(R.length_error[0], abs(S.work[k]))
         R.elastic[at] = R.springs[at] = 0.0
         for i in range(S.element.shape[0]):
@@ -126,7 +131,7 @@ def record(system: Handle, time: np.ndarray, state: np.ndarray, mode: np.ndarray
     time : ndarray, shape (nt,)
     state : ndarray, shape (nt, ny)
         Projected in place onto the length conditions.
-    mode, memory : ndarray, shape (nt, nj)
+    mode, memory : ndarray, shape (nt, guards)
         Contact states and approach speeds.
 
     Returns
@@ -144,6 +149,7 @@ def record(system: Handle, time: np.ndarray, state: np.ndarray, mode: np.ndarray
         springs=np.empty(instants),
         element=np.empty((instants, content.element.shape[0], 3)),
         torque=np.empty((instants, (content.nb - 1) // 2)),
+        multiplier=np.empty((instants, content.multiplier.size)),
         kinetic=np.empty(instants),
         potential=np.empty(instants),
         length_error=np.zeros(1),

@@ -16,13 +16,13 @@ from scipy.sparse.csgraph import reverse_cuthill_mckee
 from scissordyn.jit import kernel
 from scissordyn.mechanics import band
 from scissordyn.mechanics.band import width
-from scissordyn.mechanics.layout import turning_inertia
+from scissordyn.mechanics.layout import Layout, turning_inertia
 from scissordyn.mechanics.outputs import Record
 from scissordyn.model.body import GROUND, Point
-from scissordyn.model.element import Force, Spring
+from scissordyn.model.element import Force, Spring, TravelStop
 from scissordyn.model.mechanism import Mechanism
 
-__all__ = ["Balance", "balance", "journal_forces", "known_loads", "solve_reactions"]
+__all__ = ["Balance", "balance", "connection_forces", "journal_forces", "known_loads", "solve_reactions"]
 
 _factorize, _solve = band.factorize, band.solve
 
@@ -149,12 +149,12 @@ def journal_forces(found: Record) -> np.ndarray:
     return np.stack([-normal * nx + tangential * ny, -normal * ny - tangential * nx], axis=-1)
 
 
-def known_loads(mechanism: Mechanism, direction: np.ndarray, found: Record, radius: np.ndarray) -> np.ndarray:
-    """Forces of loose joints, springs, loads and motors on the bodies.
+def known_loads(layout: Layout, direction: np.ndarray, found: Record, radius: np.ndarray) -> np.ndarray:
+    """Forces of loose joints, springs, loads, motors, massless links and latches on the bodies.
 
     Parameters
     ----------
-    mechanism : Mechanism
+    layout : Layout
     direction : ndarray, shape (nt, bodies, 2)
     found : Record
     radius : ndarray, shape (nj, 3)
@@ -165,6 +165,7 @@ def known_loads(mechanism: Mechanism, direction: np.ndarray, found: Record, radi
     ndarray, shape (nt, bodies, 3)
         Force [N] and moment about the mass centre [N m].
     """
+    mechanism = layout.mechanism
     index = {body.name: k for k, body in enumerate(mechanism.bodies)}
     known = np.zeros((*direction.shape[:2], 3))
     on_journals = journal_forces(found)
@@ -192,12 +193,31 @@ def known_loads(mechanism: Mechanism, direction: np.ndarray, found: Record, radi
         if isinstance(element, Spring):
             push(*element.end, force)
             push(*element.start, -force)
-        elif isinstance(element, Force):
+        elif isinstance(element, Force | TravelStop):
             push(*element.point, force)
         else:
             turn(element.body, torque)
             turn(element.base, -torque)
+    thrust, held = connection_forces(layout, found)
+    for i, link in enumerate(mechanism.links):
+        push(*link.end, thrust[:, i])
+        push(*link.start, -thrust[:, i])
+    for i, latch in enumerate(mechanism.latches):
+        turn(latch.body, held[:, i])
+        turn(latch.base, -held[:, i])
     return known
+
+
+def connection_forces(layout: Layout, found: Record) -> tuple[np.ndarray, np.ndarray]:
+    """Forces of massless links on their ends, shape (nt, links, 2) [N], and torques of latches on their bodies [N m]."""
+    mechanism, instants = layout.mechanism, found.X.shape[0]
+    owner = {condition.name: k for k, condition in enumerate(layout.conditions) if condition.name}
+    thrust = np.zeros((instants, len(mechanism.links), 2))
+    for i, link in enumerate(mechanism.links):
+        ((_, form),) = layout.conditions[owner[link.name]].parts
+        thrust[:, i] = -found.multiplier[:, owner[link.name], None] * (found.X[:, form.columns] @ form.rows.T)
+    held = -found.multiplier[:, [owner[latch.name] for latch in mechanism.latches]]
+    return thrust, held
 
 
 def _arm(mechanism: Mechanism, body: str, point: str) -> tuple[float, float]:

@@ -11,10 +11,10 @@ from scipy.sparse.linalg import lsqr
 
 from scissordyn.errors import InputError
 from scissordyn.mechanics.layout import Form, Layout
-from scissordyn.mechanics.motion import prescribe
+from scissordyn.mechanics.motion import course_at, prescribe
 from scissordyn.mechanics.system import System
 
-__all__ = ["Start", "assemble", "carry_over", "hold_joints", "natural_state"]
+__all__ = ["Start", "assemble", "basis_at_start", "carry_over", "hold_joints", "natural_state"]
 
 CLOSED = 1e-12
 MOST_STEPS = 50
@@ -98,7 +98,33 @@ def assemble(layout: Layout, system: System) -> Start:
         If the bodies as placed cannot be brought together.
     """
     guess = carry_over(layout, system, *placed(layout))
-    return hold_joints(layout, system, guess, (), np.zeros((0, 2)), np.zeros((0, 2)))
+    return hold_joints(layout, system, guess, *_directed_links(layout, system))
+
+
+def _directed_links(layout: Layout, system: System) -> tuple[tuple[Form, ...], np.ndarray, np.ndarray]:
+    """Forms of the links whose direction at the start is given, with the values and rates they start from."""
+    forms: list[Form] = []
+    offsets, rates = [], []
+    level_rate = _level_rates(system)
+    for link in layout.mechanism.links:
+        if link.direction is None:
+            continue
+        k = [condition.name for condition in layout.conditions].index(link.name)
+        along = np.array([math.cos(link.direction), math.sin(link.direction)])
+        length = math.sqrt(2.0 * layout.conditions[k].level)
+        forms.append(layout.conditions[k].parts[0][1])
+        offsets.append(length * along)
+        rates.append(level_rate[k] / length * along)
+    return tuple(forms), np.array(offsets).reshape(-1, 2), np.array(rates).reshape(-1, 2)
+
+
+def _level_rates(system: System) -> np.ndarray:
+    """Rates of the levels of all conditions at t = 0."""
+    rates = np.zeros(system.level.shape[1])
+    for k, course in zip(system.timed, system.timed_course, strict=True):
+        course_at(0.0, system.motion[system.motion_start[course] : system.motion_start[course + 1]], system.angle)
+        rates[k] = system.angle[0] * system.angle[1]
+    return rates
 
 
 def hold_joints(
@@ -124,7 +150,10 @@ def hold_joints(
     b, b_rate = basis_at_start(system)
     parts = [(k, weight, form) for k, condition in enumerate(layout.conditions) for weight, form in condition.parts]
     owner = sp.csr_array(
-        (np.array([w for _, w, _ in parts]), (np.array([k for k, _, _ in parts], int), np.arange(len(parts)))),
+        (
+            np.array([w * (not layout.conditions[k].latch) for k, w, _ in parts]),
+            (np.array([k for k, _, _ in parts], int), np.arange(len(parts))),
+        ),
         shape=(len(layout.conditions), len(parts)),
     )
     level = np.array([condition.level for condition in layout.conditions])
@@ -146,7 +175,7 @@ def hold_joints(
     v = guess.velocity.copy()
     full_rate = np.append(v, b_rate)
     bent = np.sum(d * (squares @ full_rate).reshape(-1, 2), axis=1)
-    rate_residual = np.concatenate([owner @ bent, held @ full_rate - rates.ravel()])
+    rate_residual = np.concatenate([owner @ bent - _level_rates(system), held @ full_rate - rates.ravel()])
     v -= _least_change(jacobian, rate_residual)
     return Start(x, v)
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Annotated, NamedTuple
 
 import numpy as np
@@ -9,18 +10,23 @@ from numba import types
 from scipy.sparse import csr_array
 from scipy.sparse.csgraph import reverse_cuthill_mckee
 
+from scissordyn.errors import InputError
 from scissordyn.jit import opener
 from scissordyn.laws.contact import PARAMETERS, Damping, Elastic, Friction
 from scissordyn.laws.ladder import friction_start
 from scissordyn.mechanics.band import width
-from scissordyn.mechanics.element import ELEMENT_NUMBERS, courses, element_form, element_numbers, start_angle
+from scissordyn.mechanics.element import ELEMENT_NUMBERS, courses, element_form, element_numbers, start_angle, stop_guards
 from scissordyn.mechanics.layout import Form, Layout, join_forms
 from scissordyn.mechanics.motion import COLUMNS, motion_rows
+from scissordyn.model.body import GROUND
 
 __all__ = ["APPROACH_FLOOR", "System", "build_system", "open_system", "sliding_states"]
 
 APPROACH_FLOOR = 1e-6
 """Least approach speed of a contact [m/s]: a contact that starts at rest must not divide by zero."""
+
+LATCH_CLEARANCE = 1e-6
+"""A latch nearer than this [rad] to its angle at the start would be locked before it moves."""
 
 JOINT_OUTPUTS = 9
 """Width of `System.joint`; `joint` says what its columns are."""
@@ -48,8 +54,14 @@ class System(NamedTuple):
     motion_start: I1  # (courses+1,)
     part_start: I1  # (parts+1,) forms of the quadratic conditions
     part_condition: I1  # (parts,)
-    part_weight: F1  # (parts,)
-    level: F1  # (m,)
+    part_weight: F1  # (parts,) zero while a latch is open
+    part_full: F1  # (parts,) weights of conditions that hold
+    idle: F1  # (m,) 1 for an open latch
+    level: F2  # (4, m) with three derivatives by time
+    timed: I1  # conditions whose level follows a course
+    timed_course: I1  # rows of motion_start
+    latch: I2  # (latches, 2) condition and first part
+    latch_side: F1  # (latches,) sense of rotation in which it is reached
     length_start: I1  # (m+1,) entries of all parts of each condition
     length_column: I1
     length_row: F2  # (2, entries)
@@ -66,10 +78,11 @@ class System(NamedTuple):
     state_start: I1  # (links+1,) hidden states
     element: F2  # (elements, ELEMENT_NUMBERS)
     course: I1  # (elements,) row of motion_start, or -1
+    guard: I1  # (elements,) guard of an end stop, or -1
     element_x: F2  # (6, 6) work space
     element_v: F2
-    mode: I1  # (guards,) first the loose joints': 0 free flight, 1 contact
-    approach: F1  # (nj,) approach speed of the present contact
+    mode: I1  # (guards,) loose joints, latches, end stops: 0 free flight, 1 contact or locked
+    approach: F1  # (guards,) approach speed of the present contact
     block_start: I1  # (links+1,) where a link's k x k blocks start
     place: I1  # (n+m+nz,) row of the step matrix for each unknown
     band: F2  # step matrix
@@ -136,12 +149,22 @@ def build_system(layout: Layout) -> System:
     rows = [motion_rows(drive.motion, mechanism.body(drive.body).angle) for drive in mechanism.drives]
     course, pieces = courses(layout, len(rows))
     rows += pieces
+    timed = [k for k, condition in enumerate(layout.conditions) if condition.motion]
+    timed_course = len(rows) + np.arange(len(timed))
+    rows += [motion_rows(layout.conditions[k].motion, 0.0) for k in timed]  # type: ignore[arg-type]
     numbers = np.zeros((len(elements), ELEMENT_NUMBERS))
     for i, element in enumerate(elements):
         described = element_numbers(element, start_angle(layout, element))
         numbers[i, : len(described)] = described
     parts = [(k, weight, form) for k, condition in enumerate(layout.conditions) for weight, form in condition.parts]
     part_start, length_column, length_row = _forms([form for _, _, form in parts], 2)
+    part_weight = np.array([weight for _, weight, _ in parts], float)
+    latch, latch_side = _latches(layout)
+    idle = np.zeros(m)
+    idle[latch[:, 0]] = 1.0
+    first_stop = nj + latch.shape[0]
+    guard = stop_guards(elements, first_stop)
+    guards = first_stop + int(np.sum(guard >= 0))
     links = [_joint_form(layout, index) for index in range(nj)] + [element_form(layout, element) for element in elements]
     link_start, link_column, link_row = _forms(links, 6)
     overlap, match = _overlaps(layout)
@@ -174,8 +197,14 @@ def build_system(layout: Layout) -> System:
         motion_start=np.cumsum([0, *map(len, rows)], dtype=np.int64),
         part_start=part_start,
         part_condition=np.array([k for k, _, _ in parts], np.int64),
-        part_weight=np.array([weight for _, weight, _ in parts], float),
-        level=np.array([condition.level for condition in layout.conditions], float),
+        part_weight=part_weight * np.array([1.0 - idle[k] for k, _, _ in parts]),
+        part_full=part_weight,
+        idle=idle,
+        level=np.array([[condition.level for condition in layout.conditions], *(3 * [[0.0] * m])], float),
+        timed=np.array(timed, np.int64),
+        timed_course=timed_course.astype(np.int64),
+        latch=latch,
+        latch_side=latch_side,
         length_start=np.cumsum([0, *(condition.columns.size for condition in layout.conditions)], dtype=np.int64),
         length_column=length_column,
         length_row=length_row,
@@ -192,10 +221,11 @@ def build_system(layout: Layout) -> System:
         state_start=np.cumsum([0, *states], dtype=np.int64),
         element=numbers,
         course=course,
+        guard=guard,
         element_x=np.zeros((6, 6)),
         element_v=np.zeros((6, 6)),
-        mode=np.zeros(nj, np.int64),
-        approach=np.full(nj, APPROACH_FLOOR),
+        mode=np.zeros(guards, np.int64),
+        approach=np.full(guards, APPROACH_FLOOR),
         block_start=np.cumsum([0, *counts**2], dtype=np.int64),
         place=place,
         band=np.zeros((size, width(lower, upper))),
@@ -252,6 +282,21 @@ def _joint_form(layout: Layout, index: int) -> Form:
     return join_forms(parts)
 
 
+def _latches(layout: Layout) -> tuple[np.ndarray, np.ndarray]:
+    """Condition and first part of each latch, and the sense in which it is reached."""
+    first = np.cumsum([0, *(len(condition.parts) for condition in layout.conditions)])
+    table, side = [], []
+    for latch in layout.mechanism.latches:
+        k = [condition.name for condition in layout.conditions].index(latch.name)
+        table.append((k, int(first[k])))
+        base = 0.0 if latch.base == GROUND else layout.mechanism.body(latch.base).angle
+        ahead = math.remainder(latch.angle - layout.mechanism.body(latch.body).angle + base, 2.0 * math.pi)
+        if abs(ahead) < LATCH_CLEARANCE:
+            raise InputError(f"latch '{latch.name}' is at its angle at the start", "a weld, or another angle")
+        side.append(math.copysign(1.0, ahead))
+    return np.array(table, np.int64).reshape(-1, 2), np.array(side, float)
+
+
 def _overlaps(layout: Layout) -> tuple[np.ndarray, np.ndarray]:
     """Pairs of quadratic conditions on common free coordinates, with the matching entries."""
     pairs: list[tuple[int, int, int]] = []
@@ -290,9 +335,9 @@ def _ordering(
     rows = np.concatenate([np.arange(size), *(np.repeat(group, group.size) for group in groups)])
     beside = np.concatenate([np.arange(size), *(np.tile(group, group.size) for group in groups)])
     graph = csr_array((np.ones(rows.size), (rows, beside)), shape=(size, size))
-    order = reverse_cuthill_mckee(graph, symmetric_mode=True)
     place = np.empty(size, np.int64)
-    place[order] = np.arange(size)
+    if size:
+        place[reverse_cuthill_mckee(graph, symmetric_mode=True)] = np.arange(size)
     reach = int(np.max(np.abs(place[rows] - place[beside]), initial=0))
     return place, reach, reach
 

@@ -1,4 +1,4 @@
-"""Springs, dampers, loads and motors, and rigid connections."""
+"""What pulls, pushes and turns: springs, dampers, loads, motors and end stops."""
 
 from __future__ import annotations
 
@@ -7,12 +7,13 @@ from dataclasses import dataclass
 from typing import Annotated
 
 from scissordyn.errors import InputError
+from scissordyn.laws.damping.flores import Flores
 from scissordyn.model.body import GROUND, Point
 from scissordyn.model.drive import Motion
 from scissordyn.model.joint import BodyPoint
 from scissordyn.units import Quantity, check_quantities
 
-__all__ = ["Element", "Force", "Motor", "Spring", "Torque", "TorsionSpring", "Weld"]
+__all__ = ["AngleStop", "Element", "Force", "Motor", "Spring", "Torque", "TorsionSpring", "TravelStop", "stop_damping"]
 
 
 def _two_bodies(name: str, one: str, other: str) -> None:
@@ -170,22 +171,83 @@ class Motor:
 
 
 @dataclass(frozen=True)
-class Weld:
-    """A rigid connection: two points coincide and the bodies keep the relative angle of the start.
+class AngleStop:
+    r"""An end stop of a rotation: beyond its angle a torque pushes the body back.
+
+    .. math:: T = K\delta^n\left(1 + \xi\,\dot\delta/\dot\delta^{(-)}\right)
+
+    with delta the angle beyond the stop, its rate at the touch in the denominator, and the damping factor of Flores et al.
+    2011 for the restitution coefficient. The side from which the stop is reached is the one the bodies start on; angles are
+    counted within half a turn of the start.
 
     Parameters
     ----------
     name : str
-    start, end : (str, str)
-        Body and point; one body may be "ground".
+    body, base : str
+        The base may be "ground".
+    angle : float
+        Of the body against its base at the touch [rad].
+    stiffness : float
+        K [N m/rad^n].
+    exponent : float
+        n.
+    restitution : float
+        Restitution coefficient.
     """
 
     name: str
-    start: BodyPoint
-    end: BodyPoint
+    body: str
+    angle: Annotated[float, Quantity("rad", help="angle of the body against its base at the touch")]
+    base: str = GROUND
+    stiffness: Annotated[float, Quantity("1", above=0.0, help="K, in N m/rad^n with the n given here")] = 1e6
+    exponent: Annotated[float, Quantity("1", minimum=1.0, maximum=5.0, help="n")] = 1.5
+    restitution: Annotated[float, Quantity("1", above=0.0, maximum=1.0, help="restitution coefficient")] = 0.5
 
     def __post_init__(self) -> None:
-        _two_bodies(self.name, self.start[0], self.end[0])
+        check_quantities(self)
+        _two_bodies(self.name, self.body, self.base)
 
 
-Element = Spring | TorsionSpring | Force | Torque | Motor
+@dataclass(frozen=True)
+class TravelStop:
+    r"""An end stop of a point that travels: beyond a line across its direction a force pushes it back.
+
+    .. math:: F = K\delta^n\left(1 + \xi\,\dot\delta/\dot\delta^{(-)}\right)
+
+    Parameters
+    ----------
+    name : str
+    point : (str, str)
+        Body and point.
+    direction : float
+        Direction of travel towards the stop, in the ground's frame [rad].
+    limit : float
+        How far the point may go: its coordinate along the direction at the touch [m].
+    stiffness : float
+        K [N/m^n].
+    exponent : float
+        n.
+    restitution : float
+        Restitution coefficient.
+    """
+
+    name: str
+    point: BodyPoint
+    direction: Annotated[float, Quantity("rad", help="direction of travel towards the stop")]
+    limit: Annotated[float, Quantity("m", help="coordinate along the direction at the touch")]
+    stiffness: Annotated[float, Quantity("1", above=0.0, help="K, in N/m^n with the n given here")] = 1e8
+    exponent: Annotated[float, Quantity("1", minimum=1.0, maximum=5.0, help="n")] = 1.5
+    restitution: Annotated[float, Quantity("1", above=0.0, maximum=1.0, help="restitution coefficient")] = 0.5
+
+    def __post_init__(self) -> None:
+        check_quantities(self)
+        if self.point[0] == GROUND:
+            raise InputError(f"end stop '{self.name}' for a point of the ground", "a point of a body")
+
+
+def stop_damping(stop: AngleStop | TravelStop) -> float:
+    """Damping factor xi of an end stop [1] (Flores et al. 2011, doi:10.1007/s11044-010-9237-4)."""
+    return Flores(restitution=stop.restitution).factor
+
+
+Element = Spring | TorsionSpring | Force | Torque | Motor | AngleStop | TravelStop

@@ -13,8 +13,9 @@ from typing import Annotated, Any, TypeVar
 from scissordyn.errors import InputError, did_you_mean
 from scissordyn.model.body import GROUND, Body, Point
 from scissordyn.model.clearance import Clearance
+from scissordyn.model.connection import Latch, Link, Weld
 from scissordyn.model.drive import ConstantSpeed, Drive, Motion
-from scissordyn.model.element import Element, Force, Spring, Weld
+from scissordyn.model.element import Element, Force, Spring, TravelStop
 from scissordyn.model.joint import BodyPoint, Guide, Revolute
 from scissordyn.model.pattern import matching
 from scissordyn.units import Quantity, check_quantities
@@ -36,7 +37,7 @@ class Mechanism:
     drives : tuple of Drive
     welds : tuple of Weld
         Rigid connections.
-    elements : tuple of Spring, TorsionSpring, Force, Torque or Motor
+    elements : tuple of Spring, TorsionSpring, Force, Torque, Motor, AngleStop or TravelStop
     ground : tuple of (str, (float, float))
         Named points of the fixed frame [m].
     gravity : float
@@ -47,6 +48,9 @@ class Mechanism:
         The body that `driven` drives unless told otherwise.
     output_body : str
         The body whose motion is the mechanism's purpose, such as the slider of an array.
+    links : tuple of Link
+        Massless links and prescribed distances.
+    latches : tuple of Latch
     """
 
     bodies: tuple[Body, ...]
@@ -60,13 +64,16 @@ class Mechanism:
     gravity_direction: Annotated[float, Quantity("rad", help="direction gravity pulls in")] = -math.pi / 2
     input_body: str = ""
     output_body: str = ""
+    links: tuple[Link, ...] = ()
+    latches: tuple[Latch, ...] = ()
 
     def __post_init__(self) -> None:
         check_quantities(self)
         if not self.bodies:
             raise InputError("a mechanism without bodies", "at least one body")
         _check_unique("body", [body.name for body in self.bodies])
-        _check_unique("joint", [*self.joint_names, *(weld.name for weld in self.welds)])
+        connections: tuple[Weld | Link | Latch, ...] = (*self.welds, *self.links, *self.latches)
+        _check_unique("joint", [*self.joint_names, *(part.name for part in connections)])
         _check_unique("element", [element.name for element in self.elements])
         for joint in self.joints:
             self._check_point(joint.name, joint.journal)
@@ -74,14 +81,18 @@ class Mechanism:
         for guide in self.guides:
             self._check_point(guide.name, guide.follower)
             self._check_rotates(guide.name, guide.body)
-        for weld in self.welds:
-            self._check_point(weld.name, weld.start)
-            self._check_point(weld.name, weld.end)
+        for connection in connections:
+            if not isinstance(connection, Latch):
+                self._check_point(connection.name, connection.start)
+                self._check_point(connection.name, connection.end)
+        for latch in self.latches:
+            self._check_rotates(latch.name, latch.body)
+            self._check_rotates(latch.name, latch.base)
         for element in self.elements:
             if isinstance(element, Spring):
                 self._check_point(element.name, element.start)
                 self._check_point(element.name, element.end)
-            elif isinstance(element, Force):
+            elif isinstance(element, Force | TravelStop):
                 self._check_point(element.name, element.point)
             else:
                 self._check_rotates(element.name, element.body)

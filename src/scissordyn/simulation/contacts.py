@@ -32,6 +32,10 @@ class Contact:
         [s]; NaN if the run ended first.
     rebound_speed : float
         delta' at the end [m/s], negative; NaN if the run ended first.
+    impulse : float
+        Of the normal force [N s].
+    damping_loss, friction_loss : float
+        Energy dissipated by contact damping and by friction [J].
     """
 
     joint: int
@@ -42,6 +46,9 @@ class Contact:
     peak_time: float
     duration: float
     rebound_speed: float
+    impulse: float
+    damping_loss: float
+    friction_loss: float
 
 
 def contacts(log: np.ndarray, peak: np.ndarray) -> list[Contact]:
@@ -49,10 +56,10 @@ def contacts(log: np.ndarray, peak: np.ndarray) -> list[Contact]:
 
     Parameters
     ----------
-    log : ndarray, shape (events, 7)
-        Time, joint, 1 for a start and 0 for an end, delta', angle of n, largest normal force and when.
-    peak : ndarray, shape (nj, 2)
-        The last two for contacts still going on.
+    log : ndarray, shape (events, 10)
+        Time, joint, 1 for a start and 0 for an end, delta', angle of n, largest normal force and when, impulse and losses.
+    peak : ndarray, shape (nj, 5)
+        The last five for contacts still going on; guards after the joints are left out.
 
     Returns
     -------
@@ -62,14 +69,17 @@ def contacts(log: np.ndarray, peak: np.ndarray) -> list[Contact]:
     open_, found = {}, []
     for row in log.tolist():
         joint = int(row[1])
+        if joint >= peak.shape[0]:
+            continue
         if row[2] == 1.0:
             open_[joint] = row
         elif joint in open_:
             start = open_.pop(joint)
-            found.append(Contact(joint, start[0], start[3], start[4], row[5], row[6] - start[0], row[0] - start[0], row[3]))
+            timing = row[6] - start[0], row[0] - start[0]
+            found.append(Contact(joint, start[0], start[3], start[4], row[5], *timing, row[3], *row[7:]))
     for joint, start in open_.items():
-        force, when = peak[joint].tolist()
-        found.append(Contact(joint, start[0], start[3], start[4], force, when - start[0], math.nan, math.nan))
+        force, when, *integrals = peak[joint].tolist()
+        found.append(Contact(joint, start[0], start[3], start[4], force, when - start[0], math.nan, math.nan, *integrals))
     return sorted(found, key=lambda contact: contact.start)
 
 

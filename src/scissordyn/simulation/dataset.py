@@ -13,11 +13,12 @@ import xarray as xr
 
 from scissordyn.mechanics.bodies import BodyMotion, body_motion
 from scissordyn.mechanics.outputs import Record, record
-from scissordyn.mechanics.reactions import journal_forces, known_loads, solve_reactions
+from scissordyn.mechanics.reactions import connection_forces, journal_forces, known_loads, solve_reactions
 from scissordyn.model.body import GROUND
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.model.record import to_plain
 from scissordyn.simulation.contacts import columns, contacts
+from scissordyn.simulation.events import event_variables, latch_losses
 from scissordyn.simulation.options import Options
 from scissordyn.simulation.trajectory import Trajectory
 
@@ -57,8 +58,10 @@ def to_dataset(mechanism: Mechanism, options: Options, path: Trajectory) -> xr.D
         **_motion_variables(mechanism, motion),
         **_joint_variables(mechanism, path, found, motion),
         **_element_variables(mechanism, found),
+        **_connection_variables(path, found),
         **_energy_variables(path, found),
         **_contact_variables(mechanism, path),
+        **event_variables(mechanism, path.log),
     }
     coordinates = {
         "time": _described(("time",), samples.time, "s", "time"),
@@ -121,7 +124,7 @@ def _joint_variables(mechanism: Mechanism, path: Trajectory, found: Record, moti
         position=motion.position,
         acceleration=motion.acceleration,
         spin_rate=motion.spin_rate,
-        known=known_loads(mechanism, motion.direction, found, radius),
+        known=known_loads(path.layout, motion.direction, found, radius),
     )
     reaction = np.zeros((instants, len(names), 2))
     reaction[:, loose], reaction[:, ideal] = force, joints
@@ -180,10 +183,30 @@ def _element_variables(mechanism: Mechanism, found: Record) -> dict[str, Variabl
     }
 
 
+def _connection_variables(path: Trajectory, found: Record) -> dict[str, Variable]:
+    mechanism = path.layout.mechanism
+    thrust, held = connection_forces(path.layout, found)
+    variables: dict[str, Variable] = {}
+    if mechanism.links:
+        names = np.array([link.name for link in mechanism.links])
+        forms = [(path.layout.place(link.end), path.layout.place(link.start)) for link in mechanism.links]
+        span = np.stack([found.X[:, a.columns] @ a.rows.T - found.X[:, b.columns] @ b.rows.T for a, b in forms], axis=1)
+        length = np.sqrt(np.sum(span * span, axis=-1))
+        pull = -np.sum(thrust * span, axis=-1) / length
+        variables["link"] = ("link",), names, {"long_name": "massless link"}
+        variables["link_force"] = _described(("time", "link"), pull, "N", "force in a link, positive in tension")
+        variables["link_length"] = _described(("time", "link"), length, "m", "length of a link")
+    if mechanism.latches:
+        variables["latch"] = ("latch",), np.array([latch.name for latch in mechanism.latches]), {"long_name": "latch"}
+        variables["latch_torque"] = _described(("time", "latch"), held, "N m", "torque of a locked latch on its body")
+    return variables
+
+
 def _energy_variables(path: Trajectory, found: Record) -> dict[str, Variable]:
     work, damping, rubbing, loads, dampers = path.samples.total.T
     energy = found.kinetic + found.potential + found.elastic + found.springs
-    lost = damping + rubbing + dampers
+    locking = latch_losses(path.layout.mechanism, path.log, path.samples.time)
+    lost = damping + rubbing + dampers + locking
     residual = energy - energy[:1] - work - loads + lost
     named = {
         "kinetic_energy": (found.kinetic, "kinetic energy"),
@@ -195,6 +218,7 @@ def _energy_variables(path: Trajectory, found: Record) -> dict[str, Variable]:
         "spring_energy": (found.springs, "energy stored in springs"),
         "load_work": (loads, "work of forces, torques and motors"),
         "damper_loss": (dampers, "energy dissipated by dampers"),
+        "latch_loss": (locking, "energy lost in the impacts of locking latches"),
         "dissipated_energy": (lost, "dissipated energy"),
         "energy_residual": (residual, "what the energy balance misses"),
     }
@@ -208,7 +232,7 @@ def _energy_variables(path: Trajectory, found: Record) -> dict[str, Variable]:
 
 
 def _contact_variables(mechanism: Mechanism, path: Trajectory) -> dict[str, Variable]:
-    table = columns(contacts(path.log, path.peak))
+    table = columns(contacts(path.log, path.peak[: len(mechanism.loose)]))
     names = np.array([joint.name for joint in mechanism.loose], dtype=object)
     joint = names[table["joint"]] if names.size else names
     along = ("contact",)
@@ -221,4 +245,7 @@ def _contact_variables(mechanism: Mechanism, path: Trajectory) -> dict[str, Vari
         "peak_time": _described(along, table["peak_time"], "s", "time from the start to the largest normal force"),
         "contact_duration": _described(along, table["duration"], "s", "duration"),
         "rebound_speed": _described(along, table["rebound_speed"], "m/s", "rate of indentation at the end"),
+        "impulse": _described(along, table["impulse"], "N s", "impulse of the normal force"),
+        "contact_damping_loss": _described(along, table["damping_loss"], "J", "energy dissipated by damping in the contact"),
+        "contact_friction_loss": _described(along, table["friction_loss"], "J", "energy dissipated by friction in the contact"),
     }

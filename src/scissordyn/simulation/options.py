@@ -11,7 +11,7 @@ from scissordyn.units import Quantity, check_quantities
 
 __all__ = ["Options", "StartKind"]
 
-StartKind = Literal["concentric", "in-contact"]
+StartKind = Literal["concentric", "in-contact", "static"]
 
 
 @dataclass(frozen=True)
@@ -22,9 +22,9 @@ class Options:
     ----------
     until : float
         End of the simulated time [s].
-    start : {"concentric", "in-contact"}
-        Journals concentric with their bearings and moving as in the ideal mechanism; or resting in contact along the line
-        of the ideal reaction.
+    start : {"concentric", "in-contact", "static"}
+        Journals concentric with their bearings and moving as in the ideal mechanism; resting in contact along the line
+        of the ideal reaction; or in static equilibrium under gravity, springs and loads, the drives held at t = 0.
     samples : int
         Instants at which the run is recorded, equally spaced; steps and events do not depend on it.
     rtol : float
@@ -49,7 +49,8 @@ class Options:
         check_quantities(self)
         if self.start not in get_args(StartKind):
             raise InputError(
-                f"start = {self.start!r}{did_you_mean(str(self.start), get_args(StartKind))}", '"concentric" or "in-contact"'
+                f"start = {self.start!r}{did_you_mean(str(self.start), get_args(StartKind))}",
+                '"concentric", "in-contact" or "static"',
             )
         if self.method not in ("auto", *METHODS):
             raise InputError(f"method = {self.method!r}{did_you_mean(self.method, METHODS)}", "auto, " + ", ".join(METHODS))

@@ -42,9 +42,9 @@ def simulate(
     mechanism : Mechanism
     until : float
         End of the simulated time [s].
-    start : {"concentric", "in-contact"}
-        Journals concentric with their bearings and moving as in the ideal mechanism; or resting in contact along the
-        line of the ideal reaction.
+    start : {"concentric", "in-contact", "static"}
+        Journals concentric with their bearings and moving as in the ideal mechanism; resting in contact along the line
+        of the ideal reaction; or in static equilibrium under gravity, springs and loads, the drives held at t = 0.
     samples : int
         Instants at which the run is recorded; steps and events do not depend on it.
     rtol : float
@@ -131,6 +131,14 @@ def _warnings(mechanism: Mechanism, run: xr.Dataset) -> list[str]:
             approach_speed=speed[touched == joint.name].tolist(),
             indentation=float(np.max(depth, initial=0.0)),
         )
+    for i, link in enumerate(mechanism.links):
+        force = run["link_force"].values[:, i]
+        if link.tension_only and np.min(force, initial=0.0) < 0.0:
+            first, worst = int(np.argmax(force < 0.0)), int(np.argmin(force))
+            found.append(
+                f"joint '{link.name}': contact would have to pull from t = {run['time'].values[first]:.6g} s on (N falls to "
+                f"{force[worst]:.6g} N at t = {run['time'].values[worst]:.6g} s); the held contact is not possible there"
+            )
     if np.isnan(run["reaction"].values).any():
         found.append("more ideal joints hold the bodies than needed; reactions are not determined and are left out (NaN)")
     return list(dict.fromkeys(found))

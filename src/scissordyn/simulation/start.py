@@ -1,11 +1,11 @@
-"""The state a run starts from: journals concentric, or resting in contact."""
+"""The state a run starts from: journals concentric, resting in contact, or the whole mechanism at rest."""
 
 from __future__ import annotations
 
 import numpy as np
 
 from scissordyn.errors import InputError
-from scissordyn.integrate.advance import RECORD
+from scissordyn.integrate.advance import LOG_COLUMNS, RECORD
 from scissordyn.jit import Handle
 from scissordyn.laws.ladder import elastic_force
 from scissordyn.mechanics import functions
@@ -13,15 +13,17 @@ from scissordyn.mechanics.bodies import body_motion
 from scissordyn.mechanics.layout import Form, Layout, lay_out
 from scissordyn.mechanics.outputs import record
 from scissordyn.mechanics.reactions import known_loads, solve_reactions
-from scissordyn.mechanics.start import Start, assemble, carry_over, hold_joints, natural_state
+from scissordyn.mechanics.start import Start, assemble, basis_at_start, carry_over, hold_joints, natural_state
 from scissordyn.mechanics.system import APPROACH_FLOOR, System, build_system
+from scissordyn.model.mechanism import Mechanism
 from scissordyn.simulation.options import Options
+from scissordyn.simulation.rest import equilibrium, standing
 
-__all__ = ["prepare_start"]
+__all__ = ["ideal_reactions", "prepare_start"]
 
 
 def prepare_start(layout: Layout, system: System, options: Options) -> tuple[np.ndarray, list[list[float]]]:
-    """The state to start from, and the events of joints that start in contact.
+    """The state to start from, and the events of joints and end stops that start in contact.
 
     Parameters
     ----------
@@ -36,17 +38,51 @@ def prepare_start(layout: Layout, system: System, options: Options) -> tuple[np.
     opening : list of rows of the event log
     """
     mechanism = layout.mechanism
-    states = np.zeros(int(system.state_start[-1]))
+    start = assemble(layout, system)
+    if mechanism.loose:
+        ideal = lay_out(mechanism.tighten())
+        ideal_system = build_system(ideal)
+        ideal_start = assemble(ideal, ideal_system)
+        start = carry_over(layout, system, *natural_state(ideal, ideal_system, ideal_start))
+    match options.start:
+        case "in-contact" if mechanism.loose:
+            offsets = _resting_offsets(mechanism, system, ideal_reactions(ideal, ideal_system, ideal_start))
+            start = _hold_offsets(layout, system, start, offsets)
+        case "static":
+            place = _resting_place(mechanism)
+            forms = [_eccentricity_form(system, j) for j in range(len(mechanism.loose))]
+            full = np.append(place, basis_at_start(system)[0])
+            offsets = np.array([form.rows @ full[form.columns] for form in forms]).reshape(-1, 2)
+            start = _hold_offsets(layout, system, Start(place, start.velocity), offsets)
+    state = np.concatenate([start.position, start.velocity, np.zeros(int(system.state_start[-1]))])
+    return state, _touching(system, state) if options.start != "concentric" else []
+
+
+def _resting_place(mechanism: Mechanism) -> np.ndarray:
+    """Free coordinates of static equilibrium: first of the ideal mechanism, then of the loose one near it."""
+    still = standing(mechanism)
+    ideal = lay_out(still.tighten())
+    system = build_system(ideal)
+    rest = Start(equilibrium(ideal, assemble(ideal, system).position), np.zeros(ideal.free))
     if not mechanism.loose:
-        start = assemble(layout, system)
-        return np.concatenate([start.position, start.velocity, states]), []
-    ideal = lay_out(mechanism.tighten())
-    ideal_system = build_system(ideal)
-    ideal_start = assemble(ideal, ideal_system)
-    start = carry_over(layout, system, *natural_state(ideal, ideal_system, ideal_start))
-    if options.start == "concentric":
-        return np.concatenate([start.position, start.velocity, states]), []
-    pull = _ideal_reactions(ideal, ideal_system, ideal_start)
+        return rest.position
+    loose = lay_out(still)
+    loose_system = build_system(loose)
+    start = carry_over(loose, loose_system, *natural_state(ideal, system, rest))
+    pull = ideal_reactions(ideal, system, rest)
+    if np.all(np.isfinite(pull)):
+        start = _hold_offsets(loose, loose_system, start, _resting_offsets(still, loose_system, pull))
+    return equilibrium(loose, start.position)
+
+
+def _hold_offsets(layout: Layout, system: System, start: Start, offsets: np.ndarray) -> Start:
+    """The state in which the journals rest at given places in their bearings, shape (nj, 2) [m]."""
+    forms = tuple(_eccentricity_form(system, j) for j in range(offsets.shape[0]))
+    return hold_joints(layout, system, start, forms, offsets, np.zeros_like(offsets))
+
+
+def _resting_offsets(mechanism: Mechanism, system: System, pull: np.ndarray) -> np.ndarray:
+    """Eccentricities at which the elastic contact forces equal the reactions of the ideal joints."""
     if not np.all(np.isfinite(pull)):
         raise InputError(
             "start = 'in-contact' in a mechanism whose ideal reactions are not determined (more joints than it needs)",
@@ -58,17 +94,20 @@ def prepare_start(layout: Layout, system: System, options: Options) -> tuple[np.
         size = float(np.hypot(*force))
         depth = _indentation(system, j, size)
         offsets[j] = -(system.radius[j, 0] + depth) * force / size if size > 0.0 else 0.0
-    forms = tuple(_eccentricity_form(system, j) for j in range(len(mechanism.loose)))
-    start = hold_joints(layout, system, start, forms, offsets, np.zeros_like(offsets))
-    state = np.concatenate([start.position, start.velocity, states])
-    opening = []
-    handle = Handle(system)
-    for j in range(len(mechanism.loose)):
-        if np.any(offsets[j]):
-            remark = np.zeros(RECORD)
-            functions.reset(0.0, state, j, handle.address, remark)
-            opening.append([0.0, float(j), 1.0, max(float(remark[0]), APPROACH_FLOOR), float(remark[1]), 0.0, 0.0])
-    return state, opening
+    return offsets
+
+
+def _touching(system: System, state: np.ndarray) -> list[list[float]]:
+    """Put every joint and end stop that is past its gap into contact; returns the rows of the event log."""
+    handle, rows = Handle(system), []
+    gap, rate = np.zeros(system.mode.size), np.zeros(system.mode.size)
+    functions.guards(0.0, state, handle.address, gap, rate)
+    for guard in np.flatnonzero(gap > 0.0).tolist():
+        remark = np.zeros(RECORD)
+        functions.reset(0.0, state, guard, handle.address, remark)
+        row = [0.0, float(guard), 1.0, max(float(remark[0]), APPROACH_FLOOR), float(remark[1])]
+        rows.append(row + [0.0] * (LOG_COLUMNS - len(row)))
+    return rows
 
 
 def _eccentricity_form(system: System, j: int) -> Form:
@@ -76,10 +115,11 @@ def _eccentricity_form(system: System, j: int) -> Form:
     return Form(system.link_column[part], system.link_row[:2, part])
 
 
-def _ideal_reactions(layout: Layout, system: System, start: Start) -> np.ndarray:
+def ideal_reactions(layout: Layout, system: System, start: Start) -> np.ndarray:
     """Force on the journal of every revolute joint of an ideal mechanism at t = 0, shape (joints, 2) [N]."""
     state = np.concatenate([start.position, start.velocity])[None, :]
-    found = record(Handle(system), np.zeros(1), state, np.zeros((1, 0), np.int64), np.zeros((1, 0)))
+    guards = system.mode.size
+    found = record(Handle(system), np.zeros(1), state, np.zeros((1, guards), np.int64), np.zeros((1, guards)))
     motion = body_motion(layout, found)
     joints, _, _ = solve_reactions(
         layout.mechanism,
@@ -87,7 +127,7 @@ def _ideal_reactions(layout: Layout, system: System, start: Start) -> np.ndarray
         position=motion.position,
         acceleration=motion.acceleration,
         spin_rate=motion.spin_rate,
-        known=known_loads(layout.mechanism, motion.direction, found, system.radius),
+        known=known_loads(layout, motion.direction, found, system.radius),
     )
     return np.asarray(joints[0])
 

@@ -49,10 +49,10 @@ class Trajectory:
         Of the mechanics' `System`.
     samples : Samples
         Trimmed to what was reached.
-    log : ndarray, shape (events, 5 + RECORD)
-        Time, joint, new mode, delta', angle of n, largest normal force of the contact that ended, and when.
-    peak : ndarray, shape (nj, 2)
-        Largest normal force of the contact still going on at the end, and when.
+    log : ndarray, shape (events, LOG_COLUMNS)
+        Time, joint, new mode, delta', angle of n; of the contact that ended the largest normal force, when, impulse, losses.
+    peak : ndarray, shape (guards, 5)
+        The same five of the contact still going on at the end.
     end : float
         Time reached [s].
     status : str
@@ -98,7 +98,7 @@ def compute(mechanism: Mechanism, options: Options, progress: Callable[[float], 
     samples = make_samples(np.linspace(0.0, options.until, options.samples), work)
     clock = np.array([0.0, 1e-4 * options.until, options.until, options.until, options.until])
     count = np.zeros(8, np.int64)
-    log = np.zeros((256, 5 + loop.RECORD))
+    log = np.zeros((256, loop.LOG_COLUMNS))
     for row, event in enumerate(opening):
         log[row] = event
     count[loop.EVENTS] = len(opening)
@@ -150,7 +150,7 @@ def compute(mechanism: Mechanism, options: Options, progress: Callable[[float], 
 def automatic_method(mechanism: Mechanism, options: Options) -> str:
     """The stiff method where friction, or the damping of a contact that starts at rest, makes the equations stiff."""
     stiff = any(joint.clearance.friction.stiff for joint in mechanism.loose if joint.clearance)
-    resting = bool(mechanism.loose) and options.start == "in-contact"
+    resting = bool(mechanism.loose) and options.start != "concentric"
     return "rodas5p" if stiff or resting else "dop853"
 
 
@@ -187,7 +187,7 @@ def _work(layout: Layout, system: System, state: np.ndarray, coefficients: Table
         group=np.array([0, n, 2 * n, state.size], np.int64),
         mode=system.mode,
         memory=system.approach,
-        precision=1e-9 * system.radius[:, 0],
+        precision=np.concatenate([1e-9 * system.radius[:, 0], np.full(system.mode.size - len(mechanism.loose), 1e-10)]),
         quadratures=5,
     )
 
@@ -202,8 +202,9 @@ def _culprit(mechanism: Mechanism, system: Handle, work: Work, time: float) -> s
     """Which loose joint is in the worst state, for the message of a failed run."""
     if not mechanism.loose:
         return ""
-    gap, rate = np.zeros(len(mechanism.loose)), np.zeros(len(mechanism.loose))
-    functions.guards(time, work.y, system.address, gap, rate)
+    values, rates = np.zeros(work.mode.size), np.zeros(work.mode.size)
+    functions.guards(time, work.y, system.address, values, rates)
     clearance = system.content.radius[:, 0]
+    gap = values[: clearance.size]
     j = int(np.argmax(np.where(np.isnan(gap), np.inf, gap / clearance)))
     return f"; joint '{mechanism.loose[j].name}': indentation {gap[j] * 1e3:.4g} mm at a clearance of {clearance[j] * 1e3:g} mm"

@@ -1,0 +1,99 @@
+"""Rigid connections without clearance: welds, massless links, and latches that lock on the way."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Annotated
+
+from scissordyn.errors import InputError
+from scissordyn.model.body import GROUND
+from scissordyn.model.drive import Motion
+from scissordyn.model.joint import BodyPoint
+from scissordyn.units import Quantity, check_quantities
+
+__all__ = ["Latch", "Link", "Weld"]
+
+
+@dataclass(frozen=True)
+class Weld:
+    """A rigid connection: two points coincide and the bodies keep the relative angle of the start.
+
+    Parameters
+    ----------
+    name : str
+    start, end : (str, str)
+        Body and point; one body may be "ground".
+    """
+
+    name: str
+    start: BodyPoint
+    end: BodyPoint
+
+    def __post_init__(self) -> None:
+        _two_bodies(self.name, self.start[0], self.end[0])
+
+
+@dataclass(frozen=True)
+class Link:
+    """A rigid link without mass between two points, or a drive that prescribes their distance.
+
+    Parameters
+    ----------
+    name : str
+    start, end : (str, str)
+        Body and point; one body may be "ground".
+    length : float, optional
+        Distance of the points [m]; as placed if neither length nor motion is given.
+    motion : Motion, optional
+        The prescribed distance over time [m].
+    direction : float, optional
+        Direction from start to end at t = 0 [rad], at which both points then start without turning about each other; as
+        placed if not given.
+    tension_only : bool
+        Whether the link stands for something that can only pull, such as the contact of a journal in its bearing. It is
+        computed as a rigid link all the same, and the run tells when it would be compressed.
+    """
+
+    name: str
+    start: BodyPoint
+    end: BodyPoint
+    length: Annotated[float | None, Quantity("m", above=0.0, help="distance of the points")] = None
+    motion: Motion | None = None
+    direction: Annotated[float | None, Quantity("rad", help="direction from start to end at t = 0")] = None
+    tension_only: bool = False
+
+    def __post_init__(self) -> None:
+        check_quantities(self)
+        _two_bodies(self.name, self.start[0], self.end[0])
+        if self.length is not None and self.motion is not None:
+            raise InputError(f"link '{self.name}' with a length and a motion", "one of them")
+
+
+@dataclass(frozen=True)
+class Latch:
+    """A lock that snaps when two bodies reach an angle; from then on it holds them rigidly at that angle.
+
+    Locking is a plastic impact: the relative spin vanishes at once, and the energy it takes is in the books.
+
+    Parameters
+    ----------
+    name : str
+    body, base : str
+        The base may be "ground".
+    angle : float
+        Of the body against its base where it locks, within half a turn of the start [rad].
+    """
+
+    name: str
+    body: str
+    angle: Annotated[float, Quantity("rad", help="angle of the body against its base where it locks")]
+    base: str = GROUND
+
+    def __post_init__(self) -> None:
+        check_quantities(self)
+        _two_bodies(self.name, self.body, self.base)
+
+
+def _two_bodies(name: str, one: str, other: str) -> None:
+    if one == other:
+        raise InputError(f"'{name}' connects body '{one}' with itself", "two different bodies")

@@ -1,0 +1,78 @@
+"""Continuous contact as a constraint: the control scheme that computes the drive's torque for it."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+
+import numpy as np
+
+from scissordyn.errors import InputError
+from scissordyn.mechanics.layout import lay_out
+from scissordyn.mechanics.start import assemble
+from scissordyn.mechanics.system import build_system
+from scissordyn.model.connection import Link
+from scissordyn.model.mechanism import Mechanism
+from scissordyn.simulation.start import ideal_reactions
+
+__all__ = ["hold_contact"]
+
+
+def hold_contact(mechanism: Mechanism, *, indentation: float = 0.0, direction: float | None = None) -> Mechanism:
+    """A mechanism whose loose joints are held in contact, at a constant eccentricity e = c + indentation.
+
+    Each loose joint becomes a massless link of that length from the bearing centre to the journal centre, so that e' and e''
+    vanish. Simulated with a prescribed drive, its `drive_torque` is the torque that this motion needs, and the tension
+    `link_force` of the joint's link is the normal force N. The condition is two-sided, a joint is not: a run warns when N
+    would have to be negative.
+
+    Parameters
+    ----------
+    mechanism : Mechanism
+        With loose joints.
+    indentation : float
+        delta [m], the same at every joint.
+    direction : float, optional
+        Direction of the contact normal at t = 0 [rad]; that of the ideal reaction if not given.
+
+    Returns
+    -------
+    Mechanism
+
+    Raises
+    ------
+    InputError
+        If no joint is loose, or if no direction is given and the ideal reactions are not determined.
+
+    References
+    ----------
+    Yaqubi, Dardel, Daniali and Ghasemi 2016, doi:10.1007/s11044-015-9486-3
+    """
+    if not mechanism.loose:
+        raise InputError(
+            "hold_contact() on a mechanism without loose joints", "a loose one", "mechanism.loosen(JOINT, CLEARANCE)"
+        )
+    angles = {joint.name: direction for joint in mechanism.loose}
+    if direction is None:
+        ideal = lay_out(mechanism.tighten())
+        system = build_system(ideal)
+        pull = ideal_reactions(ideal, system, assemble(ideal, system))
+        for joint, force in zip(mechanism.joints, pull, strict=True):
+            if joint.clearance is None:
+                continue
+            if not np.all(np.isfinite(force)) or not np.any(force):
+                raise InputError(f"the ideal reaction of joint '{joint.name}' has no direction at the start", "direction=ANGLE")
+            angles[joint.name] = math.atan2(-float(force[1]), -float(force[0]))
+    links = tuple(
+        Link(
+            joint.name,
+            start=joint.bearing,
+            end=joint.journal,
+            length=joint.clearance.clearance + indentation,
+            direction=angles[joint.name],
+            tension_only=True,
+        )
+        for joint in mechanism.loose
+        if joint.clearance is not None
+    )
+    return dataclasses.replace(mechanism, joints=mechanism.ideal, links=(*mechanism.links, *links))

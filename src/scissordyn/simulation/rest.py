@@ -1,0 +1,105 @@
+"""Static equilibrium: where a mechanism comes to rest under gravity and springs, in its loose joints."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+
+from scissordyn.errors import InputError
+from scissordyn.jit import Handle
+from scissordyn.mechanics import functions
+from scissordyn.mechanics.layout import Layout
+from scissordyn.mechanics.motion import course_start
+from scissordyn.mechanics.system import build_system
+from scissordyn.model.drive import ConstantSpeed, Motion, Polynomial
+from scissordyn.model.mechanism import Mechanism
+
+__all__ = ["equilibrium", "standing"]
+
+AT_REST = 1e-9
+"""Unbalanced force below which a mechanism rests, against its weight: what round-off in positions leaves of a stiff contact."""
+
+MOST_STEPS = 2000
+
+
+def standing(mechanism: Mechanism) -> Mechanism:
+    """The same mechanism with its drives, prescribed distances and loads held as they are at t = 0."""
+
+    def held(motion: Motion, start: float) -> Motion:
+        return Polynomial((start if isinstance(motion, ConstantSpeed) else course_start(motion),))
+
+    return dataclasses.replace(
+        mechanism,
+        drives=tuple(
+            dataclasses.replace(drive, motion=held(drive.motion, mechanism.body(drive.body).angle))
+            for drive in mechanism.drives
+        ),
+        links=tuple(dataclasses.replace(link, motion=link.motion and held(link.motion, 0.0)) for link in mechanism.links),
+    )
+
+
+def equilibrium(layout: Layout, position: np.ndarray) -> np.ndarray:
+    """Free coordinates at which the mechanism rests, reached downhill from a given position.
+
+    Pseudo-transient continuation: steps of the linearly implicit Euler method from rest, whose size grows as the forces
+    vanish, so that it ends as Newton's method; it follows the descent of the potential energy and thus finds stable rest.
+
+    Parameters
+    ----------
+    layout : Layout
+        Of a mechanism whose drives stand still (see `standing`).
+    position : ndarray, shape (n,)
+
+    Returns
+    -------
+    ndarray, shape (n,)
+
+    Raises
+    ------
+    InputError
+        If no rest is found.
+
+    References
+    ----------
+    Kelley and Keyes 1998, doi:10.1137/S0036142996304796
+    """
+    system = build_system(layout)
+    handle, n = Handle(system), layout.free
+    hidden = int(system.state_start[-1])
+    state = np.concatenate([position, np.zeros(n + hidden)])
+    rate, by_time = np.zeros(state.size), np.zeros(state.size)
+    weight = float(np.linalg.norm(system.weight[:n])) or 1.0
+    step, before = 1e-3, np.inf
+    for _ in range(MOST_STEPS):
+        functions.project(0.0, state, handle.address)
+        _touch(handle, state)
+        functions.linearise(0.0, state, handle.address, rate, by_time)
+        force = float(np.linalg.norm(rate[n : 2 * n]))
+        scale = weight + float(np.linalg.norm(system.force[:n]))
+        if force <= AT_REST * scale:
+            return state[:n].copy()
+        step = min(1e6, 2.0 * step) if force < before else 0.25 * step
+        before = force
+        change = np.concatenate([np.zeros(n), rate[n : 2 * n], np.zeros(hidden)])
+        if functions.factorize(step, handle.address) >= 0:
+            step *= 0.5
+            continue
+        functions.solve(change, handle.address)
+        state[:n] += change[:n]
+    raise InputError(
+        f"start = 'static': no rest was found (unbalanced force {force / scale:.2g} of the load)",
+        "a mechanism that gravity, springs and drives can hold",
+        "start = 'concentric'",
+    )
+
+
+def _touch(handle: Handle, state: np.ndarray) -> None:
+    """Count every joint and end stop as touching that is past its gap."""
+    system = handle.content
+    gap, rate = np.zeros(system.mode.size), np.zeros(system.mode.size)
+    functions.guards(0.0, state, handle.address, gap, rate)
+    latches = slice(system.radius.shape[0], system.radius.shape[0] + system.latch_side.size)
+    system.mode[:] = gap > 0.0
+    system.mode[latches] = 0
+    system.approach[:] = 1.0

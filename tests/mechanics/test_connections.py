@@ -1,0 +1,228 @@
+"""Massless links, prescribed distances, latches, end stops and static equilibrium against closed forms and second roads."""
+
+import dataclasses
+import json
+import math
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+from scipy.optimize import brentq
+
+import scissordyn as sd
+from scissordyn.model.drive import Cycloidal, Harmonic, Polynomial
+
+TIGHT = {"rtol": 1e-11, "atol": 1e-11, "samples": 201}
+METHODS = ("dop853", "rodas5p")
+PIN = sd.Revolute("pin", ("rod", "start"), ("ground", "origin"))
+GROUND = (("origin", (0.0, 0.0)),)
+
+
+def pendulum(angle=0.3, **parts):
+    """A uniform bar of 2 kg and 1 m that turns about a ground pin under gravity."""
+    return sd.Mechanism((sd.bar("rod", length=1.0, mass=2.0, angle=angle),), joints=(PIN,), ground=GROUND, **parts)
+
+
+def paper(**clearance):
+    """The paper's array with joint A loose, driven at 150 rpm."""
+    arm = sd.scissor(units=2, bar_length=2.0, bar_mass=5.68, slider_mass=5.0, angle=sd.degrees(30))
+    return arm.loosen("A", sd.Clearance(0.5e-3, **clearance)).driven(speed=sd.rpm(150))
+
+
+def worst_residual(run):
+    return float(np.max(np.abs(run["energy_residual"]))) / float(np.ptp(run["kinetic_energy"].values))
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_pendulum_of_varying_length(method):
+    """Cross-check: a mass on a link whose length is prescribed, against its equation in polar coordinates."""
+    mass = dataclasses.replace(sd.point_mass("p", mass=2.0), position=(1.0, 0.0))
+    cord = sd.Link("cord", ("ground", "origin"), ("p", "centre"), motion=Harmonic(1.0, 0.2, 5.0))
+    run = sd.simulate(sd.Mechanism((mass,), ground=GROUND, links=(cord,)), until=3.0, method=method, **TIGHT)
+
+    def length(t):
+        return 1.0 + 0.2 * np.sin(5.0 * t), np.cos(5.0 * t), -5.0 * np.sin(5.0 * t)
+
+    def polar(t, state):
+        l, rate, _ = length(t)
+        return state[1], (-9.81 * math.cos(state[0]) - 2.0 * rate * state[1]) / l
+
+    exact = solve_ivp(polar, (0.0, 3.0), (0.0, 0.0), method="DOP853", rtol=1e-12, atol=1e-12, t_eval=run["time"].values).y
+    l, _, bend = length(run["time"].values)
+    place = l * np.array([np.cos(exact[0]), np.sin(exact[0])])
+    assert np.allclose(run["position"].sel(body="p"), place.T, atol=2e-8)
+    tension = 2.0 * (l * exact[1] ** 2 - bend - 9.81 * np.sin(exact[0]))
+    assert np.allclose(run["link_force"].isel(link=0), tension, atol=1e-5)
+    assert np.allclose(run["link_length"].isel(link=0), l, atol=1e-12)
+    assert worst_residual(run) < 1e-8
+
+
+def test_link_is_a_bar_without_mass():
+    """Identity: a double pendulum whose upper bar is a link, against the same with a bar of a nanogram."""
+    bob = sd.Body("bob", mass=1.0, inertia=0.1, points={"top": (0.0, 0.0)}, centre=(0.4, 0.0), position=(0.6, 0.0), angle=-1.0)
+    link = sd.Link("rope", ("ground", "origin"), ("bob", "top"))
+    run = sd.simulate(sd.Mechanism((bob,), ground=GROUND, links=(link,)), until=0.8, **TIGHT)
+    rod = sd.bar("rod", length=0.6, mass=1e-9)
+    pins = (PIN, sd.Revolute("low", ("bob", "top"), ("rod", "end")))
+    heavy = sd.simulate(sd.Mechanism((rod, bob), joints=pins, ground=GROUND), until=0.8, **TIGHT)
+    assert np.allclose(run["position"].sel(body="bob"), heavy["position"].sel(body="bob"), atol=1e-7)
+    pull = heavy["reaction"].sel(joint="low").values
+    assert np.allclose(run["link_force"].isel(link=0), np.hypot(*pull.T), rtol=1e-5)
+
+
+def test_jack_lifts_an_array():
+    """Closed form: a jack across one unit prescribes the opening angle, L^2 = 2 l^2 (1 - cos 2 th) between the bars' starts."""
+    arm = sd.scissor(units=2, bar_length=1.0, bar_mass=1.0, slider_mass=1.0, angle=0.5)
+    jack = sd.Link("jack", ("ground", "origin"), ("slider", "centre"), motion=Cycloidal(math.sin(0.5), math.sin(0.9), 0.5))
+    run = sd.simulate(dataclasses.replace(arm, links=(jack,)), until=0.5, **TIGHT)
+    assert run.attrs["status"] == "complete"
+    assert run["angle"].sel(body="unit 1/bar 1").values[-1] == pytest.approx(0.9, abs=1e-9)
+    assert run["drive_work"].values[-1] == pytest.approx(float(run["potential_energy"][-1] - run["potential_energy"][0]), rel=1e-9)
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_latch_is_a_plastic_impact(method):
+    """Closed form: spin at the latch from the fall, all of it lost, and afterwards the torque that holds the bar."""
+    run = sd.simulate(pendulum(latches=(sd.Latch("catch", "rod", angle=-0.5),)), until=1.0, method=method, **TIGHT)
+    inertia, weight = 2.0 / 3.0, 2.0 * 9.81 * 0.5
+    fallen = weight * (math.sin(0.3) + math.sin(0.5))
+    spin = math.sqrt(2.0 * fallen / inertia)
+    assert run["event_speed"].values == pytest.approx([spin], rel=1e-9)
+    assert run["event_loss"].values == pytest.approx([fallen], rel=1e-9)
+    assert list(run["event_kind"].values) == ["locked"]
+    locked = run["time"].values > run["event_time"].values[0]
+    assert np.allclose(run["angle"].values[locked], -0.5, atol=1e-12)
+    assert np.allclose(run["latch_torque"].values[locked], weight * math.cos(0.5), rtol=1e-10)
+    assert np.allclose(run["latch_torque"].values[~locked], 0.0)
+    assert np.allclose(run["reaction"].values[locked, 0], [0.0, 2.0 * 9.81], atol=1e-9)
+    assert worst_residual(run) < 1e-8
+
+
+def test_latch_of_an_array_keeps_momentum():
+    """Identity: two free bars that lock together keep their linear and angular momentum; the energy lost is the latch's."""
+    one = sd.Body("one", mass=1.0, inertia=0.1, points={"pin": (0.5, 0.0)}, centre=(0.1, 0.05), angular_velocity=2.0)
+    other = sd.Body(
+        "other", mass=2.0, inertia=0.3, points={"pin": (-0.4, 0.1)}, centre=(0.2, 0.0), position=(0.9, -0.1), angular_velocity=-1.0
+    )
+    pins = (sd.Revolute("hinge", ("one", "pin"), ("other", "pin")),)
+    free = sd.Mechanism((one, other), joints=pins, gravity=0.0, latches=(sd.Latch("catch", "one", base="other", angle=0.6),))
+    run = sd.simulate(free, until=0.5, **TIGHT)
+    mass, inertia = np.array([1.0, 2.0]), np.array([0.1, 0.3])
+    linear = np.einsum("b,tba->ta", mass, run["velocity"].values)
+    x, v = run["position"].values, run["velocity"].values
+    angular = (mass * (x[..., 0] * v[..., 1] - x[..., 1] * v[..., 0]) + inertia * run["angular_velocity"].values).sum(axis=1)
+    assert run["event_time"].size == 1
+    assert np.allclose(linear, linear[0], atol=1e-11)
+    assert np.allclose(angular, angular[0], atol=1e-11)
+    after = run.isel(time=-1)
+    assert float(after["angular_velocity"][0] - after["angular_velocity"][1]) == pytest.approx(0.0, abs=1e-10)
+    assert float(run["kinetic_energy"][0] - after["kinetic_energy"]) == pytest.approx(float(after["latch_loss"]), rel=1e-9)
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_angle_stop_returns_its_restitution(method):
+    """Exact relation of the damping factor: ln[(1+xi)/(1-xi e)] = xi (1+e) without other forces (theory section 3.2)."""
+    rod = dataclasses.replace(sd.bar("rod", length=1.0, mass=2.0), angular_velocity=3.0)
+    stop = sd.AngleStop("stop", "rod", angle=0.4, stiffness=1e5, restitution=0.6)
+    run = sd.simulate(
+        sd.Mechanism((rod,), joints=(PIN,), ground=GROUND, gravity=0.0, elements=(stop,)), until=0.3, method=method, **TIGHT
+    )
+    assert list(run["event_kind"].values) == ["reached", "left"]
+    xi = 8.0 * (1.0 - 0.6) / (5.0 * 0.6)
+    out = brentq(lambda e: math.log((1.0 + xi) / (1.0 - xi * e)) - xi * (1.0 + e), 1e-6, min(1.0, 0.999999 / xi))
+    assert run["event_speed"].values == pytest.approx([3.0, -3.0 * out], rel=1e-8)
+    assert run["event_time"].values[0] == pytest.approx(0.4 / 3.0, rel=1e-10)
+    assert float(run["damper_loss"][-1]) == pytest.approx(0.5 * 2.0 / 3.0 * 9.0 * (1.0 - out * out), rel=1e-6)
+    assert worst_residual(run) < 1e-7
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_travel_stop_without_loss_reverses(method):
+    """Closed form: a mass that falls on an elastic stop rises again to where it was; the deepest point balances energies."""
+    mass = dataclasses.replace(sd.point_mass("p", mass=2.0), position=(0.3, 1.0))
+    buffer = sd.TravelStop("buffer", ("p", "centre"), direction=-math.pi / 2, limit=-0.5, stiffness=1e6, restitution=1.0)
+    run = sd.simulate(sd.Mechanism((mass,), elements=(buffer,)), until=1.2, method=method, **TIGHT)
+    fall = math.sqrt(2.0 * 0.5 / 9.81)
+    assert run["event_time"].values[0] == pytest.approx(fall, rel=1e-9)
+    assert run["event_speed"].values[:2] == pytest.approx([9.81 * fall, -9.81 * fall], rel=1e-7)
+    deepest = brentq(lambda depth: 1e6 * depth**2.5 / 2.5 - 2.0 * 9.81 * (0.5 + depth), 1e-6, 0.1)
+    lowest = -0.5 - deepest
+    assert lowest < float(run["position"][:, 0, 1].min()) + 1e-3
+    assert float(run["position"][:, 0, 1].min()) > lowest - 1e-9
+    assert worst_residual(run) < 1e-8
+
+
+def test_rest_in_loose_joints():
+    """Identity: from static equilibrium nothing moves, and joints carry nearly the reactions of the ideal array."""
+    arm = sd.scissor(units=2, bar_length=2.0, bar_mass=5.68, slider_mass=5.0, angle=sd.degrees(30))
+    loose = arm.loosen("all", sd.Clearance(0.1e-3)).driven(Polynomial((sd.degrees(30),)))
+    run = sd.simulate(loose, until=0.02, start="static", samples=11)
+    assert float(np.max(np.abs(run["velocity"]))) < 1e-8
+    ideal = sd.simulate(loose.tighten(), until=0.02, start="static", samples=11)["reaction"].isel(time=0)
+    force = np.hypot(*ideal.values.T)
+    touching = run["in_contact"].values[0]
+    assert touching.sum() >= 6
+    assert np.allclose(run["normal_force"].values[0, touching], force[touching], rtol=0.01)
+
+
+def test_rest_on_a_hinge_spring():
+    """Closed form: k (th - th_0) = -(2m + m_s) g L cos th holds the folded array up."""
+    arm = sd.scissor(units=2, bar_length=2.0, bar_mass=5.68, slider_mass=5.0, angle=sd.degrees(30))
+    spring = sd.TorsionSpring("spring", "unit 1/bar 1", stiffness=2000.0, free_angle=0.6)
+    run = sd.simulate(dataclasses.replace(arm, elements=(spring,)), until=0.1, start="static", samples=11)
+    exact = brentq(lambda th: 2000.0 * (th - 0.6) + (2 * 5.68 + 5.0) * 9.81 * 2.0 * math.cos(th), 0.0, 0.6)
+    assert np.allclose(run["angle"].sel(body="unit 1/bar 1"), exact, atol=1e-9)
+
+
+def test_no_rest_without_support():
+    """A body that nothing holds has no rest, and the message says so."""
+    with pytest.raises(sd.InputError, match="no rest was found"):
+        sd.simulate(sd.Mechanism((sd.point_mass("p", mass=1.0),)), until=0.1, start="static")
+
+
+def test_held_contact_published_figures():
+    """Published numbers (theory section 5): N from 3256.9 to 7542.2 N and the torque from 4528.6 to 9021.4 N m over 50 ms."""
+    run = sd.simulate(sd.hold_contact(paper()), until=0.05, samples=5001)
+    force, torque = run["link_force"].isel(link=0), run["drive_torque"]
+    assert [float(force.min()), float(force.max())] == pytest.approx([3256.9, 7542.2], rel=1e-4)
+    assert [float(torque.min()), float(torque.max())] == pytest.approx([4528.6, 9021.4], rel=1e-4)
+    assert json.loads(run.attrs["warnings"]) == []
+    assert worst_residual(run) < 1e-6
+
+
+def test_held_contact_says_where_it_would_pull():
+    """Started at -90 degrees the scheme fails (theory section 5), and the run names joint, time and force."""
+    run = sd.simulate(sd.hold_contact(paper(), direction=-math.pi / 2), until=0.05)
+    assert float(run["link_force"].min()) < 0.0
+    (sentence,) = json.loads(run.attrs["warnings"])
+    assert "joint 'A': contact would have to pull from t = " in sentence
+
+
+def test_held_contact_is_the_limit_of_stiff_contact():
+    """Limit: a loose joint that starts in contact carries the same force when its steel gets ten times stiffer."""
+    held = sd.simulate(sd.hold_contact(paper()), until=0.02)["link_force"].isel(link=0).values
+    gaps = []
+    for modulus in (207e9, 2070e9):
+        material = sd.Material("stiff", modulus, 0.3, 7800.0)
+        loose = sd.simulate(paper(material=material), until=0.02, start="in-contact")
+        gaps.append(np.sqrt(np.mean((loose["normal_force"].sel(joint="A").values - held) ** 2)))
+    assert gaps[0] < 0.2 * float(np.mean(held))
+    assert gaps[1] < 0.5 * gaps[0]
+
+
+def test_nothing_left_to_solve_for():
+    """Closed form: a driven N-four-bar has no freedom left; its angles follow, and the torque balances weight and inertia."""
+    run = sd.simulate(sd.n_four_bar(2).driven(speed=2.0), until=1.0)
+    th = float(run["angle"][0, 0]) + 2.0 * run["time"].values
+    assert np.allclose(run["angle"].values[:, :3], th[:, None], atol=1e-12)
+    assert np.allclose(run["drive_torque"], (3 / 2 + 2) * 9.81 * np.cos(th), atol=1e-9)
+
+
+def test_link_within_a_body_is_refused():
+    with pytest.raises(sd.InputError, match="'rope' connects body 'rod' with itself"):
+        sd.Link("rope", ("rod", "end"), ("rod", "start"))
+
+
+def test_latch_at_its_angle_is_refused():
+    with pytest.raises(sd.InputError, match="latch 'catch' is at its angle at the start"):
+        sd.simulate(pendulum(latches=(sd.Latch("catch", "rod", angle=0.3),)), until=0.1)

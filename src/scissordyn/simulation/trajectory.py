@@ -22,7 +22,7 @@ from scissordyn.model.mechanism import Mechanism
 from scissordyn.simulation.options import Options
 from scissordyn.simulation.start import prepare_start
 
-__all__ = ["Trajectory", "compute"]
+__all__ = ["CAUSES", "Trajectory", "automatic_method", "compute", "culprit", "mechanics_problem", "work_arrays"]
 
 SLICE = 2000
 """Steps between two looks at the keyboard and the progress bar; the steps themselves do not depend on it."""
@@ -93,7 +93,7 @@ def compute(mechanism: Mechanism, options: Options, progress: Callable[[float], 
     state, opening = prepare_start(layout, system, options)
     method = options.method if options.method != "auto" else automatic_method(mechanism, options)
     coefficients = tableau(method)
-    work = _work(layout, system, state, coefficients, options)
+    work = work_arrays(layout, system, state, coefficients, options)
     handle = Handle(system)
     samples = make_samples(np.linspace(0.0, options.until, options.samples), work)
     clock = np.array([0.0, 1e-4 * options.until, options.until, options.until, options.until])
@@ -111,7 +111,7 @@ def compute(mechanism: Mechanism, options: Options, progress: Callable[[float], 
             if slice_ <= 0:
                 cause = f"{options.most_steps} steps did not suffice"
                 break
-            status = loop.advance(_problem(), coefficients, handle.address, clock, count, work, samples, log, slice_)
+            status = loop.advance(mechanics_problem(), coefficients, handle.address, clock, count, work, samples, log, slice_)
             if status == loop.LOG_FULL:
                 log = np.vstack([log, np.zeros_like(log)])
                 status = loop.ADVANCING
@@ -121,7 +121,7 @@ def compute(mechanism: Mechanism, options: Options, progress: Callable[[float], 
         cause = "interrupted"
     seconds = clocks.perf_counter() - began
     if status in CAUSES:
-        cause = f"{CAUSES[status]}{_culprit(mechanism, handle, work, float(clock[loop.TIME]))}"
+        cause = f"{CAUSES[status]}{culprit(mechanism, handle, work, float(clock[loop.TIME]))}"
     reached = int(count[loop.SAMPLED])
     ended = "complete" if status == loop.FINISHED else ("interrupted" if cause == "interrupted" else "failed")
     if ended != "complete":
@@ -155,12 +155,12 @@ def automatic_method(mechanism: Mechanism, options: Options) -> str:
 
 
 @cache
-def _problem() -> Problem:
+def mechanics_problem() -> Problem:
     """Typed pointers to the mechanics."""
     return make_problem(functions.FUNCTIONS)
 
 
-def _work(layout: Layout, system: System, state: np.ndarray, coefficients: Tableau, options: Options) -> Work:
+def work_arrays(layout: Layout, system: System, state: np.ndarray, coefficients: Tableau, options: Options) -> Work:
     """Work arrays with error weights that mean the same for any mechanism.
 
     A free coordinate counts by how far it moves the points of the bodies; positions are weighed against the smallest clearance,
@@ -198,7 +198,7 @@ def _extent(body: Body) -> float:
     return max([math.hypot(*point) for point in (body.centre, *body.points.values())] + [gyration])
 
 
-def _culprit(mechanism: Mechanism, system: Handle, work: Work, time: float) -> str:
+def culprit(mechanism: Mechanism, system: Handle, work: Work, time: float) -> str:
     """Which loose joint is in the worst state, for the message of a failed run."""
     if not mechanism.loose:
         return ""

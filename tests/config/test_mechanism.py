@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pytest
 
+import scissordyn as sd
 from scissordyn.config.file import read_case
 from scissordyn.config.template import template
 from scissordyn.errors import InputError
@@ -370,3 +371,99 @@ def test_parts_of_the_template_can_be_put_in(tmp_path: Path) -> None:
         active.append("\n".join(lines) if shown else block)
     mechanism = read_case(written(tmp_path, "\n\n".join(active))).mechanism
     assert [type(element) for element in mechanism.elements] == [Spring, TorsionSpring, Force, Torque, Motor]
+
+
+def test_payload_and_panels(tmp_path):
+    """Identity: masses in the file against the same functions called from Python."""
+    path = tmp_path / "loaded.toml"
+    path.write_text(
+        """
+[structure]
+kind = "scissor"
+[drive]
+speed = "20 rpm"
+[[payload]]
+at = "A"
+mass = "3 kg"
+[[payload]]
+at = "unit 2/bar 1.end"
+mass = "2 kg"
+inertia = "0.1 kg m^2"
+[[panels]]
+bodies = "unit */bar 1"
+mass = "0.5 kg"
+[run]
+until = "10 ms"
+"""
+    )
+    arm = sd.scissor(units=2).driven(speed=sd.rpm(20))
+    arm = sd.with_payload(arm, "A", 3.0)
+    arm = sd.with_payload(arm, ("unit 2/bar 1", "end"), 2.0, inertia=0.1)
+    assert read_case(path).mechanism.bodies == sd.with_panels(arm, "unit */bar 1", 0.5).bodies
+
+
+CONNECTIONS = """
+[structure]
+kind = "mechanism"
+[[ground]]
+name = "O"
+position = "0, 0 m"
+[[ground]]
+name = "foot"
+position = "0.4, 0 m"
+[[body]]
+name = "rod"
+mass = "1 kg"
+length = "1 m"
+angle = "30 deg"
+[[joint]]
+name = "pin"
+journal = "rod.start"
+bearing = "ground.O"
+[[link]]
+name = "jack"
+start = "ground.foot"
+end = "rod.middle"
+motion = { trapezoidal = { start = "300 mm", end = "0.4 m", duration = "2 s", ramp = 0.5 } }
+[[link]]
+name = "stay"
+start = "ground.foot"
+end = "rod.end"
+length = "0.7 m"
+tension_only = true
+[[latch]]
+name = "catch"
+body = "rod"
+angle = "80 deg"
+[[angle_stop]]
+name = "stop"
+body = "rod"
+angle = "85 deg"
+restitution = 0.4
+[[travel_stop]]
+name = "buffer"
+point = "rod.end"
+direction = "90 deg"
+limit = "900 mm"
+stiffness = 2e7
+[run]
+until = "1 s"
+start = "static"
+"""
+
+
+def test_links_latches_and_stops(tmp_path):
+    """Identity: connections and stops in a file, in SI units."""
+    path = tmp_path / "connections.toml"
+    path.write_text(CONNECTIONS)
+    case = read_case(path)
+    assert case.mechanism.links == (
+        sd.Link("jack", ("ground", "foot"), ("rod", "middle"), motion=Trapezoidal(0.3, 0.4, 2.0, 0.5)),
+        sd.Link("stay", ("ground", "foot"), ("rod", "end"), length=0.7, tension_only=True),
+    )
+    assert case.mechanism.latches == (sd.Latch("catch", "rod", angle=sd.degrees(80)),)
+    assert case.mechanism.elements == (
+        sd.AngleStop("stop", "rod", angle=sd.degrees(85), restitution=0.4),
+        sd.TravelStop("buffer", ("rod", "end"), direction=sd.degrees(90), limit=0.9, stiffness=2e7),
+    )
+    assert case.run.start == "static"

@@ -77,7 +77,9 @@ def test_jack_lifts_an_array():
     run = sd.simulate(dataclasses.replace(arm, links=(jack,)), until=0.5, **TIGHT)
     assert run.attrs["status"] == "complete"
     assert run["angle"].sel(body="unit 1/bar 1").values[-1] == pytest.approx(0.9, abs=1e-9)
-    assert run["drive_work"].values[-1] == pytest.approx(float(run["potential_energy"][-1] - run["potential_energy"][0]), rel=1e-9)
+    assert run["drive_work"].values[-1] == pytest.approx(
+        float(run["potential_energy"][-1] - run["potential_energy"][0]), rel=1e-9
+    )
 
 
 @pytest.mark.parametrize("method", METHODS)
@@ -102,7 +104,13 @@ def test_latch_of_an_array_keeps_momentum():
     """Identity: two free bars that lock together keep their linear and angular momentum; the energy lost is the latch's."""
     one = sd.Body("one", mass=1.0, inertia=0.1, points={"pin": (0.5, 0.0)}, centre=(0.1, 0.05), angular_velocity=2.0)
     other = sd.Body(
-        "other", mass=2.0, inertia=0.3, points={"pin": (-0.4, 0.1)}, centre=(0.2, 0.0), position=(0.9, -0.1), angular_velocity=-1.0
+        "other",
+        mass=2.0,
+        inertia=0.3,
+        points={"pin": (-0.4, 0.1)},
+        centre=(0.2, 0.0),
+        position=(0.9, -0.1),
+        angular_velocity=-1.0,
     )
     pins = (sd.Revolute("hinge", ("one", "pin"), ("other", "pin")),)
     free = sd.Mechanism((one, other), joints=pins, gravity=0.0, latches=(sd.Latch("catch", "one", base="other", angle=0.6),))

@@ -10,6 +10,7 @@ from pydantic import Field, PlainValidator, TypeAdapter, ValidationInfo
 from scissordyn.config.clearance import ClearanceTable
 from scissordyn.config.motion import DriveTable
 from scissordyn.config.part import PARTS, assembled
+from scissordyn.config.payload import PanelsTable, PayloadTable
 from scissordyn.config.structure import STRUCTURE, StructureTable
 from scissordyn.config.table import Table, described, located
 from scissordyn.errors import InputError
@@ -97,6 +98,10 @@ class CaseTable(Table):
     angle_stop: list[Annotated[AngleStop, PARTS["angle_stop"].reader]] = _listed()
     travel_stop: list[Annotated[TravelStop, PARTS["travel_stop"].reader]] = _listed()
     motor: list[Annotated[Motor, PARTS["motor"].reader]] = _listed()
+    payload: Annotated[
+        list[PayloadTable], Field(description="a mass fixed to a body; as many of these tables as masses", default_factory=list)
+    ]
+    panels: Annotated[list[PanelsTable], Field(description="a panel on each of some bars", default_factory=list)]
     run: Annotated[Run, described(Run, until="50 ms"), Field(description="how to run it", examples=[{"until": "50 ms"}])]
 
     def case(self) -> Case:
@@ -104,6 +109,10 @@ class CaseTable(Table):
         with located("structure"):
             base = self.structure.fields()
         mechanism = assembled(base, {name: getattr(self, name) for name in PARTS})
+        for section in ("payload", "panels"):
+            for index, load in enumerate(getattr(self, section)):
+                with located(f"{section}.{index}"):
+                    mechanism = load.carried(mechanism)
         mechanism = self._loosened(mechanism)
         driven = set[str]()
         for table in self.drive:

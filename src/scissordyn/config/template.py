@@ -9,6 +9,7 @@ from scissordyn.config.case import CaseTable, Run
 from scissordyn.config.clearance import ClearanceTable
 from scissordyn.config.motion import DriveTable
 from scissordyn.config.part import ELEMENTS, PARTS
+from scissordyn.config.payload import PanelsTable, PayloadTable
 from scissordyn.config.starter import STARTERS
 from scissordyn.config.structure import STRUCTURES
 from scissordyn.config.table import Table, key_help, key_sample, quantity_of, table_of, toml
@@ -18,6 +19,8 @@ __all__ = ["TEMPLATES", "template"]
 
 TEMPLATES = tuple(STRUCTURES)
 """Structures that a case file can be made for."""
+
+LOADS: Mapping[str, type[Table]] = {"payload": PayloadTable, "panels": PanelsTable}
 
 WIDE = 44
 """Longer values have their remark on the line above."""
@@ -69,10 +72,11 @@ def template(kind: str) -> str:
         for name in ("weld", "link", "latch", *ELEMENTS)
         if kind == "mechanism"
     ]
+    parts += [_section(f"[[{name}]]", table, {}, out=True) for name, table in LOADS.items()]
     parts.append(_section("[run]", run, starter.get("run", {})))
     if kind != "mechanism":
         parts.append(
-            "# Springs, dampers, loads, motors, further bodies and joints: scissordyn new mechanism shows their tables."
+            "# Springs, loads, motors, stops, latches, further bodies and joints: scissordyn new mechanism shows their tables."
         )
     return "\n\n".join(parts) + "\n"
 

@@ -148,7 +148,7 @@ def _joint_variables(mechanism: Mechanism, path: Trajectory, found: Record, moti
     eccentricity = contact[..., 8:9] * contact[..., 6:8]
     per_joint = ("time", "joint")
     touching = np.zeros((instants, len(names)), bool)
-    touching[:, loose] = path.samples.mode == 1
+    touching[:, loose] = path.samples.mode[:, : loose.size] == 1
     clearance = np.full(len(names), np.nan)
     clearance[loose] = radius[:, 0]
     variables |= {

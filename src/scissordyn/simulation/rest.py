@@ -8,11 +8,13 @@ import numpy as np
 
 from scissordyn.errors import InputError
 from scissordyn.jit import Handle
+from scissordyn.laws.friction.none import NoFriction
 from scissordyn.mechanics import functions
 from scissordyn.mechanics.layout import Layout
 from scissordyn.mechanics.motion import course_start
 from scissordyn.mechanics.system import build_system
 from scissordyn.model.drive import ConstantSpeed, Motion, Polynomial
+from scissordyn.model.joint import Revolute
 from scissordyn.model.mechanism import Mechanism
 
 __all__ = ["equilibrium", "standing"]
@@ -24,7 +26,7 @@ MOST_STEPS = 2000
 
 
 def standing(mechanism: Mechanism) -> Mechanism:
-    """The same mechanism with its drives, prescribed distances and loads held as they are at t = 0."""
+    """The same mechanism with its drives and prescribed distances held as they are at t = 0, and without friction."""
 
     def held(motion: Motion, start: float) -> Motion:
         return Polynomial((start if isinstance(motion, ConstantSpeed) else course_start(motion),))
@@ -35,8 +37,15 @@ def standing(mechanism: Mechanism) -> Mechanism:
             dataclasses.replace(drive, motion=held(drive.motion, mechanism.body(drive.body).angle))
             for drive in mechanism.drives
         ),
+        joints=tuple(_slippery(joint) for joint in mechanism.joints),
         links=tuple(dataclasses.replace(link, motion=link.motion and held(link.motion, 0.0)) for link in mechanism.links),
     )
+
+
+def _slippery(joint: Revolute) -> Revolute:
+    if joint.clearance is None:
+        return joint
+    return dataclasses.replace(joint, clearance=dataclasses.replace(joint.clearance, friction=NoFriction()))
 
 
 def equilibrium(layout: Layout, position: np.ndarray) -> np.ndarray:

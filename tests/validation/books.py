@@ -1,0 +1,101 @@
+"""Energy, momentum and closure of a run, from the motion of its bodies and the description of its mechanism alone."""
+
+from __future__ import annotations
+
+import numpy as np
+import xarray as xr
+
+from scissordyn.model.body import GROUND
+from scissordyn.model.element import Spring, TorsionSpring
+from scissordyn.model.joint import BodyPoint
+from scissordyn.model.mechanism import Mechanism
+
+
+def place(run: xr.Dataset, mechanism: Mechanism, point: BodyPoint) -> np.ndarray:
+    """Where a point is over time, shape (nt, 2) [m]."""
+    name, label = point
+    if name == GROUND:
+        return np.tile(dict(mechanism.ground)[label], (run.sizes["time"], 1))
+    body, turn = mechanism.body(name), run["angle"].sel(body=name).values
+    x, y = np.subtract(body.points[label], body.centre)
+    arm = np.stack([np.cos(turn) * x - np.sin(turn) * y, np.sin(turn) * x + np.cos(turn) * y], axis=1)
+    return run["position"].sel(body=name).values + arm
+
+
+def turned(run: xr.Dataset, name: str) -> np.ndarray:
+    """Angle of a body, or of the ground, over time [rad]."""
+    return np.zeros(run.sizes["time"]) if name == GROUND else run["angle"].sel(body=name).values
+
+
+def masses(mechanism: Mechanism) -> tuple[np.ndarray, np.ndarray]:
+    """Masses [kg] and moments of inertia [kg m^2] of the bodies."""
+    bodies = mechanism.bodies
+    return np.array([body.mass for body in bodies]), np.array([body.inertia or 0.0 for body in bodies])
+
+
+def kinetic_energy(run: xr.Dataset, mechanism: Mechanism) -> np.ndarray:
+    """Sum of m v^2/2 + I w^2/2 over the bodies, shape (nt,) [J]."""
+    mass, inertia = masses(mechanism)
+    return 0.5 * np.sum(run["velocity"].values ** 2, axis=2) @ mass + 0.5 * run["angular_velocity"].values ** 2 @ inertia
+
+
+def stored_energy(run: xr.Dataset, mechanism: Mechanism) -> np.ndarray:
+    """Energy of weight and springs, counted from the start, and of contacts, shape (nt,) [J]."""
+    mass, _ = masses(mechanism)
+    pull = mechanism.gravity * np.array([np.cos(mechanism.gravity_direction), np.sin(mechanism.gravity_direction)])
+    moved = run["position"].values - run["position"].values[0]
+    energy = -np.tensordot(moved, pull, 1) @ mass + run["elastic_energy"].values
+    for element in mechanism.elements:
+        if isinstance(element, Spring):
+            along = place(run, mechanism, element.end) - place(run, mechanism, element.start)
+            stretch = np.hypot(*along.T) - element.free_length
+        elif isinstance(element, TorsionSpring):
+            stretch = turned(run, element.body) - turned(run, element.base) - element.free_angle
+        else:
+            raise TypeError(f"no energy is kept by {element!r}")
+        energy = energy + 0.5 * element.stiffness * stretch**2
+    return energy
+
+
+def energy_drift(run: xr.Dataset, mechanism: Mechanism) -> float:
+    """Largest change of the whole energy, over the largest of its parts that changes."""
+    kinetic, stored = kinetic_energy(run, mechanism), stored_energy(run, mechanism)
+    scale = max(np.max(kinetic), np.max(np.abs(stored)))
+    return float(np.max(np.abs(kinetic + stored - kinetic[0] - stored[0])) / scale)
+
+
+def momentum_drift(run: xr.Dataset, mechanism: Mechanism) -> tuple[float, float]:
+    """Largest changes of linear and of angular momentum (about the origin), over the sums of the bodies' shares."""
+    mass, inertia = masses(mechanism)
+    linear = run["velocity"].values * mass[:, None]
+    position, spin = run["position"].values, run["angular_velocity"].values * inertia
+    angular = position[..., 0] * linear[..., 1] - position[..., 1] * linear[..., 0] + spin
+    shares = np.sum(np.hypot(linear[..., 0], linear[..., 1]), axis=1)
+    turning = np.sum(np.abs(angular), axis=1)
+    change = np.sum(linear, axis=1) - np.sum(linear[0], axis=0)
+    turn = np.sum(angular, axis=1) - np.sum(angular[0])
+    return float(np.max(np.hypot(*change.T)) / np.max(shares)), float(np.max(np.abs(turn)) / np.max(turning))
+
+
+def opening(run: xr.Dataset, mechanism: Mechanism) -> float:
+    """Largest error of an ideal joint, guide or weld [m or rad]."""
+    errors = [0.0]
+    for joint in mechanism.ideal:
+        apart = place(run, mechanism, joint.journal) - place(run, mechanism, joint.bearing)
+        errors.append(float(np.max(np.abs(apart))))
+    for guide in mechanism.guides:
+        turn = turned(run, guide.body)
+        normal = np.stack([-np.sin(turn + guide.direction), np.cos(turn + guide.direction)], axis=1)
+        origin = np.tile(guide.through, (turn.size, 1))
+        if guide.body != GROUND:
+            body = mechanism.body(guide.body)
+            x, y = np.subtract(guide.through, body.centre)
+            arm = np.stack([np.cos(turn) * x - np.sin(turn) * y, np.sin(turn) * x + np.cos(turn) * y], axis=1)
+            origin = run["position"].sel(body=guide.body).values + arm
+        across = np.sum(normal * (place(run, mechanism, guide.follower) - origin), axis=1)
+        errors.append(float(np.max(np.abs(across))))
+    for weld in mechanism.welds:
+        apart = place(run, mechanism, weld.start) - place(run, mechanism, weld.end)
+        turn = turned(run, weld.start[0]) - turned(run, weld.end[0])
+        errors += [float(np.max(np.abs(apart))), float(np.max(np.abs(turn - turn[0])))]
+    return max(errors)

@@ -1,0 +1,90 @@
+"""Scissor arrays of one to eight units, loose in five places each, against other equations and another integrator."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+
+from reference.lagrange import Array, constant_speed
+from reference.marching import Contact, March, Model
+from reference.multipliers import Multipliers, loose_joint
+from scissordyn.model.clearance import Clearance
+from scissordyn.model.mechanism import Mechanism
+from scissordyn.model.scissor import scissor
+from scissordyn.simulation.run import simulate
+
+PIN = Clearance(5e-4)
+START, SPEED = math.pi / 6.0, math.radians(60.0)  # 10 rpm: the joints move apart under their loads, not by inertia
+ROAD = 1e-11
+"""Tolerance of both roads."""
+CLOSE = 1e-7
+"""Errors of 1e-11 in a step, over some hundred steps and one contact, which magnifies them up to 300 times."""
+CLOSE_PEAK_TIME = 1e-5
+"""A force is flat at its peak: round-off of 1e-12 of it shifts the peak by 1e-6 of the contact's length."""
+
+
+def places(units: int) -> list[tuple[str, ...]]:
+    """Five places in an array: ground pin, slider joint, a pivot, an end joint inside the array, and two joints at once."""
+    inner = (units + 1) // 2
+    if units == 1:
+        # one unit has three joints only
+        return [("O",), ("A",), ("unit 1/pivot",), ("O", "A"), ("A", "unit 1/pivot")]
+    return [
+        ("O",),
+        ("A",),
+        (f"unit {inner + units // 2}/pivot",),
+        (f"unit {inner}/{'upper' if units % 2 else 'lower'}",),
+        ("A", f"unit {units - 1}/upper"),
+    ]
+
+
+def label(value: object) -> str:
+    """A case's name in reports."""
+    return "+".join(value) if isinstance(value, tuple) else str(value)
+
+
+CASES = [(units, joints) for units in range(1, 9) for joints in places(units)]
+
+
+def assert_first_contacts_agree(mechanism: Mechanism, model: Model, joints: list[str], *, contacts: int) -> None:
+    """The package's run has the contacts of a reference model: time, speed, place, peak, length and rebound."""
+    reference = March(model, rtol=ROAD, atol=ROAD, max_step=2e-4).run(0.1, most_contacts=contacts)
+    ended = [contact for contact in reference.contacts if not math.isnan(contact.duration)]
+    assert len(ended) == contacts
+    # a microsecond more, so that the last contact has ended on this road too
+    run = simulate(mechanism, until=reference.pieces[-1].end + 1e-6, rtol=ROAD, atol=ROAD, samples=11)
+    assert run.attrs["status"] == "complete"
+    assert run["contact_joint"].values.tolist() == [joints[contact.joint] for contact in reference.contacts]
+
+    def column(name: str, of: list[Contact]) -> list[float]:
+        return [getattr(contact, name) for contact in of]
+
+    everyone = reference.contacts
+    assert run["contact_start"].values.tolist() == pytest.approx(column("start", everyone), rel=CLOSE)
+    assert run["approach_speed"].values.tolist() == pytest.approx(column("approach_speed", everyone), rel=CLOSE)
+    assert run["contact_angle"].values.tolist() == pytest.approx(column("angle", everyone), abs=CLOSE)
+    over = run.isel(contact=[everyone.index(contact) for contact in ended])
+    assert over["peak_force"].values.tolist() == pytest.approx(column("peak_force", ended), rel=CLOSE)
+    assert over["peak_time"].values.tolist() == pytest.approx(column("peak_time", ended), rel=CLOSE_PEAK_TIME)
+    assert over["contact_duration"].values.tolist() == pytest.approx(column("duration", ended), rel=CLOSE)
+    assert over["rebound_speed"].values.tolist() == pytest.approx(column("rebound_speed", ended), rel=CLOSE)
+
+
+@pytest.mark.parametrize(
+    ("units", "joints"), CASES, ids=lambda value: str(value) if isinstance(value, int) else "+".join(value)
+)
+def test_loose_anywhere(units: int, joints: tuple[str, ...]) -> None:
+    """Cross-check: three coordinates per body with multipliers have the same first contacts, to 1e-7."""
+    mechanism = scissor(units=units, angle=START).driven(speed=SPEED).loosen(joints, PIN)
+    model = Multipliers(mechanism)
+    assert_first_contacts_agree(mechanism, model, [joint.name for joint in model.loose], contacts=2)
+
+
+@pytest.mark.parametrize("reading", ["A", "B"])
+@pytest.mark.parametrize("units", range(1, 9))
+def test_loose_slider_joint(units: int, reading: str) -> None:
+    """Cross-check: Lagrange's equations in minimal coordinates have the same first two contacts at joint A, to 1e-7."""
+    mechanism = scissor(units=units, angle=START, reading=reading).driven(speed=SPEED).loosen("A", PIN)
+    array = Array(loose_joint(PIN), constant_speed(START, SPEED), units, reading)
+    assert_first_contacts_agree(mechanism, array, ["A"], contacts=2)

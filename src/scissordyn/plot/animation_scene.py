@@ -34,12 +34,12 @@ COILS = 8
 
 @dataclass(frozen=True)
 class Shape:
-    """A body, a spring or a guide, as a line through points.
+    """A body, a spring, a link or a guide, as a line through points.
 
     Parameters
     ----------
     name : str
-    kind : {"bar", "plate", "block", "spring", "guide"}
+    kind : {"bar", "plate", "block", "spring", "link", "guide"}
     points : ndarray, shape (frames, points, 2)
         In the fixed frame [m].
     """
@@ -180,7 +180,7 @@ def scene_of(run: xr.Dataset, mechanism: Mechanism, frames: np.ndarray, joints: 
     size = float(np.max(high - low))
     # blocks first: bars end on them
     solid = sorted(_bodies(mechanism, course, bodies, size), key=lambda shape: shape.kind != "block")
-    shapes = [*_guides(mechanism, course, size), *solid, *_springs(mechanism, course, size)]
+    shapes = [*_guides(mechanism, course, size), *solid, *_springs(mechanism, course, size), *_links(mechanism, course)]
     pins = [course.place(joint.bearing) for joint in mechanism.ideal]
     supported = dict.fromkeys(end for joint in mechanism.joints for end in (joint.journal, joint.bearing) if end[0] == GROUND)
     return Scene(
@@ -244,6 +244,12 @@ def _springs(mechanism: Mechanism, course: _Course, size: float) -> list[Shape]:
         zigzag = start[:, None] + share[:, None] * along[:, None] + aside[:, None] * across[:, None]
         shapes.append(Shape(element.name, "spring", zigzag))
     return shapes
+
+
+def _links(mechanism: Mechanism, course: _Course) -> list[Shape]:
+    """A line between the two points of each massless link."""
+    ends = [(link.name, course.place(link.start), course.place(link.end)) for link in mechanism.links]
+    return [Shape(name, "link", np.stack([start, end], axis=1)) for name, start, end in ends]
 
 
 def _loose(run: xr.Dataset, mechanism: Mechanism, course: _Course, frames: np.ndarray, name: str) -> Loose:

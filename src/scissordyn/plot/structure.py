@@ -15,10 +15,12 @@ from matplotlib.transforms import Affine2D
 
 from scissordyn.errors import InputError
 from scissordyn.model.body import GROUND
+from scissordyn.model.connection import Link
+from scissordyn.model.element import Spring
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.plot.place import Placement, outline
 from scissordyn.plot.series import BEYOND, chosen_joints, horizon, loose_joints, time_scale
-from scissordyn.plot.style import BLACK, BLUE, GREEN, GREY, LIGHT, SKY, SMALL, VERMILION, dress, legend
+from scissordyn.plot.style import BLACK, BLUE, GREEN, GREY, LIGHT, PURPLE, SKY, SMALL, VERMILION, dress, legend
 
 __all__ = ["magnified", "snapshot", "structure"]
 
@@ -98,7 +100,7 @@ def _grid(tall: bool, aspect: float, instants: int, joints: int) -> list[list[Ax
 
 
 def snapshot(run: xr.Dataset, mechanism: Mechanism, sample: int, *, axes: Axes, corners: Corners | None = None) -> Axes:
-    """The mechanism at one sample of a run: bars, pins, guides and ground; loose joints ringed and named.
+    """The mechanism at one sample: bars, pins, guides, springs (dotted), links (dashed) and ground; loose joints ringed.
 
     Parameters
     ----------
@@ -133,6 +135,14 @@ def snapshot(run: xr.Dataset, mechanism: Mechanism, sample: int, *, axes: Axes, 
         (x, y), turn = guide.through, guide.direction
         further = x + math.cos(turn), y + math.sin(turn)
         axes.axline((x, y), further, color=GREY, linewidth=0.7, linestyle=(0, (6, 2, 1, 2)), zorder=1.0)
+    for connection in (*mechanism.links, *(element for element in mechanism.elements if isinstance(element, Spring))):
+        ends = np.stack([placed.place(connection.start), placed.place(connection.end)])
+        dashes = (0, (4, 1.5)) if isinstance(connection, Link) else (0, (1, 1))
+        axes.plot(*ends.T, color=PURPLE, linewidth=1.4, linestyle=dashes, zorder=2.5)
+        text = axes.annotate(
+            connection.name, ends.mean(axis=0).tolist(), fontsize=SMALL, color=PURPLE, ha="center", va="bottom"
+        )
+        text.set_path_effects([withStroke(linewidth=2.5, foreground="white")])
     for joint in mechanism.joints:
         x, y = placed.place(joint.bearing).tolist()
         for name, point in (joint.journal, joint.bearing):

@@ -1,0 +1,219 @@
+"""Statistics of the contacts of loose joints."""
+
+from __future__ import annotations
+
+import json
+import math
+
+import numpy as np
+import xarray as xr
+
+from scissordyn.analysis.arc import smallest_arc
+from scissordyn.analysis.deviation import deviation
+from scissordyn.analysis.variable import Variable, described, window
+from scissordyn.errors import InputError
+from scissordyn.model.body import GROUND
+
+__all__ = ["QUANTILES", "contact_spans", "contact_statistics", "loose_joints"]
+
+QUANTILES = (0.05, 0.25, 0.5, 0.75, 0.95)
+"""Quantiles of forces and impulses."""
+
+HELD = 0.95
+"""Share of the contact time that the smaller of the two contact arcs holds."""
+
+
+def loose_joints(run: xr.Dataset) -> list[str]:
+    """Names of the joints with clearance, in order.
+
+    Parameters
+    ----------
+    run : Dataset
+
+    Returns
+    -------
+    list of str
+
+    Raises
+    ------
+    InputError
+        If no joint is loose.
+    """
+    loose = [] if "clearance" not in run else [str(name) for name in run["joint"].values[np.isfinite(run["clearance"].values)]]
+    if not loose:
+        raise InputError(
+            "a run without loose joints", "a run of a mechanism with a clearance", 'arm.loosen("A", Clearance(0.5e-3))'
+        )
+    return loose
+
+
+def contact_spans(run: xr.Dataset, joint: str) -> np.ndarray:
+    """Start and end of every contact of a joint.
+
+    Parameters
+    ----------
+    run : Dataset
+    joint : str
+
+    Returns
+    -------
+    ndarray, shape (contacts, 2)
+        [s]; a contact that the run ended in lasts to the run's end.
+    """
+    ours = run["contact_joint"].values.astype(str) == joint
+    start = run["contact_start"].values[ours]
+    end = start + run["contact_duration"].values[ours]
+    return np.stack([start, np.where(np.isnan(end), float(run["time"].values[-1]), end)], axis=1)
+
+
+def contact_statistics(
+    run: xr.Dataset, *, ideal: xr.Dataset | None = None, after: float = 0.0, until: float | None = None
+) -> xr.Dataset:
+    """How the loose joints of a run touch: how often, how long, where, how hard, and what it costs.
+
+    Counts, shares of time, peaks, impulses and losses come from the table of contacts and are as exact as the run. Arcs and
+    forces over time come from the samples.
+
+    Parameters
+    ----------
+    run : Dataset
+    ideal : Dataset, optional
+        The run of the same mechanism, tightened, at the same instants; adds the variables of `deviation`.
+    after, until : float
+        The part of the run that is looked at [s]; the end of the run if `until` is not given.
+
+    Returns
+    -------
+    Dataset
+        Along the loose joints: `impacts` and `impact_rate` (contacts that start in the window), `contact_share` and
+        `flight_share` of the window, `longest_flight`; `contact_arc_95` and `contact_arc`, the smallest arcs of the bearing
+        that hold 95 % and all of the sampled contact time, in the frame of the bearing if the run knows its mechanism
+        (attribute `arc_frame`); `peak_force`, `peak_force_quantile`, `mean_force` (over the window, flights included),
+        `contact_force` and `contact_force_quantile` (over the contact time); `impulse` (sum), `impulse_mean`,
+        `impulse_largest` and `impulse_quantile`; `damping_loss`, `friction_loss`, `heat` (their sum) and `heat_rate`. Sums
+        and quantiles of contacts are over those that start in the window. NaN where there is no contact, or no such column in
+        the table.
+
+    Raises
+    ------
+    InputError
+        If no joint is loose, the window is empty, or the ideal run has other instants.
+    """
+    joints = loose_joints(run)
+    start, end = window(run, after, until)
+    bearings = _bearing_angles(run, joints)
+    columns = [
+        {**_of_the_table(run, name, start, end), **_of_the_samples(run, name, start, end, bearings.get(name))}
+        for name in joints
+    ]
+    variables: dict[str, Variable] = {}
+    for name, (units, text) in MEASURES.items():
+        values = np.array([column[name] for column in columns])
+        variables[name] = described(("joint", "quantile")[: values.ndim], values, units, text)
+    coordinates = {"joint": joints, "quantile": list(QUANTILES)}
+    frame = "bearing" if bearings else "fixed"
+    found = xr.Dataset(variables, coords=coordinates, attrs={"after": start, "until": end, "arc_frame": frame})
+    return found if ideal is None else found.merge(deviation(run, ideal, after=start, until=end), combine_attrs="override")
+
+
+MEASURES = {
+    "impacts": ("1", "contacts that start in the window"),
+    "impact_rate": ("1/s", "contacts per time"),
+    "contact_share": ("1", "share of the time in contact"),
+    "flight_share": ("1", "share of the time in free flight"),
+    "longest_flight": ("s", "longest free flight"),
+    "contact_arc_95": ("rad", "smallest arc of the bearing with 95 % of the contact time"),
+    "contact_arc": ("rad", "smallest arc of the bearing with all contact"),
+    "peak_force": ("N", "largest normal force"),
+    "peak_force_quantile": ("N", "quantiles of the largest normal force of a contact"),
+    "mean_force": ("N", "mean normal force over the window"),
+    "contact_force": ("N", "mean normal force while in contact"),
+    "contact_force_quantile": ("N", "quantiles of the normal force while in contact"),
+    "impulse": ("N s", "sum of the impulses of the contacts"),
+    "impulse_mean": ("N s", "mean impulse of a contact"),
+    "impulse_largest": ("N s", "largest impulse of a contact"),
+    "impulse_quantile": ("N s", "quantiles of the impulse of a contact"),
+    "damping_loss": ("J", "energy dissipated by contact damping"),
+    "friction_loss": ("J", "energy dissipated by friction"),
+    "heat": ("J", "heat produced in the joint"),
+    "heat_rate": ("W", "mean power turned into heat"),
+}
+
+
+def _of_the_table(run: xr.Dataset, joint: str, start: float, end: float) -> dict[str, float | np.ndarray]:
+    spans = np.clip(contact_spans(run, joint), start, end)
+    ours = run["contact_joint"].values.astype(str) == joint
+    begin = run["contact_start"].values
+    begun = ours & (begin >= start) & (begin < end)
+    # flights lie between the end of a contact and the start of the next one, and at both ends of the window
+    flights = np.append(spans[:, 0], end) - np.concatenate([[start], spans[:, 1]])
+    touching = float(np.sum(spans[:, 1] - spans[:, 0])) / (end - start)
+    at_peak = begin + run["peak_time"].values
+    sampled = (run["time"].values >= start) & (run["time"].values <= end)
+    forces = [
+        run["peak_force"].values[ours & (at_peak >= start) & (at_peak <= end)],
+        run["normal_force"].sel(joint=joint).values[sampled],
+    ]
+    impulse = _column(run, "impulse", begun)
+    damping = _column(run, "contact_damping_loss", begun)
+    rubbing = _column(run, "contact_friction_loss", begun)
+    lost = [math.nan if part is None else float(np.sum(part)) for part in (damping, rubbing)]
+    impulses = np.empty(0) if impulse is None else impulse
+    return {
+        "impacts": int(np.sum(begun)),
+        "impact_rate": float(np.sum(begun)) / (end - start),
+        "contact_share": touching,
+        "flight_share": 1.0 - touching,
+        "longest_flight": float(np.max(flights)),
+        "peak_force": float(np.max(np.concatenate(forces), initial=0.0)),
+        "peak_force_quantile": _quantiles(run["peak_force"].values[begun]),
+        "impulse": math.nan if impulse is None else float(np.sum(impulses)),
+        "impulse_mean": float(np.mean(impulses)) if impulses.size else math.nan,
+        "impulse_largest": float(np.max(impulses)) if impulses.size else math.nan,
+        "impulse_quantile": _quantiles(impulses),
+        "damping_loss": lost[0],
+        "friction_loss": lost[1],
+        "heat": sum(lost),
+        "heat_rate": sum(lost) / (end - start),
+    }
+
+
+def _of_the_samples(
+    run: xr.Dataset, joint: str, start: float, end: float, bearing: np.ndarray | None
+) -> dict[str, float | np.ndarray]:
+    time = run["time"].values
+    inside = (time >= start) & (time <= end)
+    place = run["eccentricity"].sel(joint=joint).transpose("time", "axis").values
+    force = run["normal_force"].sel(joint=joint).values
+    direction = np.arctan2(place[:, 1], place[:, 0]) - (0.0 if bearing is None else bearing)
+    touching = inside & run["in_contact"].sel(joint=joint).values.astype(bool)
+    # every sample stands for the time halfway to its neighbours
+    standing = np.gradient(time) if time.size > 1 else np.ones(1)
+    steps = time[inside]
+    mean = float(np.trapezoid(force[inside], steps) / (steps[-1] - steps[0])) if steps.size > 1 else math.nan
+    held = force[touching]
+    return {
+        "contact_arc_95": smallest_arc(direction[touching], share=HELD, weights=standing[touching]),
+        "contact_arc": smallest_arc(direction[touching]),
+        "mean_force": mean,
+        "contact_force": float(np.average(held, weights=standing[touching])) if held.size else math.nan,
+        "contact_force_quantile": _quantiles(held),
+    }
+
+
+def _column(run: xr.Dataset, name: str, begun: np.ndarray) -> np.ndarray | None:
+    return run[name].values[begun] if name in run else None
+
+
+def _quantiles(values: np.ndarray) -> np.ndarray:
+    return np.quantile(values, QUANTILES) if values.size else np.full(len(QUANTILES), math.nan)
+
+
+def _bearing_angles(run: xr.Dataset, joints: list[str]) -> dict[str, np.ndarray]:
+    """The angle of each joint's bearing over time, or nothing if the run does not say whose bearing it is."""
+    if "configuration" not in run.attrs:
+        return {}
+    described_joints = json.loads(run.attrs["configuration"])["mechanism"]["joints"]
+    bodies = {joint["name"]: joint["bearing"][0] for joint in described_joints if joint["name"] in joints}
+    still = np.zeros(run.sizes["time"])
+    return {name: still if body == GROUND else run["angle"].sel(body=body).values for name, body in bodies.items()}

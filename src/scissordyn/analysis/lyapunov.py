@@ -1,0 +1,248 @@
+"""The largest Lyapunov exponent of maps and flows given as Python functions, and the bookkeeping of any such estimate."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+
+import numpy as np
+import xarray as xr
+from numpy.typing import ArrayLike
+from scipy.integrate import solve_ivp
+
+from scissordyn.analysis.variable import described
+from scissordyn.errors import InputError, ScissordynError
+
+__all__ = ["exponent_from_growth", "largest_exponent", "largest_exponent_map"]
+
+OFFSET = 1e-8
+"""Distance to which two trajectories are brought back: the square root of round-off, where noise and curvature weigh alike."""
+
+Advance = Callable[[int, np.ndarray, np.ndarray], tuple[np.ndarray, np.ndarray]]
+"""From interval, state and tangent (or offset) to state and tangent at the interval's end."""
+
+
+def exponent_from_growth(
+    log_growth: ArrayLike, durations: ArrayLike, *, discard: int = 0, blocks: int = 20, unit: str = "1/s"
+) -> xr.Dataset:
+    """The exponent from the growth of a perturbation that is brought back to its first size after every interval.
+
+        lambda = sum ln(d_k / d_0) / sum T_k
+
+    Its standard error is that of the mean of the rates of blocks, taken as independent. Blocks that are short against the time
+    in which the perturbation turns make it too large, as what one block gains the next one loses; blocks shorter than the
+    memory of the motion make it too small. It is no bound on what a rare event later in the motion may do.
+
+    Parameters
+    ----------
+    log_growth : array_like, shape (intervals,) or (intervals, members)
+        ln(d_k / d_0), for one trajectory or for each of an ensemble.
+    durations : array_like, shape (intervals,) or ()
+        T_k [s], or 1 for a map.
+    discard : int
+        Intervals at the start in which the perturbation still turns into its direction.
+    blocks : int
+        How many in all; an ensemble has at least one per member.
+    unit : str
+        Of the exponent: per second, or "1" per step of a map.
+
+    Returns
+    -------
+    Dataset
+        `running`, the estimate after each interval, with `time` along `interval`; `exponent`; `standard_error` (NaN with fewer
+        than two blocks); `member_exponent` along `member`.
+
+    Raises
+    ------
+    InputError
+        If shapes do not fit, a duration is not positive, a growth is NaN, or nothing is left.
+
+    References
+    ----------
+    Benettin, Galgani, Giorgilli and Strelcyn 1980, doi:10.1007/BF02128236
+    """
+    growth = np.asarray(log_growth, float)
+    growth = growth[:, None] if growth.ndim == 1 else growth
+    duration = np.broadcast_to(np.asarray(durations, float), growth.shape[:1])
+    if growth.ndim != 2 or np.any(np.isnan(growth)) or not np.all(duration > 0.0) or blocks < 1:
+        raise InputError(
+            f"log_growth of shape {growth.shape}, durations of shape {np.shape(durations)}, blocks = {blocks!r}",
+            "numbers per interval, or per interval and member; durations > 0; blocks >= 1",
+        )
+    if not 0 <= discard < growth.shape[0]:
+        raise InputError(f"discard = {discard!r} of {growth.shape[0]} intervals", "a whole number >= 0 that leaves some")
+    growth, duration = growth[discard:], duration[discard:]
+    elapsed = np.cumsum(duration)
+    each = min(math.ceil(blocks / growth.shape[1]), growth.shape[0])
+    cut = np.array_split(np.arange(growth.shape[0]), each)
+    rates = np.concatenate([np.sum(growth[part], axis=0) / np.sum(duration[part]) for part in cut])
+    error = float(np.std(rates, ddof=1) / math.sqrt(rates.size)) if rates.size > 1 else math.nan
+    members = np.sum(growth, axis=0) / elapsed[-1]
+    running = np.cumsum(np.mean(growth, axis=1)) / elapsed
+    return xr.Dataset(
+        {
+            "running": described(("interval",), running, unit, "largest Lyapunov exponent so far"),
+            "exponent": described((), running[-1], unit, "largest Lyapunov exponent"),
+            "standard_error": described((), error, unit, "standard error of the exponent"),
+            "member_exponent": described(("member",), members, unit, "largest Lyapunov exponent of one trajectory"),
+        },
+        coords={"time": described(("interval",), elapsed, "s" if unit == "1/s" else "1", "time since the discarded intervals")},
+        attrs={"discard": discard, "blocks": rates.size},
+    )
+
+
+def largest_exponent_map(
+    step: Callable[[np.ndarray], np.ndarray],
+    jacobian: Callable[[np.ndarray], np.ndarray] | None,
+    start: ArrayLike,
+    *,
+    steps: int,
+    discard: int = 100,
+    offset: float = OFFSET,
+    blocks: int = 20,
+) -> xr.Dataset:
+    """The largest Lyapunov exponent of a map x -> f(x), per step.
+
+    With a Jacobian the tangent map is followed (v -> f'(x) v); without one a second trajectory, brought back to `offset` from
+    the first after every step (Benettin et al. 1980).
+
+    Parameters
+    ----------
+    step : callable
+        f; gets and returns an array of the shape of `start`.
+    jacobian : callable or None
+        f', shape (n, n), or (n, n, members).
+    start : array_like, shape (n,) or (n, members)
+        Several starts are followed at once as columns.
+    steps : int
+        How many, those discarded included.
+    discard : int
+        Steps at the start that do not count.
+    offset : float
+        Distance of the second trajectory, in the unit of the state.
+    blocks : int
+        For the standard error.
+
+    Returns
+    -------
+    Dataset
+        As of `exponent_from_growth`.
+
+    Raises
+    ------
+    InputError
+        If an option is out of bounds.
+    """
+
+    def forward(_: int, x: np.ndarray, v: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        if jacobian is not None:
+            return np.asarray(step(x), float), _apply(jacobian(x), v)
+        after = np.asarray(step(x), float)
+        return after, np.asarray(step(x + v), float) - after
+
+    size = 1.0 if jacobian is not None else offset
+    growth = _follow(forward, _start(start), size, steps)
+    return exponent_from_growth(growth, 1.0, discard=discard, blocks=blocks, unit="1")
+
+
+def largest_exponent(
+    rate: Callable[[float, np.ndarray], np.ndarray],
+    start: ArrayLike,
+    *,
+    interval: float,
+    intervals: int,
+    jacobian: Callable[[float, np.ndarray], np.ndarray] | None = None,
+    discard: int = 10,
+    offset: float = OFFSET,
+    blocks: int = 20,
+    rtol: float = 1e-9,
+    atol: float = 1e-12,
+) -> xr.Dataset:
+    """The largest Lyapunov exponent of a flow x' = f(t, x) [1/s].
+
+    With a Jacobian the variational equation v' = f'(t, x) v is integrated beside the motion; without one a second trajectory,
+    brought back to `offset` from the first after every interval (Benettin et al. 1980). Both move in one integration, the
+    second as v = (y - x)/offset, so that they share their steps and the tolerance holds for their difference.
+
+    Parameters
+    ----------
+    rate : callable
+        f(t, x); gets and returns an array of the shape of `start`.
+    start : array_like, shape (n,) or (n, members)
+        Several starts are followed at once as columns.
+    interval : float
+        Time between two renormalisations [s]; the perturbation must stay small in it.
+    intervals : int
+        How many, those discarded included.
+    jacobian : callable, optional
+        f'(t, x), shape (n, n), or (n, n, members).
+    discard : int
+        Intervals at the start that do not count.
+    offset : float
+        Distance of the second trajectory, in the unit of the state.
+    blocks : int
+        For the standard error.
+    rtol, atol : float
+        Of scipy's DOP853, for the state and for the perturbation, which has length 1 at the start of an interval.
+
+    Returns
+    -------
+    Dataset
+        As of `exponent_from_growth`.
+
+    Raises
+    ------
+    InputError
+        If an option is out of bounds.
+    ScissordynError
+        If the integration breaks off.
+    """
+    if not (math.isfinite(interval) and interval > 0.0):
+        raise InputError(f"interval = {interval!r}", "a number > 0 [s]")
+    first = _start(start)
+
+    def together(time: float, packed: np.ndarray) -> np.ndarray:
+        x, v = packed.reshape(2, *first.shape)
+        slope = np.asarray(rate(time, x), float)
+        turned = _apply(jacobian(time, x), v) if jacobian is not None else (rate(time, x + offset * v) - slope) / offset
+        return np.concatenate([slope.ravel(), turned.ravel()])
+
+    def forward(k: int, x: np.ndarray, v: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        span = k * interval, (k + 1) * interval
+        found = solve_ivp(together, span, np.concatenate([x.ravel(), v.ravel()]), method="DOP853", rtol=rtol, atol=atol)
+        if not found.success:
+            raise ScissordynError(f"no step possible at t = {found.t[-1]:g} s: {found.message}")
+        return tuple(found.y[:, -1].reshape(2, *first.shape))
+
+    growth = _follow(forward, first, 1.0, intervals)
+    return exponent_from_growth(growth, interval, discard=discard, blocks=blocks)
+
+
+def _start(start: ArrayLike) -> np.ndarray:
+    found = np.asarray(start, float)
+    if found.ndim not in (1, 2) or found.size == 0 or not np.all(np.isfinite(found)):
+        raise InputError(f"start of shape {found.shape}", "finite numbers of shape (n,) or (n, members)")
+    return found
+
+
+def _follow(forward: Advance, start: np.ndarray, size: float, intervals: int) -> np.ndarray:
+    """Logarithms of the growth in every interval, for every member; the perturbation is brought back to `size` each time."""
+    if isinstance(intervals, bool) or not isinstance(intervals, int) or intervals < 1 or not size > 0.0:
+        raise InputError(f"{intervals!r} intervals with an offset of {size:g}", "a whole number >= 1, an offset > 0")
+    x, v = start, np.full(start.shape, size / math.sqrt(start.shape[0]))
+    growth = np.empty((intervals, *start.shape[1:]))
+    for k in range(intervals):
+        x, v = forward(k, x, v)
+        length = np.sqrt(np.sum(v * v, axis=0))
+        if not np.all(np.isfinite(length)) or np.any(length == 0.0):
+            raise ScissordynError(
+                f"the perturbation became {float(np.min(length)):g} in interval {k}: it cannot be brought back"
+            )
+        growth[k] = np.log(length / size)
+        v = v * (size / length)
+    return growth
+
+
+def _apply(matrix: ArrayLike, v: np.ndarray) -> np.ndarray:
+    turned: np.ndarray = np.einsum("ij...,j...->i...", np.asarray(matrix, float), v)
+    return turned

@@ -1,0 +1,102 @@
+"""Recurrences: when a motion comes back to where it has been, and whether it then does the same again."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import xarray as xr
+from numpy.typing import ArrayLike
+from scipy.spatial.distance import cdist
+
+from scissordyn.analysis.variable import as_table, described
+from scissordyn.errors import InputError
+
+__all__ = ["MOST_SAMPLES", "recurrence"]
+
+MOST_SAMPLES = 5000
+"""The matrix of recurrences has the square of this many entries."""
+
+NEAR = 0.2
+"""Threshold as a fraction of the standard deviation, unless one is given."""
+
+
+def recurrence(
+    values: ArrayLike,
+    *,
+    threshold: float | None = None,
+    dimension: int = 1,
+    delay: int = 1,
+    shortest: int = 2,
+    apart: int = 1,
+) -> xr.Dataset:
+    """The recurrence plot and its rates.
+
+        R_ij = 1 if |x_i - x_j| <= threshold,    x_i = (v_i, v_{i+delay}, ..., v_{i+(dimension-1) delay})
+
+    The recurrence rate is the share of ones, determinism the share of the ones that lie on diagonal lines of at least
+    `shortest` points: times at which the motion not only came back but went on as before. Both leave out |i - j| < `apart`.
+    Periodic motion has determinism 1; so has quasi-periodic motion, nearly, once enough quantities or dimensions unfold it
+    (exactly the rotation of a circle, as |.| is the Euclidean norm), while a projection has false recurrences that end at
+    once. Independent noise has 2 RR - RR^2 for lines of two. Chaotic maps lie between. Both rates hang on the threshold, so
+    compare only at the same one.
+
+    Parameters
+    ----------
+    values : array_like, shape (n,) or (n, quantities)
+        Scale quantities of different units before.
+    threshold : float, optional
+        In the unit of the values; 0.2 of their standard deviation if not given.
+    dimension, delay : int
+        Of the embedding (Takens 1981).
+    shortest : int
+        Points of the shortest line that counts.
+    apart : int
+        Neighbours in time nearer than this do not count as recurrences (Theiler 1986).
+
+    Returns
+    -------
+    Dataset
+        `recurrent` along `first` and `second`, `recurrence_rate`, `determinism`, `longest_line`; attribute `threshold`.
+
+    Raises
+    ------
+    InputError
+        If there are fewer than 10 samples or more than 5000, or an option is out of bounds.
+
+    References
+    ----------
+    Eckmann, Kamphorst and Ruelle 1987, doi:10.1209/0295-5075/4/9/004; Marwan et al. 2007, doi:10.1016/j.physrep.2006.11.001
+    """
+    if min(dimension, delay, apart) < 1 or shortest < 2:
+        raise InputError(
+            f"dimension = {dimension!r}, delay = {delay!r}, shortest = {shortest!r}, apart = {apart!r}",
+            "whole numbers >= 1, shortest >= 2",
+        )
+    table = as_table(values, least=10 + (dimension - 1) * delay)
+    count = table.shape[0] - (dimension - 1) * delay
+    if count > MOST_SAMPLES:
+        raise InputError(f"{count} samples for a recurrence plot", f"at most {MOST_SAMPLES}", "values[-2000:]")
+    near = NEAR * math.sqrt(float(np.sum(np.var(table, axis=0)))) if threshold is None else threshold
+    if not (math.isfinite(near) and near >= 0.0):
+        raise InputError(f"threshold = {near!r}", "a number >= 0 in the unit of the values")
+    embedded = np.concatenate([table[k * delay : k * delay + count] for k in range(dimension)], axis=1)
+    recurrent = cdist(embedded, embedded, "euclidean") <= near
+    points, lengths = 0, []
+    for offset in range(apart, count):
+        diagonal = np.diagonal(recurrent, offset)
+        edges = np.flatnonzero(np.diff(np.concatenate([[False], diagonal, [False]]).astype(np.int8)))
+        lengths.append(edges[1::2] - edges[::2])
+        points += int(np.count_nonzero(diagonal))
+    lines = np.concatenate(lengths)
+    pairs = (count - apart) * (count - apart + 1) // 2
+    on_lines = int(np.sum(lines[lines >= shortest]))
+    return xr.Dataset(
+        {
+            "recurrent": described(("first", "second"), recurrent, "1", "recurrence"),
+            "recurrence_rate": described((), points / pairs, "1", "share of the pairs of samples that recur"),
+            "determinism": described((), on_lines / points if points else math.nan, "1", "share of recurrences on lines"),
+            "longest_line": described((), int(np.max(lines, initial=0)), "1", "points of the longest line"),
+        },
+        attrs={"threshold": near, "dimension": dimension, "delay": delay, "shortest": shortest, "apart": apart},
+    )

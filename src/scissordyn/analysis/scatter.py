@@ -1,0 +1,53 @@
+"""Velocity against acceleration, sample by sample: what the paper calls a Poincare map."""
+
+from __future__ import annotations
+
+import xarray as xr
+
+from scissordyn.analysis.variable import window
+from scissordyn.errors import InputError, did_you_mean
+
+__all__ = ["velocity_acceleration"]
+
+
+def velocity_acceleration(
+    run: xr.Dataset, *, after: float = 0.0, until: float | None = None, body: str = "", axis: str = "y"
+) -> xr.Dataset:
+    """Velocity and acceleration of the slider at every sample.
+
+    The literature on clearance joints often plots this and calls it a Poincare map. It is a projection of the trajectory: a
+    single stroke has no period to take a map of. Use `stroboscopic` or `section` for maps.
+
+    Parameters
+    ----------
+    run : Dataset
+    after, until : float
+        The part of the run that is looked at [s]; the end of the run if `until` is not given.
+    body : str
+        Another body in place of the slider, whose mass centre is looked at.
+    axis : {"x", "y"}
+        Along which, for another body.
+
+    Returns
+    -------
+    Dataset
+        `velocity` and `acceleration` along `time`.
+
+    Raises
+    ------
+    InputError
+        If there is no slider and no body is named, or no such body.
+    """
+    start, end = window(run, after, until)
+    bodies = [str(name) for name in run["body"].values]
+    if (body and body not in bodies) or axis not in ("x", "y"):
+        raise InputError(
+            f"body '{body}'{did_you_mean(body, bodies)} along '{axis}'", f"one of {', '.join(bodies)}, along 'x' or 'y'"
+        )
+    if not body and "slider_velocity" not in run:
+        raise InputError("a run without a slider", "a body: one of " + ", ".join(bodies), f"body='{bodies[-1]}'")
+    if body:
+        pair = {name: run[name].sel(body=body, axis=axis, drop=True) for name in ("velocity", "acceleration")}
+    else:
+        pair = {name: run[f"slider_{name}"] for name in ("velocity", "acceleration")}
+    return xr.Dataset(pair, attrs=run.attrs).sel(time=slice(start, end))

@@ -1,0 +1,93 @@
+"""The power spectrum of a signal and the frequencies that stand out."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import xarray as xr
+from numpy.typing import ArrayLike
+from scipy import signal
+
+from scissordyn.analysis.variable import described, series
+from scissordyn.errors import InputError
+
+__all__ = ["spectrum"]
+
+BROADBAND = 10.0
+"""A frequency dominates if its power density is this many times the median."""
+
+
+def spectrum(
+    values: ArrayLike, *, spacing: float, segments: int = 4, peaks: int = 5, window: str = "hann", unit: str = "1"
+) -> xr.Dataset:
+    """The one-sided power spectral density by Welch's method, with its dominant frequencies.
+
+    The signal is cut into `segments` that overlap by half; their mean is taken off, they are windowed, and their periodograms
+    are averaged. The integral of the density is the variance of the signal. Peaks are refined by a parabola through the
+    logarithms of three neighbours, good to about a twentieth of the resolution 1/(length of a segment).
+
+    Parameters
+    ----------
+    values : array_like, shape (n,)
+        Equally spaced samples.
+    spacing : float
+        Between samples [s], or 1 for a map.
+    segments : int
+        How many lengths fit into the signal; more segments give less scatter and less resolution.
+    peaks : int
+        How many dominant frequencies at most.
+    window : str
+        A window of scipy.signal.
+    unit : str
+        Of the values.
+
+    Returns
+    -------
+    Dataset
+        `power_density` along `frequency`; `dominant_frequency` and `dominant_density` along `peak`, strongest first;
+        `flatness`, the geometric over the arithmetic mean of the density: near 0 for lines, 0.56 for one periodogram of white
+        noise, towards 1 with more segments.
+
+    Raises
+    ------
+    InputError
+        If there are fewer than 16 samples, or an option is out of bounds.
+
+    References
+    ----------
+    Welch 1967, doi:10.1109/TAU.1967.1161901
+    """
+    found = series(values, least=16)
+    if not (math.isfinite(spacing) and spacing > 0.0) or not 1 <= segments <= found.size // 8 or peaks < 0:
+        raise InputError(
+            f"spacing = {spacing!r}, segments = {segments!r}, peaks = {peaks!r}",
+            f"spacing > 0, segments from 1 to {found.size // 8} for {found.size} samples, peaks >= 0",
+        )
+    frequency, density = signal.welch(
+        found, fs=1.0 / spacing, window=window, nperseg=found.size // segments, detrend="constant", scaling="density"
+    )
+    inside = density[1:]
+    top = float(np.max(inside))
+    flatness = math.nan
+    if top > 0.0:
+        # round-off of a pure tone must not count as a floor, nor an exact zero make the mean zero
+        floored = np.maximum(inside, top * np.finfo(float).eps ** 2)
+        flatness = float(np.exp(np.mean(np.log(floored))) / np.mean(floored))
+    where, _ = signal.find_peaks(density, height=max(BROADBAND * float(np.median(inside)), 1e-12 * top))
+    where = where[np.argsort(-density[where], kind="stable")][:peaks]
+    left, middle, right = (np.log(np.maximum(density[where + k], 1e-300)) for k in (-1, 0, 1))
+    bend = left - 2.0 * middle + right
+    shift = np.divide(0.5 * (left - right), bend, out=np.zeros_like(bend), where=bend != 0.0)
+    pitch = "Hz" if spacing != 1.0 else "1"
+    per = f"({unit})^2 s" if spacing != 1.0 else f"({unit})^2"
+    return xr.Dataset(
+        {
+            "power_density": described(("frequency",), density, per, "power spectral density"),
+            "dominant_frequency": described(("peak",), (where + shift) * frequency[1], pitch, "dominant frequency"),
+            "dominant_density": described(("peak",), density[where], per, "power density at a dominant frequency"),
+            "flatness": described((), flatness, "1", "spectral flatness"),
+        },
+        coords={"frequency": described(("frequency",), frequency, pitch, "frequency")},
+        attrs={"spacing": spacing, "segments": segments, "window": window},
+    )

@@ -1,0 +1,76 @@
+"""The stroboscopic map: a run once in every period of its drive."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import xarray as xr
+
+from scissordyn.analysis.hermite import interpolate
+from scissordyn.analysis.variable import described
+from scissordyn.errors import InputError
+
+__all__ = ["stroboscopic"]
+
+ON_THE_GRID = 1e-9
+"""A sample taken within this fraction of the period of a flash is the flash."""
+
+
+def stroboscopic(run: xr.Dataset, *, period: float, phase: float = 0.0, skip: int = 0) -> xr.Dataset:
+    """The states of a run at t_k = phase + k period: the Poincare map of a periodically driven mechanism.
+
+    Where every t_k is a sample (until/(samples - 1) divides the period), the samples are taken as they are, with all that
+    they say of the joints. Otherwise positions, velocities and angles are interpolated by cubic Hermite polynomials, and the
+    rest, which has no recorded rate, is left out.
+
+    Parameters
+    ----------
+    run : Dataset
+    period : float
+        Of the drive [s].
+    phase : float
+        Time of the flash k = 0 [s].
+    skip : int
+        How many flashes at the start are left out as transient.
+
+    Returns
+    -------
+    Dataset
+        The variables of the run along `strobe`, with `time`; attributes of the run, and `source`: "samples" or "interpolated".
+
+    Raises
+    ------
+    InputError
+        If the period is not positive, or no flash is left.
+
+    References
+    ----------
+    Guckenheimer and Holmes 1983, Nonlinear Oscillations, section 1.5, doi:10.1007/978-1-4612-1140-2
+    """
+    if not (math.isfinite(period) and period > 0.0 and math.isfinite(phase)):
+        raise InputError(f"period = {period!r} with phase = {phase!r}", "a period > 0 and a phase, both in s")
+    if isinstance(skip, bool) or not isinstance(skip, int) or skip < 0:
+        raise InputError(f"skip = {skip!r}", "a whole number >= 0")
+    time = run["time"].values
+    slack = ON_THE_GRID * period
+    first = math.ceil((time[0] - phase - slack) / period)
+    last = math.floor((time[-1] - phase + slack) / period)
+    when = phase + period * np.arange(first + skip, last + 1)
+    if when.size == 0:
+        raise InputError(
+            f"a run from {time[0]:g} s to {time[-1]:g} s has no flash left with period = {period:g} s and skip = {skip}",
+            "a longer run, or fewer flashes skipped",
+        )
+    nearest = np.clip(np.searchsorted(time, when), 1, max(time.size - 1, 1))
+    nearest -= when - time[nearest - 1] < time[np.minimum(nearest, time.size - 1)] - when
+    attributes = {**run.attrs, "period": period, "phase": phase, "skip": skip}
+    if np.all(np.abs(time[nearest] - when) <= slack):
+        taken = run[[name for name in run if "time" in run[name].dims or name == "clearance"]].isel(time=nearest)
+        return taken.swap_dims(time="strobe").assign_attrs({**attributes, "source": "samples"})
+    inside = np.clip(when, time[0], time[-1])
+    coordinates = {name: run[name] for name in run.coords if name != "time"}
+    found = xr.Dataset(interpolate(run, inside, "strobe"), coords=coordinates)
+    return found.assign_coords(time=described(("strobe",), when, "s", "time")).assign_attrs(
+        {**attributes, "source": "interpolated"}
+    )

@@ -1,0 +1,106 @@
+"""What all measures share: described variables, the window of time they look at, and the arrays they accept."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import xarray as xr
+from numpy.typing import ArrayLike
+
+from scissordyn.errors import InputError
+
+__all__ = ["Variable", "as_table", "described", "series", "window"]
+
+Variable = tuple[tuple[str, ...], np.ndarray, dict[str, str]]
+
+
+def described(dims: tuple[str, ...], values: ArrayLike, units: str, long_name: str) -> Variable:
+    """A variable of a Dataset with its unit and what it is."""
+    return dims, np.asarray(values), {"units": units, "long_name": long_name}
+
+
+def window(run: xr.Dataset, after: float, until: float | None) -> tuple[float, float]:
+    """The part of a run that is looked at.
+
+    Parameters
+    ----------
+    run : Dataset
+    after : float
+        Its start [s].
+    until : float, optional
+        Its end [s]; the run's end if not given.
+
+    Returns
+    -------
+    start, end : float
+        [s]
+
+    Raises
+    ------
+    InputError
+        If it is empty or reaches out of the run.
+    """
+    first, last = float(run["time"].values[0]), float(run["time"].values[-1])
+    end = last if until is None else until
+    if not (math.isfinite(after) and math.isfinite(end) and after < end <= last * (1.0 + 1e-12)) or end <= first:
+        raise InputError(
+            f"a window from {after:g} s to {end:g} s of a run from {first:g} s to {last:g} s",
+            "a window inside the run, its end after its start",
+        )
+    return max(after, first), end
+
+
+def series(values: ArrayLike, *, least: int) -> np.ndarray:
+    """Numbers as a finite array of one dimension.
+
+    Parameters
+    ----------
+    values : array_like, shape (n,)
+    least : int
+        How many are needed.
+
+    Returns
+    -------
+    ndarray, shape (n,)
+
+    Raises
+    ------
+    InputError
+        If they are too few, not finite, or not in a line.
+    """
+    found = np.asarray(values, float)
+    if found.ndim != 1 or found.size < least or not np.all(np.isfinite(found)):
+        raise InputError(
+            f"values of shape {found.shape}{'' if np.all(np.isfinite(found)) else ', not all finite'}",
+            f"one dimension of at least {least} finite numbers",
+        )
+    return found
+
+
+def as_table(values: ArrayLike, *, least: int) -> np.ndarray:
+    """Numbers as a finite array of two dimensions: a row a sample, a column a quantity.
+
+    Parameters
+    ----------
+    values : array_like, shape (n,) or (n, quantities)
+    least : int
+        How many samples are needed.
+
+    Returns
+    -------
+    ndarray, shape (n, quantities)
+
+    Raises
+    ------
+    InputError
+        If they are too few or not finite.
+    """
+    found = np.asarray(values, float)
+    table = found[:, None] if found.ndim == 1 else found
+    if table.ndim != 2 or table.shape[0] < least or table.shape[1] == 0 or not np.all(np.isfinite(table)):
+        raise InputError(
+            f"samples of shape {found.shape}{'' if np.all(np.isfinite(found)) else ', not all finite'}",
+            f"at least {least} samples, each of one or several finite numbers",
+        )
+    return table

@@ -1,0 +1,119 @@
+"""Gottwald and Melbourne's 0-1 test: 0 for regular, 1 for chaotic motion."""
+
+from __future__ import annotations
+
+import numpy as np
+import xarray as xr
+from numpy.typing import ArrayLike
+from scipy import fft
+
+from scissordyn.analysis.variable import described, series
+from scissordyn.errors import InputError
+
+__all__ = ["zero_one_test"]
+
+LAGS = 0.1
+"""Lags go up to this fraction of the samples (Gottwald and Melbourne 2009, section 3)."""
+
+CONSTANT = 1e-12
+"""Values that vary less than this fraction of their size are constant up to round-off."""
+
+
+def zero_one_test(values: ArrayLike, *, angles: int = 100, seed: int = 0) -> xr.Dataset:
+    """The 0-1 test for chaos by the correlation method.
+
+    For angles c in [pi/5, 4 pi/5] the samples phi_j drive the translation
+
+        p(n) = sum_{j<=n} phi_j cos(j c),    q(n) = sum_{j<=n} phi_j sin(j c)
+
+    which stays bounded for regular motion and wanders like Brownian motion for chaotic motion. K_c is the correlation of
+    1, ..., n_cut with the modified mean square displacement
+
+        D_c(n) = mean_j [ (p(j+n) - p(j))^2 + (q(j+n) - q(j))^2 ] - (E phi)^2 (1 - cos n c) / (1 - cos c)
+
+    and K the median over the angles, which the few resonant ones do not move. The mean is taken off the samples before, so
+    that the last term vanishes; this also removes its cross terms.
+
+    The samples must come from a map (`stroboscopic`, `section`, contact by contact). A finely sampled flow is regular from
+    one sample to the next, and K tends to 0 whatever the motion: look at `samples_per_oscillation`, which should not be above
+    10 or so. A few hundred samples tell clear cases; weak chaos and slow transients need thousands. K between 0.2 and 0.8 says
+    nothing but "longer".
+
+    Parameters
+    ----------
+    values : array_like, shape (n,)
+        At least 50.
+    angles : int
+        How many angles c.
+    seed : int
+        Of the random angles.
+
+    Returns
+    -------
+    Dataset
+        `K`; `correlation` along `angle`; for the angle whose K_c is the median one (`shown_angle`), `p` and `q` along `step`
+        and `mean_square_displacement` along `lag`; `samples_per_oscillation`, two crossings of the mean each.
+
+    Raises
+    ------
+    InputError
+        If there are too few values, or no angles.
+
+    References
+    ----------
+    Gottwald and Melbourne 2009, doi:10.1137/080718851; 2016, doi:10.1007/978-3-662-48410-4_7
+    """
+    found = series(values, least=50)
+    if isinstance(angles, bool) or not isinstance(angles, int) or angles < 1:
+        raise InputError(f"angles = {angles!r}", "a whole number >= 1", "angles=100")
+    chosen = np.sort(np.random.default_rng(seed).uniform(0.2 * np.pi, 0.8 * np.pi, angles))
+    centred = found - np.mean(found)
+    if np.max(np.abs(centred)) <= CONSTANT * np.max(np.abs(found)):
+        centred = np.zeros_like(centred)
+    wheel = np.exp(1j * chosen[:, None] * np.arange(1, found.size + 1))
+    path = np.cumsum(centred * wheel, axis=1)
+    lags = np.arange(1, max(int(LAGS * found.size), 5) + 1)
+    displacement = _mean_square_displacement(path, lags)
+    correlation = np.array([_correlation(lags, row) for row in displacement])
+    shown = int(np.argsort(correlation, kind="stable")[(angles - 1) // 2])
+    crossings = int(np.sum(np.diff(np.signbit(centred).astype(np.int8)) != 0))
+    return xr.Dataset(
+        {
+            "K": described((), float(np.median(correlation)), "1", "growth of the 0-1 test, median"),
+            "correlation": described(("angle",), correlation, "1", "growth of the 0-1 test at one angle"),
+            "p": described(("step",), path[shown].real, "1", "translation p"),
+            "q": described(("step",), path[shown].imag, "1", "translation q"),
+            "mean_square_displacement": described(("lag",), displacement[shown], "1", "modified mean square displacement"),
+            "samples_per_oscillation": described(
+                (), 2.0 * found.size / crossings if crossings else np.inf, "1", "samples per oscillation"
+            ),
+        },
+        coords={
+            "angle": described(("angle",), chosen, "rad", "angle c"),
+            "step": described(("step",), np.arange(1, found.size + 1), "1", "sample"),
+            "lag": described(("lag",), lags, "1", "lag"),
+        },
+        attrs={"seed": seed, "shown_angle": float(chosen[shown])},
+    )
+
+
+def _mean_square_displacement(path: np.ndarray, lags: np.ndarray) -> np.ndarray:
+    """Mean over j = 1, ..., n - n_cut of |z(j + n) - z(j)|^2 for every lag n, by FFT: shape (angles, lags)."""
+    samples, most = path.shape[1], int(lags[-1])
+    kept = samples - most
+    origin = path.mean(axis=1, keepdims=True)  # differences do not see it, and sums of squares lose fewer digits
+    z = path - origin
+    size = fft.next_fast_len(samples + most)
+    head = fft.fft(z[:, :kept], size)
+    cross = fft.ifft(fft.fft(z, size) * head.conj(), axis=1)[:, lags].real
+    squares = np.concatenate([np.zeros((len(z), 1)), np.cumsum(np.abs(z) ** 2, axis=1)], axis=1)
+    ahead, here = squares[:, lags + kept] - squares[:, lags], squares[:, kept : kept + 1]
+    mean: np.ndarray = (ahead + here - 2.0 * cross) / kept
+    return mean
+
+
+def _correlation(lags: np.ndarray, displacement: np.ndarray) -> float:
+    """Pearson's correlation; that of a displacement that does not change at all is 0."""
+    if np.ptp(displacement) == 0.0:
+        return 0.0
+    return float(np.corrcoef(lags, displacement)[0, 1])

@@ -1,0 +1,374 @@
+"""Pictures of how regular a motion is: maps, spectra, bifurcations, the 0-1 test, recurrences, distributions."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from matplotlib.axes import Axes
+from matplotlib.ticker import MaxNLocator
+
+from scissordyn.errors import InputError, did_you_mean
+from scissordyn.plot.scale import Scale, engineering
+from scissordyn.plot.series import BEYOND, chosen_joints
+from scissordyn.plot.style import BLACK, BLUE, GREY, LINE, NORMAL, SMALL, VERMILION, Canvas, legend, panels
+
+__all__ = [
+    "bifurcation",
+    "distribution",
+    "power_spectrum",
+    "recurrence_plot",
+    "stroboscopic_map",
+    "velocity_acceleration",
+    "zero_one",
+]
+
+DOTS: dict[str, Any] = {"linestyle": "", "marker": ".", "markeredgewidth": 0.0}
+
+BARS = 30
+"""Bars of a distribution."""
+
+DECADE = 10.0
+"""A distribution whose largest value is this many times its least is drawn in decades."""
+
+MOST_PIXELS = 1000
+"""Points along the side of a recurrence plot; more would not be seen."""
+
+
+def stroboscopic_map(
+    strobe: xr.Dataset, *, x: str = "slider_position", y: str = "slider_velocity", joint: str = "", axes: Canvas = None
+) -> list[Axes]:
+    """A Poincare map: one dot a period, or a crossing.
+
+    Parameters
+    ----------
+    strobe : Dataset
+        Of `stroboscopic`, `section`, or the cycles of a long periodic run.
+    x, y : str
+        Variables of it; "eccentricity" stands for its x along the abscissa and its y along the ordinate.
+    joint : str
+        Whose, for variables of joints; the first one if not given.
+    axes : Axes, optional
+        A new figure if not given.
+
+    Returns
+    -------
+    list of Axes
+
+    Raises
+    ------
+    InputError
+        If there is no such variable or joint.
+    """
+    (drawn,) = panels(axes, 1, size=(5.4, 4.6))
+    time = np.asarray(strobe["time"].values, float) if "time" in strobe.coords else np.zeros(0)
+    trusted = float(strobe.attrs.get("trusted_until", np.nan))
+    values, scales = [], []
+    for side, name in enumerate((x, y)):
+        variable = _along(strobe, name, side, joint)
+        values.append(variable.values)
+        scales.append(engineering(variable.attrs.get("units", "1"), variable.values))
+        label = scales[-1].label(str(variable.attrs.get("long_name", name)).split(" along ")[0])
+        (drawn.set_ylabel if side else drawn.set_xlabel)(label)
+    before = time <= trusted if np.isfinite(trusted) and time.size else np.ones(values[0].size, bool)
+    for part, color, label in ((before, BLUE, "one period"), (~before, GREY, BEYOND)):
+        if np.any(part):
+            shown = label if not np.all(before) else None
+            drawn.plot(
+                scales[0].factor * values[0][part],
+                scales[1].factor * values[1][part],
+                color=color,
+                label=shown,
+                markersize=_dot(values[0].size, 3.0, 9.0),
+                **DOTS,
+            )
+    drawn.ticklabel_format(style="plain", useOffset=False)
+    legend([drawn], above=axes is None)
+    return [drawn]
+
+
+def velocity_acceleration(scatter: xr.Dataset, ideal: xr.Dataset | None = None, *, axes: Canvas = None) -> list[Axes]:
+    """Velocity against acceleration at every sample: what the paper calls a Poincare map.
+
+    Parameters
+    ----------
+    scatter : Dataset
+        With `velocity` and `acceleration`.
+    ideal : Dataset, optional
+        The same of the ideal mechanism, drawn as a line.
+    axes : Axes, optional
+        A new figure if not given.
+
+    Returns
+    -------
+    list of Axes
+    """
+    (drawn,) = panels(axes, 1, size=(5.4, 4.6))
+    both = [scatter] if ideal is None else [scatter, ideal]
+    speed, change = (
+        engineering(scatter[name].attrs["units"], *(part[name].values for part in both))
+        for name in ("velocity", "acceleration")
+    )
+    drawn.plot(
+        speed.factor * scatter["velocity"].values,
+        change.factor * scatter["acceleration"].values,
+        color=BLUE,
+        markersize=3.0,
+        label=None if ideal is None else "with clearance",
+        **DOTS,
+    )
+    if ideal is not None:
+        drawn.plot(
+            speed.factor * ideal["velocity"].values,
+            change.factor * ideal["acceleration"].values,
+            color=BLACK,
+            linewidth=LINE,
+            label="ideal joints",
+        )
+    drawn.set_xlabel(speed.label("velocity"))
+    drawn.set_ylabel(change.label("acceleration"))
+    legend([drawn], above=axes is None)
+    return [drawn]
+
+
+def power_spectrum(spectrum: xr.Dataset, *, peaks: int = 3, axes: Canvas = None) -> list[Axes]:
+    """The power spectral density in decades, its strongest frequencies marked.
+
+    Parameters
+    ----------
+    spectrum : Dataset
+        Of the measure `spectrum`.
+    peaks : int
+        How many dominant frequencies are marked and named.
+    axes : Axes, optional
+        A new figure if not given.
+
+    Returns
+    -------
+    list of Axes
+    """
+    (drawn,) = panels(axes, 1, size=(7.2, 3.8))
+    frequency, density = spectrum["frequency"].values[1:], spectrum["power_density"].values[1:]
+    top = float(np.max(density, initial=0.0)) or 1.0
+    # what lies below is round-off
+    floor = 1e-16 * top
+    drawn.semilogy(frequency, np.maximum(density, floor), color=BLUE, linewidth=LINE)
+    marked = spectrum.isel(peak=slice(peaks))
+    drawn.plot(
+        marked["dominant_frequency"].values,
+        marked["dominant_density"].values,
+        linestyle="",
+        marker="v",
+        markersize=5.0,
+        color=VERMILION,
+    )
+    for where, high in zip(marked["dominant_frequency"].values, marked["dominant_density"].values, strict=True):
+        drawn.annotate(
+            f"{where:.4g}", (where, high), (0.0, 5.0), textcoords="offset points", ha="center", fontsize=SMALL, color=BLACK
+        )
+    lowest = float(np.min(np.maximum(density, floor), initial=top))
+    drawn.set_ylim(0.5 * lowest, top * (top / lowest) ** 0.12)
+    drawn.set_xlim(0.0, float(frequency[-1]))
+    unit = spectrum["frequency"].attrs["units"]
+    drawn.set_xlabel("frequency [Hz]" if unit == "Hz" else "frequency per sample")
+    drawn.set_ylabel(Scale(1.0, _written(spectrum["power_density"].attrs["units"])).label("power density"))
+    return [drawn]
+
+
+def bifurcation(diagram: xr.Dataset, *, variable: str = "", joint: str = "", axes: Canvas = None) -> list[Axes]:
+    """A bifurcation diagram: what the motion settles to, over a parameter.
+
+    Parameters
+    ----------
+    diagram : Dataset
+        Variables along `value` and `cycle`, with the coordinate `value` in its unit.
+    variable : str
+        Which; slider_velocity if not given, or the first one along both.
+    joint : str
+        Whose, for variables of joints; the first one if not given.
+    axes : Axes, optional
+        A new figure if not given.
+
+    Returns
+    -------
+    list of Axes
+
+    Raises
+    ------
+    InputError
+        If there is no such variable or joint.
+    """
+    usable = [str(name) for name in diagram if {"value", "cycle"} <= set(diagram[name].dims)]
+    chosen = variable or ("slider_velocity" if "slider_velocity" in usable else (usable or [""])[0])
+    if chosen not in usable:
+        raise InputError(
+            f"a bifurcation diagram of '{chosen}'{did_you_mean(chosen, usable)}", "one of " + (", ".join(usable) or "none")
+        )
+    (drawn,) = panels(axes, 1, size=(7.2, 4.6))
+    found = _along(diagram, chosen, 0, joint).transpose("value", "cycle")
+    value = diagram["value"]
+    across, up = (
+        engineering(value.attrs.get("units", "1"), value.values),
+        engineering(found.attrs.get("units", "1"), found.values),
+    )
+    drawn.plot(
+        np.repeat(across.factor * value.values, found.shape[1]),
+        up.factor * found.values.ravel(),
+        color=BLUE,
+        markersize=_dot(found.size, 0.8, 4.0),
+        rasterized=found.size > 20_000,
+        **DOTS,
+    )
+    drawn.set_xlabel(across.label(str(value.attrs.get("long_name", "parameter"))))
+    drawn.set_ylabel(up.label(str(found.attrs.get("long_name", chosen)).split(" along ")[0]))
+    drawn.ticklabel_format(style="plain", useOffset=False)
+    return [drawn]
+
+
+def zero_one(test: xr.Dataset, *, axes: Canvas = None) -> list[Axes]:
+    """The 0-1 test: the translation for one angle, and how much K differs between the angles.
+
+    Parameters
+    ----------
+    test : Dataset
+        Of `zero_one_test`.
+    axes : Axes or iterable of Axes, optional
+        Two. A new figure if not given.
+
+    Returns
+    -------
+    list of Axes
+    """
+    plane, spread = panels(axes, 1, 2, size=(8.4, 4.0), share=False)
+    plane.plot(test["p"].values, test["q"].values, color=BLUE, linewidth=0.6)
+    plane.set_aspect("equal", adjustable="datalim")
+    plane.set_xlabel("p")
+    plane.set_ylabel("q")
+    plane.set_title(f"translation at c = {test.attrs['shown_angle']:.3f}", loc="left", fontsize=NORMAL)
+    spread.hist(test["correlation"].values, bins=np.linspace(-1.0, 1.0, 41).tolist(), color=BLUE)
+    spread.axvline(float(test["K"]), color=VERMILION, linewidth=1.5)
+    spread.set_xlim(-1.0, 1.05)
+    spread.set_xlabel("growth at one angle")
+    spread.set_ylabel("angles")
+    spread.set_title(f"median K = {float(test['K']):.3f}", loc="left", fontsize=NORMAL, color=VERMILION)
+    return [plane, spread]
+
+
+def recurrence_plot(recurrence: xr.Dataset, *, axes: Canvas = None) -> list[Axes]:
+    """A recurrence plot: dark where two samples are near each other.
+
+    Parameters
+    ----------
+    recurrence : Dataset
+        Of the measure `recurrence`.
+    axes : Axes, optional
+        A new figure if not given.
+
+    Returns
+    -------
+    list of Axes
+    """
+    (drawn,) = panels(axes, 1, size=(5.2, 5.4))
+    matrix = recurrence["recurrent"].values.astype(float)
+    count = len(matrix)
+    block = -(-count // MOST_PIXELS)
+    whole = count // block
+    # a pixel of several samples is as dark as the share of them that recur
+    shown = matrix[: whole * block, : whole * block].reshape(whole, block, whole, block).mean(axis=(1, 3))
+    end = whole * block
+    drawn.imshow(shown, cmap="Greys", vmin=0.0, vmax=1.0, origin="lower", extent=(0, end, 0, end), interpolation="nearest")
+    drawn.grid(visible=False)
+    drawn.set_xlabel("sample")
+    drawn.set_ylabel("sample")
+    rate, lines = float(recurrence["recurrence_rate"]), float(recurrence["determinism"])
+    drawn.set_title(f"recurrence rate {rate:.3f}, determinism {lines:.3f}", loc="left", fontsize=NORMAL)
+    return [drawn]
+
+
+def distribution(run: xr.Dataset, *, variable: str = "peak_force", joint: str = "", axes: Canvas = None) -> list[Axes]:
+    """How a quantity of the contacts of a joint is distributed, in decades if it goes through more than one.
+
+    Parameters
+    ----------
+    run : Dataset
+    variable : str
+        A column of the table of contacts: peak_force, impulse, contact_duration, approach_speed, ...
+    joint : str
+        Which; the loose joint with the largest force if not given.
+    axes : Axes, optional
+        A new figure if not given.
+
+    Returns
+    -------
+    list of Axes
+
+    Raises
+    ------
+    InputError
+        If there is no such column or joint.
+    """
+    columns = [str(name) for name in run if run[name].dims == ("contact",) and run[name].dtype.kind == "f"]
+    if variable not in columns:
+        raise InputError(f"a distribution of '{variable}'{did_you_mean(variable, columns)}", "one of " + ", ".join(columns))
+    if joint:
+        chosen_joints(run, [joint])
+    else:
+        loose = chosen_joints(run, None)
+        joint = max(loose, key=lambda name: float(run["normal_force"].sel(joint=name).max()))
+    (drawn,) = panels(axes, 1, size=(6.0, 3.8))
+    values = run[variable].values[run["contact_joint"].values.astype(str) == joint]
+    values = values[np.isfinite(values) & (values > 0.0)]
+    name = str(run[variable].attrs.get("long_name", variable))
+    scale = engineering(run[variable].attrs["units"], values)
+    drawn.set_xlabel(scale.label(name))
+    drawn.set_ylabel("contacts")
+    drawn.set_title(f"joint {joint}, {values.size} contacts", loc="left", fontsize=NORMAL)
+    if not values.size:
+        drawn.text(0.5, 0.5, "no contact in this run", transform=drawn.transAxes, ha="center", fontsize=SMALL, color=GREY)
+        return [drawn]
+    shown = scale.factor * values
+    low, high = float(np.min(shown)), float(np.max(shown))
+    decades = high / low > DECADE
+    if high / low < 1.0 + 1e-9:
+        low, high = 0.9 * low, 1.1 * high
+    edges = np.geomspace(low, high, BARS + 1) if decades else np.linspace(low, high, BARS + 1)
+    # the ends of a geometric series are off by round-off, and would lose the extreme contacts
+    edges[0], edges[-1] = low, high
+    drawn.hist(shown, bins=edges.tolist(), color=BLUE)
+    if decades:
+        drawn.set_xscale("log")
+    drawn.axvline(float(np.median(shown)), color=VERMILION, linewidth=1.5, label="median")
+    drawn.yaxis.set_major_locator(MaxNLocator(integer=True))
+    legend([drawn], above=axes is None)
+    return [drawn]
+
+
+def _along(data: xr.Dataset, name: str, side: int, joint: str) -> xr.DataArray:
+    """One series of a map or diagram."""
+    if name not in data:
+        known = [str(other) for other in data]
+        raise InputError(f"variable '{name}'{did_you_mean(name, known)}", "one of " + ", ".join(known))
+    found = data[name]
+    if "joint" in found.dims:
+        loose = [str(other) for other in found["joint"].values]
+        if "clearance" in data:
+            loose = [other for other in loose if np.isfinite(float(data["clearance"].sel(joint=other)))]
+        chosen = joint or loose[0]
+        if chosen not in loose:
+            raise InputError(f"joint '{chosen}'{did_you_mean(chosen, loose)}", "one of " + ", ".join(loose))
+        found = found.sel(joint=chosen)
+    if "axis" in found.dims:
+        letter = str(found["axis"].values[side])
+        found = found.isel(axis=side)
+        found.attrs["long_name"] = f"{letter} of the journal" if name == "eccentricity" else f"{letter} of the {name}"
+    return found
+
+
+def _dot(count: int, least: float, largest: float) -> float:
+    """Size of one of so many dots [pt]: small where there are many, so that bands do not fill up."""
+    return float(np.clip(120.0 / np.sqrt(max(count, 1)), least, largest))
+
+
+def _written(unit: str) -> str:
+    return unit.replace("^2", "²").replace("(1)²", "").strip()

@@ -1,0 +1,203 @@
+"""The measures of regularity give the known answers of known motions."""
+
+import math
+
+import numpy as np
+import pytest
+
+from scissordyn.analysis.lyapunov import exponent_from_growth, largest_exponent, largest_exponent_map
+from scissordyn.analysis.recurrence import recurrence
+from scissordyn.analysis.spectrum import spectrum
+from scissordyn.analysis.zero_one import zero_one_test
+from scissordyn.errors import InputError, ScissordynError
+
+from .made_up import henon, logistic, rotation
+
+METHODS = pytest.mark.parametrize("variational", [True, False], ids=["variational", "two trajectories"])
+
+
+def starts(shape: tuple[int, int], low: float, high: float) -> np.ndarray:
+    return np.random.default_rng(1).uniform(low, high, shape)
+
+
+@METHODS
+def test_logistic_exponent(variational: bool) -> None:
+    """Closed form: the logistic map at r = 4 has ln 2 (conjugate to the tent map)."""
+    found = largest_exponent_map(
+        lambda x: 4.0 * x * (1.0 - x), (lambda x: np.array([4.0 - 8.0 * x])) if variational else None, [0.3], steps=10_000
+    )
+    assert float(found["exponent"]) == pytest.approx(math.log(2.0), rel=0.01)
+    assert float(found["running"][-1]) == float(found["exponent"])
+
+
+@METHODS
+def test_henon_exponent(variational: bool) -> None:
+    """Known number: 0.41934 per step, within 1 %, from 100 starts; tables differ in the fourth digit."""
+
+    def tangent(x: np.ndarray) -> np.ndarray:
+        one, nil = np.ones_like(x[0]), np.zeros_like(x[0])
+        return np.array([[-2.8 * x[0], one], [0.3 * one, nil]])
+
+    found = largest_exponent_map(
+        lambda x: np.stack([1.0 - 1.4 * x[0] ** 2 + x[1], 0.3 * x[0]]),
+        tangent if variational else None,
+        starts((2, 100), -0.1, 0.1),
+        steps=3000,
+    )
+    assert float(found["exponent"]) == pytest.approx(0.41934, rel=0.01)
+    assert float(found["standard_error"]) < 0.003
+    assert found.sizes["member"] == 100
+
+
+@METHODS
+def test_lorenz_exponent(variational: bool) -> None:
+    """Published number: 0.9056 /s (Viswanath 1998, thesis, Cornell University), within 1 %, from 128 starts."""
+
+    def rate(_: float, x: np.ndarray) -> np.ndarray:
+        return np.stack([10.0 * (x[1] - x[0]), x[0] * (28.0 - x[2]) - x[1], x[0] * x[1] - 8.0 / 3.0 * x[2]])
+
+    def tangent(_: float, x: np.ndarray) -> np.ndarray:
+        one, nil = np.ones_like(x[0]), np.zeros_like(x[0])
+        return np.array([[-10.0 * one, 10.0 * one, nil], [28.0 - x[2], -one, -x[0]], [x[1], x[0], -8.0 / 3.0 * one]])
+
+    found = largest_exponent(
+        rate,
+        np.array([[0.0], [0.0], [25.0]]) + starts((3, 128), -8.0, 8.0),
+        interval=1.0,
+        intervals=120,
+        jacobian=tangent if variational else None,
+        discard=20,
+        rtol=1e-7,
+        atol=1e-7,
+    )
+    assert float(found["exponent"]) == pytest.approx(0.9056, rel=0.01)
+    assert abs(float(found["exponent"]) - 0.9056) < 4.0 * float(found["standard_error"])
+
+
+def test_linear_flow_has_its_eigenvalue() -> None:
+    """Closed form: x' = A x has the largest real part of its eigenvalues, here -0.1 of a damped turn; both methods."""
+    matrix = np.array([[-0.1, 2.0], [-2.0, -0.1]])
+    for jacobian in (None, lambda _t, _x: matrix):
+        found = largest_exponent(lambda _, x: matrix @ x, [1.0, 0.0], interval=0.5, intervals=20, jacobian=jacobian, discard=0)
+        assert float(found["exponent"]) == pytest.approx(-0.1, abs=1e-6)
+
+
+def test_exponent_from_growth() -> None:
+    """Closed form: means weighted by time; the standard error of independent normal growth is sigma/sqrt(n) (to 4 sigma)."""
+    found = exponent_from_growth([9.0, 1.0, 3.0], [1.0, 1.0, 3.0], discard=1, blocks=1)
+    np.testing.assert_allclose(found["running"], [1.0, 1.0], rtol=1e-15)
+    np.testing.assert_allclose(found["time"], [1.0, 4.0], rtol=1e-15)
+    assert math.isnan(float(found["standard_error"]))
+    # two blocks with rates 1.5 and 3.5 deviate by sqrt 2, their mean by 1
+    assert float(exponent_from_growth([1.0, 2.0, 3.0, 4.0], 1.0, blocks=2)["standard_error"]) == pytest.approx(1.0, rel=1e-14)
+    growth = np.random.default_rng(0).normal(0.5, 0.2, (4000, 5))
+    many = exponent_from_growth(growth, 0.1, blocks=200)
+    expected = 0.2 / 0.1 / math.sqrt(growth.size)
+    assert float(many["standard_error"]) == pytest.approx(expected, rel=4.0 / math.sqrt(2.0 * 200))
+    assert abs(float(many["exponent"]) - 5.0) < 4.0 * expected
+    np.testing.assert_allclose(many["member_exponent"], growth.mean(axis=0) / 0.1, rtol=1e-12)
+    for bad in ([math.nan, 1.0], []):
+        with pytest.raises(InputError):
+            exponent_from_growth(bad, 1.0)
+    with pytest.raises(InputError, match="durations > 0"):
+        exponent_from_growth([1.0, 1.0], [1.0, 0.0])
+
+
+def test_lost_perturbation_is_reported() -> None:
+    """Limit: a map onto a point leaves no perturbation to bring back; that is an error, not NaN."""
+    with pytest.raises(ScissordynError, match="cannot be brought back"):
+        largest_exponent_map(lambda x: 0.0 * x, lambda x: np.zeros((1, 1)), [0.5], steps=10, discard=0)
+
+
+@pytest.mark.parametrize(
+    ("values", "chaotic"),
+    [
+        (logistic(4.0, 2000), True),
+        (henon(2000)[:, 0], True),
+        (logistic(3.55, 2000), False),
+        (rotation(2000)[:, 0], False),
+        (5.0 + 1e-4 * rotation(2000)[:, 1], False),
+        (1e6 + logistic(4.0, 2000), True),
+        (np.full(200, 3.7), False),
+    ],
+    ids=["logistic", "henon", "period 8", "golden mean", "small on large", "chaos on large", "constant"],
+)
+def test_zero_one(values: np.ndarray, chaotic: bool) -> None:
+    """Limit: K tends to 1 for chaotic maps and to 0 for regular ones (Gottwald and Melbourne 2009), at any size and offset."""
+    growth = float(zero_one_test(values)["K"])
+    assert growth > 0.9 if chaotic else abs(growth) < 0.1
+
+
+def test_zero_one_displacement() -> None:
+    """Cross-check: the displacement by FFT against its sum, written out; K does not depend on scale."""
+    values = logistic(3.9, 300)
+    found = zero_one_test(values, angles=7, seed=2)
+    z = found["p"].values + 1j * found["q"].values
+    most = int(found["lag"][-1])
+    direct = [np.mean(np.abs(z[n : n + 300 - most] - z[: 300 - most]) ** 2) for n in found["lag"].values]
+    np.testing.assert_allclose(found["mean_square_displacement"], direct, rtol=1e-10)
+    assert float(found["K"]) == pytest.approx(float(zero_one_test(-1e3 * values, angles=7, seed=2)["K"]), rel=1e-9)
+    assert found["angle"].values.min() > 0.2 * np.pi
+    assert found["angle"].values.max() < 0.8 * np.pi
+
+
+def test_zero_one_oversampled() -> None:
+    """Limit: a finely sampled chaotic signal looks regular, and the test says how finely it is sampled."""
+    fine = np.interp(np.arange(0.0, 60.0, 0.03), np.arange(61), logistic(4.0, 61))
+    found = zero_one_test(fine)
+    assert float(found["samples_per_oscillation"]) > 50.0
+    assert float(found["K"]) < float(zero_one_test(logistic(4.0, 2000))["K"]) - 0.2
+    with pytest.raises(InputError, match="at least 50"):
+        zero_one_test(np.arange(20.0))
+
+
+def test_spectrum_of_two_tones() -> None:
+    """Closed form: both frequencies to a twentieth of the resolution, strongest first; the integral is the variance (1 %)."""
+    spacing, count = 1e-3, 8000
+    time = spacing * np.arange(count)
+    noise = 1e-3 * np.random.default_rng(0).normal(size=count)
+    values = 2.0 * np.sin(2.0 * np.pi * 50.3 * time) + 0.5 * np.sin(2.0 * np.pi * 123.4 * time) + noise + 7.0
+    found = spectrum(values, spacing=spacing, unit="m/s")
+    resolution = 4.0 / (count * spacing)
+    np.testing.assert_allclose(found["dominant_frequency"], [50.3, 123.4], atol=resolution / 20.0)
+    power = float(found["power_density"].sum()) * float(found["frequency"][1])
+    assert power == pytest.approx(2.0 + 0.125, rel=0.01)
+    assert found["power_density"].attrs["units"] == "(m/s)^2 s"
+    assert float(found["flatness"]) < 0.01
+
+
+def test_spectrum_of_noise() -> None:
+    """Closed form: white noise of variance s^2 has density 2 s^2 dt; one periodogram of it is e^-gamma flat."""
+    noise = np.random.default_rng(5).normal(0.0, 3.0, 2**15)
+    found = spectrum(noise, spacing=0.5, segments=1, window="boxcar")
+    assert float(found["power_density"][1:].mean()) == pytest.approx(2.0 * 9.0 * 0.5, rel=0.04)
+    assert float(found["flatness"]) == pytest.approx(math.exp(-np.euler_gamma), abs=0.03)
+    with pytest.raises(InputError, match="spacing > 0"):
+        spectrum(noise, spacing=0.0)
+
+
+def test_recurrence_of_a_period() -> None:
+    """Closed form: period 4 recurs at multiples of 4 and nowhere else, on lines; a constant always."""
+    found = recurrence(np.tile([0.0, 1.0, 3.0, 7.0], 25), threshold=0.5)
+    pairs = sum(100 - 4 * k for k in range(1, 25))
+    assert float(found["recurrence_rate"]) == pytest.approx(pairs / (100 * 99 / 2), rel=1e-14)
+    assert float(found["determinism"]) == 1.0
+    assert int(found["longest_line"]) == 96
+    np.testing.assert_array_equal(found["recurrent"].values[0], np.arange(100) % 4 == 0)
+    for apart in (1, 5):
+        still = recurrence(np.zeros(20), threshold=0.0, apart=apart)
+        assert (float(still["recurrence_rate"]), int(still["longest_line"])) == (1.0, 20 - apart)
+
+
+def test_determinism_of_noise_and_rotation() -> None:
+    """Closed form: noise has 2 RR - RR^2 (2 %); a rotation keeps all distances; a projection does not, embedding mends it."""
+    found = recurrence(np.random.default_rng(0).uniform(size=2000), threshold=0.05)
+    rate = float(found["recurrence_rate"])
+    assert rate == pytest.approx(0.1 - 0.05**2, rel=0.02)
+    assert float(found["determinism"]) == pytest.approx(2.0 * rate - rate**2, rel=0.02)
+    whole, projected = (float(recurrence(part)["determinism"]) for part in (rotation(600), rotation(600)[:, 0]))
+    embedded = float(recurrence(rotation(601)[:, 0], dimension=2)["determinism"])
+    assert whole == 1.0
+    assert embedded > projected + 0.2
+    with pytest.raises(InputError, match="at most 5000"):
+        recurrence(np.zeros(6000))

@@ -1,0 +1,182 @@
+"""The classifier names made-up motions of every kind, says why, and where it does not know."""
+
+import json
+import math
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from scissordyn.analysis.classify import classify
+from scissordyn.analysis.consensus import consensus
+from scissordyn.analysis.verdict import classify_samples
+from scissordyn.errors import InputError
+
+from .made_up import CLEARANCE, henon, logistic, made_up_run, rotation
+
+
+def settling(values: np.ndarray) -> np.ndarray:
+    """Put a transient in front that has died out before the middle."""
+    return values + np.exp(-0.5 * np.arange(len(values)))
+
+
+@pytest.mark.parametrize(
+    ("samples", "kind", "period"),
+    [
+        (settling(np.full(300, 2.0)), "periodic", 1),
+        (settling(np.tile([0.2, 0.8], 150)), "periodic", 2),
+        (settling(np.tile([0.2, 0.8, 0.5], 100)), "periodic", 3),
+        (logistic(3.2, 60), "periodic", 2),
+        (logistic(3.83, 300), "periodic", 3),
+        (rotation(1000), "quasi-periodic", None),
+        (3.0 + 0.1 * rotation(500, math.sqrt(2.0) - 1.0)[:, 0], "quasi-periodic", None),
+        (logistic(4.0, 1000), "irregular", None),
+        (henon(1000), "irregular", None),
+        (rotation(100), "transient only", None),
+        (0.995 ** np.arange(1000) * logistic(4.0, 1000), "transient only", None),
+        (np.linspace(0.0, 1.0, 400), "transient only", None),
+        (0.995 ** np.arange(1000) * rotation(1000)[:, 0], "transient only", None),
+    ],
+    ids=[
+        "period 1",
+        "period 2",
+        "period 3",
+        "logistic period 2",
+        "logistic period 3",
+        "golden mean",
+        "small rotation",
+        "logistic chaos",
+        "henon",
+        "too few",
+        "decaying",
+        "drifting",
+        "decaying about zero",
+    ],
+)
+def test_kinds(samples: np.ndarray, kind: str, period: int | None) -> None:
+    """Closed form: motions that are what they are by construction, with evidence that gives numbers."""
+    found = classify_samples(samples)
+    assert (found.kind, found.period) == (kind, period)
+    assert any(character.isdigit() for character in " ".join(found.evidence))
+    assert found.measures["samples"] == len(samples)
+
+
+def test_period_is_settled_after_the_transient() -> None:
+    """Closed form: e^(-k/2) and its successor differ by less than 1e-3 of the scale 3 from k = 10 on, not before."""
+    found = classify_samples(settling(np.full(300, 2.0)), scale=[3.0])
+    misses = np.exp(-0.5 * np.arange(300)) * (1.0 - math.exp(-0.5)) / 3.0
+    assert found.measures["settled_after"] == np.flatnonzero(misses > 1e-3)[-1] + 1
+    assert found.measures["repetition_error"] < 1e-20 + np.finfo(float).eps
+
+
+def test_continuous_contact_needs_no_flight() -> None:
+    """Limit: period 1 without flights is continuous contact, with the shortest flight it is not; chaos stays chaos."""
+    assert classify_samples(np.ones(20), flight_share=0.0).kind == "continuous contact"
+    assert classify_samples(np.ones(20), flight_share=1e-6).kind == "periodic"
+    assert classify_samples(logistic(4.0, 500), flight_share=0.0).kind == "irregular"
+
+
+def test_trust_horizon_is_spoken_of() -> None:
+    """Identity: samples beyond the horizon are counted, and the verdict says that one trajectory is no evidence."""
+    chaos, times = logistic(4.0, 500), np.arange(500.0)
+    beyond = classify_samples(chaos, times=times, trusted_until=99.5)
+    assert "400 of 500 samples lie beyond" in beyond.evidence[-1]
+    assert "one trajectory is no evidence" in beyond.evidence[-1]
+    assert beyond.measures["trusted_share"] == pytest.approx(0.2, rel=1e-14)
+    within = classify_samples(chaos, times=times, trusted_until=499.0)
+    assert within.measures["trusted_share"] == 1.0
+    assert not any("no evidence" in sentence for sentence in within.evidence)
+    assert "has not been checked" in classify_samples(chaos, times=times).evidence[-1]
+
+
+@pytest.mark.parametrize(
+    ("spans", "after", "kind"),
+    [
+        ([(0.0, math.nan)], 0.0, "continuous contact"),
+        ([(0.05, 0.1), (0.2, math.nan)], 0.0, "transient only"),
+        ([(0.05, 0.1), (0.2, math.nan)], 0.25, "continuous contact"),
+        ([(0.05, 0.1), (0.2, 0.9)], 0.25, "transient only"),
+        ([], 0.0, "transient only"),
+    ],
+)
+def test_single_strokes(spans: list[tuple[float, float]], after: float, kind: str) -> None:
+    """Closed form: a stroke in contact all the time is continuous contact; any flight makes it transient only, never more."""
+    found = classify(made_up_run(spans, trusted_until=0.5), after=after)
+    assert (found.kind, found.period) == (kind, None)
+    assert "no period" in found.evidence[0]
+    assert any("one trajectory is no evidence" in sentence for sentence in found.evidence)
+    assert found.measures["trusted_share"] == pytest.approx((0.5 - after) / (1.0 - after), rel=1e-14)
+
+
+def driven(map_: np.ndarray, spans: list[tuple[float, float]]) -> xr.Dataset:
+    """A run of one flash every ten samples, at which the journal is where the map says [clearances]."""
+    instants = 10 * (len(map_) - 1) + 1
+    orbit = np.zeros((instants, 2))
+    orbit[::10] = CLEARANCE * map_
+    return made_up_run(spans, end=float(len(map_) - 1), instants=instants, orbit=orbit)
+
+
+def test_periodic_runs() -> None:
+    """Closed form: runs whose journals follow known maps; the flights of the first half do not count."""
+    ones = np.ones((40, 2))
+    assert classify(driven(ones, [(0.5, 3.0), (3.5, math.nan)]), period=1.0).kind == "continuous contact"
+    assert classify(driven(ones, [(0.0, 35.0)]), period=1.0).name == "periodic, period 1"
+    assert classify(driven(np.tile([[0.1, 0.2], [0.3, 0.2]], (20, 1)), []), period=1.0).name == "periodic, period 2"
+    assert classify(driven(0.9 * rotation(400), []), period=1.0, skip=10).kind == "quasi-periodic"
+    assert classify(driven(0.5 * henon(400), []), period=1.0, skip=10).kind == "irregular"
+    with pytest.raises(InputError, match="one falls on each"):
+        classify(driven(ones, []), period=0.77)
+
+
+def test_cycles() -> None:
+    """Closed form: the cycles of a long periodic run, whose clearance stands in its configuration."""
+    joints = [{"name": "A", "clearance": {"clearance": CLEARANCE}}, {"name": "O", "clearance": None}]
+    map_ = 0.5 * henon(400)
+    cycles = xr.Dataset(
+        {
+            "eccentricity": (("cycle", "joint", "axis"), CLEARANCE * map_[:, None]),
+            "contact_share": (("cycle", "joint"), np.full((400, 1), 0.5)),
+        },
+        coords={"time": ("cycle", np.arange(400.0)), "joint": ["A"], "axis": ["x", "y"]},
+        attrs={"configuration": json.dumps({"mechanism": {"joints": joints}})},
+    )
+    found = classify(cycles)
+    assert found.kind == "irregular"
+    assert found.measures["flight_share"] == 0.5
+    still = cycles.assign(
+        eccentricity=0.0 * cycles["eccentricity"] + CLEARANCE, contact_share=0.0 * cycles["contact_share"] + 1.0
+    )
+    assert classify(still).name == "continuous contact, period 1"
+    with pytest.raises(InputError, match="how loose"):
+        classify(cycles.assign_attrs(configuration="{}"))
+    with pytest.raises(InputError, match="samples left"):
+        classify(cycles, skip=399)
+
+
+def test_consensus() -> None:
+    """Closed form: three irregular members and one of period 2; shares, means and standard deviations of what they measure."""
+    chaotic = [classify_samples(logistic(4.0, 400, start=0.3 + 1e-3 * k)) for k in range(3)]
+    found = consensus([*chaotic, classify_samples(logistic(3.2, 400))])
+    assert (found.kind, found.period, found.share) == ("irregular", None, 0.75)
+    assert found.counts == {"irregular": 3, "periodic, period 2": 1}
+    growth = [verdict.measures["K"] for verdict in chaotic]
+    row = found.measures.sel(measure="K")
+    assert float(row["mean"]) == pytest.approx(np.mean(growth), rel=1e-14)
+    assert float(row["deviation"]) == pytest.approx(np.std(growth, ddof=1), rel=1e-14)
+    assert (float(row["least"]), float(row["largest"]), int(row["members"])) == (min(growth), max(growth), 3)
+    assert found.evidence[0] == "3 of 4 members: irregular; 1 of 4 members: periodic, period 2."
+    assert "does not decide" in consensus([chaotic[0], classify_samples(np.ones(9))]).evidence[1]
+    with pytest.raises(InputError, match="at least two"):
+        consensus(chaotic[:1])
+
+
+def test_inputs_are_checked() -> None:
+    """Identity: too few samples, NaN, and scales that are not positive are refused."""
+    for samples, options in (
+        ([1.0], {}),
+        ([1.0, math.nan], {}),
+        ([1.0, 2.0], {"scale": [0.0]}),
+        ([1.0, 2.0], {"tolerance": 0.0}),
+    ):
+        with pytest.raises(InputError):
+            classify_samples(samples, **options)

@@ -37,14 +37,15 @@ def prepare_start(layout: Layout, system: System, options: Options) -> tuple[np.
     """
     mechanism = layout.mechanism
     states = np.zeros(int(system.state_start[-1]))
-    if not mechanism.loose:
+    ideal_mechanism = mechanism.tighten().on_course()
+    if ideal_mechanism == mechanism:
         start = assemble(layout, system)
         return np.concatenate([start.position, start.velocity, states]), []
-    ideal = lay_out(mechanism.tighten())
+    ideal = lay_out(ideal_mechanism)
     ideal_system = build_system(ideal)
     ideal_start = assemble(ideal, ideal_system)
     start = carry_over(layout, system, *natural_state(ideal, ideal_system, ideal_start))
-    if options.start == "concentric":
+    if options.start == "concentric" or not mechanism.loose:
         return np.concatenate([start.position, start.velocity, states]), []
     pull = _ideal_reactions(ideal, ideal_system, ideal_start)
     if not np.all(np.isfinite(pull)):
@@ -78,7 +79,8 @@ def _eccentricity_form(system: System, j: int) -> Form:
 
 def _ideal_reactions(layout: Layout, system: System, start: Start) -> np.ndarray:
     """Force on the journal of every revolute joint of an ideal mechanism at t = 0, shape (joints, 2) [N]."""
-    state = np.concatenate([start.position, start.velocity])[None, :]
+    hidden = np.zeros(int(system.state_start[-1]))
+    state = np.concatenate([start.position, start.velocity, hidden])[None, :]
     found = record(Handle(system), np.zeros(1), state, np.zeros((1, 0), np.int64), np.zeros((1, 0)))
     motion = body_motion(layout, found)
     joints, _, _ = solve_reactions(

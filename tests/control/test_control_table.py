@@ -54,7 +54,8 @@ def test_one_table(tmp_path):
     )
     found, wanted = read.mechanism.elements[0], made.elements[0]
     assert isinstance(found, Actuator)
-    assert dataclasses.replace(found, reference=None, controller=wanted.controller) == dataclasses.replace(wanted, reference=None)
+    same = {"reference": None, "controller": wanted.controller, "on_course": False}
+    assert dataclasses.replace(found, **same) == dataclasses.replace(wanted, **same)
     assert found.controller.parameters() == pytest.approx(wanted.controller.parameters())
     assert not read.mechanism.drives
     assert sd.simulate(read.mechanism, **read.run.keywords).attrs["status"] == "complete"

@@ -125,7 +125,7 @@ def test_odd_number_limitation(gain):
     reference = Polynomial((0.5 * math.pi,))
     delayed = upright.controlled(Pyragas(gain, 0.2, "error", onset=0.0), reference=reference, on_course=False)
     # on the error y = r - th the torque K [y(t-T) - y] is that on the angle with the gain -K
-    left = sd.simulate(delayed, until=4.0, samples=401)
+    left = sd.simulate(delayed, until=8.0, samples=401)
     assert float(np.abs(left["control_error"]).max()) > 0.3
     held = sd.simulate(upright.controlled(PID(10.0, 2.0), reference=reference, on_course=False), until=4.0, samples=401)
     assert float(np.abs(held["control_error"]).max()) < 2e-3

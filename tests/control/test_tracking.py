@@ -70,12 +70,13 @@ def test_error_is_wrapped():
 def test_integral_removes_the_error(method):
     """Closed form: the integral ends up carrying the weight, m g l cos(th)/2, with no error; without it the error stays."""
     reference = Polynomial((0.6,))
-    run = sd.simulate(hanging(gravity=9.81).controlled(PID(60.0, 12.0, 90.0), reference=reference), until=12.0, method=method)
+    tight = {"until": 12.0, "method": method, "rtol": 1e-10, "atol": 1e-10}
+    run = sd.simulate(hanging(gravity=9.81).controlled(PID(60.0, 12.0, 90.0), reference=reference), **tight)
     weight = 9.81 * 0.5 * math.cos(0.6)
     assert abs(float(run["control_error"][-1, 0])) < 1e-6
     assert float(run["integral_torque"][-1, 0]) == pytest.approx(weight, rel=1e-5)
     assert balanced(run, 1e-7)
-    without = sd.simulate(hanging(gravity=9.81).controlled(PID(60.0, 12.0), reference=reference), until=12.0, method=method)
+    without = sd.simulate(hanging(gravity=9.81).controlled(PID(60.0, 12.0), reference=reference), **tight)
     sagged = float(without["control_error"][-1, 0])
     assert 60.0 * sagged == pytest.approx(9.81 * 0.5 * math.cos(0.6 - sagged), rel=1e-6)
 
@@ -114,7 +115,9 @@ def test_feedback_is_a_hinge_spring():
     """Cross-check: PD feedback between two free bars acts like a hinge spring with a damper, whatever its base does."""
     spin = {"angular_velocity": 1.5}
     one = sd.Body("one", 1.0, 0.1, {"start": (0.0, 0.0), "end": (1.0, 0.0)}, centre=(0.5, 0.0), angle=0.2, **spin)
-    other = sd.Body("other", 2.0, 0.3, {"start": (0.0, 0.0)}, centre=(0.4, 0.1), angle=1.0, position=(math.cos(0.2), math.sin(0.2)))
+    other = sd.Body(
+        "other", 2.0, 0.3, {"start": (0.0, 0.0)}, centre=(0.4, 0.1), angle=1.0, position=(math.cos(0.2), math.sin(0.2))
+    )
     pins = (sd.Revolute("pin", ("one", "start"), ("ground", "O")), sd.Revolute("elbow", ("other", "start"), ("one", "end")))
     arm = Mechanism((one, other), joints=pins, ground=(("O", (0.0, 0.0)),))
     hinge = TorsionSpring("hinge", "other", "one", stiffness=40.0, free_angle=0.5, damping=0.8)
@@ -142,7 +145,9 @@ def test_actuators_add_up():
 def test_rotor_counts():
     """Closed form: the rotor's inertia is added to the bar's."""
     run = sd.simulate(
-        hanging().controlled(PID(1e4, limit=0.9), reference=Polynomial((2.5,)), on_course=False, inertia=0.45), until=1.0, **TIGHT
+        hanging().controlled(PID(1e4, limit=0.9), reference=Polynomial((2.5,)), on_course=False, inertia=0.45),
+        until=1.0,
+        **TIGHT,
     )
     assert np.allclose(run["angle"][:, 0], 0.3 + 0.5 * run["time"] ** 2, atol=1e-9)
 
@@ -165,9 +170,7 @@ def test_feed_forward_is_the_drive():
     assert balanced(fed)
 
 
-def steer(
-    t, angle, speed, acceleration, error, measured, x, y, rate_x, rate_y, delayed, torque, stiffness, damping, landing
-):
+def steer(t, angle, speed, acceleration, error, measured, x, y, rate_x, rate_y, delayed, torque, stiffness, damping, landing):
     """PD feedback, feed-forward and landing, written out."""
     outward = (x * rate_x + y * rate_y) / math.sqrt(x * x + y * y + 1e-10)
     return torque + stiffness * error + damping * (speed - measured) - landing * outward
@@ -178,9 +181,7 @@ def test_user_controller():
     arm, course = sd.scissor(units=2).loosen("A", sd.Clearance(5e-4)), Cycloidal(math.radians(30), math.radians(60), 1.0)
     torque = feed_forward(arm, course, until=0.02)
     chosen = FeedForward(2e4, 1500.0, landing=300.0), UserController(steer, (2e4, 1500.0, 300.0))
-    runs = [
-        sd.simulate(arm.controlled(law, reference=course, feed_forward=torque, sensor="A"), until=0.02) for law in chosen
-    ]
+    runs = [sd.simulate(arm.controlled(law, reference=course, feed_forward=torque, sensor="A"), until=0.02) for law in chosen]
     assert runs[0].sizes["contact"] >= 2
     assert np.allclose(runs[0]["contact_start"], runs[1]["contact_start"], rtol=1e-9)
     assert np.allclose(runs[0]["control_torque"], runs[1]["control_torque"], rtol=1e-8)
@@ -203,9 +204,9 @@ def test_replay():
     """Identity: a controlled run is run again from its attributes, bit for bit."""
     arm = sd.scissor(units=2).loosen("A", sd.Clearance(5e-4))
     run = sd.simulate(arm.controlled(PID(2e4, 1500.0, 1e4), speed=0.5, sensor="A"), until=0.01, samples=11)
-    assert sd.replay(run).identical(run.assign_attrs(statistics=sd.replay(run).attrs["statistics"])) or np.array_equal(
-        sd.replay(run)["angle"].values, run["angle"].values
-    )
+    again = sd.replay(run)
+    for name in ("angle", "control_torque", "integral_torque", "normal_force"):
+        assert np.array_equal(again[name].values, run[name].values, equal_nan=True)
 
 
 def test_catalogue():

@@ -19,7 +19,7 @@ from __future__ import annotations
 
 import math
 
-from scissordyn.integrate.history import keep_history
+from scissordyn.integrate.history import keep_history, up_to_multiple
 from scissordyn.integrate.step import (
     dense_value,
     error_norm,
@@ -334,14 +334,13 @@ def advance(problem, T, S, clock, count, w, out, log, most_steps):
             return FINISHED
         if count[EVENTS] >= log.shape[0]:
             return LOG_FULL
-        delayed = w.longest[0] < math.inf
+        delayed = w.delays.size > 0
         if delayed and w.kept[0] >= w.history.shape[0]:
             return HISTORY_FULL
         if count[FRESH] == 0:
             prepare(problem, T, t, w, S, count)
             count[FRESH] = 1
-        # a step may not look back into itself
-        h = min(clock[STEP], w.longest[0])
+        h = up_to_multiple(t, clock[STEP], w.delays) if delayed else clock[STEP]
         last = t + h >= clock[END] or clock[END] - t - h < 1e-3 * h
         if last:
             h = clock[END] - t

@@ -6,12 +6,14 @@ the constant up. The polynomial runs through the signal at the Chebyshev points 
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from scissordyn.integrate.step import dense_value
 from scissordyn.jit import kernel
 
-__all__ = ["NODES", "keep_history", "make_history"]
+__all__ = ["NODES", "keep_history", "make_history", "up_to_multiple"]
 
 COUNT = 8
 """Coefficients of a signal: the dense output of the most accurate method has degree seven."""
@@ -24,6 +26,21 @@ TRANSFORM: np.ndarray = np.linalg.inv(np.vander(NODES, increasing=True))
 def make_history(signals: int, steps: int = 4096) -> np.ndarray:
     """Room for some signals over some steps."""
     return np.zeros((steps, 2 + COUNT * signals))
+
+
+@kernel(inline=True)
+def up_to_multiple(t, h, delays):
+    """A step size of at most h that does not pass a multiple of a delay.
+
+    So a step never looks back into itself; and as the start makes a kink in a derivative that comes back after every delay, no
+    polynomial runs across one.
+    """
+    for k in range(delays.size):
+        rest = delays[k] * (math.floor(t / delays[k]) + 1.0) - t
+        if rest < 1e-9 * delays[k]:  # t is such a multiple, to within round-off
+            rest += delays[k]
+        h = min(h, rest)
+    return h
 
 
 @kernel(inline=True)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -57,7 +56,7 @@ class Work(NamedTuple):
     peak: np.ndarray  # (guards, 2): largest watched number since the last rise, and when
     history: np.ndarray  # (steps, 2 + signals * coefficients) shared with the problem: see `history`
     kept: np.ndarray  # (1,) steps in it, shared likewise
-    longest: np.ndarray  # (1,) longest step allowed: the shortest delay; infinite without delays
+    delays: np.ndarray  # (delays,) steps end on their multiples
     signals: np.ndarray  # (nodes, signals)
     rejected: np.ndarray  # (1,)
     first: np.ndarray  # (1,) kind of event before the step to come, or -1
@@ -113,9 +112,9 @@ def make_work(
     quadratures: int,
     history: np.ndarray | None = None,
     kept: np.ndarray | None = None,
-    longest: float = math.inf,
+    delays: tuple[float, ...] = (),
 ) -> Work:
-    """Work arrays for a start at `state`; a problem with delays brings a history, its count and its shortest delay."""
+    """Work arrays for a start at `state`; a problem with delays brings a history and its count."""
     size, guards = state.size, mode.size
     past = np.zeros((0, 2)) if history is None else history
     return Work(
@@ -144,7 +143,7 @@ def make_work(
         peak=np.zeros((guards, 2)),
         history=past,
         kept=np.zeros(1, np.int64) if kept is None else kept,
-        longest=np.array([longest]),
+        delays=np.array(delays, float),
         signals=np.zeros((NODES.size, (past.shape[1] - 2) // NODES.size)),
         rejected=np.zeros(1, np.int64),
         first=np.full(1, -1, np.int64),

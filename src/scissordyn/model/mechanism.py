@@ -238,7 +238,9 @@ class Mechanism:
         if not chosen:
             raise InputError("controlled() without a body, on a mechanism without an input body", "controlled(..., body=NAME)")
         if reference is not None and speed is not None:
-            raise InputError("controlled() with both reference and speed", "one of them", "controlled(PID(100.0), speed=rpm(150))")
+            raise InputError(
+                "controlled() with both reference and speed", "one of them", "controlled(PID(100.0), speed=rpm(150))"
+            )
         course = ConstantSpeed(speed) if speed is not None else reference
         if course is None:
             course = next((drive.motion for drive in self.drives if drive.body == chosen), None)
@@ -267,12 +269,6 @@ class Mechanism:
         )
         others = tuple(other for other in self.drives if other.body != chosen)
         return dataclasses.replace(self, drives=others, elements=(*self.elements, actuator))
-
-    def on_course(self) -> Mechanism:
-        """The mechanism that gives the start: bodies that start on the course of an actuator are driven along it."""
-        starting = [element for element in self.elements if isinstance(element, Actuator) and element.on_course]
-        drives = tuple(Drive(element.body, element.reference) for element in starting if element.reference is not None)
-        return dataclasses.replace(self, drives=(*self.drives, *drives)) if drives else self
 
     def replace(self, path: str, value: Any) -> Mechanism:
         """The same mechanism with one value changed.

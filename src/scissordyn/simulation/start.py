@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from scissordyn.errors import InputError
@@ -11,10 +13,12 @@ from scissordyn.laws.ladder import elastic_force
 from scissordyn.mechanics import functions
 from scissordyn.mechanics.bodies import body_motion
 from scissordyn.mechanics.layout import Form, Layout, lay_out
+from scissordyn.mechanics.motion import course_at
 from scissordyn.mechanics.outputs import record
 from scissordyn.mechanics.reactions import known_loads, solve_reactions
 from scissordyn.mechanics.start import Start, assemble, carry_over, hold_joints, natural_state
 from scissordyn.mechanics.system import APPROACH_FLOOR, System, build_system
+from scissordyn.model.element import Actuator
 from scissordyn.simulation.options import Options
 
 __all__ = ["prepare_start"]
@@ -37,15 +41,14 @@ def prepare_start(layout: Layout, system: System, options: Options) -> tuple[np.
     """
     mechanism = layout.mechanism
     states = np.zeros(int(system.state_start[-1]))
-    ideal_mechanism = mechanism.tighten().on_course()
-    if ideal_mechanism == mechanism:
-        start = assemble(layout, system)
+    if not mechanism.loose:
+        start = _put_on_course(layout, system, assemble(layout, system))
         return np.concatenate([start.position, start.velocity, states]), []
-    ideal = lay_out(ideal_mechanism)
+    ideal = lay_out(mechanism.tighten())
     ideal_system = build_system(ideal)
-    ideal_start = assemble(ideal, ideal_system)
+    ideal_start = _put_on_course(ideal, ideal_system, assemble(ideal, ideal_system))
     start = carry_over(layout, system, *natural_state(ideal, ideal_system, ideal_start))
-    if options.start == "concentric" or not mechanism.loose:
+    if options.start == "concentric":
         return np.concatenate([start.position, start.velocity, states]), []
     pull = _ideal_reactions(ideal, ideal_system, ideal_start)
     if not np.all(np.isfinite(pull)):
@@ -70,6 +73,20 @@ def prepare_start(layout: Layout, system: System, options: Options) -> tuple[np.
             functions.reset(0.0, state, j, handle.address, remark)
             opening.append([0.0, float(j), 1.0, max(float(remark[0]), APPROACH_FLOOR), float(remark[1]), 0.0, 0.0])
     return state, opening
+
+
+def _put_on_course(layout: Layout, system: System, start: Start) -> Start:
+    """The start with bodies at the angles and speeds of the references that they are to start on."""
+    forms, directions, rates = [], [], []
+    for i, element in enumerate(layout.mechanism.elements):
+        if isinstance(element, Actuator) and element.on_course:
+            first = system.course[i]
+            course_at(0.0, system.motion[system.motion_start[first] : system.motion_start[first + 1]], system.angle)
+            angle, speed = system.angle[:2].tolist()
+            forms.append(layout.direction(element.body))
+            directions.append((math.cos(angle), math.sin(angle)))
+            rates.append((-speed * math.sin(angle), speed * math.cos(angle)))
+    return hold_joints(layout, system, start, tuple(forms), np.array(directions), np.array(rates)) if forms else start
 
 
 def _eccentricity_form(system: System, j: int) -> Form:

@@ -203,7 +203,7 @@ def _work(layout: Layout, system: System, state: np.ndarray, coefficients: Table
         quadratures=5,
         history=make_history(system.past.size) if system.past.size else None,
         kept=system.kept,
-        longest=min((delay for delay in delays if delay > 0.0), default=math.inf),
+        delays=tuple({delay for delay in delays if delay > 0.0}),
     )
 
 

@@ -47,7 +47,9 @@ class Pyragas:
 
     name: ClassVar[str] = "pyragas"
     tag: ClassVar[int] = 2
-    source: ClassVar[str] = "Pyragas 1992, doi:10.1016/0375-9601(92)90745-8; limitation: Nakajima 1997, doi:10.1016/S0375-9601(97)00362-9"
+    source: ClassVar[str] = (
+        "Pyragas 1992, doi:10.1016/0375-9601(92)90745-8; limitation: Nakajima 1997, doi:10.1016/S0375-9601(97)00362-9"
+    )
     feeds: ClassVar[bool] = False
     states: ClassVar[tuple[str, ...]] = ()
     memory: ClassVar[float] = 0.0

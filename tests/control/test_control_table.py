@@ -43,7 +43,7 @@ def test_one_table(tmp_path):
     read = case(
         tmp_path,
         '[control]\nfeed_forward = "ideal"\nsensor = "slider.centre"\n'
-        'controller = { name = "feed-forward", proportional = "20 kN m/rad", derivative = "1500 N m s/rad", limit = "770 N m" }',
+        'controller = { name = "feed-forward", proportional = "2e4 N m/rad", derivative = "1500 N m s/rad", limit = "770 N m" }',
     )
     arm, course = sd.scissor(units=2), Cycloidal(np.radians(30), np.radians(60), 1.0)
     made = arm.controlled(
@@ -65,7 +65,8 @@ def test_several_tables(tmp_path):
     """Identity: [[control]] stacks actuators; a reference of its own replaces the drive's."""
     read = case(
         tmp_path,
-        '[[control]]\nname = "servo"\ncontroller = { name = "pid", proportional = "2e4 N m/rad" }\nreference = { speed = "20 rpm" }\n'
+        '[[control]]\nname = "servo"\ncontroller = { name = "pid", proportional = "2e4 N m/rad" }\n'
+        'reference = { speed = "20 rpm" }\n'
         '[[control]]\ncontroller = { name = "pyragas", gain = "3 N m", delay = "20 ms", recorded = "speed" }\n',
     )
     first, second = read.mechanism.elements

@@ -57,7 +57,7 @@ def test_share_of_contact(loose_run):
 
 
 def test_control_keeps_contact(loose, ideal):
-    """Limit: from a concentric start, within the torque limit, the controlled joint lands in a tenth of a prescribed drive's time.
+    """Limit: from a concentric start, within the torque limit, control lands the joint in a tenth of a drive's time.
 
     Both keep contact under the gust; fed forward alone the array loses its course.
     """

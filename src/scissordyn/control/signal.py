@@ -1,6 +1,6 @@
 """What a controller is told, and the shares of it that several controllers have in common.
 
-The signals of an actuator stand in one row, in the order of `SIGNALS`; angles and speeds are those of its body against its base.
+The signals of an actuator stand in one row, in the order of `SIGNALS`; angles and speeds are its body's against its base.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
 """What a problem looks back at: its signals over the steps made, for equations with delays.
 
-A row of the history is a step: its start, its size, then for each signal the coefficients of its polynomial in s = -1 .. 1, from
-the constant up. The polynomial runs through the signal at the Chebyshev points of the step's dense output, both ends among them.
+A row of the history is a step: its start, its size, then for each signal the coefficients of its polynomial in s = -1 .. 1,
+from the constant up. It runs through the signal at the Chebyshev points of the step's dense output, both ends among them.
 """
 
 from __future__ import annotations

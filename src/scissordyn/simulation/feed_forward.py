@@ -16,8 +16,8 @@ __all__ = ["feed_forward"]
 def feed_forward(mechanism: Mechanism, reference: Motion, *, until: float, body: str = "", samples: int = 2001) -> TableMotion:
     """The driving torque of the ideal mechanism along a course.
 
-    Loose joints are taken as tight. As long as they stay in contact, the true torque differs from this one by terms of the order
-    of clearance over length.
+    Loose joints are taken as tight. As long as they stay in contact, the true torque differs from this one by terms of the
+    order of clearance over length.
 
     Parameters
     ----------

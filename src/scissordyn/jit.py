@@ -23,7 +23,7 @@ from platformdirs import user_cache_path
 
 __all__ = ["CACHE_FOLDER", "KERNEL_ROOMS", "Handle", "kernel", "opener", "source_digest"]
 
-KERNEL_ROOMS = ("laws", "control", "mechanics", "integrate")
+KERNEL_ROOMS = ("plugin", "laws", "control", "mechanics", "integrate")
 KEPT_GENERATIONS = 4
 """Older cache folders beyond this number are deleted when a new one is made."""
 
@@ -111,6 +111,11 @@ class Handle:
         self.content = content
         self._memory = np.array([word for part in content for word in _words(part)], np.int64)
         self.address = int(self._memory.ctypes.data)
+
+    def exchange(self, **parts: Any) -> None:
+        """Put other arrays, of the same type, in the place of some; the address stays."""
+        self.content = self.content._replace(**parts)
+        self._memory[:] = [word for part in self.content for word in _words(part)]
 
 
 def _words(part: Any) -> tuple[int, ...]:

@@ -126,12 +126,17 @@ def energies(t, y, address, power, watched):
     watched[0, 0] = abs(y[1])
 
 
+@kernel()
+def forget(t, y, address, signals):
+    """Nothing to look back at."""
+
+
 def run(name, rate, linearise, start, until, tolerance, samples, *, floor):
     """Advance one of the problems; returns samples, log, integrals, counters."""
     numbers = Numbers(np.zeros((3, 3)), np.zeros((3, 3)), np.array([0.8]))
     handle, T = Handle(numbers), tableau(name)
     functions = {"rate": rate, "linearise": linearise, "factorize": factorize, "solve": solve, "project": stay}
-    problem = make_problem({**functions, "guards": height, "reset": bounce, "powers": energies})
+    problem = make_problem({**functions, "guards": height, "reset": bounce, "powers": energies, "record": forget})
     guards = 1 if floor else 0
     work = make_work(
         np.array(start),

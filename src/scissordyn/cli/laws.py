@@ -96,21 +96,13 @@ def _list(to: Console) -> None:
 
 
 def _describe(kind: str, name: str, to: Console) -> None:
-    import inspect
-    import re
-
-    from rich import box
-    from rich.table import Table
-
-    from scissordyn.config.table import key_help, key_sample, quantity_of, table_of
+    from scissordyn.cli.parameters import print_parameters, print_text
     from scissordyn.laws.catalogue import facts, law
 
     described: type = law(kind, name)
     known = facts(kind, name)
     to.print(f"{known.name}, a law of {kind}", style="bold", markup=False)
-    # the docstring is written for sphinx; here the formula stands as LaTeX below its sentence
-    text = re.sub(r"\.\. math::\s*", "    ", inspect.getdoc(described) or "")
-    to.print(re.sub(r"``?|:[a-z]+:(?=`)", "", text), markup=False)
+    print_text(described, to)
     remarks = [f"Source: {known.source}"]
     if known.restitution_range is not None:
         remarks.append("Made for restitution coefficients from {:g} to {:g}.".format(*known.restitution_range))
@@ -122,16 +114,7 @@ def _describe(kind: str, name: str, to: Console) -> None:
         remarks.append(f"Caveat: {known.caveat}")
     for remark in remarks:
         to.print(remark, markup=False)
-    keys = table_of(described)
-    table = Table("parameter", "default", "allowed", "meaning", box=box.SIMPLE_HEAD, pad_edge=False)
-    for key, field in keys.model_fields.items():
-        quantity = quantity_of(keys, key)
-        allowed = quantity.allowed.removeprefix("a finite number").strip() if quantity else "true or false"
-        default = "" if field.is_required() or field.default is None else key_sample(keys, key)
-        table.add_row(key, default, allowed.replace("[", r"\["), key_help(keys, key))
-    if keys.model_fields:
-        to.print(table)
-    chosen = "".join(f", {key} = {key_sample(keys, key)}" for key in list(keys.model_fields)[:1])
+    chosen = "".join(f", {sample}" for sample in print_parameters(described, to)[:1])
     to.print(
         "In a case file: " + (f'{kind} = {{ law = "{known.name}"{chosen} }}' if chosen else f'{kind} = "{known.name}"'),
         markup=False,

@@ -13,6 +13,7 @@ from typing import Any
 import typer
 
 from scissordyn.cli.check import check
+from scissordyn.cli.controllers import controllers
 from scissordyn.cli.laws import laws
 from scissordyn.cli.new import new
 from scissordyn.cli.run import run as run_case
@@ -51,7 +52,7 @@ def _guarded(command: Callable[..., int]) -> Callable[..., int]:
     return guarded
 
 
-for _name, _command in (("run", run_case), ("check", check), ("new", new), ("laws", laws)):
+for _name, _command in (("run", run_case), ("check", check), ("new", new), ("laws", laws), ("controllers", controllers)):
     app.command(_name)(_guarded(_command))
 
 # typer brings its own copy of click, or uses the one beside it, depending on its version: this is ClickException in both

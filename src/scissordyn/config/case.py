@@ -8,6 +8,7 @@ from typing import Annotated, Any
 from pydantic import Field, PlainValidator, TypeAdapter, ValidationInfo
 
 from scissordyn.config.clearance import ClearanceTable
+from scissordyn.config.control import ControlTable
 from scissordyn.config.motion import DriveTable
 from scissordyn.config.part import PARTS, assembled
 from scissordyn.config.payload import PanelsTable, PayloadTable
@@ -57,6 +58,7 @@ class Case:
 
 
 _DRIVES = TypeAdapter(list[DriveTable])
+_CONTROLS = TypeAdapter(list[ControlTable])
 
 
 def _read_drives(given: Any, info: ValidationInfo) -> list[DriveTable]:
@@ -64,6 +66,13 @@ def _read_drives(given: Any, info: ValidationInfo) -> list[DriveTable]:
     if isinstance(given, list):
         return _DRIVES.validate_python(given, context=info.context)
     return [DriveTable.model_validate(given, context=info.context)]
+
+
+def _read_controls(given: Any, info: ValidationInfo) -> list[ControlTable]:
+    """One controller as a table, several as a list of tables."""
+    if isinstance(given, list):
+        return _CONTROLS.validate_python(given, context=info.context)
+    return [ControlTable.model_validate(given, context=info.context)]
 
 
 def _listed() -> Any:
@@ -80,6 +89,11 @@ class CaseTable(Table):
         list[DriveTable],
         PlainValidator(_read_drives),
         Field(description="the motor; [[drive]] for several", default_factory=list),
+    ]
+    control: Annotated[
+        list[ControlTable],
+        PlainValidator(_read_controls),
+        Field(description="a controlled torque in place of a drive; [[control]] for several", default_factory=list),
     ]
     clearance: Annotated[
         list[ClearanceTable], Field(description="a loose joint; as many of these tables as loose joints", default_factory=list)
@@ -122,6 +136,9 @@ class CaseTable(Table):
                     raise InputError(f"body '{body}' driven twice", "one drive for each body")
                 driven.add(body)
                 mechanism = mechanism.driven(table.motion(), body=table.body)
+        for control in self.control:
+            with located("control"):
+                mechanism = control.applied(mechanism, until=self.run.until)
         return Case(mechanism, self.run)
 
     def _loosened(self, mechanism: Mechanism) -> Mechanism:

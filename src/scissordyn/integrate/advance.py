@@ -11,6 +11,7 @@ A problem is a tuple of typed pointers
     reset(t, y, k, S, record)      guard k has been crossed: change y and S, leave remarks in record
     powers(t, y, S, power, watch)  integrands, and per guard WATCHED numbers: one whose largest value is wanted, and all of
                                    them to be integrated while the guard's mode is 1
+    record(t, y, S, signals)       what the problem wants to look back at later; see `history`
 
 with S the address of whatever they work on. A guard in mode 0 waits for its value to rise through zero, in mode 1 to fall.
 """
@@ -19,6 +20,7 @@ from __future__ import annotations
 
 import math
 
+from scissordyn.integrate.history import keep_history, up_to_multiple
 from scissordyn.integrate.step import (
     dense_value,
     error_norm,
@@ -32,6 +34,7 @@ from scissordyn.jit import kernel
 __all__ = [
     "ADVANCING",
     "FINISHED",
+    "HISTORY_FULL",
     "LOG_COLUMNS",
     "LOG_FULL",
     "NOT_FINITE",
@@ -42,8 +45,8 @@ __all__ = [
     "advance",
 ]
 
-ADVANCING, FINISHED, LOG_FULL, STEP_TOO_SMALL, NOT_FINITE, STUCK = range(6)
-"""What `advance` returns: more to do, done, the event log wants more room, and the ways to fail."""
+ADVANCING, FINISHED, LOG_FULL, STEP_TOO_SMALL, NOT_FINITE, STUCK, HISTORY_FULL = range(7)
+"""What `advance` returns: more to do, done, the event log wants more room, the ways to fail, the history wants more room."""
 
 RECORD = 2
 """Numbers that a reset may leave in the event log."""
@@ -364,10 +367,13 @@ def advance(problem, T, S, clock, count, w, out, log, most_steps):
             return FINISHED
         if count[EVENTS] >= log.shape[0]:
             return LOG_FULL
+        delayed = w.delays.size > 0
+        if delayed and w.kept[0] >= w.history.shape[0]:
+            return HISTORY_FULL
         if count[FRESH] == 0:
             prepare(problem, T, t, w, S, count)
             count[FRESH] = 1
-        h = clock[STEP]
+        h = up_to_multiple(t, clock[STEP], w.delays) if delayed else clock[STEP]
         last = t + h >= clock[END] or clock[END] - t - h < 1e-3 * h
         if last:
             h = clock[END] - t
@@ -398,6 +404,8 @@ def advance(problem, T, S, clock, count, w, out, log, most_steps):
         if guard >= 0:
             h = land(problem, T, guard, theta, t, h, w, S, count)
             complete(problem, T, t, h, w, S, count)
+        if delayed:
+            keep_history(problem.record, T, t, h, w, S)
         watch(problem, T, t, h, w, S, count)
         sample(T, t, h, last and guard < 0, count, w, out)
         for q in range(w.total.size):

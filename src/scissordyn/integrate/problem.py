@@ -9,6 +9,7 @@ from numba import int64, types, void
 from numba.core.types.function_type import CompileResultWAP
 
 from scissordyn.integrate.advance import WATCHED
+from scissordyn.integrate.history import NODES
 from scissordyn.integrate.tableau import Tableau
 
 __all__ = ["Problem", "Samples", "Work", "make_problem", "make_samples", "make_work"]
@@ -25,6 +26,7 @@ class Problem(NamedTuple):
     guards: Any
     reset: Any
     powers: Any
+    record: Any
 
 
 class Work(NamedTuple):
@@ -53,6 +55,10 @@ class Work(NamedTuple):
     total: np.ndarray  # (quadratures,)
     watched: np.ndarray  # (nodes + 3, guards, WATCHED): at the start, the nodes and the end of the step, and work space
     peak: np.ndarray  # (guards, 2 + WATCHED): since the last rise the largest watched number, when, and the integrals
+    history: np.ndarray  # (steps, 2 + signals * coefficients) shared with the problem: see `history`
+    kept: np.ndarray  # (1,) steps in it, shared likewise
+    delays: np.ndarray  # (delays,) steps end on their multiples
+    signals: np.ndarray  # (nodes, signals)
     rejected: np.ndarray  # (1,)
     first: np.ndarray  # (1,) kind of event before the step to come, or -1
 
@@ -89,6 +95,7 @@ def make_problem(functions: dict[str, Any]) -> Problem:
         "guards": void(t, vector, system, vector, vector),
         "reset": void(t, vector, integer, system, vector),
         "powers": void(t, vector, system, vector, types.float64[:, ::1]),
+        "record": void(t, vector, system, vector),
     }
     return Problem(**{name: CompileResultWAP(functions[name].get_compile_result(sign)) for name, sign in signatures.items()})
 
@@ -104,9 +111,13 @@ def make_work(
     memory: np.ndarray,
     precision: np.ndarray,
     quadratures: int,
+    history: np.ndarray | None = None,
+    kept: np.ndarray | None = None,
+    delays: tuple[float, ...] = (),
 ) -> Work:
-    """Work arrays for a start at `state`."""
+    """Work arrays for a start at `state`; a problem with delays brings a history and its count."""
     size, guards = state.size, mode.size
+    past = np.zeros((0, 2)) if history is None else history
     return Work(
         y=state.copy(),
         new=np.zeros(size),
@@ -131,6 +142,10 @@ def make_work(
         total=np.zeros(quadratures),
         watched=np.zeros((tableau.gauss.size + 3, guards, WATCHED)),
         peak=np.zeros((guards, 2 + WATCHED)),
+        history=past,
+        kept=np.zeros(1, np.int64) if kept is None else kept,
+        delays=np.array(delays, float),
+        signals=np.zeros((NODES.size, (past.shape[1] - 2) // NODES.size)),
         rejected=np.zeros(1, np.int64),
         first=np.full(1, -1, np.int64),
     )

@@ -18,7 +18,7 @@ from scissordyn.laws import damping, elastic, friction
 from scissordyn.laws.contact import Damping, Elastic, Friction
 from scissordyn.laws.material import MATERIALS
 from scissordyn.laws.user import UserDamping, UserElastic, UserFriction
-from scissordyn.laws.user_file import file_digest, split_reference
+from scissordyn.plugin.user_file import file_digest, split_reference
 from scissordyn.units import Quantity, quantities
 
 __all__ = ["BY_KIND", "DAMPING", "ELASTIC", "FRICTION", "MATERIALS", "Facts", "Parameter", "facts", "from_file", "law"]

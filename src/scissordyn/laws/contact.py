@@ -6,11 +6,9 @@ from dataclasses import dataclass
 from typing import ClassVar, Literal, Protocol, runtime_checkable
 
 from scissordyn.laws.material import Material
+from scissordyn.plugin.pointer import PARAMETERS
 
 __all__ = ["PARAMETERS", "Damping", "Elastic", "Friction", "JointContact", "Proportional"]
-
-PARAMETERS = 16
-"""Width of one law's row of numbers in the parameter tables that kernels read."""
 
 
 @dataclass(frozen=True)

@@ -23,7 +23,7 @@ from scissordyn.laws.friction import (
     stribeck,
     threlfall,
 )
-from scissordyn.laws.pointer import USER, call_at
+from scissordyn.plugin.pointer import USER, call_at
 
 __all__ = ["elastic_force", "friction_force", "friction_start", "normal_force"]
 

@@ -9,8 +9,8 @@ from typing import ClassVar, Literal
 import numpy as np
 
 from scissordyn.laws.contact import JointContact
-from scissordyn.laws.pointer import USER
-from scissordyn.laws.user_compile import Function, probe, row
+from scissordyn.plugin.pointer import USER
+from scissordyn.plugin.user_compile import Function, probe, row
 
 __all__ = ["UserDamping", "UserElastic", "UserFriction"]
 
@@ -54,11 +54,11 @@ class UserElastic:
 
     def __post_init__(self) -> None:
         grid = ((delta,) for delta in INDENTATIONS)
-        probe("stiffness", self.function, self.digest, self.constants, ("indentation",), grid)
+        probe("stiffness law", self.function, self.digest, self.constants, ("indentation",), grid)
 
     def parameters(self, joint: JointContact) -> tuple[float, ...]:
         """Address of the compiled function in this process, then the constants."""
-        return row("stiffness", self.function, self.digest, self.constants, ("indentation",))
+        return row("stiffness law", self.function, self.digest, self.constants, ("indentation",))
 
 
 @dataclass(frozen=True)
@@ -92,11 +92,11 @@ class UserDamping:
 
     def __post_init__(self) -> None:
         grid = itertools.product(FORCES, INDENTATIONS[::3], RATES, APPROACHES)
-        probe("damping", self.function, self.digest, self.constants, self.leading, grid)
+        probe("damping law", self.function, self.digest, self.constants, self.leading, grid)
 
     def parameters(self, joint: JointContact) -> tuple[float, ...]:
         """Address of the compiled function in this process, then the constants."""
-        return row("damping", self.function, self.digest, self.constants, self.leading)
+        return row("damping law", self.function, self.digest, self.constants, self.leading)
 
 
 @dataclass(frozen=True)
@@ -130,8 +130,8 @@ class UserFriction:
     leading: ClassVar[tuple[str, ...]] = ("slip_speed", "normal_force")
 
     def __post_init__(self) -> None:
-        probe("friction", self.function, self.digest, self.constants, self.leading, itertools.product(SPEEDS, FORCES))
+        probe("friction law", self.function, self.digest, self.constants, self.leading, itertools.product(SPEEDS, FORCES))
 
     def parameters(self, joint: JointContact) -> tuple[float, ...]:
         """Address of the compiled function in this process, then the constants."""
-        return row("friction", self.function, self.digest, self.constants, self.leading)
+        return row("friction law", self.function, self.digest, self.constants, self.leading)

@@ -1,4 +1,4 @@
-"""Springs, dampers, loads and motors in the equations of motion.
+"""Springs, dampers, loads, motors and actuators in the equations of motion.
 
 An element acts through up to three forms: u, a vector between two points or a point; a and b, the unit directions of its body
 and its base. Columns of `System.element`: the element's numbers, then what it was last found to do.
@@ -10,12 +10,16 @@ import math
 
 import numpy as np
 
+from scissordyn.control.signal import SIGNALS
 from scissordyn.jit import kernel
+from scissordyn.mechanics.actuator import actuator_torque, linearise_actuator
 from scissordyn.mechanics.layout import Form, Layout, join_forms
 from scissordyn.mechanics.link import link_forms, push_turns
 from scissordyn.mechanics.motion import course_at, motion_rows
 from scissordyn.model.body import GROUND
+from scissordyn.model.drive import ConstantSpeed
 from scissordyn.model.element import (
+    Actuator,
     AngleStop,
     Element,
     Force,
@@ -41,7 +45,7 @@ __all__ = [
 
 TURN = 2.0 * math.pi
 
-SPRING, TORSION, FORCE, FOLLOWING, TORQUE, MOTOR, ANGLE_STOP, TRAVEL_STOP = (0, 1, 2, 3, 4, 5, 7, 8)
+SPRING, TORSION, FORCE, FOLLOWING, TORQUE, MOTOR, ACTUATOR, ANGLE_STOP, TRAVEL_STOP = range(9)
 
 ELEMENT_NUMBERS = 12
 """Width of the table: kind, four numbers, energy stored [J], power given to the mechanism and power lost in dampers [W],
@@ -68,6 +72,10 @@ def element_numbers(element: Element, angle: float) -> tuple[float, ...]:
         case TravelStop():
             law = element.stiffness, element.exponent, stop_damping(element)
             return TRAVEL_STOP, *law, element.limit, *(6 * [0.0]), element.direction
+        case Actuator():
+            controller = element.controller
+            recorded = SIGNALS.index(controller.recorded) if controller.recorded else 0
+            return ACTUATOR, controller.tag, controller.delay, recorded, controller.memory
 
 
 def element_form(layout: Layout, element: Element) -> Form:
@@ -81,7 +89,12 @@ def element_form(layout: Layout, element: Element) -> Form:
             return join_forms([(layout.place(element.point), 0, 1.0)])
         case _:
             base = layout.fixed_direction if element.base == GROUND else layout.direction(element.base)
-            return join_forms([(layout.direction(element.body), 2, 1.0), (base, 4, 1.0)])
+            parts = [(layout.direction(element.body), 2, 1.0), (base, 4, 1.0)]
+            if isinstance(element, Actuator) and element.sensor is not None:
+                parts.append((layout.place(element.sensor), 0, 1.0))
+                if element.sensor_origin is not None:
+                    parts.append((layout.place(element.sensor_origin), 0, -1.0))
+            return join_forms(parts)
 
 
 @kernel(inline=True)
@@ -148,11 +161,12 @@ def course_of(t, i, S):
 
 
 @kernel(inline=True)
-def add_element_forces(t, i, S):
-    """Add element i to S.force, and write its energy and powers into S.element."""
+def add_element_forces(t, i, S, z, dz):
+    """Add element i to S.force, write its energy and powers into S.element and the rates of its hidden states into dz."""
     link = S.radius.shape[0] + i
     E = S.element
-    ux, uy, ax, ay, bx, by, vx, vy, px, py, qx, qy = link_forms(link, S)
+    forms = link_forms(link, S)
+    ux, uy, ax, ay, bx, by, vx, vy, px, py, qx, qy = forms
     kind = int(E[i, 0])
     fx = fy = torque = energy = given = lost = 0.0
     spin = (ax * py - ay * px) - (bx * qy - by * qx)
@@ -169,6 +183,9 @@ def add_element_forces(t, i, S):
         energy, lost = 0.5 * E[i, 1] * stretch * stretch, E[i, 3] * spin * spin
     elif kind == 5:
         torque, _ = motor_torque(E, i, spin)
+        given = torque * spin
+    elif kind == 6:
+        torque = actuator_torque(t, i, S, forms, z, dz)
         given = torque * spin
     elif kind >= 7:
         if S.mode[S.guard[i]] == 1:
@@ -195,8 +212,11 @@ def add_element_forces(t, i, S):
 
 
 @kernel(inline=True)
-def linearise_element(t, i, S, dt):
-    """Write the derivatives of element i's generalized forces into S.block_x and S.block_v, add d force / dt to dt[0:n]."""
+def linearise_element(t, i, S, z, dt, first_state):
+    """Write the derivatives of element i's generalized forces into S.block_x and S.block_v.
+
+    What time alone changes is added to dt[n:], and to dt[first_state:] for the rates of the hidden states z.
+    """
     link = S.radius.shape[0] + i
     E, K, D = S.element, S.element_x, S.element_v
     ux, uy, ax, ay, bx, by, vx, vy, px, py, qx, qy = link_forms(link, S)
@@ -226,6 +246,8 @@ def linearise_element(t, i, S, dt):
         by_angle, by_spin = -E[i, 1], -E[i, 3]
     elif kind == 5:
         torque, by_spin = motor_torque(E, i, spin)
+    elif kind == 6:
+        torque = linearise_actuator(t, i, S, z, dt, first_state)
     elif kind >= 7:
         if S.mode[S.guard[i]] == 1:
             delta, rate, nx, ny = stop_motion(E, i, ux, uy, vx, vy, ax, ay, bx, by, spin)
@@ -265,8 +287,8 @@ def linearise_element(t, i, S, dt):
         rate_of_turn = (py, -px, -qy, qx)
         for r in range(4):
             for c in range(4):
-                K[2 + r, 2 + c] = arm[r] * (by_angle * turn[c] + by_spin * rate_of_turn[c])
-                D[2 + r, 2 + c] = arm[r] * by_spin * turn[c]
+                K[2 + r, 2 + c] += arm[r] * (by_angle * turn[c] + by_spin * rate_of_turn[c])
+                D[2 + r, 2 + c] += arm[r] * by_spin * turn[c]
         K[2, 3] -= torque
         K[3, 2] += torque
         K[4, 5] += torque
@@ -293,16 +315,24 @@ def start_angle(layout: Layout, element: Element) -> float:
     return layout.mechanism.body(element.body).angle - base
 
 
-def courses(layout: Layout, first: int) -> tuple[np.ndarray, list[np.ndarray]]:
-    """For each element the index of its course in the motion table, from `first` on, or -1; and the courses' pieces."""
-    index: list[int] = []
+def courses(layout: Layout, first: int) -> tuple[np.ndarray, np.ndarray, list[np.ndarray]]:
+    """For each element the index of its course in the motion table, from `first` on, or -1, and of its feed-forward torque.
+
+    Then the pieces of these courses.
+    """
+    index, feed = np.full((2, len(layout.mechanism.elements)), -1, np.int64)
     pieces: list[np.ndarray] = []
-    for element in layout.mechanism.elements:
-        course = element.course if isinstance(element, Force | Torque) else None
-        index.append(-1 if course is None else first + len(pieces))
-        if course is not None:
-            pieces.append(motion_rows(course, 0.0))
-    return np.array(index, np.int64), pieces
+    for i, element in enumerate(layout.mechanism.elements):
+        if isinstance(element, Actuator):
+            index[i] = first + len(pieces)
+            pieces.append(motion_rows(element.reference or ConstantSpeed(0.0), start_angle(layout, element)))
+            if element.feed_forward is not None:
+                feed[i] = first + len(pieces)
+                pieces.append(motion_rows(element.feed_forward, 0.0))
+        elif isinstance(element, Force | Torque) and element.course is not None:
+            index[i] = first + len(pieces)
+            pieces.append(motion_rows(element.course, 0.0))
+    return index, feed, pieces
 
 
 def stop_guards(elements: tuple[Element, ...], first: int) -> np.ndarray:

@@ -13,12 +13,24 @@ import math
 
 from scissordyn.jit import kernel
 from scissordyn.mechanics import band
+from scissordyn.mechanics.actuator import recorded_signal
 from scissordyn.mechanics.element import add_element_forces, linearise_element, stop_gap
 from scissordyn.mechanics.joint import contact_forces, gap, linearise_contact, switch
 from scissordyn.mechanics.motion import course_at, prescribe
 from scissordyn.mechanics.system import APPROACH_FLOOR
 
-__all__ = ["accelerate", "engage", "factorize", "guards", "linearise", "powers", "project", "reset", "solve"]
+__all__ = [
+    "accelerate",
+    "engage",
+    "factorize",
+    "guards",
+    "linearise",
+    "powers",
+    "project",
+    "record_signals",
+    "reset",
+    "solve",
+]
 
 _band_factorize, _band_solve = band.factorize, band.solve
 
@@ -120,7 +132,8 @@ def accelerate(t, y, S, dy):
             for i in range(start, stop):
                 dy[2 * n + i] = 0.0
     for i in range(S.element.shape[0]):
-        add_element_forces(t, i, S)
+        start, stop = 2 * n + S.state_start[S.radius.shape[0] + i], 2 * n + S.state_start[S.radius.shape[0] + i + 1]
+        add_element_forces(t, i, S, y[start:stop], dy[start:stop])
     for i in range(n):
         total = S.force[i]
         for k in range(1, nb):
@@ -178,7 +191,7 @@ def linearise(t, y, S, dy, dt):
             by_state = S.state_jacobian[: states + 3, :states]
             linearise_contact(j, S, y[2 * n + start : 2 * n + stop], by_state, S.state_work[0], S.state_work[1])
         else:
-            linearise_element(t, j - S.radius.shape[0], S, dt)
+            linearise_element(t, j - S.radius.shape[0], S, y[2 * n + start : 2 * n + stop], dt, 2 * n + start)
         first, count = S.link_start[j], S.link_start[j + 1] - S.link_start[j]
         for b in range(count):
             column = S.link_column[first + b] - n
@@ -483,6 +496,15 @@ def lock(t, y, guard, S, record):
         for k in range(1, S.nb):
             before += (old - new) * S.inertia[i, k] * S.basis[1, k]
     record[1] = before
+
+
+@kernel(inline=True)
+def record_signals(t, y, S, signals):
+    """Write the signals that controllers look back at."""
+    spread(t, y, S)
+    for i in range(S.element.shape[0]):
+        if S.recorder[i] >= 0:
+            signals[S.recorder[i]] = recorded_signal(t, i, S)
 
 
 @kernel(inline=True)

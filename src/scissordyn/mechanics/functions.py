@@ -15,6 +15,7 @@ _accelerate, _linearise, _factorize, _solve = (
     equations.solve,
 )
 _project, _guards, _reset, _powers = equations.project, equations.guards, equations.reset, equations.powers
+_record = equations.record_signals
 
 
 @kernel()
@@ -65,6 +66,12 @@ def powers(t, y, address, power, watched):
     _powers(t, y, open_system(address), power, watched)
 
 
+@kernel()
+def record(t, y, address, signals):
+    """See `equations.record_signals`."""
+    _record(t, y, open_system(address), signals)
+
+
 FUNCTIONS = {
     "rate": rate,
     "linearise": linearise,
@@ -74,4 +81,5 @@ FUNCTIONS = {
     "guards": guards,
     "reset": reset,
     "powers": powers,
+    "record": record,
 }

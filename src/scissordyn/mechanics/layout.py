@@ -23,7 +23,7 @@ from scissordyn.mechanics.parallelogram import parallel_bodies
 from scissordyn.model.body import GROUND, Body
 from scissordyn.model.connection import Weld
 from scissordyn.model.drive import Motion
-from scissordyn.model.element import Motor
+from scissordyn.model.element import Actuator, Motor
 from scissordyn.model.joint import BodyPoint
 from scissordyn.model.mechanism import Mechanism
 
@@ -259,8 +259,9 @@ def _impose_turn(
 
 
 def turning_inertia(mechanism: Mechanism, body: Body) -> float:
-    """Moment of inertia of a body about its mass centre with the rotors of its motors [kg m^2]."""
-    rotors = (element.inertia for element in mechanism.elements if isinstance(element, Motor) and element.body == body.name)
+    """Moment of inertia of a body about its mass centre with the rotors of its motors and actuators [kg m^2]."""
+    motors = (element for element in mechanism.elements if isinstance(element, Motor | Actuator))
+    rotors = (motor.inertia for motor in motors if motor.body == body.name)
     return (body.inertia or 0.0) + sum(rotors)
 
 

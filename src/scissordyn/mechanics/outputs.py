@@ -33,6 +33,8 @@ class Record(NamedTuple):
         Energy stored in springs [J].
     element : ndarray, shape (nt, elements, 3)
         Force on the element's end [N] and torque on its body [N m].
+    observed : ndarray, shape (nt, elements, 2)
+        Angle error [rad] and recorded signal of actuators.
     torque : ndarray, shape (nt, drives)
     multiplier : ndarray, shape (nt, m)
         Of the quadratic conditions.
@@ -48,6 +50,7 @@ class Record(NamedTuple):
     elastic: np.ndarray
     springs: np.ndarray
     element: np.ndarray
+    observed: np.ndarray
     torque: np.ndarray
     multiplier: np.ndarray
     kinetic: np.ndarray
@@ -111,6 +114,7 @@ def fill(time, state, mode, memory, address, R):
             R.springs[at] += S.element[i, 5]
             for q in range(3):
                 R.element[at, i, q] = S.element[i, 8 + q]
+            R.observed[at, i, 0], R.observed[at, i, 1] = S.observed[i, 0], S.observed[i, 1]
         for j in range(S.radius.shape[0]):
             if S.mode[j] == 0:
                 kinematics(j, S)
@@ -148,6 +152,7 @@ def record(system: Handle, time: np.ndarray, state: np.ndarray, mode: np.ndarray
         elastic=np.empty(instants),
         springs=np.empty(instants),
         element=np.empty((instants, content.element.shape[0], 3)),
+        observed=np.empty((instants, content.element.shape[0], 2)),
         torque=np.empty((instants, (content.nb - 1) // 2)),
         multiplier=np.empty((instants, content.multiplier.size)),
         kinetic=np.empty(instants),

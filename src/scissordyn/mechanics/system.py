@@ -10,15 +10,18 @@ from numba import types
 from scipy.sparse import csr_array
 from scipy.sparse.csgraph import reverse_cuthill_mckee
 
+from scissordyn.control.signal import SIGNALS
 from scissordyn.errors import InputError
 from scissordyn.jit import opener
 from scissordyn.laws.contact import PARAMETERS, Damping, Elastic, Friction
 from scissordyn.laws.ladder import friction_start
+from scissordyn.mechanics.actuator import controller_tables
 from scissordyn.mechanics.band import width
 from scissordyn.mechanics.element import ELEMENT_NUMBERS, courses, element_form, element_numbers, start_angle, stop_guards
 from scissordyn.mechanics.layout import Form, Layout, join_forms
 from scissordyn.mechanics.motion import COLUMNS, motion_rows
 from scissordyn.model.body import GROUND
+from scissordyn.model.element import Actuator
 
 __all__ = ["APPROACH_FLOOR", "System", "build_system", "open_system", "sliding_states"]
 
@@ -79,6 +82,17 @@ class System(NamedTuple):
     element: F2  # (elements, ELEMENT_NUMBERS)
     course: I1  # (elements,) row of motion_start, or -1
     guard: I1  # (elements,) guard of an end stop, or -1
+    feed: I1  # (elements,) likewise for feed-forward torques
+    control: F2  # (elements, PARAMETERS) controllers of actuators
+    recorder: I1  # (elements,) which recorded signal, or -1
+    history: F2  # (steps, 2 + signals * coefficients) of the steps made: start, size, each signal's polynomial in -1 .. 1
+    kept: I1  # (1,) steps in it
+    past: F1  # (signals,) before the start
+    signal: F1  # (SIGNALS,) of one actuator, work space
+    signal_rate: F1  # (SIGNALS,) by time at a fixed state
+    slope: F2  # (1 + most states, SIGNALS + most states + 1)
+    control_work: F2  # (2, most states)
+    observed: F2  # (elements, 2) angle error and recorded signal
     element_x: F2  # (6, 6) work space
     element_v: F2
     mode: I1  # (guards,) loose joints, latches, end stops: 0 free flight, 1 contact or locked
@@ -143,11 +157,12 @@ def build_system(layout: Layout) -> System:
     loose = mechanism.loose
     nj, m = len(loose), len(layout.conditions)
     elements = mechanism.elements
-    states = [len(joint.clearance.friction.states) for joint in loose if joint.clearance] + [0] * len(elements)
+    states = [len(joint.clearance.friction.states) for joint in loose if joint.clearance]
+    states += [len(element.controller.states) if isinstance(element, Actuator) else 0 for element in elements]
     nz = sum(states)
 
     rows = [motion_rows(drive.motion, mechanism.body(drive.body).angle) for drive in mechanism.drives]
-    course, pieces = courses(layout, len(rows))
+    course, feed, pieces = courses(layout, len(rows))
     rows += pieces
     timed = [k for k, condition in enumerate(layout.conditions) if condition.motion]
     timed_course = len(rows) + np.arange(len(timed))
@@ -156,6 +171,7 @@ def build_system(layout: Layout) -> System:
     for i, element in enumerate(elements):
         described = element_numbers(element, start_angle(layout, element))
         numbers[i, : len(described)] = described
+    control, recorder = controller_tables(elements)
     parts = [(k, weight, form) for k, condition in enumerate(layout.conditions) for weight, form in condition.parts]
     part_start, length_column, length_row = _forms([form for _, _, form in parts], 2)
     part_weight = np.array([weight for _, weight, _ in parts], float)
@@ -222,6 +238,17 @@ def build_system(layout: Layout) -> System:
         element=numbers,
         course=course,
         guard=guard,
+        feed=feed,
+        control=control,
+        recorder=recorder,
+        history=np.zeros((0, 2)),
+        kept=np.zeros(1, np.int64),
+        past=np.zeros(int(np.max(recorder, initial=-1)) + 1),
+        signal=np.zeros(len(SIGNALS)),
+        signal_rate=np.zeros(len(SIGNALS)),
+        slope=np.zeros((1 + max(states, default=0), len(SIGNALS) + max(states, default=0) + 1)),
+        control_work=np.zeros((2, max(states, default=0))),
+        observed=np.zeros((len(elements), 2)),
         element_x=np.zeros((6, 6)),
         element_v=np.zeros((6, 6)),
         mode=np.zeros(guards, np.int64),

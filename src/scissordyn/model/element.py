@@ -1,4 +1,4 @@
-"""What pulls, pushes and turns: springs, dampers, loads, motors and end stops."""
+"""What pulls, pushes and turns: springs, dampers, loads, motors, actuators and end stops."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ import math
 from dataclasses import dataclass
 from typing import Annotated
 
+from scissordyn.control.controller import Controller
 from scissordyn.errors import InputError
 from scissordyn.laws.damping.flores import Flores
 from scissordyn.model.body import GROUND, Point
@@ -13,7 +14,18 @@ from scissordyn.model.drive import Motion
 from scissordyn.model.joint import BodyPoint
 from scissordyn.units import Quantity, check_quantities
 
-__all__ = ["AngleStop", "Element", "Force", "Motor", "Spring", "Torque", "TorsionSpring", "TravelStop", "stop_damping"]
+__all__ = [
+    "Actuator",
+    "AngleStop",
+    "Element",
+    "Force",
+    "Motor",
+    "Spring",
+    "Torque",
+    "TorsionSpring",
+    "TravelStop",
+    "stop_damping",
+]
 
 
 def _two_bodies(name: str, one: str, other: str) -> None:
@@ -171,6 +183,63 @@ class Motor:
 
 
 @dataclass(frozen=True)
+class Actuator:
+    """A torque on a body against its base that a controller chooses from what it senses.
+
+    The controller is told the reference course, the angle and speed of the body against its base, and, if there is a sensor,
+    the vector to it from its origin.
+
+    Parameters
+    ----------
+    name : str
+    body, base : str
+        The base may be "ground".
+    controller : Controller
+    reference : Motion, optional
+        The angle wanted over time [rad]; the one at the start if not given.
+    feed_forward : Motion, optional
+        A torque over time that the controller may add [N m].
+    sensor : (str, str), optional
+        Body and point whose place is sensed.
+    sensor_origin : (str, str), optional
+        Body and point that it is sensed from; the origin of the fixed frame if not given.
+    inertia : float
+        Of the rotor, turning with the body [kg m^2].
+    on_course : bool
+        Whether the body starts at the angle and speed of the reference rather than as it was placed.
+
+    Raises
+    ------
+    InputError
+        If the controller needs a feed-forward torque or a sensor that is not there, or has no use for one that is.
+    """
+
+    name: str
+    body: str
+    controller: Controller
+    base: str = GROUND
+    reference: Motion | None = None
+    feed_forward: Motion | None = None
+    sensor: BodyPoint | None = None
+    sensor_origin: BodyPoint | None = None
+    inertia: Annotated[float, Quantity("kg m^2", minimum=0.0, help="moment of inertia of the rotor")] = 0.0
+    on_course: bool = False
+
+    def __post_init__(self) -> None:
+        check_quantities(self)
+        _two_bodies(self.name, self.body, self.base)
+        if not isinstance(self.controller, Controller):
+            raise InputError(f"actuator '{self.name}': controller = {self.controller!r}", "a controller", "PID(100.0)")
+        what = f"actuator '{self.name}' with the controller '{self.controller.name}'"
+        if self.feed_forward is not None and not self.controller.feeds:
+            raise InputError(f"{what}, which makes no use of a feed-forward torque", "the controller 'feed-forward'")
+        if self.sensor is None and (self.controller.senses or self.sensor_origin is not None):
+            raise InputError(f"{what} without a sensor", "sensor=(BODY, POINT)")
+        if self.on_course and (self.base != GROUND or self.reference is None):
+            raise InputError(f"actuator '{self.name}' starts on course", "a reference, and the ground as the base")
+
+
+@dataclass(frozen=True)
 class AngleStop:
     r"""An end stop of a rotation: beyond its angle a torque pushes the body back.
 
@@ -250,4 +319,4 @@ def stop_damping(stop: AngleStop | TravelStop) -> float:
     return Flores(restitution=stop.restitution).factor
 
 
-Element = Spring | TorsionSpring | Force | Torque | Motor | AngleStop | TravelStop
+Element = Spring | TorsionSpring | Force | Torque | Motor | Actuator | AngleStop | TravelStop

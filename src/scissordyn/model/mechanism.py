@@ -10,12 +10,13 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Annotated, Any, TypeVar
 
+from scissordyn.control.controller import Controller
 from scissordyn.errors import InputError, did_you_mean
 from scissordyn.model.body import GROUND, Body, Point
 from scissordyn.model.clearance import Clearance
 from scissordyn.model.connection import Latch, Link, Weld
 from scissordyn.model.drive import ConstantSpeed, Drive, Motion
-from scissordyn.model.element import Element, Force, Spring, TravelStop
+from scissordyn.model.element import Actuator, Element, Force, Spring, TravelStop
 from scissordyn.model.joint import BodyPoint, Guide, Revolute
 from scissordyn.model.pattern import matching
 from scissordyn.units import Quantity, check_quantities
@@ -37,7 +38,7 @@ class Mechanism:
     drives : tuple of Drive
     welds : tuple of Weld
         Rigid connections.
-    elements : tuple of Spring, TorsionSpring, Force, Torque, Motor, AngleStop or TravelStop
+    elements : tuple of Spring, TorsionSpring, Force, Torque, Motor, Actuator, AngleStop or TravelStop
     ground : tuple of (str, (float, float))
         Named points of the fixed frame [m].
     gravity : float
@@ -97,6 +98,9 @@ class Mechanism:
             else:
                 self._check_rotates(element.name, element.body)
                 self._check_rotates(element.name, element.base)
+            if isinstance(element, Actuator):
+                for reference in filter(None, (element.sensor, element.sensor_origin)):
+                    self._check_point(element.name, reference)
         driven = [drive.body for drive in self.drives]
         _check_unique("driven body", driven)
         for name in (*driven, *filter(None, (self.input_body, self.output_body))):
@@ -199,6 +203,83 @@ class Mechanism:
         drive = Drive(chosen, ConstantSpeed(speed) if motion is None else motion)  # type: ignore[arg-type]
         others = tuple(other for other in self.drives if other.body != chosen)
         return dataclasses.replace(self, drives=(*others, drive))
+
+    def controlled(
+        self,
+        controller: Controller,
+        *,
+        reference: Motion | None = None,
+        speed: float | None = None,
+        body: str = "",
+        feed_forward: Motion | None = None,
+        sensor: str | BodyPoint | None = None,
+        inertia: float = 0.0,
+        on_course: bool = True,
+        name: str = "",
+    ) -> Mechanism:
+        """The same mechanism with a body turned by a controlled torque, in place of any drive that the body had.
+
+        The torques of several actuators on one body add up.
+
+        Parameters
+        ----------
+        controller : Controller
+        reference : Motion, optional
+            The angle wanted; that of the body's drive if neither it nor speed is given, and the angle at the start without one.
+        speed : float, optional
+            Short for a `ConstantSpeed` [rad/s].
+        body : str, optional
+            Which body; the mechanism's input body if not given.
+        feed_forward : Motion, optional
+            A torque over time for the controllers that take one [N m].
+        sensor : str or (str, str), optional
+            A joint, whose journal is sensed from its bearing, or a body and its point.
+        inertia : float
+            Of the rotor [kg m^2].
+        on_course : bool
+            Whether the body starts at the angle and speed of the reference; not for further actuators of a body.
+        name : str, optional
+            Of the actuator; "actuator of BODY" if not given.
+
+        Returns
+        -------
+        Mechanism
+        """
+        chosen = body or self.input_body
+        if not chosen:
+            raise InputError("controlled() without a body, on a mechanism without an input body", "controlled(..., body=NAME)")
+        if reference is not None and speed is not None:
+            raise InputError(
+                "controlled() with both reference and speed", "one of them", "controlled(PID(100.0), speed=rpm(150))"
+            )
+        course = ConstantSpeed(speed) if speed is not None else reference
+        if course is None:
+            course = next((drive.motion for drive in self.drives if drive.body == chosen), None)
+        label, number = name or f"actuator of {chosen}", 1
+        taken = [element.name for element in self.elements]
+        while not name and label in taken:
+            number += 1
+            label = f"actuator {number} of {chosen}"
+        first = not any(isinstance(element, Actuator) and element.body == chosen for element in self.elements)
+        ends: tuple[BodyPoint | None, BodyPoint | None] = (None, None)
+        if isinstance(sensor, str):
+            ends = self.joint(sensor).journal, self.joint(sensor).bearing
+            ends = (ends[1], ends[0]) if ends[0][0] == GROUND else ends
+        elif sensor is not None:
+            ends = sensor, None
+        actuator = Actuator(
+            label,
+            chosen,
+            controller,
+            reference=course,
+            feed_forward=feed_forward,
+            sensor=ends[0],
+            sensor_origin=ends[1],
+            inertia=inertia,
+            on_course=on_course and first and course is not None,
+        )
+        others = tuple(other for other in self.drives if other.body != chosen)
+        return dataclasses.replace(self, drives=others, elements=(*self.elements, actuator))
 
     def replace(self, path: str, value: Any) -> Mechanism:
         """The same mechanism with one value changed.

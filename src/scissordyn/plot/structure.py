@@ -135,7 +135,9 @@ def snapshot(run: xr.Dataset, mechanism: Mechanism, sample: int, *, axes: Axes, 
         (x, y), turn = guide.through, guide.direction
         further = x + math.cos(turn), y + math.sin(turn)
         axes.axline((x, y), further, color=GREY, linewidth=0.7, linestyle=(0, (6, 2, 1, 2)), zorder=1.0)
-    for connection in (*mechanism.links, *(element for element in mechanism.elements if isinstance(element, Spring))):
+    springs = [element for element in mechanism.elements if isinstance(element, Spring)]
+    connections: list[Spring | Link] = [*springs, *mechanism.links]
+    for connection in connections:
         ends = np.stack([placed.place(connection.start), placed.place(connection.end)])
         dashes = (0, (4, 1.5)) if isinstance(connection, Link) else (0, (1, 1))
         axes.plot(*ends.T, color=PURPLE, linewidth=1.4, linestyle=dashes, zorder=2.5)

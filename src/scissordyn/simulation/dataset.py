@@ -15,6 +15,7 @@ from scissordyn.mechanics.bodies import BodyMotion, body_motion
 from scissordyn.mechanics.outputs import Record, record
 from scissordyn.mechanics.reactions import connection_forces, journal_forces, known_loads, solve_reactions
 from scissordyn.model.body import GROUND
+from scissordyn.model.element import Actuator
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.model.record import to_plain
 from scissordyn.simulation.contacts import columns, contacts
@@ -59,6 +60,7 @@ def to_dataset(mechanism: Mechanism, options: Options, path: Trajectory) -> xr.D
         **_joint_variables(mechanism, path, found, motion),
         **_element_variables(mechanism, found),
         **_connection_variables(path, found),
+        **_control_variables(mechanism, path, found),
         **_energy_variables(path, found),
         **_contact_variables(mechanism, path),
         **event_variables(mechanism, path.log),
@@ -202,6 +204,30 @@ def _connection_variables(path: Trajectory, found: Record) -> dict[str, Variable
     return variables
 
 
+def _control_variables(mechanism: Mechanism, path: Trajectory, found: Record) -> dict[str, Variable]:
+    """Quantities per actuator; hidden states and recorded signals are NaN at controllers that have none."""
+    chosen = [(i, element) for i, element in enumerate(mechanism.elements) if isinstance(element, Actuator)]
+    if not chosen:
+        return {}
+    index = [i for i, _ in chosen]
+    over, system = ("time", "actuator"), path.system.content
+    variables: dict[str, Variable] = {
+        "actuator": (("actuator",), np.array([element.name for _, element in chosen]), {"long_name": "actuator"}),
+        "control_torque": _described(over, found.element[:, index, 2], "N m", "torque that a controller gives"),
+        "control_error": _described(over, found.observed[:, index, 0], "rad", "reference less measured angle"),
+    }
+    recorded = np.where(system.recorder[index] >= 0, found.observed[:, index, 1], np.nan)
+    if np.any(system.recorder >= 0):
+        variables["control_signal"] = _described(over, recorded, "SI", "signal that a controller looks back at")
+    for place, (i, element) in enumerate(chosen):
+        first = 2 * path.layout.free + int(system.state_start[len(mechanism.loose) + i])
+        for s, name in enumerate(element.controller.states):
+            empty = np.full((found.X.shape[0], len(chosen)), np.nan)
+            values = variables.setdefault(name, _described(over, empty, "N m", name.replace("_", " ")))[1]
+            values[:, place] = path.samples.state[:, first + s]
+    return variables
+
+
 def _energy_variables(path: Trajectory, found: Record) -> dict[str, Variable]:
     work, damping, rubbing, loads, dampers = path.samples.total.T
     energy = found.kinetic + found.potential + found.elastic + found.springs
@@ -216,7 +242,7 @@ def _energy_variables(path: Trajectory, found: Record) -> dict[str, Variable]:
         "damping_loss": (damping, "energy dissipated by contact damping"),
         "friction_loss": (rubbing, "energy dissipated by friction"),
         "spring_energy": (found.springs, "energy stored in springs"),
-        "load_work": (loads, "work of forces, torques and motors"),
+        "load_work": (loads, "work of forces, torques, motors and actuators"),
         "damper_loss": (dampers, "energy dissipated by dampers"),
         "latch_loss": (locking, "energy lost in the impacts of locking latches"),
         "dissipated_energy": (lost, "dissipated energy"),

@@ -11,7 +11,8 @@ import xarray as xr
 
 from scissordyn.errors import InputError
 from scissordyn.laws.validity import contact_warnings
-from scissordyn.model.drive import TableMotion
+from scissordyn.model.drive import Motion, TableMotion
+from scissordyn.model.element import Actuator
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.model.record import from_plain
 from scissordyn.simulation.dataset import to_dataset
@@ -95,13 +96,14 @@ def replay(run: xr.Dataset, *, progress: Callable[[float], None] | None = None) 
 
 
 def _simulate(mechanism: Mechanism, options: Options, trust: bool, progress: Callable[[float], None] | None) -> xr.Dataset:
-    for drive in mechanism.drives:
-        if (
-            isinstance(drive.motion, TableMotion)
-            and not drive.motion.times[0] <= 0.0 <= options.until <= drive.motion.times[-1]
-        ):
+    courses: list[tuple[str, Motion | None]] = [(f"the drive of '{drive.body}'", drive.motion) for drive in mechanism.drives]
+    for element in mechanism.elements:
+        if isinstance(element, Actuator):
+            courses += [(f"a course of '{element.name}'", course) for course in (element.reference, element.feed_forward)]
+    for name, course in courses:
+        if isinstance(course, TableMotion) and not course.times[0] <= 0.0 <= options.until <= course.times[-1]:
             raise InputError(
-                f"the drive of '{drive.body}' is tabulated from {drive.motion.times[0]:g} s to {drive.motion.times[-1]:g} s, "
+                f"{name} is tabulated from {course.times[0]:g} s to {course.times[-1]:g} s, "
                 f"the run goes from 0 s to {options.until:g} s",
                 "a table that covers the run",
             )

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from scissordyn.errors import InputError
@@ -11,10 +13,12 @@ from scissordyn.laws.ladder import elastic_force
 from scissordyn.mechanics import functions
 from scissordyn.mechanics.bodies import body_motion
 from scissordyn.mechanics.layout import Form, Layout, lay_out
+from scissordyn.mechanics.motion import course_at
 from scissordyn.mechanics.outputs import record
 from scissordyn.mechanics.reactions import known_loads, solve_reactions
 from scissordyn.mechanics.start import Start, assemble, basis_at_start, carry_over, hold_joints, natural_state
 from scissordyn.mechanics.system import APPROACH_FLOOR, System, build_system
+from scissordyn.model.element import Actuator
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.simulation.options import Options
 from scissordyn.simulation.rest import equilibrium, standing
@@ -38,11 +42,11 @@ def prepare_start(layout: Layout, system: System, options: Options) -> tuple[np.
     opening : list of rows of the event log
     """
     mechanism = layout.mechanism
-    start = assemble(layout, system)
+    start = _put_on_course(layout, system, assemble(layout, system))
     if mechanism.loose:
         ideal = lay_out(mechanism.tighten())
         ideal_system = build_system(ideal)
-        ideal_start = assemble(ideal, ideal_system)
+        ideal_start = _put_on_course(ideal, ideal_system, assemble(ideal, ideal_system))
         start = carry_over(layout, system, *natural_state(ideal, ideal_system, ideal_start))
     match options.start:
         case "in-contact" if mechanism.loose:
@@ -110,6 +114,20 @@ def _touching(system: System, state: np.ndarray) -> list[list[float]]:
     return rows
 
 
+def _put_on_course(layout: Layout, system: System, start: Start) -> Start:
+    """The start with bodies at the angles and speeds of the references that they are to start on."""
+    forms, directions, rates = [], [], []
+    for i, element in enumerate(layout.mechanism.elements):
+        if isinstance(element, Actuator) and element.on_course:
+            first = system.course[i]
+            course_at(0.0, system.motion[system.motion_start[first] : system.motion_start[first + 1]], system.angle)
+            angle, speed = system.angle[:2].tolist()
+            forms.append(layout.direction(element.body))
+            directions.append((math.cos(angle), math.sin(angle)))
+            rates.append((-speed * math.sin(angle), speed * math.cos(angle)))
+    return hold_joints(layout, system, start, tuple(forms), np.array(directions), np.array(rates)) if forms else start
+
+
 def _eccentricity_form(system: System, j: int) -> Form:
     part = slice(system.link_start[j], system.link_start[j + 1])
     return Form(system.link_column[part], system.link_row[:2, part])
@@ -117,7 +135,8 @@ def _eccentricity_form(system: System, j: int) -> Form:
 
 def ideal_reactions(layout: Layout, system: System, start: Start) -> np.ndarray:
     """Force on the journal of every revolute joint of an ideal mechanism at t = 0, shape (joints, 2) [N]."""
-    state = np.concatenate([start.position, start.velocity])[None, :]
+    hidden = np.zeros(int(system.state_start[-1]))
+    state = np.concatenate([start.position, start.velocity, hidden])[None, :]
     guards = system.mode.size
     found = record(Handle(system), np.zeros(1), state, np.zeros((1, guards), np.int64), np.zeros((1, guards)))
     motion = body_motion(layout, found)

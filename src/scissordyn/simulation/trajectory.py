@@ -11,6 +11,7 @@ from functools import cache
 import numpy as np
 
 from scissordyn.integrate import advance as loop
+from scissordyn.integrate.history import make_history
 from scissordyn.integrate.problem import Problem, Samples, Work, make_problem, make_samples, make_work
 from scissordyn.integrate.tableau import Tableau, tableau
 from scissordyn.jit import Handle
@@ -18,6 +19,7 @@ from scissordyn.mechanics import functions
 from scissordyn.mechanics.layout import Layout, lay_out
 from scissordyn.mechanics.system import System, build_system, sliding_states
 from scissordyn.model.body import Body
+from scissordyn.model.element import Actuator
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.simulation.options import Options
 from scissordyn.simulation.start import prepare_start
@@ -95,6 +97,9 @@ def compute(mechanism: Mechanism, options: Options, progress: Callable[[float], 
     coefficients = tableau(method)
     work = work_arrays(layout, system, state, coefficients, options)
     handle = Handle(system)
+    if system.past.size:
+        handle.exchange(history=work.history)
+        _fill_past(handle, state)
     samples = make_samples(np.linspace(0.0, options.until, options.samples), work)
     clock = np.array([0.0, 1e-4 * options.until, options.until, options.until, options.until])
     count = np.zeros(8, np.int64)
@@ -114,6 +119,10 @@ def compute(mechanism: Mechanism, options: Options, progress: Callable[[float], 
             status = loop.advance(mechanics_problem(), coefficients, handle.address, clock, count, work, samples, log, slice_)
             if status == loop.LOG_FULL:
                 log = np.vstack([log, np.zeros_like(log)])
+                status = loop.ADVANCING
+            elif status == loop.HISTORY_FULL:
+                work = work._replace(history=np.vstack([work.history, np.zeros_like(work.history)]))
+                handle.exchange(history=work.history)
                 status = loop.ADVANCING
             if progress is not None:
                 progress(float(clock[loop.TIME]))
@@ -178,18 +187,34 @@ def work_arrays(layout: Layout, system: System, state: np.ndarray, coefficients:
     scale = float(np.min(system.radius[:, 0])) if mechanism.loose else (max(extent.values()) or 1.0)
     position = options.atol * scale / reach[:n]
     sliding = sliding_states(system)
-    hidden = HIDDEN_STATES * options.rtol
+    friction = int(system.state_start[len(mechanism.loose)])
+    # a bristle's error fades, an integrator's does not; the torque of an integrator is weighed in N m
+    hidden = np.where(np.arange(sliding.size) < friction, HIDDEN_STATES, 1.0) * options.rtol
+    delays = [element.controller.delay for element in mechanism.elements if isinstance(element, Actuator)]
     return make_work(
         state,
         coefficients,
         atol=np.concatenate([position, position / options.until, hidden * np.where(sliding > 0.0, sliding, 1.0)]),
-        rtol=np.concatenate([np.full(n, 1e-15), np.full(n, options.rtol), np.full(sliding.size, hidden)]),
-        group=np.array([0, n, 2 * n, state.size], np.int64),
+        rtol=np.concatenate([np.full(n, 1e-15), np.full(n, options.rtol), hidden]),
+        group=np.array([0, n, 2 * n, 2 * n + friction, state.size], np.int64),
         mode=system.mode,
         memory=system.approach,
         precision=np.concatenate([1e-9 * system.radius[:, 0], np.full(system.mode.size - len(mechanism.loose), 1e-10)]),
         quadratures=5,
+        history=make_history(system.past.size) if system.past.size else None,
+        kept=system.kept,
+        delays=tuple({delay for delay in delays if delay > 0.0}),
     )
+
+
+def _fill_past(system: Handle, state: np.ndarray) -> None:
+    """Before the start every recorded signal is constant: S = y + R S, found from the recorder's answer to S = 0 and S = 1."""
+    past = system.content.past
+    answers = np.zeros((2, past.size))
+    for value, answer in enumerate(answers):
+        past[:] = float(value)
+        functions.record(0.0, state, system.address, answer)
+    past[:] = answers[0] / (1.0 - (answers[1] - answers[0]))
 
 
 def _extent(body: Body) -> float:

@@ -14,8 +14,8 @@ from numba import types
 from numba.core.dispatcher import Dispatcher
 
 from scissordyn.errors import InputError
-from scissordyn.laws.contact import PARAMETERS
-from scissordyn.laws.user_file import load_function
+from scissordyn.plugin.pointer import PARAMETERS
+from scissordyn.plugin.user_file import load_function
 
 __all__ = ["Function", "probe", "row"]
 
@@ -67,11 +67,11 @@ def _answer(function: Function, arguments: tuple[float, ...]) -> str:
 
 
 def _loaded(kind: str, function: Function | str, digest: str) -> tuple[Function, str]:
-    """The function itself, and how an error message calls the law."""
+    """The function itself, and what an error message calls it."""
     loaded = load_function(function, digest) if isinstance(function, str) else function
     if not callable(loaded):
-        raise InputError(f"{function!r} as a {kind} law", "a function or 'file.py:function'")
-    return loaded, f"{kind} law '{getattr(loaded, '__name__', loaded)}'"
+        raise InputError(f"{function!r} as a {kind}", "a function or 'file.py:function'")
+    return loaded, f"{kind} '{getattr(loaded, '__name__', loaded)}'"
 
 
 def row(
@@ -82,15 +82,15 @@ def row(
     Parameters
     ----------
     kind : str
-        What the law is for, for messages.
+        What the function stands for, such as "friction law", for messages.
     function : callable or str
-        The law, or ``"file.py:function"``.
+        The function, or ``"file.py:function"``.
     digest : str
         Of that file, or empty.
     constants : tuple of float
         Arguments after the leading ones.
     leading : tuple of str
-        Names of the arguments that every law of this kind gets.
+        Names of the arguments that every function of this kind gets.
 
     Returns
     -------
@@ -133,7 +133,7 @@ def probe(
     leading: tuple[str, ...],
     grid: Iterable[tuple[float, ...]],
 ) -> None:
-    """Try the compiled law at every point of a grid of leading arguments.
+    """Try the compiled function at every point of a grid of leading arguments.
 
     Raises
     ------

@@ -11,10 +11,13 @@ from numba import types
 from numba.core import cgutils
 from numba.extending import intrinsic
 
-__all__ = ["USER", "call_at"]
+__all__ = ["PARAMETERS", "USER", "call_at"]
+
+PARAMETERS = 16
+"""Width of one row of numbers, a law's or a controller's, in the parameter tables that kernels read."""
 
 USER = 99
-"""The tag of a user's own law, in every ladder."""
+"""The tag of a user's own function, in every ladder."""
 
 
 @intrinsic

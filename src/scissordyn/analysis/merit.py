@@ -1,0 +1,125 @@
+"""How well a mechanism was driven: contact, force, torque, energy and errors of a run beside the ideal one."""
+
+from __future__ import annotations
+
+import json
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from scissordyn.errors import InputError
+
+__all__ = ["figures_of_merit"]
+
+
+def figures_of_merit(run: xr.Dataset, ideal: xr.Dataset, *, after: float = 0.0) -> xr.Dataset:
+    """What a drive or a controller achieves, and what it takes.
+
+    Parameters
+    ----------
+    run : Dataset
+        Of a mechanism with loose joints, driven or controlled.
+    ideal : Dataset
+        Of the ideal mechanism along the course that was wanted, over the same time.
+    after : float
+        Only what happens from then on counts [s].
+
+    Returns
+    -------
+    Dataset
+        For each loose joint: `contact_share` of the time, number of `separations`, when the last contact that lasts to the end
+        `kept_from` [s] (NaN for none), `peak_force` [N]. For the whole: `peak_torque` [N m], `torque_root_mean_square` [N m],
+        `energy_used` [J] (the positive power, integrated over the samples), `tracking_error` [rad] of the driven body,
+        `position_error` [m] of the output body and its `synchronisation_error` [m]: how far it is from where the ideal
+        mechanism would have it at the present angle of the driven body. Errors are the largest ones at the samples.
+
+    Raises
+    ------
+    InputError
+        If the runs have no driven body or do not belong together.
+    """
+    body = _driven_body(run)
+    for needed, name in ((run, "run"), (ideal, "ideal run")):
+        if "slider_position" not in needed:
+            raise InputError(f"a {name} without slider_position", "a mechanism whose output body is guided")
+    time = run["time"].values
+    part = time >= after
+    if int(np.sum(part)) < 2:
+        raise InputError(f"after = {after:g} s leaves fewer than two samples", f"a time before {time[-1]:g} s")
+    torque, speed = _torque(run, body)[part], run["angular_velocity"].sel(body=body).values[part]
+    power = np.clip(torque * speed, 0.0, None)
+
+    wanted_angle = np.interp(time, ideal["time"].values, ideal["angle"].sel(body=body).values)
+    wanted_place = np.interp(time, ideal["time"].values, ideal["slider_position"].values)
+    angle, place = run["angle"].sel(body=body).values, run["slider_position"].values
+    order = np.argsort(ideal["angle"].sel(body=body).values)
+    through = np.interp(angle, ideal["angle"].sel(body=body).values[order], ideal["slider_position"].values[order])
+    inside = part & (angle >= wanted_angle.min()) & (angle <= wanted_angle.max())  # elsewhere the ideal run knows nothing
+
+    single = {
+        "peak_torque": (np.max(np.abs(torque)), "N m", "largest driving torque"),
+        "torque_root_mean_square": (np.sqrt(np.mean(torque**2)), "N m", "root mean square of the driving torque"),
+        "energy_used": (np.trapezoid(power, time[part]), "J", "positive driving power, integrated"),
+        "tracking_error": (np.max(np.abs(angle - wanted_angle)[part]), "rad", "largest angle error of the driven body"),
+        "position_error": (np.max(np.abs(place - wanted_place)[part]), "m", "largest position error of the output body"),
+        "synchronisation_error": (
+            np.max(np.abs(place - through)[inside], initial=0.0),
+            "m",
+            "largest distance of the output body from its ideal place at the present angle",
+        ),
+    }
+    found: dict[str, Any] = {
+        name: ((), float(value), {"units": units, "long_name": text}) for name, (value, units, text) in single.items()
+    }
+    joints = [str(name) for name in run["joint"].values[np.isfinite(run["clearance"].values)]] if "clearance" in run else []
+    rows = np.array([_contact(run, joint, after) for joint in joints]).reshape(-1, 4)
+    named = (
+        ("contact_share", "1", "share of the time in contact"),
+        ("separations", "1", "contacts that ended"),
+        ("kept_from", "s", "start of the contact that lasts to the end"),
+        ("peak_force", "N", "largest normal force"),
+    )
+    for column, (name, units, text) in enumerate(named):
+        found[name] = (("joint",), rows[:, column], {"units": units, "long_name": text})
+    return xr.Dataset(found, coords={"joint": ("joint", joints)}, attrs={"title": "figures of merit", "after": after})
+
+
+def _driven_body(run: xr.Dataset) -> str:
+    """The body of the first drive or, without one, of the first actuator."""
+    mechanism = json.loads(run.attrs.get("configuration", "{}")).get("mechanism", {})
+    bodies = [drive["body"] for drive in mechanism.get("drives", [])]
+    bodies += [element["body"] for element in mechanism.get("elements", []) if element["kind"] == "model.element.Actuator"]
+    if not bodies:
+        raise InputError("a run without a drive or an actuator", "a mechanism that is driven() or controlled()")
+    return str(bodies[0])
+
+
+def _torque(run: xr.Dataset, body: str) -> np.ndarray:
+    """What drive and actuators give the driven body together [N m]."""
+    total = np.zeros(run.sizes["time"])
+    if "drive_torque" in run:
+        total += run["drive_torque"].values
+    if "control_torque" in run:
+        elements = json.loads(run.attrs["configuration"])["mechanism"]["elements"]
+        names = [element["name"] for element in elements if element.get("body") == body]
+        own = np.isin(run["actuator"].values, names)
+        total += run["control_torque"].values[:, own].sum(axis=1)
+    return total
+
+
+def _contact(run: xr.Dataset, joint: str, after: float) -> tuple[float, float, float, float]:
+    """Share of the time in contact, separations, start of the contact that lasts, largest normal force."""
+    end = float(run.attrs["end"])
+    chosen = run["contact_joint"].values == joint
+    start, duration = run["contact_start"].values[chosen], run["contact_duration"].values[chosen]
+    lasting = np.isnan(duration)
+    stop = np.where(lasting, end, start + duration)
+    touched = np.clip(stop - np.maximum(start, after), 0.0, None)
+    counted = stop > after
+    kept = float(start[lasting][0]) if np.any(lasting) else np.nan
+    # the peak of a contact that began earlier may lie before `after`: then the samples alone are asked
+    peaks = run["peak_force"].values[chosen][start >= after]
+    sampled = run["normal_force"].sel(joint=joint).values[run["time"].values >= after]
+    peak = max(float(np.max(peaks, initial=0.0)), float(np.nanmax(sampled)))
+    return float(np.sum(touched)) / (end - after), float(np.sum(counted & ~lasting)), kept, peak

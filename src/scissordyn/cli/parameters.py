@@ -1,0 +1,41 @@
+"""What a plug-in is and which parameters it has, for `scissordyn laws` and `scissordyn controllers`."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+__all__ = ["print_parameters", "print_text"]
+
+
+def print_text(described: type, to: Console) -> None:
+    """Print the docstring of a plug-in."""
+    import inspect
+    import re
+
+    # it is written for sphinx; here the formula stands as LaTeX below its sentence
+    text = re.sub(r"\.\. math::\s*", "    ", inspect.getdoc(described) or "")
+    to.print(re.sub(r"``?|:[a-z]+:(?=`)", "", text), markup=False)
+
+
+def print_parameters(described: type, to: Console) -> list[str]:
+    """Print the parameters of a plug-in; returns a sample of each as a case file has it."""
+    from rich import box
+    from rich.table import Table
+
+    from scissordyn.config.table import key_help, key_sample, quantity_of, table_of
+
+    keys = table_of(described)
+    table = Table("parameter", "default", "allowed", "meaning", box=box.SIMPLE_HEAD, pad_edge=False)
+    for key, field in keys.model_fields.items():
+        quantity = quantity_of(keys, key)
+        allowed = quantity.allowed.removeprefix("a finite number").strip() if quantity else "true or false"
+        if quantity is None and isinstance(field.default, str):
+            allowed = "text"
+        default = "" if field.is_required() or field.default is None else key_sample(keys, key)
+        table.add_row(key, default, allowed.replace("[", r"\["), key_help(keys, key))
+    if keys.model_fields:
+        to.print(table)
+    return [f"{key} = {key_sample(keys, key)}" for key in keys.model_fields]

@@ -1,0 +1,116 @@
+"""Controlled bodies in a case file: the controller, the course it follows, what it feeds forward and what it senses."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Annotated, Any
+
+from pydantic import Field, PlainValidator, ValidationInfo
+
+from scissordyn.config.motion import DriveTable
+from scissordyn.config.quantity import read_numbers
+from scissordyn.config.table import Table, build, toml
+from scissordyn.control.catalogue import CONTROLLERS, controller_from_file
+from scissordyn.control.controller import Controller
+from scissordyn.errors import InputError, did_you_mean
+from scissordyn.model.drive import ConstantSpeed, Motion, TableMotion
+from scissordyn.model.element import Actuator
+from scissordyn.model.joint import BodyPoint
+from scissordyn.model.mechanism import Mechanism
+from scissordyn.simulation.feed_forward import feed_forward
+from scissordyn.units import Quantity, quantities
+
+__all__ = ["ControlTable"]
+
+SAMPLE: dict[str, Any] = {"name": "pid", "proportional": "2e4 N m/rad", "derivative": "1500 N m s/rad"}
+TORQUES = 'feed_forward = { time = "0 0.1 0.2 0.3 0.4 0.5 s", torque = "0 1 2 3 4 5 N m" }'
+USER_FILE = "a function in a file as my_control.py:steer"
+
+
+class _UserTable(Table):
+    """What a controller in the user's own file may be given."""
+
+    delay: Annotated[float, Quantity("s", minimum=0.0, help="how far back it looks")] = 0.0
+    recorded: str = ""
+
+
+def _read_controller(given: Any, info: ValidationInfo) -> Controller:
+    parameters = dict(given) if isinstance(given, Mapping) else {"name": given}
+    name, sample = parameters.pop("name", None), f"controller = {toml(SAMPLE)}"
+    known = ", ".join(CONTROLLERS) + f", or {USER_FILE}"
+    if not isinstance(name, str):
+        raise InputError("no name of a controller", known, sample)
+    if ".py:" in name:
+        table = _UserTable.model_validate(parameters, context=info.context)
+        folder = (info.context or {}).get("folder", Path())
+        return controller_from_file(name, folder, delay=table.delay, recorded=table.recorded)
+    if name not in CONTROLLERS:
+        raise InputError(f"unknown controller '{name}'{did_you_mean(name, CONTROLLERS)}", known, sample)
+    made: Controller = build(CONTROLLERS[name], parameters, info.context)
+    return made
+
+
+def _read_reference(given: Any, info: ValidationInfo) -> Motion:
+    if isinstance(given, Mapping) and "body" in given:
+        raise InputError("unknown key 'body' in a reference", "the motion alone", 'reference = { speed = "20 rpm" }')
+    return DriveTable.model_validate(given, context=info.context).motion()
+
+
+def _read_torques(given: Any) -> str | TableMotion:
+    if given == "ideal":
+        return "ideal"
+    if not isinstance(given, Mapping) or set(given) != {"time", "torque"}:
+        raise InputError("not a feed-forward torque", '"ideal" for that of the ideal mechanism, or a table', TORQUES)
+    return TableMotion(read_numbers(given["time"], "s"), read_numbers(given["torque"], "N m"))
+
+
+class ControlTable(Table):
+    """A controlled torque in place of a drive."""
+
+    controller: Annotated[
+        Controller, PlainValidator(_read_controller), Field(description="scissordyn controllers lists them", examples=[SAMPLE])
+    ]
+    body: Annotated[str, Field(description="the body that is turned", examples=["unit 1/bar 1"])] = ""
+    reference: Annotated[
+        Motion | None,
+        PlainValidator(_read_reference),
+        Field(description="the angle wanted; that of the body's [drive] without it", examples=[{"speed": "20 rpm"}]),
+    ] = None
+    feed_forward: Annotated[
+        str | TableMotion | None,
+        PlainValidator(_read_torques),
+        Field(description="torque to add: that of the ideal mechanism, or a table", examples=["ideal"]),
+    ] = None
+    sensor: Annotated[
+        str, Field(description='a joint, whose eccentricity is sensed, or a point "BODY.POINT"', examples=["A"])
+    ] = ""
+    inertia: Annotated[float, quantities(Actuator)["inertia"]] = 0.0
+    on_course: Annotated[bool, Field(description="whether the body starts at the reference's angle and speed")] = True
+    name: Annotated[str, Field(description="name of the actuator", examples=["servo"])] = ""
+
+    def applied(self, mechanism: Mechanism, *, until: float) -> Mechanism:
+        """The mechanism with this control."""
+        reference, body = self.reference, self.body or mechanism.input_body
+        if reference is None:
+            reference = next((drive.motion for drive in mechanism.drives if drive.body == body), None)
+        torque = self.feed_forward
+        if isinstance(torque, str):
+            torque = feed_forward(mechanism, reference or ConstantSpeed(0.0), until=until, body=self.body)
+        return mechanism.controlled(
+            self.controller,
+            reference=reference,
+            body=self.body,
+            feed_forward=torque,
+            sensor=self._sensor(mechanism),
+            inertia=self.inertia,
+            on_course=self.on_course,
+            name=self.name,
+        )
+
+    def _sensor(self, mechanism: Mechanism) -> str | BodyPoint | None:
+        if not self.sensor:
+            return None
+        body, dot, point = self.sensor.rpartition(".")
+        known = {other.name for other in mechanism.bodies}
+        return (body, point) if dot and body in known and self.sensor not in mechanism.joint_names else self.sensor

@@ -1,0 +1,1 @@
+"""Controllers that compare a signal with its own past."""

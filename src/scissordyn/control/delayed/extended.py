@@ -1,0 +1,68 @@
+"""Extended delayed feedback: Pyragas's with a memory of all periods before."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Annotated, ClassVar
+
+from scissordyn.control.delayed.difference import difference_numbers
+from scissordyn.units import Quantity, check_quantities
+
+__all__ = ["ExtendedDelayedFeedback"]
+
+
+@dataclass(frozen=True)
+class ExtendedDelayedFeedback:
+    r"""Feedback of the difference between a signal and a fading sum of its values one, two, three ... periods ago.
+
+    .. math::
+        u = \mathrm{sat}(K [(1 - R) S(t - T) - y(t)]),\quad S(t) = y(t) + R S(t - T)
+
+    R = 0 is Pyragas's feedback. It vanishes on every orbit of period T and shares the limitation to an even number of real
+    Floquet multipliers above 1.
+
+    Parameters
+    ----------
+    gain : float
+        K [N m per unit of the signal].
+    delay : float
+        T [s].
+    memory : float
+        R [1].
+    recorded : str
+        The signal y: "error" (reference less angle [rad]), "speed" [rad/s], "sensor_x", "sensor_y" [m] or their rates
+        "sensor_rate_x", "sensor_rate_y" [m/s].
+    onset : float, optional
+        From when on it acts [s]; from one delay on if not given. Before the start the signal counts as constant.
+    ramp : float
+        Time over which the gain rises from zero after the onset [s].
+    limit : float, optional
+        Largest torque in either sense [N m].
+    """
+
+    gain: Annotated[float, Quantity("N m", help="K, torque per SI unit of the signal")]
+    delay: Annotated[float, Quantity("s", above=0.0, help="T, the period of the orbit that is wanted")]
+    memory: Annotated[float, Quantity("1", above=-1.0, below=1.0, help="R, share of the past that is kept")] = 0.5
+    recorded: str = "speed"
+    onset: Annotated[float | None, Quantity("s", minimum=0.0, help="from when on it acts; one delay without it")] = None
+    ramp: Annotated[float, Quantity("s", minimum=0.0, help="time over which the gain rises from zero")] = 0.0
+    limit: Annotated[float | None, Quantity("N m", above=0.0, help="largest torque in either sense")] = None
+
+    name: ClassVar[str] = "extended"
+    tag: ClassVar[int] = 2
+    source: ClassVar[str] = "Socolar, Sukow and Gauthier 1994, doi:10.1103/PhysRevE.50.3245"
+    feeds: ClassVar[bool] = False
+    states: ClassVar[tuple[str, ...]] = ()
+
+    def __post_init__(self) -> None:
+        check_quantities(self)
+        difference_numbers(self, self.memory)
+
+    @property
+    def senses(self) -> bool:
+        """Whether the signal is the sensor's."""
+        return self.recorded.startswith("sensor")
+
+    def parameters(self) -> tuple[float, ...]:
+        """K, R, limit, onset, ramp, place of the signal."""
+        return difference_numbers(self, self.memory)

@@ -1,0 +1,29 @@
+"""From a controller's tag to its kernel, as the laws' ladder does it. A tag without a rung gives NaN, which ends the run."""
+
+from __future__ import annotations
+
+import math
+
+from scissordyn.control.delayed import difference
+from scissordyn.control.tracking import feedback
+from scissordyn.jit import kernel
+from scissordyn.plugin.pointer import USER, call_at
+
+__all__ = ["control_torque"]
+
+_feedback, _difference = feedback.torque, difference.torque
+
+
+@kernel()
+def control_torque(tag, t, q, z, dz, p):
+    """Torque [N m] of controller `tag` at time t and signals q; writes the rates of its hidden states into dz."""
+    if tag == 0:
+        return 0.0
+    if tag == 1:
+        return _feedback(t, q, z, dz, p)
+    if tag == 2:
+        return _difference(t, q, p)
+    if tag == USER:
+        signals = (t, q[0], q[1], q[2], q[3], q[4], q[5], q[6], q[7], q[8], q[9], q[10])
+        return call_at(signals, p)  # type: ignore[call-arg]
+    return math.nan

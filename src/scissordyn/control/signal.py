@@ -1,0 +1,71 @@
+"""What a controller is told, and the shares of it that several controllers have in common.
+
+The signals of an actuator stand in one row, in the order of `SIGNALS`; angles and speeds are its body's against its base.
+"""
+
+from __future__ import annotations
+
+from scissordyn.errors import InputError, did_you_mean
+from scissordyn.jit import kernel
+
+__all__ = [
+    "DELAYED",
+    "ERROR",
+    "FEED_FORWARD",
+    "MEASURED",
+    "REFERENCE",
+    "SENSOR",
+    "SIGNALS",
+    "SPEED",
+    "check_signal",
+    "limited",
+    "ramped",
+]
+
+SIGNALS = (
+    "reference_angle",
+    "reference_speed",
+    "reference_acceleration",
+    "error",
+    "speed",
+    "sensor_x",
+    "sensor_y",
+    "sensor_rate_x",
+    "sensor_rate_y",
+    "delayed",
+    "feed_forward",
+)
+"""Reference course [rad, rad/s, rad/s^2]; reference less measured angle, in (-pi, pi]; measured speed; the sensor's vector [m]
+and its rate [m/s]; the recorded signal one delay ago; the feed-forward torque [N m]."""
+
+REFERENCE, ERROR, SPEED, SENSOR, DELAYED, FEED_FORWARD = 0, 3, 4, 5, 9, 10
+"""Where they stand."""
+
+MEASURED = ("error", "speed", "sensor_x", "sensor_y", "sensor_rate_x", "sensor_rate_y")
+"""Signals that can be recorded and compared with their own past."""
+
+
+def check_signal(owner: str, name: str) -> None:
+    """Raise `InputError` unless a signal of that name can be recorded."""
+    if name not in MEASURED:
+        raise InputError(f"{owner}: recorded = {name!r}{did_you_mean(name, MEASURED)}", ", ".join(MEASURED))
+
+
+@kernel()
+def limited(torque, limit):
+    """The torque nearest to the wanted one that is not beyond the limit either way; NaN stays NaN."""
+    if torque > limit:
+        return limit
+    if torque < -limit:
+        return -limit
+    return torque
+
+
+@kernel()
+def ramped(t, begin, duration):
+    """Zero before `begin`, one a duration later, in proportion to time between."""
+    if t < begin:
+        return 0.0
+    if t >= begin + duration:
+        return 1.0
+    return (t - begin) / duration

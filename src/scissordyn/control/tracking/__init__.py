@@ -1,0 +1,1 @@
+"""Controllers that follow a reference course."""

@@ -1,0 +1,60 @@
+"""Feed-forward torque with feedback: what the course needs, and what keeps the body on it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Annotated, ClassVar
+
+from scissordyn.control.tracking.feedback import feedback_numbers
+from scissordyn.units import Quantity, check_quantities
+
+__all__ = ["FeedForward"]
+
+
+@dataclass(frozen=True)
+class FeedForward:
+    r"""A torque given over time, with feedback of the angle error and of the rate of a distance, never beyond a limit.
+
+    .. math::
+        u = \mathrm{sat}(u_f(t) + k_p e + k_d \dot e + z - k_s\, s \cdot \dot s/\sqrt{|s|^2 + s_0^2}),\quad
+        \dot z = k_i e + (u - u_\mathrm{wanted})/T_t
+
+    s is the vector of the actuator's sensor, such as the eccentricity of a loose joint: k_s brakes the journal's way outward.
+    """
+
+    proportional: Annotated[float, Quantity("N m/rad", minimum=0.0, help="k_p")] = 0.0
+    derivative: Annotated[float, Quantity("N m s/rad", minimum=0.0, help="k_d")] = 0.0
+    integral: Annotated[float, Quantity("N m/(rad s)", minimum=0.0, help="k_i")] = 0.0
+    limit: Annotated[float | None, Quantity("N m", above=0.0, help="largest torque in either sense")] = None
+    ramp: Annotated[float, Quantity("s", minimum=0.0, help="time over which the limit rises from zero")] = 0.0
+    tracking_time: Annotated[
+        float | None, Quantity("s", above=0.0, help="T_t in which the integral yields to the limit; k_p/k_i without it")
+    ] = None
+    landing: Annotated[float, Quantity("N s", help="k_s, torque per rate of the sensor's distance; either sign")] = 0.0
+    landing_distance: Annotated[float, Quantity("m", above=0.0, help="s_0, below which the distance has no direction")] = 1e-5
+
+    name: ClassVar[str] = "feed-forward"
+    tag: ClassVar[int] = 1
+    source: ClassVar[str] = "Astrom and Hagglund 1995, PID Controllers, ISBN 1-55617-516-7"
+    feeds: ClassVar[bool] = True
+    delay: ClassVar[float] = 0.0
+    recorded: ClassVar[str] = ""
+    memory: ClassVar[float] = 0.0
+
+    def __post_init__(self) -> None:
+        check_quantities(self)
+        feedback_numbers(self)
+
+    @property
+    def states(self) -> tuple[str, ...]:
+        """The integral part of the torque [N m], if there is one."""
+        return ("integral_torque",) if self.integral > 0.0 else ()
+
+    @property
+    def senses(self) -> bool:
+        """Whether the landing makes use of the sensor."""
+        return self.landing != 0.0
+
+    def parameters(self) -> tuple[float, ...]:
+        """k_p, k_d, k_i, limit, ramp, 1/T_t, share of the feed-forward, k_s, s_0."""
+        return (*feedback_numbers(self), 1.0, self.landing, self.landing_distance)

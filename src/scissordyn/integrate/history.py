@@ -1,0 +1,63 @@
+"""What a problem looks back at: its signals over the steps made, for equations with delays.
+
+A row of the history is a step: its start, its size, then for each signal the coefficients of its polynomial in s = -1 .. 1,
+from the constant up. It runs through the signal at the Chebyshev points of the step's dense output, both ends among them.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from scissordyn.integrate.step import dense_value
+from scissordyn.jit import kernel
+
+__all__ = ["NODES", "keep_history", "make_history", "up_to_multiple"]
+
+COUNT = 8
+"""Coefficients of a signal: the dense output of the most accurate method has degree seven."""
+
+NODES: np.ndarray = -np.cos(np.pi * np.arange(COUNT) / (COUNT - 1))
+TRANSFORM: np.ndarray = np.linalg.inv(np.vander(NODES, increasing=True))
+"""From values at the nodes to coefficients; its condition number is about a thousand."""
+
+
+def make_history(signals: int, steps: int = 4096) -> np.ndarray:
+    """Room for some signals over some steps."""
+    return np.zeros((steps, 2 + COUNT * signals))
+
+
+@kernel(inline=True)
+def up_to_multiple(t, h, delays):
+    """A step size of at most h that does not pass a multiple of a delay.
+
+    So a step never looks back into itself; and as the start makes a kink in a derivative that comes back after every delay, no
+    polynomial runs across one.
+    """
+    for k in range(delays.size):
+        rest = delays[k] * (math.floor(t / delays[k]) + 1.0) - t
+        if rest < 1e-9 * delays[k]:  # t is such a multiple, to within round-off
+            rest += delays[k]
+        h = min(h, rest)
+    return h
+
+
+@kernel(inline=True)
+def keep_history(record, T, t, h, w, S):
+    """Add the step just made, of size h from t, to the history."""
+    if not h > 0.0:
+        return
+    row = w.history[w.kept[0]]
+    row[0], row[1] = t, h
+    for node in range(NODES.size):
+        theta = 0.5 * (1.0 + NODES[node])
+        dense_value(theta, T.pattern, w.y, w.dense, w.inside)
+        record(t + theta * h, w.inside, S, w.signals[node])
+    for signal in range(w.signals.shape[1]):
+        for k in range(NODES.size):
+            total = 0.0
+            for node in range(NODES.size):
+                total += TRANSFORM[k, node] * w.signals[node, signal]
+            row[2 + signal * NODES.size + k] = total
+    w.kept[0] += 1

@@ -1,0 +1,112 @@
+"""[control] in case files, and the catalogue on the command line."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+import scissordyn as sd
+from scissordyn.cli.main import status_of
+from scissordyn.config.file import read_case
+from scissordyn.control.delayed.pyragas import Pyragas
+from scissordyn.control.tracking.feed_forward import FeedForward
+from scissordyn.control.tracking.pid import PID
+from scissordyn.model.drive import Cycloidal
+from scissordyn.model.element import Actuator
+from scissordyn.simulation.feed_forward import feed_forward
+
+CASE = """
+[structure]
+kind = "scissor"
+units = 2
+
+[drive]
+cycloidal = { start = "30 deg", end = "60 deg", duration = "1 s" }
+
+CONTROL
+
+[run]
+until = "10 ms"
+samples = 11
+"""
+
+
+def case(tmp_path, control):
+    """A case with some control."""
+    path = tmp_path / "case.toml"
+    path.write_text(CASE.replace("CONTROL", control))
+    return read_case(path, [])
+
+
+def test_one_table(tmp_path):
+    """Identity: a case file and Python describe the same mechanism, and it runs."""
+    read = case(
+        tmp_path,
+        '[control]\nfeed_forward = "ideal"\nsensor = "slider.centre"\n'
+        'controller = { name = "feed-forward", proportional = "2e4 N m/rad", derivative = "1500 N m s/rad", limit = "770 N m" }',
+    )
+    arm, course = sd.scissor(units=2), Cycloidal(np.radians(30), np.radians(60), 1.0)
+    made = arm.controlled(
+        FeedForward(2e4, 1500.0, limit=770.0),
+        reference=course,
+        feed_forward=feed_forward(arm, course, until=0.01),
+        sensor=("slider", "centre"),
+    )
+    found, wanted = read.mechanism.elements[0], made.elements[0]
+    assert isinstance(found, Actuator)
+    same = {"reference": None, "controller": wanted.controller, "on_course": False}
+    assert dataclasses.replace(found, **same) == dataclasses.replace(wanted, **same)
+    assert found.controller.parameters() == pytest.approx(wanted.controller.parameters())
+    assert not read.mechanism.drives
+    assert sd.simulate(read.mechanism, **read.run.keywords).attrs["status"] == "complete"
+
+
+def test_several_tables(tmp_path):
+    """Identity: [[control]] stacks actuators; a reference of its own replaces the drive's."""
+    read = case(
+        tmp_path,
+        '[[control]]\nname = "servo"\ncontroller = { name = "pid", proportional = "2e4 N m/rad" }\n'
+        'reference = { speed = "20 rpm" }\n'
+        '[[control]]\ncontroller = { name = "pyragas", gain = "3 N m", delay = "20 ms", recorded = "speed" }\n',
+    )
+    first, second = read.mechanism.elements
+    assert (first.name, first.controller, first.on_course) == ("servo", PID(2e4), True)
+    assert (second.controller, second.on_course) == (Pyragas(3.0, 0.02), False)
+    assert first.reference == sd.ConstantSpeed(sd.rpm(20.0))
+
+
+def test_own_file(tmp_path):
+    """Identity: a controller in the user's own file, beside the case."""
+    names = "t, angle, speed, acceleration, error, measured, x, y, rate_x, rate_y, delayed, torque"
+    (tmp_path / "mine.py").write_text(f"def steer({names}):\n    return 2e4 * error - 10.0 * delayed\n")
+    read = case(tmp_path, '[control]\ncontroller = { name = "mine.py:steer", delay = "5 ms", recorded = "error" }')
+    assert read.mechanism.elements[0].controller.delay == pytest.approx(0.005)
+    assert sd.simulate(read.mechanism, **read.run.keywords).attrs["status"] == "complete"
+
+
+@pytest.mark.parametrize(
+    ("control", "words"),
+    [
+        ('[control]\ncontroller = "pdi"', "did you mean 'pid'"),
+        ('[control]\ncontroller = { name = "pid" }', "missing key 'proportional'"),
+        ('[control]\ncontroller = { name = "pid", proportional = "2 N" }', "proportional"),
+        ('[control]\ncontroller = "none"\nsensor = "Q"', "control"),
+        ('[control]\ncontroller = "none"\nfeed_forward = "idael"', '"ideal"'),
+        ('[control]\ncontroller = "none"\nreference = { speed = "1 rpm", body = "x" }', "unknown key 'body'"),
+    ],
+)
+def test_errors(tmp_path, control, words):
+    """Identity: what is wrong is named with its place."""
+    with pytest.raises(sd.InputError, match=words):
+        case(tmp_path, control)
+
+
+def test_catalogue_on_the_command_line(capsys):
+    """Identity: the list names every controller; one is shown with its parameters; an unknown one is refused."""
+    assert status_of(["controllers"]) == 0
+    listed = capsys.readouterr().out
+    assert all(name in listed for name in ("pid", "feed-forward", "pyragas", "extended", "none"))
+    assert status_of(["controllers", "pid"]) == 0
+    assert "proportional" in capsys.readouterr().out
+    assert status_of(["controllers", "pdi"]) == 2
+    assert "did you mean 'pid'" in capsys.readouterr().err

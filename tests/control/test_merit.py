@@ -1,0 +1,82 @@
+"""Figures of merit, and what control of contact achieves on the array of the reference."""
+
+import dataclasses
+import math
+
+import numpy as np
+import pytest
+
+import scissordyn as sd
+from scissordyn.analysis.merit import figures_of_merit
+from scissordyn.control.tracking.feed_forward import FeedForward
+from scissordyn.model.drive import Cycloidal, tabulated
+from scissordyn.model.element import Force
+from scissordyn.simulation.feed_forward import feed_forward
+
+UNTIL, DURATION, LIMIT = 1.2, 1.0, 770.0
+COURSE = Cycloidal(math.radians(30), math.radians(60), DURATION)
+GUST = Force(
+    "gust",
+    ("slider", "centre"),
+    (0.0, -50.0),
+    course=tabulated(lambda t: math.sin(math.pi * (t - 0.6) / 0.2) ** 2 if 0.6 < t < 0.8 else 0.0, until=UNTIL, points=4801),
+)
+
+
+@pytest.fixture(scope="module")
+def loose():
+    """The array with a loose joint A and a gust on its slider after half of the way."""
+    return dataclasses.replace(sd.scissor(units=2).loosen("A", sd.Clearance(5e-4)), elements=(GUST,))
+
+
+@pytest.fixture(scope="module")
+def ideal(loose):
+    """The ideal array on its course, without the gust."""
+    return sd.simulate(dataclasses.replace(loose.tighten(), elements=()).driven(COURSE), until=UNTIL)
+
+
+def test_ideal_against_itself(ideal):
+    """Identity: the ideal run has no errors; its energy is the integral of its positive power."""
+    found = figures_of_merit(ideal, ideal)
+    assert float(found["tracking_error"]) == 0.0
+    assert float(found["position_error"]) == 0.0
+    assert float(found["synchronisation_error"]) < 1e-15
+    power = ideal["drive_torque"].values * ideal["angular_velocity"].sel(body="unit 1/bar 1").values
+    work = float(np.sum(0.5 * (np.clip(power, 0, None)[1:] + np.clip(power, 0, None)[:-1]) * np.diff(ideal["time"].values)))
+    assert float(found["energy_used"]) == pytest.approx(work, rel=1e-12)
+    assert found.sizes["joint"] == 0
+
+
+def test_share_of_contact(loose_run):
+    """Cross-check: the share of contact from the table of contacts equals that of the samples to within their distance."""
+    found = figures_of_merit(loose_run, loose_run)
+    sampled = float(loose_run["in_contact"].sel(joint="A").mean())
+    contacts = loose_run.sizes["contact"]
+    assert float(found["contact_share"][0]) == pytest.approx(sampled, abs=2.0 * contacts / loose_run.sizes["time"])
+    assert float(found["peak_force"][0]) == float(loose_run["peak_force"].max())
+
+
+def test_control_keeps_contact(loose, ideal):
+    """Limit: from a concentric start, within the torque limit, control lands the joint in a tenth of a drive's time.
+
+    Both keep contact under the gust; fed forward alone the array loses its course.
+    """
+    driven = figures_of_merit(sd.simulate(loose.driven(COURSE), until=UNTIL), ideal)
+    torque = feed_forward(loose, COURSE, until=UNTIL)
+    laws = FeedForward(2e4, 1500.0, limit=LIMIT, ramp=0.02), FeedForward(limit=LIMIT)
+    runs = [sd.simulate(loose.controlled(law, reference=COURSE, feed_forward=torque), until=UNTIL) for law in laws]
+    closed, opened = (figures_of_merit(run, ideal) for run in runs)
+    assert float(driven["kept_from"][0]) > 0.5
+    assert float(closed["kept_from"][0]) < 0.1
+    assert float(closed["contact_share"][0]) > 0.95 > float(driven["contact_share"][0])
+    assert float(closed["peak_torque"]) <= LIMIT < float(driven["peak_torque"])
+    assert float(closed["tracking_error"]) < 2.5e-3
+    assert float(opened["tracking_error"]) > 2e-2
+
+
+def test_errors(ideal):
+    """Identity: runs that do not fit are refused."""
+    with pytest.raises(sd.InputError, match="without a drive"):
+        figures_of_merit(sd.simulate(sd.scissor(units=1), until=0.01, samples=3), ideal)
+    with pytest.raises(sd.InputError, match="fewer than two samples"):
+        figures_of_merit(ideal, ideal, after=5.0)

@@ -1,0 +1,101 @@
+"""The step matrix and the time derivative with controllers, against numerical differentiation of the right-hand side."""
+
+import math
+
+import numpy as np
+import pytest
+
+import scissordyn as sd
+from scissordyn.control.delayed.extended import ExtendedDelayedFeedback
+from scissordyn.control.tracking.feed_forward import FeedForward
+from scissordyn.control.tracking.pid import PID
+from scissordyn.integrate.history import NODES, TRANSFORM, make_history
+from scissordyn.jit import Handle
+from scissordyn.mechanics import functions
+from scissordyn.mechanics.layout import lay_out
+from scissordyn.mechanics.start import assemble
+from scissordyn.mechanics.system import build_system
+from scissordyn.model.drive import Harmonic, Polynomial
+
+COURSE = Harmonic(mean=0.5, amplitude=0.3, frequency=20.0, phase=0.2)
+TIME = 0.3
+
+
+def controlled_state(laws):
+    """An array with controllers away from its course, at a time when a history lies behind it."""
+    arm = sd.scissor(units=2, angle=0.5)
+    for law in laws:
+        feeds = Polynomial((3.0, 40.0, -200.0)) if law.feeds else None
+        arm = arm.controlled(law, reference=COURSE, feed_forward=feeds, sensor=("slider", "centre"), on_course=False)
+    layout = lay_out(arm)
+    system = build_system(layout)
+    handle, start = Handle(system), assemble(layout, system)
+    rng = np.random.default_rng(5)
+    state = np.concatenate(
+        [start.position, start.velocity + 0.1 * rng.normal(size=system.n), 30.0 * rng.normal(size=int(system.state_start[-1]))]
+    )
+    functions.project(0.0, state, handle.address)
+    if system.past.size:
+        history = make_history(system.past.size, 10)
+        wave = np.sin(8.0 * (TIME - 0.25 + 0.05 * NODES))
+        for signal in range(system.past.size):
+            history[0] = 0.0
+            history[0, :2] = TIME - 0.3, 0.1
+            history[0, 2 + signal * NODES.size :][: NODES.size] = TRANSFORM @ wave
+        handle.exchange(history=history)
+        system.kept[0] = 1
+    return handle, state, system.n
+
+
+LAWS = {
+    "pid": (PID(300.0, 40.0, 700.0),),
+    "limited": (PID(300.0, 40.0, 700.0, limit=5.0, ramp=1.0),),
+    "landing": (FeedForward(300.0, 40.0, 700.0, landing=60.0, landing_distance=0.2),),
+    "several": (FeedForward(30.0, landing=6.0, landing_distance=0.2), ExtendedDelayedFeedback(7.0, 0.25, 0.3, "sensor_rate_y")),
+    "two integrals": (PID(30.0, 4.0, 70.0), PID(20.0, 3.0, 50.0)),
+}
+
+
+@pytest.mark.parametrize("name", LAWS)
+@pytest.mark.parametrize("step", [1e-4, 1e-2])
+def test_step_matrix_is_the_derivative(name, step):
+    """Cross-check: W^-1 r from the structured solve equals that of a differenced Jacobian (relative error of differences)."""
+    handle, state, _ = controlled_state(LAWS[name])
+    size = state.size
+
+    def slope(y):
+        out = np.zeros(size)
+        functions.rate(TIME, y, handle.address, out)
+        return out
+
+    jacobian = np.empty((size, size))
+    for i in range(size):
+        h = 1e-5 * (1.0 + abs(state[i]))
+        up, down = state.copy(), state.copy()
+        up[i] += h
+        down[i] -= h
+        jacobian[:, i] = (slope(up) - slope(down)) / (2.0 * h)
+    out, by_time = np.zeros(size), np.zeros(size)
+    functions.linearise(TIME, state, handle.address, out, by_time)
+    assert functions.factorize(step, handle.address) == -1
+    right = np.random.default_rng(1).normal(size=size)
+    found = right.copy()
+    functions.solve(found, handle.address)
+    missing = found / step - jacobian @ found - right
+    scale = np.abs(found) / step + np.abs(jacobian) @ np.abs(found) + np.abs(right)
+    assert np.all(np.abs(missing) < 3e-6 * scale)
+
+
+@pytest.mark.parametrize("name", LAWS)
+def test_time_derivative(name):
+    """Cross-check: the partial derivative by time equals a central difference at fixed state."""
+    handle, state, _ = controlled_state(LAWS[name])
+    out, found = np.zeros(state.size), np.zeros(state.size)
+    functions.linearise(TIME, state, handle.address, out, found)
+    h = 1e-6
+    up, down = np.zeros(state.size), np.zeros(state.size)
+    functions.rate(TIME + h, state, handle.address, up)
+    functions.rate(TIME - h, state, handle.address, down)
+    assert np.max(np.abs(found)) > 0.1
+    assert np.allclose(found, (up - down) / (2.0 * h), rtol=1e-6, atol=1e-7 * np.max(np.abs(found)))
+    assert math.isfinite(float(np.sum(found)))

@@ -1,0 +1,243 @@
+"""Actuators and the controllers that follow a course, against closed forms and second descriptions of the same torque."""
+
+import math
+
+import numpy as np
+import pytest
+
+import scissordyn as sd
+from scissordyn.control.catalogue import CONTROLLERS, controller
+from scissordyn.control.controller import PARAMETERS, Controller
+from scissordyn.control.tracking.feed_forward import FeedForward
+from scissordyn.control.tracking.none import NoControl
+from scissordyn.control.tracking.pid import PID
+from scissordyn.control.user import UserController
+from scissordyn.model.drive import Cycloidal, Harmonic, Polynomial
+from scissordyn.model.element import Actuator, TorsionSpring
+from scissordyn.model.mechanism import Mechanism
+from scissordyn.simulation.feed_forward import feed_forward
+
+TIGHT = {"rtol": 1e-11, "atol": 1e-11, "samples": 101}
+INERTIA = 0.45
+"""Of the bar below about its pin [kg m^2]."""
+
+
+def hanging(*elements, angle=0.3, gravity=0.0, spin=0.0):
+    """A bar of 1 kg and 1 m that turns about a ground pin at its start."""
+    rod = sd.Body("rod", 1.0, 0.2, {"start": (0.0, 0.0)}, centre=(0.5, 0.0), angle=angle, angular_velocity=spin)
+    pin = sd.Revolute("pin", ("rod", "start"), ("ground", "origin"))
+    ground = (("origin", (0.0, 0.0)),)
+    return Mechanism((rod,), joints=(pin,), elements=elements, ground=ground, gravity=gravity, input_body="rod")
+
+
+def balanced(run, bound=1e-9):
+    """Whether the energy books close relative to the energy turned over."""
+    turnover = max(float(np.ptp(run["load_work"].values)), float(run["kinetic_energy"].max()))
+    return float(np.max(np.abs(run["energy_residual"]))) < bound * turnover
+
+
+@pytest.mark.parametrize("method", ["dop853", "rodas5p"])
+def test_proportional_derivative(method):
+    """Closed form: with PD feedback a free bar is a damped oscillator about the reference."""
+    held = hanging().controlled(PID(30.0, 0.9), reference=Polynomial((0.5,)), on_course=False)
+    run = sd.simulate(held, until=2.0, method=method, **TIGHT)
+    decay = 0.9 / (2.0 * INERTIA)
+    swing, t = math.sqrt(30.0 / INERTIA - decay**2), run["time"].values
+    exact = 0.5 - 0.2 * np.exp(-decay * t) * (np.cos(swing * t) + decay / swing * np.sin(swing * t))
+    assert np.allclose(run["angle"][:, 0], exact, atol=1e-9)
+    assert np.allclose(run["control_error"][:, 0], 0.5 - exact, atol=1e-9)
+    assert balanced(run)
+
+
+def test_moving_reference():
+    """Closed form: with the reference a t + b t^2 the error of PD feedback settles where k_p e is the torque I 2 b."""
+    held = hanging().controlled(PID(400.0, 20.0), reference=Polynomial((0.3, 1.0, 0.5)))
+    run = sd.simulate(held, until=3.0, **TIGHT)
+    assert float(run["angular_velocity"][0, 0]) == pytest.approx(1.0, rel=1e-12)
+    assert float(run["control_error"][-1, 0]) == pytest.approx(INERTIA * 1.0 / 400.0, rel=1e-7)
+
+
+def test_error_is_wrapped():
+    """Identity: a reference a whole turn away is the same reference."""
+    runs = [
+        sd.simulate(hanging().controlled(PID(30.0, 0.9), reference=Polynomial((a,)), on_course=False), until=1.0, **TIGHT)
+        for a in (0.5, 0.5 + 2.0 * math.pi)
+    ]
+    assert np.allclose(runs[0]["angle"], runs[1]["angle"], atol=1e-9)
+
+
+@pytest.mark.parametrize("method", ["dop853", "rodas5p"])
+def test_integral_removes_the_error(method):
+    """Closed form: the integral ends up carrying the weight, m g l cos(th)/2, with no error; without it the error stays."""
+    reference = Polynomial((0.6,))
+    tight = {"until": 12.0, "method": method, "rtol": 1e-10, "atol": 1e-10}
+    run = sd.simulate(hanging(gravity=9.81).controlled(PID(60.0, 12.0, 90.0), reference=reference), **tight)
+    weight = 9.81 * 0.5 * math.cos(0.6)
+    assert abs(float(run["control_error"][-1, 0])) < 1e-6
+    assert float(run["integral_torque"][-1, 0]) == pytest.approx(weight, rel=1e-5)
+    assert balanced(run, 1e-7)
+    without = sd.simulate(hanging(gravity=9.81).controlled(PID(60.0, 12.0), reference=reference), **tight)
+    sagged = float(without["control_error"][-1, 0])
+    assert 60.0 * sagged == pytest.approx(9.81 * 0.5 * math.cos(0.6 - sagged), rel=1e-6)
+
+
+def test_limit_is_exact():
+    """Closed form: at its limit an actuator turns the bar evenly."""
+    run = sd.simulate(
+        hanging().controlled(PID(1e4, limit=0.9), reference=Polynomial((2.5,)), on_course=False), until=1.0, **TIGHT
+    )
+    assert np.allclose(run["angle"][:, 0], 0.3 + run["time"] ** 2, atol=1e-9)
+    assert np.all(run["control_torque"] == 0.9)
+
+
+def test_ramp_is_exact():
+    """Closed form: while the limit rises in proportion to time, the angle grows with the third power of time."""
+    ramped = hanging().controlled(PID(1e4, limit=2.7, ramp=1.0), reference=Polynomial((2.5,)), on_course=False)
+    run = sd.simulate(ramped, until=0.9, **TIGHT)
+    assert np.allclose(run["angle"][:, 0], 0.3 + run["time"] ** 3, atol=1e-9)
+
+
+def test_integral_does_not_wind_up():
+    """Limit: at its limit the integral settles where the wanted torque exceeds the limit by k_i e T_t; it cannot run away."""
+    wall = TorsionSpring("wall", "rod", stiffness=1e6, free_angle=0.3, damping=1e3)
+    run = sd.simulate(
+        hanging(wall).controlled(
+            PID(1.0, 0.0, 50.0, limit=2.0, tracking_time=0.01), reference=Polynomial((1.3,)), on_course=False
+        ),
+        until=0.5,
+        method="rodas5p",
+    )
+    # e stays 1 to within 2e-6: z' = 50 e + (2 - e - z)/0.01 = 0
+    assert float(run["integral_torque"][-1, 0]) == pytest.approx(2.0 - 1.0 + 0.5, rel=1e-5)
+
+
+def test_feedback_is_a_hinge_spring():
+    """Cross-check: PD feedback between two free bars acts like a hinge spring with a damper, whatever its base does."""
+    spin = {"angular_velocity": 1.5}
+    one = sd.Body("one", 1.0, 0.1, {"start": (0.0, 0.0), "end": (1.0, 0.0)}, centre=(0.5, 0.0), angle=0.2, **spin)
+    other = sd.Body(
+        "other", 2.0, 0.3, {"start": (0.0, 0.0)}, centre=(0.4, 0.1), angle=1.0, position=(math.cos(0.2), math.sin(0.2))
+    )
+    pins = (sd.Revolute("pin", ("one", "start"), ("ground", "O")), sd.Revolute("elbow", ("other", "start"), ("one", "end")))
+    arm = Mechanism((one, other), joints=pins, ground=(("O", (0.0, 0.0)),))
+    hinge = TorsionSpring("hinge", "other", "one", stiffness=40.0, free_angle=0.5, damping=0.8)
+    servo = Actuator("servo", "other", PID(40.0, 0.8), base="one", reference=Polynomial((0.5,)))
+    for method in ("dop853", "rodas5p"):
+        sprung, steered = (
+            sd.simulate(arm.replace("elements", (element,)), until=0.6, method=method, **TIGHT) for element in (hinge, servo)
+        )
+        assert np.allclose(sprung["angle"], steered["angle"], atol=1e-8)
+        assert np.allclose(sprung["element_torque"], steered["element_torque"], atol=1e-6)
+        assert np.allclose(sprung["reaction"], steered["reaction"], atol=1e-5)
+
+
+def test_actuators_add_up():
+    """Identity: two actuators of half the gain are one of the whole gain."""
+    reference = Harmonic(0.3, 0.2, 5.0)
+    whole = sd.simulate(hanging().controlled(PID(50.0, 4.0), reference=reference), until=1.0, **TIGHT)
+    half = hanging().controlled(PID(25.0, 2.0), reference=reference).controlled(PID(25.0, 2.0), reference=reference)
+    split = sd.simulate(half, until=1.0, **TIGHT)
+    assert split.sizes["actuator"] == 2
+    assert np.allclose(whole["angle"], split["angle"], atol=1e-10)
+    assert np.allclose(whole["control_torque"][:, 0], split["control_torque"].sum("actuator"), atol=1e-8)
+
+
+def test_rotor_counts():
+    """Closed form: the rotor's inertia is added to the bar's."""
+    run = sd.simulate(
+        hanging().controlled(PID(1e4, limit=0.9), reference=Polynomial((2.5,)), on_course=False, inertia=0.45),
+        until=1.0,
+        **TIGHT,
+    )
+    assert np.allclose(run["angle"][:, 0], 0.3 + 0.5 * run["time"] ** 2, atol=1e-9)
+
+
+def test_no_control_is_no_torque():
+    """Identity: with the controller 'none' the bar falls as it does alone."""
+    alone = sd.simulate(hanging(gravity=9.81), until=1.0, **TIGHT)
+    left = sd.simulate(hanging(gravity=9.81).controlled(NoControl()), until=1.0, **TIGHT)
+    assert np.allclose(alone["angle"], left["angle"], atol=1e-10)
+
+
+def test_feed_forward_is_the_drive():
+    """Cross-check: the torque that a drive needs, fed forward, moves the ideal array along the same course."""
+    arm, course = sd.scissor(units=2), Cycloidal(math.radians(30), math.radians(60), 0.5)
+    torque = feed_forward(arm, course, until=0.5)
+    driven = sd.simulate(arm.driven(course), until=0.5, **TIGHT)
+    fed = sd.simulate(arm.controlled(FeedForward(), reference=course, feed_forward=torque), until=0.5, **TIGHT)
+    assert np.allclose(driven["angle"], fed["angle"], atol=1e-8)
+    assert np.allclose(driven["drive_torque"], fed["control_torque"][:, 0], rtol=1e-8, atol=1e-6)
+    assert balanced(fed)
+
+
+def steer(t, angle, speed, acceleration, error, measured, x, y, rate_x, rate_y, delayed, torque, stiffness, damping, landing):
+    """PD feedback, feed-forward and landing, written out."""
+    outward = (x * rate_x + y * rate_y) / math.sqrt(x * x + y * y + 1e-10)
+    return torque + stiffness * error + damping * (speed - measured) - landing * outward
+
+
+def test_user_controller():
+    """Cross-check: a user's function for the same torque gives the same motion of a loose array as the one built in."""
+    arm, course = sd.scissor(units=2).loosen("A", sd.Clearance(5e-4)), Cycloidal(math.radians(30), math.radians(60), 1.0)
+    torque = feed_forward(arm, course, until=0.02)
+    chosen = FeedForward(2e4, 1500.0, landing=300.0), UserController(steer, (2e4, 1500.0, 300.0))
+    runs = [sd.simulate(arm.controlled(law, reference=course, feed_forward=torque, sensor="A"), until=0.02) for law in chosen]
+    assert runs[0].sizes["contact"] >= 2
+    assert np.allclose(runs[0]["contact_start"], runs[1]["contact_start"], rtol=1e-9)
+    assert np.allclose(runs[0]["control_torque"], runs[1]["control_torque"], rtol=1e-8)
+
+
+@pytest.mark.parametrize("friction", [sd.NoFriction(), sd.LuGre(0.05)])
+def test_books_close_with_everything(friction):
+    """Identity: energy is kept account of with feedback, integral, landing, limit and contacts together."""
+    arm, course = sd.scissor(units=2).loosen("A", sd.Clearance(5e-4, friction=friction)), Cycloidal(math.radians(30), 1.0, 1.0)
+    law = FeedForward(2e4, 1500.0, 1e5, limit=600.0, ramp=0.01, landing=-300.0)
+    torque = feed_forward(arm, course, until=0.04)
+    run = sd.simulate(arm.controlled(law, reference=course, feed_forward=torque, sensor="A"), until=0.04)
+    assert run.attrs["status"] == "complete"
+    assert run.sizes["contact"] > 2
+    assert balanced(run, 1e-6)
+    assert float(np.abs(run["control_torque"]).max()) <= 600.0
+
+
+def test_replay():
+    """Identity: a controlled run is run again from its attributes, bit for bit."""
+    arm = sd.scissor(units=2).loosen("A", sd.Clearance(5e-4))
+    run = sd.simulate(arm.controlled(PID(2e4, 1500.0, 1e4), speed=0.5, sensor="A"), until=0.01, samples=11)
+    again = sd.replay(run)
+    for name in ("angle", "control_torque", "integral_torque", "normal_force"):
+        assert np.array_equal(again[name].values, run[name].values, equal_nan=True)
+
+
+def test_catalogue():
+    """Identity: every controller of the folders keeps the contract."""
+    made = {"pid": PID(1.0), "feed-forward": FeedForward(), "none": NoControl()}
+    made |= {name: CONTROLLERS[name](1.0, 0.5) for name in ("pyragas", "extended")}
+    assert set(made) == set(CONTROLLERS)
+    for name, law in made.items():
+        assert isinstance(law, Controller)
+        assert law.name == name
+        assert len(law.parameters()) <= PARAMETERS
+        assert controller(name) is type(law)
+
+
+@pytest.mark.parametrize(
+    ("make", "words"),
+    [
+        (lambda: controller("pdi"), "did you mean 'pid'"),
+        (lambda: PID(-1.0), "proportional = -1.0"),
+        (lambda: PID(1.0, ramp=0.1), "without a limit"),
+        (lambda: CONTROLLERS["pyragas"](1.0, 0.5, recorded="sped"), "did you mean 'speed'"),
+        (lambda: hanging().controlled(FeedForward(landing=1.0)), "without a sensor"),
+        (lambda: hanging().controlled(PID(1.0), feed_forward=Polynomial((1.0,))), "no use of a feed-forward"),
+        (lambda: hanging().controlled(PID(1.0), sensor="pni"), "did you mean 'pin'"),
+        (lambda: hanging().controlled(PID(1.0), sensor=("rod", "tip")), "point 'tip'"),
+        (lambda: hanging().controlled(PID(1.0), reference=Polynomial((0.0,)), speed=1.0), "both reference and speed"),
+        (lambda: UserController(lambda t: t), "cannot be called"),
+        (lambda: UserController(steer, (1.0, 1.0, 1.0), delay=1.0), "both or neither"),
+    ],
+)
+def test_errors(make, words):
+    """Identity: wrong input is refused with its name."""
+    with pytest.raises(sd.InputError, match=words):
+        make()

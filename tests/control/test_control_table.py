@@ -43,11 +43,11 @@ def test_one_table(tmp_path):
     read = case(
         tmp_path,
         '[control]\nfeed_forward = "ideal"\nsensor = "slider.centre"\n'
-        'controller = { name = "feed-forward", proportional = "2e4 N m/rad", derivative = "1500 N m s/rad", limit = "770 N m" }',
+        'controller = { name = "feed-forward", proportional = "2e4 N m/rad", derivative = "1500 N m s/rad", limit = "1 kN m" }',
     )
     arm, course = sd.scissor(units=2), Cycloidal(np.radians(30), np.radians(60), 1.0)
     made = arm.controlled(
-        FeedForward(2e4, 1500.0, limit=770.0),
+        FeedForward(2e4, 1500.0, limit=1000.0),
         reference=course,
         feed_forward=feed_forward(arm, course, until=0.01),
         sensor=("slider", "centre"),

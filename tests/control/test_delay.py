@@ -51,9 +51,9 @@ def lagged(method, tolerance, until=5.0, **options):
 @pytest.mark.parametrize(("method", "order"), [("dopri5", 5), ("rodas5p", 5), ("rodas4p", 4)])
 def test_order_with_a_delay(method, order):
     """Order of convergence: fitted from errors against steps; the delayed value costs the method nothing of its order."""
-    found = [lagged(method, tolerance)[1:] for tolerance in (1e-6, 1e-7, 1e-8, 1e-9, 1e-10)]
+    found = [lagged(method, tolerance)[1:] for tolerance in (1e-8, 1e-9, 1e-10, 1e-11)]
     fitted = -np.polyfit(np.log([steps for _, steps in found]), np.log([error for error, _ in found]), 1)[0]
-    assert order - 0.5 < fitted < order + 0.8
+    assert order - 0.5 < fitted < order + 0.5
 
 
 @pytest.mark.parametrize("method", METHODS)
@@ -140,12 +140,13 @@ def test_extended_without_memory_is_pyragas():
 
 def test_onset_limit_and_record():
     """Identity: no torque before the onset, none beyond the limit, and S = y + R S(t - T) in what is recorded."""
-    law = ExtendedDelayedFeedback(5.0, 0.25, 0.5, onset=0.5, limit=0.4)
-    free = turning(spin=1.0).controlled(PID(18.0), reference=Polynomial((0.3,)), on_course=False).controlled(law)
-    run = sd.simulate(free, until=2.0, samples=201, rtol=1e-10, atol=1e-10)
+    held = turning(spin=1.0).controlled(PID(18.0), reference=Polynomial((0.3,)), on_course=False)
+    options = {"until": 2.0, "samples": 201, "rtol": 1e-10, "atol": 1e-10}
+    run = sd.simulate(held.controlled(ExtendedDelayedFeedback(5.0, 0.25, 0.5, onset=0.5, limit=0.4)), **options)
     torque, t = run["control_torque"][:, 1].values, run["time"].values
     assert np.all(torque[t < 0.5 - 1e-9] == 0.0)
     assert np.max(np.abs(torque)) == 0.4
+    run = sd.simulate(held.controlled(ExtendedDelayedFeedback(5.0, 0.25, 0.5, onset=0.5)), **options)
     signal, speed = run["control_signal"][:, 1].values, run["angular_velocity"][:, 0].values
-    assert np.allclose(signal[25:], speed[25:] + 0.5 * signal[:-25], atol=1e-7)
+    assert np.allclose(signal[25:], speed[25:] + 0.5 * signal[:-25], atol=1e-9)
     assert signal[0] == pytest.approx(1.0 / (1.0 - 0.5), rel=1e-12)

@@ -1,0 +1,141 @@
+"""``scissordyn bifurcation``: what a periodic drive settles to, over a parameter."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from scissordyn.cli.output import check_file
+from scissordyn.cli.status import DONE, INTERRUPTED, UNFINISHED
+from scissordyn.errors import InputError
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+__all__ = ["bifurcation"]
+
+
+def bifurcation(
+    case: Annotated[Path, typer.Argument(help="A case file with a periodic drive.")],
+    over: Annotated[str, typer.Option(help="What varies, as in A.clearance, A.friction.kinetic or drive.frequency.")],
+    first: Annotated[str, typer.Option("--from", metavar="VALUE", help="First value, with its unit.")],
+    last: Annotated[str, typer.Option("--to", metavar="VALUE", help="Last value, with its unit.")],
+    values: Annotated[int, typer.Option(help="How many values.", min=2)] = 300,
+    cycles: Annotated[int, typer.Option(help="Periods of the drive to run for each value.", min=1)] = 200,
+    keep: Annotated[int | None, typer.Option(help="How many of the last to keep; half if not given.", min=1)] = None,
+    follow: Annotated[bool, typer.Option("--follow", help="Start each value where the one before ended.")] = False,
+    tolerance: Annotated[float, typer.Option(help="Relative tolerance.", min=1e-14, max=1e-2)] = 1e-6,
+    workers: Annotated[int | None, typer.Option(help="Processes; one per processor if not given.", min=1)] = None,
+    output: Annotated[
+        Path | None, typer.Option("-o", "--output", help="Keep the diagram in this NetCDF file, and go on from it.")
+    ] = None,
+    change: Annotated[
+        list[str] | None,
+        typer.Option("--set", metavar="KEY=VALUE", help="Change a value of the case. Repeatable."),
+    ] = None,
+    plot: Annotated[Path | None, typer.Option(help="Draw the diagram into this file.")] = None,
+    variable: Annotated[str, typer.Option(help="What to draw.")] = "",
+) -> int:
+    """Compute a bifurcation diagram: the state once per period of the drive, for many values of a parameter."""
+    if output is not None:
+        check_file(output, case, "-o diagram.nc")
+    if plot is not None:
+        from scissordyn.plot.file import check_format
+
+        check_format(plot.suffix.lower().removeprefix("."))
+        check_file(plot, case, "--plot diagram.png")
+
+    import numpy as np
+
+    from scissordyn.config.file import read_case
+    from scissordyn.study.bifurcation import bifurcation as compute
+    from scissordyn.study.parameter import parameter
+
+    described = read_case(case, list(change or []))
+    quantity = parameter(described.mechanism, over).quantity
+    ends = _number(first, quantity, "--from"), _number(last, quantity, "--to")
+    with _progress(values) as progress:
+        diagram = compute(
+            described.mechanism,
+            over=over,
+            values=np.linspace(*ends, values),
+            cycles=cycles,
+            keep=max(1, cycles // 2) if keep is None else keep,
+            follow=follow,
+            start=described.run.start,
+            rtol=tolerance,
+            atol=tolerance,
+            method=described.run.method,
+            workers=workers,
+            store=output,
+            progress=progress,
+        )
+    return _show(diagram, output, plot, variable)
+
+
+def _number(text: str, quantity: object, option: str) -> float:
+    from scissordyn.config.quantity import example, read_quantity
+    from scissordyn.units import Quantity
+
+    assert isinstance(quantity, Quantity)
+    value: str | float = text
+    if quantity.unit == "1":
+        try:
+            value = float(text)
+        except ValueError:
+            raise InputError(f"{option} '{text}': not a number", quantity.allowed, f"{option} {example(quantity)}") from None
+    try:
+        return read_quantity(value, quantity, f"{option} '{example(quantity)}'")
+    except InputError as error:
+        raise InputError(f"{option} '{text}': {error.what}", error.allowed, error.type_this) from None
+
+
+def _show(diagram: xr.Dataset, output: Path | None, plot: Path | None, variable: str) -> int:
+    states = diagram["status"].values.tolist()
+    done, total = int(diagram["completed_cycles"].sum()), len(states)
+    print(
+        f"{states.count('complete')} of {total} values of {diagram.attrs['parameter']} complete, {done} cycles, "
+        f"{diagram.attrs['wall_seconds']:.1f} s; {diagram.attrs['cycles_per_second']:.0f} cycles per second and process"
+    )
+    if output is not None:
+        print(f"Saved to {output}" + ("" if states.count("complete") == total else f", marked {diagram.attrs['status']}"))
+    if diagram.attrs["status"] == "interrupted":
+        print(
+            "scissordyn: interrupted; the same command goes on from the file" if output else "scissordyn: interrupted",
+            file=sys.stderr,
+        )
+        return INTERRUPTED
+    if plot is not None and "complete" in states:
+        from scissordyn.plot.file import write
+        from scissordyn.plot.regularity import bifurcation as draw
+
+        figure = draw(diagram, variable=variable)[0].get_figure(root=True)
+        assert figure is not None
+        print(write(figure, plot))
+    failed = [index for index, state in enumerate(states) if state == "failed"]
+    if failed:
+        value, cause = float(diagram["value"][failed[0]]), diagram["cause"].values[failed[0]]
+        unit = diagram["value"].attrs["units"]
+        print(f"scissordyn: {len(failed)} of {total} values failed; the first, {value:g} {unit}: {cause}", file=sys.stderr)
+        return UNFINISHED
+    return DONE
+
+
+@contextmanager
+def _progress(total: int) -> Iterator[Callable[[int, int], None] | None]:
+    """Give a function of how many values are done that moves a bar on stderr; None where no one looks at a terminal."""
+    if not sys.stderr.isatty():
+        yield None
+        return
+    from rich.console import Console
+    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
+
+    columns = (TextColumn("values"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
+    with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
+        task = bar.add_task("values", total=total)
+        yield lambda done, _: bar.update(task, completed=done)

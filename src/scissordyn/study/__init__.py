@@ -1,0 +1,1 @@
+"""Many runs: parameters, runners, and what is built from them."""

@@ -1,0 +1,349 @@
+"""Bifurcation diagrams: what a periodic run settles to, over a parameter."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import os
+import time
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, replace
+from importlib.metadata import version
+from pathlib import Path
+
+import numpy as np
+import xarray as xr
+
+import scissordyn
+from scissordyn.errors import InputError
+from scissordyn.jit import source_digest
+from scissordyn.model.mechanism import Mechanism
+from scissordyn.model.record import to_plain
+from scissordyn.simulation.cycles import DESCRIBED, per_cycle
+from scissordyn.simulation.options import Options, StartKind
+from scissordyn.simulation.store import load, save
+from scissordyn.simulation.stroboscope import CycleState, drive_period, run_cycles
+from scissordyn.study.follow import carried
+from scissordyn.study.parameter import parameter, varied
+from scissordyn.study.runner import CaseResult, each_case, worker_count
+
+__all__ = ["bifurcation"]
+
+PENDING = "pending"
+"""Status of a value that has not been computed yet."""
+
+SAVE_EVERY = 10.0
+"""Seconds of work that may be lost: the store is written anew no more often."""
+
+
+@dataclass(frozen=True)
+class DiagramCase:
+    """One value of the parameter: all that a worker needs.
+
+    Parameters
+    ----------
+    mechanism : Mechanism
+    options : Options
+        `until` is the period.
+    cycles, keep : int
+    phase : float
+    start : {"concentric", "in-contact", "static"} or CycleState
+    """
+
+    mechanism: Mechanism
+    options: Options
+    cycles: int
+    keep: int
+    phase: float
+    start: StartKind | CycleState
+
+
+@dataclass(frozen=True)
+class DiagramRow:
+    """What one value gives.
+
+    Parameters
+    ----------
+    values : dict of ndarray
+        The last cycles, by the names of `simulation.cycles.DESCRIBED`; shorter where the run failed.
+    done : int
+        Whole cycles.
+    end : CycleState
+    status, cause : str
+    steps, events : int
+    seconds, processor_seconds : float
+        Of this value, by the clock and of the processor.
+    """
+
+    values: dict[str, np.ndarray]
+    done: int
+    end: CycleState
+    status: str
+    cause: str
+    steps: int
+    events: int
+    seconds: float
+    processor_seconds: float
+
+
+def bifurcation(
+    mechanism: Mechanism,
+    *,
+    over: str | Callable[[float], Mechanism],
+    values: Sequence[float] | np.ndarray,
+    cycles: int = 200,
+    keep: int = 100,
+    period: float | None = None,
+    phase: float = 0.0,
+    follow: bool = False,
+    start: StartKind = "concentric",
+    rtol: float = 1e-6,
+    atol: float = 1e-6,
+    method: str = "auto",
+    most_steps: int = 1_000_000,
+    workers: int | None = None,
+    store: str | os.PathLike[str] | None = None,
+    progress: Callable[[int, int], None] | None = None,
+) -> xr.Dataset:
+    """The stroboscopic map of a periodically driven mechanism for many values of a parameter.
+
+    Parameters
+    ----------
+    mechanism : Mechanism
+    over : str or callable
+        What varies: "A.clearance", "A.friction.kinetic", "drive.speed", "drive.frequency", "gravity"; see
+        `study.parameter`. Or a function from a value to a mechanism.
+    values : sequence of float
+        Of the parameter, in SI, in the order in which they are to be followed.
+    cycles, keep : int
+        How many cycles to run for each value, and how many of the last to keep.
+    period : float, optional
+        Of the map [s]; that of each mechanism's drive if not given.
+    phase : float
+        Where in the cycle the state is taken, in [0, 1).
+    follow : bool
+        Start each value from the end of the one before, which follows a branch of solutions, up or down as the values go.
+        Such a chain runs in one process. If not, each value starts as `start` says.
+    start : {"concentric", "in-contact", "static"}
+    rtol, atol : float
+    method : str
+    most_steps : int
+        Of a cycle.
+    workers : int, optional
+        Processes; as many as there are processors if not given. The result does not depend on it.
+    store : path, optional
+        A NetCDF file that always holds what has been done so far, whole. If it exists, only what is missing is computed.
+    progress : callable, optional
+        Called after each value with how many are done and how many there are.
+
+    Returns
+    -------
+    Dataset
+        Dimensions value, cycle, joint, axis; the coordinate "value" has the parameter's unit. Per value: status
+        ("complete", "failed", "interrupted", or "pending" after Ctrl-C), cause, completed_cycles, total_steps, total_events,
+        seconds, processor_seconds.
+        Numbers are NaN where a cycle was not reached, and only there. Attributes: status, cycles_per_second (of
+        processor time), wall_seconds of this call, parameter, cycles, configuration.
+
+    Raises
+    ------
+    InputError
+        For a parameter, value or option that cannot be used, or a store that belongs to another diagram.
+    """
+    began = time.perf_counter()
+    numbers = [float(value) for value in values]
+    if not numbers or not np.all(np.isfinite(numbers)):
+        raise InputError("values that are empty or not finite", "one number or more")
+    for name, count, most in (("cycles", cycles, None), ("keep", keep, cycles)):
+        if isinstance(count, bool) or not isinstance(count, int) or count < 1 or (most is not None and count > most):
+            raise InputError(f"{name} = {count!r}", "a whole number >= 1" + (f" and <= {most}" if most is not None else ""))
+    mechanisms = [varied(mechanism, over, value) if isinstance(over, str) else over(value) for value in numbers]
+    cases = [
+        DiagramCase(
+            one,
+            Options(drive_period(one) if period is None else period, start, 2, rtol, atol, method, most_steps),
+            cycles,
+            keep,
+            phase,
+            start,
+        )
+        for one in mechanisms
+    ]
+    if len({tuple(joint.name for joint in one.loose) for one in mechanisms}) > 1:
+        raise InputError("mechanisms with different loose joints", "the same loose joints for every value")
+    target = None if store is None else Path(store)
+    diagram = _blank(mechanism, over, numbers, cases, follow)
+    if target is not None and target.exists():
+        diagram = _taken_up(target, diagram)
+    todo = np.flatnonzero(np.isin(diagram["status"].values, (PENDING, "interrupted"))).tolist()
+    saved, interrupted = time.perf_counter(), False
+    try:
+        for result in _chain(cases, diagram, todo) if follow else _spread(cases, todo, worker_count(workers)):
+            _enter(diagram, result, cases[result.index])
+            if progress is not None:
+                progress(int(np.sum(diagram["status"].values != PENDING)), len(cases))
+            if target is not None and time.perf_counter() - saved > SAVE_EVERY:
+                save(diagram, target)
+                saved = time.perf_counter()
+    except KeyboardInterrupt:
+        interrupted = True
+    _conclude(diagram, interrupted, time.perf_counter() - began)
+    if target is not None:
+        save(diagram, target)
+    return diagram
+
+
+def _row(case: DiagramCase) -> DiagramRow:
+    """The work of one value."""
+    began, worked = time.perf_counter(), time.process_time()
+    found = run_cycles(case.mechanism, case.options, cycles=case.cycles, phase=case.phase, start=case.start)
+    if found.status == "interrupted":
+        raise KeyboardInterrupt
+    first = case.cycles - case.keep
+    values = {name: values[first:] for name, values in per_cycle(case.mechanism, found).items()}
+    return DiagramRow(
+        values=values,
+        done=found.samples.time.size,
+        end=found.end,
+        status=found.status,
+        cause=found.cause,
+        steps=int(found.statistics["steps"]),
+        events=int(found.statistics["events"]),
+        seconds=time.perf_counter() - began,
+        processor_seconds=time.process_time() - worked,
+    )
+
+
+def _spread(cases: Sequence[DiagramCase], todo: list[int], workers: int) -> Iterator[CaseResult[DiagramRow]]:
+    for result in each_case(_row, [cases[index] for index in todo], workers=workers):
+        yield replace(result, index=todo[result.index])
+
+
+def _chain(cases: Sequence[DiagramCase], diagram: xr.Dataset, todo: list[int]) -> Iterator[CaseResult[DiagramRow]]:
+    """Value after value, each from where the one before ended; after a failure from the start again."""
+    end: CycleState | None = None
+    for index in todo:
+        case = cases[index]
+        if index and end is None and diagram["status"].values[index - 1] == "complete":
+            end = _unpacked(diagram, index - 1)
+        if index and end is not None:
+            case = replace(case, start=carried(cases[index - 1].mechanism, end, case.mechanism))
+        for result in each_case(_row, [case], workers=1):
+            end = result.value.end if result.value is not None and result.value.status == "complete" else None
+            yield replace(result, index=index)
+
+
+def _blank(
+    mechanism: Mechanism,
+    over: str | Callable[[float], Mechanism],
+    numbers: list[float],
+    cases: Sequence[DiagramCase],
+    follow: bool,
+) -> xr.Dataset:
+    """A diagram in which everything is still to be done."""
+    count, first = len(cases), cases[0]
+    if isinstance(over, str):
+        quantity = parameter(mechanism, over).quantity
+        units, long_name, name = quantity.unit, quantity.help or over, over
+    else:
+        units, long_name, name = "1", "parameter", getattr(over, "__name__", "function")
+    identity = [
+        {"mechanism": to_plain(case.mechanism), "options": to_plain(case.options), "phase": case.phase} for case in cases
+    ]
+    configuration = {
+        "over": name,
+        "cycles": first.cycles,
+        "keep": first.keep,
+        "follow": follow,
+        "mechanism": to_plain(mechanism),
+        "cases": hashlib.sha256(json.dumps(identity).encode()).hexdigest(),
+        "kernels": source_digest(Path(scissordyn.__file__).parent),
+    }
+    text = np.full(count, "", dtype=object)
+    return xr.Dataset(
+        {
+            "status": ("value", np.full(count, PENDING, dtype=object), {"long_name": "status"}),
+            "cause": ("value", text, {"long_name": "why it is not complete"}),
+            "completed_cycles": ("value", np.zeros(count, np.int64), {"units": "1", "long_name": "whole cycles"}),
+            "total_steps": ("value", np.zeros(count, np.int64), {"units": "1", "long_name": "integration steps"}),
+            "total_events": ("value", np.zeros(count, np.int64), {"units": "1", "long_name": "contacts begun and ended"}),
+            "seconds": ("value", np.zeros(count), {"units": "s", "long_name": "time taken"}),
+            "processor_seconds": ("value", np.zeros(count), {"units": "s", "long_name": "time of the processor taken"}),
+        },
+        coords={
+            "value": ("value", np.array(numbers), {"units": units, "long_name": long_name}),
+            "cycle": ("cycle", np.arange(first.cycles - first.keep, first.cycles), {"long_name": "cycle"}),
+            "joint": ("joint", np.array([joint.name for joint in first.mechanism.loose], dtype=object)),
+            "axis": ("axis", np.array(["x", "y"], dtype=object)),
+            "period": ("value", np.array([case.options.until for case in cases]), {"units": "s", "long_name": "period"}),
+        },
+        attrs={
+            "title": "scissordyn bifurcation",
+            "status": PENDING,
+            "parameter": name,
+            "phase": first.phase,
+            "cycles": first.cycles,
+            "versions": json.dumps({"scissordyn": version("scissordyn")}),
+            "configuration": json.dumps(configuration),
+        },
+    )
+
+
+def _taken_up(target: Path, blank: xr.Dataset) -> xr.Dataset:
+    """What a store already holds, if it is this diagram."""
+    stored = load(target)
+    wanted, there = (json.loads(one.attrs["configuration"]) for one in (blank, stored))
+    differs = [key for key in wanted if wanted[key] != there.get(key)] if isinstance(there, dict) else ["title"]
+    if differs or not np.array_equal(blank["value"].values, stored["value"].values):
+        raise InputError(
+            f"'{target}' holds another diagram (differs in {', '.join(differs) or 'values'})",
+            "the file of the same diagram, or a name that is not taken",
+            "store='another.nc'",
+        )
+    for name in ("status", "cause"):
+        stored[name] = stored[name].astype(object)
+    return stored
+
+
+def _enter(diagram: xr.Dataset, result: CaseResult[DiagramRow], case: DiagramCase) -> None:
+    """Write one value's results into the diagram."""
+    at, row = result.index, result.value
+    if row is None:
+        diagram["status"].values[at], diagram["cause"].values[at] = "failed", result.error
+        return
+    for name, values in row.values.items():
+        if name not in diagram:
+            dims, units, long_name = DESCRIBED[name]
+            shape = (diagram.sizes["value"], case.keep, *values.shape[1:])
+            about = {"units": units, "long_name": long_name}
+            diagram[name] = (("value", *dims), np.full(shape, np.nan), about)
+        diagram[name].values[at, : values.shape[0]] = values
+    diagram["status"].values[at], diagram["cause"].values[at] = row.status, row.cause
+    diagram["completed_cycles"].values[at] = row.done
+    diagram["total_steps"].values[at], diagram["total_events"].values[at] = row.steps, row.events
+    diagram["seconds"].values[at], diagram["processor_seconds"].values[at] = row.seconds, row.processor_seconds
+    packed = np.concatenate([row.end.state, row.end.mode, row.end.approach])
+    if "end" not in diagram:
+        about = {"units": "SI", "long_name": "state, contact modes and approach speeds at the end"}
+        diagram.attrs["guards"] = row.end.mode.size
+        diagram["end"] = (("value", "entry"), np.full((diagram.sizes["value"], packed.size), np.nan), about)
+    if packed.size == diagram.sizes["entry"]:  # a function may give mechanisms of different sizes
+        diagram["end"].values[at] = packed
+
+
+def _unpacked(diagram: xr.Dataset, at: int) -> CycleState:
+    packed, guards = diagram["end"].values[at], int(diagram.attrs["guards"])
+    state, mode, approach = np.split(packed, [packed.size - 2 * guards, packed.size - guards])
+    return CycleState(0, state, mode.astype(np.int64), approach, np.zeros(guards), np.zeros(5), np.zeros(0))
+
+
+def _conclude(diagram: xr.Dataset, interrupted: bool, seconds: float) -> None:
+    status = diagram["status"].values
+    worked = float(diagram["processor_seconds"].sum())
+    failed = int(np.sum(status == "failed"))
+    diagram.attrs |= {
+        "status": "interrupted" if interrupted else ("failed" if failed == status.size else "complete"),
+        "failed_values": failed,
+        "cycles_per_second": float(diagram["completed_cycles"].sum()) / worked if worked > 0.0 else 0.0,
+        "wall_seconds": seconds,
+    }

@@ -1,0 +1,220 @@
+"""Many members of one case whose starts differ by round-off: what of a periodic run can be trusted."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+import xarray as xr
+
+from scissordyn.errors import InputError
+from scissordyn.jit import Handle
+from scissordyn.mechanics.layout import lay_out
+from scissordyn.mechanics.system import build_system
+from scissordyn.model.mechanism import Mechanism
+from scissordyn.model.record import to_plain
+from scissordyn.simulation.cycles import DESCRIBED, per_cycle
+from scissordyn.simulation.options import Options, StartKind
+from scissordyn.simulation.stroboscope import CycleState, drive_period, run_cycles, start_state
+from scissordyn.study.follow import consistent
+from scissordyn.study.runner import run_cases
+
+__all__ = ["ensemble"]
+
+LEAST, MOST = 1e-16, 1e-6
+"""Between which relative perturbations stand for round-off."""
+
+
+@dataclass(frozen=True)
+class Member:
+    """One member of an ensemble: all that a worker needs.
+
+    Parameters
+    ----------
+    mechanism : Mechanism
+    options : Options
+        `until` is the period.
+    cycles : int
+    phase : float
+    start : CycleState
+    """
+
+    mechanism: Mechanism
+    options: Options
+    cycles: int
+    phase: float
+    start: CycleState
+
+
+def ensemble(
+    mechanism: Mechanism,
+    *,
+    members: int,
+    cycles: int,
+    period: float | None = None,
+    phase: float = 0.0,
+    perturbation: float = 1e-14,
+    seed: int = 0,
+    skip: int = 0,
+    agreement: float = 1e-3,
+    start: StartKind = "concentric",
+    rtol: float = 1e-6,
+    atol: float = 1e-6,
+    method: str = "auto",
+    most_steps: int = 1_000_000,
+    workers: int | None = None,
+    progress: Callable[[int, int], None] | None = None,
+) -> xr.Dataset:
+    """Run the same mechanism from starts that differ by round-off.
+
+    Every entry y of a member's state starts as y (1 + p g), with g from a normal distribution; member 0 is not perturbed. Two
+    members agree in a cycle if their journals are within a share of the clearance of each other at all loose joints. That share
+    is small: where the reaction presses the journal to the same side in every cycle, even unrelated members are close.
+
+    Parameters
+    ----------
+    mechanism : Mechanism
+        With a loose joint.
+    members, cycles : int
+    period : float, optional
+        [s]; that of the drive if not given.
+    phase : float
+        Where in the cycle the state is taken, in [0, 1).
+    perturbation : float
+        p, from 1e-16 to 1e-6.
+    seed : int
+        Of the perturbations; the same seed gives the same ensemble, whatever the number of workers.
+    skip : int
+        First cycles that do not count in means.
+    agreement : float
+        How near, as a share of the clearance.
+    start : {"concentric", "in-contact", "static"}
+    rtol, atol : float
+    method : str
+    most_steps : int
+        Of a cycle.
+    workers : int, optional
+    progress : callable, optional
+        Called after each member with how many are done and how many there are.
+
+    Returns
+    -------
+    Dataset
+        Every variable of `cycle` along (member, cycle), NaN where a member did not get; for each that is not a flag
+        `mean_...` along member, the mean over its counted cycles, and `spread_...`, the standard deviation of these means.
+        `agreeing(cycle)`, the share of members that agree with member 0; `parting_cycle(member)`, the first cycle in which a
+        member does not (the number of cycles if none); attributes trusted_cycles and trusted_until [s], before which all
+        agree; `status(member)`, `cause(member)`.
+
+    Raises
+    ------
+    InputError
+        For an option that cannot be used.
+    """
+    for name, count, least in (("members", members, 2), ("cycles", cycles, 1), ("skip", skip, 0)):
+        if isinstance(count, bool) or not isinstance(count, int) or count < least:
+            raise InputError(f"{name} = {count!r}", f"a whole number >= {least}")
+    if skip >= cycles:
+        raise InputError(f"skip = {skip} of {cycles} cycles", "fewer than there are")
+    if not LEAST <= perturbation <= MOST:
+        raise InputError(f"perturbation = {perturbation!r}", f"a number from {LEAST:g} to {MOST:g}")
+    if not 0.0 < agreement < 1.0:
+        raise InputError(f"agreement = {agreement!r}", "a share of the clearance, above 0 and below 1")
+    if not mechanism.loose:
+        raise InputError("an ensemble of a mechanism without loose joints", "a mechanism with a clearance")
+    period = drive_period(mechanism) if period is None else period
+    options = Options(period, start, 2, rtol, atol, method, most_steps)
+    cases = [Member(mechanism, options, cycles, phase, one) for one in _starts(mechanism, start, members, perturbation, seed)]
+    found = run_cases(_run, cases, workers=workers, progress=progress)
+    variables: dict[str, tuple[tuple[str, ...], np.ndarray, dict[str, str]]] = {}
+    status, cause = ["failed"] * members, [result.error for result in found]
+    for result in found:
+        if result.value is None:
+            continue
+        values, status[result.index], cause[result.index] = result.value
+        for name, array in values.items():
+            if name not in variables:
+                dims, units, long_name = DESCRIBED[name]
+                full = np.full((members, cycles, *array.shape[1:]), np.nan)
+                variables[name] = (("member", *dims), full, {"units": units, "long_name": long_name})
+            variables[name][1][result.index, : array.shape[0]] = array
+    if not variables:
+        raise InputError(f"an ensemble in which no member ran: {cause[0]}", "a mechanism that runs")
+    run = xr.Dataset(
+        variables,
+        coords={
+            "member": np.arange(members),
+            "cycle": ("cycle", np.arange(cycles), {"long_name": "cycle"}),
+            "joint": [joint.name for joint in mechanism.loose],
+            "axis": ["x", "y"],
+        },
+    )
+    run["status"] = ("member", status, {"long_name": "status"})
+    run["cause"] = ("member", cause, {"long_name": "why it is not complete"})
+    _add_agreement(run, mechanism, agreement, period, phase)
+    _add_means(run, skip)
+    run.attrs |= {
+        "title": "scissordyn ensemble",
+        "status": "complete" if set(status) == {"complete"} else "failed",
+        "period": period,
+        "phase": phase,
+        "perturbation": perturbation,
+        "seed": seed,
+        "agreement": agreement,
+        "configuration": json.dumps({"mechanism": to_plain(mechanism), "options": to_plain(options)}),
+    }
+    return run
+
+
+def _starts(mechanism: Mechanism, start: StartKind, members: int, perturbation: float, seed: int) -> list[CycleState]:
+    """The starts of all members, each consistent."""
+    first = start_state(mechanism, start)
+    system = build_system(lay_out(mechanism))
+    handle = Handle(system)
+    numbers = np.random.default_rng(seed)
+    found = [first]
+    for _ in range(members - 1):
+        system.mode[:], system.approach[:] = first.mode, first.approach
+        moved = first.state * (1.0 + perturbation * numbers.standard_normal(first.state.size))
+        found.append(replace(consistent(handle, moved), approach=system.approach.copy()))
+    return found
+
+
+def _run(member: Member) -> tuple[dict[str, np.ndarray], str, str]:
+    found = run_cycles(member.mechanism, member.options, cycles=member.cycles, phase=member.phase, start=member.start)
+    if found.status == "interrupted":
+        raise KeyboardInterrupt
+    return per_cycle(member.mechanism, found), found.status, found.cause
+
+
+def _add_agreement(run: xr.Dataset, mechanism: Mechanism, agreement: float, period: float, phase: float) -> None:
+    """When members part from the first."""
+    clearance = np.array([joint.clearance.clearance for joint in mechanism.loose if joint.clearance])
+    place = run["eccentricity"].values
+    difference = place - place[:1]
+    apart = np.max(np.hypot(difference[..., 0], difference[..., 1]) / clearance, axis=2)
+    # a member that broke off, NaN, agrees with nobody
+    agrees = apart <= agreement
+    cycles = run.sizes["cycle"]
+    parted = np.where(np.all(agrees, axis=1), cycles, np.argmin(agrees, axis=1))
+    share = np.mean(agrees[1:], axis=0)
+    run["agreeing"] = ("cycle", share, {"units": "1", "long_name": "share of the members that agree with member 0"})
+    run["parting_cycle"] = ("member", parted, {"units": "1", "long_name": "first cycle that differs from that of member 0"})
+    trusted = int(np.min(parted[1:]))
+    run.attrs |= {"trusted_cycles": trusted, "trusted_until": max(0.0, (trusted - 1 + phase) * period)}
+
+
+def _add_means(run: xr.Dataset, skip: int) -> None:
+    """Means over the counted cycles of each member, and their spread."""
+    for name in DESCRIBED:
+        if name not in run or name == "in_contact":
+            continue
+        about = run[name].attrs
+        mean = run[name].isel(cycle=slice(skip, None)).mean("cycle", skipna=False)
+        run[f"mean_{name}"] = mean.assign_attrs(units=about["units"], long_name=f"mean of: {about['long_name']}")
+        spread = run[f"mean_{name}"].std("member", ddof=1, skipna=False)
+        run[f"spread_{name}"] = spread.assign_attrs(
+            units=about["units"], long_name=f"spread of the mean of: {about['long_name']}"
+        )

@@ -1,0 +1,29 @@
+"""The paper's array driven to and fro at 8 Hz."""
+
+import math
+
+import pytest
+
+from scissordyn.laws.friction.lugre import LuGre
+from scissordyn.model.clearance import Clearance
+from scissordyn.model.drive import Harmonic
+from scissordyn.model.scissor import scissor
+
+
+@pytest.fixture(scope="session")
+def swinging():
+    """The ideal array."""
+    drive = Harmonic(math.radians(45.0), math.radians(10.0), 2.0 * math.pi * 8.0)
+    return scissor(units=2, angle=math.radians(45.0)).driven(drive)
+
+
+@pytest.fixture(scope="session")
+def rubbing(swinging):
+    """With friction and little clearance it soon repeats itself in every cycle."""
+    return swinging.loosen("A", Clearance(0.1e-3, friction=LuGre(kinetic=0.05)))
+
+
+@pytest.fixture(scope="session")
+def knocking(swinging):
+    """Without friction it does not."""
+    return swinging.loosen("A", Clearance(0.5e-3))

@@ -1,0 +1,186 @@
+"""Bifurcation diagrams."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from scissordyn.cli.bifurcation import bifurcation as command
+from scissordyn.errors import InputError
+from scissordyn.simulation.cycles import cycle
+from scissordyn.simulation.store import load
+from scissordyn.simulation.stroboscope import run_cycles
+from scissordyn.study.bifurcation import bifurcation
+from scissordyn.study.follow import carried
+
+CLEARANCES = (0.1e-3, 0.3e-3, 0.5e-3)
+TIMES = {"seconds", "processor_seconds"}
+
+CASE = """
+[structure]
+kind = "scissor"
+angle = "45 deg"
+[drive]
+harmonic = { mean = "45 deg", amplitude = "10 deg", frequency = "8 Hz" }
+[[clearance]]
+joint = "A"
+clearance = "0.5 mm"
+friction = "none"
+[run]
+until = "1 s"
+"""
+
+
+def assert_same(one: xr.Dataset, other: xr.Dataset) -> None:
+    """Bit for bit, but for the times taken."""
+    assert set(one) == set(other)
+    for name in set(one) - TIMES:
+        np.testing.assert_array_equal(one[name].values, other[name].values, err_msg=str(name))
+
+
+@pytest.fixture(scope="module")
+def diagram(knocking):
+    """Three values, in this process."""
+    return bifurcation(knocking, over="A.clearance", values=CLEARANCES, cycles=4, keep=2, workers=1)
+
+
+def test_each_value_is_a_run(knocking, diagram):
+    """Identity: the last cycles of `cycle`, bit for bit."""
+    assert diagram.sizes["value"] == 3
+    assert diagram["value"].attrs["units"] == "m"
+    assert set(diagram["status"].values) == {"complete"}
+    for k, clearance in enumerate(CLEARANCES):
+        run = cycle(knocking.replace("A.clearance", clearance), cycles=4, keep=2)
+        for name in ("slider_velocity", "eccentricity", "impacts", "peak_force", "cycle"):
+            row = diagram[name] if name == "cycle" else diagram[name].isel(value=k)
+            np.testing.assert_array_equal(row.values, run[name].values)
+
+
+def test_two_processes_give_the_same(knocking, diagram):
+    """Identity: bit for bit."""
+    assert_same(bifurcation(knocking, over="A.clearance", values=CLEARANCES, cycles=4, keep=2, workers=2), diagram)
+
+
+def test_interrupted_and_taken_up(knocking, diagram, tmp_path):
+    """Identity: Ctrl-C after the first value leaves it in the store; a second call does the others and no more."""
+    store, asked = tmp_path / "diagram.nc", {"values": CLEARANCES, "cycles": 4, "keep": 2, "workers": 1}
+
+    def stop(done: int, total: int) -> None:
+        raise KeyboardInterrupt
+
+    partial = bifurcation(knocking, over="A.clearance", store=store, progress=stop, **asked)
+    assert partial.attrs["status"] == "interrupted"
+    assert load(store)["status"].values.tolist() == ["complete", "pending", "pending"]
+    seen = []
+    whole = bifurcation(knocking, over="A.clearance", store=store, progress=lambda *count: seen.append(count), **asked)
+    assert seen == [(2, 3), (3, 3)]
+    assert_same(whole, diagram)
+    assert_same(load(store), diagram)
+    assert float(whole["seconds"][0]) == float(partial["seconds"][0])
+    assert [path.name for path in tmp_path.iterdir()] == ["diagram.nc"]
+    with pytest.raises(InputError, match="another diagram"):
+        bifurcation(knocking, over="A.clearance", store=store, **{**asked, "cycles": 5})
+    with pytest.raises(InputError, match="another diagram"):
+        bifurcation(knocking.replace("gravity", 1.0), over="A.clearance", store=store, **asked)
+
+
+def test_following(knocking):
+    """Identity: each value goes on from the one before, and a chain that was cut is the same chain."""
+    chain = bifurcation(knocking, over="A.clearance", values=CLEARANCES[::-1], cycles=3, keep=3, follow=True)
+    mechanisms = [knocking.replace("A.clearance", clearance) for clearance in CLEARANCES[::-1]]
+    options = cycle_options(knocking)
+    found = run_cycles(mechanisms[0], options, cycles=3)
+    for k in (1, 2):
+        found = run_cycles(mechanisms[k], options, cycles=3, start=carried(mechanisms[k - 1], found.end, mechanisms[k]))
+        np.testing.assert_array_equal(chain["peak_force"].values[k], found.peak_force)
+    alone = bifurcation(knocking, over="A.clearance", values=CLEARANCES[::-1], cycles=3, keep=3, workers=1)
+    assert not np.array_equal(chain["peak_force"].values[1], alone["peak_force"].values[1])
+
+
+def cycle_options(mechanism):
+    """As `bifurcation` makes them."""
+    from scissordyn.simulation.options import Options
+    from scissordyn.simulation.stroboscope import drive_period
+
+    return Options(drive_period(mechanism), samples=2, rtol=1e-6, atol=1e-6, most_steps=1_000_000)
+
+
+def test_following_is_taken_up(knocking, tmp_path):
+    """Identity: a chain goes on from the stored end of the value before."""
+    asked = {"values": CLEARANCES, "cycles": 2, "keep": 2, "follow": True}
+    whole = bifurcation(knocking, over="A.clearance", **asked)
+
+    def stop(done: int, total: int) -> None:
+        raise KeyboardInterrupt
+
+    for _ in range(2):
+        bifurcation(knocking, over="A.clearance", store=tmp_path / "chain.nc", progress=stop, **asked)
+    assert_same(bifurcation(knocking, over="A.clearance", store=tmp_path / "chain.nc", **asked), whole)
+
+
+def test_a_carried_state_stands_where_it_stood(rubbing):
+    """Identity: from a mechanism to itself nothing changes; to a heavier one, bodies keep place and speed to round-off."""
+    options = cycle_options(rubbing)
+    end = run_cycles(rubbing, options, cycles=2).end
+    same = carried(rubbing, end, rubbing)
+    np.testing.assert_allclose(same.state, end.state, rtol=1e-12)
+    assert (same.mode.tolist(), same.approach.tolist()) == (end.mode.tolist(), end.approach.tolist())
+    looser = carried(rubbing, end, rubbing.replace("A.clearance", 1e-3))
+    np.testing.assert_allclose(looser.state, end.state, rtol=1e-12)
+    assert end.mode.tolist() == [1]
+    assert looser.mode.tolist() == [0]
+
+
+def test_values_that_fail(knocking):
+    """Identity: they say why, are NaN, and cost the others nothing."""
+    found = bifurcation(knocking, over="A.clearance", values=CLEARANCES, cycles=2, keep=1, most_steps=900, workers=1)
+    states = found["status"].values.tolist()
+    assert "failed" in states
+    assert "complete" in states
+    for k, state in enumerate(states):
+        assert np.isnan(found["peak_force"].values[k]).all() == (state == "failed")
+        assert ("did not suffice" in found["cause"].values[k]) == (state == "failed")
+    assert found.attrs["failed_values"] == states.count("failed")
+
+
+def test_drive_and_function(knocking):
+    """Identity: the period follows the frequency of the drive; a function of the value does the same as a path."""
+    frequencies = (40.0, 60.0)
+    one = bifurcation(knocking, over="drive.frequency", values=frequencies, cycles=2, keep=2, workers=1)
+    np.testing.assert_allclose(one["period"], 2.0 * np.pi / np.array(frequencies), rtol=1e-15)
+
+    def faster(value):
+        from scissordyn.study.parameter import varied
+
+        return varied(knocking, "drive.frequency", value)
+
+    assert_same(bifurcation(knocking, over=faster, values=frequencies, cycles=2, keep=2, workers=1), one)
+
+
+def test_what_cannot_be_used(knocking):
+    """Identity: one-line errors."""
+    for options, words in (
+        ({"values": ()}, "values that are empty"),
+        ({"values": (1e-4,), "keep": 300}, "keep = 300"),
+        ({"values": (1e-4,), "cycles": 0}, "cycles = 0"),
+        ({"values": (-1e-4,)}, "clearance = -0.0001"),
+        ({"values": (1e-4,), "workers": 0}, "workers = 0"),
+    ):
+        with pytest.raises(InputError, match=words):
+            bifurcation(knocking, over="A.clearance", **{"cycles": 2, "keep": 1, **options})
+
+
+def test_command(tmp_path: Path, capsys: pytest.CaptureFixture[str]):
+    """Identity: file and picture are there; a value without a unit is refused."""
+    case = tmp_path / "case.toml"
+    case.write_text(CASE)
+    asked = {"values": 2, "cycles": 2, "workers": 1, "output": tmp_path / "d.nc", "plot": tmp_path / "d.png"}
+    assert command(case, "A.clearance", "0.1 mm", "0.3 mm", **asked) == 0
+    shown = capsys.readouterr()
+    assert "2 of 2 values of A.clearance complete, 4 cycles" in shown.out
+    np.testing.assert_allclose(load(tmp_path / "d.nc")["value"], (1e-4, 3e-4), rtol=1e-15)
+    assert (tmp_path / "d.png").stat().st_size > 5000
+    for wrong, words in (("0.1", "missing unit"), ("0.1 s", "wrong dimension"), ("-1 mm", "out of bounds")):
+        with pytest.raises(InputError, match=words):
+            command(case, "A.clearance", wrong, "0.3 mm", values=2, cycles=2)

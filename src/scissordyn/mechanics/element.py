@@ -280,7 +280,7 @@ def linearise_element(t, i, S, z, dt, first_state):
             push_turns(link, S, rate * gx, rate * gy, 0.0, 0.0, ax, ay, bx, by, dt, S.n, S.n)
             K[0, 2], K[0, 3] = factor * fx, -factor * fy
             K[1, 2], K[1, 3] = factor * fy, factor * fx
-    if kind == 1 or kind == 4 or kind == 5 or kind == 7:
+    if kind == 1 or 4 <= kind <= 7:
         # torque on a as force (-a_y, a_x), on b the opposite; d angle = (J a) da - (J b) db
         arm = (-ay, ax, by, -bx)
         turn = (-ay, ax, by, -bx)

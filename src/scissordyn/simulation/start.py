@@ -37,7 +37,7 @@ def prepare_start(layout: Layout, system: System, options: Options) -> tuple[np.
     """
     mechanism = layout.mechanism
     states = np.zeros(int(system.state_start[-1]))
-    if not mechanism.loose:
+    if not mechanism.contacts:
         start = assemble(layout, system)
         return np.concatenate([start.position, start.velocity, states]), []
     ideal = lay_out(mechanism.tighten())
@@ -46,6 +46,11 @@ def prepare_start(layout: Layout, system: System, options: Options) -> tuple[np.
     start = carry_over(layout, system, *natural_state(ideal, ideal_system, ideal_start))
     if options.start == "concentric":
         return np.concatenate([start.position, start.velocity, states]), []
+    if mechanism.corners:
+        raise InputError(
+            f"start = 'in-contact' with the loose guide '{mechanism.corners[0].guide}', whose corners may rest in several ways",
+            "start = 'concentric', from which they settle",
+        )
     pull = _ideal_reactions(ideal, ideal_system, ideal_start)
     if not np.all(np.isfinite(pull)):
         raise InputError(
@@ -87,7 +92,7 @@ def _ideal_reactions(layout: Layout, system: System, start: Start) -> np.ndarray
         position=motion.position,
         acceleration=motion.acceleration,
         spin_rate=motion.spin_rate,
-        known=known_loads(layout.mechanism, motion.direction, found, system.radius),
+        known=known_loads(layout.mechanism, motion.direction, motion.position, found, system.radius),
     )
     return np.asarray(joints[0])
 

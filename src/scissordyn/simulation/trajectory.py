@@ -149,8 +149,8 @@ def compute(mechanism: Mechanism, options: Options, progress: Callable[[float], 
 
 def automatic_method(mechanism: Mechanism, options: Options) -> str:
     """The stiff method where friction, or the damping of a contact that starts at rest, makes the equations stiff."""
-    stiff = any(joint.clearance.friction.stiff for joint in mechanism.loose if joint.clearance)
-    resting = bool(mechanism.loose) and options.start == "in-contact"
+    stiff = any(joint.clearance.friction.stiff for joint in mechanism.contacts if joint.clearance)
+    resting = bool(mechanism.contacts) and options.start == "in-contact"
     return "rodas5p" if stiff or resting else "dop853"
 
 
@@ -175,7 +175,7 @@ def _work(layout: Layout, system: System, state: np.ndarray, coefficients: Table
     entries = layout.coordinates.tocoo()
     reach = np.zeros(n + layout.basis)
     np.maximum.at(reach, entries.col, moved[entries.row] * np.abs(entries.data))
-    scale = float(np.min(system.radius[:, 0])) if mechanism.loose else (max(extent.values()) or 1.0)
+    scale = float(np.min(system.radius[:, 0])) if mechanism.contacts else (max(extent.values()) or 1.0)
     position = options.atol * scale / reach[:n]
     sliding = sliding_states(system)
     hidden = HIDDEN_STATES * options.rtol
@@ -200,10 +200,12 @@ def _extent(body: Body) -> float:
 
 def _culprit(mechanism: Mechanism, system: Handle, work: Work, time: float) -> str:
     """Which loose joint is in the worst state, for the message of a failed run."""
-    if not mechanism.loose:
+    if not mechanism.contacts:
         return ""
-    gap, rate = np.zeros(len(mechanism.loose)), np.zeros(len(mechanism.loose))
+    gap, rate = np.zeros(len(mechanism.contacts)), np.zeros(len(mechanism.contacts))
     functions.guards(time, work.y, system.address, gap, rate)
     clearance = system.content.radius[:, 0]
     j = int(np.argmax(np.where(np.isnan(gap), np.inf, gap / clearance)))
-    return f"; joint '{mechanism.loose[j].name}': indentation {gap[j] * 1e3:.4g} mm at a clearance of {clearance[j] * 1e3:g} mm"
+    return (
+        f"; joint '{mechanism.contacts[j].name}': indentation {gap[j] * 1e3:.4g} mm at a clearance of {clearance[j] * 1e3:g} mm"
+    )

@@ -116,7 +116,7 @@ def test_sliding_block_slows_down():
 
 
 def test_against_a_block_in_x_y_and_angle():
-    """Cross-check by a second formulation: starts and approach speeds of the contacts of a tumbling, rubbing block, to 1e-7."""
+    """Cross-check by a second formulation: starts and approach speeds of twenty contacts of a block that knocks and rubs."""
     centre, mu, ramp = (0.01, -0.004), 0.1, 1e-2
     damping = LankaraniNikravesh(0.7)
     described = block(
@@ -145,11 +145,11 @@ def test_against_a_block_in_x_y_and_angle():
         load=(-3.0, 5.0 - 9.81 * MASS),
     )
     found, end = second.contacts(np.array([*centre, 0.0, 0.5, 0.0, 0.0]), 0.2)
-    assert len(found) >= 10
-    assert len({k for k, _, _ in found}) >= 2
+    assert len(found) >= 20
+    assert {k for k, _, _ in found} == {0, 1}
     assert run["contact_joint"].values.astype(str).tolist() == [corner(k + 1) for k, _, _ in found]
     np.testing.assert_allclose(run["contact_start"], [t for _, t, _ in found], rtol=1e-7)
-    np.testing.assert_allclose(run["approach_speed"], [v for _, _, v in found], rtol=1e-5)
+    np.testing.assert_allclose(run["approach_speed"], [v for _, _, v in found], rtol=1e-6)
     np.testing.assert_allclose(run["position"].sel(body="block").values[-1], end[:2], atol=1e-9)
     assert float(run["angle"].values[-1, 0]) == pytest.approx(end[2], abs=1e-8)
 

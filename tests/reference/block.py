@@ -92,9 +92,12 @@ class Block:
             path = solve_ivp(self.rate, (t, until), state, "DOP853", events=events, rtol=RTOL, atol=ATOL, max_step=2e-4)
             t, state = path.t[-1], path.y[:, -1]
             for k in range(4):
-                if path.t_events[k].size:
+                _, _, _, depth, rate = self.corner(state, k)
+                # a corner that arrives with another one is past its root already when the next piece begins
+                together = not self.touching[k] and depth > -1e-14 and rate > 0.0
+                if path.t_events[k].size or together:
                     self.touching[k] = not self.touching[k]
                     if self.touching[k]:
-                        self.approach[k] = self.corner(state, k)[4]
-                        found.append((k, t, self.approach[k]))
+                        self.approach[k] = rate
+                        found.append((k, t, rate))
         return found, state

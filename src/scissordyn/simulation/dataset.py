@@ -163,6 +163,9 @@ def _joint_variables(mechanism: Mechanism, path: Trajectory, found: Record, moti
         "in_contact": _described(per_joint, touching, "1", "journal and bearing in contact"),
         "clearance": _described(("joint",), clearance, "m", "radial clearance"),
     }
+    if mechanism.corners:
+        at_wall = np.isin(names, [corner.name for corner in mechanism.corners])
+        variables["at_wall"] = _described(("joint",), at_wall, "1", "corner of a block at a flat wall")
     for j, joint in enumerate(mechanism.contacts):
         assert joint.clearance is not None
         first, state = int(path.system.content.state_start[j]), path.samples.state[:, 2 * path.layout.free :]

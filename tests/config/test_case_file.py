@@ -23,6 +23,8 @@ from scissordyn.laws.friction.lugre import LuGre
 from scissordyn.laws.material import STEEL, Material
 from scissordyn.model.clearance import Clearance
 from scissordyn.model.drive import ConstantSpeed, Harmonic, TableMotion
+from scissordyn.model.guide_clearance import GuideClearance
+from scissordyn.model.linkage import slider_crank
 from scissordyn.model.scissor import scissor
 from scissordyn.simulation.run import simulate
 from scissordyn.units import degrees, rpm
@@ -286,3 +288,24 @@ def test_every_law_of_the_catalogue_can_be_written_in_a_case_file(tmp_path: Path
     for field in dataclasses.fields(law):
         default = getattr(BY_KIND[kind][name](), field.name)
         assert getattr(law, field.name) == (default if default is None else pytest.approx(default, rel=1e-11))
+
+
+def test_a_loose_guide_and_its_laws(tmp_path: Path) -> None:
+    """Identity: [[guide_clearance]] against the same loose guide in Python, by size and by corners."""
+    slider = '[structure]\nkind = "slider-crank"\nslider_inertia = "2e-5 kg m^2"\n[drive]\nspeed = "60 rpm"\n'
+    table = '[[guide_clearance]]\nguide = "guide"\nclearance = "0.1 mm"\nrestitution = 0.7\n'
+    end = '[run]\nuntil = "1 ms"\n'
+    built = slider_crank(slider_inertia=2e-5).driven(speed=rpm(60))
+    described = {"corner_radius": 2e-3, "damping": Flores(0.7), "friction": LuGre(0.1)}
+    friction = 'corner_radius = "2 mm"\nfriction = { law = "lugre", kinetic = 0.1 }\n'
+    sized = slider + table + 'length = "40 mm"\nwidth = "20 mm"\n' + friction + end
+    wanted = built.loosen("guide", GuideClearance(1e-4, 0.04, 0.02, **described))
+    assert read_case(written(tmp_path, sized)).mechanism.corners == wanted.corners
+    outlined = slider + table + 'corners = ["-0.018, -0.008 m", "0.018, -0.008 m", "0, 0.009 m"]\n' + friction + end
+    corners = ((-0.018, -0.008), (0.018, -0.008), (0.0, 0.009))
+    wanted = built.loosen("guide", GuideClearance(1e-4, corners=corners, **described))
+    assert read_case(written(tmp_path, outlined)).mechanism.corners == wanted.corners
+    changed = read_case(written(tmp_path, sized), ["guide_clearance.guide.clearance=0.2 mm"]).mechanism
+    assert changed.guide("guide").clearance == GuideClearance(2e-4, 0.04, 0.02, **described)
+    with pytest.raises(InputError, match=r"guide_clearance\.0.*liu.*flat wall"):
+        read_case(written(tmp_path, sized), ['guide_clearance.0.stiffness="liu"'])

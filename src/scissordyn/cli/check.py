@@ -40,11 +40,12 @@ def check(
     ]
     lines += [f"Drive of {drive.body}: {_in_words(drive.motion)}." for drive in mechanism.drives]
     lines += [f"{type(element).__name__} {element.name}." for element in mechanism.elements]
-    for joint in mechanism.loose:
-        gap = joint.clearance
-        assert gap is not None
+    parts = [("Joint", joint.name, joint.clearance) for joint in mechanism.loose]
+    for kind, name, gap in (*parts, *(("Guide", guide.name, guide.clearance) for guide in mechanism.guides)):
+        if gap is None:
+            continue
         laws = f"{gap.stiffness.name} stiffness, {gap.damping.name} damping, friction {gap.friction.name}"
-        lines.append(f"Joint {joint.name}: clearance {1e3 * gap.clearance:g} mm, {gap.contact.journal.name}, {laws}.")
+        lines.append(f"{kind} {name}: clearance {1e3 * gap.clearance:g} mm, {gap.contact.journal.name}, {laws}.")
     method = read.run.method if read.run.method != "auto" else f"{automatic_method(mechanism, read.run)} (auto)"
     lines.append(f"Run: {1e3 * read.run.until:g} ms, {read.run.start} start, {read.run.samples} samples, {method}.")
     to = console()

@@ -7,7 +7,7 @@ from typing import Annotated, Any
 
 from pydantic import Field, PlainValidator, TypeAdapter, ValidationInfo
 
-from scissordyn.config.clearance import ClearanceTable
+from scissordyn.config.clearance import ClearanceTable, GuideClearanceTable
 from scissordyn.config.control import ControlTable
 from scissordyn.config.motion import DriveTable
 from scissordyn.config.part import PARTS, assembled
@@ -98,6 +98,10 @@ class CaseTable(Table):
     clearance: Annotated[
         list[ClearanceTable], Field(description="a loose joint; as many of these tables as loose joints", default_factory=list)
     ]
+    guide_clearance: Annotated[
+        list[GuideClearanceTable],
+        Field(description="a loose guide; as many of these tables as loose guides", default_factory=list),
+    ]
     body: list[Annotated[Body, PARTS["body"].reader]] = _listed()
     ground: list[Annotated[tuple[str, Point], PARTS["ground"].reader]] = _listed()
     joint: list[Annotated[Revolute, PARTS["joint"].reader]] = _listed()
@@ -142,7 +146,7 @@ class CaseTable(Table):
         return Case(mechanism, self.run)
 
     def _loosened(self, mechanism: Mechanism) -> Mechanism:
-        """With every [[clearance]] put in, in order: a later one with a narrower pattern has the last word."""
+        """With every [[clearance]] and [[guide_clearance]] put in, in order: a later one has the last word."""
         named = set[str]()
         for index, table in enumerate(self.clearance):
             with located(f"clearance.{index}"):
@@ -150,4 +154,7 @@ class CaseTable(Table):
                     raise InputError(f"joint '{table.joint}' given twice", "one [[clearance]] for each joint")
                 named.add(table.joint)
                 mechanism = mechanism.loosen(table.joint, table.described())
+        for index, channel in enumerate(self.guide_clearance):
+            with located(f"guide_clearance.{index}"):
+                mechanism = mechanism.loosen(channel.guide, channel.described())
         return mechanism

@@ -12,7 +12,7 @@ from scissordyn.errors import InputError, did_you_mean
 __all__ = ["changed"]
 
 SAMPLE = "--set drive.speed='250 rpm'"
-HANDLES = ("joint", "name", "body")
+HANDLES = ("joint", "guide", "name", "body")
 """Keys by whose value a table in a list is found; the first that it has."""
 
 LAW_KEYS = ("stiffness", "damping", "friction")
@@ -26,7 +26,7 @@ def changed(tree: dict[str, Any], changes: Iterable[str]) -> dict[str, Any]:
     tree : dict
         Left as it is.
     changes : iterable of str
-        Each ``path=value``. The path goes down the tables, through a list by index or by the joint, name or
+        Each ``path=value``. The path goes down the tables, through a list by index or by the joint, guide, name or
         body that the table is for (``clearance.A.friction.kinetic``). The value is TOML if it parses as that, else text.
 
     Returns

@@ -1,4 +1,4 @@
-"""Loose joints in a case file."""
+"""Loose joints and loose guides in a case file."""
 
 from __future__ import annotations
 
@@ -6,23 +6,54 @@ import dataclasses
 from pathlib import Path
 from typing import Annotated, Any
 
-from pydantic import Field, ValidationInfo, field_validator
+from pydantic import Field, PlainValidator, ValidationInfo, field_validator
 
 from scissordyn.config.law import law_of, material_of, read_law
+from scissordyn.config.quantity import read_numbers
 from scissordyn.config.table import Table
+from scissordyn.errors import InputError
 from scissordyn.laws.contact import Damping, Elastic, Friction
 from scissordyn.laws.damping.lankarani_nikravesh import LankaraniNikravesh
 from scissordyn.laws.material import Material
+from scissordyn.model.body import Point
 from scissordyn.model.clearance import Clearance
+from scissordyn.model.guide_clearance import GuideClearance
 from scissordyn.units import quantities
 
-__all__ = ["ClearanceTable"]
+__all__ = ["ClearanceTable", "GuideClearanceTable"]
 
-_GAP = quantities(Clearance)
-_DEFAULT: dict[str, Any] = {
-    field.name: field.default if field.default_factory is dataclasses.MISSING else field.default_factory().name
-    for field in dataclasses.fields(Clearance)
-}
+_GAP, _CHANNEL = quantities(Clearance), quantities(GuideClearance)
+
+
+def _defaults(kind: type) -> dict[str, Any]:
+    """Defaults of a dataclass as a case file writes them: laws by their names."""
+    return {
+        field.name: field.default if field.default_factory is dataclasses.MISSING else field.default_factory().name
+        for field in dataclasses.fields(kind)
+    }
+
+
+_DEFAULT, _LOOSE = _defaults(Clearance), _defaults(GuideClearance)
+
+
+def _damping_with_restitution(given: Any, info: ValidationInfo) -> Any:
+    """A damping law that takes the restitution given beside it."""
+    folder = (info.context or {}).get("folder", Path())
+    if info.data.get("restitution") is None:
+        return read_law(given, "damping", folder)
+    return read_law(given, "damping", folder, restitution=info.data["restitution"])
+
+
+def _read_corners(given: Any) -> tuple[Point, ...]:
+    if not isinstance(given, list):
+        raise InputError("not a list of corners", "a list of places", 'corners = ["-20, -10 mm", "20, -10 mm", "0, 10 mm"]')
+    found = []
+    for place in given:
+        numbers = read_numbers(place, "m")
+        if len(numbers) != 2:
+            raise InputError(f"a corner with {len(numbers)} numbers", "two numbers and their unit [m]", '"20, -10 mm"')
+        found.append((numbers[0], numbers[1]))
+    return tuple(found)
 
 
 class ClearanceTable(Table):
@@ -55,13 +86,55 @@ class ClearanceTable(Table):
         Field(description='"none", or a law', examples=[{"law": "lugre", "kinetic": 0.05}], validate_default=True),
     ] = _DEFAULT["friction"]
 
-    @field_validator("damping", mode="plain")
-    @classmethod
-    def _damping_with_restitution(cls, given: Any, info: ValidationInfo) -> Any:
-        if info.data.get("restitution") is None:
-            return read_law(given, "damping", (info.context or {}).get("folder", Path()))
-        return read_law(given, "damping", (info.context or {}).get("folder", Path()), restitution=info.data["restitution"])
+    _damping = field_validator("damping", mode="plain")(_damping_with_restitution)
 
     def described(self) -> Clearance:
         """The loose joint as the model describes it."""
         return Clearance(**{name: getattr(self, name) for name in _DEFAULT})
+
+
+class GuideClearanceTable(Table):
+    """A loose guide."""
+
+    guide: Annotated[str, Field(description='the loose guide, or several: "all"', examples=["guide"])]
+    clearance: Annotated[float, _CHANNEL["clearance"], Field(examples=["0.1 mm"])]
+    length: Annotated[float | None, _CHANNEL["length"], Field(examples=["40 mm"])] = None
+    width: Annotated[float | None, _CHANNEL["width"], Field(examples=["20 mm"])] = None
+    corners: Annotated[
+        tuple[Point, ...],
+        PlainValidator(_read_corners),
+        Field(
+            description="in place of length and width: centres of the rounded corners, in the follower's frame",
+            examples=[["-19, -9 mm", "19, -9 mm", "19, 9 mm", "-19, 9 mm"]],
+        ),
+    ] = ()
+    corner_radius: Annotated[float, _CHANNEL["corner_radius"]] = _LOOSE["corner_radius"]
+    thickness: Annotated[float, _CHANNEL["thickness"]] = _LOOSE["thickness"]
+    material: Annotated[
+        Material,
+        material_of,
+        Field(description="of the block, and of the guide unless that is given", examples=[_LOOSE["material"].name]),
+    ] = _LOOSE["material"]
+    guide_material: Annotated[
+        Material | None, material_of, Field(description="of the guide", examples=[_LOOSE["material"].name])
+    ] = None
+    restitution: Annotated[
+        float | None, quantities(LankaraniNikravesh)["restitution"], Field(examples=[LankaraniNikravesh().restitution])
+    ] = None
+    stiffness: Annotated[
+        Elastic, law_of("stiffness"), Field(description="elastic part of the normal force", validate_default=True)
+    ] = _LOOSE["stiffness"]
+    damping: Annotated[Damping, Field(description="damping part of the normal force", validate_default=True)] = _LOOSE[
+        "damping"
+    ]
+    friction: Annotated[
+        Friction,
+        law_of("friction"),
+        Field(description='"none", or a law', examples=[{"law": "lugre", "kinetic": 0.05}], validate_default=True),
+    ] = _LOOSE["friction"]
+
+    _damping = field_validator("damping", mode="plain")(_damping_with_restitution)
+
+    def described(self) -> GuideClearance:
+        """The loose guide as the model describes it."""
+        return GuideClearance(**{name: getattr(self, name) for name in _LOOSE})

@@ -192,18 +192,33 @@ def _read_joint(given: Any, info: ValidationInfo) -> Revolute:
     return Revolute(table.name, table.journal, table.bearing)
 
 
+class GuideTable(Table):
+    """A straight line that a point of a body stays on."""
+
+    name: Annotated[str, Field(description="name; [[guide_clearance]] refers to it", examples=["guide"])]
+    follower: Annotated[BodyPoint, BODY_POINT, Field(description="the guided point", examples=["slider.centre"])]
+    through: Annotated[Point, pair("m"), Field(description="a point of the line", examples=["0, 0 m"])] = Guide.through
+    direction: Annotated[float, quantities(Guide)["direction"]] = Guide.direction
+    body: Annotated[str, Field(description="the body that carries the line")] = Guide.body
+    aligned: Annotated[bool, Field(description="whether the follower also keeps its angle against the line")] = Guide.aligned
+
+
+def _read_guide(given: Any, info: ValidationInfo) -> Guide:
+    table = GuideTable.model_validate(given, context=info.context)
+    return Guide(table.name, table.follower, table.through, table.direction, table.body, table.aligned)
+
+
 PARTS: Mapping[str, Part] = {
     "body": Part(BodyTable, PlainValidator(_read_body), "bodies", "a rigid body"),
     "ground": Part(GroundTable, PlainValidator(_read_ground), "ground", "a point of the fixed frame"),
     "joint": Part(JointTable, PlainValidator(_read_joint), "joints", "a pin between two bodies", ("journal", "bearing")),
-    "guide": _part(
-        Guide,
+    "guide": Part(
+        GuideTable,
+        PlainValidator(_read_guide),
         "guides",
         "a straight line that a point of a body stays on",
-        (*_NAME, ("follower", _REFERENCE), ("through", Annotated[Point, pair("m"), Field(description="a point of the line")])),
-        name="guide",
-        follower="slider.centre",
-        through="0, 0 m",
+        ("follower",),
+        ("body",),
     ),
     "weld": _part(Weld, "welds", "a rigid connection of two bodies", _ENDS, name="weld", start="rod.end", end="tool.base"),
     "link": _part(

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from typing import Any, get_args
 
 from scissordyn.config.case import CaseTable, Run
-from scissordyn.config.clearance import ClearanceTable
+from scissordyn.config.clearance import ClearanceTable, GuideClearanceTable
 from scissordyn.config.motion import DriveTable
 from scissordyn.config.part import ELEMENTS, PARTS
 from scissordyn.config.payload import PanelsTable, PayloadTable
@@ -67,6 +67,8 @@ def template(kind: str) -> str:
     if "drive" in starter:
         parts.append(_section("[drive]", DriveTable, starter["drive"]))
     parts.append(_section("[[clearance]]", ClearanceTable, starter.get("clearance", {})))
+    if kind in ("mechanism", "slider-crank"):
+        parts.append(_section("[[guide_clearance]]", GuideClearanceTable, {}, out=True))
     parts += [
         _section(f"[[{name}]]", PARTS[name].table, {}, out=True)
         for name in ("weld", "link", "latch", *ELEMENTS)

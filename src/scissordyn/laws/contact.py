@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import ClassVar, Literal, Protocol, runtime_checkable
 
@@ -13,16 +14,18 @@ __all__ = ["PARAMETERS", "Damping", "Elastic", "Friction", "JointContact", "Prop
 
 @dataclass(frozen=True)
 class JointContact:
-    """The two surfaces of a revolute joint with clearance, as the laws see them.
+    """The two surfaces of a loose joint as the laws see them: a journal in its bearing, or a rounded corner at a flat wall.
+
+    A flat wall is a bearing of infinite radius. A law that is made for a journal in a bearing has no finite parameters there.
 
     Parameters
     ----------
     clearance : float
-        Radial clearance c = R_B - R_J [m].
+        Radial clearance c = R_B - R_J [m]; infinite for a flat wall.
     journal_radius : float
-        R_J [m].
+        R_J, or the radius of the corner [m].
     length : float
-        Bearing length L_b [m].
+        Bearing length L_b, or the length of the corner's edge [m].
     journal, bearing : Material
         Materials of the two surfaces.
     """
@@ -37,6 +40,16 @@ class JointContact:
     def bearing_radius(self) -> float:
         """R_B = R_J + c [m]."""
         return self.journal_radius + self.clearance
+
+    @property
+    def flat(self) -> bool:
+        """Whether the bearing is a flat wall."""
+        return math.isinf(self.clearance)
+
+    @property
+    def relative_radius(self) -> float:
+        """R_B R_J/(R_B - R_J), the radius of a ball that meets a plane as the two surfaces meet [m]."""
+        return self.journal_radius if self.flat else self.bearing_radius * self.journal_radius / self.clearance
 
     @property
     def compliance(self) -> float:

@@ -59,9 +59,10 @@ def contact_warnings(
             f"{where}{len(fast)} of {len(approach_speed)} contacts start faster than {limit:.2g} m/s "
             f"(up to {max(fast):.3g} m/s); above that impacts are not elastic and contact forces are estimates"
         )
-    if stiffness.small_contact and indentation > DEEPEST * contact.clearance:
+    what, size = ("corner radius", contact.journal_radius) if contact.flat else ("clearance", contact.clearance)
+    if stiffness.small_contact and indentation > DEEPEST * size:
         found.append(
-            f"{where}indentation reaches {indentation / contact.clearance:.0%} of the clearance; "
+            f"{where}indentation reaches {indentation / size:.0%} of the {what}; "
             f"'{stiffness.name}' takes the contact for small against the radii, up to {DEEPEST:.0%}"
         )
     if stiffness.caveat:

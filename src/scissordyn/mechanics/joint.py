@@ -1,6 +1,7 @@
-"""A loose revolute joint: where journal and bearing are, what forces they exert, and how these change.
+"""A loose joint: where its two surfaces are, what forces they exert, and how these change.
 
 Columns of `System.joint`: 0 delta, 1 delta', 2 slip speed, 3 elastic, 4 normal and 5 tangential force, 6 and 7 n, 8 |e|.
+Here are journals in their bearings; the corner of a block at the wall of its guide (`System.flat`) is in `wall`.
 
 Letters: e journal against bearing centre, n = e/|e|, t = n turned left, delta = |e| - c, v slip speed of the surfaces,
 w spin, d unit direction of a body. A joint's six form rows give e, d of the journal's body, d of the bearing's body.
@@ -14,6 +15,7 @@ from scissordyn.jit import kernel
 from scissordyn.laws.ladder import elastic_force, friction_force, friction_start, normal_force
 from scissordyn.mechanics.link import link_forms, push_turns
 from scissordyn.mechanics.system import APPROACH_FLOOR
+from scissordyn.mechanics.wall import corner_gap, corner_kinematics, corner_slopes, push_corner
 
 __all__ = ["contact_forces", "gap", "linearise_contact", "switch"]
 
@@ -21,7 +23,10 @@ __all__ = ["contact_forces", "gap", "linearise_contact", "switch"]
 @kernel(inline=True)
 def gap(j, S):
     """|e| - c and its rate; negative in free flight."""
-    ex, ey, _, _, _, _, ux, uy, _, _, _, _ = link_forms(j, S)
+    forms = link_forms(j, S)
+    if S.flat[j] == 1:
+        return corner_gap(j, S, forms)
+    ex, ey, _, _, _, _, ux, uy, _, _, _, _ = forms
     e = math.sqrt(ex * ex + ey * ey)
     # at e = 0 the normal is undefined; whichever way the journal leaves, it moves outward
     rate = (ex * ux + ey * uy) / e if e > 0.0 else math.sqrt(ux * ux + uy * uy)
@@ -32,6 +37,9 @@ def gap(j, S):
 def kinematics(j, S):
     """Write delta, delta', slip speed, n and |e| of joint j into S.joint; returns the forms and rates."""
     forms = link_forms(j, S)
+    if S.flat[j] == 1:
+        corner_kinematics(j, S, forms)
+        return forms
     ex, ey, ax, ay, bx, by, ux, uy, px, py, qx, qy = forms
     out = S.joint
     e = math.sqrt(ex * ex + ey * ey)
@@ -49,7 +57,7 @@ def kinematics(j, S):
 @kernel(inline=True)
 def contact_forces(j, S, z, dz):
     """Evaluate the laws of joint j in contact, add its forces to S.force, write its state rates into dz."""
-    _, _, ax, ay, bx, by, _, _, _, _, _, _ = kinematics(j, S)
+    forms = kinematics(j, S)
     out = S.joint
     delta, rate, slip = out[j, 0], out[j, 1], out[j, 2]
     elastic = normal = 0.0
@@ -58,6 +66,10 @@ def contact_forces(j, S, z, dz):
         normal = normal_force(S.law[j, 1], elastic, delta, rate, S.approach[j], S.damping[j])
     tangential = friction_force(S.law[j, 2], slip, normal, z, dz, S.friction[j])
     out[j, 3], out[j, 4], out[j, 5] = elastic, normal, tangential
+    if S.flat[j] == 1:
+        push_corner(j, S, forms, normal, tangential)
+        return
+    _, _, ax, ay, bx, by, _, _, _, _, _, _ = forms
     nx, ny = out[j, 6], out[j, 7]
     fx, fy = -normal * nx + tangential * ny, -normal * ny - tangential * nx
     moment_j, moment_b = -S.radius[j, 1] * tangential, S.radius[j, 2] * tangential
@@ -132,19 +144,15 @@ def law_slopes(j, S, z, dz, up, down, by_state):
 
 
 @kernel(inline=True)
-def linearise_contact(j, S, z, by_state, up, down):
-    """Write the derivatives of joint j's generalized forces and state rates into S.block_x and its companions."""
+def pin_slopes(j, S, n_d, n_r):
+    """Write how force and motion of a journal change, in the columns of `linearise_contact`, and its turning forces."""
     _, _, ax, ay, bx, by, ux, uy, px, py, qx, qy = link_forms(j, S)
-    n_d, n_r, t_v, t_n = law_slopes(j, S, z, up, up, down, by_state)
     normal, tangential, nx, ny, e = S.joint[j, 4], S.joint[j, 5], S.joint[j, 6], S.joint[j, 7], S.joint[j, 8]
     rj, rb = S.radius[j, 1], S.radius[j, 2]
     tx, ty = -ny, nx
     across, along = ux * tx + uy * ty, ux * nx + uy * ny
     row, start, count = S.link_row, S.link_start[j], S.link_start[j + 1] - S.link_start[j]
     block = S.block_start[j]
-
-    # the force on form r changes by arm_r dF_n + lever_r dF_t, and with the turning of n, t and the bodies' directions;
-    # everything is first spread from the six forms to the joint's columns
     turn, spread = across / e, S.local
     swing_x, swing_y = (normal * tx - tangential * nx) / e, (normal * ty - tangential * ny) / e
     for a in range(count):
@@ -152,28 +160,45 @@ def linearise_contact(j, S, z, by_state, up, down):
         r0, r1, r2, r3, r4, r5 = row[0, k], row[1, k], row[2, k], row[3, k], row[4, k], row[5, k]
         outward, sideways = r0 * nx + r1 * ny, r0 * tx + r1 * ty
         spin = rj * (r3 * ax - r2 * ay) - rb * (r5 * bx - r4 * by)
-        spread[0, a] = -outward  # arm
-        spread[1, a] = -sideways - spin  # lever
-        spread[2, a] = n_d * outward + n_r * turn * sideways  # d F_n / d X
-        spread[3, a] = n_r * outward  # d F_n / d V
-        spread[4, a] = -along / e * sideways + rj * (r2 * py - r3 * px) - rb * (r4 * qy - r5 * qx)  # d v / d X
-        spread[5, a] = sideways + spin  # d v / d V
+        spread[0, a] = -outward
+        spread[1, a] = -sideways - spin
+        spread[2, a] = n_d * outward + n_r * turn * sideways
+        spread[3, a] = n_r * outward
+        spread[4, a] = -along / e * sideways + rj * (r2 * py - r3 * px) - rb * (r4 * qy - r5 * qx)
+        spread[5, a] = sideways + spin
         spread[6, a] = sideways
         spread[7, a] = r0 * swing_x + r1 * swing_y
     for a in range(count):
-        arm, lever, swing = spread[0, a], spread[1, a], spread[7, a]
-        both = arm + lever * t_n
+        swing = spread[7, a]
         ja, jb = rj * tangential * row[2, start + a], rj * tangential * row[3, start + a]
         ba, bb = rb * tangential * row[4, start + a], rb * tangential * row[5, start + a]
         for b in range(count):
-            k, at = start + b, block + a * count + b
-            S.block_x[at] = (
-                both * spread[2, b]
-                + lever * t_v * spread[4, b]
-                - swing * spread[6, b]
-                + (ja * row[3, k] - jb * row[2, k])
-                - (ba * row[5, k] - bb * row[4, k])
+            k = start + b
+            S.block_x[block + a * count + b] = (
+                -swing * spread[6, b] + (ja * row[3, k] - jb * row[2, k]) - (ba * row[5, k] - bb * row[4, k])
             )
+
+
+@kernel(inline=True)
+def linearise_contact(j, S, z, by_state, up, down):
+    """Write the derivatives of joint j's generalized forces and state rates into S.block_x and its companions.
+
+    Everything is spread from the six forms to the joint's columns. Rows of S.local: 0 arm of F_n, 1 arm of F_t, 2 and 3
+    d F_n / d X and V, 4 and 5 d v / d X and V; the others belong to the kind of joint, as does what it leaves in S.block_x:
+    the forces' change while F_n and F_t stay.
+    """
+    n_d, n_r, t_v, t_n = law_slopes(j, S, z, up, up, down, by_state)
+    if S.flat[j] == 1:
+        corner_slopes(j, S, n_d, n_r)
+    else:
+        pin_slopes(j, S, n_d, n_r)
+    count, block, spread = S.link_start[j + 1] - S.link_start[j], S.block_start[j], S.local
+    for a in range(count):
+        lever = spread[1, a]
+        both = spread[0, a] + lever * t_n
+        for b in range(count):
+            at = block + a * count + b
+            S.block_x[at] += both * spread[2, b] + lever * t_v * spread[4, b]
             S.block_v[at] = both * spread[3, b] + lever * t_v * spread[5, b]
 
     states = z.size

@@ -20,7 +20,7 @@ from scissordyn.errors import InputError
 from scissordyn.mechanics.elimination import Elimination, Expression, add, scaled
 from scissordyn.mechanics.motion import course_start
 from scissordyn.mechanics.parallelogram import parallel_bodies
-from scissordyn.model.body import GROUND, Body
+from scissordyn.model.body import GROUND, Body, Point
 from scissordyn.model.connection import Weld
 from scissordyn.model.drive import Motion
 from scissordyn.model.element import Actuator, Motor
@@ -123,6 +123,10 @@ class Layout:
         """Position of a body's point."""
         return self._form(_point(self.mechanism, self.offsets, point, self._ones))
 
+    def at(self, body: str, point: Point) -> Form:
+        """Position of a point in the frame of a body, or of the ground."""
+        return self._form(_fixed_to(self.mechanism, self.offsets, body, point, self._ones))
+
     def origin(self, body: str) -> Form:
         """Position of a body's origin."""
         p = self.offsets[body]
@@ -222,6 +226,12 @@ def _impose(mechanism: Mechanism, offsets: dict[str, int], ones: int, eliminatio
         for axis in (0, 1):
             elimination.impose(add(here[axis], scaled(-1.0, there[axis])), f"joint '{joint.name}'")
     for guide in mechanism.guides:
+        if guide.clearance is not None:
+            continue
+        if guide.aligned:
+            follower = mechanism.body(guide.follower[0])
+            base = 0.0 if guide.body == GROUND else mechanism.body(guide.body).angle
+            _impose_turn(offsets, ones, elimination, guide.body, follower.name, follower.angle - base, f"guide '{guide.name}'")
         if guide.body != GROUND:
             continue
         x, y = _point(mechanism, offsets, guide.follower, ones)
@@ -266,12 +276,18 @@ def turning_inertia(mechanism: Mechanism, body: Body) -> float:
 
 
 def _point(mechanism: Mechanism, offsets: dict[str, int], point: BodyPoint, ones: int) -> tuple[Expression, Expression]:
-    body_name, name = point
+    body, name = point
+    named = dict(mechanism.ground) if body == GROUND else mechanism.body(body).points
+    return _fixed_to(mechanism, offsets, body, named[name], ones)
+
+
+def _fixed_to(
+    mechanism: Mechanism, offsets: dict[str, int], body_name: str, point: Point, ones: int
+) -> tuple[Expression, Expression]:
+    x, y = point
     if body_name == GROUND:
-        x, y = dict(mechanism.ground)[name]
         return {ones: x}, {ones: y}
     body, p = mechanism.body(body_name), offsets[body_name]
-    x, y = body.points[name]
     if not body.rotates:
         cos, sin = math.cos(body.angle), math.sin(body.angle)
         return {p: 1.0, ones: cos * x - sin * y}, {p + 1: 1.0, ones: sin * x + cos * y}
@@ -381,7 +397,7 @@ def _moving_guides(layout: Layout) -> list[Condition]:
     """
     found = []
     for guide in layout.mechanism.guides:
-        if guide.body == GROUND:
+        if guide.body == GROUND or guide.clearance is not None:
             continue
         across = -math.sin(guide.direction), math.cos(guide.direction)
         turned = layout.direction(guide.body)

@@ -54,7 +54,7 @@ class Balance(NamedTuple):
     length : float
         Scale of the moment equations [m].
     order : ndarray of int
-        Place of each unknown (joints x, y; welds x, y, torque; guides; drives) among the ordered ones.
+        Place of each unknown (joints x, y; welds x, y, torque; guides; aligned guides' torques; drives) among the ordered ones.
     band : int
         Half bandwidth of the normal equations.
     """
@@ -107,11 +107,18 @@ def balance(mechanism: Mechanism) -> Balance:
                 enter(body, count + 1, (0.0, sign, 0.0), (body, point))
                 enter(body, count + 2, (0.0, 0.0, sign), (body, point))
         count += 3
-    for guide in mechanism.guides:
+    for guide in mechanism.ideal_guides:
         across = -math.sin(guide.direction), math.cos(guide.direction)
         enter(guide.follower[0], count, (*across, 0.0), guide.follower, guide.body)
         if guide.body != GROUND:
             enter(guide.body, count, (-across[0], -across[1], 0.0), guide.follower, guide.body)
+        count += 1
+    for guide in mechanism.ideal_guides:
+        if not guide.aligned:
+            continue
+        enter(guide.follower[0], count, (0.0, 0.0, 1.0), guide.follower)
+        if guide.body != GROUND:
+            enter(guide.body, count, (0.0, 0.0, -1.0), guide.follower)
         count += 1
     for drive in mechanism.drives:
         enter(drive.body, count, (0.0, 0.0, 1.0), (drive.body, next(iter(mechanism.body(drive.body).points))))
@@ -149,13 +156,14 @@ def journal_forces(found: Record) -> np.ndarray:
     return np.stack([-normal * nx + tangential * ny, -normal * ny - tangential * nx], axis=-1)
 
 
-def known_loads(layout: Layout, direction: np.ndarray, found: Record, radius: np.ndarray) -> np.ndarray:
+def known_loads(layout: Layout, direction: np.ndarray, position: np.ndarray, found: Record, radius: np.ndarray) -> np.ndarray:
     """Forces of loose joints, springs, loads, motors, massless links and latches on the bodies.
 
     Parameters
     ----------
     layout : Layout
-    direction : ndarray, shape (nt, bodies, 2)
+    direction, position : ndarray, shape (nt, bodies, 2)
+        Cosine and sine of each body's angle, and where its mass centre is [m].
     found : Record
     radius : ndarray, shape (nj, 3)
         Clearance, journal and bearing radius of the loose joints [m].
@@ -188,6 +196,17 @@ def known_loads(layout: Layout, direction: np.ndarray, found: Record, radius: np
         push(*joint.bearing, -force)
         turn(joint.journal[0], -radius[j, 1] * tangential)
         turn(joint.bearing[0], radius[j, 2] * tangential)
+    for j, corner in enumerate(mechanism.corners, start=len(mechanism.loose)):
+        force, contact = on_journals[:, j], found.joint[:, j]
+        k, (x, y) = index[corner.follower], mechanism.body(corner.follower).centre
+        cos, sin = direction[:, k, 0], direction[:, k, 1]
+        x, y = corner.centre[0] - x, corner.centre[1] - y
+        tip = position[:, k] + np.stack([cos * x - sin * y, sin * x + cos * y], axis=1) + radius[j, 1] * contact[:, 6:8]
+        for body, sign in ((corner.follower, 1.0), (corner.body, -1.0)):
+            if body != GROUND:
+                arm = tip - position[:, index[body]]
+                known[:, index[body], :2] += sign * force
+                turn(body, sign * (arm[:, 0] * force[:, 1] - arm[:, 1] * force[:, 0]))
     for i, element in enumerate(mechanism.elements):
         force, torque = found.element[:, i, :2], found.element[:, i, 2]
         if isinstance(element, Spring):
@@ -302,7 +321,7 @@ def solve_reactions(
     -------
     joints : ndarray, shape (nt, ideal joints, 2)
         Force on the journal [N]; NaN from the first instant on at which the reactions are not determined.
-    guides : ndarray, shape (nt, guides)
+    guides : ndarray, shape (nt, ideal guides)
         Force on the follower across the guide, to the left of its direction [N].
     torques : ndarray, shape (nt, drives)
         Torque on the driven body [N m].
@@ -319,7 +338,7 @@ def solve_reactions(
         if failed >= 0:
             values[failed:] = np.nan
     values = values[:, parts.order]
-    joints, guides = 2 * len(mechanism.ideal), len(mechanism.guides)
+    joints, guides = 2 * len(mechanism.ideal), len(mechanism.ideal_guides)
     welds = joints + 3 * len(mechanism.welds)
     reactions = values[:, :joints].reshape(instants, joints // 2, 2)
-    return reactions, values[:, welds : welds + guides], values[:, welds + guides :]
+    return reactions, values[:, welds : welds + guides], values[:, values.shape[1] - len(mechanism.drives) :]

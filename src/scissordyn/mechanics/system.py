@@ -22,6 +22,8 @@ from scissordyn.mechanics.layout import Form, Layout, join_forms
 from scissordyn.mechanics.motion import COLUMNS, motion_rows
 from scissordyn.model.body import GROUND
 from scissordyn.model.element import Actuator
+from scissordyn.model.guide_clearance import Corner
+from scissordyn.model.joint import Revolute
 
 __all__ = ["APPROACH_FLOOR", "System", "build_system", "open_system", "sliding_states"]
 
@@ -73,7 +75,9 @@ class System(NamedTuple):
     link_start: I1  # (links+1,) loose joints, then elements
     link_column: I1
     link_row: F2  # (6, entries): e, direction of the journal's body, of the bearing's; for elements u, body, base
-    radius: F2  # (nj, 3): clearance, R_J, R_B
+    radius: F2  # (nj, 3): clearance, R_J, R_B; of a corner: clearance, R, infinite
+    flat: I1  # (nj,) 1 for a corner at a wall, 0 for a journal in a bearing
+    wall: F2  # (nj, 3): n in the frame of the wall's body, u.n at which a corner touches
     law: I2  # (nj, 3): tags of stiffness, damping, friction
     elastic: F2  # (nj, PARAMETERS)
     damping: F2  # (nj, PARAMETERS)
@@ -154,7 +158,7 @@ def build_system(layout: Layout) -> System:
     """
     mechanism, n, nb = layout.mechanism, layout.free, layout.basis
     full = csr_array(layout.coordinates.T @ layout.mass @ layout.coordinates)
-    loose = mechanism.loose
+    loose = mechanism.contacts
     nj, m = len(loose), len(layout.conditions)
     elements = mechanism.elements
     states = [len(joint.clearance.friction.states) for joint in loose if joint.clearance]
@@ -181,19 +185,21 @@ def build_system(layout: Layout) -> System:
     first_stop = nj + latch.shape[0]
     guard = stop_guards(elements, first_stop)
     guards = first_stop + int(np.sum(guard >= 0))
-    links = [_joint_form(layout, index) for index in range(nj)] + [element_form(layout, element) for element in elements]
+    links = [_contact_form(layout, contact) for contact in loose] + [element_form(layout, element) for element in elements]
     link_start, link_column, link_row = _forms(links, 6)
     overlap, match = _overlaps(layout)
     counts = np.diff(link_start)
 
     laws = np.zeros((nj, 3), np.int64)
     tables = [np.zeros((nj, PARAMETERS)) for _ in range(3)]
-    radius = np.zeros((nj, 3))
-    for index, pin in enumerate(loose):
-        clearance = pin.clearance
+    radius, wall = np.zeros((nj, 3)), np.zeros((nj, 3))
+    for index, joint in enumerate(loose):
+        clearance = joint.clearance
         assert clearance is not None
         contact = clearance.contact
-        radius[index] = clearance.clearance, clearance.journal_radius, contact.bearing_radius
+        radius[index] = clearance.clearance, contact.journal_radius, contact.bearing_radius
+        if isinstance(joint, Corner):
+            wall[index] = *joint.normal, joint.level - contact.journal_radius
         chosen: tuple[Elastic | Damping | Friction, ...] = (clearance.stiffness, clearance.damping, clearance.friction)
         for which, law in enumerate(chosen):
             parameters = law.parameters(contact)
@@ -230,6 +236,8 @@ def build_system(layout: Layout) -> System:
         link_column=link_column,
         link_row=link_row,
         radius=radius,
+        flat=np.array([isinstance(joint, Corner) for joint in loose], np.int64),
+        wall=wall,
         law=laws,
         elastic=tables[0],
         damping=tables[1],
@@ -301,9 +309,12 @@ def _forms(forms: list[Form] | tuple[Form, ...], height: int) -> tuple[np.ndarra
     return start, np.concatenate([form.columns for form in forms]), np.ascontiguousarray(np.hstack([f.rows for f in forms]))
 
 
-def _joint_form(layout: Layout, index: int) -> Form:
-    """The six rows of a loose joint on the union of their columns."""
-    joint = layout.mechanism.loose[index]
+def _contact_form(layout: Layout, joint: Revolute | Corner) -> Form:
+    """The six rows of a loose joint, or of a corner at its wall, on the union of their columns."""
+    if isinstance(joint, Corner):
+        wall = layout.fixed_direction if joint.body == GROUND else layout.direction(joint.body)
+        ends = (layout.at(joint.follower, joint.centre), 0, 1.0), (layout.at(joint.body, joint.through), 0, -1.0)
+        return join_forms([*ends, (layout.direction(joint.follower), 2, 1.0), (wall, 4, 1.0)])
     parts = [(layout.place(joint.journal), 0, 1.0), (layout.place(joint.bearing), 0, -1.0)]
     parts += [(layout.direction(joint.journal[0]), 2, 1.0), (layout.direction(joint.bearing[0]), 4, 1.0)]
     return join_forms(parts)

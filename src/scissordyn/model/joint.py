@@ -8,6 +8,7 @@ from typing import Annotated
 from scissordyn.errors import InputError
 from scissordyn.model.body import GROUND, Point
 from scissordyn.model.clearance import Clearance
+from scissordyn.model.guide_clearance import GuideClearance
 from scissordyn.units import Quantity, check_quantities
 
 __all__ = ["BodyPoint", "Guide", "Revolute"]
@@ -61,6 +62,11 @@ class Guide:
         Direction of the line in that frame [rad].
     body : str
         The body that carries the line; the ground unless given.
+    aligned : bool
+        Whether the follower also keeps its angle against the line, as a block in a channel does (a prismatic joint); otherwise
+        it turns freely about its guided point.
+    clearance : GuideClearance, optional
+        How loose the guide is; None for an ideal one. A loose guide is a channel, so that it is aligned when it is tightened.
     """
 
     name: str
@@ -68,8 +74,12 @@ class Guide:
     through: Point = (0.0, 0.0)
     direction: Annotated[float, Quantity("rad", help="direction of the line")] = 0.0
     body: str = GROUND
+    aligned: bool = False
+    clearance: GuideClearance | None = None
 
     def __post_init__(self) -> None:
         check_quantities(self)
+        if self.clearance is not None and not self.aligned:
+            raise InputError(f"guide '{self.name}' with a clearance but not aligned", "a loose guide that is aligned")
         if self.follower[0] == self.body:
             raise InputError(f"guide '{self.name}' guides body '{self.body}' along itself", "two different bodies")

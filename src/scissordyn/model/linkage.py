@@ -50,6 +50,7 @@ def slider_crank(
     rod_mass: float = 0.21,
     rod_inertia: float | None = 2.5e-4,
     slider_mass: float = 0.14,
+    slider_inertia: float | None = None,
     angle: float = 0.0,
     gravity: float = 0.0,
     gravity_direction: float = -math.pi / 2,
@@ -66,9 +67,12 @@ def slider_crank(
     offset : float
         y of the slider's line [m].
     crank_mass, rod_mass, slider_mass : float
-        [kg]; mass centres of crank and rod are in their middles.
+        [kg]; mass centres of crank and rod are in their middles, that of the slider is on its pin.
     crank_inertia, rod_inertia : float, optional
         About the middle [kg m^2]; that of a uniform bar if None.
+    slider_inertia : float, optional
+        Of the slider about its pin [kg m^2]: a block that its guide keeps straight, and lets tilt when the guide is loosened.
+        Without it the slider cannot turn at all.
     angle : float
         Direction a of the crank at the start [rad]; the slider is to the right of the crank pin.
     gravity, gravity_direction : float
@@ -88,18 +92,19 @@ def slider_crank(
         )
     pin = crank * math.cos(angle), crank * math.sin(angle)
     lean = math.asin(rise / rod)
+    slider = point_mass("slider", mass=slider_mass, position=(pin[0] + rod * math.cos(lean), offset))
     return Mechanism(
         bodies=(
             bar("crank", length=crank, mass=crank_mass, inertia=crank_inertia, angle=angle),
             bar("rod", length=rod, mass=rod_mass, inertia=rod_inertia, position=pin, angle=lean),
-            point_mass("slider", mass=slider_mass, position=(pin[0] + rod * math.cos(lean), offset)),
+            dataclasses.replace(slider, inertia=slider_inertia),
         ),
         joints=(
             Revolute("ground pin", ("crank", "start"), (GROUND, "origin")),
             Revolute("crank pin", ("crank", "end"), ("rod", "start")),
             Revolute("slider pin", ("rod", "end"), ("slider", "centre")),
         ),
-        guides=(Guide("guide", ("slider", "centre"), through=(0.0, offset)),),
+        guides=(Guide("guide", ("slider", "centre"), through=(0.0, offset), aligned=slider_inertia is not None),),
         ground=(("origin", (0.0, 0.0)),),
         gravity=gravity,
         gravity_direction=gravity_direction,

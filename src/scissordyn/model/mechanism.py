@@ -17,13 +17,14 @@ from scissordyn.model.clearance import Clearance
 from scissordyn.model.connection import Latch, Link, Weld
 from scissordyn.model.drive import ConstantSpeed, Drive, Motion
 from scissordyn.model.element import Actuator, Element, Force, Spring, TravelStop
+from scissordyn.model.guide_clearance import Corner, GuideClearance, block_corners
 from scissordyn.model.joint import BodyPoint, Guide, Revolute
 from scissordyn.model.pattern import matching
 from scissordyn.units import Quantity, check_quantities
 
 __all__ = ["Mechanism"]
 
-Named = TypeVar("Named", Body, Revolute)
+Named = TypeVar("Named", Body, Revolute, Guide)
 
 
 @dataclass(frozen=True)
@@ -82,6 +83,8 @@ class Mechanism:
         for guide in self.guides:
             self._check_point(guide.name, guide.follower)
             self._check_rotates(guide.name, guide.body)
+            if guide.aligned:
+                self._check_rotates(guide.name, guide.follower[0])
         for connection in connections:
             if not isinstance(connection, Latch):
                 self._check_point(connection.name, connection.start)
@@ -129,6 +132,10 @@ class Mechanism:
         """The revolute joint of that name."""
         return _named("joint", name, self._joints)
 
+    def guide(self, name: str) -> Guide:
+        """The guide of that name."""
+        return _named("guide", name, {guide.name: guide for guide in self.guides})
+
     @cached_property
     def _bodies(self) -> dict[str, Body]:
         return {body.name: body for body in self.bodies}
@@ -144,8 +151,40 @@ class Mechanism:
 
     @property
     def joint_names(self) -> tuple[str, ...]:
-        """Names of the revolute joints, then of the guides."""
-        return (*(joint.name for joint in self.joints), *(guide.name for guide in self.guides))
+        """Names of the revolute joints, then of the guides, then of the corners of blocks in loose guides."""
+        named = (*(joint.name for joint in self.joints), *(guide.name for guide in self.guides))
+        return (*named, *(corner.name for corner in self.corners))
+
+    @cached_property
+    def corners(self) -> tuple[Corner, ...]:
+        """The corners of the blocks in loose guides, in order."""
+        found: list[Corner] = []
+        for guide in self.guides:
+            if guide.clearance is None:
+                continue
+            follower = self.body(guide.follower[0])
+            base = 0.0 if guide.body == GROUND else self.body(guide.body).angle
+            found += block_corners(
+                guide.name,
+                guide.clearance,
+                follower=follower,
+                point=guide.follower[1],
+                body=guide.body,
+                through=guide.through,
+                direction=guide.direction,
+                turn=base + guide.direction - follower.angle,
+            )
+        return tuple(found)
+
+    @property
+    def ideal_guides(self) -> tuple[Guide, ...]:
+        """The guides without clearance, in order."""
+        return tuple(guide for guide in self.guides if guide.clearance is None)
+
+    @property
+    def contacts(self) -> tuple[Revolute | Corner, ...]:
+        """What may touch: the loose joints, then the corners of blocks in loose guides."""
+        return (*self.loose, *self.corners)
 
     @property
     def loose(self) -> tuple[Revolute, ...]:
@@ -157,27 +196,33 @@ class Mechanism:
         """The joints without clearance, in order."""
         return tuple(joint for joint in self.joints if joint.clearance is None)
 
-    def loosen(self, joints: str | Iterable[str], clearance: Clearance) -> Mechanism:
-        """The same mechanism with a clearance at one joint or at several.
+    def loosen(self, joints: str | Iterable[str], clearance: Clearance | GuideClearance) -> Mechanism:
+        """The same mechanism with a clearance at one joint or guide or at several.
 
         Parameters
         ----------
         joints : str or iterable of str
             Names of revolute joints, "all", "pivots" (inside the units of an array), "ends" (between units), or patterns
-            such as "unit 3/*".
-        clearance : Clearance
+            such as "unit 3/*"; with a `GuideClearance` the names of guides.
+        clearance : Clearance or GuideClearance
 
         Returns
         -------
         Mechanism
         """
+        if isinstance(clearance, GuideClearance):
+            guided = matching("guide", joints, [guide.name for guide in self.guides])
+            return self._with_guides(dataclasses.replace(self.guide(n), clearance=clearance, aligned=True) for n in guided)
         names = matching("joint", joints, [joint.name for joint in self.joints])
         return self._with_joints(dataclasses.replace(self.joint(name), clearance=clearance) for name in names)
 
     def tighten(self, *joints: str) -> Mechanism:
-        """The same mechanism with ideal joints, all of them if none is named."""
-        names = {self.joint(name).name for name in joints} or {joint.name for joint in self.loose}
-        return self._with_joints(dataclasses.replace(self.joint(name), clearance=None) for name in names)
+        """The same mechanism with ideal joints and guides, all of them if none is named."""
+        guides = [guide for guide in self.guides if guide.name in joints or not joints]
+        named = {self.joint(name).name for name in joints if name not in {guide.name for guide in guides}}
+        names = {joint.name for joint in self.loose} if not joints else named
+        tight = self._with_joints(dataclasses.replace(self.joint(name), clearance=None) for name in names)
+        return tight._with_guides(dataclasses.replace(guide, clearance=None) for guide in guides)
 
     def driven(self, motion: Motion | None = None, *, speed: float | None = None, body: str = "") -> Mechanism:
         """The same mechanism with a body driven, in place of any drive that the body had.
@@ -287,7 +332,7 @@ class Mechanism:
         Parameters
         ----------
         path : str
-            A field of the mechanism ("gravity"), or a joint and a field of its clearance ("A.clearance",
+            A field of the mechanism ("gravity"), or a joint or guide and a field of its clearance ("A.clearance",
             "A.friction", "A.damping.restitution").
         value
             What to put there.
@@ -300,14 +345,20 @@ class Mechanism:
         if path in names:
             return dataclasses.replace(self, **{path: value})
         joint, _, inner = path.partition(".")
-        loose = self.joint(joint)
+        guides = {guide.name: guide for guide in self.guides}
+        loose = guides[joint] if joint in guides else self.joint(joint)
         if loose.clearance is None or not inner:
             raise InputError(f"replace({path!r})", "JOINT.FIELD of a loose joint, or one of " + ", ".join(sorted(names)))
-        return self._with_joints([dataclasses.replace(loose, clearance=_replace_inside(loose.clearance, inner, value))])
+        new = dataclasses.replace(loose, clearance=_replace_inside(loose.clearance, inner, value))
+        return self._with_guides([new]) if isinstance(new, Guide) else self._with_joints([new])
 
     def _with_joints(self, changed: Iterable[Revolute]) -> Mechanism:
         new = {joint.name: joint for joint in changed}
         return dataclasses.replace(self, joints=tuple(new.get(joint.name, joint) for joint in self.joints))
+
+    def _with_guides(self, changed: Iterable[Guide]) -> Mechanism:
+        new = {guide.name: guide for guide in changed}
+        return dataclasses.replace(self, guides=tuple(new.get(guide.name, guide) for guide in self.guides))
 
 
 def _named(what: str, name: str, found: Mapping[str, Named]) -> Named:

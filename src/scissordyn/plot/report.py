@@ -15,7 +15,7 @@ from scissordyn.plot.file import check_format, write
 from scissordyn.plot.force import force
 from scissordyn.plot.orbit import orbit
 from scissordyn.plot.response import response
-from scissordyn.plot.series import loose_joints
+from scissordyn.plot.series import loose_joints, loose_pins
 from scissordyn.plot.structure import structure
 from scissordyn.plot.torque import torque
 
@@ -27,7 +27,7 @@ def draw_all(
 ) -> list[Path]:
     """Every picture that a run has data for: response, force, torque, orbit, energy, structure.
 
-    Force and orbit need a loose joint, torque a drive. Nothing is written before all of them are drawn.
+    Force needs a loose joint or guide, orbit a loose revolute joint, torque a drive. Nothing is written before all are drawn.
 
     Parameters
     ----------
@@ -56,7 +56,7 @@ def draw_all(
         drawn["force"] = force(run, ideal)
     if "drive_torque" in run:
         drawn["torque"] = torque(run, ideal)
-    if loose:
+    if loose_pins(run):
         drawn["orbit"] = orbit(run)
     drawn["energy"] = energy(run)
     drawn["structure"] = structure(run, mechanism)

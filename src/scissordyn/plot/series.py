@@ -22,6 +22,7 @@ __all__ = [
     "finish",
     "horizon",
     "loose_joints",
+    "loose_pins",
     "time_scale",
 ]
 
@@ -77,6 +78,21 @@ def loose_joints(run: xr.Dataset) -> list[str]:
     if "clearance" not in run:
         return []
     return [str(name) for name in run["joint"].values[np.isfinite(run["clearance"].values)]]
+
+
+def loose_pins(run: xr.Dataset) -> list[str]:
+    """Names of the loose joints whose journal moves in a bearing: not those of corners at flat walls.
+
+    Parameters
+    ----------
+    run : Dataset
+
+    Returns
+    -------
+    list of str
+    """
+    flat = set(run["joint"].values[run["at_wall"].values].astype(str)) if "at_wall" in run else set()
+    return [name for name in loose_joints(run) if name not in flat]
 
 
 def chosen_joints(run: xr.Dataset, joints: Sequence[str] | None) -> list[str]:

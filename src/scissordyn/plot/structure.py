@@ -18,14 +18,12 @@ from scissordyn.model.body import GROUND
 from scissordyn.model.connection import Link
 from scissordyn.model.element import Spring
 from scissordyn.model.mechanism import Mechanism
+from scissordyn.plot.channel import GAP, channel, guides_of
 from scissordyn.plot.place import Placement, outline
 from scissordyn.plot.series import BEYOND, chosen_joints, horizon, loose_joints, time_scale
 from scissordyn.plot.style import BLACK, BLUE, GREEN, GREY, LIGHT, PURPLE, SKY, SMALL, VERMILION, dress, legend
 
 __all__ = ["magnified", "snapshot", "structure"]
-
-GAP = 0.35
-"""The clearance of a magnified joint as a fraction of the drawn journal's radius."""
 
 TALL = 2.0
 """Structures up to so many times as wide as high stand side by side, longer ones one below the other."""
@@ -64,7 +62,7 @@ def structure(
     if wanted.size == 0:
         raise InputError(f"times = {times!r}", "a whole number >= 1, or instants [s]", "times=4")
     samples = [int(np.argmin(np.abs(time - instant))) for instant in wanted]
-    chosen = chosen_joints(run, joints) if joints is not None or loose_joints(run) else []
+    chosen = guides_of(mechanism, chosen_joints(run, joints) if joints is not None or loose_joints(run) else [])
     corners = _around(run, mechanism, samples)
     width, height = corners[1] - corners[0]
     tall = bool(width < TALL * height)
@@ -135,6 +133,8 @@ def snapshot(run: xr.Dataset, mechanism: Mechanism, sample: int, *, axes: Axes, 
         (x, y), turn = guide.through, guide.direction
         further = x + math.cos(turn), y + math.sin(turn)
         axes.axline((x, y), further, color=GREY, linewidth=0.7, linestyle=(0, (6, 2, 1, 2)), zorder=1.0)
+        if guide.clearance is not None:
+            _named(axes, guide.name, placed.place(guide.follower), (-14.0, -16.0))
     springs = [element for element in mechanism.elements if isinstance(element, Spring)]
     connections: list[Spring | Link] = [*springs, *mechanism.links]
     for connection in connections:
@@ -156,8 +156,7 @@ def snapshot(run: xr.Dataset, mechanism: Mechanism, sample: int, *, axes: Axes, 
             axes.plot(
                 x, y, marker="o", markersize=7.0, color=VERMILION, markerfacecolor="none", markeredgewidth=1.2, zorder=4.0
             )
-            text = axes.annotate(joint.name, (x, y), xytext=(7.0, 5.0), textcoords="offset points", fontsize=SMALL)
-            text.set(color=VERMILION, zorder=5.0, path_effects=[withStroke(linewidth=2.5, foreground="white")])
+            _named(axes, joint.name, (x, y), (7.0, 5.0))
     now, scale, until = float(run["time"].values[sample]), time_scale(run), horizon(run)
     if until is not None and now > until:
         late = Rectangle((0.0, 0.0), 1.0, 1.0, facecolor=LIGHT, alpha=0.7, transform=axes.transAxes, zorder=0.0, label=BEYOND)
@@ -168,7 +167,7 @@ def snapshot(run: xr.Dataset, mechanism: Mechanism, sample: int, *, axes: Axes, 
 
 
 def magnified(run: xr.Dataset, mechanism: Mechanism, sample: int, joint: str, *, axes: Axes) -> Axes:
-    """A loose joint at one sample: the journal in its bearing, the gap between them drawn larger than it is.
+    """A loose joint or guide at one sample: the journal in its bearing, or the block in its channel, the gap drawn larger.
 
     Parameters
     ----------
@@ -188,6 +187,8 @@ def magnified(run: xr.Dataset, mechanism: Mechanism, sample: int, joint: str, *,
     InputError
         If the joint is not loose.
     """
+    if joint in guides_of(mechanism, (corner.name for corner in mechanism.corners)):
+        return channel(run, mechanism, sample, joint, axes=axes)
     chosen_joints(run, [joint])
     now = run.isel(time=sample).sel(joint=joint)
     clearance = float(now["clearance"])
@@ -223,6 +224,13 @@ def _around(run: xr.Dataset, mechanism: Mechanism, samples: Sequence[int]) -> Co
     low, high = everything.min(axis=0), everything.max(axis=0)
     margin = 0.1 * (float(np.max(high - low)) or 1.0)
     return low - margin, high + margin
+
+
+def _named(axes: Axes, name: str, place: np.ndarray | tuple[float, float], aside: tuple[float, float]) -> None:
+    """The name of what is loose, beside it."""
+    x, y = float(place[0]), float(place[1])
+    text = axes.annotate(name, (x, y), xytext=aside, textcoords="offset points", fontsize=SMALL)
+    text.set(color=VERMILION, zorder=5.0, path_effects=[withStroke(linewidth=2.5, foreground="white")])
 
 
 def _support(axes: Axes, pin: np.ndarray, size: float) -> None:

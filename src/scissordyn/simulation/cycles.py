@@ -210,7 +210,7 @@ def _to_dataset(mechanism: Mechanism, options: Options, found: Cycles, phase: fl
     coordinates = {
         "cycle": ("cycle", found.first + np.arange(found.samples.time.size), {"long_name": "cycle"}),
         "time": ("cycle", found.samples.time, {"units": "s", "long_name": "time of the sample"}),
-        "joint": ("joint", [joint.name for joint in mechanism.loose]),
+        "joint": ("joint", [joint.name for joint in mechanism.contacts]),
         "axis": ("axis", ["x", "y"]),
     }
     run = xr.Dataset(variables, coords=coordinates).isel(cycle=slice(first, None))

@@ -114,9 +114,8 @@ def _motion_variables(mechanism: Mechanism, motion: BodyMotion) -> dict[str, Var
 def _joint_variables(mechanism: Mechanism, path: Trajectory, found: Record, motion: BodyMotion) -> dict[str, Variable]:
     """Quantities per joint; those that exist at loose joints only are NaN at ideal ones."""
     names = list(mechanism.joint_names)
-    loose = np.array([names.index(joint.name) for joint in mechanism.loose], int)
+    loose = np.array([names.index(joint.name) for joint in mechanism.contacts], int)
     ideal = np.array([names.index(joint.name) for joint in mechanism.ideal], int)
-    guides = np.arange(len(mechanism.joints), len(names))
     instants, contact = found.X.shape[0], found.joint
     normal, tangential, force = contact[..., 4], contact[..., 5], journal_forces(found)
     radius = path.system.content.radius
@@ -126,17 +125,19 @@ def _joint_variables(mechanism: Mechanism, path: Trajectory, found: Record, moti
         position=motion.position,
         acceleration=motion.acceleration,
         spin_rate=motion.spin_rate,
-        known=known_loads(path.layout, motion.direction, found, radius),
+        known=known_loads(path.layout, motion.direction, motion.position, found, radius),
     )
     reaction = np.zeros((instants, len(names), 2))
     reaction[:, loose], reaction[:, ideal] = force, joints
     bodies = [body.name for body in mechanism.bodies]
-    for g, guide in enumerate(mechanism.guides):
+    for corner, pushed in zip(mechanism.corners, np.moveaxis(force[:, len(mechanism.loose) :], 1, 0), strict=True):
+        reaction[:, names.index(corner.guide)] += pushed
+    for g, guide in enumerate(mechanism.ideal_guides):
         across = np.array([-math.sin(guide.direction), math.cos(guide.direction)])
         if guide.body != GROUND:
             cos, sin = motion.direction[:, bodies.index(guide.body)].T
             across = np.stack([cos * across[0] - sin * across[1], sin * across[0] + cos * across[1]], axis=1)
-        reaction[:, guides[g]] = guided[:, g : g + 1] * across
+        reaction[:, names.index(guide.name)] = guided[:, g : g + 1] * across
     what = "force on the journal (contact force at loose joints, reaction at ideal ones), on the follower for guides"
     variables = {"reaction": _described(("time", "joint", "axis"), reaction, "N", what)}
     if loose.size == 0:
@@ -155,7 +156,10 @@ def _joint_variables(mechanism: Mechanism, path: Trajectory, found: Record, moti
     clearance[loose] = radius[:, 0]
     variables |= {
         "eccentricity": _described(
-            (*per_joint, "axis"), everywhere(eccentricity), "m", "journal centre relative to the bearing centre"
+            (*per_joint, "axis"),
+            everywhere(eccentricity),
+            "m",
+            "journal centre relative to the bearing centre; for a corner, the way across the guide",
         ),
         "indentation": _described(per_joint, everywhere(contact[..., 0]), "m", "indentation, negative in free flight"),
         "normal_force": _described(per_joint, everywhere(normal), "N", "normal contact force"),
@@ -164,7 +168,10 @@ def _joint_variables(mechanism: Mechanism, path: Trajectory, found: Record, moti
         "in_contact": _described(per_joint, touching, "1", "journal and bearing in contact"),
         "clearance": _described(("joint",), clearance, "m", "radial clearance"),
     }
-    for j, joint in enumerate(mechanism.loose):
+    if mechanism.corners:
+        at_wall = np.isin(names, [corner.name for corner in mechanism.corners])
+        variables["at_wall"] = _described(("joint",), at_wall, "1", "corner of a block at a flat wall")
+    for j, joint in enumerate(mechanism.contacts):
         assert joint.clearance is not None
         first, state = int(path.system.content.state_start[j]), path.samples.state[:, 2 * path.layout.free :]
         for s, name in enumerate(joint.clearance.friction.states):
@@ -220,7 +227,7 @@ def _control_variables(mechanism: Mechanism, path: Trajectory, found: Record) ->
     if np.any(system.recorder >= 0):
         variables["control_signal"] = _described(over, recorded, "SI", "signal that a controller looks back at")
     for place, (i, element) in enumerate(chosen):
-        first = 2 * path.layout.free + int(system.state_start[len(mechanism.loose) + i])
+        first = 2 * path.layout.free + int(system.state_start[len(mechanism.contacts) + i])
         for s, name in enumerate(element.controller.states):
             empty = np.full((found.X.shape[0], len(chosen)), np.nan)
             values = variables.setdefault(name, _described(over, empty, "N m", name.replace("_", " ")))[1]
@@ -258,8 +265,8 @@ def _energy_variables(path: Trajectory, found: Record) -> dict[str, Variable]:
 
 
 def _contact_variables(mechanism: Mechanism, path: Trajectory) -> dict[str, Variable]:
-    table = columns(contacts(path.log, path.peak[: len(mechanism.loose)]))
-    names = np.array([joint.name for joint in mechanism.loose], dtype=object)
+    table = columns(contacts(path.log, path.peak[: len(mechanism.contacts)]))
+    names = np.array([joint.name for joint in mechanism.contacts], dtype=object)
     joint = names[table["joint"]] if names.size else names
     along = ("contact",)
     return {

@@ -30,7 +30,7 @@ def event_variables(mechanism: Mechanism, log: np.ndarray) -> dict[str, tuple[tu
     stops = [element.name for element in mechanism.elements if isinstance(element, AngleStop | TravelStop)]
     if not latches and not stops:
         return {}
-    first = len(mechanism.loose)
+    first = len(mechanism.contacts)
     rows = log[log[:, 1] >= first]
     which = rows[:, 1].astype(int) - first
     names = np.array([*latches, *stops])[which]
@@ -47,6 +47,6 @@ def event_variables(mechanism: Mechanism, log: np.ndarray) -> dict[str, tuple[tu
 
 def latch_losses(mechanism: Mechanism, log: np.ndarray, time: np.ndarray) -> np.ndarray:
     """Energy that latches have taken up to each instant [J], shape (nt,)."""
-    first = len(mechanism.loose)
+    first = len(mechanism.contacts)
     rows = log[(log[:, 1] >= first) & (log[:, 1] < first + len(mechanism.latches))]
     return np.asarray((time[:, None] >= rows[None, :, 0]) @ rows[:, 2 + RECORD])

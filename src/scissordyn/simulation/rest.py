@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+from typing import TypeVar
 
 import numpy as np
 
@@ -14,10 +15,12 @@ from scissordyn.mechanics.layout import Layout
 from scissordyn.mechanics.motion import course_start
 from scissordyn.mechanics.system import build_system
 from scissordyn.model.drive import ConstantSpeed, Motion, Polynomial
-from scissordyn.model.joint import Revolute
+from scissordyn.model.joint import Guide, Revolute
 from scissordyn.model.mechanism import Mechanism
 
 __all__ = ["equilibrium", "standing"]
+
+Joint = TypeVar("Joint", Revolute, Guide)
 
 AT_REST = 1e-9
 """Unbalanced force below which a mechanism rests, against its weight: what round-off in positions leaves of a stiff contact."""
@@ -38,11 +41,12 @@ def standing(mechanism: Mechanism) -> Mechanism:
             for drive in mechanism.drives
         ),
         joints=tuple(_slippery(joint) for joint in mechanism.joints),
+        guides=tuple(_slippery(guide) for guide in mechanism.guides),
         links=tuple(dataclasses.replace(link, motion=link.motion and held(link.motion, 0.0)) for link in mechanism.links),
     )
 
 
-def _slippery(joint: Revolute) -> Revolute:
+def _slippery(joint: Joint) -> Joint:
     if joint.clearance is None:
         return joint
     return dataclasses.replace(joint, clearance=dataclasses.replace(joint.clearance, friction=NoFriction()))

@@ -122,7 +122,7 @@ def _warnings(mechanism: Mechanism, run: xr.Dataset) -> list[str]:
     """Sentences on what the user should know before using the numbers; each once."""
     found: list[str] = []
     touched, speed = run["contact_joint"].values, run["approach_speed"].values
-    for joint in mechanism.loose:
+    for joint in mechanism.contacts:
         assert joint.clearance is not None
         depth = run["indentation"].values[:, mechanism.joint_names.index(joint.name)]
         found += contact_warnings(

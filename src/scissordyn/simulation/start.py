@@ -43,13 +43,19 @@ def prepare_start(layout: Layout, system: System, options: Options) -> tuple[np.
     """
     mechanism = layout.mechanism
     start = _put_on_course(layout, system, assemble(layout, system))
-    if mechanism.loose:
+    if mechanism.contacts:
         ideal = lay_out(mechanism.tighten())
         ideal_system = build_system(ideal)
         ideal_start = _put_on_course(ideal, ideal_system, assemble(ideal, ideal_system))
         start = carry_over(layout, system, *natural_state(ideal, ideal_system, ideal_start))
     match options.start:
-        case "in-contact" if mechanism.loose:
+        case "in-contact" if mechanism.contacts:
+            if mechanism.corners:
+                raise InputError(
+                    f"start = 'in-contact' with the loose guide '{mechanism.corners[0].guide}', whose corners may rest in "
+                    "several ways",
+                    "start = 'static', or 'concentric', from which they settle",
+                )
             offsets = _resting_offsets(mechanism, system, ideal_reactions(ideal, ideal_system, ideal_start))
             start = _hold_offsets(layout, system, start, offsets)
         case "static":
@@ -68,7 +74,7 @@ def _resting_place(mechanism: Mechanism) -> np.ndarray:
     ideal = lay_out(still.tighten())
     system = build_system(ideal)
     rest = Start(equilibrium(ideal, assemble(ideal, system).position), np.zeros(ideal.free))
-    if not mechanism.loose:
+    if not mechanism.contacts:
         return rest.position
     loose = lay_out(still)
     loose_system = build_system(loose)
@@ -146,7 +152,7 @@ def ideal_reactions(layout: Layout, system: System, start: Start) -> np.ndarray:
         position=motion.position,
         acceleration=motion.acceleration,
         spin_rate=motion.spin_rate,
-        known=known_loads(layout, motion.direction, found, system.radius),
+        known=known_loads(layout, motion.direction, motion.position, found, system.radius),
     )
     return np.asarray(joints[0])
 

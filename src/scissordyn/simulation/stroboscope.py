@@ -17,6 +17,7 @@ from scissordyn.jit import Handle
 from scissordyn.mechanics.layout import Layout, lay_out
 from scissordyn.mechanics.system import System, build_system
 from scissordyn.model.drive import ConstantSpeed, Harmonic, Motion, TableMotion
+from scissordyn.model.element import Actuator
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.simulation.options import Options, StartKind
 from scissordyn.simulation.start import prepare_start
@@ -203,6 +204,8 @@ def run_cycles(
         raise InputError(f"phase = {phase!r}", "a share of the period, at least 0 and below 1")
     if mechanism.latches:
         raise InputError("cycles of a mechanism with latches, which lock once and for all", "no latches, or simulate()")
+    if any(isinstance(element, Actuator) and element.controller.delay > 0.0 for element in mechanism.elements):
+        raise InputError("cycles of a mechanism with delayed feedback, whose past is not part of its state", "simulate()")
     period = options.until
     layout = lay_out(mechanism)
     system = build_system(layout)
@@ -217,7 +220,7 @@ def run_cycles(
     work = work_arrays(layout, system, begin.state, coefficients, options)
     clock = _resume(work, begin, period)
     handle = Handle(system)
-    nj = len(mechanism.loose)
+    nj = len(mechanism.contacts)
     whole = make_samples((begin.cycle + np.arange(cycles) + phase) * period, work)
     impacts, steps = np.zeros((cycles, nj), np.int64), np.zeros(cycles, np.int64)
     share, peak, gained = np.zeros((cycles, nj)), np.zeros((cycles, nj)), np.zeros((cycles, QUADRATURES))

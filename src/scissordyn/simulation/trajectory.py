@@ -158,8 +158,8 @@ def compute(mechanism: Mechanism, options: Options, progress: Callable[[float], 
 
 def automatic_method(mechanism: Mechanism, options: Options) -> str:
     """The stiff method where friction, or the damping of a contact that starts at rest, makes the equations stiff."""
-    stiff = any(joint.clearance.friction.stiff for joint in mechanism.loose if joint.clearance)
-    resting = bool(mechanism.loose) and options.start != "concentric"
+    stiff = any(joint.clearance.friction.stiff for joint in mechanism.contacts if joint.clearance)
+    resting = bool(mechanism.contacts) and options.start != "concentric"
     return "rodas5p" if stiff or resting else "dop853"
 
 
@@ -184,10 +184,10 @@ def work_arrays(layout: Layout, system: System, state: np.ndarray, coefficients:
     entries = layout.coordinates.tocoo()
     reach = np.zeros(n + layout.basis)
     np.maximum.at(reach, entries.col, moved[entries.row] * np.abs(entries.data))
-    scale = float(np.min(system.radius[:, 0])) if mechanism.loose else (max(extent.values()) or 1.0)
+    scale = float(np.min(system.radius[:, 0])) if mechanism.contacts else (max(extent.values()) or 1.0)
     position = options.atol * scale / reach[:n]
     sliding = sliding_states(system)
-    friction = int(system.state_start[len(mechanism.loose)])
+    friction = int(system.state_start[len(mechanism.contacts)])
     # a bristle's error fades, an integrator's does not; the torque of an integrator is weighed in N m
     hidden = np.where(np.arange(sliding.size) < friction, HIDDEN_STATES, 1.0) * options.rtol
     delays = [element.controller.delay for element in mechanism.elements if isinstance(element, Actuator)]
@@ -199,7 +199,7 @@ def work_arrays(layout: Layout, system: System, state: np.ndarray, coefficients:
         group=np.array([0, n, 2 * n, 2 * n + friction, state.size], np.int64),
         mode=system.mode,
         memory=system.approach,
-        precision=np.concatenate([1e-9 * system.radius[:, 0], np.full(system.mode.size - len(mechanism.loose), 1e-10)]),
+        precision=np.concatenate([1e-9 * system.radius[:, 0], np.full(system.mode.size - len(mechanism.contacts), 1e-10)]),
         quadratures=5,
         history=make_history(system.past.size) if system.past.size else None,
         kept=system.kept,
@@ -225,11 +225,13 @@ def _extent(body: Body) -> float:
 
 def culprit(mechanism: Mechanism, system: Handle, work: Work, time: float) -> str:
     """Which loose joint is in the worst state, for the message of a failed run."""
-    if not mechanism.loose:
+    if not mechanism.contacts:
         return ""
     values, rates = np.zeros(work.mode.size), np.zeros(work.mode.size)
     functions.guards(time, work.y, system.address, values, rates)
     clearance = system.content.radius[:, 0]
     gap = values[: clearance.size]
     j = int(np.argmax(np.where(np.isnan(gap), np.inf, gap / clearance)))
-    return f"; joint '{mechanism.loose[j].name}': indentation {gap[j] * 1e3:.4g} mm at a clearance of {clearance[j] * 1e3:g} mm"
+    return (
+        f"; joint '{mechanism.contacts[j].name}': indentation {gap[j] * 1e3:.4g} mm at a clearance of {clearance[j] * 1e3:g} mm"
+    )

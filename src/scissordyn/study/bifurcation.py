@@ -273,7 +273,7 @@ def _blank(
         coords={
             "value": ("value", np.array(numbers), {"units": units, "long_name": long_name}),
             "cycle": ("cycle", np.arange(first.cycles - first.keep, first.cycles), {"long_name": "cycle"}),
-            "joint": ("joint", np.array([joint.name for joint in first.mechanism.loose], dtype=object)),
+            "joint": ("joint", np.array([joint.name for joint in first.mechanism.contacts], dtype=object)),
             "axis": ("axis", np.array(["x", "y"], dtype=object)),
             "period": ("value", np.array([case.options.until for case in cases]), {"units": "s", "long_name": "period"}),
         },

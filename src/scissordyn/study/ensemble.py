@@ -122,7 +122,7 @@ def ensemble(
         raise InputError(f"perturbation = {perturbation!r}", f"a number from {LEAST:g} to {MOST:g}")
     if not 0.0 < agreement < 1.0:
         raise InputError(f"agreement = {agreement!r}", "a share of the clearance, above 0 and below 1")
-    if not mechanism.loose:
+    if not mechanism.contacts:
         raise InputError("an ensemble of a mechanism without loose joints", "a mechanism with a clearance")
     period = drive_period(mechanism) if period is None else period
     options = Options(period, start, 2, rtol, atol, method, most_steps)
@@ -147,7 +147,7 @@ def ensemble(
         coords={
             "member": np.arange(members),
             "cycle": ("cycle", np.arange(cycles), {"long_name": "cycle"}),
-            "joint": [joint.name for joint in mechanism.loose],
+            "joint": [joint.name for joint in mechanism.contacts],
             "axis": ["x", "y"],
         },
     )
@@ -191,7 +191,7 @@ def _run(member: Member) -> tuple[dict[str, np.ndarray], str, str]:
 
 def _add_agreement(run: xr.Dataset, mechanism: Mechanism, agreement: float, period: float, phase: float) -> None:
     """When members part from the first."""
-    clearance = np.array([joint.clearance.clearance for joint in mechanism.loose if joint.clearance])
+    clearance = np.array([joint.clearance.clearance for joint in mechanism.contacts if joint.clearance])
     place = run["eccentricity"].values
     difference = place - place[:1]
     apart = np.max(np.hypot(difference[..., 0], difference[..., 1]) / clearance, axis=2)

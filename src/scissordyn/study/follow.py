@@ -93,4 +93,4 @@ def consistent(system: Handle, state: np.ndarray, *, cycle: int = 0, period: flo
 
 
 def _loose(mechanism: Mechanism) -> list[str]:
-    return [joint.name for joint in mechanism.loose]
+    return [joint.name for joint in mechanism.contacts]

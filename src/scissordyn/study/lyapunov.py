@@ -97,7 +97,7 @@ def separation_exponent(
     layout = lay_out(mechanism)
     n, system = layout.free, build_system(layout)
     handle = Handle(system)
-    least = min((joint.clearance.clearance for joint in mechanism.loose if joint.clearance), default=1.0)
+    least = min((joint.clearance.clearance for joint in mechanism.contacts if joint.clearance), default=1.0)
     d0 = distance * pulse * least
     reference = start_state(mechanism, start)
     difference = _first_tangent(handle, reference.state, n, pulse, seed)
@@ -168,7 +168,7 @@ def variational_exponent(
     """
     period = drive_period(mechanism) if period is None else period
     _check_counts(cycles=cycles, intervals=intervals, substeps=substeps)
-    for joint in mechanism.loose:
+    for joint in mechanism.contacts:
         laws = joint.clearance
         if laws is not None and not (isinstance(laws.damping, NoDamping) and isinstance(laws.friction, NoFriction)):
             raise InputError(

@@ -17,6 +17,8 @@ class Hertz:
     r"""A ball of the journal's radius in a ball-shaped socket of the bearing's radius.
 
     .. math:: F = K \delta^{3/2},\quad K = \frac{4}{3} E^* \sqrt{\frac{R_B R_J}{R_B - R_J}}
+
+    At a flat wall it is a ball of the corner's radius on a plane.
     """
 
     name: ClassVar[str] = "hertz"
@@ -28,8 +30,7 @@ class Hertz:
 
     def parameters(self, joint: JointContact) -> tuple[float, ...]:
         """K [N/m^1.5]."""
-        curvature = joint.bearing_radius * joint.journal_radius / joint.clearance
-        return (4.0 / 3.0 * joint.modulus * math.sqrt(curvature),)
+        return (4.0 / 3.0 * joint.modulus * math.sqrt(joint.relative_radius),)
 
 
 @kernel()

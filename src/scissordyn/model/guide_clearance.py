@@ -1,0 +1,215 @@
+"""How loose a straight guide is, and how the block in it meets the walls."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+from typing import Annotated
+
+from scissordyn.errors import InputError
+from scissordyn.laws.contact import Damping, Elastic, Friction, JointContact
+from scissordyn.laws.damping.flores import Flores
+from scissordyn.laws.elastic.hertz import Hertz
+from scissordyn.laws.friction.none import NoFriction
+from scissordyn.laws.material import STEEL, Material
+from scissordyn.model.body import Body, Point
+from scissordyn.units import Quantity, check_quantities
+
+__all__ = ["Corner", "GuideClearance", "block_corners"]
+
+
+@dataclass(frozen=True)
+class GuideClearance:
+    """A loose guide: a block in a channel that is wider than it, and meets the two walls with its rounded corners.
+
+    Parameters
+    ----------
+    clearance : float
+        c = (H - W)/2 with H the width of the channel and W that of the block: the gap on either side of the centred block [m]
+        (Flores, Ambrosio, Claro and Lankarani 2008, doi:10.1115/1.2802113).
+    length, width : float, optional
+        Of a rectangular block, along the guide and across it, centred on the guided point and straight at the start [m].
+    corners : tuple of (float, float)
+        In place of length and width: the centres of the rounded corners of any outline, in the follower's frame [m]. A corner
+        to the left of the guided point, seen along the guide, faces the left wall, and each wall is c away from the corners
+        that reach furthest towards it.
+    corner_radius : float
+        R [m]; it is cut from a rectangular block and added to corners that are given.
+    thickness : float
+        Length of the corners' edges, across the plane of motion [m].
+    material : Material
+        Material of the block, and of the guide unless that is given.
+    guide_material : Material, optional
+    stiffness : elastic law
+        One that has parameters for a corner at a flat wall: "hertz", "braendlein", "power", "linear" or the user's own.
+    damping : damping law
+    friction : friction law
+    """
+
+    clearance: Annotated[float, Quantity("m", above=0.0, help="gap on either side of the centred block, (H - W)/2")]
+    length: Annotated[float | None, Quantity("m", above=0.0, help="of the block, along the guide")] = None
+    width: Annotated[float | None, Quantity("m", above=0.0, help="of the block, across the guide")] = None
+    corners: tuple[Point, ...] = ()
+    corner_radius: Annotated[float, Quantity("m", above=0.0, help="radius of the block's corners")] = 1e-3
+    thickness: Annotated[float, Quantity("m", above=0.0, help="length of the corners' edges")] = 15e-3
+    material: Material = STEEL
+    guide_material: Material | None = None
+    stiffness: Elastic = field(default_factory=Hertz)
+    damping: Damping = field(default_factory=Flores)
+    friction: Friction = field(default_factory=NoFriction)
+
+    def __post_init__(self) -> None:
+        check_quantities(self)
+        if self.corners:
+            if self.length is not None or self.width is not None:
+                raise InputError("corners of a block beside its length or width", "either corners, or length and width")
+            for point in self.corners:
+                if len(point) != 2 or not all(math.isfinite(x) for x in point):
+                    raise InputError(f"corner {point!r}", "two finite numbers [m]")
+        elif self.length is None or self.width is None:
+            raise InputError("a loose guide without the size of its block", "length and width, or corners")
+        elif 2.0 * self.corner_radius > min(self.length, self.width):
+            raise InputError(
+                f"corner_radius = {self.corner_radius:g} m on a block of {self.length:g} m by {self.width:g} m",
+                f"at most {0.5 * min(self.length, self.width):g} m",
+            )
+        self._check_stiffness()
+
+    def _check_stiffness(self) -> None:
+        """A formula for a journal in a bearing has no limit where the bearing's radius is infinite."""
+        try:
+            numbers = self.stiffness.parameters(self.contact)
+        except (ArithmeticError, InputError):
+            numbers = (math.nan,)
+        if not all(math.isfinite(number) for number in numbers):
+            raise InputError(
+                f"stiffness '{self.stiffness.name}' in a loose guide: it is for a journal in a bearing, and its formula has no "
+                "value for a corner at a flat wall",
+                "hertz, braendlein, power, linear or a function of your own",
+            )
+
+    @property
+    def contact(self) -> JointContact:
+        """A corner and its wall as the laws see them."""
+        return JointContact(
+            clearance=math.inf,
+            journal_radius=self.corner_radius,
+            length=self.thickness,
+            journal=self.material,
+            bearing=self.material if self.guide_material is None else self.guide_material,
+        )
+
+    def centres(self, guided: Point, turn: float) -> tuple[Point, ...]:
+        """Centres of the corners in the follower's frame [m].
+
+        Parameters
+        ----------
+        guided : (float, float)
+            The guided point in that frame [m].
+        turn : float
+            Direction of the guide in that frame at the start [rad].
+
+        Returns
+        -------
+        tuple of (float, float)
+        """
+        if self.length is None or self.width is None:
+            return self.corners
+        half, side = 0.5 * self.length - self.corner_radius, 0.5 * self.width - self.corner_radius
+        cos, sin = math.cos(turn), math.sin(turn)
+        ends = ((-half, -side), (half, -side), (half, side), (-half, side))
+        return tuple((guided[0] + cos * x - sin * y, guided[1] + sin * x + cos * y) for x, y in ends)
+
+
+@dataclass(frozen=True)
+class Corner:
+    """One corner of a block in a loose guide and the wall that it faces.
+
+    Parameters
+    ----------
+    name : str
+        "GUIDE/corner 1", "GUIDE/corner 2", ...
+    guide : str
+        Name of the guide.
+    follower : str
+        The body that the corner belongs to.
+    centre : (float, float)
+        Centre of the corner's arc, in the follower's frame [m].
+    body : str
+        The body that carries the guide, or the ground.
+    through : (float, float)
+        A point of the guide's line, in the frame of that body [m].
+    normal : (float, float)
+        Unit vector across the guide towards the wall, in that frame.
+    level : float
+        Distance of the wall from the guide's line [m].
+    clearance : GuideClearance
+    """
+
+    name: str
+    guide: str
+    follower: str
+    centre: Point
+    body: str
+    through: Point
+    normal: Point
+    level: float
+    clearance: GuideClearance
+
+
+def block_corners(
+    name: str,
+    clearance: GuideClearance,
+    *,
+    follower: Body,
+    point: str,
+    body: str,
+    through: Point,
+    direction: float,
+    turn: float,
+) -> tuple[Corner, ...]:
+    """The corners of the block in a loose guide.
+
+    Parameters
+    ----------
+    name : str
+        Of the guide.
+    clearance : GuideClearance
+    follower : Body
+    point : str
+        Its guided point.
+    body : str
+        The body that carries the guide, or the ground.
+    through : (float, float)
+        A point of the guide's line, in the frame of that body [m].
+    direction : float
+        Direction of the line in that frame [rad].
+    turn : float
+        Direction of the line in the follower's frame at the start [rad].
+
+    Returns
+    -------
+    tuple of Corner
+
+    Raises
+    ------
+    InputError
+        If the corners do not face both walls.
+    """
+    guided, radius = follower.points[point], clearance.corner_radius
+    centres = clearance.centres(guided, turn)
+    cos, sin = math.cos(turn), math.sin(turn)
+    reach = [cos * (y - guided[1]) - sin * (x - guided[0]) for x, y in centres]
+    if min(reach) >= 0.0 or max(reach) <= 0.0 or not all(reach):
+        raise InputError(
+            f"guide '{name}': corners {', '.join(f'{1e3 * far:g}' for far in reach)} mm to the left of its line",
+            "corners on both sides of the guided point, and none on the line itself",
+        )
+    levels = {1.0: max(reach) + radius + clearance.clearance, -1.0: -min(reach) + radius + clearance.clearance}
+    found = []
+    for number, (centre, far) in enumerate(zip(centres, reach, strict=True), start=1):
+        side = math.copysign(1.0, far)
+        normal = -side * math.sin(direction), side * math.cos(direction)
+        label = f"{name}/corner {number}"
+        found.append(Corner(label, name, follower.name, centre, body, through, normal, levels[side], clearance))
+    return tuple(found)

@@ -1,0 +1,90 @@
+"""The block of a loose guide in its channel, with the gaps drawn larger than they are."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+
+import numpy as np
+import xarray as xr
+from matplotlib.axes import Axes
+from matplotlib.patches import Polygon, Rectangle
+
+from scissordyn.errors import InputError
+from scissordyn.model.body import GROUND
+from scissordyn.model.mechanism import Mechanism
+from scissordyn.plot.style import BLACK, GREY, LIGHT, SKY, SMALL, VERMILION
+
+__all__ = ["GAP", "channel", "guides_of"]
+
+GAP = 0.35
+"""The clearance of a magnified joint as a fraction of the drawn journal's radius, or of half the drawn block's width."""
+
+LONG = 1.3
+"""Half the length of the drawn block."""
+
+
+def guides_of(mechanism: Mechanism, names: Iterable[str]) -> list[str]:
+    """Names of loose joints with the corners of each block replaced by its guide, once."""
+    guide = {corner.name: corner.guide for corner in mechanism.corners}
+    return list(dict.fromkeys(guide.get(name, name) for name in names))
+
+
+def channel(run: xr.Dataset, mechanism: Mechanism, sample: int, guide: str, *, axes: Axes) -> Axes:
+    """A loose guide at one sample, its line drawn level: the block between the two walls, the corners that touch marked.
+
+    Parameters
+    ----------
+    run : Dataset
+    mechanism : Mechanism
+    sample : int
+        Index along "time".
+    guide : str
+    axes : Axes
+
+    Returns
+    -------
+    Axes
+
+    Raises
+    ------
+    InputError
+        If the guide is not loose.
+    """
+    described = mechanism.guide(guide)
+    gap = described.clearance
+    if gap is None:
+        raise InputError(f"guide '{guide}' is ideal", "a loose guide", f'mechanism.loosen("{guide}", GuideClearance(...))')
+    corners = [corner for corner in mechanism.corners if corner.guide == guide]
+    now = run.isel(time=sample).sel(joint=[corner.name for corner in corners])
+    depth, touching = now["indentation"].values, now["in_contact"].values.astype(bool)
+    follower = mechanism.body(described.follower[0])
+    base = 0.0 if described.body == GROUND else mechanism.body(described.body).angle
+    turn = base + described.direction - follower.angle
+    x, y = (np.array([corner.centre for corner in corners]) - np.array(follower.points[described.follower[1]])).T
+    along, across = math.cos(turn) * x + math.sin(turn) * y, math.cos(turn) * y - math.sin(turn) * x
+    side, level = np.sign(across), np.array([corner.level for corner in corners])
+    half = float(np.mean(level)) - gap.clearance
+    still = np.abs(across) + gap.corner_radius  # how far the outline reaches while the block is centred
+    moved = depth + level - still
+    wall = level / half + (GAP / gap.clearance - 1.0 / half) * gap.clearance
+    tips = np.stack([LONG * along / np.max(np.abs(along)), side * (still / half + GAP * moved / gap.clearance)], axis=1)
+    for face in (1.0, -1.0):
+        at = face * float(wall[side == face][0])
+        strip = Rectangle(
+            (-1.7, min(at, at + 0.25 * face)), 3.4, 0.25, facecolor="white", edgecolor=GREY, hatch="//////", linewidth=0.0
+        )
+        axes.add_patch(strip)
+        axes.plot([-1.7, 1.7], [at, at], color=BLACK, linewidth=1.2)
+    order = np.argsort(np.arctan2(across, along))
+    axes.add_patch(Polygon(tips[order], facecolor=LIGHT, edgecolor=VERMILION if touching.any() else SKY, linewidth=1.4))
+    axes.plot(*tips[touching].T, linestyle="", marker="o", markersize=4.5, color=VERMILION)
+    axes.plot([-1.7, 1.7], [0.0, 0.0], color=GREY, linewidth=0.7, linestyle=(0, (6, 2, 1, 2)))
+    axes.set_aspect("equal", adjustable="box")
+    axes.set(xlim=(-1.75, 1.75), ylim=(-1.75, 1.75), xticks=[], yticks=[])
+    for spine in axes.spines.values():
+        spine.set_visible(False)
+    count = int(np.sum(touching))
+    state = f"{count} corner{'s' * (count > 1)} in contact" if count else "free flight"
+    axes.set_title(f"{guide}: {state}\ngap drawn {GAP * half / gap.clearance:.2g}×", fontsize=SMALL, color=BLACK)
+    return axes

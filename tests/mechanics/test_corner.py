@@ -1,0 +1,153 @@
+"""Corners at walls: the step matrix, and what the two bodies do to each other."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+from scissordyn.jit import Handle
+from scissordyn.laws.elastic.power_law import PowerLaw
+from scissordyn.laws.friction.lugre import LuGre
+from scissordyn.laws.friction.threlfall import Threlfall
+from scissordyn.mechanics import functions
+from scissordyn.mechanics.layout import lay_out
+from scissordyn.mechanics.start import assemble, carry_over, natural_state
+from scissordyn.mechanics.system import build_system
+from scissordyn.model.body import Body
+from scissordyn.model.drive import Harmonic
+from scissordyn.model.guide_clearance import GuideClearance
+from scissordyn.model.joint import Guide
+from scissordyn.model.linkage import slider_crank
+from scissordyn.model.mechanism import Mechanism
+from scissordyn.simulation.run import simulate
+
+EDGE = 2e-5
+
+
+def floating(clearance):
+    """A block in a channel of a body that floats freely, tumbles, and is pushed by nothing."""
+    block = Body("block", 2.0, 4e-3, {"guided": (0.01, -0.02)}, centre=(0.02, 0.01), position=(0.03, 0.02), angle=0.4)
+    frame = Body("frame", 5.0, 0.05, {"end": (0.3, 0.0)}, centre=(0.1, -0.03), position=(-0.1, 0.05), angle=-0.3)
+    frame = dataclasses.replace(frame, velocity=(0.2, -0.1), angular_velocity=3.0)
+    block = dataclasses.replace(block, velocity=(0.5, 0.3))
+    guide = Guide("channel", ("block", "guided"), through=(0.05, 0.02), direction=0.7, body="frame")
+    return Mechanism((block, frame), guides=(guide,), gravity=0.0).loosen("channel", clearance)
+
+
+def crank_and_block(clearance):
+    """A slider-crank whose slider is a block in a channel."""
+    linkage = slider_crank(gravity=9.81, angle=0.5, slider_inertia=2e-5)
+    drive = Harmonic(mean=0.5 - 0.3 * np.sin(0.2), amplitude=0.3, frequency=20.0, phase=0.2)
+    return linkage.driven(drive).loosen("guide", clearance)
+
+
+def touching_state(mechanism, rng):
+    """A random state in which two corners touch and rub, its handle and the number of its coordinates."""
+    layout, ideal = lay_out(mechanism), lay_out(mechanism.tighten())
+    system, ideal_system = build_system(layout), build_system(ideal)
+    start = carry_over(layout, system, *natural_state(ideal, ideal_system, assemble(ideal, ideal_system)))
+    n = system.n
+    moved, moving = start.position + 3e-4 * rng.normal(size=n), start.velocity + rng.normal(size=n)
+    state = np.concatenate([moved, moving, np.full(4, 2e-7)])
+    handle = Handle(system)
+    functions.project(0.0, state, handle.address)
+    gap, rate = np.zeros(4), np.zeros(4)
+    functions.guards(0.0, state, handle.address, gap, rate)
+    for corner in (0, 2):
+        system.wall[corner, 2] += gap[corner] - EDGE  # move the wall to where the corner is
+        system.mode[corner], system.approach[corner] = 1, 0.5
+    return handle, state, n
+
+
+BLOCK = GuideClearance(5e-4, length=0.06, width=0.03, corner_radius=3e-3, friction=LuGre(0.1))
+
+
+@pytest.mark.parametrize("describe", [floating, crank_and_block])
+@pytest.mark.parametrize("step", [1e-7, 1e-5, 1e-3])
+def test_step_matrix_is_the_derivative(describe, step):
+    """Cross-check: W^-1 r from the structured solve equals that of a differenced Jacobian (relative error of differences)."""
+    handle, state, n = touching_state(describe(BLOCK), np.random.default_rng(7))
+    size = state.size
+
+    def slope(y):
+        out = np.zeros(size)
+        functions.rate(0.0, y, handle.address, out)
+        return out
+
+    jacobian = np.empty((size, size))
+    for i in range(size):
+        h = 2e-9 if i < n else (1e-5 if i < 2 * n else 1e-11)
+        up, down = state.copy(), state.copy()
+        up[i] += h
+        down[i] -= h
+        jacobian[:, i] = (slope(up) - slope(down)) / (2.0 * h)
+    out, by_time = np.zeros(size), np.zeros(size)
+    functions.linearise(0.0, state, handle.address, out, by_time)
+    assert functions.factorize(step, handle.address) == -1
+    right = np.random.default_rng(1).normal(size=size)
+    found = right.copy()
+    functions.solve(found, handle.address)
+    missing = found / step - jacobian @ found - right
+    scale = np.abs(found) / step + np.abs(jacobian) @ np.abs(found) + np.abs(right)
+    assert np.all(np.abs(missing) < 3e-6 * scale)
+
+
+def test_time_derivative():
+    """Cross-check: the partial derivative by time equals a central difference at fixed state."""
+    handle, state, _ = touching_state(crank_and_block(BLOCK), np.random.default_rng(3))
+    out, found = np.zeros(state.size), np.zeros(state.size)
+    functions.linearise(0.0, state, handle.address, out, found)
+    h = 1e-9
+    up, down = np.zeros(state.size), np.zeros(state.size)
+    functions.rate(h, state, handle.address, up)
+    functions.rate(-h, state, handle.address, down)
+    assert np.any(found)
+    assert np.allclose(found, (up - down) / (2.0 * h), rtol=1e-5, atol=1e-7 * np.max(np.abs(found)))
+
+
+def test_rate_of_the_gap_is_its_derivative():
+    """Identity: delta' of each corner is the change of delta along the motion (error of central differences)."""
+    handle, state, n = touching_state(floating(BLOCK), np.random.default_rng(5))
+    gap, rate = np.zeros(4), np.zeros(4)
+    functions.guards(0.0, state, handle.address, gap, rate)
+    ends, h = [], 1e-7
+    for sign in (1.0, -1.0):
+        moved, there = state.copy(), np.zeros(4)
+        moved[:n] += sign * h * state[n : 2 * n]
+        functions.guards(0.0, moved, handle.address, there, np.zeros(4))
+        ends.append(there)
+    np.testing.assert_allclose(rate, (ends[0] - ends[1]) / (2.0 * h), rtol=1e-7, atol=1e-9)
+
+
+def test_a_floating_guide_keeps_momenta():
+    """Identity: nothing from outside acts, so both momenta stay and energy goes where damping and friction take it."""
+    mechanism = floating(dataclasses.replace(BLOCK, clearance=1e-3, stiffness=PowerLaw(1e8, 1.5), friction=Threlfall(0.1)))
+    run = simulate(mechanism, until=0.3, rtol=1e-9, atol=1e-9)
+    assert run.attrs["status"] == "complete"
+    mass = np.array([body.mass for body in mechanism.bodies])
+    inertia = np.array([body.inertia for body in mechanism.bodies])
+    place, velocity = run["position"].values, run["velocity"].values
+    linear = np.einsum("b,tba->ta", mass, velocity)
+    orbital = place[..., 0] * velocity[..., 1] - place[..., 1] * velocity[..., 0]
+    angular = orbital @ mass + run["angular_velocity"].values @ inertia
+    assert run.sizes["contact"] > 5
+    assert np.max(run["friction_loss"].values) > 1e-3 * run["kinetic_energy"].values[0]
+    # round-off, gathered over some hundred steps
+    assert np.max(np.abs(linear - linear[0])) < 1e-13 * np.max(np.abs(linear[0]))
+    assert np.max(np.abs(angular - angular[0])) < 1e-12
+    # the quadratures' share of the tolerance
+    assert np.max(np.abs(run["energy_residual"].values)) < 1e-9 * run["kinetic_energy"].values[0]
+
+
+def test_reactions_keep_the_balance_on_the_guides_body():
+    """Identity: the forces of the corners on both bodies account for their accelerations (Newton and Euler)."""
+    mechanism = floating(dataclasses.replace(BLOCK, stiffness=PowerLaw(1e7, 1.5), friction=Threlfall(0.3)))
+    run = simulate(mechanism, until=0.05)
+    force = run["reaction"].sel(joint="channel").values
+    touching = np.abs(force).max(axis=1) > 1.0
+    assert np.sum(touching) > 20
+    names = ["channel/corner 1", "channel/corner 2", "channel/corner 3", "channel/corner 4"]
+    np.testing.assert_allclose(force, run["reaction"].sel(joint=names).sum("joint").values, atol=1e-12)
+    for body, sign in (("block", 1.0), ("frame", -1.0)):
+        pushed = mechanism.body(body).mass * run["acceleration"].sel(body=body).values
+        np.testing.assert_allclose(pushed, sign * force, atol=1e-9 * np.max(np.abs(force)))

@@ -1,0 +1,254 @@
+"""A block in a channel: closed forms, a second formulation, and the limit of no clearance."""
+
+import dataclasses
+import math
+
+import numpy as np
+import pytest
+from scipy.optimize import brentq
+
+from reference.block import Block
+from scissordyn.errors import InputError
+from scissordyn.laws import catalogue
+from scissordyn.laws.damping.kelvin_voigt import KelvinVoigt
+from scissordyn.laws.damping.lankarani_nikravesh import LankaraniNikravesh
+from scissordyn.laws.damping.none import NoDamping
+from scissordyn.laws.elastic.hertz import Hertz
+from scissordyn.laws.elastic.linear import Linear
+from scissordyn.laws.elastic.power_law import PowerLaw
+from scissordyn.laws.friction.threlfall import Threlfall
+from scissordyn.laws.material import STEEL
+from scissordyn.model.body import Body
+from scissordyn.model.clearance import Clearance
+from scissordyn.model.drive import Cycloidal
+from scissordyn.model.element import Force, Torque
+from scissordyn.model.guide_clearance import GuideClearance
+from scissordyn.model.joint import Guide
+from scissordyn.model.linkage import slider_crank
+from scissordyn.model.mechanism import Mechanism
+from scissordyn.simulation.run import simulate
+from scissordyn.units import rpm
+
+LENGTH, WIDTH, RADIUS, GAP = 0.1, 0.04, 2e-3, 1e-3
+A, B = 0.5 * LENGTH - RADIUS, 0.5 * WIDTH - RADIUS
+MASS = 2.0
+
+
+def block(*, velocity=(0.0, 0.0), centre=(0.0, 0.0), elements=(), gravity=0.0, **laws):
+    """A block alone in a channel along x."""
+    points = {"middle": (0.0, 0.0), "front": (0.02, 0.0), "centre": centre}
+    body = Body("block", MASS, 3e-3, points, centre=centre, velocity=velocity)
+    guide = Guide("channel", ("block", "middle"))
+    one = Mechanism((body,), guides=(guide,), elements=elements, gravity=gravity, output_body="block")
+    return one.loosen("channel", GuideClearance(GAP, LENGTH, WIDTH, corner_radius=RADIUS, **laws))
+
+
+def corner(number):
+    """Its name in a run: 1 and 2 at the right wall, rear and front; 3 and 4 at the left wall, front and rear."""
+    return f"channel/corner {number}"
+
+
+def test_flying_to_and_fro():
+    """Closed form: between frictionless linear walls t_n = t_1 + n (2c/v + pi/w), after a push that ends before the first."""
+    stiffness, push, lasting = 1e8, 40.0, 4e-3
+    course = Force("push", ("block", "centre"), (0.0, push), course=Cycloidal(1.0, 0.0, lasting))
+    run = simulate(
+        block(elements=(course,), stiffness=Linear(stiffness), damping=NoDamping()), until=0.3, rtol=1e-11, atol=1e-11
+    )
+    speed = push * lasting / (2.0 * MASS)
+    way = push / MASS * lasting**2 * (1.0 / 3.0 + 1.0 / (4.0 * math.pi**2))
+    half_swing = math.pi / math.sqrt(2.0 * stiffness / MASS)
+    first = lasting + (GAP - way) / speed
+    starts = run["contact_start"].values.reshape(-1, 2)
+    assert len(starts) > 4
+    expected = first + np.arange(len(starts)) * (2.0 * GAP / speed + half_swing)
+    np.testing.assert_allclose(starts, np.repeat(expected[:, None], 2, axis=1), rtol=1e-9)
+    names = np.sort(run["contact_joint"].values.astype(str).reshape(-1, 2), axis=1)
+    upper, lower = [corner(3), corner(4)], [corner(1), corner(2)]
+    assert names.tolist() == [(upper, lower)[k % 2] for k in range(len(names))]
+    np.testing.assert_allclose(run["contact_duration"].values[:4], half_swing, rtol=1e-7)
+    np.testing.assert_allclose(run["approach_speed"].values, speed, rtol=1e-8)
+
+
+def test_two_corners_share_a_force():
+    """Closed form: a force beside the middle is carried by two corners as their levers say, tilted by how they sink."""
+    force, stiffness = 100.0, 1e6
+    laws = {"stiffness": Linear(stiffness), "damping": KelvinVoigt(2e3)}
+    run = simulate(block(elements=(Force("load", ("block", "front"), (0.0, -force)),), **laws), until=0.2)
+    tilt = 0.0
+    for _ in range(20):
+        front = force * (A + 0.02 - B * math.tan(tilt)) / (2.0 * A)
+        tilt = -math.asin((2.0 * front - force) / (2.0 * A * stiffness))
+    end = run.isel(time=-1)
+    assert float(end["angle"].sel(body="block")) == pytest.approx(tilt, rel=1e-7)
+    found = end["normal_force"].sel(joint=[corner(1), corner(2)]).values
+    np.testing.assert_allclose(found, [force - front, front], rtol=1e-7)
+    np.testing.assert_allclose(end["reaction"].sel(joint="channel"), [0.0, force], atol=1e-7 * force)
+
+
+def test_tilting_until_it_jams():
+    """Closed form: a torque turns the block until opposite corners touch, a sin th + b cos th = b + c + delta."""
+    torque, stiffness = 5.0, 1e6
+    laws = {"stiffness": Linear(stiffness), "damping": KelvinVoigt(2e3)}
+    run = simulate(block(elements=(Torque("turn", "block", torque),), **laws), until=0.3)
+
+    def missing(th):
+        force = torque / (2.0 * (A * math.cos(th) - B * math.sin(th)))
+        return A * math.sin(th) + B * math.cos(th) - B - GAP - force / stiffness
+
+    end = run.isel(time=-1)
+    assert abs(float(end["angular_velocity"].sel(body="block"))) < 1e-8
+    assert float(end["angle"].sel(body="block")) == pytest.approx(brentq(missing, 0.0, 0.5, xtol=1e-15), rel=1e-9)
+    touching = end["in_contact"].sel(joint=[corner(k) for k in (1, 2, 3, 4)]).values
+    assert touching.tolist() == [True, False, True, False]
+
+
+def test_sliding_block_slows_down():
+    """Closed form: while every corner slides forward, m (v - v_0) = -mu times the impulse of the walls, m (g t + v_y)."""
+    mu, speed = 0.2, 1.0
+    run = simulate(block(velocity=(speed, 0.0), gravity=9.81, friction=Threlfall(mu, 1e-3)), until=0.3, rtol=1e-10, atol=1e-10)
+    velocity = run["velocity"].sel(body="block").values
+    assert np.min(velocity[:, 0]) > 0.3
+    expected = speed - mu * (9.81 * run["time"].values + velocity[:, 1])
+    np.testing.assert_allclose(velocity[:, 0], expected, atol=1e-9)
+    # and in the mean as a block that rests: a = -mu g
+    assert velocity[-1, 0] == pytest.approx(speed - mu * 9.81 * 0.3, abs=mu * 0.15)
+
+
+def test_against_a_block_in_x_y_and_angle():
+    """Cross-check by a second formulation: starts and approach speeds of twenty contacts of a block that knocks and rubs."""
+    centre, mu, ramp = (0.01, -0.004), 0.1, 1e-2
+    damping = LankaraniNikravesh(0.7)
+    described = block(
+        velocity=(0.5, 0.0),
+        centre=centre,
+        gravity=9.81,
+        elements=(Force("load", ("block", "centre"), (-3.0, 5.0)),),
+        stiffness=PowerLaw(1e9, 1.5),
+        damping=damping,
+        friction=Threlfall(mu, ramp),
+    )
+    run = simulate(described, until=0.2, rtol=1e-11, atol=1e-11, method="dop853")
+    second = Block(
+        mass=MASS,
+        inertia=3e-3,
+        centre=centre,
+        half_length=A,
+        half_width=B,
+        radius=RADIUS,
+        clearance=GAP,
+        coefficient=1e9,
+        exponent=1.5,
+        damping=damping.factor,
+        friction=mu,
+        ramp_speed=ramp,
+        load=(-3.0, 5.0 - 9.81 * MASS),
+    )
+    found, end = second.contacts(np.array([*centre, 0.0, 0.5, 0.0, 0.0]), 0.2)
+    assert len(found) >= 20
+    assert {k for k, _, _ in found} == {0, 1}
+    assert run["contact_joint"].values.astype(str).tolist() == [corner(k + 1) for k, _, _ in found]
+    np.testing.assert_allclose(run["contact_start"], [t for _, t, _ in found], rtol=1e-7)
+    np.testing.assert_allclose(run["approach_speed"], [v for _, _, v in found], rtol=1e-6)
+    np.testing.assert_allclose(run["position"].sel(body="block").values[-1], end[:2], atol=1e-9)
+    assert float(run["angle"].values[-1, 0]) == pytest.approx(end[2], abs=1e-8)
+
+
+def test_mechanism_with_a_loose_guide_and_a_loose_pin():
+    """Identity: the energy balance of a slider-crank that knocks and rubs in both places closes to the tolerance."""
+    linkage = slider_crank(slider_inertia=2e-5, gravity=9.81).driven(speed=rpm(600))
+    loose = linkage.loosen("slider pin", Clearance(0.2e-3, friction=Threlfall(0.05)))
+    loose = loose.loosen("guide", GuideClearance(0.1e-3, 0.04, 0.02, friction=Threlfall(0.1)))
+    run = simulate(loose, until=0.1)
+    assert run.attrs["status"] == "complete"
+    touched = set(run["contact_joint"].values.astype(str))
+    assert touched == {"slider pin", *(f"guide/corner {k}" for k in (1, 2, 3, 4))}
+    turnover = np.max(run["kinetic_energy"].values) + run["dissipated_energy"].values[-1]
+    assert run["friction_loss"].values[-1] > 1e-3 * turnover
+    assert np.max(np.abs(run["energy_residual"].values)) < 1e-6 * turnover
+
+
+def test_without_gap_it_is_the_ideal_guide():
+    """Limit: the way from the ideal mechanism's slider shrinks with the gap, and its guide force comes out on average."""
+    linkage = slider_crank(slider_inertia=2e-5, gravity=9.81).driven(speed=rpm(60))
+    ideal = simulate(linkage, until=0.5)
+    laws = {"stiffness": Linear(1e6), "damping": KelvinVoigt(200.0)}
+    away = []
+    for gap in (4e-4, 4e-5):
+        run = simulate(linkage.loosen("guide", GuideClearance(gap, 0.04, 0.02, **laws)), until=0.5)
+        assert run.attrs["status"] == "complete"
+        away.append(np.max(np.abs(run["position"] - ideal["position"]).sel(body="slider").values))
+        force = run["reaction"].sel(joint="guide", axis="y").values
+        wanted = ideal["reaction"].sel(joint="guide", axis="y").values
+        late = run["time"].values > 0.1
+        assert abs(np.mean(force[late] - wanted[late])) < 0.02 * np.mean(np.abs(wanted[late]))
+    assert 4e-4 < away[0] < 5e-4
+    # what the walls themselves give, some N over 1 MN/m, does not shrink
+    assert away[1] == pytest.approx(0.1 * away[0], rel=0.2)
+
+
+@pytest.mark.parametrize("name", ["braendlein", "hertz", "linear", "power"])
+def test_laws_for_a_flat_wall(name):
+    """Identity: laws that do not need a bearing's radius are admitted."""
+    law = catalogue.BY_KIND["stiffness"][name]()
+    assert GuideClearance(GAP, LENGTH, WIDTH, stiffness=law).stiffness == law
+
+
+@pytest.mark.parametrize("name", sorted(set(catalogue.BY_KIND["stiffness"]) - {"braendlein", "hertz", "linear", "power"}))
+def test_laws_for_a_bearing_only(name):
+    """Identity: a formula with the clearance of a bearing in it has no value at a flat wall, and the error says so."""
+    with pytest.raises(InputError, match="no value for a corner at a flat wall"):
+        GuideClearance(GAP, LENGTH, WIDTH, stiffness=catalogue.BY_KIND["stiffness"][name]())
+
+
+def test_hertz_at_a_flat_wall():
+    """Closed form: a ball of radius R on a plane, 4/3 E* sqrt(R) (Hertz); and the limit of ever wider bearings."""
+    at_wall = GuideClearance(GAP, LENGTH, WIDTH, corner_radius=RADIUS)
+    (found,) = Hertz().parameters(at_wall.contact)
+    modulus = STEEL.youngs_modulus / (2.0 * (1.0 - STEEL.poisson_ratio**2))
+    assert found == pytest.approx(4.0 / 3.0 * modulus * math.sqrt(RADIUS), rel=1e-14)
+    (wide,) = Hertz().parameters(dataclasses.replace(at_wall.contact, clearance=1e6))
+    assert wide == pytest.approx(found, rel=1e-8)
+
+
+@pytest.mark.parametrize(
+    ("change", "match"),
+    [
+        ({"length": None}, "without the size"),
+        ({"corners": ((0.0, 0.01),)}, "beside its length"),
+        ({"corner_radius": 0.03}, "at most 0.02 m"),
+        ({"length": None, "width": None, "corners": ((0.0, math.nan),)}, "two finite"),
+        ({"clearance": -1e-3}, "> 0"),
+    ],
+)
+def test_what_is_no_clearance(change, match):
+    """Identity: each refusal names what is wrong."""
+    with pytest.raises(InputError, match=match):
+        GuideClearance(**{"clearance": GAP, "length": LENGTH, "width": WIDTH, **change})
+
+
+def test_what_cannot_be_loosened():
+    """Identity: a follower without inertia, corners on one side only, and a guide that is not there are refused by name."""
+    gap = GuideClearance(GAP, LENGTH, WIDTH)
+    with pytest.raises(InputError, match="'guide' needs the angle of body 'slider'"):
+        slider_crank().loosen("guide", gap)
+    aside = GuideClearance(GAP, corners=((0.0, 0.01), (0.1, 0.01)))
+    with pytest.raises(InputError, match="both sides"):
+        slider_crank(slider_inertia=1e-5).loosen("guide", aside)
+    with pytest.raises(InputError, match="did you mean 'guide'"):
+        slider_crank(slider_inertia=1e-5).loosen("giude", gap)
+    with pytest.raises(InputError, match="in-contact"):
+        simulate(slider_crank(slider_inertia=1e-5).loosen("guide", gap), until=0.1, start="in-contact")
+
+
+def test_describing_and_changing():
+    """Identity: a block given by its corners is the same block; a value is changed by its path; tightening brings back."""
+    linkage = slider_crank(slider_inertia=2e-5).driven(speed=rpm(60))
+    block_ = linkage.loosen("guide", GuideClearance(1e-4, 0.04, 0.02, corner_radius=2e-3))
+    corners = ((-0.018, -0.008), (0.018, -0.008), (0.018, 0.008), (-0.018, 0.008))
+    same = linkage.loosen("guide", GuideClearance(1e-4, corners=corners, corner_radius=2e-3))
+    for one, other in zip(block_.corners, same.corners, strict=True):
+        assert (one.name, one.normal, one.level) == (other.name, other.normal, pytest.approx(other.level))
+        assert one.centre == pytest.approx(other.centre)
+    assert block_.replace("guide.clearance", 2e-4).corners[0].level == pytest.approx(0.0102)
+    assert block_.tighten() == linkage == block_.tighten("guide")

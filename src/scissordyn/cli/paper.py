@@ -1,0 +1,84 @@
+"""``scissordyn paper``: redo what the paper did, and say what agrees."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from scissordyn.cli.output import check_folder
+from scissordyn.cli.status import DONE
+
+if TYPE_CHECKING:
+    from scissordyn.paper.verdict import Verdict
+
+__all__ = ["paper"]
+
+
+def paper(
+    output: Annotated[Path, typer.Option("-o", "--output", help="Folder for the report and everything behind it.")] = Path(
+        "paper"
+    ),
+    figure: Annotated[int | None, typer.Option(help="Draw only this figure of the paper.")] = None,
+    workers: Annotated[int | None, typer.Option(help="Processes; one per processor if not given.")] = None,
+) -> int:
+    """Compute the paper's figures anew and answer its statements with measured numbers."""
+    check_folder(output, "-o paper")
+    from scissordyn.paper.reproduce import draw_figure, reproduce
+
+    if figure is not None:
+        with _bars() as progress:
+            written = draw_figure(figure, output, workers=workers, progress=progress)
+        for path in written:
+            print(path)
+        return DONE
+    with _bars() as progress:
+        result = reproduce(output, workers=workers, progress=progress)
+    _show(result.verdicts)
+    print(f"Report: {result.report}")
+    return DONE
+
+
+def _show(verdicts: tuple[Verdict, ...]) -> None:
+    """Print the answers as a table."""
+    from rich import box
+    from rich.table import Table
+
+    from scissordyn.cli.show import console
+
+    to = console()
+    table = Table(box=box.SIMPLE_HEAD, pad_edge=False, padding=(0, 1, 0, 0))
+    table.add_column("")
+    table.add_column("answer", no_wrap=True)
+    table.add_column("the paper says, and what was measured")
+    for verdict in verdicts:
+        said, found = verdict.clause.says, verdict.finding.words
+        table.add_row(verdict.clause.key, verdict.answer, f"{said}\n{found[:1].upper()}{found[1:]}.".replace("[", r"\["))
+    to.print(table)
+    agreeing = sum(verdict.finding.holds for verdict in verdicts)
+    to.print(f"{agreeing} of {len(verdicts)} clauses agree.", markup=False)
+
+
+@contextmanager
+def _bars() -> Iterator[Callable[[str, int, int], None] | None]:
+    """Give a function that moves one bar per kind of work on stderr; None where no one looks at a terminal."""
+    if not sys.stderr.isatty():
+        yield None
+        return
+    from rich.console import Console
+    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TaskID, TextColumn, TimeRemainingColumn
+
+    columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
+    with Progress(*columns, console=Console(stderr=True), transient=True) as bars:
+        tasks: dict[str, TaskID] = {}
+
+        def move(what: str, done: int, of: int) -> None:
+            if what not in tasks:
+                tasks[what] = bars.add_task(what, total=of)
+            bars.update(tasks[what], completed=done)
+
+        yield move

@@ -1,0 +1,240 @@
+"""The runs behind the paper's figures, as data: what its text states, and what its lost tables leave open."""
+
+from __future__ import annotations
+
+import math
+import tomllib
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Annotated, Literal
+
+from scissordyn.config.case import Case, CaseTable
+from scissordyn.config.table import instance, located
+from scissordyn.errors import InputError
+from scissordyn.model.clearance import Clearance
+from scissordyn.simulation.options import StartKind
+from scissordyn.units import Quantity, check_quantities, degrees, quantities, rpm
+
+__all__ = [
+    "ARRAY",
+    "CLEARANCES",
+    "CONTROLLED",
+    "FRICTION",
+    "SIZES",
+    "SPEED",
+    "SPEEDS",
+    "STROKE",
+    "Choice",
+    "PaperCase",
+    "contact_starts",
+    "every_case",
+]
+
+SPEED = rpm(150)
+SPEEDS = (rpm(100), SPEED, rpm(250))
+CLEARANCES = (0.7e-3, 0.6e-3, 0.5e-3, 0.4e-3, 0.3e-3, 0.2e-3)
+SIZES = (0.6e-3, 0.4e-3, 0.2e-3)
+FRICTION = (0.01, 0.03, 0.05, 0.1)
+CONTROLLED = (0.7e-3, 0.5e-3, 0.3e-3, 0.1e-3)
+ARRAY = 0.5e-3
+"""Clearance of the runs in which something else is varied."""
+
+STROKE = 0.05
+"""Longest run of one stroke [s]; the text speaks of what happens after 0.03 s."""
+
+MARGIN = degrees(10)
+"""A falling stroke ends so far before the angle zero [rad], where two ways to assemble the array meet."""
+
+SPACING = 2.5e-5
+"""Between two recorded instants [s]: a tenth of the shortest contacts."""
+
+SWING = degrees(15)
+"""Amplitude of the periodic drive [rad]; its largest speed is that of the stroke."""
+
+PERIODS = 2
+
+Travel = Literal["rising", "falling", "swing"]
+
+
+@dataclass(frozen=True)
+class Choice:
+    """What the paper's lost tables and ambiguous words leave open.
+
+    Parameters
+    ----------
+    reading : {"A", "B"}
+        Which bar is pinned to the ground, see `scissor`.
+    angle : float
+        Angle of the driven bar at the start, the mean angle of a swing [rad].
+    travel : {"rising", "falling", "swing"}
+        Whether the angle grows or falls at constant speed, or swings.
+    restitution : float
+        c_e.
+    bearing_length : float
+        L_b [m].
+    stiffness : {"liu", "bai-zhao-as-printed"}
+        The elastic foundation, or its formula as printed in later literature.
+    """
+
+    reading: Literal["A", "B"] = "A"
+    angle: Annotated[float, Quantity("rad", above=0.0, help="angle at the start")] = degrees(30)
+    travel: Travel = "rising"
+    restitution: Annotated[float, Quantity("1", above=0.0, maximum=1.0, help="restitution coefficient")] = 0.9
+    bearing_length: Annotated[float, quantities(Clearance)["bearing_length"]] = 15e-3
+    stiffness: Literal["liu", "bai-zhao-as-printed"] = "liu"
+
+    def __post_init__(self) -> None:
+        check_quantities(self)
+
+    @property
+    def words(self) -> str:
+        """The choice on one line, shortest form."""
+        turn = {"rising": "rising from", "falling": "falling from", "swing": "swinging about"}[self.travel]
+        length = "" if self.stiffness == "bai-zhao-as-printed" else f", L_b = {_number(1e3 * self.bearing_length)} mm"
+        return (
+            f"reading {self.reading}, {turn} {_number(math.degrees(self.angle))} deg, c_e = {_number(self.restitution)}"
+            f"{length}, {self.stiffness}"
+        )
+
+
+@dataclass(frozen=True)
+class PaperCase:
+    """One run: what a figure varies, on top of a choice.
+
+    Parameters
+    ----------
+    clearance : float or None
+        c of joint A [m]; None for ideal joints.
+    speed : float
+        Of the driven bar [rad/s]; the largest one of a swing.
+    friction : float or None
+        Kinetic coefficient of LuGre friction.
+    held : bool
+        Whether the paper's control keeps journal and bearing together.
+    start : {"concentric", "in-contact"}
+    choice : Choice
+    """
+
+    clearance: Annotated[float | None, Quantity("m", above=0.0, help="radial clearance")] = ARRAY
+    speed: Annotated[float, Quantity("rad/s", above=0.0, help="speed of the driven bar")] = SPEED
+    friction: Annotated[float | None, Quantity("1", above=0.0, help="kinetic friction coefficient")] = None
+    held: bool = False
+    start: StartKind = "concentric"
+    choice: Choice = field(default_factory=Choice)
+
+    def __post_init__(self) -> None:
+        check_quantities(self)
+        if self.clearance is None and (self.friction is not None or self.held):
+            raise InputError("friction or control at an ideal joint", "a clearance")
+
+    @property
+    def name(self) -> str:
+        """What the run is called in file names; unique for one choice."""
+        parts = ["ideal" if self.clearance is None else f"c-{_number(1e3 * self.clearance)}mm", f"{_rpm(self.speed)}rpm"]
+        parts += [] if self.friction is None else [f"friction-{_number(self.friction)}"]
+        parts += ["held"] if self.held else []
+        parts += [self.start] if self.start != "concentric" else []
+        return "_".join(parts)
+
+    @property
+    def until(self) -> float:
+        """End of the run [s]."""
+        if self.choice.travel == "swing":
+            return PERIODS * 2.0 * math.pi * SWING / self.speed
+        if self.choice.travel == "falling":
+            return min(STROKE, (self.choice.angle - MARGIN) / self.speed)
+        return STROKE
+
+    @property
+    def ideal(self) -> PaperCase:
+        """The same drive with ideal joints."""
+        return PaperCase(None, self.speed, choice=self.choice)
+
+    @property
+    def toml(self) -> str:
+        """The case file of this run, without the control, which is a function of Python."""
+        choice = self.choice
+        lines = [
+            f"# {self.name}: {choice.words}",
+            *(
+                ["# simulate(hold_contact(mechanism)) holds journal and bearing together; as it stands, this runs free"]
+                * self.held
+            ),
+            "[structure]",
+            'kind = "scissor"',
+            "units = 2",
+            'bar_length = "2 m"',
+            'bar_mass = "5.68 kg"',
+            'slider_mass = "5 kg"',
+            f'angle = "{_number(math.degrees(choice.angle))} deg"',
+            'gravity = "9.81 m/s^2"',
+            f'reading = "{choice.reading}"',
+            "",
+            "[drive]",
+            self._drive(),
+        ]
+        if self.clearance is not None:
+            friction = '"none"' if self.friction is None else f'{{ law = "lugre", kinetic = {_number(self.friction)} }}'
+            lines += [
+                "",
+                "[[clearance]]",
+                'joint = "A"',
+                f'clearance = "{_number(1e3 * self.clearance)} mm"',
+                'journal_radius = "10 mm"',
+                f'bearing_length = "{_number(1e3 * choice.bearing_length)} mm"',
+                'material = "steel"',
+                f"restitution = {_number(choice.restitution)}",
+                f'stiffness = "{choice.stiffness}"',
+                'damping = "flores"',
+                f"friction = {friction}",
+            ]
+        samples = 1 + round(self.until / SPACING)
+        lines += ["", "[run]", f'until = "{_number(1e3 * self.until)} ms"', f'start = "{self.start}"', f"samples = {samples}"]
+        return "\n".join(lines) + "\n"
+
+    def described(self) -> Case:
+        """The mechanism and its run as the case file says."""
+        with located(self.name):
+            return instance(CaseTable, tomllib.loads(self.toml), {"folder": Path()}).case()
+
+    def _drive(self) -> str:
+        if self.choice.travel == "swing":
+            frequency = _number(self.speed / SWING)
+            mean, amplitude = _number(math.degrees(self.choice.angle)), _number(math.degrees(SWING))
+            return f'harmonic = {{ mean = "{mean} deg", amplitude = "{amplitude} deg", frequency = "{frequency} rad/s" }}'
+        return f'speed = "{"-" if self.choice.travel == "falling" else ""}{_rpm(self.speed)} rpm"'
+
+
+def every_case(choice: Choice) -> tuple[PaperCase, ...]:
+    """Each distinct run that the figures and statements need.
+
+    Parameters
+    ----------
+    choice : Choice
+
+    Returns
+    -------
+    tuple of PaperCase
+        Ideal joints first.
+    """
+    cases = [PaperCase(None, speed, choice=choice) for speed in SPEEDS]
+    cases += [PaperCase(clearance, choice=choice) for clearance in CLEARANCES]
+    cases += [PaperCase(speed=speed, choice=choice) for speed in SPEEDS]
+    cases += [PaperCase(friction=friction, choice=choice) for friction in FRICTION]
+    cases += [PaperCase(clearance, choice=choice) for clearance in CONTROLLED]
+    cases += [PaperCase(clearance, held=True, choice=choice) for clearance in CONTROLLED]
+    return tuple(dict.fromkeys(cases))
+
+
+def contact_starts(choice: Choice) -> tuple[PaperCase, ...]:
+    """The runs with control once more, without it: what the start in contact alone does."""
+    return tuple(PaperCase(clearance, start="in-contact", choice=choice) for clearance in CONTROLLED)
+
+
+def _number(value: float) -> str:
+    """A number as the user would type it; twelve digits are enough to forget how it was converted."""
+    return f"{value:.12g}"
+
+
+def _rpm(speed: float) -> str:
+    return _number(speed * 30.0 / math.pi)

@@ -1,0 +1,1 @@
+"""The paper's figures, one group a file: (runs by case) -> Figure."""

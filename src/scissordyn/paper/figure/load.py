@@ -1,0 +1,61 @@
+"""Figures 7 and 8: contact force and driving torque for several speeds or clearances, one above the other."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from functools import partial
+
+import xarray as xr
+from matplotlib.figure import Figure
+
+from scissordyn.paper.cases import SIZES, SPEEDS, PaperCase
+from scissordyn.paper.measures import JOINT
+from scissordyn.plot.scale import Scale
+from scissordyn.plot.series import compare, finish, time_scale
+from scissordyn.plot.style import BLUE, GREEN, NORMAL, VERMILION, legend, panels
+
+__all__ = ["BY_CLEARANCE", "BY_SPEED", "draw", "draw_by_clearance", "draw_by_speed"]
+
+COLOURS = (BLUE, VERMILION, GREEN)
+
+KILO = {"N": "kN", "N m": "kN·m"}
+"""The forces of these runs are tens of kilonewtons; their largest ones would ask for a scale that nobody reads easily."""
+
+BY_SPEED = tuple(PaperCase(speed=speed) for speed in reversed(SPEEDS))
+BY_CLEARANCE = tuple(PaperCase(clearance) for clearance in SIZES)
+
+
+def draw(runs: Mapping[PaperCase, xr.Dataset], cases: Mapping[PaperCase, str]) -> Figure:
+    """Two panels: (a) contact force, (b) driving torque.
+
+    Parameters
+    ----------
+    runs : mapping of PaperCase to Dataset
+    cases : mapping of PaperCase to str
+        What to draw, largest first, so that it hides nothing, with labels.
+
+    Returns
+    -------
+    Figure
+    """
+    drawn = panels(None, 2, size=(9.0, 5.6))
+    curves = (
+        ("contact force", {case: runs[case]["normal_force"].sel(joint=JOINT) for case in cases}),
+        ("driving torque", {case: runs[case]["drive_torque"] for case in cases}),
+    )
+    time = time_scale(runs[next(iter(cases))])
+    for axes, letter, (name, series) in zip(drawn, "ab", curves, strict=True):
+        scale = Scale(1e-3, KILO[next(iter(series.values())).attrs["units"]])
+        for (case, one), color in zip(series.items(), COLOURS, strict=True):
+            compare(axes, name, one, None, scale=scale, time=time, color=color, labels=(cases[case], ""))
+        axes.set_title(f"({letter}) {name}", loc="left", fontsize=NORMAL)
+    finish(drawn, runs[next(iter(cases))], time)
+    legend(drawn, above=True)
+    figure = drawn[0].get_figure(root=True)
+    assert figure is not None
+    return figure
+
+
+draw_by_speed = partial(draw, cases={case: f"{case.speed * 30.0 / math.pi:.0f} rpm" for case in BY_SPEED})
+draw_by_clearance = partial(draw, cases={case: f"c = {1e3 * (case.clearance or 0.0):g} mm" for case in BY_CLEARANCE})

@@ -1,0 +1,23 @@
+"""Figure 6: the response of slider and bar 2, beside the ideal mechanism's."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import xarray as xr
+from matplotlib.figure import Figure
+
+from scissordyn.paper.cases import PaperCase
+from scissordyn.plot.response import response
+
+__all__ = ["CASES", "draw"]
+
+CASES = (PaperCase(), PaperCase().ideal)
+
+
+def draw(runs: Mapping[PaperCase, xr.Dataset]) -> Figure:
+    """Slider at the left, bar 2 at the right; position, speed and acceleration from top to bottom."""
+    run, ideal = (runs[case] for case in CASES)
+    figure = response(run, ideal)[0].get_figure(root=True)
+    assert figure is not None
+    return figure

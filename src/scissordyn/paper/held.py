@@ -1,0 +1,78 @@
+"""A run with the paper's control, told in the words of a run with a loose joint."""
+
+from __future__ import annotations
+
+import numpy as np
+import xarray as xr
+
+from scissordyn.model.joint import BodyPoint
+from scissordyn.model.mechanism import Mechanism
+from scissordyn.paper.measures import JOINT
+
+__all__ = ["with_contact"]
+
+
+def with_contact(run: xr.Dataset, mechanism: Mechanism) -> xr.Dataset:
+    """Add where the journal is and how it presses, so that a held joint can be measured and drawn like any loose one.
+
+    Parameters
+    ----------
+    run : Dataset
+        Of ``hold_contact(mechanism)``.
+    mechanism : Mechanism
+        With the loose joint A.
+
+    Returns
+    -------
+    Dataset
+        With joint A among the joints, its `eccentricity`, `normal_force` (negative where the constraint pulls, which a joint
+        cannot), `in_contact`, `clearance`, and one contact over the whole run.
+    """
+    joint = mechanism.joint(JOINT)
+    assert joint.clearance is not None
+    force = run["link_force"].isel(link=0).values
+    end = float(run["time"].values[-1])
+    highest = int(np.argmax(force))
+    names = [*run["joint"].values.astype(str).tolist(), JOINT]
+    whole = run.drop_dims("contact").reindex(joint=names)
+
+    def here(values: np.ndarray, units: str, long_name: str) -> tuple[tuple[str, ...], np.ndarray, dict[str, str]]:
+        full = np.full((values.shape[0], len(names), *values.shape[1:]), np.nan)
+        full[:, -1] = values
+        return ("time", "joint", "axis")[: full.ndim], full, {"units": units, "long_name": long_name}
+
+    touching = np.zeros((force.size, len(names)), bool)
+    touching[:, -1] = force > 0.0
+    clearance = np.full(len(names), np.nan)
+    clearance[-1] = joint.clearance.clearance
+    journal, bearing = (_path(run, mechanism, point) for point in (joint.journal, joint.bearing))
+    contact = (
+        ("contact_start", 0.0, "s"),
+        ("contact_duration", end, "s"),
+        ("peak_force", float(force[highest]), "N"),
+        ("peak_time", float(run["time"].values[highest]), "s"),
+    )
+    variables = {
+        "eccentricity": here(journal - bearing, "m", "journal centre relative to the bearing centre"),
+        "normal_force": here(force, "N", "normal force that the held contact needs"),
+        "in_contact": (("time", "joint"), touching, {"units": "1", "long_name": "the held contact presses"}),
+        "clearance": (("joint",), clearance, {"units": "m", "long_name": "radial clearance"}),
+        "contact_joint": (("contact",), np.array([JOINT]), {"long_name": "joint"}),
+    }
+    for name, value, unit in contact:
+        variables[name] = (("contact",), np.array([value]), {"units": unit, "long_name": name.replace("_", " ")})
+    return whole.assign(variables)
+
+
+def _path(run: xr.Dataset, mechanism: Mechanism, reference: BodyPoint) -> np.ndarray:
+    """Where a point of a moving body is at each instant, shape (time, 2) [m]."""
+    name, point = reference
+    body = mechanism.body(name)
+    angle = run["angle"].sel(body=name).values
+    arm = np.array(body.points[point]) - np.array(body.centre)
+    turned = np.stack(
+        [np.cos(angle) * arm[0] - np.sin(angle) * arm[1], np.sin(angle) * arm[0] + np.cos(angle) * arm[1]], axis=1
+    )
+    centre = run["position"].sel(body=name).transpose("time", "axis").values
+    placed: np.ndarray = centre + turned
+    return placed

@@ -1,0 +1,204 @@
+"""What the paper's statements are about, measured on one run."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import xarray as xr
+
+from scissordyn.analysis.arc import smallest_arc
+from scissordyn.analysis.contact import contact_spans
+
+__all__ = ["CONTINUOUS", "JOINT", "LATE", "SETTLED", "Deviation", "Measures", "measure"]
+
+JOINT = "A"
+
+SETTLED = 5e-3
+"""The paper's first interval [s]: "the fluctuation of the curves within 0.005 s"."""
+
+LATE = 0.03
+"""The paper's "when the working time exceeds 0.03 s" [s]."""
+
+CONTINUOUS = 0.99
+"""Share of time in contact from which contact is called continuous."""
+
+LAST = 0.2
+"""The end of a run is this fraction of it, for what becomes continuous "eventually"."""
+
+HELD = 0.95
+"""Part of the contact time that the contact arc holds."""
+
+
+@dataclass(frozen=True)
+class Deviation:
+    """How a quantity differs from that of the ideal run.
+
+    Parameters
+    ----------
+    largest : float
+        Largest difference before `SETTLED`, as a fraction of the range that both curves together cover in a picture.
+    before, after : float
+        Root mean square of the difference before `SETTLED` and after it [SI].
+    early : float
+        Part of the integral of the squared difference that lies before `SETTLED`.
+    """
+
+    largest: float
+    before: float
+    after: float
+    early: float
+
+
+@dataclass(frozen=True)
+class Measures:
+    """Numbers of one run beside the run with ideal joints.
+
+    Parameters
+    ----------
+    peak_force, late_peak_force : float
+        Largest normal force, in the whole run and after `LATE` [N].
+    smallest_force : float
+        Smallest normal force; zero in free flight, negative where a held contact would have to pull [N].
+    ideal_force : float
+        Largest reaction at the same joint without clearance [N].
+    peak_torque, ideal_torque : float
+        Largest driving torque by magnitude, with clearance and without [N m].
+    impacts, early_impacts, late_impacts, settled_impacts : int
+        Contacts that start: all, before `LATE`, from `LATE` on, from `SETTLED` on.
+    whole_share, settled_share, final_share : float
+        Share of time in contact: in the whole run, from `SETTLED` on, in the last fifth.
+    late_rate, settled_rate : float
+        Impacts per second from `LATE` on and from `SETTLED` on [1/s].
+    deviations : dict of str to Deviation
+        By quantity.
+    position_deviation, angle_deviation : float
+        Largest difference of the slider's displacement and of bar 2's angle, as a fraction of that range.
+    irregularity : float
+        Root mean square of the slider acceleration's difference from the ideal one after `SETTLED`, over the root mean square
+        of the ideal one.
+    arc : float
+        Smallest arc of the bearing that holds 95 % of the contact time [rad].
+    trusted_until, end : float
+        [s]
+    """
+
+    peak_force: float
+    late_peak_force: float
+    smallest_force: float
+    ideal_force: float
+    peak_torque: float
+    ideal_torque: float
+    impacts: int
+    early_impacts: int
+    late_impacts: int
+    settled_impacts: int
+    whole_share: float
+    settled_share: float
+    final_share: float
+    late_rate: float
+    settled_rate: float
+    deviations: dict[str, Deviation]
+    position_deviation: float
+    angle_deviation: float
+    irregularity: float
+    arc: float
+    trusted_until: float
+    end: float
+
+
+def measure(run: xr.Dataset, ideal: xr.Dataset) -> Measures:
+    """Measure a run.
+
+    Parameters
+    ----------
+    run, ideal : Dataset
+        Runs of the same drive, recorded at the same instants, with joint A loose and with ideal joints.
+
+    Returns
+    -------
+    Measures
+    """
+    time = run["time"].values
+    end = float(time[-1])
+    start, stop = contact_spans(run, JOINT).T
+    peak, when = run["peak_force"].values, start + run["peak_time"].values
+    differences = {name: _series(run, name) - _series(ideal, name) for name in _SERIES}
+    before = time <= SETTLED
+    ranges = {name: float(np.ptp([_series(run, name), _series(ideal, name)])) for name in _SERIES}
+    acceleration = _series(ideal, "slider_acceleration")[~before]
+    return Measures(
+        peak_force=float(np.max(peak, initial=0.0)),
+        late_peak_force=max(
+            float(np.max(peak[when >= LATE], initial=0.0)),
+            # a contact that peaked before may still press
+            float(np.max(run["normal_force"].sel(joint=JOINT).values[time >= LATE])),
+        ),
+        smallest_force=float(np.min(run["normal_force"].sel(joint=JOINT).values)),
+        # at a right angle the ideal reactions are not determined, and that instant is left out
+        ideal_force=float(np.nanmax(np.hypot(*ideal["reaction"].sel(joint=JOINT).transpose("axis", "time").values))),
+        peak_torque=float(np.max(np.abs(run["drive_torque"].values))),
+        ideal_torque=float(np.max(np.abs(ideal["drive_torque"].values))),
+        impacts=start.size,
+        early_impacts=int(np.sum(start < LATE)),
+        late_impacts=int(np.sum(start >= LATE)),
+        settled_impacts=int(np.sum(start >= SETTLED)),
+        whole_share=_share(start, stop, 0.0, end),
+        settled_share=_share(start, stop, SETTLED, end),
+        final_share=_share(start, stop, (1.0 - LAST) * end, end),
+        late_rate=float(np.sum(start >= LATE)) / (end - LATE),
+        settled_rate=float(np.sum(start >= SETTLED)) / (end - SETTLED),
+        deviations={
+            name: Deviation(
+                largest=_part(np.max(np.abs(values[before])), ranges[name]),
+                before=_rms(values[before]),
+                after=_rms(values[~before]),
+                early=_part(np.sum(values[before] ** 2), np.sum(values**2)),
+            )
+            for name, values in differences.items()
+        },
+        position_deviation=_part(np.max(np.abs(differences["slider_position"])), ranges["slider_position"]),
+        angle_deviation=_part(np.max(np.abs(differences["angle"])), ranges["angle"]),
+        irregularity=_rms(differences["slider_acceleration"][~before]) / _rms(acceleration),
+        arc=_arc(run),
+        trusted_until=float(run.attrs["trusted_until"]),
+        end=end,
+    )
+
+
+_SERIES = (
+    "slider_position",
+    "slider_velocity",
+    "slider_acceleration",
+    "angle",
+    "angular_velocity",
+    "angular_acceleration",
+)
+
+FREE_BAR = "unit 1/bar 2"
+"""The bar whose response figure 6 shows; it is the one that is not driven, in both readings."""
+
+
+def _series(run: xr.Dataset, name: str) -> np.ndarray:
+    values = run[name] if name.startswith("slider") else run[name].sel(body=FREE_BAR)
+    return np.asarray(values.values, float)
+
+
+def _part(part: float, whole: float) -> float:
+    """A fraction; nothing of nothing is nothing."""
+    return float(part) / float(whole) if whole else 0.0
+
+
+def _rms(values: np.ndarray) -> float:
+    return float(np.sqrt(np.mean(values**2)))
+
+
+def _share(start: np.ndarray, stop: np.ndarray, since: float, end: float) -> float:
+    """Share of the time from `since` to `end` that lies in the intervals."""
+    return float(np.sum(np.clip(np.minimum(stop, end) - np.maximum(start, since), 0.0, None))) / (end - since)
+
+
+def _arc(run: xr.Dataset) -> float:
+    touching = run["in_contact"].sel(joint=JOINT).values.astype(bool)
+    place = run["eccentricity"].sel(joint=JOINT).transpose("time", "axis").values[touching]
+    return smallest_arc(np.arctan2(place[:, 1], place[:, 0]), share=HELD)

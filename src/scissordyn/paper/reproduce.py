@@ -1,0 +1,165 @@
+"""The whole paper: runs, figures, verdicts, other choices, report."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+import xarray as xr
+
+from scissordyn.errors import InputError
+from scissordyn.paper.cases import PaperCase, contact_starts, every_case
+from scissordyn.paper.figures import FIGURES, figure_of
+from scissordyn.paper.measures import measure
+from scissordyn.paper.report import as_csv, as_json, page
+from scissordyn.paper.runs import Progress, fetch_runs
+from scissordyn.paper.sensitivity import DEFAULT, MEMBERS, fetch_sensitivity, full_factorial, one_at_a_time
+from scissordyn.paper.statements import CLAUSES
+from scissordyn.paper.verdict import Verdict, answer
+from scissordyn.plot.file import FORMATS, write
+
+__all__ = ["Reproduction", "draw_figure", "reproduce", "verdicts"]
+
+
+@dataclass(frozen=True)
+class Reproduction:
+    """What came out.
+
+    Parameters
+    ----------
+    verdicts : tuple of Verdict
+        Of the default choice.
+    report : Path
+        The page to open.
+    """
+
+    verdicts: tuple[Verdict, ...]
+    report: Path
+
+
+def reproduce(folder: str | os.PathLike[str], *, workers: int | None = None, progress: Progress | None = None) -> Reproduction:
+    """Redo everything that the paper did and leave a report.
+
+    Parameters
+    ----------
+    folder : path
+        Made if it is not there. What an earlier call of the same version left in it is used again.
+    workers : int, optional
+        Processes; one per processor if not given.
+    progress : callable, optional
+        Called with what is done, how many of it, out of how many.
+
+    Returns
+    -------
+    Reproduction
+
+    Raises
+    ------
+    InputError
+        If the folder cannot be written.
+    ScissordynError
+        If a run breaks off.
+    """
+    target = _made(folder)
+    cases = (*every_case(DEFAULT), *contact_starts(DEFAULT))
+    runs = fetch_runs(cases, target / "runs", workers=workers, progress=progress)
+    answers = verdicts(runs)
+    pictures: dict[int, bytes] = {}
+    for number in FIGURES:
+        for path in _draw(number, runs, target / "figures"):
+            if path.suffix == ".svg":
+                pictures[number] = path.read_bytes()
+        if progress is not None:
+            progress("figures", len(pictures), len(FIGURES))
+    for case in runs:
+        _write(target / "cases" / f"{case.name}.toml", case.toml)
+    singly = fetch_sensitivity(
+        one_at_a_time(), target / "one-at-a-time.nc", members=MEMBERS, workers=workers, progress=progress
+    )
+    together = fetch_sensitivity(full_factorial(), target / "full-factorial.nc", workers=workers, progress=progress)
+    _write(target / "verdicts.json", as_json(answers))
+    _write(target / "verdicts.csv", as_csv(answers))
+    report = _write(target / "report.html", page(answers, runs, pictures, singly, together))
+    return Reproduction(answers, report)
+
+
+def draw_figure(
+    number: int,
+    folder: str | os.PathLike[str],
+    *,
+    workers: int | None = None,
+    progress: Progress | None = None,
+) -> list[Path]:
+    """One figure of the paper, from runs that are computed where they are missing.
+
+    Parameters
+    ----------
+    number : int
+        In the paper.
+    folder : path
+    workers : int, optional
+    progress : callable, optional
+
+    Returns
+    -------
+    list of Path
+        The pictures.
+
+    Raises
+    ------
+    InputError
+        If there is no such figure, or the folder cannot be written.
+    """
+    cases = figure_of(number).cases
+    target = _made(folder)
+    needed = [*cases, *(case.ideal for case in cases)]
+    return _draw(number, fetch_runs(needed, target / "runs", workers=workers, progress=progress), target / "figures")
+
+
+def verdicts(runs: Mapping[PaperCase, xr.Dataset]) -> tuple[Verdict, ...]:
+    """The answers to all clauses from the runs of the default choice.
+
+    Parameters
+    ----------
+    runs : mapping of PaperCase to Dataset
+
+    Returns
+    -------
+    tuple of Verdict
+    """
+    measured = {case: measure(run, runs[case.ideal]) for case, run in runs.items() if case.clearance is not None}
+    return tuple(answer(clause, DEFAULT, measured) for clause in CLAUSES)
+
+
+def _draw(number: int, runs: Mapping[PaperCase, xr.Dataset], folder: Path) -> list[Path]:
+    _made(folder)
+    figure = FIGURES[number].draw(runs)
+    return [write(figure, folder / f"figure-{number:02d}.{format}") for format in FORMATS]
+
+
+def _made(folder: str | os.PathLike[str]) -> Path:
+    target = Path(folder)
+    try:
+        target.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise InputError(
+            f"cannot make the folder '{target}': {error.strerror}", "a folder that can be written", "-o paper"
+        ) from None
+    return target
+
+
+def _write(path: Path, text: str) -> Path:
+    """Write a text whole or not at all."""
+    _made(path.parent)
+    part = path.with_name(f".{path.name}.{os.getpid()}.part")
+    try:
+        try:
+            part.write_text(text, encoding="utf-8")
+            part.replace(path)
+        finally:
+            part.unlink(missing_ok=True)
+    except OSError as error:
+        raise InputError(f"cannot write '{path}': {error.strerror}", "a folder that can be written", "-o paper") from None
+    return path

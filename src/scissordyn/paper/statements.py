@@ -1,0 +1,216 @@
+"""The paper's statements, clause by clause, each with a criterion that follows from the paper's words and not from results.
+
+The criteria were written down before the first results, with three exceptions, none of which turned a verdict to the paper's
+favour: ranges in 1a and 1b are those of both curves together, because the ideal speed of bar 2 is constant and has none; the
+force in 4d is that at any time after 0.03 s, because lasting contacts peak before; and 1d was added, because 1c compares
+levels and says nothing about how much of the fluctuation comes later.
+
+Where the paper gives a number it is the criterion, with the rounding that its wording allows. Where it compares, the
+comparison is the criterion. Where it describes a picture ("not discernable", "continuous", "regular"), the threshold is what
+a reader could see, and is the same everywhere.
+"""
+
+from __future__ import annotations
+
+import math
+
+from scissordyn.paper import findings
+from scissordyn.paper.cases import ARRAY
+from scissordyn.paper.findings import QUARTER, VISIBLE, millimetres, percent
+from scissordyn.paper.measures import CONTINUOUS, LATE, SETTLED
+from scissordyn.paper.verdict import Clause
+
+__all__ = ["CLAUSES"]
+
+_SETTLED, _LATE = f"{1e3 * SETTLED:g} ms", f"{1e3 * LATE:g} ms"
+_SCATTER = (
+    "in a single stroke nothing repeats, so period and quasi-period are not defined; what the paper's picture of velocity and "
+    "acceleration shows is how far the points scatter about a line, here the ideal curve (root mean square, relative)"
+)
+_BY_SIGHT = f"a difference of {percent(VISIBLE)} of a curve's range is the width of a printed line"
+
+CLAUSES = (
+    Clause(
+        "1a",
+        f"Displacement of the slider and angle of bar 2 do not discernibly differ from the ideal ones ({millimetres(ARRAY)}).",
+        f"largest difference below {percent(VISIBLE)} of the range that both curves cover",
+        _BY_SIGHT,
+        findings.position,
+    ),
+    Clause(
+        "1b",
+        "Velocities and accelerations fluctuate about the ideal ones in the first 5 ms.",
+        f"largest difference before {_SETTLED} above {percent(VISIBLE)} of the range that both curves cover, for all four",
+        _BY_SIGHT,
+        findings.oscillation,
+    ),
+    Clause(
+        "1c",
+        "The fluctuation is strongest in the first 5 ms.",
+        f"root mean square difference larger before {_SETTLED} than after it, in all four curves",
+        "the text places the fluctuation within 0.005 s; if it lasted, it would not",
+        findings.early,
+    ),
+    Clause(
+        "1d",
+        "The fluctuation belongs mostly to the first 5 ms.",
+        f"more than half of the integrated squared difference lies before {_SETTLED}, in all four curves",
+        '"mostly" is more than half',
+        findings.within,
+    ),
+    Clause(
+        "2a",
+        "Clearance raises the reaction more than 10 times.",
+        "largest contact force above 10 times the largest reaction of the ideal joint",
+        "the number is the paper's, which quotes it from earlier work",
+        findings.tenfold,
+    ),
+    Clause(
+        "3a",
+        "The largest contact force grows five times from 100 to 250 rpm.",
+        "ratio between 4.5 and 5.5",
+        "what rounds to five",
+        findings.fivefold,
+    ),
+    Clause(
+        "3b",
+        "Force and torque grow with the speed.",
+        "largest force and largest torque both grow from 100 over 150 to 250 rpm",
+        "the comparison is the paper's",
+        findings.faster,
+    ),
+    Clause(
+        "3c",
+        "With clearance a larger motor is needed.",
+        "largest torque above that of the ideal mechanism, at each speed",
+        "a motor is as large as the largest torque asks",
+        findings.larger_motor,
+    ),
+    Clause(
+        "4a",
+        "The force falls with the clearance (0.6, 0.4, 0.2 mm).",
+        "largest contact force falls in that order",
+        "the comparison is the paper's",
+        findings.smaller_force,
+    ),
+    Clause(
+        "4b",
+        "The driving torque falls with the clearance.",
+        "largest torque falls in that order",
+        "the comparison is the paper's",
+        findings.smaller_torque,
+    ),
+    Clause(
+        "4c",
+        "Impacts become more frequent as the clearance falls, at first.",
+        f"more contacts begin before {_LATE} at each smaller clearance",
+        "the paper counts collisions, and names 0.03 s as the end of this order",
+        findings.more_impacts,
+    ),
+    Clause(
+        "4d",
+        "After 0.03 s the force is largest at 0.2 mm.",
+        f"largest force after {_LATE} is that of 0.2 mm",
+        "the comparison is the paper's",
+        findings.late_force,
+    ),
+    Clause(
+        "4e",
+        "After 0.03 s impacts are most frequent at 0.2 mm.",
+        f"most contacts begin after {_LATE} at 0.2 mm",
+        "the comparison is the paper's",
+        findings.late_impacts,
+    ),
+    Clause(
+        "5a",
+        "At 0.4 mm journal and bearing stay in contact, without free flight or impact.",
+        f"in contact at least {percent(CONTINUOUS)} of the time after {_SETTLED}",
+        "the start is concentric, so some flight comes first; after that none is to be seen",
+        findings.continuous_04,
+    ),
+    Clause(
+        "5b",
+        "At 0.7, 0.6, 0.5 and 0.3 mm free flight is frequent.",
+        f"in contact less than {percent(CONTINUOUS)} of the time after {_SETTLED}, at each of them",
+        "the opposite of continuous contact by the same threshold",
+        findings.flying,
+    ),
+    Clause(
+        "5c",
+        "Collisions become more frequent as the clearance falls from 0.7 to 0.5 mm.",
+        "more contacts at each smaller clearance",
+        "the paper says it of all clearances and then excepts those from 0.4 mm on",
+        findings.more_often,
+    ),
+    Clause(
+        "5d",
+        "Collisions are more frequent at 0.3 and 0.2 mm than at 0.4 mm.",
+        "more contacts at both",
+        "the comparison is the paper's",
+        findings.again_more,
+    ),
+    Clause(
+        "5e",
+        "The motion is regular at 0.4 mm, irregular at 0.7, 0.6, 0.5 and 0.3 mm.",
+        "scatter of the slider acceleration smallest at 0.4 mm",
+        _SCATTER,
+        findings.regular,
+    ),
+    Clause(
+        "5f",
+        "At 0.2 mm the motion is quasi-periodic: between the regular one at 0.4 mm and the irregular one at 0.3 mm.",
+        "scatter of the slider acceleration grows from 0.4 over 0.2 to 0.3 mm",
+        _SCATTER,
+        findings.quasi_periodic,
+    ),
+    Clause(
+        "6a",
+        "Rebounds diminish as the friction coefficient grows (0.01, 0.03, 0.05, 0.1).",
+        "fewer contacts at each larger coefficient",
+        "a rebound ends a contact, and the next impact starts another",
+        findings.fewer_rebounds,
+    ),
+    Clause(
+        "6b",
+        "At 0.01 rebounds follow impacts, without continuous contact.",
+        f"in contact less than {percent(CONTINUOUS)} of the last fifth of the run",
+        "what never becomes continuous is not so at the end",
+        findings.rebounding,
+    ),
+    Clause(
+        "6c",
+        "From 0.03 on contact eventually becomes continuous.",
+        f"in contact at least {percent(CONTINUOUS)} of the last fifth of the run, at 0.03, 0.05 and 0.1",
+        '"eventually" is the end of the run',
+        findings.eventually,
+    ),
+    Clause(
+        "6d",
+        "Contact is concentrated in about a quarter of the bearing.",
+        f"an arc of at most {math.degrees(QUARTER):g} deg holds 95 % of the contact time, at each coefficient",
+        '"about" is taken as a tenth, "mainly" as 95 %',
+        findings.quarter,
+    ),
+    Clause(
+        "6e",
+        "The motion becomes more regular as the friction coefficient grows.",
+        "scatter of the slider acceleration falls at each larger coefficient",
+        _SCATTER,
+        findings.calmer,
+    ),
+    Clause(
+        "7a",
+        "With control journal and bearing stay in contact at 0.7, 0.5, 0.3 and 0.1 mm.",
+        "the normal force is positive during the whole run, at each of them",
+        "the control is a two-sided constraint, but a joint can only press",
+        findings.held,
+    ),
+    Clause(
+        "7b",
+        "Control needs a higher torque.",
+        "largest torque with control above that without, at each clearance",
+        "the paper compares with and without control; without it, the start is concentric as in its other figures",
+        findings.dearer,
+    ),
+)
+"""In the order of the paper."""

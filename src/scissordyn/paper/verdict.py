@@ -1,0 +1,116 @@
+"""What a statement is, and what an answer to it is."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+
+from scissordyn.paper.cases import Choice, PaperCase
+from scissordyn.paper.measures import Measures
+
+__all__ = ["Clause", "Finding", "Measured", "Verdict", "answer"]
+
+Measured = Mapping[PaperCase, Measures]
+
+
+@dataclass(frozen=True)
+class Finding:
+    """What was found for one clause.
+
+    Parameters
+    ----------
+    holds : bool
+        Whether the criterion is met.
+    words : str
+        The measured numbers in a sentence.
+    numbers : dict of str to float
+        The same for machines; the name ends in its unit.
+    """
+
+    holds: bool
+    words: str
+    numbers: dict[str, float]
+
+
+@dataclass(frozen=True)
+class Clause:
+    """One thing that the paper says.
+
+    Parameters
+    ----------
+    key : str
+        Number of the statement and a letter, as "4c".
+    says : str
+        What the paper says, in our words.
+    criterion : str
+        When that counts as true.
+    because : str
+        How the criterion follows from the paper's wording.
+    find : callable
+        (choice, measured runs) -> Finding.
+    """
+
+    key: str
+    says: str
+    criterion: str
+    because: str
+    find: Callable[[Choice, Measured], Finding]
+
+    @property
+    def statement(self) -> int:
+        """Number of the statement that the clause belongs to."""
+        return int(self.key[:-1])
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """An answered clause.
+
+    Parameters
+    ----------
+    clause : Clause
+    finding : Finding
+    trusted : bool
+        Whether all runs behind it are trusted to their ends, so that the numbers belong to the trajectory; otherwise they
+        are one sample of what may happen, and only the spread over an ensemble says something.
+    """
+
+    clause: Clause
+    finding: Finding
+    trusted: bool
+
+    @property
+    def answer(self) -> str:
+        """The word for it: "agrees" or "differs"."""
+        return "agrees" if self.finding.holds else "differs"
+
+
+class _Watched(dict[PaperCase, Measures]):
+    """Measures that remember which runs were asked for."""
+
+    def __init__(self, measured: Measured) -> None:
+        super().__init__(measured)
+        self.used: set[PaperCase] = set()
+
+    def __getitem__(self, case: PaperCase) -> Measures:
+        self.used.add(case)
+        return super().__getitem__(case)
+
+
+def answer(clause: Clause, choice: Choice, measured: Measured) -> Verdict:
+    """Answer a clause.
+
+    Parameters
+    ----------
+    clause : Clause
+    choice : Choice
+    measured : mapping of PaperCase to Measures
+        With every run of the choice.
+
+    Returns
+    -------
+    Verdict
+    """
+    watched = _Watched(measured)
+    finding = clause.find(choice, watched)
+    return Verdict(clause, finding, all(measured[case].trusted_until >= measured[case].end for case in watched.used))

@@ -1,0 +1,21 @@
+"""The paper's runs, computed once."""
+
+from __future__ import annotations
+
+import pytest
+
+from scissordyn.paper.cases import every_case
+from scissordyn.paper.runs import fetch_runs
+from scissordyn.paper.sensitivity import DEFAULT
+
+
+@pytest.fixture(scope="session")
+def runs_folder(tmp_path_factory):
+    """Where the runs of the default choice are kept."""
+    return tmp_path_factory.mktemp("paper") / "runs"
+
+
+@pytest.fixture(scope="session")
+def runs(runs_folder):
+    """Every run of the default choice."""
+    return fetch_runs(every_case(DEFAULT), runs_folder, workers=1)

@@ -1,0 +1,91 @@
+"""The paper's runs as data and as case files."""
+
+import math
+
+import pytest
+
+from scissordyn.config.file import read_case
+from scissordyn.errors import InputError
+from scissordyn.laws.damping.flores import Flores
+from scissordyn.laws.elastic.bai_zhao import BaiZhaoAsPrinted
+from scissordyn.laws.friction.lugre import LuGre
+from scissordyn.model.clearance import Clearance
+from scissordyn.model.drive import Harmonic
+from scissordyn.model.scissor import scissor
+from scissordyn.paper.cases import SWING, Choice, PaperCase, every_case
+from scissordyn.paper.figures import FIGURES, figure_of
+from scissordyn.paper.sensitivity import full_factorial, one_at_a_time
+from scissordyn.units import degrees, rpm
+
+
+def test_the_case_file_says_what_python_says(tmp_path):
+    """Identity: the default choice is the array of the package's contract, built by hand."""
+    path = tmp_path / "case.toml"
+    path.write_text(PaperCase(friction=0.03).toml)
+    case = read_case(path)
+    joint = Clearance(0.5e-3, damping=Flores(0.9), friction=LuGre(0.03))
+    expected = scissor(angle=degrees(30)).loosen("A", joint).driven(speed=rpm(150))
+    assert case.mechanism.bodies == expected.bodies
+    assert case.mechanism.joints == expected.joints
+    assert case.mechanism.gravity == expected.gravity
+    assert case.mechanism.drives[0].motion.speed == pytest.approx(rpm(150), rel=1e-14)
+    assert (case.run.until, case.run.samples, case.run.start) == (0.05, 2001, "concentric")
+
+
+def test_a_choice_reaches_the_mechanism():
+    """Identity: every field of a choice is found in what it describes."""
+    choice = Choice("B", degrees(60), "falling", 0.5, 30e-3, "bai-zhao-as-printed")
+    described = PaperCase(0.2e-3, rpm(100), choice=choice).described()
+    joint = described.mechanism.joint("A").clearance
+    assert joint == Clearance(0.2e-3, bearing_length=30e-3, stiffness=BaiZhaoAsPrinted(), damping=Flores(0.5))
+    assert described.mechanism.drives[0].motion.speed == pytest.approx(-rpm(100), rel=1e-14)
+    assert described.mechanism.bodies == scissor(reading="B", angle=degrees(60)).bodies
+
+
+def test_a_swing_is_as_fast_as_the_stroke():
+    """Closed form: amplitude times frequency is the largest speed, and the run lasts two periods."""
+    case = PaperCase(speed=rpm(250), choice=Choice(angle=degrees(45), travel="swing"))
+    motion = case.described().mechanism.drives[0].motion
+    assert isinstance(motion, Harmonic)
+    assert motion.amplitude * motion.frequency == pytest.approx(rpm(250), rel=1e-11)
+    assert motion.mean == pytest.approx(degrees(45), rel=1e-14)
+    assert case.until * motion.frequency == pytest.approx(4.0 * math.pi, rel=1e-11)
+
+
+def test_no_run_meets_the_change_point():
+    """Limit: the driven bar stays clear of the angle zero, where the array has two ways to go on."""
+    lowest = {"rising": [], "falling": [], "swing": []}
+    for choice in (*one_at_a_time(), *full_factorial()):
+        for case in every_case(choice):
+            turned = {"rising": 0.0, "falling": case.speed * case.until, "swing": SWING}[choice.travel]
+            lowest[choice.travel].append(math.degrees(choice.angle - turned))
+    assert min(lowest["rising"]) == pytest.approx(15.0)
+    assert min(lowest["falling"]) == pytest.approx(10.0)
+    assert min(lowest["swing"]) == pytest.approx(30.0)
+
+
+def test_names_and_choices_are_distinct():
+    """Identity: no run overwrites another one's file, no choice is counted twice."""
+    cases = every_case(Choice())
+    assert len({case.name for case in cases}) == len(cases) == 20
+    for choices in (one_at_a_time(), full_factorial()):
+        assert len({choice.words for choice in choices}) == len(choices)
+    assert len(full_factorial()) == 2 * 6 * 3 * 4
+
+
+def test_every_figure_finds_its_runs():
+    """Identity: what the figures need is among the runs that are made."""
+    cases = set(every_case(Choice()))
+    for figure in FIGURES.values():
+        assert cases.issuperset(figure.cases)
+        assert cases.issuperset(case.ideal for case in figure.cases)
+
+
+def test_bad_input_is_refused_in_one_line():
+    """Identity: what came and what is allowed."""
+    with pytest.raises(InputError, match=r"figure 5; allowed: a figure with results: 6, 7"):
+        figure_of(5)
+    with pytest.raises(InputError, match="ideal joint"):
+        PaperCase(None, friction=0.1)
+    with pytest.raises(InputError, match="restitution"):
+        Choice(restitution=1.5)

@@ -1,0 +1,52 @@
+"""Runs with the paper's control."""
+
+import numpy as np
+import pytest
+
+from scissordyn.paper.cases import CONTROLLED, PaperCase
+from scissordyn.paper.measures import measure
+from scissordyn.paper.runs import compute
+
+HALF = 1.0  # of a bar of 2 m
+
+
+@pytest.mark.parametrize("size", CONTROLLED)
+def test_the_journal_stays_on_the_clearance_circle(runs, size):
+    """Identity: the eccentricity found from the bodies' motion is what the constraint prescribes."""
+    place = runs[PaperCase(size, held=True)]["eccentricity"].sel(joint="A").values
+    assert np.hypot(*place.T) == pytest.approx(size, rel=1e-7)
+
+
+def test_the_eccentricity_is_that_of_the_lagrange_coordinates(runs):
+    """Cross-check by a second formulation: e = ((L/2)(cos th_1 - cos th_2), (L/2)(sin th_1 - sin th_2) - y)."""
+    run = runs[PaperCase(held=True)]
+    one, two = (run["angle"].sel(body=f"unit 1/bar {number}").values for number in (1, 2))
+    across = HALF * (np.cos(one) - np.cos(two))
+    along = HALF * (np.sin(one) - np.sin(two)) - run["slider_position"].values
+    assert run["eccentricity"].sel(joint="A").values == pytest.approx(np.stack([across, along], axis=1), abs=1e-12)
+
+
+def test_force_and_torque_are_the_reference(runs):
+    """Published number: N from 3256.9 to 7542.2 N, torque from 4528.6 to 9021.4 N m (theory of the project, section 5)."""
+    run = runs[PaperCase(held=True)]
+    force, torque = run["normal_force"].sel(joint="A").values, run["drive_torque"].values
+    assert (force.min(), force.max()) == pytest.approx((3256.9, 7542.2), rel=2e-5)
+    assert (torque.min(), torque.max()) == pytest.approx((4528.6, 9021.4), rel=2e-5)
+
+
+def test_a_held_run_is_one_contact(runs):
+    """Limit: without flight the share of time in contact is one, and nothing but one contact is counted."""
+    case = PaperCase(0.3e-3, held=True)
+    found = measure(runs[case], runs[case.ideal])
+    assert (found.settled_share, found.final_share, found.impacts) == (pytest.approx(1.0), pytest.approx(1.0), 1)
+    assert found.smallest_force == pytest.approx(float(runs[case]["link_force"].min()))
+    assert found.peak_force == pytest.approx(float(runs[case]["link_force"].max()))
+
+
+@pytest.mark.parametrize("size", CONTROLLED)
+def test_the_start_alone_keeps_contact(size):
+    """Limit: started in the same contact without control, the joint does not open either (theory of the project, section 5)."""
+    run = compute(PaperCase(size, start="in-contact"), trust=False)
+    found = measure(run, compute(PaperCase(None), trust=False))
+    assert (found.impacts, found.whole_share) == (1, pytest.approx(1.0))
+    assert found.smallest_force > 0.0

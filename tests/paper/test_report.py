@@ -1,0 +1,147 @@
+"""The report: one page that needs nothing from outside."""
+
+import json
+import re
+import shutil
+import subprocess
+from html.parser import HTMLParser
+
+import pytest
+
+from scissordyn.cli import paper as command
+from scissordyn.config.file import read_case
+from scissordyn.errors import InputError
+from scissordyn.paper import reproduce as module
+from scissordyn.paper.figures import FIGURES
+from scissordyn.paper.reproduce import draw_figure, reproduce
+from scissordyn.paper.sensitivity import fetch_sensitivity, full_factorial
+from scissordyn.paper.statements import CLAUSES
+
+CHROMIUM = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
+VOID = {"meta", "img", "br"}
+
+
+def surveyed(choices, path, *, members=2, workers=None, progress=None):
+    """The first of the combinations surveyed in earnest, and repeated for the others."""
+    found = fetch_sensitivity(full_factorial()[:1], path, members=1, workers=1, progress=progress)
+    return found.isel(choice=[0] * len(choices))
+
+
+@pytest.fixture(scope="module")
+def report(runs, runs_folder):
+    """The report on the default choice, with a short survey of others."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(module, "fetch_sensitivity", surveyed)
+        yield reproduce(runs_folder.parent, workers=1)
+
+
+class Outline(HTMLParser):
+    """Tags that are open, addresses, and how many rows there are."""
+
+    def __init__(self):
+        super().__init__()
+        self.open, self.addresses, self.rows = [], [], 0
+
+    def handle_starttag(self, tag, attrs):
+        """Note what opens."""
+        if tag not in VOID:
+            self.open.append(tag)
+        self.rows += tag == "tr"
+        self.addresses += [value for name, value in attrs if name in ("src", "href")]
+
+    def handle_endtag(self, tag):
+        """What closes must have been the last to open."""
+        assert self.open.pop() == tag
+
+
+def test_the_page_is_whole_and_needs_nothing_from_outside(report):
+    """Identity: tags are balanced, pictures are inside, the one address is the paper's."""
+    text = report.report.read_text()
+    outline = Outline()
+    outline.feed(text)
+    assert outline.open == []
+    outside = [address for address in outline.addresses if not address.startswith(("data:image/svg+xml;base64,", "#"))]
+    assert outside == ["https://doi.org/10.1177/1369433220971728"]
+    assert sum(address.startswith("data:") for address in outline.addresses) == len(FIGURES)
+    assert "<script" not in text
+    assert "@import" not in text
+    assert len(re.findall(r'class="badge (?:yes|no)"', text)) == len(CLAUSES)
+
+
+def test_the_tables_say_the_same_as_the_page(report):
+    """Identity: answers in JSON and CSV are those of the verdicts; case files can be read."""
+    folder = report.report.parent
+    rows = json.loads((folder / "verdicts.json").read_text())["verdicts"]
+    assert [(row["clause"], row["answer"]) for row in rows] == [(v.clause.key, v.answer) for v in report.verdicts]
+    lines = (folder / "verdicts.csv").read_text().splitlines()
+    assert len(lines) == 1 + len(CLAUSES)
+    text = report.report.read_text()
+    for row in rows:
+        assert row["measured"] in text
+    cases = sorted((folder / "cases").iterdir())
+    assert len(cases) == len(sorted((folder / "runs").iterdir())) == 24
+    for path in cases:
+        read_case(path)
+
+
+def test_a_second_time_gives_the_same_bytes(report):
+    """Identity: no clock, no random name in the page and the tables."""
+    folder = report.report.parent
+    kept = [*folder.glob("*.html"), *folder.glob("verdicts.*")]
+    before = {path: path.read_bytes() for path in kept}
+    assert len(before) == 3
+    with pytest.MonkeyPatch.context() as patch:
+        # drawing all pictures again is another test's business
+        patch.setattr(module, "_draw", lambda number, _, into: [into / f"figure-{number:02d}.svg"])
+        patch.setattr(module, "fetch_sensitivity", surveyed)
+        reproduce(folder, workers=1)
+    assert {path: path.read_bytes() for path in kept} == before
+
+
+def test_one_figure_can_be_drawn_alone(report):
+    """Identity: the two files of that figure, and the same bytes as among the others."""
+    folder = report.report.parent
+    before = {path: path.read_bytes() for path in (folder / "figures").glob("figure-09.*")}
+    written = draw_figure(9, folder, workers=1)
+    assert [path.name for path in written] == ["figure-09.png", "figure-09.svg"]
+    assert {path: path.read_bytes() for path in written} == before
+
+
+def test_a_figure_without_results_is_refused(tmp_path):
+    """Identity: nothing is written."""
+    with pytest.raises(InputError, match="figure 4"):
+        draw_figure(4, tmp_path / "none", workers=1)
+    assert not (tmp_path / "none").exists()
+
+
+def test_the_command_shows_the_answers(report, capsys, monkeypatch):
+    """Identity: every clause with its answer, and where the report is, in a hundred columns."""
+    monkeypatch.setattr(module, "reproduce", lambda folder, **_: report)
+    assert command.paper(report.report.parent, None, 1) == 0
+    shown = capsys.readouterr().out
+    for verdict in report.verdicts:
+        assert re.search(rf"^ *{verdict.clause.key} +{verdict.answer} ", shown, re.MULTILINE)
+    assert str(report.report) in shown.splitlines()[-1]
+    assert max(map(len, shown.splitlines()[:-1])) <= 100
+
+
+@pytest.mark.skipif(CHROMIUM is None, reason="no chromium here: apt-get install chromium")
+def test_a_browser_shows_it(report, tmp_path):
+    """Cross-check by a second formulation: what a browser makes of the page has every answer and all pictures."""
+    shown = subprocess.run(
+        [
+            CHROMIUM,
+            "--headless",
+            "--no-sandbox",
+            "--disable-gpu",
+            f"--user-data-dir={tmp_path}",
+            "--dump-dom",
+            report.report.as_uri(),
+        ],
+        capture_output=True,
+        text=True,
+        timeout=60,
+        check=True,
+    ).stdout
+    assert len(re.findall(r'class="badge (?:yes|no)"', shown)) == len(CLAUSES)
+    assert shown.count("data:image/svg+xml") == len(FIGURES)

@@ -1,0 +1,108 @@
+"""Runs are made once, kept whole, and made anew when they are out of date."""
+
+import pytest
+import xarray as xr
+
+from scissordyn.errors import ScissordynError
+from scissordyn.paper import runs as module
+from scissordyn.paper.cases import Choice, PaperCase, every_case
+from scissordyn.paper.events import REFERENCE, event_table
+from scissordyn.paper.runs import compute, fetch_runs
+from scissordyn.simulation.store import load, save
+
+CASE = PaperCase(None)
+
+
+@pytest.fixture
+def folder(tmp_path):
+    """A folder with the run of one case."""
+    fetch_runs([CASE], tmp_path, workers=1)
+    return tmp_path
+
+
+def counting(monkeypatch):
+    """How often a run is computed, as a list that grows."""
+    made = []
+
+    def counted(case, **options):
+        made.append(case)
+        return compute(case, **options)
+
+    monkeypatch.setattr(module, "compute", counted)
+    return made
+
+
+def test_a_second_call_computes_nothing(folder, monkeypatch):
+    """Identity: the same numbers, read from the file; and a case asked for twice is one run."""
+    made = counting(monkeypatch)
+    again = fetch_runs([CASE, CASE], folder, workers=1)
+    assert made == []
+    xr.testing.assert_equal(again[CASE], compute(CASE))
+    assert [path.name for path in folder.iterdir()] == [f"{CASE.name}.nc"]
+
+
+@pytest.mark.parametrize("spoil", ["cut", "case", "provenance"])
+def test_what_is_broken_or_out_of_date_is_made_anew(folder, monkeypatch, spoil):
+    """Identity: half a file, a file of another choice, a file of another version."""
+    path = folder / f"{CASE.name}.nc"
+    if spoil == "cut":
+        path.write_bytes(path.read_bytes()[:1000])
+    else:
+        save(load(path).assign_attrs({spoil: "other"}), path)
+    made = counting(monkeypatch)
+    fetch_runs([CASE], folder, workers=1)
+    assert made == [CASE]
+    assert (load(path).attrs["case"], load(path).attrs["provenance"]) == (CASE.toml, module.provenance())
+
+
+def test_a_run_that_breaks_off_is_an_error(tmp_path, monkeypatch):
+    """Limit: with ten steps nothing is finished; the message names the run, and no file is left."""
+    broken = module.simulate
+
+    def short(mechanism, **options):
+        return broken(mechanism, **{**options, "most_steps": 10})
+
+    monkeypatch.setattr(module, "simulate", short)
+    with pytest.raises(ScissordynError, match=r"run 'c-0\.5mm_150rpm' .*10 steps did not suffice"):
+        fetch_runs([PaperCase()], tmp_path, workers=1)
+    assert not list(tmp_path.iterdir())
+
+
+def test_the_number_of_processes_changes_nothing(runs, tmp_path):
+    """Identity: two processes give bit for bit what one gives, in the same order."""
+    cases = [PaperCase(0.2e-3), PaperCase(None)]
+    found = fetch_runs(cases, tmp_path, workers=2)
+    assert list(found) == cases
+    for case in cases:
+        xr.testing.assert_equal(found[case], runs[case])
+
+
+def test_every_run_is_trusted_and_whole(runs):
+    """Limit: a tenth of the tolerance tells the same story to the end, so that the answers belong to trajectories."""
+    assert list(runs) == list(every_case(Choice()))
+    for case, run in runs.items():
+        assert run.attrs["trusted_until"] == pytest.approx(case.until)
+        assert run.sizes["time"] == 2001
+
+
+def test_neighbours_are_near_but_not_equal():
+    """Limit: a member's clearance differs in the twelfth digit, and so does its first contact."""
+    one, other = (compute(PaperCase(), trust=False, member=member) for member in (0, 3))
+    assert float(other["clearance"].sel(joint="A")) / 0.5e-3 - 1.0 == pytest.approx(3e-12, rel=1e-3)
+    difference = other["contact_start"].values[0] - one["contact_start"].values[0]
+    assert 0.0 < difference < 1e-13
+
+
+def test_the_first_contacts_are_those_of_a_second_program(runs):
+    """Cross-check by a second formulation: Lagrange's equations in minimal coordinates, and the table shows the difference.
+
+    A relative tolerance of 1e-8 per step leaves 1e-10 at the first contact, and each contact magnifies it. A peak is flat, so
+    that its time is known to half as many digits.
+    """
+    rows = event_table(runs[PaperCase()])
+    expected = [column.reference[contact] for contact in range(3) for column in REFERENCE]
+    for (name, reference, shown, difference), digits in zip(rows, expected, strict=True):
+        assert reference == digits
+        assert float(difference) < (1e-5 if "time to peak" in name else 3e-7), name
+        assert float(shown) == pytest.approx(float(reference), rel=1.5 * float(difference) + 1e-10), name
+    assert float(rows[0][3]) < 1e-10

@@ -1,0 +1,127 @@
+"""Each clause says yes to what the paper describes and no to its opposite."""
+
+import dataclasses
+import math
+
+import pytest
+
+from scissordyn.paper.cases import CLEARANCES, CONTROLLED, FRICTION, SPEEDS, Choice, PaperCase
+from scissordyn.paper.findings import OSCILLATING
+from scissordyn.paper.measures import Deviation, Measures
+from scissordyn.paper.statements import CLAUSES
+from scissordyn.paper.verdict import answer
+
+CHOICE = Choice()
+
+PLAIN = Measures(
+    peak_force=1000.0,
+    late_peak_force=100.0,
+    smallest_force=0.0,
+    ideal_force=50.0,
+    peak_torque=500.0,
+    ideal_torque=100.0,
+    impacts=20,
+    early_impacts=15,
+    late_impacts=5,
+    settled_impacts=15,
+    whole_share=0.5,
+    settled_share=0.5,
+    final_share=1.0,
+    late_rate=250.0,
+    settled_rate=300.0,
+    deviations={name: Deviation(0.1, 2.0, 1.0, 0.8) for name in OSCILLATING},
+    position_deviation=0.002,
+    angle_deviation=0.002,
+    irregularity=1.0,
+    arc=math.radians(80.0),
+    trusted_until=0.05,
+    end=0.05,
+)
+
+
+def as_the_paper_says():
+    """Made-up measures that fit every sentence of the paper."""
+    rank = {c: k for k, c in enumerate(CLEARANCES)}  # 0 at 0.7 mm
+    scatter = {0.7e-3: 3.0, 0.6e-3: 2.9, 0.5e-3: 2.8, 0.4e-3: 0.1, 0.3e-3: 1.0, 0.2e-3: 0.5}
+    found = {}
+    for c in CLEARANCES:
+        found[PaperCase(c)] = dataclasses.replace(
+            PLAIN,
+            peak_force=1000.0 - 50.0 * rank[c],
+            peak_torque=500.0 - 50.0 * rank[c],
+            early_impacts=10 + rank[c],
+            impacts={0.4e-3: 15}.get(c, 20 + rank[c]),
+            late_peak_force=300.0 if c == 0.2e-3 else 100.0,
+            late_rate=400.0 if c == 0.2e-3 else 200.0,
+            settled_share=1.0 if c == 0.4e-3 else 0.5,
+            irregularity=scatter[c],
+        )
+    standard = found[PaperCase()]
+    for speed, factor in zip(SPEEDS, (0.5, 1.0, 2.5), strict=True):
+        found[PaperCase(speed=speed)] = dataclasses.replace(
+            standard, peak_force=factor * standard.peak_force, peak_torque=factor * standard.peak_torque, ideal_torque=50.0
+        )
+    for k, friction in enumerate(FRICTION):
+        found[PaperCase(friction=friction)] = dataclasses.replace(
+            PLAIN, impacts=30 - k, irregularity=3.0 - k, final_share=0.4 if k == 0 else 1.0
+        )
+    for c in CONTROLLED:
+        found.setdefault(PaperCase(c), PLAIN)
+        found[PaperCase(c, held=True)] = dataclasses.replace(PLAIN, smallest_force=1.0, peak_torque=1e4)
+    return found
+
+
+def deviating(**changes):
+    return {name: dataclasses.replace(PLAIN.deviations[name], **changes) for name in OSCILLATING}
+
+
+SPOILED = {
+    "1a": (PaperCase(), {"angle_deviation": 0.011}),
+    "1b": (PaperCase(), {"deviations": deviating(largest=0.009)}),
+    "1c": (PaperCase(), {"deviations": deviating(after=2.1)}),
+    "1d": (PaperCase(), {"deviations": deviating(early=0.49)}),
+    "2a": (PaperCase(), {"ideal_force": 91.0}),
+    "3a": (PaperCase(speed=SPEEDS[0]), {"peak_force": 2250.0 / 5.6}),
+    "3b": (PaperCase(speed=SPEEDS[0]), {"peak_torque": 1e6}),
+    "3c": (PaperCase(speed=SPEEDS[2]), {"ideal_torque": 1e6}),
+    "4a": (PaperCase(0.4e-3), {"peak_force": 1e4}),
+    "4b": (PaperCase(0.4e-3), {"peak_torque": 1e4}),
+    "4c": (PaperCase(0.2e-3), {"early_impacts": 13}),
+    "4d": (PaperCase(0.6e-3), {"late_peak_force": 300.0}),
+    "4e": (PaperCase(0.4e-3), {"late_rate": 400.0}),
+    "5a": (PaperCase(0.4e-3), {"settled_share": 0.98}),
+    "5b": (PaperCase(0.3e-3), {"settled_share": 0.995}),
+    "5c": (PaperCase(0.6e-3), {"impacts": 22}),
+    "5d": (PaperCase(0.2e-3), {"impacts": 15}),
+    "5e": (PaperCase(0.3e-3), {"irregularity": 0.05}),
+    "5f": (PaperCase(0.2e-3), {"irregularity": 1.1}),
+    "6a": (PaperCase(friction=0.03), {"impacts": 31}),
+    "6b": (PaperCase(friction=0.01), {"final_share": 1.0}),
+    "6c": (PaperCase(friction=0.1), {"final_share": 0.9}),
+    "6d": (PaperCase(friction=0.05), {"arc": math.radians(100.0)}),
+    "6e": (PaperCase(friction=0.1), {"irregularity": 1.5}),
+    "7a": (PaperCase(0.3e-3, held=True), {"smallest_force": -1.0}),
+    "7b": (PaperCase(0.1e-3, held=True), {"peak_torque": 400.0}),
+}
+"""For each clause: one run and one number of it that contradict the paper."""
+
+
+@pytest.mark.parametrize("clause", CLAUSES, ids=lambda clause: clause.key)
+def test_a_clause_tells_yes_from_no(clause):
+    """Limit: yes to measures made up after the paper's words, no once a single run is spoiled."""
+    measured = as_the_paper_says()
+    yes = answer(clause, CHOICE, measured)
+    assert (yes.answer, yes.trusted) == ("agrees", True)
+    case, changes = SPOILED[clause.key]
+    no = answer(clause, CHOICE, measured | {case: dataclasses.replace(measured[case], **changes)})
+    assert no.answer == "differs"
+    assert all(math.isfinite(value) for value in no.finding.numbers.values())
+    assert no.finding.words != yes.finding.words
+
+
+def test_a_verdict_knows_which_runs_it_rests_on():
+    """Identity: a run that leaves the trust horizon spoils the trust in its own clauses only."""
+    measured = as_the_paper_says()
+    measured[PaperCase(friction=0.03)] = dataclasses.replace(measured[PaperCase(friction=0.03)], trusted_until=0.01)
+    doubtful = {clause.key for clause in CLAUSES if not answer(clause, CHOICE, measured).trusted}
+    assert doubtful == {"6a", "6c", "6d", "6e"}

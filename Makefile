@@ -6,8 +6,7 @@ OUT ?= out
 .PHONY: paper test check slow bench clean
 
 paper: .venv/.installed
-	mkdir -p $(OUT)
-	$(BIN)/scissordyn run examples/paper.toml --trust --plot $(OUT) -o $(OUT)/paper.nc
+	$(BIN)/scissordyn paper -o $(OUT)
 
 test: .venv/.dev
 	$(BIN)/pytest -n 2

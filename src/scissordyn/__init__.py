@@ -6,6 +6,21 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from scissordyn.analysis.classify import classify
+    from scissordyn.analysis.consensus import consensus
+    from scissordyn.analysis.contact import contact_statistics
+    from scissordyn.analysis.merit import figures_of_merit
+    from scissordyn.analysis.section import section
+    from scissordyn.analysis.spectrum import spectrum
+    from scissordyn.analysis.stroboscope import stroboscopic
+    from scissordyn.analysis.zero_one import zero_one_test
+    from scissordyn.control.catalogue import controller
+    from scissordyn.control.delayed.extended import ExtendedDelayedFeedback
+    from scissordyn.control.delayed.pyragas import Pyragas
+    from scissordyn.control.tracking.feed_forward import FeedForward
+    from scissordyn.control.tracking.none import NoControl
+    from scissordyn.control.tracking.pid import PID
+    from scissordyn.control.user import UserController
     from scissordyn.errors import InputError, ScissordynError
     from scissordyn.laws.catalogue import law
     from scissordyn.laws.damping.flores import Flores
@@ -32,19 +47,28 @@ if TYPE_CHECKING:
         Trapezoidal,
         tabulated,
     )
-    from scissordyn.model.element import AngleStop, Force, Motor, Spring, Torque, TorsionSpring, TravelStop
+    from scissordyn.model.element import Actuator, AngleStop, Force, Motor, Spring, Torque, TorsionSpring, TravelStop
+    from scissordyn.model.guide_clearance import GuideClearance
     from scissordyn.model.joint import Guide, Revolute
     from scissordyn.model.linkage import common_pin, four_bar, n_four_bar, slider_crank
     from scissordyn.model.mechanism import Mechanism
     from scissordyn.model.payload import with_panels, with_payload
     from scissordyn.model.scissor import scissor
+    from scissordyn.simulation.cycles import cycle
+    from scissordyn.simulation.feed_forward import feed_forward
     from scissordyn.simulation.hold import hold_contact
     from scissordyn.simulation.run import replay, simulate
     from scissordyn.simulation.store import load, save
+    from scissordyn.study.bifurcation import bifurcation
+    from scissordyn.study.ensemble import ensemble
+    from scissordyn.study.lyapunov import separation_exponent, variational_exponent
+    from scissordyn.study.runner import run_cases
     from scissordyn.units import degrees, rpm
 
 __all__ = [
+    "PID",
     "STEEL",
+    "Actuator",
     "Ambrosio",
     "AngleStop",
     "Body",
@@ -52,9 +76,12 @@ __all__ = [
     "ConstantSpeed",
     "Cycloidal",
     "Drive",
+    "ExtendedDelayedFeedback",
+    "FeedForward",
     "Flores",
     "Force",
     "Guide",
+    "GuideClearance",
     "Harmonic",
     "Hertz",
     "InputError",
@@ -66,8 +93,10 @@ __all__ = [
     "Material",
     "Mechanism",
     "Motor",
+    "NoControl",
     "NoFriction",
     "Polynomial",
+    "Pyragas",
     "Revolute",
     "ScissordynError",
     "Spring",
@@ -76,14 +105,24 @@ __all__ = [
     "TorsionSpring",
     "Trapezoidal",
     "TravelStop",
+    "UserController",
     "UserDamping",
     "UserElastic",
     "UserFriction",
     "Weld",
     "angulated_bar",
     "bar",
+    "bifurcation",
+    "classify",
     "common_pin",
+    "consensus",
+    "contact_statistics",
+    "controller",
+    "cycle",
     "degrees",
+    "ensemble",
+    "feed_forward",
+    "figures_of_merit",
     "four_bar",
     "hoberman_ring",
     "hold_contact",
@@ -95,21 +134,40 @@ __all__ = [
     "polar_scissor",
     "replay",
     "rpm",
+    "run_cases",
     "save",
     "scissor",
+    "section",
+    "separation_exponent",
     "simulate",
     "slider_crank",
+    "spectrum",
+    "stroboscopic",
     "tabulated",
+    "variational_exponent",
     "with_panels",
     "with_payload",
+    "zero_one_test",
 ]
 
 # where each public name lives; it is imported when first used, so that `import scissordyn` costs nothing
 _HOMES = {
-    "errors": (
-        "InputError",
-        "ScissordynError",
-    ),
+    "analysis.classify": ("classify",),
+    "analysis.consensus": ("consensus",),
+    "analysis.contact": ("contact_statistics",),
+    "analysis.merit": ("figures_of_merit",),
+    "analysis.section": ("section",),
+    "analysis.spectrum": ("spectrum",),
+    "analysis.stroboscope": ("stroboscopic",),
+    "analysis.zero_one": ("zero_one_test",),
+    "control.catalogue": ("controller",),
+    "control.delayed.extended": ("ExtendedDelayedFeedback",),
+    "control.delayed.pyragas": ("Pyragas",),
+    "control.tracking.feed_forward": ("FeedForward",),
+    "control.tracking.none": ("NoControl",),
+    "control.tracking.pid": ("PID",),
+    "control.user": ("UserController",),
+    "errors": ("InputError", "ScissordynError"),
     "laws.catalogue": ("law",),
     "laws.damping.flores": ("Flores",),
     "laws.damping.lankarani_nikravesh": ("LankaraniNikravesh",),
@@ -118,80 +176,31 @@ _HOMES = {
     "laws.friction.ambrosio": ("Ambrosio",),
     "laws.friction.lugre": ("LuGre",),
     "laws.friction.none": ("NoFriction",),
-    "laws.material": (
-        "STEEL",
-        "Material",
-    ),
-    "laws.user": (
-        "UserDamping",
-        "UserElastic",
-        "UserFriction",
-    ),
-    "model.array": (
-        "hoberman_ring",
-        "mast",
-        "polar_scissor",
-    ),
+    "laws.material": ("STEEL", "Material"),
+    "laws.user": ("UserDamping", "UserElastic", "UserFriction"),
+    "model.array": ("hoberman_ring", "mast", "polar_scissor"),
     "model.bar": ("angulated_bar",),
-    "model.body": (
-        "Body",
-        "bar",
-        "point_mass",
-    ),
+    "model.body": ("Body", "bar", "point_mass"),
     "model.clearance": ("Clearance",),
-    "model.drive": (
-        "ConstantSpeed",
-        "Cycloidal",
-        "Drive",
-        "Harmonic",
-        "Polynomial",
-        "TableMotion",
-        "Trapezoidal",
-        "tabulated",
-    ),
-    "model.connection": (
-        "Latch",
-        "Link",
-        "Weld",
-    ),
-    "model.element": (
-        "AngleStop",
-        "Force",
-        "Motor",
-        "Spring",
-        "Torque",
-        "TorsionSpring",
-        "TravelStop",
-    ),
-    "model.joint": (
-        "Guide",
-        "Revolute",
-    ),
-    "model.linkage": (
-        "common_pin",
-        "four_bar",
-        "n_four_bar",
-        "slider_crank",
-    ),
+    "model.connection": ("Latch", "Link", "Weld"),
+    "model.drive": ("ConstantSpeed", "Cycloidal", "Drive", "Harmonic", "Polynomial", "TableMotion", "Trapezoidal", "tabulated"),
+    "model.element": ("Actuator", "AngleStop", "Force", "Motor", "Spring", "Torque", "TorsionSpring", "TravelStop"),
+    "model.guide_clearance": ("GuideClearance",),
+    "model.joint": ("Guide", "Revolute"),
+    "model.linkage": ("common_pin", "four_bar", "n_four_bar", "slider_crank"),
     "model.mechanism": ("Mechanism",),
-    "model.payload": (
-        "with_panels",
-        "with_payload",
-    ),
+    "model.payload": ("with_panels", "with_payload"),
     "model.scissor": ("scissor",),
+    "simulation.cycles": ("cycle",),
+    "simulation.feed_forward": ("feed_forward",),
     "simulation.hold": ("hold_contact",),
-    "simulation.run": (
-        "replay",
-        "simulate",
-    ),
-    "simulation.store": (
-        "load",
-        "save",
-    ),
-    "units": (
-        "degrees",
-        "rpm",
-    ),
+    "simulation.run": ("replay", "simulate"),
+    "simulation.store": ("load", "save"),
+    "study.bifurcation": ("bifurcation",),
+    "study.ensemble": ("ensemble",),
+    "study.lyapunov": ("separation_exponent", "variational_exponent"),
+    "study.runner": ("run_cases",),
+    "units": ("degrees", "rpm"),
 }
 _HOME = {name: home for home, names in _HOMES.items() for name in names}
 

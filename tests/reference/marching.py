@@ -27,11 +27,6 @@ class Loose:
     damping: float
     friction: LuGre | None = None
 
-    @property
-    def bearing_radius(self) -> float:
-        """R_B [m]."""
-        return self.journal_radius + self.clearance
-
 
 class Relative(NamedTuple):
     """Eccentricity and its rate, spins of the journal's and the bearing's bodies."""
@@ -137,7 +132,7 @@ def touch(joint: Loose, at: Relative, approach: float, bristle: float) -> Touch:
     e = math.hypot(at.ex, at.ey)
     nx, ny = at.ex / e, at.ey / e
     rate = at.ux * nx + at.uy * ny
-    slip = at.uy * nx - at.ux * ny + at.journal_spin * joint.journal_radius - at.bearing_spin * joint.bearing_radius
+    slip = at.uy * nx - at.ux * ny + at.journal_spin * joint.journal_radius - at.bearing_spin * (joint.journal_radius + e)
     elastic = joint.elastic(max(e - joint.clearance, 0.0))
     normal = max(elastic * (1.0 + joint.damping * rate / approach), 0.0)
     coefficient, bristle_rate = joint.friction.evaluate(slip, bristle) if joint.friction else (0.0, 0.0)
@@ -146,7 +141,7 @@ def touch(joint: Loose, at: Relative, approach: float, bristle: float) -> Touch:
         -normal * nx + tangential * ny,
         -normal * ny - tangential * nx,
         -joint.journal_radius * tangential,
-        joint.bearing_radius * tangential,
+        (joint.journal_radius + e) * tangential,
     )
     return Touch(load, elastic, normal, tangential, rate, slip, bristle_rate)
 

@@ -12,10 +12,12 @@ from typing import Any
 
 import typer
 
+from scissordyn.cli.bifurcation import bifurcation
 from scissordyn.cli.check import check
 from scissordyn.cli.controllers import controllers
 from scissordyn.cli.laws import laws
 from scissordyn.cli.new import new
+from scissordyn.cli.paper import paper
 from scissordyn.cli.run import run as run_case
 from scissordyn.cli.status import BAD_INPUT, BUG, DONE, INTERRUPTED
 from scissordyn.errors import ScissordynError
@@ -52,7 +54,17 @@ def _guarded(command: Callable[..., int]) -> Callable[..., int]:
     return guarded
 
 
-for _name, _command in (("run", run_case), ("check", check), ("new", new), ("laws", laws), ("controllers", controllers)):
+COMMANDS: dict[str, Callable[..., int]] = {
+    "run": run_case,
+    "check": check,
+    "new": new,
+    "laws": laws,
+    "controllers": controllers,
+    "bifurcation": bifurcation,
+    "paper": paper,
+}
+
+for _name, _command in COMMANDS.items():
     app.command(_name)(_guarded(_command))
 
 # typer brings its own copy of click, or uses the one beside it, depending on its version: this is ClickException in both

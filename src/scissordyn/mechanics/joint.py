@@ -46,8 +46,8 @@ def kinematics(j, S):
     nx, ny = (ex / e, ey / e) if e > 0.0 else (1.0, 0.0)
     out[j, 0] = e - S.radius[j, 0]
     out[j, 1] = ux * nx + uy * ny
-    # theory: v_t = e'.t + w_J R_J - w_B R_B, t = (-n_y, n_x)
-    out[j, 2] = uy * nx - ux * ny + (ax * py - ay * px) * S.radius[j, 1] - (bx * qy - by * qx) * S.radius[j, 2]
+    # v_t = e'.t + w_J R_J - w_B (R_J + e), t = (-n_y, n_x): both bodies at the same point, so that their moments balance
+    out[j, 2] = uy * nx - ux * ny + (ax * py - ay * px) * S.radius[j, 1] - (bx * qy - by * qx) * (S.radius[j, 1] + e)
     out[j, 6] = nx
     out[j, 7] = ny
     out[j, 8] = e
@@ -72,7 +72,7 @@ def contact_forces(j, S, z, dz):
     _, _, ax, ay, bx, by, _, _, _, _, _, _ = forms
     nx, ny = out[j, 6], out[j, 7]
     fx, fy = -normal * nx + tangential * ny, -normal * ny - tangential * nx
-    moment_j, moment_b = -S.radius[j, 1] * tangential, S.radius[j, 2] * tangential
+    moment_j, moment_b = -S.radius[j, 1] * tangential, (S.radius[j, 1] + out[j, 8]) * tangential
     push_turns(j, S, fx, fy, moment_j, moment_b, ax, ay, bx, by, S.force, 0, S.n + S.nb)
 
 
@@ -148,7 +148,8 @@ def pin_slopes(j, S, n_d, n_r):
     """Write how force and motion of a journal change, in the columns of `linearise_contact`, and its turning forces."""
     _, _, ax, ay, bx, by, ux, uy, px, py, qx, qy = link_forms(j, S)
     normal, tangential, nx, ny, e = S.joint[j, 4], S.joint[j, 5], S.joint[j, 6], S.joint[j, 7], S.joint[j, 8]
-    rj, rb = S.radius[j, 1], S.radius[j, 2]
+    rj = S.radius[j, 1]
+    rb, bearing_spin = rj + e, bx * qy - by * qx
     tx, ty = -ny, nx
     across, along = ux * tx + uy * ty, ux * nx + uy * ny
     row, start, count = S.link_row, S.link_start[j], S.link_start[j + 1] - S.link_start[j]
@@ -164,7 +165,7 @@ def pin_slopes(j, S, n_d, n_r):
         spread[1, a] = -sideways - spin
         spread[2, a] = n_d * outward + n_r * turn * sideways
         spread[3, a] = n_r * outward
-        spread[4, a] = -along / e * sideways + rj * (r2 * py - r3 * px) - rb * (r4 * qy - r5 * qx)
+        spread[4, a] = -along / e * sideways - bearing_spin * outward + rj * (r2 * py - r3 * px) - rb * (r4 * qy - r5 * qx)
         spread[5, a] = sideways + spin
         spread[6, a] = sideways
         spread[7, a] = r0 * swing_x + r1 * swing_y
@@ -172,10 +173,14 @@ def pin_slopes(j, S, n_d, n_r):
         swing = spread[7, a]
         ja, jb = rj * tangential * row[2, start + a], rj * tangential * row[3, start + a]
         ba, bb = rb * tangential * row[4, start + a], rb * tangential * row[5, start + a]
+        longer = tangential * (bx * row[5, start + a] - by * row[4, start + a])
         for b in range(count):
             k = start + b
             S.block_x[block + a * count + b] = (
-                -swing * spread[6, b] + (ja * row[3, k] - jb * row[2, k]) - (ba * row[5, k] - bb * row[4, k])
+                -swing * spread[6, b]
+                + (ja * row[3, k] - jb * row[2, k])
+                - (ba * row[5, k] - bb * row[4, k])
+                - longer * spread[0, b]
             )
 
 

@@ -165,8 +165,8 @@ def known_loads(layout: Layout, direction: np.ndarray, position: np.ndarray, fou
     direction, position : ndarray, shape (nt, bodies, 2)
         Cosine and sine of each body's angle, and where its mass centre is [m].
     found : Record
-    radius : ndarray, shape (nj, 3)
-        Clearance, journal and bearing radius of the loose joints [m].
+    radius : ndarray, shape (nj, 2)
+        Clearance and journal radius of the loose joints [m].
 
     Returns
     -------
@@ -195,7 +195,7 @@ def known_loads(layout: Layout, direction: np.ndarray, position: np.ndarray, fou
         push(*joint.journal, force)
         push(*joint.bearing, -force)
         turn(joint.journal[0], -radius[j, 1] * tangential)
-        turn(joint.bearing[0], radius[j, 2] * tangential)
+        turn(joint.bearing[0], (radius[j, 1] + found.joint[:, j, 8]) * tangential)
     for j, corner in enumerate(mechanism.corners, start=len(mechanism.loose)):
         force, contact = on_journals[:, j], found.joint[:, j]
         k, (x, y) = index[corner.follower], mechanism.body(corner.follower).centre

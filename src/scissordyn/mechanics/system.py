@@ -75,7 +75,7 @@ class System(NamedTuple):
     link_start: I1  # (links+1,) loose joints, then elements
     link_column: I1
     link_row: F2  # (6, entries): e, direction of the journal's body, of the bearing's; for elements u, body, base
-    radius: F2  # (nj, 3): clearance, R_J, R_B; of a corner: clearance, R, infinite
+    radius: F2  # (nj, 2): clearance and radius of the journal or corner
     flat: I1  # (nj,) 1 for a corner at a wall, 0 for a journal in a bearing
     wall: F2  # (nj, 3): n in the frame of the wall's body, u.n at which a corner touches
     law: I2  # (nj, 3): tags of stiffness, damping, friction
@@ -192,12 +192,12 @@ def build_system(layout: Layout) -> System:
 
     laws = np.zeros((nj, 3), np.int64)
     tables = [np.zeros((nj, PARAMETERS)) for _ in range(3)]
-    radius, wall = np.zeros((nj, 3)), np.zeros((nj, 3))
+    radius, wall = np.zeros((nj, 2)), np.zeros((nj, 3))
     for index, joint in enumerate(loose):
         clearance = joint.clearance
         assert clearance is not None
         contact = clearance.contact
-        radius[index] = clearance.clearance, contact.journal_radius, contact.bearing_radius
+        radius[index] = clearance.clearance, contact.journal_radius
         if isinstance(joint, Corner):
             wall[index] = *joint.normal, joint.level - contact.journal_radius
         chosen: tuple[Elastic | Damping | Friction, ...] = (clearance.stiffness, clearance.damping, clearance.friction)

@@ -20,7 +20,7 @@ W = 2.0 * math.pi
 def test_strobe_takes_samples() -> None:
     """Identity: where every flash is a sample the samples are taken as they are, joints included."""
     run = made_up_run([(0.0, math.nan)], end=10.0, instants=1001)
-    found = stroboscopic(run, period=0.25, phase=0.1, skip=3)
+    found = stroboscopic(run, period=0.25, phase=0.4, skip=3)
     np.testing.assert_allclose(found["time"], np.arange(0.85, 10.0, 0.25), rtol=1e-12)
     assert found.attrs["source"] == "samples"
     np.testing.assert_array_equal(found["eccentricity"], run["eccentricity"].values[85::25])
@@ -36,7 +36,7 @@ def test_interpolation_is_of_fourth_order(name: str) -> None:
     """Order of convergence: the error of cubic Hermite interpolation falls with h^4; and is below its bound."""
     errors = []
     for instants in (26, 51, 101):
-        found = stroboscopic(made_up_run([], instants=instants), period=0.0313, phase=0.0071)
+        found = stroboscopic(made_up_run([], instants=instants), period=0.0313, phase=0.0071 / 0.0313)
         assert found.attrs["source"] == "interpolated"
         assert "eccentricity" not in found
         time = found["time"].values

@@ -274,6 +274,17 @@ def test_a_law_in_the_users_own_file(tmp_path: Path) -> None:
         read_case(tmp_path / "case.toml", ["clearance.A.stiffness=my_laws.py:sof"])
 
 
+def test_own_law_with_constants(tmp_path):
+    """Identity: constants of a law in the user's file reach the function."""
+    (tmp_path / "my_laws.py").write_text("def soft(indentation, k, n):\n    return k * indentation**n\n")
+    law = '{ law = "my_laws.py:soft", constants = [2e9, 1.5] }'
+    (tmp_path / "case.toml").write_text(LEAST + f'[[clearance]]\njoint = "A"\nclearance = "1 mm"\nstiffness = {law}\n')
+    (pin,) = read_case(tmp_path / "case.toml").mechanism.loose
+    assert pin.clearance.stiffness.constants == (2e9, 1.5)
+    with pytest.raises(InputError, match="constants"):
+        read_case(tmp_path / "case.toml", ['clearance.A.stiffness={ law = "my_laws.py:soft", constants = ["1 N"] }'])
+
+
 @pytest.mark.parametrize(("kind", "name"), [(kind, name) for kind, known in BY_KIND.items() for name in known])
 def test_every_law_of_the_catalogue_can_be_written_in_a_case_file(tmp_path: Path, kind: str, name: str) -> None:
     """Identity: by its name, and by a table with each of its defaults written out."""

@@ -43,7 +43,7 @@ def classify(
     period : float, optional
         Of the drive [s]; a run without it is a single stroke.
     phase : float
-        When in the period a run is looked at [s].
+        When in the period a run is looked at, as a share of it [1].
     skip : int
         Periods at the start that do not count.
     after : float
@@ -72,7 +72,7 @@ def classify(
         strobe = stroboscopic(run, period=period, phase=phase, skip=skip)
         if strobe.attrs["source"] != "samples":
             raise InputError(
-                f"a run whose samples miss the instants {phase:g} s + k {period:g} s",
+                f"a run whose samples miss the instants (k + {phase:g}) {period:g} s",
                 "samples of which one falls on each: until/(samples - 1) divides the period",
             )
         settled = float(strobe["time"].values[strobe.sizes["strobe"] // 2])

@@ -18,7 +18,7 @@ ON_THE_GRID = 1e-9
 
 
 def stroboscopic(run: xr.Dataset, *, period: float, phase: float = 0.0, skip: int = 0) -> xr.Dataset:
-    """The states of a run at t_k = phase + k period: the Poincare map of a periodically driven mechanism.
+    """The states of a run at t_k = (k + phase) period: the Poincare map of a periodically driven mechanism.
 
     Where every t_k is a sample (until/(samples - 1) divides the period), the samples are taken as they are, with all that
     they say of the joints. Otherwise positions, velocities and angles are interpolated by cubic Hermite polynomials, and the
@@ -30,7 +30,7 @@ def stroboscopic(run: xr.Dataset, *, period: float, phase: float = 0.0, skip: in
     period : float
         Of the drive [s].
     phase : float
-        Time of the flash k = 0 [s].
+        When in the period, as a share of it [1].
     skip : int
         How many flashes at the start are left out as transient.
 
@@ -48,15 +48,17 @@ def stroboscopic(run: xr.Dataset, *, period: float, phase: float = 0.0, skip: in
     ----------
     Guckenheimer and Holmes 1983, Nonlinear Oscillations, section 1.5, doi:10.1007/978-1-4612-1140-2
     """
-    if not (math.isfinite(period) and period > 0.0 and math.isfinite(phase)):
-        raise InputError(f"period = {period!r} with phase = {phase!r}", "a period > 0 and a phase, both in s")
+    if not (math.isfinite(period) and period > 0.0):
+        raise InputError(f"period = {period!r}", "a period > 0 [s]")
+    if not 0.0 <= phase < 1.0:
+        raise InputError(f"phase = {phase!r}", "a share of the period, at least 0 and below 1")
     if isinstance(skip, bool) or not isinstance(skip, int) or skip < 0:
         raise InputError(f"skip = {skip!r}", "a whole number >= 0")
     time = run["time"].values
     slack = ON_THE_GRID * period
-    first = math.ceil((time[0] - phase - slack) / period)
-    last = math.floor((time[-1] - phase + slack) / period)
-    when = phase + period * np.arange(first + skip, last + 1)
+    first = math.ceil((time[0] - slack) / period - phase)
+    last = math.floor((time[-1] + slack) / period - phase)
+    when = period * (phase + np.arange(first + skip, last + 1))
     if when.size == 0:
         raise InputError(
             f"a run from {time[0]:g} s to {time[-1]:g} s has no flash left with period = {period:g} s and skip = {skip}",

@@ -25,7 +25,8 @@ def read_law(given: Any, kind: str, folder: Path, **shorthand: Any) -> Any:
     Parameters
     ----------
     given : str or mapping
-        ``"liu"``, ``{ law = "lugre", kinetic = 0.05 }`` or ``"my_laws.py:soft"``.
+        ``"liu"``, ``{ law = "lugre", kinetic = 0.05 }``, ``"my_laws.py:soft"`` or
+        ``{ law = "my_laws.py:soft", constants = [1e9] }``.
     kind : {"stiffness", "damping", "friction"}
         What the law is for.
     folder : Path
@@ -48,9 +49,14 @@ def read_law(given: Any, kind: str, folder: Path, **shorthand: Any) -> Any:
         raise InputError(f"{twice[0]} given twice, for the joint and for its {kind} law", "one of them")
     parameters.update(shorthand)
     if ".py:" in name:
+        constants = parameters.pop("constants", [])
         if parameters:
-            raise InputError(f"parameter '{next(iter(parameters))}' for '{name}'", "parameters in the file itself")
-        return catalogue.from_file(name, kind, folder)
+            raise InputError(f"parameter '{next(iter(parameters))}' for '{name}'", "constants", "constants = [1e9, 1.5]")
+        if not isinstance(constants, list) or not all(type(number) in (int, float) for number in constants):
+            raise InputError(
+                f"constants = {constants!r} for '{name}'", "a list of plain numbers in SI units", "constants = [1e9]"
+            )
+        return catalogue.from_file(name, kind, folder, constants=tuple(map(float, constants)))
     if name not in known:
         raise InputError(
             f"unknown {kind} law '{name}'{did_you_mean(name, known)}", ", ".join(known) + f", or {USER_FILE}", sample

@@ -132,7 +132,7 @@ def law(kind: str, name: str) -> type[Any]:
     return known[name]
 
 
-def from_file(reference: str, kind: str, folder: Path) -> Any:
+def from_file(reference: str, kind: str, folder: Path, *, constants: tuple[float, ...] = ()) -> Any:
     """A law that is a function in the user's own file.
 
     Parameters
@@ -142,6 +142,8 @@ def from_file(reference: str, kind: str, folder: Path) -> Any:
     kind : {"stiffness", "damping", "friction"}
     folder : Path
         Where a relative file name starts.
+    constants : tuple of float
+        Further arguments of the function, in SI units.
 
     Returns
     -------
@@ -154,7 +156,7 @@ def from_file(reference: str, kind: str, folder: Path) -> Any:
     """
     _by_kind(kind)
     path, name = split_reference(reference, folder)
-    return _USER[kind](f"{path}:{name}", digest=file_digest(path))
+    return _USER[kind](f"{path}:{name}", constants, digest=file_digest(path))
 
 
 def facts(kind: str, name: str) -> Facts:

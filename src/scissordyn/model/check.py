@@ -62,7 +62,7 @@ def check_parts(mechanism: Mechanism) -> None:
         _check_point(points, f"link '{link.name}'", link.start)
         _check_point(points, f"link '{link.name}'", link.end)
     for latch in mechanism.latches:
-        _check_turns(points, turning, f"latch '{latch.name}'", latch.body)
+        _check_turns(points, turning - {GROUND}, f"latch '{latch.name}'", latch.body)
         _check_turns(points, turning, f"latch '{latch.name}'", latch.base)
     for element in mechanism.elements:
         label = f"{KINDS[type(element)]} '{element.name}'"
@@ -72,13 +72,13 @@ def check_parts(mechanism: Mechanism) -> None:
         elif isinstance(element, Force | TravelStop):
             _check_point(points, label, element.point)
         else:
-            _check_turns(points, turning, label, element.body)
+            _check_turns(points, turning - {GROUND}, label, element.body)
             _check_turns(points, turning, label, element.base)
     for drive in mechanism.drives:
-        _check_turns(points, turning, "the drive", drive.body)
+        _check_turns(points, turning - {GROUND}, "the drive", drive.body)
     for what, name in (("input body", mechanism.input_body), ("output body", mechanism.output_body)):
         if name:
-            _check_body(points, what, name)
+            _check_body({body: part for body, part in points.items() if body != GROUND}, what, name)
     if mechanism.loose:
         _check_play(mechanism, points)
 

@@ -78,7 +78,8 @@ def _resting_place(mechanism: Mechanism) -> np.ndarray:
 def _hold_offsets(layout: Layout, system: System, start: Start, offsets: np.ndarray) -> Start:
     """The state in which the journals rest at given places in their bearings, shape (nj, 2) [m]."""
     forms = tuple(_eccentricity_form(system, j) for j in range(offsets.shape[0]))
-    return hold_joints(layout, system, start, forms, offsets, np.zeros_like(offsets))
+    names = tuple(joint.name for joint in layout.mechanism.loose)
+    return hold_joints(layout, system, start, names, forms, offsets, np.zeros_like(offsets))
 
 
 def _resting_offsets(mechanism: Mechanism, system: System, pull: np.ndarray) -> np.ndarray:

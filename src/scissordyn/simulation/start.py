@@ -70,7 +70,8 @@ def _resting_place(mechanism: Mechanism) -> np.ndarray:
     loose_system = build_system(loose)
     start = carry_over(loose, loose_system, *natural_state(ideal, system, rest))
     pull = ideal_reactions(ideal, system, rest)
-    if np.all(np.isfinite(pull)):
+    loosened = [joint.clearance is not None for joint in mechanism.joints]
+    if np.all(np.isfinite(pull[loosened])):
         start = _hold_offsets(loose, loose_system, start, _resting_offsets(still, loose_system, pull))
     return equilibrium(loose, start.position)
 
@@ -84,14 +85,15 @@ def _hold_offsets(layout: Layout, system: System, start: Start, offsets: np.ndar
 
 def _resting_offsets(mechanism: Mechanism, system: System, pull: np.ndarray) -> np.ndarray:
     """Eccentricities at which the elastic contact forces equal the reactions of the ideal joints."""
-    if not np.all(np.isfinite(pull)):
-        raise InputError(
-            "start = 'in-contact' in a mechanism whose ideal reactions are not determined (more joints than it needs)",
-            "start = 'concentric'",
-        )
     offsets = np.zeros((len(mechanism.loose), 2))
     for j, joint in enumerate(mechanism.loose):
         force = pull[[other.name for other in mechanism.joints].index(joint.name)]
+        if not np.all(np.isfinite(force)):
+            raise InputError(
+                f"start = 'in-contact' with loose joint '{joint.name}', whose ideal reaction is not determined (more joints "
+                "than the mechanism needs, or a singular position)",
+                "start = 'concentric'",
+            )
         size = float(np.hypot(*force))
         depth = _indentation(system, j, size)
         offsets[j] = -(system.radius[j, 0] + depth) * force / size if size > 0.0 else 0.0

@@ -28,8 +28,11 @@ FOLLOWS = 1e-8
 MOVE = 0.1
 """Size of that move, in coordinates that are unit directions."""
 
-LARGE = 300
-"""More conditions than this are first looked at by a sparse factorization."""
+BEYOND_DOUBT = 1e-3
+"""Gradients, each of length one, with a smallest singular value above this are independent."""
+
+LARGE = 60
+"""More conditions than this are looked at by a sparse factorization first."""
 
 
 class Gradients:
@@ -67,7 +70,9 @@ class Gradients:
             shape=(self.count, 2 * parts.size),
         )
         scale = np.zeros(self.count)
-        np.add.at(scale, self.owner, np.abs(self.weight) * np.hypot(*d.T) * np.hypot(*self.size.T))
+        # a link that shrinks to nothing loses its gradient: what it was at the start counts
+        size = np.maximum(np.hypot(*d.T), np.sqrt(2.0 * np.abs(self.level[self.owner])))
+        np.add.at(scale, self.owner, np.abs(self.weight) * size * np.hypot(*self.size.T))
         return residual - self.level, sp.csr_array((pairing @ self.forms)[:, : self.free]), scale
 
 
@@ -107,7 +112,7 @@ def independent(layout: Layout) -> Layout:
     b = _basis(angles)
     known = layout.coordinates[:, layout.free :] @ b
     x = sp.csr_array(layout.coordinates[:, : layout.free].T @ layout.mass) @ (position - known)
-    if _sparse_rank_is_full(gradients, np.append(x, b)):
+    if _beyond_doubt(gradients, np.append(x, b)):
         return layout
     everything = np.arange(len(holding))
     random = np.random.default_rng(0)
@@ -138,19 +143,21 @@ def _basis(angles: np.ndarray) -> np.ndarray:
     return np.concatenate([[1.0], np.stack([np.cos(angles), np.sin(angles)], axis=1).ravel()])
 
 
-def _sparse_rank_is_full(gradients: Gradients, full: np.ndarray) -> bool:
-    """Whether many conditions are independent beyond doubt where the bodies are placed."""
-    if gradients.count <= LARGE:
-        return False
+def _beyond_doubt(gradients: Gradients, full: np.ndarray) -> bool:
+    """Whether the conditions hold and are plainly independent where the bodies are placed."""
     residual, matrix, scale = gradients(full)
     if np.max(np.abs(residual)) > CLOSED or not np.min(scale) > 0.0:
         return False
-    unit = sp.diags_array(1.0 / scale) @ matrix
+    if gradients.count <= LARGE:
+        unit = matrix.toarray() / scale[:, None]
+        return bool(np.linalg.eigvalsh(unit @ unit.T)[0] > BEYOND_DOUBT**2)
+    spread = sp.diags_array(1.0 / scale) @ matrix
     try:
-        pivots = splu(sp.csc_array(unit @ unit.T), permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0).U.diagonal()
+        pivots = splu(sp.csc_array(spread @ spread.T), permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0).U.diagonal()
     except RuntimeError:  # exactly singular
         return False
-    return bool(np.min(np.abs(pivots)) > 1e4 * DEPENDENT**2 * np.max(np.abs(pivots)))
+    # a small pivot is a bound from above only, so that more of a margin is asked for
+    return bool(np.min(pivots) > 10.0 * BEYOND_DOUBT**2)
 
 
 def _close(gradients: Gradients, chosen: np.ndarray, x: np.ndarray, b: np.ndarray) -> np.ndarray | None:

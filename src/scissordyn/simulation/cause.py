@@ -5,6 +5,8 @@ from __future__ import annotations
 import math
 
 import numpy as np
+import scipy.sparse as sp
+from scipy.sparse.linalg import splu
 
 from scissordyn.errors import InputError
 from scissordyn.jit import Handle
@@ -23,14 +25,14 @@ NEAR = 1e-3
 SHARE = 0.1
 """Conditions with more than this share of the largest in that combination are named."""
 
-STILL = 1e-9
-"""A journal cannot move if the conditions leave less than this of its gradient."""
+STILL = 1e-11
+"""A journal cannot move if the conditions leave less than this share of the square of its gradient: some roundings."""
+
+PLAIN = 1e-8
+"""Pivots of the gradients' Gram matrix above this are far from singular."""
 
 NO_LENGTH = 1e-12
 """A spring shorter than this [m] has no direction."""
-
-MOST = 2000
-"""Beyond so many coordinates nobody looks whether a loose joint can move: it would take longer than the run."""
 
 
 def singular_position(layout: Layout, system: Handle, state: np.ndarray, time: float) -> str:
@@ -54,7 +56,7 @@ def singular_position(layout: Layout, system: Handle, state: np.ndarray, time: f
     if not holding or not np.all(np.isfinite(state)):
         return ""
     matrix, scale = _gradients(layout, content, state, time, holding)
-    unit = matrix / np.where(scale > 0.0, scale, 1.0)[:, None]
+    unit = matrix.toarray() / np.where(scale > 0.0, scale, 1.0)[:, None]
     left, values, _ = np.linalg.svd(unit, full_matrices=len(holding) > layout.free)
     smallest = float(values[-1]) if values.size == len(holding) else 0.0
     if smallest > NEAR:
@@ -67,10 +69,11 @@ def singular_position(layout: Layout, system: Handle, state: np.ndarray, time: f
 
 def _gradients(
     layout: Layout, system: System, state: np.ndarray, time: float, conditions: list[Condition]
-) -> tuple[np.ndarray, np.ndarray]:
+) -> tuple[sp.csr_array, np.ndarray]:
+    """Gradients of conditions at a state, and how long each could be."""
     prescribe(time, system.motion, system.motion_start, system.basis, system.angle)
     _, matrix, scale = Gradients(layout, conditions)(np.append(state[: layout.free], system.basis[0]))
-    return matrix.toarray(), scale
+    return matrix, scale
 
 
 def failed_latch(layout: Layout, system: Handle) -> str:
@@ -78,7 +81,7 @@ def failed_latch(layout: Layout, system: Handle) -> str:
     first = len(layout.mechanism.loose)
     for k, latch in enumerate(layout.mechanism.latches):
         if math.isnan(system.content.approach[first + k]):
-            return f"latch '{latch.name}' cannot lock: joints, links or drives keep body '{latch.body}' turning there"
+            return f"latch '{latch.name}' cannot lock: joints, links, drives or other latches hold body '{latch.body}' there"
     return ""
 
 
@@ -116,19 +119,34 @@ def immovable_joints(layout: Layout, system: System, state: np.ndarray) -> list[
         Names.
     """
     loose, n = layout.mechanism.loose, layout.free
-    holding = [condition for condition in layout.conditions if not condition.latch]
-    if not loose or n > MOST:
+    if not loose:
         return []
-    matrix = _gradients(layout, system, state, 0.0, holding)[0] if holding else np.zeros((0, n))
-    found = []
-    for j, joint in enumerate(loose):
-        part = slice(system.link_start[j], system.link_start[j + 1])
-        columns, rows = system.link_column[part], system.link_row[:2, part]
-        moving = np.zeros((n, 2))
-        moving[columns[columns < n]] = rows[:, columns < n].T
-        size = float(np.linalg.norm(moving))
-        if holding and size > 0.0:
-            moving = moving - matrix.T @ np.linalg.lstsq(matrix.T, moving, rcond=1e-10)[0]
-        if not float(np.linalg.norm(moving)) > STILL * size:
-            found.append(joint.name)
-    return found
+    last = int(system.link_start[len(loose)])
+    columns, owner = system.link_column[:last], np.repeat(np.arange(len(loose)), np.diff(system.link_start[: len(loose) + 1]))
+    free = columns < n
+    rows = np.concatenate([2 * owner[free], 2 * owner[free] + 1])
+    values = np.concatenate([system.link_row[0, :last][free], system.link_row[1, :last][free]])
+    moves = sp.csr_array((values, (rows, np.tile(columns[free], 2))), shape=(2 * len(loose), n))
+    size = np.asarray(moves.multiply(moves).sum(axis=1)).reshape(-1, 2).sum(axis=1)
+    holding = [condition for condition in layout.conditions if not condition.latch]
+    left = size
+    if holding:
+        matrix, scale = _gradients(layout, system, state, 0.0, holding)
+        unit = sp.diags_array(1.0 / np.where(scale > 0.0, scale, 1.0)) @ matrix
+        left = size - _held_share(sp.csr_array(unit), moves).reshape(-1, 2).sum(axis=1)
+    return [joint.name for joint, rest, whole in zip(loose, left, size, strict=True) if not rest > STILL * whole]
+
+
+def _held_share(matrix: sp.csr_array, moves: sp.csr_array) -> np.ndarray:
+    """Squared lengths of the parts of some rows that lie in the row space of a matrix."""
+    shared = (matrix @ moves.T).toarray()
+    try:
+        factors = splu(sp.csc_array(matrix @ matrix.T), permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0)
+        plain = bool(np.min(factors.U.diagonal()) > PLAIN)
+    except RuntimeError:  # exactly singular
+        plain = False
+    if plain:
+        return np.asarray(np.sum(shared * factors.solve(shared), axis=0))
+    _, values, right = np.linalg.svd(matrix.toarray(), full_matrices=False)
+    across = right[values > NEAR * values[0]] @ moves.T.toarray()
+    return np.asarray(np.sum(across * across, axis=0))

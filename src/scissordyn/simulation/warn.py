@@ -81,23 +81,16 @@ def _undetermined(run: xr.Dataset) -> list[str]:
     missing = np.isnan(run["reaction"].values).any(axis=2)
     if not missing.any():
         return []
-    names = run["joint"].values
-    always = missing.all(axis=0)
-    found = []
-    if always.any():
-        found.append(
-            f"more ideal joints hold the bodies than needed; the reactions of {_some(names[always].tolist())} are not "
-            "determined and are left out (NaN)"
-        )
-    passing = missing & ~always
-    if passing.any():
-        times = run["time"].values[passing.any(axis=1)]
-        found.append(
-            f"at {times.size} of {missing.shape[0]} instants, first at t = {times[0]:.6g} s, bodies are aligned (a singular "
-            f"position): the reactions of {_some(names[passing.any(axis=0)].tolist())} are not determined there and are left "
-            "out (NaN)"
-        )
-    return found
+    names = _some(run["joint"].values[missing.any(axis=0)].tolist())
+    instants = missing.any(axis=1)
+    if instants.all():
+        return [
+            f"more ideal joints hold the bodies than needed; the reactions of {names} are not determined and are left out (NaN)"
+        ]
+    return [
+        f"at {np.sum(instants)} of {instants.size} instants, first at t = {run['time'].values[instants][0]:.6g} s, bodies are "
+        f"aligned (a singular position): the reactions of {names} are not determined there and are left out (NaN)"
+    ]
 
 
 def _some(names: list[str], most: int = 6) -> str:

@@ -83,8 +83,8 @@ def quantities(described: type) -> dict[str, Quantity]:
     return found
 
 
-def check_quantities(instance: Any) -> None:
-    """Raise `InputError` for the first field of a dataclass instance outside its declared bounds."""
+def check_quantities(instance: Any, named: str = "") -> None:
+    """Raise `InputError` for the first field of a dataclass instance outside its declared bounds; `named` says whose it is."""
     described: type = type(instance)
     declared = quantities(described)
     for field in fields(instance):
@@ -93,4 +93,6 @@ def check_quantities(instance: Any) -> None:
             continue
         quantity = declared[field.name]
         if isinstance(value, bool) or not isinstance(value, int | float) or not quantity.admits(float(value)):
-            raise InputError(f"{type(instance).__name__}: {field.name} = {value!r}", f"{field.name} must be {quantity.allowed}")
+            raise InputError(
+                f"{named or type(instance).__name__}: {field.name} = {value!r}", f"{field.name} must be {quantity.allowed}"
+            )

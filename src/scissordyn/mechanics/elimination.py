@@ -4,9 +4,19 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
+import numpy as np
+import scipy.sparse as sp
+from scipy.sparse.linalg import lsqr
+
 from scissordyn.errors import InputError
 
-__all__ = ["Elimination", "Expression", "add", "scaled"]
+__all__ = ["DRIVE", "Elimination", "Expression", "add", "contradiction", "in_words", "scaled"]
+
+DRIVE = "the drive of"
+"""How the names of drives' conditions begin."""
+
+DENSE = 600
+"""Up to so many conditions a full matrix finds out whose they are; it is needed for a message only."""
 
 Expression = dict[int, float]
 """A linear combination: coefficient by column."""
@@ -46,6 +56,7 @@ class Elimination:
     def __init__(self, preferred: Iterable[bool]) -> None:
         self.preferred = tuple(preferred)
         self.solved: dict[int, Expression] = {}
+        self.imposed: list[tuple[Expression, str]] = []
 
     def resolve(self, expression: Expression) -> Expression:
         """The expression in the columns that are still free."""
@@ -84,10 +95,7 @@ class Elimination:
         unknown = [column for column in rest if column < len(self.preferred)]
         if not unknown:
             if max(map(abs, rest.values()), default=0.0) > CONTRADICTION:
-                raise InputError(
-                    f"{name} contradicts the other joints and drives: the mechanism is over-constrained",
-                    "joints and drives that leave at least one way to assemble and move it",
-                )
+                raise contradiction([name, *self.behind([condition])])
             return False
         chosen = [column for column in unknown if self.preferred[column]]
         largest = max(abs(rest[column]) for column in unknown)
@@ -96,4 +104,65 @@ class Elimination:
         pivot = max(chosen, key=lambda column: (abs(rest[column]), column))
         coefficient = rest.pop(pivot)
         self.solved[pivot] = {column: -value / coefficient for column, value in rest.items()}
+        self.imposed.append((condition, name))
         return True
+
+    def behind(self, expressions: list[Expression]) -> list[str]:
+        """Whose conditions together determine some expressions, drives first.
+
+        The unknown columns of an expression are a combination of those of the imposed conditions, which are independent: the
+        combination is unique, and the conditions with a share in it are the answer.
+        """
+        count, unknown = len(self.imposed), len(self.preferred)
+        entries = [
+            (column, k, value)
+            for k, (condition, _) in enumerate(self.imposed)
+            for column, value in condition.items()
+            if column < unknown
+        ]
+        table = np.array(entries, float).reshape(-1, 3)
+        places = table[:, 0].astype(int), table[:, 1].astype(int)
+        conditions = sp.csr_array((table[:, 2], places), shape=(unknown, count))
+        names: dict[str, None] = {}
+        for expression in expressions:
+            wanted = np.zeros(unknown)
+            for column, value in expression.items():
+                if column < unknown:
+                    wanted[column] += value
+            if count <= DENSE:
+                share = np.linalg.lstsq(conditions.toarray(), wanted, rcond=None)[0]
+            else:
+                share = lsqr(conditions, wanted, atol=1e-13, btol=1e-13)[0]
+            largest = np.max(np.abs(share), initial=0.0)
+            names.update((self.imposed[k][1], None) for k in np.flatnonzero(np.abs(share) > 1e-8 * largest).tolist())
+        return sorted(names, key=lambda name: not name.startswith(DRIVE))
+
+
+def contradiction(names: list[str], consequence: str = "") -> InputError:
+    """The error for parts that cannot hold together.
+
+    Parameters
+    ----------
+    names : list of str
+        Whose conditions they are.
+    consequence : str
+        What they would do to a body.
+    """
+    names = list(dict.fromkeys(names))
+    drives = [name for name in names if name.startswith(DRIVE)]
+    through = f" ({consequence})" if consequence else ""
+    if len(drives) > 1:
+        held = [name for name in names if name not in drives]
+        by = f", tied to each other by {in_words(held)}" if held else ""
+        return InputError(f"{in_words(drives)} act on one freedom{by}{through}", "one drive for each freedom")
+    allowed = "joints and drives that leave at least one way to assemble and move the mechanism"
+    if len(names) == 1:
+        return InputError(f"{names[0]} cannot be met{through}", allowed)
+    return InputError(f"{names[0]} contradicts {in_words(names[1:])}{through}", allowed)
+
+
+def in_words(names: list[str], most: int = 6) -> str:
+    """A list in words, cut off after some names."""
+    if len(names) > most:
+        names = [*names[:most], f"{len(names) - most} more"]
+    return names[0] if len(names) == 1 else ", ".join(names[:-1]) + " and " + names[-1]

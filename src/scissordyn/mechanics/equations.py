@@ -37,6 +37,9 @@ _band_factorize, _band_solve = band.factorize, band.solve
 DRIFT = 1e-13
 """Lengths and their rates are projected back beyond this relative error."""
 
+LOCKED = 1e-9
+"""A latch has locked when the rates of all conditions vanish within this share of the fastest rate."""
+
 
 @kernel(inline=True)
 def spread(t, y, S):
@@ -145,9 +148,11 @@ def accelerate(t, y, S, dy):
     if S.multiplier.size > 0:
         directions(S, S.X, S.direction)
         directions(S, S.V, S.direction_rate)
-        prepare_lengths(S)
+        singular = prepare_lengths(S) >= 0
+        for latch in range(S.latch_side.size):  # one that could not lock
+            singular = singular or math.isnan(S.approach[S.radius.shape[0] + latch])
         for k in range(S.multiplier.size):
-            S.multiplier[k] = -S.level[2, k]
+            S.multiplier[k] = math.nan if singular else -S.level[2, k]
         for p in range(S.part_weight.size):
             ux, uy = S.direction_rate[p, 0], S.direction_rate[p, 1]
             S.multiplier[S.part_condition[p]] += S.part_weight[p] * (ux * ux + uy * uy)
@@ -382,9 +387,8 @@ def project(t, y, S):
             S.work[S.part_condition[p]] += 0.5 * S.part_weight[p] * (dx * dx + dy * dy)
         for k in range(m):
             worst = max(worst, abs(S.work[k]))
-        if not worst > DRIFT:
+        if not worst > DRIFT or prepare_lengths(S) >= 0:
             break
-        prepare_lengths(S)
         solve_lengths(S, S.work[:m])
         subtract_gradients(S, S.work, y, 0)
         for i in range(n):
@@ -400,8 +404,7 @@ def project(t, y, S):
         fastest = max(fastest, abs(ux) + abs(uy))
     for k in range(m):
         worst = max(worst, abs(S.work[k]))
-    if worst > DRIFT * fastest:
-        prepare_lengths(S)
+    if worst > DRIFT * fastest and prepare_lengths(S) < 0:
         solve_lengths(S, S.work[:m])
         subtract_gradients(S, S.work, y, n)
         changed = True
@@ -480,18 +483,49 @@ def reset(t, y, j, S, record):
 
 
 @kernel(inline=True)
+def slackness(t, y, S):
+    """Largest error in the rate of a condition."""
+    spread(t, y, S)
+    directions(S, S.X, S.direction)
+    directions(S, S.V, S.direction_rate)
+    for k in range(S.multiplier.size):
+        S.work[k] = -S.level[1, k]
+    for p in range(S.part_weight.size):
+        dx, dy, ux, uy = S.direction[p, 0], S.direction[p, 1], S.direction_rate[p, 0], S.direction_rate[p, 1]
+        S.work[S.part_condition[p]] += S.part_weight[p] * (dx * ux + dy * uy)
+    worst = 0.0
+    for k in range(S.multiplier.size):
+        if not abs(S.work[k]) <= worst:  # NaN is the worst
+            worst = abs(S.work[k])
+    return worst
+
+
+@kernel(inline=True)
 def lock(t, y, guard, S, record):
-    """A plastic impact onto a latch's condition; `record` gets the spin before and the energy lost."""
+    """A plastic impact onto a latch's condition; `record` gets the spin before and the energy lost.
+
+    Where the other conditions forbid it, the state stays and the latch's memory is NaN: no step goes on from there.
+    """
     n = S.n
     record[0] = latch_gap(guard - S.radius.shape[0], S)[1]
     before = 0.0
-    for i in range(n):
-        S.scratch[i] = y[n + i]
+    for i in range(2 * n):
+        S.scratch[i] = y[i]
+    directions(S, S.V, S.direction_rate)
+    fastest = 0.0
+    for p in range(S.part_weight.size):
+        fastest = max(fastest, abs(S.direction_rate[p, 0]) + abs(S.direction_rate[p, 1]))
     S.mode[guard] = 1
     engage(S)
     project(t, y, S)
+    if not slackness(t, y, S) <= LOCKED * fastest:
+        for i in range(2 * n):
+            y[i] = S.scratch[i]
+        S.approach[guard] = math.nan
+        record[1] = 0.0
+        return
     for i in range(n):
-        old, new = S.scratch[i], y[n + i]
+        old, new = S.scratch[n + i], y[n + i]
         before += 0.5 * (old - new) * (old + new)
         for k in range(1, S.nb):
             before += (old - new) * S.inertia[i, k] * S.basis[1, k]

@@ -105,10 +105,10 @@ def course_at(t, rows, value):
     value[0], value[1], value[2], value[3] = v0, v1, v2, v3
 
 
-def course_start(motion: Motion) -> float:
-    """Value of a course at t = 0."""
+def course_start(motion: Motion, start: float = 0.0) -> float:
+    """Value of a course at t = 0; `start` is that of a motion that only has a speed."""
     value = np.zeros(4)
-    course_at(0.0, motion_rows(motion, 0.0), value)
+    course_at(0.0, motion_rows(motion, start), value)
     return float(value[0])
 
 

@@ -27,7 +27,16 @@ __all__ = ["Balance", "balance", "connection_forces", "journal_forces", "known_l
 _factorize, _solve = band.factorize, band.solve
 
 REDUNDANT = 1e-13
-"""Below this ratio of pivots the bodies are held by more joints than they need, and reactions are not determined."""
+"""Below this ratio of pivots the bodies are held by more joints than they need, and some reactions are not determined."""
+
+SHIFT = 1e-12
+"""What is added to singular normal equations, as a share of their diagonal: beyond round-off, far below what is determined."""
+
+REFINEMENTS = 3
+"""Repetitions after which what is determined is exact to round-off."""
+
+TOUCHED = 1e-4
+"""An unknown is not determined if the null space has a larger share in it."""
 
 
 Entry = tuple[int, tuple[float, float, float], Point, int, int]
@@ -246,50 +255,87 @@ def _arm(mechanism: Mechanism, body: str, point: str) -> tuple[float, float]:
     return x - described.centre[0], y - described.centre[1]
 
 
+@kernel(inline=True)
+def normal_equations(B, instant, gravity, direction, position, acceleration, spin_rate, known, matrix, rows, right, x):
+    """Write the normal equations of the balances at an instant into `matrix` and `x`."""
+    lower = B.band
+    matrix[:, :] = 0.0
+    x[:] = 0.0
+    for body in range(B.mass.size):
+        right[0] = B.mass[body] * (acceleration[instant, body, 0] - gravity[0]) - known[instant, body, 0]
+        right[1] = B.mass[body] * (acceleration[instant, body, 1] - gravity[1]) - known[instant, body, 1]
+        right[2] = B.inertia[body] * spin_rate[instant, body] - known[instant, body, 2]
+        rotates = B.inertia[body] > 0.0
+        right[2] = right[2] / B.length if rotates else 0.0
+        first, last = B.start[body], B.start[body + 1]
+        for i in range(first, last):
+            fx, fy = B.direction[i, 0], B.direction[i, 1]
+            if B.frame[i] >= 0:
+                cos, sin = direction[instant, B.frame[i], 0], direction[instant, B.frame[i], 1]
+                fx, fy = cos * fx - sin * fy, sin * fx + cos * fy
+            anchor = B.anchor[i]
+            cos, sin = direction[instant, anchor, 0], direction[instant, anchor, 1]
+            ax = cos * B.arm[i, 0] - sin * B.arm[i, 1] + position[instant, anchor, 0] - position[instant, body, 0]
+            ay = sin * B.arm[i, 0] + cos * B.arm[i, 1] + position[instant, anchor, 1] - position[instant, body, 1]
+            rows[0, i - first], rows[1, i - first] = fx, fy
+            rows[2, i - first] = (ax * fy - ay * fx + B.direction[i, 2]) / B.length if rotates else 0.0
+        for i in range(first, last):
+            row = B.unknown[i]
+            for r in range(3):
+                x[row] += rows[r, i - first] * right[r]
+                for k in range(first, last):
+                    matrix[row, B.unknown[k] - row + lower] += rows[r, i - first] * rows[r, k - first]
+
+
 @kernel()
-def fill(B, gravity, direction, position, acceleration, spin_rate, known, matrix, pivots, rows, right, out):
-    """Solve the balances at each instant; returns the first instant at which the reactions are not determined, or -1.
+def fill(
+    B, gravity, direction, position, acceleration, spin_rate, known, matrix, pivots, rows, right, load, probe, refine, out
+):
+    """Solve the balances at each instant; an unknown that is not determined there becomes NaN.
 
     direction, position and acceleration (nt, bodies, 2), spin_rate (nt, bodies), known (nt, bodies, 3); out (nt, unknowns).
+
+    Where the normal equations N x = l are singular, N + s leaves x as it is in what is determined, to s over the square of a
+    singular value, and each repetition with l + s x brings that factor once more (iterated Tikhonov regularisation). The
+    same solution applied to s times any vector leaves its part in the null space: an unknown with none is determined.
     """
     lower = B.band
     for instant in range(out.shape[0]):
-        matrix[:, :] = 0.0
         x = out[instant]
-        x[:] = 0.0
-        for body in range(B.mass.size):
-            right[0] = B.mass[body] * (acceleration[instant, body, 0] - gravity[0]) - known[instant, body, 0]
-            right[1] = B.mass[body] * (acceleration[instant, body, 1] - gravity[1]) - known[instant, body, 1]
-            right[2] = B.inertia[body] * spin_rate[instant, body] - known[instant, body, 2]
-            rotates = B.inertia[body] > 0.0
-            right[2] = right[2] / B.length if rotates else 0.0
-            first, last = B.start[body], B.start[body + 1]
-            for i in range(first, last):
-                fx, fy = B.direction[i, 0], B.direction[i, 1]
-                if B.frame[i] >= 0:
-                    cos, sin = direction[instant, B.frame[i], 0], direction[instant, B.frame[i], 1]
-                    fx, fy = cos * fx - sin * fy, sin * fx + cos * fy
-                anchor = B.anchor[i]
-                cos, sin = direction[instant, anchor, 0], direction[instant, anchor, 1]
-                ax = cos * B.arm[i, 0] - sin * B.arm[i, 1] + position[instant, anchor, 0] - position[instant, body, 0]
-                ay = sin * B.arm[i, 0] + cos * B.arm[i, 1] + position[instant, anchor, 1] - position[instant, body, 1]
-                rows[0, i - first], rows[1, i - first] = fx, fy
-                rows[2, i - first] = (ax * fy - ay * fx + B.direction[i, 2]) / B.length if rotates else 0.0
-            for i in range(first, last):
-                row = B.unknown[i]
-                for r in range(3):
-                    x[row] += rows[r, i - first] * right[r]
-                    for k in range(first, last):
-                        matrix[row, B.unknown[k] - row + lower] += rows[r, i - first] * rows[r, k - first]
-        if _factorize(matrix, lower, lower, pivots) >= 0:
-            return instant
-        smallest = largest = abs(matrix[0, lower])
-        for row in range(1, x.size):
-            smallest, largest = min(smallest, abs(matrix[row, lower])), max(largest, abs(matrix[row, lower]))
-        if not smallest > REDUNDANT * largest:
-            return instant
-        _solve(matrix, lower, lower, pivots, x)
-    return -1
+        shift = 0.0
+        for attempt in range(2):
+            normal_equations(B, instant, gravity, direction, position, acceleration, spin_rate, known, matrix, rows, right, x)
+            scale = 0.0
+            for row in range(x.size):
+                scale = max(scale, matrix[row, lower])
+                matrix[row, lower] += shift
+            singular = _factorize(matrix, lower, lower, pivots) >= 0
+            smallest = largest = abs(matrix[0, lower])
+            for row in range(1, x.size):
+                smallest, largest = min(smallest, abs(matrix[row, lower])), max(largest, abs(matrix[row, lower]))
+            if attempt == 0:
+                if smallest > REDUNDANT * largest and not singular:
+                    _solve(matrix, lower, lower, pivots, x)
+                    break
+                shift = SHIFT * scale
+                continue
+            for row in range(x.size):
+                load[row] = x[row]
+                probe[row] = math.cos(row * row + 1.0)  # any vector that no null space is square to
+            _solve(matrix, lower, lower, pivots, x)
+            for _ in range(REFINEMENTS):
+                for row in range(x.size):
+                    refine[row] = load[row] + shift * x[row]
+                _solve(matrix, lower, lower, pivots, refine)
+                for row in range(x.size):
+                    x[row] = refine[row]
+            for _ in range(2):
+                for row in range(x.size):
+                    probe[row] *= shift
+                _solve(matrix, lower, lower, pivots, probe)
+            for row in range(x.size):
+                if not abs(probe[row]) < TOUCHED:
+                    x[row] = math.nan
 
 
 def solve_reactions(
@@ -320,7 +366,7 @@ def solve_reactions(
     Returns
     -------
     joints : ndarray, shape (nt, ideal joints, 2)
-        Force on the journal [N]; NaN from the first instant on at which the reactions are not determined.
+        Force on the journal [N]; NaN where it is not determined.
     guides : ndarray, shape (nt, ideal guides)
         Force on the follower across the guide, to the left of its direction [N].
     torques : ndarray, shape (nt, drives)
@@ -333,10 +379,8 @@ def solve_reactions(
         gravity = mechanism.gravity * np.array([math.cos(mechanism.gravity_direction), math.sin(mechanism.gravity_direction)])
         widest = int(np.max(np.diff(parts.start)))
         matrix, pivots = np.zeros((unknowns, width(parts.band, parts.band))), np.zeros(unknowns, np.int64)
-        work = np.zeros((3, widest)), np.zeros(3)
-        failed = fill(parts, gravity, direction, position, acceleration, spin_rate, known, matrix, pivots, *work, values)
-        if failed >= 0:
-            values[failed:] = np.nan
+        work = np.zeros((3, widest)), np.zeros(3), np.zeros(unknowns), np.zeros(unknowns), np.zeros(unknowns)
+        fill(parts, gravity, direction, position, acceleration, spin_rate, known, matrix, pivots, *work, values)
     values = values[:, parts.order]
     joints, guides = 2 * len(mechanism.ideal), len(mechanism.ideal_guides)
     welds = joints + 3 * len(mechanism.welds)

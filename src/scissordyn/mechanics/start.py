@@ -10,14 +10,19 @@ import scipy.sparse as sp
 from scipy.sparse.linalg import lsqr
 
 from scissordyn.errors import InputError
-from scissordyn.mechanics.layout import Form, Layout
+from scissordyn.mechanics.elimination import in_words
+from scissordyn.mechanics.form import Form, Layout, placed
 from scissordyn.mechanics.motion import course_at, prescribe
 from scissordyn.mechanics.system import System
+from scissordyn.model.mechanism import Mechanism
 
 __all__ = ["Start", "assemble", "basis_at_start", "carry_over", "hold_joints", "natural_state"]
 
 CLOSED = 1e-12
 MOST_STEPS = 50
+
+FAR = 0.1
+"""Errors above this share of the largest are named when a mechanism cannot be assembled."""
 
 
 @dataclass(frozen=True)
@@ -38,20 +43,6 @@ def basis_at_start(system: System) -> tuple[np.ndarray, np.ndarray]:
     """The basis b and its rate at t = 0."""
     prescribe(0.0, system.motion, system.motion_start, system.basis, system.angle)
     return system.basis[0].copy(), system.basis[1].copy()
-
-
-def placed(layout: Layout) -> tuple[np.ndarray, np.ndarray]:
-    """Natural coordinates and velocities of the bodies as the user placed them."""
-    position, velocity = np.zeros(layout.mass.shape[0]), np.zeros(layout.mass.shape[0])
-    for body in layout.mechanism.bodies:
-        p = layout.offsets[body.name]
-        position[p : p + 2] = body.position
-        velocity[p : p + 2] = body.velocity
-        if body.rotates:
-            cos, sin = math.cos(body.angle), math.sin(body.angle)
-            position[p + 2 : p + 4] = cos, sin
-            velocity[p + 2 : p + 4] = -sin * body.angular_velocity, cos * body.angular_velocity
-    return position, velocity
 
 
 def carry_over(layout: Layout, system: System, position: np.ndarray, velocity: np.ndarray) -> Start:
@@ -101,8 +92,9 @@ def assemble(layout: Layout, system: System) -> Start:
     return hold_joints(layout, system, guess, *_directed_links(layout, system))
 
 
-def _directed_links(layout: Layout, system: System) -> tuple[tuple[Form, ...], np.ndarray, np.ndarray]:
-    """Forms of the links whose direction at the start is given, with the values and rates they start from."""
+def _directed_links(layout: Layout, system: System) -> tuple[tuple[str, ...], tuple[Form, ...], np.ndarray, np.ndarray]:
+    """Names and forms of the links whose direction at the start is given, with the values and rates they start from."""
+    names: list[str] = []
     forms: list[Form] = []
     offsets, rates = [], []
     level_rate = _level_rates(system)
@@ -112,10 +104,11 @@ def _directed_links(layout: Layout, system: System) -> tuple[tuple[Form, ...], n
         k = [condition.name for condition in layout.conditions].index(link.name)
         along = np.array([math.cos(link.direction), math.sin(link.direction)])
         length = math.sqrt(2.0 * layout.conditions[k].level)
+        names.append(link.name)
         forms.append(layout.conditions[k].parts[0][1])
         offsets.append(length * along)
         rates.append(level_rate[k] / length * along)
-    return tuple(forms), np.array(offsets).reshape(-1, 2), np.array(rates).reshape(-1, 2)
+    return tuple(names), tuple(forms), np.array(offsets).reshape(-1, 2), np.array(rates).reshape(-1, 2)
 
 
 def _level_rates(system: System) -> np.ndarray:
@@ -128,7 +121,13 @@ def _level_rates(system: System) -> np.ndarray:
 
 
 def hold_joints(
-    layout: Layout, system: System, guess: Start, forms: tuple[Form, ...], offsets: np.ndarray, rates: np.ndarray
+    layout: Layout,
+    system: System,
+    guess: Start,
+    names: tuple[str, ...],
+    forms: tuple[Form, ...],
+    offsets: np.ndarray,
+    rates: np.ndarray,
 ) -> Start:
     """The state nearest to a guess that has unit lengths and prescribed values of some forms.
 
@@ -137,6 +136,8 @@ def hold_joints(
     layout : Layout
     system : System
     guess : Start
+    names : tuple of str
+        Joints or links whose forms are held, for messages.
     forms : tuple of Form
         Vectors to hold, such as the eccentricities of loose joints.
     offsets, rates : ndarray, shape (forms, 2)
@@ -169,7 +170,7 @@ def hold_joints(
         x -= _least_change(jacobian, residual)
     else:
         raise InputError(
-            f"the mechanism as placed cannot be assembled: {_worst(layout, residual)}",
+            f"the mechanism as placed cannot be assembled: {_worst(layout, residual, names)}",
             "positions and angles at the start that are near a closed configuration",
         )
     v = guess.velocity.copy()
@@ -205,16 +206,23 @@ def _least_change(jacobian: sp.csr_array, residual: np.ndarray) -> np.ndarray:
     return np.asarray(lsqr(jacobian, residual, atol=1e-15, btol=1e-15, iter_lim=20 * jacobian.shape[0])[0])
 
 
-def _worst(layout: Layout, residual: np.ndarray) -> str:
-    """The body whose length is furthest from being kept."""
-    errors = np.abs(residual[: len(layout.conditions)])
-    if not errors.size or np.argmax(np.abs(residual)) >= errors.size:
-        return "its loose joints cannot be held where they should be"
-    worst = layout.conditions[int(np.argmax(errors))]
-    if len(worst.parts) > 1:
-        return "a guide on a moving body cannot be reached"
-    for body in layout.mechanism.bodies:
-        form = layout.direction(body.name)
-        if body.rotates and form.columns.shape == worst.columns.shape and np.allclose(form.rows, worst.parts[0][1].rows):
-            return f"body '{body.name}' would have to change its length by {100.0 * float(np.max(errors)):.3g} %"
-    return "a body would have to change its length"
+def _worst(layout: Layout, residual: np.ndarray, held: tuple[str, ...]) -> str:
+    """What is furthest from being kept, and what holds it: where the search ends, the errors are the contradiction."""
+    count = len(layout.conditions)
+    errors = np.abs(residual)
+    if np.argmax(errors) >= count:
+        return f"joint '{held[(int(np.argmax(errors)) - count) // 2]}' cannot be held where it should start"
+    far = [layout.conditions[k] for k in np.argsort(-errors[:count], kind="stable") if errors[k] > FAR * np.max(errors)]
+    subjects = [condition.subject for condition in far]
+    bodies = {body for condition in far for body in condition.bodies}
+    around = _holding(layout.mechanism, bodies)
+    by = f", held by {in_words(around)}" if around else ""
+    return f"{in_words(subjects)} cannot keep the length{'s' if len(subjects) > 1 else ''} given{by}"
+
+
+def _holding(mechanism: Mechanism, bodies: set[str]) -> list[str]:
+    """The ideal joints, guides, welds and drives at some bodies."""
+    names = [f"joint '{joint.name}'" for joint in mechanism.joints if bodies & set(joint.bodies)]
+    names += [f"guide '{guide.name}'" for guide in mechanism.guides if bodies & {guide.follower[0], guide.body}]
+    names += [f"weld '{weld.name}'" for weld in mechanism.welds if bodies & {weld.start[0], weld.end[0]}]
+    return names + [f"the drive of body '{drive.body}'" for drive in mechanism.drives if drive.body in bodies]

@@ -56,7 +56,7 @@ class Body:
     angular_velocity: Annotated[float, Quantity("rad/s", help="angular velocity at the start")] = 0.0
 
     def __post_init__(self) -> None:
-        check_quantities(self)
+        check_quantities(self, f"body '{self.name}'")
         if self.name == GROUND or not self.name:
             raise InputError(f"body name {self.name!r}", f"any name but '' and '{GROUND}'")
         pairs = {"centre": self.centre, "position": self.position, "velocity": self.velocity, **self.points}

@@ -63,7 +63,7 @@ class Link:
     tension_only: bool = False
 
     def __post_init__(self) -> None:
-        check_quantities(self)
+        check_quantities(self, f"link '{self.name}'")
         _two_bodies(self.name, self.start[0], self.end[0])
         if self.length is not None and self.motion is not None:
             raise InputError(f"link '{self.name}' with a length and a motion", "one of them")
@@ -90,7 +90,7 @@ class Latch:
     base: str = GROUND
 
     def __post_init__(self) -> None:
-        check_quantities(self)
+        check_quantities(self, f"latch '{self.name}'")
         _two_bodies(self.name, self.body, self.base)
 
 

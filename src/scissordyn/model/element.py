@@ -58,7 +58,7 @@ class Spring:
     damping: Annotated[float, Quantity("N s/m", minimum=0.0, help="damping")] = 0.0
 
     def __post_init__(self) -> None:
-        check_quantities(self)
+        check_quantities(self, f"spring '{self.name}'")
         _two_bodies(self.name, self.start[0], self.end[0])
 
 
@@ -90,7 +90,7 @@ class TorsionSpring:
     damping: Annotated[float, Quantity("N m s/rad", minimum=0.0, help="damping")] = 0.0
 
     def __post_init__(self) -> None:
-        check_quantities(self)
+        check_quantities(self, f"torsion spring '{self.name}'")
         _two_bodies(self.name, self.body, self.base)
 
 
@@ -146,7 +146,7 @@ class Torque:
     course: Motion | None = None
 
     def __post_init__(self) -> None:
-        check_quantities(self)
+        check_quantities(self, f"torque '{self.name}'")
         _two_bodies(self.name, self.body, self.base)
 
 
@@ -178,7 +178,7 @@ class Motor:
     inertia: Annotated[float, Quantity("kg m^2", minimum=0.0, help="moment of inertia of the rotor")] = 0.0
 
     def __post_init__(self) -> None:
-        check_quantities(self)
+        check_quantities(self, f"motor '{self.name}'")
         _two_bodies(self.name, self.body, self.base)
 
 
@@ -273,7 +273,7 @@ class AngleStop:
     restitution: Annotated[float, Quantity("1", above=0.0, maximum=1.0, help="restitution coefficient")] = 0.5
 
     def __post_init__(self) -> None:
-        check_quantities(self)
+        check_quantities(self, f"end stop '{self.name}'")
         _two_bodies(self.name, self.body, self.base)
 
 
@@ -309,7 +309,7 @@ class TravelStop:
     restitution: Annotated[float, Quantity("1", above=0.0, maximum=1.0, help="restitution coefficient")] = 0.5
 
     def __post_init__(self) -> None:
-        check_quantities(self)
+        check_quantities(self, f"end stop '{self.name}'")
         if self.point[0] == GROUND:
             raise InputError(f"end stop '{self.name}' for a point of the ground", "a point of a body")
 

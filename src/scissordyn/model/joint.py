@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import Annotated
 
@@ -78,8 +79,14 @@ class Guide:
     clearance: GuideClearance | None = None
 
     def __post_init__(self) -> None:
-        check_quantities(self)
+        check_quantities(self, f"guide '{self.name}'")
+        if len(self.through) != 2 or not all(math.isfinite(x) for x in self.through):
+            raise InputError(f"guide '{self.name}': through = {self.through!r}", "two finite numbers [m]")
         if self.clearance is not None and not self.aligned:
             raise InputError(f"guide '{self.name}' with a clearance but not aligned", "a loose guide that is aligned")
         if self.follower[0] == self.body:
             raise InputError(f"guide '{self.name}' guides body '{self.body}' along itself", "two different bodies")
+        if self.follower[0] == GROUND:
+            raise InputError(
+                f"guide '{self.name}' on body '{self.body}' guides a point of the '{GROUND}'", "a point of a body as follower"
+            )

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from collections import Counter
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from functools import cached_property
@@ -13,10 +12,11 @@ from typing import Annotated, Any, TypeVar
 from scissordyn.control.controller import Controller
 from scissordyn.errors import InputError, did_you_mean
 from scissordyn.model.body import GROUND, Body, Point
+from scissordyn.model.check import check_parts
 from scissordyn.model.clearance import Clearance
 from scissordyn.model.connection import Latch, Link, Weld
 from scissordyn.model.drive import ConstantSpeed, Drive, Motion
-from scissordyn.model.element import Actuator, Element, Force, Spring, TravelStop
+from scissordyn.model.element import Actuator, Element
 from scissordyn.model.guide_clearance import Corner, GuideClearance, block_corners
 from scissordyn.model.joint import BodyPoint, Guide, Revolute
 from scissordyn.model.pattern import matching
@@ -73,56 +73,7 @@ class Mechanism:
         check_quantities(self)
         if not self.bodies:
             raise InputError("a mechanism without bodies", "at least one body")
-        _check_unique("body", [body.name for body in self.bodies])
-        connections: tuple[Weld | Link | Latch, ...] = (*self.welds, *self.links, *self.latches)
-        _check_unique("joint", [*self.joint_names, *(part.name for part in connections)])
-        _check_unique("element", [element.name for element in self.elements])
-        for joint in self.joints:
-            self._check_point(joint.name, joint.journal)
-            self._check_point(joint.name, joint.bearing)
-        for guide in self.guides:
-            self._check_point(guide.name, guide.follower)
-            self._check_rotates(guide.name, guide.body)
-            if guide.aligned:
-                self._check_rotates(guide.name, guide.follower[0])
-        for connection in connections:
-            if not isinstance(connection, Latch):
-                self._check_point(connection.name, connection.start)
-                self._check_point(connection.name, connection.end)
-        for latch in self.latches:
-            self._check_rotates(latch.name, latch.body)
-            self._check_rotates(latch.name, latch.base)
-        for element in self.elements:
-            if isinstance(element, Spring):
-                self._check_point(element.name, element.start)
-                self._check_point(element.name, element.end)
-            elif isinstance(element, Force | TravelStop):
-                self._check_point(element.name, element.point)
-            else:
-                self._check_rotates(element.name, element.body)
-                self._check_rotates(element.name, element.base)
-            if isinstance(element, Actuator):
-                for reference in filter(None, (element.sensor, element.sensor_origin)):
-                    self._check_point(element.name, reference)
-        driven = [drive.body for drive in self.drives]
-        _check_unique("driven body", driven)
-        for name in (*driven, *filter(None, (self.input_body, self.output_body))):
-            self.body(name)
-        for name in driven:
-            self._check_rotates("the drive", name)
-
-    def _check_point(self, joint: str, reference: BodyPoint) -> None:
-        body, point = reference
-        points = dict(self.ground) if body == GROUND else self.body(body).points
-        if point not in points:
-            raise InputError(
-                f"'{joint}' refers to point '{point}' of body '{body}'{did_you_mean(point, points)}",
-                "one of " + ", ".join(points),
-            )
-
-    def _check_rotates(self, name: str, body: str) -> None:
-        if body != GROUND and not self.body(body).rotates:
-            raise InputError(f"'{name}' needs the angle of body '{body}', which does not rotate", "a body with an inertia")
+        check_parts(self)
 
     def body(self, name: str) -> Body:
         """The body of that name."""
@@ -365,12 +316,6 @@ def _named(what: str, name: str, found: Mapping[str, Named]) -> Named:
     if name not in found:
         raise InputError(f"{what} '{name}'{did_you_mean(name, found)}", "one of " + (", ".join(found) or "none"))
     return found[name]
-
-
-def _check_unique(what: str, names: list[str]) -> None:
-    name, times = Counter(names).most_common(1)[0] if names else ("", 0)
-    if times > 1:
-        raise InputError(f"{what} '{name}' given {times} times", "each name once")
 
 
 def _replace_inside(described: Any, path: str, value: Any) -> Any:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import json
 import math
 import platform
@@ -11,6 +12,7 @@ from importlib.metadata import version
 import numpy as np
 import xarray as xr
 
+from scissordyn.integrate.problem import Samples
 from scissordyn.mechanics.bodies import BodyMotion, body_motion
 from scissordyn.mechanics.outputs import Record, record
 from scissordyn.mechanics.reactions import connection_forces, journal_forces, known_loads, solve_reactions
@@ -18,6 +20,7 @@ from scissordyn.model.body import GROUND
 from scissordyn.model.element import Actuator
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.model.record import to_plain
+from scissordyn.simulation.cause import singular_position
 from scissordyn.simulation.contacts import columns, contacts
 from scissordyn.simulation.events import event_variables, latch_losses
 from scissordyn.simulation.options import Options
@@ -52,8 +55,8 @@ def to_dataset(mechanism: Mechanism, options: Options, path: Trajectory) -> xr.D
     Dataset
         With the names of the package's contract; all values in SI units and radians.
     """
+    path, found = _recorded(path)
     samples = path.samples
-    found = record(path.system, samples.time, samples.state, samples.mode, samples.memory)
     motion = body_motion(path.layout, found)
     variables = {
         **_motion_variables(mechanism, motion),
@@ -85,6 +88,22 @@ def to_dataset(mechanism: Mechanism, options: Options, path: Trajectory) -> xr.D
         "trusted_contacts": -1,
     }
     return xr.Dataset(variables, coords=coordinates, attrs=attributes)
+
+
+def _recorded(path: Trajectory) -> tuple[Trajectory, Record]:
+    """What the samples say, up to the first at which the accelerations are not defined: the run counts as failed there."""
+    samples = path.samples
+    found = record(path.system, samples.time, samples.state, samples.mode, samples.memory)
+    undefined = np.flatnonzero(~np.all(np.isfinite(found.A), axis=1))
+    if not undefined.size:
+        return path, found
+    first, time = int(undefined[0]), float(samples.time[undefined[0]])
+    why = singular_position(path.layout, path.system, samples.state[first], time) or "accelerations are not defined"
+    kept = Samples(*(part[:first] for part in samples))
+    cause = f"stopped at t = {time:.9g} s: {why}"
+    log = path.log[path.log[:, 0] < time]
+    cut = dataclasses.replace(path, samples=kept, log=log, end=time, status="failed", cause=cause)
+    return cut, record(cut.system, kept.time, kept.state, kept.mode, kept.memory)
 
 
 def _motion_variables(mechanism: Mechanism, motion: BodyMotion) -> dict[str, Variable]:

@@ -6,11 +6,9 @@ import dataclasses
 import json
 from collections.abc import Callable
 
-import numpy as np
 import xarray as xr
 
 from scissordyn.errors import InputError
-from scissordyn.laws.validity import contact_warnings
 from scissordyn.model.drive import Motion, TableMotion
 from scissordyn.model.element import Actuator
 from scissordyn.model.mechanism import Mechanism
@@ -19,6 +17,7 @@ from scissordyn.simulation.dataset import to_dataset
 from scissordyn.simulation.options import Options, StartKind
 from scissordyn.simulation.trajectory import compute
 from scissordyn.simulation.trust import TIGHTER, horizon
+from scissordyn.simulation.warn import run_warnings
 
 __all__ = ["replay", "simulate"]
 
@@ -109,38 +108,10 @@ def _simulate(mechanism: Mechanism, options: Options, trust: bool, progress: Cal
             )
     path = compute(mechanism, options, progress)
     run = to_dataset(mechanism, options, path)
-    run.attrs["warnings"] = json.dumps(_warnings(mechanism, run))
-    if trust and path.status == "complete":
+    run.attrs["warnings"] = json.dumps(run_warnings(mechanism, run, path.still))
+    if trust and run.attrs["status"] == "complete":
         tight = dataclasses.replace(options, rtol=max(TIGHTER * options.rtol, 1e-14), atol=max(TIGHTER * options.atol, 1e-14))
         second = to_dataset(mechanism, tight, compute(mechanism, tight, progress))
         run.attrs["trusted_until"], run.attrs["trusted_contacts"] = horizon(run, second)
         run.attrs["configuration"] = json.dumps({**json.loads(run.attrs["configuration"]), "trust": True})
     return run
-
-
-def _warnings(mechanism: Mechanism, run: xr.Dataset) -> list[str]:
-    """Sentences on what the user should know before using the numbers; each once."""
-    found: list[str] = []
-    touched, speed = run["contact_joint"].values, run["approach_speed"].values
-    for joint in mechanism.contacts:
-        assert joint.clearance is not None
-        depth = run["indentation"].values[:, mechanism.joint_names.index(joint.name)]
-        found += contact_warnings(
-            joint.name,
-            joint.clearance.contact,
-            joint.clearance.stiffness,
-            joint.clearance.damping,
-            approach_speed=speed[touched == joint.name].tolist(),
-            indentation=float(np.max(depth, initial=0.0)),
-        )
-    for i, link in enumerate(mechanism.links):
-        force = run["link_force"].values[:, i]
-        if link.tension_only and np.min(force, initial=0.0) < 0.0:
-            first, worst = int(np.argmax(force < 0.0)), int(np.argmin(force))
-            found.append(
-                f"joint '{link.name}': contact would have to pull from t = {run['time'].values[first]:.6g} s on (N falls to "
-                f"{force[worst]:.6g} N at t = {run['time'].values[worst]:.6g} s); the held contact is not possible there"
-            )
-    if np.isnan(run["reaction"].values).any():
-        found.append("more ideal joints hold the bodies than needed; reactions are not determined and are left out (NaN)")
-    return list(dict.fromkeys(found))

@@ -80,7 +80,8 @@ def _resting_place(mechanism: Mechanism) -> np.ndarray:
     loose_system = build_system(loose)
     start = carry_over(loose, loose_system, *natural_state(ideal, system, rest))
     pull = ideal_reactions(ideal, system, rest)
-    if np.all(np.isfinite(pull)):
+    loosened = [joint.clearance is not None for joint in mechanism.joints]
+    if np.all(np.isfinite(pull[loosened])):
         start = _hold_offsets(loose, loose_system, start, _resting_offsets(still, loose_system, pull))
     return equilibrium(loose, start.position)
 
@@ -88,19 +89,21 @@ def _resting_place(mechanism: Mechanism) -> np.ndarray:
 def _hold_offsets(layout: Layout, system: System, start: Start, offsets: np.ndarray) -> Start:
     """The state in which the journals rest at given places in their bearings, shape (nj, 2) [m]."""
     forms = tuple(_eccentricity_form(system, j) for j in range(offsets.shape[0]))
-    return hold_joints(layout, system, start, forms, offsets, np.zeros_like(offsets))
+    names = tuple(joint.name for joint in layout.mechanism.loose)
+    return hold_joints(layout, system, start, names, forms, offsets, np.zeros_like(offsets))
 
 
 def _resting_offsets(mechanism: Mechanism, system: System, pull: np.ndarray) -> np.ndarray:
     """Eccentricities at which the elastic contact forces equal the reactions of the ideal joints."""
-    if not np.all(np.isfinite(pull)):
-        raise InputError(
-            "start = 'in-contact' in a mechanism whose ideal reactions are not determined (more joints than it needs)",
-            "start = 'concentric'",
-        )
     offsets = np.zeros((len(mechanism.loose), 2))
     for j, joint in enumerate(mechanism.loose):
         force = pull[[other.name for other in mechanism.joints].index(joint.name)]
+        if not np.all(np.isfinite(force)):
+            raise InputError(
+                f"start = 'in-contact' with loose joint '{joint.name}', whose ideal reaction is not determined (more joints "
+                "than the mechanism needs, or a singular position)",
+                "start = 'concentric'",
+            )
         size = float(np.hypot(*force))
         depth = _indentation(system, j, size)
         offsets[j] = -(system.radius[j, 0] + depth) * force / size if size > 0.0 else 0.0
@@ -122,16 +125,19 @@ def _touching(system: System, state: np.ndarray) -> list[list[float]]:
 
 def _put_on_course(layout: Layout, system: System, start: Start) -> Start:
     """The start with bodies at the angles and speeds of the references that they are to start on."""
-    forms, directions, rates = [], [], []
+    names, forms, directions, rates = [], [], [], []
     for i, element in enumerate(layout.mechanism.elements):
         if isinstance(element, Actuator) and element.on_course:
             first = system.course[i]
             course_at(0.0, system.motion[system.motion_start[first] : system.motion_start[first + 1]], system.angle)
             angle, speed = system.angle[:2].tolist()
+            names.append(f"the reference of actuator '{element.name}'")
             forms.append(layout.direction(element.body))
             directions.append((math.cos(angle), math.sin(angle)))
             rates.append((-speed * math.sin(angle), speed * math.cos(angle)))
-    return hold_joints(layout, system, start, tuple(forms), np.array(directions), np.array(rates)) if forms else start
+    if not forms:
+        return start
+    return hold_joints(layout, system, start, tuple(names), tuple(forms), np.array(directions), np.array(rates))
 
 
 def _eccentricity_form(system: System, j: int) -> Form:

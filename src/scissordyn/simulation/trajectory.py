@@ -21,6 +21,7 @@ from scissordyn.mechanics.system import System, build_system, sliding_states
 from scissordyn.model.body import Body
 from scissordyn.model.element import Actuator
 from scissordyn.model.mechanism import Mechanism
+from scissordyn.simulation.cause import check_springs, failed_latch, immovable_joints, singular_position
 from scissordyn.simulation.options import Options
 from scissordyn.simulation.start import prepare_start
 
@@ -63,6 +64,8 @@ class Trajectory:
         Why it is not complete.
     statistics : dict
         Method, steps, rejected, rates, jacobians, events, seconds.
+    still : tuple of str
+        Loose joints that cannot move.
     """
 
     layout: Layout
@@ -74,6 +77,7 @@ class Trajectory:
     status: str
     cause: str
     statistics: dict[str, str | int | float]
+    still: tuple[str, ...]
 
 
 def compute(mechanism: Mechanism, options: Options, progress: Callable[[float], None] | None = None) -> Trajectory:
@@ -93,6 +97,8 @@ def compute(mechanism: Mechanism, options: Options, progress: Callable[[float], 
     layout = lay_out(mechanism)
     system = build_system(layout)
     state, opening = prepare_start(layout, system, options)
+    check_springs(layout, system, state)
+    still = tuple(immovable_joints(layout, system, state))
     method = options.method if options.method != "auto" else automatic_method(mechanism, options)
     coefficients = tableau(method)
     work = work_arrays(layout, system, state, coefficients, options)
@@ -130,7 +136,9 @@ def compute(mechanism: Mechanism, options: Options, progress: Callable[[float], 
         cause = "interrupted"
     seconds = clocks.perf_counter() - began
     if status in CAUSES:
-        cause = f"{CAUSES[status]}{culprit(mechanism, handle, work, float(clock[loop.TIME]))}"
+        time = float(clock[loop.TIME])
+        cause = failed_latch(layout, handle) or singular_position(layout, handle, work.y, time)
+        cause = cause or f"{CAUSES[status]}{culprit(mechanism, handle, work, time)}"
     reached = int(count[loop.SAMPLED])
     ended = "complete" if status == loop.FINISHED else ("interrupted" if cause == "interrupted" else "failed")
     if ended != "complete":
@@ -153,6 +161,7 @@ def compute(mechanism: Mechanism, options: Options, progress: Callable[[float], 
             "events": int(count[loop.EVENTS]),
             "seconds": seconds,
         },
+        still=still,
     )
 
 

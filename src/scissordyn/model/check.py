@@ -1,0 +1,162 @@
+"""Whether the parts of a mechanism fit together: names that exist, points that are numbers, joints that can move."""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+from collections.abc import Mapping
+from typing import TYPE_CHECKING
+
+from scissordyn.errors import InputError, did_you_mean
+from scissordyn.model.body import GROUND, Point
+from scissordyn.model.element import Actuator, AngleStop, Element, Force, Motor, Spring, Torque, TorsionSpring, TravelStop
+from scissordyn.model.joint import BodyPoint, Revolute
+
+if TYPE_CHECKING:
+    from scissordyn.model.mechanism import Mechanism
+
+__all__ = ["check_parts"]
+
+SAME_PLACE = 1e-9
+"""Points of one body nearer to each other than this [m] are one point."""
+
+KINDS: dict[type[Element], str] = {
+    Spring: "spring",
+    TorsionSpring: "torsion spring",
+    Force: "force",
+    Torque: "torque",
+    Motor: "motor",
+    Actuator: "actuator",
+    AngleStop: "end stop",
+    TravelStop: "end stop",
+}
+
+
+def check_parts(mechanism: Mechanism) -> None:
+    """Raise `InputError` for the first part of a mechanism that refers to what is not there or cannot be.
+
+    Parameters
+    ----------
+    mechanism : Mechanism
+
+    Raises
+    ------
+    InputError
+        It names the part, and the body or point.
+    """
+    _check_names(mechanism)
+    for name, place in mechanism.ground:
+        if len(place) != 2 or not all(math.isfinite(x) for x in place):
+            raise InputError(f"point '{name}' of the ground = {place!r}", "two finite numbers [m]")
+    points = _points(mechanism)
+    turning = {GROUND, *(body.name for body in mechanism.bodies if body.rotates)}
+    for joint in mechanism.joints:
+        _check_point(points, f"joint '{joint.name}'", joint.journal)
+        _check_point(points, f"joint '{joint.name}'", joint.bearing)
+    for guide in mechanism.guides:
+        _check_point(points, f"guide '{guide.name}'", guide.follower)
+        _check_turns(points, turning, f"guide '{guide.name}'", guide.body)
+        if guide.aligned:
+            _check_turns(points, turning - {GROUND}, f"guide '{guide.name}'", guide.follower[0])
+    for weld in mechanism.welds:
+        _check_point(points, f"weld '{weld.name}'", weld.start)
+        _check_point(points, f"weld '{weld.name}'", weld.end)
+    for link in mechanism.links:
+        _check_point(points, f"link '{link.name}'", link.start)
+        _check_point(points, f"link '{link.name}'", link.end)
+    for latch in mechanism.latches:
+        _check_turns(points, turning - {GROUND}, f"latch '{latch.name}'", latch.body)
+        _check_turns(points, turning, f"latch '{latch.name}'", latch.base)
+    for element in mechanism.elements:
+        label = f"{KINDS[type(element)]} '{element.name}'"
+        if isinstance(element, Spring):
+            _check_point(points, label, element.start)
+            _check_point(points, label, element.end)
+        elif isinstance(element, Force | TravelStop):
+            _check_point(points, label, element.point)
+        else:
+            _check_turns(points, turning - {GROUND}, label, element.body)
+            _check_turns(points, turning, label, element.base)
+        if isinstance(element, Actuator):
+            for reference in filter(None, (element.sensor, element.sensor_origin)):
+                _check_point(points, label, reference)
+    for drive in mechanism.drives:
+        _check_turns(points, turning - {GROUND}, "the drive", drive.body)
+    for what, name in (("input body", mechanism.input_body), ("output body", mechanism.output_body)):
+        if name:
+            _check_body({body: part for body, part in points.items() if body != GROUND}, what, name)
+    if mechanism.loose:
+        _check_play(mechanism, points)
+
+
+def _points(mechanism: Mechanism) -> dict[str, Mapping[str, Point]]:
+    """The points of the ground and of each body, in its own frame."""
+    return {GROUND: dict(mechanism.ground), **{body.name: body.points for body in mechanism.bodies}}
+
+
+def _check_names(mechanism: Mechanism) -> None:
+    connections = [part.name for parts in (mechanism.welds, mechanism.links, mechanism.latches) for part in parts]
+    for what, names in (
+        ("body", [body.name for body in mechanism.bodies]),
+        ("joint", [*mechanism.joint_names, *connections]),
+        ("element", [element.name for element in mechanism.elements]),
+        ("ground point", [name for name, _ in mechanism.ground]),
+        ("driven body", [drive.body for drive in mechanism.drives]),
+    ):
+        name, times = Counter(names).most_common(1)[0] if names else ("", 0)
+        if times > 1:
+            raise InputError(f"{what} '{name}' given {times} times", "each name once")
+
+
+def _check_body(points: Mapping[str, Mapping[str, Point]], label: str, name: str) -> None:
+    if name not in points:
+        raise InputError(f"{label} refers to body '{name}'{did_you_mean(name, points)}", "one of " + ", ".join(points))
+
+
+def _check_point(points: Mapping[str, Mapping[str, Point]], label: str, reference: BodyPoint) -> None:
+    body, point = reference
+    _check_body(points, label, body)
+    if point not in points[body]:
+        raise InputError(
+            f"{label} refers to point '{point}' of body '{body}'{did_you_mean(point, points[body])}",
+            "one of " + (", ".join(points[body]) or "none"),
+        )
+
+
+def _check_turns(points: Mapping[str, Mapping[str, Point]], turning: set[str], label: str, body: str) -> None:
+    _check_body(points, label, body)
+    if body not in turning:
+        raise InputError(f"{label} needs the angle of body '{body}', which does not rotate", "a body with an inertia")
+
+
+def _check_play(mechanism: Mechanism, points: Mapping[str, Mapping[str, Point]]) -> None:
+    """A loose joint must have something to move."""
+    rigid = _rigid_groups(mechanism)
+    ideal: dict[frozenset[str], list[Revolute]] = {}
+    for joint in mechanism.ideal:
+        ideal.setdefault(frozenset(joint.bodies), []).append(joint)
+    for joint in mechanism.loose:
+        one, other = joint.bodies
+        if rigid.get(one, one) == rigid.get(other, other):
+            raise InputError(
+                f"loose joint '{joint.name}' between bodies '{one}' and '{other}', which welds make one rigid body",
+                "loose joints between bodies that can move against each other",
+            )
+        for beside in ideal.get(frozenset(joint.bodies), []):
+            here, there = dict((joint.journal, joint.bearing)), dict((beside.journal, beside.bearing))
+            if all(math.dist(points[body][here[body]], points[body][there[body]]) < SAME_PLACE for body in joint.bodies):
+                raise InputError(
+                    f"loose joint '{joint.name}' cannot move: the ideal joint '{beside.name}' holds the same points of bodies "
+                    f"'{one}' and '{other}' together",
+                    "one of the two joints",
+                )
+
+
+def _rigid_groups(mechanism: Mechanism) -> dict[str, str]:
+    """For each welded body, or the ground, one that stands for all that are welded to it."""
+    group: dict[str, str] = {}
+    for weld in mechanism.welds:
+        (one, _), (other, _) = weld.start, weld.end
+        kept, merged = group.setdefault(one, one), group.setdefault(other, other)
+        group = {name: kept if chosen == merged else chosen for name, chosen in group.items()}
+    return group

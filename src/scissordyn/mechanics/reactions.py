@@ -26,10 +26,14 @@ __all__ = ["Balance", "balance", "connection_forces", "journal_forces", "known_l
 
 _factorize, _solve = band.factorize, band.solve
 
-REDUNDANT = 1e-13
-"""Below this ratio of pivots the bodies are held by more joints than they need, and some reactions are not determined."""
+REDUNDANT = 1e-8
+"""Below this ratio of pivots a closer look tells which reactions are determined.
 
-SHIFT = 1e-12
+With d the share of the last unknown in the null space, round-off 1e-16 shows as a pivot of 1e-16/d^2 beside another of d^2: the
+smaller of the two never exceeds 1e-8.
+"""
+
+SHIFT = 1e-13
 """What is added to singular normal equations, as a share of their diagonal: beyond round-off, far below what is determined."""
 
 REFINEMENTS = 3

@@ -75,7 +75,7 @@ class Trajectory:
     status: str
     cause: str
     statistics: dict[str, str | int | float]
-    still: tuple[str, ...]
+    still: tuple[str, ...] = ()
 
 
 def compute(mechanism: Mechanism, options: Options, progress: Callable[[float], None] | None = None) -> Trajectory:

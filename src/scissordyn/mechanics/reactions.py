@@ -39,6 +39,9 @@ SHIFT = 1e-13
 REFINEMENTS = 3
 """Repetitions after which what is determined is exact to round-off."""
 
+PROBES = 3
+"""Vectors that are tried."""
+
 TOUCHED = 1e-4
 """An unknown is not determined if the null space has a larger share in it."""
 
@@ -282,7 +285,8 @@ def fill(
 
     Where the normal equations N x = l are singular, N + s leaves x as it is in what is determined, to s over the square of a
     singular value, and each repetition with l + s x brings that factor once more (iterated Tikhonov regularisation). The
-    same solution applied to s times any vector leaves its part in the null space: an unknown with none is determined.
+    same solution applied to s times any vector leaves its part in the null space: an unknown with none is determined. One
+    vector may by chance be square to the null space while that turns with the bodies, several are not.
     """
     lower = B.band
     for instant in range(out.shape[0]):
@@ -306,7 +310,6 @@ def fill(
                 continue
             for row in range(x.size):
                 load[row] = x[row]
-                probe[row] = math.cos(row * row + 1.0)  # any vector that no null space is square to
             _solve(matrix, lower, lower, pivots, x)
             for _ in range(REFINEMENTS):
                 for row in range(x.size):
@@ -314,13 +317,16 @@ def fill(
                 _solve(matrix, lower, lower, pivots, refine)
                 for row in range(x.size):
                     x[row] = refine[row]
-            for _ in range(2):
+            for vector in range(PROBES):
                 for row in range(x.size):
-                    probe[row] *= shift
-                _solve(matrix, lower, lower, pivots, probe)
-            for row in range(x.size):
-                if not abs(probe[row]) < TOUCHED:
-                    x[row] = math.nan
+                    probe[row] = math.cos((vector + 1.0) * row * row + vector + 1.0)  # as good as random
+                for _ in range(2):
+                    for row in range(x.size):
+                        probe[row] *= shift
+                    _solve(matrix, lower, lower, pivots, probe)
+                for row in range(x.size):
+                    if not abs(probe[row]) < TOUCHED:
+                        x[row] = math.nan
 
 
 def solve_reactions(

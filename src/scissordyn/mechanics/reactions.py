@@ -26,14 +26,21 @@ __all__ = ["Balance", "balance", "connection_forces", "journal_forces", "known_l
 
 _factorize, _solve = band.factorize, band.solve
 
-REDUNDANT = 1e-13
-"""Below this ratio of pivots the bodies are held by more joints than they need, and some reactions are not determined."""
+REDUNDANT = 1e-8
+"""Below this ratio of pivots a closer look tells which reactions are determined.
 
-SHIFT = 1e-12
+With d the share of the last unknown in the null space, round-off 1e-16 shows as a pivot of 1e-16/d^2 beside another of d^2: the
+smaller of the two never exceeds 1e-8.
+"""
+
+SHIFT = 1e-13
 """What is added to singular normal equations, as a share of their diagonal: beyond round-off, far below what is determined."""
 
 REFINEMENTS = 3
 """Repetitions after which what is determined is exact to round-off."""
+
+PROBES = 3
+"""Vectors that are tried."""
 
 TOUCHED = 1e-4
 """An unknown is not determined if the null space has a larger share in it."""
@@ -297,7 +304,8 @@ def fill(
 
     Where the normal equations N x = l are singular, N + s leaves x as it is in what is determined, to s over the square of a
     singular value, and each repetition with l + s x brings that factor once more (iterated Tikhonov regularisation). The
-    same solution applied to s times any vector leaves its part in the null space: an unknown with none is determined.
+    same solution applied to s times any vector leaves its part in the null space: an unknown with none is determined. One
+    vector may by chance be square to the null space while that turns with the bodies, several are not.
     """
     lower = B.band
     for instant in range(out.shape[0]):
@@ -321,7 +329,6 @@ def fill(
                 continue
             for row in range(x.size):
                 load[row] = x[row]
-                probe[row] = math.cos(row * row + 1.0)  # any vector that no null space is square to
             _solve(matrix, lower, lower, pivots, x)
             for _ in range(REFINEMENTS):
                 for row in range(x.size):
@@ -329,13 +336,16 @@ def fill(
                 _solve(matrix, lower, lower, pivots, refine)
                 for row in range(x.size):
                     x[row] = refine[row]
-            for _ in range(2):
+            for vector in range(PROBES):
                 for row in range(x.size):
-                    probe[row] *= shift
-                _solve(matrix, lower, lower, pivots, probe)
-            for row in range(x.size):
-                if not abs(probe[row]) < TOUCHED:
-                    x[row] = math.nan
+                    probe[row] = math.cos((vector + 1.0) * row * row + vector + 1.0)  # as good as random
+                for _ in range(2):
+                    for row in range(x.size):
+                        probe[row] *= shift
+                    _solve(matrix, lower, lower, pivots, probe)
+                for row in range(x.size):
+                    if not abs(probe[row]) < TOUCHED:
+                        x[row] = math.nan
 
 
 def solve_reactions(

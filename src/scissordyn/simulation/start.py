@@ -20,6 +20,7 @@ from scissordyn.mechanics.start import Start, assemble, basis_at_start, carry_ov
 from scissordyn.mechanics.system import APPROACH_FLOOR, System, build_system
 from scissordyn.model.element import Actuator
 from scissordyn.model.mechanism import Mechanism
+from scissordyn.simulation.cause import check_springs
 from scissordyn.simulation.options import Options
 from scissordyn.simulation.rest import equilibrium, standing
 
@@ -65,6 +66,7 @@ def prepare_start(layout: Layout, system: System, options: Options) -> tuple[np.
             offsets = np.array([form.rows @ full[form.columns] for form in forms]).reshape(-1, 2)
             start = _hold_offsets(layout, system, Start(place, start.velocity), offsets)
     state = np.concatenate([start.position, start.velocity, np.zeros(int(system.state_start[-1]))])
+    check_springs(layout, system, state)
     return state, _touching(system, state) if options.start != "concentric" else []
 
 

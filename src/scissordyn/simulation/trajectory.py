@@ -21,7 +21,7 @@ from scissordyn.mechanics.system import System, build_system, sliding_states
 from scissordyn.model.body import Body
 from scissordyn.model.element import Actuator
 from scissordyn.model.mechanism import Mechanism
-from scissordyn.simulation.cause import check_springs, failed_latch, immovable_joints, singular_position
+from scissordyn.simulation.cause import failed_latch, immovable_joints, singular_position
 from scissordyn.simulation.options import Options
 from scissordyn.simulation.start import prepare_start
 
@@ -77,7 +77,7 @@ class Trajectory:
     status: str
     cause: str
     statistics: dict[str, str | int | float]
-    still: tuple[str, ...]
+    still: tuple[str, ...] = ()
 
 
 def compute(mechanism: Mechanism, options: Options, progress: Callable[[float], None] | None = None) -> Trajectory:
@@ -97,7 +97,6 @@ def compute(mechanism: Mechanism, options: Options, progress: Callable[[float], 
     layout = lay_out(mechanism)
     system = build_system(layout)
     state, opening = prepare_start(layout, system, options)
-    check_springs(layout, system, state)
     still = tuple(immovable_joints(layout, system, state))
     method = options.method if options.method != "auto" else automatic_method(mechanism, options)
     coefficients = tableau(method)

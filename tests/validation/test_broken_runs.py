@@ -1,0 +1,175 @@
+"""Runs that cannot go on, or cannot say all: they end with the names of those who stopped them, never with NaN."""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+import math
+
+import numpy as np
+import pytest
+from test_bad_mechanisms import HUNG, PIN, braced_frame, mechanism, part, pin, refused, tripod
+
+import scissordyn as sd
+from scissordyn.mechanics.layout import lay_out
+from scissordyn.model.connection import Latch, Link
+
+ROPE = ("u", "b"), ("ground", "P")
+KNEE = pin("knee", "u.b", "v.a")
+
+
+def shrinking(rate: float) -> Link:
+    """A link from 0.3 m on."""
+    return Link("rope", *ROPE, motion=sd.Polynomial((0.3, rate)))
+
+
+def two_bars(*links: Link) -> sd.Mechanism:
+    """Two bars with a knee, and links."""
+    return mechanism(part("u"), part("v", x=1.0, angle=1.0), joints=(HUNG, KNEE), links=links)
+
+
+def latched_rocker() -> sd.Mechanism:
+    """A driven four-bar whose rocker meets a latch on its way."""
+    linkage = sd.four_bar(gravity=0.0).driven(speed=3.0)
+    return dataclasses.replace(linkage, latches=(Latch("hold", "rocker", linkage.body("rocker").angle + 0.05),))
+
+
+ENDS = {
+    "link that shrinks to nothing": (
+        lambda: mechanism(part("u", angle=0.3), joints=(HUNG,), links=(shrinking(-1.0),)),
+        0.3,
+        ("'rope'",),
+    ),
+    "link longer than two bars": (
+        lambda: two_bars(Link("rope", ("u", "a"), ("v", "b"), motion=sd.Polynomial((1.8, 1.0)))),
+        0.2,
+        ("'rope'", "'u'", "'v'"),
+    ),
+    "link that changes between fixed points": (
+        lambda: mechanism(
+            part("u"), joints=(HUNG,), links=(Link("rope", ("u", "a"), ("ground", "P"), motion=sd.Polynomial((1.0, 1.0))),)
+        ),
+        0.0,
+        ("'rope'",),
+    ),
+    "bars stretched between the ground's points": (
+        lambda: mechanism(part("u"), part("v", x=1.0), joints=(HUNG, KNEE, pin("far", "v.b", "ground.Q"))),
+        0.0,
+        ("'u'", "'v'"),
+    ),
+    "latch against a drive": (latched_rocker, 0.045964247, ("'hold'", "'rocker'")),
+}
+
+
+@pytest.mark.parametrize("case", ENDS)
+def test_run_ends_where_it_must(case: str) -> None:
+    """Closed form: a run ends at the instant from which nothing can move on, says who is in the way, and holds no NaN.
+
+    The rope is gone after 0.3 s, the bars are straight at 1.8 m + 0.2 m; the latch's instant is that at which the rocker of a
+    run without it has turned by 0.05 rad (interpolated).
+    """
+    build, end, names = ENDS[case]
+    run = sd.simulate(build(), until=1.0, samples=101, rtol=1e-10, atol=1e-10)
+    assert run.attrs["status"] == "failed"
+    assert run.attrs["end"] == pytest.approx(end, abs=1e-6)
+    assert [name for name in names if name not in run.attrs["cause"]] == []
+    assert run.sizes["time"] == int(100.0 * run.attrs["end"] + 1.0 - 1e-9 if end > 0.0 else 0)
+    for name in ("position", "angle", "velocity", "acceleration", "energy_residual", "link_force", "latch_torque"):
+        if name in run:
+            assert np.all(np.isfinite(run[name].values)), name
+
+
+def test_instant_of_the_contradicting_latch() -> None:
+    """Cross-check: without the latch the rocker turns by the latch's angle at the instant at which the run with it ends."""
+    linkage = dataclasses.replace(latched_rocker(), latches=())
+    run = sd.simulate(linkage, until=0.05, samples=2001, rtol=1e-12, atol=1e-12)
+    turned = run["angle"].sel(body="rocker").values - linkage.body("rocker").angle
+    assert float(np.interp(0.05, turned, run["time"].values)) == pytest.approx(0.045964247, abs=1e-8)
+
+
+LINKS = {
+    "too short to reach": (
+        lambda: mechanism(part("u"), joints=(HUNG,), links=(Link("rope", ("u", "b"), ("ground", "Q"), length=5.0),)),
+        ("'rope'", "'u'"),
+    ),
+    "given twice": (
+        lambda: two_bars(Link("one", ("u", "a"), ("v", "b"), length=1.75), Link("two", ("u", "a"), ("v", "b"), length=1.75)),
+        ("'one'|'two'",),
+    ),
+    "contradicting": (
+        lambda: two_bars(Link("one", ("u", "a"), ("v", "b"), length=1.75), Link("two", ("u", "a"), ("v", "b"), length=1.7)),
+        ("'one'", "'two'"),
+    ),
+    "moving beside a rigid one": (
+        lambda: mechanism(part("u"), joints=(HUNG,), links=(shrinking(-1.0), Link("rod", *ROPE, length=0.31))),
+        ("'rope'", "'rod'"),
+    ),
+}
+
+
+@pytest.mark.parametrize("case", LINKS)
+def test_links_that_cannot_be(case: str) -> None:
+    """Identity: links of impossible, contradicting or redundant lengths are refused by name."""
+    build, names = LINKS[case]
+    refused(build, *names)
+
+
+def warnings_of(run) -> list[str]:
+    """Sentences that go with a run."""
+    return json.loads(run.attrs["warnings"])
+
+
+def test_loose_joint_of_a_rigid_ring() -> None:
+    """Identity: one loose pin in a ring that is rigid without it cannot move, and that is said; one in a linkage can."""
+    ring = sd.hoberman_ring(units=4).driven(speed=-0.3).loosen("unit 1/upper", PIN)
+    run = sd.simulate(ring, until=0.1, samples=11)
+    assert float(np.nanmax(np.hypot(*np.moveaxis(run["eccentricity"].values, -1, 0)))) < 1e-12
+    assert any("'unit 1/upper' cannot move" in sentence for sentence in warnings_of(run))
+    linkage = sd.four_bar().driven(speed=1.0).loosen("crank pin", PIN)
+    assert not any("cannot move" in sentence for sentence in warnings_of(sd.simulate(linkage, until=0.01, samples=3)))
+
+
+def test_hinge_spring_beyond_half_a_turn() -> None:
+    """Identity: a hinge spring warns from the sample on at which its body has turned by pi, and not before."""
+    wheel = mechanism(
+        part("u", angular_velocity=20.0), joints=(HUNG,), elements=(sd.TorsionSpring("coil", "u", stiffness=1e-6),), gravity=0.0
+    )
+    (sentence,) = warnings_of(sd.simulate(wheel, until=0.2, samples=201))
+    assert "'coil'" in sentence
+    assert f"t = {math.ceil(1000.0 * math.pi / 20.0) / 1000.0:g} s" in sentence
+    assert warnings_of(sd.simulate(wheel, until=0.15, samples=16)) == []
+
+
+def test_determined_reactions_are_kept() -> None:
+    """Cross-check: in a tripod with one foot too many the pin of the swinging bar bears what it bears in one with two feet."""
+    whole = tripod(1.0)
+    statically_determined = dataclasses.replace(
+        whole,
+        bodies=tuple(body for body in whole.bodies if body.name != "w"),
+        joints=tuple(joint for joint in whole.joints if "w" not in joint.bodies),
+    )
+    runs = [sd.simulate(model, until=0.5, samples=26, rtol=1e-12, atol=1e-12) for model in (whole, statically_determined)]
+    pulls = [run["reaction"].sel(joint="swing").values for run in runs]
+    assert np.allclose(*pulls, rtol=0, atol=1e-9 * np.max(np.abs(pulls[1])))
+    others = runs[0]["reaction"].drop_sel(joint="swing").values
+    assert np.all(np.isnan(others).any(axis=2))
+    (sentence,) = warnings_of(runs[0])
+    assert "more ideal joints" in sentence
+    assert "'swing'" not in sentence
+
+
+def test_no_reaction_of_a_braced_frame_is_determined() -> None:
+    """Identity: the frame's state of self-stress loads every bar, hence every pin, at every instant as it turns."""
+    run = sd.simulate(braced_frame(1.0), until=3.0, samples=2001)
+    assert np.all(np.isnan(run["reaction"].values).any(axis=2))
+    (sentence,) = warnings_of(run)
+    assert "more ideal joints" in sentence
+
+
+@pytest.mark.parametrize(("build", "count"), [(lambda: braced_frame(1.0), 1), (lambda: tripod(1.0), 1), (sd.four_bar, 0)])
+def test_conditions_that_follow_are_left_out(build, count: int) -> None:
+    """Identity: a frame with one bar more than it needs loses one condition; a linkage, also one that starts straight, none."""
+    layout = lay_out(build())
+    assert len(layout.redundant) == count
+    straight = mechanism(part("u"), part("v", x=1.0), joints=(HUNG, KNEE, pin("far", "v.b", "ground.Q")))
+    assert lay_out(straight).redundant == ()

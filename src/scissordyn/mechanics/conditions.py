@@ -60,7 +60,7 @@ def order_conditions(layout: Layout, found: list[Condition]) -> tuple[Condition,
 
 def _lengths(layout: Layout, elimination: Elimination) -> list[Condition]:
     """One condition of unit length per family of parallel bars."""
-    families: dict[tuple[tuple[int, int, float], ...], list[str]] = {}
+    families: dict[tuple[bytes, ...], list[str]] = {}
     forms: dict[str, Form] = {}
     sizes: dict[str, float] = {}
     for body in layout.mechanism.bodies:
@@ -74,12 +74,9 @@ def _lengths(layout: Layout, elimination: Elimination) -> list[Condition]:
                 raise _wrong_length(layout, elimination, body.name, length)
             continue
         scale = np.max(np.abs(square))
-        key = tuple(
-            (int(a), int(b), round(float(square[i, j] / scale), 9))
-            for i, a in enumerate(form.columns)
-            for j, b in enumerate(form.columns)
-            if abs(square[i, j]) > 1e-12 * scale
-        )
+        row, column = np.nonzero(np.abs(square) > 1e-12 * scale)
+        values = np.round(square[row, column] / scale, 9) + 0.0  # no negative zeros
+        key = form.columns[row].tobytes(), form.columns[column].tobytes(), values.tobytes()
         family = families.setdefault(key, [])
         family.append(body.name)
         forms[body.name], sizes[body.name] = form, math.sqrt(float(scale))

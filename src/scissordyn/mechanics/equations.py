@@ -16,20 +16,19 @@ from scissordyn.mechanics import band
 from scissordyn.mechanics.actuator import recorded_signal
 from scissordyn.mechanics.element import add_element_forces, linearise_element, stop_gap
 from scissordyn.mechanics.joint import contact_forces, gap, linearise_contact, switch
+from scissordyn.mechanics.latch import engage, latch_gap
 from scissordyn.mechanics.motion import course_at, prescribe
+from scissordyn.mechanics.step_matrix import acts
 from scissordyn.mechanics.system import APPROACH_FLOOR
 
 __all__ = [
     "accelerate",
-    "engage",
-    "factorize",
     "guards",
     "linearise",
     "powers",
     "project",
     "record_signals",
     "reset",
-    "solve",
 ]
 
 _band_factorize, _band_solve = band.factorize, band.solve
@@ -169,12 +168,6 @@ def accelerate(t, y, S, dy):
 
 
 @kernel(inline=True)
-def acts(link, S):
-    """Whether a link exerts forces: a loose joint in contact, or an element."""
-    return link >= S.radius.shape[0] or S.mode[link] == 1
-
-
-@kernel(inline=True)
 def linearise(t, y, S, dy, dt):
     """Write y' into dy, the partial derivative of y' by time into dt, and prepare `factorize`."""
     n, nb = S.n, S.nb
@@ -257,119 +250,6 @@ def linearise(t, y, S, dy, dt):
 
 
 @kernel(inline=True)
-def factorize(hg, S):
-    """Factorize W = 1/hg - d y' / d y for `solve`; returns a singular row or -1.
-
-    Positions are eliminated (k_x = hg (k_v + r_x)) and the multipliers' changes are kept as unknowns, so a chain stays banded.
-    """
-    n, m = S.n, S.multiplier.size
-    matrix, lower = S.band, S.band_limits[0]
-    place = S.place
-    matrix[:, :] = 0.0
-    S.gamma[0] = hg
-    for i in range(n):
-        matrix[place[i], lower] = 1.0 / hg
-    for k in range(m):
-        matrix[place[n + k], lower] = S.idle[k]
-    for p in range(S.part_weight.size):
-        start, stop, k, weight = S.part_start[p], S.part_start[p + 1], S.part_condition[p], S.part_weight[p]
-        value = hg * S.frozen_multiplier[k] * weight
-        wx = weight * (S.frozen_direction[p, 0] + hg * (2.0 * S.frozen_rate[p, 0] + hg * S.direction_acceleration[p, 0]))
-        wy = weight * (S.frozen_direction[p, 1] + hg * (2.0 * S.frozen_rate[p, 1] + hg * S.direction_acceleration[p, 1]))
-        condition = place[n + k]
-        for i in range(start, stop):
-            if S.length_column[i] >= n:
-                continue
-            row = place[S.length_column[i]]
-            rx, ry = S.length_row[0, i], S.length_row[1, i]
-            matrix[row, condition - row + lower] += S.frozen_gradient[i]
-            matrix[condition, row - condition + lower] += wx * rx + wy * ry
-            for j in range(start, stop):
-                if S.length_column[j] < n:
-                    column = place[S.length_column[j]]
-                    matrix[row, column - row + lower] += value * (rx * S.length_row[0, j] + ry * S.length_row[1, j])
-    for j in range(S.link_start.size - 1):
-        first_state, last_state = S.state_start[j], S.state_start[j + 1]
-        states = last_state - first_state
-        for s in range(states):
-            matrix[place[n + m + first_state + s], lower] += 1.0 / hg
-        if not acts(j, S):
-            continue
-        first, count = S.link_start[j], S.link_start[j + 1] - S.link_start[j]
-        for a in range(count):
-            if S.link_column[first + a] >= n:
-                continue
-            row = place[S.link_column[first + a]]
-            for b in range(count):
-                if S.link_column[first + b] < n:
-                    at = S.block_start[j] + a * count + b
-                    column = place[S.link_column[first + b]]
-                    matrix[row, column - row + lower] -= S.block_v[at] + hg * S.block_x[at]
-            for s in range(states):
-                at = S.force_state_start[j] + a * states + s
-                state = place[n + m + first_state + s]
-                matrix[row, state - row + lower] -= S.force_by_state[at]
-                matrix[state, row - state + lower] -= S.rate_by_v[at] + hg * S.rate_by_x[at]
-        for s in range(states):
-            row = place[n + m + first_state + s]
-            for k in range(states):
-                column = place[n + m + first_state + k]
-                matrix[row, column - row + lower] -= S.rate_by_state[S.state_state_start[j] + s * states + k]
-    return _band_factorize(matrix, lower, S.band_limits[1], S.pivots)
-
-
-@kernel(inline=True)
-def solve(r, S):
-    """Overwrite r with W^-1 r."""
-    n, m, nz = S.n, S.multiplier.size, S.state_start[-1]
-    hg, work, place = S.gamma[0], S.work, S.place
-    for i in range(n):
-        work[place[i]] = r[n + i]
-    for s in range(nz):
-        work[place[n + m + s]] = r[2 * n + s]
-    for k in range(m):
-        work[place[n + k]] = 0.0
-    for p in range(S.part_weight.size):
-        k, weight = S.part_condition[p], S.part_weight[p]
-        along = dx = dy = 0.0
-        for i in range(S.part_start[p], S.part_start[p + 1]):
-            column = S.length_column[i]
-            if column < n:
-                along += S.frozen_gradient[i] * r[n + column]
-                dx += S.length_row[0, i] * r[column]
-                dy += S.length_row[1, i] * r[column]
-        value = hg * S.frozen_multiplier[k] * weight
-        for i in range(S.part_start[p], S.part_start[p + 1]):
-            column = S.length_column[i]
-            if column < n:
-                work[place[column]] -= value * (S.length_row[0, i] * dx + S.length_row[1, i] * dy)
-        bend = weight * (dx * S.direction_acceleration[p, 0] + dy * S.direction_acceleration[p, 1])
-        work[place[n + k]] += hg * (along - hg * bend)
-    for j in range(S.link_start.size - 1):
-        if not acts(j, S):
-            continue
-        first, count = S.link_start[j], S.link_start[j + 1] - S.link_start[j]
-        first_state, states = S.state_start[j], S.state_start[j + 1] - S.state_start[j]
-        for b in range(count):
-            if S.link_column[first + b] >= n:
-                continue
-            value = hg * r[S.link_column[first + b]]
-            for a in range(count):
-                if S.link_column[first + a] < n:
-                    work[place[S.link_column[first + a]]] += S.block_x[S.block_start[j] + a * count + b] * value
-            for s in range(states):
-                at = S.force_state_start[j] + b * states + s
-                work[place[n + m + first_state + s]] += S.rate_by_x[at] * value
-    _band_solve(S.band, S.band_limits[0], S.band_limits[1], S.pivots, work)
-    for i in range(n):
-        value = work[place[i]]
-        r[n + i] = value
-        r[i] = hg * (value + r[i])
-    for s in range(nz):
-        r[2 * n + s] = work[place[n + m + s]]
-
-
-@kernel(inline=True)
 def project(t, y, S):
     """Bring lengths and their rates back to their conditions; returns whether y changed."""
     n, m = S.n, S.multiplier.size
@@ -425,43 +305,6 @@ def guards(t, y, S, value, rate):
     for i in range(S.guard.size):
         if S.guard[i] >= 0:
             value[S.guard[i]], rate[S.guard[i]] = stop_gap(i, S)
-
-
-@kernel(inline=True)
-def latch_gap(latch, S):
-    """Angle past a latch and its rate; a locked one never opens."""
-    if S.mode[S.radius.shape[0] + latch] == 1:
-        return 1.0, 0.0
-    p = S.latch[latch, 1]
-    # the parts are w + g and w - g, w the body's direction turned back by the angle of the latch, g the base's turned left
-    wx = wy = gx = gy = ux = uy = hx = hy = 0.0
-    for part in range(p, p + 2):
-        sign = 0.5 if part == p else -0.5
-        for i in range(S.part_start[part], S.part_start[part + 1]):
-            x, v = S.X[S.length_column[i]], S.V[S.length_column[i]]
-            rx, ry = S.length_row[0, i], S.length_row[1, i]
-            wx += 0.5 * rx * x
-            wy += 0.5 * ry * x
-            ux += 0.5 * rx * v
-            uy += 0.5 * ry * v
-            gx += sign * rx * x
-            gy += sign * ry * x
-            hx += sign * rx * v
-            hy += sign * ry * v
-    angle = math.atan2(wx * gx + wy * gy, wx * gy - wy * gx)
-    spin = (wx * uy - wy * ux) - (gx * hy - gy * hx)
-    return S.latch_side[latch] * angle, S.latch_side[latch] * spin
-
-
-@kernel(inline=True)
-def engage(S):
-    """Let the conditions of latches hold, or not, as their modes say."""
-    for latch in range(S.latch_side.size):
-        locked = float(S.mode[S.radius.shape[0] + latch])
-        k, p = S.latch[latch, 0], S.latch[latch, 1]
-        S.idle[k] = 1.0 - locked
-        S.part_weight[p] = locked * S.part_full[p]
-        S.part_weight[p + 1] = locked * S.part_full[p + 1]
 
 
 @kernel(inline=True)

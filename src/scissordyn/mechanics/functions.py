@@ -3,17 +3,13 @@
 from __future__ import annotations
 
 from scissordyn.jit import kernel
-from scissordyn.mechanics import equations
+from scissordyn.mechanics import equations, step_matrix
 from scissordyn.mechanics.system import open_system
 
 __all__ = ["FUNCTIONS"]
 
-_accelerate, _linearise, _factorize, _solve = (
-    equations.accelerate,
-    equations.linearise,
-    equations.factorize,
-    equations.solve,
-)
+_accelerate, _linearise = equations.accelerate, equations.linearise
+_factorize, _solve = step_matrix.factorize, step_matrix.solve
 _project, _guards, _reset, _powers = equations.project, equations.guards, equations.reset, equations.powers
 _record = equations.record_signals
 
@@ -32,13 +28,13 @@ def linearise(t, y, address, dy, dt):
 
 @kernel()
 def factorize(hg, address):
-    """See `equations.factorize`."""
+    """See `step_matrix.factorize`."""
     return _factorize(hg, open_system(address))
 
 
 @kernel()
 def solve(r, address):
-    """See `equations.solve`."""
+    """See `step_matrix.solve`."""
     _solve(r, open_system(address))
 
 

@@ -8,8 +8,9 @@ import numpy as np
 
 from scissordyn.jit import Handle, kernel
 from scissordyn.laws.ladder import elastic_force
-from scissordyn.mechanics.equations import accelerate, constraint_forces, engage, project
+from scissordyn.mechanics.equations import accelerate, constraint_forces, project
 from scissordyn.mechanics.joint import kinematics
+from scissordyn.mechanics.latch import engage
 from scissordyn.mechanics.system import open_system
 
 __all__ = ["Record", "elastic_energy", "record"]

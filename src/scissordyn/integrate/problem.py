@@ -8,7 +8,7 @@ import numpy as np
 from numba import int64, types, void
 from numba.core.types.function_type import CompileResultWAP
 
-from scissordyn.integrate.advance import WATCHED
+from scissordyn.integrate.books import SPARE, WATCHED
 from scissordyn.integrate.tableau import Tableau
 
 __all__ = ["Problem", "Samples", "Work", "make_problem", "make_samples", "make_work"]
@@ -47,14 +47,20 @@ class Work(NamedTuple):
     rate: np.ndarray
     left_rate: np.ndarray
     right_value: np.ndarray
+    left_value: np.ndarray
     first_value: np.ndarray  # where the first crossing so far was found
     right_rate: np.ndarray
-    power: np.ndarray  # (nodes + 1, quadratures)
+    power: np.ndarray  # (stages or nodes + 1, quadratures)
+    power_at_start: np.ndarray  # (quadratures,)
+    gain: np.ndarray  # (p, quadratures): dense output of the integrals of an explicit step
     total: np.ndarray  # (quadratures,)
-    watched: np.ndarray  # (nodes + 3, guards, WATCHED): at the start, the nodes and the end of the step, and work space
+    watched: np.ndarray  # (rows, guards, WATCHED): at the stages, or at the start, the nodes and the end; then work space
     peak: np.ndarray  # (guards, 2 + WATCHED): since the last rise the largest watched number, when, and the integrals
     rejected: np.ndarray  # (1,)
     first: np.ndarray  # (1,) kind of event before the step to come, or -1
+    pace: np.ndarray  # (1,) how time runs inside the present step: see `pace`
+    trend: np.ndarray  # (2,) size and error of the last step, if it was even
+    reach: np.ndarray  # (1,) longest step that is tried to end on the end of a contact
 
 
 class Samples(NamedTuple):
@@ -125,14 +131,20 @@ def make_work(
         rate=np.zeros(guards),
         left_rate=np.zeros(guards),
         right_value=np.zeros(guards),
+        left_value=np.zeros(guards),
         first_value=np.zeros(guards),
         right_rate=np.zeros(guards),
-        power=np.zeros((tableau.gauss.size + 1, quadratures)),
+        power=np.zeros((max(tableau.gauss.size + 1, tableau.nodes.size), quadratures)),
+        power_at_start=np.zeros(quadratures),
+        gain=np.zeros((tableau.pattern.size, quadratures)),
         total=np.zeros(quadratures),
-        watched=np.zeros((tableau.gauss.size + 3, guards, WATCHED)),
+        watched=np.zeros((max(tableau.gauss.size + 2, tableau.nodes.size) + SPARE, guards, WATCHED)),
         peak=np.zeros((guards, 2 + WATCHED)),
         rejected=np.zeros(1, np.int64),
         first=np.full(1, -1, np.int64),
+        pace=np.zeros(1, np.int64),
+        trend=np.zeros(2),
+        reach=np.full(1, np.inf),
     )
 
 

@@ -368,8 +368,8 @@ def advance(problem, T, S, clock, count, w, out, log, most_steps):
         grow = 8.0 if error <= 1e-12 else min(8.0, max(0.2, 0.9 * error ** (-1.0 / T.order)))
         if w.rejected[0] == 1:
             grow = min(grow, 1.0)
-        # where steps must shrink, they do so at a steady rate (Gustafsson 1994, doi:10.1145/198429.198437)
-        if T.kind == 0 and w.pace[0] == EVEN and error > 1e-2 and w.trend[1] > 0.0:
+        # towards the end of a contact steps shrink at a steady rate (Gustafsson 1994, doi:10.1145/198429.198437)
+        if w.touching[0] == 1 and w.pace[0] == EVEN and error > 1e-2 and w.trend[1] > 0.0:
             grow = min(grow, max(0.2, grow * (h / w.trend[0]) * (w.trend[1] / error) ** (1.0 / T.order)))
         w.trend[0], w.trend[1] = h, error if w.pace[0] == EVEN else 0.0
         w.rejected[0] = 0
@@ -421,5 +421,9 @@ def advance(problem, T, S, clock, count, w, out, log, most_steps):
         clock[STEP] = remembered if T.kind == 0 and remembered < clock[END] else min(full, remembered)
         w.first[0] = after
         w.reach[0], w.trend[1] = math.inf, 0.0
+        w.touching[0] = 0
+        for k in range(w.mode.size):
+            if T.kind == 0 and w.mode[k] == 1:
+                w.touching[0] = 1
         count[EVENTS] += 1
     return ADVANCING

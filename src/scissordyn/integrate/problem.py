@@ -59,6 +59,7 @@ class Work(NamedTuple):
     rejected: np.ndarray  # (1,)
     first: np.ndarray  # (1,) kind of event before the step to come, or -1
     pace: np.ndarray  # (1,) how time runs inside the present step: see `pace`
+    touching: np.ndarray  # (1,) whether an explicit method is in a contact
     trend: np.ndarray  # (2,) size and error of the last step, if it was even
     reach: np.ndarray  # (1,) longest step that is tried to end on the end of a contact
 
@@ -143,6 +144,7 @@ def make_work(
         rejected=np.zeros(1, np.int64),
         first=np.full(1, -1, np.int64),
         pace=np.zeros(1, np.int64),
+        touching=np.zeros(1, np.int64),
         trend=np.zeros(2),
         reach=np.full(1, np.inf),
     )

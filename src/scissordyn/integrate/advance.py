@@ -333,7 +333,7 @@ def advance(problem, T, S, clock, count, w, out, log, most_steps):
         if last:
             h = clock[END] - t
         w.pace[0], aimed = EVEN, -1
-        if T.kind == 0 and w.first[0] == 0:
+        if w.touching[0] == 1 and w.first[0] == 0:
             w.pace[0] = AFTER_START
         elif T.kind == 0:
             most = min(w.reach[0], AIM * clock[AFTER_RISE], clock[END] - t)

@@ -138,7 +138,7 @@ def find_peak(problem, T, k, t, h, w, S, count):
         inside = vertex(T, k, 0, w) > 0.0
     elif best == last:
         inside = vertex(T, k, last - 2, w) < 1.0
-    if value < w.peak[k, 0] and not inside:
+    if value < w.peak[k, 0]:
         return
     if inside:
         low, high = place_of(T, max(best - 1, 0)), place_of(T, min(best + 1, last))

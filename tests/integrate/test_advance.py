@@ -8,6 +8,7 @@ import pytest
 from numba import types
 
 from scissordyn.integrate import advance as loop
+from scissordyn.integrate.books import WATCHED
 from scissordyn.integrate.problem import make_problem, make_samples, make_work
 from scissordyn.integrate.tableau import METHODS, tableau
 from scissordyn.jit import Handle, kernel, opener
@@ -151,7 +152,7 @@ def run(name, rate, linearise, start, until, tolerance, samples, *, floor):
     )
     out, log = make_samples(np.linspace(0.0, until, samples), work), np.zeros((100, 5 + loop.RECORD))
     if not floor:  # powers and guards write one number each
-        work = work._replace(value=np.zeros(1), rate=np.zeros(1), watched=np.zeros((T.gauss.size + 3, 1, loop.WATCHED)))
+        work = work._replace(value=np.zeros(1), rate=np.zeros(1), watched=np.zeros((work.watched.shape[0], 1, WATCHED)))
     clock, count = np.array([0.0, 1e-3, until, until, until]), np.zeros(8, np.int64)
     status = loop.ADVANCING
     while status == loop.ADVANCING:

@@ -10,7 +10,8 @@ A problem is a tuple of typed pointers
     guards(t, y, S, value, rate)   switching functions and their rates
     reset(t, y, k, S, record)      guard k has been crossed: change y and S, leave remarks in record
     powers(t, y, S, power, watch)  integrands, and per guard WATCHED numbers: one whose largest value is wanted, and all of
-                                   them to be integrated while the guard's mode is 1
+                                   them to be integrated while the guard's mode is 1; called right after `rate` or
+                                   `linearise` for the same t and y
     record(t, y, S, signals)       what the problem wants to look back at later; see `history`
 
 with S the address of whatever they work on. A guard in mode 0 waits for its value to rise through zero, in mode 1 to fall.
@@ -20,7 +21,9 @@ from __future__ import annotations
 
 import math
 
+from scissordyn.integrate.books import RATES, WATCHED, total_at, watch
 from scissordyn.integrate.history import keep_history, up_to_multiple
+from scissordyn.integrate.pace import AFTER_START, BEFORE_END, EVEN, fraction, place, speed
 from scissordyn.integrate.step import (
     dense_value,
     error_norm,
@@ -41,7 +44,6 @@ __all__ = [
     "RECORD",
     "STEP_TOO_SMALL",
     "STUCK",
-    "WATCHED",
     "advance",
 ]
 
@@ -50,9 +52,6 @@ ADVANCING, FINISHED, LOG_FULL, STEP_TOO_SMALL, NOT_FINITE, STUCK, HISTORY_FULL =
 
 RECORD = 2
 """Numbers that a reset may leave in the event log."""
-
-WATCHED = 3
-"""Watched numbers per guard."""
 
 LOG_COLUMNS = 5 + RECORD + WATCHED
 """Time, guard, new mode, what the reset left, the largest first watched number and its time, integrals of the watched."""
@@ -63,8 +62,14 @@ PROBES = 6
 LANDINGS = 8
 """Attempts to end a step on a crossing; Newton's method needs two or three."""
 
+AIM = 1.3
+"""The end of a contact is tried to be reached in one step of this many times the size that worked after its start."""
+
+NEARER = 0.6
+"""Largest part of the way to the end of a contact that an even step goes."""
+
 # rows of the counters and of the clock
-STEPS, REJECTED, RATES, JACOBIANS, EVENTS, SAMPLED, STALLED, FRESH = range(8)
+STEPS, REJECTED, JACOBIANS, EVENTS, SAMPLED, STALLED, FRESH = 0, 1, 3, 4, 5, 6, 7
 TIME, STEP, END, AFTER_RISE, AFTER_FALL = range(5)
 
 
@@ -72,7 +77,7 @@ TIME, STEP, END, AFTER_RISE, AFTER_FALL = range(5)
 def evaluate(problem, T, theta, t, h, w, S):
     """Dense output at theta into w.inside, guards there into w.value and w.rate."""
     dense_value(theta, T.pattern, w.y, w.dense, w.inside)
-    problem.guards(t + theta * h, w.inside, S, w.value, w.rate)
+    problem.guards(t + fraction(w.pace[0], theta) * h, w.inside, S, w.value, w.rate)
 
 
 @kernel(inline=True)
@@ -82,18 +87,30 @@ def sign_of(mode):
 
 
 @kernel()
-def crossing(problem, T, k, low, high, t, h, w, S):
-    """First theta in (low, high] at which guard k, not crossed at low and crossed at high, is crossed (bisection)."""
-    sign = sign_of(w.mode[k])
+def crossing(problem, T, k, low, high, below, above, t, h, w, S):
+    """A theta in (low, high] just past which guard k is crossed, from its values (times its sign) there: Illinois's rule."""
+    sign, side = sign_of(w.mode[k]), 0
     for _ in range(60):
-        middle = 0.5 * (low + high)
+        # a guard that has just been crossed back may start on the wrong side by round-off
+        middle = low + (high - low) * (below / (below - above)) if below < 0.0 else low
         if not low < middle < high:
-            break
+            middle = 0.5 * (low + high)
+            if not low < middle < high:
+                break
         evaluate(problem, T, middle, t, h, w, S)
-        if sign * w.value[k] > 0.0:
-            high = middle
+        value = sign * w.value[k]
+        if value > 0.0:
+            high, above = middle, value
+            if value < 0.1 * w.precision[k]:
+                break
+            if side > 0:
+                below *= 0.5
+            side = 1
         else:
-            low = middle
+            low, below = middle, value
+            if side < 0:
+                above *= 0.5
+            side = -1
     return high
 
 
@@ -123,7 +140,7 @@ def first_crossing(problem, T, t, h, w, S):
         return -1, 1.0
     problem.guards(t, w.y, S, w.value, w.rate)
     for k in range(count):
-        w.left_rate[k] = w.rate[k]
+        w.left_value[k], w.left_rate[k] = w.value[k], w.rate[k]
     left = 0.0
     for probe in range(1, PROBES + 1):
         theta = probe / PROBES
@@ -141,7 +158,10 @@ def first_crossing(problem, T, t, h, w, S):
             elif sign * w.left_rate[k] > 0.0 and sign * w.right_rate[k] < 0.0:
                 found = summit(problem, T, k, left, theta, t, h, w, S)
             if found > 0.0:
-                found = crossing(problem, T, k, left, found, t, h, w, S)
+                if found < theta:
+                    evaluate(problem, T, found, t, h, w, S)
+                above = sign * (w.right_value[k] if found == theta else w.value[k])
+                found = crossing(problem, T, k, left, found, sign * w.left_value[k], above, t, h, w, S)
                 if guard < 0 or found < where:
                     guard, where = k, found
                     evaluate(problem, T, where, t, h, w, S)
@@ -150,7 +170,7 @@ def first_crossing(problem, T, t, h, w, S):
         if guard >= 0:
             return guard, where
         for k in range(count):
-            w.left_rate[k] = w.right_rate[k]
+            w.left_value[k], w.left_rate[k] = w.right_value[k], w.right_rate[k]
         left = theta
     return -1, 1.0
 
@@ -159,7 +179,7 @@ def first_crossing(problem, T, t, h, w, S):
 def trial(problem, T, t, h, w, S, count):
     """One step from (t, w.y) to w.new; returns whether the arithmetic went through."""
     if T.kind == 0:
-        explicit_step(problem.rate, T, t, h, w.y, w.new, w.stages, w.inside, S)
+        explicit_step(problem, T, t, h, w, S)
         count[RATES] += T.stages
         return True
     if problem.factorize(h * T.gamma, S) >= 0:
@@ -173,7 +193,7 @@ def trial(problem, T, t, h, w, S, count):
 def complete(problem, T, t, h, w, S, count):
     """Dense output of the step just made."""
     if T.kind == 0:
-        explicit_dense(problem.rate, T, t, h, w.y, w.new, w.stages, w.inside, w.dense, S)
+        explicit_dense(problem, T, t, h, w, S)
         count[RATES] += T.nodes.size - T.stages - 1
     else:
         rosenbrock_dense(T, w.y, w.new, w.stages, w.dense)
@@ -183,7 +203,8 @@ def complete(problem, T, t, h, w, S, count):
 def prepare(problem, T, t, w, S, count):
     """Slope at the start of a step, and the linearisation that a Rosenbrock method needs."""
     if T.kind == 0:
-        problem.rate(t, w.y, S, w.stages[0])
+        problem.rate(t, w.y, S, w.slope)
+        problem.powers(t, w.y, S, w.power_at_start, w.watched[0])
         count[RATES] += 1
     else:
         problem.linearise(t, w.y, S, w.slope, w.slope_t)
@@ -192,108 +213,48 @@ def prepare(problem, T, t, w, S, count):
 
 
 @kernel(inline=True)
-def place_of(T, node):
-    """Where in the step the rows of Work.watched were taken: its start, the Gauss nodes, its end."""
-    if node == 0:
-        return 0.0
-    return T.gauss[node - 1] if node <= T.gauss.size else 1.0
-
-
-@kernel(inline=True)
-def summit_of_parabola(T, k, first, w):
-    """Abscissa of the vertex of the parabola through three neighbouring watched numbers."""
-    a, b, c = place_of(T, first), place_of(T, first + 1), place_of(T, first + 2)
-    left = (w.watched[first + 1, k, 0] - w.watched[first, k, 0]) / (b - a)
-    right = (w.watched[first + 2, k, 0] - w.watched[first + 1, k, 0]) / (c - b)
-    if right >= left:
-        return a - 1.0 if right < 0.0 else c + 1.0
-    return 0.5 * (a + b) + left * 0.5 * (c - a) / (left - right)
-
-
-@kernel(inline=True)
-def watched_integral(T, h, w, k, which):
-    """Integral over the step of a watched number of guard k."""
-    total = 0.0
-    for node in range(T.gauss.size):
-        weight = 0.0
-        for i in range(T.gauss.size):
-            weight += T.primitive[node, i]
-        total += weight * w.watched[node + 1, k, which]
-    return h * total
-
-
-@kernel(inline=True)
-def watch(problem, T, t, h, w, S, count):
-    """Integrate the powers over the step and follow the peaks of the watched numbers."""
-    guards = w.mode.size
-    for node in range(T.gauss.size):
-        dense_value(T.gauss[node], T.pattern, w.y, w.dense, w.inside)
-        problem.powers(t + T.gauss[node] * h, w.inside, S, w.power[node], w.watched[node + 1])
-    count[RATES] += T.gauss.size + 1
-    last = T.gauss.size + 1
-    problem.powers(t + h, w.new, S, w.power[T.gauss.size], w.watched[last])
-    for k in range(guards):
-        if w.mode[k] == 0:
-            continue
+def carry(T, w):
+    """Slope, powers and watched numbers at the end of an explicit step, for the start of the next."""
+    last, inverse = T.stages, 1.0 / speed(w.pace[0], 1.0)
+    for i in range(w.y.size):
+        w.slope[i] = inverse * w.stages[last, i]
+    for q in range(w.total.size):
+        w.power_at_start[q] = inverse * w.power[last, q]
+    for k in range(w.mode.size):
         for q in range(WATCHED):
-            w.peak[k, 2 + q] += watched_integral(T, h, w, k, q)
-        best = 0
-        for node in range(1, last + 1):
-            if w.watched[node, k, 0] > w.watched[best, k, 0]:
-                best = node
-        value, theta = w.watched[best, k, 0], place_of(T, best)
-        if value < w.peak[k, 0]:
-            continue
-        low, high = place_of(T, max(best - 1, 0)), place_of(T, min(best + 1, last))
-        inside = 0 < best < last
-        if best == 0:
-            inside = summit_of_parabola(T, k, 0, w) > 0.0
-        elif best == last:
-            inside = summit_of_parabola(T, k, last - 2, w) < 1.0
-        if inside:
-            theta, value = refine_peak(problem, T, k, low, theta, high, value, t, h, w, S)
-        if value > w.peak[k, 0]:
-            w.peak[k, 0] = value
-            w.peak[k, 1] = t + theta * h
-    for k in range(guards):
-        w.watched[0, k, 0] = w.watched[last, k, 0]
+            w.watched[0, k, q] = w.watched[last, k, q]
+
+
+@kernel(inline=True)
+def end_ahead(problem, t, most, w, S):
+    """Guard whose contact ends next, and when at its present rate: (guard, time to it), or (-1, 0) beyond `most`."""
+    found, least = -1, most
+    for k in range(w.mode.size):
+        if w.mode[k] == 1:
+            if found < 0 and least == most:
+                problem.guards(t, w.y, S, w.value, w.rate)
+            if w.value[k] > w.precision[k] and w.rate[k] < 0.0 and w.value[k] < -least * w.rate[k]:
+                found, least = k, -w.value[k] / w.rate[k]
+    return found, least if found >= 0 else 0.0
 
 
 @kernel()
-def refine_peak(problem, T, k, low, middle, high, value, t, h, w, S):
-    """Golden-section search for the largest watched number k around `middle`; returns (theta, value)."""
-    ratio = 0.3819660112501051
-    for _ in range(40):
-        # below this width the parabola at the summit is flat to round-off
-        if high - low < 1e-7:
+def aim(problem, T, guard, t, h, most, w, S, count):
+    """One slowing step to the end of a contact, first tried with size h; returns its size, or 0 if it does not get there."""
+    w.pace[0] = BEFORE_END
+    for _ in range(LANDINGS):
+        trial(problem, T, t, h, w, S, count)
+        problem.guards(t + h, w.new, S, w.value, w.rate)
+        value, rate = w.value[guard], w.rate[guard]
+        if abs(value) <= w.precision[guard]:
+            return h
+        if not rate < 0.0:
             break
-        probe = middle + ratio * (high - middle) if high - middle > middle - low else middle - ratio * (middle - low)
-        dense_value(probe, T.pattern, w.y, w.dense, w.inside)
-        problem.powers(t + probe * h, w.inside, S, w.power[T.gauss.size], w.watched[T.gauss.size + 2])
-        found = w.watched[T.gauss.size + 2, k, 0]
-        if found > value:
-            if probe > middle:
-                low = middle
-            else:
-                high = middle
-            middle, value = probe, found
-        elif probe > middle:
-            high = probe
-        else:
-            low = probe
-    return middle, value
-
-
-@kernel(inline=True)
-def integral(T, theta, h, w, which):
-    """Integral of a power from the start of the step to theta."""
-    total = 0.0
-    for node in range(T.gauss.size):
-        value = 0.0
-        for k in range(T.gauss.size - 1, -1, -1):
-            value = (value + T.primitive[node, k]) * theta
-        total += value * w.power[node, which]
-    return h * total
+        h -= value / rate
+        if not 0.0 < h <= most:
+            break
+    w.pace[0] = EVEN
+    return 0.0
 
 
 @kernel(inline=True)
@@ -304,10 +265,10 @@ def sample(T, t, h, final, count, w, out):
         when = out.time[at]
         if when > t + h and not (final and at == out.time.size - 1):
             return
-        theta = min(1.0, max(0.0, (when - t) / h)) if h > 0.0 else 1.0
+        theta = place(w.pace[0], min(1.0, max(0.0, (when - t) / h))) if h > 0.0 else 1.0
         dense_value(theta, T.pattern, w.y, w.dense, out.state[at])
         for q in range(w.total.size):
-            out.total[at, q] = w.total[q] + integral(T, theta, h, w, q)
+            out.total[at, q] = w.total[q] + total_at(T, theta, h, w, q)
         for k in range(w.mode.size):
             out.mode[at, k] = w.mode[k]
             out.memory[at, k] = w.memory[k]
@@ -323,7 +284,7 @@ def land(problem, T, guard, theta, t, h, w, S, count):
     """
     # two joints that cross within round-off leave a step that the clock cannot resolve, nor a Rosenbrock method divide by
     least = min(h, 4e-16 * max(abs(t), abs(t + h)))
-    short = max(theta * h, least)
+    short = max(fraction(w.pace[0], theta) * h, least)
     for attempt in range(LANDINGS):
         if not trial(problem, T, t, short, w, S, count):
             break
@@ -377,15 +338,36 @@ def advance(problem, T, S, clock, count, w, out, log, most_steps):
         last = t + h >= clock[END] or clock[END] - t - h < 1e-3 * h
         if last:
             h = clock[END] - t
-        ok = trial(problem, T, t, h, w, S, count)
+        w.pace[0], aimed = EVEN, -1
+        if w.touching[0] == 1 and w.first[0] == 0:
+            w.pace[0] = AFTER_START
+        elif T.kind == 0:
+            most = min(w.reach[0], AIM * clock[AFTER_RISE], clock[END] - t)
+            if delayed:
+                most = up_to_multiple(t, most, w.delays)
+            aimed, ahead = end_ahead(problem, t, max(most, h / NEARER), w, S)
+            if 0.0 < ahead <= most:
+                ahead = aim(problem, T, aimed, t, ahead, most, w, S, count)
+            elif ahead > 0.0:
+                h, last, ahead = min(h, NEARER * ahead), False, 0.0
+            if ahead > 0.0:
+                h, last = ahead, False
+            else:
+                aimed = -1
+        ok = aimed >= 0 or trial(problem, T, t, h, w, S, count)
         error = error_norm(T, h, w.y, w.new, w.stages, w.atol, w.rtol, w.group) if ok else math.nan
         if not error <= 1.0:
             count[REJECTED] += 1
             factor = 0.2
             if error == error and not math.isinf(error):
                 factor = max(0.2, 0.9 * error ** (-1.0 / T.order))
-            clock[STEP] = h * factor
+            if w.pace[0] == AFTER_START:  # the method steps in the root of time
+                factor *= factor
             count[STALLED] += 1
+            if aimed >= 0:
+                w.reach[0] = h * factor
+                continue
+            clock[STEP] = h * factor
             if clock[STEP] <= 4e-16 * max(abs(t), abs(clock[END])):
                 return STEP_TOO_SMALL if error == error else NOT_FINITE
             w.rejected[0] = 1
@@ -394,14 +376,24 @@ def advance(problem, T, S, clock, count, w, out, log, most_steps):
         grow = 8.0 if error <= 1e-12 else min(8.0, max(0.2, 0.9 * error ** (-1.0 / T.order)))
         if w.rejected[0] == 1:
             grow = min(grow, 1.0)
+        # towards the end of a contact steps shrink at a steady rate (Gustafsson 1994, doi:10.1145/198429.198437)
+        if w.touching[0] == 1 and w.pace[0] == EVEN and error > 1e-2 and w.trend[1] > 0.0:
+            grow = min(grow, max(0.2, grow * (h / w.trend[0]) * (w.trend[1] / error) ** (1.0 / T.order)))
+        w.trend[0], w.trend[1] = h, error if w.pace[0] == EVEN else 0.0
         w.rejected[0] = 0
         count[STEPS] += 1
-        if w.first[0] >= 0:
-            clock[AFTER_RISE + w.first[0]] = h
-            w.first[0] = -1
-        guard, theta = first_crossing(problem, T, t, h, w, S)
         full = h
-        if guard >= 0:
+        if w.pace[0] == AFTER_START:
+            clock[AFTER_RISE] = h * min(4.0, grow * grow)
+            # what is past remains singular, as near as the step is long
+            grow = min(grow, 1.0)
+        elif w.first[0] >= 0:
+            clock[AFTER_RISE + w.first[0]] = h * max(1.0, grow) if T.kind == 0 else 2.0 * h
+        w.first[0] = -1
+        guard, theta = first_crossing(problem, T, t, h, w, S)
+        if aimed >= 0 and (guard < 0 or (guard == aimed and theta > 0.999)):
+            guard = aimed
+        elif guard >= 0:
             h = land(problem, T, guard, theta, t, h, w, S, count)
             complete(problem, T, t, h, w, S, count)
         if delayed:
@@ -409,7 +401,7 @@ def advance(problem, T, S, clock, count, w, out, log, most_steps):
         watch(problem, T, t, h, w, S, count)
         sample(T, t, h, last and guard < 0, count, w, out)
         for q in range(w.total.size):
-            w.total[q] += integral(T, 1.0, h, w, q)
+            w.total[q] += total_at(T, 1.0, h, w, q)
         now = clock[END] if last and guard < 0 else t + h
         moved = problem.project(now, w.new, S)
         for i in range(size):
@@ -418,8 +410,7 @@ def advance(problem, T, S, clock, count, w, out, log, most_steps):
         clock[STEP] = full * grow
         count[FRESH] = 0
         if T.kind == 0 and guard < 0 and not moved:
-            for i in range(size):
-                w.stages[0, i] = w.stages[T.stages, i]
+            carry(T, w)
             count[FRESH] = 1
         count[STALLED] = count[STALLED] + 1 if now <= t else 0
         if count[STALLED] > 1000:
@@ -436,7 +427,13 @@ def advance(problem, T, S, clock, count, w, out, log, most_steps):
             w.peak[guard, :] = 0.0
             w.peak[guard, 1] = now
         w.watched[0, guard, 0] = 0.0
-        clock[STEP] = min(full, 2.0 * clock[AFTER_RISE + after])
+        remembered = clock[AFTER_RISE + after]
+        clock[STEP] = remembered if T.kind == 0 and remembered < clock[END] else min(full, remembered)
         w.first[0] = after
+        w.reach[0], w.trend[1] = math.inf, 0.0
+        w.touching[0] = 0
+        for k in range(w.mode.size):
+            if T.kind == 0 and w.mode[k] == 1:
+                w.touching[0] = 1
         count[EVENTS] += 1
     return ADVANCING

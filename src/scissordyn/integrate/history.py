@@ -10,6 +10,7 @@ import math
 
 import numpy as np
 
+from scissordyn.integrate.pace import place
 from scissordyn.integrate.step import dense_value
 from scissordyn.jit import kernel
 
@@ -51,9 +52,9 @@ def keep_history(record, T, t, h, w, S):
     row = w.history[w.kept[0]]
     row[0], row[1] = t, h
     for node in range(NODES.size):
-        theta = 0.5 * (1.0 + NODES[node])
-        dense_value(theta, T.pattern, w.y, w.dense, w.inside)
-        record(t + theta * h, w.inside, S, w.signals[node])
+        part = 0.5 * (1.0 + NODES[node])
+        dense_value(place(w.pace[0], part), T.pattern, w.y, w.dense, w.inside)
+        record(t + part * h, w.inside, S, w.signals[node])
     for signal in range(w.signals.shape[1]):
         for k in range(NODES.size):
             total = 0.0

@@ -8,7 +8,7 @@ import numpy as np
 from numba import int64, types, void
 from numba.core.types.function_type import CompileResultWAP
 
-from scissordyn.integrate.advance import WATCHED
+from scissordyn.integrate.books import SPARE, WATCHED
 from scissordyn.integrate.history import NODES
 from scissordyn.integrate.tableau import Tableau
 
@@ -49,11 +49,14 @@ class Work(NamedTuple):
     rate: np.ndarray
     left_rate: np.ndarray
     right_value: np.ndarray
+    left_value: np.ndarray
     first_value: np.ndarray  # where the first crossing so far was found
     right_rate: np.ndarray
-    power: np.ndarray  # (nodes + 1, quadratures)
+    power: np.ndarray  # (stages or nodes + 1, quadratures)
+    power_at_start: np.ndarray  # (quadratures,)
+    gain: np.ndarray  # (p, quadratures): dense output of the integrals of an explicit step
     total: np.ndarray  # (quadratures,)
-    watched: np.ndarray  # (nodes + 3, guards, WATCHED): at the start, the nodes and the end of the step, and work space
+    watched: np.ndarray  # (rows, guards, WATCHED): at the stages, or at the start, the nodes and the end; then work space
     peak: np.ndarray  # (guards, 2 + WATCHED): since the last rise the largest watched number, when, and the integrals
     history: np.ndarray  # (steps, 2 + signals * coefficients) shared with the problem: see `history`
     kept: np.ndarray  # (1,) steps in it, shared likewise
@@ -61,6 +64,10 @@ class Work(NamedTuple):
     signals: np.ndarray  # (nodes, signals)
     rejected: np.ndarray  # (1,)
     first: np.ndarray  # (1,) kind of event before the step to come, or -1
+    pace: np.ndarray  # (1,) how time runs inside the present step: see `pace`
+    touching: np.ndarray  # (1,) whether an explicit method is in a contact
+    trend: np.ndarray  # (2,) size and error of the last step, if it was even
+    reach: np.ndarray  # (1,) longest step that is tried to end on the end of a contact
 
 
 class Samples(NamedTuple):
@@ -136,11 +143,14 @@ def make_work(
         rate=np.zeros(guards),
         left_rate=np.zeros(guards),
         right_value=np.zeros(guards),
+        left_value=np.zeros(guards),
         first_value=np.zeros(guards),
         right_rate=np.zeros(guards),
-        power=np.zeros((tableau.gauss.size + 1, quadratures)),
+        power=np.zeros((max(tableau.gauss.size + 1, tableau.nodes.size), quadratures)),
+        power_at_start=np.zeros(quadratures),
+        gain=np.zeros((tableau.pattern.size, quadratures)),
         total=np.zeros(quadratures),
-        watched=np.zeros((tableau.gauss.size + 3, guards, WATCHED)),
+        watched=np.zeros((max(tableau.gauss.size + 2, tableau.nodes.size) + SPARE, guards, WATCHED)),
         peak=np.zeros((guards, 2 + WATCHED)),
         history=past,
         kept=np.zeros(1, np.int64) if kept is None else kept,
@@ -148,6 +158,10 @@ def make_work(
         signals=np.zeros((NODES.size, (past.shape[1] - 2) // NODES.size)),
         rejected=np.zeros(1, np.int64),
         first=np.full(1, -1, np.int64),
+        pace=np.zeros(1, np.int64),
+        touching=np.zeros(1, np.int64),
+        trend=np.zeros(2),
+        reach=np.full(1, np.inf),
     )
 
 

@@ -8,46 +8,79 @@ from __future__ import annotations
 
 import math
 
+from scissordyn.integrate.pace import EVEN, fraction, speed
 from scissordyn.jit import kernel
 
 __all__ = ["dense_value", "error_norm", "explicit_dense", "explicit_step", "rosenbrock_dense", "rosenbrock_step"]
 
 
 @kernel(inline=True)
-def explicit_step(rate, T, t, h, y, new, K, stage, S):
-    """Stages of y(t + h); K[0] holds the slope at t, K[T.stages] gets the slope at the end."""
-    size = y.size
-    for s in range(1, T.stages + 1):
-        target = new if s == T.stages else stage
-        for i in range(size):
-            total = 0.0
-            for k in range(s):
-                total += T.a[s, k] * K[k, i]
-            target[i] = y[i] + h * total
-        rate(t + T.nodes[s] * h, target, S, K[s])
+def explicit_stage(problem, T, s, t, h, w, target, S):
+    """Slope and powers by s at stage s, at the state `target`."""
+    pace = w.pace[0]
+    now = t + fraction(pace, T.nodes[s]) * h
+    problem.rate(now, target, S, w.stages[s])
+    problem.powers(now, target, S, w.power[s], w.watched[s])
+    if pace == EVEN:
+        return
+    factor = speed(pace, T.nodes[s])
+    for i in range(target.size):
+        w.stages[s, i] *= factor
+    for q in range(w.total.size):
+        w.power[s, q] *= factor
 
 
 @kernel(inline=True)
-def explicit_dense(rate, T, t, h, y, new, K, stage, F, S):
-    """Further stages, and the coefficients F of the dense output."""
-    size, last = y.size, T.stages
+def explicit_step(problem, T, t, h, w, S):
+    """Stages of w.new = y(t + h) from the slope and powers at t; stage T.stages is the end."""
+    factor = speed(w.pace[0], 0.0)
+    for i in range(w.y.size):
+        w.stages[0, i] = factor * w.slope[i]
+    for q in range(w.total.size):
+        w.power[0, q] = factor * w.power_at_start[q]
+    for s in range(1, T.stages + 1):
+        target = w.new if s == T.stages else w.inside
+        stage_state(T, s, h, w.y, w.stages, target)
+        explicit_stage(problem, T, s, t, h, w, target, S)
+
+
+@kernel(inline=True)
+def stage_state(T, s, h, y, K, target):
+    """State at which stage s is evaluated."""
+    for i in range(y.size):
+        total = 0.0
+        for k in range(s):
+            total += T.a[s, k] * K[k, i]
+        target[i] = y[i] + h * total
+
+
+@kernel(inline=True)
+def explicit_dense(problem, T, t, h, w, S):
+    """Further stages, and the coefficients of the dense outputs of the state and of the integrals of the powers."""
+    last = T.stages
     for s in range(last + 1, T.nodes.size):
-        for i in range(size):
-            total = 0.0
-            for k in range(s):
-                total += T.a[s, k] * K[k, i]
-            stage[i] = y[i] + h * total
-        rate(t + T.nodes[s] * h, stage, S, K[s])
-    for i in range(size):
-        difference = new[i] - y[i]
-        F[0, i] = difference
-        F[1, i] = h * K[0, i] - difference
-        F[2, i] = 2.0 * difference - h * (K[0, i] + K[last, i])
-        for d in range(T.dense.shape[0]):
-            total = 0.0
-            for k in range(T.nodes.size):
-                total += T.dense[d, k] * K[k, i]
-            F[3 + d, i] = h * total
+        stage_state(T, s, h, w.y, w.stages, w.inside)
+        explicit_stage(problem, T, s, t, h, w, w.inside, S)
+    for i in range(w.y.size):
+        nest(T, h, w.new[i] - w.y[i], w.stages, w.dense, i)
+    for q in range(w.total.size):
+        gain = 0.0
+        for k in range(last):
+            gain += T.a[last, k] * w.power[k, q]
+        nest(T, h, h * gain, w.power, w.gain, q)
+
+
+@kernel(inline=True)
+def nest(T, h, difference, K, F, i):
+    """Coefficients F of the dense output of component i from its difference over the step and its slopes."""
+    F[0, i] = difference
+    F[1, i] = h * K[0, i] - difference
+    F[2, i] = 2.0 * difference - h * (K[0, i] + K[T.stages, i])
+    for d in range(T.dense.shape[0]):
+        total = 0.0
+        for k in range(T.nodes.size):
+            total += T.dense[d, k] * K[k, i]
+        F[3 + d, i] = h * total
 
 
 @kernel(inline=True)

@@ -39,7 +39,8 @@ class Tableau(NamedTuple):
     pattern : ndarray of int, shape (p,)
         Factors of the nested dense output from outside in: 0 for theta, 1 for 1 - theta.
     gauss : ndarray, shape (g,)
-        Nodes of the quadratures inside a step: enough for the order of the dense output.
+        Rosenbrock: nodes of the quadratures inside a step, enough for the order of the dense output. An explicit method
+        integrates with its own stages.
     primitive : ndarray, shape (g, g)
         See `quadrature.primitives`.
     """
@@ -85,7 +86,6 @@ def explicit_tableau(
         rows_of_dense[i, : len(row)] = row
     pattern = np.array([k % 2 for k in range(3 + len(dense))], np.int64)
     zeros = np.zeros(size)
-    nodes_inside = gauss_nodes(max(4, len(dense) + 2))
     return Tableau(
         0,
         order,
@@ -98,8 +98,8 @@ def explicit_tableau(
         estimates,
         rows_of_dense,
         pattern,
-        nodes_inside,
-        primitives(nodes_inside),
+        np.zeros(0),
+        np.zeros((0, 0)),
     )
 
 

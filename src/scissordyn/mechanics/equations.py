@@ -406,9 +406,9 @@ def constraint_forces(S, target):
 def powers(t, y, S, power, watched):
     """Write the powers [W] of drives, contact damping, friction, loads and dampers.
 
-    And per guard what `advance` watches: the force, and the powers of damping and friction.
+    And per guard what `advance` watches: the force, and the powers of damping and friction. Everything stands in S since
+    `accelerate` was called for the same instant and state.
     """
-    accelerate(t, y, S, S.scratch)
     constraint_forces(S, S.work_b)
     total = 0.0
     for i in range(1, S.nb):

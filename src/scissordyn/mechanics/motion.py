@@ -89,7 +89,10 @@ def course_at(t, rows, value):
     begin = rows[low, 0]
     s = 0.0 if begin == -math.inf else t - begin
     v0 = v1 = v2 = v3 = 0.0
-    for k in range(1, 7):
+    first = 1
+    while first < 6 and rows[low, first] == 0.0:  # most motions have a low degree
+        first += 1
+    for k in range(first, 7):
         v3 = v3 * s + 3.0 * v2
         v2 = v2 * s + 2.0 * v1
         v1 = v1 * s + v0

@@ -11,6 +11,7 @@ import numpy as np
 
 from scissordyn.errors import InputError
 from scissordyn.integrate import advance as loop
+from scissordyn.integrate.books import RATES
 from scissordyn.integrate.problem import Samples, Work, make_samples
 from scissordyn.integrate.tableau import tableau
 from scissordyn.jit import Handle
@@ -53,9 +54,9 @@ class CycleState:
         Normal force at this instant [N].
     total : ndarray, shape (5,)
         Work of the drives, losses to contact damping and friction, work of loads, losses to dampers so far [J].
-    stepping : ndarray, shape (4,)
-        Step size to try, step sizes that worked after a rise and after a fall [s], and the kind of the last event if the next
-        step is the first after it, else -1. Empty at a start.
+    stepping : ndarray, shape (8,)
+        Step size to try, step sizes that worked after a rise and after a fall [s], the kind of the last event if the next
+        step is the first after it, else -1, and what `Work` calls touching, trend and reach. Empty at a start.
     """
 
     cycle: int
@@ -288,7 +289,7 @@ def run_cycles(
             "method": method,
             "steps": int(counts[loop.STEPS]),
             "rejected": int(counts[loop.REJECTED]),
-            "rates": int(counts[loop.RATES]),
+            "rates": int(counts[RATES]),
             "jacobians": int(counts[loop.JACOBIANS]),
             "events": int(counts[loop.EVENTS]),
             "seconds": seconds,
@@ -304,8 +305,9 @@ def _resume(work: Work, begin: CycleState, period: float) -> np.ndarray:
     work.watched[0, :, 0] = begin.force
     if not begin.stepping.size:
         return np.array([now, 1e-4 * period, now, period, period])
-    step, after_rise, after_fall, first = begin.stepping.tolist()
-    work.first[0] = int(first)
+    step, after_rise, after_fall, first, touching, size, error, reach = begin.stepping.tolist()
+    work.first[0], work.touching[0], work.reach[0] = int(first), int(touching), reach
+    work.trend[:] = size, error
     return np.array([now, step, now, after_rise, after_fall])
 
 
@@ -318,7 +320,7 @@ def _freeze(work: Work, mode: np.ndarray, approach: np.ndarray, clock: np.ndarra
         approach=approach.copy(),
         force=np.where(mode == 1, work.watched[0, :, 0], 0.0),
         total=work.total.copy(),
-        stepping=np.array([step, after_rise, after_fall, work.first[0]], float),
+        stepping=np.array([step, after_rise, after_fall, work.first[0], work.touching[0], *work.trend, work.reach[0]], float),
     )
 
 

@@ -11,6 +11,7 @@ from functools import cache
 import numpy as np
 
 from scissordyn.integrate import advance as loop
+from scissordyn.integrate.books import RATES
 from scissordyn.integrate.history import make_history
 from scissordyn.integrate.problem import Problem, Samples, Work, make_problem, make_samples, make_work
 from scissordyn.integrate.tableau import Tableau, tableau
@@ -155,7 +156,7 @@ def compute(mechanism: Mechanism, options: Options, progress: Callable[[float], 
             "method": method,
             "steps": int(count[loop.STEPS]),
             "rejected": int(count[loop.REJECTED]),
-            "rates": int(count[loop.RATES]),
+            "rates": int(count[RATES]),
             "jacobians": int(count[loop.JACOBIANS]),
             "events": int(count[loop.EVENTS]),
             "seconds": seconds,

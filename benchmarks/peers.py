@@ -11,6 +11,8 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Callable
+from functools import cache
+from typing import Any
 
 import numpy as np
 from numba import njit
@@ -120,6 +122,43 @@ def scipys(method: str, tolerance: float) -> Found:
             ex, ey, ux, uy = eccentricity(t, y)
             approach = (ex * ux + ey * uy) / math.hypot(ex, ey)
     return time.perf_counter() - began, orbit, starts
+
+
+@cache
+def _remembering() -> Any:
+    """The hand-derived equations as numbalsoda wants them; it knows no events, so they remember the approach speed themselves."""
+    from numba import carray, cfunc
+    from numbalsoda import lsoda_sig
+
+    @cfunc(lsoda_sig)
+    def remembering(t, u, du, p):
+        y, memory = carray(u, (4,)), carray(p, (2,))
+        ex, ey, ux, uy = eccentricity(t, y)
+        e = math.hypot(ex, ey)
+        if e <= CLEARANCE:
+            memory[0] = 0.0
+        elif memory[0] == 0.0:
+            memory[0], memory[1] = 1.0, max((ex * ux + ey * uy) / e, 1e-6)
+        rates = slope(t, y, memory[0] == 1.0, memory[1])
+        for k in range(4):
+            du[k] = rates[k]
+
+    return remembering
+
+
+def numbalsodas(tolerance: float) -> Found:
+    """Numbalsoda's DOP853 on the hand-derived equations, without torque, energies or the table of contacts."""
+    from numbalsoda import dop853
+
+    equations = _remembering()
+    start = np.array([0.0, CRANK + ROD, -CRANK * SPEED / ROD, 0.0])
+    began = time.perf_counter()
+    states, success = dop853(equations.address, start, TIMES, data=np.array([0.0, 1.0]), rtol=tolerance, atol=tolerance * 1e-3)
+    seconds = time.perf_counter() - began
+    if not success:
+        raise RuntimeError("numbalsoda's dop853 gave up")
+    orbit = np.array([eccentricity(when, state)[:2] for when, state in zip(TIMES, states, strict=True)])
+    return seconds, orbit, []
 
 
 def exudyns(tolerance: float) -> Found:
@@ -241,9 +280,10 @@ def measure(quick: bool = False) -> str:
     fast = (1e-7, 2e-7, 5e-7) if quick else (3e-8, 5e-8, 1e-7, 1.5e-7, 2e-7, 3e-7, 5e-7)
     candidates: dict[str, tuple[Callable[[float], Found], tuple[float, ...], int]] = {
         "ours, integration": (ours, fast, repeats),
+        "numbalsoda DOP853, hand-derived equations": (numbalsodas, (1e-6, 1e-7, 1e-8, 1e-9, 1e-10, 1e-11), repeats),
         "scipy DOP853, compiled equations": (lambda tolerance: scipys("DOP853", tolerance), (1e-8, 1e-9, 1e-10), 2),
         "scipy LSODA, compiled equations": (lambda tolerance: scipys("LSODA", tolerance), (1e-10, 1e-11, 1e-12), 2),
-        "Exudyn DOPRI5, sphere in sphere": (exudyns, (1e-10, 1e-11, 1e-12, 1e-13, 1e-14), 2),
+        "Exudyn DOPRI5, sphere in sphere": (exudyns, (1e-10, 1e-11, 1e-12), 2),
     }
     least = math.inf
     for name, (run, tolerances, times) in candidates.items():
@@ -269,7 +309,9 @@ def measure(quick: bool = False) -> str:
     head = ["code", "tolerance", "error [% of c]", "least time [ms]", "ratio"]
     return (
         f"One turn of the slider-crank, 12 ms, {len(starts)} contacts; the goal is an orbit error of {100 * GOAL:g} % of c.\n"
-        "numbalsoda is not here: its wheel has to be built with a Fortran compiler.\n\n" + table(head, rows) + "\n"
+        "Ours computes torque, energies and the table of contacts; the hand-derived equations compute the orbit alone.\n\n"
+        + table(head, rows)
+        + "\n"
         f"The first ten contacts of the hand-derived equations (scipy DOP853 at 1e-12) begin within {apart:.0e} s of ours.\n"
     )
 

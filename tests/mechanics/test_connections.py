@@ -218,12 +218,14 @@ def test_held_contact_is_the_limit_of_stiff_contact():
     assert gaps[1] < 0.5 * gaps[0]
 
 
-def test_nothing_left_to_solve_for():
+@pytest.mark.parametrize("method", METHODS)
+def test_nothing_left_to_solve_for(method):
     """Closed form: a driven N-four-bar has no freedom left; its angles follow, and the torque balances weight and inertia."""
-    run = sd.simulate(sd.n_four_bar(2).driven(speed=2.0), until=1.0)
+    run = sd.simulate(sd.n_four_bar(2).driven(speed=2.0), until=1.0, method=method)
     th = float(run["angle"][0, 0]) + 2.0 * run["time"].values
     assert np.allclose(run["angle"].values[:, :3], th[:, None], atol=1e-12)
     assert np.allclose(run["drive_torque"], (3 / 2 + 2) * 9.81 * np.cos(th), atol=1e-9)
+    assert np.max(np.abs(run["energy_residual"])) < 1e-9
 
 
 def test_link_within_a_body_is_refused():

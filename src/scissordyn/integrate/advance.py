@@ -62,6 +62,9 @@ PROBES = 6
 LANDINGS = 8
 """Attempts to end a step on a crossing; Newton's method needs two or three."""
 
+LONGEST = 1.0 / 256.0
+"""Longest step of a problem without a state, as a part of the whole time."""
+
 AIM = 1.3
 """The end of a contact is tried to be reached in one step of this many times the size that worked after its start."""
 
@@ -335,6 +338,8 @@ def advance(problem, T, S, clock, count, w, out, log, most_steps):
             prepare(problem, T, t, w, S, count)
             count[FRESH] = 1
         h = up_to_multiple(t, clock[STEP], w.delays) if delayed else clock[STEP]
+        if size == 0:  # without a state there is no error to choose a step by, but the books want to be integrated
+            h = min(h, LONGEST * clock[END])
         last = t + h >= clock[END] or clock[END] - t - h < 1e-3 * h
         if last:
             h = clock[END] - t

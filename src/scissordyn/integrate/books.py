@@ -23,6 +23,9 @@ INSIDE = 3
 SPARE = INSIDE + 1
 """Rows of work space behind the watched numbers."""
 
+NEARLY = 0.1
+"""A summit that its parabola puts so little outside a step, in parts of the step, may lie inside."""
+
 HINT = 0.98
 """Stages this near to the largest number so far hint at a peak: they are less accurate than the dense output."""
 
@@ -135,9 +138,9 @@ def find_peak(problem, T, k, t, h, w, S, count):
     value, theta = w.watched[row_of(T, best), k, 0], place_of(T, best)
     inside = 0 < best < last
     if best == 0:
-        inside = vertex(T, k, 0, w) > 0.0
+        inside = vertex(T, k, 0, w) > -NEARLY
     elif best == last:
-        inside = vertex(T, k, last - 2, w) < 1.0
+        inside = vertex(T, k, last - 2, w) < 1.0 + NEARLY
     if value < w.peak[k, 0]:
         return
     if inside:

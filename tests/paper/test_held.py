@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from scissordyn.paper.cases import CONTROLLED, PaperCase
+from scissordyn.paper.controlled import merits
 from scissordyn.paper.measures import measure
 from scissordyn.paper.runs import compute
 
@@ -41,6 +42,15 @@ def test_a_held_run_is_one_contact(runs):
     assert (found.settled_share, found.final_share, found.impacts) == (pytest.approx(1.0), pytest.approx(1.0), 1)
     assert found.smallest_force == pytest.approx(float(runs[case]["link_force"].min()))
     assert found.peak_force == pytest.approx(float(runs[case]["link_force"].max()))
+
+
+def test_a_held_run_has_figures_of_merit(runs):
+    """Limit: contact is kept from the start, nothing separates, and the peak force is that of the constraint."""
+    case = PaperCase(0.3e-3, held=True)
+    found = merits(runs[case], runs[case.ideal])
+    assert (found["contact_share"], found["separations"], found["kept_from"]) == (pytest.approx(1.0), 0.0, 0.0)
+    assert found["peak_force"] == pytest.approx(float(runs[case]["link_force"].max()))
+    assert found["tracking_error"] == pytest.approx(0.0, abs=1e-12)
 
 
 @pytest.mark.parametrize("size", CONTROLLED)

@@ -1,5 +1,6 @@
 """The report: one page that needs nothing from outside."""
 
+import dataclasses
 import json
 import re
 import shutil
@@ -11,17 +12,33 @@ import pytest
 from scissordyn.cli import paper as command
 from scissordyn.config.file import read_case
 from scissordyn.errors import InputError
+from scissordyn.paper import controlled, periodic
 from scissordyn.paper import reproduce as module
-from scissordyn.paper.figures import FIGURES
+from scissordyn.paper.cases import CLEARANCES, CONTROLLED, FRICTION, SPEEDS
+from scissordyn.paper.figures import FIGURES, FURTHER
 from scissordyn.paper.reproduce import draw_figure, reproduce
 from scissordyn.paper.sensitivity import fetch_sensitivity, full_factorial
 from scissordyn.paper.statements import CLAUSES
 
 CHROMIUM = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
 VOID = {"meta", "img", "br"}
+BADGES = len(CLAUSES) + sum(clause.periodically is not None for clause in CLAUSES)
 
 
-def surveyed(choices, path, *, members=2, workers=None, progress=None):
+SHORT = {
+    "CYCLES": 10,
+    "SKIP": 4,
+    "MEMBERS": 2,
+    "GROWTH_CYCLES": 2,
+    "GROWTH_SKIP": 1,
+    "DIAGRAM_VALUES": 3,
+    "DIAGRAM_CYCLES": 4,
+    "DIAGRAM_KEPT": 2,
+}
+"""Counts of periods that suffice to have something to show; what hundreds of them say is the test of the measures."""
+
+
+def surveyed(choices, path, *, settled=None, members=2, workers=None, progress=None):
     """The first of the combinations surveyed in earnest, and repeated for the others."""
     found = fetch_sensitivity(full_factorial()[:1], path, members=1, workers=1, progress=progress)
     return found.isel(choice=[0] * len(choices))
@@ -29,9 +46,13 @@ def surveyed(choices, path, *, members=2, workers=None, progress=None):
 
 @pytest.fixture(scope="module")
 def report(runs, runs_folder):
-    """The report on the default choice, with a short survey of others."""
+    """The report on the default choice, with a short survey of others and short periodic runs."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(module, "fetch_sensitivity", surveyed)
+        for name, count in SHORT.items():
+            patch.setattr(periodic, name, count)
+        short = dataclasses.replace(controlled.COURSES["periodic"], until=2.0, samples=1001, after=0.5)
+        patch.setitem(controlled.COURSES, "periodic", short)
         yield reproduce(runs_folder.parent, workers=1)
 
 
@@ -62,10 +83,10 @@ def test_the_page_is_whole_and_needs_nothing_from_outside(report):
     assert outline.open == []
     outside = [address for address in outline.addresses if not address.startswith(("data:image/svg+xml;base64,", "#"))]
     assert outside == ["https://doi.org/10.1177/1369433220971728"]
-    assert sum(address.startswith("data:") for address in outline.addresses) == len(FIGURES)
+    assert sum(address.startswith("data:") for address in outline.addresses) == len(FIGURES) + len(FURTHER)
     assert "<script" not in text
     assert "@import" not in text
-    assert len(re.findall(r'class="badge (?:yes|no)"', text)) == len(CLAUSES)
+    assert len(re.findall(r'class="badge (?:yes|no)"', text)) == BADGES
 
 
 def test_the_tables_say_the_same_as_the_page(report):
@@ -79,9 +100,29 @@ def test_the_tables_say_the_same_as_the_page(report):
     for row in rows:
         assert row["measured"] in text
     cases = sorted((folder / "cases").iterdir())
-    assert len(cases) == len(sorted((folder / "runs").iterdir())) == 24
+    assert len(cases) == 24 + len(periodic.EVERY)
+    assert (len(list((folder / "runs").iterdir())), len(list((folder / "periodic").iterdir()))) == (24, len(periodic.EVERY))
     for path in cases:
         read_case(path)
+    both = [(row["periodic"] or {}).get("answer") for row in rows]
+    assert both == [None if v.periodic is None else v.periodic.answer for v in report.verdicts]
+    assert sum(answer is not None for answer in both) == BADGES - len(CLAUSES)
+
+
+def test_the_tables_beyond_the_paper_have_every_case(report):
+    """Identity: a row for each motion, each contact statistic and each way of driving, and counts that the top repeats."""
+    text = report.report.read_text()
+
+    def rows(name):
+        part = re.search(rf'<h2 id="{name}">.*?</section>', text, re.DOTALL)[0]
+        return len(re.findall(r"<tr><td", part))
+
+    assert rows("regularity") == len(periodic.BY_CLEARANCE) + len(periodic.BY_FRICTION)
+    assert rows("statistics") == len(CLEARANCES) + len(SPEEDS) + len(FRICTION)
+    further = [job for job in controlled.CONTROLLED_RUNS if job.scheme != "ideal"]
+    assert rows("control") == 3 * len(CONTROLLED) + len(further)
+    agreeing = sum(verdict.finding.holds for verdict in report.verdicts)
+    assert f"<strong>{agreeing} of {len(CLAUSES)}</strong>" in text
 
 
 def test_a_second_time_gives_the_same_bytes(report):
@@ -93,6 +134,7 @@ def test_a_second_time_gives_the_same_bytes(report):
     with pytest.MonkeyPatch.context() as patch:
         # drawing all pictures again is another test's business
         patch.setattr(module, "_draw", lambda number, _, into: [into / f"figure-{number:02d}.svg"])
+        patch.setattr(module, "_draw_further", lambda name, _, into: [into / f"{name}.svg"])
         patch.setattr(module, "fetch_sensitivity", surveyed)
         reproduce(folder, workers=1)
     assert {path: path.read_bytes() for path in kept} == before
@@ -125,23 +167,30 @@ def test_the_command_shows_the_answers(report, capsys, monkeypatch):
     assert max(map(len, shown.splitlines()[:-1])) <= 100
 
 
-@pytest.mark.skipif(CHROMIUM is None, reason="no chromium here: apt-get install chromium")
-def test_a_browser_shows_it(report, tmp_path):
+@pytest.fixture(scope="module")
+def chromium(tmp_path_factory):
+    """A browser that starts; some systems have a command of that name that only says what to install."""
+    if CHROMIUM is None:
+        pytest.skip("no chromium here: apt-get install chromium")
+    blank = tmp_path_factory.mktemp("blank") / "blank.html"
+    blank.write_text("<p>here</p>")
+    try:
+        shown = dumped(CHROMIUM, blank.as_uri(), blank.parent / "profile")
+    except (OSError, subprocess.SubprocessError) as error:
+        pytest.skip(f"{CHROMIUM} does not start here: {type(error).__name__}")
+    if "here" not in shown:
+        pytest.skip(f"{CHROMIUM} shows nothing here")
+    return CHROMIUM
+
+
+def dumped(browser, address, profile):
+    """What a browser makes of a page."""
+    options = ("--headless", "--no-sandbox", "--disable-gpu", f"--user-data-dir={profile}", "--dump-dom")
+    return subprocess.run([browser, *options, address], capture_output=True, text=True, timeout=60, check=True).stdout
+
+
+def test_a_browser_shows_it(report, chromium, tmp_path):
     """Cross-check by a second formulation: what a browser makes of the page has every answer and all pictures."""
-    shown = subprocess.run(
-        [
-            CHROMIUM,
-            "--headless",
-            "--no-sandbox",
-            "--disable-gpu",
-            f"--user-data-dir={tmp_path}",
-            "--dump-dom",
-            report.report.as_uri(),
-        ],
-        capture_output=True,
-        text=True,
-        timeout=60,
-        check=True,
-    ).stdout
-    assert len(re.findall(r'class="badge (?:yes|no)"', shown)) == len(CLAUSES)
-    assert shown.count("data:image/svg+xml") == len(FIGURES)
+    shown = dumped(chromium, report.report.as_uri(), tmp_path)
+    assert len(re.findall(r'class="badge (?:yes|no)"', shown)) == BADGES
+    assert shown.count("data:image/svg+xml") == len(FIGURES) + len(FURTHER)

@@ -7,6 +7,7 @@ from scissordyn.errors import ScissordynError
 from scissordyn.paper import runs as module
 from scissordyn.paper.cases import Choice, PaperCase, every_case
 from scissordyn.paper.events import REFERENCE, event_table
+from scissordyn.paper.kept import provenance
 from scissordyn.paper.runs import compute, fetch_runs
 from scissordyn.simulation.store import load, save
 
@@ -52,7 +53,7 @@ def test_what_is_broken_or_out_of_date_is_made_anew(folder, monkeypatch, spoil):
     made = counting(monkeypatch)
     fetch_runs([CASE], folder, workers=1)
     assert made == [CASE]
-    assert (load(path).attrs["case"], load(path).attrs["provenance"]) == (CASE.toml, module.provenance())
+    assert (load(path).attrs["case"], load(path).attrs["provenance"]) == (CASE.toml, provenance())
 
 
 def test_a_run_that_breaks_off_is_an_error(tmp_path, monkeypatch):

@@ -7,9 +7,11 @@ import pytest
 import xarray as xr
 
 from scissordyn.paper import sensitivity
+from scissordyn.paper.periodic import PERIODIC
 from scissordyn.paper.reproduce import verdicts
 from scissordyn.paper.sensitivity import DEFAULT, FACTORS, fetch_sensitivity, full_factorial, one_at_a_time, survey
 from scissordyn.paper.statements import CLAUSES
+from scissordyn.paper.verdict import Finding
 
 OTHER = dataclasses.replace(DEFAULT, reading="B", restitution=0.5)
 
@@ -39,6 +41,19 @@ def test_a_survey_is_repeatable_and_kept(tmp_path, monkeypatch):
     xr.testing.assert_identical(fetch_sensitivity(choices, tmp_path / "one.nc", members=1), one)
     with pytest.raises(AssertionError, match="computed again"):
         fetch_sensitivity(choices, tmp_path / "one.nc", members=3)
+
+
+def test_true_measures_take_the_place_of_two_swings(tmp_path):
+    """Identity: for the periodic drive the named clauses are answered as told, all others and all other choices as surveyed."""
+    choices = (DEFAULT, PERIODIC)
+    plain = fetch_sensitivity(choices, tmp_path / "survey.nc", members=1, workers=1)
+    at = [clause.key for clause in CLAUSES].index("5e")
+    opposite = Finding(not plain["agreeing"].values[1, at], "as told", {})
+    told = fetch_sensitivity(choices, tmp_path / "survey.nc", settled={"5e": opposite}, members=1, workers=1)
+    assert (told["agreeing"].values[1, at], str(told["words"].values[1, at])) == (float(opposite.holds), "as told")
+    others = np.arange(len(CLAUSES)) != at
+    np.testing.assert_array_equal(told["agreeing"].values[:, others], plain["agreeing"].values[:, others])
+    assert told["agreeing"].values[0, at] == plain["agreeing"].values[0, at]
 
 
 def test_factors_tell_all_choices_apart():

@@ -8,6 +8,7 @@ import pytest
 from scissordyn.paper.cases import CLEARANCES, CONTROLLED, FRICTION, SPEEDS, Choice, PaperCase
 from scissordyn.paper.findings import OSCILLATING
 from scissordyn.paper.measures import Deviation, Measures
+from scissordyn.paper.periodic import BY_CLEARANCE, BY_FRICTION, PERIODIC, Regularity
 from scissordyn.paper.statements import CLAUSES
 from scissordyn.paper.verdict import answer
 
@@ -125,3 +126,53 @@ def test_a_verdict_knows_which_runs_it_rests_on():
     measured[PaperCase(friction=0.03)] = dataclasses.replace(measured[PaperCase(friction=0.03)], trusted_until=0.01)
     doubtful = {clause.key for clause in CLAUSES if not answer(clause, CHOICE, measured).trusted}
     assert doubtful == {"6a", "6c", "6d", "6e"}
+
+
+SETTLED = Regularity("irregular", "irregular", 4, 4, 0.99, 20.0, 1.0, 0.9, 8.0, 5, 320, ("Words.",))
+
+
+def settled_as_the_paper_says():
+    """Made-up motions under the periodic drive that fit every sentence of the paper."""
+    impacts = {0.7e-3: 6.0, 0.6e-3: 7.0, 0.5e-3: 8.0, 0.4e-3: 1.0, 0.3e-3: 5.0, 0.2e-3: 3.0}
+    found = {case: dataclasses.replace(SETTLED, impacts=impacts[case.clearance]) for case in BY_CLEARANCE}
+    calm, between = PaperCase(0.4e-3, choice=PERIODIC), PaperCase(0.2e-3, choice=PERIODIC)
+    found[calm] = dataclasses.replace(found[calm], kind="continuous contact", contact_share=1.0)
+    found[between] = dataclasses.replace(found[between], kind="quasi-periodic", exponent=0.0)
+    for k, case in enumerate(BY_FRICTION):
+        share = 0.9 if k == 0 else 1.0
+        found[case] = dataclasses.replace(SETTLED, exponent=20.0 - 3.0 * k, impacts=8.0 - k, contact_share=share)
+    return found
+
+
+UNSETTLED = {
+    "5a": (0.4e-3, None, {"contact_share": 0.98}),
+    "5b": (0.3e-3, None, {"contact_share": 1.0}),
+    "5c": (0.6e-3, None, {"impacts": 9.0}),
+    "5d": (0.2e-3, None, {"impacts": 0.5}),
+    "5e": (0.6e-3, None, {"kind": "transient only", "name": "transient only"}),
+    "5f": (0.2e-3, None, {"kind": "periodic", "name": "periodic, period 1"}),
+    "6a": (0.5e-3, 0.05, {"impacts": 7.5}),
+    "6b": (0.5e-3, 0.01, {"contact_share": 1.0}),
+    "6c": (0.5e-3, 0.1, {"contact_share": 0.98}),
+    "6e": (0.5e-3, 0.03, {"exponent_error": 3.0}),
+}
+"""For each clause that has a meaning under a periodic drive: clearance, friction, and what contradicts the paper."""
+
+
+def test_every_clause_that_the_periodic_drive_answers_is_spoiled():
+    """Identity: the table above leaves none out."""
+    assert set(UNSETTLED) == {clause.key for clause in CLAUSES if clause.periodically is not None}
+
+
+@pytest.mark.parametrize("clause", [clause for clause in CLAUSES if clause.key in UNSETTLED], ids=lambda clause: clause.key)
+def test_a_clause_tells_yes_from_no_under_the_periodic_drive(clause):
+    """Limit: yes to motions made up after the paper's words, no once a single one is spoiled; the stroke does not care."""
+    measured, settled = as_the_paper_says(), settled_as_the_paper_says()
+    yes = answer(clause, CHOICE, measured, settled)
+    clearance, friction, changes = UNSETTLED[clause.key]
+    case = PaperCase(clearance, friction=friction, choice=PERIODIC)
+    no = answer(clause, CHOICE, measured, settled | {case: dataclasses.replace(settled[case], **changes)})
+    assert (yes.periodic.answer, no.periodic.answer) == ("agrees", "differs")
+    assert no.periodic.words != yes.periodic.words
+    assert no.finding == yes.finding
+    assert answer(clause, CHOICE, measured).periodic is None

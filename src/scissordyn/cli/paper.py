@@ -58,9 +58,14 @@ def _show(verdicts: tuple[Verdict, ...]) -> None:
     for verdict in verdicts:
         said, found = verdict.clause.says, verdict.finding.words
         table.add_row(verdict.clause.key, verdict.answer, f"{said}\n{found[:1].upper()}{found[1:]}.".replace("[", r"\["))
+        if verdict.periodic is not None:
+            table.add_row("", verdict.periodic.answer, f"Under a periodic drive: {verdict.periodic.words}.".replace("[", r"\["))
     to.print(table)
     agreeing = sum(verdict.finding.holds for verdict in verdicts)
     to.print(f"{agreeing} of {len(verdicts)} clauses agree.", markup=False)
+    periodic = [verdict.periodic for verdict in verdicts if verdict.periodic is not None]
+    holding = sum(found.holds for found in periodic)
+    to.print(f"Of the {len(periodic)} that have a meaning under a periodic drive, {holding} agree there.", markup=False)
 
 
 @contextmanager

@@ -10,9 +10,11 @@ from matplotlib.figure import Figure
 
 from scissordyn.errors import InputError
 from scissordyn.paper.cases import PaperCase
-from scissordyn.paper.figure import load, orbit, response, scatter
+from scissordyn.paper.figure import further, load, orbit, response, scatter
+from scissordyn.paper.periodic import BY_CLEARANCE, BY_FRICTION
+from scissordyn.paper.results import Results
 
-__all__ = ["FIGURES", "PaperFigure", "figure_of"]
+__all__ = ["FIGURES", "FURTHER", "FurtherFigure", "PaperFigure", "figure_of"]
 
 
 @dataclass(frozen=True)
@@ -82,6 +84,71 @@ FIGURES = {
     )
 }
 """By number."""
+
+
+@dataclass(frozen=True)
+class FurtherFigure:
+    """A figure that the paper does not have.
+
+    Parameters
+    ----------
+    name : str
+        Of its files.
+    title, caption : str
+    draw : callable
+        From the results to a Figure.
+    """
+
+    name: str
+    title: str
+    caption: str
+    draw: Callable[[Results], Figure]
+
+
+FURTHER = {
+    figure.name: figure
+    for figure in (
+        FurtherFigure(
+            "control-torque",
+            "Torque of the control",
+            "What the drive has to give beside what ideal joints need. (a) The paper's scheme on its stroke. (b) What "
+            "holding the "
+            "contact adds to the ideal torque, by clearance. (c) A deployment with a gust on the slider from 0.6 to "
+            "0.8 s. (d) What "
+            "delayed feedback adds to a servo; it would vanish if the motion became periodic.",
+            lambda results: further.draw_torques(results.runs, results.controlled),
+        ),
+        FurtherFigure(
+            "contact-forces",
+            "Forces and impulses of the contacts",
+            "Every contact of the strokes, spread sideways in the order of time, and the medians.",
+            lambda results: further.draw_contacts(results.runs),
+        ),
+        FurtherFigure(
+            "maps-by-clearance",
+            "Scatter plots of the stroke and true maps, by clearance",
+            "Above: what the paper calls a Poincaré map, every sample of a single stroke. Below: a true map, the same two "
+            "quantities once a period of the periodic drive, at the middle of its swing, all panels with the same scales. A "
+            "few points are a periodic motion, a curve a quasi-periodic one, a cloud an irregular one.",
+            lambda results: further.draw_maps(results.runs, results.settled, BY_CLEARANCE),
+        ),
+        FurtherFigure(
+            "maps-by-friction",
+            "Scatter plots of the stroke and true maps, by friction coefficient",
+            "As before, 0.5 mm.",
+            lambda results: further.draw_maps(results.runs, results.settled, BY_FRICTION),
+        ),
+        FurtherFigure(
+            "bifurcation",
+            "Bifurcation diagram over the clearance",
+            "Under the periodic drive, without friction: what the motion settles to, once a period. Dotted lines are "
+            "the clearances "
+            "of the paper.",
+            lambda results: further.draw_bifurcation(results.diagram),
+        ),
+    )
+}
+"""By name."""
 
 
 def figure_of(number: int) -> PaperFigure:

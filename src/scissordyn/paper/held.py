@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 import xarray as xr
 
@@ -26,12 +28,11 @@ def with_contact(run: xr.Dataset, mechanism: Mechanism) -> xr.Dataset:
     -------
     Dataset
         With joint A among the joints, its `eccentricity`, `normal_force` (negative where the constraint pulls, which a joint
-        cannot), `in_contact`, `clearance`, and one contact over the whole run.
+        cannot), `in_contact`, `clearance`, and one contact that lasts to the end of the run.
     """
     joint = mechanism.joint(JOINT)
     assert joint.clearance is not None
     force = run["link_force"].isel(link=0).values
-    end = float(run["time"].values[-1])
     highest = int(np.argmax(force))
     names = [*run["joint"].values.astype(str).tolist(), JOINT]
     whole = run.drop_dims("contact").reindex(joint=names)
@@ -48,7 +49,7 @@ def with_contact(run: xr.Dataset, mechanism: Mechanism) -> xr.Dataset:
     journal, bearing = (_path(run, mechanism, point) for point in (joint.journal, joint.bearing))
     contact = (
         ("contact_start", 0.0, "s"),
-        ("contact_duration", end, "s"),
+        ("contact_duration", math.nan, "s"),
         ("peak_force", float(force[highest]), "N"),
         ("peak_time", float(run["time"].values[highest]), "s"),
     )

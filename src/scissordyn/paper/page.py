@@ -7,7 +7,7 @@ from collections.abc import Iterable, Sequence
 from html import escape
 from typing import NamedTuple
 
-__all__ = ["Cell", "badge", "document", "folded", "paragraph", "picture", "section", "table"]
+__all__ = ["Cell", "badge", "document", "folded", "paragraph", "picture", "section", "table", "tally"]
 
 STYLE = """
 :root { color-scheme: light dark; --paper: #fff; --ink: #222; --soft: #666; --line: #ddd; --wash: #f5f5f3; --link: #0072b2;
@@ -36,6 +36,10 @@ tr.head td { font-weight: 600; background: var(--wash); }
   white-space: nowrap; }
 .yes { background: rgb(var(--yes) / .18); border: 1px solid rgb(var(--yes)); }
 .no { background: rgb(var(--no) / .18); border: 1px solid rgb(var(--no)); }
+.tally { display: flex; flex-wrap: wrap; gap: .75rem; margin: 1rem 0; }
+.tally div { flex: 1 1 14rem; background: var(--wash); border: 1px solid var(--line); border-radius: 8px; padding: .7rem 1rem; }
+.tally strong { display: block; font-size: 1.5rem; line-height: 1.2; }
+.tally span { color: var(--soft); font-size: .9rem; }
 figure { margin: 1.25rem 0; }
 figure img { display: block; max-width: 100%; height: auto; background: #fff; border: 1px solid var(--line); border-radius: 6px;
   padding: .5rem; }
@@ -119,6 +123,12 @@ def table(head: Sequence[str], rows: Iterable[Sequence[str | Cell] | str], *, ti
         else:
             lines.append("<tr>" + "".join(map(_cell, row)) + "</tr>")
     return '<div class="scroll"><table>' + "\n".join(lines) + "</table></div>"
+
+
+def tally(counts: Iterable[tuple[str, str]]) -> str:
+    """Numbers that stand out, each with what it counts."""
+    boxes = (f"<div><strong>{escape(number)}</strong><span>{escape(what)}</span></div>" for number, what in counts)
+    return '<div class="tally">' + "".join(boxes) + "</div>"
 
 
 def document(title: str, parts: Iterable[str]) -> str:

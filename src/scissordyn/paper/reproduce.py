@@ -3,21 +3,26 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 
 import xarray as xr
 
 from scissordyn.errors import InputError
+from scissordyn.paper import controlled, periodic
 from scissordyn.paper.cases import PaperCase, contact_starts, every_case
-from scissordyn.paper.figures import FIGURES, figure_of
+from scissordyn.paper.figures import FIGURES, FURTHER, figure_of
+from scissordyn.paper.kept import Progress, fetch
 from scissordyn.paper.measures import measure
-from scissordyn.paper.report import as_csv, as_json, page
-from scissordyn.paper.runs import Progress, fetch_runs
+from scissordyn.paper.report import page
+from scissordyn.paper.results import Results
+from scissordyn.paper.runs import fetch_runs
 from scissordyn.paper.sensitivity import DEFAULT, MEMBERS, fetch_sensitivity, full_factorial, one_at_a_time
 from scissordyn.paper.statements import CLAUSES
-from scissordyn.paper.verdict import Verdict, answer
+from scissordyn.paper.tables import as_csv, as_json
+from scissordyn.paper.verdict import Settled, Verdict, answer
 from scissordyn.plot.file import FORMATS, write
 
 __all__ = ["Reproduction", "draw_figure", "reproduce", "verdicts"]
@@ -63,25 +68,25 @@ def reproduce(folder: str | os.PathLike[str], *, workers: int | None = None, pro
         If a run breaks off.
     """
     target = _made(folder)
-    cases = (*every_case(DEFAULT), *contact_starts(DEFAULT))
-    runs = fetch_runs(cases, target / "runs", workers=workers, progress=progress)
-    answers = verdicts(runs)
-    pictures: dict[int, bytes] = {}
-    for number in FIGURES:
-        for path in _draw(number, runs, target / "figures"):
-            if path.suffix == ".svg":
-                pictures[number] = path.read_bytes()
-        if progress is not None:
-            progress("figures", len(pictures), len(FIGURES))
-    for case in runs:
-        _write(target / "cases" / f"{case.name}.toml", case.toml)
+    results = _results(target, workers, progress)
+    answers = verdicts(results.runs, {case: periodic.read(run) for case, run in results.settled.items()})
+    pictures = _pictures(results, target / "figures", progress)
+    for case in (*results.runs, *results.settled):
+        _write(target / "cases" / f"{_file(case)}.toml", case.toml)
+    settled = {
+        verdict.clause.key: verdict.periodic
+        for verdict in answers
+        if verdict.periodic is not None
+        and verdict.clause.periodically is not None
+        and verdict.clause.periodically.measures_regularity
+    }
     singly = fetch_sensitivity(
-        one_at_a_time(), target / "one-at-a-time.nc", members=MEMBERS, workers=workers, progress=progress
+        one_at_a_time(), target / "one-at-a-time.nc", settled=settled, members=MEMBERS, workers=workers, progress=progress
     )
     together = fetch_sensitivity(full_factorial(), target / "full-factorial.nc", workers=workers, progress=progress)
     _write(target / "verdicts.json", as_json(answers))
     _write(target / "verdicts.csv", as_csv(answers))
-    report = _write(target / "report.html", page(answers, runs, pictures, singly, together))
+    report = _write(target / "report.html", page(answers, results, pictures, singly, together))
     return Reproduction(answers, report)
 
 
@@ -118,19 +123,71 @@ def draw_figure(
     return _draw(number, fetch_runs(needed, target / "runs", workers=workers, progress=progress), target / "figures")
 
 
-def verdicts(runs: Mapping[PaperCase, xr.Dataset]) -> tuple[Verdict, ...]:
+def verdicts(runs: Mapping[PaperCase, xr.Dataset], settled: Settled | None = None) -> tuple[Verdict, ...]:
     """The answers to all clauses from the runs of the default choice.
 
     Parameters
     ----------
     runs : mapping of PaperCase to Dataset
+    settled : mapping of PaperCase to Regularity, optional
+        What the motions under the periodic drive are like.
 
     Returns
     -------
     tuple of Verdict
     """
     measured = {case: measure(run, runs[case.ideal]) for case, run in runs.items() if case.clearance is not None}
-    return tuple(answer(clause, DEFAULT, measured) for clause in CLAUSES)
+    return tuple(answer(clause, DEFAULT, measured, settled) for clause in CLAUSES)
+
+
+def _results(target: Path, workers: int | None, progress: Progress | None) -> Results:
+    """All runs, computed where they are missing."""
+    cases = (*every_case(DEFAULT), *contact_starts(DEFAULT))
+    return Results(
+        runs=fetch_runs(cases, target / "runs", workers=workers, progress=progress),
+        settled=fetch(
+            periodic.EVERY,
+            periodic.examine,
+            target / "periodic",
+            what="motions under the periodic drive",
+            workers=workers,
+            progress=progress,
+        ),
+        controlled=fetch(
+            controlled.CONTROLLED_RUNS,
+            controlled.compute,
+            target / "control",
+            what="controlled runs",
+            workers=workers,
+            progress=progress,
+        ),
+        diagram=periodic.fetch_diagram(target / "bifurcation.nc", workers=workers, progress=progress),
+    )
+
+
+def _pictures(results: Results, folder: Path, progress: Progress | None) -> dict[int | str, bytes]:
+    """All figures as files, and as SVG by number or name."""
+    pictures: dict[int | str, bytes] = {}
+    draw: dict[int | str, Callable[[], list[Path]]] = {
+        **{number: partial(_draw, number, results.runs, folder) for number in FIGURES},
+        **{name: partial(_draw_further, name, results, folder) for name in FURTHER},
+    }
+    for name, drawn in draw.items():
+        pictures[name] = next(path for path in drawn() if path.suffix == ".svg").read_bytes()
+        if progress is not None:
+            progress("figures", len(pictures), len(draw))
+    return pictures
+
+
+def _draw_further(name: str, results: Results, folder: Path) -> list[Path]:
+    _made(folder)
+    figure = FURTHER[name].draw(results)
+    return [write(figure, folder / f"{name}.{format}") for format in FORMATS]
+
+
+def _file(case: PaperCase) -> str:
+    """Name of a case file: the drive is part of it."""
+    return f"periodic_{case.name}" if case.choice == periodic.PERIODIC else case.name
 
 
 def _draw(number: int, runs: Mapping[PaperCase, xr.Dataset], folder: Path) -> list[Path]:

@@ -7,10 +7,14 @@ from dataclasses import dataclass
 
 from scissordyn.paper.cases import Choice, PaperCase
 from scissordyn.paper.measures import Measures
+from scissordyn.paper.periodic import Regularity
 
-__all__ = ["Clause", "Finding", "Measured", "Verdict", "answer"]
+__all__ = ["Clause", "Finding", "Measured", "Periodically", "Settled", "Verdict", "answer"]
 
 Measured = Mapping[PaperCase, Measures]
+
+Settled = Mapping[PaperCase, Regularity]
+"""What the motions under the periodic drive settle to."""
 
 
 @dataclass(frozen=True)
@@ -31,6 +35,30 @@ class Finding:
     words: str
     numbers: dict[str, float]
 
+    @property
+    def answer(self) -> str:
+        """The word for it: "agrees" or "differs"."""
+        return "agrees" if self.holds else "differs"
+
+
+@dataclass(frozen=True)
+class Periodically:
+    """How a clause is answered for the periodic drive, by what the motion settles to.
+
+    Parameters
+    ----------
+    criterion : str
+        When the clause counts as true.
+    find : callable
+        (motions under the periodic drive) -> Finding.
+    measures_regularity : bool
+        Whether only such a drive gives the words of the clause their meaning.
+    """
+
+    criterion: str
+    find: Callable[[Settled], Finding]
+    measures_regularity: bool = False
+
 
 @dataclass(frozen=True)
 class Clause:
@@ -48,6 +76,8 @@ class Clause:
         How the criterion follows from the paper's wording.
     find : callable
         (choice, measured runs) -> Finding.
+    periodically : Periodically, optional
+        The same clause for the periodic drive.
     """
 
     key: str
@@ -55,6 +85,7 @@ class Clause:
     criterion: str
     because: str
     find: Callable[[Choice, Measured], Finding]
+    periodically: Periodically | None = None
 
     @property
     def statement(self) -> int:
@@ -73,16 +104,19 @@ class Verdict:
     trusted : bool
         Whether all runs behind it are trusted to their ends, so that the numbers belong to the trajectory; otherwise they
         are one sample of what may happen, and only the spread over an ensemble says something.
+    periodic : Finding or None
+        The same clause under the periodic drive.
     """
 
     clause: Clause
     finding: Finding
     trusted: bool
+    periodic: Finding | None = None
 
     @property
     def answer(self) -> str:
         """The word for it: "agrees" or "differs"."""
-        return "agrees" if self.finding.holds else "differs"
+        return self.finding.answer
 
 
 class _Watched(dict[PaperCase, Measures]):
@@ -97,7 +131,7 @@ class _Watched(dict[PaperCase, Measures]):
         return super().__getitem__(case)
 
 
-def answer(clause: Clause, choice: Choice, measured: Measured) -> Verdict:
+def answer(clause: Clause, choice: Choice, measured: Measured, settled: Settled | None = None) -> Verdict:
     """Answer a clause.
 
     Parameters
@@ -106,6 +140,8 @@ def answer(clause: Clause, choice: Choice, measured: Measured) -> Verdict:
     choice : Choice
     measured : mapping of PaperCase to Measures
         With every run of the choice.
+    settled : mapping of PaperCase to Regularity, optional
+        Every motion under the periodic drive, for the clauses that have a meaning there.
 
     Returns
     -------
@@ -113,4 +149,7 @@ def answer(clause: Clause, choice: Choice, measured: Measured) -> Verdict:
     """
     watched = _Watched(measured)
     finding = clause.find(choice, watched)
-    return Verdict(clause, finding, all(measured[case].trusted_until >= measured[case].end for case in watched.used))
+    trusted = all(measured[case].trusted_until >= measured[case].end for case in watched.used)
+    if settled is None or clause.periodically is None:
+        return Verdict(clause, finding, trusted)
+    return Verdict(clause, finding, trusted, clause.periodically.find(settled))

@@ -1,0 +1,223 @@
+"""Figures beyond the paper: true maps, a bifurcation diagram, torques of control, distributions over contacts."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+import xarray as xr
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.ticker import LogLocator, NullFormatter, StrMethodFormatter
+
+from scissordyn.analysis.scatter import velocity_acceleration
+from scissordyn.paper.cases import ARRAY, CLEARANCES, CONTROLLED, FRICTION, PaperCase
+from scissordyn.paper.controlled import COURSES, ControlledRun
+from scissordyn.paper.figure.panel import in_words
+from scissordyn.paper.measures import JOINT
+from scissordyn.paper.periodic import read
+from scissordyn.plot.regularity import bifurcation, stroboscopic_map
+from scissordyn.plot.regularity import velocity_acceleration as scatter
+from scissordyn.plot.style import BLUE, GREEN, GREY, IDEAL, LINE, NORMAL, ORANGE, SMALL, VERMILION, legend, panels
+
+__all__ = ["draw_bifurcation", "draw_contacts", "draw_maps", "draw_torques"]
+
+COLOURS = (VERMILION, BLUE, GREEN, ORANGE)
+
+
+def draw_maps(
+    runs: Mapping[PaperCase, xr.Dataset], settled: Mapping[PaperCase, xr.Dataset], cases: Sequence[PaperCase]
+) -> Figure:
+    """For each case the paper's picture of the stroke, and below it the same at one instant of each period of a periodic drive.
+
+    Parameters
+    ----------
+    runs : mapping of PaperCase to Dataset
+        Single strokes.
+    settled : mapping of PaperCase to Dataset
+        Under the periodic drive.
+    cases : sequence of PaperCase
+        Of `settled`; the stroke is that of the same clearance and friction.
+
+    Returns
+    -------
+    Figure
+    """
+    columns = len(cases)
+    drawn = panels(None, 2, columns, size=(2.6 * columns, 5.8), share=False)
+    for k, case in enumerate(cases):
+        above, below = drawn[k], drawn[columns + k]
+        stroke = PaperCase(case.clearance, friction=case.friction)
+        ideal = velocity_acceleration(runs[stroke.ideal])
+        scatter(velocity_acceleration(runs[stroke]), ideal, axes=above)
+        own = above.get_legend()
+        if own is not None:
+            own.remove()
+        above.set_title(f"{in_words(case)}: stroke", loc="left", fontsize=NORMAL)
+        stroboscopic_map(settled[case], x="slider_velocity", y="slider_acceleration", axes=below)
+        below.set(xlabel="velocity [m/s]", ylabel="acceleration [m/s²]")
+        below.set_title(_sentence(read(settled[case]).name), loc="left", fontsize=NORMAL)
+        for axes in (above, below):
+            if k:
+                axes.set_ylabel("")
+    for row in (drawn[:columns], drawn[columns:]):
+        _share_limits(row, margin=0.05)
+    # the same width for all, else the round-off of a motion that repeats would fill its panel
+    widths = [axes.get_xlim() for axes in drawn[columns:]]
+    half = 0.55 * max(high - low for low, high in widths)
+    for axes, (low, high) in zip(drawn[columns:], widths, strict=True):
+        axes.set_xlim(0.5 * (low + high) - half, 0.5 * (low + high) + half)
+    legend(drawn[:columns], above=True)
+    return _figure(drawn)
+
+
+def draw_bifurcation(diagram: xr.Dataset) -> Figure:
+    """Speed of the slider and place of the journal once a period, over the clearance.
+
+    Parameters
+    ----------
+    diagram : Dataset
+
+    Returns
+    -------
+    Figure
+    """
+    drawn = panels(None, 2, size=(9.0, 6.4))
+    # in clearances, so that what the clearance itself changes does not tilt the picture
+    relative = diagram["eccentricity"] / diagram["value"]
+    relative.attrs = {"units": "1", "long_name": "eccentricity over clearance"}
+    bifurcation(diagram, variable="slider_velocity", axes=drawn[0])
+    bifurcation(
+        diagram.assign(eccentricity=relative.transpose(*diagram["eccentricity"].dims)), variable="eccentricity", axes=drawn[1]
+    )
+    drawn[0].set_xlabel("")
+    drawn[1].set_xlabel("radial clearance [mm]")
+    drawn[1].set_ylabel("x of the journal over the clearance")
+    for axes in drawn:
+        for clearance in CLEARANCES:
+            axes.axvline(1e3 * clearance, color=GREY, linewidth=0.6, linestyle=":", zorder=0.5)
+    return _figure(drawn)
+
+
+def draw_torques(runs: Mapping[PaperCase, xr.Dataset], controlled: Mapping[ControlledRun, xr.Dataset]) -> Figure:
+    """Torques of the paper's control and of others, beside those without control and of the ideal mechanism.
+
+    Parameters
+    ----------
+    runs : mapping of PaperCase to Dataset
+    controlled : mapping of ControlledRun to Dataset
+
+    Returns
+    -------
+    Figure
+    """
+    drawn = panels(None, 4, size=(9.0, 10.0), share=False)
+    ideal = runs[PaperCase(None)]
+    stroke, difference, deployment, delayed = drawn
+
+    milli = 1e3 * ideal["time"].values
+    for label, case, color in (
+        ("concentric start, no control", PaperCase(ARRAY), BLUE),
+        ("contact held", PaperCase(ARRAY, held=True), VERMILION),
+    ):
+        stroke.plot(milli, 1e-3 * runs[case]["drive_torque"].values, color=color, linewidth=LINE, label=label)
+    stroke.plot(milli, 1e-3 * ideal["drive_torque"].values, label="ideal joints", **IDEAL)
+    stroke.set(ylabel="torque [kN·m]", xlabel="time [ms]")
+    stroke.set_title(f"(a) stroke, {1e3 * ARRAY:g} mm", loc="left", fontsize=NORMAL)
+
+    for size, color in zip(CONTROLLED, COLOURS, strict=True):
+        more = runs[PaperCase(size, held=True)]["drive_torque"].values - ideal["drive_torque"].values
+        difference.plot(milli, more, color=color, linewidth=LINE, label=f"{1e3 * size:g} mm")
+    difference.set(ylabel="torque [N·m]", xlabel="time [ms]")
+    difference.set_title("(b) contact held: torque above that of ideal joints", loc="left", fontsize=NORMAL)
+
+    wanted = controlled[ControlledRun("deployment", "ideal")]
+    driven = controlled[ControlledRun("deployment", "prescribed")]
+    steered = controlled[ControlledRun("deployment", "feed-forward, feedback")]
+    for label, run, name, color in (
+        ("prescribed", driven, "drive_torque", BLUE),
+        ("feed-forward, feedback", steered, "control_torque", VERMILION),
+    ):
+        torque = run[name].values.reshape(run.sizes["time"], -1).sum(axis=1)
+        deployment.plot(run["time"].values, torque, color=color, linewidth=LINE, label=label)
+    deployment.plot(wanted["time"].values, wanted["drive_torque"].values, label="ideal joints", **IDEAL)
+    deployment.set(ylabel="torque [N·m]", xlabel="time [s]")
+    deployment.set_title(f"(c) {COURSES['deployment'].title}", loc="left", fontsize=NORMAL)
+
+    for label, scheme, color in (("pyragas", "pyragas", BLUE), ("extended", "extended", VERMILION)):
+        run = controlled[ControlledRun("periodic", scheme)]  # type: ignore[arg-type]
+        delayed.plot(run["time"].values, run["control_torque"].values[:, 1], color=color, linewidth=0.7, label=label)
+    delayed.set(ylabel="torque [N·m]", xlabel="time [s]")
+    delayed.set_title("(d) periodic drive: torque of the delayed feedback alone", loc="left", fontsize=NORMAL)
+    for axes in drawn:
+        axes.margins(x=0.0)
+        legend([axes])
+    figure = _figure(drawn)
+    figure.align_ylabels(drawn)
+    return figure
+
+
+def draw_contacts(runs: Mapping[PaperCase, xr.Dataset]) -> Figure:
+    """Peak force and impulse of every contact, by clearance and by friction.
+
+    Parameters
+    ----------
+    runs : mapping of PaperCase to Dataset
+
+    Returns
+    -------
+    Figure
+    """
+    drawn = panels(None, 2, 2, size=(9.0, 6.0), share=False)
+    groups = (
+        ("clearance [mm]", [(f"{1e3 * size:g}", PaperCase(size)) for size in CLEARANCES]),
+        ("friction coefficient", [(f"{friction:g}", PaperCase(friction=friction)) for friction in FRICTION]),
+    )
+    shown = (("peak_force", 1e-3, "peak force of a contact [kN]"), ("impulse", 1.0, "impulse of a contact [N·s]"))
+    for row, (variable, factor, label) in enumerate(shown):
+        for column, (title, cases) in enumerate(groups):
+            axes = drawn[2 * row + column]
+            for k, (_, case) in enumerate(cases):
+                run = runs[case]
+                values = factor * run[variable].values[run["contact_joint"].values.astype(str) == JOINT]
+                values = values[np.isfinite(values) & (values > 0.0)]
+                # spread sideways in the order of time, so that equal values do not hide each other
+                across = k + np.linspace(-0.25, 0.25, values.size)
+                axes.plot(
+                    across,
+                    values,
+                    linestyle="",
+                    marker="o",
+                    markersize=3.2,
+                    markeredgewidth=0.0,
+                    color=BLUE,
+                    label="one contact, in the order of time",
+                )
+                axes.plot([k - 0.35, k + 0.35], [np.median(values)] * 2, color=VERMILION, linewidth=1.6, label="median")
+            axes.set_yscale("log")
+            axes.yaxis.set_major_locator(LogLocator(subs=(1.0, 3.0)))
+            axes.yaxis.set_major_formatter(StrMethodFormatter("{x:g}"))
+            axes.yaxis.set_minor_formatter(NullFormatter())
+            axes.set_xticks(range(len(cases)), [name for name, _ in cases], fontsize=SMALL)
+            axes.grid(visible=False, axis="x")
+            axes.set_xlabel(title if row else "")
+            axes.set_ylabel("" if column else label)
+        _share_limits(drawn[2 * row : 2 * row + 2])
+    legend(drawn, above=True)
+    return _figure(drawn)
+
+
+def _sentence(words: str) -> str:
+    return words[:1].upper() + words[1:]
+
+
+def _share_limits(axes: Sequence[Axes], *, margin: float = 0.0) -> None:
+    low, high = (choose(one.get_ylim()[side] for one in axes) for side, choose in ((0, min), (1, max)))
+    for one in axes:
+        one.set_ylim(low - margin * (high - low), high + margin * (high - low))
+
+
+def _figure(drawn: Sequence[Axes]) -> Figure:
+    figure = drawn[0].get_figure(root=True)
+    assert isinstance(figure, Figure)
+    return figure

@@ -1,0 +1,121 @@
+"""Results that are computed side by side, each once, and kept as files."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Callable, Hashable, Sequence
+from functools import cache, partial
+from importlib.metadata import version
+from pathlib import Path
+from typing import Protocol, TypeVar
+
+import xarray as xr
+
+import scissordyn
+from scissordyn.errors import InputError, ScissordynError
+from scissordyn.simulation.store import load, save
+from scissordyn.study.runner import run_cases
+
+__all__ = ["Job", "Progress", "fetch", "provenance"]
+
+Progress = Callable[[str, int, int], None]
+"""What is done, how many of it, out of how many."""
+
+NUMERICAL_SOURCES = (
+    *(f"{room}/**/*.py" for room in ("laws", "control", "mechanics", "integrate", "model", "simulation", "analysis", "study")),
+    *(f"paper/{name}.py" for name in ("cases", "controlled", "findings", "held", "measures", "statements")),
+    *(f"paper/{name}.py" for name in ("periodic", "periodic_findings")),
+)
+
+
+class Job(Hashable, Protocol):
+    """What is computed and kept."""
+
+    @property
+    def name(self) -> str:
+        """Of the file."""
+
+    @property
+    def toml(self) -> str:
+        """All that the result depends on, apart from the sources."""
+
+
+Work = TypeVar("Work", bound=Job)
+
+
+@cache
+def provenance() -> str:
+    """Versions, and a digest of the sources that the numbers depend on, as JSON; equal means equal numbers."""
+    package = Path(scissordyn.__file__).parent
+    digest = hashlib.sha256()
+    for pattern in NUMERICAL_SOURCES:
+        for path in sorted(package.glob(pattern)):
+            digest.update(str(path.relative_to(package)).encode())
+            digest.update(path.read_bytes())
+    versions = {name: version(name) for name in ("scissordyn", "numpy", "scipy", "numba", "xarray")}
+    return json.dumps({**versions, "sources": digest.hexdigest()[:16]})
+
+
+def fetch(
+    jobs: Sequence[Work],
+    compute: Callable[[Work], xr.Dataset],
+    folder: Path,
+    *,
+    what: str = "runs",
+    workers: int | None = None,
+    progress: Progress | None = None,
+) -> dict[Work, xr.Dataset]:
+    """Results from a folder, where those that are missing or out of date are computed first.
+
+    Parameters
+    ----------
+    jobs : sequence of Job
+        Of distinct names.
+    compute : callable
+        From a job to what is kept; runs in other processes.
+    folder : Path
+        Holds a NetCDF file for each job, written whole or not at all.
+    what : str
+        What `progress` is told that these are.
+    workers : int, optional
+        Processes; one per processor if not given.
+    progress : callable, optional
+
+    Returns
+    -------
+    dict of Job to Dataset
+        In the order of the jobs, each once.
+
+    Raises
+    ------
+    ScissordynError
+        If a job breaks off.
+    """
+    folder.mkdir(parents=True, exist_ok=True)
+    wanted = tuple(dict.fromkeys(jobs))
+    found = {job: result for job in wanted if (result := _stored(job, folder)) is not None}
+    missing = [job for job in wanted if job not in found]
+    told = None if progress is None else partial(progress, what)
+    for done in run_cases(partial(_compute_and_save, compute, folder), missing, workers=workers, progress=told):
+        if done.error:
+            raise ScissordynError(done.error)
+        found[missing[done.index]] = load(_path(missing[done.index], folder))
+    return {job: found[job] for job in wanted}
+
+
+def _path(job: Job, folder: Path) -> Path:
+    return folder / f"{job.name}.nc"
+
+
+def _stored(job: Job, folder: Path) -> xr.Dataset | None:
+    """The result of that very job by this very version, if it is there."""
+    try:
+        result = load(_path(job, folder))
+    except InputError:
+        return None
+    return result if (result.attrs.get("case"), result.attrs.get("provenance")) == (job.toml, provenance()) else None
+
+
+def _compute_and_save(compute: Callable[[Work], xr.Dataset], folder: Path, job: Work) -> str:
+    return str(save(compute(job).assign_attrs(case=job.toml, provenance=provenance()), _path(job, folder)))

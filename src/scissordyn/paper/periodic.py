@@ -1,0 +1,237 @@
+"""How regular the motion is under a periodic drive, by measures that need one.
+
+The paper drives at constant speed through a single stroke, in which nothing repeats; regular, quasi-periodic and irregular are
+words for what a periodic drive leads to. Which drive is left open. Here the driven bar swings by 15 deg about 45 deg, over the
+first part of the stroke, and in the middle as fast as in the stroke.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import xarray as xr
+
+from scissordyn.analysis.classify import classify
+from scissordyn.analysis.consensus import consensus
+from scissordyn.errors import InputError, ScissordynError
+from scissordyn.paper.cases import CLEARANCES, FRICTION, Choice, PaperCase
+from scissordyn.paper.kept import Progress
+from scissordyn.paper.measures import JOINT
+from scissordyn.simulation.cycles import cycle
+from scissordyn.study.bifurcation import bifurcation
+from scissordyn.study.ensemble import ensemble
+from scissordyn.study.lyapunov import separation_exponent
+from scissordyn.units import degrees
+
+__all__ = ["BY_CLEARANCE", "BY_FRICTION", "EVERY", "PERIODIC", "Regularity", "examine", "fetch_diagram", "read"]
+
+PERIODIC = Choice(angle=degrees(45), travel="swing")
+"""The default choice but for the drive."""
+
+BY_CLEARANCE = tuple(PaperCase(clearance, choice=PERIODIC) for clearance in CLEARANCES)
+BY_FRICTION = tuple(PaperCase(friction=friction, choice=PERIODIC) for friction in FRICTION)
+EVERY = tuple(dict.fromkeys((*BY_CLEARANCE, *BY_FRICTION)))
+
+CYCLES, SKIP = 320, 80
+"""Periods of a run, and how many of the first are left out of its map: 240 remain, and 200 are needed for a verdict."""
+
+MEMBERS = 4
+"""Starts that differ by round-off, where one trajectory is not evidence."""
+
+PAIR = 2
+"""Starts for as many periods as are skipped, where the samples repeat."""
+
+GROWTH_CYCLES, GROWTH_SKIP = 120, 80
+INTERVALS = 4
+"""Periods in which the growth of a small difference is measured, the first left out as in the map, since some motions settle
+late; and how often in each period the difference is made small again."""
+
+DIAGRAM_VALUES, DIAGRAM_CYCLES, DIAGRAM_KEPT = 60, 160, 100
+"""Clearances from the largest to the least of the paper's, periods for each, and how many of the last are drawn."""
+
+
+@dataclass(frozen=True)
+class Regularity:
+    """What a motion under the periodic drive is like, and on what evidence.
+
+    Parameters
+    ----------
+    kind : str
+        "continuous contact", "periodic", "quasi-periodic", "irregular" or "transient only", see `analysis.verdict`.
+    name : str
+        The kind, with the period where there is one.
+    members, agreeing : int
+        Trajectories that were judged, and how many of them have this verdict.
+    growth : float
+        K of the 0-1 test; NaN where the samples repeat, and the test would see round-off.
+    exponent, exponent_error : float
+        Largest Lyapunov exponent and its standard error [1/s].
+    contact_share : float
+        Of the time, over the counted periods.
+    impacts : float
+        Contacts that start in a period, on the average.
+    trusted_cycles, followed_cycles : int
+        Periods after which starts that differ by round-off part, and for how many they were followed.
+    evidence : tuple of str
+        Sentences.
+    """
+
+    kind: str
+    name: str
+    members: int
+    agreeing: int
+    growth: float
+    exponent: float
+    exponent_error: float
+    contact_share: float
+    impacts: float
+    trusted_cycles: int
+    followed_cycles: int
+    evidence: tuple[str, ...]
+
+    @property
+    def regular(self) -> bool | None:
+        """Whether it repeats itself or nearly so; None if that is not decided."""
+        return None if self.kind == "transient only" else self.kind != "irregular"
+
+    @property
+    def words(self) -> str:
+        """Verdict and numbers in short."""
+        growth = "" if math.isnan(self.growth) else f"K = {self.growth:.2f}, "
+        return f"{self.name} ({growth}λ = {self.exponent:z.1f} ± {self.exponent_error:.1f} 1/s)"
+
+
+def examine(case: PaperCase) -> xr.Dataset:
+    """Follow a motion through hundreds of periods and judge it.
+
+    Where the samples do not repeat, or starts that differ by round-off part, the verdict is that of most of an ensemble.
+
+    Parameters
+    ----------
+    case : PaperCase
+        Under the periodic drive.
+
+    Returns
+    -------
+    Dataset
+        As of `simulation.cycles.cycle`, without the first periods; the attribute "regularity" holds a `Regularity` as JSON.
+
+    Raises
+    ------
+    ScissordynError
+        If a run breaks off.
+    """
+    mechanism = case.described().mechanism
+    run = cycle(mechanism, cycles=CYCLES)
+    _check(run, case)
+    together = followed = 0
+    if classify(run, skip=SKIP).period is not None:
+        # neighbours of a motion that repeats need not be followed for long to see whether they stay with it
+        pair = ensemble(mechanism, members=PAIR, cycles=SKIP, workers=1)
+        _check(pair, case)
+        together = followed = int(pair.attrs["trusted_cycles"])
+    growth = math.nan
+    if followed == SKIP:
+        verdict = classify(run.assign_attrs(trusted_until=math.inf), skip=SKIP)
+        kind, name, evidence, judged, agreeing = verdict.kind, verdict.name, verdict.evidence, 1, 1
+        share, impacts = (float(run[what].isel(cycle=slice(SKIP, None)).mean()) for what in ("contact_share", "impacts"))
+    else:
+        many = ensemble(mechanism, members=MEMBERS, cycles=CYCLES, skip=SKIP, workers=1)
+        _check(many, case)
+        together, followed = int(many.attrs["trusted_cycles"]), CYCLES
+        at = ("cycle", many.attrs["period"] * np.arange(CYCLES))
+        each = [classify(many.isel(member=k).assign_coords(time=at), skip=SKIP) for k in range(MEMBERS)]
+        common = consensus(each)
+        name = next(iter(common.counts))
+        kind, evidence, judged, agreeing = common.kind, (*common.evidence, *each[0].evidence), MEMBERS, common.counts[name]
+        share, impacts = (float(many[f"mean_{what}"].mean()) for what in ("contact_share", "impacts"))
+        # too few samples have none; where most members repeat, that of the others is not the verdict's
+        if common.period is None and "K" in common.measures["measure"].values:
+            growth = float(common.measures["mean"].sel(measure="K"))
+    apart = separation_exponent(mechanism, cycles=GROWTH_CYCLES, skip=GROWTH_SKIP, intervals=INTERVALS, rtol=1e-9, atol=1e-9)
+    _check(apart, case)
+    found = Regularity(
+        kind=kind,
+        name=name,
+        members=judged,
+        agreeing=agreeing,
+        growth=growth,
+        exponent=float(apart["exponent"]),
+        exponent_error=float(apart["standard_error"]),
+        contact_share=share,
+        impacts=impacts,
+        trusted_cycles=together,
+        followed_cycles=followed,
+        evidence=evidence,
+    )
+    return run.isel(cycle=slice(SKIP, None)).assign_attrs(regularity=json.dumps(vars(found)))
+
+
+def read(run: xr.Dataset) -> Regularity:
+    """What `examine` found.
+
+    Parameters
+    ----------
+    run : Dataset
+
+    Returns
+    -------
+    Regularity
+    """
+    kept = json.loads(run.attrs["regularity"])
+    return Regularity(**{**kept, "evidence": tuple(kept["evidence"])})
+
+
+def fetch_diagram(path: Path, *, workers: int | None = None, progress: Progress | None = None) -> xr.Dataset:
+    """What the motion settles to for clearances from 0.2 to 0.7 mm, from a file or computed.
+
+    Parameters
+    ----------
+    path : Path
+        NetCDF file; one of another version is made anew.
+    workers : int, optional
+    progress : callable, optional
+
+    Returns
+    -------
+    Dataset
+        As of `study.bifurcation`.
+    """
+    values = np.linspace(CLEARANCES[-1], CLEARANCES[0], DIAGRAM_VALUES)
+
+    def told(done: int, of: int) -> None:
+        if progress is not None:
+            progress("bifurcation", done, of)
+
+    def made() -> xr.Dataset:
+        return bifurcation(
+            PaperCase(choice=PERIODIC).described().mechanism,
+            over=f"{JOINT}.clearance",
+            values=values,
+            cycles=DIAGRAM_CYCLES,
+            keep=DIAGRAM_KEPT,
+            workers=workers,
+            store=path,
+            progress=told,
+        )
+
+    try:
+        diagram = made()
+    except InputError:
+        # a file that is cut, or of another diagram
+        path.unlink()
+        diagram = made()
+    failed = diagram["value"].values[diagram["status"].values != "complete"]
+    if failed.size:
+        raise ScissordynError(f"the bifurcation diagram broke off at {JOINT}.clearance = {failed[0]:g} m")
+    return diagram
+
+
+def _check(run: xr.Dataset, case: PaperCase) -> None:
+    if run.attrs["status"] != "complete":
+        causes = [str(run.attrs.get("cause", ""))] if "cause" not in run else run["cause"].values.astype(str).tolist()
+        raise ScissordynError(f"'{case.name}' under the periodic drive broke off: {'; '.join(filter(None, causes))}")

@@ -1,0 +1,71 @@
+"""The verdicts as tables for machines."""
+
+from __future__ import annotations
+
+import csv
+import io
+import json
+from collections.abc import Sequence
+
+from scissordyn.paper.kept import provenance
+from scissordyn.paper.sensitivity import DEFAULT
+from scissordyn.paper.verdict import Verdict
+
+__all__ = ["as_csv", "as_json"]
+
+
+def as_json(verdicts: Sequence[Verdict]) -> str:
+    """The verdicts with criteria and numbers.
+
+    Parameters
+    ----------
+    verdicts : sequence of Verdict
+
+    Returns
+    -------
+    str
+    """
+    rows = [
+        {
+            "clause": verdict.clause.key,
+            "says": verdict.clause.says,
+            "criterion": verdict.clause.criterion,
+            "because": verdict.clause.because,
+            "answer": verdict.answer,
+            "measured": verdict.finding.words,
+            "numbers": verdict.finding.numbers,
+            "trusted": verdict.trusted,
+            "periodic": _periodic(verdict),
+        }
+        for verdict in verdicts
+    ]
+    return json.dumps({"choice": DEFAULT.words, "provenance": json.loads(provenance()), "verdicts": rows}, indent=1) + "\n"
+
+
+def as_csv(verdicts: Sequence[Verdict]) -> str:
+    """The verdicts as a table: clause, answer, what is said, what was measured, the same for the periodic drive.
+
+    Parameters
+    ----------
+    verdicts : sequence of Verdict
+
+    Returns
+    -------
+    str
+    """
+    text = io.StringIO()
+    writer = csv.writer(text, lineterminator="\n")
+    writer.writerow(("clause", "answer", "says", "criterion", "measured", "answer_periodic", "measured_periodic"))
+    for verdict in verdicts:
+        clause, other = verdict.clause, verdict.periodic
+        row = (clause.key, verdict.answer, clause.says, clause.criterion, verdict.finding.words)
+        writer.writerow((*row, *(("", "") if other is None else (other.answer, other.words))))
+    return text.getvalue()
+
+
+def _periodic(verdict: Verdict) -> dict[str, object] | None:
+    """The answer for the periodic drive, if the clause has one."""
+    clause, found = verdict.clause.periodically, verdict.periodic
+    if clause is None or found is None:
+        return None
+    return {"criterion": clause.criterion, "answer": found.answer, "measured": found.words, "numbers": found.numbers}

@@ -1,0 +1,79 @@
+"""Regular and irregular motions under the periodic drive."""
+
+import math
+
+import numpy as np
+import pytest
+
+from scissordyn.paper import periodic
+from scissordyn.paper.cases import PaperCase
+from scissordyn.paper.periodic import CYCLES, PERIODIC, SKIP, examine, fetch_diagram, read
+
+
+@pytest.fixture
+def sooner(monkeypatch):
+    """Both motions below have settled after 20 periods, which not all have."""
+    monkeypatch.setattr(periodic, "MEMBERS", 2)
+    monkeypatch.setattr(periodic, "GROWTH_CYCLES", 60)
+    monkeypatch.setattr(periodic, "GROWTH_SKIP", 20)
+
+
+@pytest.mark.usefixtures("sooner")
+def test_a_small_clearance_repeats_and_neighbours_meet():
+    """Cross-check by a second formulation: the samples repeat, and the exponent of two trajectories is negative."""
+    run = examine(PaperCase(0.2e-3, choice=PERIODIC))
+    found = read(run)
+    assert (found.kind, found.regular, found.members, found.trusted_cycles) == ("periodic", True, 1, SKIP)
+    assert math.isnan(found.growth)
+    assert found.exponent < -3.0 * found.exponent_error
+    assert run.sizes["cycle"] == CYCLES - SKIP
+
+
+@pytest.mark.usefixtures("sooner")
+def test_a_large_clearance_does_not_and_neighbours_part():
+    """Cross-check by a second formulation: the 0-1 test finds no order, and the exponent of two trajectories is positive."""
+    found = read(examine(PaperCase(0.7e-3, choice=PERIODIC)))
+    assert (found.kind, found.regular, found.members, found.agreeing) == ("irregular", False, 2, 2)
+    assert found.growth > 0.8
+    assert found.exponent > 3.0 * found.exponent_error
+    assert found.trusted_cycles < 20
+
+
+@pytest.fixture
+def short(monkeypatch):
+    """Few periods."""
+    for name, count in {
+        "CYCLES": 10,
+        "SKIP": 4,
+        "MEMBERS": 2,
+        "GROWTH_CYCLES": 2,
+        "GROWTH_SKIP": 1,
+        "DIAGRAM_VALUES": 2,
+        "DIAGRAM_CYCLES": 4,
+        "DIAGRAM_KEPT": 2,
+    }.items():
+        monkeypatch.setattr(periodic, name, count)
+
+
+@pytest.mark.usefixtures("short")
+def test_a_verdict_is_the_same_each_time():
+    """Identity: no clock and no random start in what is kept; few samples decide nothing."""
+    one, two = (examine(PaperCase(choice=PERIODIC)) for _ in range(2))
+    assert one.attrs["regularity"] == two.attrs["regularity"]
+    assert (read(one).kind, read(one).regular) == ("transient only", None)
+    np.testing.assert_array_equal(one["eccentricity"].values, two["eccentricity"].values)
+
+
+@pytest.mark.usefixtures("short")
+def test_a_diagram_of_another_version_is_made_anew(tmp_path):
+    """Identity: a file that is cut is replaced by the same diagram; a whole one is read."""
+    path = tmp_path / "diagram.nc"
+    first = fetch_diagram(path, workers=1)
+    assert first["value"].values == pytest.approx([0.2e-3, 0.7e-3])
+    assert first.sizes["cycle"] == 2
+    path.write_bytes(path.read_bytes()[:2000])
+    again = fetch_diagram(path, workers=1)
+    np.testing.assert_array_equal(again["eccentricity"].values, first["eccentricity"].values)
+    told = []
+    fetch_diagram(path, workers=1, progress=lambda *done: told.append(done))
+    assert told == []

@@ -1,0 +1,35 @@
+"""The top of the report."""
+
+import numpy as np
+import xarray as xr
+
+from scissordyn.paper.findings import percent
+from scissordyn.paper.sensitivity import full_factorial
+from scissordyn.paper.statements import CLAUSES
+from scissordyn.paper.summary import in_words, summary
+from scissordyn.paper.verdict import Finding, Verdict
+
+
+def test_clauses_are_sorted_by_how_often_they_hold():
+    """Identity: at and beyond the bounds, and between them."""
+    said = in_words(["a", "b", "c", "d"], np.array([0.95, 0.05, 0.5, 1.0]))
+    assert f"at least {percent(0.95)}" in said
+    assert "hold: a, d." in said
+    assert "do not hold: b." in said
+    assert said.endswith("decides about: c.")
+
+
+def test_the_factor_that_decides_is_named():
+    """Limit: one clause hangs on the reading alone, one on nothing, one on chance in equal parts."""
+    keys = [clause.key for clause in CLAUSES]
+    agreeing = np.ones((len(full_factorial()), len(keys)))
+    agreeing[:, 0] = [choice.reading == "A" for choice in full_factorial()]
+    agreeing[:, 1] = 0.0
+    together = xr.Dataset({"agreeing": (("choice", "clause"), agreeing)}, coords={"clause": keys})
+    found = Finding(True, "words", {})
+    verdicts = [Verdict(clause, found, True, found if clause.periodically else None) for clause in CLAUSES]
+    text = " ".join(summary(verdicts, together))
+    assert f"What decides, most first: which bar is pinned to the ground ({keys[0]})." in text
+    assert f"Whatever is chosen, these do not: {keys[1]}." in text
+    assert f"<strong>{len(CLAUSES)} of {len(CLAUSES)}</strong>" in text
+    assert "give the same answers" in text

@@ -126,7 +126,7 @@ def scipys(method: str, tolerance: float) -> Found:
 
 @cache
 def _remembering() -> Any:
-    """The hand-derived equations as numbalsoda wants them; it knows no events, so they remember the approach speed themselves."""
+    """The hand-derived equations as numbalsoda wants them: without events, so that they must remember the approach speed."""
     from numba import carray, cfunc
     from numbalsoda import lsoda_sig
 

@@ -8,7 +8,7 @@ paper does not have, carry the words over to what the motion settles to; when th
 clearances and one friction coefficient had been seen.
 
 Where the paper gives a number it is the criterion, with the rounding that its wording allows. Where it compares, the
-comparison is the criterion. Where it describes a picture ("not discernable", "continuous", "regular"), the threshold is what
+comparison is the criterion. Where it describes a picture ("not discernible", "continuous", "regular"), the threshold is what
 a reader could see, and is the same everywhere.
 """
 

@@ -68,6 +68,24 @@ def show_events(run: xr.Dataset, rows: int, to: Console) -> None:
         to.print(f"... and {counted(found - rows, 'more contact')} (--events {found} shows all)\n")
 
 
+def _locked_and_stopped(run: xr.Dataset) -> list[str]:
+    """Sentences on latches that locked and on end stops."""
+    if "event_kind" not in run:
+        return []
+    found = []
+    events = zip(run["event_name"].values, run["event_kind"].values, run["event_time"].values, strict=True)
+    losses = run["event_loss"].values
+    reached: dict[str, list[float]] = {}
+    for (name, kind, when), loss in zip(events, losses, strict=True):
+        if kind == "locked":
+            found.append(f"Latch {name} locked at {short(float(when), 's')}, which took {short(float(loss), 'J')}.")
+        elif kind == "reached":
+            reached.setdefault(str(name), []).append(float(when))
+    for name, times in reached.items():
+        found.append(f"End stop {name} was reached {counted(len(times), 'time')}, first at {short(times[0], 's')}.")
+    return found
+
+
 def show_summary(run: xr.Dataset, to: Console) -> None:
     """Print a run in one paragraph, and its warnings."""
     attributes = run.attrs
@@ -89,6 +107,7 @@ def show_summary(run: xr.Dataset, to: Console) -> None:
             f"Joint {joint}: {counted(here.sizes['contact'])}, in contact {100.0 * share:.3g} % of the time, "
             f"largest force {short(float(here['peak_force'].values[highest]), 'N')} at {short(when, 's')}."
         )
+    parts += _locked_and_stopped(run)
     if run.sizes["time"]:
         residual = float(np.abs(run["energy_residual"].values).max())
         turned_over = max(float(np.ptp(run[name].values)) for name in ("kinetic_energy", "potential_energy", "drive_work"))

@@ -156,7 +156,7 @@ def snapshot(run: xr.Dataset, mechanism: Mechanism, sample: int, *, axes: Axes, 
             axes.plot(
                 x, y, marker="o", markersize=7.0, color=VERMILION, markerfacecolor="none", markeredgewidth=1.2, zorder=4.0
             )
-            _named(axes, joint.name, (x, y), (7.0, 5.0))
+            _named(axes, joint.name, (x, y), (7.0, 5.0) if mechanism.loose.index(joint) % 2 == 0 else (7.0, -12.0))
     now, scale, until = float(run["time"].values[sample]), time_scale(run), horizon(run)
     if until is not None and now > until:
         late = Rectangle((0.0, 0.0), 1.0, 1.0, facecolor=LIGHT, alpha=0.7, transform=axes.transAxes, zorder=0.0, label=BEYOND)

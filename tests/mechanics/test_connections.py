@@ -236,3 +236,12 @@ def test_link_within_a_body_is_refused():
 def test_latch_at_its_angle_is_refused():
     with pytest.raises(sd.InputError, match="latch 'catch' is at its angle at the start"):
         sd.simulate(pendulum(latches=(sd.Latch("catch", "rod", angle=0.3),)), until=0.1)
+
+
+def test_more_contacts_at_the_start_than_the_log_begins_with():
+    """Limit: an array of 100 units rests in all its 300 pins at once."""
+    arm = sd.scissor(units=100, bar_length=0.5, bar_mass=0.1, slider_mass=0.1, angle=sd.degrees(60))
+    resting = arm.loosen("all", sd.Clearance(1e-4)).driven(Polynomial((sd.degrees(60),)))
+    run = sd.simulate(resting, until=1e-6, start="in-contact", samples=2)
+    assert run.attrs["status"] == "complete"
+    assert int(run["in_contact"].values[0].sum()) > 256

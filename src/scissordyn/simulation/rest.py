@@ -25,7 +25,14 @@ Joint = TypeVar("Joint", Revolute, Guide)
 AT_REST = 1e-9
 """Unbalanced force below which a mechanism rests, against its weight: what round-off in positions leaves of a stiff contact."""
 
-MOST_STEPS = 2000
+MOST_STEPS = 500
+MOST_CORRECTIONS = 12
+
+SOLVED = 0.1
+"""An implicit step is solved when a correction is this share of the way made."""
+
+MOST_GROWTH = 10.0
+"""An implicit step that lets the force grow more than this has landed elsewhere."""
 
 
 def standing(mechanism: Mechanism) -> Mechanism:
@@ -55,8 +62,8 @@ def _slippery(joint: Joint) -> Joint:
 def equilibrium(layout: Layout, position: np.ndarray) -> np.ndarray:
     """Free coordinates at which the mechanism rests, reached downhill from a given position.
 
-    Pseudo-transient continuation: steps of the linearly implicit Euler method from rest, whose size grows as the forces
-    vanish, so that it ends as Newton's method; it follows the descent of the potential energy and thus finds stable rest.
+    Pseudo-transient continuation: implicit Euler steps from rest, each solved by Newton's method, whose size grows as long as
+    that converges, so that it ends as Newton's method itself. A step from rest goes downhill, and thus to stable rest.
 
     Parameters
     ----------
@@ -83,23 +90,32 @@ def equilibrium(layout: Layout, position: np.ndarray) -> np.ndarray:
     state = np.concatenate([position, np.zeros(n + hidden)])
     rate, by_time = np.zeros(state.size), np.zeros(state.size)
     weight = float(np.linalg.norm(system.weight[:n])) or 1.0
-    step, before = 1e-3, np.inf
+    step, force, scale = 1e-3, np.inf, weight
     for _ in range(MOST_STEPS):
-        functions.project(0.0, state, handle.address)
-        _touch(handle, state)
-        functions.linearise(0.0, state, handle.address, rate, by_time)
-        force = float(np.linalg.norm(rate[n : 2 * n]))
-        scale = weight + float(np.linalg.norm(system.force[:n]))
-        if force <= AT_REST * scale:
-            return state[:n].copy()
-        step = min(1e6, 2.0 * step) if force < before else 0.25 * step
-        before = force
-        change = np.concatenate([np.zeros(n), rate[n : 2 * n], np.zeros(hidden)])
-        if functions.factorize(step, handle.address) >= 0:
-            step *= 0.5
+        base, before, solved = state[:n].copy(), force, False
+        for _correction in range(MOST_CORRECTIONS):
+            functions.project(0.0, state, handle.address)
+            _touch(handle, state)
+            functions.linearise(0.0, state, handle.address, rate, by_time)
+            force = float(np.linalg.norm(rate[n : 2 * n]))
+            scale = weight + float(np.linalg.norm(system.force[:n]))
+            if force <= AT_REST * scale:
+                return state[:n].copy()
+            if solved and force <= MOST_GROWTH * before:
+                break
+            left = rate[n : 2 * n] - (state[:n] - base) / step**2
+            change = np.concatenate([np.zeros(n), left, np.zeros(hidden)])
+            if functions.factorize(step, handle.address) >= 0:
+                continue
+            functions.solve(change, handle.address)
+            state[:n] += change[:n]
+            # what is left across the conditions never vanishes, the correction does
+            solved = bool(np.linalg.norm(change[:n]) <= SOLVED * np.linalg.norm(state[:n] - base))
+        else:
+            state[:n], force = base, before
+            step *= 0.2
             continue
-        functions.solve(change, handle.address)
-        state[:n] += change[:n]
+        step = min(1e6, 3.0 * step)
     raise InputError(
         f"start = 'static': no rest was found (unbalanced force {force / scale:.2g} of the load)",
         "a mechanism that gravity, springs and drives can hold",

@@ -109,7 +109,7 @@ def compute(mechanism: Mechanism, options: Options, progress: Callable[[float], 
     samples = make_samples(np.linspace(0.0, options.until, options.samples), work)
     clock = np.array([0.0, 1e-4 * options.until, options.until, options.until, options.until])
     count = np.zeros(8, np.int64)
-    log = np.zeros((256, loop.LOG_COLUMNS))
+    log = np.zeros((256 + len(opening), loop.LOG_COLUMNS))
     for row, event in enumerate(opening):
         log[row] = event
     count[loop.EVENTS] = len(opening)

@@ -23,8 +23,11 @@ INSIDE = 3
 SPARE = INSIDE + 1
 """Rows of work space behind the watched numbers."""
 
-NEARLY = 0.1
+NEARLY = 0.5
 """A summit that its parabola puts so little outside a step, in parts of the step, may lie inside."""
+
+EDGE = 2e-5
+"""A summit nearer to the end of a step, in parts of the step, is taken to be there."""
 
 HINT = 0.98
 """Stages this near to the largest number so far hint at a peak: they are less accurate than the dense output."""
@@ -143,6 +146,11 @@ def find_peak(problem, T, k, t, h, w, S, count):
         inside = vertex(T, k, last - 2, w) < 1.0 + NEARLY
     if value < w.peak[k, 0]:
         return
+    if inside and not 0 < best < last:
+        # the parabola is too coarse to tell on which side of the step's end the summit is
+        row = w.watched.shape[0] - 1
+        probe(problem, T, EDGE if best == 0 else 1.0 - EDGE, t, h, w, S, row, count)
+        inside = w.watched[row, k, 0] > value
     if inside:
         low, high = place_of(T, max(best - 1, 0)), place_of(T, min(best + 1, last))
         theta, value = refine(problem, T, k, low, theta, high, value, t, h, w, S, count)

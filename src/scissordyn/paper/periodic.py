@@ -147,7 +147,10 @@ def examine(case: PaperCase) -> xr.Dataset:
         each = [classify(many.isel(member=k).assign_coords(time=at), skip=SKIP) for k in range(MEMBERS)]
         common = consensus(each)
         name = next(iter(common.counts))
-        kind, evidence, judged, agreeing = common.kind, (*common.evidence, *each[0].evidence), MEMBERS, common.counts[name]
+        evidence, judged, agreeing = (*common.evidence, *each[0].evidence), MEMBERS, common.counts[name]
+        kind = common.kind
+        if 2 * agreeing <= MEMBERS:  # no majority decides nothing
+            kind, name = "transient only", "undecided"
         share, impacts = (float(many[f"mean_{what}"].mean()) for what in ("contact_share", "impacts"))
         # too few samples have none; where most members repeat, that of the others is not the verdict's
         if common.period is None and "K" in common.measures["measure"].values:

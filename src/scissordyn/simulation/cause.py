@@ -78,7 +78,7 @@ def _gradients(
 
 def failed_latch(layout: Layout, system: Handle) -> str:
     """The latch that could not lock, in words; empty if there is none."""
-    first = len(layout.mechanism.loose)
+    first = len(layout.mechanism.contacts)
     for k, latch in enumerate(layout.mechanism.latches):
         if math.isnan(system.content.approach[first + k]):
             return f"latch '{latch.name}' cannot lock: joints, links, drives or other latches hold body '{latch.body}' there"

@@ -28,6 +28,9 @@ __all__ = ["magnified", "snapshot", "structure"]
 TALL = 2.0
 """Structures up to so many times as wide as high stand side by side, longer ones one below the other."""
 
+ASIDE = ((7.0, 5.0), (-7.0, -12.0), (7.0, -12.0), (-7.0, 5.0))
+"""Where names of loose joints stand [points], in turn, so that those of neighbours keep apart."""
+
 Corners = tuple[np.ndarray, np.ndarray]
 """Lower left and upper right corner [m]."""
 
@@ -69,6 +72,8 @@ def structure(
     rows = _grid(tall, float(width / height), len(samples), len(chosen))
     for k, (sample, row) in enumerate(zip(samples, rows, strict=True)):
         snapshot(run, mechanism, sample, axes=row[0], corners=corners)
+        if tall:
+            row[0].locator_params(axis="x", nbins=4)
         if tall and k > 0:
             row[0].set_ylabel("")
             row[0].tick_params(labelleft=False)
@@ -134,7 +139,7 @@ def snapshot(run: xr.Dataset, mechanism: Mechanism, sample: int, *, axes: Axes, 
         further = x + math.cos(turn), y + math.sin(turn)
         axes.axline((x, y), further, color=GREY, linewidth=0.7, linestyle=(0, (6, 2, 1, 2)), zorder=1.0)
         if guide.clearance is not None:
-            _named(axes, guide.name, placed.place(guide.follower), (-14.0, -16.0))
+            _named(axes, guide.name, placed.place(guide.follower), (7.0, -16.0))
     springs = [element for element in mechanism.elements if isinstance(element, Spring)]
     connections: list[Spring | Link] = [*springs, *mechanism.links]
     for connection in connections:
@@ -156,7 +161,7 @@ def snapshot(run: xr.Dataset, mechanism: Mechanism, sample: int, *, axes: Axes, 
             axes.plot(
                 x, y, marker="o", markersize=7.0, color=VERMILION, markerfacecolor="none", markeredgewidth=1.2, zorder=4.0
             )
-            _named(axes, joint.name, (x, y), (7.0, 5.0) if mechanism.loose.index(joint) % 2 == 0 else (7.0, -12.0))
+            _named(axes, joint.name, (x, y), ASIDE[mechanism.loose.index(joint) % len(ASIDE)])
     now, scale, until = float(run["time"].values[sample]), time_scale(run), horizon(run)
     if until is not None and now > until:
         late = Rectangle((0.0, 0.0), 1.0, 1.0, facecolor=LIGHT, alpha=0.7, transform=axes.transAxes, zorder=0.0, label=BEYOND)
@@ -229,7 +234,8 @@ def _around(run: xr.Dataset, mechanism: Mechanism, samples: Sequence[int]) -> Co
 def _named(axes: Axes, name: str, place: np.ndarray | tuple[float, float], aside: tuple[float, float]) -> None:
     """The name of what is loose, beside it."""
     x, y = float(place[0]), float(place[1])
-    text = axes.annotate(name, (x, y), xytext=aside, textcoords="offset points", fontsize=SMALL)
+    side = "left" if aside[0] > 0.0 else "right"
+    text = axes.annotate(name, (x, y), xytext=aside, textcoords="offset points", fontsize=SMALL, ha=side)
     text.set(color=VERMILION, zorder=5.0, path_effects=[withStroke(linewidth=2.5, foreground="white")])
 
 

@@ -56,6 +56,20 @@ def _read_corners(given: Any) -> tuple[Point, ...]:
     return tuple(found)
 
 
+RestitutionKey = Annotated[
+    float | None, quantities(LankaraniNikravesh)["restitution"], Field(examples=[LankaraniNikravesh().restitution])
+]
+StiffnessKey = Annotated[
+    Elastic, law_of("stiffness"), Field(description="elastic part of the normal force", validate_default=True)
+]
+DampingKey = Annotated[Damping, Field(description="damping part of the normal force", validate_default=True)]
+FrictionKey = Annotated[
+    Friction,
+    law_of("friction"),
+    Field(description='"none", or a law', examples=[{"law": "lugre", "kinetic": 0.05}], validate_default=True),
+]
+
+
 class ClearanceTable(Table):
     """A loose joint."""
 
@@ -71,20 +85,10 @@ class ClearanceTable(Table):
     bearing_material: Annotated[
         Material | None, material_of, Field(description="of the bearing", examples=[_DEFAULT["material"].name])
     ] = None
-    restitution: Annotated[
-        float | None, quantities(LankaraniNikravesh)["restitution"], Field(examples=[LankaraniNikravesh().restitution])
-    ] = None
-    stiffness: Annotated[
-        Elastic, law_of("stiffness"), Field(description="elastic part of the normal force", validate_default=True)
-    ] = _DEFAULT["stiffness"]
-    damping: Annotated[Damping, Field(description="damping part of the normal force", validate_default=True)] = _DEFAULT[
-        "damping"
-    ]
-    friction: Annotated[
-        Friction,
-        law_of("friction"),
-        Field(description='"none", or a law', examples=[{"law": "lugre", "kinetic": 0.05}], validate_default=True),
-    ] = _DEFAULT["friction"]
+    restitution: RestitutionKey = None
+    stiffness: StiffnessKey = _DEFAULT["stiffness"]
+    damping: DampingKey = _DEFAULT["damping"]
+    friction: FrictionKey = _DEFAULT["friction"]
 
     _damping = field_validator("damping", mode="plain")(_damping_with_restitution)
 
@@ -118,20 +122,10 @@ class GuideClearanceTable(Table):
     guide_material: Annotated[
         Material | None, material_of, Field(description="of the guide", examples=[_LOOSE["material"].name])
     ] = None
-    restitution: Annotated[
-        float | None, quantities(LankaraniNikravesh)["restitution"], Field(examples=[LankaraniNikravesh().restitution])
-    ] = None
-    stiffness: Annotated[
-        Elastic, law_of("stiffness"), Field(description="elastic part of the normal force", validate_default=True)
-    ] = _LOOSE["stiffness"]
-    damping: Annotated[Damping, Field(description="damping part of the normal force", validate_default=True)] = _LOOSE[
-        "damping"
-    ]
-    friction: Annotated[
-        Friction,
-        law_of("friction"),
-        Field(description='"none", or a law', examples=[{"law": "lugre", "kinetic": 0.05}], validate_default=True),
-    ] = _LOOSE["friction"]
+    restitution: RestitutionKey = None
+    stiffness: StiffnessKey = _LOOSE["stiffness"]
+    damping: DampingKey = _LOOSE["damping"]
+    friction: FrictionKey = _LOOSE["friction"]
 
     _damping = field_validator("damping", mode="plain")(_damping_with_restitution)
 

@@ -9,10 +9,9 @@ from collections.abc import Callable
 import xarray as xr
 
 from scissordyn.errors import InputError
-from scissordyn.model.drive import Motion, TableMotion
-from scissordyn.model.element import Actuator
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.model.record import from_plain
+from scissordyn.simulation.courses import check_tables
 from scissordyn.simulation.dataset import to_dataset
 from scissordyn.simulation.options import Options, StartKind
 from scissordyn.simulation.trajectory import compute
@@ -95,17 +94,7 @@ def replay(run: xr.Dataset, *, progress: Callable[[float], None] | None = None) 
 
 
 def _simulate(mechanism: Mechanism, options: Options, trust: bool, progress: Callable[[float], None] | None) -> xr.Dataset:
-    courses: list[tuple[str, Motion | None]] = [(f"the drive of '{drive.body}'", drive.motion) for drive in mechanism.drives]
-    for element in mechanism.elements:
-        if isinstance(element, Actuator):
-            courses += [(f"a course of '{element.name}'", course) for course in (element.reference, element.feed_forward)]
-    for name, course in courses:
-        if isinstance(course, TableMotion) and not course.times[0] <= 0.0 <= options.until <= course.times[-1]:
-            raise InputError(
-                f"{name} is tabulated from {course.times[0]:g} s to {course.times[-1]:g} s, "
-                f"the run goes from 0 s to {options.until:g} s",
-                "a table that covers the run",
-            )
+    check_tables(mechanism, options.until)
     path = compute(mechanism, options, progress)
     run = to_dataset(mechanism, options, path)
     run.attrs["warnings"] = json.dumps(run_warnings(mechanism, run, path.still))

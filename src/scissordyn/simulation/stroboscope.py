@@ -11,18 +11,18 @@ import numpy as np
 
 from scissordyn.errors import InputError
 from scissordyn.integrate import advance as loop
-from scissordyn.integrate.books import RATES
 from scissordyn.integrate.problem import Samples, Work, make_samples
 from scissordyn.integrate.tableau import tableau
 from scissordyn.jit import Handle
 from scissordyn.mechanics.layout import Layout, lay_out
 from scissordyn.mechanics.system import System, build_system
-from scissordyn.model.drive import ConstantSpeed, Harmonic, Motion, TableMotion
+from scissordyn.model.drive import ConstantSpeed, Harmonic
 from scissordyn.model.element import Actuator
 from scissordyn.model.mechanism import Mechanism
+from scissordyn.simulation.courses import check_tables, prescribed
 from scissordyn.simulation.options import Options, StartKind
 from scissordyn.simulation.start import prepare_start
-from scissordyn.simulation.trajectory import CAUSES, automatic_method, culprit, mechanics_problem, work_arrays
+from scissordyn.simulation.trajectory import automatic_method, broken_off, counts_of, mechanics_problem, work_arrays
 
 __all__ = ["CycleState", "Cycles", "drive_period", "run_cycles", "start_state"]
 
@@ -135,7 +135,7 @@ def drive_period(mechanism: Mechanism) -> float:
     # a drive that turns at constant speed repeats itself, a distance that grows does not
     turning = (drive.motion for drive in mechanism.drives if isinstance(drive.motion, ConstantSpeed))
     found = {2.0 * math.pi / abs(motion.speed) for motion in turning if motion.speed != 0.0}
-    found |= {2.0 * math.pi / motion.frequency for _, motion in _motions(mechanism) if isinstance(motion, Harmonic)}
+    found |= {2.0 * math.pi / motion.frequency for _, motion in prescribed(mechanism) if isinstance(motion, Harmonic)}
     if len(found) != 1:
         raise InputError(
             f"{len(found) or 'no'} periods among the drives of the mechanism",
@@ -143,12 +143,6 @@ def drive_period(mechanism: Mechanism) -> float:
             "period=0.25, or a harmonic drive",
         )
     return found.pop()
-
-
-def _motions(mechanism: Mechanism) -> list[tuple[str, Motion]]:
-    """All prescribed motions, with the names of what they move."""
-    driven = [(drive.body, drive.motion) for drive in mechanism.drives]
-    return driven + [(link.name, link.motion) for link in mechanism.links if link.motion is not None]
 
 
 def start_state(mechanism: Mechanism, start: StartKind = "concentric") -> CycleState:
@@ -215,7 +209,7 @@ def run_cycles(
     else:
         begin = start
         system.mode[:], system.approach[:] = begin.mode, begin.approach
-    _check_tables(mechanism, (begin.cycle + cycles) * period)
+    check_tables(mechanism, (begin.cycle + cycles) * period)
     method = options.method if options.method != "auto" else automatic_method(mechanism, options)
     coefficients = tableau(method)
     work = work_arrays(layout, system, begin.state, coefficients, options)
@@ -266,8 +260,7 @@ def run_cycles(
     except KeyboardInterrupt:
         cause = "interrupted"
     seconds = clocks.perf_counter() - began
-    if status in CAUSES:
-        cause = f"{CAUSES[status]}{culprit(mechanism, handle, work, float(clock[loop.TIME]))}"
+    cause = cause or broken_off(status, layout, handle, work, float(clock[loop.TIME]))
     ended = "complete" if done == cycles else ("interrupted" if cause == "interrupted" else "failed")
     if ended != "complete":
         number = begin.cycle + done
@@ -287,11 +280,7 @@ def run_cycles(
         cause=cause,
         statistics={
             "method": method,
-            "steps": int(counts[loop.STEPS]),
-            "rejected": int(counts[loop.REJECTED]),
-            "rates": int(counts[RATES]),
-            "jacobians": int(counts[loop.JACOBIANS]),
-            "events": int(counts[loop.EVENTS]),
+            **counts_of(counts),
             "seconds": seconds,
             "cycles_per_second": done / seconds if seconds > 0.0 else math.nan,
         },
@@ -336,12 +325,3 @@ def _summarise(log: np.ndarray, mode: np.ndarray, begin: float, period: float, i
         if (own[-1, 2] if own.shape[0] else mode[j]) == 1:
             lasted += begin + period
         share[j] = min(1.0, max(0.0, lasted / period))
-
-
-def _check_tables(mechanism: Mechanism, until: float) -> None:
-    for name, motion in _motions(mechanism):
-        if isinstance(motion, TableMotion) and not motion.times[0] <= 0.0 <= until <= motion.times[-1]:
-            raise InputError(
-                f"the motion of '{name}' is tabulated until {motion.times[-1]:g} s, the cycles last until {until:g} s",
-                "a table that covers all cycles",
-            )

@@ -26,7 +26,7 @@ from scissordyn.simulation.cause import failed_latch, immovable_joints, singular
 from scissordyn.simulation.options import Options
 from scissordyn.simulation.start import prepare_start
 
-__all__ = ["CAUSES", "Trajectory", "automatic_method", "compute", "culprit", "mechanics_problem", "work_arrays"]
+__all__ = ["Trajectory", "automatic_method", "broken_off", "compute", "counts_of", "mechanics_problem", "work_arrays"]
 
 SLICE = 2000
 """Steps between two looks at the keyboard and the progress bar; the steps themselves do not depend on it."""
@@ -135,10 +135,7 @@ def compute(mechanism: Mechanism, options: Options, progress: Callable[[float], 
     except KeyboardInterrupt:
         cause = "interrupted"
     seconds = clocks.perf_counter() - began
-    if status in CAUSES:
-        time = float(clock[loop.TIME])
-        cause = failed_latch(layout, handle) or singular_position(layout, handle, work.y, time)
-        cause = cause or f"{CAUSES[status]}{culprit(mechanism, handle, work, time)}"
+    cause = cause or broken_off(status, layout, handle, work, float(clock[loop.TIME]))
     reached = int(count[loop.SAMPLED])
     ended = "complete" if status == loop.FINISHED else ("interrupted" if cause == "interrupted" else "failed")
     if ended != "complete":
@@ -152,15 +149,7 @@ def compute(mechanism: Mechanism, options: Options, progress: Callable[[float], 
         end=float(clock[loop.TIME]),
         status=ended,
         cause=cause,
-        statistics={
-            "method": method,
-            "steps": int(count[loop.STEPS]),
-            "rejected": int(count[loop.REJECTED]),
-            "rates": int(count[RATES]),
-            "jacobians": int(count[loop.JACOBIANS]),
-            "events": int(count[loop.EVENTS]),
-            "seconds": seconds,
-        },
+        statistics={"method": method, **counts_of(count), "seconds": seconds},
         still=still,
     )
 
@@ -232,7 +221,21 @@ def _extent(body: Body) -> float:
     return max([math.hypot(*point) for point in (body.centre, *body.points.values())] + [gyration])
 
 
-def culprit(mechanism: Mechanism, system: Handle, work: Work, time: float) -> str:
+def counts_of(count: np.ndarray) -> dict[str, str | int | float]:
+    """The counters of the loop by name."""
+    rows = {"steps": loop.STEPS, "rejected": loop.REJECTED, "rates": RATES, "jacobians": loop.JACOBIANS, "events": loop.EVENTS}
+    return {name: int(count[row]) for name, row in rows.items()}
+
+
+def broken_off(status: int, layout: Layout, system: Handle, work: Work, time: float) -> str:
+    """Why the loop broke off, with the parts that are at fault; empty if it did not."""
+    if status not in CAUSES:
+        return ""
+    named = failed_latch(layout, system) or singular_position(layout, system, work.y, time)
+    return named or f"{CAUSES[status]}{_culprit(layout.mechanism, system, work, time)}"
+
+
+def _culprit(mechanism: Mechanism, system: Handle, work: Work, time: float) -> str:
     """Which loose joint is in the worst state, for the message of a failed run."""
     if not mechanism.contacts:
         return ""

@@ -1,0 +1,32 @@
+"""The courses over time that a mechanism is given, and whether their tables cover a run."""
+
+from __future__ import annotations
+
+from scissordyn.errors import InputError
+from scissordyn.model.drive import Motion, TableMotion
+from scissordyn.model.element import Actuator
+from scissordyn.model.mechanism import Mechanism
+
+__all__ = ["check_tables", "prescribed"]
+
+
+def prescribed(mechanism: Mechanism) -> list[tuple[str, Motion]]:
+    """Prescribed angles and distances, each with the words for it."""
+    angles = [(f"the drive of '{drive.body}'", drive.motion) for drive in mechanism.drives]
+    return angles + [(f"the length of link '{link.name}'", link.motion) for link in mechanism.links if link.motion is not None]
+
+
+def check_tables(mechanism: Mechanism, until: float) -> None:
+    """Raise `InputError` for a tabulated motion, reference or feed-forward torque that does not last from 0 to `until` [s]."""
+    courses = prescribed(mechanism)
+    for element in mechanism.elements:
+        if isinstance(element, Actuator):
+            given = (element.reference, element.feed_forward)
+            courses += [(f"a course of '{element.name}'", course) for course in given if course is not None]
+    for name, course in courses:
+        if isinstance(course, TableMotion) and not course.times[0] <= 0.0 <= until <= course.times[-1]:
+            raise InputError(
+                f"{name} is tabulated until {course.times[-1]:g} s, from {course.times[0]:g} s on; "
+                f"the run goes from 0 s to {until:g} s",
+                "a table that covers the run",
+            )

@@ -12,8 +12,9 @@ import shutil
 import sys
 import tempfile
 from collections.abc import Callable
+from functools import cache
 from pathlib import Path
-from typing import Any, get_args, get_type_hints
+from typing import Annotated, Any, get_args, get_origin, get_type_hints
 
 import numba
 import numpy as np
@@ -21,9 +22,15 @@ from numba import types
 from numba.extending import intrinsic
 from platformdirs import user_cache_path
 
-__all__ = ["CACHE_FOLDER", "KERNEL_ROOMS", "Handle", "kernel", "opener", "source_digest"]
+__all__ = ["CACHE_FOLDER", "F1", "F2", "F3", "I1", "I2", "KERNEL_ROOMS", "Handle", "kernel", "opener", "source_digest"]
 
-KERNEL_ROOMS = ("plugin", "laws", "control", "mechanics", "integrate")
+KERNEL_ROOMS = ("plugin", "laws", "control", "component", "mechanics", "integrate")
+F1 = Annotated[np.ndarray, types.float64[::1]]
+F2 = Annotated[np.ndarray, types.float64[:, ::1]]
+F3 = Annotated[np.ndarray, types.float64[:, :, ::1]]
+I1 = Annotated[np.ndarray, types.int64[::1]]
+I2 = Annotated[np.ndarray, types.int64[:, ::1]]
+
 KEPT_GENERATIONS = 4
 """Older cache folders beyond this number are deleted when a new one is made."""
 
@@ -82,6 +89,7 @@ def kernel(*, inline: bool = False) -> Callable[[Callable[..., Any]], Any]:
             return numba.njit(  # type: ignore[call-overload]
                 cache=True,
                 error_model="numpy",
+                nogil=True,
                 _nrt=False,
                 forceinline=inline,
                 no_cpython_wrapper=inline,
@@ -94,35 +102,76 @@ def kernel(*, inline: bool = False) -> Callable[[Callable[..., Any]], Any]:
 
 
 class Handle:
-    """A tuple of arrays in memory, handed to kernels as one address instead of hundreds of machine words.
+    """A tuple of arrays, or of such tuples, in memory: kernels get its address instead of thousands of machine words.
 
     Parameters
     ----------
     content : NamedTuple
-        Integers and contiguous arrays; they stay alive as long as the handle.
+        Integers, floats, C-contiguous arrays and further such tuples; they stay alive as long as the handle.
 
     Attributes
     ----------
     address : int
         What kernels get; `opener` makes the function that turns it back into the tuple.
+
+    Raises
+    ------
+    TypeError
+        If an array is not of the type that its field declares.
     """
 
     def __init__(self, content: Any) -> None:
         self.content = content
-        self._memory = np.array([word for part in content for word in _words(part)], np.int64)
+        words: list[int] = []
+        _append_words(content, words)
+        self._memory = np.array(words, np.int64)
         self.address = int(self._memory.ctypes.data)
 
-    def exchange(self, **parts: Any) -> None:
-        """Put other arrays, of the same type, in the place of some; the address stays."""
-        self.content = self.content._replace(**parts)
-        self._memory[:] = [word for part in self.content for word in _words(part)]
+    def exchange(self, part: str, **arrays: Any) -> None:
+        """Put other arrays, of the same type, in the place of some of a part; the address stays."""
+        self.content = self.content._replace(**{part: getattr(self.content, part)._replace(**arrays)})
+        words: list[int] = []
+        _append_words(self.content, words)
+        self._memory[:] = words
 
 
-def _words(part: Any) -> tuple[int, ...]:
-    """An integer or an array as numba lays it out in memory: owner, parent, items, item size, data, shape, strides."""
-    if isinstance(part, np.ndarray):
-        return 0, 0, part.size, part.itemsize, part.ctypes.data, *part.shape, *part.strides
-    return (part,)
+@cache
+def _declared(described: type) -> tuple[tuple[str, np.dtype[Any] | None, int], ...]:
+    """Name, element type and dimensions of each array of a tuple; no element type for numbers and inner tuples."""
+    found: list[tuple[str, np.dtype[Any] | None, int]] = []
+    for name, hint in get_type_hints(described, include_extras=True).items():
+        kind = get_args(hint)[1] if get_origin(hint) is Annotated else None
+        found.append((name, None, 0) if kind is None else (name, numba.np.numpy_support.as_dtype(kind.dtype), kind.ndim))
+    return tuple(found)
+
+
+def _append_words(content: Any, words: list[int]) -> None:
+    """The tuple as numba lays it out in memory; an array as owner, parent, items, item size, data, shape and strides."""
+    for (name, dtype, dimensions), part in zip(_declared(type(content)), content, strict=True):
+        if dtype is not None:
+            if part.dtype != dtype or part.ndim != dimensions or not part.flags.c_contiguous:
+                raise TypeError(
+                    f"{type(content).__name__}.{name}: {part.dtype} with {part.ndim} dimensions in place of {dtype} with "
+                    f"{dimensions}, C-contiguous"
+                )
+            words += (0, 0, part.size, part.itemsize, part.ctypes.data, *part.shape, *part.strides)
+        elif isinstance(part, tuple):
+            _append_words(part, words)
+        else:
+            words.append(part if isinstance(part, int) else int(np.float64(part).view(np.int64)))
+
+
+def _numba_type(described: type) -> Any:
+    hints = get_type_hints(described, include_extras=True)
+    members = []
+    for hint in hints.values():
+        if hint in (int, float):
+            members.append(types.int64 if hint is int else types.float64)
+        elif get_origin(hint) is Annotated:
+            members.append(get_args(hint)[1])
+        else:
+            members.append(_numba_type(hint))
+    return types.NamedTuple(members, described)
 
 
 def opener(described: type) -> Any:
@@ -131,16 +180,14 @@ def opener(described: type) -> Any:
     Parameters
     ----------
     described : NamedTuple class
-        Each field annotated `int`, or ``Annotated[ndarray, numba array type]``.
+        Each field annotated `int`, `float`, ``Annotated[ndarray, numba array type]``, or another such class.
 
     Returns
     -------
     intrinsic
         From an address to the tuple.
     """
-    hints = get_type_hints(described, include_extras=True)
-    members = [types.int64 if hint is int else get_args(hint)[1] for hint in hints.values()]
-    layout = types.NamedTuple(members, described)
+    layout = _numba_type(described)
 
     @intrinsic
     def load(typing_context, address):

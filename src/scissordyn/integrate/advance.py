@@ -6,13 +6,14 @@ A problem is a tuple of typed pointers
     linearise(t, y, S, dy, dt)     right-hand side, its partial derivative by time, and what `factorize` needs
     factorize(h gamma, S)          W = 1/(h gamma) - J; returns a singular row or -1
     solve(r, S)                    r := W^-1 r
-    project(t, y, S)               back to the problem's manifold; returns whether y changed
+    accept(t, y, S, answer)        called at the end of each step: back to the problem's manifold, count turns; writes whether y
+                                   changed, and the longest step that may follow
     guards(t, y, S, value, rate)   switching functions and their rates
-    reset(t, y, k, S, record)      guard k has been crossed: change y and S, leave remarks in record
-    powers(t, y, S, power, watch)  integrands, and per guard WATCHED numbers: one whose largest value is wanted, and all of
-                                   them to be integrated while the guard's mode is 1; called right after `rate` or
-                                   `linearise` for the same t and y
-    record(t, y, S, signals)       what the problem wants to look back at later; see `history`
+    reset(t, y, k, S, data)        guard k has been crossed: change y and S, write data for the event log; returns whether it
+                                   has changed its mode
+    monitor(t, y, S, power, rows)  integrands, and the rows of monitored numbers; called right after `rate` or `linearise` for
+                                   the same t and y
+    record(t, y, S, signals)       signals that the problem looks back at later; see `history`
 
 with S the address of whatever they work on. A guard in mode 0 waits for its value to rise through zero, in mode 1 to fall.
 """
@@ -21,17 +22,23 @@ from __future__ import annotations
 
 import math
 
-from scissordyn.integrate.books import RATES, WATCHED, total_at, watch
-from scissordyn.integrate.history import keep_history, up_to_multiple
-from scissordyn.integrate.pace import AFTER_START, BEFORE_END, EVEN, fraction, place, speed
-from scissordyn.integrate.step import (
-    dense_value,
-    error_norm,
-    explicit_dense,
-    explicit_step,
-    rosenbrock_dense,
-    rosenbrock_step,
+from scissordyn.integrate.control import (
+    ATTEMPTS,
+    after_acceptance,
+    after_event,
+    after_rejection,
+    choose_step,
+    first_step,
 )
+from scissordyn.integrate.crossing import crossed, end_inactive, log_crossings
+from scissordyn.integrate.dense import complete, dense_value, integral_at
+from scissordyn.integrate.event import find_crossings, sign_of
+from scissordyn.integrate.history import keep_history
+from scissordyn.integrate.integration import FALL, MONITORED, RESET_DATA, RISE, open_integration
+from scissordyn.integrate.monitor import monitor_step, step_integral
+from scissordyn.integrate.step import attempt, error_norm, prepare
+from scissordyn.integrate.step_scaling import fraction, place, speed
+from scissordyn.integrate.tableau import EXPLICIT
 from scissordyn.jit import kernel
 
 __all__ = [
@@ -41,255 +48,117 @@ __all__ = [
     "LOG_COLUMNS",
     "LOG_FULL",
     "NOT_FINITE",
-    "RECORD",
+    "RECORD_FULL",
     "STEP_TOO_SMALL",
     "STUCK",
     "advance",
 ]
 
-ADVANCING, FINISHED, LOG_FULL, STEP_TOO_SMALL, NOT_FINITE, STUCK, HISTORY_FULL = range(7)
-"""What `advance` returns: more to do, done, the event log wants more room, the ways to fail, the history wants more room."""
+ADVANCING, FINISHED, LOG_FULL, STEP_TOO_SMALL, NOT_FINITE, STUCK, HISTORY_FULL, RECORD_FULL = range(8)
+"""What `advance` returns: more to do, done, the event log wants more room, the ways to fail, other stores want more room."""
 
-RECORD = 2
-"""Numbers that a reset may leave in the event log."""
+LOG_COLUMNS = 5 + RESET_DATA + MONITORED
+"""Time, guard, new mode, the reset's data, the largest first monitored number and its time, integrals of the monitored."""
 
-LOG_COLUMNS = 5 + RECORD + WATCHED
-"""Time, guard, new mode, what the reset left, the largest first watched number and its time, integrals of the watched."""
+_EXPLICIT, _DATA = EXPLICIT, 3 + RESET_DATA
 
-PROBES = 6
-"""Points inside a step at which guards are looked at."""
-
-LANDINGS = 8
-"""Attempts to end a step on a crossing; Newton's method needs two or three."""
-
-LONGEST = 1.0 / 256.0
-"""Longest step of a problem without a state, as a part of the whole time."""
-
-AIM = 1.3
-"""The end of a contact is tried to be reached in one step of this many times the size that worked after its start."""
-
-NEARER = 0.6
-"""Largest part of the way to the end of a contact that an even step goes."""
-
-# rows of the counters and of the clock
-STEPS, REJECTED, JACOBIANS, EVENTS, SAMPLED, STALLED, FRESH = 0, 1, 3, 4, 5, 6, 7
-TIME, STEP, END, AFTER_RISE, AFTER_FALL = range(5)
-
-
-@kernel(inline=True)
-def evaluate(problem, T, theta, t, h, w, S):
-    """Dense output at theta into w.inside, guards there into w.value and w.rate."""
-    dense_value(theta, T.pattern, w.y, w.dense, w.inside)
-    problem.guards(t + fraction(w.pace[0], theta) * h, w.inside, S, w.value, w.rate)
-
-
-@kernel(inline=True)
-def sign_of(mode):
-    """A guard's value times this is negative until it is crossed."""
-    return 1.0 if mode == 0 else -1.0
+MOST_STALLED = 1000
+"""Trials and events without progress in time after which a run is stuck."""
 
 
 @kernel()
-def crossing(problem, T, k, low, high, below, above, t, h, w, S):
-    """A theta in (low, high] just past which guard k is crossed, from its values (times its sign) there: Illinois's rule."""
-    sign, side = sign_of(w.mode[k]), 0
-    for _ in range(60):
-        # a guard that has just been crossed back may start on the wrong side by round-off
-        middle = low + (high - low) * (below / (below - above)) if below < 0.0 else low
-        if not low < middle < high:
-            middle = 0.5 * (low + high)
-            if not low < middle < high:
-                break
-        evaluate(problem, T, middle, t, h, w, S)
-        value = sign * w.value[k]
-        if value > 0.0:
-            high, above = middle, value
-            if value < 0.1 * w.precision[k]:
-                break
-            if side > 0:
-                below *= 0.5
-            side = 1
+def advance(problem, S, address, most_steps):
+    """Advance until the end of the clock, or for `most_steps` steps; returns a status.
+
+    Parameters
+    ----------
+    problem : Problem
+    S : int
+        Address that the problem's functions are handed.
+    address : int
+        Of an `Integration`.
+    most_steps : int
+    """
+    r = open_integration(address)
+    T, s, w = r.method, r.state, r.work
+    clock = s.clock[0]
+    for _ in range(most_steps):
+        if clock.time >= clock.end:
+            write_samples(T, clock.time, 0.0, True, s, w, r.samples)
+            return FINISHED
+        status = room(r)
+        if status == ADVANCING:
+            status = advance_step(problem, T, clock.time, s, w, S, r)
+        if status != ADVANCING:
+            return status
+    return ADVANCING
+
+
+@kernel(inline=True)
+def room(r):
+    """Whether all stores have room for what a step may leave."""
+    s, counts = r.state, r.state.counts[0]
+    if counts.events + 1 + 4 * s.mode.size > r.log.shape[0]:
+        return LOG_FULL
+    if r.work.delays.size > 0 and s.history_length[0] >= s.history.shape[0]:
+        return HISTORY_FULL
+    if 0 < r.steps.time.size <= counts.recorded:
+        return RECORD_FULL
+    return ADVANCING
+
+
+@kernel()
+def advance_step(problem, T, t, s, w, S, r):
+    """Try one step; returns a status."""
+    clock = s.clock[0]
+    if clock.prepared == 0:
+        prepare(problem, T, t, s, w, S)
+        clock.prepared = 1
+    if clock.first == 0.0:
+        clock.first = clock.step = min(first_step(problem, T, t, s, w, S), clock.longest, clock.end - t)
+    h, last, guard = choose_step(problem, T, t, s, w, S)
+    to_fall = guard >= 0
+    ok = to_fall or attempt(problem, T, t, h, s, w, S)
+    error = error_norm(T, h, s, w) if ok else math.nan
+    if not error <= 1.0:
+        failed = after_rejection(T, t, h, error, to_fall, s, w)
+        if clock.stalled > MOST_STALLED:
+            return STUCK
+        return (STEP_TOO_SMALL if error == error else NOT_FINITE) if failed else ADVANCING
+    full, w.rise_count[0] = h, 0
+    find_crossings(problem, T, t, h, s, w, S, clock.crosses == 1)
+    if to_fall:
+        if w.crossing_count[0] > 0 and not (w.crossing_guard[0] == guard and w.crossing_place[0] > 0.999):
+            guard = w.crossing_guard[0]
+            h = step_to_event(problem, T, guard, w.crossing_place[0], t, h, s, w, S)
+    elif w.crossing_count[0] > 0:
+        across = crossed(problem, T, t, h, error, s, w, S) if clock.crosses == 1 else -1.0
+        if across >= 0.0:
+            error = across
         else:
-            low, below = middle, value
-            if side < 0:
-                above *= 0.5
-            side = -1
-    return high
+            find_crossings(problem, T, t, h, s, w, S, False)
+            if w.crossing_count[0] > 0:
+                guard = w.crossing_guard[0]
+                h = step_to_event(problem, T, guard, w.crossing_place[0], t, h, s, w, S)
+    grow = after_acceptance(T, full, error, s, w)
+    return accept(problem, T, t, h, full, grow, last and guard < 0, guard, s, w, S, r)
 
 
 @kernel()
-def summit(problem, T, k, low, high, t, h, w, S):
-    """A theta in (low, high) at which guard k, rising at low and falling at high, is past its crossing; or -1."""
-    sign = sign_of(w.mode[k])
-    for _ in range(50):
-        middle = 0.5 * (low + high)
-        if not low < middle < high:
-            break
-        evaluate(problem, T, middle, t, h, w, S)
-        if sign * w.value[k] > 0.0:
-            return middle
-        if sign * w.rate[k] > 0.0:
-            low = middle
-        else:
-            high = middle
-    return -1.0
-
-
-@kernel(inline=True)
-def first_crossing(problem, T, t, h, w, S):
-    """Guard that is crossed first inside the step and where: (guard, theta), or (-1, 1)."""
-    count = w.mode.size
-    if count == 0:
-        return -1, 1.0
-    problem.guards(t, w.y, S, w.value, w.rate)
-    for k in range(count):
-        w.left_value[k], w.left_rate[k] = w.value[k], w.rate[k]
-    left = 0.0
-    for probe in range(1, PROBES + 1):
-        theta = probe / PROBES
-        evaluate(problem, T, theta, t, h, w, S)
-        guard, where = -1, theta
-        for k in range(count):
-            w.right_value[k], w.right_rate[k] = w.value[k], w.rate[k]
-        for k in range(count):
-            sign = sign_of(w.mode[k])
-            found = -1.0
-            if sign * w.right_value[k] > 0.0:
-                # one that has not crossed where another has is not the first
-                if guard < 0 or sign * w.first_value[k] > 0.0:
-                    found = theta
-            elif sign * w.left_rate[k] > 0.0 and sign * w.right_rate[k] < 0.0:
-                found = summit(problem, T, k, left, theta, t, h, w, S)
-            if found > 0.0:
-                if found < theta:
-                    evaluate(problem, T, found, t, h, w, S)
-                above = sign * (w.right_value[k] if found == theta else w.value[k])
-                found = crossing(problem, T, k, left, found, sign * w.left_value[k], above, t, h, w, S)
-                if guard < 0 or found < where:
-                    guard, where = k, found
-                    evaluate(problem, T, where, t, h, w, S)
-                    for other in range(count):
-                        w.first_value[other] = w.value[other]
-        if guard >= 0:
-            return guard, where
-        for k in range(count):
-            w.left_value[k], w.left_rate[k] = w.right_value[k], w.right_rate[k]
-        left = theta
-    return -1, 1.0
-
-
-@kernel(inline=True)
-def trial(problem, T, t, h, w, S, count):
-    """One step from (t, w.y) to w.new; returns whether the arithmetic went through."""
-    if T.kind == 0:
-        explicit_step(problem, T, t, h, w, S)
-        count[RATES] += T.stages
-        return True
-    if problem.factorize(h * T.gamma, S) >= 0:
-        return False
-    rosenbrock_step(problem.rate, problem.solve, T, t, h, w.y, w.new, w.stages, w.inside, w.slope, w.slope_t, S)
-    count[RATES] += T.stages - 1
-    return True
-
-
-@kernel(inline=True)
-def complete(problem, T, t, h, w, S, count):
-    """Dense output of the step just made."""
-    if T.kind == 0:
-        explicit_dense(problem, T, t, h, w, S)
-        count[RATES] += T.nodes.size - T.stages - 1
-    else:
-        rosenbrock_dense(T, w.y, w.new, w.stages, w.dense)
-
-
-@kernel(inline=True)
-def prepare(problem, T, t, w, S, count):
-    """Slope at the start of a step, and the linearisation that a Rosenbrock method needs."""
-    if T.kind == 0:
-        problem.rate(t, w.y, S, w.slope)
-        problem.powers(t, w.y, S, w.power_at_start, w.watched[0])
-        count[RATES] += 1
-    else:
-        problem.linearise(t, w.y, S, w.slope, w.slope_t)
-        count[RATES] += 1
-        count[JACOBIANS] += 1
-
-
-@kernel(inline=True)
-def carry(T, w):
-    """Slope, powers and watched numbers at the end of an explicit step, for the start of the next."""
-    last, inverse = T.stages, 1.0 / speed(w.pace[0], 1.0)
-    for i in range(w.y.size):
-        w.slope[i] = inverse * w.stages[last, i]
-    for q in range(w.total.size):
-        w.power_at_start[q] = inverse * w.power[last, q]
-    for k in range(w.mode.size):
-        for q in range(WATCHED):
-            w.watched[0, k, q] = w.watched[last, k, q]
-
-
-@kernel(inline=True)
-def end_ahead(problem, t, most, w, S):
-    """Guard whose contact ends next, and when at its present rate: (guard, time to it), or (-1, 0) beyond `most`."""
-    found, least = -1, most
-    for k in range(w.mode.size):
-        if w.mode[k] == 1:
-            if found < 0 and least == most:
-                problem.guards(t, w.y, S, w.value, w.rate)
-            if w.value[k] > w.precision[k] and w.rate[k] < 0.0 and w.value[k] < -least * w.rate[k]:
-                found, least = k, -w.value[k] / w.rate[k]
-    return found, least if found >= 0 else 0.0
-
-
-@kernel()
-def aim(problem, T, guard, t, h, most, w, S, count):
-    """One slowing step to the end of a contact, first tried with size h; returns its size, or 0 if it does not get there."""
-    w.pace[0] = BEFORE_END
-    for _ in range(LANDINGS):
-        trial(problem, T, t, h, w, S, count)
-        problem.guards(t + h, w.new, S, w.value, w.rate)
-        value, rate = w.value[guard], w.rate[guard]
-        if abs(value) <= w.precision[guard]:
-            return h
-        if not rate < 0.0:
-            break
-        h -= value / rate
-        if not 0.0 < h <= most:
-            break
-    w.pace[0] = EVEN
-    return 0.0
-
-
-@kernel(inline=True)
-def sample(T, t, h, final, count, w, out):
-    """Write the samples that lie in (t, t + h], or at the very end."""
-    while count[SAMPLED] < out.time.size:
-        at = count[SAMPLED]
-        when = out.time[at]
-        if when > t + h and not (final and at == out.time.size - 1):
-            return
-        theta = place(w.pace[0], min(1.0, max(0.0, (when - t) / h))) if h > 0.0 else 1.0
-        dense_value(theta, T.pattern, w.y, w.dense, out.state[at])
-        for q in range(w.total.size):
-            out.total[at, q] = w.total[q] + total_at(T, theta, h, w, q)
-        for k in range(w.mode.size):
-            out.mode[at, k] = w.mode[k]
-            out.memory[at, k] = w.memory[k]
-        count[SAMPLED] += 1
-
-
-@kernel()
-def land(problem, T, guard, theta, t, h, w, S, count):
+def step_to_event(problem, T, guard, theta, t, h, s, w, S):
     """Repeat the step so that it ends on the crossing; returns its size.
 
     The crossing was found on the dense output; the end of a step is more accurate than its inside, so a few Newton steps
-    on the step size follow.
+    on the step size follow. An event at the very start of the step leaves a step of no size.
     """
-    # two joints that cross within round-off leave a step that the clock cannot resolve, nor a Rosenbrock method divide by
-    least = min(h, 4e-16 * max(abs(t), abs(t + h)))
-    short = max(fraction(w.pace[0], theta) * h, least)
-    for attempt in range(LANDINGS):
-        if not trial(problem, T, t, short, w, S, count):
+    short = fraction(w.scaling[0], theta) * h
+    # a step that the clock cannot resolve, nor a Rosenbrock method divide by
+    if short <= 4e-16 * max(abs(t), h):
+        for i in range(s.y.size):
+            w.new[i] = s.y[i]
+        return 0.0
+    for attempted in range(ATTEMPTS):
+        if not attempt(problem, T, t, short, s, w, S):
             break
         problem.guards(t + short, w.new, S, w.value, w.rate)
         value, rate = w.value[guard], w.rate[guard]
@@ -297,148 +166,115 @@ def land(problem, T, guard, theta, t, h, w, S, count):
             break
         corrected = short - value / rate
         # the last size tried is the one that the new state belongs to
-        if not least <= corrected <= h or attempt == LANDINGS - 1:
+        if not 0.0 < corrected <= h or attempted == ATTEMPTS - 1:
             break
         short = corrected
     return short
 
 
-@kernel()
-def advance(problem, T, S, clock, count, w, out, log, most_steps):
-    """Advance until the end of the samples, or for `most_steps` steps; returns a status.
+@kernel(inline=True)
+def accept(problem, T, t, h, full, grow, last, guard, s, w, S, r):
+    """Take over the step just made, with what happens in it and at its end; returns a status."""
+    clock, counts = s.clock[0], s.counts[0]
+    counts.steps += 1
+    across = clock.crosses == 1 and guard < 0
+    if across:
+        log_crossings(problem, T, t, h, s, w, S, r.log, True)
+    if h > 0.0:
+        if w.delays.size > 0:
+            complete(problem, T, t, h, s, w, S)
+            keep_history(problem.record, T, t, h, s, w, S)
+        monitor_step(problem, T, t, h, s, w, S)
+        if counts.samples < r.samples.time.size and (r.samples.time[counts.samples] <= t + h or last):
+            complete(problem, T, t, h, s, w, S)
+            write_samples(T, t, h, last, s, w, r.samples)
+        for q in range(s.total.size):
+            s.total[q] += step_integral(T, h, w, q)
+    now = clock.end if last else t + h
+    if across:
+        log_crossings(problem, T, t, h, s, w, S, r.log, False)
+        end_inactive(problem, now, s, w, S)
+    problem.accept(now, w.new, S, w.accepted)
+    for i in range(s.y.size):
+        s.y[i] = w.new[i]
+    clock.time, clock.step, clock.longest = now, full * grow, w.accepted[1]
+    clock.prepared = 0
+    if T.kind == _EXPLICIT and guard < 0 and w.accepted[0] == 0.0 and w.rise_count[0] + w.crossing_count[0] == 0:
+        carry(T, s, w)
+    clock.stalled = clock.stalled + 1 if now <= t else 0
+    if r.steps.time.size > 0:
+        r.steps.time[counts.recorded] = now
+        r.steps.state[counts.recorded] = s.y
+        r.steps.mode[counts.recorded] = s.mode
+        counts.recorded += 1
+    if guard >= 0:
+        take_events(problem, T, now, full, guard, s, w, S, r.log)
+    return STUCK if clock.stalled > MOST_STALLED else ADVANCING
 
-    Parameters
-    ----------
-    problem : Problem
-    T : Tableau
-    S : int
-        Address that the problem's functions are handed.
-    clock : ndarray, shape (5,)
-        Present time, next step size, end time, and first step sizes that worked after a rise and after a fall.
-    count : ndarray of int, shape (8,)
-        Counters: steps, rejected, rates, Jacobians, events, samples written, events without progress, work arrays ready.
-    w : Work
-    out : Samples
-    log : ndarray, shape (rows, LOG_COLUMNS)
-    most_steps : int
-    """
-    size = w.y.size
-    for _ in range(most_steps):
-        t = clock[TIME]
-        if t >= clock[END]:
-            if count[SAMPLED] < out.time.size:
-                sample(T, t, 0.0, True, count, w, out)
-            return FINISHED
-        if count[EVENTS] >= log.shape[0]:
-            return LOG_FULL
-        delayed = w.delays.size > 0
-        if delayed and w.kept[0] >= w.history.shape[0]:
-            return HISTORY_FULL
-        if count[FRESH] == 0:
-            prepare(problem, T, t, w, S, count)
-            count[FRESH] = 1
-        h = up_to_multiple(t, clock[STEP], w.delays) if delayed else clock[STEP]
-        if size == 0:  # without a state there is no error to choose a step by, but the books want to be integrated
-            h = min(h, LONGEST * clock[END])
-        last = t + h >= clock[END] or clock[END] - t - h < 1e-3 * h
-        if last:
-            h = clock[END] - t
-        w.pace[0], aimed = EVEN, -1
-        if w.touching[0] == 1 and w.first[0] == 0:
-            w.pace[0] = AFTER_START
-        elif T.kind == 0:
-            most = min(w.reach[0], AIM * clock[AFTER_RISE], clock[END] - t)
-            if delayed:
-                most = up_to_multiple(t, most, w.delays)
-            aimed, ahead = end_ahead(problem, t, max(most, h / NEARER), w, S)
-            if 0.0 < ahead <= most:
-                ahead = aim(problem, T, aimed, t, ahead, most, w, S, count)
-            elif ahead > 0.0:
-                h, last, ahead = min(h, NEARER * ahead), False, 0.0
-            if ahead > 0.0:
-                h, last = ahead, False
-            else:
-                aimed = -1
-        ok = aimed >= 0 or trial(problem, T, t, h, w, S, count)
-        error = error_norm(T, h, w.y, w.new, w.stages, w.atol, w.rtol, w.group) if ok else math.nan
-        if not error <= 1.0:
-            count[REJECTED] += 1
-            factor = 0.2
-            if error == error and not math.isinf(error):
-                factor = max(0.2, 0.9 * error ** (-1.0 / T.order))
-            if w.pace[0] == AFTER_START:  # the method steps in the root of time
-                factor *= factor
-            count[STALLED] += 1
-            if aimed >= 0:
-                w.reach[0] = h * factor
-                continue
-            clock[STEP] = h * factor
-            if clock[STEP] <= 4e-16 * max(abs(t), abs(clock[END])):
-                return STEP_TOO_SMALL if error == error else NOT_FINITE
-            w.rejected[0] = 1
-            continue
-        complete(problem, T, t, h, w, S, count)
-        grow = 8.0 if error <= 1e-12 else min(8.0, max(0.2, 0.9 * error ** (-1.0 / T.order)))
-        if w.rejected[0] == 1:
-            grow = min(grow, 1.0)
-        # towards the end of a contact steps shrink at a steady rate (Gustafsson 1994, doi:10.1145/198429.198437)
-        if w.touching[0] == 1 and w.pace[0] == EVEN and error > 1e-2 and w.trend[1] > 0.0:
-            grow = min(grow, max(0.2, grow * (h / w.trend[0]) * (w.trend[1] / error) ** (1.0 / T.order)))
-        w.trend[0], w.trend[1] = h, error if w.pace[0] == EVEN else 0.0
-        w.rejected[0] = 0
-        count[STEPS] += 1
-        full = h
-        if w.pace[0] == AFTER_START:
-            clock[AFTER_RISE] = h * min(4.0, grow * grow)
-            # what is past remains singular, as near as the step is long
-            grow = min(grow, 1.0)
-        elif w.first[0] >= 0:
-            clock[AFTER_RISE + w.first[0]] = h * max(1.0, grow) if T.kind == 0 else 2.0 * h
-        w.first[0] = -1
-        guard, theta = first_crossing(problem, T, t, h, w, S)
-        if aimed >= 0 and (guard < 0 or (guard == aimed and theta > 0.999)):
-            guard = aimed
-        elif guard >= 0:
-            h = land(problem, T, guard, theta, t, h, w, S, count)
-            complete(problem, T, t, h, w, S, count)
-        if delayed:
-            keep_history(problem.record, T, t, h, w, S)
-        watch(problem, T, t, h, w, S, count)
-        sample(T, t, h, last and guard < 0, count, w, out)
-        for q in range(w.total.size):
-            w.total[q] += total_at(T, 1.0, h, w, q)
-        now = clock[END] if last and guard < 0 else t + h
-        moved = problem.project(now, w.new, S)
-        for i in range(size):
-            w.y[i] = w.new[i]
-        clock[TIME] = now
-        clock[STEP] = full * grow
-        count[FRESH] = 0
-        if T.kind == 0 and guard < 0 and not moved:
-            carry(T, w)
-            count[FRESH] = 1
-        count[STALLED] = count[STALLED] + 1 if now <= t else 0
-        if count[STALLED] > 1000:
-            return STUCK
-        if guard < 0:
-            continue
-        row = log[count[EVENTS]]
-        row[0], row[1], row[2] = now, guard, 1.0 - w.mode[guard]
-        problem.reset(now, w.y, guard, S, row[3 : 3 + RECORD])
-        for q in range(2 + WATCHED):
-            row[3 + RECORD + q] = w.peak[guard, q]
-        after = int(1 - row[2])
-        if w.mode[guard] == 1:
-            w.peak[guard, :] = 0.0
-            w.peak[guard, 1] = now
-        w.watched[0, guard, 0] = 0.0
-        remembered = clock[AFTER_RISE + after]
-        clock[STEP] = remembered if T.kind == 0 and remembered < clock[END] else min(full, remembered)
-        w.first[0] = after
-        w.reach[0], w.trend[1] = math.inf, 0.0
-        w.touching[0] = 0
-        for k in range(w.mode.size):
-            if T.kind == 0 and w.mode[k] == 1:
-                w.touching[0] = 1
-        count[EVENTS] += 1
-    return ADVANCING
+
+@kernel(inline=True)
+def carry(T, s, w):
+    """Slope and powers at the end of an explicit step, for the start of the next."""
+    last, inverse = T.stages, 1.0 / speed(w.scaling[0], 1.0)
+    for i in range(s.y.size):
+        w.slope[i] = inverse * w.stages[last, i]
+    for q in range(s.total.size):
+        w.power_at_start[q] = inverse * w.power[last, q]
+    s.clock[0].prepared = 1
+
+
+@kernel(inline=True)
+def take_events(problem, T, now, full, guard, s, w, S, log):
+    """The event of a guard at the end of a step, and those of guards that are crossed at the same instant."""
+    event = take_event(problem, now, guard, s, w, S, log)
+    if event < 0:
+        return
+    problem.guards(now, s.y, S, w.value, w.rate)
+    for k in range(s.mode.size):
+        sign = sign_of(s.mode[k])
+        if k != guard and sign * w.value[k] > -w.precision[k] and sign * w.rate[k] > 0.0:
+            take_event(problem, now, k, s, w, S, log)
+    after_event(T, full, event, s)
+
+
+@kernel()
+def take_event(problem, now, guard, s, w, S, log):
+    """Reset after the event of a guard, and log it; returns `RISE`, `FALL`, or -1 if the guard did not change its mode."""
+    counts = s.counts[0]
+    row = log[counts.events]
+    event = RISE if s.mode[guard] == 0 else FALL
+    if not problem.reset(now, s.y, guard, S, row[3:_DATA]):
+        return -1
+    row[0], row[1], row[2] = now, guard, event
+    row[_DATA:] = s.peak[guard]
+    if event == RISE:
+        s.peak[guard, :] = 0.0
+        s.peak[guard, 1] = now
+    s.monitored[guard, 0] = 0.0
+    counts.events += 1
+    return event
+
+
+@kernel()
+def write_samples(T, t, h, final, s, w, out):
+    """Write the samples that lie in (t, t + h], or at the very end."""
+    counts = s.counts[0]
+    while counts.samples < out.time.size:
+        at = counts.samples
+        when = out.time[at]
+        if when > t + h and not (final and at == out.time.size - 1):
+            return
+        theta = place(w.scaling[0], min(1.0, max(0.0, (when - t) / h))) if h > 0.0 else 1.0
+        if h > 0.0:
+            dense_value(theta, T.pattern, s.y, w.dense, out.state[at])
+        else:
+            for i in range(s.y.size):
+                out.state[at, i] = s.y[i]
+        for q in range(s.total.size):
+            out.total[at, q] = s.total[q] + (integral_at(T, theta, h, w, q) if h > 0.0 else 0.0)
+        for k in range(s.mode.size):
+            out.mode[at, k] = s.mode[k]
+            out.memory[at, k] = s.memory[k]
+        for i in range(s.reference.size):
+            out.reference[at, i] = s.reference[i]
+        counts.samples += 1

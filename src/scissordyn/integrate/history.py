@@ -10,8 +10,8 @@ import math
 
 import numpy as np
 
-from scissordyn.integrate.pace import place
-from scissordyn.integrate.step import dense_value
+from scissordyn.integrate.dense import dense_value
+from scissordyn.integrate.step_scaling import place
 from scissordyn.jit import kernel
 
 __all__ = ["NODES", "keep_history", "make_history", "up_to_multiple"]
@@ -45,15 +45,15 @@ def up_to_multiple(t, h, delays):
 
 
 @kernel(inline=True)
-def keep_history(record, T, t, h, w, S):
+def keep_history(record, T, t, h, s, w, S):
     """Add the step just made, of size h from t, to the history."""
     if not h > 0.0:
         return
-    row = w.history[w.kept[0]]
+    row = s.history[s.history_length[0]]
     row[0], row[1] = t, h
     for node in range(NODES.size):
         part = 0.5 * (1.0 + NODES[node])
-        dense_value(place(w.pace[0], part), T.pattern, w.y, w.dense, w.inside)
+        dense_value(place(w.scaling[0], part), T.pattern, s.y, w.dense, w.inside)
         record(t + part * h, w.inside, S, w.signals[node])
     for signal in range(w.signals.shape[1]):
         for k in range(NODES.size):
@@ -61,4 +61,4 @@ def keep_history(record, T, t, h, w, S):
             for node in range(NODES.size):
                 total += TRANSFORM[k, node] * w.signals[node, signal]
             row[2 + signal * NODES.size + k] = total
-    w.kept[0] += 1
+    s.history_length[0] += 1

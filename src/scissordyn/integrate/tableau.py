@@ -8,8 +8,13 @@ import numpy as np
 
 from scissordyn.errors import InputError, did_you_mean
 from scissordyn.integrate.quadrature import gauss_nodes, primitives
+from scissordyn.jit import F1, F2, I1
 
-__all__ = ["METHODS", "Tableau", "tableau"]
+__all__ = ["EXPLICIT", "METHODS", "ROSENBROCK", "Tableau", "tableau"]
+
+
+EXPLICIT, ROSENBROCK = range(2)
+"""Kinds of methods."""
 
 
 class Tableau(NamedTuple):
@@ -18,11 +23,13 @@ class Tableau(NamedTuple):
     Parameters
     ----------
     kind : int
-        0 explicit Runge-Kutta, 1 Rosenbrock.
+        `EXPLICIT` Runge-Kutta or `ROSENBROCK`.
     order : float
         Order of the error estimate plus one: the step scales with error ** (-1/order).
     stages : int
         Stages of the step itself; further rows serve the dense output.
+    combined : int
+        1 where two error estimates are combined (Hairer's DOP853).
     gamma : float
         Diagonal coefficient of a Rosenbrock method.
     a : ndarray, shape (s, s)
@@ -33,7 +40,7 @@ class Tableau(NamedTuple):
     slopes : ndarray, shape (s,)
         Rosenbrock: coefficients of the time derivative.
     error : ndarray, shape (2, s)
-        Error estimates; the second is zero unless two are combined (Hairer's DOP853).
+        Error estimates; the second is zero unless two are combined.
     dense : ndarray, shape (k, s)
         Rows of the dense output.
     pattern : ndarray of int, shape (p,)
@@ -41,6 +48,8 @@ class Tableau(NamedTuple):
     gauss : ndarray, shape (g,)
         Rosenbrock: nodes of the quadratures inside a step, enough for the order of the dense output. An explicit method
         integrates with its own stages.
+    weight : ndarray, shape (g,)
+        Weights of these nodes.
     primitive : ndarray, shape (g, g)
         See `quadrature.primitives`.
     """
@@ -48,16 +57,18 @@ class Tableau(NamedTuple):
     kind: int
     order: float
     stages: int
+    combined: int
     gamma: float
-    a: np.ndarray
-    c: np.ndarray
-    nodes: np.ndarray
-    slopes: np.ndarray
-    error: np.ndarray
-    dense: np.ndarray
-    pattern: np.ndarray
-    gauss: np.ndarray
-    primitive: np.ndarray
+    a: F2
+    c: F2
+    nodes: F1
+    slopes: F1
+    error: F2
+    dense: F2
+    pattern: I1
+    gauss: F1
+    weight: F1
+    primitive: F2
 
 
 def _lower(rows: tuple[tuple[float, ...], ...], size: int) -> np.ndarray:
@@ -87,9 +98,10 @@ def explicit_tableau(
     pattern = np.array([k % 2 for k in range(3 + len(dense))], np.int64)
     zeros = np.zeros(size)
     return Tableau(
-        0,
+        EXPLICIT,
         order,
         stages,
+        int(len(error) > 1),
         0.0,
         _lower(rows, size),
         np.zeros((size, size)),
@@ -98,6 +110,7 @@ def explicit_tableau(
         estimates,
         rows_of_dense,
         pattern,
+        np.zeros(0),
         np.zeros(0),
         np.zeros((0, 0)),
     )
@@ -118,10 +131,13 @@ def rosenbrock_tableau(
     error = np.zeros((2, size))
     error[0, -1] = 1.0
     pattern = np.array([0, 1, *([0] * (len(dense) - 1))], np.int64)
+    gauss = gauss_nodes(len(dense) + 1)
+    primitive = primitives(gauss)
     return Tableau(
-        1,
+        ROSENBROCK,
         order,
         size,
+        0,
         gamma,
         _lower(rows, size),
         _lower(couplings, size),
@@ -130,8 +146,9 @@ def rosenbrock_tableau(
         error,
         np.array(dense),
         pattern,
-        gauss_nodes(len(dense) + 1),
-        primitives(gauss_nodes(len(dense) + 1)),
+        gauss,
+        primitive.sum(axis=1),
+        primitive,
     )
 
 

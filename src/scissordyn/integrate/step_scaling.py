@@ -14,27 +14,28 @@ from scissordyn.jit import kernel
 __all__ = ["AFTER_START", "BEFORE_END", "EVEN", "fraction", "place", "speed"]
 
 EVEN, AFTER_START, BEFORE_END = range(3)
+"""Ways in which time runs inside a step."""
 
 
 @kernel(inline=True)
-def fraction(pace, s):
+def fraction(scaling, s):
     """Part of the step's time that has passed at s."""
-    if pace == EVEN:
+    if scaling == EVEN:
         return s
-    return s * s if pace == AFTER_START else s * (2.0 - s)
+    return s * s if scaling == AFTER_START else s * (2.0 - s)
 
 
 @kernel(inline=True)
-def speed(pace, s):
+def speed(scaling, s):
     """Derivative of `fraction` by s."""
-    if pace == EVEN:
+    if scaling == EVEN:
         return 1.0
-    return 2.0 * s if pace == AFTER_START else 2.0 * (1.0 - s)
+    return 2.0 * s if scaling == AFTER_START else 2.0 * (1.0 - s)
 
 
 @kernel(inline=True)
-def place(pace, part):
+def place(scaling, part):
     """The s at which a part of the step's time has passed."""
-    if pace == EVEN:
+    if scaling == EVEN:
         return part
-    return math.sqrt(part) if pace == AFTER_START else 1.0 - math.sqrt(max(0.0, 1.0 - part))
+    return math.sqrt(part) if scaling == AFTER_START else 1.0 - math.sqrt(max(0.0, 1.0 - part))

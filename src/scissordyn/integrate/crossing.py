@@ -1,0 +1,161 @@
+"""Steps across the rises and falls of guards, under error control.
+
+A fall needs nothing: beyond it the guard's force vanishes by itself. A rise inside the step is prepared: the guard is put into
+mode 1 with what its reset finds at the rise, and the step is made again from its start. Where its error allows that, the events
+inside take their instants and data from the dense output; where it does not, the step is to end on its first event.
+"""
+
+from __future__ import annotations
+
+from scissordyn.integrate.dense import dense_value
+from scissordyn.integrate.event import find_crossings
+from scissordyn.integrate.integration import FALL, RISE
+from scissordyn.integrate.step import attempt, error_norm, prepare
+from scissordyn.integrate.step_scaling import fraction
+from scissordyn.jit import kernel
+
+__all__ = ["crossed", "end_inactive", "log_crossings"]
+
+LARGEST_ERROR = 1.0
+"""Error of a step across rises beyond which it is better to end on the first of them."""
+
+
+@kernel(inline=True)
+def crossable(s, w):
+    """Whether all crossings of the list can be stepped across: no guard rises again after a fall."""
+    if w.crossing_count[0] >= w.crossing_guard.size:
+        return False
+    for c in range(w.crossing_count[0]):
+        k = w.crossing_guard[c]
+        if w.crossable[k] == 0:
+            return False
+        for later in range(c + 1, w.crossing_count[0]):
+            if w.crossing_guard[later] == k and (s.mode[k] == 1 or later > c + 1):
+                return False
+    return True
+
+
+@kernel()
+def crossed(problem, T, t, h, error, s, w, S):
+    """Make the step again with the guards in mode 1 that rise inside it; returns its error, or -1 if it cannot be crossed."""
+    w.rise_count[0] = 0
+    if not crossable(s, w):
+        return -1.0
+    for c in range(w.crossing_count[0]):
+        if s.mode[w.crossing_guard[c]] == 0:
+            note_rise(w.crossing_guard[c], w.crossing_place[c], w)
+    if w.rise_count[0] == 0:
+        return error
+    save(s, w)
+    if not raise_guards(problem, T, t, h, s, w, S):
+        restore(s, w)
+        return -1.0
+    prepare(problem, T, t, s, w, S)
+    again = error_norm(T, h, s, w) if attempt(problem, T, t, h, s, w, S) else 2.0 * LARGEST_ERROR
+    if not again <= LARGEST_ERROR:
+        restore(s, w)
+        prepare(problem, T, t, s, w, S)
+        attempt(problem, T, t, h, s, w, S)
+        return -1.0
+    find_crossings(problem, T, t, h, s, w, S, True)
+    for c in range(w.crossing_count[0]):  # what the prepared contacts change must not be another rise
+        if s.mode[w.crossing_guard[c]] == 0:
+            again = -1.0
+    if again < 0.0 or not crossable(s, w):
+        restore(s, w)
+        prepare(problem, T, t, s, w, S)
+        attempt(problem, T, t, h, s, w, S)
+        return -1.0
+    return again
+
+
+@kernel(inline=True)
+def note_rise(k, theta, w):
+    """Add a rise to the list, unless the guard is in it."""
+    for c in range(w.rise_count[0]):
+        if w.rise_guard[c] == k:
+            return
+    w.rise_guard[w.rise_count[0]], w.rise_place[w.rise_count[0]] = k, theta
+    w.rise_count[0] += 1
+
+
+@kernel(inline=True)
+def raise_guards(problem, T, t, h, s, w, S):
+    """Put the guards of the list into mode 1 from the start of the step; returns whether all of them rise there."""
+    for c in range(w.rise_count[0]):
+        theta = w.rise_place[c]
+        dense_value(theta, T.pattern, w.saved, w.dense, w.inside)
+        for i in range(s.y.size):
+            w.new[i] = w.inside[i]
+        begun = problem.reset(t + fraction(w.scaling[0], theta) * h, w.inside, w.rise_guard[c], S, w.rise_data[c])
+        if not begun:
+            return False
+        for i in range(s.y.size):  # the guard's own states, which nothing reads before the rise
+            if w.inside[i] != w.new[i]:
+                s.y[i] = w.inside[i]
+    return True
+
+
+@kernel(inline=True)
+def save(s, w):
+    """Keep what `restore` brings back."""
+    for i in range(s.y.size):
+        w.saved[i] = s.y[i]
+    for k in range(s.mode.size):
+        w.trial_mode[k], w.trial_memory[k] = s.mode[k], s.memory[k]
+
+
+@kernel(inline=True)
+def restore(s, w):
+    """State and modes from before the guards were prepared."""
+    for i in range(s.y.size):
+        s.y[i] = w.saved[i]
+    for k in range(s.mode.size):
+        s.mode[k], s.memory[k] = w.trial_mode[k], w.trial_memory[k]
+    w.rise_count[0] = 0
+
+
+@kernel()
+def log_crossings(problem, T, t, h, s, w, S, log, rises):
+    """Log the rises, or the falls, inside the step; a fall ends the guard's contact."""
+    counts = s.counts[0]
+    count = w.rise_count[0] if rises else w.crossing_count[0]
+    for c in range(count):
+        k, theta = (w.rise_guard[c], w.rise_place[c]) if rises else (w.crossing_guard[c], w.crossing_place[c])
+        now = t + fraction(w.scaling[0], theta) * h
+        row = log[counts.events]
+        row[0], row[1] = now, k
+        data = 3 + w.rise_data.shape[1]
+        if rises:
+            row[2] = RISE
+            row[3:data] = w.rise_data[c]
+            row[data:] = 0.0
+            s.peak[k, :] = 0.0
+            s.peak[k, 1] = now
+        else:
+            row[2] = FALL
+            dense_value(theta, T.pattern, s.y, w.dense, w.inside)
+            problem.reset(now, w.inside, k, S, row[3:data])
+            row[data:] = s.peak[k]
+        counts.events += 1
+
+
+@kernel(inline=True)
+def end_inactive(problem, t, s, w, S):
+    """Back to mode 0 with guards that were prepared but do not rise within the step."""
+    if w.rise_count[0] == 0:
+        return
+    problem.guards(t, w.new, S, w.value, w.rate)
+    for c in range(w.rise_count[0]):
+        k = w.rise_guard[c]
+        if s.mode[k] == 1 and w.value[k] < -w.precision[k] and not falls(k, w):
+            s.mode[k] = 0
+
+
+@kernel(inline=True)
+def falls(k, w):
+    """Whether a guard's fall is in the list."""
+    for c in range(w.crossing_count[0]):
+        if w.crossing_guard[c] == k:
+            return True
+    return False

@@ -1,0 +1,115 @@
+"""Dense output of a step, nested: y(theta) = y0 + f1 (F0 + f2 (F1 + f3 (F2 + ...))) with factors f = theta or 1 - theta.
+
+Both families of methods share it, so whatever looks inside a step need not know which method made it. Explicit methods have it of
+the integrals of the powers too; for the others these are integrated on Gauss nodes.
+"""
+
+from __future__ import annotations
+
+from scissordyn.integrate.step import explicit_stage, stage_state
+from scissordyn.integrate.step_scaling import fraction
+from scissordyn.integrate.tableau import EXPLICIT
+from scissordyn.jit import kernel
+
+__all__ = ["complete", "dense_value", "guards_at", "integral_at"]
+
+_EXPLICIT = EXPLICIT
+
+
+@kernel()
+def complete(problem, T, t, h, s, w, S):
+    """Coefficients of the dense output of the step just made, unless they are there."""
+    if w.has_dense[0] == 1:
+        return
+    w.has_dense[0] = 1
+    if T.kind == _EXPLICIT:
+        explicit_dense(problem, T, t, h, s, w, S)
+        s.counts[0].rates += T.nodes.size - T.stages - 1
+    else:
+        rosenbrock_dense(T, s.y, w.new, w.stages, w.dense)
+
+
+@kernel(inline=True)
+def explicit_dense(problem, T, t, h, s, w, S):
+    """Further stages, and the coefficients for the state and for the integrals of the powers."""
+    last = T.stages
+    for stage in range(last + 1, T.nodes.size):
+        stage_state(T, stage, h, s.y, w.stages, w.inside)
+        explicit_stage(problem, T, stage, t, h, w.inside, w, S)
+    for i in range(s.y.size):
+        w.dense[0, i] = w.new[i] - s.y[i]
+    nest(T, h, w.stages, w.dense)
+    for q in range(s.total.size):
+        gain = 0.0
+        for k in range(last):
+            gain += T.a[last, k] * w.power[k, q]
+        w.gain[0, q] = h * gain
+    nest(T, h, w.power, w.gain)
+
+
+@kernel(inline=True)
+def nest(T, h, K, F):
+    """The other coefficients F of a dense output from the difference F[0] over the step and the slopes K."""
+    size = F.shape[1]
+    for i in range(size):
+        F[1, i] = h * K[0, i] - F[0, i]
+        F[2, i] = 2.0 * F[0, i] - h * (K[0, i] + K[T.stages, i])
+    for d in range(T.dense.shape[0]):
+        for i in range(size):
+            F[3 + d, i] = 0.0
+        for k in range(T.nodes.size):
+            coefficient = h * T.dense[d, k]
+            if coefficient != 0.0:
+                for i in range(size):
+                    F[3 + d, i] += coefficient * K[k, i]
+
+
+@kernel(inline=True)
+def rosenbrock_dense(T, y, new, K, F):
+    """Coefficients F of the dense output."""
+    for i in range(y.size):
+        F[0, i] = new[i] - y[i]
+        for d in range(T.dense.shape[0]):
+            total = 0.0
+            for k in range(T.stages):
+                total += T.dense[d, k] * K[k, i]
+            F[1 + d, i] = total
+
+
+@kernel()
+def dense_value(theta, pattern, y, F, out):
+    """State at a fraction theta of the step."""
+    size, last = y.size, pattern.size - 1
+    factor = theta if pattern[last] == 0 else 1.0 - theta
+    for i in range(size):
+        out[i] = factor * F[last, i]
+    for k in range(last - 1, -1, -1):
+        factor = theta if pattern[k] == 0 else 1.0 - theta
+        for i in range(size):
+            out[i] = factor * (F[k, i] + out[i])
+    for i in range(size):
+        out[i] += y[i]
+
+
+@kernel(inline=True)
+def guards_at(problem, T, theta, t, h, s, w, S):
+    """Dense output at theta into w.inside, guards there into w.value and w.rate."""
+    dense_value(theta, T.pattern, s.y, w.dense, w.inside)
+    problem.guards(t + fraction(w.scaling[0], theta) * h, w.inside, S, w.value, w.rate)
+
+
+@kernel(inline=True)
+def integral_at(T, theta, h, w, which):
+    """Integral of a power from the start of the step to theta."""
+    if T.kind == _EXPLICIT:
+        value = 0.0
+        for k in range(T.pattern.size - 1, -1, -1):
+            value = (w.gain[k, which] + value) * (theta if T.pattern[k] == 0 else 1.0 - theta)
+        return value
+    total = 0.0
+    for node in range(T.gauss.size):
+        value = 0.0
+        for k in range(T.gauss.size - 1, -1, -1):
+            value = (value + T.primitive[node, k]) * theta
+        total += value * w.power[node, which]
+    return h * total

@@ -1,0 +1,210 @@
+"""Roots of guards inside a step, located on the dense output.
+
+A guard in mode 0 is crossed when its value rises through zero, in mode 1 when it falls. One that is beyond zero already, because
+the last event left it there by round-off, is crossed when it turns and moves further beyond. Values and rates are multiplied by
+`sign_of`, so that a crossing is always a rise.
+"""
+
+from __future__ import annotations
+
+from scissordyn.integrate.dense import complete, guards_at
+from scissordyn.integrate.step_scaling import speed
+from scissordyn.jit import kernel
+
+__all__ = ["find_crossings", "sign_of"]
+
+PROBES = 6
+"""Points inside a step at which guards are evaluated."""
+
+REACH = 0.75
+"""A guard that cannot come to zero within this share of the step at the larger of its rates at both ends is not looked at."""
+
+ITERATIONS = 60
+"""Bracketed Newton steps need two to five; bisection alone would need fifty."""
+
+
+@kernel(inline=True)
+def sign_of(mode):
+    """A guard's value times this is negative until it is crossed."""
+    return 1.0 if mode == 0 else -1.0
+
+
+@kernel()
+def cubic_root(a, slope_a, b, slope_b):
+    """A root in (0, 1) of the cubic with values a <= 0 < b and slopes at 0 and 1."""
+    low, high = 0.0, 1.0
+    place = a / (a - b) if a < 0.0 else 0.5
+    for _ in range(ITERATIONS):
+        rest = 1.0 - place
+        bend = rest * (slope_a - b + a) - place * (slope_b - b + a)
+        value = rest * a + place * b + place * rest * bend
+        slope = b - a + (rest - place) * bend - place * rest * (slope_a - b + a + slope_b - b + a)
+        if value > 0.0:
+            high = place
+        else:
+            low = place
+        step = value / slope if slope > 0.0 else 2.0
+        if abs(step) < 1e-12:
+            break
+        place -= step
+        if not low < place < high:
+            place = 0.5 * (low + high)
+        if high - low < 1e-14:
+            break
+    return place
+
+
+@kernel(inline=True)
+def cubic_summit(a, slope_a, b, slope_b):
+    """About the largest value in (0, 1) of the cubic that rises at 0 and falls at 1: where its slope, a parabola, vanishes."""
+    low, high = 0.0, 1.0
+    place = value = 0.5
+    for _ in range(6):
+        place = 0.5 * (low + high)
+        rest = 1.0 - place
+        bend = rest * (slope_a - b + a) - place * (slope_b - b + a)
+        value = rest * a + place * b + place * rest * bend
+        slope = b - a + (rest - place) * bend - place * rest * (slope_a - b + a + slope_b - b + a)
+        if slope > 0.0:
+            low = place
+        else:
+            high = place
+    return value
+
+
+@kernel()
+def locate(problem, T, k, low, high, a, slope_a, b, slope_b, t, h, s, w, S, sign):
+    """The theta in (low, high] at which guard k rises through zero: a <= 0 < b with slopes by time are its values there."""
+    step = (high - low) * h
+    scaling = w.scaling[0]
+    theta = low + (high - low) * cubic_root(a, step * speed(scaling, low) * slope_a, b, step * speed(scaling, high) * slope_b)
+    for _ in range(ITERATIONS):
+        guards_at(problem, T, theta, t, h, s, w, S)
+        value, slope = sign * w.value[k], sign * w.rate[k] * h * speed(scaling, theta)
+        if abs(value) <= 0.5 * w.precision[k]:
+            break
+        if value > 0.0:
+            high = theta
+        else:
+            low = theta
+        theta = theta - value / slope if slope > 0.0 else high
+        if not low < theta < high:
+            theta = 0.5 * (low + high)
+            if not low < theta < high:
+                theta = high
+                break
+    return theta
+
+
+@kernel()
+def turning_point(problem, T, k, low, high, t, h, s, w, S, sign, wanted):
+    """Bisection for where the rate of guard k changes its sign to `wanted`; ends early where the guard is beyond zero.
+
+    Returns theta, and the value there.
+    """
+    theta, value = high, 0.0
+    for _ in range(50):
+        theta = 0.5 * (low + high)
+        if not low < theta < high:
+            break
+        guards_at(problem, T, theta, t, h, s, w, S)
+        value = sign * w.value[k]
+        if wanted < 0.0 and value > 0.0:
+            break
+        if sign * w.rate[k] * wanted < 0.0:
+            low = theta
+        else:
+            high = theta
+    return theta, value
+
+
+@kernel()
+def crossing_in(problem, T, k, left, right, t, h, s, w, S, sign):
+    """Where guard k is crossed between two probes, from its values and rates there; -1 where it is not."""
+    a, slope_a = sign * w.left_value[k], sign * w.left_rate[k]
+    b, slope_b = sign * w.right_value[k], sign * w.right_rate[k]
+    if a > 0.0:
+        if slope_a > 0.0:
+            return left
+        if b > 0.0 and slope_b > 0.0:
+            theta, value = turning_point(problem, T, k, left, right, t, h, s, w, S, sign, 1.0)
+            return theta if value > 0.0 else locate_from(problem, T, k, theta, right, t, h, s, w, S, sign)
+        return -1.0
+    if b > 0.0:
+        return locate(problem, T, k, left, right, a, slope_a, b, slope_b, t, h, s, w, S, sign)
+    if slope_a > 0.0 and slope_b < 0.0:
+        step, scaling = (right - left) * h, w.scaling[0]
+        highest = cubic_summit(a, step * speed(scaling, left) * slope_a, b, step * speed(scaling, right) * slope_b)
+        if highest > 0.5 * max(a, b) - w.precision[k]:
+            theta, value = turning_point(problem, T, k, left, right, t, h, s, w, S, sign, -1.0)
+            if value > 0.0:
+                return locate(problem, T, k, left, theta, a, slope_a, value, sign * w.rate[k], t, h, s, w, S, sign)
+    return -1.0
+
+
+@kernel()
+def locate_from(problem, T, k, low, high, t, h, s, w, S, sign):
+    """The same as `locate` from a place at which the guard is not beyond zero."""
+    guards_at(problem, T, low, t, h, s, w, S)
+    a, slope_a = sign * w.value[k], sign * w.rate[k]
+    b, slope_b = sign * w.right_value[k], sign * w.right_rate[k]
+    return locate(problem, T, k, low, high, min(a, 0.0), slope_a, b, slope_b, t, h, s, w, S, sign)
+
+
+@kernel(inline=True)
+def all_far(h, s, w):
+    """Whether no guard comes near zero in the step, judged by its ends."""
+    for k in range(s.mode.size):
+        sign = sign_of(s.mode[k])
+        reach = REACH * h * max(abs(w.left_rate[k]), abs(w.end_rate[k]))
+        if not (sign * w.left_value[k] < -reach and sign * w.end_value[k] < -reach):
+            return False
+    return True
+
+
+@kernel(inline=True)
+def insert(guard, theta, w):
+    """Add a crossing to the list, in order."""
+    at = w.crossing_count[0]
+    while at > 0 and w.crossing_place[at - 1] > theta:
+        w.crossing_guard[at], w.crossing_place[at] = w.crossing_guard[at - 1], w.crossing_place[at - 1]
+        at -= 1
+    w.crossing_guard[at], w.crossing_place[at] = guard, theta
+    w.crossing_count[0] += 1
+
+
+@kernel()
+def find_crossings(problem, T, t, h, s, w, S, every):
+    """List the crossings of guards inside the step (t, t + h) in order: all of them, or those up to the first probe with any.
+
+    Of the latter only the first of the list is the first in time; w.saved_mode is overwritten.
+    """
+    w.crossing_count[0] = 0
+    count = s.mode.size
+    if count == 0:
+        return
+    problem.guards(t, s.y, S, w.left_value, w.left_rate)
+    problem.guards(t + h, w.new, S, w.end_value, w.end_rate)
+    if all_far(h, s, w):
+        return
+    complete(problem, T, t, h, s, w, S)
+    for k in range(count):
+        w.saved_mode[k] = s.mode[k]
+    left = 0.0
+    for probe in range(1, PROBES + 1):
+        right = probe / PROBES
+        if probe < PROBES:
+            guards_at(problem, T, right, t, h, s, w, S)
+        for k in range(count):
+            w.right_value[k] = w.value[k] if probe < PROBES else w.end_value[k]
+            w.right_rate[k] = w.rate[k] if probe < PROBES else w.end_rate[k]
+        for k in range(count):
+            theta = crossing_in(problem, T, k, left, right, t, h, s, w, S, sign_of(w.saved_mode[k]))
+            if theta >= 0.0 and w.crossing_count[0] < w.crossing_guard.size:
+                insert(k, theta, w)
+                w.saved_mode[k] = 1 - w.saved_mode[k]
+        if w.crossing_count[0] > 0 and not every:
+            return
+        for k in range(count):
+            w.left_value[k], w.left_rate[k] = w.right_value[k], w.right_rate[k]
+        left = right

@@ -1,0 +1,325 @@
+"""A problem as typed pointers, and the arrays of an integration: what goes on, what is scratch, what is recorded."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any, NamedTuple
+
+import numba
+import numpy as np
+from numba import int64, types, void
+from numba.core.types.function_type import CompileResultWAP
+
+from scissordyn.integrate.history import NODES
+from scissordyn.integrate.tableau import Tableau
+from scissordyn.jit import F1, F2, F3, I1, I2, opener
+
+__all__ = [
+    "CLOCK",
+    "COUNTS",
+    "FALL",
+    "MONITORED",
+    "NO_EVENT",
+    "RESET_DATA",
+    "RISE",
+    "SPARE_ROWS",
+    "Integration",
+    "Problem",
+    "Samples",
+    "State",
+    "StepRecord",
+    "Work",
+    "make_problem",
+    "make_record",
+    "make_samples",
+    "make_state",
+    "make_work",
+    "open_integration",
+]
+
+MONITORED = 3
+"""Monitored numbers of a row: the first one's largest value is wanted, all are integrated."""
+
+RESET_DATA = 2
+"""Numbers that a reset may write into the event log."""
+
+SPARE_ROWS = 4
+"""Rows of `Work.monitored` for points inside a step: three even ones, and one for the search of a maximum."""
+
+NO_EVENT, FALL, RISE = -1, 0, 1
+"""Kinds of events; a rise ends in mode 1, a fall in mode 0."""
+
+CLOCK = np.dtype(
+    [
+        ("time", "f8"),
+        ("end", "f8"),
+        ("step", "f8"),  # size to try next
+        ("after_rise", "f8"),  # size that worked after the last rise of a guard, 0 before the first
+        ("after_fall", "f8"),
+        ("previous_step", "f8"),  # size and error of the last step, if its time ran evenly
+        ("previous_error", "f8"),
+        ("reach", "f8"),  # longest step that is tried to end on the fall of a guard
+        ("longest", "f8"),  # longest step that the problem allows from here
+        ("first", "f8"),  # size of the first step
+        ("last_event", "i8"),  # kind of event before the step to come: `NO_EVENT`, `FALL` or `RISE`
+        ("touching", "i8"),  # whether an explicit method has a guard in mode 1
+        ("rejected", "i8"),  # whether the last trial was rejected
+        ("prepared", "i8"),  # whether the slope at the start of the step to come is known
+        ("stalled", "i8"),  # trials and events without progress in time
+        ("crosses", "i8"),  # whether steps go across roots of guards as long as their error allows it
+    ]
+)
+COUNTS = np.dtype([(name, "i8") for name in ("steps", "rejected", "rates", "jacobians", "events", "samples", "recorded")])
+
+C1 = Annotated[np.ndarray, types.Array(numba.from_dtype(CLOCK), 1, "C")]
+N1 = Annotated[np.ndarray, types.Array(numba.from_dtype(COUNTS), 1, "C")]
+
+
+class Problem(NamedTuple):
+    """Typed pointers to the functions of a problem; `advance` says what each one does."""
+
+    rate: Any
+    linearise: Any
+    factorize: Any
+    solve: Any
+    accept: Any
+    guards: Any
+    reset: Any
+    monitor: Any
+    record: Any
+
+
+class State(NamedTuple):
+    """All that the integrator needs to go on; `mode`, `memory`, `reference` and the history are the problem's own arrays.
+
+    A row of `monitored` is a guard or, behind the guards, a quantity that is monitored throughout.
+    """
+
+    clock: C1  # (1,)
+    counts: N1  # (1,)
+    y: F1
+    mode: I1  # (guards,) 0: waits for the guard's rise through zero, 1: for its fall
+    memory: F1  # (guards,) a number that goes with the mode
+    reference: F1  # angles counted so far
+    total: F1  # (quadratures,)
+    monitored: F2  # (rows, MONITORED) at the present instant
+    peak: F2  # (rows, 2 + MONITORED): since the last rise the largest number, when, and the integrals
+    band: F2  # (rows - guards, 3): a limit, the last instant above it, the first at or below it
+    history: F2  # (steps, 2 + signals * coefficients), see `history`
+    history_length: I1  # (1,)
+
+
+class Work(NamedTuple):
+    """Error weights and scratch."""
+
+    atol: F1  # (ny,) weight of an error = atol + rtol * root mean square of its group
+    rtol: F1
+    group: I1  # boundaries of the groups
+    precision: F1  # (guards,) a root is located when the guard is this small
+    crossable: I1  # (guards,) 1 where a step may go across the guard's roots, under error control
+    new: F1
+    inside: F1
+    saved: F1
+    stages: F2
+    dense: F2
+    slope: F1
+    slope_t: F1
+    value: F1  # (guards,)
+    rate: F1
+    left_value: F1
+    left_rate: F1
+    right_value: F1
+    right_rate: F1
+    end_value: F1
+    end_rate: F1
+    saved_mode: I1
+    trial_mode: I1
+    trial_memory: F1
+    crossing_guard: I1  # (crossings,) guards that are crossed inside a step, in order
+    crossing_place: F1  # where
+    crossing_count: I1  # (1,)
+    rise_guard: I1  # (crossings,) guards that rise inside a step which goes across that
+    rise_place: F1
+    rise_data: F2  # (crossings, RESET_DATA)
+    rise_count: I1  # (1,)
+    power: F2  # (stages or nodes + 1, quadratures)
+    power_at_start: F1
+    gain: F2  # (p, quadratures): dense output of the integrals of an explicit step
+    monitored: F3  # (points, rows, MONITORED): at the stages, or at the start, the nodes and the end; then `SPARE_ROWS`
+    delays: F1  # (delays,) steps end on their multiples
+    signals: F2  # (nodes, signals)
+    accepted: F1  # (2,) whether `accept` changed the state, and the longest step from there
+    scaling: I1  # (1,) how time runs inside the present step: see `step_scaling`
+    has_dense: I1  # (1,) whether the dense output of the present step is there
+
+
+class Samples(NamedTuple):
+    """What is written at given instants."""
+
+    time: F1
+    state: F2
+    total: F2
+    mode: I2
+    memory: F2
+    reference: F2
+
+
+class StepRecord(NamedTuple):
+    """Time and state at the end of each step, as long as there is room; no rows: not wanted."""
+
+    time: F1
+    state: F2
+    mode: I2
+
+
+class Integration(NamedTuple):
+    """Everything that the loop works on; it is handed the address of this."""
+
+    method: Tableau
+    state: State
+    work: Work
+    samples: Samples
+    steps: StepRecord
+    log: F2
+
+
+open_integration = opener(Integration)
+"""From the address of an integration's handle to the integration, inside kernels."""
+
+
+def make_problem(functions: dict[str, Any]) -> Problem:
+    """Typed pointers to compiled functions.
+
+    Parameters
+    ----------
+    functions : dict
+        Compiled functions by the names of `Problem`'s fields.
+
+    Returns
+    -------
+    Problem
+    """
+    t, vector, matrix, address = types.float64, types.float64[::1], types.float64[:, ::1], int64
+    signatures = {
+        "rate": void(t, vector, address, vector),
+        "linearise": void(t, vector, address, vector, vector),
+        "factorize": int64(t, address),
+        "solve": void(vector, address),
+        "accept": void(t, vector, address, vector),
+        "guards": void(t, vector, address, vector, vector),
+        "reset": types.boolean(t, vector, int64, address, vector),
+        "monitor": void(t, vector, address, vector, matrix),
+        "record": void(t, vector, address, vector),
+    }
+    return Problem(**{name: CompileResultWAP(functions[name].get_compile_result(sign)) for name, sign in signatures.items()})
+
+
+def make_state(
+    y: np.ndarray,
+    *,
+    mode: np.ndarray,
+    memory: np.ndarray,
+    reference: np.ndarray,
+    quadratures: int,
+    monitors: int,
+    band: np.ndarray | None = None,
+    history: np.ndarray | None = None,
+    history_length: np.ndarray | None = None,
+) -> State:
+    """The state at the start y of an integration at t = 0."""
+    clock, counts = np.zeros(1, CLOCK), np.zeros(1, COUNTS)
+    clock["last_event"], clock["reach"], clock["longest"] = NO_EVENT, np.inf, np.inf
+    rows = mode.size + monitors
+    limits = np.zeros((monitors, 3))
+    limits[:, 0] = np.inf if band is None else band
+    limits[:, 1:] = np.nan
+    return State(
+        clock=clock,
+        counts=counts,
+        y=y.copy(),
+        mode=mode,
+        memory=memory,
+        reference=reference,
+        total=np.zeros(quadratures),
+        monitored=np.zeros((rows, MONITORED)),
+        peak=np.zeros((rows, 2 + MONITORED)),
+        band=limits,
+        history=np.zeros((0, 2)) if history is None else history,
+        history_length=np.zeros(1, np.int64) if history_length is None else history_length,
+    )
+
+
+def make_work(
+    state: State,
+    method: Tableau,
+    *,
+    atol: np.ndarray,
+    rtol: np.ndarray,
+    group: np.ndarray,
+    precision: np.ndarray,
+    crossable: np.ndarray,
+    delays: tuple[float, ...] = (),
+) -> Work:
+    """Scratch for an integration."""
+    size, guards, quadratures = state.y.size, state.mode.size, state.total.size
+    points = max(method.gauss.size + 2, method.nodes.size) + SPARE_ROWS
+    numbers = np.zeros((8, guards))
+    crossings = 8 * guards
+    return Work(
+        atol=atol,
+        rtol=rtol,
+        group=group,
+        precision=precision,
+        crossable=crossable,
+        new=np.zeros(size),
+        inside=np.zeros(size),
+        saved=np.zeros(size),
+        stages=np.zeros((method.nodes.size, size)),
+        dense=np.zeros((method.pattern.size, size)),
+        slope=np.zeros(size),
+        slope_t=np.zeros(size),
+        value=numbers[0],
+        rate=numbers[1],
+        left_value=numbers[2],
+        left_rate=numbers[3],
+        right_value=numbers[4],
+        right_rate=numbers[5],
+        end_value=numbers[6],
+        end_rate=numbers[7],
+        saved_mode=np.zeros(guards, np.int64),
+        trial_mode=np.zeros(guards, np.int64),
+        trial_memory=np.zeros(guards),
+        crossing_guard=np.zeros(crossings, np.int64),
+        crossing_place=np.zeros(crossings),
+        crossing_count=np.zeros(1, np.int64),
+        rise_guard=np.zeros(crossings, np.int64),
+        rise_place=np.zeros(crossings),
+        rise_data=np.zeros((crossings, RESET_DATA)),
+        rise_count=np.zeros(1, np.int64),
+        power=np.zeros((max(method.gauss.size + 1, method.nodes.size), quadratures)),
+        power_at_start=np.zeros(quadratures),
+        gain=np.zeros((method.pattern.size, quadratures)),
+        monitored=np.zeros((points, state.monitored.shape[0], MONITORED)),
+        delays=np.array(delays, float),
+        signals=np.zeros((NODES.size, (state.history.shape[1] - 2) // NODES.size)),
+        accepted=np.zeros(2),
+        scaling=np.zeros(1, np.int64),
+        has_dense=np.zeros(1, np.int64),
+    )
+
+
+def make_samples(time: np.ndarray, state: State) -> Samples:
+    """Room for samples at increasing instants."""
+    rows, guards = time.size, state.mode.size
+    return Samples(
+        time=time,
+        state=np.full((rows, state.y.size), np.nan),
+        total=np.full((rows, state.total.size), np.nan),
+        mode=np.zeros((rows, guards), np.int64),
+        memory=np.zeros((rows, guards)),
+        reference=np.zeros((rows, state.reference.size)),
+    )
+
+
+def make_record(rows: int, state: State) -> StepRecord:
+    """Room for so many steps."""
+    return StepRecord(np.zeros(rows), np.zeros((rows, state.y.size)), np.zeros((rows, state.mode.size), np.int64))

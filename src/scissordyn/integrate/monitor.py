@@ -1,0 +1,297 @@
+"""Largest values, integrals and limits of monitored numbers over a step, and the powers that the energy balance integrates.
+
+An explicit method has evaluated everything at its stages; a Rosenbrock method, whose stages are less accurate than its steps, is
+followed on Gauss nodes of its dense output.
+"""
+
+from __future__ import annotations
+
+import math
+
+from scissordyn.integrate.dense import complete, dense_value
+from scissordyn.integrate.integration import SPARE_ROWS
+from scissordyn.integrate.step_scaling import fraction, speed
+from scissordyn.integrate.tableau import EXPLICIT
+from scissordyn.jit import kernel
+
+__all__ = ["monitor_step", "step_integral"]
+
+_EXPLICIT = EXPLICIT
+
+INSIDE = SPARE_ROWS - 1
+"""Equidistant points inside an explicit step at which a maximum is looked for once its stages hint at one."""
+
+NEARLY = 0.5
+"""A maximum that its parabola puts so little outside a step, in parts of the step, may lie inside."""
+
+EDGE = 2e-5
+"""A maximum nearer to the end of a step, in parts of the step, is taken to be there."""
+
+HINT = 0.98
+"""Stages this near to the largest number so far hint at a maximum: they are less accurate than the dense output."""
+
+GOLDEN = 0.3819660112501051
+
+WIDTH = 1e-7
+"""A maximum is located within this part of the step: below it the parabola is flat to round-off."""
+
+
+@kernel(inline=True)
+def step_integral(T, h, w, which):
+    """Integral of a power over the whole step."""
+    total = 0.0
+    if T.kind == _EXPLICIT:
+        last = T.stages
+        for k in range(last):
+            total += T.a[last, k] * w.power[k, which]
+    else:
+        for node in range(T.gauss.size):
+            total += T.weight[node] * w.power[node, which]
+    return h * total
+
+
+@kernel(inline=True)
+def followed(row, s):
+    """Whether a row is monitored now: a guard in mode 1, or a quantity that is monitored throughout."""
+    return row >= s.mode.size or s.mode[row] == 1
+
+
+@kernel()
+def monitor_step(problem, T, t, h, s, w, S):
+    """Follow the monitored numbers over the step just made, and write those at its end."""
+    if T.kind == _EXPLICIT:
+        monitor_stages(problem, T, t, h, s, w, S)
+        last = T.stages
+    else:
+        monitor_nodes(problem, T, t, h, s, w, S)
+        last = T.gauss.size + 1
+    for row in range(s.mode.size, s.peak.shape[0]):
+        if s.band[row - s.mode.size, 0] < math.inf:
+            follow_band(problem, T, row, t, h, s, w, S)
+    for row in range(s.peak.shape[0]):
+        for q in range(s.monitored.shape[1]):
+            s.monitored[row, q] = w.monitored[last, row, q]
+
+
+@kernel(inline=True)
+def monitor_stages(problem, T, t, h, s, w, S):
+    """Peaks and integrals over an explicit step."""
+    looked = False
+    for row in range(s.peak.shape[0]):
+        if not followed(row, s):
+            continue
+        peak, highest = s.peak[row], 0.0
+        for stage in range(T.stages):
+            weight = h * T.a[T.stages, stage] * speed(w.scaling[0], T.nodes[stage])
+            for q in range(w.monitored.shape[2]):
+                peak[2 + q] += weight * w.monitored[stage, row, q]
+            highest = max(highest, w.monitored[stage, row, 0])
+        best = max(peak[0], w.monitored[T.stages, row, 0])
+        if highest >= HINT * best and highest > 0.0:
+            if not looked:
+                look_inside(problem, T, t, h, s, w, S)
+                looked = True
+            find_peak(problem, T, row, t, h, s, w, S)
+        elif best > peak[0]:
+            peak[0], peak[1] = best, t + h
+
+
+@kernel(inline=True)
+def look_inside(problem, T, t, h, s, w, S):
+    """Monitored numbers at the points inside an explicit step, into the spare rows."""
+    complete(problem, T, t, h, s, w, S)
+    for point in range(INSIDE):
+        probe(problem, T, (point + 1.0) / (INSIDE + 1.0), t, h, s, w, S, T.nodes.size + point)
+
+
+@kernel(inline=True)
+def monitor_nodes(problem, T, t, h, s, w, S):
+    """Powers on the Gauss nodes of a Rosenbrock step, peaks and integrals over it."""
+    complete(problem, T, t, h, s, w, S)
+    last = T.gauss.size + 1
+    for row in range(s.peak.shape[0]):
+        for q in range(s.monitored.shape[1]):
+            w.monitored[0, row, q] = s.monitored[row, q]
+    for node in range(1, last + 1):
+        theta = place_of(T, node)
+        dense_value(theta, T.pattern, s.y, w.dense, w.inside)
+        problem.rate(t + theta * h, w.inside, S, w.slope)
+        problem.monitor(t + theta * h, w.inside, S, w.power[node - 1], w.monitored[node])
+    s.counts[0].rates += last
+    for row in range(s.peak.shape[0]):
+        if followed(row, s):
+            for node in range(T.gauss.size):
+                for q in range(w.monitored.shape[2]):
+                    s.peak[row, 2 + q] += h * T.weight[node] * w.monitored[node + 1, row, q]
+            find_peak(problem, T, row, t, h, s, w, S)
+
+
+@kernel()
+def probe(problem, T, theta, t, h, s, w, S, place):
+    """Monitored numbers at theta, into a place of Work.monitored."""
+    dense_value(theta, T.pattern, s.y, w.dense, w.inside)
+    now = t + fraction(w.scaling[0], theta) * h
+    problem.rate(now, w.inside, S, w.slope)
+    problem.monitor(now, w.inside, S, w.power_at_start, w.monitored[place])
+    s.counts[0].rates += 1
+
+
+@kernel(inline=True)
+def last_point(T):
+    """Number of the end of the step among the points at which a maximum is looked for; the start is 0."""
+    return (INSIDE if T.kind == _EXPLICIT else T.gauss.size) + 1
+
+
+@kernel(inline=True)
+def index_of(T, point):
+    """Place in Work.monitored of a point."""
+    if T.kind != _EXPLICIT:
+        return point
+    if point == 0:
+        return 0
+    return T.nodes.size + point - 1 if point <= INSIDE else T.stages
+
+
+@kernel(inline=True)
+def place_of(T, point):
+    """Where in the step a point is."""
+    if T.kind == _EXPLICIT:
+        return point / (INSIDE + 1.0)
+    if point == 0:
+        return 0.0
+    return T.gauss[point - 1] if point <= T.gauss.size else 1.0
+
+
+@kernel(inline=True)
+def vertex(T, row, first, w):
+    """Abscissa of the vertex of the parabola through three neighbouring monitored numbers."""
+    a, b, c = place_of(T, first), place_of(T, first + 1), place_of(T, first + 2)
+    middle = w.monitored[index_of(T, first + 1), row, 0]
+    left = (middle - w.monitored[index_of(T, first), row, 0]) / (b - a)
+    right = (w.monitored[index_of(T, first + 2), row, 0] - middle) / (c - b)
+    if right >= left:
+        return a - 1.0 if right < 0.0 else c + 1.0
+    return 0.5 * (a + b) + left * 0.5 * (c - a) / (left - right)
+
+
+@kernel()
+def find_peak(problem, T, row, t, h, s, w, S):
+    """Largest first monitored number of a row in the step, if it exceeds the largest so far."""
+    last = last_point(T)
+    best = 0
+    for point in range(1, last + 1):
+        if w.monitored[index_of(T, point), row, 0] > w.monitored[index_of(T, best), row, 0]:
+            best = point
+    value, theta = w.monitored[index_of(T, best), row, 0], place_of(T, best)
+    inside = 0 < best < last
+    if best == 0:
+        inside = vertex(T, row, 0, w) > -NEARLY
+    elif best == last:
+        inside = vertex(T, row, last - 2, w) < 1.0 + NEARLY
+    peak = s.peak[row]
+    if value < peak[0]:
+        return
+    if inside and not 0 < best < last:
+        # the parabola is too coarse to tell on which side of the step's end the maximum is
+        spare = w.monitored.shape[0] - 1
+        probe(problem, T, EDGE if best == 0 else 1.0 - EDGE, t, h, s, w, S, spare)
+        inside = w.monitored[spare, row, 0] > value
+    if inside:
+        low, high = place_of(T, max(best - 1, 0)), place_of(T, min(best + 1, last))
+        theta, value = refine(problem, T, row, low, theta, high, value, t, h, s, w, S)
+    if value > peak[0]:
+        peak[0], peak[1] = value, t + fraction(w.scaling[0], theta) * h
+
+
+@kernel()
+def refine(problem, T, row, low, best, high, value, t, h, s, w, S):
+    """Largest monitored number around `best` by Brent's parabolas and golden sections; returns (theta, value).
+
+    Brent, Algorithms for Minimization without Derivatives, 1973, chapter 5.
+    """
+    spare = w.monitored.shape[0] - 1
+    second = third = best
+    second_value = third_value = value
+    move = before = 0.0
+    for _ in range(40):
+        middle = 0.5 * (low + high)
+        if abs(best - middle) <= 2.0 * WIDTH - 0.5 * (high - low):
+            break
+        golden = True
+        if abs(before) > WIDTH:
+            r = (best - second) * (value - third_value)
+            q = (best - third) * (value - second_value)
+            p, q = (best - third) * q - (best - second) * r, 2.0 * (q - r)
+            if q > 0.0:
+                p = -p
+            q, last = abs(q), before
+            before = move
+            if abs(p) < abs(0.5 * q * last) and q * (low - best) < p < q * (high - best):
+                move, golden = p / q, False
+        if golden:
+            before = (low if best >= middle else high) - best
+            move = GOLDEN * before
+        theta = best + (move if abs(move) >= WIDTH else math.copysign(WIDTH, move))
+        if not low <= theta <= high:
+            break
+        probe(problem, T, theta, t, h, s, w, S, spare)
+        found = w.monitored[spare, row, 0]
+        if found >= value:
+            if theta >= best:
+                low = best
+            else:
+                high = best
+            third, third_value, second, second_value = second, second_value, best, value
+            best, value = theta, found
+            continue
+        if theta < best:
+            low = theta
+        else:
+            high = theta
+        if found >= second_value or second == best:
+            third, third_value, second, second_value = second, second_value, theta, found
+        elif found >= third_value or third in (best, second):
+            third, third_value = theta, found
+    return best, value
+
+
+@kernel()
+def follow_band(problem, T, row, t, h, s, w, S):
+    """Note when a monitored number is last above its limit, and when it is first at or below it."""
+    band = s.band[row - s.mode.size]
+    limit, last = band[0], last_point(T)
+    start, end = w.monitored[0, row, 0], w.monitored[index_of(T, last), row, 0]
+    if math.isnan(band[2]) and start <= limit:
+        band[2] = t
+    highest = max(start, end)
+    if T.kind == _EXPLICIT:
+        for stage in range(1, T.stages):
+            highest = max(highest, w.monitored[stage, row, 0])
+        if min(start, end) > limit or highest <= limit:
+            if start > limit:
+                band[1] = t + h
+            return
+        look_inside(problem, T, t, h, s, w, S)
+    for point in range(1, last + 1):
+        before, after = w.monitored[index_of(T, point - 1), row, 0], w.monitored[index_of(T, point), row, 0]
+        if after > limit:
+            band[1] = t + fraction(w.scaling[0], place_of(T, point)) * h
+        elif before > limit:
+            theta = passing(problem, T, row, place_of(T, point - 1), place_of(T, point), limit, t, h, s, w, S)
+            band[1] = t + fraction(w.scaling[0], theta) * h
+            if math.isnan(band[2]):
+                band[2] = band[1]
+
+
+@kernel()
+def passing(problem, T, row, low, high, limit, t, h, s, w, S):
+    """Where a monitored number falls through its limit between two places: bisection."""
+    spare = w.monitored.shape[0] - 1
+    for _ in range(30):
+        middle = 0.5 * (low + high)
+        probe(problem, T, middle, t, h, s, w, S, spare)
+        if w.monitored[spare, row, 0] > limit:
+            low = middle
+        else:
+            high = middle
+    return high

@@ -180,6 +180,8 @@ def accept(problem, T, t, h, full, grow, last, guard, s, w, S, r):
     across = clock.crosses == 1 and guard < 0
     if across:
         log_crossings(problem, T, t, h, s, w, S, r.log, True)
+    else:
+        w.crossing_count[0] = 0
     if h > 0.0:
         if w.delays.size > 0:
             complete(problem, T, t, h, s, w, S)
@@ -275,6 +277,12 @@ def write_samples(T, t, h, final, s, w, out):
         for k in range(s.mode.size):
             out.mode[at, k] = s.mode[k]
             out.memory[at, k] = s.memory[k]
+        for c in range(w.rise_count[0]):
+            if theta < w.rise_place[c]:
+                out.mode[at, w.rise_guard[c]] = 0
+        for c in range(w.crossing_count[0]):
+            if theta > w.crossing_place[c]:
+                out.mode[at, w.crossing_guard[c]] = 0
         for i in range(s.reference.size):
             out.reference[at, i] = s.reference[i]
         counts.samples += 1

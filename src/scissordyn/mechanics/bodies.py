@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 import scipy.sparse as sp
 
-from scissordyn.mechanics.layout import Layout
+from scissordyn.mechanics.reduced import ReducedModel
 from scissordyn.mechanics.outputs import Record
 
 __all__ = ["BodyMotion", "body_motion"]
@@ -35,25 +35,25 @@ class BodyMotion(NamedTuple):
     spin_rate: np.ndarray
 
 
-def body_motion(layout: Layout, found: Record) -> BodyMotion:
+def body_motion(reduced: ReducedModel, found: Record) -> BodyMotion:
     """Positions, angles and their derivatives.
 
     Parameters
     ----------
-    layout : Layout
+    reduced : ReducedModel
     found : Record
 
     Returns
     -------
     BodyMotion
     """
-    mechanism = layout.mechanism
+    mechanism = reduced.mechanism
     bodies, instants = mechanism.bodies, found.X.shape[0]
     fixed, still = np.zeros((len(bodies), 2)), np.zeros((len(bodies), 2))
     centre: list[tuple[int, int, float]] = []
     turned: list[tuple[int, int, float]] = []
     for k, body in enumerate(bodies):
-        p, (x, y) = layout.offsets[body.name], body.centre
+        p, (x, y) = reduced.offsets[body.name], body.centre
         centre += [(2 * k, p, 1.0), (2 * k + 1, p + 1, 1.0)]
         if body.rotates:
             centre += [(2 * k, p + 2, x), (2 * k, p + 3, -y), (2 * k + 1, p + 2, y), (2 * k + 1, p + 3, x)]
@@ -65,13 +65,13 @@ def body_motion(layout: Layout, found: Record) -> BodyMotion:
 
     def matrix(entries: list[tuple[int, int, float]]) -> sp.csr_array:
         rows, columns, values = zip(*entries, strict=True) if entries else ((), (), ())
-        shape = (2 * len(bodies), layout.coordinates.shape[0])
-        return sp.csr_array(sp.csr_array((values, (rows, columns)), shape=shape) @ layout.coordinates)
+        shape = (2 * len(bodies), reduced.coordinates.shape[0])
+        return sp.csr_array(sp.csr_array((values, (rows, columns)), shape=shape) @ reduced.coordinates)
 
     to_centre, to_direction = matrix(centre), matrix(turned)
 
-    def at(forms: sp.csr_array, columns: np.ndarray) -> np.ndarray:
-        return np.asarray((forms @ columns.T).T).reshape(instants, len(bodies), 2)
+    def at(maps: sp.csr_array, columns: np.ndarray) -> np.ndarray:
+        return np.asarray((maps @ columns.T).T).reshape(instants, len(bodies), 2)
 
     direction = at(to_direction, found.X) + still
     turning, bending = at(to_direction, found.V), at(to_direction, found.A)

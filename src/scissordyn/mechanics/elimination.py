@@ -1,4 +1,4 @@
-"""Linear conditions on coordinates, eliminated once before the run."""
+"""Linear constraints on coordinates, eliminated once before the run."""
 
 from __future__ import annotations
 
@@ -9,14 +9,15 @@ import scipy.sparse as sp
 from scipy.sparse.linalg import lsqr
 
 from scissordyn.errors import InputError
+from scissordyn.jit import kernel
 
 __all__ = ["DRIVE", "Elimination", "Expression", "add", "contradiction", "in_words", "scaled"]
 
 DRIVE = "the drive of"
-"""How the names of drives' conditions begin."""
+"""How the names of the drives' constraints begin."""
 
 DENSE = 600
-"""Up to so many conditions a full matrix finds out whose they are; it is needed for a message only."""
+"""Up to so many constraints a full matrix finds out whose they are; it is needed for a message only."""
 
 Expression = dict[int, float]
 """A linear combination: coefficient by column."""
@@ -25,7 +26,12 @@ ROUND_OFF = 1e-12
 """Coefficients below this fraction of the largest one came from cancellation."""
 
 CONTRADICTION = 1e-7
-"""A condition that holds within this (lengths are of order one) is redundant; beyond it, it cannot be met."""
+"""A constraint that holds within this, as a fraction of its largest coefficient, is redundant; beyond it, it cannot be met."""
+
+SMALL_PIVOT = 1e-3
+"""Columns that are preferred give way to others if their coefficients are smaller than this fraction of the largest."""
+
+DONE, CONTRADICTS, FULL = -1, -2, -3
 
 
 def add(*terms: Expression) -> Expression:
@@ -42,87 +48,220 @@ def scaled(factor: float, expression: Expression) -> Expression:
     return {column: factor * coefficient for column, coefficient in expression.items()}
 
 
+@kernel()
+def resolve(columns, values, start, count, solved_at, first, length, kept_column, kept_value, total, listed, touched):
+    """Write a row in columns that are not solved for into total[...]; returns how many entries of `touched` it has.
+
+    A column that is solved for is replaced by its expression, the first solved first: expressions hold only columns that were
+    solved for later, or never.
+    """
+    entries = 0
+    for k in range(start, start + count):
+        column = columns[k]
+        if listed[column] == 0:
+            listed[column] = 1
+            touched[entries] = column
+            total[column] = 0.0
+            entries += 1
+        total[column] += values[k]
+    while True:
+        earliest, chosen = np.int64(9223372036854775807), -1
+        for k in range(entries):
+            column = touched[k]
+            if 0 <= solved_at[column] < earliest and total[column] != 0.0:
+                earliest, chosen = solved_at[column], column
+        if chosen < 0:
+            break
+        factor = total[chosen]
+        total[chosen] = 0.0
+        for k in range(first[chosen], first[chosen] + length[chosen]):
+            column = kept_column[k]
+            if listed[column] == 0:
+                listed[column] = 1
+                touched[entries] = column
+                total[column] = 0.0
+                entries += 1
+            total[column] += factor * kept_value[k]
+    largest = 1.0
+    for k in range(entries):
+        listed[touched[k]] = 0
+        largest = max(largest, abs(total[touched[k]]))
+    kept = 0
+    for k in range(entries):
+        column = touched[k]
+        if solved_at[column] < 0 and abs(total[column]) > ROUND_OFF * largest:
+            touched[kept] = column
+            kept += 1
+    return kept
+
+
+@kernel()
+def eliminate(start, columns, values, preferred, solved_at, first, length, kept_column, kept_value, total, listed, touched, found):
+    """Solve constraints for columns, one after the other; returns DONE, CONTRADICTS or FULL.
+
+    `found` gets the constraint at which it ended, and how much of the kept arrays is used.
+    """
+    unknowns, used = preferred.size, 0
+    for row in range(start.size - 1):
+        found[0] = row
+        entries = resolve(
+            columns,
+            values,
+            start[row],
+            start[row + 1] - start[row],
+            solved_at,
+            first,
+            length,
+            kept_column,
+            kept_value,
+            total,
+            listed,
+            touched,
+        )
+        largest = best = rest = scale = 0.0
+        for k in range(start[row], start[row + 1]):
+            scale = max(scale, abs(values[k]))
+        for k in range(entries):
+            size = abs(total[touched[k]])
+            if touched[k] >= unknowns:
+                rest = max(rest, size)
+                continue
+            largest = max(largest, size)
+            if preferred[touched[k]] == 1:
+                best = max(best, size)
+        if largest == 0.0:
+            if rest > CONTRADICTION * scale:
+                return CONTRADICTS
+            continue
+        pivot, size = -1, -1.0
+        anything = best < SMALL_PIVOT * largest
+        for k in range(entries):
+            column = touched[k]
+            if column < unknowns and (anything or preferred[column] == 1):
+                here = abs(total[column])
+                if here > size or (here == size and column > pivot):
+                    pivot, size = column, here
+        if used + entries > kept_column.size:
+            return FULL
+        solved_at[pivot], first[pivot] = row, used
+        for k in range(entries):
+            column = touched[k]
+            if column != pivot:
+                kept_column[used], kept_value[used] = column, -total[column] / total[pivot]
+                used += 1
+        length[pivot] = used - first[pivot]
+    found[1] = used
+    return DONE
+
+
+@kernel()
+def expand_rows(unknowns, solved_at, first, length, kept_column, kept_value, total, listed, touched, start, columns, values):
+    """Write each unknown column in columns that are not solved for, as sparse rows; returns DONE or FULL."""
+    used = 0
+    for row in range(unknowns):
+        start[row] = used
+        if used + 1 > columns.size:
+            return FULL
+        if solved_at[row] < 0:
+            columns[used], values[used] = row, 1.0
+            used += 1
+            continue
+        entries = resolve(
+            kept_column,
+            kept_value,
+            first[row],
+            length[row],
+            solved_at,
+            first,
+            length,
+            kept_column,
+            kept_value,
+            total,
+            listed,
+            touched,
+        )
+        if used + entries > columns.size:
+            return FULL
+        for k in range(entries):
+            columns[used], values[used] = touched[k], total[touched[k]]
+            used += 1
+    start[unknowns] = used
+    return DONE
+
+
 class Elimination:
-    """Solves linear conditions for some of the unknown columns, one condition at a time.
+    """Solves linear constraints for some of the unknown columns, in the order in which they are imposed.
 
     A chain of bodies gives rows with a handful of terms, and they stay so: cost and result are linear in the chain's length.
 
     Parameters
     ----------
     preferred : sequence of bool
-        For each unknown column, whether it is solved for before the others. Columns beyond are known functions of time.
+        For each unknown column, whether it is solved for before the others.
+    known : int
+        Columns behind these that are known functions of time.
     """
 
-    def __init__(self, preferred: Iterable[bool]) -> None:
-        self.preferred = tuple(preferred)
-        self.solved: dict[int, Expression] = {}
+    def __init__(self, preferred: Iterable[bool], known: int) -> None:
+        self.preferred = np.array(list(preferred), np.int64)
+        self.known = known
         self.imposed: list[tuple[Expression, str]] = []
+        self.solved_at: np.ndarray = np.full(self.preferred.size + known, -1, np.int64)
 
-    def resolve(self, expression: Expression) -> Expression:
-        """The expression in the columns that are still free."""
-        result: Expression = {}
-        for column, coefficient in expression.items():
-            if column in self.solved:
-                inner = self.resolve(self.solved[column])
-                self.solved[column] = inner
-                for deeper, factor in inner.items():
-                    result[deeper] = result.get(deeper, 0.0) + coefficient * factor
-            else:
-                result[column] = result.get(column, 0.0) + coefficient
-        largest = max(map(abs, result.values()), default=0.0)
-        return {column: value for column, value in result.items() if abs(value) > ROUND_OFF * max(largest, 1.0)}
+    def impose(self, constraint: Expression, name: str) -> None:
+        """Make `constraint` vanish; `name` is whose it is, for messages."""
+        self.imposed.append((constraint, name))
 
-    def impose(self, condition: Expression, name: str) -> bool:
-        """Make `condition` vanish.
-
-        Parameters
-        ----------
-        condition : Expression
-        name : str
-            Whose condition it is, for the message.
-
-        Returns
-        -------
-        bool
-            False if it followed from the earlier ones.
+    def rows(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """All unknown columns in those that stay free and the known ones: sparse rows (starts, columns, values).
 
         Raises
         ------
         InputError
-            If it contradicts the earlier ones.
+            If constraints contradict each other.
         """
-        rest = self.resolve(condition)
-        unknown = [column for column in rest if column < len(self.preferred)]
-        if not unknown:
-            if max(map(abs, rest.values()), default=0.0) > CONTRADICTION:
-                raise contradiction([name, *self.behind([condition])])
-            return False
-        chosen = [column for column in unknown if self.preferred[column]]
-        largest = max(abs(rest[column]) for column in unknown)
-        if not chosen or max(abs(rest[column]) for column in chosen) < 1e-3 * largest:
-            chosen = unknown
-        pivot = max(chosen, key=lambda column: (abs(rest[column]), column))
-        coefficient = rest.pop(pivot)
-        self.solved[pivot] = {column: -value / coefficient for column, value in rest.items()}
-        self.imposed.append((condition, name))
-        return True
+        unknowns, total = self.preferred.size, self.preferred.size + self.known
+        start = np.cumsum([0, *(len(constraint) for constraint, _ in self.imposed)], dtype=np.int64)
+        columns = np.array([column for constraint, _ in self.imposed for column in constraint], np.int64)
+        values = np.array([value for constraint, _ in self.imposed for value in constraint.values()], float)
+        room = 64 + 8 * total + 4 * columns.size
+        while True:
+            self.solved_at[:] = -1
+            first, length, found = np.zeros(total, np.int64), np.zeros(total, np.int64), np.zeros(2, np.int64)
+            kept = np.zeros(room, np.int64), np.zeros(room)
+            work = np.zeros(total), np.zeros(total, np.int64), np.zeros(total, np.int64)
+            status = eliminate(start, columns, values, self.preferred, self.solved_at, first, length, *kept, *work, found)
+            if status == CONTRADICTS:
+                self._contradicted(int(found[0]))
+            if status == DONE:
+                row_start, out = np.zeros(unknowns + 1, np.int64), (np.zeros(room, np.int64), np.zeros(room))
+                if expand_rows(unknowns, self.solved_at, first, length, *kept, *work, row_start, *out) == DONE:
+                    used = int(row_start[-1])
+                    return row_start, out[0][:used], out[1][:used]
+            room *= 2
 
-    def behind(self, expressions: list[Expression]) -> list[str]:
-        """Whose conditions together determine some expressions, drives first.
+    def _contradicted(self, row: int) -> None:
+        constraint, name = self.imposed[row]
+        raise contradiction([name, *self.behind([constraint], row)])
 
-        The unknown columns of an expression are a combination of those of the imposed conditions, which are independent: the
-        combination is unique, and the conditions with a share in it are the answer.
+    def behind(self, expressions: list[Expression], before: int | None = None) -> list[str]:
+        """Whose constraints together determine some expressions, drives first.
+
+        The unknown columns of an expression are a combination of those of the constraints that were solved, which are independent:
+        the combination is unique, and the constraints with a part in it are the answer.
         """
-        count, unknown = len(self.imposed), len(self.preferred)
+        solved = sorted(int(row) for row in self.solved_at if row >= 0)
+        chosen = [self.imposed[row] for row in solved if before is None or row < before]
+        count, unknown = len(chosen), self.preferred.size
         entries = [
             (column, k, value)
-            for k, (condition, _) in enumerate(self.imposed)
-            for column, value in condition.items()
+            for k, (constraint, _) in enumerate(chosen)
+            for column, value in constraint.items()
             if column < unknown
         ]
         table = np.array(entries, float).reshape(-1, 3)
         places = table[:, 0].astype(int), table[:, 1].astype(int)
-        conditions = sp.csr_array((table[:, 2], places), shape=(unknown, count))
+        constraints = sp.csr_array((table[:, 2], places), shape=(unknown, count))
         names: dict[str, None] = {}
         for expression in expressions:
             wanted = np.zeros(unknown)
@@ -130,11 +269,11 @@ class Elimination:
                 if column < unknown:
                     wanted[column] += value
             if count <= DENSE:
-                share = np.linalg.lstsq(conditions.toarray(), wanted, rcond=None)[0]
+                part = np.linalg.lstsq(constraints.toarray(), wanted, rcond=None)[0]
             else:
-                share = lsqr(conditions, wanted, atol=1e-13, btol=1e-13)[0]
-            largest = np.max(np.abs(share), initial=0.0)
-            names.update((self.imposed[k][1], None) for k in np.flatnonzero(np.abs(share) > 1e-8 * largest).tolist())
+                part = lsqr(constraints, wanted, atol=1e-13, btol=1e-13)[0]
+            largest = np.max(np.abs(part), initial=0.0)
+            names.update((chosen[k][1], None) for k in np.flatnonzero(np.abs(part) > 1e-8 * largest).tolist())
         return sorted(names, key=lambda name: not name.startswith(DRIVE))
 
 
@@ -144,7 +283,7 @@ def contradiction(names: list[str], consequence: str = "") -> InputError:
     Parameters
     ----------
     names : list of str
-        Whose conditions they are.
+        Whose constraints they are.
     consequence : str
         What they would do to a body.
     """

@@ -1,17 +1,29 @@
-"""The mechanics as a problem for the integrators: functions of a `System`'s address, by the names the loop calls."""
+"""The mechanics as a problem for the integrators: functions of a `System`'s address, by the names that the loop calls."""
 
 from __future__ import annotations
 
+import math
+
 from scissordyn.jit import kernel
-from scissordyn.mechanics import equations, step_matrix
+from scissordyn.mechanics import constraint, equations, guard, monitored, step_matrix
+from scissordyn.mechanics.latch import engage
+from scissordyn.mechanics.rotation import count_turns
 from scissordyn.mechanics.system import open_system
 
 __all__ = ["FUNCTIONS"]
 
-_accelerate, _linearise = equations.accelerate, equations.linearise
+_accelerate, _linearise, _record = equations.accelerate, equations.linearise, equations.record_signals
 _factorize, _solve = step_matrix.factorize, step_matrix.solve
-_project, _guards, _reset, _powers = equations.project, equations.guards, equations.reset, equations.powers
-_record = equations.record_signals
+_project, _guards, _reset, _touch, _monitor = constraint.project, guard.guards, guard.reset, guard.touch, monitored.monitor
+
+LARGEST_TURN = 1.0
+"""A step ends before the fastest body has turned by this [rad] at its present speed, so that turns are counted rightly."""
+
+ROUND_OFF = 1e-12
+"""A break nearer than this fraction of its instant has been reached."""
+
+LARGEST_DRIVEN_TURN = 0.25
+"""The same for a mechanism without freedom, whose steps have no error to go by: the powers are integrated over them."""
 
 
 @kernel()
@@ -39,27 +51,49 @@ def solve(r, address):
 
 
 @kernel()
-def project(t, y, address):
-    """See `equations.project`."""
-    return _project(t, y, open_system(address))
+def accept(t, y, address, answer):
+    """Project the state, count turns; writes whether y changed, and how long the next step may be."""
+    S = open_system(address)
+    answer[0] = 1.0 if _project(t, y, S) else 0.0
+    fastest = count_turns(S)
+    turn = LARGEST_TURN if y.size > 0 else LARGEST_DRIVEN_TURN
+    longest = turn / fastest if fastest > 0.0 else math.inf
+    breaks = S.parameters.breaks
+    for k in range(breaks.size):
+        if breaks[k] - t > ROUND_OFF * breaks[k]:
+            longest = min(longest, breaks[k] - t)
+            break
+    answer[1] = longest
+
+
+@kernel()
+def activate(address):
+    """Let the constraints of latches be active as their modes say."""
+    engage(open_system(address))
 
 
 @kernel()
 def guards(t, y, address, value, rate):
-    """See `equations.guards`."""
+    """See `guard.guards`."""
     _guards(t, y, open_system(address), value, rate)
 
 
 @kernel()
-def reset(t, y, guard, address, record):
-    """See `equations.reset`."""
-    _reset(t, y, guard, open_system(address), record)
+def reset(t, y, guard, address, data):
+    """See `guard.reset`."""
+    return _reset(t, y, guard, open_system(address), data)
 
 
 @kernel()
-def powers(t, y, address, power, watched):
-    """See `equations.powers`."""
-    _powers(t, y, open_system(address), power, watched)
+def touch(t, y, guard, address, data):
+    """See `guard.touch`."""
+    _touch(t, y, guard, open_system(address), data)
+
+
+@kernel()
+def monitor(t, y, address, power, rows):
+    """See `monitored.monitor`."""
+    _monitor(t, y, open_system(address), power, rows)
 
 
 @kernel()
@@ -73,9 +107,9 @@ FUNCTIONS = {
     "linearise": linearise,
     "factorize": factorize,
     "solve": solve,
-    "project": project,
+    "accept": accept,
     "guards": guards,
     "reset": reset,
-    "powers": powers,
+    "monitor": monitor,
     "record": record,
 }

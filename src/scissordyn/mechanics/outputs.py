@@ -38,7 +38,7 @@ class Record(NamedTuple):
         Angle error [rad] and recorded signal of actuators.
     torque : ndarray, shape (nt, drives)
     multiplier : ndarray, shape (nt, m)
-        Of the quadratic conditions.
+        Of the quadratic constraints.
     kinetic, potential : ndarray, shape (nt,)
     length_error : float
         Largest relative error of a length.
@@ -78,52 +78,52 @@ def elastic_energy(tag, delta, p):
 def fill(time, state, mode, memory, address, R):
     """Evaluate everything at each sample."""
     S = open_system(address)
-    n, nb = S.n, S.nb
+    n, nb = S.model.n, S.model.nb
     for at in range(time.size):
-        for j in range(S.mode.size):
-            S.mode[j] = mode[at, j]
-            S.approach[j] = memory[at, j]
+        for j in range(S.state.mode.size):
+            S.state.mode[j] = mode[at, j]
+            S.state.memory[j] = memory[at, j]
         engage(S)
         # dense output keeps lengths only to its own accuracy
         project(time[at], state[at], S)
-        accelerate(time[at], state[at], S, S.scratch)
+        accelerate(time[at], state[at], S, S.work.scratch)
         kinetic = potential = 0.0
         for i in range(n + nb):
-            R.X[at, i], R.V[at, i], R.A[at, i] = S.X[i], S.V[i], S.A[i]
-            potential -= S.weight[i] * S.X[i]
+            R.X[at, i], R.V[at, i], R.A[at, i] = S.work.X[i], S.work.V[i], S.work.A[i]
+            potential -= S.parameters.weight[i] * S.work.X[i]
         for i in range(n):
-            kinetic += 0.5 * S.V[i] * S.V[i]
+            kinetic += 0.5 * S.work.V[i] * S.work.V[i]
             for k in range(nb):
-                kinetic += S.V[i] * S.inertia[i, k] * S.basis[1, k]
+                kinetic += S.work.V[i] * S.model.inertia[i, k] * S.work.basis[1, k]
         for i in range(nb):
             for k in range(nb):
-                kinetic += 0.5 * S.basis[1, i] * S.inertia_b[i, k] * S.basis[1, k]
+                kinetic += 0.5 * S.work.basis[1, i] * S.model.inertia_b[i, k] * S.work.basis[1, k]
         R.kinetic[at], R.potential[at] = kinetic, potential
-        constraint_forces(S, S.work_b)
-        for d in range((S.nb - 1) // 2):
+        constraint_forces(S, S.work.work_b)
+        for d in range((S.model.nb - 1) // 2):
             i = 1 + 2 * d
-            R.torque[at, d] = S.work_b[i + 1] * S.basis[0, i] - S.work_b[i] * S.basis[0, i + 1]
-        for k in range(S.multiplier.size):
-            R.multiplier[at, k] = S.multiplier[k]
-            S.work[k] = -S.level[0, k]
-        for p in range(S.part_weight.size):
-            S.work[S.part_condition[p]] += 0.5 * S.part_weight[p] * (S.direction[p, 0] ** 2 + S.direction[p, 1] ** 2)
-        for k in range(S.multiplier.size):
-            R.length_error[0] = max(R.length_error[0], abs(S.work[k]))
+            R.torque[at, d] = S.work.work_b[i + 1] * S.work.basis[0, i] - S.work.work_b[i] * S.work.basis[0, i + 1]
+        for k in range(S.work.multiplier.size):
+            R.multiplier[at, k] = S.work.multiplier[k]
+            S.work.work[k] = -S.work.value[0, k]
+        for p in range(S.work.part_weight.size):
+            S.work.work[S.model.part_constraint[p]] += 0.5 * S.work.part_weight[p] * (S.work.direction[p, 0] ** 2 + S.work.direction[p, 1] ** 2)
+        for k in range(S.work.multiplier.size):
+            R.length_error[0] = max(R.length_error[0], abs(S.work.work[k]))
         R.elastic[at] = R.springs[at] = 0.0
-        for i in range(S.element.shape[0]):
-            R.springs[at] += S.element[i, 5]
+        for i in range(S.parameters.component.shape[0]):
+            R.springs[at] += S.parameters.component[i, 5]
             for q in range(3):
-                R.element[at, i, q] = S.element[i, 8 + q]
-            R.observed[at, i, 0], R.observed[at, i, 1] = S.observed[i, 0], S.observed[i, 1]
-        for j in range(S.radius.shape[0]):
-            if S.mode[j] == 0:
+                R.element[at, i, q] = S.parameters.component[i, 8 + q]
+            R.observed[at, i, 0], R.observed[at, i, 1] = S.work.observed[i, 0], S.work.observed[i, 1]
+        for j in range(S.parameters.contact.size):
+            if S.state.mode[j] == 0:
                 kinematics(j, S)
-                S.joint[j, 3] = S.joint[j, 4] = S.joint[j, 5] = 0.0
+                S.work.contact[j, 3] = S.work.contact[j, 4] = S.work.contact[j, 5] = 0.0
             else:
-                R.elastic[at] += elastic_energy(S.law[j, 0], S.joint[j, 0], S.elastic[j])
+                R.elastic[at] += elastic_energy(S.parameters.law[j, 0], S.work.contact[j, 0], S.parameters.elastic[j])
             for q in range(9):
-                R.joint[at, j, q] = S.joint[j, q]
+                R.joint[at, j, q] = S.work.contact[j, q]
 
 
 def record(system: Handle, time: np.ndarray, state: np.ndarray, mode: np.ndarray, memory: np.ndarray) -> Record:
@@ -135,7 +135,7 @@ def record(system: Handle, time: np.ndarray, state: np.ndarray, mode: np.ndarray
         Of a `System`; its contact state is overwritten.
     time : ndarray, shape (nt,)
     state : ndarray, shape (nt, ny)
-        Projected in place onto the length conditions.
+        Projected in place onto the length constraints.
     mode, memory : ndarray, shape (nt, guards)
         Contact states and approach speeds.
 

@@ -1,4 +1,4 @@
-"""Parallelograms of ideal joints: opposite bars keep their relative direction, one more linear condition."""
+"""Parallelograms of ideal joints: opposite bars keep their relative direction, one more linear constraint."""
 
 from __future__ import annotations
 

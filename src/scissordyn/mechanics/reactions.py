@@ -16,7 +16,7 @@ from scipy.sparse.csgraph import reverse_cuthill_mckee
 from scissordyn.jit import kernel
 from scissordyn.mechanics import band
 from scissordyn.mechanics.band import width
-from scissordyn.mechanics.layout import Layout, turning_inertia
+from scissordyn.mechanics.reduced import ReducedModel, turning_inertia
 from scissordyn.mechanics.outputs import Record
 from scissordyn.model.body import GROUND, Point
 from scissordyn.model.element import Force, Spring, TravelStop
@@ -172,12 +172,12 @@ def journal_forces(found: Record) -> np.ndarray:
     return np.stack([-normal * nx + tangential * ny, -normal * ny - tangential * nx], axis=-1)
 
 
-def known_loads(layout: Layout, direction: np.ndarray, position: np.ndarray, found: Record, radius: np.ndarray) -> np.ndarray:
+def known_loads(reduced: ReducedModel, direction: np.ndarray, position: np.ndarray, found: Record, radius: np.ndarray) -> np.ndarray:
     """Forces of loose joints, springs, loads, motors, massless links and latches on the bodies.
 
     Parameters
     ----------
-    layout : Layout
+    reduced : ReducedModel
     direction, position : ndarray, shape (nt, bodies, 2)
         Cosine and sine of each body's angle, and where its mass centre is [m].
     found : Record
@@ -189,12 +189,12 @@ def known_loads(layout: Layout, direction: np.ndarray, position: np.ndarray, fou
     ndarray, shape (nt, bodies, 3)
         Force [N] and moment about the mass centre [N m].
     """
-    mechanism = layout.mechanism
+    mechanism = reduced.mechanism
     index = {body.name: k for k, body in enumerate(mechanism.bodies)}
     known = np.zeros((*direction.shape[:2], 3))
     on_journals = journal_forces(found)
 
-    def push(body: str, point: str, force: np.ndarray) -> None:
+    def add_forces(body: str, point: str, force: np.ndarray) -> None:
         if body == GROUND:
             return
         k, (x, y) = index[body], _arm(mechanism, body, point)
@@ -208,8 +208,8 @@ def known_loads(layout: Layout, direction: np.ndarray, position: np.ndarray, fou
 
     for j, joint in enumerate(mechanism.loose):
         force, tangential = on_journals[:, j], found.joint[:, j, 5]
-        push(*joint.journal, force)
-        push(*joint.bearing, -force)
+        add_forces(*joint.journal, force)
+        add_forces(*joint.bearing, -force)
         turn(joint.journal[0], -radius[j, 1] * tangential)
         turn(joint.bearing[0], (radius[j, 1] + found.joint[:, j, 8]) * tangential)
     for j, corner in enumerate(mechanism.corners, start=len(mechanism.loose)):
@@ -226,31 +226,31 @@ def known_loads(layout: Layout, direction: np.ndarray, position: np.ndarray, fou
     for i, element in enumerate(mechanism.elements):
         force, torque = found.element[:, i, :2], found.element[:, i, 2]
         if isinstance(element, Spring):
-            push(*element.end, force)
-            push(*element.start, -force)
+            add_forces(*element.end, force)
+            add_forces(*element.start, -force)
         elif isinstance(element, Force | TravelStop):
-            push(*element.point, force)
+            add_forces(*element.point, force)
         else:
             turn(element.body, torque)
             turn(element.base, -torque)
-    thrust, held = connection_forces(layout, found)
-    for i, link in enumerate(mechanism.links):
-        push(*link.end, thrust[:, i])
-        push(*link.start, -thrust[:, i])
+    thrust, held = connection_forces(reduced, found)
+    for i, element in enumerate(mechanism.links):
+        add_forces(*element.end, thrust[:, i])
+        add_forces(*element.start, -thrust[:, i])
     for i, latch in enumerate(mechanism.latches):
         turn(latch.body, held[:, i])
         turn(latch.base, -held[:, i])
     return known
 
 
-def connection_forces(layout: Layout, found: Record) -> tuple[np.ndarray, np.ndarray]:
+def connection_forces(reduced: ReducedModel, found: Record) -> tuple[np.ndarray, np.ndarray]:
     """Forces of massless links on their ends, shape (nt, links, 2) [N], and torques of latches on their bodies [N m]."""
-    mechanism, instants = layout.mechanism, found.X.shape[0]
-    owner = {condition.name: k for k, condition in enumerate(layout.conditions) if condition.name}
+    mechanism, instants = reduced.mechanism, found.X.shape[0]
+    owner = {constraint.name: k for k, constraint in enumerate(reduced.constraints) if constraint.name}
     thrust = np.zeros((instants, len(mechanism.links), 2))
-    for i, link in enumerate(mechanism.links):
-        ((_, form),) = layout.conditions[owner[link.name]].parts
-        thrust[:, i] = -found.multiplier[:, owner[link.name], None] * (found.X[:, form.columns] @ form.rows.T)
+    for i, element in enumerate(mechanism.links):
+        ((_, point_map),) = reduced.constraints[owner[element.name]].parts
+        thrust[:, i] = -found.multiplier[:, owner[element.name], None] * (found.X[:, point_map.columns] @ point_map.rows.T)
     held = -found.multiplier[:, [owner[latch.name] for latch in mechanism.latches]]
     return thrust, held
 

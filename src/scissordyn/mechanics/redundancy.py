@@ -1,4 +1,4 @@
-"""Quadratic conditions that follow from the others, found at a position that is nothing special, and left out."""
+"""Quadratic constraints that follow from the others, found at a position that is nothing special, and left out."""
 
 from __future__ import annotations
 
@@ -10,133 +10,96 @@ import scipy.sparse as sp
 from scipy.sparse.linalg import splu
 
 from scissordyn.errors import InputError
-from scissordyn.mechanics.conditions import order_conditions
-from scissordyn.mechanics.form import Condition, Layout, placed
-from scissordyn.mechanics.motion import course_start
+from scissordyn.mechanics.constraints import order_constraints
+from scissordyn.mechanics.gradients import Gradients, least_change
+from scissordyn.mechanics.reduced_model import ReducedModel, placed
+from scissordyn.mechanics.time_function import function_start
 
-__all__ = ["Gradients", "independent", "start_basis"]
+__all__ = ["independent", "nearest", "start_basis"]
 
 CLOSED = 1e-11
-"""Conditions that hold within this are met."""
+"""Constraints that hold within this are met."""
 
 DEPENDENT = 1e-7
 """Gradients are dependent when their smallest singular value, each of length one, is below this."""
 
 FOLLOWS = 1e-8
-"""A condition that still holds within this after a move that only the others guided follows from them."""
+"""A constraint that still holds within this after a move that only the others guided follows from them."""
 
 MOVE = 0.1
-"""Size of that move, in coordinates that are unit directions."""
+"""Size of that move, in maps of the order of one."""
 
 BEYOND_DOUBT = 1e-3
 """Gradients, each of length one, with a smallest singular value above this are independent."""
 
 LARGE = 60
-"""More conditions than this are looked at by a sparse factorization first."""
+"""More constraints than this are looked at by a sparse factorization first."""
 
 
-class Gradients:
-    """The conditions of a layout as functions of [x; b], with their gradients by x.
-
-    Parameters
-    ----------
-    layout : Layout
-    conditions : list of Condition
-    """
-
-    def __init__(self, layout: Layout, conditions: list[Condition]) -> None:
-        self.free, self.count = layout.free, len(conditions)
-        parts = [(k, weight, form) for k, condition in enumerate(conditions) for weight, form in condition.parts]
-        self.owner = np.array([k for k, _, _ in parts], int)
-        self.weight = np.array([weight for _, weight, _ in parts], float)
-        self.level = np.array([condition.level for condition in conditions], float)
-        self.timed = np.array([condition.motion is not None for condition in conditions], bool)
-        rows = np.concatenate([np.repeat([2 * p, 2 * p + 1], form.columns.size) for p, (_, _, form) in enumerate(parts)])
-        columns = np.concatenate([np.tile(form.columns, 2) for _, _, form in parts])
-        values = np.concatenate([form.rows.ravel() for _, _, form in parts])
-        shape = (2 * len(parts), layout.free + layout.basis)
-        self.forms = sp.csr_array((values, (rows, columns)), shape=shape)
-        moving = sp.csr_array(self.forms[:, : layout.free])
-        self.size = np.sqrt(np.asarray(moving.multiply(moving).sum(axis=1))).reshape(-1, 2)
-
-    def __call__(self, full: np.ndarray) -> tuple[np.ndarray, sp.csr_array, np.ndarray]:
-        """Residuals, gradients by x, and how long each gradient could be, at [x; b]."""
-        d = (self.forms @ full).reshape(-1, 2)
-        residual = np.zeros(self.count)
-        np.add.at(residual, self.owner, 0.5 * self.weight * np.sum(d * d, axis=1))
-        parts = np.arange(self.owner.size)
-        pairing = sp.csr_array(
-            ((self.weight[:, None] * d).ravel(), (np.repeat(self.owner, 2), np.stack([2 * parts, 2 * parts + 1], 1).ravel())),
-            shape=(self.count, 2 * parts.size),
-        )
-        scale = np.zeros(self.count)
-        # a link that shrinks to nothing loses its gradient: what it was at the start counts
-        size = np.maximum(np.hypot(*d.T), np.sqrt(2.0 * np.abs(self.level[self.owner])))
-        np.add.at(scale, self.owner, np.abs(self.weight) * size * np.hypot(*self.size.T))
-        return residual - self.level, sp.csr_array((pairing @ self.forms)[:, : self.free]), scale
-
-
-def start_basis(layout: Layout) -> np.ndarray:
+def start_basis(reduced: ReducedModel) -> np.ndarray:
     """Angles of the drives at t = 0 [rad]."""
     return np.array(
-        [course_start(drive.motion, layout.mechanism.body(drive.body).angle) for drive in layout.mechanism.drives], float
+        [function_start(drive.motion, reduced.mechanism.body(drive.body).angle) for drive in reduced.mechanism.drives], float
     )
 
 
-def independent(layout: Layout) -> Layout:
-    """A layout without the conditions that follow from the others wherever the mechanism goes.
+def independent(reduced: ReducedModel) -> ReducedModel:
+    """A reduced model without the constraints that follow from the others wherever the mechanism goes.
 
     At a position near the start, after a small random move of the drives too, the rank of the gradients tells which might
     follow; they are left out if they still hold after another such move that only the others guided. Where only the start is
-    special, such as folded flat, all conditions stay.
+    special, such as folded flat, all constraints stay.
 
     Parameters
     ----------
-    layout : Layout
+    reduced : ReducedModel
 
     Returns
     -------
-    Layout
+    ReducedModel
 
     Raises
     ------
     InputError
-        If a massless link follows from the other parts: its force is not determined.
+        If a rod follows from the other parts: its force is not determined.
     """
-    holding = [condition for condition in layout.conditions if not condition.latch]
+    holding = [constraint for constraint in reduced.constraints if not constraint.latch]
     if len(holding) < 2:
-        return layout
-    angles = start_basis(layout)
-    gradients = Gradients(layout, holding)
-    position, _ = placed(layout)
+        return reduced
+    angles = start_basis(reduced)
+    gradients = Gradients(reduced, holding)
     b = _basis(angles)
-    known = layout.coordinates[:, layout.free :] @ b
-    x = sp.csr_array(layout.coordinates[:, : layout.free].T @ layout.mass) @ (position - known)
+    x = nearest(reduced, b, placed(reduced)[0])
     if _beyond_doubt(gradients, np.append(x, b)):
-        return layout
+        return reduced
     everything = np.arange(len(holding))
     random = np.random.default_rng(0)
     x_start = _close(gradients, everything, x, b)
     moved = None if x_start is None else _move(gradients, everything, x_start, angles, random)
     if moved is None:
-        return layout  # the assembly says why
+        return reduced  # the assembly says why
     x_near, b_near = moved
-    _, matrix, scale = gradients(np.append(x_near, b_near))
-    scaled = matrix.toarray() / np.where(scale > 0.0, scale, 1.0)[:, None]
-    # links first: what is left out had better be a length, whose multiplier nobody asks for
-    order = np.argsort([not condition.name for condition in holding], kind="stable")
-    kept, left = _pivots(scaled, order)
+    unit = gradients.unit(np.append(x_near, b_near))
+    # rods first: what is left out had better be a length, whose multiplier nobody asks for
+    order = np.argsort([not constraint.name for constraint in holding], kind="stable")
+    kept, left = _pivots(unit if isinstance(unit, np.ndarray) else unit.toarray(), order)
     if not left:
-        return layout
+        return reduced
     again = _move(gradients, np.array(kept), x_near, angles, random)
-    if again is None or np.max(np.abs(gradients(np.append(*again))[0][left])) > FOLLOWS:
-        return layout
+    if again is None or np.max(np.abs(gradients.residual(np.append(*again))[left])) > FOLLOWS:
+        return reduced
     for k in left:
         if holding[k].name:
             raise InputError(f"{holding[k].subject} keeps a distance that other parts keep already", "leave it out")
     names = tuple(holding[k].subject for k in left)
-    stay = [holding[k] for k in sorted(kept)] + [condition for condition in layout.conditions if condition.latch]
-    return dataclasses.replace(layout, conditions=order_conditions(layout, stay), redundant=names)
+    stay = [holding[k] for k in sorted(kept)] + [constraint for constraint in reduced.constraints if constraint.latch]
+    return dataclasses.replace(reduced, constraints=order_constraints(reduced, stay), redundant=names)
+
+
+def nearest(reduced: ReducedModel, b: np.ndarray, natural: np.ndarray) -> np.ndarray:
+    """Free coordinates (or their rates) nearest, in the sense of kinetic energy, to natural coordinates (or velocities)."""
+    moving, known = reduced.coordinates[:, : reduced.free], reduced.coordinates[:, reduced.free :]
+    return np.asarray(moving.T @ (reduced.mass @ (natural - known @ b)))
 
 
 def _basis(angles: np.ndarray) -> np.ndarray:
@@ -144,16 +107,15 @@ def _basis(angles: np.ndarray) -> np.ndarray:
 
 
 def _beyond_doubt(gradients: Gradients, full: np.ndarray) -> bool:
-    """Whether the conditions hold and are plainly independent where the bodies are placed."""
-    residual, matrix, scale = gradients(full)
-    if np.max(np.abs(residual)) > CLOSED or not np.min(scale) > 0.0:
+    """Whether the constraints hold and are plainly independent where the bodies are placed."""
+    if np.max(np.abs(gradients.residual(full))) > CLOSED or not np.min(gradients.scale(full)) > 0.0:
         return False
-    if gradients.count <= LARGE:
-        unit = matrix.toarray() / scale[:, None]
+    unit = gradients.unit(full)
+    if isinstance(unit, np.ndarray) and gradients.count <= LARGE:
         return bool(np.linalg.eigvalsh(unit @ unit.T)[0] > BEYOND_DOUBT**2)
-    spread = sp.diags_array(1.0 / scale) @ matrix
+    rows = sp.csr_array(unit)
     try:
-        pivots = splu(sp.csc_array(spread @ spread.T), permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0).U.diagonal()
+        pivots = splu(sp.csc_array(rows @ rows.T), permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0).U.diagonal()
     except RuntimeError:  # exactly singular
         return False
     # a small pivot is a bound from above only, so that more of a margin is asked for
@@ -161,26 +123,26 @@ def _beyond_doubt(gradients: Gradients, full: np.ndarray) -> bool:
 
 
 def _close(gradients: Gradients, chosen: np.ndarray, x: np.ndarray, b: np.ndarray) -> np.ndarray | None:
-    """Free coordinates near x at which some of the conditions hold, or nothing."""
+    """Free coordinates near x at which some of the constraints hold, or nothing."""
     for _ in range(50):
-        residual, matrix, _ = gradients(np.append(x, b))
-        if np.max(np.abs(residual[chosen])) < CLOSED:
+        full = np.append(x, b)
+        residual = gradients.residual(full)[chosen]
+        if np.max(np.abs(residual)) < CLOSED:
             return x
-        x = x - np.linalg.lstsq(matrix.toarray()[chosen], residual[chosen], rcond=1e-10)[0]
+        x = x - least_change(gradients.jacobian(full)[chosen][:, : x.size], residual)
     return None
 
 
 def _move(
     gradients: Gradients, chosen: np.ndarray, x: np.ndarray, angles: np.ndarray, random: np.random.Generator
 ) -> tuple[np.ndarray, np.ndarray] | None:
-    """A position some way off at which some of the conditions hold, drives and timed links moved a little too, with its b."""
+    """A position some way off at which some of the constraints hold, drives and timed rods moved a little too, with its b."""
     b = _basis(angles + MOVE * random.uniform(-1.0, 1.0, angles.size))
-    gradients.level[gradients.timed] *= 1.0 + MOVE * random.uniform(-1.0, 1.0, int(np.sum(gradients.timed)))
-    matrix = gradients(np.append(x, b))[1]
-    rows = matrix.toarray()[chosen]
+    gradients.value[gradients.timed] *= 1.0 + MOVE * random.uniform(-1.0, 1.0, int(np.sum(gradients.timed)))
+    rows = gradients.jacobian(np.append(x, b))[chosen][:, : x.size]
     step = random.standard_normal(x.size)
-    step -= np.linalg.lstsq(rows, rows @ step, rcond=1e-10)[0]
-    longest = np.max(np.hypot(*(gradients.forms[:, : x.size] @ step).reshape(-1, 2).T), initial=0.0)
+    step -= least_change(rows, rows @ step)
+    longest = np.max(np.hypot(*np.asarray(gradients.maps[:, : x.size] @ step).reshape(-1, 2).T), initial=0.0)
     step *= MOVE / longest if longest > 1e-9 * math.sqrt(x.size) else 0.0
     near = _close(gradients, chosen, x + step, b)
     return None if near is None else (near, b)
@@ -190,14 +152,15 @@ def _pivots(rows: np.ndarray, order: np.ndarray) -> tuple[list[int], list[int]]:
     """Which rows are independent and which are combinations of them, the first in `order` kept where there is a choice."""
     kept: list[int] = []
     left: list[int] = []
-    basis = np.zeros((0, rows.shape[1]))
+    basis = np.zeros(rows.shape)
     for k in order.tolist():
-        rest = rows[k] - basis.T @ (basis @ rows[k])
-        rest -= basis.T @ (basis @ rest)
+        found = basis[: len(kept)]
+        rest = rows[k] - found.T @ (found @ rows[k])
+        rest -= found.T @ (found @ rest)
         size = float(np.linalg.norm(rest))
         if size > DEPENDENT:
+            basis[len(kept)] = rest / size
             kept.append(k)
-            basis = np.vstack([basis, rest / size])
         else:
             left.append(k)
     return kept, left

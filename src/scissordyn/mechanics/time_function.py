@@ -1,6 +1,6 @@
-"""Courses of prescribed angles and loads over time, and the basis b(t) = (1, cos th_1, sin th_1, ...) of the drives.
+"""Functions of time as the kernels read them, and the basis b(t) = (1, cos th_1, sin th_1, ...) of the drives.
 
-Every course is a row of pieces: from its instant on, a polynomial of fifth degree plus a sine.
+Every function is some pieces: from its instant on, a polynomial of fifth degree plus a sine.
 """
 
 from __future__ import annotations
@@ -10,22 +10,30 @@ import math
 import numpy as np
 
 from scissordyn.jit import kernel
-from scissordyn.model.drive import ConstantSpeed, Cycloidal, Harmonic, Motion, Polynomial, TableMotion, Trapezoidal
+from scissordyn.component.time_function import (
+    ConstantSpeed,
+    Cycloidal,
+    Harmonic,
+    Polynomial,
+    Tabulated,
+    TimeFunction,
+    Trapezoidal,
+)
 
-__all__ = ["COLUMNS", "course_at", "course_start", "motion_rows", "prescribe"]
+__all__ = ["COLUMNS", "breaks_of", "function_at", "function_rows", "function_start", "prescribe"]
 
 COLUMNS = 10
 """Width of a piece: instant, six coefficients from the highest power down, then amplitude, frequency, phase of the sine."""
 
 
-def motion_rows(motion: Motion, start: float) -> np.ndarray:
-    """The pieces of a motion.
+def function_rows(motion: TimeFunction, start: float) -> np.ndarray:
+    """The pieces of a time function.
 
     Parameters
     ----------
-    motion : Motion
+    motion : TimeFunction
     start : float
-        Value at t = 0 of a motion that only has a speed [rad].
+        Value at t = 0 of one that only has a speed [rad].
 
     Returns
     -------
@@ -53,15 +61,27 @@ def motion_rows(motion: Motion, start: float) -> np.ndarray:
                 (duration - ramps, (after - moved, speed, -bend)),
                 (duration, (after,)),
             )
-        case TableMotion():
+        case Tabulated():
             from scipy.interpolate import PPoly, make_interp_spline  # a third of a second that others need not wait for
 
-            spline = PPoly.from_spline(make_interp_spline(motion.times, motion.angles, k=5).tck)
+            spline = PPoly.from_spline(make_interp_spline(motion.times, motion.values, k=5).tck)
             inside = np.flatnonzero(np.diff(spline.x) > 0.0)
             rows = np.zeros((inside.size, COLUMNS))
             rows[:, 0] = spline.x[inside]
             rows[:, 1:7] = spline.c[:, inside].T
             return rows
+
+
+def breaks_of(motion: TimeFunction) -> tuple[float, ...]:
+    """Instants [s] at which the second or third derivative of a time function jumps; steps are to end there."""
+    match motion:
+        case Cycloidal():
+            return (motion.duration,)
+        case Trapezoidal():
+            ramps = motion.ramp * motion.duration
+            return ramps, motion.duration - ramps, motion.duration
+        case _:
+            return ()
 
 
 def _pieces(*pieces: tuple[float | tuple[float, ...], ...]) -> np.ndarray:
@@ -77,8 +97,8 @@ def _pieces(*pieces: tuple[float | tuple[float, ...], ...]) -> np.ndarray:
 
 
 @kernel()
-def course_at(t, rows, value):
-    """Write a course and its first three derivatives at time t into value[0:4]."""
+def function_at(t, rows, value):
+    """Write a time function and its first three derivatives at time t into value[0:4]."""
     low, high = 0, rows.shape[0] - 1
     while low < high:  # the last piece that begins at or before t
         middle = (low + high + 1) // 2
@@ -90,7 +110,7 @@ def course_at(t, rows, value):
     s = 0.0 if begin == -math.inf else t - begin
     v0 = v1 = v2 = v3 = 0.0
     first = 1
-    while first < 6 and rows[low, first] == 0.0:  # most motions have a low degree
+    while first < 6 and rows[low, first] == 0.0:  # most have a low degree
         first += 1
     for k in range(first, 7):
         v3 = v3 * s + 3.0 * v2
@@ -108,10 +128,10 @@ def course_at(t, rows, value):
     value[0], value[1], value[2], value[3] = v0, v1, v2, v3
 
 
-def course_start(motion: Motion, start: float = 0.0) -> float:
-    """Value of a course at t = 0; `start` is that of a motion that only has a speed."""
+def function_start(motion: TimeFunction, start: float = 0.0) -> float:
+    """Value of a time function at t = 0; `start` is that of one that only has a speed."""
     value = np.zeros(4)
-    course_at(0.0, motion_rows(motion, start), value)
+    function_at(0.0, function_rows(motion, start), value)
     return float(value[0])
 
 
@@ -121,7 +141,7 @@ def prescribe(t, rows, starts, basis, angle):
     for order in range(4):
         basis[order, 0] = 1.0 if order == 0 else 0.0
     for drive in range((basis.shape[1] - 1) // 2):
-        course_at(t, rows[starts[drive] : starts[drive + 1]], angle)
+        function_at(t, rows[starts[drive] : starts[drive + 1]], angle)
         c, s = math.cos(angle[0]), math.sin(angle[0])
         w, a, j = angle[1], angle[2], angle[3]
         i = 1 + 2 * drive

@@ -1,0 +1,76 @@
+"""A torque that a controller chooses."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+from scissordyn.component.declaration import check_attachment, component
+from scissordyn.component.place import GROUND, BodyPoint
+from scissordyn.component.port import ACTUATOR
+from scissordyn.component.time_function import TimeFunction
+from scissordyn.control.controller import Controller
+from scissordyn.errors import InputError
+from scissordyn.units import Quantity, check_quantities
+
+__all__ = ["Actuator"]
+
+
+@component(port=ACTUATOR, section="actuator", passive=False, symbol="motor")
+class Actuator:
+    """A torque on a body against its base, given by a controller.
+
+    Input of the controller are the reference motion, the angle and speed of the body against its base, and, with a sensor, the
+    vector from its origin to it.
+
+    Parameters
+    ----------
+    name : str
+    body, base : str
+        The base may be "ground".
+    controller : Controller
+    reference : TimeFunction, optional
+        The reference angle over time [rad]; constant at its start value if not given.
+    feed_forward : TimeFunction, optional
+        A torque over time, as input of the controller [N m].
+    sensor : (str, str), optional
+        Body and point whose position is measured.
+    sensor_origin : (str, str), optional
+        Body and point from which the position is measured; the origin of the fixed frame if not given.
+    inertia : float
+        Of the rotor, which rotates with the body [kg m^2].
+    start_on_reference : bool
+        Whether the body starts at the angle and speed of the reference rather than as it was placed.
+
+    Raises
+    ------
+    InputError
+        If the controller needs a feed-forward torque or a sensor that is missing, or does not use one that is given.
+    """
+
+    name: str
+    body: str
+    controller: Controller
+    base: str = GROUND
+    reference: TimeFunction | None = None
+    feed_forward: TimeFunction | None = None
+    sensor: BodyPoint | None = None
+    sensor_origin: BodyPoint | None = None
+    inertia: Annotated[float, Quantity("kg m^2", minimum=0.0, maximum=1e9, help="moment of inertia of the rotor")] = 0.0
+    start_on_reference: bool = False
+
+    def __post_init__(self) -> None:
+        check_quantities(self, f"actuator '{self.name}'")
+        check_attachment(self)
+        if not isinstance(self.controller, Controller):
+            raise InputError(f"actuator '{self.name}': controller = {self.controller!r}", "a controller", "PID(100.0)")
+        what = f"actuator '{self.name}' with the controller '{self.controller.name}'"
+        if self.feed_forward is not None and not self.controller.uses_feed_forward:
+            raise InputError(f"{what}, which does not use a feed-forward torque", "the controller 'feed-forward'")
+        if self.sensor is None and (self.controller.uses_sensor or self.sensor_origin is not None):
+            raise InputError(f"{what} without a sensor", "sensor=(BODY, POINT)")
+        if self.start_on_reference and (self.base != GROUND or self.reference is None):
+            raise InputError(f"actuator '{self.name}' with start_on_reference", "a reference, and the ground as the base")
+
+    def parameters(self, start: tuple[float, ...]) -> tuple[float, ...]:
+        """None of its own: the controller has them."""
+        return ()

@@ -1,0 +1,119 @@
+"""An elastic bushing between two bodies."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+from scissordyn.component.declaration import check_attachment, component
+from scissordyn.component.place import BodyPoint
+from scissordyn.component.port import FRAME
+from scissordyn.errors import InputError
+from scissordyn.units import Quantity, check_quantities
+
+__all__ = ["Bushing"]
+
+
+def force(
+    x,
+    y,
+    angle,
+    x_rate,
+    y_rate,
+    speed,
+    stiffness_x,
+    stiffness_y,
+    stiffness_xy,
+    torsional_stiffness,
+    damping_x,
+    damping_y,
+    damping_xy,
+    torsional_damping,
+    free_angle,
+):
+    """Force [N] and torque [N m] on the end, stored energy [J], dissipated power [W]."""
+    twist = angle - free_angle
+    elastic_x, elastic_y = stiffness_x * x + stiffness_xy * y, stiffness_xy * x + stiffness_y * y
+    viscous_x, viscous_y = damping_x * x_rate + damping_xy * y_rate, damping_xy * x_rate + damping_y * y_rate
+    elastic, viscous = torsional_stiffness * twist, torsional_damping * speed
+    return (
+        -elastic_x - viscous_x,
+        -elastic_y - viscous_y,
+        -elastic - viscous,
+        0.5 * (elastic_x * x + elastic_y * y + elastic * twist),
+        viscous_x * x_rate + viscous_y * y_rate + viscous * speed,
+    )
+
+
+STIFFNESS = Quantity("N/m", minimum=0.0, maximum=1e15, help="stiffness along an axis of the start's body")
+DAMPING = Quantity("N s/m", minimum=0.0, maximum=1e12, help="damping along an axis of the start's body")
+
+
+@component(port=FRAME, force=force, section="bushing", symbol="bushing")
+class Bushing:
+    r"""An elastic and damped connection of two points and of the angle between their bodies.
+
+    .. math:: F = -K\,u - D\,\dot u,\quad T = -k_t(\varphi - \varphi_0) - d_t\dot\varphi
+
+    u is the place of the end seen from the start, in the frame of the start's body; K and D are symmetric 2 x 2 matrices.
+
+    Parameters
+    ----------
+    name : str
+    start, end : (str, str)
+        Body and point; one body may be "ground".
+    stiffness_x, stiffness_y, stiffness_xy : float
+        K_xx, K_yy, K_xy [N/m].
+    torsional_stiffness : float
+        k_t [N m/rad].
+    damping_x, damping_y, damping_xy : float
+        D_xx, D_yy, D_xy [N s/m].
+    torsional_damping : float
+        d_t [N m s/rad].
+    free_angle : float, optional
+        phi_0 [rad]; the angle as placed if not given.
+
+    Raises
+    ------
+    InputError
+        If K or D has a negative eigenvalue.
+    """
+
+    name: str
+    start: BodyPoint
+    end: BodyPoint
+    stiffness_x: Annotated[float, STIFFNESS] = 0.0
+    stiffness_y: Annotated[float, STIFFNESS] = 0.0
+    stiffness_xy: Annotated[float, Quantity("N/m", minimum=-1e15, maximum=1e15, help="coupling of both axes")] = 0.0
+    torsional_stiffness: Annotated[float, Quantity("N m/rad", minimum=0.0, maximum=1e12, help="torsional stiffness")] = 0.0
+    damping_x: Annotated[float, DAMPING] = 0.0
+    damping_y: Annotated[float, DAMPING] = 0.0
+    damping_xy: Annotated[float, Quantity("N s/m", minimum=-1e12, maximum=1e12, help="coupling of both axes")] = 0.0
+    torsional_damping: Annotated[float, Quantity("N m s/rad", minimum=0.0, maximum=1e12, help="torsional damping")] = 0.0
+    free_angle: Annotated[
+        float | None, Quantity("rad", minimum=-1e4, maximum=1e4, help="angle without torque")
+    ] = None
+
+    def __post_init__(self) -> None:
+        check_quantities(self, f"bushing '{self.name}'")
+        check_attachment(self)
+        for what in ("stiffness", "damping"):
+            x, y, xy = (getattr(self, f"{what}_{axis}") for axis in ("x", "y", "xy"))
+            if xy * xy > x * y * (1.0 + 1e-12):
+                raise InputError(
+                    f"bushing '{self.name}': {what}_xy = {xy:g} with {what}_x = {x:g} and {what}_y = {y:g}",
+                    f"{what}_xy^2 <= {what}_x {what}_y, without which energy would come from nowhere",
+                )
+
+    def parameters(self, start: tuple[float, ...]) -> tuple[float, ...]:
+        """K, k_t, D, d_t and phi_0."""
+        return (
+            self.stiffness_x,
+            self.stiffness_y,
+            self.stiffness_xy,
+            self.torsional_stiffness,
+            self.damping_x,
+            self.damping_y,
+            self.damping_xy,
+            self.torsional_damping,
+            start[2] if self.free_angle is None else self.free_angle,
+        )

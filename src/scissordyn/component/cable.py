@@ -1,0 +1,65 @@
+"""A cable, which only pulls."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+from scissordyn.component.declaration import component
+from scissordyn.component.place import BodyPoint
+from scissordyn.component.port import LINE, Output
+from scissordyn.units import Quantity
+
+__all__ = ["Cable"]
+
+
+def gap(length, rate, mode, stiffness, free_length, damping):
+    """Beyond zero the cable is taut."""
+    return length - free_length, rate
+
+
+def force(length, rate, mode, stiffness, free_length, damping):
+    """Tension [N], stored energy [J], dissipated power [W], and 1 while the cable is taut."""
+    stretch = length - free_length
+    if mode == 0.0 or stretch <= 0.0:
+        return 0.0, 0.0, 0.0, mode
+    stored = 0.5 * stiffness * stretch * stretch
+    # the damper acts in the cable, so that together they do not push
+    tension = stiffness * stretch + damping * rate
+    if tension <= 0.0:
+        return 0.0, stored, -stiffness * stretch * rate, mode
+    return tension, stored, damping * rate * rate, mode
+
+
+@component(
+    port=LINE,
+    force=force,
+    gap=gap,
+    section="cable",
+    outputs=(Output("taut", "1", "1 while the cable is taut, 0 while it is slack"),),
+    context=("mode",),
+    symbol="cable",
+)
+class Cable:
+    r"""A cable between two points: tension only. It becomes taut and slack at events that are located.
+
+    .. math:: T = \max(0,\; k\,(l - l_0) + d\,\dot l) \quad\text{for}\quad l > l_0
+
+    Parameters
+    ----------
+    name : str
+    start, end : (str, str)
+        Body and point; the body may be "ground".
+    stiffness : float
+        k = E A / l_0 [N/m].
+    free_length : float
+        l_0 [m].
+    damping : float
+        d [N s/m].
+    """
+
+    name: str
+    start: BodyPoint
+    end: BodyPoint
+    stiffness: Annotated[float, Quantity("N/m", above=0.0, maximum=1e12, help="stiffness of the taut cable")]
+    free_length: Annotated[float, Quantity("m", minimum=0.0, maximum=1e4, help="length at which it becomes taut")]
+    damping: Annotated[float, Quantity("N s/m", minimum=0.0, maximum=1e12, help="damping of the taut cable")] = 0.0

@@ -1,0 +1,47 @@
+"""The components of the package, by the names of their tables in a case file. A new component is one more line."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from types import MappingProxyType
+
+from scissordyn.component.actuator import Actuator
+from scissordyn.component.angle_stop import AngleStop
+from scissordyn.component.bushing import Bushing
+from scissordyn.component.cable import Cable
+from scissordyn.component.constant_force_spring import ConstantForceSpring
+from scissordyn.component.declaration import Component
+from scissordyn.component.force import Force
+from scissordyn.component.latch import Latch
+from scissordyn.component.motor import Motor
+from scissordyn.component.rod import Rod
+from scissordyn.component.spring import Spring
+from scissordyn.component.tape_spring import TapeSpring
+from scissordyn.component.torque import Torque
+from scissordyn.component.torsion_spring import TorsionSpring
+from scissordyn.component.travel_stop import TravelStop
+
+__all__ = ["COMPONENTS"]
+
+COMPONENTS: Mapping[str, type[Component]] = MappingProxyType(
+    {
+        made.declaration.section: made
+        for made in (
+            Spring,
+            ConstantForceSpring,
+            Cable,
+            TorsionSpring,
+            TapeSpring,
+            Bushing,
+            Force,
+            Torque,
+            Motor,
+            Actuator,
+            AngleStop,
+            TravelStop,
+            Rod,
+            Latch,
+        )
+    }
+)
+"""Component classes by section."""

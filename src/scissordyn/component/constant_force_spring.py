@@ -1,0 +1,51 @@
+"""A constant-force spring between two points."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+from scissordyn.component.declaration import component
+from scissordyn.component.place import BodyPoint
+from scissordyn.component.port import LINE
+from scissordyn.units import Quantity
+
+__all__ = ["ConstantForceSpring"]
+
+
+def force(length, rate, tension, uncoiling_length, damping):
+    """Tension [N], stored energy [J], dissipated power [W]."""
+    part = min(1.0, length / uncoiling_length)
+    stored = tension * (length - 0.5 * uncoiling_length) if part == 1.0 else 0.5 * tension * part * length
+    return tension * part + damping * rate, stored, damping * rate * rate
+
+
+@component(port=LINE, force=force, section="constant_force_spring", symbol="coil")
+class ConstantForceSpring:
+    r"""A strip coiled on a drum that pulls its ends together with a force that hardly depends on the distance.
+
+    .. math:: T = T_0 \min(1, l/l_1) + d\,\dot l
+
+    The full tension T_0 is reached once a length l_1 of the strip, 1.25 times the diameter of the drum by usual practice, has left
+    the drum; below it the tension is taken proportional to the length.
+
+    Parameters
+    ----------
+    name : str
+    start, end : (str, str)
+        Body and point; the body may be "ground".
+    tension : float
+        T_0 [N].
+    uncoiling_length : float
+        l_1 [m].
+    damping : float
+        d [N s/m].
+    """
+
+    name: str
+    start: BodyPoint
+    end: BodyPoint
+    tension: Annotated[float, Quantity("N", minimum=0.0, maximum=1e9, help="tension beyond the uncoiling length")]
+    uncoiling_length: Annotated[
+        float, Quantity("m", above=0.0, maximum=1e3, help="length at which the full tension is reached")
+    ] = 0.02
+    damping: Annotated[float, Quantity("N s/m", minimum=0.0, maximum=1e12, help="damping")] = 0.0

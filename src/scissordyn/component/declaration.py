@@ -1,0 +1,206 @@
+"""What makes a class a component: its port, its kernels, and what they return, said once."""
+
+from __future__ import annotations
+
+import dataclasses
+import inspect
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any, ClassVar, Protocol, TypeVar, dataclass_transform, runtime_checkable
+
+from scissordyn.component.place import GROUND
+from scissordyn.component.port import PORTS, Output, Port
+from scissordyn.errors import InputError, did_you_mean
+from scissordyn.units import check_quantities, quantities
+
+__all__ = ["CONTEXT", "PARAMETERS", "Component", "Declaration", "Kernel", "check_attachment", "component"]
+
+PARAMETERS = 64
+"""Most parameters of a component, the numbers of its table included."""
+
+CONTEXT = ("time", "factor", "mode", "approach_speed")
+"""What a kernel may ask for beside coordinates, rates and states: the time [s], the component's time function, the mode of its
+guard (1 after a rise, 0 after a fall), and the rate of the guard's value at the last rise."""
+
+ENERGY = ("energy", "dissipation")
+"""What the kernel of a passive component returns after its forces: stored energy [J] and dissipated power [W]."""
+
+Kernel = Callable[..., Any]
+
+
+@dataclass(frozen=True)
+class Declaration:
+    """What the package knows of a component class; mechanics, datasets, case files and pictures go by it.
+
+    Parameters
+    ----------
+    section : str
+        Name of its table in a case file, and of its dimension in a run.
+    label : str
+        What messages call it.
+    port : Port
+    force : callable, optional
+        ``force(coordinates..., rates..., states..., context..., parameters...)`` to the port's forces, then for a passive
+        component energy and dissipation, then the outputs, then the rates of the states. An argument named `table`, the last
+        one, gets all parameters as an array. None for a constraint.
+    gap : callable, optional
+        Of the same arguments, to the value and the rate of a guard: 0 where the mode changes.
+    switch : callable, optional
+        Of the same arguments, to the energy [J] that is dissipated when the mode changes.
+    outputs : tuple of Output
+        Beyond those of the port.
+    states : tuple of str
+        Names of the internal states.
+    context : tuple of str
+        From `CONTEXT`.
+    passive : bool
+        Whether it stores and dissipates energy; otherwise all its power counts as the work of a load.
+    symbol : str
+        How pictures draw it.
+    """
+
+    section: str
+    label: str
+    port: Port
+    force: Kernel | None
+    gap: Kernel | None
+    switch: Kernel | None
+    outputs: tuple[Output, ...]
+    states: tuple[str, ...]
+    context: tuple[str, ...]
+    passive: bool
+    symbol: str
+
+    @property
+    def results(self) -> tuple[str, ...]:
+        """Names of what the force kernel returns."""
+        energy = ENERGY if self.passive else ()
+        return (*self.port.forces, *energy, *(output.name for output in self.outputs), *(f"{s}_rate" for s in self.states))
+
+    @property
+    def reported(self) -> tuple[Output, ...]:
+        """All outputs, each where it stands among the results."""
+        first = len(self.port.forces)
+        energy = (Output("energy", "J", "stored energy", first),) if self.passive else ()
+        first += 2 if self.passive else 0
+        own = tuple(dataclasses.replace(output, first=first + k) for k, output in enumerate(self.outputs))
+        return (*self.port.outputs, *energy, *own)
+
+
+@runtime_checkable
+class Component(Protocol):
+    """An instance of a class that `component` has declared."""
+
+    declaration: ClassVar[Declaration]
+
+    @property
+    def name(self) -> str:
+        """Name, unique among the components of a mechanism."""
+
+    def parameters(self, start: tuple[float, ...]) -> tuple[float, ...]:
+        """The numbers that its kernels read; `start` are the coordinates of its port as placed."""
+
+
+Class = TypeVar("Class", bound=type)
+
+
+def _own_parameters(self: Any, start: tuple[float, ...]) -> tuple[float, ...]:
+    """All numbers with a declared quantity, in order."""
+    return tuple(float(getattr(self, name)) for name in quantities(type(self)))
+
+
+def _own_check(self: Any) -> None:
+    check_quantities(self, f"{self.declaration.label} '{self.name}'")
+    check_attachment(self)
+
+
+def check_attachment(described: Any) -> None:
+    """Raise `InputError` for a component between a body and itself, or on the ground alone."""
+    port, label = described.declaration.port, f"{described.declaration.label} '{described.name}'"
+    ends = [getattr(described, field)[0] for field in port.points] + [getattr(described, field) for field in port.turning]
+    if len(ends) == 2 and ends[0] == ends[1]:
+        raise InputError(f"{label} acts between body '{ends[0]}' and itself", "two different bodies")
+    if len(ends) == 1 and ends[0] == GROUND:
+        raise InputError(f"{label} acts on the ground", "a point of a body")
+
+
+@dataclass_transform(frozen_default=True)
+def component(
+    *,
+    port: Port | str,
+    force: Kernel | None = None,
+    gap: Kernel | None = None,
+    switch: Kernel | None = None,
+    section: str = "component",
+    label: str = "",
+    outputs: tuple[Output, ...] = (),
+    states: tuple[str, ...] = (),
+    context: tuple[str, ...] = (),
+    passive: bool = True,
+    symbol: str = "",
+) -> Callable[[Class], Class]:
+    """Make a class a component: a frozen dataclass whose annotated numbers are what its kernels read.
+
+    Parameters
+    ----------
+    port : Port or str
+        How it is attached: "line", "hinge", "travel", "point" or "frame".
+    force, gap, switch, section, label, outputs, states, context, passive, symbol
+        See `Declaration`.
+
+    Returns
+    -------
+    decorator
+
+    Raises
+    ------
+    InputError
+        If the class lacks a field that its port needs, or a kernel's arguments are not those that it is called with.
+    """
+    if isinstance(port, str) and port not in PORTS:
+        raise InputError(f"port = {port!r}{did_you_mean(port, PORTS)}", ", ".join(PORTS))
+    chosen = PORTS[port] if isinstance(port, str) else port
+
+    def declare(described: Class) -> Class:
+        if "__post_init__" not in vars(described):
+            described.__post_init__ = _own_check  # type: ignore[attr-defined]
+        made: Any = dataclass(frozen=True)(described)
+        if not hasattr(made, "parameters"):
+            made.parameters = _own_parameters
+        words = label or section.replace("_", " ") if section != "component" else label or made.__name__
+        made.declaration = Declaration(
+            section, words, chosen, force, gap, switch, outputs, states, context, passive, symbol or chosen.name
+        )
+        _check_fields(made)
+        return made  # type: ignore[no-any-return]
+
+    return declare
+
+
+def _check_fields(described: Any) -> None:
+    declaration, names = described.declaration, [field.name for field in dataclasses.fields(described)]
+    missing = [name for name in ("name", *declaration.port.points, *declaration.port.turning) if name not in names]
+    if missing:
+        raise InputError(
+            f"component '{described.__name__}' with the port '{declaration.port.name}' has no field '{missing[0]}'",
+            "the fields " + ", ".join(("name", *declaration.port.points, *declaration.port.turning)),
+        )
+    unknown = [name for name in declaration.context if name not in CONTEXT]
+    if unknown:
+        raise InputError(f"context {unknown[0]!r}{did_you_mean(unknown[0], CONTEXT)}", ", ".join(CONTEXT))
+    if described.parameters is not _own_parameters:  # the class says itself what its kernels read
+        return
+    wanted = (
+        *declaration.port.coordinates,
+        *declaration.port.rates,
+        *declaration.states,
+        *declaration.context,
+        *quantities(described),
+    )
+    for kernel in filter(None, (declaration.force, declaration.gap, declaration.switch)):
+        given = tuple(inspect.signature(getattr(kernel, "py_func", kernel)).parameters)
+        if given != wanted:
+            raise InputError(
+                f"kernel '{kernel.__name__}' of component '{described.__name__}' takes ({', '.join(given)})",
+                f"({', '.join(wanted)})",
+            )

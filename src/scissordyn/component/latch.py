@@ -1,0 +1,57 @@
+"""A latch, which locks two bodies at an angle."""
+
+from __future__ import annotations
+
+import math
+from typing import Annotated
+
+from scissordyn.component.declaration import check_attachment, component
+from scissordyn.component.place import GROUND
+from scissordyn.component.port import HINGE
+from scissordyn.errors import InputError
+from scissordyn.units import Quantity, check_quantities
+
+__all__ = ["Latch"]
+
+AT_ANGLE = 1e-6
+"""A latch nearer than this [rad] to its angle at the start would be locked before it moves."""
+
+
+def gap(angle, speed, mode, stop, side):
+    """How far the angle is passed [rad], and how fast [rad/s]; a locked latch never opens."""
+    if mode == 1.0:
+        return 1.0, 0.0
+    return side * (angle - stop), side * speed
+
+
+@component(port=HINGE, gap=gap, section="latch", context=("mode",), passive=False, symbol="latch")
+class Latch:
+    """A lock that engages when two bodies reach an angle; from then on it holds them rigidly at that angle.
+
+    Locking is a plastic impact: the relative angular velocity vanishes at once, and the energy balance contains the loss.
+
+    Parameters
+    ----------
+    name : str
+    body, base : str
+        The base may be "ground".
+    angle : float
+        Of the body against its base where it locks, turns counted [rad].
+    """
+
+    name: str
+    body: str
+    angle: Annotated[
+        float, Quantity("rad", minimum=-1e4, maximum=1e4, help="angle of the body against its base where it locks")
+    ]
+    base: str = GROUND
+
+    def __post_init__(self) -> None:
+        check_quantities(self, f"latch '{self.name}'")
+        check_attachment(self)
+
+    def parameters(self, start: tuple[float, ...]) -> tuple[float, ...]:
+        """The angle [rad], and the sense of rotation in which it is reached."""
+        if abs(self.angle - start[0]) < AT_ANGLE:
+            raise InputError(f"latch '{self.name}' is at its angle at the start", "a weld, or another angle")
+        return self.angle, math.copysign(1.0, self.angle - start[0])

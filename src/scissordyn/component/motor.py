@@ -1,0 +1,52 @@
+"""A motor whose torque falls with its speed."""
+
+from __future__ import annotations
+
+import math
+from typing import Annotated
+
+from scissordyn.component.declaration import component
+from scissordyn.component.place import GROUND
+from scissordyn.component.port import HINGE
+from scissordyn.units import Quantity
+
+__all__ = ["Motor"]
+
+
+def force(angle, speed, stall_torque, no_load_speed, limit):
+    """Torque [N m]."""
+    return min(limit, max(-limit, stall_torque - abs(stall_torque) * speed / no_load_speed))
+
+
+@component(port=HINGE, force=force, section="motor", passive=False, symbol="motor")
+class Motor:
+    """A motor whose torque falls with its speed: T = T_0 (1 - w/w_0), never beyond its limit either way.
+
+    Parameters
+    ----------
+    name : str
+    body, base : str
+        Rotor side and stator side; the base may be "ground".
+    stall_torque : float
+        T_0 [N m]; its sign is the sense in which the motor turns.
+    no_load_speed : float
+        w_0 [rad/s], at which the torque is gone; beyond it the motor brakes.
+    limit : float, optional
+        Largest torque in either sense [N m].
+    inertia : float
+        Of the rotor, turning with the body [kg m^2].
+    """
+
+    name: str
+    body: str
+    stall_torque: Annotated[float, Quantity("N m", minimum=-1e9, maximum=1e9, help="torque at rest")]
+    no_load_speed: Annotated[float, Quantity("rad/s", above=0.0, maximum=1e6, help="speed at which the torque vanishes")]
+    base: str = GROUND
+    limit: Annotated[float | None, Quantity("N m", above=0.0, maximum=1e9, help="largest torque")] = None
+    inertia: Annotated[
+        float, Quantity("kg m^2", minimum=0.0, maximum=1e9, help="moment of inertia of the rotor")
+    ] = 0.0
+
+    def parameters(self, start: tuple[float, ...]) -> tuple[float, ...]:
+        """T_0 [N m], w_0 [rad/s] and the limit [N m]."""
+        return self.stall_torque, self.no_load_speed, math.inf if self.limit is None else self.limit

@@ -1,0 +1,14 @@
+"""Where components attach: points of bodies, and the ground."""
+
+from __future__ import annotations
+
+__all__ = ["GROUND", "BodyPoint", "Point"]
+
+GROUND = "ground"
+"""Name under which joints and components refer to the fixed frame."""
+
+Point = tuple[float, float]
+"""Coordinates in a body's frame, or in the fixed frame [m]."""
+
+BodyPoint = tuple[str, str]
+"""A body's name and the name of one of its points; the body may be "ground"."""

@@ -1,0 +1,43 @@
+"""A spring and damper between two points."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+from scissordyn.component.declaration import component
+from scissordyn.component.place import BodyPoint
+from scissordyn.component.port import LINE
+from scissordyn.units import Quantity
+
+__all__ = ["Spring"]
+
+
+def force(length, rate, stiffness, free_length, damping):
+    """Tension [N], stored energy [J], dissipated power [W]."""
+    stretch = length - free_length
+    return stiffness * stretch + damping * rate, 0.5 * stiffness * stretch * stretch, damping * rate * rate
+
+
+@component(port=LINE, force=force, section="spring", symbol="spring")
+class Spring:
+    """A spring and damper between two points: tension k (l - l_0) + d l' along the line between them.
+
+    Parameters
+    ----------
+    name : str
+    start, end : (str, str)
+        Body and point; the body may be "ground".
+    stiffness : float
+        k [N/m].
+    free_length : float
+        l_0 [m].
+    damping : float
+        d [N s/m].
+    """
+
+    name: str
+    start: BodyPoint
+    end: BodyPoint
+    stiffness: Annotated[float, Quantity("N/m", minimum=0.0, maximum=1e12, help="stiffness")] = 0.0
+    free_length: Annotated[float, Quantity("m", minimum=0.0, maximum=1e4, help="length without force")] = 0.0
+    damping: Annotated[float, Quantity("N s/m", minimum=0.0, maximum=1e12, help="damping")] = 0.0

@@ -1,0 +1,28 @@
+"""The force of an end stop against its indentation."""
+
+from __future__ import annotations
+
+from scissordyn.jit import kernel
+from scissordyn.laws.damping.flores import Flores
+
+__all__ = ["push", "stop_damping"]
+
+
+@kernel()
+def push(mode, approach_speed, depth, rate, stiffness, exponent, damping):
+    """Force or torque of an end stop, its elastic energy [J] and the dissipated power [W].
+
+    .. math:: F = K \\delta^n (1 + \\xi \\delta'/\\delta'^{(-)})
+
+    never a pull.
+    """
+    if mode == 0.0 or depth <= 0.0:
+        return 0.0, 0.0, 0.0
+    elastic = stiffness * depth**exponent
+    force = max(0.0, elastic * (1.0 + damping * rate / approach_speed))
+    return force, elastic * depth / (exponent + 1.0), (force - elastic) * rate
+
+
+def stop_damping(restitution: float) -> float:
+    """Damping factor xi of an end stop [1] (Flores et al. 2011, doi:10.1007/s11044-010-9237-4)."""
+    return Flores(restitution=restitution).factor

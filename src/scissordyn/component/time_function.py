@@ -1,0 +1,171 @@
+"""Functions of time, for prescribed angles and lengths, loads and references."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Annotated
+
+import numpy as np
+
+from scissordyn.errors import InputError
+from scissordyn.units import Quantity, check_quantities
+
+__all__ = [
+    "ConstantSpeed",
+    "Cycloidal",
+    "Harmonic",
+    "Polynomial",
+    "Tabulated",
+    "TimeFunction",
+    "Trapezoidal",
+    "tabulated",
+]
+
+
+@dataclass(frozen=True)
+class ConstantSpeed:
+    """theta = theta_0 + w t, with theta_0 the angle of the body at the start.
+
+    Parameters
+    ----------
+    speed : float
+        w [rad/s].
+    """
+
+    speed: Annotated[float, Quantity("rad/s", help="angular velocity")]
+
+    def __post_init__(self) -> None:
+        check_quantities(self)
+
+
+@dataclass(frozen=True)
+class Harmonic:
+    """theta = theta_m + theta_a sin(W t + phi).
+
+    Parameters
+    ----------
+    mean, amplitude : float
+        theta_m and theta_a [rad].
+    frequency : float
+        W [rad/s].
+    phase : float
+        phi [rad].
+    """
+
+    mean: Annotated[float, Quantity("rad", help="mean angle")]
+    amplitude: Annotated[float, Quantity("rad", help="amplitude of the angle")]
+    frequency: Annotated[float, Quantity("rad/s", above=0.0, help="angular frequency of the drive")]
+    phase: Annotated[float, Quantity("rad", help="phase at t = 0")] = 0.0
+
+    def __post_init__(self) -> None:
+        check_quantities(self)
+
+
+@dataclass(frozen=True)
+class Tabulated:
+    """Values at instants, interpolated by a spline of fifth degree, which is four times continuously differentiable.
+
+    Parameters
+    ----------
+    times : tuple of float
+        Increasing instants [s], at least six.
+    values : tuple of float
+        Values there: [rad] for an angle, [m] for a length, [N m] for a torque, [1] for a factor.
+    """
+
+    times: tuple[float, ...]
+    values: tuple[float, ...]
+
+    def __post_init__(self) -> None:
+        times, values = np.asarray(self.times, float), np.asarray(self.values, float)
+        if times.ndim != 1 or times.shape != values.shape or times.size < 6:
+            raise InputError(
+                f"table of {times.size} times and {values.size} values", "as many values as times, six or more of them"
+            )
+        if not (np.all(np.isfinite(times)) and np.all(np.isfinite(values)) and np.all(np.diff(times) > 0.0)):
+            raise InputError("table with values that are not finite or times that do not increase", "increasing times")
+
+
+def tabulated(function: Callable[[float], float], *, until: float, points: int = 2001) -> Tabulated:
+    """Any time function: a Python function of time, sampled into a table.
+
+    Parameters
+    ----------
+    function : callable
+        Value at time [s].
+    until : float
+        Last instant of the table [s].
+    points : int
+        Number of instants; the error of the spline is of sixth order in their distance.
+
+    Returns
+    -------
+    Tabulated
+    """
+    times = np.linspace(0.0, until, points)
+    return Tabulated(tuple(times.tolist()), tuple(float(function(t)) for t in times.tolist()))
+
+
+@dataclass(frozen=True)
+class Polynomial:
+    """A polynomial of time of at most fifth degree: c_0 + c_1 t + c_2 t^2 + ...
+
+    Parameters
+    ----------
+    coefficients : tuple of float
+        c_0 [rad], c_1 [rad/s], ..., at most six.
+    """
+
+    coefficients: tuple[float, ...]
+
+    def __post_init__(self) -> None:
+        if not 1 <= len(self.coefficients) <= 6 or not all(math.isfinite(c) for c in self.coefficients):
+            raise InputError(f"polynomial with coefficients {self.coefficients!r}", "one to six finite numbers")
+
+
+@dataclass(frozen=True)
+class Cycloidal:
+    """A smooth move from one value to another, at rest before and after, with zero acceleration at both ends.
+
+    Parameters
+    ----------
+    start, end : float
+        Values before and after [rad].
+    duration : float
+        Of the move [s], which starts at t = 0.
+    """
+
+    start: Annotated[float, Quantity("rad", help="value before the move")]
+    end: Annotated[float, Quantity("rad", help="value after the move")]
+    duration: Annotated[float, Quantity("s", above=0.0, help="duration of the move")]
+
+    def __post_init__(self) -> None:
+        check_quantities(self)
+
+
+@dataclass(frozen=True)
+class Trapezoidal:
+    """A move from one value to another with constant acceleration, constant speed, constant deceleration.
+
+    Parameters
+    ----------
+    start, end : float
+        Values before and after [rad].
+    duration : float
+        Of the move [s], which starts at t = 0.
+    ramp : float
+        Fraction of the duration that each of the two ramps takes [1].
+    """
+
+    start: Annotated[float, Quantity("rad", help="value before the move")]
+    end: Annotated[float, Quantity("rad", help="value after the move")]
+    duration: Annotated[float, Quantity("s", above=0.0, help="duration of the move")]
+    ramp: Annotated[float, Quantity("1", above=0.0, maximum=0.5, help="fraction of each ramp")] = 0.25
+
+    def __post_init__(self) -> None:
+        check_quantities(self)
+
+
+TimeFunction = ConstantSpeed | Harmonic | Tabulated | Polynomial | Cycloidal | Trapezoidal

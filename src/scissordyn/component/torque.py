@@ -1,0 +1,40 @@
+"""A torque on a body."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+from scissordyn.component.declaration import component
+from scissordyn.component.place import GROUND
+from scissordyn.component.port import HINGE
+from scissordyn.component.time_function import TimeFunction
+from scissordyn.units import Quantity
+
+__all__ = ["Torque"]
+
+
+def force(angle, speed, factor, torque):
+    """Torque [N m]."""
+    return factor * torque
+
+
+@component(port=HINGE, force=force, section="torque", context=("factor",), passive=False, symbol="arc")
+class Torque:
+    """A torque on a body against its base, constant or a function of time.
+
+    Parameters
+    ----------
+    name : str
+    body, base : str
+        The base may be "ground".
+    torque : float
+        [N m]
+    time_function : TimeFunction, optional
+        A factor over time; 1 if not given.
+    """
+
+    name: str
+    body: str
+    torque: Annotated[float, Quantity("N m", minimum=-1e9, maximum=1e9, help="torque")]
+    base: str = GROUND
+    time_function: TimeFunction | None = None

@@ -1,0 +1,45 @@
+"""A hinge spring and damper between two bodies."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+from scissordyn.component.declaration import component
+from scissordyn.component.place import GROUND
+from scissordyn.component.port import HINGE
+from scissordyn.units import Quantity
+
+__all__ = ["TorsionSpring"]
+
+
+def force(angle, speed, stiffness, free_angle, damping):
+    """Torque [N m], stored energy [J], dissipated power [W]."""
+    twist = angle - free_angle
+    return -stiffness * twist - damping * speed, 0.5 * stiffness * twist * twist, damping * speed * speed
+
+
+@component(port=HINGE, force=force, section="torsion_spring", symbol="spiral")
+class TorsionSpring:
+    """A hinge spring and damper between two bodies: torque -k (phi - phi_0) - d phi' on the first.
+
+    phi is the angle of the body against its base, turns counted.
+
+    Parameters
+    ----------
+    name : str
+    body, base : str
+        The base may be "ground".
+    stiffness : float
+        k [N m/rad].
+    free_angle : float
+        phi_0 [rad].
+    damping : float
+        d [N m s/rad].
+    """
+
+    name: str
+    body: str
+    base: str = GROUND
+    stiffness: Annotated[float, Quantity("N m/rad", minimum=0.0, maximum=1e12, help="stiffness")] = 0.0
+    free_angle: Annotated[float, Quantity("rad", minimum=-1e4, maximum=1e4, help="angle without torque")] = 0.0
+    damping: Annotated[float, Quantity("N m s/rad", minimum=0.0, maximum=1e12, help="damping")] = 0.0

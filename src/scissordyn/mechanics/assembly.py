@@ -1,0 +1,183 @@
+"""A consistent state at t = 0: bodies that close the mechanism, and velocities that its drives demand."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from scissordyn.errors import InputError
+from scissordyn.mechanics.elimination import in_words
+from scissordyn.mechanics.gradients import Gradients, least_change
+from scissordyn.mechanics.point_map import PointMap
+from scissordyn.mechanics.reduced_model import ReducedModel, placed
+from scissordyn.mechanics.redundancy import nearest
+from scissordyn.mechanics.system import System
+from scissordyn.mechanics.time_function import function_at, prescribe
+from scissordyn.model.mechanism import Mechanism
+
+__all__ = ["Held", "Start", "assemble", "basis_at_start", "eccentricity_map", "held_rods", "natural_state", "placed_start"]
+
+CLOSED = 1e-12
+MOST_STEPS = 50
+
+FAR = 0.1
+"""Errors above this fraction of the largest are named when a mechanism cannot be assembled."""
+
+
+@dataclass(frozen=True)
+class Start:
+    """A consistent state of a mechanism at t = 0.
+
+    Parameters
+    ----------
+    position, velocity : ndarray, shape (n,)
+        Free coordinates and their rates.
+    """
+
+    position: np.ndarray
+    velocity: np.ndarray
+
+
+@dataclass(frozen=True)
+class Held:
+    """Vectors that are to have given values at the start.
+
+    Parameters
+    ----------
+    names : list of str
+        Joints or rods whose vectors they are, for messages.
+    maps : list of PointMap
+    values, rates : list of (float, float)
+    scale : list of float
+        Length that the map, value and rate are divided by to be of the order of one [m].
+    """
+
+    names: list[str] = field(default_factory=list)
+    maps: list[PointMap] = field(default_factory=list)
+    values: list[tuple[float, float]] = field(default_factory=list)
+    rates: list[tuple[float, float]] = field(default_factory=list)
+    scale: list[float] = field(default_factory=list)
+
+    def add(
+        self, name: str, vector: PointMap, value: tuple[float, float], rate: tuple[float, float], scale: float = 1.0
+    ) -> None:
+        """Hold one more vector."""
+        self.names.append(name)
+        self.maps.append(PointMap(vector.columns, vector.rows / scale))
+        self.values.append((value[0] / scale, value[1] / scale))
+        self.rates.append((rate[0] / scale, rate[1] / scale))
+        self.scale.append(scale)
+
+
+def basis_at_start(system: System) -> tuple[np.ndarray, np.ndarray]:
+    """The basis b and its rate at t = 0."""
+    work, numbers = system.work, system.parameters
+    prescribe(0.0, numbers.motion, numbers.motion_start, work.basis, work.function_value)
+    return work.basis[0].copy(), work.basis[1].copy()
+
+
+def placed_start(reduced: ReducedModel, system: System) -> Start:
+    """The free coordinates nearest to where the user placed the bodies, and to how they move there."""
+    b, rate = basis_at_start(system)
+    position, velocity = placed(reduced)
+    return Start(nearest(reduced, b, position), nearest(reduced, rate, velocity))
+
+
+def natural_state(reduced: ReducedModel, system: System, start: Start) -> tuple[np.ndarray, np.ndarray]:
+    """Natural coordinates and velocities of a state."""
+    b, rate = basis_at_start(system)
+    return reduced.coordinates @ np.append(start.position, b), reduced.coordinates @ np.append(start.velocity, rate)
+
+
+def eccentricity_map(system: System, contact: int) -> PointMap:
+    """The eccentricity of a clearance joint, or the vector of a contact point, as a map."""
+    model = system.model
+    part = slice(model.element_start[contact], model.element_start[contact + 1])
+    return PointMap(model.element_column[part], model.element_row[:2, part])
+
+
+def held_rods(reduced: ReducedModel, system: System, held: Held) -> None:
+    """Hold the rods whose direction at the start is given."""
+    rates = value_rates(system)
+    for rod in reduced.mechanism.rods:
+        if rod.direction is not None:
+            k = [constraint.name for constraint in reduced.constraints].index(rod.name)
+            length = math.sqrt(2.0 * reduced.constraints[k].value)
+            cos, sin = math.cos(rod.direction), math.sin(rod.direction)
+            speed = rates[k] / length
+            held.add(rod.name, reduced.constraints[k].parts[0][1], (length * cos, length * sin), (speed * cos, speed * sin))
+
+
+def value_rates(system: System) -> np.ndarray:
+    """Rates of the values of all constraints at t = 0."""
+    model, numbers, work = system.model, system.parameters, system.work
+    rates = np.zeros(work.value.shape[1])
+    for k, which, unit in zip(model.timed, model.timed_function, model.timed_unit, strict=True):
+        function_at(0.0, numbers.motion[numbers.motion_start[which] : numbers.motion_start[which + 1]], work.function_value)
+        rates[k] = unit * unit * work.function_value[0] * work.function_value[1]
+    return rates
+
+
+def assemble(reduced: ReducedModel, system: System, guess: Start, held: Held) -> Start:
+    """The state nearest to a guess in which all constraints are met and some vectors have given values.
+
+    Parameters
+    ----------
+    reduced : ReducedModel
+    system : System
+    guess : Start
+    held : Held
+
+    Returns
+    -------
+    Start
+
+    Raises
+    ------
+    InputError
+        If the bodies as placed cannot be brought together.
+    """
+    b, b_rate = basis_at_start(system)
+    constraints = [constraint for constraint in reduced.constraints if not constraint.latch]
+    gradients = Gradients(reduced, constraints, held.maps)
+    values, rates = (np.array(numbers, float).ravel() for numbers in (held.values, held.rates))
+    x, n = guess.position.copy(), reduced.free
+    for _ in range(MOST_STEPS):
+        full = np.append(x, b)
+        residual = np.concatenate([gradients.residual(full), gradients.held @ full - values])
+        jacobian = gradients.jacobian(full)
+        if np.max(np.abs(residual), initial=0.0) < CLOSED:
+            break
+        x -= least_change(jacobian[:, :n], residual)
+    else:
+        raise InputError(
+            f"the mechanism as placed cannot be assembled: {_worst(reduced, constraints, residual, held.names)}",
+            "positions and angles at the start that are near a closed configuration",
+        )
+    active = [not constraint.latch for constraint in reduced.constraints]
+    wanted = np.concatenate([value_rates(system)[active], rates])
+    v = guess.velocity - least_change(jacobian[:, :n], jacobian @ np.append(guess.velocity, b_rate) - wanted)
+    return Start(x, v)
+
+
+def _worst(reduced: ReducedModel, constraints: list, residual: np.ndarray, held: list[str]) -> str:
+    """What is furthest from being kept, and what holds it: where the search ends, the errors are the contradiction."""
+    count = len(constraints)
+    errors = np.abs(residual)
+    if np.argmax(errors) >= count:
+        return f"joint '{held[(int(np.argmax(errors)) - count) // 2]}' cannot be held where it should start"
+    far = [constraints[k] for k in np.argsort(-errors[:count], kind="stable") if errors[k] > FAR * np.max(errors)]
+    subjects = [constraint.subject for constraint in far]
+    around = _holding(reduced.mechanism, {body for constraint in far for body in constraint.bodies})
+    by = f", held by {in_words(around)}" if around else ""
+    return f"{in_words(subjects)} cannot keep the length{'s' if len(subjects) > 1 else ''} given{by}"
+
+
+def _holding(mechanism: Mechanism, bodies: set[str]) -> list[str]:
+    """The joints, guides, welds and drives at some bodies."""
+    names = [f"joint '{joint.name}'" for joint in mechanism.joints if bodies & set(joint.bodies)]
+    names += [f"guide '{guide.name}'" for guide in mechanism.guides if bodies & {guide.follower[0], guide.body}]
+    names += [f"weld '{weld.name}'" for weld in mechanism.welds if bodies & {weld.start[0], weld.end[0]}]
+    return names + [f"the drive of body '{drive.body}'" for drive in mechanism.drives if drive.body in bodies]

@@ -1,0 +1,342 @@
+"""Components in the equations of motion: what a port senses, what its kernel's forces do to the bodies, and how they change.
+
+With q the coordinates of a port and f the forces on them, the forces on the maps m = (u, a, b) of a component are sum f_i dq_i/dm.
+Their derivatives need those of the kernel, by central differences over its few arguments, and dq_i/dm, d q_i'/dm and the second
+derivatives of q_i, which are written once for each port.
+"""
+
+from __future__ import annotations
+
+import math
+
+from scissordyn.component.compiled import call_kernel
+from scissordyn.component.port import ACTUATOR, FRAME, HINGE, LINE, POINT, TRAVEL
+from scissordyn.jit import kernel
+from scissordyn.mechanics.actuator import actuator_torque, linearise_actuator
+from scissordyn.mechanics.force_element import add_forces, add_torques, map_values
+from scissordyn.mechanics.rotation import relative_angle
+from scissordyn.mechanics.time_function import function_at
+
+__all__ = ["add_component", "component_gap", "linearise_component", "switch_loss"]
+
+_LINE, _HINGE, _TRAVEL, _POINT, _FRAME, _ACTUATOR = (p.code for p in (LINE, HINGE, TRAVEL, POINT, FRAME, ACTUATOR))
+
+TIME, FACTOR, MODE, APPROACH_SPEED = range(4)
+"""Places of `declaration.CONTEXT`."""
+
+DIFFERENCE = 1e-7
+"""Step of the central differences, as a part of an argument or of one unit: round-off of 1e-9, and fine enough for a stop."""
+
+
+@kernel(inline=True)
+def factor_of(t, i, S):
+    """Value of the time function of component i, and its rate."""
+    first = S.model.function[i]
+    if first < 0:
+        return 1.0, 0.0
+    P = S.parameters
+    function_at(t, P.motion[P.motion_start[first] : P.motion_start[first + 1]], S.work.function_value)
+    return S.work.function_value[0], S.work.function_value[1]
+
+
+@kernel(inline=True)
+def write_context(t, i, S):
+    """What a kernel may ask for beside its coordinates."""
+    x, guard = S.work.context, S.model.component_guard[i]
+    x[TIME] = t
+    x[FACTOR], _ = factor_of(t, i, S)
+    x[MODE] = float(S.state.mode[guard]) if guard >= 0 else 0.0
+    x[APPROACH_SPEED] = S.state.memory[guard] if guard >= 0 else 0.0
+
+
+@kernel(inline=True)
+def sense_port(i, S, maps):
+    """Write coordinates and rates of the port of component i."""
+    ux, uy, ax, ay, bx, by, vx, vy, px, py, qx, qy = maps
+    q, v, port = S.work.coordinate, S.work.coordinate_rate, S.model.component_port[i]
+    if port == _LINE:
+        q[0] = math.sqrt(ux * ux + uy * uy)
+        v[0] = (ux * vx + uy * vy) / q[0] if q[0] > 0.0 else math.sqrt(vx * vx + vy * vy)
+    elif port == _TRAVEL:
+        q[0], v[0] = ux, vx
+    elif port == _POINT:
+        q[0], q[1], q[2], q[3] = ux, uy, ax, ay
+        v[0], v[1], v[2], v[3] = vx, vy, px, py
+    else:
+        k = 0
+        if port == _FRAME:
+            q[0], q[1] = bx * ux + by * uy, bx * uy - by * ux
+            v[0] = bx * vx + by * vy + qx * ux + qy * uy
+            v[1] = bx * vy - by * vx + qx * uy - qy * ux
+            k = 2
+        q[k] = relative_angle(i, S, ax, ay, bx, by)
+        v[k] = (ax * py - ay * px) - (bx * qy - by * qx)
+
+
+@kernel(inline=True)
+def evaluate(i, S, z, address, result):
+    """Call a kernel of component i at what stands in the work space."""
+    W = S.work
+    call_kernel(address, W.coordinate, W.coordinate_rate, z, W.context, S.parameters.component[i], result)
+
+
+@kernel()
+def component_gap(t, i, z, S):
+    """Value and rate of the guard of component i."""
+    sense_port(i, S, map_values(S.parameters.contact.size + i, S))
+    write_context(t, i, S)
+    evaluate(i, S, z, S.model.gap_kernel[i], S.work.answer)
+    return S.work.answer[0], S.work.answer[1]
+
+
+@kernel()
+def switch_loss(t, i, z, S):
+    """Energy [J] that component i loses as the mode of its guard changes."""
+    if S.model.switch_kernel[i] == 0:
+        return 0.0
+    sense_port(i, S, map_values(S.parameters.contact.size + i, S))
+    write_context(t, i, S)
+    evaluate(i, S, z, S.model.switch_kernel[i], S.work.answer)
+    return S.work.answer[0]
+
+
+@kernel()
+def add_component(t, i, S, z, dz):
+    """Add the forces of component i to Work.force, write its results and powers, and the rates of its states into dz."""
+    M, W = S.model, S.work
+    element, port, out = S.parameters.contact.size + i, M.component_port[i], W.result[i]
+    maps = map_values(element, S)
+    ux, uy, ax, ay, bx, by, vx, vy, px, py, qx, qy = maps
+    sense_port(i, S, maps)
+    if port == _ACTUATOR:
+        out[0] = actuator_torque(t, i, S, maps, z, dz)
+    else:
+        if M.force_kernel[i] == 0:
+            return
+        write_context(t, i, S)
+        evaluate(i, S, z, M.force_kernel[i], out)
+        for s in range(z.size):
+            dz[s] = out[M.first_rate[i] + s]
+    forces, power = M.component_forces[i], 0.0
+    for k in range(forces):
+        power += out[k] * W.coordinate_rate[k]
+    if port == _LINE:
+        power = -power
+        length = W.coordinate[0]
+        if length > 0.0:
+            add_forces(element, S, -out[0] * ux / length, -out[0] * uy / length, 0.0, 0.0, 0.0, 0.0, W.force, 0, W.force.size)
+    elif port == _TRAVEL:
+        add_forces(element, S, out[0], 0.0, 0.0, 0.0, 0.0, 0.0, W.force, 0, W.force.size)
+    elif port == _POINT:
+        add_forces(element, S, out[0], out[1], 0.0, 0.0, 0.0, 0.0, W.force, 0, W.force.size)
+    elif port == _FRAME:
+        fx, fy = out[0] * bx - out[1] * by, out[0] * by + out[1] * bx
+        gx, gy = out[0] * ux + out[1] * uy, out[0] * uy - out[1] * ux
+        t_a = out[2]
+        add_forces(element, S, fx, fy, -t_a * ay, t_a * ax, gx + t_a * by, gy - t_a * bx, W.force, 0, W.force.size)
+    else:
+        add_torques(element, S, 0.0, 0.0, out[0], -out[0], ax, ay, bx, by, W.force, 0, W.force.size)
+    if M.component_passive[i] == 1:
+        W.stored_energy[i], W.dissipation[i], W.power_in[i] = out[forces], out[forces + 1], 0.0
+    else:
+        W.stored_energy[i], W.dissipation[i], W.power_in[i] = 0.0, 0.0, power
+
+
+@kernel()
+def port_slopes(t, i, S, z):
+    """Derivatives of a component's forces, then of its states' rates, by coordinates, rates and states, and at last by time."""
+    M, W = S.model, S.work
+    address, forces, first = M.force_kernel[i], M.component_forces[i], M.first_rate[i]
+    coordinates, up, down = M.component_coordinates[i], W.answer, W.other_answer
+    for k in range(2 * coordinates + z.size + 1):
+        h = DIFFERENCE * (1.0 + abs(t))
+        if k == 2 * coordinates + z.size:
+            if M.component_timed[i] == 0:
+                W.slope[: forces + z.size, k] = 0.0
+                continue
+            write_context(t + h, i, S)
+            evaluate(i, S, z, address, up)
+            write_context(t - h, i, S)
+            evaluate(i, S, z, address, down)
+            write_context(t, i, S)
+        else:
+            argument, place = z, k - 2 * coordinates
+            if k < coordinates:
+                argument, place = W.coordinate, k
+            elif k < 2 * coordinates:
+                argument, place = W.coordinate_rate, k - coordinates
+            here = argument[place]
+            h = DIFFERENCE * max(abs(here), 1e-2 if place < 2 * coordinates else 1e-9)
+            argument[place] = here + h
+            evaluate(i, S, z, address, up)
+            argument[place] = here - h
+            evaluate(i, S, z, address, down)
+            argument[place] = here
+        for f in range(forces):
+            W.slope[f, k] = (up[f] - down[f]) / (2.0 * h)
+        for s in range(z.size):
+            W.slope[forces + s, k] = (up[first + s] - down[first + s]) / (2.0 * h)
+
+
+@kernel(inline=True)
+def write_gradients(port, S, maps):
+    """Gradients of the coordinates, and of their rates, by the maps: rows of Work.gradient_q and Work.gradient_v."""
+    ux, uy, ax, ay, bx, by, vx, vy, px, py, qx, qy = maps
+    G, R = S.work.gradient_q, S.work.gradient_v
+    G[:, :] = 0.0
+    R[:, :] = 0.0
+    if port == _LINE:
+        length = math.sqrt(ux * ux + uy * uy)
+        if length > 0.0:
+            nx, ny = ux / length, uy / length
+            along = nx * vx + ny * vy
+            # the part of u' across the line turns it, over its length
+            G[0, 0], G[0, 1] = nx, ny
+            R[0, 0], R[0, 1] = (vx - along * nx) / length, (vy - along * ny) / length
+    elif port == _TRAVEL:
+        G[0, 0] = 1.0
+    elif port == _POINT:
+        G[0, 0] = G[1, 1] = G[2, 2] = G[3, 3] = 1.0
+    else:
+        k = 0
+        if port == _FRAME:
+            G[0, 0], G[0, 1], G[0, 4], G[0, 5] = bx, by, ux, uy
+            G[1, 0], G[1, 1], G[1, 4], G[1, 5] = -by, bx, uy, -ux
+            R[0, 0], R[0, 1], R[0, 4], R[0, 5] = qx, qy, vx, vy
+            R[1, 0], R[1, 1], R[1, 4], R[1, 5] = -qy, qx, vy, -vx
+            k = 2
+        G[k, 2], G[k, 3], G[k, 4], G[k, 5] = -ay, ax, by, -bx
+        R[k, 2], R[k, 3], R[k, 4], R[k, 5] = py, -px, -qy, qx
+
+
+@kernel(inline=True)
+def add_curvature(port, S, out):
+    """Add what the maps' forces change because the gradients turn, while the port's forces stay."""
+    K, G = S.work.by_map, S.work.gradient_q
+    if port == _LINE:
+        length = S.work.coordinate[0]
+        if length > 0.0:
+            across = -out[0] / length
+            nx, ny = G[0, 0], G[0, 1]
+            K[0, 0] += across * (1.0 - nx * nx)
+            K[0, 1] -= across * nx * ny
+            K[1, 0] -= across * nx * ny
+            K[1, 1] += across * (1.0 - ny * ny)
+        return
+    if port == _FRAME:
+        fx, fy = out[0], out[1]
+        K[0, 4] += fx
+        K[1, 5] += fx
+        K[4, 0] += fx
+        K[5, 1] += fx
+        K[0, 5] -= fy
+        K[1, 4] += fy
+        K[4, 1] += fy
+        K[5, 0] -= fy
+    if port == _HINGE or port == _FRAME:
+        torque = out[0] if port == _HINGE else out[2]
+        K[2, 3] -= torque
+        K[3, 2] += torque
+        K[4, 5] += torque
+        K[5, 4] -= torque
+
+
+@kernel()
+def linearise_component(t, i, S, z, dt, first_state):
+    """Write the derivatives of component i's generalized forces into Work.block_x and Work.block_v, and those of its states.
+
+    What time alone changes is added to dt[n:], and to dt[first_state:] for the rates of the states z.
+    """
+    M, W = S.model, S.work
+    element, port = S.parameters.contact.size + i, M.component_port[i]
+    maps = map_values(element, S)
+    K, D, G, R = W.by_map, W.by_map_rate, W.gradient_q, W.gradient_v
+    K[:, :] = 0.0
+    D[:, :] = 0.0
+    if port == _ACTUATOR:
+        linearise_actuator(t, i, S, z, dt, first_state)
+    elif M.force_kernel[i] != 0:
+        sense_port(i, S, maps)
+        write_context(t, i, S)
+        evaluate(i, S, z, M.force_kernel[i], W.result[i])
+        port_slopes(t, i, S, z)
+        write_gradients(port, S, maps)
+        forces, coordinates = M.component_forces[i], M.component_coordinates[i]
+        last = 2 * coordinates + z.size
+        if port == _LINE:  # tension pulls against the length
+            for k in range(last + 1):
+                W.slope[0, k] = -W.slope[0, k]
+        for f in range(forces):
+            for c in range(6):
+                by_x = by_v = 0.0
+                for k in range(coordinates):
+                    by_x += W.slope[f, k] * G[k, c] + W.slope[f, coordinates + k] * R[k, c]
+                    by_v += W.slope[f, coordinates + k] * G[k, c]
+                for r in range(6):
+                    K[r, c] += G[f, r] * by_x
+                    D[r, c] += G[f, r] * by_v
+            by_time = W.slope[f, last]
+            if by_time != 0.0:
+                row = G[f]
+                add_forces(
+                    element,
+                    S,
+                    row[0] * by_time,
+                    row[1] * by_time,
+                    row[2] * by_time,
+                    row[3] * by_time,
+                    row[4] * by_time,
+                    row[5] * by_time,
+                    dt,
+                    M.n,
+                    M.n,
+                )
+        add_curvature(port, S, W.result[i])
+        linearise_states(element, forces, coordinates, S, z, dt, first_state)
+    spread_blocks(element, S)
+
+
+@kernel(inline=True)
+def linearise_states(element, forces, coordinates, S, z, dt, first_state):
+    """Write the derivatives that involve the states of a component."""
+    M, W = S.model, S.work
+    row, G, R = M.element_row, W.gradient_q, W.gradient_v
+    start, states = M.element_start[element], z.size
+    for s in range(states):
+        slope = W.slope[forces + s]
+        dt[first_state + s] += slope[2 * coordinates + states]
+        for k in range(states):
+            W.rate_by_state[M.state_state_start[element] + s * states + k] = slope[2 * coordinates + k]
+        for b in range(M.element_start[element + 1] - start):
+            x = v = pull = 0.0
+            for c in range(6):
+                by_x = by_v = by_state = 0.0
+                for k in range(coordinates):
+                    by_x += slope[k] * G[k, c] + slope[coordinates + k] * R[k, c]
+                    by_v += slope[coordinates + k] * G[k, c]
+                for f in range(forces):
+                    by_state += W.slope[f, 2 * coordinates + s] * G[f, c]
+                x += by_x * row[c, start + b]
+                v += by_v * row[c, start + b]
+                pull += by_state * row[c, start + b]
+            at = M.force_state_start[element] + b * states + s
+            W.rate_by_x[at], W.rate_by_v[at], W.force_by_state[at] = x, v, pull
+
+
+@kernel(inline=True)
+def spread_blocks(element, S):
+    """From the derivatives by the maps to those by the columns of a force element."""
+    M, W = S.model, S.work
+    row, start = M.element_row, M.element_start[element]
+    count, block = M.element_start[element + 1] - start, M.block_start[element]
+    for a in range(count):
+        for b in range(count):
+            x = v = 0.0
+            for r in range(6):
+                weight = row[r, start + a]
+                if weight != 0.0:
+                    for c in range(6):
+                        x += weight * row[c, start + b] * W.by_map[r, c]
+                        v += weight * row[c, start + b] * W.by_map_rate[r, c]
+            W.block_x[block + a * count + b] = x
+            W.block_v[block + a * count + b] = v

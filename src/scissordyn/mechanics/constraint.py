@@ -1,0 +1,180 @@
+"""Quadratic constraints during a run: their values, gradients and multipliers, and the way back to them.
+
+With d = rows X the maps of a constraint, its value is sum(w |d|^2/2), its gradient Phi = sum(w d^T rows).
+"""
+
+from __future__ import annotations
+
+from scissordyn.jit import kernel
+from scissordyn.mechanics import band
+from scissordyn.mechanics.time_function import function_at, prescribe
+
+__all__ = [
+    "expand",
+    "factorize_constraints",
+    "map_directions",
+    "project",
+    "solve_constraints",
+    "subtract_gradients",
+    "velocity_residual",
+]
+
+_band_factorize, _band_solve = band.factorize, band.solve
+
+DRIFT = 1e-13
+"""Constraints and their rates are projected back beyond this relative error."""
+
+REPETITIONS = 3
+"""Newton steps of a projection; drift within a step needs one."""
+
+
+@kernel(inline=True)
+def expand(t, y, S):
+    """Write b(t), X, V and the values that timed constraints have."""
+    M, P, W = S.model, S.parameters, S.work
+    n = M.n
+    prescribe(t, P.motion, P.motion_start, W.basis, W.function_value)
+    for i in range(n):
+        W.X[i] = y[i]
+        W.V[i] = y[n + i]
+    for i in range(M.nb):
+        W.X[n + i] = W.basis[0, i]
+        W.V[n + i] = W.basis[1, i]
+    for i in range(M.timed.size):
+        k, which = M.timed[i], M.timed_function[i]
+        function_at(t, P.motion[P.motion_start[which] : P.motion_start[which + 1]], W.function_value)
+        unit, f = M.timed_unit[i], W.function_value
+        l, v, a, j = unit * f[0], unit * f[1], unit * f[2], unit * f[3]
+        W.value[0, k], W.value[1, k] = 0.5 * l * l, l * v
+        W.value[2, k], W.value[3, k] = v * v + l * a, 3.0 * v * a + l * j
+
+
+@kernel(inline=True)
+def map_directions(S, source, target):
+    """Write the maps of all constraints applied to a vector of columns."""
+    M = S.model
+    for p in range(M.part_constraint.size):
+        dx = dy = 0.0
+        for i in range(M.part_start[p], M.part_start[p + 1]):
+            value = source[M.constraint_column[i]]
+            dx += M.constraint_row[0, i] * value
+            dy += M.constraint_row[1, i] * value
+        target[p, 0] = dx
+        target[p, 1] = dy
+
+
+@kernel(inline=True)
+def factorize_constraints(S):
+    """Write the gradients of the constraints and factorize Phi Phi^T; returns a singular row or -1."""
+    M, W = S.model, S.work
+    for p in range(M.part_constraint.size):
+        dx, dy = W.part_weight[p] * W.direction[p, 0], W.part_weight[p] * W.direction[p, 1]
+        for i in range(M.part_start[p], M.part_start[p + 1]):
+            W.gradient[i] = dx * M.constraint_row[0, i] + dy * M.constraint_row[1, i]
+    lower, upper = M.band_limits[2], M.band_limits[3]
+    if W.gram.shape[0] == 1:
+        total = 0.0
+        for i in range(M.match.shape[0]):
+            total += W.gradient[M.match[i, 0]] * W.gradient[M.match[i, 1]]
+        W.gram[0, 0] = total + W.inactive[0]
+        return -1 if W.gram[0, 0] > 0.0 else 0
+    W.gram[:, :] = 0.0
+    for p in range(M.overlap.shape[0] - 1):
+        k, l = M.overlap[p, 0], M.overlap[p, 1]
+        total = 0.0
+        for i in range(M.overlap[p, 2], M.overlap[p + 1, 2]):
+            total += W.gradient[M.match[i, 0]] * W.gradient[M.match[i, 1]]
+        W.gram[k, l - k + lower] = total
+        W.gram[l, k - l + lower] = total
+    for k in range(W.inactive.size):
+        W.gram[k, lower] += W.inactive[k]
+    return _band_factorize(W.gram, lower, upper, W.gram_pivots)
+
+
+@kernel(inline=True)
+def solve_constraints(S, values):
+    """Overwrite `values` with (Phi Phi^T)^-1 values."""
+    M, W = S.model, S.work
+    if values.size == 1:
+        values[0] /= W.gram[0, 0]
+    elif values.size > 1:
+        _band_solve(W.gram, M.band_limits[2], M.band_limits[3], W.gram_pivots, values)
+
+
+@kernel(inline=True)
+def subtract_gradients(S, values, target, first):
+    """Subtract Phi^T values from target[first : first + n]."""
+    M, W = S.model, S.work
+    for k in range(M.constraint_start.size - 1):
+        value = values[k]
+        for i in range(M.constraint_start[k], M.constraint_start[k + 1]):
+            column = M.constraint_column[i]
+            if column < M.n:
+                target[first + column] -= W.gradient[i] * value
+
+
+@kernel(inline=True)
+def velocity_errors(S):
+    """Write the errors in the rates of the constraints into Work.work; returns the largest rate of a map."""
+    M, W = S.model, S.work
+    map_directions(S, W.V, W.direction_rate)
+    fastest = 0.0
+    for k in range(W.multiplier.size):
+        W.work[k] = -W.value[1, k]
+    for p in range(M.part_constraint.size):
+        ux, uy = W.direction_rate[p, 0], W.direction_rate[p, 1]
+        W.work[M.part_constraint[p]] += W.part_weight[p] * (W.direction[p, 0] * ux + W.direction[p, 1] * uy)
+        fastest = max(fastest, abs(ux) + abs(uy))
+    return fastest
+
+
+@kernel()
+def project(t, y, S):
+    """Bring constraints and their rates back to their values; returns whether y changed."""
+    M, W = S.model, S.work
+    n, m = M.n, W.multiplier.size
+    expand(t, y, S)
+    if m == 0:
+        return False
+    changed = False
+    for _ in range(REPETITIONS):
+        map_directions(S, W.X, W.direction)
+        worst = 0.0
+        for k in range(m):
+            W.work[k] = -W.value[0, k]
+        for p in range(M.part_constraint.size):
+            dx, dy = W.direction[p, 0], W.direction[p, 1]
+            W.work[M.part_constraint[p]] += 0.5 * W.part_weight[p] * (dx * dx + dy * dy)
+        for k in range(m):
+            worst = max(worst, abs(W.work[k]))
+        if not worst > DRIFT or factorize_constraints(S) >= 0:
+            break
+        solve_constraints(S, W.work[:m])
+        subtract_gradients(S, W.work, y, 0)
+        for i in range(n):
+            W.X[i] = y[i]
+        changed = True
+    fastest, worst = velocity_errors(S), 0.0
+    for k in range(m):
+        worst = max(worst, abs(W.work[k]))
+    if worst > DRIFT * fastest and factorize_constraints(S) < 0:
+        solve_constraints(S, W.work[:m])
+        subtract_gradients(S, W.work, y, n)
+        for i in range(n):
+            W.V[i] = y[n + i]
+        changed = True
+    return changed
+
+
+@kernel(inline=True)
+def velocity_residual(t, y, S):
+    """Largest error in the rate of a constraint, NaN if one is."""
+    W = S.work
+    expand(t, y, S)
+    map_directions(S, W.X, W.direction)
+    velocity_errors(S)
+    worst = 0.0
+    for k in range(W.multiplier.size):
+        if not abs(W.work[k]) <= worst:
+            worst = abs(W.work[k])
+    return worst

@@ -1,0 +1,239 @@
+"""The quadratic constraints of a mechanism: unit lengths, moving guides, rods and latches."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+import scipy.sparse as sp
+from scipy.sparse.csgraph import reverse_cuthill_mckee
+
+from scissordyn.component.place import GROUND
+from scissordyn.errors import InputError
+from scissordyn.mechanics.elimination import Elimination, Expression, contradiction, in_words
+from scissordyn.mechanics.point_map import Constraint, PointMap, combined
+from scissordyn.mechanics.reduced_model import ReducedModel
+from scissordyn.mechanics.time_function import function_start
+
+__all__ = ["Family", "families", "find_constraints", "order_constraints"]
+
+CONTRADICTION = 1e-7
+"""Lengths that differ by less than this fraction are one length."""
+
+NAMED = 3
+"""So many of a family of parallel bodies are named."""
+
+SAME = 1e-9
+"""Products of coefficients, the largest one being one, that are the same to within this belong to parallel bodies."""
+
+
+@dataclass(frozen=True)
+class Family:
+    """Bodies that keep their relative directions, turned or mirrored.
+
+    Parameters
+    ----------
+    bodies : tuple of str
+    maps : tuple of PointMap
+        Their directions.
+    free : bool
+        Whether a free coordinate enters.
+    """
+
+    bodies: tuple[str, ...]
+    maps: tuple[PointMap, ...]
+    free: bool
+
+
+def families(reduced: ReducedModel) -> tuple[Family, ...]:
+    """The rotating bodies of a mechanism, by families."""
+    found: dict[tuple[bytes, ...], list[tuple[str, PointMap]]] = {}
+    for body in reduced.mechanism.bodies:
+        if body.rotates:
+            direction = reduced.direction(body.name)
+            square = direction.rows.T @ direction.rows  # the same for directions that differ by a rotation or a reflection
+            scale = np.max(np.abs(square), initial=0.0) or 1.0
+            row, column = np.nonzero(np.abs(square) > 1e-12 * scale)
+            values = np.round(square[row, column] / (scale * SAME)) * SAME + 0.0  # no negative zeros
+            key = direction.columns[row].tobytes(), direction.columns[column].tobytes(), values.tobytes()
+            found.setdefault(key, []).append((body.name, direction))
+    return tuple(
+        Family(tuple(name for name, _ in members), tuple(each for _, each in members), _is_free(reduced, members[0][1]))
+        for members in found.values()
+    )
+
+
+def _is_free(reduced: ReducedModel, point_map: PointMap) -> bool:
+    return bool(np.any(point_map.columns < reduced.free))
+
+
+def find_constraints(reduced: ReducedModel, elimination: Elimination) -> tuple[Constraint, ...]:
+    """The quadratic constraints of a mechanism.
+
+    Parameters
+    ----------
+    reduced : ReducedModel
+        Without constraints.
+    elimination : Elimination
+        Of the linear constraints, to say which of them contradict a length.
+
+    Returns
+    -------
+    tuple of Constraint
+
+    Raises
+    ------
+    InputError
+        If what is known of a body's direction contradicts its length.
+    """
+    found = [*_lengths(reduced, elimination), *_moving_guides(reduced), *_rods(reduced), *_latches(reduced)]
+    return order_constraints(reduced, found)
+
+
+def order_constraints(reduced: ReducedModel, found: list[Constraint]) -> tuple[Constraint, ...]:
+    """Constraints in an order in which those that share coordinates are near."""
+    if len(found) < 3:
+        return tuple(found)
+    rows = np.repeat(np.arange(len(found)), [constraint.columns.size for constraint in found])
+    columns = np.concatenate([constraint.columns for constraint in found])
+    free = columns < reduced.free
+    incidence = sp.csr_array((np.ones(int(np.sum(free))), (rows[free], columns[free])), shape=(len(found), reduced.free))
+    graph = sp.csr_array(incidence @ incidence.T)
+    return tuple(found[index] for index in reverse_cuthill_mckee(graph, symmetric_mode=True))
+
+
+def _lengths(reduced: ReducedModel, elimination: Elimination) -> list[Constraint]:
+    """One constraint of unit length per family of parallel bars."""
+    found = []
+    for family in families(reduced):
+        first = family.maps[0]
+        if not family.free:
+            for name, direction in zip(family.bodies, family.maps, strict=True):
+                length = _known_length(reduced, direction)
+                if not abs(length - 1.0) <= CONTRADICTION:  # NaN is no length
+                    raise _wrong_length(reduced, elimination, name, length)
+            continue
+        size = float(np.max(np.sum(first.rows * first.rows, axis=0)))
+        for name, direction in zip(family.bodies[1:], family.maps[1:], strict=True):
+            length = math.sqrt(float(np.max(np.sum(direction.rows * direction.rows, axis=0))) / size)
+            if abs(length - 1.0) > CONTRADICTION:
+                raise _wrong_length(reduced, elimination, name, length, family.bodies[0])
+        found.append(Constraint(((1.0, first),), 0.5, subject=_bodies(family.bodies), bodies=family.bodies))
+    return found
+
+
+def _bodies(names: tuple[str, ...]) -> str:
+    """Parallel bodies in words."""
+    quoted = [f"'{name}'" for name in names]
+    return ("body " if len(names) == 1 else "bodies ") + in_words(quoted, NAMED)
+
+
+def _known_length(reduced: ReducedModel, direction: PointMap) -> float:
+    """Length of a direction that only b(t) enters; NaN if it varies with the drives.
+
+    |d|^2 = b^T Q b is constant for all angles th_i if Q has no coupling between 1 and the drives, nor between two drives, and
+    is a multiple of the identity for each drive; it is then the sum of these multiples.
+    """
+    basis = direction.columns - reduced.free
+    full = np.zeros((reduced.basis, reduced.basis))
+    full[np.ix_(basis, basis)] = direction.rows.T @ direction.rows
+    total = full[0, 0]
+    expected = np.zeros_like(full)
+    expected[0, 0] = total
+    for first in range(1, reduced.basis, 2):
+        part = 0.5 * (full[first, first] + full[first + 1, first + 1])
+        expected[first, first] = expected[first + 1, first + 1] = part
+        total += part
+    varies = np.max(np.abs(full - expected)) > CONTRADICTION
+    return math.nan if varies else math.sqrt(max(float(total), 0.0))
+
+
+def _wrong_length(reduced: ReducedModel, elimination: Elimination, body: str, length: float, twin: str = "") -> InputError:
+    """The error for a body whose direction, known or a multiple of that of its twin, would not have its length."""
+    d = reduced.offsets[body] + 2
+    relation: list[Expression] = [{d: 1.0}, {d + 1: 1.0}]
+    if twin:
+        matrix = reduced.direction(body).rows @ np.linalg.pinv(reduced.direction(twin).rows)
+        e = reduced.offsets[twin] + 2
+        relation = [{d + axis: 1.0, e: -float(matrix[axis, 0]), e + 1: -float(matrix[axis, 1])} for axis in (0, 1)]
+    change = (
+        "would have to change its length" if math.isnan(length) else f"would have to be {length:.6g} times as long as it is"
+    )
+    return contradiction(elimination.behind(relation), f"body '{body}' {change}")
+
+
+def _moving_guides(reduced: ReducedModel) -> list[Constraint]:
+    """Followers on lines that moving bodies carry.
+
+    With w from the body's origin to the follower, in units of the mechanism's size, and g the unit vector across the line, w . g
+    is constant.
+    """
+    found = []
+    for guide in reduced.mechanism.ideal_guides:
+        if guide.body == GROUND:
+            continue
+        across = -math.sin(guide.direction), math.cos(guide.direction)
+        turned = reduced.direction(guide.body)
+        g = PointMap(turned.columns, np.array([[across[0], -across[1]], [across[1], across[0]]]) @ turned.rows)
+        unit = 1.0 / reduced.size
+        w = combined((reduced.place(guide.follower), unit), (reduced.origin(guide.body), -unit))
+        value = (across[0] * guide.through[0] + across[1] * guide.through[1]) * unit
+        subject = f"guide '{guide.name}' of bodies '{guide.follower[0]}' and '{guide.body}'"
+        parts = _product(w, g)
+        if any(_is_free(reduced, part) for _, part in parts):
+            bodies = guide.follower[0], guide.body
+            found.append(Constraint(parts, value, scale=reduced.size, subject=subject, bodies=bodies))
+            continue
+        raise InputError(f"{subject} lies between bodies that cannot move against each other", "leave it out")
+    return found
+
+
+def _product(w: PointMap, g: PointMap) -> tuple[tuple[float, PointMap], ...]:
+    """The scalar product w . g as weighted squares of w + g and w - g."""
+    return (0.5, combined((w, 1.0), (g, 1.0))), (-0.5, combined((w, 1.0), (g, -1.0)))
+
+
+def _rods(reduced: ReducedModel) -> list[Constraint]:
+    """Rods: |end - start|^2 / 2 is constant, or follows a time function; in units of the length at the start."""
+    mechanism, found = reduced.mechanism, []
+    for rod in mechanism.rods:
+        length = function_start(rod.motion) if rod.motion else rod.length
+        if length is None:
+            length = math.dist(mechanism.place(rod.start), mechanism.place(rod.end))
+        if not length > 0.0:
+            raise InputError(f"rod '{rod.name}' starts with length {length:g} m", "a positive length")
+        unit = 1.0 / length
+        span = combined((reduced.place(rod.end), unit), (reduced.place(rod.start), -unit))
+        if not _is_free(reduced, span):
+            raise InputError(f"rod '{rod.name}' between points that cannot move against each other", "leave it out")
+        found.append(
+            Constraint(
+                ((1.0, span),),
+                0.5,
+                scale=length,
+                name=rod.name,
+                motion=rod.motion,
+                subject=f"rod '{rod.name}'",
+                bodies=(rod.start[0], rod.end[0]),
+            )
+        )
+    return found
+
+
+def _latches(reduced: ReducedModel) -> list[Constraint]:
+    """Latches: with w the body's direction turned back by the angle and g the base's turned left, w . g = 0."""
+    found = []
+    for latch in reduced.mechanism.latches:
+        cos, sin = math.cos(latch.angle), math.sin(latch.angle)
+        body, base = reduced.direction(latch.body), reduced.frame(latch.base)
+        w = PointMap(body.columns, np.array([[cos, sin], [-sin, cos]]) @ body.rows)
+        parts = _product(w, PointMap(base.columns, np.array([[0.0, -1.0], [1.0, 0.0]]) @ base.rows))
+        if not any(_is_free(reduced, part) for _, part in parts):
+            raise InputError(f"latch '{latch.name}' between bodies whose angle is prescribed", "bodies that can turn freely")
+        found.append(
+            Constraint(
+                parts, 0.0, name=latch.name, latch=True, subject=f"latch '{latch.name}'", bodies=(latch.body, latch.base)
+            )
+        )
+    return found

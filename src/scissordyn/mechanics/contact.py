@@ -1,0 +1,119 @@
+"""Contacts: where two surfaces are, what forces they exert, and how these change.
+
+Here are journals in their bearings; contact points of a block at the surfaces of its guide are in `plane_contact`.
+
+Letters: e journal against bearing centre, n = e/|e|, t = n turned left, delta = |e| - c, v slip speed of the surfaces,
+w angular velocity, d unit direction of a body. The maps of a joint give e, d of the journal's body, d of the bearing's body.
+"""
+
+from __future__ import annotations
+
+import math
+
+from scissordyn.jit import kernel
+from scissordyn.laws.dispatch import elastic_force, friction_force, friction_start, normal_force
+from scissordyn.mechanics.force_element import add_torques, map_values
+from scissordyn.mechanics.plane_contact import plane_forces, plane_gap, plane_kinematics
+from scissordyn.mechanics.system import APPROACH_FLOOR
+
+__all__ = ["begin_contact", "contact_forces", "end_contact", "gap", "kinematics"]
+
+
+@kernel(inline=True)
+def gap(j, S):
+    """|e| - c and its rate; negative in free flight."""
+    maps = map_values(j, S)
+    if S.parameters.contact[j].plane == 1:
+        return plane_gap(j, S, maps)
+    ex, ey, _, _, _, _, ux, uy, _, _, _, _ = maps
+    e = math.sqrt(ex * ex + ey * ey)
+    # at e = 0 the normal is undefined; whichever way the journal leaves, it moves outward
+    rate = (ex * ux + ey * uy) / e if e > 0.0 else math.sqrt(ux * ux + uy * uy)
+    return e - S.parameters.contact[j].clearance, rate
+
+
+@kernel(inline=True)
+def kinematics(j, S):
+    """Write delta, delta', slip speed, n and |e| of contact j into Work.contact; returns the maps and their rates."""
+    maps = map_values(j, S)
+    p, found = S.parameters.contact[j], S.work.contact[j]
+    if p.plane == 1:
+        plane_kinematics(j, S, maps)
+        return maps
+    ex, ey, ax, ay, bx, by, ux, uy, px, py, qx, qy = maps
+    e = math.sqrt(ex * ex + ey * ey)
+    nx, ny = (ex / e, ey / e) if e > 0.0 else (1.0, 0.0)
+    found.depth = e - p.clearance
+    found.rate = ux * nx + uy * ny
+    # v_t = e'.t + w_J R_J - w_B (R_J + e), t = (-n_y, n_x): both bodies at the same point, so that their moments balance
+    found.slip = uy * nx - ux * ny + (ax * py - ay * px) * p.radius - (bx * qy - by * qx) * (p.radius + e)
+    found.nx = nx
+    found.ny = ny
+    found.distance = e
+    return maps
+
+
+@kernel(inline=True)
+def contact_forces(j, S, z, dz):
+    """Evaluate the laws of contact j, add its forces to Work.force, write the rates of its states into dz."""
+    P, W = S.parameters, S.work
+    maps = kinematics(j, S)
+    p, law, found = P.contact[j], P.law[j], W.contact[j]
+    elastic = normal = 0.0
+    if found.depth > 0.0:
+        elastic = elastic_force(law.stiffness, found.depth, P.elastic[j])
+        normal = normal_force(law.damping, elastic, found.depth, found.rate, S.state.memory[j], P.damping[j])
+    tangential = friction_force(law.friction, found.slip, normal, z, dz, P.friction[j])
+    found.elastic = elastic
+    found.normal = normal
+    found.tangential = tangential
+    if p.plane == 1:
+        plane_forces(j, S, maps, normal, tangential)
+        return
+    _, _, ax, ay, bx, by, _, _, _, _, _, _ = maps
+    nx, ny = found.nx, found.ny
+    fx, fy = -normal * nx + tangential * ny, -normal * ny - tangential * nx
+    moment_j, moment_b = -p.radius * tangential, (p.radius + found.distance) * tangential
+    add_torques(j, S, fx, fy, moment_j, moment_b, ax, ay, bx, by, W.force, 0, W.force.size)
+
+
+@kernel(inline=True)
+def no_forces(j, S):
+    """Forget the forces of the last evaluation of contact j."""
+    found = S.work.contact[j]
+    found.elastic = 0.0
+    found.normal = 0.0
+    found.tangential = 0.0
+
+
+@kernel(inline=True)
+def begin_contact(y, j, S, data, resting):
+    """Start the contact of j with its states; `data` gets delta' and the angle of n; returns whether it started.
+
+    One that does not approach does not start, except where it rests in contact at the beginning of a run.
+    """
+    M, C = S.model, S.state
+    no_forces(j, S)
+    kinematics(j, S)
+    found = S.work.contact[j]
+    if not (found.rate > 0.0 or resting):
+        return False
+    C.mode[j] = 1
+    C.memory[j] = max(found.rate, APPROACH_FLOOR)
+    data[0] = C.memory[j] if resting else found.rate
+    data[1] = math.atan2(found.ny, found.nx)
+    start, stop = 2 * M.n + M.state_start[j], 2 * M.n + M.state_start[j + 1]
+    friction_start(S.parameters.law[j].friction, found.slip, y[start:stop], S.parameters.friction[j])
+    return True
+
+
+@kernel(inline=True)
+def end_contact(j, S, data):
+    """End the contact of j; `data` gets delta' and the angle of n."""
+    no_forces(j, S)
+    kinematics(j, S)
+    found = S.work.contact[j]
+    data[0] = found.rate
+    data[1] = math.atan2(found.ny, found.nx)
+    S.state.mode[j] = 0
+    return True

@@ -1,0 +1,53 @@
+"""Force elements: what acts between bodies through six rows of maps, be it a contact or a component.
+
+The maps give u, a vector between two points or a point, and a and b, the unit directions of two bodies.
+"""
+
+from __future__ import annotations
+
+from scissordyn.jit import kernel
+
+__all__ = ["add_forces", "add_torques", "map_values"]
+
+
+@kernel(inline=True)
+def map_values(element, S):
+    """The six values of the maps of a force element and their rates, at the present X and V."""
+    M, W = S.model, S.work
+    ux = uy = ax = ay = bx = by = 0.0
+    vx = vy = px = py = qx = qy = 0.0
+    row = M.element_row
+    for k in range(M.element_start[element], M.element_start[element + 1]):
+        column = M.element_column[k]
+        x, v = W.X[column], W.V[column]
+        ux += row[0, k] * x
+        uy += row[1, k] * x
+        ax += row[2, k] * x
+        ay += row[3, k] * x
+        bx += row[4, k] * x
+        by += row[5, k] * x
+        vx += row[0, k] * v
+        vy += row[1, k] * v
+        px += row[2, k] * v
+        py += row[3, k] * v
+        qx += row[4, k] * v
+        qy += row[5, k] * v
+    return ux, uy, ax, ay, bx, by, vx, vy, px, py, qx, qy
+
+
+@kernel(inline=True)
+def add_forces(element, S, fx, fy, gx, gy, hx, hy, target, first, limit):
+    """Add forces on the three maps of an element to target[first + column] for columns below `limit`."""
+    M = S.model
+    row = M.element_row
+    for k in range(M.element_start[element], M.element_start[element + 1]):
+        if M.element_column[k] < limit:
+            target[first + M.element_column[k]] += (
+                row[0, k] * fx + row[1, k] * fy + row[2, k] * gx + row[3, k] * gy + row[4, k] * hx + row[5, k] * hy
+            )
+
+
+@kernel(inline=True)
+def add_torques(element, S, fx, fy, torque_a, torque_b, ax, ay, bx, by, target, first, limit):
+    """The same for a force on the first map and torques on two unit directions: a torque is the force torque J d on d."""
+    add_forces(element, S, fx, fy, -torque_a * ay, torque_a * ax, -torque_b * by, torque_b * bx, target, first, limit)

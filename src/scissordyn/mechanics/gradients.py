@@ -1,0 +1,103 @@
+"""Constraints as functions of [x; b], for everything that is done before and after a run."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+import scipy.sparse as sp
+from scipy.sparse.linalg import lsqr
+
+from scissordyn.mechanics.point_map import Constraint, PointMap
+from scissordyn.mechanics.reduced_model import ReducedModel
+
+__all__ = ["Gradients", "least_change"]
+
+LARGE = 250_000
+"""Entries above which matrices are kept sparse."""
+
+MOST_FULL_ROWS = 400
+"""Equations above which least squares are solved iteratively."""
+
+
+class Gradients:
+    """Quadratic constraints and vectors that are to be held, with their gradients by x.
+
+    Parameters
+    ----------
+    reduced : ReducedModel
+    constraints : sequence of Constraint
+    held : sequence of PointMap
+        Vectors to hold at given values, such as the eccentricities of clearance joints.
+    """
+
+    def __init__(
+        self, reduced: ReducedModel, constraints: Sequence[Constraint], held: Sequence[PointMap] = ()
+    ) -> None:
+        self.free, self.count = reduced.free, len(constraints)
+        parts = [(k, weight, each) for k, constraint in enumerate(constraints) for weight, each in constraint.parts]
+        self.owner = np.array([k for k, _, _ in parts], int)
+        self.weight = np.array([weight for _, weight, _ in parts], float)
+        self.value = np.array([constraint.value for constraint in constraints], float)
+        self.timed = np.array([constraint.motion is not None for constraint in constraints], bool)
+        width = reduced.free + reduced.basis
+        self.maps = _matrix([each for _, _, each in parts], width)
+        self.held = _matrix(list(held), width)
+        moving = self.maps[:, : self.free]
+        square = moving * moving if isinstance(moving, np.ndarray) else moving.multiply(moving)
+        self.size = np.sqrt(np.asarray(square.sum(axis=1))).reshape(-1, 2)
+
+    def residual(self, full: np.ndarray) -> np.ndarray:
+        """Errors of the constraints at [x; b]."""
+        d = np.asarray(self.maps @ full).reshape(-1, 2)
+        return np.bincount(self.owner, 0.5 * self.weight * np.sum(d * d, axis=1), self.count) - self.value
+
+    def jacobian(self, full: np.ndarray) -> Any:
+        """Gradients of the constraints by [x; b], then the held maps; a full or a sparse matrix."""
+        d = self.weight[:, None] * np.asarray(self.maps @ full).reshape(-1, 2)
+        if isinstance(self.maps, np.ndarray):
+            rows = np.zeros((self.count, self.maps.shape[1]))
+            np.add.at(rows, self.owner, np.sum(d[:, :, None] * self.maps.reshape(*d.shape, -1), axis=1))
+            return np.vstack([rows, self.held])
+        parts = np.arange(self.owner.size)
+        places = np.repeat(self.owner, 2), np.stack([2 * parts, 2 * parts + 1], 1).ravel()
+        pairing = sp.csr_array((d.ravel(), places), shape=(self.count, 2 * parts.size))
+        return sp.csr_array(sp.vstack([pairing @ self.maps, self.held]))
+
+    def scale(self, full: np.ndarray) -> np.ndarray:
+        """How long the gradient of each constraint by x could be at [x; b]."""
+        d = np.asarray(self.maps @ full).reshape(-1, 2)
+        # a rod that shrinks to nothing loses its gradient: what it was at the start counts
+        size = np.maximum(np.hypot(*d.T), np.sqrt(2.0 * np.abs(self.value[self.owner])))
+        return np.bincount(self.owner, np.abs(self.weight) * size * np.hypot(*self.size.T), self.count)
+
+    def unit(self, full: np.ndarray) -> Any:
+        """Gradients of the constraints by x, each divided by how long it could be."""
+        scale = self.scale(full)
+        inverse = 1.0 / np.where(scale > 0.0, scale, 1.0)
+        rows = self.jacobian(full)[: self.count, : self.free]
+        return inverse[:, None] * rows if isinstance(rows, np.ndarray) else sp.csr_array(sp.diags_array(inverse) @ rows)
+
+
+def _matrix(maps: list[PointMap], width: int) -> Any:
+    """The rows of some maps, one pair below the other."""
+    if 2 * len(maps) * width <= LARGE:
+        full = np.zeros((2 * len(maps), width))
+        for k, each in enumerate(maps):
+            full[2 * k : 2 * k + 2, each.columns] = each.rows
+        return full
+    rows = np.concatenate([np.repeat([2 * k, 2 * k + 1], each.columns.size) for k, each in enumerate(maps)])
+    columns = np.concatenate([np.tile(each.columns, 2) for each in maps])
+    values = np.concatenate([each.rows.ravel() for each in maps])
+    return sp.csr_array((values, (rows, columns)), shape=(2 * len(maps), width))
+
+
+def least_change(jacobian: Any, residual: np.ndarray) -> np.ndarray:
+    """The smallest correction that removes a residual to first order, also where equations are redundant."""
+    if not residual.size or not np.any(residual):
+        return np.zeros(jacobian.shape[1])
+    if jacobian.shape[0] <= MOST_FULL_ROWS:
+        full = jacobian if isinstance(jacobian, np.ndarray) else jacobian.toarray()
+        return np.asarray(np.linalg.lstsq(full, residual, rcond=1e-10)[0])
+    return np.asarray(lsqr(jacobian, residual, atol=1e-15, btol=1e-15, iter_lim=20 * jacobian.shape[0])[0])

@@ -1,0 +1,105 @@
+"""Guards: contacts and components that begin or cease to act, and what happens then."""
+
+from __future__ import annotations
+
+import math
+
+from scissordyn.jit import kernel
+from scissordyn.mechanics.component import component_gap, switch_loss
+from scissordyn.mechanics.constraint import expand, map_directions, project, velocity_residual
+from scissordyn.mechanics.contact import begin_contact, end_contact, gap
+from scissordyn.mechanics.latch import engage
+from scissordyn.mechanics.system import APPROACH_FLOOR
+
+__all__ = ["guards", "reset", "touch"]
+
+LOCKED = 1e-9
+"""A latch has locked when the rates of all constraints vanish within this fraction of the fastest rate."""
+
+
+@kernel(inline=True)
+def guards(t, y, S, value, rate):
+    """Write what rises through zero as a guard begins to act, and its rate; |e| - c for the contact of a journal."""
+    M = S.model
+    expand(t, y, S)
+    contacts = S.parameters.contact.size
+    for j in range(contacts):
+        value[j], rate[j] = gap(j, S)
+    for guard in range(contacts, S.state.mode.size):
+        i = M.guard_component[guard]
+        value[guard], rate[guard] = component_gap(t, i, states_of(i, y, S), S)
+
+
+@kernel(inline=True)
+def states_of(i, y, S):
+    """Internal states of component i."""
+    M = S.model
+    element = S.parameters.contact.size + i
+    return y[2 * M.n + M.state_start[element] : 2 * M.n + M.state_start[element + 1]]
+
+
+@kernel(inline=True)
+def reset(t, y, guard, S, data):
+    """A guard has been crossed; writes its rate and the angle of the normal or a loss of energy; returns whether it changed."""
+    M, C = S.model, S.state
+    expand(t, y, S)
+    if guard < S.parameters.contact.size:
+        return end_contact(guard, S, data) if C.mode[guard] == 1 else begin_contact(y, guard, S, data, False)
+    i = M.guard_component[guard]
+    z = states_of(i, y, S)
+    _, data[0] = component_gap(t, i, z, S)
+    data[1] = 0.0
+    for latch in range(M.latch.shape[0]):
+        if M.latch[latch, 2] == i:
+            lock(t, y, guard, S, data)
+            return True
+    if C.mode[guard] == 0 and not data[0] > 0.0:
+        return False
+    data[1] = switch_loss(t, i, z, S)
+    C.memory[guard] = max(data[0], APPROACH_FLOOR)
+    C.mode[guard] = 1 - C.mode[guard]
+    return True
+
+
+@kernel(inline=True)
+def touch(t, y, guard, S, data):
+    """Let a guard act that is past zero at the start, whatever its rate."""
+    M, C = S.model, S.state
+    expand(t, y, S)
+    if guard < S.parameters.contact.size:
+        begin_contact(y, guard, S, data, True)
+        return
+    i = M.guard_component[guard]
+    _, data[0] = component_gap(t, i, states_of(i, y, S), S)
+    data[0], data[1] = max(data[0], APPROACH_FLOOR), 0.0
+    C.memory[guard], C.mode[guard] = data[0], 1
+
+
+@kernel(inline=True)
+def lock(t, y, guard, S, data):
+    """A plastic impact onto a latch's constraint; `data` gets the energy lost.
+
+    Where the other constraints forbid it, the state stays and the latch's memory is NaN: no step goes on from there.
+    """
+    M, W, C = S.model, S.work, S.state
+    n, before = M.n, 0.0
+    for i in range(2 * n):
+        W.scratch[i] = y[i]
+    map_directions(S, W.V, W.direction_rate)
+    fastest = 0.0
+    for p in range(M.part_constraint.size):
+        fastest = max(fastest, abs(W.direction_rate[p, 0]) + abs(W.direction_rate[p, 1]))
+    C.mode[guard] = 1
+    engage(S)
+    project(t, y, S)
+    if not velocity_residual(t, y, S) <= LOCKED * fastest:
+        for i in range(2 * n):
+            y[i] = W.scratch[i]
+        C.memory[guard] = math.nan
+        return
+    for i in range(n):
+        old, new = W.scratch[n + i], y[n + i]
+        before += 0.5 * (old - new) * (old + new)
+        for k in range(1, M.nb):
+            before += (old - new) * M.inertia[i, k] * W.basis[1, k]
+    data[1] = before

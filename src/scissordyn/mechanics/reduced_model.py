@@ -1,0 +1,150 @@
+"""A mechanism with its linear constraints eliminated: natural coordinates as affine functions of few free ones."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+import scipy.sparse as sp
+
+from scissordyn.component.place import GROUND, BodyPoint, Point
+from scissordyn.mechanics.elimination import Expression
+from scissordyn.mechanics.point_map import Constraint, PointMap
+from scissordyn.model.mechanism import Mechanism
+
+__all__ = ["ReducedModel", "fixed_expression", "placed", "point_expression"]
+
+
+@dataclass(frozen=True)
+class ReducedModel:
+    """The constant description of a mechanism that the kernels work on.
+
+    Natural coordinates are the origin p of each body and, if it rotates, the unit vector d along its x axis.
+
+    Parameters
+    ----------
+    mechanism : Mechanism
+    free : int
+        Number n of free coordinates x.
+    basis : int
+        Number nb of entries of b(t) = (1, cos th_1, sin th_1, ...).
+    coordinates : ndarray or sparse matrix, shape (nZ, n + nb)
+        T, all natural coordinates from [x; b].
+    mass : ndarray or sparse matrix, shape (nZ, nZ)
+        Mass matrix of the natural coordinates [kg, kg m, kg m^2].
+    offsets : dict
+        First natural coordinate of each body.
+    size : float
+        Length of the mechanism's parts [m].
+    constraints : tuple of Constraint
+        Unit lengths, moving guides, rods and latches, ordered for a narrow band.
+    redundant : tuple of str
+        Subjects of constraints that were left out because they follow from the others.
+    """
+
+    mechanism: Mechanism
+    free: int
+    basis: int
+    coordinates: Any = field(repr=False)
+    mass: Any = field(repr=False)
+    offsets: dict[str, int] = field(repr=False)
+    size: float
+    constraints: tuple[Constraint, ...] = ()
+    redundant: tuple[str, ...] = ()
+
+    def place(self, point: BodyPoint) -> PointMap:
+        """Position of a point of a body."""
+        return self._map(point_expression(self.mechanism, self.offsets, point, self._ones))
+
+    def at(self, body: str, point: Point) -> PointMap:
+        """Position of a point in the frame of a body, or of the ground."""
+        return self._map(fixed_expression(self.mechanism, self.offsets, body, point, self._ones))
+
+    def origin(self, body: str) -> PointMap:
+        """Position of the origin of a body."""
+        p = self.offsets[body]
+        return self._map(({p: 1.0}, {p + 1: 1.0}))
+
+    def direction(self, body: str) -> PointMap:
+        """Direction vector of a body; nothing for the ground and for a body that does not rotate."""
+        if body == GROUND or not self.mechanism.body(body).rotates:
+            return PointMap(np.empty(0, np.int64), np.empty((2, 0)))
+        d = self.offsets[body] + 2
+        return self._map(({d: 1.0}, {d + 1: 1.0}))
+
+    def frame(self, body: str) -> PointMap:
+        """Direction vector of a body's x axis, constant for the ground and for a body that does not rotate."""
+        if body != GROUND and self.mechanism.body(body).rotates:
+            return self.direction(body)
+        angle = 0.0 if body == GROUND else self.mechanism.body(body).angle
+        return PointMap(np.array([self.free], np.int64), np.array([[math.cos(angle)], [math.sin(angle)]]))
+
+    @property
+    def _ones(self) -> int:
+        return int(self.coordinates.shape[0])
+
+    @cached_property
+    def _rows(self) -> list[list[tuple[int, float]]]:
+        """Columns and coefficients of each natural coordinate."""
+        matrix = sp.csr_array(self.coordinates)
+        starts, columns, values = matrix.indptr.tolist(), matrix.indices.tolist(), matrix.data.tolist()
+        pairs = list(zip(columns, values, strict=True))
+        return [pairs[a:b] for a, b in zip(starts[:-1], starts[1:], strict=True)]
+
+    def _map(self, pair: tuple[Expression, Expression]) -> PointMap:
+        """A pair of expressions in natural coordinates as a map of [x; b]."""
+        table: dict[int, list[float]] = {}
+        rows, ones = self._rows, self._ones
+        for axis, expression in enumerate(pair):
+            for column, coefficient in expression.items():
+                for key, value in ((self.free, 1.0),) if column == ones else rows[column]:
+                    entry = table.get(key)
+                    if entry is None:
+                        entry = table[key] = [0.0, 0.0]
+                    entry[axis] += coefficient * value
+        columns = sorted(table)
+        return PointMap(np.array(columns, np.int64), np.array([table[key] for key in columns], float).reshape(-1, 2).T.copy())
+
+
+def point_expression(
+    mechanism: Mechanism, offsets: dict[str, int], point: BodyPoint, ones: int, size: float = 1.0
+) -> tuple[Expression, Expression]:
+    """Both components of a point of a body in natural coordinates; see `fixed_expression`."""
+    body, name = point
+    named = dict(mechanism.ground) if body == GROUND else mechanism.body(body).points
+    return fixed_expression(mechanism, offsets, body, named[name], ones, size)
+
+
+def fixed_expression(
+    mechanism: Mechanism, offsets: dict[str, int], body_name: str, point: Point, ones: int, size: float = 1.0
+) -> tuple[Expression, Expression]:
+    """Both components of a point in the frame of a body, or of the ground, in natural coordinates; column `ones` stands for 1.
+
+    Lengths and origins are in units of `size`.
+    """
+    x, y = point[0] / size, point[1] / size
+    if body_name == GROUND:
+        return {ones: x}, {ones: y}
+    body, p = mechanism.body(body_name), offsets[body_name]
+    if not body.rotates:
+        cos, sin = math.cos(body.angle), math.sin(body.angle)
+        return {p: 1.0, ones: cos * x - sin * y}, {p + 1: 1.0, ones: sin * x + cos * y}
+    return {p: 1.0, p + 2: x, p + 3: -y}, {p + 1: 1.0, p + 2: y, p + 3: x}
+
+
+def placed(reduced: ReducedModel) -> tuple[np.ndarray, np.ndarray]:
+    """Natural coordinates and velocities of the bodies as the user placed them."""
+    count = reduced.coordinates.shape[0]
+    position, velocity = np.zeros(count), np.zeros(count)
+    for body in reduced.mechanism.bodies:
+        p = reduced.offsets[body.name]
+        position[p : p + 2] = body.position
+        velocity[p : p + 2] = body.velocity
+        if body.rotates:
+            cos, sin = math.cos(body.angle), math.sin(body.angle)
+            position[p + 2 : p + 4] = cos, sin
+            velocity[p + 2 : p + 4] = -sin * body.angular_velocity, cos * body.angular_velocity
+    return position, velocity

@@ -1,0 +1,62 @@
+"""Angles with their turns: counted from one step to the next.
+
+An angle is known from the directions of bodies up to full turns. `State.reference` holds the angles at the end of the last step, of
+each family of parallel bodies and of each component that reads an angle; within a step an angle is the one nearest to that.
+"""
+
+from __future__ import annotations
+
+import math
+
+from scissordyn.jit import kernel
+from scissordyn.mechanics.force_element import map_values
+
+__all__ = ["counted_angle", "count_turns", "relative_angle", "rotation_direction"]
+
+TURN = 2.0 * math.pi
+
+
+@kernel(inline=True)
+def counted_angle(sine, cosine, reference):
+    """The angle of these direction components that is nearest to a reference."""
+    beyond = math.atan2(sine, cosine) - reference
+    return reference + beyond - TURN * math.floor(beyond / TURN + 0.5)
+
+
+@kernel(inline=True)
+def relative_angle(i, S, ax, ay, bx, by):
+    """Angle of direction a against direction b at component i."""
+    return counted_angle(bx * ay - by * ax, bx * ax + by * ay, S.state.reference[S.model.reference_of[i]])
+
+
+@kernel(inline=True)
+def rotation_direction(k, S):
+    """Direction of a family of parallel bodies and its rate, at the present X and V."""
+    M, W = S.model, S.work
+    dx = dy = vx = vy = 0.0
+    for i in range(M.rotation_start[k], M.rotation_start[k + 1]):
+        column = M.rotation_column[i]
+        dx += M.rotation_row[0, i] * W.X[column]
+        dy += M.rotation_row[1, i] * W.X[column]
+        vx += M.rotation_row[0, i] * W.V[column]
+        vy += M.rotation_row[1, i] * W.V[column]
+    return dx, dy, vx, vy
+
+
+@kernel()
+def count_turns(S):
+    """Take the present angles as references; returns the largest angular velocity."""
+    M, reference = S.model, S.state.reference
+    fastest = 0.0
+    rotations = M.rotation_start.size - 1
+    for k in range(rotations):
+        dx, dy, vx, vy = rotation_direction(k, S)
+        reference[k] = counted_angle(dy, dx, reference[k])
+        fastest = max(fastest, abs(dx * vy - dy * vx))
+    contacts = S.parameters.contact.size
+    for i in range(M.reference_of.size):
+        if M.reference_of[i] >= 0:
+            _, _, ax, ay, bx, by, _, _, px, py, qx, qy = map_values(contacts + i, S)
+            reference[M.reference_of[i]] = relative_angle(i, S, ax, ay, bx, by)
+            fastest = max(fastest, abs((ax * py - ay * px) - (bx * qy - by * qx)))
+    return fastest

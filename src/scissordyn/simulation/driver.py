@@ -1,0 +1,302 @@
+"""The one object that advances a mechanism: a model, the parameters of a case, a state, a workspace and a method."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cache
+from typing import Any
+
+import numpy as np
+
+from scissordyn.integrate import advance as loop
+from scissordyn.integrate.integration import (
+    Integration,
+    Problem,
+    Samples,
+    State,
+    make_problem,
+    make_record,
+    make_samples,
+    make_state,
+    make_work,
+)
+from scissordyn.integrate.history import make_history
+from scissordyn.integrate.tableau import tableau
+from scissordyn.jit import Handle
+from scissordyn.mechanics import functions
+from scissordyn.mechanics.build import build_model, initial_state, make_parameters, make_workspace
+from scissordyn.mechanics.monitored import POWERS
+from scissordyn.mechanics.reduced_model import ReducedModel
+from scissordyn.mechanics.system import Model, Parameters, System
+from scissordyn.model.mechanism import Mechanism
+from scissordyn.simulation.tolerance import Tolerances
+
+__all__ = ["Driver", "Snapshot", "make_system"]
+
+SLICE = 2000
+"""Steps between two looks at the keyboard and the progress bar; the steps themselves do not depend on it."""
+
+LOG_ROWS = 256
+RECORD_ROWS = 1024
+
+
+@cache
+def _problem() -> Problem:
+    """Typed pointers to the mechanics."""
+    return make_problem(functions.FUNCTIONS)
+
+
+def make_system(reduced: ReducedModel, model: Model | None = None, parameters: Parameters | None = None) -> Handle:
+    """A system at rest with everything open, for one thread.
+
+    Parameters
+    ----------
+    reduced : ReducedModel
+    model : Model, optional
+        One that is shared; built anew if not given.
+    parameters : Parameters, optional
+        Those of the reduced model's mechanism if not given.
+
+    Returns
+    -------
+    Handle
+        Of a `System`.
+    """
+    model = build_model(reduced) if model is None else model
+    parameters = make_parameters(reduced) if parameters is None else parameters
+    return Handle(System(model, parameters, initial_state(reduced, model), make_workspace(model, parameters)))
+
+
+@dataclass(frozen=True)
+class Snapshot:
+    """A state to go on from, bit for bit: copies of everything in an integrator's state.
+
+    Parameters
+    ----------
+    arrays : dict of str to ndarray
+        By the names of `State`.
+    """
+
+    arrays: dict[str, np.ndarray]
+
+    @property
+    def time(self) -> float:
+        """[s]"""
+        return float(self.arrays["clock"]["time"][0])
+
+
+class Driver:
+    """A mechanism on its way through time.
+
+    Parameters
+    ----------
+    reduced : ReducedModel
+    system : Handle
+        Of a `System`; its state is the driver's from here on.
+    y : ndarray, shape (ny,)
+        Coordinates, rates and internal states at t = 0.
+    method : str
+    tolerances : Tolerances
+    crosses : bool
+        Whether steps go across contacts that begin and end, under error control.
+    initial_events : list of rows of the event log
+    band : ndarray, optional
+        A limit for each quantity that is monitored throughout.
+    """
+
+    def __init__(
+        self,
+        reduced: ReducedModel,
+        system: Handle,
+        y: np.ndarray,
+        *,
+        method: str,
+        tolerances: Tolerances,
+        crosses: bool = False,
+        initial_events: tuple[list[float], ...] = (),
+        band: np.ndarray | None = None,
+    ) -> None:
+        self.reduced, self.system, self.method = reduced, system, method
+        content: System = system.content
+        state, model = content.state, content.model
+        signals = state.initial_history.size
+        if signals:
+            system.exchange("state", history=make_history(signals))
+            _fill_history(system, y)
+            state = system.content.state
+        integrated = make_state(
+            y,
+            mode=state.mode,
+            memory=state.memory,
+            reference=state.reference,
+            quadratures=len(POWERS),
+            monitors=model.monitor.shape[0],
+            band=band,
+            history=state.history,
+            history_length=state.history_length,
+        )
+        integrated.clock["crosses"] = int(crosses)
+        coefficients = tableau(method)
+        work = make_work(
+            integrated,
+            coefficients,
+            atol=tolerances.absolute,
+            rtol=tolerances.relative,
+            group=tolerances.group,
+            precision=tolerances.precision,
+            crossable=tolerances.crossable,
+            delays=tolerances.delays,
+        )
+        log = np.zeros((LOG_ROWS + 4 * model.guard_component.size + len(initial_events), loop.LOG_COLUMNS))
+        for row, event in enumerate(initial_events):
+            log[row] = event
+        integrated.counts["events"] = len(initial_events)
+        samples, record = make_samples(np.zeros(0), integrated), make_record(0, integrated)
+        self.integration = Handle(Integration(coefficients, integrated, work, samples, record, log))
+        self._answer = work.accepted
+        functions.activate(system.address)
+        functions.accept(0.0, integrated.y, system.address, work.accepted)
+        integrated.clock["longest"] = work.accepted[1]
+
+    @property
+    def state(self) -> State:
+        """The integrator's state: live arrays."""
+        found: State = self.integration.content.state
+        return found
+
+    @property
+    def time(self) -> float:
+        """[s]"""
+        return float(self.state.clock["time"][0])
+
+    @property
+    def log(self) -> np.ndarray:
+        """Rows of the event log so far: see `advance.LOG_COLUMNS`."""
+        return np.asarray(self.integration.content.log[: int(self.state.counts["events"][0])])
+
+    @property
+    def samples(self) -> Samples:
+        """The samples written so far."""
+        written: Samples = self.integration.content.samples
+        reached = int(self.state.counts["samples"][0])
+        return Samples(*(part[:reached] for part in written))
+
+    @property
+    def steps(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Time, state and modes at the end of each step so far, if they are recorded."""
+        count = int(self.state.counts["recorded"][0])
+        time, state, mode = self.integration.content.steps
+        return time[:count], state[:count], mode[:count]
+
+    def _exchange(self, **parts: Any) -> None:
+        self.integration = Handle(self.integration.content._replace(**parts))
+
+    def sample_at(self, times: np.ndarray) -> None:
+        """Write samples at these instants from here on."""
+        self._exchange(samples=make_samples(np.asarray(times, float), self.state))
+        self.state.counts["samples"] = 0
+
+    def record_steps(self) -> None:
+        """Keep time and state at the end of each step from here on."""
+        self._exchange(steps=make_record(RECORD_ROWS, self.state))
+        self.state.counts["recorded"] = 0
+
+    def clear_log(self) -> None:
+        """Forget the events so far."""
+        self.state.counts["events"] = 0
+
+    def advance(
+        self, until: float, *, most_steps: int = 50_000_000, progress: Callable[[float], None] | None = None
+    ) -> int:
+        """Go on until a time.
+
+        Parameters
+        ----------
+        until : float
+            [s]
+        most_steps : int
+            Steps, rejected ones included, after which it stops.
+        progress : callable, optional
+            Called now and then with the simulated time [s]; what it raises ends the advance between two steps.
+
+        Returns
+        -------
+        int
+            One of the statuses of `integrate.advance`; ADVANCING if the steps did not suffice.
+        """
+        state = self.state
+        state.clock["end"] = until
+        status, left = loop.ADVANCING, most_steps
+        while status == loop.ADVANCING and left > 0:
+            before = self._tried()
+            status = loop.advance(_problem(), self.system.address, self.integration.address, min(SLICE, left))
+            left -= max(1, self._tried() - before)
+            if status in _GROWING:
+                self._grow(status)
+                status = loop.ADVANCING
+            if progress is not None:
+                progress(self.time)
+        return status
+
+    def _tried(self) -> int:
+        counts = self.state.counts
+        return int(counts["steps"][0] + counts["rejected"][0])
+
+    def _grow(self, status: int) -> None:
+        """Double the store that is full."""
+        content = self.integration.content
+        if status == loop.LOG_FULL:
+            self._exchange(log=np.vstack([content.log, np.zeros_like(content.log)]))
+        elif status == loop.RECORD_FULL:
+            doubled = (np.concatenate([part, np.zeros_like(part)]) for part in content.steps)
+            self._exchange(steps=type(content.steps)(*doubled))
+        else:
+            history = np.vstack([content.state.history, np.zeros_like(content.state.history)])
+            self.system.exchange("state", history=history)
+            self._exchange(state=content.state._replace(history=history))
+
+    def snapshot(self) -> Snapshot:
+        """The state, to be put back or stored."""
+        arrays = {name: np.array(part) for name, part in self.state._asdict().items()}
+        arrays["history"] = arrays["history"][: int(arrays["history_length"][0])]
+        return Snapshot(arrays)
+
+    def restore(self, snapshot: Snapshot) -> None:
+        """Put a state back, of this mechanism or of one that differs in parameters only."""
+        state, length = self.state, int(snapshot.arrays["history_length"][0])
+        while length >= state.history.shape[0] > 0:
+            self._grow(loop.HISTORY_FULL)
+            state = self.state
+        for name, part in state._asdict().items():
+            if name == "history":
+                part[:length] = snapshot.arrays[name]
+            else:
+                part[...] = snapshot.arrays[name]
+        state.clock["prepared"] = 0
+        functions.activate(self.system.address)
+
+    def bind(self, parameters: Parameters) -> None:
+        """Go on with other numbers of the same model."""
+        self.system = Handle(self.system.content._replace(parameters=parameters))
+        self.state.clock["prepared"] = 0
+
+
+_GROWING = (loop.LOG_FULL, loop.HISTORY_FULL, loop.RECORD_FULL)
+
+
+def _fill_history(system: Handle, y: np.ndarray) -> None:
+    """Before the start every recorded signal is constant: S = y + R S, found from the recorder's answer to S = 0 and S = 1."""
+    past = system.content.state.initial_history
+    answers = np.zeros((2, past.size))
+    for value, answer in enumerate(answers):
+        past[:] = float(value)
+        functions.record(0.0, y, system.address, answer)
+    past[:] = answers[0] / (1.0 - (answers[1] - answers[0]))
+
+
+def counted(state: State) -> dict[str, int]:
+    """The counters of the loop by name."""
+    counts = state.counts[0]
+    return {name: int(counts[name]) for name in ("steps", "rejected", "rates", "jacobians", "events")}

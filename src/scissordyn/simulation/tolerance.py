@@ -1,0 +1,142 @@
+"""Error weights that mean the same for any mechanism, at any scale, whatever the length of the run."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from scissordyn.component.actuator import Actuator
+from scissordyn.jit import Handle
+from scissordyn.laws.dispatch import friction_start
+from scissordyn.mechanics import functions
+from scissordyn.mechanics.build import acting
+from scissordyn.mechanics.reduced_model import ReducedModel
+from scissordyn.mechanics.system import System
+from scissordyn.model.body import Body
+
+__all__ = ["Tolerances", "error_weights"]
+
+INTERNAL_STATES = 100.0
+"""Internal states of friction laws are weighed this much more loosely: they relax within microseconds, so that their errors do
+not add up. Measured: the events keep their digits, the steps become a third fewer (docs/decisions)."""
+
+ROUND_OFF = 1e-15
+"""Relative weight of positions: what they are rounded to."""
+
+LOCATED = 1e-9
+"""A contact's beginning is located to this fraction of its clearance."""
+
+GUARD = 1e-10
+"""The guard of a component is located to this angle [rad], or to this fraction of the mechanism's size."""
+
+
+@dataclass(frozen=True)
+class Tolerances:
+    """Weights of errors, and how precisely events are located.
+
+    Parameters
+    ----------
+    absolute, relative : ndarray, shape (ny,)
+    group : ndarray of int
+        Boundaries of the groups whose root mean square the relative weights refer to.
+    precision : ndarray, shape (guards,)
+    crossable : ndarray of int, shape (guards,)
+        1 for guards that may act from within a step on.
+    delays : tuple of float
+        Of controllers [s].
+    time_scale : float
+        Time in which the mechanism moves by its reference length from rest [s].
+    """
+
+    absolute: np.ndarray
+    relative: np.ndarray
+    group: np.ndarray
+    precision: np.ndarray
+    crossable: np.ndarray
+    delays: tuple[float, ...]
+    time_scale: float
+
+
+def error_weights(reduced: ReducedModel, system: Handle, y: np.ndarray, *, rtol: float, atol: float) -> Tolerances:
+    """Weights from how far free coordinates move the points of the bodies.
+
+    Positions are weighed against the smallest clearance, or the largest body where there is none; speeds against the speed of the
+    whole mechanism, and against what moves by that length in the time that it takes from rest; internal states against their size
+    in steady sliding.
+
+    Parameters
+    ----------
+    reduced : ReducedModel
+    system : Handle
+    y : ndarray, shape (ny,)
+        At the start.
+    rtol, atol : float
+
+    Returns
+    -------
+    Tolerances
+    """
+    n, mechanism = reduced.free, reduced.mechanism
+    content: System = system.content
+    model, parameters = content.model, content.parameters
+    reach = _reach(reduced)
+    contacts = parameters.contact.size
+    extent = max((_extent(body) for body in mechanism.bodies), default=1.0) or 1.0
+    scale = float(np.min(parameters.contact["clearance"])) if contacts else extent
+    rate = np.zeros(y.size)
+    functions.rate(0.0, y.copy(), system.address, rate)
+    fastest = float(np.max(reach * np.abs(content.work.A[:n]), initial=mechanism.gravity if n else 0.0))
+    duration = math.sqrt(scale / fastest) if 0.0 < fastest < math.inf else 1.0
+    sliding = _sliding_states(content)
+    friction = int(model.state_start[contacts])
+    # a bristle's error fades, an integrator's does not; the torque of an integrator is weighed in N m
+    internal = np.where(np.arange(sliding.size) < friction, INTERNAL_STATES, 1.0) * rtol
+    position = atol * scale / reach
+    delays = [part.controller.delay for part in mechanism.components if isinstance(part, Actuator)]
+    crossable, precision = [1] * contacts, (LOCATED * parameters.contact["clearance"]).tolist()
+    for part in acting(mechanism):
+        if part.declaration.gap is not None:
+            crossable.append(int(part.declaration.force is not None and part.declaration.switch is None))
+            precision.append(GUARD * (1.0 if part.declaration.port.turning else reduced.size))
+    return Tolerances(
+        absolute=np.concatenate([position, position / duration, internal * np.where(sliding > 0.0, sliding, 1.0)]),
+        relative=np.concatenate([np.full(n, ROUND_OFF), np.full(n, rtol), internal]),
+        group=np.array([0, n, 2 * n, 2 * n + friction, y.size], np.int64),
+        precision=np.array(precision, float),
+        crossable=np.array(crossable, np.int64),
+        delays=tuple(sorted({delay for delay in delays if delay > 0.0})),
+        time_scale=duration,
+    )
+
+
+def _reach(reduced: ReducedModel) -> np.ndarray:
+    """How far each free coordinate moves a point of a body, at most, shape (n,)."""
+    moved = np.ones(reduced.coordinates.shape[0])
+    for body in reduced.mechanism.bodies:
+        if body.rotates:
+            moved[reduced.offsets[body.name] + 2 :][:2] = _extent(body)
+    moving = abs(reduced.coordinates[:, : reduced.free])
+    if isinstance(moving, np.ndarray):
+        return np.asarray(np.max(moved[:, None] * moving, axis=0, initial=0.0))
+    return np.asarray((moving.multiply(moved[:, None])).max(axis=0).toarray()).ravel()
+
+
+def _extent(body: Body) -> float:
+    """How far from its origin a body reaches, its radius of gyration counted for a body without points [m]."""
+    gyration = math.sqrt((body.inertia or 0.0) / body.mass)
+    return max([math.hypot(*point) for point in (body.centre, *body.points.values())] + [gyration])
+
+
+def _sliding_states(system: System) -> np.ndarray:
+    """Size of each internal state in steady sliding at 1 m/s, the natural scale of its error."""
+    model, parameters = system.model, system.parameters
+    scale = np.zeros(int(model.state_start[-1]))
+    for j in range(parameters.contact.size):
+        part = slice(model.state_start[j], model.state_start[j + 1])
+        if part.stop > part.start:
+            state = np.zeros(part.stop - part.start)
+            friction_start(parameters.law["friction"][j], 1.0, state, parameters.friction[j])
+            scale[part] = np.abs(state)
+    return scale

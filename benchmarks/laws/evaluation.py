@@ -1,4 +1,4 @@
-"""Nanoseconds that one evaluation of each law takes, through the ladder, as the equations of motion call it.
+"""Nanoseconds that one evaluation of each law takes, through the dispatch, as the equations of motion call it.
 
 Run by hand: ``python benchmarks/laws/evaluation.py``. Each figure is the best of seven loops of 200000 calls with changing
 arguments, less the same loop without a call. The last column is the ratio to the default law of the kind.
@@ -14,8 +14,8 @@ import numpy as np
 
 from scissordyn.laws.catalogue import BY_KIND
 from scissordyn.laws.contact import JointContact
+from scissordyn.laws.dispatch import elastic_force, friction_force, friction_start, normal_force
 from scissordyn.laws.impact import table_row
-from scissordyn.laws.ladder import elastic_force, friction_force, friction_start, normal_force
 from scissordyn.laws.material import STEEL
 from scissordyn.laws.user import UserDamping, UserElastic, UserFriction
 

@@ -8,7 +8,7 @@ import numba
 import numpy as np
 
 from scissordyn.laws.contact import PARAMETERS, JointContact
-from scissordyn.laws.ladder import elastic_force, normal_force
+from scissordyn.laws.dispatch import elastic_force, normal_force
 from scissordyn.laws.material import STEEL
 
 JOINT = JointContact(clearance=0.5e-3, journal_radius=9.5e-3, length=15e-3, journal=STEEL, bearing=STEEL)

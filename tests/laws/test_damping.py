@@ -16,8 +16,8 @@ from scissordyn.laws.damping.anagnostopoulos import Anagnostopoulos
 from scissordyn.laws.damping.exact import Exact, exact_factor, returned_restitution
 from scissordyn.laws.damping.gonthier import Gonthier
 from scissordyn.laws.damping.kelvin_voigt import KelvinVoigt
+from scissordyn.laws.dispatch import normal_force
 from scissordyn.laws.elastic.linear import Linear
-from scissordyn.laws.ladder import normal_force
 
 FACTORS = [law for law in catalogue.DAMPING.values() if law.tag == proportional.TAG and law.name != "none"]
 MASS = 2.0

@@ -16,9 +16,9 @@ from bouncing import JOINT, bounce, force, row, step
 from scissordyn.errors import InputError
 from scissordyn.laws import catalogue
 from scissordyn.laws.damping.flores import Flores
+from scissordyn.laws.dispatch import elastic_force, friction_force, normal_force
 from scissordyn.laws.elastic.hertz import Hertz
 from scissordyn.laws.friction.coulomb import Coulomb
-from scissordyn.laws.ladder import elastic_force, friction_force, normal_force
 from scissordyn.laws.user import UserDamping, UserElastic, UserFriction
 
 NOTHING = np.zeros(0)

@@ -1,6 +1,6 @@
 """Every law and material by name. The folders are the list: a new file in one of them is a new entry.
 
-Beside the file only the ladder has to learn of a law, and only if the law brings a kernel of its own.
+Apart from its file, a law needs a branch in the dispatch, and only if it brings a kernel of its own.
 """
 
 from __future__ import annotations

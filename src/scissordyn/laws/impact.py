@@ -9,7 +9,7 @@ import numpy as np
 from scipy.integrate import solve_ivp
 
 from scissordyn.laws.contact import PARAMETERS, Damping, Elastic, JointContact
-from scissordyn.laws.ladder import elastic_force, normal_force
+from scissordyn.laws.dispatch import elastic_force, normal_force
 
 __all__ = ["Impact", "impact", "table_row"]
 

@@ -10,8 +10,8 @@ from numpy.typing import ArrayLike
 from scipy.integrate import solve_ivp
 
 from scissordyn.laws.contact import Friction, JointContact
+from scissordyn.laws.dispatch import friction_force, friction_start
 from scissordyn.laws.impact import table_row
-from scissordyn.laws.ladder import friction_force, friction_start
 
 __all__ = ["Swing", "steady_coefficient", "swing"]
 

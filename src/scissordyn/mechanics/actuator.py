@@ -11,7 +11,7 @@ import math
 import numpy as np
 
 from scissordyn.control.controller import PARAMETERS
-from scissordyn.control.ladder import control_torque
+from scissordyn.control.dispatch import control_torque
 from scissordyn.control.signal import DELAYED, ERROR, FEED_FORWARD, REFERENCE, SENSOR, SIGNALS, SPEED
 from scissordyn.jit import kernel
 from scissordyn.mechanics.link import link_forms, push_turns

@@ -12,7 +12,7 @@ from __future__ import annotations
 import math
 
 from scissordyn.jit import kernel
-from scissordyn.laws.ladder import elastic_force, friction_force, friction_start, normal_force
+from scissordyn.laws.dispatch import elastic_force, friction_force, friction_start, normal_force
 from scissordyn.mechanics.link import link_forms, push_turns
 from scissordyn.mechanics.system import APPROACH_FLOOR
 from scissordyn.mechanics.wall import corner_gap, corner_kinematics, corner_slopes, push_corner

@@ -14,7 +14,7 @@ from scissordyn.control.signal import SIGNALS
 from scissordyn.errors import InputError
 from scissordyn.jit import opener
 from scissordyn.laws.contact import PARAMETERS, Damping, Elastic, Friction
-from scissordyn.laws.ladder import friction_start
+from scissordyn.laws.dispatch import friction_start
 from scissordyn.mechanics.actuator import controller_tables
 from scissordyn.mechanics.band import width
 from scissordyn.mechanics.element import ELEMENT_NUMBERS, courses, element_form, element_numbers, start_angle, stop_guards

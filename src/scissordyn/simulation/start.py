@@ -9,7 +9,7 @@ import numpy as np
 from scissordyn.errors import InputError
 from scissordyn.integrate.advance import LOG_COLUMNS, RECORD
 from scissordyn.jit import Handle
-from scissordyn.laws.ladder import elastic_force
+from scissordyn.laws.dispatch import elastic_force
 from scissordyn.mechanics import functions
 from scissordyn.mechanics.bodies import body_motion
 from scissordyn.mechanics.layout import Form, Layout, lay_out

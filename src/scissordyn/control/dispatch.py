@@ -1,4 +1,4 @@
-"""From a controller's tag to its kernel, as the laws' ladder does it. A tag without a rung gives NaN, which ends the run."""
+"""Dispatch from a controller's tag to its kernel, as for the laws. A tag without a branch gives NaN, which ends the run."""
 
 from __future__ import annotations
 

@@ -1,7 +1,7 @@
-"""From a law's tag to its kernel.
+"""Dispatch from a law's tag to its kernel.
 
-An integer into a ladder of ifs: machine code with such a ladder is kept on disk, a function passed as an argument is not.
-A tag without a rung gives NaN, which ends the run and names the joint.
+The tag is an integer that a chain of ifs compares: numba caches such machine code on disk, but not a function passed as an
+argument. A tag without a branch gives NaN, which ends the run and names the joint.
 """
 
 from __future__ import annotations

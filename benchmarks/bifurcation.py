@@ -1,7 +1,7 @@
 """A bifurcation diagram over the clearance: 300 values, 200 cycles each, on two processes, with and without friction.
 
-The paper's array (reading A) with joint A loose, driven th_1 = 45 deg + 10 deg sin(2 pi f t) with f = 8 Hz. There the slider's
-acceleration is some sixty times gravity's, the reaction of joint A changes its sign twice in a cycle, and over 0.1 to
+The paper's array (reading A) with clearance at joint A, driven th_1 = 45 deg + 10 deg sin(2 pi f t) with f = 8 Hz. There the
+slider's acceleration is some sixty times gravity's, the reaction of joint A changes its sign twice in a cycle, and over 0.1 to
 0.7 mm the rubbing joint goes from one orbit per cycle through several windows of irregular motion.
 """
 
@@ -34,9 +34,9 @@ KINETIC = (None, 0.05)
 
 def array(kinetic: float | None, clearance: float = 0.5e-3) -> sd.Mechanism:
     """The paper's array, driven to and fro."""
-    loose = sd.Clearance(clearance) if kinetic is None else sd.Clearance(clearance, friction=sd.LuGre(kinetic=kinetic))
+    described = sd.Clearance(clearance) if kinetic is None else sd.Clearance(clearance, friction=sd.LuGre(kinetic=kinetic))
     drive = sd.Harmonic(math.radians(45.0), math.radians(10.0), 2.0 * math.pi * FREQUENCY)
-    return sd.scissor(units=2, angle=math.radians(45.0)).driven(drive).loosen("A", loose)
+    return sd.scissor(units=2, angle=math.radians(45.0)).driven(drive).with_clearance("A", described)
 
 
 @dataclass(frozen=True)

@@ -1,10 +1,10 @@
-"""The mechanisms that are measured: the paper's array with joint A loose, and longer ones."""
+"""The mechanisms that are measured: the paper's array with clearance at joint A, and longer ones."""
 
 from __future__ import annotations
 
 import scissordyn as sd
 
-__all__ = ["CLEARANCE", "FRICTION", "UNTIL", "all_loose", "array", "name_of"]
+__all__ = ["CLEARANCE", "FRICTION", "UNTIL", "array", "clearance_everywhere", "name_of"]
 
 CLEARANCE = 0.5e-3
 UNTIL = 0.05
@@ -18,18 +18,18 @@ def name_of(kinetic: float | None) -> str:
 
 
 def clearance(kinetic: float | None) -> sd.Clearance:
-    """The paper's loose joint."""
+    """The paper's clearance joint."""
     return sd.Clearance(CLEARANCE) if kinetic is None else sd.Clearance(CLEARANCE, friction=sd.LuGre(kinetic=kinetic))
 
 
 def array(kinetic: float | None = None, units: int = 2) -> sd.Mechanism:
-    """An array at 150 rpm from 30 degrees with joint A loose."""
-    return sd.scissor(units=units).driven(speed=sd.rpm(150)).loosen("A", clearance(kinetic))
+    """An array at 150 rpm from 30 degrees with clearance at joint A."""
+    return sd.scissor(units=units).driven(speed=sd.rpm(150)).with_clearance("A", clearance(kinetic))
 
 
-def all_loose(units: int) -> sd.Mechanism:
-    """An array in which every revolute joint is loose and frictionless."""
+def clearance_everywhere(units: int) -> sd.Mechanism:
+    """An array in which every revolute joint has clearance and no friction."""
     found = sd.scissor(units=units).driven(speed=sd.rpm(150))
     for joint in found.joints:
-        found = found.loosen(joint.name, clearance(None))
+        found = found.with_clearance(joint.name, clearance(None))
     return found

@@ -40,7 +40,7 @@ def _hidden_states() -> str:
             errors = np.abs(run["contact_start"].values[:5] - reference[:5])
             steps = json.loads(run.attrs["statistics"])["steps"]
             rows.append([f"{name_of(kinetic)}, {weight:g}", str(steps), *(f"{errors[k]:.0e}" for k in (1, 2, 4))])
-    text = "Hidden states weighed more loosely by a factor: errors of the starts of contacts 2, 3 and 5 [s] at 1e-8.\n\n"
+    text = "Tolerance of the hidden states larger by a factor: errors of contact starts 2, 3 and 5 [s] at 1e-8.\n\n"
     return text + table(["case, factor", "steps", "contact 2", "contact 3", "contact 5"], rows)
 
 
@@ -67,7 +67,7 @@ def _reversal() -> str:
     rows = []
     for damping in (316.0, 31.6, 3.16, 0.0):
         friction = sd.LuGre(kinetic=0.1, bristle_damping=damping)
-        mechanism = array(None).loosen("A", dataclasses.replace(sd.Clearance(0.5e-3), friction=friction))
+        mechanism = array(None).with_clearance("A", dataclasses.replace(sd.Clearance(0.5e-3), friction=friction))
         run = sd.simulate(mechanism, until=UNTIL, samples=50_001)
         joint = run.sel(joint="A")
         normal = joint["normal_force"].values

@@ -1,7 +1,8 @@
 """The paper's case as one would write it for scipy: minimal coordinates in plain Python, contacts as terminal events.
 
-Two units, reading A, joint A loose, Liu stiffness, Flores damping, LuGre friction or none. Unknowns are psi = th_1 + th_2 and
-e_y = (L/2) (sin th_1 - sin th_2) - y, both zero in the ideal array, so that tolerances stay small against the clearance.
+Two units, reading A, clearance at joint A, Liu stiffness, Flores damping, LuGre friction or none. Unknowns are psi = th_1 +
+th_2 and e_y = (L/2) (sin th_1 - sin th_2) - y, both zero in the ideal array, so that tolerances stay small against the
+clearance.
 """
 
 from __future__ import annotations
@@ -106,7 +107,7 @@ class Plain:
         return self.kinetic * (1.0 + 0.5 * math.exp(-ratio * ratio))
 
     def run(self) -> Plain:
-        """Go from event to event; the bristles are weighed as loosely as in the package."""
+        """Go from event to event; the bristles have the same tolerance as in the package."""
         began = time.perf_counter()
         bristles = [] if self.kinetic is None else [100.0 * self.kinetic / SIGMA0]
         atol = self.tolerance * np.array([C, C, 1.0, 1.0, *bristles])

@@ -1,4 +1,4 @@
-"""Error against time for every method, from loose to tight tolerances."""
+"""Error against time for every method, from large to small tolerances."""
 
 from __future__ import annotations
 

@@ -53,7 +53,7 @@ def test_no_contact_at_all() -> None:
     assert float(found["peak_force"]) == 0.0
     for name in ("contact_arc", "contact_arc_95", "contact_force", "impulse_mean", "heat"):
         assert math.isnan(float(found[name]))
-    with pytest.raises(InputError, match="without loose joints"):
+    with pytest.raises(InputError, match="without clearance joints"):
         contact_statistics(made_up_run([]).drop_vars("clearance"))
 
 
@@ -127,18 +127,18 @@ def test_deviation_of_a_made_up_run() -> None:
         deviation(run, made_up_run([], instants=501))
 
 
-def test_statistics_of_a_real_run(loose_array, loose_run) -> None:
+def test_statistics_of_a_real_run(clearance_array, clearance_run) -> None:
     """Cross-check: shares and impulses of contacts against the samples, their heat against the run's books."""
-    ideal = simulate(loose_array.tighten(), until=0.05)
-    found = contact_statistics(loose_run, ideal=ideal)
+    ideal = simulate(clearance_array.ideal(), until=0.05)
+    found = contact_statistics(clearance_run, ideal=ideal)
     joint = found.sel(joint="A")
-    samples = float(loose_run["in_contact"].sel(joint="A").mean())
-    contacts = len(contact_spans(loose_run, "A"))
+    samples = float(clearance_run["in_contact"].sel(joint="A").mean())
+    contacts = len(contact_spans(clearance_run, "A"))
     assert contacts == int(joint["impacts"]) > 5
-    assert abs(float(joint["contact_share"]) - samples) < contacts / loose_run.sizes["time"]
+    assert abs(float(joint["contact_share"]) - samples) < contacts / clearance_run.sizes["time"]
     assert 0.0 < float(found["output_error_max"]) < 4.0 * 0.5e-3
-    assert float(joint["peak_force"]) == float(loose_run["peak_force"].max())
+    assert float(joint["peak_force"]) == float(clearance_run["peak_force"].max())
     assert float(found["synchronisation_error_max"]) < CLEARANCE
-    lost = float(loose_run["damping_loss"][-1] + loose_run["friction_loss"][-1])
+    lost = float(clearance_run["damping_loss"][-1] + clearance_run["friction_loss"][-1])
     assert float(joint["heat"]) == pytest.approx(lost, rel=1e-9)
     assert float(joint["impulse"]) / 0.05 == pytest.approx(float(joint["mean_force"]), rel=0.01)

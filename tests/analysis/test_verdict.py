@@ -147,7 +147,7 @@ def test_cycles() -> None:
         eccentricity=0.0 * cycles["eccentricity"] + CLEARANCE, contact_share=0.0 * cycles["contact_share"] + 1.0
     )
     assert classify(still).name == "continuous contact, period 1"
-    with pytest.raises(InputError, match="how loose"):
+    with pytest.raises(InputError, match="without the clearances"):
         classify(cycles.assign_attrs(configuration="{}"))
     with pytest.raises(InputError, match="samples left"):
         classify(cycles, skip=399)

@@ -252,7 +252,13 @@ def test_check_says_what_would_be_run(folder: Path, capsys: pytest.CaptureFixtur
     """Identity: mechanism, drive, joint and method of the paper's case."""
     assert status_of(["check", str(PAPER)]) == 0
     shown = capsys.readouterr().out
-    for text in ("5 bodies, 5 ideal and 1 loose", "speed 150 rpm", "Joint A: clearance 0.5 mm", "friction lugre", "rodas5p"):
+    for text in (
+        "5 bodies, 5 ideal and 1 clearance",
+        "speed 150 rpm",
+        "Joint A: clearance 0.5 mm",
+        "friction lugre",
+        "rodas5p",
+    ):
         assert text in shown
     assert not list(folder.iterdir())
 

@@ -53,7 +53,7 @@ def test_paper_case_is_the_one_built_in_python() -> None:
         damping=Flores(restitution=0.9),
         friction=LuGre(kinetic=0.05),
     )
-    assert case.mechanism.joints == array.loosen("A", clearance).joints
+    assert case.mechanism.joints == array.with_clearance("A", clearance).joints
     assert [body.name for body in case.mechanism.bodies] == [body.name for body in array.bodies]
     for read, built in zip(case.mechanism.bodies, array.bodies, strict=True):
         assert read.mass == built.mass
@@ -98,7 +98,7 @@ def test_every_argument_of_a_builder_has_its_key(kind: str) -> None:
 def test_left_out_keys_take_the_defaults_of_the_model(tmp_path: Path) -> None:
     """Identity: the shortest case file against the defaults in Python."""
     case = read_case(written(tmp_path, LEAST + '[[clearance]]\njoint = "A"\nclearance = "1 mm"\n'))
-    assert case.mechanism == scissor().loosen("A", Clearance(1e-3))
+    assert case.mechanism == scissor().with_clearance("A", Clearance(1e-3))
     assert (case.run.samples, case.run.rtol, case.run.method) == (2001, 1e-8, "auto")
 
 
@@ -279,7 +279,7 @@ def test_own_law_with_constants(tmp_path):
     (tmp_path / "my_laws.py").write_text("def soft(indentation, k, n):\n    return k * indentation**n\n")
     law = '{ law = "my_laws.py:soft", constants = [2e9, 1.5] }'
     (tmp_path / "case.toml").write_text(LEAST + f'[[clearance]]\njoint = "A"\nclearance = "1 mm"\nstiffness = {law}\n')
-    (pin,) = read_case(tmp_path / "case.toml").mechanism.loose
+    (pin,) = read_case(tmp_path / "case.toml").mechanism.clearance_joints
     assert pin.clearance.stiffness.constants == (2e9, 1.5)
     with pytest.raises(InputError, match="constants"):
         read_case(tmp_path / "case.toml", ['clearance.A.stiffness={ law = "my_laws.py:soft", constants = ["1 N"] }'])
@@ -301,8 +301,8 @@ def test_every_law_of_the_catalogue_can_be_written_in_a_case_file(tmp_path: Path
         assert getattr(law, field.name) == (default if default is None else pytest.approx(default, rel=1e-11))
 
 
-def test_a_loose_guide_and_its_laws(tmp_path: Path) -> None:
-    """Identity: [[guide_clearance]] against the same loose guide in Python, by size and by corners."""
+def test_a_clearance_guide_and_its_laws(tmp_path: Path) -> None:
+    """Identity: [[guide_clearance]] against the same clearance guide in Python, by size and by corners."""
     slider = '[structure]\nkind = "slider-crank"\nslider_inertia = "2e-5 kg m^2"\n[drive]\nspeed = "60 rpm"\n'
     table = '[[guide_clearance]]\nguide = "guide"\nclearance = "0.1 mm"\nrestitution = 0.7\n'
     end = '[run]\nuntil = "1 ms"\n'
@@ -310,11 +310,11 @@ def test_a_loose_guide_and_its_laws(tmp_path: Path) -> None:
     described = {"corner_radius": 2e-3, "damping": Flores(0.7), "friction": LuGre(0.1)}
     friction = 'corner_radius = "2 mm"\nfriction = { law = "lugre", kinetic = 0.1 }\n'
     sized = slider + table + 'length = "40 mm"\nwidth = "20 mm"\n' + friction + end
-    wanted = built.loosen("guide", GuideClearance(1e-4, 0.04, 0.02, **described))
+    wanted = built.with_clearance("guide", GuideClearance(1e-4, 0.04, 0.02, **described))
     assert read_case(written(tmp_path, sized)).mechanism.corners == wanted.corners
     outlined = slider + table + 'corners = ["-0.018, -0.008 m", "0.018, -0.008 m", "0, 0.009 m"]\n' + friction + end
     corners = ((-0.018, -0.008), (0.018, -0.008), (0.0, 0.009))
-    wanted = built.loosen("guide", GuideClearance(1e-4, corners=corners, **described))
+    wanted = built.with_clearance("guide", GuideClearance(1e-4, corners=corners, **described))
     assert read_case(written(tmp_path, outlined)).mechanism.corners == wanted.corners
     changed = read_case(written(tmp_path, sized), ["guide_clearance.guide.clearance=0.2 mm"]).mechanism
     assert changed.guide("guide").clearance == GuideClearance(2e-4, 0.04, 0.02, **described)

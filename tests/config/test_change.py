@@ -11,7 +11,7 @@ from scissordyn.errors import InputError
 
 
 def tree() -> dict[str, Any]:
-    """A parsed case of two loose joints."""
+    """A parsed case of two clearance joints."""
     return {
         "drive": {"speed": "150 rpm"},
         "clearance": [

@@ -273,7 +273,7 @@ until = "1 ms"
     assert mechanism.elements == (TorsionSpring("hinge", "unit 1/bar 1", "unit 1/bar 2", 1.0),)
 
 
-def test_patterns_loosen_several_joints(tmp_path: Path) -> None:
+def test_patterns_give_clearance_to_several_joints(tmp_path: Path) -> None:
     """Identity: all pivots, of which the last table that names one has the last word."""
     text = """
 [structure]
@@ -288,9 +288,9 @@ clearance = "2 mm"
 [run]
 until = "1 ms"
 """
-    wanted = mast(units=3).loosen("pivots", Clearance(1e-3)).loosen("unit 2/pivot", Clearance(2e-3))
+    wanted = mast(units=3).with_clearance("pivots", Clearance(1e-3)).with_clearance("unit 2/pivot", Clearance(2e-3))
     assert read_case(written(tmp_path, text)).mechanism == wanted
-    assert len(wanted.loose) == 3
+    assert len(wanted.clearance_joints) == 3
     with pytest.raises(InputError, match="given twice"):
         read_case(tmp_path / "case.toml", ["clearance.1.joint=pivots"])
 

@@ -35,7 +35,7 @@ def test_templates_can_be_run(tmp_path: Path, kind: str) -> None:
     path = tmp_path / "case.toml"
     path.write_text(template(kind), encoding="utf-8")
     case = read_case(path, ["run.until=0.1 ms", "run.samples=3"])
-    assert case.mechanism.loose
+    assert case.mechanism.clearance_joints
     assert simulate(case.mechanism, **case.run.keywords).attrs["status"] == "complete"
 
 
@@ -73,7 +73,7 @@ def test_structures_of_the_templates_are_the_defaults(tmp_path: Path, kind: str)
     assert issubclass(table, BuiltTable)
     path = tmp_path / "case.toml"
     path.write_text(template(kind), encoding="utf-8")
-    read, built = read_case(path).mechanism.tighten(), table.builder()
+    read, built = read_case(path).mechanism.ideal(), table.builder()
     assert (read.joints, read.ground, read.gravity) == (built.joints, built.ground, built.gravity)
     for one, other in zip(read.bodies, built.bodies, strict=True):
         assert (one.name, list(one.points)) == (other.name, list(other.points))

@@ -24,15 +24,15 @@ GUST = Force(
 
 
 @pytest.fixture(scope="module")
-def loose():
-    """The array with a loose joint A and a gust on its slider after half of the way."""
-    return dataclasses.replace(sd.scissor(units=2).loosen("A", sd.Clearance(5e-4)), elements=(GUST,))
+def array():
+    """The array with a clearance joint A and a gust on its slider after half of the way."""
+    return dataclasses.replace(sd.scissor(units=2).with_clearance("A", sd.Clearance(5e-4)), elements=(GUST,))
 
 
 @pytest.fixture(scope="module")
-def ideal(loose):
+def ideal(array):
     """The ideal array on its course, without the gust."""
-    return sd.simulate(dataclasses.replace(loose.tighten(), elements=()).driven(COURSE), until=UNTIL)
+    return sd.simulate(dataclasses.replace(array.ideal(), elements=()).driven(COURSE), until=UNTIL)
 
 
 def test_ideal_against_itself(ideal):
@@ -47,24 +47,24 @@ def test_ideal_against_itself(ideal):
     assert found.sizes["joint"] == 0
 
 
-def test_share_of_contact(loose_run):
+def test_share_of_contact(clearance_run):
     """Cross-check: the share of contact from the table of contacts equals that of the samples to within their distance."""
-    found = figures_of_merit(loose_run, loose_run)
-    sampled = float(loose_run["in_contact"].sel(joint="A").mean())
-    contacts = loose_run.sizes["contact"]
-    assert float(found["contact_share"][0]) == pytest.approx(sampled, abs=2.0 * contacts / loose_run.sizes["time"])
-    assert float(found["peak_force"][0]) == float(loose_run["peak_force"].max())
+    found = figures_of_merit(clearance_run, clearance_run)
+    sampled = float(clearance_run["in_contact"].sel(joint="A").mean())
+    contacts = clearance_run.sizes["contact"]
+    assert float(found["contact_share"][0]) == pytest.approx(sampled, abs=2.0 * contacts / clearance_run.sizes["time"])
+    assert float(found["peak_force"][0]) == float(clearance_run["peak_force"].max())
 
 
-def test_control_keeps_contact(loose, ideal):
+def test_control_keeps_contact(array, ideal):
     """Limit: from a concentric start, within the torque limit, control lands the joint in a tenth of a drive's time.
 
     Both keep contact under the gust; fed forward alone the array loses its course.
     """
-    driven = figures_of_merit(sd.simulate(loose.driven(COURSE), until=UNTIL), ideal)
-    torque = feed_forward(loose, COURSE, until=UNTIL)
+    driven = figures_of_merit(sd.simulate(array.driven(COURSE), until=UNTIL), ideal)
+    torque = feed_forward(array, COURSE, until=UNTIL)
     laws = FeedForward(2e4, 1500.0, limit=LIMIT, ramp=0.02), FeedForward(limit=LIMIT)
-    runs = [sd.simulate(loose.controlled(law, reference=COURSE, feed_forward=torque), until=UNTIL) for law in laws]
+    runs = [sd.simulate(array.controlled(law, reference=COURSE, feed_forward=torque), until=UNTIL) for law in laws]
     closed, opened = (figures_of_merit(run, ideal) for run in runs)
     assert float(driven["kept_from"][0]) > 0.5
     assert float(closed["kept_from"][0]) < 0.1

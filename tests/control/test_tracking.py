@@ -177,8 +177,11 @@ def steer(t, angle, speed, acceleration, error, measured, x, y, rate_x, rate_y, 
 
 
 def test_user_controller():
-    """Cross-check: a user's function for the same torque gives the same motion of a loose array as the one built in."""
-    arm, course = sd.scissor(units=2).loosen("A", sd.Clearance(5e-4)), Cycloidal(math.radians(30), math.radians(60), 1.0)
+    """Cross-check: a user's function for the same torque gives an array with clearance the same motion as the built-in one."""
+    arm, course = (
+        sd.scissor(units=2).with_clearance("A", sd.Clearance(5e-4)),
+        Cycloidal(math.radians(30), math.radians(60), 1.0),
+    )
     torque = feed_forward(arm, course, until=0.02)
     chosen = FeedForward(2e4, 1500.0, landing=300.0), UserController(steer, (2e4, 1500.0, 300.0))
     runs = [sd.simulate(arm.controlled(law, reference=course, feed_forward=torque, sensor="A"), until=0.02) for law in chosen]
@@ -190,7 +193,10 @@ def test_user_controller():
 @pytest.mark.parametrize("friction", [sd.NoFriction(), sd.LuGre(0.05)])
 def test_books_close_with_everything(friction):
     """Identity: energy is kept account of with feedback, integral, landing, limit and contacts together."""
-    arm, course = sd.scissor(units=2).loosen("A", sd.Clearance(5e-4, friction=friction)), Cycloidal(math.radians(30), 1.0, 1.0)
+    arm, course = (
+        sd.scissor(units=2).with_clearance("A", sd.Clearance(5e-4, friction=friction)),
+        Cycloidal(math.radians(30), 1.0, 1.0),
+    )
     law = FeedForward(2e4, 1500.0, 1e5, limit=600.0, ramp=0.01, landing=-300.0)
     torque = feed_forward(arm, course, until=0.04)
     run = sd.simulate(arm.controlled(law, reference=course, feed_forward=torque, sensor="A"), until=0.04)
@@ -202,7 +208,7 @@ def test_books_close_with_everything(friction):
 
 def test_replay():
     """Identity: a controlled run is run again from its attributes, bit for bit."""
-    arm = sd.scissor(units=2).loosen("A", sd.Clearance(5e-4))
+    arm = sd.scissor(units=2).with_clearance("A", sd.Clearance(5e-4))
     run = sd.simulate(arm.controlled(PID(2e4, 1500.0, 1e4), speed=0.5, sensor="A"), until=0.01, samples=11)
     again = sd.replay(run)
     for name in ("angle", "control_torque", "integral_torque", "normal_force"):

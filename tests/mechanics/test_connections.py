@@ -24,9 +24,9 @@ def pendulum(angle=0.3, **parts):
 
 
 def paper(**clearance):
-    """The paper's array with joint A loose, driven at 150 rpm."""
+    """The paper's array with clearance at joint A, driven at 150 rpm."""
     arm = sd.scissor(units=2, bar_length=2.0, bar_mass=5.68, slider_mass=5.0, angle=sd.degrees(30))
-    return arm.loosen("A", sd.Clearance(0.5e-3, **clearance)).driven(speed=sd.rpm(150))
+    return arm.with_clearance("A", sd.Clearance(0.5e-3, **clearance)).driven(speed=sd.rpm(150))
 
 
 def worst_residual(run):
@@ -160,13 +160,13 @@ def test_travel_stop_without_loss_reverses(method):
     assert worst_residual(run) < 1e-8
 
 
-def test_rest_in_loose_joints():
+def test_rest_in_clearance_joints():
     """Identity: from static equilibrium nothing moves, and joints carry nearly the reactions of the ideal array."""
     arm = sd.scissor(units=2, bar_length=2.0, bar_mass=5.68, slider_mass=5.0, angle=sd.degrees(30))
-    loose = arm.loosen("all", sd.Clearance(0.1e-3)).driven(Polynomial((sd.degrees(30),)))
-    run = sd.simulate(loose, until=0.02, start="static", samples=11)
+    mechanism = arm.with_clearance("all", sd.Clearance(0.1e-3)).driven(Polynomial((sd.degrees(30),)))
+    run = sd.simulate(mechanism, until=0.02, start="static", samples=11)
     assert float(np.max(np.abs(run["velocity"]))) < 1e-8
-    ideal = sd.simulate(loose.tighten(), until=0.02, start="static", samples=11)["reaction"].isel(time=0)
+    ideal = sd.simulate(mechanism.ideal(), until=0.02, start="static", samples=11)["reaction"].isel(time=0)
     force = np.hypot(*ideal.values.T)
     touching = run["in_contact"].values[0]
     assert touching.sum() >= 6
@@ -207,13 +207,13 @@ def test_held_contact_says_where_it_would_pull():
 
 
 def test_held_contact_is_the_limit_of_stiff_contact():
-    """Limit: a loose joint that starts in contact carries the same force when its steel gets ten times stiffer."""
+    """Limit: a clearance joint that starts in contact carries the same force when its steel gets ten times stiffer."""
     held = sd.simulate(sd.hold_contact(paper()), until=0.02)["link_force"].isel(link=0).values
     gaps = []
     for modulus in (207e9, 2070e9):
         material = sd.Material("stiff", modulus, 0.3, 7800.0)
-        loose = sd.simulate(paper(material=material), until=0.02, start="in-contact")
-        gaps.append(np.sqrt(np.mean((loose["normal_force"].sel(joint="A").values - held) ** 2)))
+        run = sd.simulate(paper(material=material), until=0.02, start="in-contact")
+        gaps.append(np.sqrt(np.mean((run["normal_force"].sel(joint="A").values - held) ** 2)))
     assert gaps[0] < 0.2 * float(np.mean(held))
     assert gaps[1] < 0.5 * gaps[0]
 
@@ -241,7 +241,7 @@ def test_latch_at_its_angle_is_refused():
 def test_more_contacts_at_the_start_than_the_log_begins_with():
     """Limit: an array of 100 units rests in all its 300 pins at once."""
     arm = sd.scissor(units=100, bar_length=0.5, bar_mass=0.1, slider_mass=0.1, angle=sd.degrees(60))
-    resting = arm.loosen("all", sd.Clearance(1e-4)).driven(Polynomial((sd.degrees(60),)))
+    resting = arm.with_clearance("all", sd.Clearance(1e-4)).driven(Polynomial((sd.degrees(60),)))
     run = sd.simulate(resting, until=1e-6, start="in-contact", samples=2)
     assert run.attrs["status"] == "complete"
     assert int(run["in_contact"].values[0].sum()) > 256

@@ -31,19 +31,19 @@ def floating(clearance):
     frame = dataclasses.replace(frame, velocity=(0.2, -0.1), angular_velocity=3.0)
     block = dataclasses.replace(block, velocity=(0.5, 0.3))
     guide = Guide("channel", ("block", "guided"), through=(0.05, 0.02), direction=0.7, body="frame")
-    return Mechanism((block, frame), guides=(guide,), gravity=0.0).loosen("channel", clearance)
+    return Mechanism((block, frame), guides=(guide,), gravity=0.0).with_clearance("channel", clearance)
 
 
 def crank_and_block(clearance):
     """A slider-crank whose slider is a block in a channel."""
     linkage = slider_crank(gravity=9.81, angle=0.5, slider_inertia=2e-5)
     drive = Harmonic(mean=0.5 - 0.3 * np.sin(0.2), amplitude=0.3, frequency=20.0, phase=0.2)
-    return linkage.driven(drive).loosen("guide", clearance)
+    return linkage.driven(drive).with_clearance("guide", clearance)
 
 
 def touching_state(mechanism, rng):
     """A random state in which two corners touch and rub, its handle and the number of its coordinates."""
-    layout, ideal = lay_out(mechanism), lay_out(mechanism.tighten())
+    layout, ideal = lay_out(mechanism), lay_out(mechanism.ideal())
     system, ideal_system = build_system(layout), build_system(ideal)
     start = carry_over(layout, system, *natural_state(ideal, ideal_system, assemble(ideal, ideal_system)))
     n = system.n

@@ -171,9 +171,9 @@ def test_moves_start_and_end(motion):
     assert np.max(np.abs(np.diff(speeds))) < 0.01
 
 
-def test_motor_driven_array_with_loose_joint():
-    """Identity: a motor, a hinge spring and a rubbing loose joint together close the books."""
-    arm = sd.scissor(units=2).loosen("A", sd.Clearance(5e-4, friction=sd.LuGre(0.05)))
+def test_motor_driven_array_with_clearance_joint():
+    """Identity: a motor, a hinge spring and a rubbing clearance joint together close the books."""
+    arm = sd.scissor(units=2).with_clearance("A", sd.Clearance(5e-4, friction=sd.LuGre(0.05)))
     elements = (
         Motor("motor", "unit 1/bar 1", 3000.0, 20.0, inertia=1.0),
         TorsionSpring("hinge", "unit 1/bar 2", "unit 1/bar 1", stiffness=100.0, free_angle=-2.0, damping=1.0),

@@ -24,7 +24,7 @@ def test_the_case_file_says_what_python_says(tmp_path):
     path.write_text(PaperCase(friction=0.03).toml)
     case = read_case(path)
     joint = Clearance(0.5e-3, damping=Flores(0.9), friction=LuGre(0.03))
-    expected = scissor(angle=degrees(30)).loosen("A", joint).driven(speed=rpm(150))
+    expected = scissor(angle=degrees(30)).with_clearance("A", joint).driven(speed=rpm(150))
     assert case.mechanism.bodies == expected.bodies
     assert case.mechanism.joints == expected.joints
     assert case.mechanism.gravity == expected.gravity

@@ -22,8 +22,8 @@ def test_names_and_mechanisms_are_distinct():
     assert len({job.name for job in CONTROLLED_RUNS}) == len(CONTROLLED_RUNS)
     assert len({(job.course, job.toml) for job in CONTROLLED_RUNS}) == len(CONTROLLED_RUNS)
     for job in CONTROLLED_RUNS:
-        loose = [joint.name for joint in job.mechanism().loose]
-        assert loose == ([] if job.scheme == "ideal" else ["A"])
+        names = [joint.name for joint in job.mechanism().clearance_joints]
+        assert names == ([] if job.scheme == "ideal" else ["A"])
 
 
 def test_the_deployment_lands_within_its_limit():

@@ -28,7 +28,7 @@ from scissordyn.plot.structure import GAP, magnified, snapshot, structure
 from scissordyn.plot.style import SKY, VERMILION
 from scissordyn.plot.torque import torque
 
-from .made_up import CLEARANCE, END, LOOSE_JOINTS, made_up, mechanism_with, overlaps
+from .made_up import CLEARANCE, CLEARANCE_JOINTS, END, made_up, mechanism_with, overlaps
 
 ALL = ["response", "force", "torque", "orbit", "energy", "structure"]
 
@@ -172,7 +172,7 @@ def test_force_without_contacts(ideal: xr.Dataset) -> None:
     (axes,) = force(made_up(contacts=False), ideal)
     assert "no contact in this run" in [text.get_text() for text in axes.texts]
     assert not axes.collections
-    with pytest.raises(InputError, match="without loose joints"):
+    with pytest.raises(InputError, match="without clearance joints"):
         force(ideal)
 
 
@@ -189,7 +189,7 @@ def test_force_of_several_joints(two_joints: xr.Dataset) -> None:
 
 
 def test_joints_with_the_largest_forces() -> None:
-    """Identity: of more loose joints than fit, those with the largest forces are drawn, in the order of the mechanism."""
+    """Identity: of more clearance joints than fit, those with the largest forces are drawn, in the order of the mechanism."""
     names = [f"j{k}" for k in range(9)]
     peaks = [3.0, 9.0, 1.0, 8.0, 2.0, 7.0, 6.0, 5.0, 4.0]
     many = xr.Dataset(
@@ -306,13 +306,13 @@ def test_magnified_joint(run: xr.Dataset, arm: Mechanism) -> None:
 
 
 def test_structure_at_chosen_instants(two_joints: xr.Dataset) -> None:
-    """Identity: a panel per instant and per loose joint, all structures on the same axes."""
-    drawn = structure(two_joints, mechanism_with(tuple(LOOSE_JOINTS)), times=[0.0, 0.0300004])
+    """Identity: a panel per instant and per clearance joint, all structures on the same axes."""
+    drawn = structure(two_joints, mechanism_with(tuple(CLEARANCE_JOINTS)), times=[0.0, 0.0300004])
     assert [axes.get_title(loc="left") for axes in (drawn[0], drawn[3])] == ["t = 0 ms", "t = 30 ms"]
     assert len(drawn) == 6
     assert drawn[0].get_xlim() == drawn[3].get_xlim()
     with pytest.raises(InputError, match="times"):
-        structure(two_joints, mechanism_with(tuple(LOOSE_JOINTS)), times=0)
+        structure(two_joints, mechanism_with(tuple(CLEARANCE_JOINTS)), times=0)
 
 
 def test_trust_horizon_is_shaded_and_labelled_once(arm: Mechanism, ideal: xr.Dataset) -> None:
@@ -337,11 +337,11 @@ def test_trusted_run_is_not_shaded(until: float, arm: Mechanism) -> None:
         assert not any(BEYOND in label for label in labels), name
 
 
-@pytest.mark.parametrize("loose", [("A",), tuple(LOOSE_JOINTS)])
+@pytest.mark.parametrize("joints", [("A",), tuple(CLEARANCE_JOINTS)])
 @pytest.mark.parametrize("until", [math.nan, 0.021])
-def test_no_text_lies_on_another(loose: tuple[str, ...], until: float, ideal: xr.Dataset) -> None:
+def test_no_text_lies_on_another(joints: tuple[str, ...], until: float, ideal: xr.Dataset) -> None:
     """Identity: the boxes of all shown texts are apart from each other and inside the figure."""
-    for name, drawn in figures(made_up(loose, trusted_until=until), ideal, mechanism_with(loose)).items():
+    for name, drawn in figures(made_up(joints, trusted_until=until), ideal, mechanism_with(joints)).items():
         assert overlaps(drawn[0].get_figure(root=True)) == [], name
 
 
@@ -403,7 +403,7 @@ def test_draw_all(format: str, run: xr.Dataset, ideal: xr.Dataset, arm: Mechanis
 
 
 def test_draw_all_of_an_ideal_run(ideal: xr.Dataset, tmp_path: Path) -> None:
-    """Limit: without loose joints and drives there are no pictures of forces, orbits and torques."""
+    """Limit: without clearance joints and drives there are no pictures of forces, orbits and torques."""
     free = ideal.drop_vars("drive_torque")
     assert [path.stem for path in draw_all(free, None, tmp_path, mechanism_with(()))] == ["response", "energy", "structure"]
 

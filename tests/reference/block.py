@@ -1,4 +1,4 @@
-"""A rigid block between two walls, in x, y and angle, by scipy: the second road to a loose guide."""
+"""A rigid block between two walls, in x, y and angle, by scipy: the second road to a clearance guide."""
 
 from __future__ import annotations
 

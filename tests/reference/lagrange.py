@@ -1,4 +1,4 @@
-"""A scissor array with a loose slider joint in minimal coordinates: Lagrange's equations of theory.md, section 1."""
+"""A scissor array with clearance at the slider joint in minimal coordinates: Lagrange's equations of theory.md, section 1."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from reference.marching import Load, Loose, Relative
+from reference.marching import ClearanceJoint, Load, Relative
 
 Motion = Callable[[float], tuple[float, float, float]]
 """Angle [rad], angular velocity and angular acceleration at a time."""
@@ -31,7 +31,7 @@ def harmonic(mean: float, amplitude: float, frequency: float) -> Motion:
 
 @dataclass(frozen=True)
 class Array:
-    """N units with one driven bar family and joint A loose.
+    """N units with one driven bar family and clearance at joint A.
 
     The bars pinned to the ground have the direction p, the couplers k; reading A drives p, reading B drives k, and the driven
     angle is th_1 in both. Integrated are psi = p + k, which is zero in the ideal array, and e_y, both as small as the
@@ -41,7 +41,7 @@ class Array:
 
     Parameters
     ----------
-    joint : Loose
+    joint : ClearanceJoint
     motion : Motion
         th_1.
     units : int
@@ -52,7 +52,7 @@ class Array:
         Along -y [m/s^2].
     """
 
-    joint: Loose
+    joint: ClearanceJoint
     motion: Motion
     units: int = 2
     reading: str = "A"
@@ -64,8 +64,8 @@ class Array:
     size = 2
 
     @property
-    def joints(self) -> tuple[Loose, ...]:
-        """The loose joint."""
+    def joints(self) -> tuple[ClearanceJoint, ...]:
+        """The clearance joint."""
         return (self.joint,)
 
     def inertias(self) -> tuple[float, float, float]:

@@ -18,8 +18,8 @@ FLOOR = 1e-6
 
 
 @dataclass(frozen=True)
-class Loose:
-    """A loose joint: radial clearance and journal radius [m], elastic law, damping factor xi, friction."""
+class ClearanceJoint:
+    """A clearance joint: radial clearance and journal radius [m], elastic law, damping factor xi, friction."""
 
     clearance: float
     journal_radius: float
@@ -64,9 +64,9 @@ NO_LOAD = Load(0.0, 0.0, 0.0, 0.0)
 
 
 class Model(Protocol):
-    """Equations of motion with the loads of the loose joints on their right-hand side."""
+    """Equations of motion with the loads of the clearance joints on their right-hand side."""
 
-    joints: tuple[Loose, ...]
+    joints: tuple[ClearanceJoint, ...]
     size: int
     """Number of coordinates."""
 
@@ -127,7 +127,7 @@ class Samples:
     friction_loss: np.ndarray
 
 
-def touch(joint: Loose, at: Relative, approach: float, bristle: float) -> Touch:
+def touch(joint: ClearanceJoint, at: Relative, approach: float, bristle: float) -> Touch:
     """Forces of a joint in contact (theory, section 2)."""
     e = math.hypot(at.ex, at.ey)
     nx, ny = at.ex / e, at.ey / e

@@ -20,10 +20,10 @@ def swinging():
 @pytest.fixture(scope="session")
 def rubbing(swinging):
     """With friction and little clearance it soon repeats itself in every cycle."""
-    return swinging.loosen("A", Clearance(0.1e-3, friction=LuGre(kinetic=0.05)))
+    return swinging.with_clearance("A", Clearance(0.1e-3, friction=LuGre(kinetic=0.05)))
 
 
 @pytest.fixture(scope="session")
 def knocking(swinging):
     """Without friction it does not."""
-    return swinging.loosen("A", Clearance(0.5e-3))
+    return swinging.with_clearance("A", Clearance(0.5e-3))

@@ -126,10 +126,10 @@ def test_a_carried_state_stands_where_it_stood(rubbing):
     same = carried(rubbing, end, rubbing)
     np.testing.assert_allclose(same.state, end.state, rtol=1e-12)
     assert (same.mode.tolist(), same.approach.tolist()) == (end.mode.tolist(), end.approach.tolist())
-    looser = carried(rubbing, end, rubbing.replace("A.clearance", 1e-3))
-    np.testing.assert_allclose(looser.state, end.state, rtol=1e-12)
+    wider = carried(rubbing, end, rubbing.replace("A.clearance", 1e-3))
+    np.testing.assert_allclose(wider.state, end.state, rtol=1e-12)
     assert end.mode.tolist() == [1]
-    assert looser.mode.tolist() == [0]
+    assert wider.mode.tolist() == [0]
 
 
 def test_values_that_fail(knocking):

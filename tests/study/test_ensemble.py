@@ -54,7 +54,7 @@ def test_seed(knocking):
 def test_what_cannot_be_used(swinging, knocking):
     """Identity: one-line errors."""
     for mechanism, options, words in (
-        (swinging, {}, "without loose joints"),
+        (swinging, {}, "without clearance joints"),
         (knocking, {"members": 1}, "members = 1"),
         (knocking, {"skip": 2}, "skip = 2 of 2 cycles"),
         (knocking, {"perturbation": 0.1}, "perturbation = 0.1"),

@@ -45,7 +45,7 @@ def test_both_roads_agree(swinging):
     The midpoint rule meets kinks of dF/d delta at every touch; measured 0.008 in the worst interval, 0.006 in the sum of 12.2.
     After twice that time neither follows the other's trajectory, which is what the exponent says.
     """
-    mechanism = swinging.loosen("A", Clearance(0.2e-3, damping=NoDamping()))
+    mechanism = swinging.with_clearance("A", Clearance(0.2e-3, damping=NoDamping()))
     options = {"cycles": 1, "intervals": 32, "rtol": 1e-12, "atol": 1e-12}
     two = separation_exponent(mechanism, distance=1e-4, **options)["log_growth"].values[:6]
     one = variational_exponent(mechanism, substeps=4000, **options)["log_growth"].values[:6]

@@ -80,7 +80,7 @@ def momentum_drift(run: xr.Dataset, mechanism: Mechanism) -> tuple[float, float]
 def opening(run: xr.Dataset, mechanism: Mechanism) -> float:
     """Largest error of an ideal joint, guide or weld [m or rad]."""
     errors = [0.0]
-    for joint in mechanism.ideal:
+    for joint in mechanism.ideal_joints:
         apart = place(run, mechanism, joint.journal) - place(run, mechanism, joint.bearing)
         errors.append(float(np.max(np.abs(apart))))
     for guide in mechanism.guides:

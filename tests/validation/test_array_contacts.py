@@ -1,4 +1,4 @@
-"""Scissor arrays of one to eight units, loose in five places each, against other equations and another integrator."""
+"""Scissor arrays of one to eight units, clearance in five places each, against other equations and another integrator."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ import pytest
 
 from reference.lagrange import Array, constant_speed
 from reference.marching import Contact, March, Model
-from reference.multipliers import Multipliers, loose_joint
+from reference.multipliers import Multipliers, clearance_joint
 from scissordyn.model.clearance import Clearance
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.model.scissor import scissor
@@ -74,17 +74,17 @@ def assert_first_contacts_agree(mechanism: Mechanism, model: Model, joints: list
 @pytest.mark.parametrize(
     ("units", "joints"), CASES, ids=lambda value: str(value) if isinstance(value, int) else "+".join(value)
 )
-def test_loose_anywhere(units: int, joints: tuple[str, ...]) -> None:
+def test_clearance_anywhere(units: int, joints: tuple[str, ...]) -> None:
     """Cross-check: three coordinates per body with multipliers have the same first contacts, to 1e-7."""
-    mechanism = scissor(units=units, angle=START).driven(speed=SPEED).loosen(joints, PIN)
+    mechanism = scissor(units=units, angle=START).driven(speed=SPEED).with_clearance(joints, PIN)
     model = Multipliers(mechanism)
-    assert_first_contacts_agree(mechanism, model, [joint.name for joint in model.loose], contacts=2)
+    assert_first_contacts_agree(mechanism, model, [joint.name for joint in model.clearance_joints], contacts=2)
 
 
 @pytest.mark.parametrize("reading", ["A", "B"])
 @pytest.mark.parametrize("units", range(1, 9))
-def test_loose_slider_joint(units: int, reading: str) -> None:
+def test_clearance_at_the_slider_joint(units: int, reading: str) -> None:
     """Cross-check: Lagrange's equations in minimal coordinates have the same first two contacts at joint A, to 1e-7."""
-    mechanism = scissor(units=units, angle=START, reading=reading).driven(speed=SPEED).loosen("A", PIN)
-    array = Array(loose_joint(PIN), constant_speed(START, SPEED), units, reading)
+    mechanism = scissor(units=units, angle=START, reading=reading).driven(speed=SPEED).with_clearance("A", PIN)
+    array = Array(clearance_joint(PIN), constant_speed(START, SPEED), units, reading)
     assert_first_contacts_agree(mechanism, array, ["A"], contacts=2)

@@ -89,7 +89,7 @@ CONTRADICTIONS: dict[str, tuple[Callable[[], sd.Mechanism], tuple[str, ...]]] = 
         ),
         ("'left'|'right'", "'u'|'v'"),
     ),
-    "two loose pins at different distances": (
+    "two clearance joints at different distances": (
         lambda: mechanism(
             part("u"), part("v", length=1.1), joints=(HUNG, pin("left", "u.a", "v.a", PIN), pin("right", "u.b", "v.b", PIN))
         ),
@@ -191,13 +191,13 @@ def refused(build: Callable[[], object], *names: str) -> None:
 
 
 FACTS: dict[str, tuple[Callable[[], object], tuple[str, ...]]] = {
-    "loose joint inside a body": (lambda: pin("play", "u.a", "u.b", PIN), ("'play'", "'u'")),
-    "loose joint inside a rigid pair": (lambda: welded(joints=(pin("play", "u.b", "v.a", PIN),)), ("'play'", "'u'", "'v'")),
-    "loose joint beside an ideal one": (
+    "clearance joint inside a body": (lambda: pin("play", "u.a", "u.b", PIN), ("'play'", "'u'")),
+    "clearance joint inside a rigid pair": (lambda: welded(joints=(pin("play", "u.b", "v.a", PIN),)), ("'play'", "'u'", "'v'")),
+    "clearance joint beside an ideal one": (
         lambda: mechanism(part("u"), joints=(HUNG, pin("play", "u.a", "ground.O", PIN))),
         ("'play'", "'hook'"),
     ),
-    "loose joint between points of the ground": (lambda: pin("play", "ground.O", "ground.P", PIN), ("'play'", "'ground'")),
+    "clearance joint between points of the ground": (lambda: pin("play", "ground.O", "ground.P", PIN), ("'play'", "'ground'")),
     "bar without length": (lambda: sd.bar("u", length=0.0, mass=1.0), ("'u'",)),
     "spring without length that pushes": (
         lambda: mechanism(part("u"), joints=(HUNG,), elements=(sd.Spring("coil", ("u", "b"), ("ground", "P"), 10.0, 0.3),)),
@@ -264,8 +264,8 @@ FACTS: dict[str, tuple[Callable[[], object], tuple[str, ...]]] = {
     ),
     "unknown driven body": (lambda: mechanism(part("u")).driven(speed=1.0, body="w"), ("'w'", "drive")),
     "unknown input body": (lambda: mechanism(part("u"), input_body="w"), ("'w'", "input")),
-    "unknown joint to loosen": (lambda: sd.scissor().loosen("B", PIN), ("'B'", "unit 1/pivot")),
-    "unknown joint to tighten": (lambda: sd.scissor().tighten("B"), ("'B'", "unit 1/pivot")),
+    "unknown joint to give clearance": (lambda: sd.scissor().with_clearance("B", PIN), ("'B'", "unit 1/pivot")),
+    "unknown joint to make ideal": (lambda: sd.scissor().ideal("B"), ("'B'", "unit 1/pivot")),
     "unknown joint to change": (lambda: sd.scissor().replace("B.clearance", 1e-3), ("'B'", "unit 1/pivot")),
 }
 
@@ -285,7 +285,7 @@ ALLOWED: dict[str, tuple[Callable[[], sd.Mechanism], bool]] = {
     "structure without freedom": (lambda: mechanism(part("u"), joints=(HUNG, pin("other", "u.b", "ground.P"))), False),
     "one bar more than needed": (lambda: tripod(1.0), False),
     "turning frame with a bar more than needed": (lambda: braced_frame(1.0), False),
-    "beam in two loose pins": (
+    "beam in two clearance joints": (
         lambda: sd.Mechanism(
             bodies=(part("u"),),
             joints=(pin("left", "u.a", "ground.O", PIN), pin("right", "u.b", "ground.P", PIN)),

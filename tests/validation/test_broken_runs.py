@@ -119,13 +119,13 @@ def warnings_of(run) -> list[str]:
     return json.loads(run.attrs["warnings"])
 
 
-def test_loose_joint_of_a_rigid_ring() -> None:
-    """Identity: one loose pin in a ring that is rigid without it cannot move, and that is said; one in a linkage can."""
-    ring = sd.hoberman_ring(units=4).driven(speed=-0.3).loosen("unit 1/upper", PIN)
+def test_clearance_joint_of_a_rigid_ring() -> None:
+    """Identity: one clearance joint in a ring that is rigid without it cannot move, and that is said; one in a linkage can."""
+    ring = sd.hoberman_ring(units=4).driven(speed=-0.3).with_clearance("unit 1/upper", PIN)
     run = sd.simulate(ring, until=0.1, samples=11)
     assert float(np.nanmax(np.hypot(*np.moveaxis(run["eccentricity"].values, -1, 0)))) < 1e-12
     assert any("'unit 1/upper' cannot move" in sentence for sentence in warnings_of(run))
-    linkage = sd.four_bar().driven(speed=1.0).loosen("crank pin", PIN)
+    linkage = sd.four_bar().driven(speed=1.0).with_clearance("crank pin", PIN)
     assert not any("cannot move" in sentence for sentence in warnings_of(sd.simulate(linkage, until=0.01, samples=3)))
 
 

@@ -93,10 +93,10 @@ def assert_momentum_balances(found, mechanism: Mechanism) -> None:
 
 
 @drawn
-@given(mechanism=mechanisms(floating=True, clearances=RUBBING, loosest=True, turning_only=True))
+@given(mechanism=mechanisms(floating=True, clearances=RUBBING, everywhere=True, turning_only=True))
 def test_momentum_of_rubbing_mechanisms(mechanism: Mechanism) -> None:
-    """Identity: all joints loose, knocking and rubbing: actions equal reactions to 1e-13, and the books of energy close."""
-    assume(mechanism.loose)
+    """Identity: impacts and friction at all joints: actions equal reactions to 1e-13, and the energy balance closes."""
+    assume(mechanism.clearance_joints)
     found = run(mechanism, 1e-8)
     assert_momentum_balances(found, mechanism)
     assert np.max(np.abs(found["energy_residual"])) < 1e-6 * np.max(found["kinetic_energy"] + found["spring_energy"])
@@ -116,8 +116,8 @@ def floating_array(units: int) -> Mechanism:
 @pytest.mark.parametrize("units", [2, 5])
 @pytest.mark.parametrize("clearance", RUBBING, ids=lambda clearance: clearance.friction.name)
 def test_momentum_of_a_rubbing_array(units: int, clearance: Clearance) -> None:
-    """Identity: a floating array with every joint loose and rubbing keeps its linear momentum, and moments balance."""
-    array = floating_array(units).loosen("all", clearance)
+    """Identity: a floating array with clearance and friction at every joint keeps its linear momentum, and moments balance."""
+    array = floating_array(units).with_clearance("all", clearance)
     found = run(array, 1e-8, until=0.3)
     assert found.sizes["contact"] > 10
     assert float(np.max(np.abs(found["friction_force"]))) > 0.0
@@ -128,8 +128,8 @@ def test_momentum_of_a_rubbing_array(units: int, clearance: Clearance) -> None:
 @pytest.mark.parametrize("units", [2, 5])
 @pytest.mark.parametrize("damping", [*(clearance.damping for clearance in BOUNCING[:1]), Flores(0.7)], ids=lambda law: law.name)
 def test_momentum_of_a_knocking_array(units: int, damping) -> None:
-    """Identity: without friction a floating array with every joint loose keeps its angular momentum too, to 1e-11."""
-    array = floating_array(units).loosen("all", Clearance(1e-3, damping=damping))
+    """Identity: without friction a floating array with clearance at every joint keeps its angular momentum too, to 1e-11."""
+    array = floating_array(units).with_clearance("all", Clearance(1e-3, damping=damping))
     found = run(array, 1e-13, until=0.3)
     assert found.sizes["contact"] > 10
     linear, angular = momentum_drift(found, array)

@@ -8,7 +8,7 @@ import math
 import numpy as np
 import xarray as xr
 
-from scissordyn.analysis.contact import contact_spans, contact_statistics, loose_joints
+from scissordyn.analysis.contact import clearance_joints, contact_spans, contact_statistics
 from scissordyn.analysis.stroboscope import stroboscopic
 from scissordyn.analysis.verdict import Verdict, classify_samples
 from scissordyn.errors import InputError
@@ -62,7 +62,7 @@ def classify(
     Raises
     ------
     InputError
-        If no joint is loose, nothing is left to look at, or the samples of a run miss the instants of the map.
+        If no joint has clearance, nothing is left to look at, or the samples of a run miss the instants of the map.
     """
     trusted = float(run.attrs.get("trusted_until", math.nan))
     share: float | None = None
@@ -109,13 +109,13 @@ def _exact_zero(share: float) -> float:
 
 
 def _clearances(strobe: xr.Dataset) -> dict[str, float]:
-    """The clearance of every loose joint of a map [m]."""
+    """The clearance of every clearance joint of a map [m]."""
     if "clearance" in strobe:
-        return {name: float(strobe["clearance"].sel(joint=name)) for name in loose_joints(strobe)}
+        return {name: float(strobe["clearance"].sel(joint=name)) for name in clearance_joints(strobe)}
     plain = json.loads(strobe.attrs.get("configuration", "{}")).get("mechanism", {}).get("joints", [])
     found = {joint["name"]: float(joint["clearance"]["clearance"]) for joint in plain if joint.get("clearance")}
     if not found:
-        raise InputError("a map that does not say how loose its joints are", "a variable 'clearance' along 'joint' [m]")
+        raise InputError("a map without the clearances of its joints", "a variable 'clearance' along 'joint' [m]")
     return found
 
 
@@ -124,7 +124,7 @@ def _stroke(run: xr.Dataset, after: float, trusted: float) -> Verdict:
     start, end = statistics.attrs["after"], statistics.attrs["until"]
     share = _exact_zero(float(statistics["flight_share"].max()))
     last = -math.inf
-    for joint in loose_joints(run):
+    for joint in clearance_joints(run):
         spans = contact_spans(run, joint)
         touching = spans[spans[:, 1] >= end] if spans.size else spans
         last = max(last, float(touching[0, 0]) if len(touching) else math.inf)
@@ -145,9 +145,9 @@ def _stroke(run: xr.Dataset, after: float, trusted: float) -> Verdict:
     ]
     if share > 0.0:
         evidence.append(
-            "At the end a loose joint is in free flight."
+            "At the end a clearance joint is in free flight."
             if math.isinf(last)
-            else f"All loose joints are in contact from {last:.6g} s to the end."
+            else f"All clearance joints are in contact from {last:.6g} s to the end."
         )
     if math.isnan(trusted):
         evidence.append("How long the trajectory is reproducible has not been checked: repeat the run with trust=True.")

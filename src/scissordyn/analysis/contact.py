@@ -1,4 +1,4 @@
-"""Statistics of the contacts of loose joints."""
+"""Statistics of the contacts of clearance joints."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from scissordyn.analysis.variable import Variable, described, window
 from scissordyn.errors import InputError
 from scissordyn.model.body import GROUND
 
-__all__ = ["QUANTILES", "contact_spans", "contact_statistics", "loose_joints"]
+__all__ = ["QUANTILES", "clearance_joints", "contact_spans", "contact_statistics"]
 
 QUANTILES = (0.05, 0.25, 0.5, 0.75, 0.95)
 """Quantiles of forces and impulses."""
@@ -23,7 +23,7 @@ HELD = 0.95
 """Share of the contact time that the smaller of the two contact arcs holds."""
 
 
-def loose_joints(run: xr.Dataset) -> list[str]:
+def clearance_joints(run: xr.Dataset) -> list[str]:
     """Names of the joints with clearance, in order.
 
     Parameters
@@ -37,14 +37,16 @@ def loose_joints(run: xr.Dataset) -> list[str]:
     Raises
     ------
     InputError
-        If no joint is loose.
+        If no joint has clearance.
     """
-    loose = [] if "clearance" not in run else [str(name) for name in run["joint"].values[np.isfinite(run["clearance"].values)]]
-    if not loose:
+    found = [] if "clearance" not in run else [str(name) for name in run["joint"].values[np.isfinite(run["clearance"].values)]]
+    if not found:
         raise InputError(
-            "a run without loose joints", "a run of a mechanism with a clearance", 'arm.loosen("A", Clearance(0.5e-3))'
+            "a run without clearance joints",
+            "a run of a mechanism with a clearance",
+            'arm.with_clearance("A", Clearance(0.5e-3))',
         )
-    return loose
+    return found
 
 
 def contact_spans(run: xr.Dataset, joint: str) -> np.ndarray:
@@ -69,7 +71,7 @@ def contact_spans(run: xr.Dataset, joint: str) -> np.ndarray:
 def contact_statistics(
     run: xr.Dataset, *, ideal: xr.Dataset | None = None, after: float = 0.0, until: float | None = None
 ) -> xr.Dataset:
-    """How the loose joints of a run touch: how often, how long, where, how hard, and what it costs.
+    """How the clearance joints of a run touch: how often, how long, where, how hard, and what it costs.
 
     Counts, shares of time, peaks, impulses and losses come from the table of contacts and are as exact as the run. Arcs and
     forces over time come from the samples.
@@ -78,14 +80,14 @@ def contact_statistics(
     ----------
     run : Dataset
     ideal : Dataset, optional
-        The run of the same mechanism, tightened, at the same instants; adds the variables of `deviation`.
+        The run of the same mechanism with ideal joints, at the same instants; adds the variables of `deviation`.
     after, until : float
         The part of the run that is looked at [s]; the end of the run if `until` is not given.
 
     Returns
     -------
     Dataset
-        Along the loose joints: `impacts` and `impact_rate` (contacts that start in the window), `contact_share` and
+        Along the clearance joints: `impacts` and `impact_rate` (contacts that start in the window), `contact_share` and
         `flight_share` of the window, `longest_flight`; `contact_arc_95` and `contact_arc`, the smallest arcs of the bearing
         that hold 95 % and all of the sampled contact time, in the frame of the bearing if the run knows its mechanism
         (attribute `arc_frame`); `peak_force`, `peak_force_quantile`, `mean_force` (over the window, flights included),
@@ -97,9 +99,9 @@ def contact_statistics(
     Raises
     ------
     InputError
-        If no joint is loose, the window is empty, or the ideal run has other instants.
+        If no joint has clearance, the window is empty, or the ideal run has other instants.
     """
-    joints = loose_joints(run)
+    joints = clearance_joints(run)
     start, end = window(run, after, until)
     bearings = _bearing_angles(run, joints)
     columns = [

@@ -1,4 +1,4 @@
-"""How far a mechanism with loose joints departs from its ideal motion."""
+"""How far a mechanism with clearance joints departs from its ideal motion."""
 
 from __future__ import annotations
 
@@ -51,12 +51,12 @@ def deviation(run: xr.Dataset, ideal: xr.Dataset, *, after: float = 0.0, until: 
         raise InputError(
             f"an ideal run of {ideal.sizes['time']} instants to {float(ideal['time'].values[-1]):g} s for a run of "
             f"{own.size} instants to {own[-1]:g} s",
-            "a run of the tightened mechanism with the same until and samples",
-            "simulate(arm.tighten(), until=..., samples=...)",
+            "a run of the mechanism with ideal joints and the same until and samples",
+            "simulate(arm.ideal(), until=..., samples=...)",
         )
     bodies = [str(name) for name in run["body"].values]
     if bodies != [str(name) for name in ideal["body"].values]:
-        raise InputError("an ideal run with other bodies", "a run of the same mechanism, tightened")
+        raise InputError("an ideal run with other bodies", "a run of the same mechanism with ideal joints")
     inside = (own >= start) & (own <= end)
     if not np.any(inside):
         raise InputError(f"no sample between {start:g} s and {end:g} s", "a window with samples")

@@ -19,7 +19,7 @@ def figures_of_merit(run: xr.Dataset, ideal: xr.Dataset, *, after: float = 0.0) 
     Parameters
     ----------
     run : Dataset
-        Of a mechanism with loose joints, driven or controlled.
+        Of a mechanism with clearance joints, driven or controlled.
     ideal : Dataset
         Of the ideal mechanism along the course that was wanted, over the same time.
     after : float
@@ -28,9 +28,9 @@ def figures_of_merit(run: xr.Dataset, ideal: xr.Dataset, *, after: float = 0.0) 
     Returns
     -------
     Dataset
-        For each loose joint: `contact_share` of the time, number of `separations`, when the last contact that lasts to the end
-        `kept_from` [s] (NaN for none), `peak_force` [N]. For the whole: `peak_torque` [N m], `torque_root_mean_square` [N m],
-        `energy_used` [J] (the positive power, integrated over the samples), `tracking_error` [rad] of the driven body,
+        For each clearance joint: `contact_share` of the time, number of `separations`, when the last contact that lasts to the
+        end `kept_from` [s] (NaN for none), `peak_force` [N]. For the whole: `peak_torque` [N m], `torque_root_mean_square` [N
+        m], `energy_used` [J] (the positive power, integrated over the samples), `tracking_error` [rad] of the driven body,
         `position_error` [m] of the output body and its `synchronisation_error` [m]: how far it is from where the ideal
         mechanism would have it at the present angle of the driven body. Errors are the largest ones at the samples.
 

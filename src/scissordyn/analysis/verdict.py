@@ -79,7 +79,7 @@ def classify_samples(
     3. irregular if K of the 0-1 test is above 0.8, quasi-periodic (or a period above `longest_period`) if it is below 0.2,
        for the quantity that varies most; transient only in between.
 
-    Where the loose joints never part, a motion of period 1 is called continuous contact.
+    Where the clearance joints never part, a motion of period 1 is called continuous contact.
 
     Parameters
     ----------
@@ -93,7 +93,7 @@ def classify_samples(
     longest_period : int
         Longest period that is looked for.
     flight_share : float, optional
-        Largest share of the time that a loose joint is in free flight, over the second half; 0 is continuous contact.
+        Largest share of the time that a clearance joint is in free flight, over the second half; 0 is continuous contact.
     times : array_like, shape (n,), optional
         Of the samples [s].
     trusted_until : float
@@ -122,9 +122,9 @@ def classify_samples(
     if flight_share is not None:
         measures["flight_share"] = flight_share
         evidence.append(
-            "In the second half the loose joints never part."
+            "In the second half the clearance joints never part."
             if flight_share <= 0.0
-            else f"In the second half a loose joint is in free flight for {100.0 * flight_share:.3g} % of the time."
+            else f"In the second half a clearance joint is in free flight for {100.0 * flight_share:.3g} % of the time."
         )
     period = _period(scaled, tolerance, longest_period, evidence, measures)
     kind: Kind

@@ -34,13 +34,14 @@ def check(
     prepare_start(layout, build_system(layout), read.run)
 
     lines = [
-        f"{case} is a whole case and can be assembled.",
-        f"Mechanism: {len(mechanism.bodies)} bodies, {len(mechanism.ideal)} ideal and {len(mechanism.loose)} loose joints, "
-        f"{layout.free} free coordinates with {len(layout.conditions)} quadratic conditions.",
+        f"{case} is complete and can be assembled.",
+        f"Mechanism: {len(mechanism.bodies)} bodies, {len(mechanism.ideal_joints)} ideal and "
+        f"{len(mechanism.clearance_joints)} clearance joints, "
+        f"{layout.free} free coordinates with {len(layout.conditions)} quadratic constraints.",
     ]
     lines += [f"Drive of {drive.body}: {_in_words(drive.motion)}." for drive in mechanism.drives]
     lines += [f"{type(element).__name__} {element.name}." for element in mechanism.elements]
-    parts = [("Joint", joint.name, joint.clearance) for joint in mechanism.loose]
+    parts = [("Joint", joint.name, joint.clearance) for joint in mechanism.clearance_joints]
     for kind, name, gap in (*parts, *(("Guide", guide.name, guide.clearance) for guide in mechanism.guides)):
         if gap is None:
             continue

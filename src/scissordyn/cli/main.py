@@ -26,7 +26,7 @@ __all__ = ["app", "run", "status_of"]
 
 app = typer.Typer(
     name="scissordyn",
-    help="Dynamics of deployable scissor structures with loose joints.",
+    help="Dynamics of deployable scissor structures with clearance joints.",
     add_completion=False,
     pretty_exceptions_enable=False,
     rich_markup_mode=None,

@@ -130,6 +130,6 @@ def _draw(result: xr.Dataset, folder: Path) -> None:
     from scissordyn.simulation.run import simulate
 
     mechanism = _mechanism(result)
-    ideal = simulate(mechanism.tighten(), until=float(result["time"][-1]), samples=result.sizes["time"])
+    ideal = simulate(mechanism.ideal(), until=float(result["time"][-1]), samples=result.sizes["time"])
     for path in draw_all(result, ideal, folder, mechanism):
         print(path)

@@ -96,11 +96,12 @@ class CaseTable(Table):
         Field(description="a controlled torque in place of a drive; [[control]] for several", default_factory=list),
     ]
     clearance: Annotated[
-        list[ClearanceTable], Field(description="a loose joint; as many of these tables as loose joints", default_factory=list)
+        list[ClearanceTable],
+        Field(description="a clearance joint; as many of these tables as clearance joints", default_factory=list),
     ]
     guide_clearance: Annotated[
         list[GuideClearanceTable],
-        Field(description="a loose guide; as many of these tables as loose guides", default_factory=list),
+        Field(description="a clearance guide; as many of these tables as clearance guides", default_factory=list),
     ]
     body: list[Annotated[Body, PARTS["body"].reader]] = _listed()
     ground: list[Annotated[tuple[str, Point], PARTS["ground"].reader]] = _listed()
@@ -131,7 +132,7 @@ class CaseTable(Table):
             for index, load in enumerate(getattr(self, section)):
                 with located(f"{section}.{index}"):
                     mechanism = load.carried(mechanism)
-        mechanism = self._loosened(mechanism)
+        mechanism = self._with_clearances(mechanism)
         driven = set[str]()
         for table in self.drive:
             with located("drive"):
@@ -145,7 +146,7 @@ class CaseTable(Table):
                 mechanism = control.applied(mechanism, until=self.run.until)
         return Case(mechanism, self.run)
 
-    def _loosened(self, mechanism: Mechanism) -> Mechanism:
+    def _with_clearances(self, mechanism: Mechanism) -> Mechanism:
         """With every [[clearance]] and [[guide_clearance]] put in, in order: a later one has the last word."""
         named = set[str]()
         for index, table in enumerate(self.clearance):
@@ -153,8 +154,8 @@ class CaseTable(Table):
                 if table.joint in named:
                     raise InputError(f"joint '{table.joint}' given twice", "one [[clearance]] for each joint")
                 named.add(table.joint)
-                mechanism = mechanism.loosen(table.joint, table.described())
+                mechanism = mechanism.with_clearance(table.joint, table.described())
         for index, channel in enumerate(self.guide_clearance):
             with located(f"guide_clearance.{index}"):
-                mechanism = mechanism.loosen(channel.guide, channel.described())
+                mechanism = mechanism.with_clearance(channel.guide, channel.described())
         return mechanism

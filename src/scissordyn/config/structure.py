@@ -166,7 +166,7 @@ _TABLES = (
         rod_mass=_mass("mass of the rod"),
         rod_inertia=Quantity("kg m^2", above=0.0, help="about its middle"),
         slider_mass=_SLIDER,
-        slider_inertia=Quantity("kg m^2", above=0.0, help="about its pin; a loose guide needs it"),
+        slider_inertia=Quantity("kg m^2", above=0.0, help="about its pin; a clearance guide needs it"),
         angle=Quantity("rad", help="direction of the crank at the start"),
         **_GRAVITY,
     ),

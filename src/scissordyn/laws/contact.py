@@ -14,7 +14,7 @@ __all__ = ["PARAMETERS", "Damping", "Elastic", "Friction", "JointContact", "Prop
 
 @dataclass(frozen=True)
 class JointContact:
-    """The two surfaces of a loose joint as the laws see them: a journal in its bearing, or a rounded corner at a flat wall.
+    """The two surfaces of a clearance joint as the laws see them: a journal in its bearing, or a rounded corner at a flat wall.
 
     A flat wall is a bearing of infinite radius. A law that is made for a journal in a bearing has no finite parameters there.
 

@@ -113,7 +113,7 @@ def _impose(mechanism: Mechanism, offsets: dict[str, int], ones: int, eliminatio
         _impose_turn(offsets, ones, elimination, one, other, turn, name)
     for weld in mechanism.welds:
         _impose_weld(mechanism, offsets, ones, elimination, weld)
-    for joint in mechanism.ideal:
+    for joint in mechanism.ideal_joints:
         here = point_expression(mechanism, offsets, joint.journal, ones)
         there = point_expression(mechanism, offsets, joint.bearing, ones)
         name = f"joint '{joint.name}' of {_between(*joint.bodies)}"

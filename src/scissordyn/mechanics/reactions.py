@@ -110,7 +110,7 @@ def balance(mechanism: Mechanism) -> Balance:
         entries[body].append((unknown, direction, arm, index[anchor[0]], index.get(frame, -1)))
 
     count = 0
-    for joint in mechanism.ideal:
+    for joint in mechanism.ideal_joints:
         for (body, point), sign in ((joint.journal, 1.0), (joint.bearing, -1.0)):
             if body != GROUND:
                 enter(body, count, (sign, 0.0, 0.0), (body, point))
@@ -167,13 +167,13 @@ def balance(mechanism: Mechanism) -> Balance:
 
 
 def journal_forces(found: Record) -> np.ndarray:
-    """Contact forces -F_n n - F_t t on the journals of the loose joints, shape (nt, nj, 2) [N]."""
+    """Contact forces -F_n n - F_t t on the journals of the clearance joints, shape (nt, nj, 2) [N]."""
     normal, tangential, nx, ny = np.moveaxis(found.joint[..., 4:8], -1, 0)
     return np.stack([-normal * nx + tangential * ny, -normal * ny - tangential * nx], axis=-1)
 
 
 def known_loads(layout: Layout, direction: np.ndarray, position: np.ndarray, found: Record, radius: np.ndarray) -> np.ndarray:
-    """Forces of loose joints, springs, loads, motors, massless links and latches on the bodies.
+    """Forces of clearance joints, springs, loads, motors, massless links and latches on the bodies.
 
     Parameters
     ----------
@@ -182,7 +182,7 @@ def known_loads(layout: Layout, direction: np.ndarray, position: np.ndarray, fou
         Cosine and sine of each body's angle, and where its mass centre is [m].
     found : Record
     radius : ndarray, shape (nj, 2)
-        Clearance and journal radius of the loose joints [m].
+        Clearance and journal radius of the clearance joints [m].
 
     Returns
     -------
@@ -206,13 +206,13 @@ def known_loads(layout: Layout, direction: np.ndarray, position: np.ndarray, fou
         if body != GROUND:
             known[:, index[body], 2] += torque
 
-    for j, joint in enumerate(mechanism.loose):
+    for j, joint in enumerate(mechanism.clearance_joints):
         force, tangential = on_journals[:, j], found.joint[:, j, 5]
         push(*joint.journal, force)
         push(*joint.bearing, -force)
         turn(joint.journal[0], -radius[j, 1] * tangential)
         turn(joint.bearing[0], (radius[j, 1] + found.joint[:, j, 8]) * tangential)
-    for j, corner in enumerate(mechanism.corners, start=len(mechanism.loose)):
+    for j, corner in enumerate(mechanism.corners, start=len(mechanism.clearance_joints)):
         force, contact = on_journals[:, j], found.joint[:, j]
         k, (x, y) = index[corner.follower], mechanism.body(corner.follower).centre
         cos, sin = direction[:, k, 0], direction[:, k, 1]
@@ -392,7 +392,7 @@ def solve_reactions(
         work = np.zeros((3, widest)), np.zeros(3), np.zeros(unknowns), np.zeros(unknowns), np.zeros(unknowns)
         fill(parts, gravity, direction, position, acceleration, spin_rate, known, matrix, pivots, *work, values)
     values = values[:, parts.order]
-    joints, guides = 2 * len(mechanism.ideal), len(mechanism.ideal_guides)
+    joints, guides = 2 * len(mechanism.ideal_joints), len(mechanism.ideal_guides)
     welds = joints + 3 * len(mechanism.welds)
     reactions = values[:, :joints].reshape(instants, joints // 2, 2)
     return reactions, values[:, welds : welds + guides], values[:, values.shape[1] - len(mechanism.drives) :]

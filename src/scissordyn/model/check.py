@@ -85,7 +85,7 @@ def check_parts(mechanism: Mechanism) -> None:
     for what, name in (("input body", mechanism.input_body), ("output body", mechanism.output_body)):
         if name:
             _check_body({body: part for body, part in points.items() if body != GROUND}, what, name)
-    if mechanism.loose:
+    if mechanism.clearance_joints:
         _check_play(mechanism, points)
 
 
@@ -130,24 +130,24 @@ def _check_turns(points: Mapping[str, Mapping[str, Point]], turning: set[str], l
 
 
 def _check_play(mechanism: Mechanism, points: Mapping[str, Mapping[str, Point]]) -> None:
-    """A loose joint must have something to move."""
+    """A clearance joint must have something to move."""
     rigid = _rigid_groups(mechanism)
     ideal: dict[frozenset[str], list[Revolute]] = {}
-    for joint in mechanism.ideal:
+    for joint in mechanism.ideal_joints:
         ideal.setdefault(frozenset(joint.bodies), []).append(joint)
-    for joint in mechanism.loose:
+    for joint in mechanism.clearance_joints:
         one, other = joint.bodies
         if rigid.get(one, one) == rigid.get(other, other):
             raise InputError(
-                f"loose joint '{joint.name}' between bodies '{one}' and '{other}', which welds make one rigid body",
-                "loose joints between bodies that can move against each other",
+                f"clearance joint '{joint.name}' between bodies '{one}' and '{other}', which welds make one rigid body",
+                "clearance joints between bodies that can move against each other",
             )
         for beside in ideal.get(frozenset(joint.bodies), []):
             here, there = dict((joint.journal, joint.bearing)), dict((beside.journal, beside.bearing))
             if all(math.dist(points[body][here[body]], points[body][there[body]]) < SAME_PLACE for body in joint.bodies):
                 raise InputError(
-                    f"loose joint '{joint.name}' cannot move: the ideal joint '{beside.name}' holds the same points of bodies "
-                    f"'{one}' and '{other}' together",
+                    f"clearance joint '{joint.name}' cannot move: the ideal joint '{beside.name}' holds the same points of "
+                    f"bodies '{one}' and '{other}' together",
                     "one of the two joints",
                 )
 

@@ -1,4 +1,4 @@
-"""How loose a revolute joint is and how its surfaces meet."""
+"""The clearance of a revolute joint and the laws of its contact."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ __all__ = ["Clearance"]
 
 @dataclass(frozen=True)
 class Clearance:
-    """A loose revolute joint: a journal smaller than its bearing by the radial clearance.
+    """A revolute clearance joint: a journal smaller than its bearing by the radial clearance.
 
     Parameters
     ----------

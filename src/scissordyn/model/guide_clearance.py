@@ -1,4 +1,4 @@
-"""How loose a straight guide is, and how the block in it meets the walls."""
+"""The clearance of a straight guide, and the contact of its block with the guide surfaces."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ __all__ = ["Corner", "GuideClearance", "block_corners"]
 
 @dataclass(frozen=True)
 class GuideClearance:
-    """A loose guide: a block in a channel that is wider than it, and meets the two walls with its rounded corners.
+    """A clearance guide: a block in a channel that is wider than it, and meets the two walls with its rounded corners.
 
     Parameters
     ----------
@@ -67,7 +67,7 @@ class GuideClearance:
                 if len(point) != 2 or not all(math.isfinite(x) for x in point):
                     raise InputError(f"corner {point!r}", "two finite numbers [m]")
         elif self.length is None or self.width is None:
-            raise InputError("a loose guide without the size of its block", "length and width, or corners")
+            raise InputError("a clearance guide without the size of its block", "length and width, or corners")
         elif 2.0 * self.corner_radius > min(self.length, self.width):
             raise InputError(
                 f"corner_radius = {self.corner_radius:g} m on a block of {self.length:g} m by {self.width:g} m",
@@ -83,8 +83,8 @@ class GuideClearance:
             numbers = (math.nan,)
         if not all(math.isfinite(number) for number in numbers):
             raise InputError(
-                f"stiffness '{self.stiffness.name}' in a loose guide: it is for a journal in a bearing, and its formula has no "
-                "value for a corner at a flat wall",
+                f"stiffness '{self.stiffness.name}' in a clearance guide: it is for a journal in a bearing, and its formula "
+                "has no value for a contact point at a plane guide surface",
                 "hertz, braendlein, power, linear or a function of your own",
             )
 
@@ -123,7 +123,7 @@ class GuideClearance:
 
 @dataclass(frozen=True)
 class Corner:
-    """One corner of a block in a loose guide and the wall that it faces.
+    """One corner of a block in a clearance guide and the wall that it faces.
 
     Parameters
     ----------
@@ -168,7 +168,7 @@ def block_corners(
     direction: float,
     turn: float,
 ) -> tuple[Corner, ...]:
-    """The corners of the block in a loose guide.
+    """The corners of the block in a clearance guide.
 
     Parameters
     ----------

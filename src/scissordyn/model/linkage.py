@@ -31,7 +31,7 @@ def common_pin(name: str, pin: BodyPoint, *others: BodyPoint) -> tuple[Revolute,
     Returns
     -------
     tuple of Revolute
-        One for each of the other bars, so that each can be loose for itself.
+        One for each of the other bars, so that each can have its own clearance.
     """
     if not others:
         raise InputError(f"pin '{name}' with one bar on it", "two or more bars")
@@ -71,8 +71,8 @@ def slider_crank(
     crank_inertia, rod_inertia : float, optional
         About the middle [kg m^2]; that of a uniform bar if None.
     slider_inertia : float, optional
-        Of the slider about its pin [kg m^2]: a block that its guide keeps straight, and lets tilt when the guide is loosened.
-        Without it the slider cannot turn at all.
+        Of the slider about its pin [kg m^2]: a block that an ideal guide keeps aligned; with clearance in the guide it can
+        tilt. Without it the slider cannot turn at all.
     angle : float
         Direction a of the crank at the start [rad]; the slider is to the right of the crank pin.
     gravity, gravity_direction : float

@@ -102,13 +102,13 @@ class Mechanism:
 
     @property
     def joint_names(self) -> tuple[str, ...]:
-        """Names of the revolute joints, then of the guides, then of the corners of blocks in loose guides."""
+        """Names of the revolute joints, then of the guides, then of the corners of blocks in clearance guides."""
         named = (*(joint.name for joint in self.joints), *(guide.name for guide in self.guides))
         return (*named, *(corner.name for corner in self.corners))
 
     @cached_property
     def corners(self) -> tuple[Corner, ...]:
-        """The corners of the blocks in loose guides, in order."""
+        """The corners of the blocks in clearance guides, in order."""
         found: list[Corner] = []
         for guide in self.guides:
             if guide.clearance is None:
@@ -134,20 +134,20 @@ class Mechanism:
 
     @property
     def contacts(self) -> tuple[Revolute | Corner, ...]:
-        """What may touch: the loose joints, then the corners of blocks in loose guides."""
-        return (*self.loose, *self.corners)
+        """What may touch: the clearance joints, then the corners of blocks in clearance guides."""
+        return (*self.clearance_joints, *self.corners)
 
     @property
-    def loose(self) -> tuple[Revolute, ...]:
+    def clearance_joints(self) -> tuple[Revolute, ...]:
         """The joints with clearance, in order."""
         return tuple(joint for joint in self.joints if joint.clearance is not None)
 
     @property
-    def ideal(self) -> tuple[Revolute, ...]:
+    def ideal_joints(self) -> tuple[Revolute, ...]:
         """The joints without clearance, in order."""
         return tuple(joint for joint in self.joints if joint.clearance is None)
 
-    def loosen(self, joints: str | Iterable[str], clearance: Clearance | GuideClearance) -> Mechanism:
+    def with_clearance(self, joints: str | Iterable[str], clearance: Clearance | GuideClearance) -> Mechanism:
         """The same mechanism with a clearance at one joint or guide or at several.
 
         Parameters
@@ -167,11 +167,11 @@ class Mechanism:
         names = matching("joint", joints, [joint.name for joint in self.joints])
         return self._with_joints(dataclasses.replace(self.joint(name), clearance=clearance) for name in names)
 
-    def tighten(self, *joints: str) -> Mechanism:
+    def ideal(self, *joints: str) -> Mechanism:
         """The same mechanism with ideal joints and guides, all of them if none is named."""
         guides = [guide for guide in self.guides if guide.name in joints or not joints]
         named = {self.joint(name).name for name in joints if name not in {guide.name for guide in guides}}
-        names = {joint.name for joint in self.loose} if not joints else named
+        names = {joint.name for joint in self.clearance_joints} if not joints else named
         tight = self._with_joints(dataclasses.replace(self.joint(name), clearance=None) for name in names)
         return tight._with_guides(dataclasses.replace(guide, clearance=None) for guide in guides)
 
@@ -297,10 +297,10 @@ class Mechanism:
             return dataclasses.replace(self, **{path: value})
         joint, _, inner = path.partition(".")
         guides = {guide.name: guide for guide in self.guides}
-        loose = guides[joint] if joint in guides else self.joint(joint)
-        if loose.clearance is None or not inner:
-            raise InputError(f"replace({path!r})", "JOINT.FIELD of a loose joint, or one of " + ", ".join(sorted(names)))
-        new = dataclasses.replace(loose, clearance=_replace_inside(loose.clearance, inner, value))
+        connection = guides[joint] if joint in guides else self.joint(joint)
+        if connection.clearance is None or not inner:
+            raise InputError(f"replace({path!r})", "JOINT.FIELD of a clearance joint, or one of " + ", ".join(sorted(names)))
+        new = dataclasses.replace(connection, clearance=_replace_inside(connection.clearance, inner, value))
         return self._with_guides([new]) if isinstance(new, Guide) else self._with_joints([new])
 
     def _with_joints(self, changed: Iterable[Revolute]) -> Mechanism:

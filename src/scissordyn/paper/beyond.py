@@ -275,8 +275,8 @@ def contacts(results: Results) -> list[str]:
         paragraph(
             "Counts, shares, impulses and losses come from the table of contacts, arcs and the force in contact from "
             "the samples, 25 µs "
-            f"apart. Only joint {JOINT} is loose, so all heat arises there. The output error is that of the slider "
-            "against the ideal "
+            f"apart. Only joint {JOINT} has clearance, so all energy is dissipated there. The output error is "
+            "that of the slider against the ideal "
             "mechanism at the same instants."
         ),
         table(head, rows),

@@ -86,7 +86,7 @@ class Course:
     gust: bool = False
 
     def mechanism(self) -> Mechanism:
-        """The array with its loose joint, not driven."""
+        """The array with its clearance joint, not driven."""
         described = PaperCase(ARRAY, choice=Choice(angle=self.angle)).described().mechanism
         return dataclasses.replace(described, drives=(), elements=(GUST,) if self.gust else ())
 
@@ -144,7 +144,7 @@ class ControlledRun:
         course = COURSES[self.course]
         arm = course.mechanism()
         if self.scheme == "ideal":
-            return dataclasses.replace(arm.tighten(), elements=()).driven(course.motion)
+            return dataclasses.replace(arm.ideal(), elements=()).driven(course.motion)
         if self.scheme == "prescribed":
             return arm.driven(course.motion)
         return _SCHEMES[self.course, self.scheme](arm, course)

@@ -1,4 +1,4 @@
-"""A run with the paper's control, told in the words of a run with a loose joint."""
+"""A run with the paper's control, told in the words of a run with a clearance joint."""
 
 from __future__ import annotations
 
@@ -15,14 +15,14 @@ __all__ = ["with_contact"]
 
 
 def with_contact(run: xr.Dataset, mechanism: Mechanism) -> xr.Dataset:
-    """Add where the journal is and how it presses, so that a held joint can be measured and drawn like any loose one.
+    """Add where the journal is and how it presses, so that a held joint can be measured and drawn like any clearance joint.
 
     Parameters
     ----------
     run : Dataset
         Of ``hold_contact(mechanism)``.
     mechanism : Mechanism
-        With the loose joint A.
+        With the clearance joint A.
 
     Returns
     -------

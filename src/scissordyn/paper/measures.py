@@ -113,7 +113,7 @@ def measure(run: xr.Dataset, ideal: xr.Dataset) -> Measures:
     Parameters
     ----------
     run, ideal : Dataset
-        Runs of the same drive, recorded at the same instants, with joint A loose and with ideal joints.
+        Runs of the same drive, recorded at the same instants, with clearance at joint A and with ideal joints.
 
     Returns
     -------

@@ -22,7 +22,7 @@ from scissordyn.paper.verdict import Verdict
 
 __all__ = ["TITLE", "page"]
 
-TITLE = "Scissor structures with a loose joint: a paper computed anew"
+TITLE = "Scissor structures with a clearance joint: a paper computed anew"
 
 SOURCE = (
     "Li, Wang, Gantes, Tan, Nonlinear dynamic characteristics and control of planar linear array deployable structures "

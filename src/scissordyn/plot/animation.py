@@ -15,7 +15,7 @@ from scissordyn.model.mechanism import Mechanism
 from scissordyn.plot.animation_film import write_film
 from scissordyn.plot.animation_page import write_page
 from scissordyn.plot.animation_scene import scene_of
-from scissordyn.plot.series import chosen_joints, loose_joints, loose_pins
+from scissordyn.plot.series import chosen_joints, clearance_joints, clearance_pins
 
 __all__ = ["FILMS", "animate", "check_film"]
 
@@ -51,7 +51,7 @@ def animate(
     rate: int | None = None,
     joints: Sequence[str] | None = None,
 ) -> Path:
-    """Write a film of a run, with its loose joints magnified beside the structure.
+    """Write a film of a run, with its clearance joints magnified beside the structure.
 
     Parameters
     ----------
@@ -65,7 +65,7 @@ def animate(
     rate : int, optional
         Frames per second, 25 if not given, of a GIF 10; a run with fewer samples than frames is shown with fewer.
     joints : sequence of str, optional
-        Which loose revolute joints to magnify; those with the largest forces if not given.
+        Which revolute clearance joints to magnify; those with the largest forces if not given.
 
     Returns
     -------
@@ -74,7 +74,7 @@ def animate(
     Raises
     ------
     InputError
-        If the format is another one, the run too short, a named joint is not loose, or the file cannot be written.
+        If the format is another one, the run too short, a named joint has no clearance, or the file cannot be written.
     """
     check_film(path)
     target, samples = Path(path), run.sizes["time"]
@@ -84,8 +84,8 @@ def animate(
         raise InputError("a run of fewer than two samples", "a run that got further")
     if not (np.isfinite(seconds) and seconds > 0.0 and rate >= 1):
         raise InputError(f"a film of {seconds!r} s with {rate!r} frames per second", "seconds > 0 and rate >= 1")
-    pins = run.sel(joint=loose_pins(run)) if "at_wall" in run else run
-    chosen = chosen_joints(pins, joints) if joints is not None or loose_joints(pins) else []
+    pins = run.sel(joint=clearance_pins(run)) if "at_wall" in run else run
+    chosen = chosen_joints(pins, joints) if joints is not None or clearance_joints(pins) else []
     frames = np.unique(np.linspace(0, samples - 1, max(2, min(samples, round(seconds * rate)))).round().astype(int))
     scene = scene_of(run, mechanism, frames, chosen)
     shown = max(1, round(len(frames) / seconds))

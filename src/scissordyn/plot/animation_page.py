@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from scissordyn.plot.animation_scene import GAP, TRAIL, Loose, Scene, newtons, pace
+from scissordyn.plot.animation_scene import GAP, TRAIL, ClearanceJoint, Scene, newtons, pace
 from scissordyn.plot.scale import engineering
 from scissordyn.plot.style import BLACK, BLUE, GREEN, GREY, LIGHT, ORANGE, PURPLE, SKY, VERMILION
 
@@ -45,7 +45,7 @@ small {{ color: {GREY} }}
 .spring {{ stroke: {PURPLE}; stroke-width: 1.5 }}
 .link {{ stroke: {PURPLE}; stroke-width: 2; stroke-dasharray: 6 3 }}
 .guide {{ stroke: {GREY}; stroke-dasharray: 12 4 2 4 }}
-.pin, .support, .bearing {{ fill: #fff; stroke: {BLACK}; stroke-width: 1.5 }}
+.joint, .support, .bearing {{ fill: #fff; stroke: {BLACK}; stroke-width: 1.5 }}
 .ring {{ fill: none; stroke-width: 2.5 }}
 .journal {{ fill: {LIGHT}; stroke-width: 3 }}
 .way {{ stroke: {ORANGE}; stroke-width: 1.5 }}
@@ -55,7 +55,7 @@ PLAYER = """
 "use strict";
 const film = JSON.parse(document.getElementById("film").textContent);
 const part = id => document.getElementById(id);
-const shapes = [...document.querySelectorAll("[data-shape]")], pins = [...document.querySelectorAll(".pin")];
+const shapes = [...document.querySelectorAll("[data-shape]")], pins = [...document.querySelectorAll(".joint")];
 const rings = [...document.querySelectorAll(".ring")], joints = [...document.querySelectorAll("figure")];
 const slider = part("frame"), button = part("play"), pace = part("pace"), clock = part("clock");
 const last = film.time.length - 1;
@@ -64,7 +64,7 @@ let playing = false, now = 0, before = null;
 function centre(circle, x, y) { circle.setAttribute("cx", x); circle.setAttribute("cy", y); }
 function show(frame) {
   shapes.forEach((shape, k) => shape.setAttribute("points", film.shapes[k][frame].join(" ")));
-  pins.forEach((pin, k) => centre(pin, ...film.pins[frame].slice(2 * k, 2 * k + 2)));
+  pins.forEach((joint, k) => centre(joint, ...film.pins[frame].slice(2 * k, 2 * k + 2)));
   film.joints.forEach((joint, k) => {
     const color = joint.touched[frame] ? film.contact : film.free;
     centre(rings[k], ...joint.place[frame]);
@@ -144,12 +144,12 @@ def page(scene: Scene, rate: int, slower: float) -> str:
         "time": [f"t = {scene.scale.factor * t:.4g} {scene.scale.unit}" for t in scene.time.tolist()],
         "shapes": [_numbers(pixels(shape.points).reshape(len(scene.time), -1)) for shape in scene.shapes],
         "pins": _numbers(pixels(scene.pins).reshape(len(scene.time), -1)),
-        "joints": [{**_magnified(loose), "place": _numbers(pixels(loose.place))} for loose in scene.loose],
+        "joints": [{**_magnified(joint), "place": _numbers(pixels(joint.place))} for joint in scene.clearance_joints],
     }
     # "<" would let a name end the script
     data = json.dumps(film, separators=(",", ":"), ensure_ascii=True).replace("<", "\\u003c")
     options = "".join(f"<option value={s}{' selected' if s == 1 else ''}>{s:g}×</option>" for s in SPEEDS)
-    figures = "\n".join(_figure(loose) for loose in scene.loose)
+    figures = "\n".join(_figure(joint) for joint in scene.clearance_joints)
     return f"""<!DOCTYPE html>
 <html lang="en">
 <head>
@@ -202,30 +202,33 @@ def _drawing(scene: Scene, gain: float, supports: np.ndarray) -> str:
             f'<polygon class="support" points="{x:.1f},{y:.1f} {x - size:.1f},{y + 1.6 * size:.1f} '
             f'{x + size:.1f},{y + 1.6 * size:.1f}"/>'
         )
-    lines += ['<circle class="pin" r="4"/>'] * scene.pins.shape[1]
-    lines += [f'<circle class="ring" r="9"><title>{html.escape(loose.name)}</title></circle>' for loose in scene.loose]
+    lines += ['<circle class="joint" r="4"/>'] * scene.pins.shape[1]
+    lines += [
+        f'<circle class="ring" r="9"><title>{html.escape(joint.name)}</title></circle>' for joint in scene.clearance_joints
+    ]
     return "\n".join(lines)
 
 
-def _magnified(loose: Loose) -> dict[str, Any]:
+def _magnified(joint: ClearanceJoint) -> dict[str, Any]:
     """What the player needs to know of a joint; y points down on a screen."""
     screen = RADIUS * np.array([1.0, -1.0])
     return {
-        "journal": _numbers(screen * loose.journal),
-        "way": _numbers((screen * loose.way).ravel()),
-        "reached": loose.reached.tolist(),
-        "touched": loose.touched.astype(int).tolist(),
-        "force": [newtons(force) for force in loose.force.tolist()],
+        "journal": _numbers(screen * joint.journal),
+        "way": _numbers((screen * joint.way).ravel()),
+        "reached": joint.reached.tolist(),
+        "touched": joint.touched.astype(int).tolist(),
+        "force": [newtons(force) for force in joint.force.tolist()],
     }
 
 
-def _figure(loose: Loose) -> str:
+def _figure(joint: ClearanceJoint) -> str:
     edge = math.ceil(1.5 * RADIUS)
     return (
         f'<figure><svg viewBox="{-edge} {-edge} {2 * edge} {2 * edge}" width="{2 * edge}" height="{2 * edge}">'
         f'<circle class="bearing" r="{(1.0 + GAP) * RADIUS:g}"/><circle class="journal" r="{RADIUS:g}"/>'
         f'<polyline class="way"/><circle r="2"/></svg>'
-        f'<figcaption>{html.escape(loose.name)}: <span class="state"></span><br><small>gap drawn {loose.gain:.2g}×</small>'
+        f'<figcaption>{html.escape(joint.name)}: <span class="state"></span><br>'
+        f"<small>clearance magnified {joint.gain:.2g} times</small>"
         "</figcaption></figure>"
     )
 

@@ -17,7 +17,7 @@ from scissordyn.plot.place import outline
 from scissordyn.plot.scale import Scale, engineering
 from scissordyn.plot.series import time_scale
 
-__all__ = ["GAP", "TRAIL", "Loose", "Scene", "Shape", "newtons", "pace", "scene_of"]
+__all__ = ["GAP", "TRAIL", "ClearanceJoint", "Scene", "Shape", "newtons", "pace", "scene_of"]
 
 GAP = 0.35
 """The clearance of a magnified joint as a fraction of the drawn journal's radius."""
@@ -50,8 +50,8 @@ class Shape:
 
 
 @dataclass(frozen=True)
-class Loose:
-    """A loose joint, where it is and magnified.
+class ClearanceJoint:
+    """A clearance joint, where it is and magnified.
 
     Parameters
     ----------
@@ -97,7 +97,7 @@ class Scene:
         Ideal joints [m].
     supports : ndarray, shape (supports, 2)
         Pins of the fixed frame [m].
-    loose : tuple of Loose
+    clearance_joints : tuple of ClearanceJoint
     low, high : ndarray, shape (2,)
         Corners of what is shown [m].
     """
@@ -107,7 +107,7 @@ class Scene:
     shapes: tuple[Shape, ...]
     pins: np.ndarray
     supports: np.ndarray
-    loose: tuple[Loose, ...]
+    clearance_joints: tuple[ClearanceJoint, ...]
     low: np.ndarray
     high: np.ndarray
 
@@ -164,7 +164,7 @@ def scene_of(run: xr.Dataset, mechanism: Mechanism, frames: np.ndarray, joints: 
     frames : ndarray of int
         Samples of the run, increasing.
     joints : list of str
-        Loose joints to magnify.
+        Clearance joints to magnify.
 
     Returns
     -------
@@ -181,7 +181,7 @@ def scene_of(run: xr.Dataset, mechanism: Mechanism, frames: np.ndarray, joints: 
     # blocks first: bars end on them
     solid = sorted(_bodies(mechanism, course, bodies, size), key=lambda shape: shape.kind != "block")
     shapes = [*_guides(mechanism, course, size), *solid, *_springs(mechanism, course, size), *_links(mechanism, course)]
-    pins = [course.place(joint.bearing) for joint in mechanism.ideal]
+    pins = [course.place(joint.bearing) for joint in mechanism.ideal_joints]
     supported = dict.fromkeys(end for joint in mechanism.joints for end in (joint.journal, joint.bearing) if end[0] == GROUND)
     return Scene(
         time=run["time"].values[frames],
@@ -189,7 +189,7 @@ def scene_of(run: xr.Dataset, mechanism: Mechanism, frames: np.ndarray, joints: 
         shapes=tuple(shapes),
         pins=np.stack(pins, axis=1) if pins else np.empty((len(frames), 0, 2)),
         supports=np.array([course.place(end)[0] for end in supported], float).reshape(-1, 2),
-        loose=tuple(_loose(run, mechanism, course, frames, name) for name in joints),
+        clearance_joints=tuple(_clearance_joint(run, mechanism, course, frames, name) for name in joints),
         low=low,
         high=high,
     )
@@ -252,10 +252,10 @@ def _links(mechanism: Mechanism, course: _Course) -> list[Shape]:
     return [Shape(name, "link", np.stack([start, end], axis=1)) for name, start, end in ends]
 
 
-def _loose(run: xr.Dataset, mechanism: Mechanism, course: _Course, frames: np.ndarray, name: str) -> Loose:
+def _clearance_joint(run: xr.Dataset, mechanism: Mechanism, course: _Course, frames: np.ndarray, name: str) -> ClearanceJoint:
     joint, here = mechanism.joint(name), run.sel(joint=name)
     if joint.clearance is None:
-        raise InputError(f"joint '{name}' is loose in the run and ideal in the mechanism", "the mechanism that was run")
+        raise InputError(f"joint '{name}' has clearance in the run and is ideal in the mechanism", "the mechanism that was run")
     clearance = float(here["clearance"])
     eccentricity = GAP / clearance * here["eccentricity"].transpose("time", "axis").values
     last = int(frames[-1]) + 1
@@ -264,7 +264,7 @@ def _loose(run: xr.Dataset, mechanism: Mechanism, course: _Course, frames: np.nd
     begins = np.concatenate([[0], frames[:-1] + 1])
     force = np.nan_to_num(here["normal_force"].values)[:last]
     touching = here["in_contact"].values[:last]
-    return Loose(
+    return ClearanceJoint(
         name=name,
         place=course.place(joint.bearing),
         journal=eccentricity[frames],

@@ -1,4 +1,4 @@
-"""The block of a loose guide in its channel, with the gaps drawn larger than they are."""
+"""The block of a clearance guide in its channel, with the gaps drawn larger than they are."""
 
 from __future__ import annotations
 
@@ -25,13 +25,13 @@ LONG = 1.3
 
 
 def guides_of(mechanism: Mechanism, names: Iterable[str]) -> list[str]:
-    """Names of loose joints with the corners of each block replaced by its guide, once."""
+    """Names of clearance joints with the corners of each block replaced by its guide, once."""
     guide = {corner.name: corner.guide for corner in mechanism.corners}
     return list(dict.fromkeys(guide.get(name, name) for name in names))
 
 
 def channel(run: xr.Dataset, mechanism: Mechanism, sample: int, guide: str, *, axes: Axes) -> Axes:
-    """A loose guide at one sample, its line drawn level: the block between the two walls, the corners that touch marked.
+    """A clearance guide at one sample, its line drawn level: the block between the two walls, the corners that touch marked.
 
     Parameters
     ----------
@@ -49,12 +49,14 @@ def channel(run: xr.Dataset, mechanism: Mechanism, sample: int, guide: str, *, a
     Raises
     ------
     InputError
-        If the guide is not loose.
+        If the guide has no clearance.
     """
     described = mechanism.guide(guide)
     gap = described.clearance
     if gap is None:
-        raise InputError(f"guide '{guide}' is ideal", "a loose guide", f'mechanism.loosen("{guide}", GuideClearance(...))')
+        raise InputError(
+            f"guide '{guide}' is ideal", "a clearance guide", f'mechanism.with_clearance("{guide}", GuideClearance(...))'
+        )
     corners = [corner for corner in mechanism.corners if corner.guide == guide]
     now = run.isel(time=sample).sel(joint=[corner.name for corner in corners])
     depth, touching = now["indentation"].values, now["in_contact"].values.astype(bool)
@@ -86,5 +88,5 @@ def channel(run: xr.Dataset, mechanism: Mechanism, sample: int, guide: str, *, a
         spine.set_visible(False)
     count = int(np.sum(touching))
     state = f"{count} corner{'s' * (count > 1)} in contact" if count else "free flight"
-    axes.set_title(f"{guide}: {state}\ngap drawn {GAP * half / gap.clearance:.2g}×", fontsize=SMALL, color=BLACK)
+    axes.set_title(f"{guide}: {state}\nclearance magnified {GAP * half / gap.clearance:.2g} times", fontsize=SMALL, color=BLACK)
     return axes

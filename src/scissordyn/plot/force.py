@@ -1,4 +1,4 @@
-"""The contact forces of loose joints."""
+"""The contact forces of clearance joints."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ STRIP = 0.06
 def force(
     run: xr.Dataset, ideal: xr.Dataset | None = None, *, joints: Sequence[str] | None = None, axes: Canvas = None
 ) -> list[Axes]:
-    """Normal and friction force of each loose joint, when it is in contact, and the ideal mechanism's reaction.
+    """Normal and friction force of each clearance joint, when it is in contact, and the ideal mechanism's reaction.
 
     Parameters
     ----------
@@ -40,7 +40,7 @@ def force(
     Raises
     ------
     InputError
-        If no joint is loose, or a named one is not.
+        If no joint has clearance, or a named one has none.
     """
     chosen = chosen_joints(run, joints)
     rubs = [bool(np.any(np.nan_to_num(run["friction_force"].sel(joint=name).values))) for name in chosen]

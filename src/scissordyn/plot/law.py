@@ -37,7 +37,7 @@ from scissordyn.plot.style import (
 __all__ = ["JOINT", "Knock", "draw_gallery", "draw_law"]
 
 JOINT = JointContact(clearance=0.5e-3, journal_radius=10e-3, length=15e-3, journal=STEEL, bearing=STEEL)
-"""The joint that laws are shown in unless another is given: the defaults of a clearance, 0.5 mm loose."""
+"""The joint that laws are shown in unless another is given: the defaults of `Clearance`, with c = 0.5 mm."""
 
 SWING = 2e-6, 5.0
 """Amplitude [m] and frequency [Hz] of the swing that shows sticking and sliding: a few bristle lengths, up to 63 um/s."""

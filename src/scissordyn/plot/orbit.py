@@ -10,7 +10,7 @@ import xarray as xr
 from matplotlib.axes import Axes
 
 from scissordyn.plot.scale import engineering
-from scissordyn.plot.series import BEYOND, chosen_joints, horizon, loose_pins
+from scissordyn.plot.series import BEYOND, chosen_joints, clearance_pins, horizon
 from scissordyn.plot.style import BLACK, GREY, LINE, NORMAL, SKY, VERMILION, Canvas, legend, panels
 
 __all__ = ["orbit"]
@@ -44,9 +44,9 @@ def orbit(
     Raises
     ------
     InputError
-        If no revolute joint is loose, or a named one is not.
+        If no revolute joint has clearance, or a named one has none.
     """
-    chosen = chosen_joints(run.sel(joint=loose_pins(run)) if "at_wall" in run else run, joints)
+    chosen = chosen_joints(run.sel(joint=clearance_pins(run)) if "at_wall" in run else run, joints)
     columns = min(len(chosen), COLUMNS) if axes is None else 1
     rows = math.ceil(len(chosen) / columns)
     width = 5.4 if columns == 1 else 3.8 * columns

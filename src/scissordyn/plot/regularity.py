@@ -295,7 +295,7 @@ def distribution(run: xr.Dataset, *, variable: str = "peak_force", joint: str = 
     variable : str
         A column of the table of contacts: peak_force, impulse, contact_duration, approach_speed, ...
     joint : str
-        Which; the loose joint with the largest force if not given.
+        Which; the clearance joint with the largest force if not given.
     axes : Axes, optional
         A new figure if not given.
 
@@ -314,8 +314,8 @@ def distribution(run: xr.Dataset, *, variable: str = "peak_force", joint: str = 
     if joint:
         chosen_joints(run, [joint])
     else:
-        loose = chosen_joints(run, None)
-        joint = max(loose, key=lambda name: float(run["normal_force"].sel(joint=name).max()))
+        names = chosen_joints(run, None)
+        joint = max(names, key=lambda name: float(run["normal_force"].sel(joint=name).max()))
     (drawn,) = panels(axes, 1, size=(6.0, 3.8))
     values = run[variable].values[run["contact_joint"].values.astype(str) == joint]
     values = values[np.isfinite(values) & (values > 0.0)]
@@ -351,12 +351,12 @@ def _along(data: xr.Dataset, name: str, side: int, joint: str) -> xr.DataArray:
         raise InputError(f"variable '{name}'{did_you_mean(name, known)}", "one of " + ", ".join(known))
     found = data[name]
     if "joint" in found.dims:
-        loose = [str(other) for other in found["joint"].values]
+        names = [str(other) for other in found["joint"].values]
         if "clearance" in data:
-            loose = [other for other in loose if np.isfinite(float(data["clearance"].sel(joint=other)))]
-        chosen = joint or loose[0]
-        if chosen not in loose:
-            raise InputError(f"joint '{chosen}'{did_you_mean(chosen, loose)}", "one of " + ", ".join(loose))
+            names = [other for other in names if np.isfinite(float(data["clearance"].sel(joint=other)))]
+        chosen = joint or names[0]
+        if chosen not in names:
+            raise InputError(f"joint '{chosen}'{did_you_mean(chosen, names)}", "one of " + ", ".join(names))
         found = found.sel(joint=chosen)
     if "axis" in found.dims:
         letter = str(found["axis"].values[side])

@@ -17,12 +17,12 @@ __all__ = [
     "BEYOND",
     "MOST_JOINTS",
     "chosen_joints",
+    "clearance_joints",
+    "clearance_pins",
     "compare",
     "contact_spans",
     "finish",
     "horizon",
-    "loose_joints",
-    "loose_pins",
     "time_scale",
 ]
 
@@ -64,7 +64,7 @@ def horizon(run: xr.Dataset) -> float | None:
     return until if math.isfinite(until) and until < float(run["time"].values[-1]) else None
 
 
-def loose_joints(run: xr.Dataset) -> list[str]:
+def clearance_joints(run: xr.Dataset) -> list[str]:
     """Names of the joints with clearance, in order.
 
     Parameters
@@ -80,8 +80,8 @@ def loose_joints(run: xr.Dataset) -> list[str]:
     return [str(name) for name in run["joint"].values[np.isfinite(run["clearance"].values)]]
 
 
-def loose_pins(run: xr.Dataset) -> list[str]:
-    """Names of the loose joints whose journal moves in a bearing: not those of corners at flat walls.
+def clearance_pins(run: xr.Dataset) -> list[str]:
+    """Names of the clearance joints whose journal moves in a bearing: not those of corners at flat walls.
 
     Parameters
     ----------
@@ -92,11 +92,11 @@ def loose_pins(run: xr.Dataset) -> list[str]:
     list of str
     """
     flat = set(run["joint"].values[run["at_wall"].values].astype(str)) if "at_wall" in run else set()
-    return [name for name in loose_joints(run) if name not in flat]
+    return [name for name in clearance_joints(run) if name not in flat]
 
 
 def chosen_joints(run: xr.Dataset, joints: Sequence[str] | None) -> list[str]:
-    """The loose joints to draw: those named, or the `MOST_JOINTS` with the largest forces, in order.
+    """The clearance joints to draw: those named, or the `MOST_JOINTS` with the largest forces, in order.
 
     Parameters
     ----------
@@ -110,21 +110,23 @@ def chosen_joints(run: xr.Dataset, joints: Sequence[str] | None) -> list[str]:
     Raises
     ------
     InputError
-        If no joint is loose, or a named one is not.
+        If no joint has clearance, or a named one has none.
     """
-    loose = loose_joints(run)
-    if not loose:
+    names = clearance_joints(run)
+    if not names:
         raise InputError(
-            "a run without loose joints", "a run of a mechanism with a clearance", 'arm.loosen("A", Clearance(0.5e-3))'
+            "a run without clearance joints",
+            "a run of a mechanism with a clearance",
+            'arm.with_clearance("A", Clearance(0.5e-3))',
         )
     if joints is not None:
         for name in joints:
-            if name not in loose:
-                raise InputError(f"joint '{name}'{did_you_mean(name, loose)}", "one of " + ", ".join(loose))
+            if name not in names:
+                raise InputError(f"joint '{name}'{did_you_mean(name, names)}", "one of " + ", ".join(names))
         return list(joints)
-    largest = np.max(run["normal_force"].sel(joint=loose).values, axis=0)
+    largest = np.max(run["normal_force"].sel(joint=names).values, axis=0)
     kept = set(np.argsort(-largest, kind="stable")[:MOST_JOINTS].tolist())
-    return [name for k, name in enumerate(loose) if k in kept]
+    return [name for k, name in enumerate(names) if k in kept]
 
 
 def contact_spans(run: xr.Dataset, joint: str) -> list[tuple[float, float]]:

@@ -1,4 +1,4 @@
-"""The structure itself at several instants, with its loose joints magnified."""
+"""The structure itself at several instants, with its clearance joints magnified."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from scissordyn.model.element import Spring
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.plot.channel import GAP, channel, guides_of
 from scissordyn.plot.place import Placement, outline
-from scissordyn.plot.series import BEYOND, chosen_joints, horizon, loose_joints, time_scale
+from scissordyn.plot.series import BEYOND, chosen_joints, clearance_joints, horizon, time_scale
 from scissordyn.plot.style import BLACK, BLUE, GREEN, GREY, LIGHT, PURPLE, SKY, SMALL, VERMILION, dress, legend
 
 __all__ = ["magnified", "snapshot", "structure"]
@@ -29,7 +29,7 @@ TALL = 2.0
 """Structures up to so many times as wide as high stand side by side, longer ones one below the other."""
 
 ASIDE = ((7.0, 5.0), (-7.0, -12.0), (7.0, -12.0), (-7.0, 5.0))
-"""Where names of loose joints stand [points], in turn, so that those of neighbours keep apart."""
+"""Where names of clearance joints stand [points], in turn, so that those of neighbours keep apart."""
 
 Corners = tuple[np.ndarray, np.ndarray]
 """Lower left and upper right corner [m]."""
@@ -38,7 +38,7 @@ Corners = tuple[np.ndarray, np.ndarray]
 def structure(
     run: xr.Dataset, mechanism: Mechanism, *, times: int | Sequence[float] = 4, joints: Sequence[str] | None = None
 ) -> list[Axes]:
-    """The mechanism at several instants, each with its loose joints magnified beside it, on a new figure.
+    """The mechanism at several instants, each with its clearance joints magnified beside it, on a new figure.
 
     Parameters
     ----------
@@ -48,7 +48,7 @@ def structure(
     times : int or sequence of float
         How many instants, equally spaced from start to end; or which ones [s], each the nearest sample.
     joints : sequence of str, optional
-        Which loose joints to magnify; those with the largest forces if not given.
+        Which clearance joints to magnify; those with the largest forces if not given.
 
     Returns
     -------
@@ -58,14 +58,14 @@ def structure(
     Raises
     ------
     InputError
-        If no instant is asked for, or a named joint is not loose.
+        If no instant is asked for, or a named joint has no clearance.
     """
     time = run["time"].values
     wanted = np.linspace(time[0], time[-1], times) if isinstance(times, int) else np.asarray(times, float)
     if wanted.size == 0:
         raise InputError(f"times = {times!r}", "a whole number >= 1, or instants [s]", "times=4")
     samples = [int(np.argmin(np.abs(time - instant))) for instant in wanted]
-    chosen = guides_of(mechanism, chosen_joints(run, joints) if joints is not None or loose_joints(run) else [])
+    chosen = guides_of(mechanism, chosen_joints(run, joints) if joints is not None or clearance_joints(run) else [])
     corners = _around(run, mechanism, samples)
     width, height = corners[1] - corners[0]
     tall = bool(width < TALL * height)
@@ -103,7 +103,7 @@ def _grid(tall: bool, aspect: float, instants: int, joints: int) -> list[list[Ax
 
 
 def snapshot(run: xr.Dataset, mechanism: Mechanism, sample: int, *, axes: Axes, corners: Corners | None = None) -> Axes:
-    """The mechanism at one sample: bars, pins, guides, springs (dotted), links (dashed) and ground; loose joints ringed.
+    """The mechanism at one sample: bars, pins, guides, springs (dotted), links (dashed) and ground; clearance joints ringed.
 
     Parameters
     ----------
@@ -161,7 +161,7 @@ def snapshot(run: xr.Dataset, mechanism: Mechanism, sample: int, *, axes: Axes, 
             axes.plot(
                 x, y, marker="o", markersize=7.0, color=VERMILION, markerfacecolor="none", markeredgewidth=1.2, zorder=4.0
             )
-            _named(axes, joint.name, (x, y), ASIDE[mechanism.loose.index(joint) % len(ASIDE)])
+            _named(axes, joint.name, (x, y), ASIDE[mechanism.clearance_joints.index(joint) % len(ASIDE)])
     now, scale, until = float(run["time"].values[sample]), time_scale(run), horizon(run)
     if until is not None and now > until:
         late = Rectangle((0.0, 0.0), 1.0, 1.0, facecolor=LIGHT, alpha=0.7, transform=axes.transAxes, zorder=0.0, label=BEYOND)
@@ -172,7 +172,7 @@ def snapshot(run: xr.Dataset, mechanism: Mechanism, sample: int, *, axes: Axes, 
 
 
 def magnified(run: xr.Dataset, mechanism: Mechanism, sample: int, joint: str, *, axes: Axes) -> Axes:
-    """A loose joint or guide at one sample: the journal in its bearing, or the block in its channel, the gap drawn larger.
+    """A clearance joint or guide at one sample: the journal in its bearing, or the block in its channel, the gap drawn larger.
 
     Parameters
     ----------
@@ -190,17 +190,19 @@ def magnified(run: xr.Dataset, mechanism: Mechanism, sample: int, joint: str, *,
     Raises
     ------
     InputError
-        If the joint is not loose.
+        If the joint has no clearance.
     """
     if joint in guides_of(mechanism, (corner.name for corner in mechanism.corners)):
         return channel(run, mechanism, sample, joint, axes=axes)
     chosen_joints(run, [joint])
     now = run.isel(time=sample).sel(joint=joint)
     clearance = float(now["clearance"])
-    loose = mechanism.joint(joint).clearance
-    if loose is None:
-        raise InputError(f"joint '{joint}' is loose in the run and ideal in the mechanism", "the mechanism that was run")
-    gain = GAP * loose.journal_radius / clearance
+    described = mechanism.joint(joint).clearance
+    if described is None:
+        raise InputError(
+            f"joint '{joint}' has clearance in the run and is ideal in the mechanism", "the mechanism that was run"
+        )
+    gain = GAP * described.journal_radius / clearance
     x, y = (GAP * now["eccentricity"].transpose("axis").values / clearance).tolist()
     touching = bool(now["in_contact"])
     color = VERMILION if touching else SKY
@@ -213,7 +215,7 @@ def magnified(run: xr.Dataset, mechanism: Mechanism, sample: int, joint: str, *,
     for spine in axes.spines.values():
         spine.set_visible(False)
     state = "contact" if touching else "free flight"
-    axes.set_title(f"{joint}: {state}\ngap drawn {gain:.2g}×", fontsize=SMALL, color=BLACK)
+    axes.set_title(f"{joint}: {state}\nclearance magnified {gain:.2g} times", fontsize=SMALL, color=BLACK)
     return axes
 
 
@@ -232,7 +234,7 @@ def _around(run: xr.Dataset, mechanism: Mechanism, samples: Sequence[int]) -> Co
 
 
 def _named(axes: Axes, name: str, place: np.ndarray | tuple[float, float], aside: tuple[float, float]) -> None:
-    """The name of what is loose, beside it."""
+    """The name of a clearance joint, beside it."""
     x, y = float(place[0]), float(place[1])
     side = "left" if aside[0] > 0.0 else "right"
     text = axes.annotate(name, (x, y), xytext=aside, textcoords="offset points", fontsize=SMALL, ha=side)

@@ -101,7 +101,7 @@ def check_springs(layout: Layout, system: System, state: np.ndarray) -> None:
 
 
 def immovable_joints(layout: Layout, system: System, state: np.ndarray) -> list[str]:
-    """Loose joints that cannot move at all because everything else is rigid there.
+    """Clearance joints that cannot move at all because everything else is rigid there.
 
     A journal moves against its bearing by E x', with D x' = 0 for the gradients D of the conditions: it cannot move if E
     vanishes on the null space of D.
@@ -118,15 +118,15 @@ def immovable_joints(layout: Layout, system: System, state: np.ndarray) -> list[
     list of str
         Names.
     """
-    loose, n = layout.mechanism.loose, layout.free
-    if not loose:
+    joints, n = layout.mechanism.clearance_joints, layout.free
+    if not joints:
         return []
-    last = int(system.link_start[len(loose)])
-    columns, owner = system.link_column[:last], np.repeat(np.arange(len(loose)), np.diff(system.link_start[: len(loose) + 1]))
+    last = int(system.link_start[len(joints)])
+    columns, owner = system.link_column[:last], np.repeat(np.arange(len(joints)), np.diff(system.link_start[: len(joints) + 1]))
     free = columns < n
     rows = np.concatenate([2 * owner[free], 2 * owner[free] + 1])
     values = np.concatenate([system.link_row[0, :last][free], system.link_row[1, :last][free]])
-    moves = sp.csr_array((values, (rows, np.tile(columns[free], 2))), shape=(2 * len(loose), n))
+    moves = sp.csr_array((values, (rows, np.tile(columns[free], 2))), shape=(2 * len(joints), n))
     size = np.asarray(moves.multiply(moves).sum(axis=1)).reshape(-1, 2).sum(axis=1)
     holding = [condition for condition in layout.conditions if not condition.latch]
     left = size
@@ -134,7 +134,7 @@ def immovable_joints(layout: Layout, system: System, state: np.ndarray) -> list[
         matrix, scale = _gradients(layout, system, state, 0.0, holding)
         unit = sp.diags_array(1.0 / np.where(scale > 0.0, scale, 1.0)) @ matrix
         left = size - _held_share(sp.csr_array(unit), moves).reshape(-1, 2).sum(axis=1)
-    return [joint.name for joint, rest, whole in zip(loose, left, size, strict=True) if not rest > STILL * whole]
+    return [joint.name for joint, rest, whole in zip(joints, left, size, strict=True) if not rest > STILL * whole]
 
 
 def _held_share(matrix: sp.csr_array, moves: sp.csr_array) -> np.ndarray:

@@ -17,7 +17,7 @@ class Contact:
     Parameters
     ----------
     joint : int
-        Which loose joint.
+        Which clearance joint.
     start : float
         [s]
     approach_speed : float

@@ -67,7 +67,7 @@ def cycle(
     Returns
     -------
     Dataset
-        Dimensions cycle and joint (the loose joints), free and hidden (coordinates of the state). Variables that begin
+        Dimensions cycle and joint (the clearance joints), free and hidden (coordinates of the state). Variables that begin
         with "end" are the state to go on from. Attributes: status ("complete", "interrupted" or "failed"), cause, period,
         cycles_per_second, statistics, configuration. A run that breaks off in cycle k holds the cycles before k.
 

@@ -131,10 +131,10 @@ def _motion_variables(mechanism: Mechanism, motion: BodyMotion) -> dict[str, Var
 
 
 def _joint_variables(mechanism: Mechanism, path: Trajectory, found: Record, motion: BodyMotion) -> dict[str, Variable]:
-    """Quantities per joint; those that exist at loose joints only are NaN at ideal ones."""
+    """Quantities per joint; those that exist at clearance joints only are NaN at ideal ones."""
     names = list(mechanism.joint_names)
-    loose = np.array([names.index(joint.name) for joint in mechanism.contacts], int)
-    ideal = np.array([names.index(joint.name) for joint in mechanism.ideal], int)
+    touching_joints = np.array([names.index(joint.name) for joint in mechanism.contacts], int)
+    ideal = np.array([names.index(joint.name) for joint in mechanism.ideal_joints], int)
     instants, contact = found.X.shape[0], found.joint
     normal, tangential, force = contact[..., 4], contact[..., 5], journal_forces(found)
     radius = path.system.content.radius
@@ -147,9 +147,9 @@ def _joint_variables(mechanism: Mechanism, path: Trajectory, found: Record, moti
         known=known_loads(path.layout, motion.direction, motion.position, found, radius),
     )
     reaction = np.zeros((instants, len(names), 2))
-    reaction[:, loose], reaction[:, ideal] = force, joints
+    reaction[:, touching_joints], reaction[:, ideal] = force, joints
     bodies = [body.name for body in mechanism.bodies]
-    for corner, pushed in zip(mechanism.corners, np.moveaxis(force[:, len(mechanism.loose) :], 1, 0), strict=True):
+    for corner, pushed in zip(mechanism.corners, np.moveaxis(force[:, len(mechanism.clearance_joints) :], 1, 0), strict=True):
         reaction[:, names.index(corner.guide)] += pushed
     for g, guide in enumerate(mechanism.ideal_guides):
         across = np.array([-math.sin(guide.direction), math.cos(guide.direction)])
@@ -157,22 +157,22 @@ def _joint_variables(mechanism: Mechanism, path: Trajectory, found: Record, moti
             cos, sin = motion.direction[:, bodies.index(guide.body)].T
             across = np.stack([cos * across[0] - sin * across[1], sin * across[0] + cos * across[1]], axis=1)
         reaction[:, names.index(guide.name)] = guided[:, g : g + 1] * across
-    what = "force on the journal (contact force at loose joints, reaction at ideal ones), on the follower for guides"
+    what = "force on the journal (contact force at clearance joints, reaction at ideal ones), on the follower for guides"
     variables = {"reaction": _described(("time", "joint", "axis"), reaction, "N", what)}
-    if loose.size == 0:
+    if touching_joints.size == 0:
         return variables
 
     def everywhere(values: np.ndarray) -> np.ndarray:
         full = np.full((*values.shape[:1], len(names), *values.shape[2:]), np.nan)
-        full[:, loose] = values
+        full[:, touching_joints] = values
         return full
 
     eccentricity = contact[..., 8:9] * contact[..., 6:8]
     per_joint = ("time", "joint")
     touching = np.zeros((instants, len(names)), bool)
-    touching[:, loose] = path.samples.mode[:, : loose.size] == 1
+    touching[:, touching_joints] = path.samples.mode[:, : touching_joints.size] == 1
     clearance = np.full(len(names), np.nan)
-    clearance[loose] = radius[:, 0]
+    clearance[touching_joints] = radius[:, 0]
     variables |= {
         "eccentricity": _described(
             (*per_joint, "axis"),
@@ -197,7 +197,7 @@ def _joint_variables(mechanism: Mechanism, path: Trajectory, found: Record, moti
             values = variables.setdefault(
                 name, _described(per_joint, np.full(touching.shape, np.nan), "SI", name.replace("_", " "))
             )[1]
-            values[:, loose[j]] = np.where(path.samples.mode[:, j] == 1, state[:, first + s], np.nan)
+            values[:, touching_joints[j]] = np.where(path.samples.mode[:, j] == 1, state[:, first + s], np.nan)
     return variables
 
 

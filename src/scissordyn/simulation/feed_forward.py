@@ -16,7 +16,7 @@ __all__ = ["feed_forward"]
 def feed_forward(mechanism: Mechanism, reference: Motion, *, until: float, body: str = "", samples: int = 2001) -> TableMotion:
     """The driving torque of the ideal mechanism along a course.
 
-    Loose joints are taken as tight. As long as they stay in contact, the true torque differs from this one by terms of the
+    Clearance joints are taken as tight. As long as they stay in contact, the true torque differs from this one by terms of the
     order of clearance over length.
 
     Parameters
@@ -48,7 +48,7 @@ def feed_forward(mechanism: Mechanism, reference: Motion, *, until: float, body:
         for element in mechanism.elements
         if not isinstance(element, Actuator) and not (isinstance(element, Force) and element.course is not None)
     )
-    ideal = dataclasses.replace(mechanism.tighten(), elements=kept, drives=()).driven(reference, body=body)
+    ideal = dataclasses.replace(mechanism.ideal(), elements=kept, drives=()).driven(reference, body=body)
     run = simulate(ideal, until=until, samples=samples)
     if run.attrs["status"] != "complete":
         raise InputError(f"the ideal mechanism cannot follow the reference: {run.attrs['cause']}", "another reference")

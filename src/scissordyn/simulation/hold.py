@@ -19,17 +19,17 @@ __all__ = ["hold_contact"]
 
 
 def hold_contact(mechanism: Mechanism, *, indentation: float = 0.0, direction: float | None = None) -> Mechanism:
-    """A mechanism whose loose joints are held in contact, at a constant eccentricity e = c + indentation.
+    """A mechanism whose clearance joints are held in contact, at a constant eccentricity e = c + indentation.
 
-    Each loose joint becomes a massless link of that length from the bearing centre to the journal centre, so that e' and e''
-    vanish. Simulated with a prescribed drive, its `drive_torque` is the torque that this motion needs, and the tension
-    `link_force` of the joint's link is the normal force N. The condition is two-sided, a joint is not: a run warns when N
-    would have to be negative.
+    Each clearance joint becomes a massless link of that length from the bearing centre to the journal centre, so that e' and
+    e'' vanish. Simulated with a prescribed drive, its `drive_torque` is the torque that this motion needs, and the tension
+    `link_force` of the joint's link is the normal force N. The condition is two-sided, a joint is not: a run warns when N would
+    have to be negative.
 
     Parameters
     ----------
     mechanism : Mechanism
-        With loose joints.
+        With clearance joints.
     indentation : float
         delta [m], the same at every joint.
     direction : float, optional
@@ -42,19 +42,21 @@ def hold_contact(mechanism: Mechanism, *, indentation: float = 0.0, direction: f
     Raises
     ------
     InputError
-        If no joint is loose, or if no direction is given and the ideal reactions are not determined.
+        If no joint has clearance, or if no direction is given and the ideal reactions are not determined.
 
     References
     ----------
     Yaqubi, Dardel, Daniali and Ghasemi 2016, doi:10.1007/s11044-015-9486-3
     """
-    if not mechanism.loose:
+    if not mechanism.clearance_joints:
         raise InputError(
-            "hold_contact() on a mechanism without loose joints", "a loose one", "mechanism.loosen(JOINT, CLEARANCE)"
+            "hold_contact() on a mechanism without clearance joints",
+            "a mechanism with clearance joints",
+            "mechanism.with_clearance(JOINT, CLEARANCE)",
         )
-    angles = {joint.name: direction for joint in mechanism.loose}
+    angles = {joint.name: direction for joint in mechanism.clearance_joints}
     if direction is None:
-        ideal = lay_out(mechanism.tighten())
+        ideal = lay_out(mechanism.ideal())
         system = build_system(ideal)
         pull = ideal_reactions(ideal, system, assemble(ideal, system))
         for joint, force in zip(mechanism.joints, pull, strict=True):
@@ -72,7 +74,7 @@ def hold_contact(mechanism: Mechanism, *, indentation: float = 0.0, direction: f
             direction=angles[joint.name],
             tension_only=True,
         )
-        for joint in mechanism.loose
+        for joint in mechanism.clearance_joints
         if joint.clearance is not None
     )
-    return dataclasses.replace(mechanism, joints=mechanism.ideal, links=(*mechanism.links, *links))
+    return dataclasses.replace(mechanism, joints=mechanism.ideal_joints, links=(*mechanism.links, *links))

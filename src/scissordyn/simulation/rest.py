@@ -1,4 +1,4 @@
-"""Static equilibrium: where a mechanism comes to rest under gravity and springs, in its loose joints."""
+"""Static equilibrium: where a mechanism comes to rest under gravity and springs, in its clearance joints."""
 
 from __future__ import annotations
 

@@ -45,7 +45,7 @@ def prepare_start(layout: Layout, system: System, options: Options) -> tuple[np.
     mechanism = layout.mechanism
     start = _put_on_course(layout, system, assemble(layout, system))
     if mechanism.contacts:
-        ideal = lay_out(mechanism.tighten())
+        ideal = lay_out(mechanism.ideal())
         ideal_system = build_system(ideal)
         ideal_start = _put_on_course(ideal, ideal_system, assemble(ideal, ideal_system))
         start = carry_over(layout, system, *natural_state(ideal, ideal_system, ideal_start))
@@ -53,7 +53,7 @@ def prepare_start(layout: Layout, system: System, options: Options) -> tuple[np.
         case "in-contact" if mechanism.contacts:
             if mechanism.corners:
                 raise InputError(
-                    f"start = 'in-contact' with the loose guide '{mechanism.corners[0].guide}', whose corners may rest in "
+                    f"start = 'in-contact' with the clearance guide '{mechanism.corners[0].guide}', whose corners may rest in "
                     "several ways",
                     "start = 'static', or 'concentric', from which they settle",
                 )
@@ -61,7 +61,7 @@ def prepare_start(layout: Layout, system: System, options: Options) -> tuple[np.
             start = _hold_offsets(layout, system, start, offsets)
         case "static":
             place = _resting_place(mechanism)
-            forms = [_eccentricity_form(system, j) for j in range(len(mechanism.loose))]
+            forms = [_eccentricity_form(system, j) for j in range(len(mechanism.clearance_joints))]
             full = np.append(place, basis_at_start(system)[0])
             offsets = np.array([form.rows @ full[form.columns] for form in forms]).reshape(-1, 2)
             start = _hold_offsets(layout, system, Start(place, start.velocity), offsets)
@@ -71,39 +71,39 @@ def prepare_start(layout: Layout, system: System, options: Options) -> tuple[np.
 
 
 def _resting_place(mechanism: Mechanism) -> np.ndarray:
-    """Free coordinates of static equilibrium: first of the ideal mechanism, then of the loose one near it."""
+    """Free coordinates of static equilibrium: first of the ideal mechanism, then of the one with clearance near it."""
     still = standing(mechanism)
-    ideal = lay_out(still.tighten())
+    ideal = lay_out(still.ideal())
     system = build_system(ideal)
     rest = Start(equilibrium(ideal, assemble(ideal, system).position), np.zeros(ideal.free))
     if not mechanism.contacts:
         return rest.position
-    loose = lay_out(still)
-    loose_system = build_system(loose)
-    start = carry_over(loose, loose_system, *natural_state(ideal, system, rest))
+    clearance_layout = lay_out(still)
+    clearance_system = build_system(clearance_layout)
+    start = carry_over(clearance_layout, clearance_system, *natural_state(ideal, system, rest))
     pull = ideal_reactions(ideal, system, rest)
-    loosened = [joint.clearance is not None for joint in mechanism.joints]
-    if np.all(np.isfinite(pull[loosened])):
-        start = _hold_offsets(loose, loose_system, start, _resting_offsets(still, loose_system, pull))
-    return equilibrium(loose, start.position)
+    has_clearance = [joint.clearance is not None for joint in mechanism.joints]
+    if np.all(np.isfinite(pull[has_clearance])):
+        start = _hold_offsets(clearance_layout, clearance_system, start, _resting_offsets(still, clearance_system, pull))
+    return equilibrium(clearance_layout, start.position)
 
 
 def _hold_offsets(layout: Layout, system: System, start: Start, offsets: np.ndarray) -> Start:
     """The state in which the journals rest at given places in their bearings, shape (nj, 2) [m]."""
     forms = tuple(_eccentricity_form(system, j) for j in range(offsets.shape[0]))
-    names = tuple(joint.name for joint in layout.mechanism.loose)
+    names = tuple(joint.name for joint in layout.mechanism.clearance_joints)
     return hold_joints(layout, system, start, names, forms, offsets, np.zeros_like(offsets))
 
 
 def _resting_offsets(mechanism: Mechanism, system: System, pull: np.ndarray) -> np.ndarray:
     """Eccentricities at which the elastic contact forces equal the reactions of the ideal joints."""
-    offsets = np.zeros((len(mechanism.loose), 2))
-    for j, joint in enumerate(mechanism.loose):
+    offsets = np.zeros((len(mechanism.clearance_joints), 2))
+    for j, joint in enumerate(mechanism.clearance_joints):
         force = pull[[other.name for other in mechanism.joints].index(joint.name)]
         if not np.all(np.isfinite(force)):
             raise InputError(
-                f"start = 'in-contact' with loose joint '{joint.name}', whose ideal reaction is not determined (more joints "
-                "than the mechanism needs, or a singular position)",
+                f"start = 'in-contact' with clearance joint '{joint.name}', whose ideal reaction is not determined (more "
+                "joints than the mechanism needs, or a singular position)",
                 "start = 'concentric'",
             )
         size = float(np.hypot(*force))

@@ -47,7 +47,7 @@ class CycleState:
     state : ndarray, shape (ny,)
         Free coordinates, their rates, hidden states of friction laws.
     mode : ndarray of int, shape (guards,)
-        1 for a loose joint in contact, then for an end stop that is reached.
+        1 for a clearance joint in contact, then for an end stop that is reached.
     approach : ndarray, shape (guards,)
         Approach speed of the present contact [m/s].
     force : ndarray, shape (guards,)

@@ -32,7 +32,7 @@ SLICE = 2000
 """Steps between two looks at the keyboard and the progress bar; the steps themselves do not depend on it."""
 
 HIDDEN_STATES = 100.0
-"""Hidden states are weighed this much more loosely: they relax within microseconds, so that their errors do not add up.
+"""Hidden states have tolerances this much larger: they relax within microseconds, so that their errors do not add up.
 Measured: the events keep their digits, the steps become a third fewer (docs/decisions)."""
 
 CAUSES = {
@@ -66,7 +66,7 @@ class Trajectory:
     statistics : dict
         Method, steps, rejected, rates, jacobians, events, seconds.
     still : tuple of str
-        Loose joints that cannot move.
+        Clearance joints that cannot move.
     """
 
     layout: Layout
@@ -236,7 +236,7 @@ def broken_off(status: int, layout: Layout, system: Handle, work: Work, time: fl
 
 
 def _culprit(mechanism: Mechanism, system: Handle, work: Work, time: float) -> str:
-    """Which loose joint is in the worst state, for the message of a failed run."""
+    """Which clearance joint is in the worst state, for the message of a failed run."""
     if not mechanism.contacts:
         return ""
     values, rates = np.zeros(work.mode.size), np.zeros(work.mode.size)

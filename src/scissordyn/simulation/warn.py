@@ -23,7 +23,7 @@ def run_warnings(mechanism: Mechanism, run: xr.Dataset, still: tuple[str, ...]) 
     mechanism : Mechanism
     run : Dataset
     still : tuple of str
-        Loose joints that cannot move.
+        Clearance joints that cannot move.
 
     Returns
     -------
@@ -50,7 +50,9 @@ def run_warnings(mechanism: Mechanism, run: xr.Dataset, still: tuple[str, ...]) 
                 f"joint '{link.name}': contact would have to pull from t = {run['time'].values[first]:.6g} s on (N falls to "
                 f"{force[worst]:.6g} N at t = {run['time'].values[worst]:.6g} s); the held contact is not possible there"
             )
-    found += [f"loose joint '{name}' cannot move: everything else is rigid there, as if it had no clearance" for name in still]
+    found += [
+        f"clearance joint '{name}' cannot move: everything else is rigid there, as if it had no clearance" for name in still
+    ]
     found += _overturned(mechanism, run)
     found += _undetermined(run)
     return list(dict.fromkeys(found))

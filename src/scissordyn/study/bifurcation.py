@@ -169,8 +169,8 @@ def bifurcation(
         )
         for one in mechanisms
     ]
-    if len({tuple(joint.name for joint in one.loose) for one in mechanisms}) > 1:
-        raise InputError("mechanisms with different loose joints", "the same loose joints for every value")
+    if len({tuple(joint.name for joint in one.clearance_joints) for one in mechanisms}) > 1:
+        raise InputError("mechanisms with different clearance joints", "the same clearance joints for every value")
     target = None if store is None else Path(store)
     diagram = _blank(mechanism, over, numbers, cases, follow)
     if target is not None and target.exists():

@@ -70,13 +70,13 @@ def ensemble(
     """Run the same mechanism from starts that differ by round-off.
 
     Every entry y of a member's state starts as y (1 + p g), with g from a normal distribution; member 0 is not perturbed. Two
-    members agree in a cycle if their journals are within a share of the clearance of each other at all loose joints. That share
-    is small: where the reaction presses the journal to the same side in every cycle, even unrelated members are close.
+    members agree in a cycle if their journals are within a share of the clearance of each other at all clearance joints. That
+    share is small: where the reaction presses the journal to the same side in every cycle, even unrelated members are close.
 
     Parameters
     ----------
     mechanism : Mechanism
-        With a loose joint.
+        With a clearance joint.
     members, cycles : int
     period : float, optional
         [s]; that of the drive if not given.
@@ -123,7 +123,7 @@ def ensemble(
     if not 0.0 < agreement < 1.0:
         raise InputError(f"agreement = {agreement!r}", "a share of the clearance, above 0 and below 1")
     if not mechanism.contacts:
-        raise InputError("an ensemble of a mechanism without loose joints", "a mechanism with a clearance")
+        raise InputError("an ensemble of a mechanism without clearance joints", "a mechanism with a clearance")
     period = drive_period(mechanism) if period is None else period
     options = Options(period, start, 2, rtol, atol, method, most_steps)
     cases = [Member(mechanism, options, cycles, phase, one) for one in _starts(mechanism, start, members, perturbation, seed)]

@@ -37,10 +37,12 @@ def carried(before: Mechanism, state: CycleState, after: Mechanism) -> CycleStat
     Raises
     ------
     InputError
-        If they are not of the same bodies and loose joints.
+        If they are not of the same bodies and clearance joints.
     """
-    if [b.name for b in before.bodies] != [b.name for b in after.bodies] or _loose(before) != _loose(after):
-        raise InputError("follow = True over mechanisms of different bodies or loose joints", "follow = False")
+    if [b.name for b in before.bodies] != [b.name for b in after.bodies] or _clearance_joints(before) != _clearance_joints(
+        after
+    ):
+        raise InputError("follow = True over mechanisms of different bodies or clearance joints", "follow = False")
     old, new = lay_out(before), lay_out(after)
     system = build_system(new)
     n = old.free
@@ -92,5 +94,5 @@ def consistent(system: Handle, state: np.ndarray, *, cycle: int = 0, period: flo
     )
 
 
-def _loose(mechanism: Mechanism) -> list[str]:
+def _clearance_joints(mechanism: Mechanism) -> list[str]:
     return [joint.name for joint in mechanism.contacts]

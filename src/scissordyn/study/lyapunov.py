@@ -68,7 +68,7 @@ def separation_exponent(
     skip : int
         First cycles that do not count.
     distance : float
-        d0, as a fraction of (2 pi/T) times the smallest clearance (of 1 kg^0.5 m if no joint is loose).
+        d0, as a fraction of (2 pi/T) times the smallest clearance (of 1 kg^0.5 m if no joint has clearance).
     start : {"concentric", "in-contact", "static"}
     rtol, atol : float
         Errors in a step must be small against d0.
@@ -148,7 +148,7 @@ def variational_exponent(
     Parameters
     ----------
     mechanism : Mechanism
-        Loose joints without friction and with damping "none".
+        Clearance joints without friction and with damping "none".
     cycles, period, intervals, skip
         As in `separation_exponent`.
     substeps : int

@@ -60,7 +60,7 @@ def parameter(mechanism: Mechanism, path: str) -> Parameter:
     elif inner:
         owner = mechanism.joint(inner[0]).clearance
         if owner is None:
-            raise InputError(f"'{path}': joint '{inner[0]}' is ideal", "a loose joint")
+            raise InputError(f"'{path}': joint '{inner[0]}' is ideal", "a clearance joint")
         for step in inner[1:]:
             owner = _field(owner, step, path)
     value = _field(owner, name, path)

@@ -19,7 +19,8 @@ class FeedForward:
         u = \mathrm{sat}(u_f(t) + k_p e + k_d \dot e + z - k_s\, s \cdot \dot s/\sqrt{|s|^2 + s_0^2}),\quad
         \dot z = k_i e + (u - u_\mathrm{wanted})/T_t
 
-    s is the vector of the actuator's sensor, such as the eccentricity of a loose joint: k_s brakes the journal's way outward.
+    s is the vector of the actuator's sensor, such as the eccentricity of a clearance joint: k_s brakes the journal's way
+    outward.
     """
 
     proportional: Annotated[float, Quantity("N m/rad", minimum=0.0, help="k_p")] = 0.0

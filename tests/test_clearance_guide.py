@@ -40,7 +40,7 @@ def block(*, velocity=(0.0, 0.0), centre=(0.0, 0.0), elements=(), gravity=0.0, *
     body = Body("block", MASS, 3e-3, points, centre=centre, velocity=velocity)
     guide = Guide("channel", ("block", "middle"))
     one = Mechanism((body,), guides=(guide,), elements=elements, gravity=gravity, output_body="block")
-    return one.loosen("channel", GuideClearance(GAP, LENGTH, WIDTH, corner_radius=RADIUS, **laws))
+    return one.with_clearance("channel", GuideClearance(GAP, LENGTH, WIDTH, corner_radius=RADIUS, **laws))
 
 
 def corner(number):
@@ -154,12 +154,12 @@ def test_against_a_block_in_x_y_and_angle():
     assert float(run["angle"].values[-1, 0]) == pytest.approx(end[2], abs=1e-8)
 
 
-def test_mechanism_with_a_loose_guide_and_a_loose_pin():
+def test_mechanism_with_a_clearance_guide_and_a_clearance_joint():
     """Identity: the energy balance of a slider-crank that knocks and rubs in both places closes to the tolerance."""
     linkage = slider_crank(slider_inertia=2e-5, gravity=9.81).driven(speed=rpm(600))
-    loose = linkage.loosen("slider pin", Clearance(0.2e-3, friction=Threlfall(0.05)))
-    loose = loose.loosen("guide", GuideClearance(0.1e-3, 0.04, 0.02, friction=Threlfall(0.1)))
-    run = simulate(loose, until=0.1)
+    linkage = linkage.with_clearance("slider pin", Clearance(0.2e-3, friction=Threlfall(0.05)))
+    linkage = linkage.with_clearance("guide", GuideClearance(0.1e-3, 0.04, 0.02, friction=Threlfall(0.1)))
+    run = simulate(linkage, until=0.1)
     assert run.attrs["status"] == "complete"
     touched = set(run["contact_joint"].values.astype(str))
     assert touched == {"slider pin", *(f"guide/corner {k}" for k in (1, 2, 3, 4))}
@@ -175,7 +175,7 @@ def test_without_gap_it_is_the_ideal_guide():
     laws = {"stiffness": Linear(1e6), "damping": KelvinVoigt(200.0)}
     away = []
     for gap in (4e-4, 4e-5):
-        run = simulate(linkage.loosen("guide", GuideClearance(gap, 0.04, 0.02, **laws)), until=0.5)
+        run = simulate(linkage.with_clearance("guide", GuideClearance(gap, 0.04, 0.02, **laws)), until=0.5)
         assert run.attrs["status"] == "complete"
         away.append(np.max(np.abs(run["position"] - ideal["position"]).sel(body="slider").values))
         force = run["reaction"].sel(joint="guide", axis="y").values
@@ -227,28 +227,28 @@ def test_what_is_no_clearance(change, match):
         GuideClearance(**{"clearance": GAP, "length": LENGTH, "width": WIDTH, **change})
 
 
-def test_what_cannot_be_loosened():
+def test_clearances_that_are_refused():
     """Identity: a follower without inertia, corners on one side only, and a guide that is not there are refused by name."""
     gap = GuideClearance(GAP, LENGTH, WIDTH)
     with pytest.raises(InputError, match="'guide' needs the angle of body 'slider'"):
-        slider_crank().loosen("guide", gap)
+        slider_crank().with_clearance("guide", gap)
     aside = GuideClearance(GAP, corners=((0.0, 0.01), (0.1, 0.01)))
     with pytest.raises(InputError, match="both sides"):
-        slider_crank(slider_inertia=1e-5).loosen("guide", aside)
+        slider_crank(slider_inertia=1e-5).with_clearance("guide", aside)
     with pytest.raises(InputError, match="did you mean 'guide'"):
-        slider_crank(slider_inertia=1e-5).loosen("giude", gap)
+        slider_crank(slider_inertia=1e-5).with_clearance("giude", gap)
     with pytest.raises(InputError, match="in-contact"):
-        simulate(slider_crank(slider_inertia=1e-5).loosen("guide", gap), until=0.1, start="in-contact")
+        simulate(slider_crank(slider_inertia=1e-5).with_clearance("guide", gap), until=0.1, start="in-contact")
 
 
 def test_describing_and_changing():
-    """Identity: a block given by its corners is the same block; a value is changed by its path; tightening brings back."""
+    """Identity: a block given by its corners is the same block; a value is changed by its path; `ideal` restores it."""
     linkage = slider_crank(slider_inertia=2e-5).driven(speed=rpm(60))
-    block_ = linkage.loosen("guide", GuideClearance(1e-4, 0.04, 0.02, corner_radius=2e-3))
+    block_ = linkage.with_clearance("guide", GuideClearance(1e-4, 0.04, 0.02, corner_radius=2e-3))
     corners = ((-0.018, -0.008), (0.018, -0.008), (0.018, 0.008), (-0.018, 0.008))
-    same = linkage.loosen("guide", GuideClearance(1e-4, corners=corners, corner_radius=2e-3))
+    same = linkage.with_clearance("guide", GuideClearance(1e-4, corners=corners, corner_radius=2e-3))
     for one, other in zip(block_.corners, same.corners, strict=True):
         assert (one.name, one.normal, one.level) == (other.name, other.normal, pytest.approx(other.level))
         assert one.centre == pytest.approx(other.centre)
     assert block_.replace("guide.clearance", 2e-4).corners[0].level == pytest.approx(0.0102)
-    assert block_.tighten() == linkage == block_.tighten("guide")
+    assert block_.ideal() == linkage == block_.ideal("guide")

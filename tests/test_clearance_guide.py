@@ -44,12 +44,12 @@ def block(*, velocity=(0.0, 0.0), centre=(0.0, 0.0), elements=(), gravity=0.0, *
 
 
 def corner(number):
-    """Its name in a run: 1 and 2 at the right wall, rear and front; 3 and 4 at the left wall, front and rear."""
+    """Its name in a run: 1 and 2 at the right guide surface, rear and front; 3 and 4 at the left one, front and rear."""
     return f"channel/corner {number}"
 
 
 def test_flying_to_and_fro():
-    """Closed form: between frictionless linear walls t_n = t_1 + n (2c/v + pi/w), after a push that ends before the first."""
+    """Closed form: between frictionless linear surfaces t_n = t_1 + n (2c/v + pi/w), after a push ending before the first."""
     stiffness, push, lasting = 1e8, 40.0, 4e-3
     course = Force("push", ("block", "centre"), (0.0, push), course=Cycloidal(1.0, 0.0, lasting))
     run = simulate(
@@ -104,7 +104,7 @@ def test_tilting_until_it_jams():
 
 
 def test_sliding_block_slows_down():
-    """Closed form: while every corner slides forward, m (v - v_0) = -mu times the impulse of the walls, m (g t + v_y)."""
+    """Closed form: while every corner slides forward, m (v - v_0) = -mu times the impulse of the surfaces, m (g t + v_y)."""
     mu, speed = 0.2, 1.0
     run = simulate(block(velocity=(speed, 0.0), gravity=9.81, friction=Threlfall(mu, 1e-3)), until=0.3, rtol=1e-10, atol=1e-10)
     velocity = run["velocity"].sel(body="block").values
@@ -183,7 +183,7 @@ def test_without_gap_it_is_the_ideal_guide():
         late = run["time"].values > 0.1
         assert abs(np.mean(force[late] - wanted[late])) < 0.02 * np.mean(np.abs(wanted[late]))
     assert 4e-4 < away[0] < 5e-4
-    # what the walls themselves give, some N over 1 MN/m, does not shrink
+    # the deflection of the guide surfaces themselves, some N over 1 MN/m, does not shrink
     assert away[1] == pytest.approx(0.1 * away[0], rel=0.2)
 
 
@@ -196,18 +196,18 @@ def test_laws_for_a_flat_wall(name):
 
 @pytest.mark.parametrize("name", sorted(set(catalogue.BY_KIND["stiffness"]) - {"braendlein", "hertz", "linear", "power"}))
 def test_laws_for_a_bearing_only(name):
-    """Identity: a formula with the clearance of a bearing in it has no value at a flat wall, and the error says so."""
-    with pytest.raises(InputError, match="no value for a corner at a flat wall"):
+    """Identity: a formula with the clearance of a bearing in it has no value at a plane surface, and the error says so."""
+    with pytest.raises(InputError, match="no value for a contact point at a plane guide surface"):
         GuideClearance(GAP, LENGTH, WIDTH, stiffness=catalogue.BY_KIND["stiffness"][name]())
 
 
 def test_hertz_at_a_flat_wall():
     """Closed form: a ball of radius R on a plane, 4/3 E* sqrt(R) (Hertz); and the limit of ever wider bearings."""
-    at_wall = GuideClearance(GAP, LENGTH, WIDTH, corner_radius=RADIUS)
-    (found,) = Hertz().parameters(at_wall.contact)
+    plane = GuideClearance(GAP, LENGTH, WIDTH, corner_radius=RADIUS)
+    (found,) = Hertz().parameters(plane.contact)
     modulus = STEEL.youngs_modulus / (2.0 * (1.0 - STEEL.poisson_ratio**2))
     assert found == pytest.approx(4.0 / 3.0 * modulus * math.sqrt(RADIUS), rel=1e-14)
-    (wide,) = Hertz().parameters(dataclasses.replace(at_wall.contact, clearance=1e6))
+    (wide,) = Hertz().parameters(dataclasses.replace(plane.contact, clearance=1e6))
     assert wide == pytest.approx(found, rel=1e-8)
 
 
@@ -247,8 +247,8 @@ def test_describing_and_changing():
     block_ = linkage.with_clearance("guide", GuideClearance(1e-4, 0.04, 0.02, corner_radius=2e-3))
     corners = ((-0.018, -0.008), (0.018, -0.008), (0.018, 0.008), (-0.018, 0.008))
     same = linkage.with_clearance("guide", GuideClearance(1e-4, corners=corners, corner_radius=2e-3))
-    for one, other in zip(block_.corners, same.corners, strict=True):
+    for one, other in zip(block_.contact_points, same.contact_points, strict=True):
         assert (one.name, one.normal, one.level) == (other.name, other.normal, pytest.approx(other.level))
         assert one.centre == pytest.approx(other.centre)
-    assert block_.replace("guide.clearance", 2e-4).corners[0].level == pytest.approx(0.0102)
+    assert block_.replace("guide.clearance", 2e-4).contact_points[0].distance == pytest.approx(0.0102)
     assert block_.ideal() == linkage == block_.ideal("guide")

@@ -58,7 +58,7 @@ def imbalance(run: March, times: np.ndarray) -> float:
 
 
 class FreeMass:
-    """A body of mass m that flies at v0 at a wall a clearance away."""
+    """A body of mass m that flies with v0 to a fixed surface at a distance c."""
 
     size = 1
 
@@ -70,7 +70,7 @@ class FreeMass:
         return np.zeros(1), np.array([self.speed])
 
     def relative(self, t, q, v):
-        """The wall does not move."""
+        """The surface does not move."""
         return [Relative(q[0], 0.0, v[0], 0.0, 0.0, 0.0)]
 
     def accelerate(self, t, q, v, loads):

@@ -311,12 +311,12 @@ def test_a_clearance_guide_and_its_laws(tmp_path: Path) -> None:
     friction = 'corner_radius = "2 mm"\nfriction = { law = "lugre", kinetic = 0.1 }\n'
     sized = slider + table + 'length = "40 mm"\nwidth = "20 mm"\n' + friction + end
     wanted = built.with_clearance("guide", GuideClearance(1e-4, 0.04, 0.02, **described))
-    assert read_case(written(tmp_path, sized)).mechanism.corners == wanted.corners
+    assert read_case(written(tmp_path, sized)).mechanism.contact_points == wanted.contact_points
     outlined = slider + table + 'corners = ["-0.018, -0.008 m", "0.018, -0.008 m", "0, 0.009 m"]\n' + friction + end
     corners = ((-0.018, -0.008), (0.018, -0.008), (0.0, 0.009))
     wanted = built.with_clearance("guide", GuideClearance(1e-4, corners=corners, **described))
-    assert read_case(written(tmp_path, outlined)).mechanism.corners == wanted.corners
+    assert read_case(written(tmp_path, outlined)).mechanism.contact_points == wanted.contact_points
     changed = read_case(written(tmp_path, sized), ["guide_clearance.guide.clearance=0.2 mm"]).mechanism
     assert changed.guide("guide").clearance == GuideClearance(2e-4, 0.04, 0.02, **described)
-    with pytest.raises(InputError, match=r"guide_clearance\.0.*liu.*flat wall"):
+    with pytest.raises(InputError, match=r"guide_clearance\.0.*liu.*plane guide surface"):
         read_case(written(tmp_path, sized), ['guide_clearance.0.stiffness="liu"'])

@@ -23,7 +23,7 @@ CLEARANCE, WIDTH = 1e-4, 0.02
 
 @pytest.fixture(scope="module")
 def linkage() -> Mechanism:
-    """A slider-crank at rest whose slider falls on the lower wall."""
+    """A slider-crank at rest whose slider falls on the lower guide surface."""
     linkage = slider_crank(slider_inertia=2e-5, gravity=9.81, angle=0.5).driven(speed=0.1)
     return linkage.with_clearance("guide", GuideClearance(CLEARANCE, 0.04, WIDTH, stiffness=Linear(1e6)))
 
@@ -34,8 +34,8 @@ def fallen(linkage: Mechanism) -> xr.Dataset:
     return simulate(linkage, until=0.05, samples=501)
 
 
-def test_corners_reach_the_walls_when_they_touch(fallen: xr.Dataset, linkage: Mechanism) -> None:
-    """Closed form: in units of W/2 the walls are at 1.35, and each drawn corner is beyond its wall by 0.35 delta/c."""
+def test_corners_reach_the_guide_surfaces_in_contact(fallen: xr.Dataset, linkage: Mechanism) -> None:
+    """Closed form: in units of W/2 the surfaces are at 1.35, and each drawn corner is beyond its surface by 0.35 delta/c."""
     below = fallen["indentation"].sel(joint="guide/corner 1")
     sample = int(np.argmax(below.values))
     axes = magnified(fallen, linkage, sample, "guide", axes=Figure().subplots())

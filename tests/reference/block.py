@@ -1,4 +1,4 @@
-"""A rigid block between two walls, in x, y and angle, by scipy: the second road to a clearance guide."""
+"""A rigid block between two plane surfaces, in x, y and angle, by scipy: an independent formulation of a clearance guide."""
 
 from __future__ import annotations
 
@@ -50,7 +50,7 @@ class Block:
     approach: list[float] = field(default_factory=lambda: [0.0] * 4)
 
     def corner(self, state, k):
-        """Arm of corner k's tip from the mass centre, side of its wall, indentation and its rate."""
+        """Arm of corner k's tip from the mass centre, side of its surface, indentation and its rate."""
         _, y, turn, _, rise, spin = state
         ends = ((-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0))[k]
         side = ends[1]
@@ -78,7 +78,7 @@ class Block:
         return np.array([*state[3:], fx / self.mass, fy / self.mass, moment / self.inertia])
 
     def contacts(self, state, until):
-        """Corner, start and approach speed of every contact, and the state at the end."""
+        """ContactPoint, start and approach speed of every contact, and the state at the end."""
         found, t = [], 0.0
         while t < until:
             events = []

@@ -14,14 +14,14 @@ __all__ = ["PARAMETERS", "Damping", "Elastic", "Friction", "JointContact", "Prop
 
 @dataclass(frozen=True)
 class JointContact:
-    """The two surfaces of a clearance joint as the laws see them: a journal in its bearing, or a rounded corner at a flat wall.
+    """The two surfaces of a contact, as input of the laws: a journal in its bearing, or a rounded corner at a plane surface.
 
-    A flat wall is a bearing of infinite radius. A law that is made for a journal in a bearing has no finite parameters there.
+    A plane surface is a bearing of infinite radius. A law for a journal in a bearing has no finite parameters there.
 
     Parameters
     ----------
     clearance : float
-        Radial clearance c = R_B - R_J [m]; infinite for a flat wall.
+        Radial clearance c = R_B - R_J [m]; infinite for a plane surface.
     journal_radius : float
         R_J, or the radius of the corner [m].
     length : float
@@ -42,14 +42,14 @@ class JointContact:
         return self.journal_radius + self.clearance
 
     @property
-    def flat(self) -> bool:
-        """Whether the bearing is a flat wall."""
+    def plane(self) -> bool:
+        """Whether the bearing is a plane surface."""
         return math.isinf(self.clearance)
 
     @property
     def relative_radius(self) -> float:
         """R_B R_J/(R_B - R_J), the radius of a ball that meets a plane as the two surfaces meet [m]."""
-        return self.journal_radius if self.flat else self.bearing_radius * self.journal_radius / self.clearance
+        return self.journal_radius if self.plane else self.bearing_radius * self.journal_radius / self.clearance
 
     @property
     def compliance(self) -> float:

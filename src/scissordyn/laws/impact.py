@@ -1,4 +1,4 @@
-"""One impact of a free mass on a wall: the smallest experiment that shows what a pair of laws does."""
+"""One impact of a free mass on a fixed surface: the simplest test of a pair of laws."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ def table_row(law: Any, joint: JointContact) -> np.ndarray:
 def impact(
     stiffness: Elastic, damping: Damping, joint: JointContact, *, mass: float, speed: float, samples: int = 400
 ) -> Impact:
-    """A free mass against a wall, m delta'' = -F_n.
+    """A free mass against a fixed surface, m delta'' = -F_n.
 
     Parameters
     ----------

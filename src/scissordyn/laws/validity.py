@@ -59,7 +59,7 @@ def contact_warnings(
             f"{where}{len(fast)} of {len(approach_speed)} contacts start faster than {limit:.2g} m/s "
             f"(up to {max(fast):.3g} m/s); above that impacts are not elastic and contact forces are estimates"
         )
-    what, size = ("corner radius", contact.journal_radius) if contact.flat else ("clearance", contact.clearance)
+    what, size = ("corner radius", contact.journal_radius) if contact.plane else ("clearance", contact.clearance)
     if stiffness.small_contact and indentation > DEEPEST * size:
         found.append(
             f"{where}indentation reaches {indentation / size:.0%} of the {what}; "

@@ -212,7 +212,7 @@ def known_loads(layout: Layout, direction: np.ndarray, position: np.ndarray, fou
         push(*joint.bearing, -force)
         turn(joint.journal[0], -radius[j, 1] * tangential)
         turn(joint.bearing[0], (radius[j, 1] + found.joint[:, j, 8]) * tangential)
-    for j, corner in enumerate(mechanism.corners, start=len(mechanism.clearance_joints)):
+    for j, corner in enumerate(mechanism.contact_points, start=len(mechanism.clearance_joints)):
         force, contact = on_journals[:, j], found.joint[:, j]
         k, (x, y) = index[corner.follower], mechanism.body(corner.follower).centre
         cos, sin = direction[:, k, 0], direction[:, k, 1]

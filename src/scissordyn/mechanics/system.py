@@ -22,7 +22,7 @@ from scissordyn.mechanics.layout import Form, Layout, join_forms
 from scissordyn.mechanics.motion import COLUMNS, motion_rows
 from scissordyn.model.body import GROUND
 from scissordyn.model.element import Actuator
-from scissordyn.model.guide_clearance import Corner
+from scissordyn.model.guide_clearance import ContactPoint
 from scissordyn.model.joint import Revolute
 
 __all__ = ["APPROACH_FLOOR", "System", "build_system", "open_system", "sliding_states"]
@@ -198,8 +198,8 @@ def build_system(layout: Layout) -> System:
         assert clearance is not None
         contact = clearance.contact
         radius[index] = clearance.clearance, contact.journal_radius
-        if isinstance(joint, Corner):
-            wall[index] = *joint.normal, joint.level - contact.journal_radius
+        if isinstance(joint, ContactPoint):
+            wall[index] = *joint.normal, joint.distance - contact.journal_radius
         chosen: tuple[Elastic | Damping | Friction, ...] = (clearance.stiffness, clearance.damping, clearance.friction)
         for which, law in enumerate(chosen):
             parameters = law.parameters(contact)
@@ -236,7 +236,7 @@ def build_system(layout: Layout) -> System:
         link_column=link_column,
         link_row=link_row,
         radius=radius,
-        flat=np.array([isinstance(joint, Corner) for joint in contacts], np.int64),
+        flat=np.array([isinstance(joint, ContactPoint) for joint in contacts], np.int64),
         wall=wall,
         law=laws,
         elastic=tables[0],
@@ -309,9 +309,9 @@ def _forms(forms: list[Form] | tuple[Form, ...], height: int) -> tuple[np.ndarra
     return start, np.concatenate([form.columns for form in forms]), np.ascontiguousarray(np.hstack([f.rows for f in forms]))
 
 
-def _contact_form(layout: Layout, joint: Revolute | Corner) -> Form:
+def _contact_form(layout: Layout, joint: Revolute | ContactPoint) -> Form:
     """The six rows of a clearance joint, or of a corner at its wall, on the union of their columns."""
-    if isinstance(joint, Corner):
+    if isinstance(joint, ContactPoint):
         wall = layout.fixed_direction if joint.body == GROUND else layout.direction(joint.body)
         ends = (layout.at(joint.follower, joint.centre), 0, 1.0), (layout.at(joint.body, joint.through), 0, -1.0)
         return join_forms([*ends, (layout.direction(joint.follower), 2, 1.0), (wall, 4, 1.0)])

@@ -17,7 +17,7 @@ from scissordyn.model.clearance import Clearance
 from scissordyn.model.connection import Latch, Link, Weld
 from scissordyn.model.drive import ConstantSpeed, Drive, Motion
 from scissordyn.model.element import Actuator, Element
-from scissordyn.model.guide_clearance import Corner, GuideClearance, block_corners
+from scissordyn.model.guide_clearance import ContactPoint, GuideClearance, block_contact_points
 from scissordyn.model.joint import BodyPoint, Guide, Revolute
 from scissordyn.model.pattern import matching
 from scissordyn.units import Quantity, check_quantities
@@ -102,20 +102,20 @@ class Mechanism:
 
     @property
     def joint_names(self) -> tuple[str, ...]:
-        """Names of the revolute joints, then of the guides, then of the corners of blocks in clearance guides."""
+        """Names of the revolute joints, then of the guides, then of the contact points of clearance guides."""
         named = (*(joint.name for joint in self.joints), *(guide.name for guide in self.guides))
-        return (*named, *(corner.name for corner in self.corners))
+        return (*named, *(point.name for point in self.contact_points))
 
     @cached_property
-    def corners(self) -> tuple[Corner, ...]:
-        """The corners of the blocks in clearance guides, in order."""
-        found: list[Corner] = []
+    def contact_points(self) -> tuple[ContactPoint, ...]:
+        """The contact points of the clearance guides, in order."""
+        found: list[ContactPoint] = []
         for guide in self.guides:
             if guide.clearance is None:
                 continue
             follower = self.body(guide.follower[0])
             base = 0.0 if guide.body == GROUND else self.body(guide.body).angle
-            found += block_corners(
+            found += block_contact_points(
                 guide.name,
                 guide.clearance,
                 follower=follower,
@@ -123,7 +123,7 @@ class Mechanism:
                 body=guide.body,
                 through=guide.through,
                 direction=guide.direction,
-                turn=base + guide.direction - follower.angle,
+                follower_direction=base + guide.direction - follower.angle,
             )
         return tuple(found)
 
@@ -133,9 +133,9 @@ class Mechanism:
         return tuple(guide for guide in self.guides if guide.clearance is None)
 
     @property
-    def contacts(self) -> tuple[Revolute | Corner, ...]:
-        """What may touch: the clearance joints, then the corners of blocks in clearance guides."""
-        return (*self.clearance_joints, *self.corners)
+    def contacts(self) -> tuple[Revolute | ContactPoint, ...]:
+        """The possible contacts: the clearance joints, then the contact points of the clearance guides."""
+        return (*self.clearance_joints, *self.contact_points)
 
     @property
     def clearance_joints(self) -> tuple[Revolute, ...]:

@@ -84,7 +84,7 @@ def animate(
         raise InputError("a run of fewer than two samples", "a run that got further")
     if not (np.isfinite(seconds) and seconds > 0.0 and rate >= 1):
         raise InputError(f"a film of {seconds!r} s with {rate!r} frames per second", "seconds > 0 and rate >= 1")
-    pins = run.sel(joint=clearance_pins(run)) if "at_wall" in run else run
+    pins = run.sel(joint=clearance_pins(run)) if "plane_contact" in run else run
     chosen = chosen_joints(pins, joints) if joints is not None or clearance_joints(pins) else []
     frames = np.unique(np.linspace(0, samples - 1, max(2, min(samples, round(seconds * rate)))).round().astype(int))
     scene = scene_of(run, mechanism, frames, chosen)

@@ -46,7 +46,7 @@ def orbit(
     InputError
         If no revolute joint has clearance, or a named one has none.
     """
-    chosen = chosen_joints(run.sel(joint=clearance_pins(run)) if "at_wall" in run else run, joints)
+    chosen = chosen_joints(run.sel(joint=clearance_pins(run)) if "plane_contact" in run else run, joints)
     columns = min(len(chosen), COLUMNS) if axes is None else 1
     rows = math.ceil(len(chosen) / columns)
     width = 5.4 if columns == 1 else 3.8 * columns

@@ -81,7 +81,7 @@ def clearance_joints(run: xr.Dataset) -> list[str]:
 
 
 def clearance_pins(run: xr.Dataset) -> list[str]:
-    """Names of the clearance joints whose journal moves in a bearing: not those of corners at flat walls.
+    """Names of the clearance joints whose journal moves in a bearing, without the contact points of guides.
 
     Parameters
     ----------
@@ -91,8 +91,8 @@ def clearance_pins(run: xr.Dataset) -> list[str]:
     -------
     list of str
     """
-    flat = set(run["joint"].values[run["at_wall"].values].astype(str)) if "at_wall" in run else set()
-    return [name for name in clearance_joints(run) if name not in flat]
+    plane = set(run["joint"].values[run["plane_contact"].values].astype(str)) if "plane_contact" in run else set()
+    return [name for name in clearance_joints(run) if name not in plane]
 
 
 def chosen_joints(run: xr.Dataset, joints: Sequence[str] | None) -> list[str]:

@@ -192,7 +192,7 @@ def magnified(run: xr.Dataset, mechanism: Mechanism, sample: int, joint: str, *,
     InputError
         If the joint has no clearance.
     """
-    if joint in guides_of(mechanism, (corner.name for corner in mechanism.corners)):
+    if joint in guides_of(mechanism, (point.name for point in mechanism.contact_points)):
         return channel(run, mechanism, sample, joint, axes=axes)
     chosen_joints(run, [joint])
     now = run.isel(time=sample).sel(joint=joint)

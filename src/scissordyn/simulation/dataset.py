@@ -149,8 +149,10 @@ def _joint_variables(mechanism: Mechanism, path: Trajectory, found: Record, moti
     reaction = np.zeros((instants, len(names), 2))
     reaction[:, touching_joints], reaction[:, ideal] = force, joints
     bodies = [body.name for body in mechanism.bodies]
-    for corner, pushed in zip(mechanism.corners, np.moveaxis(force[:, len(mechanism.clearance_joints) :], 1, 0), strict=True):
-        reaction[:, names.index(corner.guide)] += pushed
+    for point, pushed in zip(
+        mechanism.contact_points, np.moveaxis(force[:, len(mechanism.clearance_joints) :], 1, 0), strict=True
+    ):
+        reaction[:, names.index(point.guide)] += pushed
     for g, guide in enumerate(mechanism.ideal_guides):
         across = np.array([-math.sin(guide.direction), math.cos(guide.direction)])
         if guide.body != GROUND:
@@ -178,7 +180,7 @@ def _joint_variables(mechanism: Mechanism, path: Trajectory, found: Record, moti
             (*per_joint, "axis"),
             everywhere(eccentricity),
             "m",
-            "journal centre relative to the bearing centre; for a corner, the way across the guide",
+            "journal centre relative to the bearing centre; for a contact point of a guide, the displacement across the guide",
         ),
         "indentation": _described(per_joint, everywhere(contact[..., 0]), "m", "indentation, negative in free flight"),
         "normal_force": _described(per_joint, everywhere(normal), "N", "normal contact force"),
@@ -187,9 +189,11 @@ def _joint_variables(mechanism: Mechanism, path: Trajectory, found: Record, moti
         "in_contact": _described(per_joint, touching, "1", "journal and bearing in contact"),
         "clearance": _described(("joint",), clearance, "m", "radial clearance"),
     }
-    if mechanism.corners:
-        at_wall = np.isin(names, [corner.name for corner in mechanism.corners])
-        variables["at_wall"] = _described(("joint",), at_wall, "1", "corner of a block at a flat wall")
+    if mechanism.contact_points:
+        plane_contact = np.isin(names, [point.name for point in mechanism.contact_points])
+        variables["plane_contact"] = _described(
+            ("joint",), plane_contact, "1", "contact point of a block at a plane guide surface"
+        )
     for j, joint in enumerate(mechanism.contacts):
         assert joint.clearance is not None
         first, state = int(path.system.content.state_start[j]), path.samples.state[:, 2 * path.layout.free :]

@@ -51,10 +51,10 @@ def prepare_start(layout: Layout, system: System, options: Options) -> tuple[np.
         start = carry_over(layout, system, *natural_state(ideal, ideal_system, ideal_start))
     match options.start:
         case "in-contact" if mechanism.contacts:
-            if mechanism.corners:
+            if mechanism.contact_points:
                 raise InputError(
-                    f"start = 'in-contact' with the clearance guide '{mechanism.corners[0].guide}', whose corners may rest in "
-                    "several ways",
+                    f"start = 'in-contact' with the clearance guide '{mechanism.contact_points[0].guide}', whose block may "
+                    "rest in several positions",
                     "start = 'static', or 'concentric', from which they settle",
                 )
             offsets = _resting_offsets(mechanism, system, ideal_reactions(ideal, ideal_system, ideal_start))

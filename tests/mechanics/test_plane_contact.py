@@ -1,4 +1,4 @@
-"""Corners at walls: the step matrix, and what the two bodies do to each other."""
+"""Contact points at guide surfaces: the step matrix, and the forces between the two bodies."""
 
 import dataclasses
 
@@ -42,7 +42,7 @@ def crank_and_block(clearance):
 
 
 def touching_state(mechanism, rng):
-    """A random state in which two corners touch and rub, its handle and the number of its coordinates."""
+    """A random state in which two corners slide in contact, its handle and the number of its coordinates."""
     layout, ideal = lay_out(mechanism), lay_out(mechanism.ideal())
     system, ideal_system = build_system(layout), build_system(ideal)
     start = carry_over(layout, system, *natural_state(ideal, ideal_system, assemble(ideal, ideal_system)))
@@ -54,7 +54,7 @@ def touching_state(mechanism, rng):
     gap, rate = np.zeros(4), np.zeros(4)
     functions.guards(0.0, state, handle.address, gap, rate)
     for corner in (0, 2):
-        system.wall[corner, 2] += gap[corner] - EDGE  # move the wall to where the corner is
+        system.wall[corner, 2] += gap[corner] - EDGE  # move the guide surface to the corner
         system.mode[corner], system.approach[corner] = 1, 0.5
     return handle, state, n
 

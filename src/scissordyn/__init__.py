@@ -36,7 +36,7 @@ if TYPE_CHECKING:
     from scissordyn.model.bar import angulated_bar
     from scissordyn.model.body import Body, bar, point_mass
     from scissordyn.model.clearance import Clearance
-    from scissordyn.model.connection import Latch, Link, Weld
+    from scissordyn.model.connection import Latch, Rod, Weld
     from scissordyn.model.drive import (
         ConstantSpeed,
         Cycloidal,
@@ -87,7 +87,6 @@ __all__ = [
     "InputError",
     "LankaraniNikravesh",
     "Latch",
-    "Link",
     "Liu",
     "LuGre",
     "Material",
@@ -98,6 +97,7 @@ __all__ = [
     "Polynomial",
     "Pyragas",
     "Revolute",
+    "Rod",
     "ScissordynError",
     "Spring",
     "TableMotion",
@@ -182,7 +182,7 @@ _HOMES = {
     "model.bar": ("angulated_bar",),
     "model.body": ("Body", "bar", "point_mass"),
     "model.clearance": ("Clearance",),
-    "model.connection": ("Latch", "Link", "Weld"),
+    "model.connection": ("Latch", "Rod", "Weld"),
     "model.drive": ("ConstantSpeed", "Cycloidal", "Drive", "Harmonic", "Polynomial", "TableMotion", "Trapezoidal", "tabulated"),
     "model.element": ("Actuator", "AngleStop", "Force", "Motor", "Spring", "Torque", "TorsionSpring", "TravelStop"),
     "model.guide_clearance": ("GuideClearance",),

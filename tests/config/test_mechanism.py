@@ -420,12 +420,12 @@ angle = "30 deg"
 name = "pin"
 journal = "rod.start"
 bearing = "ground.O"
-[[link]]
+[[rod]]
 name = "jack"
 start = "ground.foot"
 end = "rod.middle"
 motion = { trapezoidal = { start = "300 mm", end = "0.4 m", duration = "2 s", ramp = 0.5 } }
-[[link]]
+[[rod]]
 name = "stay"
 start = "ground.foot"
 end = "rod.end"
@@ -457,9 +457,9 @@ def test_links_latches_and_stops(tmp_path):
     path = tmp_path / "connections.toml"
     path.write_text(CONNECTIONS)
     case = read_case(path)
-    assert case.mechanism.links == (
-        sd.Link("jack", ("ground", "foot"), ("rod", "middle"), motion=Trapezoidal(0.3, 0.4, 2.0, 0.5)),
-        sd.Link("stay", ("ground", "foot"), ("rod", "end"), length=0.7, tension_only=True),
+    assert case.mechanism.rods == (
+        sd.Rod("jack", ("ground", "foot"), ("rod", "middle"), motion=Trapezoidal(0.3, 0.4, 2.0, 0.5)),
+        sd.Rod("stay", ("ground", "foot"), ("rod", "end"), length=0.7, tension_only=True),
     )
     assert case.mechanism.latches == (sd.Latch("catch", "rod", angle=sd.degrees(80)),)
     assert case.mechanism.elements == (

@@ -1,4 +1,4 @@
-"""Massless links, prescribed distances, latches, end stops and static equilibrium against closed forms and second roads."""
+"""Massless rods, prescribed distances, latches, end stops and static equilibrium against closed forms and second roads."""
 
 import dataclasses
 import json
@@ -35,10 +35,10 @@ def worst_residual(run):
 
 @pytest.mark.parametrize("method", METHODS)
 def test_pendulum_of_varying_length(method):
-    """Cross-check: a mass on a link whose length is prescribed, against its equation in polar coordinates."""
+    """Cross-check: a mass on a rod whose length is prescribed, against its equation in polar coordinates."""
     mass = dataclasses.replace(sd.point_mass("p", mass=2.0), position=(1.0, 0.0))
-    cord = sd.Link("cord", ("ground", "origin"), ("p", "centre"), motion=Harmonic(1.0, 0.2, 5.0))
-    run = sd.simulate(sd.Mechanism((mass,), ground=GROUND, links=(cord,)), until=3.0, method=method, **TIGHT)
+    cord = sd.Rod("cord", ("ground", "origin"), ("p", "centre"), motion=Harmonic(1.0, 0.2, 5.0))
+    run = sd.simulate(sd.Mechanism((mass,), ground=GROUND, rods=(cord,)), until=3.0, method=method, **TIGHT)
 
     def length(t):
         return 1.0 + 0.2 * np.sin(5.0 * t), np.cos(5.0 * t), -5.0 * np.sin(5.0 * t)
@@ -52,29 +52,29 @@ def test_pendulum_of_varying_length(method):
     place = l * np.array([np.cos(exact[0]), np.sin(exact[0])])
     assert np.allclose(run["position"].sel(body="p"), place.T, atol=2e-8)
     tension = 2.0 * (l * exact[1] ** 2 - bend - 9.81 * np.sin(exact[0]))
-    assert np.allclose(run["link_force"].isel(link=0), tension, atol=1e-5)
-    assert np.allclose(run["link_length"].isel(link=0), l, atol=1e-12)
+    assert np.allclose(run["rod_force"].isel(rod=0), tension, atol=1e-5)
+    assert np.allclose(run["rod_length"].isel(rod=0), l, atol=1e-12)
     assert worst_residual(run) < 1e-8
 
 
 def test_link_is_a_bar_without_mass():
-    """Identity: a double pendulum whose upper bar is a link, against the same with a bar of a nanogram."""
+    """Identity: a double pendulum whose upper bar is a rod, against the same with a bar of a nanogram."""
     bob = sd.Body("bob", mass=1.0, inertia=0.1, points={"top": (0.0, 0.0)}, centre=(0.4, 0.0), position=(0.6, 0.0), angle=-1.0)
-    link = sd.Link("rope", ("ground", "origin"), ("bob", "top"))
-    run = sd.simulate(sd.Mechanism((bob,), ground=GROUND, links=(link,)), until=0.8, **TIGHT)
+    rod = sd.Rod("rope", ("ground", "origin"), ("bob", "top"))
+    run = sd.simulate(sd.Mechanism((bob,), ground=GROUND, rods=(rod,)), until=0.8, **TIGHT)
     rod = sd.bar("rod", length=0.6, mass=1e-9)
     pins = (PIN, sd.Revolute("low", ("bob", "top"), ("rod", "end")))
     heavy = sd.simulate(sd.Mechanism((rod, bob), joints=pins, ground=GROUND), until=0.8, **TIGHT)
     assert np.allclose(run["position"].sel(body="bob"), heavy["position"].sel(body="bob"), atol=1e-7)
     pull = heavy["reaction"].sel(joint="low").values
-    assert np.allclose(run["link_force"].isel(link=0), np.hypot(*pull.T), rtol=1e-5)
+    assert np.allclose(run["rod_force"].isel(rod=0), np.hypot(*pull.T), rtol=1e-5)
 
 
 def test_jack_lifts_an_array():
     """Closed form: a jack across one unit prescribes the opening angle, L^2 = 2 l^2 (1 - cos 2 th) between the bars' starts."""
     arm = sd.scissor(units=2, bar_length=1.0, bar_mass=1.0, slider_mass=1.0, angle=0.5)
-    jack = sd.Link("jack", ("ground", "origin"), ("slider", "centre"), motion=Cycloidal(math.sin(0.5), math.sin(0.9), 0.5))
-    run = sd.simulate(dataclasses.replace(arm, links=(jack,)), until=0.5, **TIGHT)
+    jack = sd.Rod("jack", ("ground", "origin"), ("slider", "centre"), motion=Cycloidal(math.sin(0.5), math.sin(0.9), 0.5))
+    run = sd.simulate(dataclasses.replace(arm, rods=(jack,)), until=0.5, **TIGHT)
     assert run.attrs["status"] == "complete"
     assert run["angle"].sel(body="unit 1/bar 1").values[-1] == pytest.approx(0.9, abs=1e-9)
     assert run["drive_work"].values[-1] == pytest.approx(
@@ -191,7 +191,7 @@ def test_no_rest_without_support():
 def test_held_contact_published_figures():
     """Published numbers (theory section 5): N from 3256.9 to 7542.2 N and the torque from 4528.6 to 9021.4 N m over 50 ms."""
     run = sd.simulate(sd.hold_contact(paper()), until=0.05, samples=5001)
-    force, torque = run["link_force"].isel(link=0), run["drive_torque"]
+    force, torque = run["rod_force"].isel(rod=0), run["drive_torque"]
     assert [float(force.min()), float(force.max())] == pytest.approx([3256.9, 7542.2], rel=1e-4)
     assert [float(torque.min()), float(torque.max())] == pytest.approx([4528.6, 9021.4], rel=1e-4)
     assert json.loads(run.attrs["warnings"]) == []
@@ -201,14 +201,14 @@ def test_held_contact_published_figures():
 def test_held_contact_says_where_it_would_pull():
     """Started at -90 degrees the scheme fails (theory section 5), and the run names joint, time and force."""
     run = sd.simulate(sd.hold_contact(paper(), direction=-math.pi / 2), until=0.05)
-    assert float(run["link_force"].min()) < 0.0
+    assert float(run["rod_force"].min()) < 0.0
     (sentence,) = json.loads(run.attrs["warnings"])
     assert "joint 'A': contact would have to pull from t = " in sentence
 
 
 def test_held_contact_is_the_limit_of_stiff_contact():
     """Limit: a clearance joint that starts in contact carries the same force when its steel gets ten times stiffer."""
-    held = sd.simulate(sd.hold_contact(paper()), until=0.02)["link_force"].isel(link=0).values
+    held = sd.simulate(sd.hold_contact(paper()), until=0.02)["rod_force"].isel(rod=0).values
     gaps = []
     for modulus in (207e9, 2070e9):
         material = sd.Material("stiff", modulus, 0.3, 7800.0)
@@ -230,7 +230,7 @@ def test_nothing_left_to_solve_for(method):
 
 def test_link_within_a_body_is_refused():
     with pytest.raises(sd.InputError, match="'rope' connects body 'rod' with itself"):
-        sd.Link("rope", ("rod", "end"), ("rod", "start"))
+        sd.Rod("rope", ("rod", "end"), ("rod", "start"))
 
 
 def test_latch_at_its_angle_is_refused():

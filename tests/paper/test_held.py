@@ -40,8 +40,8 @@ def test_a_held_run_is_one_contact(runs):
     case = PaperCase(0.3e-3, held=True)
     found = measure(runs[case], runs[case.ideal])
     assert (found.settled_share, found.final_share, found.impacts) == (pytest.approx(1.0), pytest.approx(1.0), 1)
-    assert found.smallest_force == pytest.approx(float(runs[case]["link_force"].min()))
-    assert found.peak_force == pytest.approx(float(runs[case]["link_force"].max()))
+    assert found.smallest_force == pytest.approx(float(runs[case]["rod_force"].min()))
+    assert found.peak_force == pytest.approx(float(runs[case]["rod_force"].max()))
 
 
 def test_a_held_run_has_figures_of_merit(runs):
@@ -49,7 +49,7 @@ def test_a_held_run_has_figures_of_merit(runs):
     case = PaperCase(0.3e-3, held=True)
     found = merits(runs[case], runs[case.ideal])
     assert (found["contact_share"], found["separations"], found["kept_from"]) == (pytest.approx(1.0), 0.0, 0.0)
-    assert found["peak_force"] == pytest.approx(float(runs[case]["link_force"].max()))
+    assert found["peak_force"] == pytest.approx(float(runs[case]["rod_force"].max()))
     assert found["tracking_error"] == pytest.approx(0.0, abs=1e-12)
 
 

@@ -12,20 +12,20 @@ from test_bad_mechanisms import HUNG, PIN, braced_frame, mechanism, part, pin, r
 
 import scissordyn as sd
 from scissordyn.mechanics.layout import lay_out
-from scissordyn.model.connection import Latch, Link
+from scissordyn.model.connection import Latch, Rod
 
 ROPE = ("u", "b"), ("ground", "P")
 KNEE = pin("knee", "u.b", "v.a")
 
 
-def shrinking(rate: float) -> Link:
-    """A link from 0.3 m on."""
-    return Link("rope", *ROPE, motion=sd.Polynomial((0.3, rate)))
+def shrinking(rate: float) -> Rod:
+    """A rod from 0.3 m on."""
+    return Rod("rope", *ROPE, motion=sd.Polynomial((0.3, rate)))
 
 
-def two_bars(*links: Link) -> sd.Mechanism:
-    """Two bars with a knee, and links."""
-    return mechanism(part("u"), part("v", x=1.0, angle=1.0), joints=(HUNG, KNEE), links=links)
+def two_bars(*rods: Rod) -> sd.Mechanism:
+    """Two bars with a knee, and rods."""
+    return mechanism(part("u"), part("v", x=1.0, angle=1.0), joints=(HUNG, KNEE), rods=rods)
 
 
 def latched_rocker() -> sd.Mechanism:
@@ -35,19 +35,19 @@ def latched_rocker() -> sd.Mechanism:
 
 
 ENDS = {
-    "link that shrinks to nothing": (
-        lambda: mechanism(part("u", angle=0.3), joints=(HUNG,), links=(shrinking(-1.0),)),
+    "rod that shrinks to nothing": (
+        lambda: mechanism(part("u", angle=0.3), joints=(HUNG,), rods=(shrinking(-1.0),)),
         0.3,
         ("'rope'",),
     ),
-    "link longer than two bars": (
-        lambda: two_bars(Link("rope", ("u", "a"), ("v", "b"), motion=sd.Polynomial((1.8, 1.0)))),
+    "rod longer than two bars": (
+        lambda: two_bars(Rod("rope", ("u", "a"), ("v", "b"), motion=sd.Polynomial((1.8, 1.0)))),
         0.2,
         ("'rope'", "'u'", "'v'"),
     ),
-    "link that changes between fixed points": (
+    "rod that changes between fixed points": (
         lambda: mechanism(
-            part("u"), joints=(HUNG,), links=(Link("rope", ("u", "a"), ("ground", "P"), motion=sd.Polynomial((1.0, 1.0))),)
+            part("u"), joints=(HUNG,), rods=(Rod("rope", ("u", "a"), ("ground", "P"), motion=sd.Polynomial((1.0, 1.0))),)
         ),
         0.0,
         ("'rope'",),
@@ -74,7 +74,7 @@ def test_run_ends_where_it_must(case: str) -> None:
     assert run.attrs["end"] == pytest.approx(end, abs=1e-6)
     assert [name for name in names if name not in run.attrs["cause"]] == []
     assert run.sizes["time"] == int(100.0 * run.attrs["end"] + 1.0 - 1e-9 if end > 0.0 else 0)
-    for name in ("position", "angle", "velocity", "acceleration", "energy_residual", "link_force", "latch_torque"):
+    for name in ("position", "angle", "velocity", "acceleration", "energy_residual", "rod_force", "latch_torque"):
         if name in run:
             assert np.all(np.isfinite(run[name].values)), name
 
@@ -87,30 +87,30 @@ def test_instant_of_the_contradicting_latch() -> None:
     assert float(np.interp(0.05, turned, run["time"].values)) == pytest.approx(0.045964247, abs=1e-8)
 
 
-LINKS = {
+RODS = {
     "too short to reach": (
-        lambda: mechanism(part("u"), joints=(HUNG,), links=(Link("rope", ("u", "b"), ("ground", "Q"), length=5.0),)),
+        lambda: mechanism(part("u"), joints=(HUNG,), rods=(Rod("rope", ("u", "b"), ("ground", "Q"), length=5.0),)),
         ("'rope'", "'u'"),
     ),
     "given twice": (
-        lambda: two_bars(Link("one", ("u", "a"), ("v", "b"), length=1.75), Link("two", ("u", "a"), ("v", "b"), length=1.75)),
+        lambda: two_bars(Rod("one", ("u", "a"), ("v", "b"), length=1.75), Rod("two", ("u", "a"), ("v", "b"), length=1.75)),
         ("'one'|'two'",),
     ),
     "contradicting": (
-        lambda: two_bars(Link("one", ("u", "a"), ("v", "b"), length=1.75), Link("two", ("u", "a"), ("v", "b"), length=1.7)),
+        lambda: two_bars(Rod("one", ("u", "a"), ("v", "b"), length=1.75), Rod("two", ("u", "a"), ("v", "b"), length=1.7)),
         ("'one'", "'two'"),
     ),
     "moving beside a rigid one": (
-        lambda: mechanism(part("u"), joints=(HUNG,), links=(shrinking(-1.0), Link("rod", *ROPE, length=0.31))),
+        lambda: mechanism(part("u"), joints=(HUNG,), rods=(shrinking(-1.0), Rod("rod", *ROPE, length=0.31))),
         ("'rope'", "'rod'"),
     ),
 }
 
 
-@pytest.mark.parametrize("case", LINKS)
+@pytest.mark.parametrize("case", RODS)
 def test_links_that_cannot_be(case: str) -> None:
-    """Identity: links of impossible, contradicting or redundant lengths are refused by name."""
-    build, names = LINKS[case]
+    """Identity: rods of impossible, contradicting or redundant lengths are refused by name."""
+    build, names = RODS[case]
     refused(build, *names)
 
 

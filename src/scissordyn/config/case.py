@@ -16,7 +16,7 @@ from scissordyn.config.structure import STRUCTURE, StructureTable
 from scissordyn.config.table import Table, described, located
 from scissordyn.errors import InputError
 from scissordyn.model.body import Body, Point
-from scissordyn.model.connection import Latch, Link, Weld
+from scissordyn.model.connection import Latch, Rod, Weld
 from scissordyn.model.element import AngleStop, Force, Motor, Spring, Torque, TorsionSpring, TravelStop
 from scissordyn.model.joint import Guide, Revolute
 from scissordyn.model.mechanism import Mechanism
@@ -108,7 +108,7 @@ class CaseTable(Table):
     joint: list[Annotated[Revolute, PARTS["joint"].reader]] = _listed()
     guide: list[Annotated[Guide, PARTS["guide"].reader]] = _listed()
     weld: list[Annotated[Weld, PARTS["weld"].reader]] = _listed()
-    link: list[Annotated[Link, PARTS["link"].reader]] = _listed()
+    rod: list[Annotated[Rod, PARTS["rod"].reader]] = _listed()
     latch: list[Annotated[Latch, PARTS["latch"].reader]] = _listed()
     spring: list[Annotated[Spring, PARTS["spring"].reader]] = _listed()
     torsion_spring: list[Annotated[TorsionSpring, PARTS["torsion_spring"].reader]] = _listed()

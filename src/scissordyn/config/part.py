@@ -13,7 +13,7 @@ from scissordyn.config.quantity import read_numbers
 from scissordyn.config.table import Hints, Table, described, located, table_of
 from scissordyn.errors import InputError, did_you_mean
 from scissordyn.model.body import GROUND, Body, Point, bar
-from scissordyn.model.connection import Latch, Link, Weld
+from scissordyn.model.connection import Latch, Rod, Weld
 from scissordyn.model.drive import Motion
 from scissordyn.model.element import AngleStop, Force, Motor, Spring, Torque, TorsionSpring, TravelStop
 from scissordyn.model.joint import BodyPoint, Guide, Revolute
@@ -221,10 +221,10 @@ PARTS: Mapping[str, Part] = {
         ("body",),
     ),
     "weld": _part(Weld, "welds", "a rigid connection of two bodies", _ENDS, name="weld", start="rod.end", end="tool.base"),
-    "link": _part(
-        Link,
-        "links",
-        "a rigid link without mass between two points, or a drive of their distance",
+    "rod": _part(
+        Rod,
+        "rods",
+        "a massless rigid rod between two points, or a drive of their distance",
         (*_ENDS, ("motion", Annotated[Motion | None, DISTANCE, Field(description="the distance over time, without a length")])),
         name="jack",
         start="ground.O",

@@ -71,7 +71,7 @@ def template(kind: str) -> str:
         parts.append(_section("[[guide_clearance]]", GuideClearanceTable, {}, out=True))
     parts += [
         _section(f"[[{name}]]", PARTS[name].table, {}, out=True)
-        for name in ("weld", "link", "latch", *ELEMENTS)
+        for name in ("weld", "rod", "latch", *ELEMENTS)
         if kind == "mechanism"
     ]
     parts += [_section(f"[[{name}]]", table, {}, out=True) for name, table in LOADS.items()]

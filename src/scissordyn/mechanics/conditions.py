@@ -1,4 +1,4 @@
-"""The quadratic conditions of a mechanism: unit lengths, moving guides, massless links and latches."""
+"""The quadratic conditions of a mechanism: unit lengths, moving guides, rods and latches."""
 
 from __future__ import annotations
 
@@ -158,24 +158,24 @@ def _product(w: Form, g: Form) -> tuple[tuple[float, Form], ...]:
 
 
 def _links(layout: Layout) -> list[Condition]:
-    """Massless links: |end - start|^2 / 2 is constant, or follows a course."""
+    """Rods: |end - start|^2 / 2 is constant, or follows a course."""
     mechanism, found = layout.mechanism, []
-    for link in mechanism.links:
+    for link in mechanism.rods:
         form = combine([(layout.place(link.end), 1.0), (layout.place(link.start), -1.0)])
         if not np.any(form.columns < layout.free):
-            raise InputError(f"link '{link.name}' between points that cannot move against each other", "leave it out")
+            raise InputError(f"rod '{link.name}' between points that cannot move against each other", "leave it out")
         length = course_start(link.motion) if link.motion else link.length
         if length is None:
             length = math.dist(mechanism.place(link.start), mechanism.place(link.end))
         if not length > 0.0:
-            raise InputError(f"link '{link.name}' starts with length {length:g} m", "a positive length")
+            raise InputError(f"rod '{link.name}' starts with length {length:g} m", "a positive length")
         found.append(
             Condition(
                 ((1.0, form),),
                 0.5 * length * length,
                 link.name,
                 link.motion,
-                subject=f"link '{link.name}'",
+                subject=f"rod '{link.name}'",
                 bodies=(link.start[0], link.end[0]),
             )
         )

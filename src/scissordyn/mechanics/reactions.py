@@ -173,7 +173,7 @@ def journal_forces(found: Record) -> np.ndarray:
 
 
 def known_loads(layout: Layout, direction: np.ndarray, position: np.ndarray, found: Record, radius: np.ndarray) -> np.ndarray:
-    """Forces of clearance joints, springs, loads, motors, massless links and latches on the bodies.
+    """Forces of clearance joints, springs, loads, motors, rods and latches on the bodies.
 
     Parameters
     ----------
@@ -234,7 +234,7 @@ def known_loads(layout: Layout, direction: np.ndarray, position: np.ndarray, fou
             turn(element.body, torque)
             turn(element.base, -torque)
     thrust, held = connection_forces(layout, found)
-    for i, link in enumerate(mechanism.links):
+    for i, link in enumerate(mechanism.rods):
         push(*link.end, thrust[:, i])
         push(*link.start, -thrust[:, i])
     for i, latch in enumerate(mechanism.latches):
@@ -244,11 +244,11 @@ def known_loads(layout: Layout, direction: np.ndarray, position: np.ndarray, fou
 
 
 def connection_forces(layout: Layout, found: Record) -> tuple[np.ndarray, np.ndarray]:
-    """Forces of massless links on their ends, shape (nt, links, 2) [N], and torques of latches on their bodies [N m]."""
+    """Forces of rods on their ends, shape (nt, links, 2) [N], and torques of latches on their bodies [N m]."""
     mechanism, instants = layout.mechanism, found.X.shape[0]
     owner = {condition.name: k for k, condition in enumerate(layout.conditions) if condition.name}
-    thrust = np.zeros((instants, len(mechanism.links), 2))
-    for i, link in enumerate(mechanism.links):
+    thrust = np.zeros((instants, len(mechanism.rods), 2))
+    for i, link in enumerate(mechanism.rods):
         ((_, form),) = layout.conditions[owner[link.name]].parts
         thrust[:, i] = -found.multiplier[:, owner[link.name], None] * (found.X[:, form.columns] @ form.rows.T)
     held = -found.multiplier[:, [owner[latch.name] for latch in mechanism.latches]]

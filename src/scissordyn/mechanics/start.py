@@ -98,7 +98,7 @@ def _directed_links(layout: Layout, system: System) -> tuple[tuple[str, ...], tu
     forms: list[Form] = []
     offsets, rates = [], []
     level_rate = _level_rates(system)
-    for link in layout.mechanism.links:
+    for link in layout.mechanism.rods:
         if link.direction is None:
             continue
         k = [condition.name for condition in layout.conditions].index(link.name)

@@ -61,9 +61,9 @@ def check_parts(mechanism: Mechanism) -> None:
     for weld in mechanism.welds:
         _check_point(points, f"weld '{weld.name}'", weld.start)
         _check_point(points, f"weld '{weld.name}'", weld.end)
-    for link in mechanism.links:
-        _check_point(points, f"link '{link.name}'", link.start)
-        _check_point(points, f"link '{link.name}'", link.end)
+    for rod in mechanism.rods:
+        _check_point(points, f"rod '{rod.name}'", rod.start)
+        _check_point(points, f"rod '{rod.name}'", rod.end)
     for latch in mechanism.latches:
         _check_turns(points, turning - {GROUND}, f"latch '{latch.name}'", latch.body)
         _check_turns(points, turning, f"latch '{latch.name}'", latch.base)
@@ -95,7 +95,7 @@ def _points(mechanism: Mechanism) -> dict[str, Mapping[str, Point]]:
 
 
 def _check_names(mechanism: Mechanism) -> None:
-    connections = [part.name for parts in (mechanism.welds, mechanism.links, mechanism.latches) for part in parts]
+    connections = [part.name for parts in (mechanism.welds, mechanism.rods, mechanism.latches) for part in parts]
     for what, names in (
         ("body", [body.name for body in mechanism.bodies]),
         ("joint", [*mechanism.joint_names, *connections]),

@@ -1,4 +1,4 @@
-"""Rigid connections without clearance: welds, massless links, and latches that lock on the way."""
+"""Rigid connections without clearance: welds, rods, and latches that lock during the motion."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from scissordyn.model.drive import Motion
 from scissordyn.model.joint import BodyPoint
 from scissordyn.units import Quantity, check_quantities
 
-__all__ = ["Latch", "Link", "Weld"]
+__all__ = ["Latch", "Rod", "Weld"]
 
 
 @dataclass(frozen=True)
@@ -34,8 +34,8 @@ class Weld:
 
 
 @dataclass(frozen=True)
-class Link:
-    """A rigid link without mass between two points, or a drive that prescribes their distance.
+class Rod:
+    """A massless rigid rod between two points (a distance constraint), or a drive that prescribes their distance.
 
     Parameters
     ----------
@@ -50,8 +50,8 @@ class Link:
         Direction from start to end at t = 0 [rad], at which both points then start without turning about each other; as
         placed if not given.
     tension_only : bool
-        Whether the link stands for something that can only pull, such as the contact of a journal in its bearing. It is
-        computed as a rigid link all the same, and the run tells when it would be compressed.
+        Whether the rod represents a connection that carries tension only, such as the contact of a journal in its bearing. It
+        is computed as a rigid rod, and the run has a warning when it would be compressed.
     """
 
     name: str
@@ -63,10 +63,10 @@ class Link:
     tension_only: bool = False
 
     def __post_init__(self) -> None:
-        check_quantities(self, f"link '{self.name}'")
+        check_quantities(self, f"rod '{self.name}'")
         _two_bodies(self.name, self.start[0], self.end[0])
         if self.length is not None and self.motion is not None:
-            raise InputError(f"link '{self.name}' with a length and a motion", "one of them")
+            raise InputError(f"rod '{self.name}' with a length and a motion", "one of them")
 
 
 @dataclass(frozen=True)

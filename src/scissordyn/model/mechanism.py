@@ -14,7 +14,7 @@ from scissordyn.errors import InputError, did_you_mean
 from scissordyn.model.body import GROUND, Body, Point
 from scissordyn.model.check import check_parts
 from scissordyn.model.clearance import Clearance
-from scissordyn.model.connection import Latch, Link, Weld
+from scissordyn.model.connection import Latch, Rod, Weld
 from scissordyn.model.drive import ConstantSpeed, Drive, Motion
 from scissordyn.model.element import Actuator, Element
 from scissordyn.model.guide_clearance import ContactPoint, GuideClearance, block_contact_points
@@ -50,8 +50,8 @@ class Mechanism:
         The body that `driven` drives unless told otherwise.
     output_body : str
         The body whose motion is the mechanism's purpose, such as the slider of an array.
-    links : tuple of Link
-        Massless links and prescribed distances.
+    rods : tuple of Rod
+        Massless rods and prescribed distances between points.
     latches : tuple of Latch
     """
 
@@ -66,7 +66,7 @@ class Mechanism:
     gravity_direction: Annotated[float, Quantity("rad", help="direction gravity pulls in")] = -math.pi / 2
     input_body: str = ""
     output_body: str = ""
-    links: tuple[Link, ...] = ()
+    rods: tuple[Rod, ...] = ()
     latches: tuple[Latch, ...] = ()
 
     def __post_init__(self) -> None:

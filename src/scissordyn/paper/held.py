@@ -32,7 +32,7 @@ def with_contact(run: xr.Dataset, mechanism: Mechanism) -> xr.Dataset:
     """
     joint = mechanism.joint(JOINT)
     assert joint.clearance is not None
-    force = run["link_force"].isel(link=0).values
+    force = run["rod_force"].isel(rod=0).values
     highest = int(np.argmax(force))
     names = [*run["joint"].values.astype(str).tolist(), JOINT]
     whole = run.drop_dims("contact").reindex(joint=names)

@@ -34,12 +34,12 @@ COILS = 8
 
 @dataclass(frozen=True)
 class Shape:
-    """A body, a spring, a link or a guide, as a line through points.
+    """A body, a spring, a rod or a guide, as a line through points.
 
     Parameters
     ----------
     name : str
-    kind : {"bar", "plate", "block", "spring", "link", "guide"}
+    kind : {"bar", "plate", "block", "spring", "rod", "guide"}
     points : ndarray, shape (frames, points, 2)
         In the fixed frame [m].
     """
@@ -247,9 +247,9 @@ def _springs(mechanism: Mechanism, course: _Course, size: float) -> list[Shape]:
 
 
 def _links(mechanism: Mechanism, course: _Course) -> list[Shape]:
-    """A line between the two points of each massless link."""
-    ends = [(link.name, course.place(link.start), course.place(link.end)) for link in mechanism.links]
-    return [Shape(name, "link", np.stack([start, end], axis=1)) for name, start, end in ends]
+    """A line between the two points of each rod."""
+    ends = [(rod.name, course.place(rod.start), course.place(rod.end)) for rod in mechanism.rods]
+    return [Shape(name, "rod", np.stack([start, end], axis=1)) for name, start, end in ends]
 
 
 def _clearance_joint(run: xr.Dataset, mechanism: Mechanism, course: _Course, frames: np.ndarray, name: str) -> ClearanceJoint:

@@ -15,7 +15,7 @@ from matplotlib.transforms import Affine2D
 
 from scissordyn.errors import InputError
 from scissordyn.model.body import GROUND
-from scissordyn.model.connection import Link
+from scissordyn.model.connection import Rod
 from scissordyn.model.element import Spring
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.plot.channel import GAP, channel, guides_of
@@ -103,7 +103,7 @@ def _grid(tall: bool, aspect: float, instants: int, joints: int) -> list[list[Ax
 
 
 def snapshot(run: xr.Dataset, mechanism: Mechanism, sample: int, *, axes: Axes, corners: Corners | None = None) -> Axes:
-    """The mechanism at one sample: bars, pins, guides, springs (dotted), links (dashed) and ground; clearance joints ringed.
+    """The mechanism at one sample: bars, pins, guides, springs (dotted), rods (dashed) and ground; clearance joints ringed.
 
     Parameters
     ----------
@@ -141,10 +141,10 @@ def snapshot(run: xr.Dataset, mechanism: Mechanism, sample: int, *, axes: Axes, 
         if guide.clearance is not None:
             _named(axes, guide.name, placed.place(guide.follower), (7.0, -16.0))
     springs = [element for element in mechanism.elements if isinstance(element, Spring)]
-    connections: list[Spring | Link] = [*springs, *mechanism.links]
+    connections: list[Spring | Rod] = [*springs, *mechanism.rods]
     for connection in connections:
         ends = np.stack([placed.place(connection.start), placed.place(connection.end)])
-        dashes = (0, (4, 1.5)) if isinstance(connection, Link) else (0, (1, 1))
+        dashes = (0, (4, 1.5)) if isinstance(connection, Rod) else (0, (1, 1))
         axes.plot(*ends.T, color=PURPLE, linewidth=1.4, linestyle=dashes, zorder=2.5)
         text = axes.annotate(
             connection.name, ends.mean(axis=0).tolist(), fontsize=SMALL, color=PURPLE, ha="center", va="bottom"

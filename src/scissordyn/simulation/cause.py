@@ -81,7 +81,7 @@ def failed_latch(layout: Layout, system: Handle) -> str:
     first = len(layout.mechanism.contacts)
     for k, latch in enumerate(layout.mechanism.latches):
         if math.isnan(system.content.approach[first + k]):
-            return f"latch '{latch.name}' cannot lock: joints, links, drives or other latches hold body '{latch.body}' there"
+            return f"latch '{latch.name}' cannot lock: joints, rods, drives or other latches hold body '{latch.body}' there"
     return ""
 
 

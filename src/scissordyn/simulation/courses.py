@@ -13,7 +13,7 @@ __all__ = ["check_tables", "prescribed"]
 def prescribed(mechanism: Mechanism) -> list[tuple[str, Motion]]:
     """Prescribed angles and distances, each with the words for it."""
     angles = [(f"the drive of '{drive.body}'", drive.motion) for drive in mechanism.drives]
-    return angles + [(f"the length of link '{link.name}'", link.motion) for link in mechanism.links if link.motion is not None]
+    return angles + [(f"the length of rod '{rod.name}'", rod.motion) for rod in mechanism.rods if rod.motion is not None]
 
 
 def check_tables(mechanism: Mechanism, until: float) -> None:

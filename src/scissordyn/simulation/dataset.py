@@ -219,15 +219,15 @@ def _connection_variables(path: Trajectory, found: Record) -> dict[str, Variable
     mechanism = path.layout.mechanism
     thrust, held = connection_forces(path.layout, found)
     variables: dict[str, Variable] = {}
-    if mechanism.links:
-        names = np.array([link.name for link in mechanism.links])
-        forms = [(path.layout.place(link.end), path.layout.place(link.start)) for link in mechanism.links]
+    if mechanism.rods:
+        names = np.array([rod.name for rod in mechanism.rods])
+        forms = [(path.layout.place(rod.end), path.layout.place(rod.start)) for rod in mechanism.rods]
         span = np.stack([found.X[:, a.columns] @ a.rows.T - found.X[:, b.columns] @ b.rows.T for a, b in forms], axis=1)
         length = np.sqrt(np.sum(span * span, axis=-1))
         pull = -np.sum(thrust * span, axis=-1) / length
-        variables["link"] = ("link",), names, {"long_name": "massless link"}
-        variables["link_force"] = _described(("time", "link"), pull, "N", "force in a link, positive in tension")
-        variables["link_length"] = _described(("time", "link"), length, "m", "length of a link")
+        variables["rod"] = ("rod",), names, {"long_name": "rod"}
+        variables["rod_force"] = _described(("time", "rod"), pull, "N", "force in a rod, positive in tension")
+        variables["rod_length"] = _described(("time", "rod"), length, "m", "length of a rod")
     if mechanism.latches:
         variables["latch"] = ("latch",), np.array([latch.name for latch in mechanism.latches]), {"long_name": "latch"}
         variables["latch_torque"] = _described(("time", "latch"), held, "N m", "torque of a locked latch on its body")

@@ -11,7 +11,7 @@ from scissordyn.errors import InputError
 from scissordyn.mechanics.layout import lay_out
 from scissordyn.mechanics.start import assemble
 from scissordyn.mechanics.system import build_system
-from scissordyn.model.connection import Link
+from scissordyn.model.connection import Rod
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.simulation.start import ideal_reactions
 
@@ -21,9 +21,9 @@ __all__ = ["hold_contact"]
 def hold_contact(mechanism: Mechanism, *, indentation: float = 0.0, direction: float | None = None) -> Mechanism:
     """A mechanism whose clearance joints are held in contact, at a constant eccentricity e = c + indentation.
 
-    Each clearance joint becomes a massless link of that length from the bearing centre to the journal centre, so that e' and
+    Each clearance joint becomes a rod of that length from the bearing centre to the journal centre, so that e' and
     e'' vanish. Simulated with a prescribed drive, its `drive_torque` is the torque that this motion needs, and the tension
-    `link_force` of the joint's link is the normal force N. The condition is two-sided, a joint is not: a run warns when N would
+    `rod_force` of the joint's rod is the normal force N. The condition is two-sided, a joint is not: a run warns when N would
     have to be negative.
 
     Parameters
@@ -65,8 +65,8 @@ def hold_contact(mechanism: Mechanism, *, indentation: float = 0.0, direction: f
             if not np.all(np.isfinite(force)) or not np.any(force):
                 raise InputError(f"the ideal reaction of joint '{joint.name}' has no direction at the start", "direction=ANGLE")
             angles[joint.name] = math.atan2(-float(force[1]), -float(force[0]))
-    links = tuple(
-        Link(
+    rods = tuple(
+        Rod(
             joint.name,
             start=joint.bearing,
             end=joint.journal,
@@ -77,4 +77,4 @@ def hold_contact(mechanism: Mechanism, *, indentation: float = 0.0, direction: f
         for joint in mechanism.clearance_joints
         if joint.clearance is not None
     )
-    return dataclasses.replace(mechanism, joints=mechanism.ideal_joints, links=(*mechanism.links, *links))
+    return dataclasses.replace(mechanism, joints=mechanism.ideal_joints, rods=(*mechanism.rods, *rods))

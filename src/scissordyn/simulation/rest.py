@@ -49,7 +49,7 @@ def standing(mechanism: Mechanism) -> Mechanism:
         ),
         joints=tuple(_slippery(joint) for joint in mechanism.joints),
         guides=tuple(_slippery(guide) for guide in mechanism.guides),
-        links=tuple(dataclasses.replace(link, motion=link.motion and held(link.motion, 0.0)) for link in mechanism.links),
+        rods=tuple(dataclasses.replace(rod, motion=rod.motion and held(rod.motion, 0.0)) for rod in mechanism.rods),
     )
 
 

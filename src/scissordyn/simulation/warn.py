@@ -42,12 +42,12 @@ def run_warnings(mechanism: Mechanism, run: xr.Dataset, still: tuple[str, ...]) 
             approach_speed=speed[touched == joint.name].tolist(),
             indentation=float(np.max(depth, initial=0.0)),
         )
-    for i, link in enumerate(mechanism.links):
-        force = run["link_force"].values[:, i]
-        if link.tension_only and np.min(force, initial=0.0) < 0.0:
+    for i, rod in enumerate(mechanism.rods):
+        force = run["rod_force"].values[:, i]
+        if rod.tension_only and np.min(force, initial=0.0) < 0.0:
             first, worst = int(np.argmax(force < 0.0)), int(np.argmin(force))
             found.append(
-                f"joint '{link.name}': contact would have to pull from t = {run['time'].values[first]:.6g} s on (N falls to "
+                f"joint '{rod.name}': contact would have to pull from t = {run['time'].values[first]:.6g} s on (N falls to "
                 f"{force[worst]:.6g} N at t = {run['time'].values[worst]:.6g} s); the held contact is not possible there"
             )
     found += [

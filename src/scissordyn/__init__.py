@@ -54,9 +54,9 @@ if TYPE_CHECKING:
     from scissordyn.model.mechanism import Mechanism
     from scissordyn.model.payload import with_panels, with_payload
     from scissordyn.model.scissor import scissor
+    from scissordyn.simulation.constrained_contact import constrain_contact
     from scissordyn.simulation.cycles import cycle
     from scissordyn.simulation.feed_forward import feed_forward
-    from scissordyn.simulation.hold import hold_contact
     from scissordyn.simulation.run import replay, simulate
     from scissordyn.simulation.store import load, save
     from scissordyn.study.bifurcation import bifurcation
@@ -116,6 +116,7 @@ __all__ = [
     "classify",
     "common_pin",
     "consensus",
+    "constrain_contact",
     "contact_statistics",
     "controller",
     "cycle",
@@ -125,7 +126,6 @@ __all__ = [
     "figures_of_merit",
     "four_bar",
     "hoberman_ring",
-    "hold_contact",
     "law",
     "load",
     "mast",
@@ -193,7 +193,7 @@ _HOMES = {
     "model.scissor": ("scissor",),
     "simulation.cycles": ("cycle",),
     "simulation.feed_forward": ("feed_forward",),
-    "simulation.hold": ("hold_contact",),
+    "simulation.constrained_contact": ("constrain_contact",),
     "simulation.run": ("replay", "simulate"),
     "simulation.store": ("load", "save"),
     "study.bifurcation": ("bifurcation",),

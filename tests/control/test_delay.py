@@ -42,8 +42,8 @@ def by_steps(t):
 
 def lagged(method, tolerance, until=5.0, **options):
     """The delay equation on a mechanism; returns the run, its largest error at the samples and its steps."""
-    held = turning(spin=1.0).controlled(UserController(lagging, delay=1.0, recorded="speed"))
-    run = sd.simulate(held, until=until, samples=101, rtol=tolerance, atol=tolerance, method=method, **options)
+    controlled = turning(spin=1.0).controlled(UserController(lagging, delay=1.0, recorded="speed"))
+    run = sd.simulate(controlled, until=until, samples=101, rtol=tolerance, atol=tolerance, method=method, **options)
     error = float(np.max(np.abs(run["angular_velocity"][:, 0].values - by_steps(run["time"].values))))
     return run, error, json.loads(run.attrs["statistics"])["steps"]
 
@@ -120,15 +120,15 @@ def test_delayed_feedback_calms_an_oscillator(memory):
 
 @pytest.mark.parametrize("gain", [-20.0, 3.0, 10.0, 40.0])
 def test_odd_number_limitation(gain):
-    """Limit: an upright bar has one real multiplier above 1; delayed feedback of no gain holds it, plain feedback does."""
+    """Limit: an upright bar has one real multiplier above 1; delayed feedback stabilises it at no gain, plain feedback does."""
     upright = turning(angle=0.5 * math.pi + 1e-3, gravity=9.81)
     reference = Polynomial((0.5 * math.pi,))
     delayed = upright.controlled(Pyragas(gain, 0.2, "error", onset=0.0), reference=reference, on_course=False)
     # on the error y = r - th the torque K [y(t-T) - y] is that on the angle with the gain -K
     left = sd.simulate(delayed, until=8.0, samples=401)
     assert float(np.abs(left["control_error"]).max()) > 0.3
-    held = sd.simulate(upright.controlled(PID(10.0, 2.0), reference=reference, on_course=False), until=4.0, samples=401)
-    assert float(np.abs(held["control_error"]).max()) < 2e-3
+    controlled = sd.simulate(upright.controlled(PID(10.0, 2.0), reference=reference, on_course=False), until=4.0, samples=401)
+    assert float(np.abs(controlled["control_error"]).max()) < 2e-3
 
 
 def test_extended_without_memory_is_pyragas():
@@ -140,13 +140,13 @@ def test_extended_without_memory_is_pyragas():
 
 def test_onset_limit_and_record():
     """Identity: no torque before the onset, none beyond the limit, and S = y + R S(t - T) in what is recorded."""
-    held = turning(spin=1.0).controlled(PID(18.0), reference=Polynomial((0.3,)), on_course=False)
+    controlled = turning(spin=1.0).controlled(PID(18.0), reference=Polynomial((0.3,)), on_course=False)
     options = {"until": 2.0, "samples": 201, "rtol": 1e-10, "atol": 1e-10}
-    run = sd.simulate(held.controlled(ExtendedDelayedFeedback(5.0, 0.25, 0.5, onset=0.5, limit=0.4)), **options)
+    run = sd.simulate(controlled.controlled(ExtendedDelayedFeedback(5.0, 0.25, 0.5, onset=0.5, limit=0.4)), **options)
     torque, t = run["control_torque"][:, 1].values, run["time"].values
     assert np.all(torque[t < 0.5 - 1e-9] == 0.0)
     assert np.max(np.abs(torque)) == 0.4
-    run = sd.simulate(held.controlled(ExtendedDelayedFeedback(5.0, 0.25, 0.5, onset=0.5)), **options)
+    run = sd.simulate(controlled.controlled(ExtendedDelayedFeedback(5.0, 0.25, 0.5, onset=0.5)), **options)
     signal, speed = run["control_signal"][:, 1].values, run["angular_velocity"][:, 0].values
     assert np.allclose(signal[25:], speed[25:] + 0.5 * signal[:-25], atol=1e-9)
     assert signal[0] == pytest.approx(1.0 / (1.0 - 0.5), rel=1e-12)

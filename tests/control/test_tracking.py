@@ -39,8 +39,8 @@ def balanced(run, bound=1e-9):
 @pytest.mark.parametrize("method", ["dop853", "rodas5p"])
 def test_proportional_derivative(method):
     """Closed form: with PD feedback a free bar is a damped oscillator about the reference."""
-    held = hanging().controlled(PID(30.0, 0.9), reference=Polynomial((0.5,)), on_course=False)
-    run = sd.simulate(held, until=2.0, method=method, **TIGHT)
+    controlled = hanging().controlled(PID(30.0, 0.9), reference=Polynomial((0.5,)), on_course=False)
+    run = sd.simulate(controlled, until=2.0, method=method, **TIGHT)
     decay = 0.9 / (2.0 * INERTIA)
     swing, t = math.sqrt(30.0 / INERTIA - decay**2), run["time"].values
     exact = 0.5 - 0.2 * np.exp(-decay * t) * (np.cos(swing * t) + decay / swing * np.sin(swing * t))
@@ -51,8 +51,8 @@ def test_proportional_derivative(method):
 
 def test_moving_reference():
     """Closed form: with the reference a t + b t^2 the error of PD feedback settles where k_p e is the torque I 2 b."""
-    held = hanging().controlled(PID(400.0, 20.0), reference=Polynomial((0.3, 1.0, 0.5)))
-    run = sd.simulate(held, until=3.0, **TIGHT)
+    controlled = hanging().controlled(PID(400.0, 20.0), reference=Polynomial((0.3, 1.0, 0.5)))
+    run = sd.simulate(controlled, until=3.0, **TIGHT)
     assert float(run["angular_velocity"][0, 0]) == pytest.approx(1.0, rel=1e-12)
     assert float(run["control_error"][-1, 0]) == pytest.approx(INERTIA * 1.0 / 400.0, rel=1e-7)
 

@@ -188,9 +188,9 @@ def test_no_rest_without_support():
         sd.simulate(sd.Mechanism((sd.point_mass("p", mass=1.0),)), until=0.1, start="static")
 
 
-def test_held_contact_published_figures():
+def test_constrained_contact_published_figures():
     """Published numbers (theory section 5): N from 3256.9 to 7542.2 N and the torque from 4528.6 to 9021.4 N m over 50 ms."""
-    run = sd.simulate(sd.hold_contact(paper()), until=0.05, samples=5001)
+    run = sd.simulate(sd.constrain_contact(paper()), until=0.05, samples=5001)
     force, torque = run["rod_force"].isel(rod=0), run["drive_torque"]
     assert [float(force.min()), float(force.max())] == pytest.approx([3256.9, 7542.2], rel=1e-4)
     assert [float(torque.min()), float(torque.max())] == pytest.approx([4528.6, 9021.4], rel=1e-4)
@@ -198,23 +198,23 @@ def test_held_contact_published_figures():
     assert worst_residual(run) < 1e-6
 
 
-def test_held_contact_says_where_it_would_pull():
+def test_constrained_contact_says_where_it_would_pull():
     """Started at -90 degrees the scheme fails (theory section 5), and the run names joint, time and force."""
-    run = sd.simulate(sd.hold_contact(paper(), direction=-math.pi / 2), until=0.05)
+    run = sd.simulate(sd.constrain_contact(paper(), direction=-math.pi / 2), until=0.05)
     assert float(run["rod_force"].min()) < 0.0
     (sentence,) = json.loads(run.attrs["warnings"])
-    assert "joint 'A': contact would have to pull from t = " in sentence
+    assert "joint 'A': negative normal force from t = " in sentence
 
 
-def test_held_contact_is_the_limit_of_stiff_contact():
+def test_constrained_contact_is_the_limit_of_stiff_contact():
     """Limit: a clearance joint that starts in contact carries the same force when its steel gets ten times stiffer."""
-    held = sd.simulate(sd.hold_contact(paper()), until=0.02)["rod_force"].isel(rod=0).values
+    constrained = sd.simulate(sd.constrain_contact(paper()), until=0.02)["rod_force"].isel(rod=0).values
     gaps = []
     for modulus in (207e9, 2070e9):
         material = sd.Material("stiff", modulus, 0.3, 7800.0)
         run = sd.simulate(paper(material=material), until=0.02, start="in-contact")
-        gaps.append(np.sqrt(np.mean((run["normal_force"].sel(joint="A").values - held) ** 2)))
-    assert gaps[0] < 0.2 * float(np.mean(held))
+        gaps.append(np.sqrt(np.mean((run["normal_force"].sel(joint="A").values - constrained) ** 2)))
+    assert gaps[0] < 0.2 * float(np.mean(constrained))
     assert gaps[1] < 0.5 * gaps[0]
 
 

@@ -68,7 +68,7 @@ def as_the_paper_says():
         )
     for c in CONTROLLED:
         found.setdefault(PaperCase(c), PLAIN)
-        found[PaperCase(c, held=True)] = dataclasses.replace(PLAIN, smallest_force=1.0, peak_torque=1e4)
+        found[PaperCase(c, constrained=True)] = dataclasses.replace(PLAIN, smallest_force=1.0, peak_torque=1e4)
     return found
 
 
@@ -101,8 +101,8 @@ SPOILED = {
     "6c": (PaperCase(friction=0.1), {"final_share": 0.9}),
     "6d": (PaperCase(friction=0.05), {"arc": math.radians(100.0)}),
     "6e": (PaperCase(friction=0.1), {"irregularity": 1.5}),
-    "7a": (PaperCase(0.3e-3, held=True), {"smallest_force": -1.0}),
-    "7b": (PaperCase(0.1e-3, held=True), {"peak_torque": 400.0}),
+    "7a": (PaperCase(0.3e-3, constrained=True), {"smallest_force": -1.0}),
+    "7b": (PaperCase(0.1e-3, constrained=True), {"peak_torque": 400.0}),
 }
 """For each clause: one run and one number of it that contradict the paper."""
 

@@ -52,9 +52,9 @@ def smallest_arc(angles: ArrayLike, *, share: float = 1.0, weights: ArrayLike | 
     if not around.size:
         return float("nan")
     twice = np.concatenate([around, around + 2.0 * np.pi])
-    held = np.concatenate([[0.0], np.cumsum(np.concatenate([weight, weight]))])
+    cumulative = np.concatenate([[0.0], np.cumsum(np.concatenate([weight, weight]))])
     first = np.arange(around.size)
     # round-off in the sum must not ask for one point more than there are
-    needed = share * held[around.size] * (1.0 - 1e-12)
-    last = np.minimum(np.searchsorted(held, held[first] + needed, side="left") - 1, first + around.size - 1)
+    needed = share * cumulative[around.size] * (1.0 - 1e-12)
+    last = np.minimum(np.searchsorted(cumulative, cumulative[first] + needed, side="left") - 1, first + around.size - 1)
     return float(np.min(twice[last] - twice[first]))

@@ -19,8 +19,8 @@ __all__ = ["QUANTILES", "clearance_joints", "contact_spans", "contact_statistics
 QUANTILES = (0.05, 0.25, 0.5, 0.75, 0.95)
 """Quantiles of forces and impulses."""
 
-HELD = 0.95
-"""Share of the contact time that the smaller of the two contact arcs holds."""
+CENTRAL_PART = 0.95
+"""Fraction of the contact time inside the smaller of the two contact arcs."""
 
 
 def clearance_joints(run: xr.Dataset) -> list[str]:
@@ -193,13 +193,13 @@ def _of_the_samples(
     standing = np.gradient(time) if time.size > 1 else np.ones(1)
     steps = time[inside]
     mean = float(np.trapezoid(force[inside], steps) / (steps[-1] - steps[0])) if steps.size > 1 else math.nan
-    held = force[touching]
+    in_contact = force[touching]
     return {
-        "contact_arc_95": smallest_arc(direction[touching], share=HELD, weights=standing[touching]),
+        "contact_arc_95": smallest_arc(direction[touching], share=CENTRAL_PART, weights=standing[touching]),
         "contact_arc": smallest_arc(direction[touching]),
         "mean_force": mean,
-        "contact_force": float(np.average(held, weights=standing[touching])) if held.size else math.nan,
-        "contact_force_quantile": _quantiles(held),
+        "contact_force": float(np.average(in_contact, weights=standing[touching])) if in_contact.size else math.nan,
+        "contact_force_quantile": _quantiles(in_contact),
     }
 
 

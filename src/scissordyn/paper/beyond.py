@@ -137,11 +137,11 @@ def control(results: Results) -> list[str]:
     for size in CONTROLLED:
         ideal = results.runs[PaperCase(None)]
         touching[size] = merits(results.runs[PaperCase(size, start="in-contact")], ideal)
-        kept[size] = merits(results.runs[PaperCase(size, held=True)], ideal)
+        kept[size] = merits(results.runs[PaperCase(size, constrained=True)], ideal)
         rows.append(f"{COURSES['stroke'].title}, {1e3 * size:g} mm")
         rows.append(_merit_row("prescribed, concentric start", free[size]))
         rows.append(_merit_row("prescribed, start in contact", touching[size]))
-        rows.append(_merit_row("the paper's scheme: contact held", kept[size]))
+        rows.append(_merit_row("the paper's scheme: constrained contact", kept[size]))
         if size == ARRAY:
             rows += [_merit_row(f"{job.scheme}, concentric start", found) for job, found in _found(results, "stroke")]
     for course in ("deployment", "periodic"):

@@ -109,7 +109,7 @@ class PaperCase:
         Of the driven bar [rad/s]; the largest one of a swing.
     friction : float or None
         Kinetic coefficient of LuGre friction.
-    held : bool
+    constrained : bool
         Whether the paper's control keeps journal and bearing together.
     start : {"concentric", "in-contact"}
     choice : Choice
@@ -118,13 +118,13 @@ class PaperCase:
     clearance: Annotated[float | None, Quantity("m", above=0.0, help="radial clearance")] = ARRAY
     speed: Annotated[float, Quantity("rad/s", above=0.0, help="speed of the driven bar")] = SPEED
     friction: Annotated[float | None, Quantity("1", above=0.0, help="kinetic friction coefficient")] = None
-    held: bool = False
+    constrained: bool = False
     start: StartKind = "concentric"
     choice: Choice = field(default_factory=Choice)
 
     def __post_init__(self) -> None:
         check_quantities(self)
-        if self.clearance is None and (self.friction is not None or self.held):
+        if self.clearance is None and (self.friction is not None or self.constrained):
             raise InputError("friction or control at an ideal joint", "a clearance")
 
     @property
@@ -132,7 +132,7 @@ class PaperCase:
         """What the run is called in file names; unique for one choice."""
         parts = ["ideal" if self.clearance is None else f"c-{_number(1e3 * self.clearance)}mm", f"{_rpm(self.speed)}rpm"]
         parts += [] if self.friction is None else [f"friction-{_number(self.friction)}"]
-        parts += ["held"] if self.held else []
+        parts += ["constrained"] if self.constrained else []
         parts += [self.start] if self.start != "concentric" else []
         return "_".join(parts)
 
@@ -157,8 +157,8 @@ class PaperCase:
         lines = [
             f"# {self.name}: {choice.words}",
             *(
-                ["# simulate(hold_contact(mechanism)) holds journal and bearing together; as it stands, this runs free"]
-                * self.held
+                ["# simulate(constrain_contact(mechanism)) keeps the contact closed; this file alone has free contact"]
+                * self.constrained
             ),
             "[structure]",
             'kind = "scissor"',
@@ -222,7 +222,7 @@ def every_case(choice: Choice) -> tuple[PaperCase, ...]:
     cases += [PaperCase(speed=speed, choice=choice) for speed in SPEEDS]
     cases += [PaperCase(friction=friction, choice=choice) for friction in FRICTION]
     cases += [PaperCase(clearance, choice=choice) for clearance in CONTROLLED]
-    cases += [PaperCase(clearance, held=True, choice=choice) for clearance in CONTROLLED]
+    cases += [PaperCase(clearance, constrained=True, choice=choice) for clearance in CONTROLLED]
     return tuple(dict.fromkeys(cases))
 
 

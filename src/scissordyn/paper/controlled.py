@@ -44,7 +44,7 @@ LANDING = -1000.0
 """Its brake on the rate of the eccentricity during the stroke [N s]."""
 
 SERVO = PID(2e5, derivative=4e3)
-"""Holds the periodic course; delayed feedback comes on top of it."""
+"""Tracks the periodic reference; delayed feedback is added to it."""
 
 PERIOD = 0.5
 SINCE = 40.0 * PERIOD
@@ -161,8 +161,8 @@ def _fed(law: FeedForward) -> Callable[[Mechanism, Course], Mechanism]:
 
 def _delayed(law: Pyragas | ExtendedDelayedFeedback | None) -> Callable[[Mechanism, Course], Mechanism]:
     def controlled(arm: Mechanism, course: Course) -> Mechanism:
-        held = arm.controlled(SERVO, reference=course.motion)
-        return held if law is None else held.controlled(law, sensor=("slider", "centre"))
+        servo = arm.controlled(SERVO, reference=course.motion)
+        return servo if law is None else servo.controlled(law, sensor=("slider", "centre"))
 
     return controlled
 

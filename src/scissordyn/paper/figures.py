@@ -77,9 +77,9 @@ FIGURES = {
         ),
         PaperFigure(
             13,
-            "Orbits of the journal with control: contact held as a constraint, for clearances 0.7, 0.5, 0.3 and 0.1 mm.",
-            orbit.HELD,
-            orbit.draw_held,
+            "Orbits of the journal with control: constrained contact, for clearances 0.7, 0.5, 0.3 and 0.1 mm.",
+            orbit.CONSTRAINED,
+            orbit.draw_constrained,
         ),
     )
 }

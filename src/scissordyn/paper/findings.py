@@ -16,6 +16,7 @@ __all__ = [
     "VISIBLE",
     "again_more",
     "calmer",
+    "constrained",
     "continuous_04",
     "dearer",
     "early",
@@ -24,7 +25,6 @@ __all__ = [
     "fewer_rebounds",
     "fivefold",
     "flying",
-    "held",
     "larger_motor",
     "late_force",
     "late_impacts",
@@ -366,9 +366,9 @@ def calmer(choice: Choice, measured: Measured) -> Finding:
     )
 
 
-def held(choice: Choice, measured: Measured) -> Finding:
+def constrained(choice: Choice, measured: Measured) -> Finding:
     """7a: smallest normal force with control."""
-    found = {size: measured[PaperCase(size, held=True, choice=choice)] for size in CONTROLLED}
+    found = {size: measured[PaperCase(size, constrained=True, choice=choice)] for size in CONTROLLED}
     return Finding(
         all(m.smallest_force > 0.0 for m in found.values()),
         _listed("smallest normal force", {millimetres(size): _kilo(m.smallest_force, "N") for size, m in found.items()}),
@@ -379,19 +379,19 @@ def held(choice: Choice, measured: Measured) -> Finding:
 def dearer(choice: Choice, measured: Measured) -> Finding:
     """7b: peak torque with and without control."""
     both = {
-        size: (measured[PaperCase(size, held=True, choice=choice)], measured[PaperCase(size, choice=choice)])
+        size: (measured[PaperCase(size, constrained=True, choice=choice)], measured[PaperCase(size, choice=choice)])
         for size in CONTROLLED
     }
     shown = {
-        millimetres(size): f"{_kilo(held.peak_torque, 'N m')} against {_kilo(free.peak_torque, 'N m')}"
-        for size, (held, free) in both.items()
+        millimetres(size): f"{_kilo(constrained.peak_torque, 'N m')} against {_kilo(free.peak_torque, 'N m')}"
+        for size, (constrained, free) in both.items()
     }
     ideal = both[CONTROLLED[0]][0].ideal_torque
     return Finding(
-        all(held.peak_torque > free.peak_torque for held, free in both.values()),
+        all(constrained.peak_torque > free.peak_torque for constrained, free in both.values()),
         f"{_listed('peak torque with and without control', shown)}; the ideal mechanism needs {_kilo(ideal, 'N m')}",
         {
-            f"ratio_{millimetres(size).replace(' ', '_')}_1": held.peak_torque / free.peak_torque
-            for size, (held, free) in both.items()
+            f"ratio_{millimetres(size).replace(' ', '_')}_1": constrained.peak_torque / free.peak_torque
+            for size, (constrained, free) in both.items()
         },
     )

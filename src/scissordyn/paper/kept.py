@@ -24,7 +24,7 @@ Progress = Callable[[str, int, int], None]
 
 NUMERICAL_SOURCES = (
     *(f"{room}/**/*.py" for room in ("laws", "control", "mechanics", "integrate", "model", "simulation", "analysis", "study")),
-    *(f"paper/{name}.py" for name in ("cases", "controlled", "findings", "held", "measures", "statements")),
+    *(f"paper/{name}.py" for name in ("cases", "controlled", "constrained_contact", "findings", "measures", "statements")),
     *(f"paper/{name}.py" for name in ("periodic", "periodic_findings")),
 )
 

@@ -26,8 +26,8 @@ CONTINUOUS = 0.99
 LAST = 0.2
 """The end of a run is this fraction of it, for what becomes continuous "eventually"."""
 
-HELD = 0.95
-"""Part of the contact time that the contact arc holds."""
+CENTRAL_PART = 0.95
+"""Fraction of the contact time inside the contact arc."""
 
 
 @dataclass(frozen=True)
@@ -59,7 +59,7 @@ class Measures:
     peak_force, late_peak_force : float
         Largest normal force, in the whole run and after `LATE` [N].
     smallest_force : float
-        Smallest normal force; zero in free flight, negative where a held contact would have to pull [N].
+        Smallest normal force; zero in free flight, negative where a constrained contact is in compression [N].
     ideal_force : float
         Largest reaction at the same joint without clearance [N].
     peak_torque, ideal_torque : float
@@ -201,4 +201,4 @@ def _share(start: np.ndarray, stop: np.ndarray, since: float, end: float) -> flo
 def _arc(run: xr.Dataset) -> float:
     touching = run["in_contact"].sel(joint=JOINT).values.astype(bool)
     place = run["eccentricity"].sel(joint=JOINT).transpose("time", "axis").values[touching]
-    return smallest_arc(np.arctan2(place[:, 1], place[:, 0]), share=HELD)
+    return smallest_arc(np.arctan2(place[:, 1], place[:, 0]), share=CENTRAL_PART)

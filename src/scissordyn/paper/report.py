@@ -30,7 +30,7 @@ SOURCE = (
 )
 DOI = "10.1177/1369433220971728"
 
-HELD = 13
+CONTROL_FIGURE = 13
 """The paper's figure of its control; it stands beside the torque that this takes."""
 
 STATEMENTS = {
@@ -73,11 +73,13 @@ def page(
         f'<p class="soft">{escape(SOURCE)}<a href="https://doi.org/{DOI}">doi:{DOI}</a></p>',
         *summary(verdicts, together),
         section("Answers", "answers", _answers(verdicts)),
-        section("Figures of the paper", "figures", [_picture(pictures, number) for number in FIGURES if number != HELD]),
+        section(
+            "Figures of the paper", "figures", [_picture(pictures, number) for number in FIGURES if number != CONTROL_FIGURE]
+        ),
         section(
             "Control, with and without",
             "control",
-            [_picture(pictures, HELD), _further(pictures, "control-torque"), *control(results)],
+            [_picture(pictures, CONTROL_FIGURE), _further(pictures, "control-torque"), *control(results)],
         ),
         section(
             "Regular or irregular, beyond the paper",

@@ -9,9 +9,9 @@ import xarray as xr
 
 from scissordyn.errors import ScissordynError
 from scissordyn.paper.cases import PaperCase
-from scissordyn.paper.held import with_contact
+from scissordyn.paper.constrained_contact import with_contact
 from scissordyn.paper.kept import Progress, fetch
-from scissordyn.simulation.hold import hold_contact
+from scissordyn.simulation.constrained_contact import constrain_contact
 from scissordyn.simulation.run import simulate
 
 __all__ = ["compute", "fetch_runs"]
@@ -44,11 +44,11 @@ def compute(case: PaperCase, *, trust: bool = True, member: int = 0) -> xr.Datas
     mechanism = described.mechanism
     if member and case.clearance is not None:
         mechanism = mechanism.replace("A.clearance", case.clearance * (1.0 + member * NEIGHBOUR))
-    simulated = hold_contact(mechanism) if case.held else mechanism
+    simulated = constrain_contact(mechanism) if case.constrained else mechanism
     run = simulate(simulated, **{**described.run.keywords, "trust": trust})
     if run.attrs["status"] != "complete":
         raise ScissordynError(f"run '{case.name}' ({case.choice.words}): {run.attrs['cause']}")
-    return with_contact(run, mechanism) if case.held else run
+    return with_contact(run, mechanism) if case.constrained else run
 
 
 def fetch_runs(

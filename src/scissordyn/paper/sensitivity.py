@@ -116,8 +116,8 @@ def survey(choice: Choice, members: int = PAIR) -> Holds:
     measured: dict[PaperCase, Measures] = {}
     for member in range(members):
         for case in cases:
-            # a held joint meets no impact that could part two neighbours
-            if case.clearance is not None and not (case.held and member):
+            # a constrained contact has no impact, so that neighbouring runs do not diverge
+            if case.clearance is not None and not (case.constrained and member):
                 measured[case] = measure(compute(case, trust=False, member=member), ideal[case.ideal])
         verdicts = [answer(clause, choice, measured) for clause in CLAUSES]
         holds.append([verdict.finding.holds for verdict in verdicts])

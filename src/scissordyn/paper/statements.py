@@ -225,7 +225,7 @@ CLAUSES = (
         "With control journal and bearing stay in contact at 0.7, 0.5, 0.3 and 0.1 mm.",
         "the normal force is positive during the whole run, at each of them",
         "the control is a two-sided constraint, but a joint can only press",
-        findings.held,
+        findings.constrained,
     ),
     Clause(
         "7b",

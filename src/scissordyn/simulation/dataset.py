@@ -217,7 +217,7 @@ def _element_variables(mechanism: Mechanism, found: Record) -> dict[str, Variabl
 
 def _connection_variables(path: Trajectory, found: Record) -> dict[str, Variable]:
     mechanism = path.layout.mechanism
-    thrust, held = connection_forces(path.layout, found)
+    thrust, latch_torque = connection_forces(path.layout, found)
     variables: dict[str, Variable] = {}
     if mechanism.rods:
         names = np.array([rod.name for rod in mechanism.rods])
@@ -230,7 +230,7 @@ def _connection_variables(path: Trajectory, found: Record) -> dict[str, Variable
         variables["rod_length"] = _described(("time", "rod"), length, "m", "length of a rod")
     if mechanism.latches:
         variables["latch"] = ("latch",), np.array([latch.name for latch in mechanism.latches]), {"long_name": "latch"}
-        variables["latch_torque"] = _described(("time", "latch"), held, "N m", "torque of a locked latch on its body")
+        variables["latch_torque"] = _described(("time", "latch"), latch_torque, "N m", "torque of a locked latch on its body")
     return variables
 
 

@@ -24,7 +24,7 @@ class Options:
         End of the simulated time [s].
     start : {"concentric", "in-contact", "static"}
         Journals concentric with their bearings and moving as in the ideal mechanism; resting in contact along the line
-        of the ideal reaction; or in static equilibrium under gravity, springs and loads, the drives held at t = 0.
+        of the ideal reaction; or in static equilibrium under gravity, springs and loads, the drives fixed at t = 0.
     samples : int
         Instants at which the run is recorded, equally spaced; steps and events do not depend on it.
     rtol : float

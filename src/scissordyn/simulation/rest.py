@@ -36,20 +36,20 @@ MOST_GROWTH = 10.0
 
 
 def standing(mechanism: Mechanism) -> Mechanism:
-    """The same mechanism with its drives and prescribed distances held as they are at t = 0, and without friction."""
+    """The same mechanism with its drives and prescribed distances constant at their values of t = 0, and without friction."""
 
-    def held(motion: Motion, start: float) -> Motion:
+    def constant(motion: Motion, start: float) -> Motion:
         return Polynomial((start if isinstance(motion, ConstantSpeed) else course_start(motion),))
 
     return dataclasses.replace(
         mechanism,
         drives=tuple(
-            dataclasses.replace(drive, motion=held(drive.motion, mechanism.body(drive.body).angle))
+            dataclasses.replace(drive, motion=constant(drive.motion, mechanism.body(drive.body).angle))
             for drive in mechanism.drives
         ),
         joints=tuple(_slippery(joint) for joint in mechanism.joints),
         guides=tuple(_slippery(guide) for guide in mechanism.guides),
-        rods=tuple(dataclasses.replace(rod, motion=rod.motion and held(rod.motion, 0.0)) for rod in mechanism.rods),
+        rods=tuple(dataclasses.replace(rod, motion=rod.motion and constant(rod.motion, 0.0)) for rod in mechanism.rods),
     )
 
 

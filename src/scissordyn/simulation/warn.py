@@ -47,8 +47,8 @@ def run_warnings(mechanism: Mechanism, run: xr.Dataset, still: tuple[str, ...]) 
         if rod.tension_only and np.min(force, initial=0.0) < 0.0:
             first, worst = int(np.argmax(force < 0.0)), int(np.argmin(force))
             found.append(
-                f"joint '{rod.name}': contact would have to pull from t = {run['time'].values[first]:.6g} s on (N falls to "
-                f"{force[worst]:.6g} N at t = {run['time'].values[worst]:.6g} s); the held contact is not possible there"
+                f"joint '{rod.name}': negative normal force from t = {run['time'].values[first]:.6g} s on (N falls to "
+                f"{force[worst]:.6g} N at t = {run['time'].values[worst]:.6g} s); constrained contact is not possible there"
             )
     found += [
         f"clearance joint '{name}' cannot move: everything else is rigid there, as if it had no clearance" for name in still

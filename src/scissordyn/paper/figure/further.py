@@ -118,7 +118,7 @@ def draw_torques(runs: Mapping[PaperCase, xr.Dataset], controlled: Mapping[Contr
     milli = 1e3 * ideal["time"].values
     for label, case, color in (
         ("concentric start, no control", PaperCase(ARRAY), BLUE),
-        ("contact held", PaperCase(ARRAY, held=True), VERMILION),
+        ("constrained contact", PaperCase(ARRAY, constrained=True), VERMILION),
     ):
         stroke.plot(milli, 1e-3 * runs[case]["drive_torque"].values, color=color, linewidth=LINE, label=label)
     stroke.plot(milli, 1e-3 * ideal["drive_torque"].values, label="ideal joints", **IDEAL)
@@ -126,10 +126,10 @@ def draw_torques(runs: Mapping[PaperCase, xr.Dataset], controlled: Mapping[Contr
     stroke.set_title(f"(a) stroke, {1e3 * ARRAY:g} mm", loc="left", fontsize=NORMAL)
 
     for size, color in zip(CONTROLLED, COLOURS, strict=True):
-        more = runs[PaperCase(size, held=True)]["drive_torque"].values - ideal["drive_torque"].values
+        more = runs[PaperCase(size, constrained=True)]["drive_torque"].values - ideal["drive_torque"].values
         difference.plot(milli, more, color=color, linewidth=LINE, label=f"{1e3 * size:g} mm")
     difference.set(ylabel="torque [N·m]", xlabel="time [ms]")
-    difference.set_title("(b) contact held: torque above that of ideal joints", loc="left", fontsize=NORMAL)
+    difference.set_title("(b) constrained contact: torque above that of ideal joints", loc="left", fontsize=NORMAL)
 
     wanted = controlled[ControlledRun("deployment", "ideal")]
     driven = controlled[ControlledRun("deployment", "prescribed")]

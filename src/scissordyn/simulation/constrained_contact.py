@@ -1,4 +1,4 @@
-"""Continuous contact as a constraint: the control scheme that computes the drive's torque for it."""
+"""Continuous contact as a constraint, and the drive torque that it requires (inverse dynamics)."""
 
 from __future__ import annotations
 
@@ -15,16 +15,16 @@ from scissordyn.model.connection import Rod
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.simulation.start import ideal_reactions
 
-__all__ = ["hold_contact"]
+__all__ = ["constrain_contact"]
 
 
-def hold_contact(mechanism: Mechanism, *, indentation: float = 0.0, direction: float | None = None) -> Mechanism:
-    """A mechanism whose clearance joints are held in contact, at a constant eccentricity e = c + indentation.
+def constrain_contact(mechanism: Mechanism, *, indentation: float = 0.0, direction: float | None = None) -> Mechanism:
+    """The mechanism with its clearance joints constrained to contact, at a constant eccentricity e = c + indentation.
 
-    Each clearance joint becomes a rod of that length from the bearing centre to the journal centre, so that e' and
-    e'' vanish. Simulated with a prescribed drive, its `drive_torque` is the torque that this motion needs, and the tension
-    `rod_force` of the joint's rod is the normal force N. The condition is two-sided, a joint is not: a run warns when N would
-    have to be negative.
+    Each clearance joint becomes a rod of that length from the bearing centre to the journal centre, so that e' and e'' are
+    zero. In a run with a prescribed drive, `drive_torque` is the torque that this motion requires, and the tension `rod_force`
+    of the joint's rod is the normal force N. The constraint is bilateral and the contact unilateral: a run has a warning when N
+    is negative.
 
     Parameters
     ----------
@@ -50,7 +50,7 @@ def hold_contact(mechanism: Mechanism, *, indentation: float = 0.0, direction: f
     """
     if not mechanism.clearance_joints:
         raise InputError(
-            "hold_contact() on a mechanism without clearance joints",
+            "constrain_contact() on a mechanism without clearance joints",
             "a mechanism with clearance joints",
             "mechanism.with_clearance(JOINT, CLEARANCE)",
         )

@@ -51,9 +51,9 @@ def corner(number):
 def test_flying_to_and_fro():
     """Closed form: between frictionless linear surfaces t_n = t_1 + n (2c/v + pi/w), after a push ending before the first."""
     stiffness, push, lasting = 1e8, 40.0, 4e-3
-    course = Force("push", ("block", "centre"), (0.0, push), course=Cycloidal(1.0, 0.0, lasting))
+    force = Force("push", ("block", "centre"), (0.0, push), time_function=Cycloidal(1.0, 0.0, lasting))
     run = simulate(
-        block(elements=(course,), stiffness=Linear(stiffness), damping=NoDamping()), until=0.3, rtol=1e-11, atol=1e-11
+        block(elements=(force,), stiffness=Linear(stiffness), damping=NoDamping()), until=0.3, rtol=1e-11, atol=1e-11
     )
     speed = push * lasting / (2.0 * MASS)
     way = push / MASS * lasting**2 * (1.0 / 3.0 + 1.0 / (4.0 * math.pi**2))

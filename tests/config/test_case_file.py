@@ -22,7 +22,7 @@ from scissordyn.laws.elastic.liu import Liu
 from scissordyn.laws.friction.lugre import LuGre
 from scissordyn.laws.material import STEEL, Material
 from scissordyn.model.clearance import Clearance
-from scissordyn.model.drive import ConstantSpeed, Harmonic, TableMotion
+from scissordyn.model.drive import ConstantSpeed, Harmonic, Tabulated
 from scissordyn.model.guide_clearance import GuideClearance
 from scissordyn.model.linkage import slider_crank
 from scissordyn.model.scissor import scissor
@@ -141,10 +141,10 @@ def test_tables_of_motion_from_file_and_inline_agree(tmp_path: Path) -> None:
     from_file = read_case(written(tmp_path, LEAST + '[drive]\ntable = "motion.csv"\n')).mechanism.drives[0].motion
     text = '[drive]\ntable = { time = "0 10 20 30 40 50 ms", angle = "30 31 34 39 46 55 deg" }\n'
     inline = read_case(written(tmp_path, LEAST + text)).mechanism.drives[0].motion
-    assert isinstance(from_file, TableMotion)
+    assert isinstance(from_file, Tabulated)
     assert from_file == inline
     assert from_file.times[-1] == pytest.approx(0.05, rel=1e-15)
-    assert from_file.angles[0] == pytest.approx(math.pi / 6.0, rel=1e-15)
+    assert from_file.values[0] == pytest.approx(math.pi / 6.0, rel=1e-15)
 
 
 @pytest.mark.parametrize(
@@ -154,7 +154,7 @@ def test_tables_of_motion_from_file_and_inline_agree(tmp_path: Path) -> None:
         ("time [ms], angle [mm]\n0, 30\n", "wrong dimension"),
         ("time [ms], angle [deg]\n0, 30\n1, thirty\n", "line 3 is '1, thirty'"),
         ("time [ms], angle [deg]\n0, 30, 1\n", "line 2"),
-        ("time [ms], angle [deg]\n0, 30\n1, 31\n", "2 times and 2 angles"),
+        ("time [ms], angle [deg]\n0, 30\n1, 31\n", "2 times and 2 values"),
         ("time [ms], angle [deg]\n0 30\n1 31\n2 nan\n3 3\n4 4\n5 5\n", "not finite"),
         ("", "begins with ''"),
     ],

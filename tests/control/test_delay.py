@@ -103,7 +103,7 @@ def test_delayed_feedback_calms_an_oscillator(memory):
     """Closed form: a self-excited oscillator (a complex pair of multipliers) decays at the root of its quasi-polynomial."""
     delay = math.pi / math.sqrt(18.0 / INERTIA)
     law = ExtendedDelayedFeedback(0.5, delay, memory, onset=0.0) if memory else Pyragas(0.5, delay, onset=0.0)
-    free = turning().controlled(UserController(excited), reference=Polynomial((0.0,)), on_course=False)
+    free = turning().controlled(UserController(excited), reference=Polynomial((0.0,)), start_on_reference=False)
     options = {"rtol": 1e-10, "atol": 1e-10, "samples": 4001, "method": "dop853"}
     assert np.abs(sd.simulate(free, until=6.0, **options)["angle"][:, 0].values[-500:]).max() > 0.6
     run = sd.simulate(free.controlled(law), until=20.0, **options)
@@ -123,11 +123,13 @@ def test_odd_number_limitation(gain):
     """Limit: an upright bar has one real multiplier above 1; delayed feedback stabilises it at no gain, plain feedback does."""
     upright = turning(angle=0.5 * math.pi + 1e-3, gravity=9.81)
     reference = Polynomial((0.5 * math.pi,))
-    delayed = upright.controlled(Pyragas(gain, 0.2, "error", onset=0.0), reference=reference, on_course=False)
+    delayed = upright.controlled(Pyragas(gain, 0.2, "error", onset=0.0), reference=reference, start_on_reference=False)
     # on the error y = r - th the torque K [y(t-T) - y] is that on the angle with the gain -K
     left = sd.simulate(delayed, until=8.0, samples=401)
     assert float(np.abs(left["control_error"]).max()) > 0.3
-    controlled = sd.simulate(upright.controlled(PID(10.0, 2.0), reference=reference, on_course=False), until=4.0, samples=401)
+    controlled = sd.simulate(
+        upright.controlled(PID(10.0, 2.0), reference=reference, start_on_reference=False), until=4.0, samples=401
+    )
     assert float(np.abs(controlled["control_error"]).max()) < 2e-3
 
 
@@ -140,7 +142,7 @@ def test_extended_without_memory_is_pyragas():
 
 def test_onset_limit_and_record():
     """Identity: no torque before the onset, none beyond the limit, and S = y + R S(t - T) in what is recorded."""
-    controlled = turning(spin=1.0).controlled(PID(18.0), reference=Polynomial((0.3,)), on_course=False)
+    controlled = turning(spin=1.0).controlled(PID(18.0), reference=Polynomial((0.3,)), start_on_reference=False)
     options = {"until": 2.0, "samples": 201, "rtol": 1e-10, "atol": 1e-10}
     run = sd.simulate(controlled.controlled(ExtendedDelayedFeedback(5.0, 0.25, 0.5, onset=0.5, limit=0.4)), **options)
     torque, t = run["control_torque"][:, 1].values, run["time"].values

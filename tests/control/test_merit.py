@@ -1,4 +1,4 @@
-"""Figures of merit, and what control of contact achieves on the array of the reference."""
+"""Figures of merit, and what control of contact achieves on the clearance_array of the reference."""
 
 import dataclasses
 import math
@@ -14,25 +14,27 @@ from scissordyn.model.element import Force
 from scissordyn.simulation.feed_forward import feed_forward
 
 UNTIL, DURATION, LIMIT = 1.2, 1.0, 770.0
-COURSE = Cycloidal(math.radians(30), math.radians(60), DURATION)
+REFERENCE = Cycloidal(math.radians(30), math.radians(60), DURATION)
 GUST = Force(
     "gust",
     ("slider", "centre"),
     (0.0, -50.0),
-    course=tabulated(lambda t: math.sin(math.pi * (t - 0.6) / 0.2) ** 2 if 0.6 < t < 0.8 else 0.0, until=UNTIL, points=4801),
+    time_function=tabulated(
+        lambda t: math.sin(math.pi * (t - 0.6) / 0.2) ** 2 if 0.6 < t < 0.8 else 0.0, until=UNTIL, points=4801
+    ),
 )
 
 
 @pytest.fixture(scope="module")
-def array():
-    """The array with a clearance joint A and a gust on its slider after half of the way."""
+def clearance_array():
+    """The clearance_array with a clearance joint A and a gust on its slider after half of the way."""
     return dataclasses.replace(sd.scissor(units=2).with_clearance("A", sd.Clearance(5e-4)), elements=(GUST,))
 
 
 @pytest.fixture(scope="module")
-def ideal(array):
-    """The ideal array on its course, without the gust."""
-    return sd.simulate(dataclasses.replace(array.ideal(), elements=()).driven(COURSE), until=UNTIL)
+def ideal(clearance_array):
+    """The ideal clearance_array on the reference motion, without the gust."""
+    return sd.simulate(dataclasses.replace(clearance_array.ideal(), elements=()).driven(REFERENCE), until=UNTIL)
 
 
 def test_ideal_against_itself(ideal):
@@ -56,15 +58,15 @@ def test_share_of_contact(clearance_run):
     assert float(found["peak_force"][0]) == float(clearance_run["peak_force"].max())
 
 
-def test_control_keeps_contact(array, ideal):
+def test_control_keeps_contact(clearance_array, ideal):
     """Limit: from a concentric start, within the torque limit, control lands the joint in a tenth of a drive's time.
 
-    Both keep contact under the gust; fed forward alone the array loses its course.
+    Both keep contact under the gust; with feed-forward alone the clearance_array deviates from the reference.
     """
-    driven = figures_of_merit(sd.simulate(array.driven(COURSE), until=UNTIL), ideal)
-    torque = feed_forward(array, COURSE, until=UNTIL)
+    driven = figures_of_merit(sd.simulate(clearance_array.driven(REFERENCE), until=UNTIL), ideal)
+    torque = feed_forward(clearance_array, REFERENCE, until=UNTIL)
     laws = FeedForward(2e4, 1500.0, limit=LIMIT, ramp=0.02), FeedForward(limit=LIMIT)
-    runs = [sd.simulate(array.controlled(law, reference=COURSE, feed_forward=torque), until=UNTIL) for law in laws]
+    runs = [sd.simulate(clearance_array.controlled(law, reference=REFERENCE, feed_forward=torque), until=UNTIL) for law in laws]
     closed, opened = (figures_of_merit(run, ideal) for run in runs)
     assert float(driven["kept_from"][0]) > 0.5
     assert float(closed["kept_from"][0]) < 0.1

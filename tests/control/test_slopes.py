@@ -17,16 +17,18 @@ from scissordyn.mechanics.start import assemble
 from scissordyn.mechanics.system import build_system
 from scissordyn.model.drive import Harmonic, Polynomial
 
-COURSE = Harmonic(mean=0.5, amplitude=0.3, frequency=20.0, phase=0.2)
+REFERENCE = Harmonic(mean=0.5, amplitude=0.3, frequency=20.0, phase=0.2)
 TIME = 0.3
 
 
 def controlled_state(laws):
-    """An array with controllers away from its course, at a time when a history lies behind it."""
+    """An array with controllers, away from its reference and with a delay history."""
     arm = sd.scissor(units=2, angle=0.5)
     for law in laws:
         feeds = Polynomial((3.0, 40.0, -200.0)) if law.feeds else None
-        arm = arm.controlled(law, reference=COURSE, feed_forward=feeds, sensor=("slider", "centre"), on_course=False)
+        arm = arm.controlled(
+            law, reference=REFERENCE, feed_forward=feeds, sensor=("slider", "centre"), start_on_reference=False
+        )
     layout = lay_out(arm)
     system = build_system(layout)
     handle, start = Handle(system), assemble(layout, system)

@@ -1,4 +1,4 @@
-"""Actuators and the controllers that follow a course, against closed forms and second descriptions of the same torque."""
+"""Actuators and tracking controllers, against closed forms and second descriptions of the same torque."""
 
 import math
 
@@ -39,7 +39,7 @@ def balanced(run, bound=1e-9):
 @pytest.mark.parametrize("method", ["dop853", "rodas5p"])
 def test_proportional_derivative(method):
     """Closed form: with PD feedback a free bar is a damped oscillator about the reference."""
-    controlled = hanging().controlled(PID(30.0, 0.9), reference=Polynomial((0.5,)), on_course=False)
+    controlled = hanging().controlled(PID(30.0, 0.9), reference=Polynomial((0.5,)), start_on_reference=False)
     run = sd.simulate(controlled, until=2.0, method=method, **TIGHT)
     decay = 0.9 / (2.0 * INERTIA)
     swing, t = math.sqrt(30.0 / INERTIA - decay**2), run["time"].values
@@ -60,7 +60,9 @@ def test_moving_reference():
 def test_error_is_wrapped():
     """Identity: a reference a whole turn away is the same reference."""
     runs = [
-        sd.simulate(hanging().controlled(PID(30.0, 0.9), reference=Polynomial((a,)), on_course=False), until=1.0, **TIGHT)
+        sd.simulate(
+            hanging().controlled(PID(30.0, 0.9), reference=Polynomial((a,)), start_on_reference=False), until=1.0, **TIGHT
+        )
         for a in (0.5, 0.5 + 2.0 * math.pi)
     ]
     assert np.allclose(runs[0]["angle"], runs[1]["angle"], atol=1e-9)
@@ -84,7 +86,7 @@ def test_integral_removes_the_error(method):
 def test_limit_is_exact():
     """Closed form: at its limit an actuator turns the bar evenly."""
     run = sd.simulate(
-        hanging().controlled(PID(1e4, limit=0.9), reference=Polynomial((2.5,)), on_course=False), until=1.0, **TIGHT
+        hanging().controlled(PID(1e4, limit=0.9), reference=Polynomial((2.5,)), start_on_reference=False), until=1.0, **TIGHT
     )
     assert np.allclose(run["angle"][:, 0], 0.3 + run["time"] ** 2, atol=1e-9)
     assert np.all(run["control_torque"] == 0.9)
@@ -92,7 +94,7 @@ def test_limit_is_exact():
 
 def test_ramp_is_exact():
     """Closed form: while the limit rises in proportion to time, the angle grows with the third power of time."""
-    ramped = hanging().controlled(PID(1e4, limit=2.7, ramp=1.0), reference=Polynomial((2.5,)), on_course=False)
+    ramped = hanging().controlled(PID(1e4, limit=2.7, ramp=1.0), reference=Polynomial((2.5,)), start_on_reference=False)
     run = sd.simulate(ramped, until=0.9, **TIGHT)
     assert np.allclose(run["angle"][:, 0], 0.3 + run["time"] ** 3, atol=1e-9)
 
@@ -102,7 +104,7 @@ def test_integral_does_not_wind_up():
     wall = TorsionSpring("wall", "rod", stiffness=1e6, free_angle=0.3, damping=1e3)
     run = sd.simulate(
         hanging(wall).controlled(
-            PID(1.0, 0.0, 50.0, limit=2.0, tracking_time=0.01), reference=Polynomial((1.3,)), on_course=False
+            PID(1.0, 0.0, 50.0, limit=2.0, tracking_time=0.01), reference=Polynomial((1.3,)), start_on_reference=False
         ),
         until=0.5,
         method="rodas5p",
@@ -145,7 +147,7 @@ def test_actuators_add_up():
 def test_rotor_counts():
     """Closed form: the rotor's inertia is added to the bar's."""
     run = sd.simulate(
-        hanging().controlled(PID(1e4, limit=0.9), reference=Polynomial((2.5,)), on_course=False, inertia=0.45),
+        hanging().controlled(PID(1e4, limit=0.9), reference=Polynomial((2.5,)), start_on_reference=False, inertia=0.45),
         until=1.0,
         **TIGHT,
     )
@@ -160,11 +162,11 @@ def test_no_control_is_no_torque():
 
 
 def test_feed_forward_is_the_drive():
-    """Cross-check: the torque that a drive needs, fed forward, moves the ideal array along the same course."""
-    arm, course = sd.scissor(units=2), Cycloidal(math.radians(30), math.radians(60), 0.5)
-    torque = feed_forward(arm, course, until=0.5)
-    driven = sd.simulate(arm.driven(course), until=0.5, **TIGHT)
-    fed = sd.simulate(arm.controlled(FeedForward(), reference=course, feed_forward=torque), until=0.5, **TIGHT)
+    """Cross-check: the torque of a drive as feed-forward moves the ideal array along the same motion."""
+    arm, reference = sd.scissor(units=2), Cycloidal(math.radians(30), math.radians(60), 0.5)
+    torque = feed_forward(arm, reference, until=0.5)
+    driven = sd.simulate(arm.driven(reference), until=0.5, **TIGHT)
+    fed = sd.simulate(arm.controlled(FeedForward(), reference=reference, feed_forward=torque), until=0.5, **TIGHT)
     assert np.allclose(driven["angle"], fed["angle"], atol=1e-8)
     assert np.allclose(driven["drive_torque"], fed["control_torque"][:, 0], rtol=1e-8, atol=1e-6)
     assert balanced(fed)
@@ -178,13 +180,15 @@ def steer(t, angle, speed, acceleration, error, measured, x, y, rate_x, rate_y, 
 
 def test_user_controller():
     """Cross-check: a user's function for the same torque gives an array with clearance the same motion as the built-in one."""
-    arm, course = (
+    arm, reference = (
         sd.scissor(units=2).with_clearance("A", sd.Clearance(5e-4)),
         Cycloidal(math.radians(30), math.radians(60), 1.0),
     )
-    torque = feed_forward(arm, course, until=0.02)
+    torque = feed_forward(arm, reference, until=0.02)
     chosen = FeedForward(2e4, 1500.0, landing=300.0), UserController(steer, (2e4, 1500.0, 300.0))
-    runs = [sd.simulate(arm.controlled(law, reference=course, feed_forward=torque, sensor="A"), until=0.02) for law in chosen]
+    runs = [
+        sd.simulate(arm.controlled(law, reference=reference, feed_forward=torque, sensor="A"), until=0.02) for law in chosen
+    ]
     assert runs[0].sizes["contact"] >= 2
     assert np.allclose(runs[0]["contact_start"], runs[1]["contact_start"], rtol=1e-9)
     assert np.allclose(runs[0]["control_torque"], runs[1]["control_torque"], rtol=1e-8)
@@ -193,13 +197,13 @@ def test_user_controller():
 @pytest.mark.parametrize("friction", [sd.NoFriction(), sd.LuGre(0.05)])
 def test_books_close_with_everything(friction):
     """Identity: energy is kept account of with feedback, integral, landing, limit and contacts together."""
-    arm, course = (
+    arm, reference = (
         sd.scissor(units=2).with_clearance("A", sd.Clearance(5e-4, friction=friction)),
         Cycloidal(math.radians(30), 1.0, 1.0),
     )
     law = FeedForward(2e4, 1500.0, 1e5, limit=600.0, ramp=0.01, landing=-300.0)
-    torque = feed_forward(arm, course, until=0.04)
-    run = sd.simulate(arm.controlled(law, reference=course, feed_forward=torque, sensor="A"), until=0.04)
+    torque = feed_forward(arm, reference, until=0.04)
+    run = sd.simulate(arm.controlled(law, reference=reference, feed_forward=torque, sensor="A"), until=0.04)
     assert run.attrs["status"] == "complete"
     assert run.sizes["contact"] > 2
     assert balanced(run, 1e-6)

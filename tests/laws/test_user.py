@@ -47,7 +47,7 @@ def shallow(indentation):
 
 
 def test_elastic_is_the_built_in_one():
-    """Cross-check: Hertz's law as a user's function gives Hertz's impact, the whole course of it."""
+    """Cross-check: Hertz's law as a user's function gives the time history of Hertz's impact."""
     stiffness = Hertz().parameters(JOINT)[0]
     own, built_in, damping = UserElastic(spring, (stiffness, 1.5)), Hertz(), Flores(0.7)
     found = [

@@ -8,7 +8,7 @@ import pytest
 import scissordyn as sd
 from scissordyn.mechanics.motion import course_at, motion_rows
 from scissordyn.model.connection import Weld
-from scissordyn.model.drive import ConstantSpeed, Cycloidal, Harmonic, Polynomial, TableMotion, Trapezoidal
+from scissordyn.model.drive import ConstantSpeed, Cycloidal, Harmonic, Polynomial, Tabulated, Trapezoidal
 from scissordyn.model.element import Force, Motor, Spring, Torque, TorsionSpring
 from scissordyn.model.mechanism import Mechanism
 
@@ -72,7 +72,7 @@ def test_constant_torque_and_course():
     """Closed form: a torque spins the bar up evenly; with a course in t it does so as t^2/2."""
     steady = sd.simulate(hanging(Torque("push", "rod", 0.9)), until=1.0, **TIGHT)
     assert np.allclose(steady["angular_velocity"][:, 0], 2.0 * steady["time"], atol=1e-9)
-    growing = sd.simulate(hanging(Torque("push", "rod", 0.9, course=Polynomial((0.0, 1.0)))), until=1.0, **TIGHT)
+    growing = sd.simulate(hanging(Torque("push", "rod", 0.9, time_function=Polynomial((0.0, 1.0)))), until=1.0, **TIGHT)
     assert np.allclose(growing["angular_velocity"][:, 0], growing["time"] ** 2, atol=1e-9)
     assert balanced(steady)
     assert balanced(growing)
@@ -85,7 +85,7 @@ def test_forces_follow_or_stay(method):
     run = sd.simulate(hanging(across), until=1.0, method=method, **TIGHT)
     assert np.allclose(run["angular_velocity"][:, 0], run["time"], atol=1e-8)
     ball = sd.point_mass("ball", mass=2.0)
-    pull = Force("pull", ("ball", "centre"), (4.0, 0.0), course=Harmonic(0.0, 1.0, 3.0))
+    pull = Force("pull", ("ball", "centre"), (4.0, 0.0), time_function=Harmonic(0.0, 1.0, 3.0))
     thrown = sd.simulate(Mechanism((ball,), elements=(pull,), gravity=9.81), until=1.0, method=method, **TIGHT)
     exact = (2.0 / 3.0) * (1.0 - np.cos(3.0 * thrown["time"]))
     assert np.allclose(thrown["velocity"][:, 0, 0], exact, atol=1e-8)
@@ -142,7 +142,7 @@ MOTIONS = [
     Polynomial((0.1, -0.2, 0.3, 0.4, -0.5, 0.6)),
     Cycloidal(0.2, 1.4, 0.8),
     Trapezoidal(0.2, 1.4, 0.8, 0.3),
-    TableMotion(tuple(np.linspace(0, 1, 31)), tuple(np.sin(3 * np.linspace(0, 1, 31)))),
+    Tabulated(tuple(np.linspace(0, 1, 31)), tuple(np.sin(3 * np.linspace(0, 1, 31)))),
 ]
 
 

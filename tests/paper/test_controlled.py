@@ -1,4 +1,4 @@
-"""Courses under control."""
+"""Controlled manoeuvres."""
 
 import numpy as np
 import pytest
@@ -20,7 +20,7 @@ from scissordyn.paper.controlled import (
 def test_names_and_mechanisms_are_distinct():
     """Identity: no run overwrites another one's file, and what is kept tells them apart."""
     assert len({job.name for job in CONTROLLED_RUNS}) == len(CONTROLLED_RUNS)
-    assert len({(job.course, job.toml) for job in CONTROLLED_RUNS}) == len(CONTROLLED_RUNS)
+    assert len({(job.manoeuvre, job.toml) for job in CONTROLLED_RUNS}) == len(CONTROLLED_RUNS)
     for job in CONTROLLED_RUNS:
         names = [joint.name for joint in job.mechanism().clearance_joints]
         assert names == ([] if job.scheme == "ideal" else ["A"])

@@ -51,8 +51,8 @@ def report(runs, runs_folder):
         patch.setattr(module, "fetch_sensitivity", surveyed)
         for name, count in SHORT.items():
             patch.setattr(periodic, name, count)
-        short = dataclasses.replace(controlled.COURSES["periodic"], until=2.0, samples=1001, after=0.5)
-        patch.setitem(controlled.COURSES, "periodic", short)
+        short = dataclasses.replace(controlled.MANOEUVRES["periodic"], until=2.0, samples=1001, after=0.5)
+        patch.setitem(controlled.MANOEUVRES, "periodic", short)
         yield reproduce(runs_folder.parent, workers=1)
 
 

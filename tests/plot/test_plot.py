@@ -298,7 +298,7 @@ def test_magnified_joint(run: xr.Dataset, arm: Mechanism) -> None:
     assert bearing.radius == 1.0 + GAP
     assert away == pytest.approx(GAP * (1.0 + run["indentation"].sel(joint="A").values[sample] / CLEARANCE), rel=1e-12)
     assert journal.get_edgecolor() == to_rgba(VERMILION)
-    assert axes.get_title() == "A: contact\ngap drawn 7×"
+    assert axes.get_title() == "A: contact\nclearance magnified 7 times"
     flying = magnified(run, arm, 0, "A", axes=Figure().subplots())
     assert flying.patches[1].get_edgecolor() == to_rgba(SKY)
     with pytest.raises(InputError, match="joint 'O'"):

@@ -10,16 +10,16 @@ import numpy as np
 
 from reference.marching import ClearanceJoint, Load, Relative
 
-Motion = Callable[[float], tuple[float, float, float]]
+TimeFunction = Callable[[float], tuple[float, float, float]]
 """Angle [rad], angular velocity and angular acceleration at a time."""
 
 
-def constant_speed(angle: float, speed: float) -> Motion:
+def constant_speed(angle: float, speed: float) -> TimeFunction:
     """theta_0 + w t."""
     return lambda t: (angle + speed * t, speed, 0.0)
 
 
-def harmonic(mean: float, amplitude: float, frequency: float) -> Motion:
+def harmonic(mean: float, amplitude: float, frequency: float) -> TimeFunction:
     """theta_m + theta_a sin(W t)."""
 
     def motion(t: float) -> tuple[float, float, float]:
@@ -42,7 +42,7 @@ class Array:
     Parameters
     ----------
     joint : ClearanceJoint
-    motion : Motion
+    motion : TimeFunction
         th_1.
     units : int
     reading : {"A", "B"}
@@ -53,7 +53,7 @@ class Array:
     """
 
     joint: ClearanceJoint
-    motion: Motion
+    motion: TimeFunction
     units: int = 2
     reading: str = "A"
     length: float = 2.0

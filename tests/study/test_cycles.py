@@ -7,7 +7,7 @@ import pytest
 import xarray as xr
 
 from scissordyn.errors import InputError
-from scissordyn.model.drive import Harmonic, TableMotion
+from scissordyn.model.drive import Harmonic, Tabulated
 from scissordyn.simulation.cycles import cycle
 from scissordyn.simulation.run import simulate
 from scissordyn.simulation.store import load, save
@@ -139,7 +139,7 @@ def test_ideal_mechanism(swinging):
 def test_what_cannot_be_used(swinging, knocking, rubbing):
     """Identity: one-line errors."""
     ideal = cycle(swinging, cycles=1)
-    table = TableMotion(tuple(0.1 * k for k in range(7)), tuple(0.7 + 0.01 * k for k in range(7)))
+    table = Tabulated(tuple(0.1 * k for k in range(7)), tuple(0.7 + 0.01 * k for k in range(7)))
     two = swinging.driven(Harmonic(-0.7, 0.1, 10.0), body="unit 1/bar 2")
     assert drive_period(swinging) == pytest.approx(PERIOD, rel=1e-15)
     for call, words in (

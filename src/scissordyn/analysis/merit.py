@@ -21,7 +21,7 @@ def figures_of_merit(run: xr.Dataset, ideal: xr.Dataset, *, after: float = 0.0) 
     run : Dataset
         Of a mechanism with clearance joints, driven or controlled.
     ideal : Dataset
-        Of the ideal mechanism along the course that was wanted, over the same time.
+        Of the ideal mechanism on the reference motion, over the same time.
     after : float
         Only what happens from then on counts [s].
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 if TYPE_CHECKING:
-    from scissordyn.model.drive import Motion
+    from scissordyn.model.drive import TimeFunction
 
 __all__ = ["check"]
 
@@ -55,13 +55,13 @@ def check(
     return 0
 
 
-def _in_words(motion: Motion) -> str:
+def _in_words(motion: TimeFunction) -> str:
     from scissordyn.config.quantity import written
-    from scissordyn.model.drive import ConstantSpeed, Polynomial, TableMotion
+    from scissordyn.model.drive import ConstantSpeed, Polynomial, Tabulated
     from scissordyn.units import quantities
 
     kind: type = type(motion)
-    if isinstance(motion, TableMotion):
+    if isinstance(motion, Tabulated):
         return f"a table of {len(motion.times)} instants from {1e3 * motion.times[0]:g} to {1e3 * motion.times[-1]:g} ms"
     if isinstance(motion, Polynomial):
         return f"a polynomial of degree {len(motion.coefficients) - 1}"

@@ -9,11 +9,11 @@ from pydantic import Field, PlainValidator, TypeAdapter, ValidationInfo
 
 from scissordyn.config.clearance import ClearanceTable, GuideClearanceTable
 from scissordyn.config.control import ControlTable
-from scissordyn.config.motion import DriveTable
 from scissordyn.config.part import PARTS, assembled
 from scissordyn.config.payload import PanelsTable, PayloadTable
 from scissordyn.config.structure import STRUCTURE, StructureTable
 from scissordyn.config.table import Table, described, located
+from scissordyn.config.time_function import DriveTable
 from scissordyn.errors import InputError
 from scissordyn.model.body import Body, Point
 from scissordyn.model.connection import Latch, Rod, Weld

@@ -8,13 +8,13 @@ from typing import Annotated, Any
 
 from pydantic import Field, PlainValidator, ValidationInfo
 
-from scissordyn.config.motion import COURSE, DISTANCE, REACH
 from scissordyn.config.quantity import read_numbers
 from scissordyn.config.table import Hints, Table, described, located, table_of
+from scissordyn.config.time_function import DISTANCE, REACH, TIME_FUNCTION
 from scissordyn.errors import InputError, did_you_mean
 from scissordyn.model.body import GROUND, Body, Point, bar
 from scissordyn.model.connection import Latch, Rod, Weld
-from scissordyn.model.drive import Motion
+from scissordyn.model.drive import TimeFunction
 from scissordyn.model.element import AngleStop, Force, Motor, Spring, Torque, TorsionSpring, TravelStop
 from scissordyn.model.joint import BodyPoint, Guide, Revolute
 from scissordyn.model.mechanism import Mechanism
@@ -175,7 +175,9 @@ _BODIES: Hints = (
     ("body", Annotated[str, Field(description="the body that it acts on")]),
     ("base", Annotated[str, Field(description="the body that it acts against")]),
 )
-_COURSE: Hints = (("course", Annotated[Motion | None, COURSE, Field(description="a factor over time, 1 without it")]),)
+_TIME_FUNCTION: Hints = (
+    ("time_function", Annotated[TimeFunction | None, TIME_FUNCTION, Field(description="a factor over time, 1 without it")]),
+)
 _FADE = {"cycloidal": {"start": 0, "end": 1, "duration": "2 s"}}
 
 
@@ -225,7 +227,10 @@ PARTS: Mapping[str, Part] = {
         Rod,
         "rods",
         "a massless rigid rod between two points, or a drive of their distance",
-        (*_ENDS, ("motion", Annotated[Motion | None, DISTANCE, Field(description="the distance over time, without a length")])),
+        (
+            *_ENDS,
+            ("motion", Annotated[TimeFunction | None, DISTANCE, Field(description="the distance over time, without a length")]),
+        ),
         name="jack",
         start="ground.O",
         end="rod.middle",
@@ -268,21 +273,26 @@ PARTS: Mapping[str, Part] = {
         Force,
         "elements",
         "a force on a point",
-        (*_NAME, ("point", _REFERENCE), ("force", Annotated[Point, pair("N"), Field(description="its components")]), *_COURSE),
+        (
+            *_NAME,
+            ("point", _REFERENCE),
+            ("force", Annotated[Point, pair("N"), Field(description="its components")]),
+            *_TIME_FUNCTION,
+        ),
         name="load",
         point="rod.middle",
         force="0, -10 N",
-        course=_FADE,
+        time_function=_FADE,
     ),
     "torque": _part(
         Torque,
         "elements",
         "a torque on a body",
-        (*_BODIES, *_COURSE),
+        (*_BODIES, *_TIME_FUNCTION),
         name="torque",
         body="crank",
         torque="1 N m",
-        course=_FADE,
+        time_function=_FADE,
     ),
     "angle_stop": _part(
         AngleStop,

@@ -7,12 +7,12 @@ from typing import Any, get_args
 
 from scissordyn.config.case import CaseTable, Run
 from scissordyn.config.clearance import ClearanceTable, GuideClearanceTable
-from scissordyn.config.motion import DriveTable
 from scissordyn.config.part import ELEMENTS, PARTS
 from scissordyn.config.payload import PanelsTable, PayloadTable
 from scissordyn.config.starter import STARTERS
 from scissordyn.config.structure import STRUCTURES
 from scissordyn.config.table import Table, key_help, key_sample, quantity_of, table_of, toml
+from scissordyn.config.time_function import DriveTable
 from scissordyn.errors import InputError, did_you_mean
 
 __all__ = ["TEMPLATES", "template"]

@@ -35,7 +35,7 @@ SIGNALS = (
     "delayed",
     "feed_forward",
 )
-"""Reference course [rad, rad/s, rad/s^2]; reference less measured angle, in (-pi, pi]; measured speed; the sensor's vector [m]
+"""Reference motion [rad, rad/s, rad/s^2]; reference less measured angle, in (-pi, pi]; measured speed; the sensor's vector [m]
 and its rate [m/s]; the recorded signal one delay ago; the feed-forward torque [N m]."""
 
 REFERENCE, ERROR, SPEED, SENSOR, DELAYED, FEED_FORWARD = 0, 3, 4, 5, 9, 10

@@ -16,7 +16,7 @@ __all__ = ["Impact", "impact", "table_row"]
 
 @dataclass(frozen=True)
 class Impact:
-    """The course of one impact.
+    """Time history of one impact.
 
     Parameters
     ----------
@@ -59,7 +59,7 @@ def impact(
     speed : float
         delta' at the touch [m/s].
     samples : int
-        Points of the course, evenly in time.
+        Number of instants, at equal distances.
 
     Returns
     -------

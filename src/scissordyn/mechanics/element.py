@@ -329,9 +329,9 @@ def courses(layout: Layout, first: int) -> tuple[np.ndarray, np.ndarray, list[np
             if element.feed_forward is not None:
                 feed[i] = first + len(pieces)
                 pieces.append(motion_rows(element.feed_forward, 0.0))
-        elif isinstance(element, Force | Torque) and element.course is not None:
+        elif isinstance(element, Force | Torque) and element.time_function is not None:
             index[i] = first + len(pieces)
-            pieces.append(motion_rows(element.course, 0.0))
+            pieces.append(motion_rows(element.time_function, 0.0))
     return index, feed, pieces
 
 

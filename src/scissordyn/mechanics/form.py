@@ -10,7 +10,7 @@ import scipy.sparse as sp
 
 from scissordyn.mechanics.elimination import Expression
 from scissordyn.model.body import GROUND, Point
-from scissordyn.model.drive import Motion
+from scissordyn.model.drive import TimeFunction
 from scissordyn.model.joint import BodyPoint
 from scissordyn.model.mechanism import Mechanism
 
@@ -43,7 +43,7 @@ class Condition:
         At t = 0.
     name : str
         Of the link or latch that the condition stands for.
-    motion : Motion, optional
+    motion : TimeFunction, optional
         Course of the length sqrt(2 level) of a link over time.
     latch : bool
         Whether the condition holds only once the latch has locked.
@@ -56,7 +56,7 @@ class Condition:
     parts: tuple[tuple[float, Form], ...]
     level: float
     name: str = ""
-    motion: Motion | None = None
+    motion: TimeFunction | None = None
     latch: bool = False
     subject: str = ""
     bodies: tuple[str, ...] = ()

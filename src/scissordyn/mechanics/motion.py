@@ -10,7 +10,7 @@ import math
 import numpy as np
 
 from scissordyn.jit import kernel
-from scissordyn.model.drive import ConstantSpeed, Cycloidal, Harmonic, Motion, Polynomial, TableMotion, Trapezoidal
+from scissordyn.model.drive import ConstantSpeed, Cycloidal, Harmonic, Polynomial, Tabulated, TimeFunction, Trapezoidal
 
 __all__ = ["COLUMNS", "course_at", "course_start", "motion_rows", "prescribe"]
 
@@ -18,12 +18,12 @@ COLUMNS = 10
 """Width of a piece: instant, six coefficients from the highest power down, then amplitude, frequency, phase of the sine."""
 
 
-def motion_rows(motion: Motion, start: float) -> np.ndarray:
+def motion_rows(motion: TimeFunction, start: float) -> np.ndarray:
     """The pieces of a motion.
 
     Parameters
     ----------
-    motion : Motion
+    motion : TimeFunction
     start : float
         Value at t = 0 of a motion that only has a speed [rad].
 
@@ -53,10 +53,10 @@ def motion_rows(motion: Motion, start: float) -> np.ndarray:
                 (duration - ramps, (after - moved, speed, -bend)),
                 (duration, (after,)),
             )
-        case TableMotion():
+        case Tabulated():
             from scipy.interpolate import PPoly, make_interp_spline  # a third of a second that others need not wait for
 
-            spline = PPoly.from_spline(make_interp_spline(motion.times, motion.angles, k=5).tck)
+            spline = PPoly.from_spline(make_interp_spline(motion.times, motion.values, k=5).tck)
             inside = np.flatnonzero(np.diff(spline.x) > 0.0)
             rows = np.zeros((inside.size, COLUMNS))
             rows[:, 0] = spline.x[inside]
@@ -108,7 +108,7 @@ def course_at(t, rows, value):
     value[0], value[1], value[2], value[3] = v0, v1, v2, v3
 
 
-def course_start(motion: Motion, start: float = 0.0) -> float:
+def course_start(motion: TimeFunction, start: float = 0.0) -> float:
     """Value of a course at t = 0; `start` is that of a motion that only has a speed."""
     value = np.zeros(4)
     course_at(0.0, motion_rows(motion, start), value)

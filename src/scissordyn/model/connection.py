@@ -7,7 +7,7 @@ from typing import Annotated
 
 from scissordyn.errors import InputError
 from scissordyn.model.body import GROUND
-from scissordyn.model.drive import Motion
+from scissordyn.model.drive import TimeFunction
 from scissordyn.model.joint import BodyPoint
 from scissordyn.units import Quantity, check_quantities
 
@@ -44,7 +44,7 @@ class Rod:
         Body and point; one body may be "ground".
     length : float, optional
         Distance of the points [m]; as placed if neither length nor motion is given.
-    motion : Motion, optional
+    motion : TimeFunction, optional
         The prescribed distance over time [m].
     direction : float, optional
         Direction from start to end at t = 0 [rad], at which both points then start without turning about each other; as
@@ -58,7 +58,7 @@ class Rod:
     start: BodyPoint
     end: BodyPoint
     length: Annotated[float | None, Quantity("m", above=0.0, help="distance of the points")] = None
-    motion: Motion | None = None
+    motion: TimeFunction | None = None
     direction: Annotated[float | None, Quantity("rad", help="direction from start to end at t = 0")] = None
     tension_only: bool = False
 

@@ -10,7 +10,7 @@ from scissordyn.control.controller import Controller
 from scissordyn.errors import InputError
 from scissordyn.laws.damping.flores import Flores
 from scissordyn.model.body import GROUND, Point
-from scissordyn.model.drive import Motion
+from scissordyn.model.drive import TimeFunction
 from scissordyn.model.joint import BodyPoint
 from scissordyn.units import Quantity, check_quantities
 
@@ -107,7 +107,7 @@ class Force:
         Components [N]; along the body's axes if the force follows it.
     follows : bool
         Whether it turns with the body.
-    course : Motion, optional
+    time_function : TimeFunction, optional
         A factor over time; 1 if not given.
     """
 
@@ -115,7 +115,7 @@ class Force:
     point: BodyPoint
     force: Point
     follows: bool = False
-    course: Motion | None = None
+    time_function: TimeFunction | None = None
 
     def __post_init__(self) -> None:
         if len(self.force) != 2 or not all(math.isfinite(part) for part in self.force):
@@ -135,7 +135,7 @@ class Torque:
         The base may be "ground".
     torque : float
         [N m]
-    course : Motion, optional
+    time_function : TimeFunction, optional
         A factor over time; 1 if not given.
     """
 
@@ -143,7 +143,7 @@ class Torque:
     body: str
     torque: Annotated[float, Quantity("N m", help="torque")]
     base: str = GROUND
-    course: Motion | None = None
+    time_function: TimeFunction | None = None
 
     def __post_init__(self) -> None:
         check_quantities(self, f"torque '{self.name}'")
@@ -186,8 +186,8 @@ class Motor:
 class Actuator:
     """A torque on a body against its base that a controller chooses from what it senses.
 
-    The controller is told the reference course, the angle and speed of the body against its base, and, if there is a sensor,
-    the vector to it from its origin.
+    Input of the controller are the reference motion, the angle and speed of the body against its base, and, with a sensor, the
+    vector from its origin to it.
 
     Parameters
     ----------
@@ -195,9 +195,9 @@ class Actuator:
     body, base : str
         The base may be "ground".
     controller : Controller
-    reference : Motion, optional
+    reference : TimeFunction, optional
         The angle wanted over time [rad]; the one at the start if not given.
-    feed_forward : Motion, optional
+    feed_forward : TimeFunction, optional
         A torque over time that the controller may add [N m].
     sensor : (str, str), optional
         Body and point whose place is sensed.
@@ -205,7 +205,7 @@ class Actuator:
         Body and point that it is sensed from; the origin of the fixed frame if not given.
     inertia : float
         Of the rotor, turning with the body [kg m^2].
-    on_course : bool
+    start_on_reference : bool
         Whether the body starts at the angle and speed of the reference rather than as it was placed.
 
     Raises
@@ -218,12 +218,12 @@ class Actuator:
     body: str
     controller: Controller
     base: str = GROUND
-    reference: Motion | None = None
-    feed_forward: Motion | None = None
+    reference: TimeFunction | None = None
+    feed_forward: TimeFunction | None = None
     sensor: BodyPoint | None = None
     sensor_origin: BodyPoint | None = None
     inertia: Annotated[float, Quantity("kg m^2", minimum=0.0, help="moment of inertia of the rotor")] = 0.0
-    on_course: bool = False
+    start_on_reference: bool = False
 
     def __post_init__(self) -> None:
         check_quantities(self)
@@ -235,8 +235,8 @@ class Actuator:
             raise InputError(f"{what}, which makes no use of a feed-forward torque", "the controller 'feed-forward'")
         if self.sensor is None and (self.controller.senses or self.sensor_origin is not None):
             raise InputError(f"{what} without a sensor", "sensor=(BODY, POINT)")
-        if self.on_course and (self.base != GROUND or self.reference is None):
-            raise InputError(f"actuator '{self.name}' starts on course", "a reference, and the ground as the base")
+        if self.start_on_reference and (self.base != GROUND or self.reference is None):
+            raise InputError(f"actuator '{self.name}' with start_on_reference", "a reference, and the ground as the base")
 
 
 @dataclass(frozen=True)

@@ -15,7 +15,7 @@ from scissordyn.model.body import GROUND, Body, Point
 from scissordyn.model.check import check_parts
 from scissordyn.model.clearance import Clearance
 from scissordyn.model.connection import Latch, Rod, Weld
-from scissordyn.model.drive import ConstantSpeed, Drive, Motion
+from scissordyn.model.drive import ConstantSpeed, Drive, TimeFunction
 from scissordyn.model.element import Actuator, Element
 from scissordyn.model.guide_clearance import ContactPoint, GuideClearance, block_contact_points
 from scissordyn.model.joint import BodyPoint, Guide, Revolute
@@ -175,12 +175,12 @@ class Mechanism:
         tight = self._with_joints(dataclasses.replace(self.joint(name), clearance=None) for name in names)
         return tight._with_guides(dataclasses.replace(guide, clearance=None) for guide in guides)
 
-    def driven(self, motion: Motion | None = None, *, speed: float | None = None, body: str = "") -> Mechanism:
+    def driven(self, motion: TimeFunction | None = None, *, speed: float | None = None, body: str = "") -> Mechanism:
         """The same mechanism with a body driven, in place of any drive that the body had.
 
         Parameters
         ----------
-        motion : Motion, optional
+        motion : TimeFunction, optional
             The prescribed angle.
         speed : float, optional
             Short for a `ConstantSpeed` [rad/s].
@@ -204,13 +204,13 @@ class Mechanism:
         self,
         controller: Controller,
         *,
-        reference: Motion | None = None,
+        reference: TimeFunction | None = None,
         speed: float | None = None,
         body: str = "",
-        feed_forward: Motion | None = None,
+        feed_forward: TimeFunction | None = None,
         sensor: str | BodyPoint | None = None,
         inertia: float = 0.0,
-        on_course: bool = True,
+        start_on_reference: bool = True,
         name: str = "",
     ) -> Mechanism:
         """The same mechanism with a body turned by a controlled torque, in place of any drive that the body had.
@@ -220,19 +220,19 @@ class Mechanism:
         Parameters
         ----------
         controller : Controller
-        reference : Motion, optional
+        reference : TimeFunction, optional
             The angle wanted; that of the body's drive if neither it nor speed is given, and the angle at the start without one.
         speed : float, optional
             Short for a `ConstantSpeed` [rad/s].
         body : str, optional
             Which body; the mechanism's input body if not given.
-        feed_forward : Motion, optional
+        feed_forward : TimeFunction, optional
             A torque over time for the controllers that take one [N m].
         sensor : str or (str, str), optional
             A joint, whose journal is sensed from its bearing, or a body and its point.
         inertia : float
             Of the rotor [kg m^2].
-        on_course : bool
+        start_on_reference : bool
             Whether the body starts at the angle and speed of the reference; not for further actuators of a body.
         name : str, optional
             Of the actuator; "actuator of BODY" if not given.
@@ -248,9 +248,9 @@ class Mechanism:
             raise InputError(
                 "controlled() with both reference and speed", "one of them", "controlled(PID(100.0), speed=rpm(150))"
             )
-        course = ConstantSpeed(speed) if speed is not None else reference
-        if course is None:
-            course = next((drive.motion for drive in self.drives if drive.body == chosen), None)
+        reference = ConstantSpeed(speed) if speed is not None else reference
+        if reference is None:
+            reference = next((drive.motion for drive in self.drives if drive.body == chosen), None)
         label, number = name or f"actuator of {chosen}", 1
         taken = [element.name for element in self.elements]
         while not name and label in taken:
@@ -267,12 +267,12 @@ class Mechanism:
             label,
             chosen,
             controller,
-            reference=course,
+            reference=reference,
             feed_forward=feed_forward,
             sensor=ends[0],
             sensor_origin=ends[1],
             inertia=inertia,
-            on_course=on_course and first and course is not None,
+            start_on_reference=start_on_reference and first and reference is not None,
         )
         others = tuple(other for other in self.drives if other.body != chosen)
         return dataclasses.replace(self, drives=others, elements=(*self.elements, actuator))

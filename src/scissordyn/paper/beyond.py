@@ -10,7 +10,7 @@ import xarray as xr
 
 from scissordyn.analysis.contact import contact_statistics
 from scissordyn.paper.cases import ARRAY, CLEARANCES, CONTROLLED, FRICTION, SPEEDS, PaperCase
-from scissordyn.paper.controlled import COURSES, ControlledRun, merits, mismatch
+from scissordyn.paper.controlled import MANOEUVRES, ControlledRun, merits, mismatch
 from scissordyn.paper.figure.panel import in_words
 from scissordyn.paper.measures import JOINT
 from scissordyn.paper.page import Cell, folded, paragraph, table
@@ -138,23 +138,23 @@ def control(results: Results) -> list[str]:
         ideal = results.runs[PaperCase(None)]
         touching[size] = merits(results.runs[PaperCase(size, start="in-contact")], ideal)
         kept[size] = merits(results.runs[PaperCase(size, constrained=True)], ideal)
-        rows.append(f"{COURSES['stroke'].title}, {1e3 * size:g} mm")
+        rows.append(f"{MANOEUVRES['stroke'].title}, {1e3 * size:g} mm")
         rows.append(_merit_row("prescribed, concentric start", free[size]))
         rows.append(_merit_row("prescribed, start in contact", touching[size]))
         rows.append(_merit_row("the paper's scheme: constrained contact", kept[size]))
         if size == ARRAY:
             rows += [_merit_row(f"{job.scheme}, concentric start", found) for job, found in _found(results, "stroke")]
-    for course in ("deployment", "periodic"):
-        rows.append(f"{COURSES[course].title}, {1e3 * ARRAY:g} mm")
+    for manoeuvre in ("deployment", "periodic"):
+        rows.append(f"{MANOEUVRES[manoeuvre].title}, {1e3 * ARRAY:g} mm")
         rows += [
-            _merit_row(job.scheme, found, _change(results.controlled[job]) if course == "periodic" else "")
-            for job, found in _found(results, course)
+            _merit_row(job.scheme, found, _change(results.controlled[job]) if manoeuvre == "periodic" else "")
+            for job, found in _found(results, manoeuvre)
         ]
     return [
         *(paragraph(text) for text in _control_words(results, touching, kept)),
         table(("", *(title for _, title, _, _ in MERITS), "change per period"), rows),
         paragraph(
-            "Errors are against the ideal mechanism on the course wanted; a prescribed drive has no angle error by definition. "
+            "Errors are against the ideal mechanism on the same reference; a prescribed drive has no angle error by definition. "
             "Shares and forces come from the table of contacts; torques and energies from samples, 25 µs apart in the stroke, "
             "50 µs on the deployment and 1 ms under the periodic drive, where short peaks are missed. Change per period: root "
             "mean square of how the journal's place differs from that one period before, in clearances; zero if it repeats.",
@@ -163,17 +163,17 @@ def control(results: Results) -> list[str]:
     ]
 
 
-def _found(results: Results, course: str) -> list[tuple[ControlledRun, dict[str, float]]]:
-    ideal = next(run for job, run in results.controlled.items() if (job.course, job.scheme) == (course, "ideal"))
+def _found(results: Results, manoeuvre: str) -> list[tuple[ControlledRun, dict[str, float]]]:
+    ideal = next(run for job, run in results.controlled.items() if (job.manoeuvre, job.scheme) == (manoeuvre, "ideal"))
     return [
-        (job, merits(run, ideal, COURSES[course].after))
+        (job, merits(run, ideal, MANOEUVRES[manoeuvre].after))
         for job, run in results.controlled.items()
-        if job.course == course and job.scheme != "ideal"
+        if job.manoeuvre == manoeuvre and job.scheme != "ideal"
     ]
 
 
 def _change(run: xr.Dataset) -> str:
-    return f"{mismatch(run, COURSES['periodic'].after):.2g}"
+    return f"{mismatch(run, MANOEUVRES['periodic'].after):.2g}"
 
 
 def _merit_row(name: str, found: Mapping[str, float], change: str = "") -> list[str | Cell]:
@@ -201,7 +201,9 @@ def _control_words(
         )
         + f"; the largest torques differ by at most {100.0 * more:.1f} %."
     )
-    on_stroke, slow = ({job.scheme: found for job, found in _found(results, course)} for course in ("stroke", "deployment"))
+    on_stroke, slow = (
+        {job.scheme: found for job, found in _found(results, manoeuvre)} for manoeuvre in ("stroke", "deployment")
+    )
     driven, steered = slow["prescribed"], slow["feed-forward, feedback"]
     free = merits(results.runs[PaperCase(ARRAY)], results.runs[PaperCase(None)])
     best = max(on_stroke.values(), key=lambda found: found["contact_share"])
@@ -217,9 +219,9 @@ def _control_words(
         f"contact at best, against {100.0 * free['contact_share']:.0f} %."
     )
     changes = {
-        job.scheme: mismatch(run, COURSES["periodic"].after)
+        job.scheme: mismatch(run, MANOEUVRES["periodic"].after)
         for job, run in results.controlled.items()
-        if job.course == "periodic" and job.scheme != "ideal"
+        if job.manoeuvre == "periodic" and job.scheme != "ideal"
     }
     delayed = (
         f"Delayed feedback on the periodic drive: the motion changes from period to period by {changes['servo']:.2g} "

@@ -1,7 +1,7 @@
-"""What control achieves, with and without it, on three kinds of course.
+"""Three manoeuvres with and without control.
 
-The stroke at 150 rpm is the paper's, and so is holding the contact as a constraint. The deployment and the periodic drive are
-ours: slow enough for a motor, and with what the paper leaves out, a limited torque and a gust.
+The stroke at 150 rpm and the contact as a constraint are the paper's. The deployment and the periodic drive are additions: slow
+enough for a motor, with a limited torque and a gust, which the paper does not have.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from scissordyn.control.delayed.pyragas import Pyragas
 from scissordyn.control.tracking.feed_forward import FeedForward
 from scissordyn.control.tracking.pid import PID
 from scissordyn.errors import ScissordynError
-from scissordyn.model.drive import ConstantSpeed, Cycloidal, Harmonic, Motion, tabulated
+from scissordyn.model.drive import ConstantSpeed, Cycloidal, Harmonic, TimeFunction, tabulated
 from scissordyn.model.element import Force
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.model.record import to_plain
@@ -32,7 +32,7 @@ from scissordyn.simulation.feed_forward import feed_forward
 from scissordyn.simulation.run import simulate
 from scissordyn.units import degrees
 
-__all__ = ["CONTROLLED_RUNS", "COURSES", "ControlledRun", "Course", "compute", "ideal_of", "merits", "mismatch"]
+__all__ = ["CONTROLLED_RUNS", "MANOEUVRES", "ControlledRun", "Manoeuvre", "compute", "ideal_of", "merits", "mismatch"]
 
 PROPORTIONAL, DERIVATIVE = 2e4, 1500.0
 """Gains of the practical controller [N m/rad, N m s/rad]."""
@@ -48,37 +48,39 @@ SERVO = PID(2e5, derivative=4e3)
 
 PERIOD = 0.5
 SINCE = 40.0 * PERIOD
-"""Of the slow periodic course [s], and from when on it is looked at."""
+"""Of the slow periodic manoeuvre, and the start of its evaluation [s]."""
 
 GUST = Force(
     "gust",
     ("slider", "centre"),
     (0.0, -50.0),
-    course=tabulated(lambda t: math.sin(math.pi * (t - 0.6) / 0.2) ** 2 if 0.6 < t < 0.8 else 0.0, until=1.2, points=4801),
+    time_function=tabulated(
+        lambda t: math.sin(math.pi * (t - 0.6) / 0.2) ** 2 if 0.6 < t < 0.8 else 0.0, until=1.2, points=4801
+    ),
 )
 """50 N on the slider, from 0.6 to 0.8 s."""
 
 
 @dataclass(frozen=True)
-class Course:
-    """What the driven bar is to do.
+class Manoeuvre:
+    """A motion wanted of the driven bar.
 
     Parameters
     ----------
     title : str
-    motion : Motion
+    motion : TimeFunction
         The angle wanted.
     angle, until : float
         Angle at the start [rad], end of the run [s].
     samples : int
     after : float
-        Only what happens from then on counts [s].
+        Start of the evaluation [s].
     gust : bool
-        Whether the slider is disturbed; the ideal mechanism never is.
+        Whether a gust acts on the slider; never on that of the ideal mechanism.
     """
 
     title: str
-    motion: Motion
+    motion: TimeFunction
     angle: float
     until: float
     samples: int
@@ -91,8 +93,8 @@ class Course:
         return dataclasses.replace(described, drives=(), elements=(GUST,) if self.gust else ())
 
 
-STROKE_COURSE = Course("stroke at 150 rpm", ConstantSpeed(SPEED), degrees(30), STROKE, 2001)
-DEPLOYMENT = Course(
+STROKE_MANOEUVRE = Manoeuvre("stroke at 150 rpm", ConstantSpeed(SPEED), degrees(30), STROKE, 2001)
+DEPLOYMENT = Manoeuvre(
     "deployment from 30 to 60 deg in 1 s, gust of 50 N",
     Cycloidal(degrees(30), degrees(60), 1.0),
     degrees(30),
@@ -100,7 +102,7 @@ DEPLOYMENT = Course(
     24_001,
     gust=True,
 )
-SWINGING = Course(
+SWINGING = Manoeuvre(
     "periodic drive, 45 ± 15 deg at 2 Hz, periods 40 to 60",
     Harmonic(mean=degrees(45), amplitude=degrees(15), frequency=2.0 * math.pi / PERIOD),
     degrees(45),
@@ -108,7 +110,7 @@ SWINGING = Course(
     30_001,
     after=SINCE,
 )
-COURSES = {"stroke": STROKE_COURSE, "deployment": DEPLOYMENT, "periodic": SWINGING}
+MANOEUVRES = {"stroke": STROKE_MANOEUVRE, "deployment": DEPLOYMENT, "periodic": SWINGING}
 
 Scheme = Literal[
     "ideal", "prescribed", "feed-forward alone", "feed-forward, feedback", "the same with brake", "servo", "pyragas", "extended"
@@ -117,22 +119,22 @@ Scheme = Literal[
 
 @dataclass(frozen=True)
 class ControlledRun:
-    """One course under one scheme.
+    """One manoeuvre under one control scheme.
 
     Parameters
     ----------
-    course : {"stroke", "deployment", "periodic"}
+    manoeuvre : {"stroke", "deployment", "periodic"}
     scheme : str
-        "ideal" and "prescribed" drive the bar along the course whatever torque that takes.
+        "ideal" and "prescribed" prescribe the motion of the bar.
     """
 
-    course: Literal["stroke", "deployment", "periodic"]
+    manoeuvre: Literal["stroke", "deployment", "periodic"]
     scheme: Scheme
 
     @property
     def name(self) -> str:
         """Of its file."""
-        return f"{self.course}_{self.scheme.replace(', ', '-').replace(' ', '-')}"
+        return f"{self.manoeuvre}_{self.scheme.replace(', ', '-').replace(' ', '-')}"
 
     @property
     def toml(self) -> str:
@@ -141,33 +143,33 @@ class ControlledRun:
 
     def mechanism(self) -> Mechanism:
         """The array with drive or controllers."""
-        course = COURSES[self.course]
-        arm = course.mechanism()
+        manoeuvre = MANOEUVRES[self.manoeuvre]
+        arm = manoeuvre.mechanism()
         if self.scheme == "ideal":
-            return dataclasses.replace(arm.ideal(), elements=()).driven(course.motion)
+            return dataclasses.replace(arm.ideal(), elements=()).driven(manoeuvre.motion)
         if self.scheme == "prescribed":
-            return arm.driven(course.motion)
-        return _SCHEMES[self.course, self.scheme](arm, course)
+            return arm.driven(manoeuvre.motion)
+        return _SCHEMES[self.manoeuvre, self.scheme](arm, manoeuvre)
 
 
-def _fed(law: FeedForward) -> Callable[[Mechanism, Course], Mechanism]:
-    def controlled(arm: Mechanism, course: Course) -> Mechanism:
-        torque = feed_forward(arm, course.motion, until=course.until)
+def _fed(law: FeedForward) -> Callable[[Mechanism, Manoeuvre], Mechanism]:
+    def controlled(arm: Mechanism, manoeuvre: Manoeuvre) -> Mechanism:
+        torque = feed_forward(arm, manoeuvre.motion, until=manoeuvre.until)
         sensor = JOINT if law.senses else None
-        return arm.controlled(law, reference=course.motion, feed_forward=torque, sensor=sensor)
+        return arm.controlled(law, reference=manoeuvre.motion, feed_forward=torque, sensor=sensor)
 
     return controlled
 
 
-def _delayed(law: Pyragas | ExtendedDelayedFeedback | None) -> Callable[[Mechanism, Course], Mechanism]:
-    def controlled(arm: Mechanism, course: Course) -> Mechanism:
-        servo = arm.controlled(SERVO, reference=course.motion)
+def _delayed(law: Pyragas | ExtendedDelayedFeedback | None) -> Callable[[Mechanism, Manoeuvre], Mechanism]:
+    def controlled(arm: Mechanism, manoeuvre: Manoeuvre) -> Mechanism:
+        servo = arm.controlled(SERVO, reference=manoeuvre.motion)
         return servo if law is None else servo.controlled(law, sensor=("slider", "centre"))
 
     return controlled
 
 
-_SCHEMES: dict[tuple[str, str], Callable[[Mechanism, Course], Mechanism]] = {
+_SCHEMES: dict[tuple[str, str], Callable[[Mechanism, Manoeuvre], Mechanism]] = {
     # at full speed from the start a limit as on the deployment would only let the bar fall
     ("stroke", "feed-forward, feedback"): _fed(FeedForward(PROPORTIONAL, DERIVATIVE)),
     ("stroke", "the same with brake"): _fed(FeedForward(PROPORTIONAL, DERIVATIVE, landing=LANDING)),
@@ -190,12 +192,12 @@ CONTROLLED_RUNS = (
 
 
 def ideal_of(job: ControlledRun) -> ControlledRun:
-    """The ideal mechanism along the same course."""
-    return ControlledRun(job.course, "ideal")
+    """The ideal mechanism along the same manoeuvre."""
+    return ControlledRun(job.manoeuvre, "ideal")
 
 
 def compute(job: ControlledRun) -> xr.Dataset:
-    """Simulate a course under a scheme.
+    """Simulate a manoeuvre under a scheme.
 
     Parameters
     ----------
@@ -210,8 +212,8 @@ def compute(job: ControlledRun) -> xr.Dataset:
     ScissordynError
         If the run breaks off.
     """
-    course = COURSES[job.course]
-    run = simulate(job.mechanism(), until=course.until, samples=course.samples)
+    manoeuvre = MANOEUVRES[job.manoeuvre]
+    run = simulate(job.mechanism(), until=manoeuvre.until, samples=manoeuvre.samples)
     if run.attrs["status"] != "complete":
         raise ScissordynError(f"run '{job.name}': {run.attrs['cause']}")
     return run
@@ -241,7 +243,7 @@ def mismatch(run: xr.Dataset, after: float) -> float:
     Parameters
     ----------
     run : Dataset
-        Along the periodic course.
+        Along the periodic manoeuvre.
     after : float
         [s]
 

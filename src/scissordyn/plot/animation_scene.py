@@ -125,7 +125,7 @@ def pace(slower: float) -> str:
     return f"{slower:.3g}× slower" if slower > 1.0 else f"{1.0 / slower:.3g}× faster"
 
 
-class _Course:
+class _Placement:
     """Where the bodies of a run are at the samples that become frames."""
 
     def __init__(self, run: xr.Dataset, mechanism: Mechanism, frames: np.ndarray) -> None:
@@ -170,8 +170,8 @@ def scene_of(run: xr.Dataset, mechanism: Mechanism, frames: np.ndarray, joints: 
     -------
     Scene
     """
-    course = _Course(run, mechanism, frames)
-    bodies = [course.points(body.name, outline(body)) for body in mechanism.bodies]
+    placement = _Placement(run, mechanism, frames)
+    bodies = [placement.points(body.name, outline(body)) for body in mechanism.bodies]
     fixed = np.array([place for _, place in mechanism.ground], float).reshape(-1, 2)
     everything = np.concatenate([*(part.reshape(-1, 2) for part in bodies), fixed])
     low, high = everything.min(axis=0), everything.max(axis=0)
@@ -179,38 +179,38 @@ def scene_of(run: xr.Dataset, mechanism: Mechanism, frames: np.ndarray, joints: 
     low, high = low - margin, high + margin
     size = float(np.max(high - low))
     # blocks first: bars end on them
-    solid = sorted(_bodies(mechanism, course, bodies, size), key=lambda shape: shape.kind != "block")
-    shapes = [*_guides(mechanism, course, size), *solid, *_springs(mechanism, course, size), *_links(mechanism, course)]
-    pins = [course.place(joint.bearing) for joint in mechanism.ideal_joints]
+    solid = sorted(_bodies(mechanism, placement, bodies, size), key=lambda shape: shape.kind != "block")
+    shapes = [*_guides(mechanism, placement, size), *solid, *_springs(mechanism, placement, size), *_rods(mechanism, placement)]
+    pins = [placement.place(joint.bearing) for joint in mechanism.ideal_joints]
     supported = dict.fromkeys(end for joint in mechanism.joints for end in (joint.journal, joint.bearing) if end[0] == GROUND)
     return Scene(
         time=run["time"].values[frames],
         scale=time_scale(run),
         shapes=tuple(shapes),
         pins=np.stack(pins, axis=1) if pins else np.empty((len(frames), 0, 2)),
-        supports=np.array([course.place(end)[0] for end in supported], float).reshape(-1, 2),
-        clearance_joints=tuple(_clearance_joint(run, mechanism, course, frames, name) for name in joints),
+        supports=np.array([placement.place(end)[0] for end in supported], float).reshape(-1, 2),
+        clearance_joints=tuple(_clearance_joint(run, mechanism, placement, frames, name) for name in joints),
         low=low,
         high=high,
     )
 
 
-def _bodies(mechanism: Mechanism, course: _Course, outlines: list[np.ndarray], size: float) -> list[Shape]:
+def _bodies(mechanism: Mechanism, placement: _Placement, outlines: list[np.ndarray], size: float) -> list[Shape]:
     shapes = []
     for body, points in zip(mechanism.bodies, outlines, strict=True):
         if points.shape[1] == 1:
-            shapes.append(Shape(body.name, "block", _block(mechanism, course, body.name, points[:, 0], 0.02 * size)))
+            shapes.append(Shape(body.name, "block", _block(mechanism, placement, body.name, points[:, 0], 0.02 * size)))
         else:
             shapes.append(Shape(body.name, "bar" if points.shape[1] == 2 else "plate", points))
     return shapes
 
 
-def _block(mechanism: Mechanism, course: _Course, body: str, middle: np.ndarray, half: float) -> np.ndarray:
+def _block(mechanism: Mechanism, placement: _Placement, body: str, middle: np.ndarray, half: float) -> np.ndarray:
     """The corners of a block, long in the direction of its guide."""
-    tilt = np.zeros(course.count)
+    tilt = np.zeros(placement.count)
     for guide in mechanism.guides:
         if guide.follower[0] == body:
-            tilt = guide.direction + (0.0 if guide.body == GROUND else course.angle[:, course.index[guide.body]]) + tilt
+            tilt = guide.direction + (0.0 if guide.body == GROUND else placement.angle[:, placement.index[guide.body]]) + tilt
             break
     corners = half * np.array([[-1.0, -0.6], [1.0, -0.6], [1.0, 0.6], [-1.0, 0.6]])
     cos, sin = np.cos(tilt)[:, None], np.sin(tilt)[:, None]
@@ -219,17 +219,17 @@ def _block(mechanism: Mechanism, course: _Course, body: str, middle: np.ndarray,
     return placed
 
 
-def _guides(mechanism: Mechanism, course: _Course, size: float) -> list[Shape]:
+def _guides(mechanism: Mechanism, placement: _Placement, size: float) -> list[Shape]:
     """The lines of the guides, long enough to cross the picture."""
     shapes = []
     for guide in mechanism.guides:
         along = size * np.array([math.cos(guide.direction), math.sin(guide.direction)])
         ends = np.array(guide.through) + np.array([-1.0, 1.0])[:, None] * along
-        shapes.append(Shape(guide.name, "guide", course.points(guide.body, ends)))
+        shapes.append(Shape(guide.name, "guide", placement.points(guide.body, ends)))
     return shapes
 
 
-def _springs(mechanism: Mechanism, course: _Course, size: float) -> list[Shape]:
+def _springs(mechanism: Mechanism, placement: _Placement, size: float) -> list[Shape]:
     """A zigzag between the two points of each spring."""
     shapes = []
     share = np.concatenate([[0.0, 0.15], np.linspace(0.2, 0.8, COILS), [0.85, 1.0]])
@@ -237,7 +237,7 @@ def _springs(mechanism: Mechanism, course: _Course, size: float) -> list[Shape]:
     for element in mechanism.elements:
         if not isinstance(element, Spring):
             continue
-        start, end = course.place(element.start), course.place(element.end)
+        start, end = placement.place(element.start), placement.place(element.end)
         along = end - start
         length = np.linalg.norm(along, axis=-1, keepdims=True)
         across = np.stack([-along[:, 1], along[:, 0]], axis=-1) / np.where(length > 0.0, length, 1.0)
@@ -246,13 +246,15 @@ def _springs(mechanism: Mechanism, course: _Course, size: float) -> list[Shape]:
     return shapes
 
 
-def _links(mechanism: Mechanism, course: _Course) -> list[Shape]:
+def _rods(mechanism: Mechanism, placement: _Placement) -> list[Shape]:
     """A line between the two points of each rod."""
-    ends = [(rod.name, course.place(rod.start), course.place(rod.end)) for rod in mechanism.rods]
+    ends = [(rod.name, placement.place(rod.start), placement.place(rod.end)) for rod in mechanism.rods]
     return [Shape(name, "rod", np.stack([start, end], axis=1)) for name, start, end in ends]
 
 
-def _clearance_joint(run: xr.Dataset, mechanism: Mechanism, course: _Course, frames: np.ndarray, name: str) -> ClearanceJoint:
+def _clearance_joint(
+    run: xr.Dataset, mechanism: Mechanism, placement: _Placement, frames: np.ndarray, name: str
+) -> ClearanceJoint:
     joint, here = mechanism.joint(name), run.sel(joint=name)
     if joint.clearance is None:
         raise InputError(f"joint '{name}' has clearance in the run and is ideal in the mechanism", "the mechanism that was run")
@@ -266,7 +268,7 @@ def _clearance_joint(run: xr.Dataset, mechanism: Mechanism, course: _Course, fra
     touching = here["in_contact"].values[:last]
     return ClearanceJoint(
         name=name,
-        place=course.place(joint.bearing),
+        place=placement.place(joint.bearing),
         journal=eccentricity[frames],
         way=eccentricity[fine],
         reached=np.searchsorted(fine, frames, side="right"),

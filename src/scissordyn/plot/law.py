@@ -69,8 +69,8 @@ class Knock:
     speed: float = 0.5
 
 
-def _loop(axes: Axes, course: Impact, force: Scale, length: Scale, **look: Any) -> None:
-    axes.plot(length.factor * course.indentation, force.factor * course.force, linewidth=LINE, **look)
+def _loop(axes: Axes, history: Impact, force: Scale, length: Scale, **look: Any) -> None:
+    axes.plot(length.factor * history.indentation, force.factor * history.force, linewidth=LINE, **look)
 
 
 def _label(axes: Axes, force: Scale, length: Scale) -> None:
@@ -81,18 +81,18 @@ def _draw_impact(
     stiffness: Elastic, damping: Damping, title: str, axes: Canvas, joint: JointContact, knock: Knock
 ) -> list[Axes]:
     (panel,) = panels(axes, 1, size=(5.6, 3.6))
-    course = impact(stiffness, damping, joint, mass=knock.mass, speed=knock.speed)
-    depth = np.linspace(0.0, float(course.indentation.max()), 200)[1:]
+    history = impact(stiffness, damping, joint, mass=knock.mass, speed=knock.speed)
+    depth = np.linspace(0.0, float(history.indentation.max()), 200)[1:]
     row = table_row(stiffness, joint)
     elastic = np.array([elastic_force(stiffness.tag, delta, row) for delta in depth])
-    force, length = engineering("N", course.force, elastic), engineering("m", depth)
-    _loop(panel, course, force, length, color=BLUE, label=f"{stiffness.name} + {damping.name}")
+    force, length = engineering("N", history.force, elastic), engineering("m", depth)
+    _loop(panel, history, force, length, color=BLUE, label=f"{stiffness.name} + {damping.name}")
     panel.plot(length.factor * depth, force.factor * elastic, **IDEAL, label=f"{stiffness.name} alone")
     for part in (0.35, 0.65):  # arrow heads say which way round the loop is gone
-        k = int(part * course.time.size)
-        ends = [(length.factor * course.indentation[i], force.factor * course.force[i]) for i in (k - 8, k)]
+        k = int(part * history.time.size)
+        ends = [(length.factor * history.indentation[i], force.factor * history.force[i]) for i in (k - 8, k)]
         panel.annotate("", xy=ends[1], xytext=ends[0], arrowprops={"arrowstyle": "-|>", "color": BLUE, "lw": 0.0})
-    back = course.restitution * knock.speed
+    back = history.restitution * knock.speed
     title = f"{title}: {knock.mass:g} kg at {knock.speed:g} m/s, comes back at {back:.3g} m/s"
     panel.set_title(title, loc="left", fontsize=NORMAL)
     _label(panel, force, length)
@@ -106,9 +106,9 @@ def _draw_friction(friction: Friction, axes: Canvas, joint: JointContact) -> lis
     sliding.set(xlabel="slip speed [m/s]", ylabel="friction force / normal force", ylim=(0.0, None))
     sliding.set_title(f"{friction.name}: steady sliding", loc="left", fontsize=NORMAL)
     amplitude, frequency = SWING
-    course = swing(friction, joint, amplitude=amplitude, frequency=frequency)
-    length = engineering("m", course.displacement)
-    sticking.plot(length.factor * course.displacement, course.coefficient, color=BLUE, linewidth=LINE)
+    history = swing(friction, joint, amplitude=amplitude, frequency=frequency)
+    length = engineering("m", history.displacement)
+    sticking.plot(length.factor * history.displacement, history.coefficient, color=BLUE, linewidth=LINE)
     sticking.set(xlabel=length.label("slip"), ylabel="friction force / normal force")
     sticking.set_title(f"to and fro at {frequency:g} Hz", loc="left", fontsize=NORMAL)
     for panel in (sliding, sticking):
@@ -177,16 +177,16 @@ def draw_gallery(*, axes: Canvas = None, joint: JointContact = JOINT, knock: Kno
         (damping, [(name, Liu(), _soft(law)) for name, law in DAMPING.items()]),
     ):
         # an elastic part that is far softer than the others would press them all against the axis
-        courses = [
+        histories = [
             (name, impact(spring, damper, joint, mass=chosen.mass, speed=chosen.speed)) for name, spring, damper in pairs
         ]
-        deepest = np.array([course.indentation.max() for _, course in courses])
+        deepest = np.array([history.indentation.max() for _, history in histories])
         shown = deepest <= 3.0 * np.median(deepest)
         length = engineering("m", deepest[shown])
-        force = engineering("N", *(course.force for _, course in courses))
-        for index, (name, course) in enumerate(courses):
+        force = engineering("N", *(history.force for _, history in histories))
+        for index, (name, history) in enumerate(histories):
             label = name if shown[index] else f"{name} (to {length.factor * deepest[index]:.3g} {length.unit})"
-            _loop(panel, course, force, length, label=label, **_look(index))
+            _loop(panel, history, force, length, label=label, **_look(index))
         _label(panel, force, length)
         panel.set_xlim(0.0, 1.05 * length.factor * float(deepest[shown].max()))
     elastic.set_title(f"stiffness, with flores: {chosen.mass:g} kg at {chosen.speed:g} m/s", loc="left", fontsize=NORMAL)

@@ -14,7 +14,7 @@ from scissordyn.mechanics import functions
 from scissordyn.mechanics.layout import Layout
 from scissordyn.mechanics.motion import course_start
 from scissordyn.mechanics.system import build_system
-from scissordyn.model.drive import ConstantSpeed, Motion, Polynomial
+from scissordyn.model.drive import ConstantSpeed, Polynomial, TimeFunction
 from scissordyn.model.joint import Guide, Revolute
 from scissordyn.model.mechanism import Mechanism
 
@@ -38,7 +38,7 @@ MOST_GROWTH = 10.0
 def standing(mechanism: Mechanism) -> Mechanism:
     """The same mechanism with its drives and prescribed distances constant at their values of t = 0, and without friction."""
 
-    def constant(motion: Motion, start: float) -> Motion:
+    def constant(motion: TimeFunction, start: float) -> TimeFunction:
         return Polynomial((start if isinstance(motion, ConstantSpeed) else course_start(motion),))
 
     return dataclasses.replace(

@@ -11,9 +11,9 @@ import xarray as xr
 from scissordyn.errors import InputError
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.model.record import from_plain
-from scissordyn.simulation.courses import check_tables
 from scissordyn.simulation.dataset import to_dataset
 from scissordyn.simulation.options import Options, StartKind
+from scissordyn.simulation.time_functions import check_tables
 from scissordyn.simulation.trajectory import compute
 from scissordyn.simulation.trust import TIGHTER, horizon
 from scissordyn.simulation.warn import run_warnings

@@ -43,11 +43,11 @@ def prepare_start(layout: Layout, system: System, options: Options) -> tuple[np.
     opening : list of rows of the event log
     """
     mechanism = layout.mechanism
-    start = _put_on_course(layout, system, assemble(layout, system))
+    start = _move_to_reference(layout, system, assemble(layout, system))
     if mechanism.contacts:
         ideal = lay_out(mechanism.ideal())
         ideal_system = build_system(ideal)
-        ideal_start = _put_on_course(ideal, ideal_system, assemble(ideal, ideal_system))
+        ideal_start = _move_to_reference(ideal, ideal_system, assemble(ideal, ideal_system))
         start = carry_over(layout, system, *natural_state(ideal, ideal_system, ideal_start))
     match options.start:
         case "in-contact" if mechanism.contacts:
@@ -125,11 +125,11 @@ def _touching(system: System, state: np.ndarray) -> list[list[float]]:
     return rows
 
 
-def _put_on_course(layout: Layout, system: System, start: Start) -> Start:
+def _move_to_reference(layout: Layout, system: System, start: Start) -> Start:
     """The start with bodies at the angles and speeds of the references that they are to start on."""
     names, forms, directions, rates = [], [], [], []
     for i, element in enumerate(layout.mechanism.elements):
-        if isinstance(element, Actuator) and element.on_course:
+        if isinstance(element, Actuator) and element.start_on_reference:
             first = system.course[i]
             course_at(0.0, system.motion[system.motion_start[first] : system.motion_start[first + 1]], system.angle)
             angle, speed = system.angle[:2].tolist()

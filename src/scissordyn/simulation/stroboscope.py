@@ -19,9 +19,9 @@ from scissordyn.mechanics.system import System, build_system
 from scissordyn.model.drive import ConstantSpeed, Harmonic
 from scissordyn.model.element import Actuator
 from scissordyn.model.mechanism import Mechanism
-from scissordyn.simulation.courses import check_tables, prescribed
 from scissordyn.simulation.options import Options, StartKind
 from scissordyn.simulation.start import prepare_start
+from scissordyn.simulation.time_functions import check_tables, prescribed
 from scissordyn.simulation.trajectory import automatic_method, broken_off, counts_of, mechanics_problem, work_arrays
 
 __all__ = ["CycleState", "Cycles", "drive_period", "run_cycles", "start_state"]

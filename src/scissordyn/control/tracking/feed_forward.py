@@ -1,4 +1,4 @@
-"""Feed-forward torque with feedback: what the course needs, and what keeps the body on it."""
+"""Feed-forward torque of the reference motion with feedback of the tracking error."""
 
 from __future__ import annotations
 

@@ -12,7 +12,7 @@ from matplotlib.ticker import LogLocator, NullFormatter, StrMethodFormatter
 
 from scissordyn.analysis.scatter import velocity_acceleration
 from scissordyn.paper.cases import ARRAY, CLEARANCES, CONTROLLED, FRICTION, PaperCase
-from scissordyn.paper.controlled import COURSES, ControlledRun
+from scissordyn.paper.controlled import MANOEUVRES, ControlledRun
 from scissordyn.paper.figure.panel import in_words
 from scissordyn.paper.measures import JOINT
 from scissordyn.paper.periodic import read
@@ -142,7 +142,7 @@ def draw_torques(runs: Mapping[PaperCase, xr.Dataset], controlled: Mapping[Contr
         deployment.plot(run["time"].values, torque, color=color, linewidth=LINE, label=label)
     deployment.plot(wanted["time"].values, wanted["drive_torque"].values, label="ideal joints", **IDEAL)
     deployment.set(ylabel="torque [N·m]", xlabel="time [s]")
-    deployment.set_title(f"(c) {COURSES['deployment'].title}", loc="left", fontsize=NORMAL)
+    deployment.set_title(f"(c) {MANOEUVRES['deployment'].title}", loc="left", fontsize=NORMAL)
 
     for label, scheme, color in (("pyragas", "pyragas", BLUE), ("extended", "extended", VERMILION)):
         run = controlled[ControlledRun("periodic", scheme)]  # type: ignore[arg-type]

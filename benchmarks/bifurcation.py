@@ -1,8 +1,9 @@
 """A bifurcation diagram over the clearance: 300 values, 200 cycles each, on two processes, with and without friction.
 
-The paper's array (reading A) with clearance at joint A, driven th_1 = 45 deg + 10 deg sin(2 pi f t) with f = 8 Hz. There the
-slider's acceleration is some sixty times gravity's, the reaction of joint A changes its sign twice in a cycle, and over 0.1 to
-0.7 mm the rubbing joint goes from one orbit per cycle through several windows of irregular motion.
+The paper's array (pinned bar driven) with clearance at joint A, driven th_1 = 45 deg + 10 deg sin(2 pi f t) with f = 8 Hz.
+There the slider's acceleration is some sixty times gravity's, the reaction of joint A changes its sign twice in a cycle, and
+over 0.1 to
+0.7 mm the joint with friction goes from one orbit per cycle through several windows of irregular motion.
 """
 
 from __future__ import annotations

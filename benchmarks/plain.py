@@ -1,7 +1,7 @@
 """The paper's case as one would write it for scipy: minimal coordinates in plain Python, contacts as terminal events.
 
-Two units, reading A, clearance at joint A, Liu stiffness, Flores damping, LuGre friction or none. Unknowns are psi = th_1 +
-th_2 and e_y = (L/2) (sin th_1 - sin th_2) - y, both zero in the ideal array, so that tolerances stay small against the
+Two units, pinned bar driven, clearance at joint A, Liu stiffness, Flores damping, LuGre friction or none. Unknowns are psi =
+th_1 + th_2 and e_y = (L/2) (sin th_1 - sin th_2) - y, both zero in the ideal array, so that tolerances stay small against the
 clearance.
 """
 
@@ -85,13 +85,13 @@ class Plain:
             depth = max(e - C, 0.0)
             normal = STIFFNESS * depth * math.sqrt(depth / (2.0 * (C + depth)))
             normal = max(normal * (1.0 + XI * rate / self.approach), 0.0)
-            rubbing = 0.0
+            tangential = 0.0
             if self.kinetic is not None:
                 z = float(y[4])
                 bristle = slip - SIGMA0 * abs(slip) * z / self.sliding(slip)
-                rubbing = normal * (SIGMA0 * z + SIGMA1 * bristle)
-            fx, fy = -normal * nx + rubbing * ny, -normal * ny - rubbing * nx
-            moment = -RJ * rubbing
+                tangential = normal * (SIGMA0 * z + SIGMA1 * bristle)
+            fx, fy = -normal * nx + tangential * ny, -normal * ny - tangential * nx
+            moment = -RJ * tangential
         half, unit, difference = 0.5 * L, M * L * L, p - k
         push = half * (fx * math.sin(k) - fy * math.cos(k)) + moment
         ak = (unit * math.sin(difference) * SPEED**2 - M * G * L * math.cos(k) + push) / (2.0 / 3.0 * unit)

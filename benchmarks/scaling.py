@@ -18,7 +18,7 @@ UNITS = (2, 10, 50, 200)
 SHARED = 1.5
 """Most that the integration of a long array with one clearance joint may take, in times of that of two units."""
 
-FLIGHT, KNOCKING = 1e-3, 2e-3
+FLIGHT, CONTACT = 1e-3, 2e-3
 """Simulated times with clearance at every joint [s]: before the first contact at 1.4 ms, and after it."""
 
 
@@ -98,14 +98,14 @@ def _one_clearance(units: tuple[int, ...], repeats: int) -> str:
 def _clearance_everywhere(units: tuple[int, ...], repeats: int) -> str:
     mechanisms = {count: clearance_everywhere(count) for count in units}
     flights = _phases({str(n): (m, Options(FLIGHT, samples=2)) for n, m in mechanisms.items()}, repeats)
-    knocks = _phases({str(n): (m, Options(KNOCKING, samples=101)) for n, m in mechanisms.items()}, repeats)
+    contacts = _phases({str(n): (m, Options(CONTACT, samples=101)) for n, m in mechanisms.items()}, repeats)
     rows, joints, per_rate, per_time = [], [], [], []
     for count, mechanism in mechanisms.items():
-        flight, knocking = flights[str(count)], knocks[str(count)]
-        path = knocking.path
+        flight, contact = flights[str(count)], contacts[str(count)]
+        path = contact.path
         joints.append(float(len(mechanism.clearance_joints)))
         per_rate.append(flight.integration / float(flight.path.statistics["rates"]))
-        per_time.append(knocking.integration / path.end)
+        per_time.append(contact.integration / path.end)
         rows.append(
             [
                 f"N = {count}",
@@ -116,8 +116,8 @@ def _clearance_everywhere(units: tuple[int, ...], repeats: int) -> str:
                 str(path.statistics["steps"]),
                 str(path.statistics["events"]),
                 f"{per_time[-1]:.2f}",
-                f"{1e3 * knocking.setup:.0f}",
-                f"{1e3 * knocking.dataset:.0f}",
+                f"{1e3 * contact.setup:.0f}",
+                f"{1e3 * contact.dataset:.0f}",
             ]
         )
     head = [
@@ -134,9 +134,9 @@ def _clearance_everywhere(units: tuple[int, ...], repeats: int) -> str:
     ]
     text = (
         f"Clearance at every revolute joint, no friction, dop853, at 1e-8: {1e3 * FLIGHT:g} ms of free flight, then "
-        f"{1e3 * KNOCKING:g} ms with knocks.\nTime grows as the number of joints to the power "
+        f"{1e3 * CONTACT:g} ms with impacts.\nTime grows as the number of joints to the power "
         f"{fitted_exponent(joints, per_rate):.2f} for an evaluation of the right-hand side in flight\n"
-        f"and {fitted_exponent(joints, per_time):.2f} for a simulated time with knocks.\n\n"
+        f"and {fitted_exponent(joints, per_time):.2f} for a simulated time with impacts.\n\n"
     )
     return text + table(head, rows)
 

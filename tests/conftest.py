@@ -30,7 +30,7 @@ def hertz_array(array):
 
 
 @pytest.fixture(scope="session")
-def rubbing_array(array):
+def frictional_array(array):
     """The same with LuGre friction."""
     return array.with_clearance("A", Clearance(0.5e-3, friction=LuGre(0.1)))
 
@@ -42,6 +42,6 @@ def clearance_run(clearance_array):
 
 
 @pytest.fixture(scope="session")
-def rubbing_run(rubbing_array):
-    """50 ms of the rubbing array at default tolerance."""
-    return simulate(rubbing_array, until=0.05)
+def frictional_run(frictional_array):
+    """50 ms of the array with friction at default tolerance."""
+    return simulate(frictional_array, until=0.05)

@@ -39,7 +39,7 @@ CLOSE_PEAK_TIME = 1e-5
 
 
 def pin_clearance(pair: str = "liu", kinetic: float | None = None) -> Clearance:
-    """A clearance joint with one of the law pairs, dry or rubbing."""
+    """A clearance joint with one of the law pairs, with or without friction."""
     stiffness, damping = PAIRS[pair]
     friction = NoFriction() if kinetic is None else LuGre(kinetic=kinetic)
     return Clearance(C, stiffness=stiffness, damping=damping, friction=friction)
@@ -129,13 +129,13 @@ def test_lugre_agrees(kinetic: float) -> None:
 
 @pytest.mark.parametrize("kinetic", [None, 0.05])
 @pytest.mark.parametrize("pair", PAIRS)
-@pytest.mark.parametrize("reading", ["A", "B"])
+@pytest.mark.parametrize("driven_bar", ["pinned", "slider"])
 @pytest.mark.parametrize("units", [1, 2, 5])
-def test_arrays_agree_with_lagrange(units: int, reading: str, pair: str, kinetic: float | None) -> None:
+def test_arrays_agree_with_lagrange(units: int, driven_bar: str, pair: str, kinetic: float | None) -> None:
     """Cross-check: three contacts of joint A against Lagrange's equations in minimal coordinates."""
     clearance = pin_clearance(pair, kinetic)
-    mechanism = scissor(units=units, reading=reading).driven(speed=SPEED).with_clearance("A", clearance)
-    array = Array(clearance_joint(clearance), constant_speed(math.pi / 6.0, SPEED), units, reading)
+    mechanism = scissor(units=units, driven_bar=driven_bar).driven(speed=SPEED).with_clearance("A", clearance)
+    array = Array(clearance_joint(clearance), constant_speed(math.pi / 6.0, SPEED), units, driven_bar)
     assert_agree(mechanism, array, ["A"], contacts=3, tolerance=1e-12)
 
 
@@ -155,7 +155,7 @@ def test_slider_agrees_with_lagrange() -> None:
 
 @pytest.mark.parametrize("kinetic", [None, 0.05])
 def test_harmonic_drive_agrees_with_lagrange(kinetic: float | None) -> None:
-    """Cross-check: joint A with the driven angle swinging."""
+    """Cross-check: joint A with an oscillating driven angle."""
     clearance = pin_clearance(kinetic=kinetic)
     motion = Harmonic(mean=0.8, amplitude=0.3, frequency=60.0)
     mechanism = scissor().driven(motion).with_clearance("A", clearance)
@@ -163,25 +163,25 @@ def test_harmonic_drive_agrees_with_lagrange(kinetic: float | None) -> None:
 
 
 @pytest.mark.parametrize(
-    ("units", "reading", "kinetic", "joints", "contacts"),
+    ("units", "driven_bar", "kinetic", "joints", "contacts"),
     [
-        (1, "A", None, ["O"], 3),
-        (2, "A", None, ["unit 1/pivot"], 2),
-        (2, "B", 0.05, ["unit 1/upper"], 2),
-        (3, "A", None, ["unit 2/lower"], 3),
-        (4, "B", None, ["unit 3/upper"], 2),
-        (8, "A", None, ["A"], 1),
-        (8, "B", None, ["unit 4/pivot"], 1),
-        (2, "A", None, ["O", "A"], 3),
-        (3, "B", None, ["A", "unit 1/upper", "unit 2/pivot"], 3),
-        (2, "A", 0.05, ["A", "unit 1/lower"], 2),
+        (1, "pinned", None, ["O"], 3),
+        (2, "pinned", None, ["unit 1/pivot"], 2),
+        (2, "slider", 0.05, ["unit 1/upper"], 2),
+        (3, "pinned", None, ["unit 2/lower"], 3),
+        (4, "slider", None, ["unit 3/upper"], 2),
+        (8, "pinned", None, ["A"], 1),
+        (8, "slider", None, ["unit 4/pivot"], 1),
+        (2, "pinned", None, ["O", "A"], 3),
+        (3, "slider", None, ["A", "unit 1/upper", "unit 2/pivot"], 3),
+        (2, "pinned", 0.05, ["A", "unit 1/lower"], 2),
     ],
 )
 def test_clearance_joints_anywhere_agree_with_multipliers(
-    units: int, reading: str, kinetic: float | None, joints: list[str], contacts: int
+    units: int, driven_bar: str, kinetic: float | None, joints: list[str], contacts: int
 ) -> None:
     """Cross-check: one and several clearance joints against three coordinates per body and multipliers."""
-    mechanism = scissor(units=units, reading=reading).driven(speed=SPEED)
+    mechanism = scissor(units=units, driven_bar=driven_bar).driven(speed=SPEED)
     for joint in joints:
         mechanism = mechanism.with_clearance(joint, pin_clearance(kinetic=kinetic))
     model = Multipliers(mechanism)

@@ -116,7 +116,7 @@ def test_sliding_block_slows_down():
 
 
 def test_against_a_block_in_x_y_and_angle():
-    """Cross-check by a second formulation: starts and approach speeds of twenty contacts of a block that knocks and rubs."""
+    """Cross-check by a second formulation: starts and approach speeds of twenty contacts of a block with friction."""
     centre, mu, ramp = (0.01, -0.004), 0.1, 1e-2
     damping = LankaraniNikravesh(0.7)
     described = block(
@@ -155,7 +155,7 @@ def test_against_a_block_in_x_y_and_angle():
 
 
 def test_mechanism_with_a_clearance_guide_and_a_clearance_joint():
-    """Identity: the energy balance of a slider-crank that knocks and rubs in both places closes to the tolerance."""
+    """Identity: the energy balance of a slider-crank with impacts and friction in both places closes to the tolerance."""
     linkage = slider_crank(slider_inertia=2e-5, gravity=9.81).driven(speed=rpm(600))
     linkage = linkage.with_clearance("slider pin", Clearance(0.2e-3, friction=Threlfall(0.05)))
     linkage = linkage.with_clearance("guide", GuideClearance(0.1e-3, 0.04, 0.02, friction=Threlfall(0.1)))

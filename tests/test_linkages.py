@@ -72,11 +72,11 @@ def test_four_bar_motion(case):
     coupler = -w * r * np.sin(a - d) / (l * np.sin(b - d))
     rocker = w * r * np.sin(a - b) / (c * np.sin(d - b))
     bending = -r * s * np.sin(a - d) - r * w**2 * np.cos(a - d) - l * coupler**2 * np.cos(b - d) + c * rocker**2
-    swinging = r * s * np.sin(a - b) + r * w**2 * np.cos(a - b) + l * coupler**2 - c * rocker**2 * np.cos(d - b)
+    across = r * s * np.sin(a - b) + r * w**2 * np.cos(a - b) + l * coupler**2 - c * rocker**2 * np.cos(d - b)
     speed = float(np.max(np.abs(w)))
     for body, angle, rate, second in (
         ("coupler", b, coupler, bending / (l * np.sin(b - d))),
-        ("rocker", d, rocker, swinging / (c * np.sin(d - b))),
+        ("rocker", d, rocker, across / (c * np.sin(d - b))),
     ):
         found = run.sel(body=body)
         assert np.allclose(np.exp(1j * found["angle"]), np.exp(1j * angle), rtol=0, atol=CLOSE)

@@ -56,7 +56,7 @@ def test_public_names_are_sorted_and_exist():
     assert all(hasattr(sd, name) for name in sd.__all__)
 
 
-@pytest.mark.parametrize("case", ["clearance_run", "rubbing_run"])
+@pytest.mark.parametrize("case", ["clearance_run", "frictional_run"])
 def test_contract_of_names(case, request):
     """Identity: every variable that others may rely on is there, with its dimensions, units and long name."""
     run = request.getfixturevalue(case)
@@ -66,15 +66,15 @@ def test_contract_of_names(case, request):
         assert name == "contact_joint" or "units" in run[name].attrs
 
 
-def test_hidden_states_are_in_the_result(rubbing_run):
+def test_hidden_states_are_in_the_result(frictional_run):
     """Identity: the bristle deflection is recorded, within its bound mu_s/sigma_0, and only in contact."""
-    z = rubbing_run["bristle_deflection"].sel(joint="A")
-    touching = rubbing_run["in_contact"].sel(joint="A")
+    z = frictional_run["bristle_deflection"].sel(joint="A")
+    touching = frictional_run["in_contact"].sel(joint="A")
     assert np.array_equal(np.isfinite(z), touching)
     assert np.nanmax(np.abs(z)) <= 0.15 / 1e5 * (1 + 1e-6)
 
 
-@pytest.mark.parametrize("case", ["clearance_run", "rubbing_run"])
+@pytest.mark.parametrize("case", ["clearance_run", "frictional_run"])
 def test_energy_books_balance(case, request):
     """Identity: T + U + V = work - losses within 1e-6 of the largest kinetic energy over 50 ms; losses never fall."""
     run = request.getfixturevalue(case)
@@ -84,13 +84,13 @@ def test_energy_books_balance(case, request):
     assert np.min(steps) >= -1e-6 * np.max(run["friction_loss"]) - 1e-12
 
 
-@pytest.mark.parametrize("case", ["clearance_run", "rubbing_run"])
+@pytest.mark.parametrize("case", ["clearance_run", "frictional_run"])
 def test_constraints_hold(case, request):
     """Identity: bars keep their length within 1e-10 of it, at every sample."""
     assert request.getfixturevalue(case).attrs["length_error"] < 1e-10
 
 
-@pytest.mark.parametrize("case", ["clearance_run", "rubbing_run"])
+@pytest.mark.parametrize("case", ["clearance_run", "frictional_run"])
 def test_torque_two_ways(case, request):
     """Cross-check: the slider's Newton equation against the contact force; the journal's force feeds every reaction."""
     run = request.getfixturevalue(case)
@@ -99,11 +99,11 @@ def test_torque_two_ways(case, request):
     assert np.allclose(-force, inertia, rtol=1e-9, atol=1e-9 * float(np.max(np.abs(inertia))))
 
 
-def test_reactions_balance_the_whole_array(rubbing_run):
+def test_reactions_balance_the_whole_array(frictional_run):
     """Identity: ground pin and guide carry the rate of total momentum plus the weight, to 1e-9."""
-    masses = xr.DataArray([5.68] * 4 + [5.0], coords={"body": rubbing_run["body"]}, dims="body")
-    rate = (masses * rubbing_run["acceleration"]).sum("body")
-    pull = rubbing_run["reaction"].sel(joint="O") + rubbing_run["reaction"].sel(joint="guide")
+    masses = xr.DataArray([5.68] * 4 + [5.0], coords={"body": frictional_run["body"]}, dims="body")
+    rate = (masses * frictional_run["acceleration"]).sum("body")
+    pull = frictional_run["reaction"].sel(joint="O") + frictional_run["reaction"].sel(joint="guide")
     needed = rate + xr.DataArray([0.0, 9.81 * float(masses.sum())], dims="axis", coords={"axis": ["x", "y"]})
     assert np.allclose(pull, needed, atol=1e-9 * float(np.max(np.abs(needed))))
 
@@ -143,18 +143,18 @@ def test_stiff_and_explicit_agree(clearance_array):
 
 def test_stiff_and_explicit_agree_with_friction(array):
     """Cross-check: with LuGre friction, where the explicit method must follow the bristles, the first contacts agree."""
-    rubbing = array.with_clearance("A", sd.Clearance(0.5e-3, friction=sd.LuGre(0.01)))
-    explicit = simulate(rubbing, until=0.0045, method="dop853", samples=11)
-    stiff = simulate(rubbing, until=0.0045, method="rodas5p", samples=11)
+    frictional = array.with_clearance("A", sd.Clearance(0.5e-3, friction=sd.LuGre(0.01)))
+    explicit = simulate(frictional, until=0.0045, method="dop853", samples=11)
+    stiff = simulate(frictional, until=0.0045, method="rodas5p", samples=11)
     for name in ("contact_start", "approach_speed", "peak_force", "contact_duration"):
         assert np.allclose(explicit[name][:2], stiff[name][:2], rtol=1e-6)
     steps = [json.loads(run.attrs["statistics"])["steps"] for run in (explicit, stiff)]
     assert steps[0] > 4 * steps[1]
 
 
-def test_round_trip_and_replay(rubbing_array, tmp_path):
+def test_round_trip_and_replay(frictional_array, tmp_path):
     """Identity: a saved run loads without loss, and its attributes run again to the same numbers bit for bit."""
-    run = simulate(rubbing_array, until=0.01, samples=201, trust=True)
+    run = simulate(frictional_array, until=0.01, samples=201, trust=True)
     loaded = load(save(run, tmp_path / "run.nc"))
     xr.testing.assert_identical(loaded, run)
     again = replay(loaded)
@@ -224,10 +224,10 @@ def test_large_tolerances_end_well(array, method, tolerance, kinetic):
 
 
 @pytest.mark.parametrize("joint", ["O", "A", "unit 1/pivot", "unit 2/pivot", "unit 1/upper", "unit 1/lower"])
-@pytest.mark.parametrize("reading", ["A", "B"])
-def test_any_joint_may_have_clearance(joint, reading):
+@pytest.mark.parametrize("driven_bar", ["pinned", "slider"])
+def test_any_joint_may_have_clearance(joint, driven_bar):
     """Identity: with a clearance at any one joint, the books balance and the bars keep their lengths."""
-    arm = sd.scissor(units=2, reading=reading).driven(speed=sd.rpm(150)).with_clearance(joint, sd.Clearance(0.5e-3))
+    arm = sd.scissor(units=2, driven_bar=driven_bar).driven(speed=sd.rpm(150)).with_clearance(joint, sd.Clearance(0.5e-3))
     run = simulate(arm, until=0.006, samples=301)
     assert run.attrs["status"] == "complete"
     assert run.sizes["contact"] >= 1

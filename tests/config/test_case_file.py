@@ -182,7 +182,7 @@ def test_a_bad_table_of_motion_is_refused(tmp_path: Path, content: str, reason: 
         ("structure.units=2.5", "structure.units", "integer"),
         ("structure.units=0", "structure", "a whole number >= 1"),
         ("structure.kind=sissor", "structure.kind", "did you mean 'scissor'"),
-        ("structure.reading=C", "structure.reading", "'A' or 'B'"),
+        ("structure.driven_bar=C", "structure.driven_bar", "'pinned' or 'slider'"),
         ("structure.gravity=9.81 m/s", "structure.gravity", "wrong dimension"),
         ("clearance.A.joint=unit 1/pvot", "clearance.0", "did you mean 'unit 1/pivot'"),
         ("clearance.A.friction=lugr", "clearance.0.friction", "did you mean 'lugre'"),

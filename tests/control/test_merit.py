@@ -1,4 +1,4 @@
-"""Figures of merit, and what control of contact achieves on the clearance_array of the reference."""
+"""Figures of merit, and what control of contact achieves on the array of the reference."""
 
 import dataclasses
 import math
@@ -27,13 +27,13 @@ GUST = Force(
 
 @pytest.fixture(scope="module")
 def clearance_array():
-    """The clearance_array with a clearance joint A and a gust on its slider after half of the way."""
+    """The array with a clearance joint A and a gust on its slider after half of the way."""
     return dataclasses.replace(sd.scissor(units=2).with_clearance("A", sd.Clearance(5e-4)), elements=(GUST,))
 
 
 @pytest.fixture(scope="module")
 def ideal(clearance_array):
-    """The ideal clearance_array on the reference motion, without the gust."""
+    """The ideal array on the reference motion, without the gust."""
     return sd.simulate(dataclasses.replace(clearance_array.ideal(), elements=()).driven(REFERENCE), until=UNTIL)
 
 
@@ -61,7 +61,7 @@ def test_share_of_contact(clearance_run):
 def test_control_keeps_contact(clearance_array, ideal):
     """Limit: from a concentric start, within the torque limit, control lands the joint in a tenth of a drive's time.
 
-    Both keep contact under the gust; with feed-forward alone the clearance_array deviates from the reference.
+    Both keep contact under the gust; with feed-forward alone the array deviates from the reference.
     """
     driven = figures_of_merit(sd.simulate(clearance_array.driven(REFERENCE), until=UNTIL), ideal)
     torque = feed_forward(clearance_array, REFERENCE, until=UNTIL)

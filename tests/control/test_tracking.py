@@ -42,8 +42,8 @@ def test_proportional_derivative(method):
     controlled = hanging().controlled(PID(30.0, 0.9), reference=Polynomial((0.5,)), start_on_reference=False)
     run = sd.simulate(controlled, until=2.0, method=method, **TIGHT)
     decay = 0.9 / (2.0 * INERTIA)
-    swing, t = math.sqrt(30.0 / INERTIA - decay**2), run["time"].values
-    exact = 0.5 - 0.2 * np.exp(-decay * t) * (np.cos(swing * t) + decay / swing * np.sin(swing * t))
+    frequency, t = math.sqrt(30.0 / INERTIA - decay**2), run["time"].values
+    exact = 0.5 - 0.2 * np.exp(-decay * t) * (np.cos(frequency * t) + decay / frequency * np.sin(frequency * t))
     assert np.allclose(run["angle"][:, 0], exact, atol=1e-9)
     assert np.allclose(run["control_error"][:, 0], 0.5 - exact, atol=1e-9)
     assert balanced(run)

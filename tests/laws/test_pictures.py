@@ -11,7 +11,7 @@ from scissordyn.laws.damping.exact import returned_restitution
 from scissordyn.laws.damping.flores import Flores
 from scissordyn.laws.elastic.liu import Liu
 from scissordyn.laws.impact import impact
-from scissordyn.laws.sliding import steady_coefficient, swing
+from scissordyn.laws.sliding import oscillation, steady_coefficient
 from scissordyn.plot.law import draw_gallery, draw_law
 
 ENTRIES = [(kind, name) for kind, laws in catalogue.BY_KIND.items() for name in laws]
@@ -28,7 +28,7 @@ def test_impact():
 def test_swing_loses_what_friction_takes():
     """Limit: sliding far beyond the bristles' length, a period of Dahl's friction costs 4 a mu, as Coulomb's."""
     dahl = catalogue.FRICTION["dahl"](kinetic=0.05)
-    history = swing(dahl, JOINT, amplitude=1e-2, frequency=10.0, samples=4001)
+    history = oscillation(dahl, JOINT, amplitude=1e-2, frequency=10.0, samples=4001)
     loss = np.trapezoid(history.coefficient, history.displacement)
     assert loss == pytest.approx(4 * 1e-2 * 0.05, rel=1e-3)
 

@@ -34,7 +34,7 @@ def factor(elastic, indentation, rate, approach, xi):
     return elastic * (1.0 + xi * rate / approach)
 
 
-def rub(slip_speed, normal_force, mu):
+def dry_friction(slip_speed, normal_force, mu):
     """A friction of the user's."""
     return mu * normal_force * math.tanh(slip_speed / 1e-4)
 
@@ -63,9 +63,9 @@ def test_damping_and_friction_are_the_built_in_ones():
         pair = [normal_force(law.tag, 321.0, 1e-5, rate, 0.5, row(law)) for law in (own, built_in)]
         assert pair[0] == pytest.approx(pair[1], rel=1e-14)
     assert normal_force(own.tag, 321.0, 1e-5, -9.0, 0.5, row(own)) == 0.0
-    rubbing, coulomb = UserFriction(rub, (0.05,)), Coulomb(0.05)
+    own, coulomb = UserFriction(dry_friction, (0.05,)), Coulomb(0.05)
     for v in (-0.1, 2e-5, 0.0):
-        pair = [friction_force(law.tag, v, 100.0, NOTHING, NOTHING, row(law)) for law in (rubbing, coulomb)]
+        pair = [friction_force(law.tag, v, 100.0, NOTHING, NOTHING, row(law)) for law in (own, coulomb)]
         assert pair[0] == pytest.approx(pair[1], rel=1e-14)
 
 

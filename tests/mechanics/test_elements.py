@@ -59,7 +59,7 @@ def test_point_spring_keeps_energy():
 
 
 def test_spring_between_free_masses():
-    """Closed form: two masses on a spring swing with sqrt(k (1/m + 1/M)) about their unmoved centre."""
+    """Closed form: two masses on a spring oscillate with sqrt(k (1/m + 1/M)) about their unmoved centre."""
     one, other = sd.point_mass("one", mass=2.0), sd.point_mass("other", mass=3.0, position=(1.2, 0.0))
     spring = Spring("coil", ("one", "centre"), ("other", "centre"), stiffness=50.0, free_length=1.0)
     run = sd.simulate(Mechanism((one, other), elements=(spring,), gravity=0.0), until=2.0, **TIGHT)
@@ -172,7 +172,7 @@ def test_moves_start_and_end(motion):
 
 
 def test_motor_driven_array_with_clearance_joint():
-    """Identity: a motor, a hinge spring and a rubbing clearance joint together close the books."""
+    """Identity: a motor, a hinge spring and a clearance joint with friction together close the energy balance."""
     arm = sd.scissor(units=2).with_clearance("A", sd.Clearance(5e-4, friction=sd.LuGre(0.05)))
     elements = (
         Motor("motor", "unit 1/bar 1", 3000.0, 20.0, inertia=1.0),

@@ -13,7 +13,7 @@ from scissordyn.paper.sensitivity import DEFAULT, FACTORS, fetch_sensitivity, fu
 from scissordyn.paper.statements import CLAUSES
 from scissordyn.paper.verdict import Finding
 
-OTHER = dataclasses.replace(DEFAULT, reading="B", restitution=0.5)
+OTHER = dataclasses.replace(DEFAULT, driven_bar="slider", restitution=0.5)
 
 
 def test_the_default_choice_is_answered_as_in_the_report(runs):

@@ -50,13 +50,13 @@ def made_up(joints: tuple[str, ...] = ("A",), *, contacts: bool = True, **attrib
             inside = (time > begin) & (time < begin + 0.3e-3)
             pulse += np.where(inside, peak * np.sin(math.pi * (time - begin) / 0.3e-3), 0.0)
             table.append((begin, name, peak))
-        swing = 4.0 * math.pi * (time / END) ** 1.3
+        oscillation = 4.0 * math.pi * (time / END) ** 1.3
         depth = np.where(
             pulse > 0.0, 3e-5 * pulse / 85e3, -0.35 * CLEARANCE * np.sin(60.0 * time / END) ** 2 if contacts else -4e-4
         )
-        eccentricity[:, k] = (CLEARANCE + depth)[:, None] * np.stack([np.cos(swing), np.sin(swing)], axis=-1)
+        eccentricity[:, k] = (CLEARANCE + depth)[:, None] * np.stack([np.cos(oscillation), np.sin(oscillation)], axis=-1)
         per_joint["indentation"][:, k], per_joint["normal_force"][:, k] = depth, pulse
-        per_joint["friction_force"][:, k] = 0.05 * pulse * np.sign(np.cos(swing))
+        per_joint["friction_force"][:, k] = 0.05 * pulse * np.sign(np.cos(oscillation))
         touching[:, k] = pulse > 0.0
         clearance[k] = CLEARANCE
         rattle += pulse

@@ -72,9 +72,9 @@ class Block:
             normal = self.coefficient * depth**self.exponent * (1.0 + self.damping * rate / self.approach[k])
             normal = max(normal, 0.0)
             slip = state[3] - state[5] * arm_y
-            rub = -math.copysign(self.friction * normal * -math.expm1(-3.0 * abs(slip) / self.ramp_speed), slip)
-            fx, fy = fx + rub, fy - side * normal
-            moment += arm_x * -side * normal - arm_y * rub
+            friction = -math.copysign(self.friction * normal * -math.expm1(-3.0 * abs(slip) / self.ramp_speed), slip)
+            fx, fy = fx + friction, fy - side * normal
+            moment += arm_x * -side * normal - arm_y * friction
         return np.array([*state[3:], fx / self.mass, fy / self.mass, moment / self.inertia])
 
     def contacts(self, state, until):

@@ -197,9 +197,9 @@ class March:
         acting = [one for one in found if one is not None]
         storing = sum(one.elastic * one.rate for one in acting)
         damping = sum((one.normal - one.elastic) * one.rate for one in acting)
-        rubbing = sum(one.tangential * one.slip for one in acting)
+        friction = sum(one.tangential * one.slip for one in acting)
         bristles = [0.0 if one is None else one.bristle_rate for one in found]
-        return np.concatenate([v, a, bristles, [power, storing, damping, rubbing]])
+        return np.concatenate([v, a, bristles, [power, storing, damping, friction]])
 
     def gap(self, t: float, y: np.ndarray, j: int) -> tuple[float, float]:
         """|e| - c of joint j and its rate."""
@@ -210,7 +210,7 @@ class March:
     def advance(self, begin: float, y: np.ndarray, end: float, open_: tuple[Contact | None, ...], events: list[Any]) -> Any:
         """One call of the integrator: Radau where bristles make it stiff, DOP853 elsewhere."""
         clearance = min((joint.clearance for joint in self.model.joints), default=1.0)
-        rubbing = [
+        friction = [
             contact is not None and joint.friction is not None for joint, contact in zip(self.model.joints, open_, strict=True)
         ]
         bristles = [joint.friction.kinetic / joint.friction.stiffness if joint.friction else 1.0 for joint in self.model.joints]
@@ -220,11 +220,11 @@ class March:
             lambda t, state: self.rates(t, state, open_),
             (begin, end),
             y,
-            method="Radau" if any(rubbing) else "DOP853",
+            method="Radau" if any(friction) else "DOP853",
             rtol=self.rtol,
             atol=self.atol * scale,
             max_step=self.max_step,
-            first_step=min(1e-9, end - begin) if any(rubbing) else None,
+            first_step=min(1e-9, end - begin) if any(friction) else None,
             events=events,
             dense_output=True,
         )

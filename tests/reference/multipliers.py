@@ -107,8 +107,8 @@ class Multipliers:
         if type(described).__name__ != "Harmonic":
             raise TypeError(f"no reference motion for {type(described).__name__}")
         phase = described.frequency * t + described.phase
-        swing, turn = described.amplitude * math.sin(phase), described.amplitude * described.frequency * math.cos(phase)
-        return described.mean + swing, turn, -(described.frequency**2) * swing
+        oscillation, turn = described.amplitude * math.sin(phase), described.amplitude * described.frequency * math.cos(phase)
+        return described.mean + oscillation, turn, -(described.frequency**2) * oscillation
 
     def conditions(
         self, t: float, q: np.ndarray, v: np.ndarray, pins: Any

@@ -9,12 +9,12 @@ from scissordyn.study.ensemble import ensemble
 
 
 @pytest.fixture(scope="module")
-def parting(knocking):
+def parting(impacting):
     """Four members of an irregular motion."""
-    return ensemble(knocking, members=4, cycles=8, skip=2, workers=1)
+    return ensemble(impacting, members=4, cycles=8, skip=2, workers=1)
 
 
-def test_irregular_motion_parts(knocking, parting):
+def test_irregular_motion_parts(impacting, parting):
     """Limit: round-off of 1e-14 grows to a thousandth of the clearance within some cycles, and never at once."""
     assert set(parting["status"].values) == {"complete"}
     assert 1 <= parting.attrs["trusted_cycles"] < 8
@@ -22,7 +22,7 @@ def test_irregular_motion_parts(knocking, parting):
     agreeing = parting["agreeing"].values
     np.testing.assert_array_equal(agreeing[: parting.attrs["trusted_cycles"]], 1.0)
     assert agreeing[-1] < 1.0
-    np.testing.assert_array_equal(parting["slider_velocity"].values[0], cycle(knocking, cycles=8)["slider_velocity"])
+    np.testing.assert_array_equal(parting["slider_velocity"].values[0], cycle(impacting, cycles=8)["slider_velocity"])
 
 
 def test_means_and_spread(parting):
@@ -33,32 +33,32 @@ def test_means_and_spread(parting):
     assert float(parting["spread_peak_force"][0]) > 0.0
 
 
-def test_regular_motion_stays_together(rubbing):
+def test_regular_motion_stays_together(frictional):
     """Limit: where a perturbation shrinks, all members tell the same story to the end."""
-    found = ensemble(rubbing, members=3, cycles=6, workers=1)
+    found = ensemble(frictional, members=3, cycles=6, workers=1)
     assert found.attrs["trusted_cycles"] == 6
     np.testing.assert_array_equal(found["agreeing"], 1.0)
     np.testing.assert_array_equal(found["parting_cycle"], 6)
     assert not np.array_equal(found["eccentricity"].values[0], found["eccentricity"].values[1])
 
 
-def test_seed(knocking):
+def test_seed(impacting):
     """Identity: the same seed gives the same members, another seed others."""
-    here = ensemble(knocking, members=2, cycles=1, seed=5, workers=1)
-    there = ensemble(knocking, members=2, cycles=1, seed=5, workers=1)
-    other = ensemble(knocking, members=2, cycles=1, seed=6, workers=1)
+    here = ensemble(impacting, members=2, cycles=1, seed=5, workers=1)
+    there = ensemble(impacting, members=2, cycles=1, seed=5, workers=1)
+    other = ensemble(impacting, members=2, cycles=1, seed=6, workers=1)
     np.testing.assert_array_equal(here["eccentricity"], there["eccentricity"])
     assert not np.array_equal(here["drive_work"].values[1], other["drive_work"].values[1])
 
 
-def test_what_cannot_be_used(swinging, knocking):
+def test_what_cannot_be_used(periodic, impacting):
     """Identity: one-line errors."""
     for mechanism, options, words in (
-        (swinging, {}, "without clearance joints"),
-        (knocking, {"members": 1}, "members = 1"),
-        (knocking, {"skip": 2}, "skip = 2 of 2 cycles"),
-        (knocking, {"perturbation": 0.1}, "perturbation = 0.1"),
-        (knocking, {"agreement": 0.0}, "agreement = 0.0"),
+        (periodic, {}, "without clearance joints"),
+        (impacting, {"members": 1}, "members = 1"),
+        (impacting, {"skip": 2}, "skip = 2 of 2 cycles"),
+        (impacting, {"perturbation": 0.1}, "perturbation = 0.1"),
+        (impacting, {"agreement": 0.0}, "agreement = 0.0"),
     ):
         with pytest.raises(InputError, match=words):
             ensemble(mechanism, **{"members": 2, "cycles": 2, **options})

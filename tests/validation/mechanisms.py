@@ -26,7 +26,7 @@ CLEARANCE = 1e-3
 ELASTIC: tuple[Elastic, ...] = (Hertz(), Liu())
 BOUNCING = tuple(Clearance(CLEARANCE, stiffness=law, damping=NoDamping()) for law in ELASTIC)
 """Clearance joints that lose no energy."""
-RUBBING = Clearance(CLEARANCE, friction=LuGre(0.1)), Clearance(CLEARANCE, friction=Coulomb(0.1))
+FRICTIONAL = Clearance(CLEARANCE, friction=LuGre(0.1)), Clearance(CLEARANCE, friction=Coulomb(0.1))
 """Clearance joints with impact losses and friction."""
 
 

@@ -52,11 +52,11 @@ def spoke(name: str, x: float, stretch: float = 1.0) -> sd.Body:
 
 
 def tripod(stretch: float) -> sd.Mechanism:
-    """Three bars from the ground to one pin, one more than it needs, and a bar that swings there."""
+    """Three bars from the ground to one pin, one more than it needs, and a bar that hangs there."""
     joints = [pin(f"foot {n}", f"{n}.a", f"ground.{p}") for n, p in zip("uvw", "OPQ", strict=True)]
-    joints += [pin("head v", "v.b", "u.b"), pin("head w", "w.b", "u.b"), pin("swing", "x.a", "u.b")]
-    swinging = part("x", position=(0.5, 1.0))
-    return mechanism(spoke("u", 0.0), spoke("v", 1.0), spoke("w", 2.0, stretch), swinging, joints=tuple(joints))
+    joints += [pin("head v", "v.b", "u.b"), pin("head w", "w.b", "u.b"), pin("hinge", "x.a", "u.b")]
+    hanging = part("x", position=(0.5, 1.0))
+    return mechanism(spoke("u", 0.0), spoke("v", 1.0), spoke("w", 2.0, stretch), hanging, joints=tuple(joints))
 
 
 def braced_frame(spin: float) -> sd.Mechanism:

@@ -141,7 +141,7 @@ def test_hinge_spring_beyond_half_a_turn() -> None:
 
 
 def test_determined_reactions_are_kept() -> None:
-    """Cross-check: in a tripod with one foot too many the pin of the swinging bar bears what it bears in one with two feet."""
+    """Cross-check: in a tripod with one foot too many the pin of the hanging bar bears what it bears in one with two feet."""
     whole = tripod(1.0)
     statically_determined = dataclasses.replace(
         whole,
@@ -149,13 +149,13 @@ def test_determined_reactions_are_kept() -> None:
         joints=tuple(joint for joint in whole.joints if "w" not in joint.bodies),
     )
     runs = [sd.simulate(model, until=0.5, samples=26, rtol=1e-12, atol=1e-12) for model in (whole, statically_determined)]
-    pulls = [run["reaction"].sel(joint="swing").values for run in runs]
+    pulls = [run["reaction"].sel(joint="hinge").values for run in runs]
     assert np.allclose(*pulls, rtol=0, atol=1e-9 * np.max(np.abs(pulls[1])))
-    others = runs[0]["reaction"].drop_sel(joint="swing").values
+    others = runs[0]["reaction"].drop_sel(joint="hinge").values
     assert np.all(np.isnan(others).any(axis=2))
     (sentence,) = warnings_of(runs[0])
     assert "more ideal joints" in sentence
-    assert "'swing'" not in sentence
+    assert "'hinge'" not in sentence
 
 
 def test_no_reaction_of_a_braced_frame_is_determined() -> None:

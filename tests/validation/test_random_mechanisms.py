@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from books import energy_drift, masses, momentum_drift, opening, turned
 from hypothesis import HealthCheck, assume, given, settings
-from mechanisms import BOUNCING, RUBBING, mechanisms
+from mechanisms import BOUNCING, FRICTIONAL, mechanisms
 
 from scissordyn.laws.damping.flores import Flores
 from scissordyn.model.clearance import Clearance
@@ -93,8 +93,8 @@ def assert_momentum_balances(found, mechanism: Mechanism) -> None:
 
 
 @drawn
-@given(mechanism=mechanisms(floating=True, clearances=RUBBING, everywhere=True, turning_only=True))
-def test_momentum_of_rubbing_mechanisms(mechanism: Mechanism) -> None:
+@given(mechanism=mechanisms(floating=True, clearances=FRICTIONAL, everywhere=True, turning_only=True))
+def test_momentum_of_mechanisms_with_friction(mechanism: Mechanism) -> None:
     """Identity: impacts and friction at all joints: actions equal reactions to 1e-13, and the energy balance closes."""
     assume(mechanism.clearance_joints)
     found = run(mechanism, 1e-8)
@@ -114,8 +114,8 @@ def floating_array(units: int) -> Mechanism:
 
 
 @pytest.mark.parametrize("units", [2, 5])
-@pytest.mark.parametrize("clearance", RUBBING, ids=lambda clearance: clearance.friction.name)
-def test_momentum_of_a_rubbing_array(units: int, clearance: Clearance) -> None:
+@pytest.mark.parametrize("clearance", FRICTIONAL, ids=lambda clearance: clearance.friction.name)
+def test_momentum_of_a_frictional_array(units: int, clearance: Clearance) -> None:
     """Identity: a floating array with clearance and friction at every joint keeps its linear momentum, and moments balance."""
     array = floating_array(units).with_clearance("all", clearance)
     found = run(array, 1e-8, until=0.3)

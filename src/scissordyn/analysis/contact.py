@@ -158,8 +158,8 @@ def _of_the_table(run: xr.Dataset, joint: str, start: float, end: float) -> dict
     ]
     impulse = _column(run, "impulse", begun)
     damping = _column(run, "contact_damping_loss", begun)
-    rubbing = _column(run, "contact_friction_loss", begun)
-    lost = [math.nan if part is None else float(np.sum(part)) for part in (damping, rubbing)]
+    friction = _column(run, "contact_friction_loss", begun)
+    lost = [math.nan if part is None else float(np.sum(part)) for part in (damping, friction)]
     impulses = np.empty(0) if impulse is None else impulse
     return {
         "impacts": int(np.sum(begun)),

@@ -51,7 +51,7 @@ def deviation(run: xr.Dataset, ideal: xr.Dataset, *, after: float = 0.0, until: 
         raise InputError(
             f"an ideal run of {ideal.sizes['time']} instants to {float(ideal['time'].values[-1]):g} s for a run of "
             f"{own.size} instants to {own[-1]:g} s",
-            "a run of the mechanism with ideal joints and the same until and samples",
+            "a run of the mechanism with ideal joints, with the same until and samples",
             "simulate(arm.ideal(), until=..., samples=...)",
         )
     bodies = [str(name) for name in run["body"].values]

@@ -116,7 +116,7 @@ _TABLES = (
         bar_mass=_BAR,
         slider_mass=_SLIDER,
         angle=_CROSSING,
-        reading='"A": bar 1 is pinned to the ground and driven; "B": bar 2 is pinned and free',
+        driven_bar="bar 1 is driven; it is pinned to the ground, or its end is at the slider and bar 2 is pinned",
         **_GRAVITY,
     ),
     _built(

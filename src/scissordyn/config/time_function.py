@@ -121,7 +121,7 @@ def _only_one(table: Table, keys: tuple[str, ...], sample: str) -> Any:
 
 
 MOVES = {"start": "30 deg", "end": "60 deg", "duration": "2 s"}
-SWING = {"mean": "45 deg", "amplitude": "15 deg", "frequency": "3 Hz"}
+OSCILLATION = {"mean": "45 deg", "amplitude": "15 deg", "frequency": "3 Hz"}
 
 
 class DriveTable(Table):
@@ -130,10 +130,10 @@ class DriveTable(Table):
     speed: Annotated[float | None, quantities(ConstantSpeed)["speed"], Field(examples=["150 rpm"])] = None
     harmonic: Annotated[
         Harmonic | None,
-        described(Harmonic, **SWING),
+        described(Harmonic, **OSCILLATION),
         Field(
             description="mean + amplitude sin(frequency t + phase), in place of speed",
-            examples=[{**SWING, "phase": "0 deg"}],
+            examples=[{**OSCILLATION, "phase": "0 deg"}],
         ),
     ] = None
     table: Annotated[

@@ -154,7 +154,7 @@ def control(results: Results) -> list[str]:
         *(paragraph(text) for text in _control_words(results, touching, kept)),
         table(("", *(title for _, title, _, _ in MERITS), "change per period"), rows),
         paragraph(
-            "Errors are against the ideal mechanism on the same reference; a prescribed drive has no angle error by definition. "
+            "Errors against the ideal mechanism on the same reference; prescribed drives have no angle error by definition. "
             "Shares and forces come from the table of contacts; torques and energies from samples, 25 µs apart in the stroke, "
             "50 µs on the deployment and 1 ms under the periodic drive, where short peaks are missed. Change per period: root "
             "mean square of how the journal's place differs from that one period before, in clearances; zero if it repeats.",

@@ -19,6 +19,7 @@ __all__ = [
     "ARRAY",
     "CLEARANCES",
     "CONTROLLED",
+    "DRIVEN",
     "FRICTION",
     "SIZES",
     "SPEED",
@@ -48,12 +49,15 @@ MARGIN = degrees(10)
 SPACING = 2.5e-5
 """Between two recorded instants [s]: a tenth of the shortest contacts."""
 
-SWING = degrees(15)
+OSCILLATION = degrees(15)
 """Amplitude of the periodic drive [rad]; its largest speed is that of the stroke."""
 
 PERIODS = 2
 
-Travel = Literal["rising", "falling", "swing"]
+DRIVEN = {"pinned": "pinned bar driven", "slider": "slider bar driven"}
+"""The two variants of the driven bar in words."""
+
+Travel = Literal["rising", "falling", "oscillating"]
 
 
 @dataclass(frozen=True)
@@ -62,12 +66,12 @@ class Choice:
 
     Parameters
     ----------
-    reading : {"A", "B"}
-        Which bar is pinned to the ground, see `scissor`.
+    driven_bar : {"pinned", "slider"}
+        Which bar is driven, see `scissor`.
     angle : float
-        Angle of the driven bar at the start, the mean angle of a swing [rad].
-    travel : {"rising", "falling", "swing"}
-        Whether the angle grows or falls at constant speed, or swings.
+        Angle of the driven bar at the start, the mean angle of an oscillation [rad].
+    travel : {"rising", "falling", "oscillating"}
+        Whether the angle grows or falls at constant speed, or oscillates.
     restitution : float
         c_e.
     bearing_length : float
@@ -76,7 +80,7 @@ class Choice:
         The elastic foundation, or its formula as printed in later literature.
     """
 
-    reading: Literal["A", "B"] = "A"
+    driven_bar: Literal["pinned", "slider"] = "pinned"
     angle: Annotated[float, Quantity("rad", above=0.0, help="angle at the start")] = degrees(30)
     travel: Travel = "rising"
     restitution: Annotated[float, Quantity("1", above=0.0, maximum=1.0, help="restitution coefficient")] = 0.9
@@ -89,10 +93,10 @@ class Choice:
     @property
     def words(self) -> str:
         """The choice on one line, shortest form."""
-        turn = {"rising": "rising from", "falling": "falling from", "swing": "swinging about"}[self.travel]
+        turn = {"rising": "rising from", "falling": "falling from", "oscillating": "oscillating about"}[self.travel]
         length = "" if self.stiffness == "bai-zhao-as-printed" else f", L_b = {_number(1e3 * self.bearing_length)} mm"
         return (
-            f"reading {self.reading}, {turn} {_number(math.degrees(self.angle))} deg, c_e = {_number(self.restitution)}"
+            f"{DRIVEN[self.driven_bar]}, {turn} {_number(math.degrees(self.angle))} deg, c_e = {_number(self.restitution)}"
             f"{length}, {self.stiffness}"
         )
 
@@ -106,7 +110,7 @@ class PaperCase:
     clearance : float or None
         c of joint A [m]; None for ideal joints.
     speed : float
-        Of the driven bar [rad/s]; the largest one of a swing.
+        Of the driven bar [rad/s]; the largest one of an oscillation.
     friction : float or None
         Kinetic coefficient of LuGre friction.
     constrained : bool
@@ -139,8 +143,8 @@ class PaperCase:
     @property
     def until(self) -> float:
         """End of the run [s]."""
-        if self.choice.travel == "swing":
-            return PERIODS * 2.0 * math.pi * SWING / self.speed
+        if self.choice.travel == "oscillating":
+            return PERIODS * 2.0 * math.pi * OSCILLATION / self.speed
         if self.choice.travel == "falling":
             return min(STROKE, (self.choice.angle - MARGIN) / self.speed)
         return STROKE
@@ -168,7 +172,7 @@ class PaperCase:
             'slider_mass = "5 kg"',
             f'angle = "{_number(math.degrees(choice.angle))} deg"',
             'gravity = "9.81 m/s^2"',
-            f'reading = "{choice.reading}"',
+            f'driven_bar = "{choice.driven_bar}"',
             "",
             "[drive]",
             self._drive(),
@@ -198,9 +202,9 @@ class PaperCase:
             return instance(CaseTable, tomllib.loads(self.toml), {"folder": Path()}).case()
 
     def _drive(self) -> str:
-        if self.choice.travel == "swing":
-            frequency = _number(self.speed / SWING)
-            mean, amplitude = _number(math.degrees(self.choice.angle)), _number(math.degrees(SWING))
+        if self.choice.travel == "oscillating":
+            frequency = _number(self.speed / OSCILLATION)
+            mean, amplitude = _number(math.degrees(self.choice.angle)), _number(math.degrees(OSCILLATION))
             return f'harmonic = {{ mean = "{mean} deg", amplitude = "{amplitude} deg", frequency = "{frequency} rad/s" }}'
         return f'speed = "{"-" if self.choice.travel == "falling" else ""}{_rpm(self.speed)} rpm"'
 

@@ -102,7 +102,7 @@ DEPLOYMENT = Manoeuvre(
     24_001,
     gust=True,
 )
-SWINGING = Manoeuvre(
+PERIODIC_MANOEUVRE = Manoeuvre(
     "periodic drive, 45 ± 15 deg at 2 Hz, periods 40 to 60",
     Harmonic(mean=degrees(45), amplitude=degrees(15), frequency=2.0 * math.pi / PERIOD),
     degrees(45),
@@ -110,7 +110,7 @@ SWINGING = Manoeuvre(
     30_001,
     after=SINCE,
 )
-MANOEUVRES = {"stroke": STROKE_MANOEUVRE, "deployment": DEPLOYMENT, "periodic": SWINGING}
+MANOEUVRES = {"stroke": STROKE_MANOEUVRE, "deployment": DEPLOYMENT, "periodic": PERIODIC_MANOEUVRE}
 
 Scheme = Literal[
     "ideal", "prescribed", "feed-forward alone", "feed-forward, feedback", "the same with brake", "servo", "pyragas", "extended"

@@ -62,7 +62,7 @@ def _sizes(choice: Choice, measured: Measured, sizes: Sequence[float]) -> dict[f
     return {size: measured[PaperCase(size, choice=choice)] for size in sizes}
 
 
-def _rubbing(choice: Choice, measured: Measured) -> dict[float, Measures]:
+def _by_friction(choice: Choice, measured: Measured) -> dict[float, Measures]:
     return {friction: measured[PaperCase(friction=friction, choice=choice)] for friction in FRICTION}
 
 
@@ -314,7 +314,7 @@ def quasi_periodic(choice: Choice, measured: Measured) -> Finding:
 
 def fewer_rebounds(choice: Choice, measured: Measured) -> Finding:
     """6a: impacts by friction coefficient."""
-    found = _rubbing(choice, measured)
+    found = _by_friction(choice, measured)
     return Finding(
         _grows([-m.impacts for m in found.values()]),
         _listed("contacts", {f"{friction:g}": str(m.impacts) for friction, m in found.items()}),
@@ -334,7 +334,7 @@ def rebounding(choice: Choice, measured: Measured) -> Finding:
 
 def eventually(choice: Choice, measured: Measured) -> Finding:
     """6c: share of contact at the end, more friction."""
-    found = {friction: m for friction, m in _rubbing(choice, measured).items() if friction > FRICTION[0]}
+    found = {friction: m for friction, m in _by_friction(choice, measured).items() if friction > FRICTION[0]}
     shown = {f"{friction:g}": percent(m.final_share) for friction, m in found.items()}
     return Finding(
         all(m.final_share >= CONTINUOUS for m in found.values()),
@@ -345,7 +345,7 @@ def eventually(choice: Choice, measured: Measured) -> Finding:
 
 def quarter(choice: Choice, measured: Measured) -> Finding:
     """6d: contact arc by friction coefficient."""
-    found = _rubbing(choice, measured)
+    found = _by_friction(choice, measured)
     shown = {f"{friction:g}": f"{math.degrees(m.arc):.0f} deg" for friction, m in found.items()}
     return Finding(
         all(m.arc <= QUARTER for m in found.values()),
@@ -356,7 +356,7 @@ def quarter(choice: Choice, measured: Measured) -> Finding:
 
 def calmer(choice: Choice, measured: Measured) -> Finding:
     """6e: scatter of the acceleration by friction coefficient."""
-    found = _rubbing(choice, measured)
+    found = _by_friction(choice, measured)
     values = [m.irregularity for m in found.values()]
     shown = {f"{friction:g}": f"{m.irregularity:.3g}" for friction, m in found.items()}
     return Finding(

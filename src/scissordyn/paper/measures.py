@@ -176,7 +176,7 @@ _SERIES = (
 )
 
 FREE_BAR = "unit 1/bar 2"
-"""The bar whose response figure 6 shows; it is the one that is not driven, in both readings."""
+"""The bar whose response figure 6 shows; it is not driven in either variant."""
 
 
 def _series(run: xr.Dataset, name: str) -> np.ndarray:

@@ -1,8 +1,8 @@
 """How regular the motion is under a periodic drive, by measures that need one.
 
 The paper drives at constant speed through a single stroke, in which nothing repeats; regular, quasi-periodic and irregular are
-words for what a periodic drive leads to. Which drive is left open. Here the driven bar swings by 15 deg about 45 deg, over the
-first part of the stroke, and in the middle as fast as in the stroke.
+words for what a periodic drive leads to. Which drive is left open. Here the driven bar oscillates by 15 deg about 45 deg, over
+the first part of the stroke, and in the middle as fast as in the stroke.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ from scissordyn.units import degrees
 
 __all__ = ["BY_CLEARANCE", "BY_FRICTION", "EVERY", "PERIODIC", "Regularity", "examine", "fetch_diagram", "read"]
 
-PERIODIC = Choice(angle=degrees(45), travel="swing")
+PERIODIC = Choice(angle=degrees(45), travel="oscillating")
 """The default choice but for the drive."""
 
 BY_CLEARANCE = tuple(PaperCase(clearance, choice=PERIODIC) for clearance in CLEARANCES)

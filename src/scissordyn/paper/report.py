@@ -197,9 +197,9 @@ def _singly(singly: xr.Dataset) -> list[str]:
         paragraph(
             f"Yes and no where all of {MEMBERS} neighbours agree, else how many say yes. The last column is the largest "
             "relative spread of a peak force among them: far below one, the numbers are of the trajectory; near one, they "
-            "are statistics. Rest the pointer on an answer to read what was measured. Under the swing, 5e, 5f and 6e "
+            "are statistics. Hover over an answer to read its measured values. With the oscillating drive, 5e, 5f and 6e "
             "are answered by true "
-            "measures after hundreds of periods, the others by two swings."
+            "measures after hundreds of periods, the others by two oscillations."
         ),
         table(("choice", *(str(key) for key in singly["clause"].values), "spread"), rows, tinted=True),
     ]

@@ -13,7 +13,7 @@ import numpy as np
 import xarray as xr
 
 from scissordyn.errors import InputError, ScissordynError
-from scissordyn.paper.cases import Choice, PaperCase, every_case
+from scissordyn.paper.cases import DRIVEN, Choice, PaperCase, every_case
 from scissordyn.paper.kept import Progress, provenance
 from scissordyn.paper.measures import Measures, measure
 from scissordyn.paper.periodic import PERIODIC
@@ -42,9 +42,9 @@ MEMBERS = 8
 PAIR = 2
 
 FACTORS: dict[str, Callable[[Choice], str]] = {
-    "reading": lambda choice: f"reading {choice.reading}",
+    "driven bar": lambda choice: DRIVEN[choice.driven_bar],
     "stroke": lambda choice: (
-        f"{choice.travel} {'about' if choice.travel == 'swing' else 'from'} {np.degrees(choice.angle):.0f} deg"
+        f"{choice.travel} {'about' if choice.travel == 'oscillating' else 'from'} {np.degrees(choice.angle):.0f} deg"
     ),
     "restitution": lambda choice: f"c_e = {choice.restitution:g}",
     "joint": lambda choice: (
@@ -58,7 +58,7 @@ def one_at_a_time() -> tuple[Choice, ...]:
     """The default choice, and those that differ from it in one thing."""
     changed = [
         DEFAULT,
-        dataclasses.replace(DEFAULT, reading="B"),
+        dataclasses.replace(DEFAULT, driven_bar="slider"),
         *(dataclasses.replace(DEFAULT, angle=angle, travel=travel) for angle, travel in STROKES),  # type: ignore[arg-type]
         PERIODIC,
         *(dataclasses.replace(DEFAULT, restitution=value) for value in RESTITUTIONS),
@@ -72,8 +72,8 @@ def full_factorial() -> tuple[Choice, ...]:
     """Every combination, single strokes only; the bearing's length does not enter the stiffness as printed."""
     joints = [{"bearing_length": length} for length in LENGTHS] + [{"stiffness": "bai-zhao-as-printed"}]
     return tuple(
-        Choice(reading=reading, angle=angle, travel=travel, restitution=restitution, **joint)  # type: ignore[arg-type]
-        for reading, (angle, travel), restitution, joint in itertools.product("AB", STROKES, RESTITUTIONS, joints)
+        Choice(driven_bar=driven, angle=angle, travel=travel, restitution=restitution, **joint)  # type: ignore[arg-type]
+        for driven, (angle, travel), restitution, joint in itertools.product(DRIVEN, STROKES, RESTITUTIONS, joints)
     )
 
 
@@ -144,7 +144,7 @@ def fetch_sensitivity(
     path : Path
         NetCDF file, written whole or not at all.
     settled : mapping of str to Finding, optional
-        Answers by clause that take the place of those from two swings, for the periodic drive.
+        Answers by clause that take the place of those from two oscillations, for the periodic drive.
     members : int
     workers : int, optional
     progress : callable, optional
@@ -179,7 +179,7 @@ def fetch_sensitivity(
 
 
 def _settled(choice: Choice, found: Holds, settled: Mapping[str, Finding]) -> Holds:
-    """Two swings are no evidence of what a periodic drive leads to: those answers come from hundreds of them."""
+    """Two oscillations are no evidence of what a periodic drive leads to: those answers come from hundreds of them."""
     if choice != PERIODIC:
         return found
     agreeing, words = list(found.agreeing), list(found.words)

@@ -20,7 +20,7 @@ DECISIVE = 0.5
 """A factor decides about a clause if its levels shift the share of choices for which it holds by as much."""
 
 PLAIN = {
-    "reading": "which bar is pinned to the ground",
+    "driven bar": "which bar is driven",
     "stroke": "from which angle and in which direction the stroke goes",
     "restitution": "the restitution coefficient",
     "joint": "the joint's stiffness (length of the bearing, form of the law)",

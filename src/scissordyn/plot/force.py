@@ -43,16 +43,16 @@ def force(
         If no joint has clearance, or a named one has none.
     """
     chosen = chosen_joints(run, joints)
-    rubs = [bool(np.any(np.nan_to_num(run["friction_force"].sel(joint=name).values))) for name in chosen]
-    ratios = [ratio for rub in rubs for ratio in ((2.0, 1.2) if rub else (2.0,))]
+    frictional = [bool(np.any(np.nan_to_num(run["friction_force"].sel(joint=name).values))) for name in chosen]
+    ratios = [ratio for has_friction in frictional for ratio in ((2.0, 1.2) if has_friction else (2.0,))]
     drawn = panels(axes, len(ratios), size=(9.0, 0.6 + 1.35 * sum(ratios)), ratios=ratios)
     time = time_scale(run)
     following = iter(drawn)
-    for name, rub in zip(chosen, rubs, strict=True):
+    for name, has_friction in zip(chosen, frictional, strict=True):
         _normal(one := next(following), run, ideal, name, time)
         if len(chosen) > 1:
             one.set_title(f"joint {name}", loc="left", fontsize=NORMAL)
-        if rub:
+        if has_friction:
             values = run["friction_force"].sel(joint=name).values
             scale = engineering("N", values)
             under = next(following)

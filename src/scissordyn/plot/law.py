@@ -15,7 +15,7 @@ from scissordyn.laws.dispatch import elastic_force
 from scissordyn.laws.elastic.liu import Liu
 from scissordyn.laws.impact import Impact, impact, table_row
 from scissordyn.laws.material import STEEL
-from scissordyn.laws.sliding import steady_coefficient, swing
+from scissordyn.laws.sliding import oscillation, steady_coefficient
 from scissordyn.plot.scale import Scale, engineering
 from scissordyn.plot.style import (
     BLACK,
@@ -34,13 +34,13 @@ from scissordyn.plot.style import (
     panels,
 )
 
-__all__ = ["JOINT", "Knock", "draw_gallery", "draw_law"]
+__all__ = ["JOINT", "FreeMass", "draw_gallery", "draw_law"]
 
 JOINT = JointContact(clearance=0.5e-3, journal_radius=10e-3, length=15e-3, journal=STEEL, bearing=STEEL)
 """The joint that laws are shown in unless another is given: the defaults of `Clearance`, with c = 0.5 mm."""
 
-SWING = 2e-6, 5.0
-"""Amplitude [m] and frequency [Hz] of the swing that shows sticking and sliding: a few bristle lengths, up to 63 um/s."""
+OSCILLATION = 2e-6, 5.0
+"""Amplitude [m] and frequency [Hz] of the oscillation that shows sticking and sliding: a few bristle lengths, up to 63 um/s."""
 
 SPEEDS = np.logspace(-6, 0, 400)
 """Slip speeds of the curve of steady sliding [m/s]."""
@@ -54,7 +54,7 @@ DASHES: tuple[Any, ...] = ("-", (0, (5, 2)), (0, (1, 1.5)))
 
 
 @dataclass(frozen=True)
-class Knock:
+class FreeMass:
     """The impact in which a law is shown.
 
     Parameters
@@ -62,7 +62,7 @@ class Knock:
     mass : float
         Of the free body [kg].
     speed : float
-        With which it arrives [m/s].
+        Of the impact [m/s].
     """
 
     mass: float = 5.0
@@ -78,10 +78,10 @@ def _label(axes: Axes, force: Scale, length: Scale) -> None:
 
 
 def _draw_impact(
-    stiffness: Elastic, damping: Damping, title: str, axes: Canvas, joint: JointContact, knock: Knock
+    stiffness: Elastic, damping: Damping, title: str, axes: Canvas, joint: JointContact, free_mass: FreeMass
 ) -> list[Axes]:
     (panel,) = panels(axes, 1, size=(5.6, 3.6))
-    history = impact(stiffness, damping, joint, mass=knock.mass, speed=knock.speed)
+    history = impact(stiffness, damping, joint, mass=free_mass.mass, speed=free_mass.speed)
     depth = np.linspace(0.0, float(history.indentation.max()), 200)[1:]
     row = table_row(stiffness, joint)
     elastic = np.array([elastic_force(stiffness.tag, delta, row) for delta in depth])
@@ -92,8 +92,8 @@ def _draw_impact(
         k = int(part * history.time.size)
         ends = [(length.factor * history.indentation[i], force.factor * history.force[i]) for i in (k - 8, k)]
         panel.annotate("", xy=ends[1], xytext=ends[0], arrowprops={"arrowstyle": "-|>", "color": BLUE, "lw": 0.0})
-    back = history.restitution * knock.speed
-    title = f"{title}: {knock.mass:g} kg at {knock.speed:g} m/s, comes back at {back:.3g} m/s"
+    back = history.restitution * free_mass.speed
+    title = f"{title}: {free_mass.mass:g} kg at {free_mass.speed:g} m/s, rebounds at {back:.3g} m/s"
     panel.set_title(title, loc="left", fontsize=NORMAL)
     _label(panel, force, length)
     panel.legend(loc="upper left", frameon=False, fontsize="small")
@@ -105,8 +105,8 @@ def _draw_friction(friction: Friction, axes: Canvas, joint: JointContact) -> lis
     sliding.semilogx(SPEEDS, steady_coefficient(friction, joint, SPEEDS), color=BLUE, linewidth=LINE)
     sliding.set(xlabel="slip speed [m/s]", ylabel="friction force / normal force", ylim=(0.0, None))
     sliding.set_title(f"{friction.name}: steady sliding", loc="left", fontsize=NORMAL)
-    amplitude, frequency = SWING
-    history = swing(friction, joint, amplitude=amplitude, frequency=frequency)
+    amplitude, frequency = OSCILLATION
+    history = oscillation(friction, joint, amplitude=amplitude, frequency=frequency)
     length = engineering("m", history.displacement)
     sticking.plot(length.factor * history.displacement, history.coefficient, color=BLUE, linewidth=LINE)
     sticking.set(xlabel=length.label("slip"), ylabel="friction force / normal force")
@@ -117,12 +117,12 @@ def _draw_friction(friction: Friction, axes: Canvas, joint: JointContact) -> lis
 
 
 def draw_law(
-    law: Elastic | Damping | Friction, *, axes: Canvas = None, joint: JointContact = JOINT, knock: Knock | None = None
+    law: Elastic | Damping | Friction, *, axes: Canvas = None, joint: JointContact = JOINT, free_mass: FreeMass | None = None
 ) -> list[Axes]:
     """One law at work.
 
     An elastic part is shown in the loop of an impact with Flores's damping, a damping in one on Liu's elastic part, each
-    beside the elastic part alone; a friction law in steady sliding and in a swing of a few micrometres.
+    beside the elastic part alone; a friction law in steady sliding and in an oscillation of a few micrometres.
 
     Parameters
     ----------
@@ -131,14 +131,14 @@ def draw_law(
         One Axes, two for friction; a new figure if not given.
     joint : JointContact
         The joint it acts in.
-    knock : Knock, optional
+    free_mass : FreeMass, optional
         The impact.
 
     Returns
     -------
     list of Axes
     """
-    chosen = knock or Knock()
+    chosen = free_mass or FreeMass()
     if isinstance(law, Friction):
         return _draw_friction(law, axes, joint)
     if isinstance(law, Elastic):
@@ -154,7 +154,7 @@ def _soft(law: type[Any]) -> Any:
     return law(restitution=SOFT) if any(field.name == "restitution" for field in fields(law)) else law()
 
 
-def draw_gallery(*, axes: Canvas = None, joint: JointContact = JOINT, knock: Knock | None = None) -> list[Axes]:
+def draw_gallery(*, axes: Canvas = None, joint: JointContact = JOINT, free_mass: FreeMass | None = None) -> list[Axes]:
     """All laws on one impact and in one slide, with their default parameters except for a restitution of 0.5.
 
     Parameters
@@ -163,14 +163,14 @@ def draw_gallery(*, axes: Canvas = None, joint: JointContact = JOINT, knock: Kno
         Three Axes; a new figure if not given.
     joint : JointContact
         The joint they act in.
-    knock : Knock, optional
+    free_mass : FreeMass, optional
         The impact.
 
     Returns
     -------
     list of Axes
     """
-    chosen = knock or Knock()
+    chosen = free_mass or FreeMass()
     elastic, damping, friction = panels(axes, 3, size=(7.2, 9.6), share=False)
     for panel, pairs in (
         (elastic, [(name, law(), Flores()) for name, law in ELASTIC.items()]),

@@ -259,10 +259,10 @@ def _control_variables(mechanism: Mechanism, path: Trajectory, found: Record) ->
 
 
 def _energy_variables(path: Trajectory, found: Record) -> dict[str, Variable]:
-    work, damping, rubbing, loads, dampers = path.samples.total.T
+    work, damping, friction, loads, dampers = path.samples.total.T
     energy = found.kinetic + found.potential + found.elastic + found.springs
     locking = latch_losses(path.layout.mechanism, path.log, path.samples.time)
-    lost = damping + rubbing + dampers + locking
+    lost = damping + friction + dampers + locking
     residual = energy - energy[:1] - work - loads + lost
     named = {
         "kinetic_energy": (found.kinetic, "kinetic energy"),
@@ -270,7 +270,7 @@ def _energy_variables(path: Trajectory, found: Record) -> dict[str, Variable]:
         "elastic_energy": (found.elastic, "elastic energy of the contacts"),
         "drive_work": (work, "work of the drives"),
         "damping_loss": (damping, "energy dissipated by contact damping"),
-        "friction_loss": (rubbing, "energy dissipated by friction"),
+        "friction_loss": (friction, "energy dissipated by friction"),
         "spring_energy": (found.springs, "energy stored in springs"),
         "load_work": (loads, "work of forces, torques, motors and actuators"),
         "damper_loss": (dampers, "energy dissipated by dampers"),

@@ -236,7 +236,7 @@ def test_bad_values_are_refused_with_their_place(change: str, place: str, says: 
         ('[structure]\nkind = "scissor"\n', "missing key 'run'"),
         ('[run]\nuntil = "1 ms"\n', "missing key 'structure'"),
         ('[structure]\n[run]\nuntil = "1 ms"\n', "missing key 'kind'"),
-        (LEAST + "[drive]\n", "0 motions"),
+        (LEAST + "[drive]\n", "0 time functions"),
         (LEAST + '[clearance]\njoint = "A"\n', "[[clearance]]"),
         (LEAST + '[[clearance]]\njoint = "A"\n', "missing key 'clearance'"),
         (LEAST + 2 * '[[clearance]]\njoint = "A"\nclearance = "1 mm"\n', "given twice"),

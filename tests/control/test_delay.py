@@ -78,12 +78,12 @@ def test_nothing_is_kept_without_a_delay():
     assert "control_signal" not in run
 
 
-def decay_rate(gain, delay, memory, stiffness, excitation, guess):
+def decay_rate(gain, delay, recursion_gain, stiffness, excitation, guess):
     """The root near `guess` of I s^2 - d s + k + K s (1 - E)/(1 - R E), E = exp(-s T), by Newton's method."""
 
     def value(s):
         past = cmath.exp(-s * delay)
-        return INERTIA * s * s - excitation * s + stiffness + gain * s * (1.0 - past) / (1.0 - memory * past)
+        return INERTIA * s * s - excitation * s + stiffness + gain * s * (1.0 - past) / (1.0 - recursion_gain * past)
 
     s = guess
     for _ in range(60):
@@ -98,16 +98,16 @@ def excited(t, angle, speed, acceleration, error, measured, x, y, rate_x, rate_y
     return 18.0 * error + 0.2 * measured
 
 
-@pytest.mark.parametrize("memory", [0.0, 0.4])
-def test_delayed_feedback_calms_an_oscillator(memory):
+@pytest.mark.parametrize("recursion_gain", [0.0, 0.4])
+def test_delayed_feedback_stabilises_an_oscillator(recursion_gain):
     """Closed form: a self-excited oscillator (a complex pair of multipliers) decays at the root of its quasi-polynomial."""
     delay = math.pi / math.sqrt(18.0 / INERTIA)
-    law = ExtendedDelayedFeedback(0.5, delay, memory, onset=0.0) if memory else Pyragas(0.5, delay, onset=0.0)
+    law = ExtendedDelayedFeedback(0.5, delay, recursion_gain, onset=0.0) if recursion_gain else Pyragas(0.5, delay, onset=0.0)
     free = turning().controlled(UserController(excited), reference=Polynomial((0.0,)), start_on_reference=False)
     options = {"rtol": 1e-10, "atol": 1e-10, "samples": 4001, "method": "dop853"}
     assert np.abs(sd.simulate(free, until=6.0, **options)["angle"][:, 0].values[-500:]).max() > 0.6
     run = sd.simulate(free.controlled(law), until=20.0, **options)
-    root = decay_rate(0.5, delay, memory, 18.0, 0.2, complex(-0.3, math.sqrt(18.0 / INERTIA)))
+    root = decay_rate(0.5, delay, recursion_gain, 18.0, 0.2, complex(-0.3, math.sqrt(18.0 / INERTIA)))
     assert root.real < -0.1
     # the slowest mode alone is left: fit its real and imaginary part to the second half
     part = (run["time"].values > 8.0) & (run["time"].values < 16.0)

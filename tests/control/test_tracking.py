@@ -172,10 +172,12 @@ def test_feed_forward_is_the_drive():
     assert balanced(fed)
 
 
-def steer(t, angle, speed, acceleration, error, measured, x, y, rate_x, rate_y, delayed, torque, stiffness, damping, landing):
-    """PD feedback, feed-forward and landing, written out."""
+def steer(
+    t, angle, speed, acceleration, error, measured, x, y, rate_x, rate_y, delayed, torque, stiffness, damping, rate_damping
+):
+    """PD feedback, feed-forward and rate damping, written out."""
     outward = (x * rate_x + y * rate_y) / math.sqrt(x * x + y * y + 1e-10)
-    return torque + stiffness * error + damping * (speed - measured) - landing * outward
+    return torque + stiffness * error + damping * (speed - measured) - rate_damping * outward
 
 
 def test_user_controller():
@@ -185,7 +187,7 @@ def test_user_controller():
         Cycloidal(math.radians(30), math.radians(60), 1.0),
     )
     torque = feed_forward(arm, reference, until=0.02)
-    chosen = FeedForward(2e4, 1500.0, landing=300.0), UserController(steer, (2e4, 1500.0, 300.0))
+    chosen = FeedForward(2e4, 1500.0, eccentricity_rate_damping=300.0), UserController(steer, (2e4, 1500.0, 300.0))
     runs = [
         sd.simulate(arm.controlled(law, reference=reference, feed_forward=torque, sensor="A"), until=0.02) for law in chosen
     ]
@@ -196,12 +198,12 @@ def test_user_controller():
 
 @pytest.mark.parametrize("friction", [sd.NoFriction(), sd.LuGre(0.05)])
 def test_books_close_with_everything(friction):
-    """Identity: energy is kept account of with feedback, integral, landing, limit and contacts together."""
+    """Identity: the energy balance closes with feedback, integral, rate damping, limit and contacts together."""
     arm, reference = (
         sd.scissor(units=2).with_clearance("A", sd.Clearance(5e-4, friction=friction)),
         Cycloidal(math.radians(30), 1.0, 1.0),
     )
-    law = FeedForward(2e4, 1500.0, 1e5, limit=600.0, ramp=0.01, landing=-300.0)
+    law = FeedForward(2e4, 1500.0, 1e5, limit=600.0, ramp=0.01, eccentricity_rate_damping=-300.0)
     torque = feed_forward(arm, reference, until=0.04)
     run = sd.simulate(arm.controlled(law, reference=reference, feed_forward=torque, sensor="A"), until=0.04)
     assert run.attrs["status"] == "complete"
@@ -238,7 +240,7 @@ def test_catalogue():
         (lambda: PID(-1.0), "proportional = -1.0"),
         (lambda: PID(1.0, ramp=0.1), "without a limit"),
         (lambda: CONTROLLERS["pyragas"](1.0, 0.5, recorded="sped"), "did you mean 'speed'"),
-        (lambda: hanging().controlled(FeedForward(landing=1.0)), "without a sensor"),
+        (lambda: hanging().controlled(FeedForward(eccentricity_rate_damping=1.0)), "without a sensor"),
         (lambda: hanging().controlled(PID(1.0), feed_forward=Polynomial((1.0,))), "no use of a feed-forward"),
         (lambda: hanging().controlled(PID(1.0), sensor="pni"), "did you mean 'pin'"),
         (lambda: hanging().controlled(PID(1.0), sensor=("rod", "tip")), "point 'tip'"),

@@ -115,7 +115,7 @@ def _polynomial_reader(unit: str, sample: str) -> PlainValidator:
 def _only_one(table: Table, keys: tuple[str, ...], sample: str) -> Any:
     given = {key: value for key in keys if (value := getattr(table, key)) is not None}
     if len(given) != 1:
-        came = f"{len(given)} motions" + (f" ({', '.join(given)})" if given else "")
+        came = f"{len(given)} time functions" + (f" ({', '.join(given)})" if given else "")
         raise InputError(came, f"exactly one of {', '.join(keys[:-1])} and {keys[-1]}", sample)
     return next(iter(given.values()))
 

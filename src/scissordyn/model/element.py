@@ -184,7 +184,7 @@ class Motor:
 
 @dataclass(frozen=True)
 class Actuator:
-    """A torque on a body against its base that a controller chooses from what it senses.
+    """A torque on a body against its base, given by a controller.
 
     Input of the controller are the reference motion, the angle and speed of the body against its base, and, with a sensor, the
     vector from its origin to it.
@@ -211,7 +211,7 @@ class Actuator:
     Raises
     ------
     InputError
-        If the controller needs a feed-forward torque or a sensor that is not there, or has no use for one that is.
+        If the controller needs a feed-forward torque or a sensor that is missing, or does not use one that is given.
     """
 
     name: str
@@ -231,9 +231,9 @@ class Actuator:
         if not isinstance(self.controller, Controller):
             raise InputError(f"actuator '{self.name}': controller = {self.controller!r}", "a controller", "PID(100.0)")
         what = f"actuator '{self.name}' with the controller '{self.controller.name}'"
-        if self.feed_forward is not None and not self.controller.feeds:
+        if self.feed_forward is not None and not self.controller.uses_feed_forward:
             raise InputError(f"{what}, which makes no use of a feed-forward torque", "the controller 'feed-forward'")
-        if self.sensor is None and (self.controller.senses or self.sensor_origin is not None):
+        if self.sensor is None and (self.controller.uses_sensor or self.sensor_origin is not None):
             raise InputError(f"{what} without a sensor", "sensor=(BODY, POINT)")
         if self.start_on_reference and (self.base != GROUND or self.reference is None):
             raise InputError(f"actuator '{self.name}' with start_on_reference", "a reference, and the ground as the base")

@@ -40,8 +40,8 @@ PROPORTIONAL, DERIVATIVE = 2e4, 1500.0
 LIMIT, RAMP = 770.0, 0.02
 """Its torque limit on the deployment, 1.5 times the ideal torque [N m], and the time in which that rises from zero [s]."""
 
-LANDING = -1000.0
-"""Its brake on the rate of the eccentricity during the stroke [N s]."""
+ECCENTRICITY_RATE_DAMPING = -1000.0
+"""Its damping of the rate of the eccentricity during the stroke [N s]."""
 
 SERVO = PID(2e5, derivative=4e3)
 """Tracks the periodic reference; delayed feedback is added to it."""
@@ -113,7 +113,14 @@ PERIODIC_MANOEUVRE = Manoeuvre(
 MANOEUVRES = {"stroke": STROKE_MANOEUVRE, "deployment": DEPLOYMENT, "periodic": PERIODIC_MANOEUVRE}
 
 Scheme = Literal[
-    "ideal", "prescribed", "feed-forward alone", "feed-forward, feedback", "the same with brake", "servo", "pyragas", "extended"
+    "ideal",
+    "prescribed",
+    "feed-forward alone",
+    "feed-forward, feedback",
+    "the same with rate damping",
+    "servo",
+    "pyragas",
+    "extended",
 ]
 
 
@@ -155,7 +162,7 @@ class ControlledRun:
 def _fed(law: FeedForward) -> Callable[[Mechanism, Manoeuvre], Mechanism]:
     def controlled(arm: Mechanism, manoeuvre: Manoeuvre) -> Mechanism:
         torque = feed_forward(arm, manoeuvre.motion, until=manoeuvre.until)
-        sensor = JOINT if law.senses else None
+        sensor = JOINT if law.uses_sensor else None
         return arm.controlled(law, reference=manoeuvre.motion, feed_forward=torque, sensor=sensor)
 
     return controlled
@@ -172,7 +179,9 @@ def _delayed(law: Pyragas | ExtendedDelayedFeedback | None) -> Callable[[Mechani
 _SCHEMES: dict[tuple[str, str], Callable[[Mechanism, Manoeuvre], Mechanism]] = {
     # at full speed from the start a limit as on the deployment would only let the bar fall
     ("stroke", "feed-forward, feedback"): _fed(FeedForward(PROPORTIONAL, DERIVATIVE)),
-    ("stroke", "the same with brake"): _fed(FeedForward(PROPORTIONAL, DERIVATIVE, landing=LANDING)),
+    ("stroke", "the same with rate damping"): _fed(
+        FeedForward(PROPORTIONAL, DERIVATIVE, eccentricity_rate_damping=ECCENTRICITY_RATE_DAMPING)
+    ),
     ("deployment", "feed-forward alone"): _fed(FeedForward(limit=LIMIT)),
     ("deployment", "feed-forward, feedback"): _fed(FeedForward(PROPORTIONAL, DERIVATIVE, limit=LIMIT, ramp=RAMP)),
     ("periodic", "servo"): _delayed(None),
@@ -181,7 +190,7 @@ _SCHEMES: dict[tuple[str, str], Callable[[Mechanism, Manoeuvre], Mechanism]] = {
 }
 
 CONTROLLED_RUNS = (
-    *(ControlledRun("stroke", scheme) for scheme in ("ideal", "feed-forward, feedback", "the same with brake")),
+    *(ControlledRun("stroke", scheme) for scheme in ("ideal", "feed-forward, feedback", "the same with rate damping")),
     *(
         ControlledRun("deployment", scheme)
         for scheme in ("ideal", "prescribed", "feed-forward alone", "feed-forward, feedback")

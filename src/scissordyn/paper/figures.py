@@ -128,7 +128,7 @@ FURTHER = {
             "maps-by-clearance",
             "Scatter plots of the stroke and true maps, by clearance",
             "Above: what the paper calls a Poincaré map, every sample of a single stroke. Below: a true map, the same two "
-            "quantities once a period of the periodic drive, at the middle of its oscillation; all panels have the same scales. "
+            "quantities once a period of the periodic drive, at the middle of its oscillation, on the same scales. "
             "Few points are a periodic motion, a curve a quasi-periodic one, a cloud an irregular one.",
             lambda results: further.draw_maps(results.runs, results.settled, BY_CLEARANCE),
         ),

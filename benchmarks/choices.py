@@ -1,4 +1,4 @@
-"""Figures behind single decisions: the weight of hidden states, the energy books, LuGre's constants, how kernels get arrays."""
+"""Figures behind single decisions: the weight of internal states, the energy books, LuGre's constants, how kernels get arrays."""
 
 from __future__ import annotations
 
@@ -35,12 +35,12 @@ def _hidden_states() -> str:
     for kinetic in (0.01, 0.1):
         reference = sd.simulate(array(kinetic), until=UNTIL, rtol=1e-12, atol=1e-12)["contact_start"].values
         for weight in (1.0, 10.0, 100.0, 1000.0):
-            with mock.patch.object(trajectory, "HIDDEN_STATES", weight):
+            with mock.patch.object(trajectory, "INTERNAL_STATES", weight):
                 run = sd.simulate(array(kinetic), until=UNTIL)
             errors = np.abs(run["contact_start"].values[:5] - reference[:5])
             steps = json.loads(run.attrs["statistics"])["steps"]
             rows.append([f"{name_of(kinetic)}, {weight:g}", str(steps), *(f"{errors[k]:.0e}" for k in (1, 2, 4))])
-    text = "Tolerance of the hidden states larger by a factor: errors of contact starts 2, 3 and 5 [s] at 1e-8.\n\n"
+    text = "Tolerance of the internal states larger by a factor: errors of contact starts 2, 3 and 5 [s] at 1e-8.\n\n"
     return text + table(["case, factor", "steps", "contact 2", "contact 3", "contact 5"], rows)
 
 

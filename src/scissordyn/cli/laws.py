@@ -107,7 +107,7 @@ def _describe(kind: str, name: str, to: Console) -> None:
     if known.restitution_range is not None:
         remarks.append("Made for restitution coefficients from {:g} to {:g}.".format(*known.restitution_range))
     if known.states:
-        remarks.append(f"Hidden states: {', '.join(known.states)}.")
+        remarks.append(f"Internal states: {', '.join(known.states)}.")
     if known.stiff:
         remarks.append("Makes the equations of motion stiff.")
     if known.caveat:

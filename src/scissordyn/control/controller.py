@@ -21,7 +21,7 @@ class Controller(Protocol):
 
     @property
     def states(self) -> tuple[str, ...]:
-        """Names of its hidden states; empty for none."""
+        """Names of its internal states; empty for none."""
 
     @property
     def delay(self) -> float:

@@ -19,7 +19,7 @@ LEADING = ("t", *SIGNALS)
 
 @dataclass(frozen=True)
 class UserController:
-    """A user-defined controller, without hidden states.
+    """A user-defined controller, without internal states.
 
     Parameters
     ----------

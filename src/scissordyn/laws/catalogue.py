@@ -82,7 +82,7 @@ class Facts:
     name, kind, summary, source : str
     parameters : tuple of Parameter
     states : tuple of str
-        Hidden states of a friction law.
+        Internal states of a friction law.
     stiff : bool
         Whether it makes the equations of motion stiff.
     restitution_range : tuple of float, optional

@@ -109,13 +109,13 @@ class Proportional(Damping, Protocol):
 
 @runtime_checkable
 class Friction(Protocol):
-    """A friction law: tangential force against slip speed, normal force and hidden states."""
+    """A friction law: tangential force against slip speed, normal force and internal states."""
 
     name: ClassVar[str]
     tag: ClassVar[int]
     source: ClassVar[str]
     states: ClassVar[tuple[str, ...]]
-    """Names of the hidden states, empty for a law without memory."""
+    """Names of the internal states, empty for a law without memory."""
     stiff: ClassVar[bool]
     """Whether the law makes the equations of motion stiff."""
 

@@ -85,7 +85,7 @@ def normal_force(tag, elastic, delta, rate, approach, p):
 
 @kernel()
 def friction_force(tag, v, normal, z, dz, p):
-    """Tangential force [N] of friction `tag`; writes the rates of its hidden states into dz."""
+    """Tangential force [N] of friction `tag`; writes the rates of its internal states into dz."""
     if tag == 0:
         return 0.0
     if tag == 1:
@@ -115,7 +115,7 @@ def friction_force(tag, v, normal, z, dz, p):
 
 @kernel()
 def friction_start(tag, v, z, p):
-    """Hidden states at the start of a contact that begins at slip speed v [m/s]."""
+    """Internal states at the start of a contact that begins at slip speed v [m/s]."""
     if tag == 1:
         _lugre_start(v, z, p)
     elif tag == 8:

@@ -67,7 +67,7 @@ def cycle(
     Returns
     -------
     Dataset
-        Dimensions cycle and joint (the clearance joints), free and hidden (coordinates of the state). Variables that begin
+        Dimensions cycle and joint (the clearance joints), free and internal (coordinates of the state). Variables that begin
         with "end" are the state to go on from. Attributes: status ("complete", "interrupted" or "failed"), cause, period,
         cycles_per_second, statistics, configuration. A run that breaks off in cycle k holds the cycles before k.
 
@@ -202,7 +202,7 @@ def _to_dataset(mechanism: Mechanism, options: Options, found: Cycles, phase: fl
     for name, dim, part in (
         ("free_position", "free", state[:, :n]),
         ("free_velocity", "free", state[:, n : 2 * n]),
-        ("hidden_state", "hidden", state[:, 2 * n :]),
+        ("internal_state", "internal", state[:, 2 * n :]),
     ):
         units = {"free_position": "kg^0.5 m", "free_velocity": "kg^0.5 m/s"}.get(name, "SI")
         variables[name] = (("cycle", dim), part.copy(), {"units": units, "long_name": name.replace("_", " ")})

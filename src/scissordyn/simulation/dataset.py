@@ -235,7 +235,7 @@ def _connection_variables(path: Trajectory, found: Record) -> dict[str, Variable
 
 
 def _control_variables(mechanism: Mechanism, path: Trajectory, found: Record) -> dict[str, Variable]:
-    """Quantities per actuator; hidden states and recorded signals are NaN at controllers that have none."""
+    """Quantities per actuator; internal states and recorded signals are NaN at controllers that have none."""
     chosen = [(i, element) for i, element in enumerate(mechanism.elements) if isinstance(element, Actuator)]
     if not chosen:
         return {}

@@ -86,8 +86,8 @@ def equilibrium(layout: Layout, position: np.ndarray) -> np.ndarray:
     """
     system = build_system(layout)
     handle, n = Handle(system), layout.free
-    hidden = int(system.state_start[-1])
-    state = np.concatenate([position, np.zeros(n + hidden)])
+    internal = int(system.state_start[-1])
+    state = np.concatenate([position, np.zeros(n + internal)])
     rate, by_time = np.zeros(state.size), np.zeros(state.size)
     weight = float(np.linalg.norm(system.weight[:n])) or 1.0
     step, force, scale = 1e-3, np.inf, weight
@@ -104,7 +104,7 @@ def equilibrium(layout: Layout, position: np.ndarray) -> np.ndarray:
             if solved and force <= MOST_GROWTH * before:
                 break
             left = rate[n : 2 * n] - (state[:n] - base) / step**2
-            change = np.concatenate([np.zeros(n), left, np.zeros(hidden)])
+            change = np.concatenate([np.zeros(n), left, np.zeros(internal)])
             if functions.factorize(step, handle.address) >= 0:
                 continue
             functions.solve(change, handle.address)

@@ -47,7 +47,7 @@ def simulate(
     samples : int
         Instants at which the run is recorded; steps and events do not depend on it.
     rtol : float
-        Error allowed in a step, relative to the speeds and to the hidden states of friction laws.
+        Error allowed in a step, relative to the speeds and to the internal states of friction laws.
     atol : float
         Error in positions allowed in a step, as a fraction of the smallest clearance.
     method : str

@@ -149,8 +149,8 @@ def _eccentricity_form(system: System, j: int) -> Form:
 
 def ideal_reactions(layout: Layout, system: System, start: Start) -> np.ndarray:
     """Force on the journal of every revolute joint of an ideal mechanism at t = 0, shape (joints, 2) [N]."""
-    hidden = np.zeros(int(system.state_start[-1]))
-    state = np.concatenate([start.position, start.velocity, hidden])[None, :]
+    internal = np.zeros(int(system.state_start[-1]))
+    state = np.concatenate([start.position, start.velocity, internal])[None, :]
     guards = system.mode.size
     found = record(Handle(system), np.zeros(1), state, np.zeros((1, guards), np.int64), np.zeros((1, guards)))
     motion = body_motion(layout, found)

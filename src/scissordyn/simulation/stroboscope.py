@@ -45,7 +45,7 @@ class CycleState:
     cycle : int
         Cycles done; the time is that times the period.
     state : ndarray, shape (ny,)
-        Free coordinates, their rates, hidden states of friction laws.
+        Free coordinates, their rates, internal states of friction laws.
     mode : ndarray of int, shape (guards,)
         1 for a clearance joint in contact, then for an end stop that is reached.
     approach : ndarray, shape (guards,)

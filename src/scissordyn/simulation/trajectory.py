@@ -31,8 +31,8 @@ __all__ = ["Trajectory", "automatic_method", "broken_off", "compute", "counts_of
 SLICE = 2000
 """Steps between two looks at the keyboard and the progress bar; the steps themselves do not depend on it."""
 
-HIDDEN_STATES = 100.0
-"""Hidden states have tolerances this much larger: they relax within microseconds, so that their errors do not add up.
+INTERNAL_STATES = 100.0
+"""Internal states have tolerances this much larger: they relax within microseconds, so that their errors do not add up.
 Measured: the events keep their digits, the steps become a third fewer (docs/decisions)."""
 
 CAUSES = {
@@ -171,7 +171,7 @@ def work_arrays(layout: Layout, system: System, state: np.ndarray, coefficients:
     """Work arrays with error weights that mean the same for any mechanism.
 
     A free coordinate counts by how far it moves the points of the bodies; positions are weighed against the smallest clearance,
-    speeds against the speed of the whole mechanism, hidden states against their size in steady sliding.
+    speeds against the speed of the whole mechanism, internal states against their size in steady sliding.
     """
     n, mechanism = layout.free, layout.mechanism
     extent = {body.name: _extent(body) for body in mechanism.bodies}
@@ -187,13 +187,13 @@ def work_arrays(layout: Layout, system: System, state: np.ndarray, coefficients:
     sliding = sliding_states(system)
     friction = int(system.state_start[len(mechanism.contacts)])
     # a bristle's error fades, an integrator's does not; the torque of an integrator is weighed in N m
-    hidden = np.where(np.arange(sliding.size) < friction, HIDDEN_STATES, 1.0) * options.rtol
+    internal = np.where(np.arange(sliding.size) < friction, INTERNAL_STATES, 1.0) * options.rtol
     delays = [element.controller.delay for element in mechanism.elements if isinstance(element, Actuator)]
     return make_work(
         state,
         coefficients,
-        atol=np.concatenate([position, position / options.until, hidden * np.where(sliding > 0.0, sliding, 1.0)]),
-        rtol=np.concatenate([np.full(n, 1e-15), np.full(n, options.rtol), hidden]),
+        atol=np.concatenate([position, position / options.until, internal * np.where(sliding > 0.0, sliding, 1.0)]),
+        rtol=np.concatenate([np.full(n, 1e-15), np.full(n, options.rtol), internal]),
         group=np.array([0, n, 2 * n, 2 * n + friction, state.size], np.int64),
         mode=system.mode,
         memory=system.approach,

@@ -48,10 +48,10 @@ def carried(before: Mechanism, state: CycleState, after: Mechanism) -> CycleStat
     n = old.free
     position, velocity = natural_state(old, build_system(old), Start(state.state[:n], state.state[n : 2 * n]))
     start = carry_over(new, system, position, velocity)
-    hidden = state.state[2 * n :]
-    if hidden.size != int(system.state_start[-1]):
+    internal = state.state[2 * n :]
+    if internal.size != int(system.state_start[-1]):
         raise InputError("follow = True over mechanisms whose friction laws have different states", "follow = False")
-    full = np.concatenate([start.position, start.velocity, hidden])
+    full = np.concatenate([start.position, start.velocity, internal])
     system.mode[:], system.approach[:] = state.mode, state.approach
     return consistent(Handle(system), full)
 
@@ -59,7 +59,7 @@ def carried(before: Mechanism, state: CycleState, after: Mechanism) -> CycleStat
 def consistent(system: Handle, state: np.ndarray, *, cycle: int = 0, period: float = 0.0) -> CycleState:
     """A start from a state that may violate lengths a little and whose contacts may be out of date.
 
-    A joint that was in contact and is deeper than its clearance stays so, with its approach speed and hidden states; one that
+    A joint that was in contact and is deeper than its clearance stays so, with its approach speed and internal states; one that
     has come into contact starts a new one.
 
     Parameters

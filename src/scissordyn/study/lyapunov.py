@@ -51,10 +51,10 @@ def separation_exponent(
 
     After each of the `intervals` of a cycle the distance d between the trajectories is measured, ln(d/d0) noted, and the
     companion put back to the distance d0 in the same direction (Benettin et al. 1980, doi:10.1007/BF02128236). It is put
-    onto the length conditions; hidden states and approach speeds of joints that touch in both are brought together by the same
-    factor, and a joint in which only one touches keeps the companion's own. So it holds for any law. Distance:
-    d^2 = |dx'|^2 + (2 pi/T)^2 |dx|^2 in free coordinates, whose mass matrix is the identity; hidden states are carried but
-    not measured, since they relax to the motion within microseconds.
+    onto the length conditions; internal states and approach speeds of joints that touch in both are brought together by the
+    same factor, and a joint in which only one touches keeps the companion's own. So it holds for any law. Distance: d^2 =
+    |dx'|^2 + (2 pi/T)^2 |dx|^2 in free coordinates, whose mass matrix is the identity; internal states are carried but not
+    measured, since they relax to the motion within microseconds.
 
     Parameters
     ----------
@@ -258,9 +258,9 @@ def _companion(
         both, reference.approach + factor * (companion.approach - reference.approach), companion.approach
     )
     for j in range(content.radius.shape[0]):
-        hidden = slice(2 * content.n + int(content.state_start[j]), 2 * content.n + int(content.state_start[j + 1]))
+        internal = slice(2 * content.n + int(content.state_start[j]), 2 * content.n + int(content.state_start[j + 1]))
         if not both[j]:
-            full[hidden] = companion.state[hidden]
+            full[internal] = companion.state[internal]
     put = consistent(system, full, cycle=reference.cycle, period=part)
     return dataclasses.replace(put, force=companion.force, total=companion.total, stepping=companion.stepping)
 

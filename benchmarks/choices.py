@@ -1,4 +1,4 @@
-"""Figures behind single decisions: the weight of internal states, the energy books, LuGre's constants, how kernels get arrays."""
+"""Figures behind single decisions: tolerances of internal states, energy balance, LuGre's constants, how kernels get arrays."""
 
 from __future__ import annotations
 

@@ -22,7 +22,7 @@ def test_the_default_choice_is_answered_as_in_the_report(runs):
     answered = verdicts(runs)
     assert found.agreeing == tuple(float(verdict.finding.holds) for verdict in answered)
     assert found.words == tuple(verdict.finding.words for verdict in answered)
-    assert 0.0 < found.parted < 1e-6  # all of this is within the trust horizon
+    assert 0.0 < found.spread < 1e-6  # all of this is within the predictability horizon
 
 
 def test_a_survey_is_repeatable_and_kept(tmp_path, monkeypatch):

@@ -121,7 +121,7 @@ def test_a_clause_tells_yes_from_no(clause):
 
 
 def test_a_verdict_knows_which_runs_it_rests_on():
-    """Identity: a run that leaves the trust horizon spoils the trust in its own clauses only."""
+    """Identity: a run beyond its predictability horizon marks its own clauses only."""
     measured = as_the_paper_says()
     measured[PaperCase(friction=0.03)] = dataclasses.replace(measured[PaperCase(friction=0.03)], trusted_until=0.01)
     doubtful = {clause.key for clause in CLAUSES if not answer(clause, CHOICE, measured).trusted}

@@ -154,8 +154,7 @@ def _stroke(run: xr.Dataset, after: float, trusted: float) -> Verdict:
     elif trusted < end:
         measures["trusted_share"] = max(0.0, (trusted - start) / (end - start))
         evidence.append(
-            f"Beyond the trust horizon of {trusted:.6g} s these are statistics of what may happen; one trajectory is no "
-            "evidence: compare an ensemble."
+            f"Beyond the predictability horizon of {trusted:.6g} s one trajectory is no evidence: compare an ensemble."
         )
     else:
         measures["trusted_share"] = 1.0

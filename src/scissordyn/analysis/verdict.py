@@ -79,7 +79,7 @@ def classify_samples(
     3. irregular if K of the 0-1 test is above 0.8, quasi-periodic (or a period above `longest_period`) if it is below 0.2,
        for the quantity that varies most; transient only in between.
 
-    Where the clearance joints never part, a motion of period 1 is called continuous contact.
+    A motion of period 1 without separation in the clearance joints is called continuous contact.
 
     Parameters
     ----------
@@ -122,7 +122,7 @@ def classify_samples(
     if flight_share is not None:
         measures["flight_share"] = flight_share
         evidence.append(
-            "In the second half the clearance joints never part."
+            "No clearance joint separates in the second half."
             if flight_share <= 0.0
             else f"In the second half a clearance joint is in free flight for {100.0 * flight_share:.3g} % of the time."
         )
@@ -211,6 +211,6 @@ def _judge_trust(times: np.ndarray, trusted_until: float, evidence: list[str], m
     measures["trusted_share"] = 1.0 - beyond / times.size
     if beyond:
         evidence.append(
-            f"{beyond} of {times.size} samples lie beyond the trust horizon of {trusted_until:.6g} s. There they are "
-            "statistics of what may happen; one trajectory is no evidence: compare an ensemble."
+            f"{beyond} of {times.size} samples lie beyond the predictability horizon of {trusted_until:.6g} s. There one "
+            "trajectory is no evidence: compare an ensemble."
         )

@@ -86,7 +86,7 @@ def regularity(settled: Mapping[PaperCase, xr.Dataset]) -> list[str]:
             "middle as "
             f"the stroke. Each motion was followed for {CYCLES} periods, the first {SKIP} left out. Where the samples do not "
             f"repeat, or starts that differ by round-off part, {MEMBERS} such starts were judged: a single trajectory beyond "
-            "the trust horizon is only one draw."
+            "the predictability horizon is only one draw."
         ),
         paragraph(
             "K is that of the 0-1 test: near 0 regular, near 1 irregular; a dash where the samples repeat and there is "

@@ -113,7 +113,7 @@ def _answers(verdicts: Sequence[Verdict]) -> list[str]:
     remark = (
         "All numbers belong to the trajectory: each run agrees to its end with its repetition at a tenth of the tolerance."
         if not doubtful
-        else f"The runs behind {', '.join(doubtful)} leave the trust horizon: their numbers are one sample, and only the "
+        else f"The runs behind {', '.join(doubtful)} go beyond the predictability horizon: their numbers are one sample; only the "
         "shares of the ensemble below count."
     )
     return [

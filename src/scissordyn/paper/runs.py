@@ -27,7 +27,7 @@ def compute(case: PaperCase, *, trust: bool = True, member: int = 0) -> xr.Datas
     ----------
     case : PaperCase
     trust : bool
-        Whether to run twice and find the trust horizon.
+        Whether to run twice and find the predictability horizon.
     member : int
         Of an ensemble whose clearances differ by `member` times 1e-12 of themselves; 0 is the case itself.
 

@@ -87,13 +87,13 @@ class Holds:
         By clause, in the order of `CLAUSES`: share of the ensemble for which it holds.
     words : tuple of str
         By clause: what was measured on the first member.
-    parted : float
-        Largest relative spread of a peak force within the ensemble: zero as long as the members tell the same story.
+    spread : float
+        Largest relative spread of a peak force within the ensemble: zero while the members agree.
     """
 
     agreeing: tuple[float, ...]
     words: tuple[str, ...]
-    parted: float
+    spread: float
 
 
 def survey(choice: Choice, members: int = PAIR) -> Holds:
@@ -215,7 +215,7 @@ def _dataset(choices: Sequence[Choice], found: Sequence[Holds], made: dict[str, 
             "words": (both, np.array([one.words for one in found], dtype=object), {"long_name": "what was measured"}),
             "spread": (
                 "choice",
-                np.array([one.parted for one in found]),
+                np.array([one.spread for one in found]),
                 {"units": "1", "long_name": "largest relative spread of a peak force within the ensemble"},
             ),
             **fields,

@@ -103,7 +103,7 @@ class Verdict:
     finding : Finding
     trusted : bool
         Whether all runs behind it are trusted to their ends, so that the numbers belong to the trajectory; otherwise they
-        are one sample of what may happen, and only the spread over an ensemble says something.
+        are one sample, and only the distribution over an ensemble is meaningful.
     periodic : Finding or None
         The same clause under the periodic drive.
     """

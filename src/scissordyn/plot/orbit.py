@@ -10,7 +10,7 @@ import xarray as xr
 from matplotlib.axes import Axes
 
 from scissordyn.plot.scale import engineering
-from scissordyn.plot.series import BEYOND, chosen_joints, clearance_pins, horizon
+from scissordyn.plot.series import BEYOND, chosen_joints, clearance_pins, predictability_horizon
 from scissordyn.plot.style import BLACK, GREY, LINE, NORMAL, SKY, VERMILION, Canvas, legend, panels
 
 __all__ = ["orbit"]
@@ -79,7 +79,7 @@ def _orbit(axes: Axes, run: xr.Dataset, joint: str, exaggeration: float | None) 
     around = np.linspace(0.0, 2.0 * np.pi, 361)
     circle = scale.factor * clearance * np.stack([np.cos(around), np.sin(around)])
     axes.plot(*circle, color=GREY, linewidth=0.8, linestyle=(0, (2, 2)), label="clearance circle")
-    until = horizon(run)
+    until = predictability_horizon(run)
     before = run["time"].values <= (math.inf if until is None else until)
     # a flight is drawn from the last sample before it to the first one after it, so that the orbit has no gaps
     flying = ~touching

@@ -1,4 +1,4 @@
-"""What all pictures over time share: the time axis, two runs side by side, contacts, the trust horizon."""
+"""What all pictures over time share: the time axis, two runs side by side, contacts, the predictability horizon."""
 
 from __future__ import annotations
 
@@ -22,14 +22,14 @@ __all__ = [
     "compare",
     "contact_spans",
     "finish",
-    "horizon",
+    "predictability_horizon",
     "time_scale",
 ]
 
 LONGEST = 22
 """Letters that fit beside a panel; longer labels take two lines."""
 
-BEYOND = "beyond the trust horizon"
+BEYOND = "beyond the predictability horizon"
 
 MOST_JOINTS = 6
 """Joints in one picture unless the caller names more; beyond that nobody can read it."""
@@ -49,8 +49,8 @@ def time_scale(run: xr.Dataset) -> Scale:
     return engineering("s", run["time"].values)
 
 
-def horizon(run: xr.Dataset) -> float | None:
-    """Until when a run can be trusted [s], or None if it can be to its end or nobody has tried.
+def predictability_horizon(run: xr.Dataset) -> float | None:
+    """The predictability horizon of a run [s]; None if it is the end or was not computed.
 
     Parameters
     ----------
@@ -190,7 +190,7 @@ def compare(
 
 
 def finish(axes: Sequence[Axes], run: xr.Dataset, time: Scale, *, bottom: Sequence[Axes] | None = None) -> None:
-    """Label the time axes, keep constants flat, and shade what lies beyond the trust horizon; that is labelled once.
+    """Label the time axes, keep constants flat, and shade what lies beyond the predictability horizon; that is labelled once.
 
     Parameters
     ----------
@@ -201,7 +201,7 @@ def finish(axes: Sequence[Axes], run: xr.Dataset, time: Scale, *, bottom: Sequen
         Those that say "time"; the last one if not given.
     """
     first, last = time.factor * run["time"].values[[0, -1]]
-    until = horizon(run)
+    until = predictability_horizon(run)
     for k, one in enumerate(axes):
         if last > first:
             one.set_xlim(first, last)

@@ -20,7 +20,7 @@ from scissordyn.model.element import Spring
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.plot.channel import GAP, channel, guides_of
 from scissordyn.plot.place import Placement, outline
-from scissordyn.plot.series import BEYOND, chosen_joints, clearance_joints, horizon, time_scale
+from scissordyn.plot.series import BEYOND, chosen_joints, clearance_joints, predictability_horizon, time_scale
 from scissordyn.plot.style import BLACK, BLUE, GREEN, GREY, LIGHT, PURPLE, SKY, SMALL, VERMILION, dress, legend
 
 __all__ = ["magnified", "snapshot", "structure"]
@@ -162,7 +162,7 @@ def snapshot(run: xr.Dataset, mechanism: Mechanism, sample: int, *, axes: Axes, 
                 x, y, marker="o", markersize=7.0, color=VERMILION, markerfacecolor="none", markeredgewidth=1.2, zorder=4.0
             )
             _named(axes, joint.name, (x, y), ASIDE[mechanism.clearance_joints.index(joint) % len(ASIDE)])
-    now, scale, until = float(run["time"].values[sample]), time_scale(run), horizon(run)
+    now, scale, until = float(run["time"].values[sample]), time_scale(run), predictability_horizon(run)
     if until is not None and now > until:
         late = Rectangle((0.0, 0.0), 1.0, 1.0, facecolor=LIGHT, alpha=0.7, transform=axes.transAxes, zorder=0.0, label=BEYOND)
         axes.add_patch(late)

@@ -13,9 +13,9 @@ from scissordyn.model.mechanism import Mechanism
 from scissordyn.model.record import from_plain
 from scissordyn.simulation.dataset import to_dataset
 from scissordyn.simulation.options import Options, StartKind
+from scissordyn.simulation.predictability import TIGHTER, predictability_horizon
 from scissordyn.simulation.time_functions import check_tables
 from scissordyn.simulation.trajectory import compute
-from scissordyn.simulation.trust import TIGHTER, horizon
 from scissordyn.simulation.warn import run_warnings
 
 __all__ = ["replay", "simulate"]
@@ -101,6 +101,6 @@ def _simulate(mechanism: Mechanism, options: Options, trust: bool, progress: Cal
     if trust and run.attrs["status"] == "complete":
         tight = dataclasses.replace(options, rtol=max(TIGHTER * options.rtol, 1e-14), atol=max(TIGHTER * options.atol, 1e-14))
         second = to_dataset(mechanism, tight, compute(mechanism, tight, progress))
-        run.attrs["trusted_until"], run.attrs["trusted_contacts"] = horizon(run, second)
+        run.attrs["trusted_until"], run.attrs["trusted_contacts"] = predictability_horizon(run, second)
         run.attrs["configuration"] = json.dumps({**json.loads(run.attrs["configuration"]), "trust": True})
     return run

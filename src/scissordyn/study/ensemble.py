@@ -1,4 +1,4 @@
-"""Many members of one case whose starts differ by round-off: what of a periodic run can be trusted."""
+"""Many members of one case whose starts differ by round-off: the predictability of a periodic run."""
 
 from __future__ import annotations
 
@@ -104,7 +104,7 @@ def ensemble(
     Dataset
         Every variable of `cycle` along (member, cycle), NaN where a member did not get; for each that is not a flag
         `mean_...` along member, the mean over its counted cycles, and `spread_...`, the standard deviation of these means.
-        `agreeing(cycle)`, the share of members that agree with member 0; `parting_cycle(member)`, the first cycle in which a
+        `agreeing(cycle)`, the share of members that agree with member 0; `divergence_cycle(member)`, the first cycle in which a
         member does not (the number of cycles if none); attributes trusted_cycles and trusted_until [s], before which all
         agree; `status(member)`, `cause(member)`.
 
@@ -190,19 +190,23 @@ def _run(member: Member) -> tuple[dict[str, np.ndarray], str, str]:
 
 
 def _add_agreement(run: xr.Dataset, mechanism: Mechanism, agreement: float, period: float, phase: float) -> None:
-    """When members part from the first."""
+    """When members diverge from the first."""
     clearance = np.array([joint.clearance.clearance for joint in mechanism.contacts if joint.clearance])
     place = run["eccentricity"].values
     difference = place - place[:1]
     apart = np.max(np.hypot(difference[..., 0], difference[..., 1]) / clearance, axis=2)
-    # a member that broke off, NaN, agrees with nobody
+    # a member that broke off is NaN and agrees with no other
     agrees = apart <= agreement
     cycles = run.sizes["cycle"]
-    parted = np.where(np.all(agrees, axis=1), cycles, np.argmin(agrees, axis=1))
+    diverged = np.where(np.all(agrees, axis=1), cycles, np.argmin(agrees, axis=1))
     share = np.mean(agrees[1:], axis=0)
     run["agreeing"] = ("cycle", share, {"units": "1", "long_name": "share of the members that agree with member 0"})
-    run["parting_cycle"] = ("member", parted, {"units": "1", "long_name": "first cycle that differs from that of member 0"})
-    trusted = int(np.min(parted[1:]))
+    run["divergence_cycle"] = (
+        "member",
+        diverged,
+        {"units": "1", "long_name": "first cycle that differs from that of member 0"},
+    )
+    trusted = int(np.min(diverged[1:]))
     run.attrs |= {"trusted_cycles": trusted, "trusted_until": max(0.0, (trusted - 1 + phase) * period)}
 
 

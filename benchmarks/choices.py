@@ -54,7 +54,7 @@ def _books() -> str:
             chosen = json.loads(run.attrs["statistics"])["method"]
             own = " (chosen)" if tableau.tableau(chosen).gauss.size == points else ""
             rows.append([f"{name_of(kinetic)}, {points} nodes{own}", chosen, f"{residual:.1e}"])
-    text = "Largest energy residual over the largest kinetic energy at 1e-8, by Gauss nodes of the books in each step.\n\n"
+    text = "Largest energy residual over the largest kinetic energy at 1e-8, by Gauss nodes of the powers in each step.\n\n"
     return text + table(["case", "method", "residual"], rows)
 
 

@@ -164,7 +164,7 @@ def test_three_bars_on_a_pin():
 
 @pytest.mark.parametrize("joint", ["B1 1", "B1 2", "B1 *"])
 def test_one_of_three_bars_has_clearance(joint):
-    """Identity: bars on a common pin can have clearance one by one; the books close and ideal pairs stay together."""
+    """Identity: bars on a common pin can have clearance one by one; the energy balance closes and ideal pairs stay together."""
     mechanism = sd.n_four_bar(2).with_clearance(joint, sd.Clearance(0.2e-3))
     run = sd.simulate(mechanism, until=0.3, samples=301)
     assert run.attrs["status"] == "complete"

@@ -1,4 +1,4 @@
-"""What a run promises whatever the mechanism: books that balance, names, reproducibility, independence of sampling."""
+"""What a run promises whatever the mechanism: closed energy balance, names, reproducibility, independence of sampling."""
 
 import json
 
@@ -226,7 +226,7 @@ def test_large_tolerances_end_well(array, method, tolerance, kinetic):
 @pytest.mark.parametrize("joint", ["O", "A", "unit 1/pivot", "unit 2/pivot", "unit 1/upper", "unit 1/lower"])
 @pytest.mark.parametrize("driven_bar", ["pinned", "slider"])
 def test_any_joint_may_have_clearance(joint, driven_bar):
-    """Identity: with a clearance at any one joint, the books balance and the bars keep their lengths."""
+    """Identity: with a clearance at any one joint, the energy balance closes and the bars keep their lengths."""
     arm = sd.scissor(units=2, driven_bar=driven_bar).driven(speed=sd.rpm(150)).with_clearance(joint, sd.Clearance(0.5e-3))
     run = simulate(arm, until=0.006, samples=301)
     assert run.attrs["status"] == "complete"

@@ -128,7 +128,7 @@ def test_deviation_of_a_made_up_run() -> None:
 
 
 def test_statistics_of_a_real_run(clearance_array, clearance_run) -> None:
-    """Cross-check: shares and impulses of contacts against the samples, their heat against the run's books."""
+    """Cross-check: shares and impulses of contacts against the samples, their dissipation against the run's energy balance."""
     ideal = simulate(clearance_array.ideal(), until=0.05)
     found = contact_statistics(clearance_run, ideal=ideal)
     joint = found.sel(joint="A")

@@ -6,11 +6,11 @@ import tomllib
 from pathlib import Path
 
 import pytest
+from scissordyn.config.motion import DriveTable
 
 from scissordyn.config.case import CaseTable, Run
 from scissordyn.config.clearance import ClearanceTable
 from scissordyn.config.file import read_case
-from scissordyn.config.motion import DriveTable
 from scissordyn.config.part import PARTS
 from scissordyn.config.starter import STARTERS
 from scissordyn.config.structure import STRUCTURES, BuiltTable

@@ -31,7 +31,7 @@ def hanging(*elements, angle=0.3, gravity=0.0, spin=0.0):
 
 
 def balanced(run, bound=1e-9):
-    """Whether the energy books close relative to the energy turned over."""
+    """Whether the energy balance closes relative to the energy turned over."""
     turnover = max(float(np.ptp(run["load_work"].values)), float(run["kinetic_energy"].max()))
     return float(np.max(np.abs(run["energy_residual"]))) < bound * turnover
 

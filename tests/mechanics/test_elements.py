@@ -1,4 +1,4 @@
-"""Springs, dampers, loads, motors, welds and the courses of motions, against closed forms and energy books."""
+"""Springs, dampers, loads, motors, welds and the courses of motions, against closed forms and energy balance."""
 
 import math
 
@@ -25,7 +25,7 @@ def hanging(*elements, inertia=0.2, angle=0.3, gravity=0.0, spin=0.0):
 
 
 def balanced(run, bound=1e-9):
-    """Whether the energy books close relative to the energy turned over."""
+    """Whether the energy balance closes relative to the energy turned over."""
     turnover = max(float(np.ptp(run[name].values)) for name in ("spring_energy", "potential_energy", "load_work"))
     turnover = max(turnover, float(run["kinetic_energy"].max()))
     return float(np.max(np.abs(run["energy_residual"]))) < bound * turnover
@@ -49,7 +49,7 @@ def test_hinge_damper_decays():
 
 
 def test_point_spring_keeps_energy():
-    """Identity: a point-to-point spring with a damper closes the books, in both formulations of its force."""
+    """Identity: a point-to-point spring with a damper closes the energy balance, in both formulations of its force."""
     spring = Spring("coil", ("rod", "end"), ("ground", "wall"), stiffness=200.0, free_length=0.4, damping=3.0)
     run = sd.simulate(hanging(spring, gravity=9.81), until=1.0, **TIGHT)
     assert balanced(run)

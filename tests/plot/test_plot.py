@@ -240,13 +240,13 @@ def test_exaggeration_is_chosen(run: xr.Dataset, depth: float, said: str) -> Non
 
 
 def test_energy_shows_the_data(run: xr.Dataset, ideal: xr.Dataset) -> None:
-    """Identity: each entry of the books in its panel; without contacts there is no panel for them."""
-    books, contacts, residual = energy(run)
-    assert [axes.get_ylabel() for axes in (books, contacts, residual)] == ["energy [kJ]", "contacts [J]", "residual [µJ]"]
+    """Identity: each term of the energy balance in its panel; without contacts there is no panel for them."""
+    balance, contacts, residual = energy(run)
+    assert [axes.get_ylabel() for axes in (balance, contacts, residual)] == ["energy [kJ]", "contacts [J]", "residual [µJ]"]
     for axes, label, name, factor in (
-        (books, "kinetic", "kinetic_energy", 1e-3),
-        (books, "potential", "potential_energy", 1e-3),
-        (books, "work of the drive", "drive_work", 1e-3),
+        (balance, "kinetic", "kinetic_energy", 1e-3),
+        (balance, "potential", "potential_energy", 1e-3),
+        (balance, "work of the drive", "drive_work", 1e-3),
         (contacts, "elastic", "elastic_energy", 1.0),
         (contacts, "dissipated", "dissipated_energy", 1.0),
         (residual, "residual of the balance", "energy_residual", 1e6),

@@ -9,7 +9,7 @@ import os
 
 import numpy as np
 import pytest
-from books import energy_drift, masses, momentum_drift, opening, turned
+from energy_balance import closure_error, energy_drift, masses, momentum_drift, turned
 from hypothesis import HealthCheck, assume, given, settings
 from mechanisms import BOUNCING, FRICTIONAL, mechanisms
 
@@ -60,7 +60,7 @@ def test_energy_and_closure(mechanism: Mechanism) -> None:
     for tolerance in (1e-6, 1e-9, 1e-13):
         found = run(mechanism, tolerance)
         assume(hinges_stay(found, mechanism))
-        assert opening(found, mechanism) < CLOSED
+        assert closure_error(found, mechanism) < CLOSED
         assert energy_drift(found, mechanism) < 100.0 * tolerance + (ROUNDING if found.sizes["contact"] else 1e-12)
 
 
@@ -71,7 +71,7 @@ def test_momentum_of_floating_mechanisms(mechanism: Mechanism) -> None:
     coarse, fine = run(mechanism, 1e-8), run(mechanism, 1e-13)
     for found in (coarse, fine):
         assert momentum_drift(found, mechanism)[0] < ROUND_OFF
-        assert opening(found, mechanism) < CLOSED
+        assert closure_error(found, mechanism) < CLOSED
     assert momentum_drift(fine, mechanism)[1] < 1e-11
 
 

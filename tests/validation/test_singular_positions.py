@@ -8,7 +8,7 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 import xarray as xr
-from books import energy_drift, opening
+from energy_balance import closure_error, energy_drift
 
 import scissordyn as sd
 
@@ -31,7 +31,7 @@ def test_driven_through_the_upright_position(units: int) -> None:
     array = sd.scissor(units=units, angle=math.pi / 2 - 0.3, gravity=0.0).driven(speed=1.0)
     run = sd.simulate(array, until=0.6, samples=61, **TIGHT)
     assert run.attrs["status"] == "complete"
-    assert opening(run, array) < 1e-12
+    assert closure_error(run, array) < 1e-12
     torque = run["drive_torque"].values
     assert np.allclose(torque, -torque[::-1], rtol=0, atol=1e-8 * np.max(np.abs(torque)))
     assert float(np.max(np.abs(run["energy_residual"]))) < 1e-8 * float(run["kinetic_energy"].max())
@@ -49,7 +49,7 @@ def test_falling_through_the_folded_position(units: int) -> None:
         assert names_a_part(run, array), run.attrs["cause"]
         return
     assert energy_drift(run, array) < 1e-8
-    assert opening(run, array) < 1e-12
+    assert closure_error(run, array) < 1e-12
     for unit in range(1, units + 1):
         first, second = (run["angle"].sel(body=f"unit {unit}/bar {number}").values for number in (1, 2))
         assert np.allclose(first, -second, rtol=0, atol=1e-6)
@@ -87,15 +87,15 @@ ENDS: dict[str, tuple[Callable[[], sd.Mechanism], float]] = {
 
 @pytest.mark.parametrize("case", ENDS)
 def test_singular_position_is_passed_or_named(case: str) -> None:
-    """Identity: a driven mechanism passes a singular position with closed books and joints or ends and names who stopped it."""
+    """Identity: a driven mechanism passes a singular position with closed balance and joints, or names the culprit."""
     build, until = ENDS[case]
     mechanism = build()
     run = sd.simulate(mechanism, until=until, samples=51, **TIGHT)
-    assert opening(run, mechanism) < 1e-12
+    assert closure_error(run, mechanism) < 1e-12
     assert np.all(np.isfinite(run["energy_residual"].values))
     if run.attrs["status"] == "complete":
-        books = run["kinetic_energy"] + abs(run["potential_energy"]) + abs(run["drive_work"])
-        assert float(np.max(np.abs(run["energy_residual"]))) < 1e-6 * float(books.max())
+        balance = run["kinetic_energy"] + abs(run["potential_energy"]) + abs(run["drive_work"])
+        assert float(np.max(np.abs(run["energy_residual"]))) < 1e-6 * float(balance.max())
     else:
         # what it cannot pass is an ideal joint or a body, not whichever joint has clearance
         ideal = mechanism.ideal() if mechanism.clearance_joints else mechanism

@@ -1,4 +1,4 @@
-"""The largest Lyapunov exponent of maps and flows given as Python functions, and the bookkeeping of any such estimate."""
+"""The largest Lyapunov exponent of maps and flows given as Python functions, and the averaging of any such estimate."""
 
 from __future__ import annotations
 

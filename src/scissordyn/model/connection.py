@@ -73,7 +73,7 @@ class Rod:
 class Latch:
     """A lock that snaps when two bodies reach an angle; from then on it holds them rigidly at that angle.
 
-    Locking is a plastic impact: the relative spin vanishes at once, and the energy it takes is in the books.
+    Locking is a plastic impact: the relative angular velocity becomes zero, and the lost energy is `latch_loss` of the run.
 
     Parameters
     ----------

@@ -113,8 +113,8 @@ def _answers(verdicts: Sequence[Verdict]) -> list[str]:
     remark = (
         "All numbers belong to the trajectory: each run agrees to its end with its repetition at a tenth of the tolerance."
         if not doubtful
-        else f"The runs behind {', '.join(doubtful)} go beyond the predictability horizon: their numbers are one sample; only the "
-        "shares of the ensemble below count."
+        else f"The runs behind {', '.join(doubtful)} go beyond the predictability horizon: their numbers are one sample; "
+        "only the shares of the ensemble below count."
     )
     return [
         paragraph(

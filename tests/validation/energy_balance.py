@@ -77,7 +77,7 @@ def momentum_drift(run: xr.Dataset, mechanism: Mechanism) -> tuple[float, float]
     return float(np.max(np.hypot(*change.T)) / np.max(shares)), float(np.max(np.abs(turn)) / np.max(turning))
 
 
-def opening(run: xr.Dataset, mechanism: Mechanism) -> float:
+def closure_error(run: xr.Dataset, mechanism: Mechanism) -> float:
     """Largest error of an ideal joint, guide or weld [m or rad]."""
     errors = [0.0]
     for joint in mechanism.ideal_joints:

@@ -112,12 +112,21 @@ def _tolerances(quick: bool) -> str:
                         f"{tolerance:.0e}",
                         f"{run.attrs['cycles_per_second']:.0f}",
                         str(Mean.of(late["impacts"].values)),
-                        str(Mean.of(late["contact_share"].values)),
+                        str(Mean.of(late["contact_fraction"].values)),
                         str(Mean.of(late["peak_force"].values)),
                         f"{float(late['slider_velocity'].std()):.0e}",
                     ]
                 )
-    head = ["case", "c [mm]", "tolerance", "cycles/s", "impacts", "contact share", "peak force [N]", "spread of velocity [m/s]"]
+    head = [
+        "case",
+        "c [mm]",
+        "tolerance",
+        "cycles/s",
+        "impacts",
+        "contact fraction",
+        "peak force [N]",
+        "spread of velocity [m/s]",
+    ]
     text = f"Statistics of cycles {skipped} to {cycles - 1} against the tolerance.\n\n"
     return text + table(head, rows)
 

@@ -118,8 +118,8 @@ def test_lugre_agrees(kinetic: float) -> None:
     assert other is not None
     bristle, rate = np.zeros(1), np.zeros(1)
     for slip in (-0.3, -2e-3, -4e-4, 1e-5, 7e-4, 1.5e-3, 0.05):
-        for share in (-0.8, 0.0, 0.5, 1.0):
-            bristle[0] = share * kinetic / 1e5
+        for fraction in (-0.8, 0.0, 0.5, 1.0):
+            bristle[0] = fraction * kinetic / 1e5
             coefficient, growth = other.evaluate(slip, bristle[0])
             assert lugre.force(slip, 300.0, bristle, rate, parameters) == pytest.approx(300.0 * coefficient, rel=1e-12)
             assert rate[0] == pytest.approx(growth, rel=1e-12)

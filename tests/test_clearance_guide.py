@@ -70,7 +70,7 @@ def test_flying_to_and_fro():
     np.testing.assert_allclose(run["approach_speed"].values, speed, rtol=1e-8)
 
 
-def test_two_corners_share_a_force():
+def test_force_at_two_corners():
     """Closed form: a force beside the middle is carried by two corners as their levers say, tilted by how they sink."""
     force, stiffness = 100.0, 1e6
     laws = {"stiffness": Linear(stiffness), "damping": KelvinVoigt(2e3)}
@@ -248,7 +248,7 @@ def test_describing_and_changing():
     corners = ((-0.018, -0.008), (0.018, -0.008), (0.018, 0.008), (-0.018, 0.008))
     same = linkage.with_clearance("guide", GuideClearance(1e-4, corners=corners, corner_radius=2e-3))
     for one, other in zip(block_.contact_points, same.contact_points, strict=True):
-        assert (one.name, one.normal, one.level) == (other.name, other.normal, pytest.approx(other.level))
+        assert (one.name, one.normal, one.distance) == (other.name, other.normal, pytest.approx(other.distance))
         assert one.centre == pytest.approx(other.centre)
     assert block_.replace("guide.clearance", 2e-4).contact_points[0].distance == pytest.approx(0.0102)
     assert block_.ideal() == linkage == block_.ideal("guide")

@@ -90,7 +90,7 @@ def test_table_of_contacts() -> None:
 
 
 def test_summary_adds_up() -> None:
-    """Closed form: shares of time, largest forces and when, the energy residual, and warnings as they are."""
+    """Closed form: fractions of time, largest forces and when, the energy residual, and warnings as they are."""
     text = " ".join(shown(small_run(), rows=0).split())
     assert "100 ms simulated in 250 ms: 7 steps of rodas5p, 2 rejected." in text
     assert "Joint A: 2 contacts, in contact 30 % of the time, largest force 3 kN at 90 ms." in text

@@ -6,7 +6,6 @@ import tomllib
 from pathlib import Path
 
 import pytest
-from scissordyn.config.motion import DriveTable
 
 from scissordyn.config.case import CaseTable, Run
 from scissordyn.config.clearance import ClearanceTable
@@ -16,6 +15,7 @@ from scissordyn.config.starter import STARTERS
 from scissordyn.config.structure import STRUCTURES, BuiltTable
 from scissordyn.config.table import table_of
 from scissordyn.config.template import TEMPLATES, template
+from scissordyn.config.time_function import DriveTable
 from scissordyn.errors import InputError
 from scissordyn.simulation.run import simulate
 

@@ -49,12 +49,12 @@ def test_ideal_against_itself(ideal):
     assert found.sizes["joint"] == 0
 
 
-def test_share_of_contact(clearance_run):
-    """Cross-check: the share of contact from the table of contacts equals that of the samples to within their distance."""
+def test_fraction_of_contact(clearance_run):
+    """Cross-check: the fraction of contact from the table of contacts equals that of the samples to within their distance."""
     found = figures_of_merit(clearance_run, clearance_run)
     sampled = float(clearance_run["in_contact"].sel(joint="A").mean())
     contacts = clearance_run.sizes["contact"]
-    assert float(found["contact_share"][0]) == pytest.approx(sampled, abs=2.0 * contacts / clearance_run.sizes["time"])
+    assert float(found["contact_fraction"][0]) == pytest.approx(sampled, abs=2.0 * contacts / clearance_run.sizes["time"])
     assert float(found["peak_force"][0]) == float(clearance_run["peak_force"].max())
 
 
@@ -68,9 +68,9 @@ def test_control_keeps_contact(clearance_array, ideal):
     laws = FeedForward(2e4, 1500.0, limit=LIMIT, ramp=0.02), FeedForward(limit=LIMIT)
     runs = [sd.simulate(clearance_array.controlled(law, reference=REFERENCE, feed_forward=torque), until=UNTIL) for law in laws]
     closed, opened = (figures_of_merit(run, ideal) for run in runs)
-    assert float(driven["kept_from"][0]) > 0.5
-    assert float(closed["kept_from"][0]) < 0.1
-    assert float(closed["contact_share"][0]) > 0.95 > float(driven["contact_share"][0])
+    assert float(driven["in_contact_from"][0]) > 0.5
+    assert float(closed["in_contact_from"][0]) < 0.1
+    assert float(closed["contact_fraction"][0]) > 0.95 > float(driven["contact_fraction"][0])
     assert float(closed["peak_torque"]) <= LIMIT < float(driven["peak_torque"])
     assert float(closed["tracking_error"]) < 2.5e-3
     assert float(opened["tracking_error"]) > 2e-2

@@ -135,7 +135,7 @@ def test_a_floating_guide_keeps_momenta():
     # round-off, gathered over some hundred steps
     assert np.max(np.abs(linear - linear[0])) < 1e-13 * np.max(np.abs(linear[0]))
     assert np.max(np.abs(angular - angular[0])) < 1e-12
-    # the quadratures' share of the tolerance
+    # the quadratures' fraction of the tolerance
     assert np.max(np.abs(run["energy_residual"].values)) < 1e-9 * run["kinetic_energy"].values[0]
 
 

@@ -36,10 +36,10 @@ def test_force_and_torque_are_the_reference(runs):
 
 
 def test_a_constrained_run_is_one_contact(runs):
-    """Limit: without flight the share of time in contact is one, and nothing but one contact is counted."""
+    """Limit: without flight the fraction of time in contact is one, and nothing but one contact is counted."""
     case = PaperCase(0.3e-3, constrained=True)
     found = measure(runs[case], runs[case.ideal])
-    assert (found.settled_share, found.final_share, found.impacts) == (pytest.approx(1.0), pytest.approx(1.0), 1)
+    assert (found.settled_fraction, found.final_fraction, found.impacts) == (pytest.approx(1.0), pytest.approx(1.0), 1)
     assert found.smallest_force == pytest.approx(float(runs[case]["rod_force"].min()))
     assert found.peak_force == pytest.approx(float(runs[case]["rod_force"].max()))
 
@@ -48,7 +48,7 @@ def test_a_constrained_run_has_figures_of_merit(runs):
     """Limit: contact is kept from the start, nothing separates, and the peak force is that of the constraint."""
     case = PaperCase(0.3e-3, constrained=True)
     found = merits(runs[case], runs[case.ideal])
-    assert (found["contact_share"], found["separations"], found["kept_from"]) == (pytest.approx(1.0), 0.0, 0.0)
+    assert (found["contact_fraction"], found["separations"], found["in_contact_from"]) == (pytest.approx(1.0), 0.0, 0.0)
     assert found["peak_force"] == pytest.approx(float(runs[case]["rod_force"].max()))
     assert found["tracking_error"] == pytest.approx(0.0, abs=1e-12)
 
@@ -58,5 +58,5 @@ def test_the_start_alone_keeps_contact(size):
     """Limit: started in the same contact without control, the joint does not open either (theory of the project, section 5)."""
     run = compute(PaperCase(size, start="in-contact"), trust=False)
     found = measure(run, compute(PaperCase(None), trust=False))
-    assert (found.impacts, found.whole_share) == (1, pytest.approx(1.0))
+    assert (found.impacts, found.whole_fraction) == (1, pytest.approx(1.0))
     assert found.smallest_force > 0.0

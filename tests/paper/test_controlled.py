@@ -32,7 +32,7 @@ def test_the_deployment_lands_within_its_limit():
     ideal = compute(ideal_of(job))
     steered, prescribed = (merits(compute(one), ideal) for one in (job, driven))
     assert steered["peak_torque"] <= LIMIT < prescribed["peak_torque"]
-    assert steered["kept_from"] < 0.1 < prescribed["kept_from"]
+    assert steered["in_contact_from"] < 0.1 < prescribed["in_contact_from"]
     assert 0.0 < steered["tracking_error"] < 5e-3
     assert prescribed["tracking_error"] == pytest.approx(0.0, abs=1e-9)
 

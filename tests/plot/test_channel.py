@@ -49,7 +49,7 @@ def test_corners_reach_the_guide_surfaces_in_contact(fallen: xr.Dataset, linkage
         assert np.min(np.abs(tips[:, 1] - wanted)) < 1e-12
     assert block.get_edgecolor() == to_rgba(VERMILION)
     assert "in contact" in axes.get_title()
-    assert axes.get_title().endswith(f"gap drawn {GAP * 0.5 * WIDTH / CLEARANCE:.2g}×")
+    assert axes.get_title().endswith(f"clearance magnified {GAP * 0.5 * WIDTH / CLEARANCE:.2g} times")
 
 
 def test_a_guide_is_one_panel(fallen: xr.Dataset, linkage: Mechanism, tmp_path) -> None:

@@ -55,20 +55,20 @@ def test_phase(frictional, tight, dense):
     shifted = cycle(frictional, cycles=4, phase=0.25, rtol=1e-9, atol=1e-9)
     apart = shifted["eccentricity"].values - dense["eccentricity"].sel(joint=["A"]).values[1:17:4]
     assert np.max(np.abs(apart)) < 1e-5 * 0.1e-3
-    for name in ("peak_force", "contact_share", "drive_work", "end_state"):
+    for name in ("peak_force", "contact_fraction", "drive_work", "end_state"):
         np.testing.assert_array_equal(shifted[name], tight[name])
 
 
 def test_statistics_of_cycles(tight, dense):
-    """Cross-check: impacts, contact share and work of each cycle from the contacts and energies of a dense run."""
+    """Cross-check: impacts, contact fraction and work of each cycle from the contacts and energies of a dense run."""
     begin = np.arange(4) * PERIOD
     start, lasts = dense["contact_start"].values, dense["contact_duration"].values
     stop = np.where(np.isnan(lasts), 4 * PERIOD, start + lasts)
     impacts = [np.sum((start >= t) & (start < t + PERIOD)) for t in begin]
-    share = [np.sum(np.clip(np.minimum(stop, t + PERIOD) - np.maximum(start, t), 0.0, None)) / PERIOD for t in begin]
+    fraction = [np.sum(np.clip(np.minimum(stop, t + PERIOD) - np.maximum(start, t), 0.0, None)) / PERIOD for t in begin]
     assert min(impacts) > 1
     np.testing.assert_array_equal(tight["impacts"].values[:, 0], impacts)
-    np.testing.assert_allclose(tight["contact_share"].values[:, 0], share, rtol=1e-6)
+    np.testing.assert_allclose(tight["contact_fraction"].values[:, 0], fraction, rtol=1e-6)
     np.testing.assert_allclose(np.max(tight["peak_force"]), np.max(dense["peak_force"]), rtol=1e-5)
     np.testing.assert_allclose(tight["drive_work"], np.diff(dense["drive_work"].values[::4]), rtol=1e-6, atol=1e-5)
 

@@ -76,12 +76,12 @@ def test_momentum_of_floating_mechanisms(mechanism: Mechanism) -> None:
 
 
 def angular_momentum_rate(found, mechanism: Mechanism) -> tuple[np.ndarray, float]:
-    """Its rate over time [N m], and the largest sum of the bodies' shares in it."""
+    """Its rate over time [N m], and the largest sum of the contributions of the bodies in it."""
     mass, inertia = masses(mechanism)
     x, a = found["position"].values, found["acceleration"].values
-    shares = mass * (x[..., 0] * a[..., 1] - x[..., 1] * a[..., 0]) + inertia * found["angular_acceleration"].values
+    contributions = mass * (x[..., 0] * a[..., 1] - x[..., 1] * a[..., 0]) + inertia * found["angular_acceleration"].values
     lever = mass * np.hypot(x[..., 0], x[..., 1]) * np.hypot(a[..., 0], a[..., 1])
-    return np.sum(shares, axis=1), float(np.max(np.sum(lever + np.abs(shares), axis=1)))
+    return np.sum(contributions, axis=1), float(np.max(np.sum(lever + np.abs(contributions), axis=1)))
 
 
 def assert_momentum_balances(found, mechanism: Mechanism) -> None:

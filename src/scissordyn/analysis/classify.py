@@ -43,7 +43,7 @@ def classify(
     period : float, optional
         Of the drive [s]; a run without it is a single stroke.
     phase : float
-        When in the period a run is looked at, as a share of it [1].
+        When in the period a run is looked at, as a fraction of it [1].
     skip : int
         Periods at the start that do not count.
     after : float
@@ -65,7 +65,7 @@ def classify(
         If no joint has clearance, nothing is left to look at, or the samples of a run miss the instants of the map.
     """
     trusted = float(run.attrs.get("trusted_until", math.nan))
-    share: float | None = None
+    fraction: float | None = None
     if "time" in run.dims:
         if period is None:
             return _stroke(run, after, trusted)
@@ -78,14 +78,16 @@ def classify(
         settled = float(strobe["time"].values[strobe.sizes["strobe"] // 2])
         if settled < float(run["time"].values[-1]):
             statistics = contact_statistics(run, after=settled)
-            share = _exact_zero(float(statistics["flight_share"].max()))
+            fraction = _exact_zero(float(statistics["flight_fraction"].max()))
     else:
         dim = next((name for name in MAPS if name in run.dims), None)
         if dim is None:
             raise InputError("a dataset without time, strobe or cycle", "a run, or a map of one")
         strobe = run.isel({dim: slice(skip, None)})
-        if "contact_share" in strobe and strobe.sizes[dim]:
-            share = _exact_zero(float(1.0 - strobe["contact_share"].isel({dim: slice(strobe.sizes[dim] // 2, None)}).min()))
+        if "contact_fraction" in strobe and strobe.sizes[dim]:
+            fraction = _exact_zero(
+                float(1.0 - strobe["contact_fraction"].isel({dim: slice(strobe.sizes[dim] // 2, None)}).min())
+            )
     dim = next(name for name in MAPS if name in strobe.dims)
     if strobe.sizes[dim] < 2:
         raise InputError(f"{strobe.sizes[dim]} samples left after skip = {skip}", "at least 2, and 200 for a verdict")
@@ -96,16 +98,16 @@ def classify(
         scale=np.repeat(list(clearance.values()), 2),
         tolerance=tolerance,
         longest_period=longest_period,
-        flight_share=share,
+        flight_fraction=fraction,
         times=strobe["time"].values,
         trusted_until=trusted,
         seed=seed,
     )
 
 
-def _exact_zero(share: float) -> float:
+def _exact_zero(fraction: float) -> float:
     """Free of the round-off that is left when contacts that fill the time are added up."""
-    return 0.0 if share < 1e-12 else share
+    return 0.0 if fraction < 1e-12 else fraction
 
 
 def _clearances(strobe: xr.Dataset) -> dict[str, float]:
@@ -122,17 +124,17 @@ def _clearances(strobe: xr.Dataset) -> dict[str, float]:
 def _stroke(run: xr.Dataset, after: float, trusted: float) -> Verdict:
     statistics = contact_statistics(run, after=after)
     start, end = statistics.attrs["after"], statistics.attrs["until"]
-    share = _exact_zero(float(statistics["flight_share"].max()))
+    fraction = _exact_zero(float(statistics["flight_fraction"].max()))
     last = -math.inf
     for joint in clearance_joints(run):
         spans = contact_spans(run, joint)
         touching = spans[spans[:, 1] >= end] if spans.size else spans
         last = max(last, float(touching[0, 0]) if len(touching) else math.inf)
     measures = {
-        "flight_share": share,
+        "flight_fraction": fraction,
         "impacts": float(statistics["impacts"].sum()),
         "impact_rate": float(statistics["impact_rate"].max()),
-        "contact_share": float(statistics["contact_share"].min()),
+        "contact_fraction": float(statistics["contact_fraction"].min()),
         "peak_force": float(statistics["peak_force"].max()),
         "contact_arc": float(np.nanmax(statistics["contact_arc"].values, initial=0.0)),
         "contact_since": last,
@@ -140,10 +142,10 @@ def _stroke(run: xr.Dataset, after: float, trusted: float) -> Verdict:
     window = f"from {start:.6g} s to {end:.6g} s"
     evidence = [
         f"A single stroke {window}: there is no period, so neither periodic nor chaotic motion can be shown.",
-        f"{measures['impacts']:.0f} impacts; no joint is in contact for less than {100.0 * measures['contact_share']:.4g} % "
+        f"{measures['impacts']:.0f} impacts; no joint is in contact for less than {100.0 * measures['contact_fraction']:.4g} % "
         "of the time.",
     ]
-    if share > 0.0:
+    if fraction > 0.0:
         evidence.append(
             "At the end a clearance joint is in free flight."
             if math.isinf(last)
@@ -152,10 +154,10 @@ def _stroke(run: xr.Dataset, after: float, trusted: float) -> Verdict:
     if math.isnan(trusted):
         evidence.append("How long the trajectory is reproducible has not been checked: repeat the run with trust=True.")
     elif trusted < end:
-        measures["trusted_share"] = max(0.0, (trusted - start) / (end - start))
+        measures["trusted_fraction"] = max(0.0, (trusted - start) / (end - start))
         evidence.append(
             f"Beyond the predictability horizon of {trusted:.6g} s one trajectory is no evidence: compare an ensemble."
         )
     else:
-        measures["trusted_share"] = 1.0
-    return Verdict("continuous contact" if share == 0.0 else "transient only", None, tuple(evidence), measures)
+        measures["trusted_fraction"] = 1.0
+    return Verdict("continuous contact" if fraction == 0.0 else "transient only", None, tuple(evidence), measures)

@@ -18,7 +18,7 @@ __all__ = ["Consensus", "consensus"]
 
 @dataclass(frozen=True)
 class Consensus:
-    """The verdict that most members share, and how the others differ.
+    """The verdict that most members fraction, and how the others differ.
 
     Parameters
     ----------
@@ -26,7 +26,7 @@ class Consensus:
         As of `Verdict`.
     period : int or None
         As of `Verdict`.
-    share : float
+    fraction : float
         Of the members that have this kind and period.
     counts : mapping of str to int
         How many members have each verdict, most frequent first.
@@ -38,7 +38,7 @@ class Consensus:
 
     kind: Kind
     period: int | None
-    share: float
+    fraction: float
     counts: Mapping[str, int]
     measures: xr.Dataset
     evidence: tuple[str, ...]
@@ -102,7 +102,7 @@ def consensus(verdicts: Sequence[Verdict]) -> Consensus:
     return Consensus(
         kind=kind,
         period=period,
-        share=most / count,
+        fraction=most / count,
         counts={names[pair]: number for pair, number in counts},
         measures=xr.Dataset(
             {

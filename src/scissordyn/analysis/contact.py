@@ -73,7 +73,7 @@ def contact_statistics(
 ) -> xr.Dataset:
     """How the clearance joints of a run touch: how often, how long, where, how hard, and what it costs.
 
-    Counts, shares of time, peaks, impulses and losses come from the table of contacts and are as exact as the run. Arcs and
+    Counts, fractions of time, peaks, impulses and losses come from the table of contacts and are as exact as the run. Arcs and
     forces over time come from the samples.
 
     Parameters
@@ -87,14 +87,14 @@ def contact_statistics(
     Returns
     -------
     Dataset
-        Along the clearance joints: `impacts` and `impact_rate` (contacts that start in the window), `contact_share` and
-        `flight_share` of the window, `longest_flight`; `contact_arc_95` and `contact_arc`, the smallest arcs of the bearing
+        Along the clearance joints: `impacts` and `impact_rate` (contacts that start in the window), `contact_fraction` and
+        `flight_fraction` of the window, `longest_flight`; `contact_arc_95` and `contact_arc`, the smallest arcs of the bearing
         that hold 95 % and all of the sampled contact time, in the frame of the bearing if the run knows its mechanism
         (attribute `arc_frame`); `peak_force`, `peak_force_quantile`, `mean_force` (over the window, flights included),
         `contact_force` and `contact_force_quantile` (over the contact time); `impulse` (sum), `impulse_mean`,
-        `impulse_largest` and `impulse_quantile`; `damping_loss`, `friction_loss`, `heat` (their sum) and `heat_rate`. Sums
-        and quantiles of contacts are over those that start in the window. NaN where there is no contact, or no such column in
-        the table.
+        `impulse_largest` and `impulse_quantile`; `damping_loss`, `friction_loss`, `dissipated_energy` (their sum) and
+        `dissipated_power`. Sums and quantiles of contacts are over those that start in the window. NaN where there is no
+        contact, or no such column in the table.
 
     Raises
     ------
@@ -121,8 +121,8 @@ def contact_statistics(
 MEASURES = {
     "impacts": ("1", "contacts that start in the window"),
     "impact_rate": ("1/s", "contacts per time"),
-    "contact_share": ("1", "share of the time in contact"),
-    "flight_share": ("1", "share of the time in free flight"),
+    "contact_fraction": ("1", "fraction of the time in contact"),
+    "flight_fraction": ("1", "fraction of the time in free flight"),
     "longest_flight": ("s", "longest free flight"),
     "contact_arc_95": ("rad", "smallest arc of the bearing with 95 % of the contact time"),
     "contact_arc": ("rad", "smallest arc of the bearing with all contact"),
@@ -137,8 +137,8 @@ MEASURES = {
     "impulse_quantile": ("N s", "quantiles of the impulse of a contact"),
     "damping_loss": ("J", "energy dissipated by contact damping"),
     "friction_loss": ("J", "energy dissipated by friction"),
-    "heat": ("J", "heat produced in the joint"),
-    "heat_rate": ("W", "mean power turned into heat"),
+    "dissipated_energy": ("J", "energy dissipated in the joint"),
+    "dissipated_power": ("W", "mean dissipated power"),
 }
 
 
@@ -164,8 +164,8 @@ def _of_the_table(run: xr.Dataset, joint: str, start: float, end: float) -> dict
     return {
         "impacts": int(np.sum(begun)),
         "impact_rate": float(np.sum(begun)) / (end - start),
-        "contact_share": touching,
-        "flight_share": 1.0 - touching,
+        "contact_fraction": touching,
+        "flight_fraction": 1.0 - touching,
         "longest_flight": float(np.max(flights)),
         "peak_force": float(np.max(np.concatenate(forces), initial=0.0)),
         "peak_force_quantile": _quantiles(run["peak_force"].values[begun]),
@@ -175,8 +175,8 @@ def _of_the_table(run: xr.Dataset, joint: str, start: float, end: float) -> dict
         "impulse_quantile": _quantiles(impulses),
         "damping_loss": lost[0],
         "friction_loss": lost[1],
-        "heat": sum(lost),
-        "heat_rate": sum(lost) / (end - start),
+        "dissipated_energy": sum(lost),
+        "dissipated_power": sum(lost) / (end - start),
     }
 
 
@@ -195,7 +195,7 @@ def _of_the_samples(
     mean = float(np.trapezoid(force[inside], steps) / (steps[-1] - steps[0])) if steps.size > 1 else math.nan
     in_contact = force[touching]
     return {
-        "contact_arc_95": smallest_arc(direction[touching], share=CENTRAL_PART, weights=standing[touching]),
+        "contact_arc_95": smallest_arc(direction[touching], fraction=CENTRAL_PART, weights=standing[touching]),
         "contact_arc": smallest_arc(direction[touching]),
         "mean_force": mean,
         "contact_force": float(np.average(in_contact, weights=standing[touching])) if in_contact.size else math.nan,

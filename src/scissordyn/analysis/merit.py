@@ -28,11 +28,12 @@ def figures_of_merit(run: xr.Dataset, ideal: xr.Dataset, *, after: float = 0.0) 
     Returns
     -------
     Dataset
-        For each clearance joint: `contact_share` of the time, number of `separations`, when the last contact that lasts to the
-        end `kept_from` [s] (NaN for none), `peak_force` [N]. For the whole: `peak_torque` [N m], `torque_root_mean_square` [N
-        m], `energy_used` [J] (the positive power, integrated over the samples), `tracking_error` [rad] of the driven body,
-        `position_error` [m] of the output body and its `synchronisation_error` [m]: how far it is from where the ideal
-        mechanism would have it at the present angle of the driven body. Errors are the largest ones at the samples.
+        For each clearance joint: `contact_fraction` of the time, number of `separations`, when the last contact that lasts to
+        the end `in_contact_from` [s] (NaN for none), `peak_force` [N]. For the whole: `peak_torque` [N m],
+        `torque_root_mean_square` [N m], `energy_used` [J] (the positive power, integrated over the samples), `tracking_error`
+        [rad] of the driven body, `position_error` [m] of the output body and its `synchronisation_error` [m]: how far it is
+        from where the ideal mechanism would have it at the present angle of the driven body. Errors are the largest ones at the
+        samples.
 
     Raises
     ------
@@ -75,9 +76,9 @@ def figures_of_merit(run: xr.Dataset, ideal: xr.Dataset, *, after: float = 0.0) 
     joints = [str(name) for name in run["joint"].values[np.isfinite(run["clearance"].values)]] if "clearance" in run else []
     rows = np.array([_contact(run, joint, after) for joint in joints]).reshape(-1, 4)
     named = (
-        ("contact_share", "1", "share of the time in contact"),
+        ("contact_fraction", "1", "fraction of the time in contact"),
         ("separations", "1", "contacts that ended"),
-        ("kept_from", "s", "start of the contact that lasts to the end"),
+        ("in_contact_from", "s", "start of the contact that lasts to the end"),
         ("peak_force", "N", "largest normal force"),
     )
     for column, (name, units, text) in enumerate(named):
@@ -109,7 +110,7 @@ def _torque(run: xr.Dataset, body: str) -> np.ndarray:
 
 
 def _contact(run: xr.Dataset, joint: str, after: float) -> tuple[float, float, float, float]:
-    """Share of the time in contact, separations, start of the contact that lasts, largest normal force."""
+    """Fraction of the time in contact, separations, start of the contact that lasts, largest normal force."""
     end = float(run.attrs["end"])
     chosen = run["contact_joint"].values == joint
     start, duration = run["contact_start"].values[chosen], run["contact_duration"].values[chosen]

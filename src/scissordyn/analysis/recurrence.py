@@ -34,7 +34,7 @@ def recurrence(
 
         R_ij = 1 if |x_i - x_j| <= threshold,    x_i = (v_i, v_{i+delay}, ..., v_{i+(dimension-1) delay})
 
-    The recurrence rate is the share of ones, determinism the share of the ones that lie on diagonal lines of at least
+    The recurrence rate is the fraction of ones, determinism the fraction of the ones that lie on diagonal lines of at least
     `shortest` points: times at which the motion not only came back but went on as before. Both leave out |i - j| < `apart`.
     Periodic motion has determinism 1; so has quasi-periodic motion, nearly, once enough quantities or dimensions unfold it
     (exactly the rotation of a circle, as |.| is the Euclidean norm), while a projection has false recurrences that end at
@@ -94,8 +94,8 @@ def recurrence(
     return xr.Dataset(
         {
             "recurrent": described(("first", "second"), recurrent, "1", "recurrence"),
-            "recurrence_rate": described((), points / pairs, "1", "share of the pairs of samples that recur"),
-            "determinism": described((), on_lines / points if points else math.nan, "1", "share of recurrences on lines"),
+            "recurrence_rate": described((), points / pairs, "1", "fraction of the pairs of samples that recur"),
+            "determinism": described((), on_lines / points if points else math.nan, "1", "fraction of recurrences on lines"),
             "longest_line": described((), int(np.max(lines, initial=0)), "1", "points of the longest line"),
         },
         attrs={"threshold": near, "dimension": dimension, "delay": delay, "shortest": shortest, "apart": apart},

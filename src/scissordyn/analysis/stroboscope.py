@@ -30,7 +30,7 @@ def stroboscopic(run: xr.Dataset, *, period: float, phase: float = 0.0, skip: in
     period : float
         Of the drive [s].
     phase : float
-        When in the period, as a share of it [1].
+        When in the period, as a fraction of it [1].
     skip : int
         How many flashes at the start are left out as transient.
 
@@ -51,7 +51,7 @@ def stroboscopic(run: xr.Dataset, *, period: float, phase: float = 0.0, skip: in
     if not (math.isfinite(period) and period > 0.0):
         raise InputError(f"period = {period!r}", "a period > 0 [s]")
     if not 0.0 <= phase < 1.0:
-        raise InputError(f"phase = {phase!r}", "a share of the period, at least 0 and below 1")
+        raise InputError(f"phase = {phase!r}", "a fraction of the period, at least 0 and below 1")
     if isinstance(skip, bool) or not isinstance(skip, int) or skip < 0:
         raise InputError(f"skip = {skip!r}", "a whole number >= 0")
     time = run["time"].values

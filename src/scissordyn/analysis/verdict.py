@@ -65,7 +65,7 @@ def classify_samples(
     scale: ArrayLike | None = None,
     tolerance: float = 1e-3,
     longest_period: int = 16,
-    flight_share: float | None = None,
+    flight_fraction: float | None = None,
     times: ArrayLike | None = None,
     trusted_until: float = math.nan,
     seed: int = 0,
@@ -92,8 +92,8 @@ def classify_samples(
         How near counts as the same, as a fraction of the scale.
     longest_period : int
         Longest period that is looked for.
-    flight_share : float, optional
-        Largest share of the time that a clearance joint is in free flight, over the second half; 0 is continuous contact.
+    flight_fraction : float, optional
+        Largest fraction of the time that a clearance joint is in free flight, over the second half; 0 is continuous contact.
     times : array_like, shape (n,), optional
         Of the samples [s].
     trusted_until : float
@@ -119,17 +119,17 @@ def classify_samples(
         )
     scaled = table / size
     evidence, measures = list[str](), {"samples": float(len(scaled))}
-    if flight_share is not None:
-        measures["flight_share"] = flight_share
+    if flight_fraction is not None:
+        measures["flight_fraction"] = flight_fraction
         evidence.append(
             "No clearance joint separates in the second half."
-            if flight_share <= 0.0
-            else f"In the second half a clearance joint is in free flight for {100.0 * flight_share:.3g} % of the time."
+            if flight_fraction <= 0.0
+            else f"In the second half a clearance joint is in free flight for {100.0 * flight_fraction:.3g} % of the time."
         )
     period = _period(scaled, tolerance, longest_period, evidence, measures)
     kind: Kind
     if period is not None:
-        kind = "continuous contact" if period == 1 and flight_share is not None and flight_share <= 0.0 else "periodic"
+        kind = "continuous contact" if period == 1 and flight_fraction is not None and flight_fraction <= 0.0 else "periodic"
     else:
         kind = _aperiodic(scaled, longest_period, seed, evidence, measures)
     if times is not None:
@@ -208,7 +208,7 @@ def _judge_trust(times: np.ndarray, trusted_until: float, evidence: list[str], m
         evidence.append("How long the trajectory is reproducible has not been checked: repeat the run with trust=True.")
         return
     beyond = int(np.sum(times > trusted_until))
-    measures["trusted_share"] = 1.0 - beyond / times.size
+    measures["trusted_fraction"] = 1.0 - beyond / times.size
     if beyond:
         evidence.append(
             f"{beyond} of {times.size} samples lie beyond the predictability horizon of {trusted_until:.6g} s. There one "

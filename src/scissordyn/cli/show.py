@@ -102,9 +102,9 @@ def show_summary(run: xr.Dataset, to: Console) -> None:
         )
         highest = int(np.argmax(here["peak_force"].values))
         when = float(here["contact_start"].values[highest] + here["peak_time"].values[highest])
-        share = float(lasting.sum()) / end if end > 0.0 else 0.0
+        fraction = float(lasting.sum()) / end if end > 0.0 else 0.0
         parts.append(
-            f"Joint {joint}: {counted(here.sizes['contact'])}, in contact {100.0 * share:.3g} % of the time, "
+            f"Joint {joint}: {counted(here.sizes['contact'])}, in contact {100.0 * fraction:.3g} % of the time, "
             f"largest force {short(float(here['peak_force'].values[highest]), 'N')} at {short(when, 's')}."
         )
     parts += _locked_and_stopped(run)

@@ -50,11 +50,11 @@ def angulated_bar(
     """
     check_lengths(first=first, second=second)
     end = first + second * math.cos(kink), second * math.sin(kink)
-    shares = first / (first + second), second / (first + second)
+    fractions = first / (first + second), second / (first + second)
     middles = (0.5 * first, 0.0), (0.5 * (first + end[0]), 0.5 * end[1])
-    centre = tuple(sum(share * middle[axis] for share, middle in zip(shares, middles, strict=True)) for axis in (0, 1))
-    legs = zip(shares, (first, second), middles, strict=True)
-    inertia = mass * sum(share * (leg**2 / 12.0 + math.dist(middle, centre) ** 2) for share, leg, middle in legs)
+    centre = tuple(sum(fraction * middle[axis] for fraction, middle in zip(fractions, middles, strict=True)) for axis in (0, 1))
+    legs = zip(fractions, (first, second), middles, strict=True)
+    inertia = mass * sum(fraction * (leg**2 / 12.0 + math.dist(middle, centre) ** 2) for fraction, leg, middle in legs)
     return Body(
         name=name,
         mass=mass,

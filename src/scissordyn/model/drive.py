@@ -157,13 +157,13 @@ class Trapezoidal:
     duration : float
         Of the move [s], which begins at t = 0.
     ramp : float
-        Share of the duration that each of the two ramps takes [1].
+        Fraction of the duration that each of the two ramps takes [1].
     """
 
     start: Annotated[float, Quantity("rad", help="value before the move")]
     end: Annotated[float, Quantity("rad", help="value after the move")]
     duration: Annotated[float, Quantity("s", above=0.0, help="duration of the move")]
-    ramp: Annotated[float, Quantity("1", above=0.0, maximum=0.5, help="share of each ramp")] = 0.25
+    ramp: Annotated[float, Quantity("1", above=0.0, maximum=0.5, help="fraction of each ramp")] = 0.25
 
     def __post_init__(self) -> None:
         check_quantities(self)

@@ -36,9 +36,9 @@ PERIODIC_WITHIN = 1e-3
 """Change from period to period, in clearances, below which a motion counts as periodic, as in `analysis.verdict`."""
 
 MERITS: tuple[tuple[str, str, float, str], ...] = (
-    ("contact_share", "in contact [%]", 100.0, ".4g"),
+    ("contact_fraction", "in contact [%]", 100.0, ".4g"),
     ("separations", "separations", 1.0, ".0f"),
-    ("kept_from", "kept from [s]", 1.0, ".4g"),
+    ("in_contact_from", "in contact from [s]", 1.0, ".4g"),
     ("peak_force", "peak force [kN]", 1e-3, ".3f"),
     ("peak_torque", "peak torque [kN m]", 1e-3, ".3f"),
     ("energy_used", "energy used [J]", 1.0, ".5g"),
@@ -106,7 +106,7 @@ def _regular_row(case: PaperCase, one: Regularity) -> list[str | Cell]:
     numbers = (
         "–" if math.isnan(one.growth) else f"{one.growth:.2f}",
         f"{one.exponent:z.1f} ± {one.exponent_error:.1f}",
-        f"{100.0 * one.contact_share:.4g}",
+        f"{100.0 * one.contact_fraction:.4g}",
         f"{one.impacts:.2f}",
         f"{one.trusted_cycles}" if one.trusted_cycles < one.followed_cycles else f"not in {one.followed_cycles}",
     )
@@ -155,7 +155,8 @@ def control(results: Results) -> list[str]:
         table(("", *(title for _, title, _, _ in MERITS), "change per period"), rows),
         paragraph(
             "Errors against the ideal mechanism on the same reference; prescribed drives have no angle error by definition. "
-            "Shares and forces come from the table of contacts; torques and energies from samples, 25 µs apart in the stroke, "
+            "Fractions of time and forces come from the table of contacts; torques and energies from samples, 25 µs apart in "
+            "the stroke, "
             "50 µs on the deployment and 1 ms under the periodic drive, where short peaks are missed. Change per period: root "
             "mean square of how the journal's place differs from that one period before, in clearances; zero if it repeats.",
             "soft",
@@ -178,7 +179,7 @@ def _change(run: xr.Dataset) -> str:
 
 def _merit_row(name: str, found: Mapping[str, float], change: str = "") -> list[str | Cell]:
     cells = [
-        "never" if name == "kept_from" and math.isnan(found[name]) else format(factor * found[name], form)
+        "never" if name == "in_contact_from" and math.isnan(found[name]) else format(factor * found[name], form)
         for name, _, factor, form in MERITS
     ]
     return [Cell(escape(name), "nowrap"), *(Cell(text, "number") for text in (*cells, change))]
@@ -206,17 +207,17 @@ def _control_words(
     )
     driven, steered = slow["prescribed"], slow["feed-forward, feedback"]
     free = merits(results.runs[PaperCase(ARRAY)], results.runs[PaperCase(None)])
-    best = max(on_stroke.values(), key=lambda found: found["contact_share"])
+    best = max(on_stroke.values(), key=lambda found: found["contact_fraction"])
     practical = (
-        f"A practical controller on a slow deployment keeps contact from {steered['kept_from']:.3g} s on instead of "
-        f"{driven['kept_from']:.3g} s, with {steered['separations']:.0f} instead of {driven['separations']:.0f} "
+        f"A practical controller on a slow deployment keeps contact from {steered['in_contact_from']:.3g} s on instead of "
+        f"{driven['in_contact_from']:.3g} s, with {steered['separations']:.0f} instead of {driven['separations']:.0f} "
         "separations and "
         f"{steered['peak_torque']:.0f} instead of {driven['peak_torque']:.0f} N m; the peak force hardly falls, from "
         f"{1e-3 * driven['peak_force']:.2f} to {1e-3 * steered['peak_force']:.2f} kN, because the first impact ends a "
         "free fall that no "
-        f"torque prevents. At 150 rpm from a concentric start it brings little: {100.0 * best['contact_share']:.0f} % "
+        f"torque prevents. At 150 rpm from a concentric start it brings little: {100.0 * best['contact_fraction']:.0f} % "
         "of the time in "
-        f"contact at best, against {100.0 * free['contact_share']:.0f} %."
+        f"contact at best, against {100.0 * free['contact_fraction']:.0f} %."
     )
     changes = {
         job.scheme: mismatch(run, MANOEUVRES["periodic"].after)
@@ -270,13 +271,13 @@ def contacts(results: Results) -> list[str]:
         "peak force: median, 95 %, largest [kN]",
         "force in contact: median, 95 % [kN]",
         "impulse: mean, largest [N s]",
-        f"heat in joint {JOINT}: damping, friction [J]",
+        f"dissipation in joint {JOINT}: damping, friction [J]",
         "output error: largest, rms [mm]",
     )
     return [
         paragraph(
-            "Counts, shares, impulses and losses come from the table of contacts, arcs and the force in contact from "
-            "the samples, 25 µs "
+            "Counts, fractions of time, impulses and losses come from the table of contacts; arcs and the force in contact "
+            "come from the samples, 25 µs "
             f"apart. Only joint {JOINT} has clearance, so all energy is dissipated there. The output error is "
             "that of the slider against the ideal "
             "mechanism at the same instants."
@@ -294,14 +295,14 @@ def _contact_row(name: str, run: xr.Dataset, ideal: xr.Dataset) -> list[str | Ce
 
     cells = (
         f"{number('impacts'):.0f}",
-        f"{100.0 * number('flight_share'):.3g}",
+        f"{100.0 * number('flight_fraction'):.3g}",
         f"{1e3 * number('longest_flight'):.3g}",
         f"{math.degrees(number('contact_arc_95')):.0f}",
         ", ".join(
             f"{1e-3 * value:.1f}"
             for value in (number("peak_force_quantile", 0.5), number("peak_force_quantile", 0.95), number("peak_force"))
         ),
-        ", ".join(f"{1e-3 * number('contact_force_quantile', share):.1f}" for share in (0.5, 0.95)),
+        ", ".join(f"{1e-3 * number('contact_force_quantile', fraction):.1f}" for fraction in (0.5, 0.95)),
         f"{number('impulse_mean'):.2f}, {number('impulse_largest'):.2f}",
         f"{number('damping_loss'):.2f}, {number('friction_loss'):.2f}",
         f"{1e3 * float(found['output_error_max']):.3f}, {1e3 * float(found['output_error_rms']):.3f}",

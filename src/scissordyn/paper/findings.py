@@ -245,26 +245,29 @@ def late_impacts(choice: Choice, measured: Measured) -> Finding:
 
 
 def _continuous(size: float, choice: Choice, measured: Measured) -> Finding:
-    share = measured[PaperCase(size, choice=choice)].settled_share
+    fraction = measured[PaperCase(size, choice=choice)].settled_fraction
     return Finding(
-        share >= CONTINUOUS, f"in contact {percent(share)} of the time after 5 ms at {millimetres(size)}", {"share_1": share}
+        fraction >= CONTINUOUS,
+        f"in contact {percent(fraction)} of the time after 5 ms at {millimetres(size)}",
+        {"fraction_1": fraction},
     )
 
 
 def continuous_04(choice: Choice, measured: Measured) -> Finding:
-    """5a: share of contact at 0.4 mm."""
+    """5a: fraction of contact at 0.4 mm."""
     return _continuous(0.4e-3, choice, measured)
 
 
 def flying(choice: Choice, measured: Measured) -> Finding:
-    """5b: share of contact at the clearances that the paper calls irregular."""
+    """5b: fraction of contact at the clearances that the paper calls irregular."""
     others = _sizes(choice, measured, [size for size in CLEARANCES if size not in (0.4e-3, 0.2e-3)])
     return Finding(
-        all(m.settled_share < CONTINUOUS for m in others.values()),
+        all(m.settled_fraction < CONTINUOUS for m in others.values()),
         _listed(
-            "share of time in contact after 5 ms", {millimetres(size): percent(m.settled_share) for size, m in others.items()}
+            "fraction of time in contact after 5 ms",
+            {millimetres(size): percent(m.settled_fraction) for size, m in others.items()},
         ),
-        {f"share_{millimetres(size).replace(' ', '_')}_1": m.settled_share for size, m in others.items()},
+        {f"fraction_{millimetres(size).replace(' ', '_')}_1": m.settled_fraction for size, m in others.items()},
     )
 
 
@@ -323,23 +326,23 @@ def fewer_rebounds(choice: Choice, measured: Measured) -> Finding:
 
 
 def rebounding(choice: Choice, measured: Measured) -> Finding:
-    """6b: share of contact at the end, least friction."""
-    share = measured[PaperCase(friction=FRICTION[0], choice=choice)].final_share
+    """6b: fraction of contact at the end, least friction."""
+    fraction = measured[PaperCase(friction=FRICTION[0], choice=choice)].final_fraction
     return Finding(
-        share < CONTINUOUS,
-        f"in contact {percent(share)} of the last fifth of the run at {FRICTION[0]:g}",
-        {"final_share_1": share},
+        fraction < CONTINUOUS,
+        f"in contact {percent(fraction)} of the last fifth of the run at {FRICTION[0]:g}",
+        {"final_fraction_1": fraction},
     )
 
 
 def eventually(choice: Choice, measured: Measured) -> Finding:
-    """6c: share of contact at the end, more friction."""
+    """6c: fraction of contact at the end, more friction."""
     found = {friction: m for friction, m in _by_friction(choice, measured).items() if friction > FRICTION[0]}
-    shown = {f"{friction:g}": percent(m.final_share) for friction, m in found.items()}
+    shown = {f"{friction:g}": percent(m.final_fraction) for friction, m in found.items()}
     return Finding(
-        all(m.final_share >= CONTINUOUS for m in found.values()),
-        _listed("share of the last fifth of the run in contact", shown),
-        {f"final_share_{friction:g}_1": m.final_share for friction, m in found.items()},
+        all(m.final_fraction >= CONTINUOUS for m in found.values()),
+        _listed("fraction of the last fifth of the run in contact", shown),
+        {f"final_fraction_{friction:g}_1": m.final_fraction for friction, m in found.items()},
     )
 
 

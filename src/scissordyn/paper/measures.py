@@ -21,7 +21,7 @@ LATE = 0.03
 """The paper's "when the working time exceeds 0.03 s" [s]."""
 
 CONTINUOUS = 0.99
-"""Share of time in contact from which contact is called continuous."""
+"""Fraction of time in contact from which contact is called continuous."""
 
 LAST = 0.2
 """The end of a run is this fraction of it, for what becomes continuous "eventually"."""
@@ -66,8 +66,8 @@ class Measures:
         Largest driving torque by magnitude, with clearance and without [N m].
     impacts, early_impacts, late_impacts, settled_impacts : int
         Contacts that start: all, before `LATE`, from `LATE` on, from `SETTLED` on.
-    whole_share, settled_share, final_share : float
-        Share of time in contact: in the whole run, from `SETTLED` on, in the last fifth.
+    whole_fraction, settled_fraction, final_fraction : float
+        Fraction of time in contact: in the whole run, from `SETTLED` on, in the last fifth.
     late_rate, settled_rate : float
         Impacts per second from `LATE` on and from `SETTLED` on [1/s].
     deviations : dict of str to Deviation
@@ -93,9 +93,9 @@ class Measures:
     early_impacts: int
     late_impacts: int
     settled_impacts: int
-    whole_share: float
-    settled_share: float
-    final_share: float
+    whole_fraction: float
+    settled_fraction: float
+    final_fraction: float
     late_rate: float
     settled_rate: float
     deviations: dict[str, Deviation]
@@ -143,9 +143,9 @@ def measure(run: xr.Dataset, ideal: xr.Dataset) -> Measures:
         early_impacts=int(np.sum(start < LATE)),
         late_impacts=int(np.sum(start >= LATE)),
         settled_impacts=int(np.sum(start >= SETTLED)),
-        whole_share=_share(start, stop, 0.0, end),
-        settled_share=_share(start, stop, SETTLED, end),
-        final_share=_share(start, stop, (1.0 - LAST) * end, end),
+        whole_fraction=_fraction(start, stop, 0.0, end),
+        settled_fraction=_fraction(start, stop, SETTLED, end),
+        final_fraction=_fraction(start, stop, (1.0 - LAST) * end, end),
         late_rate=float(np.sum(start >= LATE)) / (end - LATE),
         settled_rate=float(np.sum(start >= SETTLED)) / (end - SETTLED),
         deviations={
@@ -193,12 +193,12 @@ def _rms(values: np.ndarray) -> float:
     return float(np.sqrt(np.mean(values**2)))
 
 
-def _share(start: np.ndarray, stop: np.ndarray, since: float, end: float) -> float:
-    """Share of the time from `since` to `end` that lies in the intervals."""
+def _fraction(start: np.ndarray, stop: np.ndarray, since: float, end: float) -> float:
+    """Fraction of the time from `since` to `end` that lies in the intervals."""
     return float(np.sum(np.clip(np.minimum(stop, end) - np.maximum(start, since), 0.0, None))) / (end - since)
 
 
 def _arc(run: xr.Dataset) -> float:
     touching = run["in_contact"].sel(joint=JOINT).values.astype(bool)
     place = run["eccentricity"].sel(joint=JOINT).transpose("time", "axis").values[touching]
-    return smallest_arc(np.arctan2(place[:, 1], place[:, 0]), share=CENTRAL_PART)
+    return smallest_arc(np.arctan2(place[:, 1], place[:, 0]), fraction=CENTRAL_PART)

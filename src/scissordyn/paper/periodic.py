@@ -70,7 +70,7 @@ class Regularity:
         K of the 0-1 test; NaN where the samples repeat, and the test would see round-off.
     exponent, exponent_error : float
         Largest Lyapunov exponent and its standard error [1/s].
-    contact_share : float
+    contact_fraction : float
         Of the time, over the counted periods.
     impacts : float
         Contacts that start in a period, on the average.
@@ -87,7 +87,7 @@ class Regularity:
     growth: float
     exponent: float
     exponent_error: float
-    contact_share: float
+    contact_fraction: float
     impacts: float
     trusted_cycles: int
     followed_cycles: int
@@ -138,7 +138,7 @@ def examine(case: PaperCase) -> xr.Dataset:
     if followed == SKIP:
         verdict = classify(run.assign_attrs(trusted_until=math.inf), skip=SKIP)
         kind, name, evidence, judged, agreeing = verdict.kind, verdict.name, verdict.evidence, 1, 1
-        share, impacts = (float(run[what].isel(cycle=slice(SKIP, None)).mean()) for what in ("contact_share", "impacts"))
+        fraction, impacts = (float(run[what].isel(cycle=slice(SKIP, None)).mean()) for what in ("contact_fraction", "impacts"))
     else:
         many = ensemble(mechanism, members=MEMBERS, cycles=CYCLES, skip=SKIP, workers=1)
         _check(many, case)
@@ -151,7 +151,7 @@ def examine(case: PaperCase) -> xr.Dataset:
         kind = common.kind
         if 2 * agreeing <= MEMBERS:  # no majority decides nothing
             kind, name = "transient only", "undecided"
-        share, impacts = (float(many[f"mean_{what}"].mean()) for what in ("contact_share", "impacts"))
+        fraction, impacts = (float(many[f"mean_{what}"].mean()) for what in ("contact_fraction", "impacts"))
         # too few samples have none; where most members repeat, that of the others is not the verdict's
         if common.period is None and "K" in common.measures["measure"].values:
             growth = float(common.measures["mean"].sel(measure="K"))
@@ -165,7 +165,7 @@ def examine(case: PaperCase) -> xr.Dataset:
         growth=growth,
         exponent=float(apart["exponent"]),
         exponent_error=float(apart["standard_error"]),
-        contact_share=share,
+        contact_fraction=fraction,
         impacts=impacts,
         trusted_cycles=together,
         followed_cycles=followed,

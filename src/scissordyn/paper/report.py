@@ -114,7 +114,7 @@ def _answers(verdicts: Sequence[Verdict]) -> list[str]:
         "All numbers belong to the trajectory: each run agrees to its end with its repetition at a tenth of the tolerance."
         if not doubtful
         else f"The runs behind {', '.join(doubtful)} go beyond the predictability horizon: their numbers are one sample; "
-        "only the shares of the ensemble below count."
+        "only the fractions of the ensemble below count."
     )
     return [
         paragraph(
@@ -148,14 +148,14 @@ def _further(pictures: Mapping[int | str, bytes], name: str) -> str:
 
 
 def _levels(together: xr.Dataset) -> list[str]:
-    """Share of the choices with a level for which each clause holds."""
+    """Fraction of the choices with a level for which each clause holds."""
     clauses = [str(key) for key in together["clause"].values]
     choices, agreeing = full_factorial(), together["agreeing"].values
-    rows: list[Sequence[str | Cell] | str] = [_shares(f"all {len(choices)}", agreeing.mean(axis=0))]
+    rows: list[Sequence[str | Cell] | str] = [_fractions(f"all {len(choices)}", agreeing.mean(axis=0))]
     for name, level in FACTORS.items():
         rows.append(name)
         levels = [level(choice) for choice in choices]
-        rows += [_shares(one, agreeing[[other == one for other in levels]].mean(axis=0)) for one in dict.fromkeys(levels)]
+        rows += [_fractions(one, agreeing[[other == one for other in levels]].mean(axis=0)) for one in dict.fromkeys(levels)]
     unsteady = int(np.sum((agreeing > 0.0) & (agreeing < 1.0)))
     return [
         paragraph(
@@ -172,8 +172,8 @@ def _levels(together: xr.Dataset) -> list[str]:
     ]
 
 
-def _shares(name: str, shares: np.ndarray) -> list[str | Cell]:
-    return [Cell(escape(name), "nowrap"), *(Cell(f"{100.0 * share:.0f}", "tint", float(share)) for share in shares)]
+def _fractions(name: str, fractions: np.ndarray) -> list[str | Cell]:
+    return [Cell(escape(name), "nowrap"), *(Cell(f"{100.0 * fraction:.0f}", "tint", float(fraction)) for fraction in fractions)]
 
 
 def _singly(singly: xr.Dataset) -> list[str]:
@@ -183,12 +183,12 @@ def _singly(singly: xr.Dataset) -> list[str]:
     for k, choice in enumerate(choices):
         cells = [
             Cell(
-                "yes" if share == 1.0 else "no" if share == 0.0 else f"{round(share * MEMBERS)}/{MEMBERS}",
+                "yes" if fraction == 1.0 else "no" if fraction == 0.0 else f"{round(fraction * MEMBERS)}/{MEMBERS}",
                 "tint",
-                float(share),
+                float(fraction),
                 str(said),
             )
-            for share, said in zip(agreeing[k], words[k], strict=True)
+            for fraction, said in zip(agreeing[k], words[k], strict=True)
         ]
         spread = float(singly["spread"].values[k])
         rows.append([Cell(escape(_difference(choice)), "nowrap"), *cells, Cell(f"{spread:.0e}", "number")])

@@ -84,7 +84,7 @@ class Holds:
     Parameters
     ----------
     agreeing : tuple of float
-        By clause, in the order of `CLAUSES`: share of the ensemble for which it holds.
+        By clause, in the order of `CLAUSES`: fraction of the ensemble for which it holds.
     words : tuple of str
         By clause: what was measured on the first member.
     spread : float
@@ -210,7 +210,7 @@ def _dataset(choices: Sequence[Choice], found: Sequence[Holds], made: dict[str, 
             "agreeing": (
                 both,
                 np.array([one.agreeing for one in found]),
-                {"units": "1", "long_name": "share of the ensemble for which the clause holds"},
+                {"units": "1", "long_name": "fraction of the ensemble for which the clause holds"},
             ),
             "words": (both, np.array([one.words for one in found], dtype=object), {"long_name": "what was measured"}),
             "spread": (

@@ -14,10 +14,10 @@ from scissordyn.paper.verdict import Verdict
 __all__ = ["OFTEN", "in_words", "summary"]
 
 OFTEN = 0.95
-"""Share of choices from which a clause is said to hold, or not to hold, whatever was chosen."""
+"""Fraction of choices from which a clause is said to hold, or not to hold, whatever was chosen."""
 
 DECISIVE = 0.5
-"""A factor decides about a clause if its levels shift the share of choices for which it holds by as much."""
+"""A factor decides about a clause if its levels shift the fraction of choices for which it holds by as much."""
 
 PLAIN = {
     "driven bar": "which bar is driven",
@@ -73,20 +73,20 @@ def summary(verdicts: Sequence[Verdict], together: xr.Dataset) -> list[str]:
     return said
 
 
-def in_words(clauses: Sequence[str], shares: np.ndarray) -> str:
+def in_words(clauses: Sequence[str], fractions: np.ndarray) -> str:
     """Which clauses hold whatever was chosen, and which never.
 
     Parameters
     ----------
     clauses : sequence of str
-    shares : ndarray, shape (clauses,)
+    fractions : ndarray, shape (clauses,)
         Of the choices for which each holds.
 
     Returns
     -------
     str
     """
-    always, never, open_ = _sorted(clauses, shares)
+    always, never, open_ = _sorted(clauses, fractions)
     percent = f"{100.0 * OFTEN:g} %"
     return (
         f"Under at least {percent} of the choices hold: {_listed(always)}. Under as many do not hold: {_listed(never)}. "
@@ -95,10 +95,10 @@ def in_words(clauses: Sequence[str], shares: np.ndarray) -> str:
     )
 
 
-def _sorted(clauses: Sequence[str], shares: np.ndarray) -> tuple[list[str], list[str], list[str]]:
+def _sorted(clauses: Sequence[str], fractions: np.ndarray) -> tuple[list[str], list[str], list[str]]:
     """Clauses that hold whatever was chosen, that never do, and the others."""
-    always = [key for key, share in zip(clauses, shares, strict=True) if share >= OFTEN]
-    never = [key for key, share in zip(clauses, shares, strict=True) if share <= 1.0 - OFTEN]
+    always = [key for key, fraction in zip(clauses, fractions, strict=True) if fraction >= OFTEN]
+    never = [key for key, fraction in zip(clauses, fractions, strict=True) if fraction <= 1.0 - OFTEN]
     return always, never, [key for key in clauses if key not in always and key not in never]
 
 

@@ -232,7 +232,7 @@ def _guides(mechanism: Mechanism, placement: _Placement, size: float) -> list[Sh
 def _springs(mechanism: Mechanism, placement: _Placement, size: float) -> list[Shape]:
     """A zigzag between the two points of each spring."""
     shapes = []
-    share = np.concatenate([[0.0, 0.15], np.linspace(0.2, 0.8, COILS), [0.85, 1.0]])
+    fraction = np.concatenate([[0.0, 0.15], np.linspace(0.2, 0.8, COILS), [0.85, 1.0]])
     aside = np.concatenate([[0.0, 0.0], np.resize([1.0, -1.0], COILS), [0.0, 0.0]]) * 0.012 * size
     for element in mechanism.elements:
         if not isinstance(element, Spring):
@@ -241,7 +241,7 @@ def _springs(mechanism: Mechanism, placement: _Placement, size: float) -> list[S
         along = end - start
         length = np.linalg.norm(along, axis=-1, keepdims=True)
         across = np.stack([-along[:, 1], along[:, 0]], axis=-1) / np.where(length > 0.0, length, 1.0)
-        zigzag = start[:, None] + share[:, None] * along[:, None] + aside[:, None] * across[:, None]
+        zigzag = start[:, None] + fraction[:, None] * along[:, None] + aside[:, None] * across[:, None]
         shapes.append(Shape(element.name, "spring", zigzag))
     return shapes
 

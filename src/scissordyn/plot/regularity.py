@@ -274,7 +274,7 @@ def recurrence_plot(recurrence: xr.Dataset, *, axes: Canvas = None) -> list[Axes
     count = len(matrix)
     block = -(-count // MOST_PIXELS)
     whole = count // block
-    # a pixel of several samples is as dark as the share of them that recur
+    # a pixel of several samples is as dark as the fraction of them that recur
     shown = matrix[: whole * block, : whole * block].reshape(whole, block, whole, block).mean(axis=(1, 3))
     end = whole * block
     drawn.imshow(shown, cmap="Greys", vmin=0.0, vmax=1.0, origin="lower", extent=(0, end, 0, end), interpolation="nearest")

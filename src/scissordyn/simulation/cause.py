@@ -22,11 +22,11 @@ __all__ = ["check_springs", "failed_latch", "immovable_joints", "singular_positi
 NEAR = 1e-3
 """A position is near a singular one if a combination of the conditions' gradients, each of length one, is shorter than this."""
 
-SHARE = 0.1
-"""Conditions with more than this share of the largest in that combination are named."""
+FRACTION = 0.1
+"""Conditions with more than this fraction of the largest in that combination are named."""
 
 STILL = 1e-11
-"""A journal cannot move if the conditions leave less than this share of the square of its gradient: some roundings."""
+"""A journal cannot move if the conditions leave less than this fraction of the square of its gradient: some roundings."""
 
 PLAIN = 1e-8
 """Pivots of the gradients' Gram matrix above this are far from singular."""
@@ -61,8 +61,8 @@ def singular_position(layout: Layout, system: Handle, state: np.ndarray, time: f
     smallest = float(values[-1]) if values.size == len(holding) else 0.0
     if smallest > NEAR:
         return ""
-    share = np.abs(left[:, -1])
-    named = [holding[k].subject for k in np.argsort(-share, kind="stable") if share[k] > SHARE * np.max(share)]
+    fraction = np.abs(left[:, -1])
+    named = [holding[k].subject for k in np.argsort(-fraction, kind="stable") if fraction[k] > FRACTION * np.max(fraction)]
     verb = "are aligned, or as far as they reach" if len(named) > 1 or "bodies" in named[0] else "is as far as it reaches"
     return f"singular position: {in_words(named)} {verb}"
 
@@ -133,11 +133,11 @@ def immovable_joints(layout: Layout, system: System, state: np.ndarray) -> list[
     if holding:
         matrix, scale = _gradients(layout, system, state, 0.0, holding)
         unit = sp.diags_array(1.0 / np.where(scale > 0.0, scale, 1.0)) @ matrix
-        left = size - _held_share(sp.csr_array(unit), moves).reshape(-1, 2).sum(axis=1)
+        left = size - _fixed_fraction(sp.csr_array(unit), moves).reshape(-1, 2).sum(axis=1)
     return [joint.name for joint, rest, whole in zip(joints, left, size, strict=True) if not rest > STILL * whole]
 
 
-def _held_share(matrix: sp.csr_array, moves: sp.csr_array) -> np.ndarray:
+def _fixed_fraction(matrix: sp.csr_array, moves: sp.csr_array) -> np.ndarray:
     """Squared lengths of the parts of some rows that lie in the row space of a matrix."""
     shared = (matrix @ moves.T).toarray()
     try:

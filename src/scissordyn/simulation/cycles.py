@@ -158,7 +158,7 @@ DESCRIBED = {
     "in_contact": (("cycle", "joint"), "1", "journal and bearing in contact"),
     "energy": (("cycle",), "J", "kinetic, potential, elastic and spring energy"),
     "impacts": (("cycle", "joint"), "1", "contacts that started in the cycle"),
-    "contact_share": (("cycle", "joint"), "1", "share of the cycle spent in contact"),
+    "contact_fraction": (("cycle", "joint"), "1", "fraction of the cycle spent in contact"),
     "peak_force": (("cycle", "joint"), "N", "largest normal force in the cycle"),
     "drive_work": (("cycle",), "J", "work of the drives in the cycle"),
     "dissipated_energy": (("cycle",), "J", "energy dissipated in the cycle"),
@@ -182,7 +182,7 @@ def per_cycle(mechanism: Mechanism, found: Cycles) -> dict[str, np.ndarray]:
     return {
         **stroboscopic_samples(mechanism, found),
         "impacts": found.impacts,
-        "contact_share": found.contact_share,
+        "contact_fraction": found.contact_fraction,
         "peak_force": found.peak_force,
         "drive_work": found.work[:, 0],
         "dissipated_energy": found.work[:, 1] + found.work[:, 2] + found.work[:, 4],

@@ -29,7 +29,7 @@ MOST_STEPS = 500
 MOST_CORRECTIONS = 12
 
 SOLVED = 0.1
-"""An implicit step is solved when a correction is this share of the way made."""
+"""An implicit step is solved when a correction is this fraction of the way made."""
 
 MOST_GROWTH = 10.0
 """An implicit step that lets the force grow more than this has landed elsewhere."""

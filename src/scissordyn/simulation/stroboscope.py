@@ -83,8 +83,8 @@ class Cycles:
         One row per cycle, at its start plus the phase.
     impacts : ndarray of int, shape (cycles, nj)
         Contacts that started.
-    contact_share : ndarray, shape (cycles, nj)
-        Share of the cycle spent in contact.
+    contact_fraction : ndarray, shape (cycles, nj)
+        Fraction of the cycle spent in contact.
     peak_force : ndarray, shape (cycles, nj)
         Largest normal force [N].
     work : ndarray, shape (cycles, 5)
@@ -105,7 +105,7 @@ class Cycles:
     first: int
     samples: Samples
     impacts: np.ndarray
-    contact_share: np.ndarray
+    contact_fraction: np.ndarray
     peak_force: np.ndarray
     work: np.ndarray
     steps: np.ndarray
@@ -196,7 +196,7 @@ def run_cycles(
     if isinstance(cycles, bool) or not isinstance(cycles, int) or cycles < 1:
         raise InputError(f"cycles = {cycles!r}", "a whole number >= 1")
     if not 0.0 <= phase < 1.0:
-        raise InputError(f"phase = {phase!r}", "a share of the period, at least 0 and below 1")
+        raise InputError(f"phase = {phase!r}", "a fraction of the period, at least 0 and below 1")
     if mechanism.latches:
         raise InputError("cycles of a mechanism with latches, which lock once and for all", "no latches, or simulate()")
     if any(isinstance(element, Actuator) and element.controller.delay > 0.0 for element in mechanism.elements):
@@ -218,7 +218,7 @@ def run_cycles(
     nj = len(mechanism.contacts)
     whole = make_samples((begin.cycle + np.arange(cycles) + phase) * period, work)
     impacts, steps = np.zeros((cycles, nj), np.int64), np.zeros(cycles, np.int64)
-    share, peak, gained = np.zeros((cycles, nj)), np.zeros((cycles, nj)), np.zeros((cycles, QUADRATURES))
+    fraction, peak, gained = np.zeros((cycles, nj)), np.zeros((cycles, nj)), np.zeros((cycles, QUADRATURES))
     log = np.zeros((256, loop.LOG_COLUMNS))
     counts = np.zeros(8, np.int64)
     done, status, cause, end, events = 0, loop.ADVANCING, "", begin, 0
@@ -248,7 +248,7 @@ def run_cycles(
             if status != loop.FINISHED:
                 break
             events = int(count[loop.EVENTS])
-            _summarise(log[:events], mode[:nj], clock[loop.END] - period, period, impacts[done], share[done])
+            _summarise(log[:events], mode[:nj], clock[loop.END] - period, period, impacts[done], fraction[done])
             highest = np.where(system.mode == 1, work.peak[:, 0], 0.0)
             np.maximum.at(highest, log[:events, 1].astype(np.int64), log[:events, PEAK])
             peak[done] = highest[:nj]
@@ -271,7 +271,7 @@ def run_cycles(
         first=begin.cycle,
         samples=Samples(*(part[:done] for part in whole)),
         impacts=impacts[:done],
-        contact_share=share[:done],
+        contact_fraction=fraction[:done],
         peak_force=peak[:done],
         work=gained[:done],
         steps=steps[:done],
@@ -313,7 +313,9 @@ def _freeze(work: Work, mode: np.ndarray, approach: np.ndarray, clock: np.ndarra
     )
 
 
-def _summarise(log: np.ndarray, mode: np.ndarray, begin: float, period: float, impacts: np.ndarray, share: np.ndarray) -> None:
+def _summarise(
+    log: np.ndarray, mode: np.ndarray, begin: float, period: float, impacts: np.ndarray, fraction: np.ndarray
+) -> None:
     """Count the contacts that started in a cycle and add up the time in contact; `mode` is that at its start."""
     for j in range(mode.size):
         own = log[log[:, 1] == j]
@@ -324,4 +326,4 @@ def _summarise(log: np.ndarray, mode: np.ndarray, begin: float, period: float, i
             lasted -= begin
         if (own[-1, 2] if own.shape[0] else mode[j]) == 1:
             lasted += begin + period
-        share[j] = min(1.0, max(0.0, lasted / period))
+        fraction[j] = min(1.0, max(0.0, lasted / period))

@@ -70,8 +70,9 @@ def ensemble(
     """Run the same mechanism from starts that differ by round-off.
 
     Every entry y of a member's state starts as y (1 + p g), with g from a normal distribution; member 0 is not perturbed. Two
-    members agree in a cycle if their journals are within a share of the clearance of each other at all clearance joints. That
-    share is small: where the reaction presses the journal to the same side in every cycle, even unrelated members are close.
+    members agree in a cycle if their journals are within a fraction of the clearance of each other at all clearance joints.
+    That fraction is small: where the reaction presses the journal to the same side in every cycle, even unrelated members are
+    close.
 
     Parameters
     ----------
@@ -89,7 +90,7 @@ def ensemble(
     skip : int
         First cycles that do not count in means.
     agreement : float
-        How near, as a share of the clearance.
+        How near, as a fraction of the clearance.
     start : {"concentric", "in-contact", "static"}
     rtol, atol : float
     method : str
@@ -104,9 +105,9 @@ def ensemble(
     Dataset
         Every variable of `cycle` along (member, cycle), NaN where a member did not get; for each that is not a flag
         `mean_...` along member, the mean over its counted cycles, and `spread_...`, the standard deviation of these means.
-        `agreeing(cycle)`, the share of members that agree with member 0; `divergence_cycle(member)`, the first cycle in which a
-        member does not (the number of cycles if none); attributes trusted_cycles and trusted_until [s], before which all
-        agree; `status(member)`, `cause(member)`.
+        `agreeing(cycle)`, the fraction of members that agree with member 0; `divergence_cycle(member)`, the first cycle in
+        which a member does not (the number of cycles if none); attributes trusted_cycles and trusted_until [s], before which
+        all agree; `status(member)`, `cause(member)`.
 
     Raises
     ------
@@ -121,7 +122,7 @@ def ensemble(
     if not LEAST <= perturbation <= MOST:
         raise InputError(f"perturbation = {perturbation!r}", f"a number from {LEAST:g} to {MOST:g}")
     if not 0.0 < agreement < 1.0:
-        raise InputError(f"agreement = {agreement!r}", "a share of the clearance, above 0 and below 1")
+        raise InputError(f"agreement = {agreement!r}", "a fraction of the clearance, above 0 and below 1")
     if not mechanism.contacts:
         raise InputError("an ensemble of a mechanism without clearance joints", "a mechanism with a clearance")
     period = drive_period(mechanism) if period is None else period
@@ -199,8 +200,8 @@ def _add_agreement(run: xr.Dataset, mechanism: Mechanism, agreement: float, peri
     agrees = apart <= agreement
     cycles = run.sizes["cycle"]
     diverged = np.where(np.all(agrees, axis=1), cycles, np.argmin(agrees, axis=1))
-    share = np.mean(agrees[1:], axis=0)
-    run["agreeing"] = ("cycle", share, {"units": "1", "long_name": "share of the members that agree with member 0"})
+    fraction = np.mean(agrees[1:], axis=0)
+    run["agreeing"] = ("cycle", fraction, {"units": "1", "long_name": "fraction of the members that agree with member 0"})
     run["divergence_cycle"] = (
         "member",
         diverged,

@@ -82,7 +82,7 @@ def separation_exponent(
     -------
     Dataset
         `exponent` [1/s], `standard_error` and `running` as from `analysis.lyapunov.exponent_from_growth`, and `log_growth` of
-        every interval. Attributes: status, cause, and `apart`, the share of interval ends at which one trajectory touched
+        every interval. Attributes: status, cause, and `apart`, the fraction of interval ends at which one trajectory touched
         where the other did not.
 
     Raises

@@ -1,4 +1,4 @@
-"""Dynamics of deployable scissor structures, and of any planar mechanism, with joints as they really are."""
+"""Dynamics of deployable scissor structures, and of any planar mechanism, with clearance, contact and friction in joints."""
 
 from __future__ import annotations
 

@@ -147,11 +147,11 @@ def test_runs_that_cannot_be_finished_keep_what_they_have(folder: Path, capsys: 
     """Identity: a run out of steps is saved with its cause, with exit status 3."""
     assert status_of(["run", str(PAPER), "-o", "part.nc", "--set", "run.most_steps=100"]) == 3
     shown = capsys.readouterr()
-    assert "100 steps did not suffice" in shown.err
+    assert "100 steps are not enough" in shown.err
     assert shown.err.count("\n") == 1
     run = load("part.nc")
     assert run.attrs["status"] == "failed"
-    assert "100 steps did not suffice" in run.attrs["cause"]
+    assert "100 steps are not enough" in run.attrs["cause"]
 
 
 @pytest.mark.parametrize("command", ["run", "check"])

@@ -58,7 +58,7 @@ def test_order_with_a_delay(method, order):
 
 @pytest.mark.parametrize("method", METHODS)
 def test_delay_equation(method):
-    """Closed form: the method of steps; the torque at the samples looks back into the same history."""
+    """Closed form: the method of steps; the torque at the samples uses the same history."""
     run, error, _ = lagged(method, 1e-11)
     assert error < 1e-8
     assert np.allclose(run["control_torque"][:, 0], -INERTIA * by_steps(run["time"].values - 1.0), atol=1e-8)
@@ -73,7 +73,7 @@ def test_history_grows():
 
 
 def test_nothing_is_kept_without_a_delay():
-    """Limit: steps are not limited and nothing is recorded where no controller looks back."""
+    """Limit: steps are not limited and nothing is recorded where no controller has a delay."""
     run = sd.simulate(turning(spin=1.0).controlled(PID(1.0)), until=1.0, samples=3)
     assert "control_signal" not in run
 

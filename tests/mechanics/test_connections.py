@@ -184,7 +184,7 @@ def test_rest_on_a_hinge_spring():
 
 def test_no_rest_without_support():
     """A body that nothing holds has no rest, and the message says so."""
-    with pytest.raises(sd.InputError, match="no rest was found"):
+    with pytest.raises(sd.InputError, match="no equilibrium was found"):
         sd.simulate(sd.Mechanism((sd.point_mass("p", mass=1.0),)), until=0.1, start="static")
 
 

@@ -64,7 +64,7 @@ def test_a_run_that_breaks_off_is_an_error(tmp_path, monkeypatch):
         return broken(mechanism, **{**options, "most_steps": 10})
 
     monkeypatch.setattr(module, "simulate", short)
-    with pytest.raises(ScissordynError, match=r"run 'c-0\.5mm_150rpm' .*10 steps did not suffice"):
+    with pytest.raises(ScissordynError, match=r"run 'c-0\.5mm_150rpm' .*10 steps are not enough"):
         fetch_runs([PaperCase()], tmp_path, workers=1)
     assert not list(tmp_path.iterdir())
 

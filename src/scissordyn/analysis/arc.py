@@ -1,4 +1,4 @@
-"""The smallest arc of a circle that holds a fraction of a distribution."""
+"""The smallest arc of a circle with a given fraction of a distribution."""
 
 from __future__ import annotations
 
@@ -11,13 +11,13 @@ __all__ = ["smallest_arc"]
 
 
 def smallest_arc(angles: ArrayLike, *, fraction: float = 1.0, weights: ArrayLike | None = None) -> float:
-    """The smallest arc that holds a fraction of the weight of points on a circle.
+    """The smallest arc with a given fraction of the weight of points on a circle.
 
     With the angles sorted around the circle and w_i their weights, the smallest a_j - a_i with
 
         w_i + ... + w_j >= fraction sum w
 
-    going round past the first point where that is shorter. The whole circle is never needed: the arc for all points is 2 pi
+    across the zero of the angle where that is shorter. The arc of all points is 2 pi
     less the largest gap (the circular range, Mardia and Jupp 2000, Directional Statistics, doi:10.1002/9780470316979).
 
     Parameters
@@ -54,7 +54,7 @@ def smallest_arc(angles: ArrayLike, *, fraction: float = 1.0, weights: ArrayLike
     twice = np.concatenate([around, around + 2.0 * np.pi])
     cumulative = np.concatenate([[0.0], np.cumsum(np.concatenate([weight, weight]))])
     first = np.arange(around.size)
-    # round-off in the sum must not ask for one point more than there are
+    # round-off in the sum must not require more points than there are
     needed = fraction * cumulative[around.size] * (1.0 - 1e-12)
     last = np.minimum(np.searchsorted(cumulative, cumulative[first] + needed, side="left") - 1, first + around.size - 1)
     return float(np.min(twice[last] - twice[first]))

@@ -1,4 +1,4 @@
-"""What kind of motion a run shows."""
+"""Classification of the motion of a run."""
 
 from __future__ import annotations
 
@@ -30,11 +30,10 @@ def classify(
     longest_period: int = 16,
     seed: int = 0,
 ) -> Verdict:
-    """Say what kind of motion a run shows, and why.
+    """Classify the motion of a run, with the evidence.
 
-    With a periodic drive the journals are looked at once a period (`classify_samples`; their eccentricities count in
-    clearances). A single stroke settles to nothing: it is in continuous contact or it is transient only, whatever its pictures
-    look like.
+    With a periodic drive the eccentricities, in clearances, are sampled once a period (`classify_samples`). A single stroke has
+    no asymptotic motion: it is either in continuous contact or transient only.
 
     Parameters
     ----------
@@ -43,17 +42,17 @@ def classify(
     period : float, optional
         Of the drive [s]; a run without it is a single stroke.
     phase : float
-        When in the period a run is looked at, as a fraction of it [1].
+        Phase of the samples, as a fraction of the period [1].
     skip : int
-        Periods at the start that do not count.
+        Number of periods at the start that are left out.
     after : float
-        Time at the start of a single stroke that does not count [s].
+        Start of the evaluation of a single stroke [s].
     tolerance : float
-        How near counts as the same, as a fraction of the clearance.
+        Largest difference of equal samples, as a fraction of the clearance.
     longest_period : int
-        Longest period that is looked for.
+        Longest period searched for.
     seed : int
-        Of the angles of the 0-1 test.
+        Of the random angles of the 0-1 test.
 
     Returns
     -------
@@ -62,7 +61,7 @@ def classify(
     Raises
     ------
     InputError
-        If no joint has clearance, nothing is left to look at, or the samples of a run miss the instants of the map.
+        If no joint has clearance, no sample is left, or the samples of a run are not at the instants of the map.
     """
     trusted = float(run.attrs.get("trusted_until", math.nan))
     fraction: float | None = None
@@ -72,8 +71,8 @@ def classify(
         strobe = stroboscopic(run, period=period, phase=phase, skip=skip)
         if strobe.attrs["source"] != "samples":
             raise InputError(
-                f"a run whose samples miss the instants (k + {phase:g}) {period:g} s",
-                "samples of which one falls on each: until/(samples - 1) divides the period",
+                f"a run whose samples are not at the instants (k + {phase:g}) {period:g} s",
+                "samples at each of them: until/(samples - 1) divides the period",
             )
         settled = float(strobe["time"].values[strobe.sizes["strobe"] // 2])
         if settled < float(run["time"].values[-1]):
@@ -106,7 +105,7 @@ def classify(
 
 
 def _exact_zero(fraction: float) -> float:
-    """Free of the round-off that is left when contacts that fill the time are added up."""
+    """Zero where only round-off of the sum of contact times is left."""
     return 0.0 if fraction < 1e-12 else fraction
 
 

@@ -60,7 +60,7 @@ def contact_spans(run: xr.Dataset, joint: str) -> np.ndarray:
     Returns
     -------
     ndarray, shape (contacts, 2)
-        [s]; a contact that the run ended in lasts to the run's end.
+        [s]; a contact at the end of the run lasts to that end.
     """
     ours = run["contact_joint"].values.astype(str) == joint
     start = run["contact_start"].values[ours]
@@ -71,7 +71,7 @@ def contact_spans(run: xr.Dataset, joint: str) -> np.ndarray:
 def contact_statistics(
     run: xr.Dataset, *, ideal: xr.Dataset | None = None, after: float = 0.0, until: float | None = None
 ) -> xr.Dataset:
-    """How the clearance joints of a run touch: how often, how long, where, how hard, and what it costs.
+    """Contacts of the clearance joints of a run: number, duration, arc, forces, impulses and losses.
 
     Counts, fractions of time, peaks, impulses and losses come from the table of contacts and are as exact as the run. Arcs and
     forces over time come from the samples.
@@ -82,14 +82,14 @@ def contact_statistics(
     ideal : Dataset, optional
         The run of the same mechanism with ideal joints, at the same instants; adds the variables of `deviation`.
     after, until : float
-        The part of the run that is looked at [s]; the end of the run if `until` is not given.
+        Window of the evaluation [s]; to the end of the run if `until` is not given.
 
     Returns
     -------
     Dataset
         Along the clearance joints: `impacts` and `impact_rate` (contacts that start in the window), `contact_fraction` and
         `flight_fraction` of the window, `longest_flight`; `contact_arc_95` and `contact_arc`, the smallest arcs of the bearing
-        that hold 95 % and all of the sampled contact time, in the frame of the bearing if the run knows its mechanism
+        with 95 % and all of the sampled contact time, in the frame of the bearing if the run knows its mechanism
         (attribute `arc_frame`); `peak_force`, `peak_force_quantile`, `mean_force` (over the window, flights included),
         `contact_force` and `contact_force_quantile` (over the contact time); `impulse` (sum), `impulse_mean`,
         `impulse_largest` and `impulse_quantile`; `damping_loss`, `friction_loss`, `dissipated_energy` (their sum) and
@@ -189,7 +189,7 @@ def _of_the_samples(
     force = run["normal_force"].sel(joint=joint).values
     direction = np.arctan2(place[:, 1], place[:, 0]) - (0.0 if bearing is None else bearing)
     touching = inside & run["in_contact"].sel(joint=joint).values.astype(bool)
-    # every sample stands for the time halfway to its neighbours
+    # the weight of a sample is the time halfway to its neighbours
     standing = np.gradient(time) if time.size > 1 else np.ones(1)
     steps = time[inside]
     mean = float(np.trapezoid(force[inside], steps) / (steps[-1] - steps[0])) if steps.size > 1 else math.nan
@@ -212,7 +212,7 @@ def _quantiles(values: np.ndarray) -> np.ndarray:
 
 
 def _bearing_angles(run: xr.Dataset, joints: list[str]) -> dict[str, np.ndarray]:
-    """The angle of each joint's bearing over time, or nothing if the run does not say whose bearing it is."""
+    """The angle of each joint's bearing over time; none if the run has no mechanism in its attributes."""
     if "configuration" not in run.attrs:
         return {}
     described_joints = json.loads(run.attrs["configuration"])["mechanism"]["joints"]

@@ -1,4 +1,4 @@
-"""How far a mechanism with clearance joints departs from its ideal motion."""
+"""Deviation of a mechanism with clearance joints from its ideal motion."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from scissordyn.errors import InputError
 __all__ = ["deviation"]
 
 PART = re.compile(r"unit (\d+)/(bar \d+)")
-"""How the bars of an array are named."""
+"""Names of the bars of an array."""
 
 
 def deviation(run: xr.Dataset, ideal: xr.Dataset, *, after: float = 0.0, until: float | None = None) -> xr.Dataset:
@@ -31,14 +31,14 @@ def deviation(run: xr.Dataset, ideal: xr.Dataset, *, after: float = 0.0, until: 
     ideal : Dataset
         The run of the same mechanism without clearances, recorded at the same instants.
     after, until : float
-        The part of the run that is looked at [s]; the end of the run if `until` is not given.
+        Window of the evaluation [s]; to the end of the run if `until` is not given.
 
     Returns
     -------
     Dataset
         `position_error_max` and `position_error_rms` of every body's mass centre, `output_error_max` and `output_error_rms` of
         the slider along its guide, or of the output body; `synchronisation_error` over time with `synchronisation_error_max`
-        and `synchronisation_error_rms`. What the mechanism does not have is left out.
+        and `synchronisation_error_rms`. Variables that the mechanism does not have are left out.
 
     Raises
     ------
@@ -101,7 +101,7 @@ def _output_body(run: xr.Dataset) -> str:
 
 
 def _units(bodies: list[str]) -> list[list[int]]:
-    """Columns of the bars with the same name in every unit; bars of a single unit have nothing to be in step with."""
+    """Columns of the bars with the same name in every unit; none for a single unit."""
     parts: dict[str, list[int]] = {}
     for column, name in enumerate(bodies):
         if found := PART.fullmatch(name):

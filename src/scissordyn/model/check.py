@@ -33,7 +33,7 @@ KINDS: dict[type[Element], str] = {
 
 
 def check_parts(mechanism: Mechanism) -> None:
-    """Raise `InputError` for the first part of a mechanism that refers to what is not there or cannot be.
+    """Raise `InputError` for the first part of a mechanism with an unknown reference or an impossible value.
 
     Parameters
     ----------
@@ -42,7 +42,7 @@ def check_parts(mechanism: Mechanism) -> None:
     Raises
     ------
     InputError
-        It names the part, and the body or point.
+        The error names the part, and the body or point.
     """
     _check_names(mechanism)
     for name, place in mechanism.ground:
@@ -130,7 +130,7 @@ def _check_turns(points: Mapping[str, Mapping[str, Point]], turning: set[str], l
 
 
 def _check_play(mechanism: Mechanism, points: Mapping[str, Mapping[str, Point]]) -> None:
-    """A clearance joint must have something to move."""
+    """Raise `InputError` for a clearance joint inside one rigid body or beside an ideal joint at the same points."""
     rigid = _rigid_groups(mechanism)
     ideal: dict[frozenset[str], list[Revolute]] = {}
     for joint in mechanism.ideal_joints:
@@ -153,7 +153,7 @@ def _check_play(mechanism: Mechanism, points: Mapping[str, Mapping[str, Point]])
 
 
 def _rigid_groups(mechanism: Mechanism) -> dict[str, str]:
-    """For each welded body, or the ground, one that stands for all that are welded to it."""
+    """For each welded body, or the ground, the representative of its group."""
     group: dict[str, str] = {}
     for weld in mechanism.welds:
         (one, _), (other, _) = weld.start, weld.end

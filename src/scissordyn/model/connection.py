@@ -47,7 +47,7 @@ class Rod:
     motion : TimeFunction, optional
         The prescribed distance over time [m].
     direction : float, optional
-        Direction from start to end at t = 0 [rad], at which both points then start without turning about each other; as
+        Direction from start to end at t = 0 [rad], with zero angular velocity of the rod at t = 0; as
         placed if not given.
     tension_only : bool
         Whether the rod represents a connection that carries tension only, such as the contact of a journal in its bearing. It
@@ -71,7 +71,7 @@ class Rod:
 
 @dataclass(frozen=True)
 class Latch:
-    """A lock that snaps when two bodies reach an angle; from then on it holds them rigidly at that angle.
+    """A lock that engages when two bodies reach an angle; from then on it keeps them at that angle.
 
     Locking is a plastic impact: the relative angular velocity becomes zero, and the lost energy is `latch_loss` of the run.
 

@@ -27,7 +27,7 @@ __all__ = [
 
 @dataclass(frozen=True)
 class ConstantSpeed:
-    """theta = theta_0 + w t, theta_0 the angle that the body has at the start.
+    """theta = theta_0 + w t, with theta_0 the angle of the body at the start.
 
     Parameters
     ----------
@@ -99,7 +99,7 @@ def tabulated(function: Callable[[float], float], *, until: float, points: int =
     until : float
         Last instant of the table [s].
     points : int
-        How many instants; the spline's error falls with the sixth power of their distance.
+        Number of instants; the error of the spline is of sixth order in their distance.
 
     Returns
     -------
@@ -135,7 +135,7 @@ class Cycloidal:
     start, end : float
         Values before and after [rad].
     duration : float
-        Of the move [s], which begins at t = 0.
+        Of the move [s], which starts at t = 0.
     """
 
     start: Annotated[float, Quantity("rad", help="value before the move")]
@@ -155,7 +155,7 @@ class Trapezoidal:
     start, end : float
         Values before and after [rad].
     duration : float
-        Of the move [s], which begins at t = 0.
+        Of the move [s], which starts at t = 0.
     ramp : float
         Fraction of the duration that each of the two ramps takes [1].
     """
@@ -174,7 +174,7 @@ TimeFunction = ConstantSpeed | Harmonic | Tabulated | Polynomial | Cycloidal | T
 
 @dataclass(frozen=True)
 class Drive:
-    """A motor that makes a body's direction follow a motion, whatever torque that takes.
+    """A prescribed angle of a body; the driving torque follows from the motion.
 
     Parameters
     ----------

@@ -34,7 +34,7 @@ class GuideClearance:
         to the left of the guided point, seen along the guide, faces the left guide surface. The distance from each guide
         surface to the nearest corners facing it is c.
     corner_radius : float
-        R [m]; it is cut from a rectangular block and added to corners that are given.
+        R [m]: rounding of a rectangular block, added to the outline for given corners.
     thickness : float
         Length of the corners' edges, across the plane of motion [m].
     material : Material
@@ -76,7 +76,7 @@ class GuideClearance:
         self._check_stiffness()
 
     def _check_stiffness(self) -> None:
-        """A formula for a journal in a bearing has no limit where the bearing's radius is infinite."""
+        """Raise `InputError` for a law without finite parameters at infinite bearing radius."""
         try:
             numbers = self.stiffness.parameters(self.contact)
         except (ArithmeticError, InputError):
@@ -85,7 +85,7 @@ class GuideClearance:
             raise InputError(
                 f"stiffness '{self.stiffness.name}' in a clearance guide: it is for a journal in a bearing, and its formula "
                 "has no value for a contact point at a plane guide surface",
-                "hertz, braendlein, power, linear or a function of your own",
+                "hertz, braendlein, power, linear or a user-defined function",
             )
 
     @property

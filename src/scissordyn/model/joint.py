@@ -50,7 +50,7 @@ class Revolute:
 
 @dataclass(frozen=True)
 class Guide:
-    """A straight line, fixed or on a moving body, that a point of a body stays on.
+    """A straight line, on the ground or on a moving body, that keeps a point of a body on it.
 
     Parameters
     ----------
@@ -65,7 +65,7 @@ class Guide:
         The body that carries the line; the ground unless given.
     aligned : bool
         Whether the follower also keeps its angle against the line, as a block in a channel does (a prismatic joint); otherwise
-        it turns freely about its guided point.
+        it rotates freely about its guided point.
     clearance : GuideClearance, optional
         Of the guide; None for an ideal one. A clearance guide is a channel, so `aligned` is true for it, also when it is made
         ideal.

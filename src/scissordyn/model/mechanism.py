@@ -29,7 +29,7 @@ Named = TypeVar("Named", Body, Revolute, Guide)
 
 @dataclass(frozen=True)
 class Mechanism:
-    """A planar mechanism as the user describes it. Changing one makes a new one.
+    """The description of a planar mechanism. It is frozen; every change returns a new one.
 
     Parameters
     ----------
@@ -45,11 +45,11 @@ class Mechanism:
     gravity : float
         Gravitational acceleration [m/s^2].
     gravity_direction : float
-        Direction it pulls in [rad]; -pi/2 is along -y.
+        Direction of gravity [rad]; -pi/2 is along -y.
     input_body : str
-        The body that `driven` drives unless told otherwise.
+        The body that `driven` drives by default.
     output_body : str
-        The body whose motion is the mechanism's purpose, such as the slider of an array.
+        The output body, such as the slider of an array.
     rods : tuple of Rod
         Massless rods and prescribed distances between points.
     latches : tuple of Latch
@@ -63,7 +63,7 @@ class Mechanism:
     elements: tuple[Element, ...] = ()
     ground: tuple[tuple[str, Point], ...] = ()
     gravity: Annotated[float, Quantity("m/s^2", minimum=0.0, help="gravitational acceleration")] = 9.81
-    gravity_direction: Annotated[float, Quantity("rad", help="direction gravity pulls in")] = -math.pi / 2
+    gravity_direction: Annotated[float, Quantity("rad", help="direction of gravity")] = -math.pi / 2
     input_body: str = ""
     output_body: str = ""
     rods: tuple[Rod, ...] = ()
@@ -96,7 +96,7 @@ class Mechanism:
         return {joint.name: joint for joint in self.joints}
 
     def place(self, reference: BodyPoint) -> Point:
-        """Where a point of a body or of the ground is at the start [m]."""
+        """Position of a point of a body or of the ground at the start [m]."""
         body, point = reference
         return dict(self.ground)[point] if body == GROUND else self.body(body).place(point)
 
@@ -176,14 +176,14 @@ class Mechanism:
         return tight._with_guides(dataclasses.replace(guide, clearance=None) for guide in guides)
 
     def driven(self, motion: TimeFunction | None = None, *, speed: float | None = None, body: str = "") -> Mechanism:
-        """The same mechanism with a body driven, in place of any drive that the body had.
+        """The same mechanism with a drive of a body, which replaces any drive of that body.
 
         Parameters
         ----------
         motion : TimeFunction, optional
             The prescribed angle.
         speed : float, optional
-            Short for a `ConstantSpeed` [rad/s].
+            Short for `ConstantSpeed` [rad/s].
         body : str, optional
             Which body; the mechanism's input body if not given.
 
@@ -213,7 +213,7 @@ class Mechanism:
         start_on_reference: bool = True,
         name: str = "",
     ) -> Mechanism:
-        """The same mechanism with a body turned by a controlled torque, in place of any drive that the body had.
+        """The same mechanism with a controlled torque on a body, which replaces any drive of that body.
 
         The torques of several actuators on one body add up.
 
@@ -221,15 +221,16 @@ class Mechanism:
         ----------
         controller : Controller
         reference : TimeFunction, optional
-            The angle wanted; that of the body's drive if neither it nor speed is given, and the angle at the start without one.
+            The reference angle. If neither it nor speed is given: that of the body's drive, or the angle at the start without a
+            drive.
         speed : float, optional
-            Short for a `ConstantSpeed` [rad/s].
+            Short for `ConstantSpeed` [rad/s].
         body : str, optional
             Which body; the mechanism's input body if not given.
         feed_forward : TimeFunction, optional
-            A torque over time for the controllers that take one [N m].
+            A torque over time, for controllers with feed-forward [N m].
         sensor : str or (str, str), optional
-            A joint, whose journal is sensed from its bearing, or a body and its point.
+            A joint, whose eccentricity is measured, or a body and its point.
         inertia : float
             Of the rotor [kg m^2].
         start_on_reference : bool
@@ -286,7 +287,7 @@ class Mechanism:
             A field of the mechanism ("gravity"), or a joint or guide and a field of its clearance ("A.clearance",
             "A.friction", "A.damping.restitution").
         value
-            What to put there.
+            The new value.
 
         Returns
         -------

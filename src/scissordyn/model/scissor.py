@@ -28,7 +28,7 @@ def joints_of_units(
     ----------
     units : int
     pivot : str
-        Name of the bars' point at which they cross.
+        Name of the point at which the bars cross.
     sides : (str, str)
         Names of the joints at the ends of bar 1 and of bar 2, where the next unit starts with its other bar.
     closed : bool
@@ -71,7 +71,7 @@ def scissor(
     bar_length, bar_mass, slider_mass : float
         L [m], m [kg], m_s [kg].
     angle : float
-        Half opening angle th_0 at the start [rad], between 0 and pi/2 and different from both.
+        Half opening angle th_0 at the start [rad], strictly between 0 and pi/2.
     gravity, gravity_direction : float
         Acceleration [m/s^2] and direction [rad].
     driven_bar : {"pinned", "slider"}

@@ -1,4 +1,4 @@
-"""Why a run broke off or cannot say what it should: singular positions, latches that cannot lock, joints that cannot move."""
+"""Causes of failed runs and missing results: singular positions, latches that cannot lock, joints that cannot move."""
 
 from __future__ import annotations
 
@@ -20,13 +20,13 @@ from scissordyn.model.element import Spring
 __all__ = ["check_springs", "failed_latch", "immovable_joints", "singular_position"]
 
 NEAR = 1e-3
-"""A position is near a singular one if a combination of the conditions' gradients, each of length one, is shorter than this."""
+"""A position is near a singular one if a combination of the constraint gradients, each of length one, is shorter than this."""
 
 FRACTION = 0.1
-"""Conditions with more than this fraction of the largest in that combination are named."""
+"""Constraints with more than this fraction of the largest in that combination are named."""
 
 STILL = 1e-11
-"""A journal cannot move if the conditions leave less than this fraction of the square of its gradient: some roundings."""
+"""A journal cannot move if the constraints leave less than this fraction of the square of its gradient: a few round-offs."""
 
 PLAIN = 1e-8
 """Pivots of the gradients' Gram matrix above this are far from singular."""
@@ -36,7 +36,7 @@ NO_LENGTH = 1e-12
 
 
 def singular_position(layout: Layout, system: Handle, state: np.ndarray, time: float) -> str:
-    """The bodies that a singular position is made of, in words; empty if the position is not near a singular one.
+    """The aligned bodies of a singular position, in words; empty if the position is not near a singular one.
 
     Parameters
     ----------
@@ -70,7 +70,7 @@ def singular_position(layout: Layout, system: Handle, state: np.ndarray, time: f
 def _gradients(
     layout: Layout, system: System, state: np.ndarray, time: float, conditions: list[Condition]
 ) -> tuple[sp.csr_array, np.ndarray]:
-    """Gradients of conditions at a state, and how long each could be."""
+    """Gradients of constraints at a state, and the largest possible length of each."""
     prescribe(time, system.motion, system.motion_start, system.basis, system.angle)
     _, matrix, scale = Gradients(layout, conditions)(np.append(state[: layout.free], system.basis[0]))
     return matrix, scale
@@ -86,7 +86,7 @@ def failed_latch(layout: Layout, system: Handle) -> str:
 
 
 def check_springs(layout: Layout, system: System, state: np.ndarray) -> None:
-    """Raise `InputError` for a spring that pushes but has no direction at the start."""
+    """Raise `InputError` for a spring with a force but without a direction at the start."""
     prescribe(0.0, system.motion, system.motion_start, system.basis, system.angle)
     full = np.append(state[: layout.free], system.basis[0])
     for spring in layout.mechanism.elements:
@@ -95,15 +95,15 @@ def check_springs(layout: Layout, system: System, state: np.ndarray) -> None:
         end, start = layout.place(spring.end), layout.place(spring.start)
         if math.hypot(*(end.rows @ full[end.columns] - start.rows @ full[start.columns])) < NO_LENGTH:
             raise InputError(
-                f"spring '{spring.name}' starts with no length, so that the direction in which it pushes is not defined",
+                f"spring '{spring.name}' starts with length zero, so that the direction of its force is not defined",
                 "ends that are apart at the start, or a free length of 0",
             )
 
 
 def immovable_joints(layout: Layout, system: System, state: np.ndarray) -> list[str]:
-    """Clearance joints that cannot move at all because everything else is rigid there.
+    """Clearance joints that cannot move because the rest of the mechanism is rigid there.
 
-    A journal moves against its bearing by E x', with D x' = 0 for the gradients D of the conditions: it cannot move if E
+    A journal moves against its bearing by E x', with D x' = 0 for the gradients D of the constraints: it cannot move if E
     vanishes on the null space of D.
 
     Parameters

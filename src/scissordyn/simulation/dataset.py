@@ -1,4 +1,4 @@
-"""A trajectory as the Dataset that the user reads."""
+"""The Dataset of a trajectory."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ def _described(dims: tuple[str, ...], values: np.ndarray, units: str, long_name:
 
 
 def to_dataset(mechanism: Mechanism, options: Options, path: Trajectory) -> xr.Dataset:
-    """Everything that a run found out.
+    """All results of a run.
 
     Parameters
     ----------
@@ -91,7 +91,7 @@ def to_dataset(mechanism: Mechanism, options: Options, path: Trajectory) -> xr.D
 
 
 def _recorded(path: Trajectory) -> tuple[Trajectory, Record]:
-    """What the samples say, up to the first at which the accelerations are not defined: the run counts as failed there."""
+    """The recorded samples, up to the first at which the accelerations are not defined; the run counts as failed there."""
     samples = path.samples
     found = record(path.system, samples.time, samples.state, samples.mode, samples.memory)
     undefined = np.flatnonzero(~np.all(np.isfinite(found.A), axis=1))
@@ -243,12 +243,12 @@ def _control_variables(mechanism: Mechanism, path: Trajectory, found: Record) ->
     over, system = ("time", "actuator"), path.system.content
     variables: dict[str, Variable] = {
         "actuator": (("actuator",), np.array([element.name for _, element in chosen]), {"long_name": "actuator"}),
-        "control_torque": _described(over, found.element[:, index, 2], "N m", "torque that a controller gives"),
+        "control_torque": _described(over, found.element[:, index, 2], "N m", "torque of a controller"),
         "control_error": _described(over, found.observed[:, index, 0], "rad", "reference less measured angle"),
     }
     recorded = np.where(system.recorder[index] >= 0, found.observed[:, index, 1], np.nan)
     if np.any(system.recorder >= 0):
-        variables["control_signal"] = _described(over, recorded, "SI", "signal that a controller looks back at")
+        variables["control_signal"] = _described(over, recorded, "SI", "recorded signal of a controller")
     for place, (i, element) in enumerate(chosen):
         first = 2 * path.layout.free + int(system.state_start[len(mechanism.contacts) + i])
         for s, name in enumerate(element.controller.states):
@@ -276,11 +276,11 @@ def _energy_variables(path: Trajectory, found: Record) -> dict[str, Variable]:
         "damper_loss": (dampers, "energy dissipated by dampers"),
         "latch_loss": (locking, "energy lost in the impacts of locking latches"),
         "dissipated_energy": (lost, "dissipated energy"),
-        "energy_residual": (residual, "what the energy balance misses"),
+        "energy_residual": (residual, "residual of the energy balance"),
     }
     variables = {name: _described(("time",), values, "J", text) for name, (values, text) in named.items()}
     if found.torque.shape[1]:
-        # with several drives the first is the one that the contract names; all of them stand beside it
+        # with several drives, `drive_torque` is that of the first; the torques of all are another variable
         variables["drive_torque"] = _described(("time",), found.torque[:, 0].copy(), "N m", "driving torque")
     if found.torque.shape[1] > 1:
         variables["drive_torques"] = _described(("time", "drive"), found.torque, "N m", "driving torque of each drive")

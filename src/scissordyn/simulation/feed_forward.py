@@ -18,7 +18,7 @@ def feed_forward(
 ) -> Tabulated:
     """The driving torque of the ideal mechanism on a reference motion.
 
-    Clearance joints are taken as tight. As long as they stay in contact, the true torque differs from this one by terms of the
+    Clearance joints are taken as ideal. As long as they stay in contact, the true torque differs from this one by terms of the
     order of clearance over length.
 
     Parameters
@@ -27,13 +27,13 @@ def feed_forward(
         Its actuators and its forces that vary over time are left out: the first are to be replaced, the second are disturbances
         that nobody knows beforehand. Springs, motors and constant loads stay.
     reference : TimeFunction
-        The angle wanted [rad].
+        The reference angle [rad].
     until : float
         End of the table [s].
     body : str, optional
-        Which body; the mechanism's input body if not given.
+        The driven body; the mechanism's input body if not given.
     samples : int
-        Instants of the table; the spline's error falls with the sixth power of their distance.
+        Number of instants of the table; the error of the spline is of sixth order in their distance.
 
     Returns
     -------

@@ -1,4 +1,4 @@
-"""Static equilibrium: where a mechanism comes to rest under gravity and springs, in its clearance joints."""
+"""Static equilibrium of a mechanism with its clearance joints under gravity, springs and loads."""
 
 from __future__ import annotations
 
@@ -23,16 +23,16 @@ __all__ = ["equilibrium", "standing"]
 Joint = TypeVar("Joint", Revolute, Guide)
 
 AT_REST = 1e-9
-"""Unbalanced force below which a mechanism rests, against its weight: what round-off in positions leaves of a stiff contact."""
+"""Unbalanced force, relative to the weight, below which a mechanism is in equilibrium: the round-off of a stiff contact."""
 
 MOST_STEPS = 500
 MOST_CORRECTIONS = 12
 
 SOLVED = 0.1
-"""An implicit step is solved when a correction is this fraction of the way made."""
+"""An implicit step has converged when a correction is this fraction of the step."""
 
 MOST_GROWTH = 10.0
-"""An implicit step that lets the force grow more than this has landed elsewhere."""
+"""An implicit step that increases the force by more than this factor is rejected."""
 
 
 def standing(mechanism: Mechanism) -> Mechanism:
@@ -60,15 +60,16 @@ def _slippery(joint: Joint) -> Joint:
 
 
 def equilibrium(layout: Layout, position: np.ndarray) -> np.ndarray:
-    """Free coordinates at which the mechanism rests, reached downhill from a given position.
+    """Free coordinates of a stable equilibrium, by descent from a given position.
 
-    Pseudo-transient continuation: implicit Euler steps from rest, each solved by Newton's method, whose size grows as long as
-    that converges, so that it ends as Newton's method itself. A step from rest goes downhill, and thus to stable rest.
+    Pseudo-transient continuation: implicit Euler steps from rest, each solved by Newton's method, with a step size that grows
+    as long as it converges, so that the iteration tends to Newton's method. Steps from rest reduce the potential energy, and so
+    lead to stable equilibrium.
 
     Parameters
     ----------
     layout : Layout
-        Of a mechanism whose drives stand still (see `standing`).
+        Of a mechanism with constant drives (see `standing`).
     position : ndarray, shape (n,)
 
     Returns
@@ -78,7 +79,7 @@ def equilibrium(layout: Layout, position: np.ndarray) -> np.ndarray:
     Raises
     ------
     InputError
-        If no rest is found.
+        If no equilibrium is found.
 
     References
     ----------
@@ -109,7 +110,7 @@ def equilibrium(layout: Layout, position: np.ndarray) -> np.ndarray:
                 continue
             functions.solve(change, handle.address)
             state[:n] += change[:n]
-            # what is left across the conditions never vanishes, the correction does
+            # the residual normal to the constraints does not vanish, the correction does
             solved = bool(np.linalg.norm(change[:n]) <= SOLVED * np.linalg.norm(state[:n] - base))
         else:
             state[:n], force = base, before
@@ -117,14 +118,14 @@ def equilibrium(layout: Layout, position: np.ndarray) -> np.ndarray:
             continue
         step = min(1e6, 3.0 * step)
     raise InputError(
-        f"start = 'static': no rest was found (unbalanced force {force / scale:.2g} of the load)",
-        "a mechanism that gravity, springs and drives can hold",
+        f"start = 'static': no equilibrium was found (unbalanced force {force / scale:.2g} of the load)",
+        "a mechanism that gravity, springs and drives keep in equilibrium",
         "start = 'concentric'",
     )
 
 
 def _touch(handle: Handle, state: np.ndarray) -> None:
-    """Count every joint and end stop as touching that is past its gap."""
+    """Put every joint and end stop that is past its gap into contact."""
     system = handle.content
     gap, rate = np.zeros(system.mode.size), np.zeros(system.mode.size)
     functions.guards(0.0, state, handle.address, gap, rate)

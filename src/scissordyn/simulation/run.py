@@ -34,7 +34,7 @@ def simulate(
     trust: bool = False,
     progress: Callable[[float], None] | None = None,
 ) -> xr.Dataset:
-    """Simulate a mechanism and return everything that is known about its motion.
+    """Simulate a mechanism and return its motion, forces, contacts and energies.
 
     Parameters
     ----------
@@ -45,7 +45,7 @@ def simulate(
         Journals concentric with their bearings and moving as in the ideal mechanism; resting in contact along the line
         of the ideal reaction; or in static equilibrium under gravity, springs and loads, the drives fixed at t = 0.
     samples : int
-        Instants at which the run is recorded; steps and events do not depend on it.
+        Number of recorded instants, equally spaced; steps and events do not depend on it.
     rtol : float
         Error allowed in a step, relative to the speeds and to the internal states of friction laws.
     atol : float
@@ -53,11 +53,11 @@ def simulate(
     method : str
         "auto" (explicit without friction, stiff with), "dop853", "dopri5", "rodas5p" or "rodas4p".
     most_steps : int
-        The run ends unfinished after so many steps.
+        Largest number of steps; with more the run fails.
     trust : bool
-        Repeat the run at a ten times tighter tolerance and report until when both agree.
+        Repeat the run at a ten times tighter tolerance and report the time until which both agree.
     progress : callable, optional
-        Called now and then with the simulated time [s].
+        Called repeatedly with the simulated time [s].
 
     Returns
     -------
@@ -68,8 +68,8 @@ def simulate(
     Raises
     ------
     InputError
-        If the mechanism cannot be assembled or an option is out of bounds. A run that breaks off raises nothing: it returns
-        what it has, with the cause.
+        If the mechanism cannot be assembled or an option is out of bounds. A failed run raises no error: its Dataset has
+        the results up to the failure, and the cause.
     """
     options = Options(until, start, samples, rtol, atol, method, most_steps)
     return _simulate(mechanism, options, trust, progress)

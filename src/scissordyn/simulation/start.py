@@ -1,4 +1,4 @@
-"""The state a run starts from: journals concentric, resting in contact, or the whole mechanism at rest."""
+"""The initial state of a run: journals concentric, in contact, or the mechanism in static equilibrium."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ __all__ = ["ideal_reactions", "prepare_start"]
 
 
 def prepare_start(layout: Layout, system: System, options: Options) -> tuple[np.ndarray, list[list[float]]]:
-    """The state to start from, and the events of joints and end stops that start in contact.
+    """The initial state, and the events of joints and end stops that start in contact.
 
     Parameters
     ----------
@@ -55,7 +55,7 @@ def prepare_start(layout: Layout, system: System, options: Options) -> tuple[np.
                 raise InputError(
                     f"start = 'in-contact' with the clearance guide '{mechanism.contact_points[0].guide}', whose block may "
                     "rest in several positions",
-                    "start = 'static', or 'concentric', from which they settle",
+                    "start = 'static', or 'concentric', from which the contacts settle",
                 )
             offsets = _resting_offsets(mechanism, system, ideal_reactions(ideal, ideal_system, ideal_start))
             start = _hold_offsets(layout, system, start, offsets)
@@ -89,7 +89,7 @@ def _resting_place(mechanism: Mechanism) -> np.ndarray:
 
 
 def _hold_offsets(layout: Layout, system: System, start: Start, offsets: np.ndarray) -> Start:
-    """The state in which the journals rest at given places in their bearings, shape (nj, 2) [m]."""
+    """The state with the journals at given eccentricities, shape (nj, 2) [m]."""
     forms = tuple(_eccentricity_form(system, j) for j in range(offsets.shape[0]))
     names = tuple(joint.name for joint in layout.mechanism.clearance_joints)
     return hold_joints(layout, system, start, names, forms, offsets, np.zeros_like(offsets))
@@ -126,7 +126,7 @@ def _touching(system: System, state: np.ndarray) -> list[list[float]]:
 
 
 def _move_to_reference(layout: Layout, system: System, start: Start) -> Start:
-    """The start with bodies at the angles and speeds of the references that they are to start on."""
+    """The initial state with the bodies at the angles and speeds of their references."""
     names, forms, directions, rates = [], [], [], []
     for i, element in enumerate(layout.mechanism.elements):
         if isinstance(element, Actuator) and element.start_on_reference:

@@ -1,4 +1,4 @@
-"""The loop over cycles: from one period of a drive to the next, in plain arrays."""
+"""The loop over the cycles of a periodic drive, in plain arrays."""
 
 from __future__ import annotations
 
@@ -27,10 +27,10 @@ from scissordyn.simulation.trajectory import automatic_method, broken_off, count
 __all__ = ["CycleState", "Cycles", "drive_period", "run_cycles", "start_state"]
 
 SLICE = 20_000
-"""Steps between two looks at the keyboard."""
+"""Steps between two checks of the keyboard."""
 
 PEAK = 3 + loop.RECORD
-"""Column of the event log that holds the largest normal force of the contact that ended."""
+"""Column of the event log with the largest normal force of the contact that ended."""
 
 QUADRATURES = 5
 """Work of the drives, losses to contact damping and friction, work of loads, losses to dampers."""
@@ -38,7 +38,7 @@ QUADRATURES = 5
 
 @dataclass(frozen=True)
 class CycleState:
-    """Where a periodic run stands between two cycles: all that the next one depends on.
+    """The state of a periodic run between two cycles, complete for its continuation.
 
     Parameters
     ----------
@@ -47,7 +47,7 @@ class CycleState:
     state : ndarray, shape (ny,)
         Free coordinates, their rates, internal states of friction laws.
     mode : ndarray of int, shape (guards,)
-        1 for a clearance joint in contact, then for an end stop that is reached.
+        1 for a clearance joint in contact, then 1 for an end stop that is reached.
     approach : ndarray, shape (guards,)
         Approach speed of the present contact [m/s].
     force : ndarray, shape (guards,)
@@ -70,7 +70,7 @@ class CycleState:
 
 @dataclass(frozen=True)
 class Cycles:
-    """What a periodic run leaves: one sample and one row of statistics per whole cycle.
+    """The result of a periodic run: one sample and one row of statistics per complete cycle.
 
     Parameters
     ----------
@@ -88,14 +88,14 @@ class Cycles:
     peak_force : ndarray, shape (cycles, nj)
         Largest normal force [N].
     work : ndarray, shape (cycles, 5)
-        What each of `CycleState.total` gained [J].
+        Increment of each of `CycleState.total` [J].
     steps : ndarray of int, shape (cycles,)
     end : CycleState
         After the last whole cycle.
     status : str
         "complete", "interrupted" or "failed".
     cause : str
-        Why it is not complete.
+        Cause if it is not complete.
     statistics : dict
         Method, steps, rejected, rates, jacobians, events, seconds of integration, cycles per second.
     """
@@ -132,7 +132,7 @@ def drive_period(mechanism: Mechanism) -> float:
     InputError
         If there is none, or if several differ.
     """
-    # a drive that turns at constant speed repeats itself, a distance that grows does not
+    # a drive at constant speed is periodic, a growing distance is not
     turning = (drive.motion for drive in mechanism.drives if isinstance(drive.motion, ConstantSpeed))
     found = {2.0 * math.pi / abs(motion.speed) for motion in turning if motion.speed != 0.0}
     found |= {2.0 * math.pi / motion.frequency for _, motion in prescribed(mechanism) if isinstance(motion, Harmonic)}
@@ -146,7 +146,7 @@ def drive_period(mechanism: Mechanism) -> float:
 
 
 def start_state(mechanism: Mechanism, start: StartKind = "concentric") -> CycleState:
-    """The state in which a mechanism starts.
+    """The initial state of a mechanism.
 
     Parameters
     ----------
@@ -177,13 +177,13 @@ def run_cycles(
     start: StartKind | CycleState = "concentric",
     progress: Callable[[float], None] | None = None,
 ) -> Cycles:
-    """The cycles themselves, as plain arrays; `cycle` says what the parameters mean.
+    """The cycles as plain arrays; see `cycle` for the parameters.
 
     Parameters
     ----------
     mechanism : Mechanism
     options : Options
-        `until` is the period, `most_steps` the most for one cycle; `start` only where the method is to be chosen.
+        `until` is the period, `most_steps` the most for one cycle; `start` only for the choice of the method.
     cycles : int
     phase : float
     start : {"concentric", "in-contact", "static"} or CycleState
@@ -198,9 +198,11 @@ def run_cycles(
     if not 0.0 <= phase < 1.0:
         raise InputError(f"phase = {phase!r}", "a fraction of the period, at least 0 and below 1")
     if mechanism.latches:
-        raise InputError("cycles of a mechanism with latches, which lock once and for all", "no latches, or simulate()")
+        raise InputError("cycles of a mechanism with latches, which do not unlock", "no latches, or simulate()")
     if any(isinstance(element, Actuator) and element.controller.delay > 0.0 for element in mechanism.elements):
-        raise InputError("cycles of a mechanism with delayed feedback, whose past is not part of its state", "simulate()")
+        raise InputError(
+            "cycles of a mechanism with delayed feedback, whose delay history is not part of its state", "simulate()"
+        )
     period = options.until
     layout = lay_out(mechanism)
     system = build_system(layout)
@@ -229,14 +231,14 @@ def run_cycles(
             sample = Samples(*(part[done : done + 1] for part in whole))
             mode, total = system.mode.copy(), work.total.copy()
             clock[loop.END] = (begin.cycle + done + 1) * period
-            # peaks are those of the cycle; a contact that lasts across its start is watched from there on
+            # peaks are those of the cycle; a contact that lasts across its start is monitored from there on
             work.peak[:] = 0.0
             work.peak[:, 1] = clock[loop.TIME]
             status = loop.ADVANCING
             while status == loop.ADVANCING:
                 slice_ = int(min(SLICE, options.most_steps - count[loop.STEPS] - count[loop.REJECTED]))
                 if slice_ <= 0:
-                    cause = f"{options.most_steps} steps did not suffice for a cycle"
+                    cause = f"{options.most_steps} steps are not enough for a cycle"
                     break
                 status = loop.advance(
                     mechanics_problem(), coefficients, handle.address, clock, count, work, sample, log, slice_
@@ -288,7 +290,7 @@ def run_cycles(
 
 
 def _resume(work: Work, begin: CycleState, period: float) -> np.ndarray:
-    """The clock of a run that goes on from a state, whose step control and quadratures are put into `work`."""
+    """The clock of a run continued from a state; its step control and integrals are put into `work`."""
     now = begin.cycle * period
     work.total[:] = begin.total
     work.watched[0, :, 0] = begin.force

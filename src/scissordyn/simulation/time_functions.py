@@ -11,7 +11,7 @@ __all__ = ["check_tables", "prescribed"]
 
 
 def prescribed(mechanism: Mechanism) -> list[tuple[str, TimeFunction]]:
-    """Prescribed angles and distances, each with the words for it."""
+    """Prescribed angles and distances, each with its description."""
     angles = [(f"the drive of '{drive.body}'", drive.motion) for drive in mechanism.drives]
     return angles + [(f"the length of rod '{rod.name}'", rod.motion) for rod in mechanism.rods if rod.motion is not None]
 

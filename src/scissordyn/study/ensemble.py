@@ -24,12 +24,12 @@ from scissordyn.study.runner import run_cases
 __all__ = ["ensemble"]
 
 LEAST, MOST = 1e-16, 1e-6
-"""Between which relative perturbations stand for round-off."""
+"""Range of relative perturbations on the scale of round-off."""
 
 
 @dataclass(frozen=True)
 class Member:
-    """One member of an ensemble: all that a worker needs.
+    """One member of an ensemble, with all inputs of a worker.
 
     Parameters
     ----------
@@ -82,15 +82,15 @@ def ensemble(
     period : float, optional
         [s]; that of the drive if not given.
     phase : float
-        Where in the cycle the state is taken, in [0, 1).
+        Phase of the samples in the cycle, in [0, 1).
     perturbation : float
         p, from 1e-16 to 1e-6.
     seed : int
         Of the perturbations; the same seed gives the same ensemble, whatever the number of workers.
     skip : int
-        First cycles that do not count in means.
+        Number of cycles at the start that are left out of means.
     agreement : float
-        How near, as a fraction of the clearance.
+        Largest distance of agreeing members, as a fraction of the clearance.
     start : {"concentric", "in-contact", "static"}
     rtol, atol : float
     method : str
@@ -98,12 +98,12 @@ def ensemble(
         Of a cycle.
     workers : int, optional
     progress : callable, optional
-        Called after each member with how many are done and how many there are.
+        Called after each member with the number done and the total.
 
     Returns
     -------
     Dataset
-        Every variable of `cycle` along (member, cycle), NaN where a member did not get; for each that is not a flag
+        Every variable of `cycle` along (member, cycle), NaN after a member has failed; for each that is not a flag
         `mean_...` along member, the mean over its counted cycles, and `spread_...`, the standard deviation of these means.
         `agreeing(cycle)`, the fraction of members that agree with member 0; `divergence_cycle(member)`, the first cycle in
         which a member does not (the number of cycles if none); attributes trusted_cycles and trusted_until [s], before which
@@ -153,7 +153,7 @@ def ensemble(
         },
     )
     run["status"] = ("member", status, {"long_name": "status"})
-    run["cause"] = ("member", cause, {"long_name": "why it is not complete"})
+    run["cause"] = ("member", cause, {"long_name": "cause if it is not complete"})
     _add_agreement(run, mechanism, agreement, period, phase)
     _add_means(run, skip)
     run.attrs |= {
@@ -170,7 +170,7 @@ def ensemble(
 
 
 def _starts(mechanism: Mechanism, start: StartKind, members: int, perturbation: float, seed: int) -> list[CycleState]:
-    """The starts of all members, each consistent."""
+    """The consistent initial states of all members."""
     first = start_state(mechanism, start)
     system = build_system(lay_out(mechanism))
     handle = Handle(system)

@@ -1,4 +1,4 @@
-"""From where one mechanism stands to where a slightly different one starts."""
+"""The final state of one mechanism as the start of a slightly different one."""
 
 from __future__ import annotations
 
@@ -18,9 +18,9 @@ __all__ = ["carried", "consistent"]
 
 
 def carried(before: Mechanism, state: CycleState, after: Mechanism) -> CycleState:
-    """The state of one mechanism as the start of another: bodies where they were, as fast as they were.
+    """The state of one mechanism as the start of another, with the same positions and velocities of bodies.
 
-    Both are at the same phase of their drives, so that the time starts again from zero.
+    Both are at the same phase of their drives; time restarts from zero.
 
     Parameters
     ----------
@@ -57,10 +57,10 @@ def carried(before: Mechanism, state: CycleState, after: Mechanism) -> CycleStat
 
 
 def consistent(system: Handle, state: np.ndarray, *, cycle: int = 0, period: float = 0.0) -> CycleState:
-    """A start from a state that may violate lengths a little and whose contacts may be out of date.
+    """A consistent start from a state with slightly violated constraints and possibly outdated contact modes.
 
-    A joint that was in contact and is deeper than its clearance stays so, with its approach speed and internal states; one that
-    has come into contact starts a new one.
+    A joint that was in contact and has indentation stays in contact, with its approach speed and internal states; another joint
+    with indentation starts a new contact.
 
     Parameters
     ----------

@@ -231,8 +231,8 @@ def test_bad_values_are_refused_with_their_place(change: str, place: str, says: 
 @pytest.mark.parametrize(
     ("text", "says"),
     [
-        ("[structure\n", "not whole TOML"),
-        ('[structure]\nkind = "scissor"\n[run]\nuntil = "1 ms', "not whole TOML"),
+        ("[structure\n", "not valid TOML"),
+        ('[structure]\nkind = "scissor"\n[run]\nuntil = "1 ms', "not valid TOML"),
         ('[structure]\nkind = "scissor"\n', "missing key 'run'"),
         ('[run]\nuntil = "1 ms"\n', "missing key 'structure'"),
         ('[structure]\n[run]\nuntil = "1 ms"\n', "missing key 'kind'"),

@@ -26,15 +26,15 @@ GUST = Force(
 
 
 @pytest.fixture(scope="module")
-def clearance_array():
+def disturbed_array():
     """The array with a clearance joint A and a gust on its slider after half of the way."""
     return dataclasses.replace(sd.scissor(units=2).with_clearance("A", sd.Clearance(5e-4)), elements=(GUST,))
 
 
 @pytest.fixture(scope="module")
-def ideal(clearance_array):
+def ideal(disturbed_array):
     """The ideal array on the reference motion, without the gust."""
-    return sd.simulate(dataclasses.replace(clearance_array.ideal(), elements=()).driven(REFERENCE), until=UNTIL)
+    return sd.simulate(dataclasses.replace(disturbed_array.ideal(), elements=()).driven(REFERENCE), until=UNTIL)
 
 
 def test_ideal_against_itself(ideal):
@@ -58,15 +58,15 @@ def test_fraction_of_contact(clearance_run):
     assert float(found["peak_force"][0]) == float(clearance_run["peak_force"].max())
 
 
-def test_control_keeps_contact(clearance_array, ideal):
+def test_control_keeps_contact(disturbed_array, ideal):
     """Limit: from a concentric start, within the torque limit, control lands the joint in a tenth of a drive's time.
 
     Both keep contact under the gust; with feed-forward alone the array deviates from the reference.
     """
-    driven = figures_of_merit(sd.simulate(clearance_array.driven(REFERENCE), until=UNTIL), ideal)
-    torque = feed_forward(clearance_array, REFERENCE, until=UNTIL)
+    driven = figures_of_merit(sd.simulate(disturbed_array.driven(REFERENCE), until=UNTIL), ideal)
+    torque = feed_forward(disturbed_array, REFERENCE, until=UNTIL)
     laws = FeedForward(2e4, 1500.0, limit=LIMIT, ramp=0.02), FeedForward(limit=LIMIT)
-    runs = [sd.simulate(clearance_array.controlled(law, reference=REFERENCE, feed_forward=torque), until=UNTIL) for law in laws]
+    runs = [sd.simulate(disturbed_array.controlled(law, reference=REFERENCE, feed_forward=torque), until=UNTIL) for law in laws]
     closed, opened = (figures_of_merit(run, ideal) for run in runs)
     assert float(driven["in_contact_from"][0]) > 0.5
     assert float(closed["in_contact_from"][0]) < 0.1

@@ -64,11 +64,11 @@ def test_everything_stays_inside_the_picture(scene: Scene) -> None:
 
 
 def test_journals_are_magnified_by_one_factor(run: xr.Dataset, scene: Scene) -> None:
-    """Closed form: drawn eccentricity over drawn clearance is eccentricity over clearance; the way ends at the journal."""
+    """Closed form: drawn eccentricity over drawn clearance is eccentricity over clearance; the path ends at the journal."""
     joint = scene.clearance_joints[0]
     eccentricity = run["eccentricity"].sel(joint="A").values
     np.testing.assert_allclose(joint.journal / GAP, eccentricity[FRAMES] / CLEARANCE, rtol=1e-12)
-    np.testing.assert_array_equal(joint.way[joint.reached - 1], joint.journal)
+    np.testing.assert_array_equal(joint.path[joint.reached - 1], joint.journal)
     assert joint.gain == pytest.approx(GAP * 10e-3 / CLEARANCE, rel=1e-12)
 
 

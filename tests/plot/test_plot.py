@@ -221,7 +221,7 @@ def test_orbit_shows_the_data(run: xr.Dataset) -> None:
 def test_exaggerated_indentation_is_labelled(run: xr.Dataset) -> None:
     """Closed form: c + delta is drawn as c + 5 delta in the same direction, and the title says so; free flight is untouched."""
     (axes,) = orbit(run, exaggeration=5.0)
-    assert "indentation drawn 5×" in axes.get_title(loc="left")
+    assert "indentation magnified 5 times" in axes.get_title(loc="left")
     touching = run["in_contact"].sel(joint="A").values
     depth = run["indentation"].sel(joint="A").values[touching]
     contact = np.array(curve(axes, "contact").get_xydata())[touching]
@@ -230,7 +230,9 @@ def test_exaggerated_indentation_is_labelled(run: xr.Dataset) -> None:
     np.testing.assert_allclose(np.arctan2(*contact.T), np.arctan2(*place.T), atol=1e-12)
 
 
-@pytest.mark.parametrize(("depth", "said"), [(3e-5, ""), (1e-6, "indentation drawn 50×"), (2e-5, "indentation drawn 2×")])
+@pytest.mark.parametrize(
+    ("depth", "said"), [(3e-5, ""), (1e-6, "indentation magnified 50 times"), (2e-5, "indentation magnified 2 times")]
+)
 def test_exaggeration_is_chosen(run: xr.Dataset, depth: float, said: str) -> None:
     """Closed form: the largest of 1, 2, 5, 10, ... that draws the deepest indentation no deeper than a tenth of c."""
     touching = run["in_contact"]

@@ -20,7 +20,7 @@ def check(
         typer.Option("--set", metavar="KEY=VALUE", help="Change a value of the case, as in drive.speed='250 rpm'. Repeatable."),
     ] = None,
 ) -> int:
-    """Read a case, assemble its mechanism and say what would be run."""
+    """Read a case, assemble its mechanism and describe the run."""
     from scissordyn.cli.show import console
     from scissordyn.config.file import read_case
     from scissordyn.mechanics.layout import lay_out

@@ -26,7 +26,7 @@ _GAP, _CHANNEL = quantities(Clearance), quantities(GuideClearance)
 
 
 def _defaults(kind: type) -> dict[str, Any]:
-    """Defaults of a dataclass as a case file writes them: laws by their names."""
+    """Defaults of a dataclass in the form of a case file, with laws by name."""
     return {
         field.name: field.default if field.default_factory is dataclasses.MISSING else field.default_factory().name
         for field in dataclasses.fields(kind)
@@ -37,7 +37,7 @@ _DEFAULT, _GUIDE_DEFAULT = _defaults(Clearance), _defaults(GuideClearance)
 
 
 def _damping_with_restitution(given: Any, info: ValidationInfo) -> Any:
-    """A damping law that takes the restitution given beside it."""
+    """A damping law, with the restitution coefficient of the table."""
     folder = (info.context or {}).get("folder", Path())
     if info.data.get("restitution") is None:
         return read_law(given, "damping", folder)
@@ -93,7 +93,7 @@ class ClearanceTable(Table):
     _damping = field_validator("damping", mode="plain")(_damping_with_restitution)
 
     def described(self) -> Clearance:
-        """The clearance joint as the model describes it."""
+        """The clearance joint of the model."""
         return Clearance(**{name: getattr(self, name) for name in _DEFAULT})
 
 
@@ -130,5 +130,5 @@ class GuideClearanceTable(Table):
     _damping = field_validator("damping", mode="plain")(_damping_with_restitution)
 
     def described(self) -> GuideClearance:
-        """The clearance guide as the model describes it."""
+        """The clearance guide of the model."""
         return GuideClearance(**{name: getattr(self, name) for name in _GUIDE_DEFAULT})

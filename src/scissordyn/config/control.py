@@ -29,9 +29,9 @@ USER_FILE = "a function in a file as my_control.py:steer"
 
 
 class _UserTable(Table):
-    """What a controller in the user's own file may be given."""
+    """The keys of a controller in a user's file."""
 
-    delay: Annotated[float, Quantity("s", minimum=0.0, help="how far back it looks")] = 0.0
+    delay: Annotated[float, Quantity("s", minimum=0.0, help="delay of the recorded signal")] = 0.0
     recorded: str = ""
 
 
@@ -71,11 +71,11 @@ class ControlTable(Table):
     controller: Annotated[
         Controller, PlainValidator(_read_controller), Field(description="scissordyn controllers lists them", examples=[SAMPLE])
     ]
-    body: Annotated[str, Field(description="the body that is turned", examples=["unit 1/bar 1"])] = ""
+    body: Annotated[str, Field(description="the body on which the torque acts", examples=["unit 1/bar 1"])] = ""
     reference: Annotated[
         TimeFunction | None,
         PlainValidator(_read_reference),
-        Field(description="the angle wanted; that of the body's [drive] without it", examples=[{"speed": "20 rpm"}]),
+        Field(description="the reference angle; that of the body's [drive] without it", examples=[{"speed": "20 rpm"}]),
     ] = None
     feed_forward: Annotated[
         str | Tabulated | None,
@@ -83,7 +83,7 @@ class ControlTable(Table):
         Field(description="torque to add: that of the ideal mechanism, or a table", examples=["ideal"]),
     ] = None
     sensor: Annotated[
-        str, Field(description='a joint, whose eccentricity is sensed, or a point "BODY.POINT"', examples=["A"])
+        str, Field(description='a joint, whose eccentricity is measured, or a point "BODY.POINT"', examples=["A"])
     ] = ""
     inertia: Annotated[float, quantities(Actuator)["inertia"]] = 0.0
     start_on_reference: Annotated[bool, Field(description="whether the body starts at the reference's angle and speed")] = True

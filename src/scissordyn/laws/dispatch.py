@@ -71,7 +71,7 @@ def elastic_force(tag, delta, p):
 
 @kernel()
 def normal_force(tag, elastic, delta, rate, approach, p):
-    """Normal force [N] that damping `tag` makes of an elastic part; never a pull."""
+    """Normal force [N] of damping `tag` from an elastic part; never negative."""
     force = math.nan
     if tag == 0:
         force = _proportional(elastic, delta, rate, approach, p)
@@ -79,7 +79,7 @@ def normal_force(tag, elastic, delta, rate, approach, p):
         force = _dashpot(elastic, delta, rate, approach, p)
     elif tag == USER:
         force = call_at((elastic, delta, rate, approach), p)  # type: ignore[call-arg]
-    # max() would lose a NaN
+    # max() would drop a NaN
     return 0.0 if force < 0.0 else force
 
 

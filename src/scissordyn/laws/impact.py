@@ -36,7 +36,7 @@ class Impact:
 
 
 def table_row(law: Any, joint: JointContact) -> np.ndarray:
-    """A law's numbers as the kernels read them, shape (PARAMETERS,)."""
+    """A law's numbers in the form of the kernels, shape (PARAMETERS,)."""
     row = np.zeros(PARAMETERS)
     numbers = law.parameters(joint)
     row[: len(numbers)] = numbers
@@ -80,7 +80,7 @@ def impact(
         return float(y[0])
 
     released.terminal, released.direction = True, -1.0  # type: ignore[attr-defined]
-    # a time in which even the softest law has turned the mass: doubled until it has let go
+    # the interval is doubled until the mass has separated
     horizon = 1e-4
     while True:
         scale = np.array([speed * horizon, speed])

@@ -1,4 +1,4 @@
-"""Two small experiments with a friction law: steady sliding, and a slow oscillation."""
+"""Two tests of a friction law: steady sliding, and a slow oscillation."""
 
 from __future__ import annotations
 
@@ -58,7 +58,7 @@ class Oscillation:
 def oscillation(
     friction: Friction, joint: JointContact, *, amplitude: float, frequency: float, samples: int = 400
 ) -> Oscillation:
-    """Slip x = a sin(2 pi f t) from undeflected bristles, and the friction it meets in the third period.
+    """Slip x = a sin(2 pi f t) from undeflected bristles, and the friction in its third period.
 
     Parameters
     ----------

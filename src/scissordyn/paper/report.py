@@ -110,7 +110,7 @@ def _answers(verdicts: Sequence[Verdict]) -> list[str]:
                 rows.append((clause.key, Cell(criterion), Cell(badge(verdict.finding.holds)), verdict.finding.words))
                 rows += _periodic_row(verdict)
     doubtful = [verdict.clause.key for verdict in verdicts if not verdict.trusted]
-    remark = (
+    note = (
         "All numbers belong to the trajectory: each run agrees to its end with its repetition at a tenth of the tolerance."
         if not doubtful
         else f"The runs behind {', '.join(doubtful)} go beyond the predictability horizon: their numbers are one sample; "
@@ -124,7 +124,7 @@ def _answers(verdicts: Sequence[Verdict]) -> list[str]:
             "that of the paper's single stroke, and below it that of a periodic drive, where the words have their true meaning."
         ),
         table(("", "The paper says", "Answer", "Measured"), rows),
-        paragraph(remark, "soft"),
+        paragraph(note, "soft"),
     ]
 
 

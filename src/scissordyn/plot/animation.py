@@ -20,7 +20,7 @@ from scissordyn.plot.series import chosen_joints, clearance_joints, clearance_pi
 __all__ = ["FILMS", "animate", "check_film"]
 
 RATES = {"gif": 10, "mp4": 25, "html": 25}
-"""Frames per second by format. A GIF is held in memory as a whole before it is written, and grows with every frame."""
+"""Frames per second by format. A GIF is composed in memory before it is written."""
 
 FILMS = tuple(RATES)
 
@@ -39,7 +39,7 @@ def check_film(path: str | os.PathLike[str]) -> None:
         from matplotlib.animation import FFMpegWriter
 
         if not FFMpegWriter.isAvailable():
-            raise InputError("an MP4 needs the program ffmpeg, which is not on this machine", "film.gif or film.html")
+            raise InputError("an MP4 needs the program ffmpeg, which is not installed", "film.gif or film.html")
 
 
 def animate(
@@ -59,9 +59,9 @@ def animate(
     mechanism : Mechanism
         The one that was run.
     path : path
-        Ends in .gif, .mp4 (where there is ffmpeg) or .html (a page with a player, of one piece).
+        Ends in .gif, .mp4 (where there is ffmpeg) or .html (a page with a player, in one file).
     seconds : float
-        How long the film lasts [s]; the run is shown slower or faster accordingly.
+        Duration of the film [s]; the run is slowed down or sped up accordingly.
     rate : int, optional
         Frames per second, 25 if not given, of a GIF 10; a run with fewer samples than frames is shown with fewer.
     joints : sequence of str, optional
@@ -81,7 +81,7 @@ def animate(
     if rate is None:
         rate = RATES[target.suffix.lower().removeprefix(".")]
     if samples < 2:
-        raise InputError("a run of fewer than two samples", "a run that got further")
+        raise InputError("a run of fewer than two samples", "a longer run")
     if not (np.isfinite(seconds) and seconds > 0.0 and rate >= 1):
         raise InputError(f"a film of {seconds!r} s with {rate!r} frames per second", "seconds > 0 and rate >= 1")
     pins = run.sel(joint=clearance_pins(run)) if "plane_contact" in run else run
@@ -91,7 +91,7 @@ def animate(
     shown = max(1, round(len(frames) / seconds))
     slower = len(frames) / shown / float(scene.time[-1] - scene.time[0])
     try:
-        # written beside its place first, so that a film is there whole or not at all
+        # written to a temporary name first, so that a film is complete or missing
         with tempfile.TemporaryDirectory(dir=target.parent, prefix=f".{target.stem}.") as folder:
             part = Path(folder) / target.name
             if target.suffix.lower() == ".html":

@@ -22,7 +22,7 @@ __all__ = ["Film", "write_film"]
 DPI = 100
 
 WIDE = 1.5
-"""Structures wider than this have their joints below, others beside them."""
+"""Structures wider than this have the panels of their joints below, others beside them."""
 
 
 class Film:
@@ -32,7 +32,7 @@ class Film:
     ----------
     scene : Scene
     slower : float
-        How many times slower than the mechanism the film runs.
+        Time scale: film time over simulated time.
     """
 
     def __init__(self, scene: Scene, slower: float) -> None:
@@ -82,7 +82,7 @@ class Film:
         return artists
 
     def show(self, frame: int) -> None:
-        """Move everything to where it is in a frame."""
+        """Update all artists to a frame."""
         scene = self.scene
         for artist, shape in zip(self.shapes, scene.shapes, strict=True):
             if isinstance(artist, Polygon):
@@ -100,14 +100,14 @@ class Film:
 
 
 class _Magnified:
-    """A clearance joint beside the structure: the journal in its bearing, with its way behind it."""
+    """A clearance joint beside the structure: the journal in its bearing, with its recent path."""
 
     def __init__(self, axes: Axes, joint: ClearanceJoint) -> None:
         self.axes, self.joint = axes, joint
         axes.add_patch(Circle((0.0, 0.0), 1.0 + GAP, facecolor="white", edgecolor=BLACK, linewidth=1.2))
         self.journal = Circle((0.0, 0.0), 1.0, facecolor=LIGHT, linewidth=1.6)
         axes.add_patch(self.journal)
-        (self.way,) = axes.plot([], [], color=ORANGE, linewidth=0.9)
+        (self.path,) = axes.plot([], [], color=ORANGE, linewidth=0.9)
         (self.centre,) = axes.plot([], [], "+", markersize=6.0, markeredgewidth=1.0)
         axes.plot(0.0, 0.0, ".", markersize=3.0, color=BLACK)
         axes.set_aspect("equal", adjustable="box")
@@ -117,7 +117,7 @@ class _Magnified:
         axes.set_xlabel(f"clearance magnified {joint.gain:.2g} times", fontsize=SMALL)
 
     def show(self, frame: int) -> None:
-        """Move the journal and its way to a frame."""
+        """Update the journal and its path to a frame."""
         joint = self.joint
         color = VERMILION if joint.touched[frame] else SKY
         self.journal.set_center(tuple(joint.journal[frame]))
@@ -125,7 +125,7 @@ class _Magnified:
         self.centre.set_data(*joint.journal[frame, None].T)
         self.centre.set_color(color)
         first = joint.reached[max(0, frame - TRAIL)] - 1
-        self.way.set_data(*joint.way[first : joint.reached[frame]].T)
+        self.path.set_data(*joint.path[first : joint.reached[frame]].T)
         state = newtons(float(joint.force[frame])) if joint.touched[frame] else "free"
         self.axes.set_title(f"{joint.name}: {state}", fontsize=SMALL, color=BLACK)
 
@@ -167,7 +167,7 @@ def write_film(scene: Scene, path: Path, rate: int, slower: float) -> None:
     rate : int
         Frames per second.
     slower : float
-        How many times slower than the mechanism the film runs.
+        Time scale: film time over simulated time.
 
     Raises
     ------
@@ -178,8 +178,8 @@ def write_film(scene: Scene, path: Path, rate: int, slower: float) -> None:
     writer: AbstractMovieWriter
     if path.suffix.lower() == ".mp4":
         if not FFMpegWriter.isAvailable():
-            raise InputError("an MP4 needs the program ffmpeg, which is not on this machine", "film.gif or film.html")
-        # players want even sides and this coding of colours
+            raise InputError("an MP4 needs the program ffmpeg, which is not installed", "film.gif or film.html")
+        # players need even sides and this pixel format
         even = ["-vf", "crop=trunc(iw/2)*2:trunc(ih/2)*2", "-pix_fmt", "yuv420p"]
         writer = FFMpegWriter(fps=rate, codec="h264", extra_args=even)
     else:

@@ -1,4 +1,4 @@
-"""A film as a page of one piece: a drawing in SVG and a small player, no file beside it and nothing from the network."""
+"""A film as one HTML file: a drawing in SVG and a small player, without other files or network access."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ button, select {{ font: inherit; padding: .2rem .8rem }}
 figure {{ flex: none; margin: 0; text-align: center }}
 figcaption {{ font-size: 13px; font-variant-numeric: tabular-nums }}
 small {{ color: {GREY} }}
-.bar, .spring, .rod, .guide, .way {{ fill: none; stroke-linejoin: round; stroke-linecap: round }}
+.bar, .spring, .rod, .guide, .path {{ fill: none; stroke-linejoin: round; stroke-linecap: round }}
 .bar {{ stroke-width: 3.5 }}
 .plate {{ fill-opacity: .15; stroke-width: 2.5 }}
 .block {{ fill: {LIGHT}; stroke: {BLACK} }}
@@ -48,7 +48,7 @@ small {{ color: {GREY} }}
 .joint, .support, .bearing {{ fill: #fff; stroke: {BLACK}; stroke-width: 1.5 }}
 .ring {{ fill: none; stroke-width: 2.5 }}
 .journal {{ fill: {LIGHT}; stroke-width: 3 }}
-.way {{ stroke: {ORANGE}; stroke-width: 1.5 }}
+.path {{ stroke: {ORANGE}; stroke-width: 1.5 }}
 """
 
 PLAYER = """
@@ -73,7 +73,7 @@ function show(frame) {
     centre(journal, ...joint.journal[frame]);
     journal.style.stroke = color;
     const first = joint.reached[Math.max(0, frame - film.trail)] - 1;
-    joints[k].querySelector(".way").setAttribute("points", joint.way.slice(2 * first, 2 * joint.reached[frame]).join(" "));
+    joints[k].querySelector(".path").setAttribute("points", joint.path.slice(2 * first, 2 * joint.reached[frame]).join(" "));
     joints[k].querySelector(".state").textContent = joint.touched[frame] ? joint.force[frame] : "free";
   });
   slider.value = frame;
@@ -122,12 +122,12 @@ def page(scene: Scene, rate: int, slower: float) -> str:
     rate : int
         Frames per second.
     slower : float
-        How many times slower than the mechanism the film runs.
+        Time scale: film time over simulated time.
 
     Returns
     -------
     str
-        HTML of one piece.
+        The HTML of the page.
     """
     extent = scene.high - scene.low
     gain = min(WIDTH / extent[0], HEIGHT / extent[1])
@@ -146,7 +146,7 @@ def page(scene: Scene, rate: int, slower: float) -> str:
         "pins": _numbers(pixels(scene.pins).reshape(len(scene.time), -1)),
         "joints": [{**_magnified(joint), "place": _numbers(pixels(joint.place))} for joint in scene.clearance_joints],
     }
-    # "<" would let a name end the script
+    # "<" in a name could end the script
     data = json.dumps(film, separators=(",", ":"), ensure_ascii=True).replace("<", "\\u003c")
     options = "".join(f"<option value={s}{' selected' if s == 1 else ''}>{s:g}×</option>" for s in SPEEDS)
     figures = "\n".join(_figure(joint) for joint in scene.clearance_joints)
@@ -182,7 +182,7 @@ def page(scene: Scene, rate: int, slower: float) -> str:
 
 
 def _extent(scene: Scene) -> str:
-    """How wide the drawing is, in words."""
+    """Width of the drawing, in words."""
     scale = engineering("m", float(scene.high[0] - scene.low[0]))
     return f"The drawing is {scale.factor * float(scene.high[0] - scene.low[0]):.3g} {scale.unit} wide."
 
@@ -210,11 +210,11 @@ def _drawing(scene: Scene, gain: float, supports: np.ndarray) -> str:
 
 
 def _magnified(joint: ClearanceJoint) -> dict[str, Any]:
-    """What the player needs to know of a joint; y points down on a screen."""
+    """Data of a joint for the player; y points down on a screen."""
     screen = RADIUS * np.array([1.0, -1.0])
     return {
         "journal": _numbers(screen * joint.journal),
-        "way": _numbers((screen * joint.way).ravel()),
+        "path": _numbers((screen * joint.path).ravel()),
         "reached": joint.reached.tolist(),
         "touched": joint.touched.astype(int).tolist(),
         "force": [newtons(force) for force in joint.force.tolist()],
@@ -226,7 +226,7 @@ def _figure(joint: ClearanceJoint) -> str:
     return (
         f'<figure><svg viewBox="{-edge} {-edge} {2 * edge} {2 * edge}" width="{2 * edge}" height="{2 * edge}">'
         f'<circle class="bearing" r="{(1.0 + GAP) * RADIUS:g}"/><circle class="journal" r="{RADIUS:g}"/>'
-        f'<polyline class="way"/><circle r="2"/></svg>'
+        f'<polyline class="path"/><circle r="2"/></svg>'
         f'<figcaption>{html.escape(joint.name)}: <span class="state"></span><br>'
         f"<small>clearance magnified {joint.gain:.2g} times</small>"
         "</figcaption></figure>"
@@ -243,6 +243,6 @@ def write_page(scene: Scene, path: Path, rate: int, slower: float) -> None:
     rate : int
         Frames per second.
     slower : float
-        How many times slower than the mechanism the film runs.
+        Time scale: film time over simulated time.
     """
     path.write_text(page(scene, rate, slower), encoding="utf-8")

@@ -1,4 +1,4 @@
-"""What a film shows, frame by frame, before anyone draws it."""
+"""The scene of a film, frame by frame, independent of how it is drawn."""
 
 from __future__ import annotations
 
@@ -23,13 +23,13 @@ GAP = 0.35
 """The clearance of a magnified joint as a fraction of the drawn journal's radius."""
 
 TRAIL = 12
-"""Frames over which the journal's way stays visible."""
+"""Number of frames over which the journal's path stays visible."""
 
 FINEST = 4000
-"""Points of a journal's way in a whole film; more than that no screen shows."""
+"""Largest number of points of a journal's path in a film, about the resolution of a screen."""
 
 COILS = 8
-"""Bends of the zigzag that stands for a spring."""
+"""Number of bends of the zigzag of a spring."""
 
 
 @dataclass(frozen=True)
@@ -51,7 +51,7 @@ class Shape:
 
 @dataclass(frozen=True)
 class ClearanceJoint:
-    """A clearance joint, where it is and magnified.
+    """A clearance joint: its position and its magnified view.
 
     Parameters
     ----------
@@ -60,22 +60,22 @@ class ClearanceJoint:
         Centre of the bearing [m].
     journal : ndarray, shape (frames, 2)
         Centre of the journal in its magnified bearing, in drawn journal radii.
-    way : ndarray, shape (points, 2)
+    path : ndarray, shape (points, 2)
         The same at finer instants.
     reached : ndarray of int, shape (frames,)
-        How many points of the way lie before each frame.
+        Number of points of the path before each frame.
     touched : ndarray of bool, shape (frames,)
         Whether there was contact at any instant since the frame before.
     force : ndarray, shape (frames,)
         Largest normal force since the frame before [N].
     gain : float
-        How many times larger than it is the gap is drawn, the drawn journal taken for the real one.
+        Magnification of the clearance relative to that of the journal.
     """
 
     name: str
     place: np.ndarray
     journal: np.ndarray
-    way: np.ndarray
+    path: np.ndarray
     reached: np.ndarray
     touched: np.ndarray
     force: np.ndarray
@@ -84,14 +84,14 @@ class ClearanceJoint:
 
 @dataclass(frozen=True)
 class Scene:
-    """A film before it is drawn.
+    """All data of a film.
 
     Parameters
     ----------
     time : ndarray, shape (frames,)
         [s]
     scale : Scale
-        In which times are shown.
+        Scale of the times.
     shapes : tuple of Shape
     pins : ndarray, shape (frames, pins, 2)
         Ideal joints [m].
@@ -99,7 +99,7 @@ class Scene:
         Pins of the fixed frame [m].
     clearance_joints : tuple of ClearanceJoint
     low, high : ndarray, shape (2,)
-        Corners of what is shown [m].
+        Corners of the visible region [m].
     """
 
     time: np.ndarray
@@ -113,20 +113,20 @@ class Scene:
 
 
 def newtons(force: float) -> str:
-    """A force for people."""
+    """A force in words."""
     scale = engineering("N", force)
     return f"{scale.factor * force:.3g} {scale.unit}"
 
 
 def pace(slower: float) -> str:
-    """How the speed of a film compares with the mechanism's, in words."""
+    """The time scale of a film, in words."""
     if abs(slower - 1.0) < 0.02:
         return "real time"
     return f"{slower:.3g}× slower" if slower > 1.0 else f"{1.0 / slower:.3g}× faster"
 
 
 class _Placement:
-    """Where the bodies of a run are at the samples that become frames."""
+    """The positions of the bodies at the samples of the frames."""
 
     def __init__(self, run: xr.Dataset, mechanism: Mechanism, frames: np.ndarray) -> None:
         self.mechanism, self.count = mechanism, len(frames)
@@ -154,7 +154,7 @@ class _Placement:
 
 
 def scene_of(run: xr.Dataset, mechanism: Mechanism, frames: np.ndarray, joints: list[str]) -> Scene:
-    """Everything that a film of a run shows.
+    """The scene of a film of a run.
 
     Parameters
     ----------
@@ -178,7 +178,7 @@ def scene_of(run: xr.Dataset, mechanism: Mechanism, frames: np.ndarray, joints: 
     margin = 0.1 * (float(np.max(high - low)) or 1.0)
     low, high = low - margin, high + margin
     size = float(np.max(high - low))
-    # blocks first: bars end on them
+    # blocks first, so that bars are drawn over them
     solid = sorted(_bodies(mechanism, placement, bodies, size), key=lambda shape: shape.kind != "block")
     shapes = [*_guides(mechanism, placement, size), *solid, *_springs(mechanism, placement, size), *_rods(mechanism, placement)]
     pins = [placement.place(joint.bearing) for joint in mechanism.ideal_joints]
@@ -262,7 +262,7 @@ def _clearance_joint(
     eccentricity = GAP / clearance * here["eccentricity"].transpose("time", "axis").values
     last = int(frames[-1]) + 1
     fine = np.unique(np.concatenate([frames, np.linspace(0, last - 1, min(last, FINEST)).astype(int)]))
-    # a contact may be shorter than a frame: each frame answers for all samples since the one before
+    # a contact may be shorter than a frame: each frame covers all samples since the one before
     begins = np.concatenate([[0], frames[:-1] + 1])
     force = np.nan_to_num(here["normal_force"].values)[:last]
     touching = here["in_contact"].values[:last]
@@ -270,7 +270,7 @@ def _clearance_joint(
         name=name,
         place=placement.place(joint.bearing),
         journal=eccentricity[frames],
-        way=eccentricity[fine],
+        path=eccentricity[fine],
         reached=np.searchsorted(fine, frames, side="right"),
         touched=np.logical_or.reduceat(touching, begins),
         force=np.maximum.reduceat(force, begins),

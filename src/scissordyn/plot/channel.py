@@ -1,4 +1,4 @@
-"""The block of a clearance guide in its channel, with the gaps drawn larger than they are."""
+"""The block of a clearance guide in its channel, with magnified clearance."""
 
 from __future__ import annotations
 
@@ -68,7 +68,7 @@ def channel(run: xr.Dataset, mechanism: Mechanism, sample: int, guide: str, *, a
     along, across = cos * x + sin * y, cos * y - sin * x
     side, distance = np.sign(across), np.array([point.distance for point in points])
     half = float(np.mean(distance)) - gap.clearance
-    centred = np.abs(across) + gap.corner_radius  # how far the outline reaches while the block is centred
+    centred = np.abs(across) + gap.corner_radius  # extent of the outline with the block centred
     moved = depth + distance - centred
     surface = distance / half + (GAP / gap.clearance - 1.0 / half) * gap.clearance
     tips = np.stack([LONG * along / np.max(np.abs(along)), side * (centred / half + GAP * moved / gap.clearance)], axis=1)

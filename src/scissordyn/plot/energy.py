@@ -27,11 +27,11 @@ PANELS = (
     ),
     ("residual", (("energy_residual", "residual of the balance", BLACK),)),
 )
-"""Panels from top to bottom; what differs by orders of magnitude has a scale of its own."""
+"""Panels from top to bottom; quantities of different magnitude have separate scales."""
 
 
 def energy(run: xr.Dataset, *, axes: Canvas = None) -> list[Axes]:
-    """Kinetic and potential energy and work; elastic and dissipated energy of the contacts; what the balance misses.
+    """Kinetic and potential energy and work; elastic and dissipated energy of the contacts; residual of the balance.
 
     Parameters
     ----------

@@ -15,13 +15,13 @@ from scissordyn.plot.style import BLACK, BLUE, GREY, IDEAL, LINE, NORMAL, SMALL,
 __all__ = ["force"]
 
 STRIP = 0.06
-"""Height of the strip that shows the contacts, as a fraction of the panel."""
+"""Height of the strip of contacts, as a fraction of the panel."""
 
 
 def force(
     run: xr.Dataset, ideal: xr.Dataset | None = None, *, joints: Sequence[str] | None = None, axes: Canvas = None
 ) -> list[Axes]:
-    """Normal and friction force of each clearance joint, when it is in contact, and the ideal mechanism's reaction.
+    """Normal and friction force of each clearance joint, its contacts, and the ideal mechanism's reaction.
 
     Parameters
     ----------
@@ -29,7 +29,7 @@ def force(
     ideal : Dataset, optional
         The run of the ideal mechanism; the magnitude of its reaction is drawn dashed.
     joints : sequence of str, optional
-        Which joints; those with the largest forces if not given.
+        The joints; those with the largest forces if not given.
     axes : Axes or iterable of Axes, optional
         One per joint, followed by one for its friction if it has any. A new figure if not given.
 
@@ -90,7 +90,7 @@ def _normal(axes: Axes, run: xr.Dataset, ideal: xr.Dataset | None, joint: str, t
         [0.0, *peaks.tolist(), float(np.max(values)), *([] if reaction is None else [float(np.max(reaction))])]
     )
     top = top or 1.0
-    # normal forces are never negative: the room under zero is free for the strip of contacts
+    # normal forces are never negative: the region below zero is used for the strip of contacts
     axes.set_ylim(-1.5 * STRIP * top, 1.06 * top)
     axes.axhline(0.0, color=GREY, linewidth=0.6)
     spans = [(time.factor * start, time.factor * lasting) for start, lasting in contact_spans(run, joint)]

@@ -1,4 +1,4 @@
-"""Laws of contact and friction: the loop of one impact, friction against slip, and all of them side by side."""
+"""Laws of contact and friction: the loop of one impact, friction against slip, and a comparison of all laws."""
 
 from __future__ import annotations
 
@@ -37,25 +37,25 @@ from scissordyn.plot.style import (
 __all__ = ["JOINT", "FreeMass", "draw_gallery", "draw_law"]
 
 JOINT = JointContact(clearance=0.5e-3, journal_radius=10e-3, length=15e-3, journal=STEEL, bearing=STEEL)
-"""The joint that laws are shown in unless another is given: the defaults of `Clearance`, with c = 0.5 mm."""
+"""The default joint: that of `Clearance`, with c = 0.5 mm."""
 
 OSCILLATION = 2e-6, 5.0
-"""Amplitude [m] and frequency [Hz] of the oscillation that shows sticking and sliding: a few bristle lengths, up to 63 um/s."""
+"""Amplitude [m] and frequency [Hz] of the oscillation with sticking and sliding: a few bristle lengths, up to 63 um/s."""
 
 SPEEDS = np.logspace(-6, 0, 400)
 """Slip speeds of the curve of steady sliding [m/s]."""
 
 SOFT = 0.5
-"""Restitution at which dampings are compared; near 1 they all agree."""
+"""Restitution coefficient of the comparison of damping laws, which agree near 1."""
 
 COLOURS = (BLUE, VERMILION, GREEN, ORANGE, PURPLE, SKY, GREY)
 DASHES: tuple[Any, ...] = ("-", (0, (5, 2)), (0, (1, 1.5)))
-"""A gallery has more laws than there are colours that everyone can tell apart, so the lines differ too."""
+"""There are more laws than distinguishable colours, so the line styles differ too."""
 
 
 @dataclass(frozen=True)
 class FreeMass:
-    """The impact in which a law is shown.
+    """The free mass of the impact of a law.
 
     Parameters
     ----------
@@ -88,7 +88,7 @@ def _draw_impact(
     force, length = engineering("N", history.force, elastic), engineering("m", depth)
     _loop(panel, history, force, length, color=BLUE, label=f"{stiffness.name} + {damping.name}")
     panel.plot(length.factor * depth, force.factor * elastic, **IDEAL, label=f"{stiffness.name} alone")
-    for part in (0.35, 0.65):  # arrow heads say which way round the loop is gone
+    for part in (0.35, 0.65):  # arrow heads show the direction of the loop
         k = int(part * history.time.size)
         ends = [(length.factor * history.indentation[i], force.factor * history.force[i]) for i in (k - 8, k)]
         panel.annotate("", xy=ends[1], xytext=ends[0], arrowprops={"arrowstyle": "-|>", "color": BLUE, "lw": 0.0})
@@ -110,7 +110,7 @@ def _draw_friction(friction: Friction, axes: Canvas, joint: JointContact) -> lis
     length = engineering("m", history.displacement)
     sticking.plot(length.factor * history.displacement, history.coefficient, color=BLUE, linewidth=LINE)
     sticking.set(xlabel=length.label("slip"), ylabel="friction force / normal force")
-    sticking.set_title(f"to and fro at {frequency:g} Hz", loc="left", fontsize=NORMAL)
+    sticking.set_title(f"oscillation at {frequency:g} Hz", loc="left", fontsize=NORMAL)
     for panel in (sliding, sticking):
         panel.axhline(0.0, color=BLACK, linewidth=0.5)
     return [sliding, sticking]
@@ -119,7 +119,7 @@ def _draw_friction(friction: Friction, axes: Canvas, joint: JointContact) -> lis
 def draw_law(
     law: Elastic | Damping | Friction, *, axes: Canvas = None, joint: JointContact = JOINT, free_mass: FreeMass | None = None
 ) -> list[Axes]:
-    """One law at work.
+    """The curves of one law.
 
     An elastic part is shown in the loop of an impact with Flores's damping, a damping in one on Liu's elastic part, each
     beside the elastic part alone; a friction law in steady sliding and in an oscillation of a few micrometres.
@@ -130,7 +130,7 @@ def draw_law(
     axes : Axes or iterable of Axes, optional
         One Axes, two for friction; a new figure if not given.
     joint : JointContact
-        The joint it acts in.
+        The joint of the law.
     free_mass : FreeMass, optional
         The impact.
 
@@ -155,14 +155,14 @@ def _soft(law: type[Any]) -> Any:
 
 
 def draw_gallery(*, axes: Canvas = None, joint: JointContact = JOINT, free_mass: FreeMass | None = None) -> list[Axes]:
-    """All laws on one impact and in one slide, with their default parameters except for a restitution of 0.5.
+    """All laws in one impact and in steady sliding, with default parameters except for a restitution coefficient of 0.5.
 
     Parameters
     ----------
     axes : iterable of Axes, optional
         Three Axes; a new figure if not given.
     joint : JointContact
-        The joint they act in.
+        The joint of the laws.
     free_mass : FreeMass, optional
         The impact.
 
@@ -176,7 +176,7 @@ def draw_gallery(*, axes: Canvas = None, joint: JointContact = JOINT, free_mass:
         (elastic, [(name, law(), Flores()) for name, law in ELASTIC.items()]),
         (damping, [(name, Liu(), _soft(law)) for name, law in DAMPING.items()]),
     ):
-        # an elastic part that is far softer than the others would press them all against the axis
+        # an elastic part that is far softer would compress the curves of the others at the axis
         histories = [
             (name, impact(spring, damper, joint, mass=chosen.mass, speed=chosen.speed)) for name, spring, damper in pairs
         ]

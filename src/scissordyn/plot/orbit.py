@@ -19,7 +19,7 @@ COLUMNS = 3
 """Orbits in a row."""
 
 VISIBLE = 0.1
-"""The deepest indentation is drawn about this fraction of the clearance deep."""
+"""Drawn depth of the largest indentation, as a fraction of the clearance."""
 
 
 def orbit(
@@ -31,9 +31,9 @@ def orbit(
     ----------
     run : Dataset
     joints : sequence of str, optional
-        Which joints; those with the largest forces if not given.
+        The joints; those with the largest forces if not given.
     exaggeration : float, optional
-        By how much indentations are drawn too deep, which the picture says; chosen for each joint if not given.
+        Magnification of indentations, noted in the picture; chosen for each joint if not given.
     axes : Axes or iterable of Axes, optional
         One per joint. A new figure if not given.
 
@@ -81,7 +81,7 @@ def _orbit(axes: Axes, run: xr.Dataset, joint: str, exaggeration: float | None) 
     axes.plot(*circle, color=GREY, linewidth=0.8, linestyle=(0, (2, 2)), label="clearance circle")
     until = predictability_horizon(run)
     before = run["time"].values <= (math.inf if until is None else until)
-    # a flight is drawn from the last sample before it to the first one after it, so that the orbit has no gaps
+    # a flight is drawn from the last sample before it to the first one after it, so that the orbit is continuous
     flying = ~touching
     flying[:-1] |= ~touching[1:]
     flying[1:] |= ~touching[:-1]
@@ -94,7 +94,7 @@ def _orbit(axes: Axes, run: xr.Dataset, joint: str, exaggeration: float | None) 
     axes.plot(*drawn[0], linestyle="", marker="o", markersize=4.0, color=BLACK, label="start")
     axes.set_xlabel(scale.label("x of the journal"))
     axes.set_ylabel(scale.label("y of the journal"))
-    title = f"joint {joint}" + (f", indentation drawn {gain:g}×" if gain != 1.0 else "")
+    title = f"joint {joint}" + (f", indentation magnified {gain:g} times" if gain != 1.0 else "")
     axes.set_title(title, loc="left", fontsize=NORMAL)
     reach = 1.08 * scale.factor * max(clearance, float(np.max(distance * stretch)))
     axes.set(xlim=(-reach, reach), ylim=(-reach, reach))

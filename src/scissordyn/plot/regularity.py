@@ -1,4 +1,4 @@
-"""Pictures of how regular a motion is: maps, spectra, bifurcations, the 0-1 test, recurrences, distributions."""
+"""Pictures of the regularity of a motion: maps, spectra, bifurcations, the 0-1 test, recurrences, distributions."""
 
 from __future__ import annotations
 
@@ -30,23 +30,23 @@ BARS = 30
 """Bars of a distribution."""
 
 DECADE = 10.0
-"""A distribution whose largest value is this many times its least is drawn in decades."""
+"""Ratio of largest to smallest value from which a distribution is drawn logarithmically."""
 
 MOST_PIXELS = 1000
-"""Points along the side of a recurrence plot; more would not be seen."""
+"""Points along the side of a recurrence plot, about its resolution."""
 
 
 def stroboscopic_map(
     strobe: xr.Dataset, *, x: str = "slider_position", y: str = "slider_velocity", joint: str = "", axes: Canvas = None
 ) -> list[Axes]:
-    """A Poincare map: one dot a period, or a crossing.
+    """A Poincare map: one dot per period or crossing.
 
     Parameters
     ----------
     strobe : Dataset
         Of `stroboscopic`, `section`, or the cycles of a long periodic run.
     x, y : str
-        Variables of it; "eccentricity" stands for its x along the abscissa and its y along the ordinate.
+        Variables of it; "eccentricity" is its x along the abscissa and its y along the ordinate.
     joint : str
         Whose, for variables of joints; the first one if not given.
     axes : Axes, optional
@@ -89,7 +89,7 @@ def stroboscopic_map(
 
 
 def velocity_acceleration(scatter: xr.Dataset, ideal: xr.Dataset | None = None, *, axes: Canvas = None) -> list[Axes]:
-    """Velocity against acceleration at every sample: what the paper calls a Poincare map.
+    """Velocity against acceleration at every sample: the paper's "Poincare map".
 
     Parameters
     ----------
@@ -133,14 +133,14 @@ def velocity_acceleration(scatter: xr.Dataset, ideal: xr.Dataset | None = None, 
 
 
 def power_spectrum(spectrum: xr.Dataset, *, peaks: int = 3, axes: Canvas = None) -> list[Axes]:
-    """The power spectral density in decades, its strongest frequencies marked.
+    """The power spectral density on a logarithmic scale, with its dominant frequencies marked.
 
     Parameters
     ----------
     spectrum : Dataset
         Of the measure `spectrum`.
     peaks : int
-        How many dominant frequencies are marked and named.
+        Number of dominant frequencies that are marked and named.
     axes : Axes, optional
         A new figure if not given.
 
@@ -151,7 +151,7 @@ def power_spectrum(spectrum: xr.Dataset, *, peaks: int = 3, axes: Canvas = None)
     (drawn,) = panels(axes, 1, size=(7.2, 3.8))
     frequency, density = spectrum["frequency"].values[1:], spectrum["power_density"].values[1:]
     top = float(np.max(density, initial=0.0)) or 1.0
-    # what lies below is round-off
+    # values below are round-off
     floor = 1e-16 * top
     drawn.semilogy(frequency, np.maximum(density, floor), color=BLUE, linewidth=LINE)
     marked = spectrum.isel(peak=slice(peaks))
@@ -177,7 +177,7 @@ def power_spectrum(spectrum: xr.Dataset, *, peaks: int = 3, axes: Canvas = None)
 
 
 def bifurcation(diagram: xr.Dataset, *, variable: str = "", joint: str = "", axes: Canvas = None) -> list[Axes]:
-    """A bifurcation diagram: what the motion settles to, over a parameter.
+    """A bifurcation diagram: the asymptotic motion over a parameter.
 
     Parameters
     ----------
@@ -227,7 +227,7 @@ def bifurcation(diagram: xr.Dataset, *, variable: str = "", joint: str = "", axe
 
 
 def zero_one(test: xr.Dataset, *, axes: Canvas = None) -> list[Axes]:
-    """The 0-1 test: the translation for one angle, and how much K differs between the angles.
+    """The 0-1 test: the translation for one angle, and the distribution of K over the angles.
 
     Parameters
     ----------
@@ -287,7 +287,7 @@ def recurrence_plot(recurrence: xr.Dataset, *, axes: Canvas = None) -> list[Axes
 
 
 def distribution(run: xr.Dataset, *, variable: str = "peak_force", joint: str = "", axes: Canvas = None) -> list[Axes]:
-    """How a quantity of the contacts of a joint is distributed, in decades if it goes through more than one.
+    """The distribution of a quantity of the contacts of a joint, logarithmic if it spans more than a decade.
 
     Parameters
     ----------
@@ -333,7 +333,7 @@ def distribution(run: xr.Dataset, *, variable: str = "peak_force", joint: str = 
     if high / low < 1.0 + 1e-9:
         low, high = 0.9 * low, 1.1 * high
     edges = np.geomspace(low, high, BARS + 1) if decades else np.linspace(low, high, BARS + 1)
-    # the ends of a geometric series are off by round-off, and would lose the extreme contacts
+    # the round-off at the ends of a geometric series would exclude the extreme contacts
     edges[0], edges[-1] = low, high
     drawn.hist(shown, bins=edges.tolist(), color=BLUE)
     if decades:
@@ -366,7 +366,7 @@ def _along(data: xr.Dataset, name: str, side: int, joint: str) -> xr.DataArray:
 
 
 def _dot(count: int, least: float, largest: float) -> float:
-    """Size of one of so many dots [pt]: small where there are many, so that bands do not fill up."""
+    """Size of dots [pt], smaller for more dots, so that bands stay visible."""
     return float(np.clip(120.0 / np.sqrt(max(count, 1)), least, largest))
 
 

@@ -36,7 +36,7 @@ def draw_all(
     ideal : Dataset or None
         The run of the ideal mechanism, drawn dashed.
     folder : path
-        Where to; made if it is not there.
+        Target folder; created if missing.
     mechanism : Mechanism
         The one that was run.
     format : {"png", "svg"}

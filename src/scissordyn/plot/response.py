@@ -27,7 +27,7 @@ def response(run: xr.Dataset, ideal: xr.Dataset | None = None, *, body: str = ""
     ideal : Dataset, optional
         The run of the ideal mechanism, drawn dashed.
     body : str
-        Whose angle; the coupler of the first scissor unit if not given, or the first body where there is none.
+        The body of the angle; the coupler of the first scissor unit if not given, or the first body where there is none.
     axes : Axes or iterable of Axes, optional
         Six Axes, row by row, slider at the left; three for a mechanism without a slider. A new figure if not given.
 

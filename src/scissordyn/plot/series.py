@@ -1,4 +1,4 @@
-"""What all pictures over time share: the time axis, two runs side by side, contacts, the predictability horizon."""
+"""Common parts of pictures over time: the time axis, two runs side by side, contacts, the predictability horizon."""
 
 from __future__ import annotations
 
@@ -27,12 +27,12 @@ __all__ = [
 ]
 
 LONGEST = 22
-"""Letters that fit beside a panel; longer labels take two lines."""
+"""Number of letters beside a panel; longer labels have two lines."""
 
-BEYOND = "beyond the predictability horizon"
+BEYOND = "beyond predictability horizon"
 
 MOST_JOINTS = 6
-"""Joints in one picture unless the caller names more; beyond that nobody can read it."""
+"""Largest number of joints in one picture, unless the caller names more."""
 
 
 def time_scale(run: xr.Dataset) -> Scale:
@@ -140,7 +140,7 @@ def contact_spans(run: xr.Dataset, joint: str) -> list[tuple[float, float]]:
     Returns
     -------
     list of (float, float)
-        A contact that the run ended in lasts to the run's end.
+        A contact at the end of the run lasts to that end.
     """
     ours = run["contact_joint"].values.astype(str) == joint
     starts, durations = run["contact_start"].values[ours], run["contact_duration"].values[ours]
@@ -190,7 +190,7 @@ def compare(
 
 
 def finish(axes: Sequence[Axes], run: xr.Dataset, time: Scale, *, bottom: Sequence[Axes] | None = None) -> None:
-    """Label the time axes, keep constants flat, and shade what lies beyond the predictability horizon; that is labelled once.
+    """Label the time axes, keep constants level, and shade the time beyond the predictability horizon, labelled once.
 
     Parameters
     ----------
@@ -198,7 +198,7 @@ def finish(axes: Sequence[Axes], run: xr.Dataset, time: Scale, *, bottom: Sequen
     run : Dataset
     time : Scale
     bottom : sequence of Axes, optional
-        Those that say "time"; the last one if not given.
+        Axes with the label "time"; the last one if not given.
     """
     first, last = time.factor * run["time"].values[[0, -1]]
     until = predictability_horizon(run)
@@ -218,7 +218,7 @@ def finish(axes: Sequence[Axes], run: xr.Dataset, time: Scale, *, bottom: Sequen
 
 
 def _keep_constants_flat(axes: Axes) -> None:
-    # matplotlib would blow round-off in a constant up to the height of the panel
+    # matplotlib would scale the round-off of a constant to the height of the panel
     low, high = axes.get_ylim()
     middle, size = 0.5 * (low + high), max(abs(low), abs(high))
     if high - low < 1e-6 * size:

@@ -26,10 +26,10 @@ from scissordyn.plot.style import BLACK, BLUE, GREEN, GREY, LIGHT, PURPLE, SKY, 
 __all__ = ["magnified", "snapshot", "structure"]
 
 TALL = 2.0
-"""Structures up to so many times as wide as high stand side by side, longer ones one below the other."""
+"""Largest ratio of width to height of structures drawn side by side; wider ones are drawn one below the other."""
 
 ASIDE = ((7.0, 5.0), (-7.0, -12.0), (7.0, -12.0), (-7.0, 5.0))
-"""Where names of clearance joints stand [points], in turn, so that those of neighbours keep apart."""
+"""Alternating offsets of the names of clearance joints [points], so that those of neighbours do not overlap."""
 
 Corners = tuple[np.ndarray, np.ndarray]
 """Lower left and upper right corner [m]."""
@@ -46,9 +46,9 @@ def structure(
     mechanism : Mechanism
         The one that was run.
     times : int or sequence of float
-        How many instants, equally spaced from start to end; or which ones [s], each the nearest sample.
+        Number of instants, equally spaced from start to end; or instants [s], each at the nearest sample.
     joints : sequence of str, optional
-        Which clearance joints to magnify; those with the largest forces if not given.
+        Clearance joints to magnify; those with the largest forces if not given.
 
     Returns
     -------
@@ -113,7 +113,7 @@ def snapshot(run: xr.Dataset, mechanism: Mechanism, sample: int, *, axes: Axes, 
         Index along "time".
     axes : Axes
     corners : (ndarray, ndarray), optional
-        Lower left and upper right corner of what is shown [m]; around the mechanism if not given.
+        Lower left and upper right corner of the visible region [m]; around the mechanism if not given.
 
     Returns
     -------
@@ -172,7 +172,7 @@ def snapshot(run: xr.Dataset, mechanism: Mechanism, sample: int, *, axes: Axes, 
 
 
 def magnified(run: xr.Dataset, mechanism: Mechanism, sample: int, joint: str, *, axes: Axes) -> Axes:
-    """A clearance joint or guide at one sample: the journal in its bearing, or the block in its channel, the gap drawn larger.
+    """A clearance joint or guide at one sample, with magnified clearance: journal and bearing, or block and channel.
 
     Parameters
     ----------
@@ -220,7 +220,7 @@ def magnified(run: xr.Dataset, mechanism: Mechanism, sample: int, joint: str, *,
 
 
 def _around(run: xr.Dataset, mechanism: Mechanism, samples: Sequence[int]) -> Corners:
-    """What the mechanism needs at some samples, with a margin."""
+    """The region of the mechanism at some samples, with a margin."""
     found = [
         placed.points(body, outline(body))
         for placed in (Placement.at(mechanism, run, sample) for sample in samples)
@@ -242,7 +242,7 @@ def _named(axes: Axes, name: str, place: np.ndarray | tuple[float, float], aside
 
 
 def _support(axes: Axes, pin: np.ndarray, size: float) -> None:
-    """A ground pin: a triangle that stands on a hatched strip."""
+    """A ground pin: a triangle on a hatched strip."""
     corners = pin + np.array([[0.0, 0.0], [-size, -1.6 * size], [size, -1.6 * size]])
     axes.add_patch(Polygon(corners, facecolor="white", edgecolor=BLACK, linewidth=0.8, zorder=1.5))
     corner = float(pin[0]) - 1.6 * size, float(pin[1]) - 2.3 * size

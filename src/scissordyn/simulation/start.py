@@ -118,9 +118,9 @@ def _touching(system: System, state: np.ndarray) -> list[list[float]]:
     gap, rate = np.zeros(system.mode.size), np.zeros(system.mode.size)
     functions.guards(0.0, state, handle.address, gap, rate)
     for guard in np.flatnonzero(gap > 0.0).tolist():
-        remark = np.zeros(RECORD)
-        functions.reset(0.0, state, guard, handle.address, remark)
-        row = [0.0, float(guard), 1.0, max(float(remark[0]), APPROACH_FLOOR), float(remark[1])]
+        event = np.zeros(RECORD)
+        functions.reset(0.0, state, guard, handle.address, event)
+        row = [0.0, float(guard), 1.0, max(float(event[0]), APPROACH_FLOOR), float(event[1])]
         rows.append(row + [0.0] * (LOG_COLUMNS - len(row)))
     return rows
 

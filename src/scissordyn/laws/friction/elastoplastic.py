@@ -17,7 +17,7 @@ __all__ = ["ElastoPlastic", "force", "start"]
 
 @dataclass(frozen=True)
 class ElastoPlastic:
-    r"""LuGre friction whose bristles first bend without slipping, so that a joint at rest does not creep.
+    r"""LuGre friction whose bristles first deflect without slip, so that a joint at rest does not creep.
 
     .. math::
         z' = v \left(1 - \alpha \frac{\sigma_0 z}{g(v)} \operatorname{sgn} v\right),\quad
@@ -36,7 +36,7 @@ class ElastoPlastic:
     bristle_damping: Annotated[float, Quantity("s/m", minimum=0.0, help="sigma_1 per unit normal force")] = 316.0
     viscous: Annotated[float, Quantity("s/m", minimum=0.0, help="sigma_2 per unit normal force")] = 0.0
     breakaway: Annotated[
-        float, Quantity("1", above=0.0, below=1.0, help="fraction of mu_k/sigma_0 up to which bristles only bend")
+        float, Quantity("1", above=0.0, below=1.0, help="fraction of mu_k/sigma_0 up to which bristles only deflect")
     ] = 0.7
 
     name: ClassVar[str] = "elasto-plastic"

@@ -5,9 +5,9 @@ import xarray as xr
 
 from scissordyn.errors import ScissordynError
 from scissordyn.paper import runs as module
+from scissordyn.paper.cache import provenance
 from scissordyn.paper.cases import Choice, PaperCase, every_case
 from scissordyn.paper.events import REFERENCE, event_table
-from scissordyn.paper.kept import provenance
 from scissordyn.paper.runs import compute, fetch_runs
 from scissordyn.simulation.store import load, save
 

@@ -1,4 +1,4 @@
-"""Parts of the report: regularity by true measures, control with and without, statistics of the contacts."""
+"""Parts of the report: regularity by true measures, comparison of control schemes, statistics of the contacts."""
 
 from __future__ import annotations
 
@@ -76,24 +76,22 @@ def regularity(settled: Mapping[PaperCase, xr.Dataset]) -> list[str]:
         "Lyapunov exponent [1/s]",
         "in contact [%]",
         "contacts per period",
-        "starts part after [periods]",
+        "starts diverge after [periods]",
     )
     evidence = [folded(f"{in_words(case)}: {one.name}", "\n".join(one.evidence)) for case, one in found.items()]
     return [
         paragraph(
-            "Regular, quasi-periodic and irregular are words for what a repeated drive leads to; in the paper's single stroke "
-            f"nothing repeats. The paper leaves the drive open, so this is our choice: {PERIODIC.words}, as fast in the "
-            "middle as "
-            f"the stroke. Each motion was followed for {CYCLES} periods, the first {SKIP} left out. Where the samples do not "
-            f"repeat, or starts that differ by round-off part, {MEMBERS} such starts were judged: a single trajectory beyond "
-            "the predictability horizon is only one draw."
+            "Regular, quasi-periodic and irregular are properties of the motion under a periodic drive; the paper's single "
+            f"stroke is not periodic. The paper does not state the drive; the choice here is: {PERIODIC.words}, with a "
+            f"largest speed equal to that of the stroke. Each motion was simulated for {CYCLES} periods, without the first "
+            f"{SKIP}. Where the samples do not repeat, or starts that differ by round-off diverge, {MEMBERS} such starts were "
+            "evaluated: a single trajectory beyond the predictability horizon is only one sample."
         ),
         paragraph(
-            "K is that of the 0-1 test: near 0 regular, near 1 irregular; a dash where the samples repeat and there is "
-            "nothing to "
-            "test. The exponent says how fast two neighbours part (positive) or meet (negative), over "
-            f"{GROWTH_CYCLES - GROWTH_SKIP} "
-            "periods, with its standard error. The verdict rests on the samples and K; the exponent is a second witness."
+            "K is that of the 0-1 test: near 0 regular, near 1 irregular; a dash where the samples repeat and the test does "
+            "not apply. The exponent is the rate at which two neighbours diverge (positive) or converge (negative), over "
+            f"{GROWTH_CYCLES - GROWTH_SKIP} periods, with its standard error. The verdict is based on the samples and K; the "
+            "exponent is independent evidence."
         ),
         table(head, rows),
         *evidence,
@@ -120,7 +118,7 @@ def _regular_row(case: PaperCase, one: Regularity) -> list[str | Cell]:
 
 
 def control(results: Results) -> list[str]:
-    """What each way of driving achieves and takes, with control and without.
+    """Figures of merit of the drives, with control and without.
 
     Parameters
     ----------
@@ -158,7 +156,7 @@ def control(results: Results) -> list[str]:
             "Fractions of time and forces come from the table of contacts; torques and energies from samples, 25 µs apart in "
             "the stroke, "
             "50 µs on the deployment and 1 ms under the periodic drive, where short peaks are missed. Change per period: root "
-            "mean square of how the journal's place differs from that one period before, in clearances; zero if it repeats.",
+            "mean square of the change of the eccentricity from one period to the next, in clearances; zero if it repeats.",
             "soft",
         ),
     ]
@@ -188,15 +186,14 @@ def _merit_row(name: str, found: Mapping[str, float], change: str = "") -> list[
 def _control_words(
     results: Results, touching: Mapping[float, Mapping[str, float]], kept: Mapping[float, Mapping[str, float]]
 ) -> list[str]:
-    """What control does and where it does nothing, from the numbers."""
+    """Effects of the control schemes, from the numbers."""
     alike = [size for size in CONTROLLED if touching[size]["separations"] == 0.0 and kept[size]["separations"] == 0.0]
     more = max(abs(kept[size]["peak_torque"] / touching[size]["peak_torque"] - 1.0) for size in CONTROLLED)
     stroke = (
-        "The paper's scheme holds the distance of journal and bearing as a constraint and starts in contact. "
+        "The paper's scheme prescribes the eccentricity as a constraint and starts in contact. "
         + (
-            "At every clearance the same start without any control keeps contact just as well: here the scheme does "
-            "nothing that "
-            "the start does not do"
+            "At every clearance the same start without any control keeps contact as well: here the scheme has no effect "
+            "beyond that of the start"
             if len(alike) == len(CONTROLLED)
             else f"Without control the same start keeps contact at {len(alike)} of {len(CONTROLLED)} clearances"
         )
@@ -211,13 +208,11 @@ def _control_words(
     practical = (
         f"A practical controller on a slow deployment keeps contact from {steered['in_contact_from']:.3g} s on instead of "
         f"{driven['in_contact_from']:.3g} s, with {steered['separations']:.0f} instead of {driven['separations']:.0f} "
-        "separations and "
-        f"{steered['peak_torque']:.0f} instead of {driven['peak_torque']:.0f} N m; the peak force hardly falls, from "
-        f"{1e-3 * driven['peak_force']:.2f} to {1e-3 * steered['peak_force']:.2f} kN, because the first impact ends a "
-        "free fall that no "
-        f"torque prevents. At 150 rpm from a concentric start it brings little: {100.0 * best['contact_fraction']:.0f} % "
-        "of the time in "
-        f"contact at best, against {100.0 * free['contact_fraction']:.0f} %."
+        f"separations and {steered['peak_torque']:.0f} instead of {driven['peak_torque']:.0f} N m; the peak force decreases "
+        f"little, from {1e-3 * driven['peak_force']:.2f} to {1e-3 * steered['peak_force']:.2f} kN, because the first impact "
+        "ends a free fall that no torque prevents. At 150 rpm from a concentric start it has little effect: "
+        f"{100.0 * best['contact_fraction']:.0f} % of the time in contact at best, against "
+        f"{100.0 * free['contact_fraction']:.0f} %."
     )
     changes = {
         job.scheme: mismatch(run, MANOEUVRES["periodic"].after)
@@ -231,10 +226,10 @@ def _control_words(
         + (
             "Neither makes the motion periodic."
             if min(changes["pyragas"], changes["extended"]) > PERIODIC_WITHIN
-            else "Where that is nearly zero the joint runs in periodic contact for as long as was looked at; whether it stays "
-            "there only a longer run would tell."
+            else "Where that is nearly zero the joint is in periodic contact during the evaluated periods; its stability "
+            "would need a longer run."
         )
-        + " These are single trajectories of an irregular motion, and differences of a factor of two mean nothing."
+        + " These are single trajectories of an irregular motion, and differences of a factor of two are not significant."
     )
     return [stroke, practical, delayed]
 
@@ -277,10 +272,8 @@ def contacts(results: Results) -> list[str]:
     return [
         paragraph(
             "Counts, fractions of time, impulses and losses come from the table of contacts; arcs and the force in contact "
-            "come from the samples, 25 µs "
-            f"apart. Only joint {JOINT} has clearance, so all energy is dissipated there. The output error is "
-            "that of the slider against the ideal "
-            "mechanism at the same instants."
+            f"come from the samples, 25 µs apart. Only joint {JOINT} has clearance, so all energy is dissipated there. The "
+            "output error is that of the slider against the ideal mechanism at the same instants."
         ),
         table(head, rows),
     ]

@@ -1,4 +1,4 @@
-"""The runs behind the paper's figures, as data: what its text states, and what its lost tables leave open."""
+"""The runs of the paper's figures as data: parameters of its text, and choices for those of its lost tables."""
 
 from __future__ import annotations
 
@@ -38,13 +38,13 @@ SIZES = (0.6e-3, 0.4e-3, 0.2e-3)
 FRICTION = (0.01, 0.03, 0.05, 0.1)
 CONTROLLED = (0.7e-3, 0.5e-3, 0.3e-3, 0.1e-3)
 ARRAY = 0.5e-3
-"""Clearance of the runs in which something else is varied."""
+"""Clearance of the runs in which another parameter is varied."""
 
 STROKE = 0.05
-"""Longest run of one stroke [s]; the text speaks of what happens after 0.03 s."""
+"""Longest run of one stroke [s]; the text describes the time after 0.03 s."""
 
 MARGIN = degrees(10)
-"""A falling stroke ends so far before the angle zero [rad], where two ways to assemble the array meet."""
+"""A falling stroke ends at this angle [rad], before zero, where the two assembly modes of the array meet."""
 
 SPACING = 2.5e-5
 """Between two recorded instants [s]: a tenth of the shortest contacts."""
@@ -62,7 +62,7 @@ Travel = Literal["rising", "falling", "oscillating"]
 
 @dataclass(frozen=True)
 class Choice:
-    """What the paper's lost tables and ambiguous words leave open.
+    """The parameters of the paper's lost tables and ambiguous wording.
 
     Parameters
     ----------
@@ -114,7 +114,7 @@ class PaperCase:
     friction : float or None
         Kinetic coefficient of LuGre friction.
     constrained : bool
-        Whether the paper's control keeps journal and bearing together.
+        Whether the contact is constrained, as by the paper's control.
     start : {"concentric", "in-contact"}
     choice : Choice
     """
@@ -133,7 +133,7 @@ class PaperCase:
 
     @property
     def name(self) -> str:
-        """What the run is called in file names; unique for one choice."""
+        """Name of the run in file names; unique for one choice."""
         parts = ["ideal" if self.clearance is None else f"c-{_number(1e3 * self.clearance)}mm", f"{_rpm(self.speed)}rpm"]
         parts += [] if self.friction is None else [f"friction-{_number(self.friction)}"]
         parts += ["constrained"] if self.constrained else []
@@ -156,7 +156,7 @@ class PaperCase:
 
     @property
     def toml(self) -> str:
-        """The case file of this run, without the control, which is a function of Python."""
+        """The case file of this run, without the constrained contact, which needs a Python function."""
         choice = self.choice
         lines = [
             f"# {self.name}: {choice.words}",
@@ -197,7 +197,7 @@ class PaperCase:
         return "\n".join(lines) + "\n"
 
     def described(self) -> Case:
-        """The mechanism and its run as the case file says."""
+        """The mechanism and options of the case file."""
         with located(self.name):
             return instance(CaseTable, tomllib.loads(self.toml), {"folder": Path()}).case()
 
@@ -231,12 +231,12 @@ def every_case(choice: Choice) -> tuple[PaperCase, ...]:
 
 
 def contact_starts(choice: Choice) -> tuple[PaperCase, ...]:
-    """The runs with control once more, without it: what the start in contact alone does."""
+    """The starts of the runs with control, without control: the effect of the start in contact alone."""
     return tuple(PaperCase(clearance, start="in-contact", choice=choice) for clearance in CONTROLLED)
 
 
 def _number(value: float) -> str:
-    """A number as the user would type it; twelve digits are enough to forget how it was converted."""
+    """A number in the form of a case file; twelve digits, which removes the round-off of conversions."""
     return f"{value:.12g}"
 
 

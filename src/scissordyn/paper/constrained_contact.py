@@ -70,7 +70,7 @@ def with_contact(run: xr.Dataset, mechanism: Mechanism) -> xr.Dataset:
 
 
 def _path(run: xr.Dataset, mechanism: Mechanism, reference: BodyPoint) -> np.ndarray:
-    """Where a point of a moving body is at each instant, shape (time, 2) [m]."""
+    """Position of a point of a moving body at each instant, shape (time, 2) [m]."""
     name, point = reference
     body = mechanism.body(name)
     angle = run["angle"].sel(body=name).values

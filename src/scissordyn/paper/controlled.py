@@ -63,13 +63,13 @@ GUST = Force(
 
 @dataclass(frozen=True)
 class Manoeuvre:
-    """A motion wanted of the driven bar.
+    """A reference motion of the driven bar.
 
     Parameters
     ----------
     title : str
     motion : TimeFunction
-        The angle wanted.
+        The reference angle.
     angle, until : float
         Angle at the start [rad], end of the run [s].
     samples : int
@@ -145,7 +145,7 @@ class ControlledRun:
 
     @property
     def toml(self) -> str:
-        """The mechanism as plain data: what the run depends on."""
+        """The mechanism as plain data, on which the run depends."""
         return json.dumps(to_plain(self.mechanism()))
 
     def mechanism(self) -> Mechanism:
@@ -177,7 +177,7 @@ def _delayed(law: Pyragas | ExtendedDelayedFeedback | None) -> Callable[[Mechani
 
 
 _SCHEMES: dict[tuple[str, str], Callable[[Mechanism, Manoeuvre], Mechanism]] = {
-    # at full speed from the start a limit as on the deployment would only let the bar fall
+    # with full speed at the start, the torque limit of the deployment could not carry the bar
     ("stroke", "feed-forward, feedback"): _fed(FeedForward(PROPORTIONAL, DERIVATIVE)),
     ("stroke", "the same with rate damping"): _fed(
         FeedForward(PROPORTIONAL, DERIVATIVE, eccentricity_rate_damping=ECCENTRICITY_RATE_DAMPING)
@@ -197,7 +197,7 @@ CONTROLLED_RUNS = (
     ),
     *(ControlledRun("periodic", scheme) for scheme in ("ideal", "prescribed", "servo", "pyragas", "extended")),
 )
-"""Those that are not among the paper's own runs."""
+"""The runs that are not the paper's."""
 
 
 def ideal_of(job: ControlledRun) -> ControlledRun:
@@ -219,7 +219,7 @@ def compute(job: ControlledRun) -> xr.Dataset:
     Raises
     ------
     ScissordynError
-        If the run breaks off.
+        If the run fails.
     """
     manoeuvre = MANOEUVRES[job.manoeuvre]
     run = simulate(job.mechanism(), until=manoeuvre.until, samples=manoeuvre.samples)
@@ -247,7 +247,7 @@ def merits(run: xr.Dataset, ideal: xr.Dataset, after: float = 0.0) -> dict[str, 
 
 
 def mismatch(run: xr.Dataset, after: float) -> float:
-    """Root mean square of how the eccentricity changes from one period to the next, in clearances: zero if it repeats.
+    """Root mean square of the change of the eccentricity from one period to the next, in clearances: zero if it repeats.
 
     Parameters
     ----------

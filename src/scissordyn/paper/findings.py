@@ -1,4 +1,4 @@
-"""How each clause of the paper is answered: from measured runs to yes or no, with the numbers."""
+"""Evaluation of the clauses of the paper: from measured runs to yes or no, with the numbers."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ __all__ = [
 ]
 
 VISIBLE = 0.01
-"""Fraction of a curve's range from which a difference is seen: a line's width in a printed figure."""
+"""Smallest visible difference as a fraction of a curve's range: a line's width in a printed figure."""
 
 QUARTER = math.radians(99.0)
 """ "About a quarter" of the bearing: 90 deg and a tenth of it."""
@@ -352,7 +352,7 @@ def quarter(choice: Choice, measured: Measured) -> Finding:
     shown = {f"{friction:g}": f"{math.degrees(m.arc):.0f} deg" for friction, m in found.items()}
     return Finding(
         all(m.arc <= QUARTER for m in found.values()),
-        _listed("arc that holds 95 % of the contact time", shown),
+        _listed("arc with 95 % of the contact time", shown),
         {f"arc_{friction:g}_deg": math.degrees(m.arc) for friction, m in found.items()},
     )
 

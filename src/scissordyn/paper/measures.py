@@ -1,4 +1,4 @@
-"""What the paper's statements are about, measured on one run."""
+"""Measures of one run for the paper's statements."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ CONTINUOUS = 0.99
 """Fraction of time in contact from which contact is called continuous."""
 
 LAST = 0.2
-"""The end of a run is this fraction of it, for what becomes continuous "eventually"."""
+"""Fraction of a run that is its end, for contact that becomes continuous "eventually"."""
 
 CENTRAL_PART = 0.95
 """Fraction of the contact time inside the contact arc."""
@@ -32,16 +32,16 @@ CENTRAL_PART = 0.95
 
 @dataclass(frozen=True)
 class Deviation:
-    """How a quantity differs from that of the ideal run.
+    """Difference of a quantity from that of the ideal run.
 
     Parameters
     ----------
     largest : float
-        Largest difference before `SETTLED`, as a fraction of the range that both curves together cover in a picture.
+        Largest difference before `SETTLED`, as a fraction of the common range of both curves.
     before, after : float
         Root mean square of the difference before `SETTLED` and after it [SI].
     early : float
-        Part of the integral of the squared difference that lies before `SETTLED`.
+        Fraction of the integral of the squared difference before `SETTLED`.
     """
 
     largest: float
@@ -52,7 +52,7 @@ class Deviation:
 
 @dataclass(frozen=True)
 class Measures:
-    """Numbers of one run beside the run with ideal joints.
+    """Numbers of one run, compared with the run with ideal joints.
 
     Parameters
     ----------
@@ -78,7 +78,7 @@ class Measures:
         Root mean square of the slider acceleration's difference from the ideal one after `SETTLED`, over the root mean square
         of the ideal one.
     arc : float
-        Smallest arc of the bearing that holds 95 % of the contact time [rad].
+        Smallest arc of the bearing with 95 % of the contact time [rad].
     trusted_until, end : float
         [s]
     """
@@ -131,11 +131,11 @@ def measure(run: xr.Dataset, ideal: xr.Dataset) -> Measures:
         peak_force=float(np.max(peak, initial=0.0)),
         late_peak_force=max(
             float(np.max(peak[when >= LATE], initial=0.0)),
-            # a contact that peaked before may still press
+            # a contact with an earlier peak can still last
             float(np.max(run["normal_force"].sel(joint=JOINT).values[time >= LATE])),
         ),
         smallest_force=float(np.min(run["normal_force"].sel(joint=JOINT).values)),
-        # at a right angle the ideal reactions are not determined, and that instant is left out
+        # at a right angle the ideal reactions are not determined: that instant is left out
         ideal_force=float(np.nanmax(np.hypot(*ideal["reaction"].sel(joint=JOINT).transpose("axis", "time").values))),
         peak_torque=float(np.max(np.abs(run["drive_torque"].values))),
         ideal_torque=float(np.max(np.abs(ideal["drive_torque"].values))),
@@ -185,7 +185,7 @@ def _series(run: xr.Dataset, name: str) -> np.ndarray:
 
 
 def _part(part: float, whole: float) -> float:
-    """A fraction; nothing of nothing is nothing."""
+    """A ratio; 0/0 is 0."""
     return float(part) / float(whole) if whole else 0.0
 
 
@@ -194,7 +194,7 @@ def _rms(values: np.ndarray) -> float:
 
 
 def _fraction(start: np.ndarray, stop: np.ndarray, since: float, end: float) -> float:
-    """Fraction of the time from `since` to `end` that lies in the intervals."""
+    """Fraction of the time from `since` to `end` inside the intervals."""
     return float(np.sum(np.clip(np.minimum(stop, end) - np.maximum(start, since), 0.0, None))) / (end - since)
 
 

@@ -1,4 +1,4 @@
-"""How the clauses on clearance and friction are answered for the periodic drive, by what the motion settles to."""
+"""Evaluation of the clauses on clearance and friction for the periodic drive, from the asymptotic motion."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The paper's runs: one stroke each, computed side by side and kept as files."""
+"""The paper's runs: one stroke each, computed in parallel and stored as files."""
 
 from __future__ import annotations
 
@@ -8,16 +8,16 @@ from pathlib import Path
 import xarray as xr
 
 from scissordyn.errors import ScissordynError
+from scissordyn.paper.cache import Progress, fetch
 from scissordyn.paper.cases import PaperCase
 from scissordyn.paper.constrained_contact import with_contact
-from scissordyn.paper.kept import Progress, fetch
 from scissordyn.simulation.constrained_contact import constrain_contact
 from scissordyn.simulation.run import simulate
 
 __all__ = ["compute", "fetch_runs"]
 
 NEIGHBOUR = 1e-12
-"""Members of an ensemble differ by this fraction of the clearance: far below any tolerance of manufacture or integration."""
+"""Members of an ensemble differ by this fraction of the clearance: far below tolerances of manufacture and integration."""
 
 
 def compute(case: PaperCase, *, trust: bool = True, member: int = 0) -> xr.Dataset:
@@ -38,7 +38,7 @@ def compute(case: PaperCase, *, trust: bool = True, member: int = 0) -> xr.Datas
     Raises
     ------
     ScissordynError
-        If the run breaks off: a statement about half a run would be about another run.
+        If the run fails.
     """
     described = case.described()
     mechanism = described.mechanism
@@ -54,14 +54,14 @@ def compute(case: PaperCase, *, trust: bool = True, member: int = 0) -> xr.Datas
 def fetch_runs(
     cases: Sequence[PaperCase], folder: Path, *, workers: int | None = None, progress: Progress | None = None
 ) -> dict[PaperCase, xr.Dataset]:
-    """Runs from a folder, where those that are missing or out of date are computed first.
+    """Runs from a folder; those missing or out of date are computed first.
 
     Parameters
     ----------
     cases : sequence of PaperCase
         Of one choice.
     folder : Path
-        Holds a NetCDF file for each run, written whole or not at all.
+        Folder of a NetCDF file for each run, complete or missing.
     workers : int, optional
         Processes; one per processor if not given.
     progress : callable, optional

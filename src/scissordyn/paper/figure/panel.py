@@ -1,4 +1,4 @@
-"""What the figures with one panel per run share."""
+"""Common parts of figures with one panel per run."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ __all__ = ["in_words", "panel_by_case"]
 
 
 def in_words(case: PaperCase) -> str:
-    """What distinguishes a case within its figure."""
+    """Label of a case within its figure."""
     return f"c = {1e3 * (case.clearance or 0.0):g} mm" if case.friction is None else f"friction {case.friction:g}"
 
 

@@ -1,4 +1,4 @@
-"""The mechanisms that are measured: the paper's array with clearance at joint A, and longer ones."""
+"""The mechanisms of the benchmarks: the paper's array with clearance at joint A, and longer ones."""
 
 from __future__ import annotations
 
@@ -9,11 +9,11 @@ __all__ = ["CLEARANCE", "FRICTION", "UNTIL", "array", "clearance_everywhere", "n
 CLEARANCE = 0.5e-3
 UNTIL = 0.05
 FRICTION: tuple[float | None, ...] = (None, 0.01, 0.1)
-"""Frictionless, and the least and the most of the paper's kinetic friction coefficients."""
+"""Frictionless, and the smallest and the largest of the paper's kinetic friction coefficients."""
 
 
 def name_of(kinetic: float | None) -> str:
-    """A case as the tables name it."""
+    """Name of a case in the tables."""
     return "frictionless" if kinetic is None else f"LuGre {kinetic:g}"
 
 

@@ -1,4 +1,4 @@
-"""Figures behind single decisions: tolerances of internal states, energy balance, LuGre's constants, how kernels get arrays."""
+"""Measurements for single decisions: tolerances of internal states, energy balance, LuGre's constants, arguments of kernels."""
 
 from __future__ import annotations
 
@@ -71,7 +71,7 @@ def _reversal() -> str:
         run = sd.simulate(mechanism, until=UNTIL, samples=50_001)
         joint = run.sel(joint="A")
         normal = joint["normal_force"].values
-        # below a newton both forces round to nothing and their ratio to anything
+        # below 1 N the ratio of the two forces is dominated by round-off
         pressed = normal > 1.0
         ratio = np.where(pressed, np.abs(joint["friction_force"].values) / np.where(pressed, normal, 1.0), 0.0)
         loaded = np.where(normal > 1000.0, ratio, 0.0)
@@ -106,10 +106,10 @@ def _handing_over(repeats: int) -> str:
     rows = [[name, f"{1e9 * found.median / CALLS:.1f}"] for name, found in times.items()]
     arrays = sum(isinstance(part, np.ndarray) for part in system)
     text = (
-        f"A call through a typed pointer of a function that touches four of a system's {arrays} arrays, all handed over by\n"
+        f"A call through a typed pointer of a function that touches four of a system's {arrays} arrays, all passed by\n"
         "value or as one address.\n\n"
     )
-    return text + table(["handed over", "per call [ns]"], rows)
+    return text + table(["passed", "per call [ns]"], rows)
 
 
 def _caller(by_value: bool, counts: bool, content: Any) -> Any:

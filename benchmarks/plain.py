@@ -1,4 +1,4 @@
-"""The paper's case as one would write it for scipy: minimal coordinates in plain Python, contacts as terminal events.
+"""The paper's case written for scipy: minimal coordinates in plain Python, contacts as terminal events.
 
 Two units, pinned bar driven, clearance at joint A, Liu stiffness, Flores damping, LuGre friction or none. Unknowns are psi =
 th_1 + th_2 and e_y = (L/2) (sin th_1 - sin th_2) - y, both zero in the ideal array, so that tolerances stay small against the
@@ -25,7 +25,7 @@ STIFFNESS = 0.5 * math.pi * LB * 207e9 / (2.0 * (1.0 - 0.3**2))
 XI = 1.6 * (1.0 / 0.9 - 1.0)
 SIGMA0, SIGMA1, STRIBECK = 1e5, 316.0, 1e-3
 MAX_STEP = 5e-5
-"""Longest step [s]: scipy looks for a crossing by the signs at the ends of a step, and misses whole contacts without it."""
+"""Longest step [s]: scipy finds a root from the signs at the ends of a step, and misses contacts with longer steps."""
 
 
 @dataclass
@@ -103,11 +103,11 @@ class Plain:
         """LuGre's g(v), static coefficient 1.5 times the kinetic one."""
         assert self.kinetic is not None
         ratio = slip / STRIBECK
-        # a product overflows to infinity where a power raises: scipy's first trial steps are long
+        # a product overflows to infinity where a power raises an exception: scipy's first trial steps are long
         return self.kinetic * (1.0 + 0.5 * math.exp(-ratio * ratio))
 
     def run(self) -> Plain:
-        """Go from event to event; the bristles have the same tolerance as in the package."""
+        """Integrate from event to event; the bristles have the same tolerance as in the package."""
         began = time.perf_counter()
         bristles = [] if self.kinetic is None else [100.0 * self.kinetic / SIGMA0]
         atol = self.tolerance * np.array([C, C, 1.0, 1.0, *bristles])
@@ -122,7 +122,7 @@ class Plain:
         return self
 
     def piece(self, t: float, y: np.ndarray, atol: np.ndarray) -> Any:
-        """Until the next crossing."""
+        """Integrate to the next event."""
 
         def crossing(when: float, state: np.ndarray) -> float:
             return self.gap(when, state)

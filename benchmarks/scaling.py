@@ -1,4 +1,4 @@
-"""Longer arrays: one clearance joint must cost the same at any length, many clearance joints in proportion to it."""
+"""Longer arrays: cost with one clearance joint, and with clearance at every joint."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from scissordyn.simulation.trajectory import Trajectory, compute
 
 UNITS = (2, 10, 50, 200)
 SHARED = 1.5
-"""Most that the integration of a long array with one clearance joint may take, in times of that of two units."""
+"""Target for the integration time of a long array with one clearance joint, relative to two units."""
 
 FLIGHT, CONTACT = 1e-3, 2e-3
 """Simulated times with clearance at every joint [s]: before the first contact at 1.4 ms, and after it."""
@@ -24,7 +24,7 @@ FLIGHT, CONTACT = 1e-3, 2e-3
 
 @dataclass(frozen=True)
 class Phases:
-    """What the parts of a run took.
+    """Times of the parts of a run.
 
     Parameters
     ----------
@@ -46,7 +46,7 @@ def measure(quick: bool = False) -> str:
 
 
 def _phases(cases: Mapping[str, tuple[Mechanism, Options]], repeats: int) -> dict[str, Phases]:
-    """Median times of cases that take turns, after one run each that is not counted."""
+    """Median times of alternating cases, after one run each that is not counted."""
     times: dict[str, list[tuple[float, float, float]]] = {name: [] for name in cases}
     paths: dict[str, Trajectory] = {}
     for turn in range(repeats + 1):

@@ -49,7 +49,7 @@ def assert_agree(mechanism: Mechanism, model: Model, joints: Sequence[str], *, c
     """The package's run and a reference model's have the same contacts, eccentricities, torque and energies."""
     reference = March(model, rtol=tolerance, atol=tolerance).run(0.03, most_contacts=contacts)
     end = reference.pieces[-1].end
-    # a microsecond more, so that the last contact has ended on this road too
+    # a microsecond more, so that the last contact has ended in this formulation too
     run = simulate(mechanism, until=end + 1e-6, rtol=TOLERANCE, atol=TOLERANCE)
     assert run.attrs["status"] == "complete"
     ended = [contact for contact in reference.contacts if not math.isnan(contact.duration)]

@@ -84,7 +84,7 @@ def test_edited_law_is_compiled_into_its_callers(copy: Path, tmp_path: Path) -> 
 
 
 def test_old_generations_are_deleted(copy: Path, tmp_path: Path) -> None:
-    """Limit: only the machine code of the latest few editions of the kernels is kept."""
+    """Limit: only the machine code of the latest few editions of the kernels is stored."""
     from scissordyn.jit import KEPT_GENERATIONS
 
     cache, law = tmp_path / "cache", copy / "scissordyn" / "laws" / "elastic" / "liu.py"

@@ -71,7 +71,7 @@ def test_flying_to_and_fro():
 
 
 def test_force_at_two_corners():
-    """Closed form: a force beside the middle is carried by two corners as their levers say, tilted by how they sink."""
+    """Closed form: a force beside the middle is distributed over two corners by their moment arms, with tilt from the indentation."""
     force, stiffness = 100.0, 1e6
     laws = {"stiffness": Linear(stiffness), "damping": KelvinVoigt(2e3)}
     run = simulate(block(elements=(Force("load", ("block", "front"), (0.0, -force)),), **laws), until=0.2)
@@ -87,7 +87,7 @@ def test_force_at_two_corners():
 
 
 def test_tilting_until_it_jams():
-    """Closed form: a torque turns the block until opposite corners touch, a sin th + b cos th = b + c + delta."""
+    """Closed form: a torque rotates the block until opposite corners touch, a sin th + b cos th = b + c + delta."""
     torque, stiffness = 5.0, 1e6
     laws = {"stiffness": Linear(stiffness), "damping": KelvinVoigt(2e3)}
     run = simulate(block(elements=(Torque("turn", "block", torque),), **laws), until=0.3)
@@ -111,7 +111,7 @@ def test_sliding_block_slows_down():
     assert np.min(velocity[:, 0]) > 0.3
     expected = speed - mu * (9.81 * run["time"].values + velocity[:, 1])
     np.testing.assert_allclose(velocity[:, 0], expected, atol=1e-9)
-    # and in the mean as a block that rests: a = -mu g
+    # and on average as a sliding block in equilibrium: a = -mu g
     assert velocity[-1, 0] == pytest.approx(speed - mu * 9.81 * 0.3, abs=mu * 0.15)
 
 
@@ -169,7 +169,7 @@ def test_mechanism_with_a_clearance_guide_and_a_clearance_joint():
 
 
 def test_without_gap_it_is_the_ideal_guide():
-    """Limit: the way from the ideal mechanism's slider shrinks with the gap, and its guide force comes out on average."""
+    """Limit: the distance from the ideal mechanism's slider decreases with the clearance; its guide force agrees on average."""
     linkage = slider_crank(slider_inertia=2e-5, gravity=9.81).driven(speed=rpm(60))
     ideal = simulate(linkage, until=0.5)
     laws = {"stiffness": Linear(1e6), "damping": KelvinVoigt(200.0)}

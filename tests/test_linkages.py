@@ -16,7 +16,7 @@ CLOSE = 1e-9
 
 @pytest.mark.parametrize(("offset", "angle"), [(0.0, 0.0), (0.02, 0.5), (-0.03, 4.0)])
 def test_slider_crank_motion(offset, angle):
-    """Closed form: slider and rod of the ideal slider-crank over a turn, with their first and second derivatives."""
+    """Closed form: slider and rod of the ideal slider-crank over a revolution, with their first and second derivatives."""
     w, r, l = sd.rpm(3000), 0.05, 0.12
     mechanism = sd.slider_crank(crank=r, rod=l, offset=offset, angle=angle).driven(speed=w)
     run = sd.simulate(mechanism, until=0.02, samples=201, **TIGHT)

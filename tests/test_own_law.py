@@ -18,7 +18,7 @@ def foundation(indentation, stiffness, clearance):
 
 
 def hole(indentation):
-    """A law that breaks off beyond a fifth of a micrometre."""
+    """A law that raises an exception beyond a fifth of a micrometre."""
     return 1e9 * indentation if indentation < 5e-5 or indentation > 6e-5 else float("nan")
 
 

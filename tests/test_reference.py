@@ -66,7 +66,7 @@ class FreeMass:
         self.mass, self.speed, self.joints = mass, speed, (joint,)
 
     def start(self):
-        """In the middle of the gap."""
+        """In the middle of the clearance."""
         return np.zeros(1), np.array([self.speed])
 
     def relative(self, t, q, v):

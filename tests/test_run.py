@@ -75,7 +75,7 @@ def test_hidden_states_are_in_the_result(frictional_run):
 
 
 @pytest.mark.parametrize("case", ["clearance_run", "frictional_run"])
-def test_energy_books_balance(case, request):
+def test_energy_balance_closes(case, request):
     """Identity: T + U + V = work - losses within 1e-6 of the largest kinetic energy over 50 ms; losses never fall."""
     run = request.getfixturevalue(case)
     assert float(np.max(np.abs(run["energy_residual"]))) < 1e-6 * float(run["kinetic_energy"].max())
@@ -203,7 +203,7 @@ def test_interrupt_keeps_what_was_computed(clearance_array):
 
 
 def test_unfinished_run_says_why(clearance_array):
-    """Identity: a run that breaks off returns its samples and one line with time, cause and joint."""
+    """Identity: a failed run returns its samples and one line with time, cause and joint."""
     run = simulate(clearance_array, until=0.05, most_steps=100)
     assert run.attrs["status"] == "failed"
     assert "100 steps" in run.attrs["cause"]

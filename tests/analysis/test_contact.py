@@ -73,7 +73,7 @@ def test_impulses_and_losses() -> None:
 
 @pytest.mark.parametrize("turn", [0.0, 1.0, 3.0, 6.2])
 def test_smallest_arc(turn: float) -> None:
-    """Closed form: 19 points on an arc of 0.5 and a stray one, light or heavy; the same wherever the arc is turned to."""
+    """Closed form: 19 points on an arc of 0.5 and a stray one, light or heavy; the same for any rotation of the arc."""
     angles = np.append(np.linspace(0.0, 0.5, 19), math.pi) + turn
     assert smallest_arc(angles, fraction=0.95) == pytest.approx(0.5, abs=1e-12)
     assert smallest_arc(angles) == pytest.approx(math.pi, abs=1e-12)
@@ -99,7 +99,7 @@ def test_smallest_arc_against_search() -> None:
 
 
 def test_contact_arc_is_the_bearing_s() -> None:
-    """Closed form: a contact point that turns by 1 rad in contact; seen from a bearing that turns with it, it stands still."""
+    """Closed form: a contact point that rotates by 1 rad in contact is at rest relative to a bearing that rotates with it."""
     run = made_up_run([(0.0, math.nan)])
     assert float(contact_statistics(run).sel(joint="A")["contact_arc"]) == pytest.approx(1.0, abs=1e-12)
     joints = [{"name": "A", "bearing": ["slider", "centre"]}, {"name": "O", "bearing": ["ground", "origin"]}]
@@ -112,7 +112,7 @@ def test_contact_arc_is_the_bearing_s() -> None:
 
 
 def test_deviation_of_a_made_up_run() -> None:
-    """Closed form: bars of unit 2 lag by 0.3 t and -0.1, a turn more counts nothing; the slider is off by 0.2 sin."""
+    """Closed form: bars of unit 2 lag by 0.3 t and -0.1, a further revolution has no effect; the slider is off by 0.2 sin."""
     ideal, run = made_up_run([]), made_up_run([])
     time = run["time"].values
     run["angle"].values[:, BODIES.index("unit 2/bar 1")] += 0.3 * time

@@ -124,7 +124,7 @@ def test_periodic_runs() -> None:
     assert classify(driven(np.tile([[0.1, 0.2], [0.3, 0.2]], (20, 1)), []), period=1.0).name == "periodic, period 2"
     assert classify(driven(0.9 * rotation(400), []), period=1.0, skip=10).kind == "quasi-periodic"
     assert classify(driven(0.5 * henon(400), []), period=1.0, skip=10).kind == "irregular"
-    with pytest.raises(InputError, match="one falls on each"):
+    with pytest.raises(InputError, match="samples at each of them"):
         classify(driven(ones, []), period=0.77)
 
 
@@ -165,7 +165,7 @@ def test_consensus() -> None:
     assert float(row["deviation"]) == pytest.approx(np.std(growth, ddof=1), rel=1e-14)
     assert (float(row["least"]), float(row["largest"]), int(row["members"])) == (min(growth), max(growth), 3)
     assert found.evidence[0] == "3 of 4 members: irregular; 1 of 4 members: periodic, period 2."
-    assert "does not decide" in consensus([chaotic[0], classify_samples(np.ones(9))]).evidence[1]
+    assert "is undecided" in consensus([chaotic[0], classify_samples(np.ones(9))]).evidence[1]
     with pytest.raises(InputError, match="at least two"):
         consensus(chaotic[:1])
 

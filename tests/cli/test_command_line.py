@@ -120,7 +120,7 @@ def test_interrupted_before_anything_was_computed(
 def test_interrupts_that_a_callback_swallows_still_count(
     capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Identity: Ctrl-C that lands in a callback from C cannot be raised; the error that follows it is taken for it."""
+    """Identity: Ctrl-C in a callback from C cannot be raised; the error that follows it is taken for it."""
 
     @ctypes.CFUNCTYPE(None)
     def callback() -> None:
@@ -136,7 +136,7 @@ def test_interrupts_that_a_callback_swallows_still_count(
 
 
 def test_a_closed_pipe_is_no_error() -> None:
-    """Identity: a reader that leaves after the first line gets no complaint."""
+    """Identity: a reader that closes the pipe after the first line causes no message."""
     command = f"{sys.executable} -m scissordyn.cli.main laws | head -n 1"
     piped = subprocess.run(command, shell=True, capture_output=True, text=True, check=True, timeout=60)
     assert piped.stdout.startswith("stiffness")

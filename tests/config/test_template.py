@@ -41,7 +41,7 @@ def test_templates_can_be_run(tmp_path: Path, kind: str) -> None:
 
 @pytest.mark.parametrize("kind", TEMPLATES)
 def test_template_shows_every_key_with_its_meaning(kind: str) -> None:
-    """Identity: each declared key stands in the text, and each line that is not a further table of a list has a remark."""
+    """Identity: each declared key stands in the text, and each line that is not a further table of a list has a comment."""
     text = template(kind)
     tables = [STRUCTURES[kind], *[DriveTable] * ("drive" in STARTERS[kind]), ClearanceTable, table_of(Run, until="50 ms")]
     tables += [part.table for name, part in PARTS.items() if kind == "mechanism"]

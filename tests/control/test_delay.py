@@ -21,7 +21,7 @@ INERTIA = 0.45
 
 
 def turning(angle=0.3, gravity=0.0, spin=0.0):
-    """A bar of 1 kg and 1 m that turns about a ground pin at its start."""
+    """A bar of 1 kg and 1 m that rotates about a ground pin at its start."""
     rod = sd.Body("rod", 1.0, 0.2, {"start": (0.0, 0.0)}, centre=(0.5, 0.0), angle=angle, angular_velocity=spin)
     pin = sd.Revolute("pin", ("rod", "start"), ("ground", "origin"))
     return Mechanism((rod,), joints=(pin,), ground=(("origin", (0.0, 0.0)),), gravity=gravity, input_body="rod")
@@ -66,7 +66,7 @@ def test_delay_equation(method):
 
 
 def test_history_grows():
-    """Closed form: a run of more steps than the history first has room for goes on as before."""
+    """Closed form: a run of more steps than the initial length of the history is correct."""
     _, error, steps = lagged("rodas4p", 1e-12, until=15.0)
     assert steps > 4096
     assert error < 1e-10

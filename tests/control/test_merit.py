@@ -27,7 +27,7 @@ GUST = Force(
 
 @pytest.fixture(scope="module")
 def disturbed_array():
-    """The array with a clearance joint A and a gust on its slider after half of the way."""
+    """The array with a clearance joint A and a gust on its slider after half of the stroke."""
     return dataclasses.replace(sd.scissor(units=2).with_clearance("A", sd.Clearance(5e-4)), elements=(GUST,))
 
 
@@ -59,7 +59,7 @@ def test_fraction_of_contact(clearance_run):
 
 
 def test_control_keeps_contact(disturbed_array, ideal):
-    """Limit: from a concentric start, within the torque limit, control lands the joint in a tenth of a drive's time.
+    """Limit: from a concentric start, within the torque limit, control has lasting contact in a tenth of the drive's time.
 
     Both keep contact under the gust; with feed-forward alone the array deviates from the reference.
     """

@@ -23,7 +23,7 @@ INERTIA = 0.45
 
 
 def hanging(*elements, angle=0.3, gravity=0.0, spin=0.0):
-    """A bar of 1 kg and 1 m that turns about a ground pin at its start."""
+    """A bar of 1 kg and 1 m that rotates about a ground pin at its start."""
     rod = sd.Body("rod", 1.0, 0.2, {"start": (0.0, 0.0)}, centre=(0.5, 0.0), angle=angle, angular_velocity=spin)
     pin = sd.Revolute("pin", ("rod", "start"), ("ground", "origin"))
     ground = (("origin", (0.0, 0.0)),)
@@ -31,7 +31,7 @@ def hanging(*elements, angle=0.3, gravity=0.0, spin=0.0):
 
 
 def balanced(run, bound=1e-9):
-    """Whether the energy balance closes relative to the energy turned over."""
+    """Whether the energy balance closes relative to the converted energy."""
     turnover = max(float(np.ptp(run["load_work"].values)), float(run["kinetic_energy"].max()))
     return float(np.max(np.abs(run["energy_residual"]))) < bound * turnover
 
@@ -58,7 +58,7 @@ def test_moving_reference():
 
 
 def test_error_is_wrapped():
-    """Identity: a reference a whole turn away is the same reference."""
+    """Identity: a reference a full revolution away is the same reference."""
     runs = [
         sd.simulate(
             hanging().controlled(PID(30.0, 0.9), reference=Polynomial((a,)), start_on_reference=False), until=1.0, **TIGHT
@@ -84,7 +84,7 @@ def test_integral_removes_the_error(method):
 
 
 def test_limit_is_exact():
-    """Closed form: at its limit an actuator turns the bar evenly."""
+    """Closed form: at its limit an actuator accelerates the bar uniformly."""
     run = sd.simulate(
         hanging().controlled(PID(1e4, limit=0.9), reference=Polynomial((2.5,)), start_on_reference=False), until=1.0, **TIGHT
     )
@@ -100,7 +100,7 @@ def test_ramp_is_exact():
 
 
 def test_integral_does_not_wind_up():
-    """Limit: at its limit the integral settles where the wanted torque exceeds the limit by k_i e T_t; it cannot run away."""
+    """Limit: at its limit the integral settles where the commanded torque exceeds the limit by k_i e T_t; it does not wind up."""
     wall = TorsionSpring("wall", "rod", stiffness=1e6, free_angle=0.3, damping=1e3)
     run = sd.simulate(
         hanging(wall).controlled(
@@ -197,7 +197,7 @@ def test_user_controller():
 
 
 @pytest.mark.parametrize("friction", [sd.NoFriction(), sd.LuGre(0.05)])
-def test_books_close_with_everything(friction):
+def test_energy_balance_closes_with_everything(friction):
     """Identity: the energy balance closes with feedback, integral, rate damping, limit and contacts together."""
     arm, reference = (
         sd.scissor(units=2).with_clearance("A", sd.Clearance(5e-4, friction=friction)),
@@ -241,7 +241,7 @@ def test_catalogue():
         (lambda: PID(1.0, ramp=0.1), "without a limit"),
         (lambda: CONTROLLERS["pyragas"](1.0, 0.5, recorded="sped"), "did you mean 'speed'"),
         (lambda: hanging().controlled(FeedForward(eccentricity_rate_damping=1.0)), "without a sensor"),
-        (lambda: hanging().controlled(PID(1.0), feed_forward=Polynomial((1.0,))), "no use of a feed-forward"),
+        (lambda: hanging().controlled(PID(1.0), feed_forward=Polynomial((1.0,))), "does not use a feed-forward"),
         (lambda: hanging().controlled(PID(1.0), sensor="pni"), "did you mean 'pin'"),
         (lambda: hanging().controlled(PID(1.0), sensor=("rod", "tip")), "point 'tip'"),
         (lambda: hanging().controlled(PID(1.0), reference=Polynomial((0.0,)), speed=1.0), "both reference and speed"),

@@ -122,7 +122,7 @@ def bounce(t, y, guard, address, record):
 
 @kernel()
 def energies(t, y, address, power, watched):
-    """The ball's speed squared to integrate, its speed to watch."""
+    """The ball's speed squared to integrate, its speed to monitor."""
     power[0] = y[1] * y[1]
     watched[0, 0] = abs(y[1])
 

@@ -70,7 +70,7 @@ def test_tags_are_shared_only_with_a_kernel(kind):
 
 @pytest.mark.parametrize(("kind", "name"), ENTRIES)
 def test_facts(kind, name):
-    """Identity: every law satisfies its protocol, fits in its row and tells name, source, units and help."""
+    """Identity: every law satisfies its protocol, fits in its row and has name, source, units and help."""
     law = catalogue.law(kind, name)
     assert isinstance(law(), KINDS[kind])
     assert len(law().parameters(JOINT)) <= PARAMETERS

@@ -206,7 +206,7 @@ def test_elasto_plastic_does_not_creep():
 
 
 def test_elasto_plastic_transition():
-    """Closed form: alpha is 0 at z_ba, 1/2 halfway to z_max and 1 there; 0 whenever v turns back."""
+    """Closed form: alpha is 0 at z_ba, 1/2 halfway to z_max and 1 there; 0 whenever v changes its sign."""
     sliding = Sliding(ElastoPlastic(breakaway=0.6))
     v = 0.5  # far above the Stribeck speed: z_max = mu_k/sigma_0
     farthest, breakaway = 0.05 / 1e5, 0.6 * 0.05 / 1e5

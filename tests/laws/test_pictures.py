@@ -25,7 +25,7 @@ def test_impact():
     assert area == pytest.approx(0.5 * 3.0 * 0.4**2 * (1.0 - history.restitution**2), rel=1e-5)
 
 
-def test_swing_loses_what_friction_takes():
+def test_oscillation_loses_the_work_of_friction():
     """Limit: sliding far beyond the bristles' length, a period of Dahl's friction costs 4 a mu, as Coulomb's."""
     dahl = catalogue.FRICTION["dahl"](kinetic=0.05)
     history = oscillation(dahl, JOINT, amplitude=1e-2, frequency=10.0, samples=4001)
@@ -44,7 +44,7 @@ def test_steady_coefficient():
 
 @pytest.mark.parametrize(("kind", "name"), ENTRIES)
 def test_every_law_can_be_drawn(kind, name):
-    """Limit: what is drawn is finite, starts and ends where it should, and names the law."""
+    """Limit: the curves are finite, start and end at their limits, and name the law."""
     axes = draw_law(catalogue.law(kind, name)())
     assert len(axes) == (2 if kind == "friction" else 1)
     assert name in axes[0].get_title(loc="left")

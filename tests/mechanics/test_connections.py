@@ -19,7 +19,7 @@ GROUND = (("origin", (0.0, 0.0)),)
 
 
 def pendulum(angle=0.3, **parts):
-    """A uniform bar of 2 kg and 1 m that turns about a ground pin under gravity."""
+    """A uniform bar of 2 kg and 1 m that rotates about a ground pin under gravity."""
     return sd.Mechanism((sd.bar("rod", length=1.0, mass=2.0, angle=angle),), joints=(PIN,), ground=GROUND, **parts)
 
 
@@ -71,7 +71,7 @@ def test_link_is_a_bar_without_mass():
 
 
 def test_jack_lifts_an_array():
-    """Closed form: a jack across one unit prescribes the opening angle, L^2 = 2 l^2 (1 - cos 2 th) between the bars' starts."""
+    """Closed form: a jack across one unit prescribes the angle, L^2 = 2 l^2 (1 - cos 2 th) between the bars' starts."""
     arm = sd.scissor(units=2, bar_length=1.0, bar_mass=1.0, slider_mass=1.0, angle=0.5)
     jack = sd.Rod("jack", ("ground", "origin"), ("slider", "centre"), motion=Cycloidal(math.sin(0.5), math.sin(0.9), 0.5))
     run = sd.simulate(dataclasses.replace(arm, rods=(jack,)), until=0.5, **TIGHT)
@@ -84,7 +84,7 @@ def test_jack_lifts_an_array():
 
 @pytest.mark.parametrize("method", METHODS)
 def test_latch_is_a_plastic_impact(method):
-    """Closed form: spin at the latch from the fall, all of it lost, and afterwards the torque that holds the bar."""
+    """Closed form: angular velocity at the latch after the fall, all of it lost, and then the torque on the bar."""
     run = sd.simulate(pendulum(latches=(sd.Latch("catch", "rod", angle=-0.5),)), until=1.0, method=method, **TIGHT)
     inertia, weight = 2.0 / 3.0, 2.0 * 9.81 * 0.5
     fallen = weight * (math.sin(0.3) + math.sin(0.5))
@@ -160,7 +160,7 @@ def test_travel_stop_without_loss_reverses(method):
     assert worst_residual(run) < 1e-8
 
 
-def test_rest_in_clearance_joints():
+def test_equilibrium_in_clearance_joints():
     """Identity: from static equilibrium nothing moves, and joints carry nearly the reactions of the ideal array."""
     arm = sd.scissor(units=2, bar_length=2.0, bar_mass=5.68, slider_mass=5.0, angle=sd.degrees(30))
     mechanism = arm.with_clearance("all", sd.Clearance(0.1e-3)).driven(Polynomial((sd.degrees(30),)))
@@ -173,7 +173,7 @@ def test_rest_in_clearance_joints():
     assert np.allclose(run["normal_force"].values[0, touching], force[touching], rtol=0.01)
 
 
-def test_rest_on_a_hinge_spring():
+def test_equilibrium_on_a_hinge_spring():
     """Closed form: k (th - th_0) = -(2m + m_s) g L cos th holds the folded array up."""
     arm = sd.scissor(units=2, bar_length=2.0, bar_mass=5.68, slider_mass=5.0, angle=sd.degrees(30))
     spring = sd.TorsionSpring("spring", "unit 1/bar 1", stiffness=2000.0, free_angle=0.6)
@@ -182,8 +182,8 @@ def test_rest_on_a_hinge_spring():
     assert np.allclose(run["angle"].sel(body="unit 1/bar 1"), exact, atol=1e-9)
 
 
-def test_no_rest_without_support():
-    """A body that nothing holds has no rest, and the message says so."""
+def test_no_equilibrium_without_support():
+    """A body without support has no equilibrium, and the message says so."""
     with pytest.raises(sd.InputError, match="no equilibrium was found"):
         sd.simulate(sd.Mechanism((sd.point_mass("p", mass=1.0),)), until=0.1, start="static")
 
@@ -198,7 +198,7 @@ def test_constrained_contact_published_figures():
     assert worst_residual(run) < 1e-6
 
 
-def test_constrained_contact_says_where_it_would_pull():
+def test_constrained_contact_warns_of_negative_force():
     """Started at -90 degrees the scheme fails (theory section 5), and the run names joint, time and force."""
     run = sd.simulate(sd.constrain_contact(paper(), direction=-math.pi / 2), until=0.05)
     assert float(run["rod_force"].min()) < 0.0
@@ -239,7 +239,7 @@ def test_latch_at_its_angle_is_refused():
 
 
 def test_more_contacts_at_the_start_than_the_log_begins_with():
-    """Limit: an array of 100 units rests in all its 300 pins at once."""
+    """Limit: an array of 100 units is in equilibrium in all its 300 pins at once."""
     arm = sd.scissor(units=100, bar_length=0.5, bar_mass=0.1, slider_mass=0.1, angle=sd.degrees(60))
     resting = arm.with_clearance("all", sd.Clearance(1e-4)).driven(Polynomial((sd.degrees(60),)))
     run = sd.simulate(resting, until=1e-6, start="in-contact", samples=2)

@@ -1,4 +1,4 @@
-"""Springs, dampers, loads, motors, welds and the courses of motions, against closed forms and energy balance."""
+"""Springs, dampers, loads, motors, welds and time functions, against closed forms and energy balance."""
 
 import math
 
@@ -16,7 +16,7 @@ TIGHT = {"rtol": 1e-11, "atol": 1e-11, "samples": 101}
 
 
 def hanging(*elements, inertia=0.2, angle=0.3, gravity=0.0, spin=0.0):
-    """A bar of 1 kg that turns about a ground pin at its start, with some elements."""
+    """A bar of 1 kg that rotates about a ground pin at its start, with some elements."""
     rod = sd.bar("rod", length=1.0, mass=1.0, inertia=inertia, angle=angle)
     rod = sd.Body(**{**rod.__dict__, "angular_velocity": spin})
     pin = sd.Revolute("pin", ("rod", "start"), ("ground", "origin"))
@@ -25,13 +25,13 @@ def hanging(*elements, inertia=0.2, angle=0.3, gravity=0.0, spin=0.0):
 
 
 def balanced(run, bound=1e-9):
-    """Whether the energy balance closes relative to the energy turned over."""
+    """Whether the energy balance closes relative to the converted energy."""
     turnover = max(float(np.ptp(run[name].values)) for name in ("spring_energy", "potential_energy", "load_work"))
     turnover = max(turnover, float(run["kinetic_energy"].max()))
     return float(np.max(np.abs(run["energy_residual"]))) < bound * turnover
 
 
-def test_hinge_spring_swings():
+def test_hinge_spring_oscillates():
     """Closed form: a hinge spring gives th = th_0 cos(sqrt(k/I) t) about its free angle."""
     run = sd.simulate(hanging(TorsionSpring("hinge", "rod", stiffness=30.0, free_angle=0.1)), until=2.0, **TIGHT)
     about_pin = 0.2 + 0.25
@@ -41,7 +41,7 @@ def test_hinge_spring_swings():
 
 
 def test_hinge_damper_decays():
-    """Closed form: a hinge damper alone slows a turning bar exponentially."""
+    """Closed form: a hinge damper alone slows a rotating bar exponentially."""
     run = sd.simulate(hanging(TorsionSpring("brake", "rod", damping=0.9), spin=5.0), until=1.0, **TIGHT)
     exact = 5.0 * np.exp(-0.9 / 0.45 * run["time"])
     assert np.allclose(run["angular_velocity"].sel(body="rod"), exact, rtol=1e-8)
@@ -68,8 +68,8 @@ def test_spring_between_free_masses():
     assert balanced(run)
 
 
-def test_constant_torque_and_course():
-    """Closed form: a torque spins the bar up evenly; with a course in t it does so as t^2/2."""
+def test_constant_torque_and_time_function():
+    """Closed form: a constant torque accelerates the bar uniformly; with a time function t the speed is t^2/2."""
     steady = sd.simulate(hanging(Torque("push", "rod", 0.9)), until=1.0, **TIGHT)
     assert np.allclose(steady["angular_velocity"][:, 0], 2.0 * steady["time"], atol=1e-9)
     growing = sd.simulate(hanging(Torque("push", "rod", 0.9, time_function=Polynomial((0.0, 1.0)))), until=1.0, **TIGHT)
@@ -109,7 +109,7 @@ def test_motor_limit():
 
 
 def test_backwards_motor():
-    """Limit: a motor with a negative stall torque runs the other way up to the same speed."""
+    """Limit: a motor with a negative stall torque runs in the opposite sense to the same speed."""
     run = sd.simulate(hanging(Motor("motor", "rod", -2.0, 10.0)), until=40.0, **TIGHT)
     assert float(run["angular_velocity"][-1, 0]) == pytest.approx(-10.0, rel=1e-6)
 
@@ -147,8 +147,8 @@ MOTIONS = [
 
 
 @pytest.mark.parametrize("motion", MOTIONS, ids=lambda motion: type(motion).__name__)
-def test_courses_and_their_derivatives(motion):
-    """Cross-check: each derivative of a course is the central difference of the one before."""
+def test_time_functions_and_their_derivatives(motion):
+    """Cross-check: each derivative of a time function is the central difference of the one before."""
     rows, here, up, down = motion_rows(motion, 0.7), np.zeros(4), np.zeros(4), np.zeros(4)
     for t in (0.05, 0.31, 0.43, 0.77, 0.93):
         course_at(t, rows, here)
@@ -184,7 +184,7 @@ def test_motor_driven_array_with_clearance_joint():
     assert balanced(run, 1e-6)
 
 
-def test_slot_on_a_turning_arm():
+def test_slot_on_a_rotating_arm():
     """Closed form: a bead in a frictionless radial slot of an arm at constant speed runs away as cosh(w t)."""
     arm = sd.bar("arm", length=1.0, mass=1.0)
     bead = sd.point_mass("bead", mass=0.2, position=(0.3, 0.0))
@@ -204,7 +204,7 @@ def test_slot_on_a_turning_arm():
 
 
 def test_slot_on_a_free_arm_keeps_its_momentum():
-    """Identity: with a free arm the angular momentum about the pin is kept, by both families of methods."""
+    """Identity: with a free arm the angular momentum about the pin is constant, by both families of methods."""
     arm = sd.bar("arm", length=1.0, mass=1.0, angle=0.4)
     arm = sd.Body(**{**arm.__dict__, "angular_velocity": 5.0})
     bead = sd.point_mass(

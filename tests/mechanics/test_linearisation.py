@@ -30,7 +30,7 @@ def touching_state(joint, units, rng):
     functions.project(0.0, state, handle.address)
     gap, rate = np.zeros(1), np.zeros(1)
     functions.guards(0.0, state, handle.address, gap, rate)
-    system.radius[0, 0] += gap[0] - EDGE  # move the rim to where the journal is
+    system.radius[0, 0] += gap[0] - EDGE  # move the bearing surface to the journal
     system.mode[0], system.approach[0] = 1, 0.5
     return handle, state, n
 

@@ -117,7 +117,7 @@ def test_pushed_ring():
     ids=["polar", "kinked", "ring 6", "ring 13", "mast", "platform", "ring with clearance at a pivot", "ring with clearance"],
 )
 def test_degrees_of_freedom(array, freedom):
-    """Identity: free coordinates less conditions are the degrees of freedom, also where joints are redundant."""
+    """Identity: free coordinates less constraints are the degrees of freedom, also where joints are redundant."""
     assert degrees_of_freedom(array) == freedom
 
 

@@ -24,7 +24,7 @@ def angle(mechanism):
     return sd.simulate(mechanism, **TIGHT)["angle"].sel(body="rod").values
 
 
-def test_payload_swings_as_a_pinned_mass():
+def test_payload_oscillates_as_a_pinned_mass():
     """Cross-check: a payload in the body against a body of its own on a pin, to 1e-10 rad over 1 s."""
     tip = math.cos(0.3), math.sin(0.3)
     ball = sd.point_mass("ball", mass=3.0, position=tip)
@@ -33,7 +33,7 @@ def test_payload_swings_as_a_pinned_mass():
     assert np.allclose(angle(loaded), angle(pinned), rtol=0, atol=1e-10)
 
 
-def test_panel_swings_as_a_welded_bar():
+def test_panel_oscillates_as_a_welded_bar():
     """Cross-check: a panel over half of a bar against a bar of its own that is welded on, to 1e-10 rad over 1 s."""
     panel = sd.bar("panel", length=0.5, mass=3.0, angle=0.3)
     welded = pendulum(panel, welds=(Weld("seam", ("rod", "start"), ("panel", "start")),))
@@ -41,7 +41,7 @@ def test_panel_swings_as_a_welded_bar():
     assert np.allclose(angle(loaded), angle(welded), rtol=0, atol=1e-10)
 
 
-def test_payload_inertia_slows_the_swing():
+def test_payload_inertia_slows_the_oscillation():
     """Closed form: small oscillations of a bar with a disc at its end have w^2 = g (m L/2 + M L)/(m L^2/3 + M L^2 + I)."""
     hanging = pendulum()
     low = dataclasses.replace(hanging.body("rod"), angle=-0.5 * math.pi + 1e-3)
@@ -53,7 +53,7 @@ def test_payload_inertia_slows_the_swing():
 
 
 def test_payload_at_a_joint():
-    """Identity: a payload at a joint rests on the journal's body; on a slider it only adds mass."""
+    """Identity: a payload at a joint is on the journal's body; on a slider it only adds mass."""
     arm = sd.scissor(units=2)
     assert sd.with_payload(arm, "unit 1/upper", 2.0) == sd.with_payload(arm, ("unit 1/bar 1", "end"), 2.0)
     slider = sd.with_payload(arm, ("slider", "centre"), 2.0).body("slider")

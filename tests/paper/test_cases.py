@@ -42,7 +42,7 @@ def test_a_choice_reaches_the_mechanism():
     assert described.mechanism.bodies == scissor(driven_bar="slider", angle=degrees(60)).bodies
 
 
-def test_a_swing_is_as_fast_as_the_stroke():
+def test_the_oscillation_is_as_fast_as_the_stroke():
     """Closed form: amplitude times frequency is the largest speed, and the run lasts two periods."""
     case = PaperCase(speed=rpm(250), choice=Choice(angle=degrees(45), travel="oscillating"))
     motion = case.described().mechanism.drives[0].motion

@@ -45,7 +45,7 @@ def test_a_constrained_run_is_one_contact(runs):
 
 
 def test_a_constrained_run_has_figures_of_merit(runs):
-    """Limit: contact is kept from the start, nothing separates, and the peak force is that of the constraint."""
+    """Limit: contact from the start, no separation, and the peak force is that of the constraint."""
     case = PaperCase(0.3e-3, constrained=True)
     found = merits(runs[case], runs[case.ideal])
     assert (found["contact_fraction"], found["separations"], found["in_contact_from"]) == (pytest.approx(1.0), 0.0, 0.0)

@@ -18,7 +18,7 @@ from scissordyn.paper.controlled import (
 
 
 def test_names_and_mechanisms_are_distinct():
-    """Identity: no run overwrites another one's file, and what is kept tells them apart."""
+    """Identity: no run overwrites another one's file, and their keys differ."""
     assert len({job.name for job in CONTROLLED_RUNS}) == len(CONTROLLED_RUNS)
     assert len({(job.manoeuvre, job.toml) for job in CONTROLLED_RUNS}) == len(CONTROLLED_RUNS)
     for job in CONTROLLED_RUNS:
@@ -27,7 +27,7 @@ def test_names_and_mechanisms_are_distinct():
 
 
 def test_the_deployment_lands_within_its_limit():
-    """Limit: no torque above the limit, contact kept soon, and the gust costs milliradians; without control it lands late."""
+    """Limit: no torque above the limit, early lasting contact, milliradians of error in the gust; late contact without control."""
     job, driven = ControlledRun("deployment", "feed-forward, feedback"), ControlledRun("deployment", "prescribed")
     ideal = compute(ideal_of(job))
     steered, prescribed = (merits(compute(one), ideal) for one in (job, driven))

@@ -54,7 +54,7 @@ def test_contacts_are_counted_and_assigned():
     assert (found.trusted_until, found.end) == (0.02, 0.05)
 
 
-def test_a_contact_that_peaked_before_still_presses():
+def test_a_contact_with_an_earlier_peak_still_has_force():
     """Closed form: the force after 30 ms is that of a contact with its peak at 10 ms."""
     found = measure(made(force=2.5, contacts=[(0.009, math.nan, 8.0, 0.001)], touching=TIME >= 0.009), made())
     assert found.late_peak_force == 2.5

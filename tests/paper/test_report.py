@@ -110,7 +110,7 @@ def test_the_tables_say_the_same_as_the_page(report):
 
 
 def test_the_tables_beyond_the_paper_have_every_case(report):
-    """Identity: a row for each motion, each contact statistic and each way of driving, and counts that the top repeats."""
+    """Identity: a row for each motion, each contact statistic and each control scheme, and counts that the top repeats."""
     text = report.report.read_text()
 
     def rows(name):

@@ -1,4 +1,4 @@
-"""Runs are made once, kept whole, and made anew when they are out of date."""
+"""Runs are computed once, stored completely, and computed again when they are out of date."""
 
 import pytest
 import xarray as xr
@@ -79,7 +79,7 @@ def test_the_number_of_processes_changes_nothing(runs, tmp_path):
 
 
 def test_every_run_is_trusted_and_whole(runs):
-    """Limit: a tenth of the tolerance tells the same story to the end, so that the answers belong to trajectories."""
+    """Limit: a tenth of the tolerance gives the same results to the end, so that the answers are of trajectories."""
     assert list(runs) == list(every_case(Choice()))
     for case, run in runs.items():
         assert run.attrs["trusted_until"] == pytest.approx(case.until)

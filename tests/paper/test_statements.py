@@ -108,7 +108,7 @@ SPOILED = {
 
 
 @pytest.mark.parametrize("clause", CLAUSES, ids=lambda clause: clause.key)
-def test_a_clause_tells_yes_from_no(clause):
+def test_a_clause_is_yes_or_no(clause):
     """Limit: yes to measures made up after the paper's words, no once a single run is spoiled."""
     measured = as_the_paper_says()
     yes = answer(clause, CHOICE, measured)
@@ -120,7 +120,7 @@ def test_a_clause_tells_yes_from_no(clause):
     assert no.finding.words != yes.finding.words
 
 
-def test_a_verdict_knows_which_runs_it_rests_on():
+def test_a_verdict_depends_on_its_own_runs():
     """Identity: a run beyond its predictability horizon marks its own clauses only."""
     measured = as_the_paper_says()
     measured[PaperCase(friction=0.03)] = dataclasses.replace(measured[PaperCase(friction=0.03)], trusted_until=0.01)
@@ -160,12 +160,12 @@ UNSETTLED = {
 
 
 def test_every_clause_that_the_periodic_drive_answers_is_spoiled():
-    """Identity: the table above leaves none out."""
+    """Identity: the table above includes all."""
     assert set(UNSETTLED) == {clause.key for clause in CLAUSES if clause.periodically is not None}
 
 
 @pytest.mark.parametrize("clause", [clause for clause in CLAUSES if clause.key in UNSETTLED], ids=lambda clause: clause.key)
-def test_a_clause_tells_yes_from_no_under_the_periodic_drive(clause):
+def test_a_clause_is_yes_or_no_under_the_periodic_drive(clause):
     """Limit: yes to motions made up after the paper's words, no once a single one is spoiled; the stroke does not care."""
     measured, settled = as_the_paper_says(), settled_as_the_paper_says()
     yes = answer(clause, CHOICE, measured, settled)

@@ -41,7 +41,7 @@ def scene(run: xr.Dataset, arm: Mechanism) -> Scene:
 
 
 def test_bodies_and_pins_are_where_the_run_has_them(run: xr.Dataset, arm: Mechanism, scene: Scene) -> None:
-    """Cross-check: each frame against the placement that still pictures are drawn from."""
+    """Cross-check: each frame against the placement of the static pictures."""
     shapes = {shape.name: shape for shape in scene.shapes}
     for frame, sample in enumerate(FRAMES.tolist()):
         placed = Placement.at(arm, run, sample)
@@ -57,7 +57,7 @@ def test_bodies_and_pins_are_where_the_run_has_them(run: xr.Dataset, arm: Mechan
 
 
 def test_everything_stays_inside_the_picture(scene: Scene) -> None:
-    """Identity: no point of a body, pin or spring leaves the corners."""
+    """Identity: every point of a body, pin or spring is inside the corners."""
     for shape in scene.shapes:
         if shape.kind != "guide":
             assert np.all((shape.points >= scene.low) & (shape.points <= scene.high))

@@ -168,7 +168,7 @@ def test_contact_that_outlasts_the_run(run: xr.Dataset) -> None:
 
 
 def test_force_without_contacts(ideal: xr.Dataset) -> None:
-    """Limit: no contact leaves a readable panel that says so, and no panel for a friction that is nowhere."""
+    """Limit: without contact there is a panel with a note, and without friction no panel for it."""
     (axes,) = force(made_up(contacts=False), ideal)
     assert "no contact in this run" in [text.get_text() for text in axes.texts]
     assert not axes.collections
@@ -271,7 +271,7 @@ def test_bars_are_drawn_where_they_are(run: xr.Dataset, arm: Mechanism) -> None:
 
 
 def test_turned_frame(run: xr.Dataset, arm: Mechanism) -> None:
-    """Closed form: a body turned by a quarter carries its points a quarter turn about its mass centre."""
+    """Closed form: a body turned by a quarter rotates its points by a quarter revolution about its mass centre."""
     placed = Placement.at(arm, run, 0)
     quarter = Placement(arm, placed.centre, {**placed.angle, "unit 1/bar 1": math.pi / 2})
     middle = placed.centre["unit 1/bar 1"]
@@ -292,7 +292,7 @@ def test_outlines() -> None:
 
 
 def test_magnified_joint(run: xr.Dataset, arm: Mechanism) -> None:
-    """Closed form: in units of R_J the gap is 0.35 wide, so a journal in contact overlaps the bearing by delta only."""
+    """Closed form: in units of R_J the clearance is 0.35, so a journal in contact overlaps the bearing by delta only."""
     sample = int(np.argmax(run["normal_force"].sel(joint="A").values))
     axes = magnified(run, arm, sample, "A", axes=Figure().subplots())
     bearing, journal = axes.patches
@@ -385,7 +385,7 @@ def test_every_legend_entry_looks_different(run: xr.Dataset, ideal: xr.Dataset, 
 
 
 def test_one_sample() -> None:
-    """Limit: a run that broke off at its start can be drawn too."""
+    """Limit: a run that failed at its start can be drawn too."""
     short = made_up().isel(time=[0])
     for drawn in figures(short, None, mechanism_with(("A",))).values():
         drawn[0].get_figure(root=True).draw_without_rendering()
@@ -425,7 +425,7 @@ def test_nothing_is_left_by_a_failed_write(run: xr.Dataset, arm: Mechanism, tmp_
 
 
 def test_no_pyplot() -> None:
-    """Identity: drawing never loads pyplot, whose windows and global state have no place in a library."""
+    """Identity: drawing never loads pyplot, with its windows and global state."""
     import subprocess
     import sys
 

@@ -113,7 +113,7 @@ def test_spectrum_names_its_peaks() -> None:
 
 
 def test_bifurcation_shows_every_cycle() -> None:
-    """Identity: every kept cycle is a dot over its value; other variables and joints can be chosen, wrong ones are named."""
+    """Identity: every stored cycle is a dot over its value; other variables and joints can be chosen, wrong ones are named."""
     data = diagram()
     (axes,) = bifurcation(data)
     assert (axes.get_xlabel(), axes.get_ylabel()) == ("radial clearance [mm]", "velocity of the slider [m/s]")

@@ -93,7 +93,7 @@ class Block:
             t, state = path.t[-1], path.y[:, -1]
             for k in range(4):
                 _, _, _, depth, rate = self.corner(state, k)
-                # a corner that arrives with another one is past its root already when the next piece begins
+                # a corner that makes contact together with another one is past its root when the next piece begins
                 together = not self.touching[k] and depth > -1e-14 and rate > 0.0
                 if path.t_events[k].size or together:
                     self.touching[k] = not self.touching[k]

@@ -1,4 +1,4 @@
-"""From contact to contact: scipy's integrators over smooth pieces of motion, joined at roots of the gap."""
+"""From contact to contact: scipy's integrators over smooth pieces of motion, joined at roots of the indentation."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ class ClearanceJoint:
 
 
 class Relative(NamedTuple):
-    """Eccentricity and its rate, spins of the journal's and the bearing's bodies."""
+    """Eccentricity and its rate, angular velocities of the journal's and the bearing's bodies."""
 
     ex: float
     ey: float
@@ -148,7 +148,7 @@ def touch(joint: ClearanceJoint, at: Relative, approach: float, bristle: float) 
 
 @dataclass
 class March:
-    """A model on its way from contact to contact.
+    """A model integrated from contact to contact.
 
     The state is coordinates, rates, one bristle deflection per joint, then drive work, elastic energy, damping loss and
     friction loss, which ride along so that the energy balance can be drawn.
@@ -261,7 +261,7 @@ class March:
         return self
 
     def sharpen(self, found: Any, j: int, open_: tuple[Contact | None, ...]) -> tuple[float, np.ndarray]:
-        """The crossing once more, by steps that end on it: the interpolant between steps is coarser than the steps."""
+        """The root again, by steps that end on it: the interpolant between steps is coarser than the steps."""
         begin, y = float(found.t[-2]), found.y[:, -2]
         t, state = float(found.t[-1]), found.y[:, -1].copy()
         for _ in range(5):

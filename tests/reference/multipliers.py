@@ -147,7 +147,7 @@ class Multipliers:
         return position, gradient @ rates.ravel() - prescribed, gradient[:, self.active], g
 
     def close(self, t: float, q: np.ndarray, v: np.ndarray, pins: Any) -> tuple[np.ndarray, np.ndarray]:
-        """The nearest state that fulfils the conditions, positions by Newton's method and then rates."""
+        """The nearest state that fulfils the constraints, positions by Newton's method and then rates."""
         for _ in range(30):
             position, _, gradient, _ = self.conditions(t, q, v, pins)
             if np.max(np.abs(position), initial=0.0) < 1e-14:
@@ -168,7 +168,7 @@ class Multipliers:
         return self.close(t, q, v, self.pins)
 
     def drift(self, t: float, q: np.ndarray, v: np.ndarray) -> float:
-        """Largest error of a position condition [m or rad]."""
+        """Largest error of a position constraint [m or rad]."""
         return float(np.max(np.abs(self.conditions(t, q, v, self.pins)[0]), initial=0.0))
 
     def relative(self, t: float, q: np.ndarray, v: np.ndarray) -> list[Relative]:

@@ -13,7 +13,7 @@ from reference.marching import ClearanceJoint, Load, Relative
 
 @dataclass(frozen=True)
 class SliderCrank:
-    """Crank turning at constant speed, rod, slider on the x axis; no gravity.
+    """Crank rotating at constant speed, rod, slider on the x axis; no gravity.
 
     The journal is the end of the rod; integrated is its place (e_x, e_y) in the slider's bearing, from which the rod's
     direction b follows: r sin a + l sin b = e_y.

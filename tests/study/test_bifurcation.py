@@ -63,7 +63,7 @@ def test_two_processes_give_the_same(impacting, diagram):
 
 
 def test_interrupted_and_taken_up(impacting, diagram, tmp_path):
-    """Identity: Ctrl-C after the first value leaves it in the store; a second call does the others and no more."""
+    """Identity: Ctrl-C after the first value keeps it in the store; a second call computes only the others."""
     store, asked = tmp_path / "diagram.nc", {"values": CLEARANCES, "cycles": 4, "keep": 2, "workers": 1}
 
     def stop(done: int, total: int) -> None:
@@ -86,7 +86,7 @@ def test_interrupted_and_taken_up(impacting, diagram, tmp_path):
 
 
 def test_following(impacting):
-    """Identity: each value goes on from the one before, and a chain that was cut is the same chain."""
+    """Identity: each value continues from the one before, and an interrupted diagram is the same."""
     chain = bifurcation(impacting, over="A.clearance", values=CLEARANCES[::-1], cycles=3, keep=3, follow=True)
     mechanisms = [impacting.replace("A.clearance", clearance) for clearance in CLEARANCES[::-1]]
     options = cycle_options(impacting)
@@ -107,7 +107,7 @@ def cycle_options(mechanism):
 
 
 def test_following_is_taken_up(impacting, tmp_path):
-    """Identity: a chain goes on from the stored end of the value before."""
+    """Identity: a diagram continues from the stored end of the value before."""
     asked = {"values": CLEARANCES, "cycles": 2, "keep": 2, "follow": True}
     whole = bifurcation(impacting, over="A.clearance", **asked)
 
@@ -120,7 +120,7 @@ def test_following_is_taken_up(impacting, tmp_path):
 
 
 def test_a_carried_state_stands_where_it_stood(frictional):
-    """Identity: from a mechanism to itself nothing changes; to a heavier one, bodies keep place and speed to round-off."""
+    """Identity: from a mechanism to itself nothing changes; to a heavier one, bodies keep position and speed to round-off."""
     options = cycle_options(frictional)
     end = run_cycles(frictional, options, cycles=2).end
     same = carried(frictional, end, frictional)
@@ -140,7 +140,7 @@ def test_values_that_fail(impacting):
     assert "complete" in states
     for k, state in enumerate(states):
         assert np.isnan(found["peak_force"].values[k]).all() == (state == "failed")
-        assert ("did not suffice" in found["cause"].values[k]) == (state == "failed")
+        assert ("are not enough" in found["cause"].values[k]) == (state == "failed")
     assert found.attrs["failed_values"] == states.count("failed")
 
 

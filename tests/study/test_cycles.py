@@ -109,7 +109,7 @@ def test_keep(impacting):
 
 
 def test_a_cycle_that_fails(impacting):
-    """Identity: a run that breaks off says where and why, and holds the whole cycles before, without NaN."""
+    """Identity: a failed run has time and cause, and the complete cycles before, without NaN."""
     whole = cycle(impacting, cycles=6)
     steps = whole["steps"].values
     # rejected steps count too, so that the first cycle that takes more than the median is not the first that fails

@@ -34,7 +34,7 @@ def test_means_and_spread(diverging):
 
 
 def test_regular_motion_stays_together(frictional):
-    """Limit: where a perturbation shrinks, all members tell the same story to the end."""
+    """Limit: where a perturbation shrinks, all members agree to the end."""
     found = ensemble(frictional, members=3, cycles=6, workers=1)
     assert found.attrs["trusted_cycles"] == 6
     np.testing.assert_array_equal(found["agreeing"], 1.0)

@@ -78,25 +78,25 @@ class Draft:
         return number
 
     def rotates(self, number: int) -> bool:
-        """Whether a body turns; the ground, -1, does not."""
+        """Whether a body rotates; the ground, -1, does not."""
         return number >= 0 and self.bodies[number].rotates
 
     def local(self, number: int, place: Point) -> Point:
-        """A place in a body's frame."""
+        """A position in a body's frame."""
         body = self.bodies[number]
         x, y = place[0] - body.position[0], place[1] - body.position[1]
         cos, sin = math.cos(body.angle), math.sin(body.angle)
         return cos * x + sin * y, cos * y - sin * x
 
     def mark(self, number: int, place: Point) -> BodyPoint:
-        """A new point of a body, or of the ground, at a place."""
+        """A new point of a body, or of the ground, at a position."""
         points = self.ground if number < 0 else self.points[number]
         name = f"p{len(points)}"
         points[name] = place if number < 0 else self.local(number, place)
         return (GROUND if number < 0 else self.bodies[number].name), name
 
     def between(self, one: int, other: int) -> Point:
-        """A place somewhere between two bodies."""
+        """A position between two bodies."""
         if self.floating:
             for k in (one, other):
                 if not self.rotates(k):
@@ -141,7 +141,7 @@ class Draft:
         self.elements.append(Spring(f"spring {len(self.elements)}", *ends, float(stiffness), float(length)))
 
     def hinge_spring(self, one: int, other: int) -> None:
-        """A torsion spring between two bodies that turn."""
+        """A torsion spring between two bodies that rotate."""
         bodies = [GROUND if k < 0 else self.bodies[k].name for k in (one, other)]
         stiffness, angle = self.random.uniform(0.5, 3.0), self.random.uniform(-1.0, 1.0)
         self.elements.append(
@@ -170,7 +170,7 @@ def mechanisms(
     everywhere: bool = False,
     turning_only: bool = False,
 ) -> Mechanism:
-    """Two to five bodies with every kind of joint that leaves them at least one way to move.
+    """Two to five bodies with every kind of joint with at least one degree of freedom.
 
     Parameters
     ----------

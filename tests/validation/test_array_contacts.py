@@ -25,7 +25,7 @@ CLOSE_PEAK_TIME = 1e-5
 
 
 def places(units: int) -> list[tuple[str, ...]]:
-    """Five places in an array: ground pin, slider joint, a pivot, an end joint inside the array, and two joints at once."""
+    """Five positions in an array: ground pin, slider joint, a pivot, an end joint inside the array, and two joints at once."""
     inner = (units + 1) // 2
     if units == 1:
         # one unit has three joints only
@@ -48,11 +48,11 @@ CASES = [(units, joints) for units in range(1, 9) for joints in places(units)]
 
 
 def assert_first_contacts_agree(mechanism: Mechanism, model: Model, joints: list[str], *, contacts: int) -> None:
-    """The package's run has the contacts of a reference model: time, speed, place, peak, length and rebound."""
+    """The package's run has the contacts of a reference model: time, speed, position, peak, length and rebound."""
     reference = March(model, rtol=ROAD, atol=ROAD, max_step=2e-4).run(0.1, most_contacts=contacts)
     ended = [contact for contact in reference.contacts if not math.isnan(contact.duration)]
     assert len(ended) == contacts
-    # a microsecond more, so that the last contact has ended on this road too
+    # a microsecond more, so that the last contact has ended in this formulation too
     run = simulate(mechanism, until=reference.pieces[-1].end + 1e-6, rtol=ROAD, atol=ROAD, samples=11)
     assert run.attrs["status"] == "complete"
     assert run["contact_joint"].values.tolist() == [joints[contact.joint] for contact in reference.contacts]

@@ -60,7 +60,7 @@ def tripod(stretch: float) -> sd.Mechanism:
 
 
 def braced_frame(spin: float) -> sd.Mechanism:
-    """Four corners, each joined to each by a bar: one more than they need; all of it turns about the origin."""
+    """Four corners, each joined to each by a bar: one redundant; all of it rotates about the origin."""
     corners = ((0.0, 0.0), (1.0, 0.0), (1.1, 1.2), (-0.1, 0.9))
     bodies, joints, first = [], [], dict[int, str]()
     for i, j in combinations(range(4), 2):

@@ -29,7 +29,7 @@ def two_bars(*rods: Rod) -> sd.Mechanism:
 
 
 def latched_rocker() -> sd.Mechanism:
-    """A driven four-bar whose rocker meets a latch on its way."""
+    """A driven four-bar whose rocker reaches the angle of a latch."""
     linkage = sd.four_bar(gravity=0.0).driven(speed=3.0)
     return dataclasses.replace(linkage, latches=(Latch("hold", "rocker", linkage.body("rocker").angle + 0.05),))
 
@@ -63,7 +63,7 @@ ENDS = {
 
 @pytest.mark.parametrize("case", ENDS)
 def test_run_ends_where_it_must(case: str) -> None:
-    """Closed form: a run ends at the instant from which nothing can move on, says who is in the way, and holds no NaN.
+    """Closed form: a run ends at the instant of the singular position, names the cause, and has no NaN.
 
     The rope is gone after 0.3 s, the bars are straight at 1.8 m + 0.2 m; the latch's instant is that at which the rocker of a
     run without it has turned by 0.05 rad (interpolated).
@@ -80,7 +80,7 @@ def test_run_ends_where_it_must(case: str) -> None:
 
 
 def test_instant_of_the_contradicting_latch() -> None:
-    """Cross-check: without the latch the rocker turns by the latch's angle at the instant at which the run with it ends."""
+    """Cross-check: without the latch the rocker rotates by the latch's angle at the instant at which the run with it ends."""
     linkage = dataclasses.replace(latched_rocker(), latches=())
     run = sd.simulate(linkage, until=0.05, samples=2001, rtol=1e-12, atol=1e-12)
     turned = run["angle"].sel(body="rocker").values - linkage.body("rocker").angle
@@ -129,8 +129,8 @@ def test_clearance_joint_of_a_rigid_ring() -> None:
     assert not any("cannot move" in sentence for sentence in warnings_of(sd.simulate(linkage, until=0.01, samples=3)))
 
 
-def test_hinge_spring_beyond_half_a_turn() -> None:
-    """Identity: a hinge spring warns from the sample on at which its body has turned by pi, and not before."""
+def test_hinge_spring_beyond_half_a_revolution() -> None:
+    """Identity: a hinge spring warns from the sample on at which its body has rotated by pi, and not before."""
     wheel = mechanism(
         part("u", angular_velocity=20.0), joints=(HUNG,), elements=(sd.TorsionSpring("coil", "u", stiffness=1e-6),), gravity=0.0
     )
@@ -154,21 +154,21 @@ def test_determined_reactions_are_kept() -> None:
     others = runs[0]["reaction"].drop_sel(joint="hinge").values
     assert np.all(np.isnan(others).any(axis=2))
     (sentence,) = warnings_of(runs[0])
-    assert "more ideal joints" in sentence
+    assert "redundant ideal joints" in sentence
     assert "'hinge'" not in sentence
 
 
 def test_no_reaction_of_a_braced_frame_is_determined() -> None:
-    """Identity: the frame's state of self-stress loads every bar, hence every pin, at every instant as it turns."""
+    """Identity: the frame's state of self-stress loads every bar, hence every pin, at every instant of its rotation."""
     run = sd.simulate(braced_frame(1.0), until=3.0, samples=2001)
     assert np.all(np.isnan(run["reaction"].values).any(axis=2))
     (sentence,) = warnings_of(run)
-    assert "more ideal joints" in sentence
+    assert "redundant ideal joints" in sentence
 
 
 @pytest.mark.parametrize(("build", "count"), [(lambda: braced_frame(1.0), 1), (lambda: tripod(1.0), 1), (sd.four_bar, 0)])
 def test_conditions_that_follow_are_left_out(build, count: int) -> None:
-    """Identity: a frame with one bar more than it needs loses one condition; a linkage, also one that starts straight, none."""
+    """Identity: a frame with one redundant bar loses one constraint; a linkage, also one that starts straight, none."""
     layout = lay_out(build())
     assert len(layout.redundant) == count
     straight = mechanism(part("u"), part("v", x=1.0), joints=(HUNG, KNEE, pin("far", "v.b", "ground.Q")))

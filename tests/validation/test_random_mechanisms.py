@@ -40,7 +40,7 @@ def run(mechanism: Mechanism, tolerance: float, *, until: float = 0.1):
 
 
 def hinges_stay(found, mechanism: Mechanism) -> bool:
-    """Whether torsion springs stay within half a turn of where they started, as they are described to."""
+    """Whether torsion springs stay within half a revolution of the start, as their description requires."""
     angles = [
         turned(found, element.body) - turned(found, element.base)
         for element in mechanism.elements
@@ -88,7 +88,7 @@ def assert_momentum_balances(found, mechanism: Mechanism) -> None:
     """Linear momentum stays, and the forces on all bodies have no moment."""
     assert momentum_drift(found, mechanism)[0] < ROUND_OFF
     rate, scale = angular_momentum_rate(found, mechanism)
-    # what holds a turning body together adds up to nothing; it rounds on the scale of the kinetic energy
+    # the inner forces of a rotating body cancel up to round-off on the scale of the kinetic energy
     assert np.max(np.abs(rate)) <= 1e-13 * max(scale, float(found["kinetic_energy"].max()))
 
 
@@ -103,7 +103,7 @@ def test_momentum_of_mechanisms_with_friction(mechanism: Mechanism) -> None:
 
 
 def floating_array(units: int) -> Mechanism:
-    """A scissor array cut off from ground and slider, opening, turning and drifting."""
+    """A scissor array without ground and slider, with deployment, rotation and translation."""
     array = scissor(units=units, bar_length=0.5, bar_mass=1.0, gravity=0.0)
     bodies = []
     for number, body in enumerate(body for body in array.bodies if body.rotates):
@@ -127,7 +127,7 @@ def test_momentum_of_a_frictional_array(units: int, clearance: Clearance) -> Non
 
 @pytest.mark.parametrize("units", [2, 5])
 @pytest.mark.parametrize("damping", [*(clearance.damping for clearance in BOUNCING[:1]), Flores(0.7)], ids=lambda law: law.name)
-def test_momentum_of_a_knocking_array(units: int, damping) -> None:
+def test_momentum_of_an_array_with_impacts(units: int, damping) -> None:
     """Identity: without friction a floating array with clearance at every joint keeps its angular momentum too, to 1e-11."""
     array = floating_array(units).with_clearance("all", Clearance(1e-3, damping=damping))
     found = run(array, 1e-13, until=0.3)

@@ -1,4 +1,4 @@
-"""Positions at which a mechanism could go two ways or no way: passed as they should be, or named."""
+"""Singular positions: passed correctly, or named as the cause."""
 
 from __future__ import annotations
 

@@ -71,7 +71,7 @@ def test_flying_to_and_fro():
 
 
 def test_force_at_two_corners():
-    """Closed form: a force beside the middle is distributed over two corners by their moment arms, with tilt from the indentation."""
+    """Closed form: a force beside the middle is distributed over two corners by their moment arms, with a tilt."""
     force, stiffness = 100.0, 1e6
     laws = {"stiffness": Linear(stiffness), "damping": KelvinVoigt(2e3)}
     run = simulate(block(elements=(Force("load", ("block", "front"), (0.0, -force)),), **laws), until=0.2)

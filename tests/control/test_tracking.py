@@ -100,7 +100,7 @@ def test_ramp_is_exact():
 
 
 def test_integral_does_not_wind_up():
-    """Limit: at its limit the integral settles where the commanded torque exceeds the limit by k_i e T_t; it does not wind up."""
+    """Limit: at its limit the integral stops where the commanded torque exceeds the limit by k_i e T_t; no windup."""
     wall = TorsionSpring("wall", "rod", stiffness=1e6, free_angle=0.3, damping=1e3)
     run = sd.simulate(
         hanging(wall).controlled(

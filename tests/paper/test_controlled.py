@@ -27,7 +27,7 @@ def test_names_and_mechanisms_are_distinct():
 
 
 def test_the_deployment_lands_within_its_limit():
-    """Limit: no torque above the limit, early lasting contact, milliradians of error in the gust; late contact without control."""
+    """Limit: torque within the limit, early lasting contact, milliradian errors in the gust; late contact without control."""
     job, driven = ControlledRun("deployment", "feed-forward, feedback"), ControlledRun("deployment", "prescribed")
     ideal = compute(ideal_of(job))
     steered, prescribed = (merits(compute(one), ideal) for one in (job, driven))

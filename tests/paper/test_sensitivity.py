@@ -44,7 +44,7 @@ def test_a_survey_is_repeatable_and_kept(tmp_path, monkeypatch):
 
 
 def test_settled_answers_replace_those_of_two_oscillations(tmp_path):
-    """Identity: for the periodic drive the named clauses have the given answers, other clauses and choices the surveyed ones."""
+    """Identity: for the periodic drive the named clauses have the given answers, others the surveyed ones."""
     choices = (DEFAULT, PERIODIC)
     plain = fetch_sensitivity(choices, tmp_path / "survey.nc", members=1, workers=1)
     at = [clause.key for clause in CLAUSES].index("5e")

@@ -186,15 +186,15 @@ def _aperiodic(
         return "transient only"
     widest = scaled[:, int(np.argmax(whole))]
     test = zero_one_test(widest, seed=seed)
-    growth, pace = float(test["K"]), float(test["samples_per_oscillation"])
-    measures["K"], measures["samples_per_oscillation"] = growth, pace
+    growth, per_oscillation = float(test["K"]), float(test["samples_per_oscillation"])
+    measures["K"], measures["samples_per_oscillation"] = growth, per_oscillation
     measures["flatness"] = float(spectrum(widest, spacing=1.0, peaks=0)["flatness"])
     evidence.append(
         f"0-1 test: K = {growth:.3f} with {len(scaled)} samples (regular < {REGULAR:g}, irregular > {CHAOTIC:g}); "
         f"spectral flatness {measures['flatness']:.2g}."
     )
-    if pace > 10.0:
-        evidence.append(f"An oscillation has {pace:.3g} samples; with so many K is too small.")
+    if per_oscillation > 10.0:
+        evidence.append(f"An oscillation has {per_oscillation:.3g} samples; with so many K is too small.")
     if growth > CHAOTIC:
         return "irregular"
     if growth < REGULAR:

@@ -103,7 +103,7 @@ def _mass(help: str) -> Quantity:
 
 _BAR, _SLIDER, _UNITS = _mass("mass of a bar"), _mass("mass of the slider"), "number of units"
 
-_CROSSING = Quantity("rad", help="half opening angle at the start, above 0 and below 90 deg")
+_OPENING_ANGLE = Quantity("rad", help="half opening angle at the start, above 0 and below 90 deg")
 _INCLINED = Quantity("rad", help="mean inclination of the bars against the circumference at the start")
 
 _TABLES = (
@@ -115,7 +115,7 @@ _TABLES = (
         bar_length=_length("length of a bar"),
         bar_mass=_BAR,
         slider_mass=_SLIDER,
-        angle=_CROSSING,
+        angle=_OPENING_ANGLE,
         driven_bar="bar 1 is driven; it is pinned to the ground, or its end is at the slider and bar 2 is pinned",
         **_GRAVITY,
     ),

@@ -49,15 +49,15 @@ def check_parts(mechanism: Mechanism) -> None:
         if len(place) != 2 or not all(math.isfinite(x) for x in place):
             raise InputError(f"point '{name}' of the ground = {place!r}", "two finite numbers [m]")
     points = _points(mechanism)
-    turning = {GROUND, *(body.name for body in mechanism.bodies if body.rotates)}
+    rotating = {GROUND, *(body.name for body in mechanism.bodies if body.rotates)}
     for joint in mechanism.joints:
         _check_point(points, f"joint '{joint.name}'", joint.journal)
         _check_point(points, f"joint '{joint.name}'", joint.bearing)
     for guide in mechanism.guides:
         _check_point(points, f"guide '{guide.name}'", guide.follower)
-        _check_turns(points, turning, f"guide '{guide.name}'", guide.body)
+        _check_rotates(points, rotating, f"guide '{guide.name}'", guide.body)
         if guide.aligned:
-            _check_turns(points, turning - {GROUND}, f"guide '{guide.name}'", guide.follower[0])
+            _check_rotates(points, rotating - {GROUND}, f"guide '{guide.name}'", guide.follower[0])
     for weld in mechanism.welds:
         _check_point(points, f"weld '{weld.name}'", weld.start)
         _check_point(points, f"weld '{weld.name}'", weld.end)
@@ -65,8 +65,8 @@ def check_parts(mechanism: Mechanism) -> None:
         _check_point(points, f"rod '{rod.name}'", rod.start)
         _check_point(points, f"rod '{rod.name}'", rod.end)
     for latch in mechanism.latches:
-        _check_turns(points, turning - {GROUND}, f"latch '{latch.name}'", latch.body)
-        _check_turns(points, turning, f"latch '{latch.name}'", latch.base)
+        _check_rotates(points, rotating - {GROUND}, f"latch '{latch.name}'", latch.body)
+        _check_rotates(points, rotating, f"latch '{latch.name}'", latch.base)
     for element in mechanism.elements:
         label = f"{KINDS[type(element)]} '{element.name}'"
         if isinstance(element, Spring):
@@ -75,13 +75,13 @@ def check_parts(mechanism: Mechanism) -> None:
         elif isinstance(element, Force | TravelStop):
             _check_point(points, label, element.point)
         else:
-            _check_turns(points, turning - {GROUND}, label, element.body)
-            _check_turns(points, turning, label, element.base)
+            _check_rotates(points, rotating - {GROUND}, label, element.body)
+            _check_rotates(points, rotating, label, element.base)
         if isinstance(element, Actuator):
             for reference in filter(None, (element.sensor, element.sensor_origin)):
                 _check_point(points, label, reference)
     for drive in mechanism.drives:
-        _check_turns(points, turning - {GROUND}, "the drive", drive.body)
+        _check_rotates(points, rotating - {GROUND}, "the drive", drive.body)
     for what, name in (("input body", mechanism.input_body), ("output body", mechanism.output_body)):
         if name:
             _check_body({body: part for body, part in points.items() if body != GROUND}, what, name)
@@ -123,9 +123,9 @@ def _check_point(points: Mapping[str, Mapping[str, Point]], label: str, referenc
         )
 
 
-def _check_turns(points: Mapping[str, Mapping[str, Point]], turning: set[str], label: str, body: str) -> None:
+def _check_rotates(points: Mapping[str, Mapping[str, Point]], rotating: set[str], label: str, body: str) -> None:
     _check_body(points, label, body)
-    if body not in turning:
+    if body not in rotating:
         raise InputError(f"{label} needs the angle of body '{body}', which does not rotate", "a body with an inertia")
 
 

@@ -81,7 +81,7 @@ class Latch:
     body, base : str
         The base may be "ground".
     angle : float
-        Of the body against its base where it locks, within half a turn of the start [rad].
+        Of the body against its base where it locks, within half a revolution of the start [rad].
     """
 
     name: str

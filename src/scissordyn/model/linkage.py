@@ -130,7 +130,7 @@ def four_bar(
 ) -> Mechanism:
     """A planar four-bar linkage of uniform bars; the ground pins are the origin and (ground, 0).
 
-    The defaults make a crank-rocker: by Grashof's criterion the crank turns fully, since 0.08 + 0.20 < 0.18 + 0.15. Any
+    The defaults make a crank-rocker: by Grashof's criterion the crank rotates fully, since 0.08 + 0.20 < 0.18 + 0.15. Any
     other lengths that can be assembled at the start are allowed.
 
     Parameters

@@ -119,7 +119,7 @@ class Verdict:
         return self.finding.answer
 
 
-class _Watched(dict[PaperCase, Measures]):
+class _RecordedMeasures(dict[PaperCase, Measures]):
     """Measures that record which runs were used."""
 
     def __init__(self, measured: Measured) -> None:
@@ -147,9 +147,9 @@ def answer(clause: Clause, choice: Choice, measured: Measured, settled: Settled 
     -------
     Verdict
     """
-    watched = _Watched(measured)
-    finding = clause.find(choice, watched)
-    trusted = all(measured[case].trusted_until >= measured[case].end for case in watched.used)
+    recorded = _RecordedMeasures(measured)
+    finding = clause.find(choice, recorded)
+    trusted = all(measured[case].trusted_until >= measured[case].end for case in recorded.used)
     if settled is None or clause.periodically is None:
         return Verdict(clause, finding, trusted)
     return Verdict(clause, finding, trusted, clause.periodically.find(settled))

@@ -14,7 +14,7 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Circle, Polygon
 
 from scissordyn.errors import InputError
-from scissordyn.plot.animation_scene import GAP, TRAIL, ClearanceJoint, Scene, newtons, pace
+from scissordyn.plot.animation_scene import GAP, TRAIL, ClearanceJoint, Scene, newtons, time_scale_in_words
 from scissordyn.plot.style import BLACK, BLUE, GREEN, GREY, LIGHT, ORANGE, PURPLE, SKY, SMALL, VERMILION, dress
 
 __all__ = ["Film", "write_film"]
@@ -96,7 +96,7 @@ class Film:
         for magnified in self.joints:
             magnified.show(frame)
         now = f"t = {scene.scale.factor * scene.time[frame]:.4g} {scene.scale.unit}"
-        self.axes.set_title(f"{now}   ({pace(self.slower)})", loc="left", fontsize=SMALL)
+        self.axes.set_title(f"{now}   ({time_scale_in_words(self.slower)})", loc="left", fontsize=SMALL)
 
 
 class _Magnified:

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from scissordyn.plot.animation_scene import GAP, TRAIL, ClearanceJoint, Scene, newtons, pace
+from scissordyn.plot.animation_scene import GAP, TRAIL, ClearanceJoint, Scene, newtons, time_scale_in_words
 from scissordyn.plot.scale import engineering
 from scissordyn.plot.style import BLACK, BLUE, GREEN, GREY, LIGHT, ORANGE, PURPLE, SKY, VERMILION
 
@@ -57,7 +57,7 @@ const film = JSON.parse(document.getElementById("film").textContent);
 const part = id => document.getElementById(id);
 const shapes = [...document.querySelectorAll("[data-shape]")], pins = [...document.querySelectorAll(".joint")];
 const rings = [...document.querySelectorAll(".ring")], joints = [...document.querySelectorAll("figure")];
-const slider = part("frame"), button = part("play"), pace = part("pace"), clock = part("clock");
+const slider = part("frame"), button = part("play"), speed = part("speed"), clock = part("clock");
 const last = film.time.length - 1;
 let playing = false, now = 0, before = null;
 
@@ -87,7 +87,7 @@ function play(on) {
 }
 function step(instant) {
   if (!playing) return;
-  if (before !== null) now += (instant - before) / 1000 * film.rate * Number(pace.value);
+  if (before !== null) now += (instant - before) / 1000 * film.rate * Number(speed.value);
   before = instant;
   if (now >= last) { now = last; show(last); play(false); return; }
   show(Math.floor(now));
@@ -97,7 +97,7 @@ function go(frame) { play(false); now = Math.min(last, Math.max(0, frame)); show
 button.addEventListener("click", () => play(!playing));
 slider.addEventListener("input", () => go(Number(slider.value)));
 document.addEventListener("keydown", event => {
-  if (event.target === pace || (event.target === button && event.key === " ")) return;
+  if (event.target === speed || (event.target === button && event.key === " ")) return;
   const move = {ArrowLeft: -1, ArrowRight: 1}[event.key];
   if (event.key === " ") { event.preventDefault(); play(!playing); }
   else if (move) { event.preventDefault(); go(Math.floor(now) + move); }
@@ -171,9 +171,9 @@ def page(scene: Scene, rate: int, slower: float) -> str:
 <button id="play" type="button">Play</button>
 <input id="frame" type="range" min="0" max="{len(scene.time) - 1}" value="0" aria-label="frame">
 <output id="clock"></output>
-<label>speed <select id="pace">{options}</select></label>
+<label>speed <select id="speed">{options}</select></label>
 </div>
-<small>{_extent(scene)} At speed 1×: {pace(slower)}. Space plays, arrow keys step.</small>
+<small>{_extent(scene)} At speed 1×: {time_scale_in_words(slower)}. Space plays, arrow keys step.</small>
 <script type="application/json" id="film">{data}</script>
 <script>{PLAYER}</script>
 </body>

@@ -17,7 +17,7 @@ from scissordyn.plot.place import outline
 from scissordyn.plot.scale import Scale, engineering
 from scissordyn.plot.series import time_scale
 
-__all__ = ["GAP", "TRAIL", "ClearanceJoint", "Scene", "Shape", "newtons", "pace", "scene_of"]
+__all__ = ["GAP", "TRAIL", "ClearanceJoint", "Scene", "Shape", "newtons", "scene_of", "time_scale_in_words"]
 
 GAP = 0.35
 """The clearance of a magnified joint as a fraction of the drawn journal's radius."""
@@ -118,7 +118,7 @@ def newtons(force: float) -> str:
     return f"{scale.factor * force:.3g} {scale.unit}"
 
 
-def pace(slower: float) -> str:
+def time_scale_in_words(slower: float) -> str:
     """The time scale of a film, in words."""
     if abs(slower - 1.0) < 0.02:
         return "real time"

@@ -25,7 +25,7 @@ NEAR = 1e-3
 FRACTION = 0.1
 """Constraints with more than this fraction of the largest in that combination are named."""
 
-STILL = 1e-11
+IMMOBILE = 1e-11
 """A journal cannot move if the constraints leave less than this fraction of the square of its gradient: a few round-offs."""
 
 PLAIN = 1e-8
@@ -134,7 +134,7 @@ def immovable_joints(layout: Layout, system: System, state: np.ndarray) -> list[
         matrix, scale = _gradients(layout, system, state, 0.0, holding)
         unit = sp.diags_array(1.0 / np.where(scale > 0.0, scale, 1.0)) @ matrix
         left = size - _fixed_fraction(sp.csr_array(unit), moves).reshape(-1, 2).sum(axis=1)
-    return [joint.name for joint, rest, whole in zip(joints, left, size, strict=True) if not rest > STILL * whole]
+    return [joint.name for joint, rest, whole in zip(joints, left, size, strict=True) if not rest > IMMOBILE * whole]
 
 
 def _fixed_fraction(matrix: sp.csr_array, moves: sp.csr_array) -> np.ndarray:

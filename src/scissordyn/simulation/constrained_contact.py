@@ -58,8 +58,8 @@ def constrain_contact(mechanism: Mechanism, *, indentation: float = 0.0, directi
     if direction is None:
         ideal = lay_out(mechanism.ideal())
         system = build_system(ideal)
-        pull = ideal_reactions(ideal, system, assemble(ideal, system))
-        for joint, force in zip(mechanism.joints, pull, strict=True):
+        reactions = ideal_reactions(ideal, system, assemble(ideal, system))
+        for joint, force in zip(mechanism.joints, reactions, strict=True):
             if joint.clearance is None:
                 continue
             if not np.all(np.isfinite(force)) or not np.any(force):

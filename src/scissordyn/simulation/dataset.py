@@ -107,14 +107,14 @@ def _recorded(path: Trajectory) -> tuple[Trajectory, Record]:
 
 
 def _motion_variables(mechanism: Mechanism, motion: BodyMotion) -> dict[str, Variable]:
-    place, spin = ("time", "body", "axis"), ("time", "body")
+    point, rotation = ("time", "body", "axis"), ("time", "body")
     variables = {
-        "position": _described(place, motion.position, "m", "position of the mass centre"),
-        "velocity": _described(place, motion.velocity, "m/s", "velocity of the mass centre"),
-        "acceleration": _described(place, motion.acceleration, "m/s^2", "acceleration of the mass centre"),
-        "angle": _described(spin, motion.angle, "rad", "angle"),
-        "angular_velocity": _described(spin, motion.spin, "rad/s", "angular velocity"),
-        "angular_acceleration": _described(spin, motion.spin_rate, "rad/s^2", "angular acceleration"),
+        "position": _described(point, motion.position, "m", "position of the mass centre"),
+        "velocity": _described(point, motion.velocity, "m/s", "velocity of the mass centre"),
+        "acceleration": _described(point, motion.acceleration, "m/s^2", "acceleration of the mass centre"),
+        "angle": _described(rotation, motion.angle, "rad", "angle"),
+        "angular_velocity": _described(rotation, motion.spin, "rad/s", "angular velocity"),
+        "angular_acceleration": _described(rotation, motion.spin_rate, "rad/s^2", "angular acceleration"),
     }
     for guide in mechanism.guides:
         if guide.follower[0] != mechanism.output_body or guide.body != GROUND:
@@ -224,9 +224,9 @@ def _connection_variables(path: Trajectory, found: Record) -> dict[str, Variable
         forms = [(path.layout.place(rod.end), path.layout.place(rod.start)) for rod in mechanism.rods]
         span = np.stack([found.X[:, a.columns] @ a.rows.T - found.X[:, b.columns] @ b.rows.T for a, b in forms], axis=1)
         length = np.sqrt(np.sum(span * span, axis=-1))
-        pull = -np.sum(thrust * span, axis=-1) / length
+        tension = -np.sum(thrust * span, axis=-1) / length
         variables["rod"] = ("rod",), names, {"long_name": "rod"}
-        variables["rod_force"] = _described(("time", "rod"), pull, "N", "force in a rod, positive in tension")
+        variables["rod_force"] = _described(("time", "rod"), tension, "N", "force in a rod, positive in tension")
         variables["rod_length"] = _described(("time", "rod"), length, "m", "length of a rod")
     if mechanism.latches:
         variables["latch"] = ("latch",), np.array([latch.name for latch in mechanism.latches]), {"long_name": "latch"}

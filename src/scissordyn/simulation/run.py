@@ -97,7 +97,7 @@ def _simulate(mechanism: Mechanism, options: Options, trust: bool, progress: Cal
     check_tables(mechanism, options.until)
     path = compute(mechanism, options, progress)
     run = to_dataset(mechanism, options, path)
-    run.attrs["warnings"] = json.dumps(run_warnings(mechanism, run, path.still))
+    run.attrs["warnings"] = json.dumps(run_warnings(mechanism, run, path.immobile))
     if trust and run.attrs["status"] == "complete":
         tight = dataclasses.replace(options, rtol=max(TIGHTER * options.rtol, 1e-14), atol=max(TIGHTER * options.atol, 1e-14))
         second = to_dataset(mechanism, tight, compute(mechanism, tight, progress))

@@ -40,7 +40,7 @@ def prepare_start(layout: Layout, system: System, options: Options) -> tuple[np.
     Returns
     -------
     state : ndarray, shape (ny,)
-    opening : list of rows of the event log
+    initial_events : list of rows of the event log
     """
     mechanism = layout.mechanism
     start = _move_to_reference(layout, system, assemble(layout, system))
@@ -57,49 +57,49 @@ def prepare_start(layout: Layout, system: System, options: Options) -> tuple[np.
                     "rest in several positions",
                     "start = 'static', or 'concentric', from which the contacts settle",
                 )
-            offsets = _resting_offsets(mechanism, system, ideal_reactions(ideal, ideal_system, ideal_start))
-            start = _hold_offsets(layout, system, start, offsets)
+            offsets = _contact_offsets(mechanism, system, ideal_reactions(ideal, ideal_system, ideal_start))
+            start = _at_offsets(layout, system, start, offsets)
         case "static":
-            place = _resting_place(mechanism)
+            place = _equilibrium_position(mechanism)
             forms = [_eccentricity_form(system, j) for j in range(len(mechanism.clearance_joints))]
             full = np.append(place, basis_at_start(system)[0])
             offsets = np.array([form.rows @ full[form.columns] for form in forms]).reshape(-1, 2)
-            start = _hold_offsets(layout, system, Start(place, start.velocity), offsets)
+            start = _at_offsets(layout, system, Start(place, start.velocity), offsets)
     state = np.concatenate([start.position, start.velocity, np.zeros(int(system.state_start[-1]))])
     check_springs(layout, system, state)
     return state, _touching(system, state) if options.start != "concentric" else []
 
 
-def _resting_place(mechanism: Mechanism) -> np.ndarray:
+def _equilibrium_position(mechanism: Mechanism) -> np.ndarray:
     """Free coordinates of static equilibrium: first of the ideal mechanism, then of the one with clearance near it."""
-    still = standing(mechanism)
-    ideal = lay_out(still.ideal())
+    fixed = standing(mechanism)
+    ideal = lay_out(fixed.ideal())
     system = build_system(ideal)
     rest = Start(equilibrium(ideal, assemble(ideal, system).position), np.zeros(ideal.free))
     if not mechanism.contacts:
         return rest.position
-    clearance_layout = lay_out(still)
+    clearance_layout = lay_out(fixed)
     clearance_system = build_system(clearance_layout)
     start = carry_over(clearance_layout, clearance_system, *natural_state(ideal, system, rest))
-    pull = ideal_reactions(ideal, system, rest)
+    reaction = ideal_reactions(ideal, system, rest)
     has_clearance = [joint.clearance is not None for joint in mechanism.joints]
-    if np.all(np.isfinite(pull[has_clearance])):
-        start = _hold_offsets(clearance_layout, clearance_system, start, _resting_offsets(still, clearance_system, pull))
+    if np.all(np.isfinite(reaction[has_clearance])):
+        start = _at_offsets(clearance_layout, clearance_system, start, _contact_offsets(fixed, clearance_system, reaction))
     return equilibrium(clearance_layout, start.position)
 
 
-def _hold_offsets(layout: Layout, system: System, start: Start, offsets: np.ndarray) -> Start:
+def _at_offsets(layout: Layout, system: System, start: Start, offsets: np.ndarray) -> Start:
     """The state with the journals at given eccentricities, shape (nj, 2) [m]."""
     forms = tuple(_eccentricity_form(system, j) for j in range(offsets.shape[0]))
     names = tuple(joint.name for joint in layout.mechanism.clearance_joints)
     return hold_joints(layout, system, start, names, forms, offsets, np.zeros_like(offsets))
 
 
-def _resting_offsets(mechanism: Mechanism, system: System, pull: np.ndarray) -> np.ndarray:
+def _contact_offsets(mechanism: Mechanism, system: System, reaction: np.ndarray) -> np.ndarray:
     """Eccentricities at which the elastic contact forces equal the reactions of the ideal joints."""
     offsets = np.zeros((len(mechanism.clearance_joints), 2))
     for j, joint in enumerate(mechanism.clearance_joints):
-        force = pull[[other.name for other in mechanism.joints].index(joint.name)]
+        force = reaction[[other.name for other in mechanism.joints].index(joint.name)]
         if not np.all(np.isfinite(force)):
             raise InputError(
                 f"start = 'in-contact' with clearance joint '{joint.name}', whose ideal reaction is not determined (more "

@@ -65,7 +65,7 @@ class Trajectory:
         Cause if it is not complete.
     statistics : dict
         Method, steps, rejected, rates, jacobians, events, seconds.
-    still : tuple of str
+    immobile : tuple of str
         Clearance joints that cannot move.
     """
 
@@ -78,7 +78,7 @@ class Trajectory:
     status: str
     cause: str
     statistics: dict[str, str | int | float]
-    still: tuple[str, ...] = ()
+    immobile: tuple[str, ...] = ()
 
 
 def compute(mechanism: Mechanism, options: Options, progress: Callable[[float], None] | None = None) -> Trajectory:
@@ -97,8 +97,8 @@ def compute(mechanism: Mechanism, options: Options, progress: Callable[[float], 
     """
     layout = lay_out(mechanism)
     system = build_system(layout)
-    state, opening = prepare_start(layout, system, options)
-    still = tuple(immovable_joints(layout, system, state))
+    state, initial_events = prepare_start(layout, system, options)
+    immobile = tuple(immovable_joints(layout, system, state))
     method = options.method if options.method != "auto" else automatic_method(mechanism, options)
     coefficients = tableau(method)
     work = work_arrays(layout, system, state, coefficients, options)
@@ -109,10 +109,10 @@ def compute(mechanism: Mechanism, options: Options, progress: Callable[[float], 
     samples = make_samples(np.linspace(0.0, options.until, options.samples), work)
     clock = np.array([0.0, 1e-4 * options.until, options.until, options.until, options.until])
     count = np.zeros(8, np.int64)
-    log = np.zeros((256 + len(opening), loop.LOG_COLUMNS))
-    for row, event in enumerate(opening):
+    log = np.zeros((256 + len(initial_events), loop.LOG_COLUMNS))
+    for row, event in enumerate(initial_events):
         log[row] = event
-    count[loop.EVENTS] = len(opening)
+    count[loop.EVENTS] = len(initial_events)
 
     began = clocks.perf_counter()
     status, cause = loop.ADVANCING, ""
@@ -150,7 +150,7 @@ def compute(mechanism: Mechanism, options: Options, progress: Callable[[float], 
         status=ended,
         cause=cause,
         statistics={"method": method, **counts_of(count), "seconds": seconds},
-        still=still,
+        immobile=immobile,
     )
 
 

@@ -15,14 +15,14 @@ from scissordyn.model.mechanism import Mechanism
 __all__ = ["run_warnings"]
 
 
-def run_warnings(mechanism: Mechanism, run: xr.Dataset, still: tuple[str, ...]) -> list[str]:
+def run_warnings(mechanism: Mechanism, run: xr.Dataset, immobile: tuple[str, ...]) -> list[str]:
     """The warnings of a run, each once.
 
     Parameters
     ----------
     mechanism : Mechanism
     run : Dataset
-    still : tuple of str
+    immobile : tuple of str
         Clearance joints that cannot move.
 
     Returns
@@ -52,7 +52,7 @@ def run_warnings(mechanism: Mechanism, run: xr.Dataset, still: tuple[str, ...]) 
             )
     found += [
         f"clearance joint '{name}' cannot move: the rest of the mechanism is rigid there, so the clearance has no effect"
-        for name in still
+        for name in immobile
     ]
     found += _overturned(mechanism, run)
     found += _undetermined(run)

@@ -1,4 +1,4 @@
-"""The quadratic conditions of a mechanism: unit lengths, moving guides, rods and latches."""
+"""The quadratic conditions of a mechanism: unit lengths, moving guides, massless links and latches."""
 
 from __future__ import annotations
 
@@ -158,7 +158,7 @@ def _product(w: Form, g: Form) -> tuple[tuple[float, Form], ...]:
 
 
 def _links(layout: Layout) -> list[Condition]:
-    """Rods: |end - start|^2 / 2 is constant, or follows a course."""
+    """Massless links: |end - start|^2 / 2 is constant, or follows a course."""
     mechanism, found = layout.mechanism, []
     for link in mechanism.rods:
         form = combine([(layout.place(link.end), 1.0), (layout.place(link.start), -1.0)])

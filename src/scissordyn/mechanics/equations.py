@@ -293,7 +293,7 @@ def project(t, y, S):
 
 @kernel(inline=True)
 def guards(t, y, S, value, rate):
-    """Write what must rise through zero, and its rate: |e| - c of clearance joints, the angle past a latch or stop."""
+    """Write what must rise through zero, and its rate: |e| - c of loose joints, the angle past a latch, the way past a stop."""
     spread(t, y, S)
     joints = S.radius.shape[0]
     for j in range(joints):

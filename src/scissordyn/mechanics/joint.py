@@ -1,4 +1,4 @@
-"""A clearance joint: where its two surfaces are, what forces they exert, and how these change.
+"""A loose joint: where its two surfaces are, what forces they exert, and how these change.
 
 Columns of `System.joint`: 0 delta, 1 delta', 2 slip speed, 3 elastic, 4 normal and 5 tangential force, 6 and 7 n, 8 |e|.
 Here are journals in their bearings; the corner of a block at the wall of its guide (`System.flat`) is in `wall`.

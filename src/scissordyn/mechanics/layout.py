@@ -4,7 +4,7 @@ Each body is its origin p and, if it rotates, the unit vector d along its x axis
 linear in both. Pins, guides and prescribed directions are linear conditions, and so is the parallelism of opposite bars in a
 parallelogram of ideal joints. What is left: coordinates = T [x; b(t)], with T constant, x the free coordinates scaled so
 that their mass matrix is the identity, b = (1, cos th_1, sin th_1, ...) the prescribed directions, and quadratic
-conditions: |d|^2 = 1 per family of parallel bars, and one for each guide on a moving body, rod and latch.
+conditions: |d|^2 = 1 per family of parallel bars, and one for each guide on a moving body, massless link and latch.
 """
 
 from __future__ import annotations

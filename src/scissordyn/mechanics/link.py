@@ -1,4 +1,4 @@
-"""Links: what acts between bodies through six form rows, be it a clearance joint or an element."""
+"""Links: what acts between bodies through six form rows, be it a loose joint or an element."""
 
 from __future__ import annotations
 

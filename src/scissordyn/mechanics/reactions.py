@@ -167,13 +167,13 @@ def balance(mechanism: Mechanism) -> Balance:
 
 
 def journal_forces(found: Record) -> np.ndarray:
-    """Contact forces -F_n n - F_t t on the journals of the clearance joints, shape (nt, nj, 2) [N]."""
+    """Contact forces -F_n n - F_t t on the journals of the loose joints, shape (nt, nj, 2) [N]."""
     normal, tangential, nx, ny = np.moveaxis(found.joint[..., 4:8], -1, 0)
     return np.stack([-normal * nx + tangential * ny, -normal * ny - tangential * nx], axis=-1)
 
 
 def known_loads(layout: Layout, direction: np.ndarray, position: np.ndarray, found: Record, radius: np.ndarray) -> np.ndarray:
-    """Forces of clearance joints, springs, loads, motors, rods and latches on the bodies.
+    """Forces of loose joints, springs, loads, motors, massless links and latches on the bodies.
 
     Parameters
     ----------
@@ -182,7 +182,7 @@ def known_loads(layout: Layout, direction: np.ndarray, position: np.ndarray, fou
         Cosine and sine of each body's angle, and where its mass centre is [m].
     found : Record
     radius : ndarray, shape (nj, 2)
-        Clearance and journal radius of the clearance joints [m].
+        Clearance and journal radius of the loose joints [m].
 
     Returns
     -------
@@ -244,7 +244,7 @@ def known_loads(layout: Layout, direction: np.ndarray, position: np.ndarray, fou
 
 
 def connection_forces(layout: Layout, found: Record) -> tuple[np.ndarray, np.ndarray]:
-    """Forces of rods on their ends, shape (nt, links, 2) [N], and torques of latches on their bodies [N m]."""
+    """Forces of massless links on their ends, shape (nt, links, 2) [N], and torques of latches on their bodies [N m]."""
     mechanism, instants = layout.mechanism, found.X.shape[0]
     owner = {condition.name: k for k, condition in enumerate(layout.conditions) if condition.name}
     thrust = np.zeros((instants, len(mechanism.rods), 2))

@@ -101,7 +101,7 @@ def independent(layout: Layout) -> Layout:
     Raises
     ------
     InputError
-        If a rod follows from the other parts: its force is not determined.
+        If a massless link follows from the other parts: its force is not determined.
     """
     holding = [condition for condition in layout.conditions if not condition.latch]
     if len(holding) < 2:

@@ -139,7 +139,7 @@ def hold_joints(
     names : tuple of str
         Joints or links whose forms are held, for messages.
     forms : tuple of Form
-        Vectors to hold, such as the eccentricities of clearance joints.
+        Vectors to hold, such as the eccentricities of loose joints.
     offsets, rates : ndarray, shape (forms, 2)
         Their values [m] and rates [m/s].
 

@@ -12,7 +12,7 @@ _band_factorize, _band_solve = band.factorize, band.solve
 
 @kernel(inline=True)
 def acts(link, S):
-    """Whether a link exerts forces: a clearance joint in contact, or an element."""
+    """Whether a link exerts forces: a loose joint in contact, or an element."""
     return link >= S.radius.shape[0] or S.mode[link] == 1
 
 

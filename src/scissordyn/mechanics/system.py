@@ -72,7 +72,7 @@ class System(NamedTuple):
     length_row: F2  # (2, entries)
     overlap: I2  # (pairs, 3): conditions k >= l that share columns, and where their matches start
     match: I2  # (matches, 2): entries of k and l on the same column
-    link_start: I1  # (links+1,) clearance joints, then elements
+    link_start: I1  # (links+1,) loose joints, then elements
     link_column: I1
     link_row: F2  # (6, entries): e, direction of the journal's body, of the bearing's; for elements u, body, base
     radius: F2  # (nj, 2): clearance and radius of the journal or corner
@@ -99,7 +99,7 @@ class System(NamedTuple):
     observed: F2  # (elements, 2) angle error and recorded signal
     element_x: F2  # (6, 6) work space
     element_v: F2
-    mode: I1  # (guards,) clearance joints, latches, end stops: 0 free flight, 1 contact or locked
+    mode: I1  # (guards,) loose joints, latches, end stops: 0 free flight, 1 contact or locked
     approach: F1  # (guards,) approach speed of the present contact
     block_start: I1  # (links+1,) where a link's k x k blocks start
     place: I1  # (n+m+nz,) row of the step matrix for each unknown
@@ -158,10 +158,10 @@ def build_system(layout: Layout) -> System:
     """
     mechanism, n, nb = layout.mechanism, layout.free, layout.basis
     full = csr_array(layout.coordinates.T @ layout.mass @ layout.coordinates)
-    contacts = mechanism.contacts
-    nj, m = len(contacts), len(layout.conditions)
+    loose = mechanism.contacts
+    nj, m = len(loose), len(layout.conditions)
     elements = mechanism.elements
-    states = [len(joint.clearance.friction.states) for joint in contacts if joint.clearance]
+    states = [len(joint.clearance.friction.states) for joint in loose if joint.clearance]
     states += [len(element.controller.states) if isinstance(element, Actuator) else 0 for element in elements]
     nz = sum(states)
 
@@ -185,7 +185,7 @@ def build_system(layout: Layout) -> System:
     first_stop = nj + latch.shape[0]
     guard = stop_guards(elements, first_stop)
     guards = first_stop + int(np.sum(guard >= 0))
-    links = [_contact_form(layout, contact) for contact in contacts] + [element_form(layout, element) for element in elements]
+    links = [_contact_form(layout, contact) for contact in loose] + [element_form(layout, element) for element in elements]
     link_start, link_column, link_row = _forms(links, 6)
     overlap, match = _overlaps(layout)
     counts = np.diff(link_start)
@@ -193,7 +193,7 @@ def build_system(layout: Layout) -> System:
     laws = np.zeros((nj, 3), np.int64)
     tables = [np.zeros((nj, PARAMETERS)) for _ in range(3)]
     radius, wall = np.zeros((nj, 2)), np.zeros((nj, 3))
-    for index, joint in enumerate(contacts):
+    for index, joint in enumerate(loose):
         clearance = joint.clearance
         assert clearance is not None
         contact = clearance.contact
@@ -236,7 +236,7 @@ def build_system(layout: Layout) -> System:
         link_column=link_column,
         link_row=link_row,
         radius=radius,
-        flat=np.array([isinstance(joint, ContactPoint) for joint in contacts], np.int64),
+        flat=np.array([isinstance(joint, ContactPoint) for joint in loose], np.int64),
         wall=wall,
         law=laws,
         elastic=tables[0],
@@ -310,7 +310,7 @@ def _forms(forms: list[Form] | tuple[Form, ...], height: int) -> tuple[np.ndarra
 
 
 def _contact_form(layout: Layout, joint: Revolute | ContactPoint) -> Form:
-    """The six rows of a clearance joint, or of a corner at its wall, on the union of their columns."""
+    """The six rows of a loose joint, or of a corner at its wall, on the union of their columns."""
     if isinstance(joint, ContactPoint):
         wall = layout.fixed_direction if joint.body == GROUND else layout.direction(joint.body)
         ends = (layout.at(joint.follower, joint.centre), 0, 1.0), (layout.at(joint.body, joint.through), 0, -1.0)

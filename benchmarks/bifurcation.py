@@ -1,8 +1,8 @@
 """A bifurcation diagram over the clearance: 300 values, 200 cycles each, on two processes, with and without friction.
 
-The paper's array (reading A) with joint A loose, driven th_1 = 45 deg + 10 deg sin(2 pi f t) with f = 8 Hz. There the slider's
-acceleration is some sixty times gravity's, the reaction of joint A changes its sign twice in a cycle, and over 0.1 to
-0.7 mm the rubbing joint goes from one orbit per cycle through several windows of irregular motion.
+The paper's array (pinned bar driven) with clearance at joint A, driven th_1 = 45 deg + 10 deg sin(2 pi f t) with f = 8 Hz.
+There the slider's acceleration is about sixty times gravity, the reaction of joint A changes its sign twice per cycle, and
+from 0.1 to 0.7 mm the motion with friction changes from period 1 through several windows of irregular motion.
 """
 
 from __future__ import annotations
@@ -26,17 +26,17 @@ FREQUENCY = 8.0
 CLEARANCES = (0.1e-3, 0.7e-3)
 VALUES, CYCLES, KEPT, WORKERS = 300, 200, 60, 2
 TARGET = 300.0
-"""Most that the diagram may take [s]."""
+"""Target for the time of the diagram [s]."""
 
 TOLERANCES = (1e-8, 1e-6, 1e-5, 1e-4, 1e-3)
 KINETIC = (None, 0.05)
 
 
 def array(kinetic: float | None, clearance: float = 0.5e-3) -> sd.Mechanism:
-    """The paper's array, driven to and fro."""
-    loose = sd.Clearance(clearance) if kinetic is None else sd.Clearance(clearance, friction=sd.LuGre(kinetic=kinetic))
+    """The paper's array under an oscillating drive."""
+    described = sd.Clearance(clearance) if kinetic is None else sd.Clearance(clearance, friction=sd.LuGre(kinetic=kinetic))
     drive = sd.Harmonic(math.radians(45.0), math.radians(10.0), 2.0 * math.pi * FREQUENCY)
-    return sd.scissor(units=2, angle=math.radians(45.0)).driven(drive).loosen("A", loose)
+    return sd.scissor(units=2, angle=math.radians(45.0)).driven(drive).with_clearance("A", described)
 
 
 @dataclass(frozen=True)
@@ -56,7 +56,7 @@ class Mean:
 
 
 def measure(quick: bool = False) -> str:
-    """Tables of the diagrams and of what a tolerance does to statistics."""
+    """Tables of the diagrams and of the effect of the tolerance on statistics."""
     return f"{_diagrams(quick)}\n{_tolerances(quick)}"
 
 
@@ -75,7 +75,7 @@ def _diagrams(quick: bool) -> str:
         if set(diagram["status"].values) != {"complete"}:
             raise RuntimeError(f"{name_of(kinetic)}: {sorted(set(diagram['cause'].values))}")
         total = float(diagram["completed_cycles"].sum())
-        # what else runs on the machine lengthens the wall time, but not the time of the processor
+        # other processes increase the wall time, but not the processor time
         whole = VALUES * CYCLES / (float(diagram.attrs["cycles_per_second"]) * WORKERS)
         rows.append(
             [
@@ -111,12 +111,21 @@ def _tolerances(quick: bool) -> str:
                         f"{tolerance:.0e}",
                         f"{run.attrs['cycles_per_second']:.0f}",
                         str(Mean.of(late["impacts"].values)),
-                        str(Mean.of(late["contact_share"].values)),
+                        str(Mean.of(late["contact_fraction"].values)),
                         str(Mean.of(late["peak_force"].values)),
                         f"{float(late['slider_velocity'].std()):.0e}",
                     ]
                 )
-    head = ["case", "c [mm]", "tolerance", "cycles/s", "impacts", "contact share", "peak force [N]", "spread of velocity [m/s]"]
+    head = [
+        "case",
+        "c [mm]",
+        "tolerance",
+        "cycles/s",
+        "impacts",
+        "contact fraction",
+        "peak force [N]",
+        "spread of velocity [m/s]",
+    ]
     text = f"Statistics of cycles {skipped} to {cycles - 1} against the tolerance.\n\n"
     return text + table(head, rows)
 

@@ -1,4 +1,4 @@
-"""Figures behind single decisions: the weight of hidden states, the energy books, LuGre's constants, how kernels get arrays."""
+"""Measurements for single decisions: tolerances of internal states, energy balance, LuGre's constants, arguments of kernels."""
 
 from __future__ import annotations
 
@@ -35,12 +35,12 @@ def _hidden_states() -> str:
     for kinetic in (0.01, 0.1):
         reference = sd.simulate(array(kinetic), until=UNTIL, rtol=1e-12, atol=1e-12)["contact_start"].values
         for weight in (1.0, 10.0, 100.0, 1000.0):
-            with mock.patch.object(trajectory, "HIDDEN_STATES", weight):
+            with mock.patch.object(trajectory, "INTERNAL_STATES", weight):
                 run = sd.simulate(array(kinetic), until=UNTIL)
             errors = np.abs(run["contact_start"].values[:5] - reference[:5])
             steps = json.loads(run.attrs["statistics"])["steps"]
             rows.append([f"{name_of(kinetic)}, {weight:g}", str(steps), *(f"{errors[k]:.0e}" for k in (1, 2, 4))])
-    text = "Hidden states weighed more loosely by a factor: errors of the starts of contacts 2, 3 and 5 [s] at 1e-8.\n\n"
+    text = "Tolerance of the internal states larger by a factor: errors of contact starts 2, 3 and 5 [s] at 1e-8.\n\n"
     return text + table(["case, factor", "steps", "contact 2", "contact 3", "contact 5"], rows)
 
 
@@ -54,7 +54,7 @@ def _books() -> str:
             chosen = json.loads(run.attrs["statistics"])["method"]
             own = " (chosen)" if tableau.tableau(chosen).gauss.size == points else ""
             rows.append([f"{name_of(kinetic)}, {points} nodes{own}", chosen, f"{residual:.1e}"])
-    text = "Largest energy residual over the largest kinetic energy at 1e-8, by Gauss nodes of the books in each step.\n\n"
+    text = "Largest energy residual over the largest kinetic energy at 1e-8, by Gauss nodes of the powers in each step.\n\n"
     return text + table(["case", "method", "residual"], rows)
 
 
@@ -67,11 +67,11 @@ def _reversal() -> str:
     rows = []
     for damping in (316.0, 31.6, 3.16, 0.0):
         friction = sd.LuGre(kinetic=0.1, bristle_damping=damping)
-        mechanism = array(None).loosen("A", dataclasses.replace(sd.Clearance(0.5e-3), friction=friction))
+        mechanism = array(None).with_clearance("A", dataclasses.replace(sd.Clearance(0.5e-3), friction=friction))
         run = sd.simulate(mechanism, until=UNTIL, samples=50_001)
         joint = run.sel(joint="A")
         normal = joint["normal_force"].values
-        # below a newton both forces round to nothing and their ratio to anything
+        # below 1 N the ratio of the two forces is dominated by round-off
         pressed = normal > 1.0
         ratio = np.where(pressed, np.abs(joint["friction_force"].values) / np.where(pressed, normal, 1.0), 0.0)
         loaded = np.where(normal > 1000.0, ratio, 0.0)
@@ -106,10 +106,10 @@ def _handing_over(repeats: int) -> str:
     rows = [[name, f"{1e9 * found.median / CALLS:.1f}"] for name, found in times.items()]
     arrays = sum(isinstance(part, np.ndarray) for part in system)
     text = (
-        f"A call through a typed pointer of a function that touches four of a system's {arrays} arrays, all handed over by\n"
+        f"A call through a typed pointer of a function that touches four of a system's {arrays} arrays, all passed by\n"
         "value or as one address.\n\n"
     )
-    return text + table(["handed over", "per call [ns]"], rows)
+    return text + table(["passed", "per call [ns]"], rows)
 
 
 def _caller(by_value: bool, counts: bool, content: Any) -> Any:

@@ -1,4 +1,4 @@
-"""Times that can be compared: runs of all candidates take turns in one process, and medians are compared."""
+"""Comparable times: runs of all candidates alternate in one process, and medians are compared."""
 
 from __future__ import annotations
 
@@ -20,12 +20,12 @@ __all__ = ["DECISIONS", "Times", "command", "fitted_exponent", "interleaved", "m
 DECISIONS = Path(__file__).parent.parent / "docs" / "decisions"
 
 Measured = Callable[[], float | None]
-"""Something to time: it returns its own seconds, or nothing if it is to be timed from outside."""
+"""A candidate: it returns its own seconds, or None if it is to be timed from outside."""
 
 
 @dataclass(frozen=True)
 class Times:
-    """What several runs took.
+    """Times of several runs.
 
     Parameters
     ----------
@@ -40,7 +40,7 @@ class Times:
 
 
 def interleaved(candidates: Mapping[str, Measured], repeats: int) -> dict[str, Times]:
-    """Times of candidates that take turns, after one run each that is not counted.
+    """Times of alternating candidates, after one run each that is not counted.
 
     Parameters
     ----------
@@ -79,7 +79,7 @@ def table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
 
 
 def machine() -> str:
-    """Where and with what the figures were made."""
+    """Machine and versions of the figures."""
     model = platform.processor() or "unknown processor"
     try:
         for line in Path("/proc/cpuinfo").read_text().splitlines():
@@ -101,12 +101,12 @@ def command(name: str, measure: Callable[[bool], str]) -> None:
     Parameters
     ----------
     name : str
-        Of the page that ``--write`` keeps in docs/decisions/measured.
+        Of the page that ``--write`` saves in docs/decisions/measured.
     measure : callable
         Whether to be quick, to a Markdown page.
     """
     parser = argparse.ArgumentParser(description=f"Measure: {name}.")
-    parser.add_argument("--write", action="store_true", help="keep the figures in docs/decisions/measured")
+    parser.add_argument("--write", action="store_true", help="save the figures in docs/decisions/measured")
     parser.add_argument("--quick", action="store_true", help="fewer and smaller runs")
     given = parser.parse_args()
     page = f"{measure(given.quick)}\n{machine()}\n"

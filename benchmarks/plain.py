@@ -1,7 +1,8 @@
-"""The paper's case as one would write it for scipy: minimal coordinates in plain Python, contacts as terminal events.
+"""The paper's case written for scipy: minimal coordinates in plain Python, contacts as terminal events.
 
-Two units, reading A, joint A loose, Liu stiffness, Flores damping, LuGre friction or none. Unknowns are psi = th_1 + th_2 and
-e_y = (L/2) (sin th_1 - sin th_2) - y, both zero in the ideal array, so that tolerances stay small against the clearance.
+Two units, pinned bar driven, clearance at joint A, Liu stiffness, Flores damping, LuGre friction or none. Unknowns are psi =
+th_1 + th_2 and e_y = (L/2) (sin th_1 - sin th_2) - y, both zero in the ideal array, so that tolerances stay small against the
+clearance.
 """
 
 from __future__ import annotations
@@ -24,7 +25,7 @@ STIFFNESS = 0.5 * math.pi * LB * 207e9 / (2.0 * (1.0 - 0.3**2))
 XI = 1.6 * (1.0 / 0.9 - 1.0)
 SIGMA0, SIGMA1, STRIBECK = 1e5, 316.0, 1e-3
 MAX_STEP = 5e-5
-"""Longest step [s]: scipy looks for a crossing by the signs at the ends of a step, and misses whole contacts without it."""
+"""Longest step [s]: scipy finds a root from the signs at the ends of a step, and misses contacts with longer steps."""
 
 
 @dataclass
@@ -84,13 +85,13 @@ class Plain:
             depth = max(e - C, 0.0)
             normal = STIFFNESS * depth * math.sqrt(depth / (2.0 * (C + depth)))
             normal = max(normal * (1.0 + XI * rate / self.approach), 0.0)
-            rubbing = 0.0
+            tangential = 0.0
             if self.kinetic is not None:
                 z = float(y[4])
                 bristle = slip - SIGMA0 * abs(slip) * z / self.sliding(slip)
-                rubbing = normal * (SIGMA0 * z + SIGMA1 * bristle)
-            fx, fy = -normal * nx + rubbing * ny, -normal * ny - rubbing * nx
-            moment = -RJ * rubbing
+                tangential = normal * (SIGMA0 * z + SIGMA1 * bristle)
+            fx, fy = -normal * nx + tangential * ny, -normal * ny - tangential * nx
+            moment = -RJ * tangential
         half, unit, difference = 0.5 * L, M * L * L, p - k
         push = half * (fx * math.sin(k) - fy * math.cos(k)) + moment
         ak = (unit * math.sin(difference) * SPEED**2 - M * G * L * math.cos(k) + push) / (2.0 / 3.0 * unit)
@@ -102,11 +103,11 @@ class Plain:
         """LuGre's g(v), static coefficient 1.5 times the kinetic one."""
         assert self.kinetic is not None
         ratio = slip / STRIBECK
-        # a product overflows to infinity where a power raises: scipy's first trial steps are long
+        # a product overflows to infinity where a power raises an exception: scipy's first trial steps are long
         return self.kinetic * (1.0 + 0.5 * math.exp(-ratio * ratio))
 
     def run(self) -> Plain:
-        """Go from event to event; the bristles are weighed as loosely as in the package."""
+        """Integrate from event to event; the bristles have the same tolerance as in the package."""
         began = time.perf_counter()
         bristles = [] if self.kinetic is None else [100.0 * self.kinetic / SIGMA0]
         atol = self.tolerance * np.array([C, C, 1.0, 1.0, *bristles])
@@ -121,7 +122,7 @@ class Plain:
         return self
 
     def piece(self, t: float, y: np.ndarray, atol: np.ndarray) -> Any:
-        """Until the next crossing."""
+        """Integrate to the next event."""
 
         def crossing(when: float, state: np.ndarray) -> float:
             return self.gap(when, state)

@@ -1,4 +1,4 @@
-"""Longer arrays: one loose joint must cost the same at any length, many loose joints in proportion to it."""
+"""Longer arrays: cost with one clearance joint, and with clearance at every joint."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from statistics import median
 
-from benchmarks.cases import UNTIL, all_loose, array, name_of
+from benchmarks.cases import UNTIL, array, clearance_everywhere, name_of
 from benchmarks.measure import command, fitted_exponent, table
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.simulation.dataset import to_dataset
@@ -16,15 +16,15 @@ from scissordyn.simulation.trajectory import Trajectory, compute
 
 UNITS = (2, 10, 50, 200)
 SHARED = 1.5
-"""Most that the integration of a long array with one loose joint may take, in times of that of two units."""
+"""Target for the integration time of a long array with one clearance joint, relative to two units."""
 
-FLIGHT, KNOCKING = 1e-3, 2e-3
-"""Simulated times with every joint loose [s]: before the first contact at 1.4 ms, and after it."""
+FLIGHT, CONTACT = 1e-3, 2e-3
+"""Simulated times with clearance at every joint [s]: before the first contact at 1.4 ms, and after it."""
 
 
 @dataclass(frozen=True)
 class Phases:
-    """What the parts of a run took.
+    """Times of the parts of a run.
 
     Parameters
     ----------
@@ -41,12 +41,12 @@ class Phases:
 
 def measure(quick: bool = False) -> str:
     """Both tables."""
-    one = _one_loose(UNITS[:3] if quick else UNITS, 3 if quick else 9)
-    return f"{one}\n{_all_loose((2, 4, 8) if quick else (2, 4, 8, 16, 32), 1 if quick else 3)}"
+    one = _one_clearance(UNITS[:3] if quick else UNITS, 3 if quick else 9)
+    return f"{one}\n{_clearance_everywhere((2, 4, 8) if quick else (2, 4, 8, 16, 32), 1 if quick else 3)}"
 
 
 def _phases(cases: Mapping[str, tuple[Mechanism, Options]], repeats: int) -> dict[str, Phases]:
-    """Median times of cases that take turns, after one run each that is not counted."""
+    """Median times of alternating cases, after one run each that is not counted."""
     times: dict[str, list[tuple[float, float, float]]] = {name: [] for name in cases}
     paths: dict[str, Trajectory] = {}
     for turn in range(repeats + 1):
@@ -61,7 +61,7 @@ def _phases(cases: Mapping[str, tuple[Mechanism, Options]], repeats: int) -> dic
     return {name: Phases(paths[name], *map(median, zip(*found, strict=True))) for name, found in times.items()}
 
 
-def _one_loose(units: tuple[int, ...], repeats: int) -> str:
+def _one_clearance(units: tuple[int, ...], repeats: int) -> str:
     named = {f"{name_of(kinetic)}, N = {count}": (kinetic, count) for kinetic in (None, 0.1) for count in units}
     found = _phases({name: (array(*case), Options(UNTIL)) for name, case in named.items()}, repeats)
     rows = []
@@ -82,7 +82,7 @@ def _one_loose(units: tuple[int, ...], repeats: int) -> str:
             ]
         )
     head = [
-        "joint A loose",
+        "clearance at joint A",
         "unknowns",
         "steps",
         "integration [ms]",
@@ -95,33 +95,33 @@ def _one_loose(units: tuple[int, ...], repeats: int) -> str:
     return text + table(head, rows)
 
 
-def _all_loose(units: tuple[int, ...], repeats: int) -> str:
-    mechanisms = {count: all_loose(count) for count in units}
+def _clearance_everywhere(units: tuple[int, ...], repeats: int) -> str:
+    mechanisms = {count: clearance_everywhere(count) for count in units}
     flights = _phases({str(n): (m, Options(FLIGHT, samples=2)) for n, m in mechanisms.items()}, repeats)
-    knocks = _phases({str(n): (m, Options(KNOCKING, samples=101)) for n, m in mechanisms.items()}, repeats)
+    contacts = _phases({str(n): (m, Options(CONTACT, samples=101)) for n, m in mechanisms.items()}, repeats)
     rows, joints, per_rate, per_time = [], [], [], []
     for count, mechanism in mechanisms.items():
-        flight, knocking = flights[str(count)], knocks[str(count)]
-        path = knocking.path
-        joints.append(float(len(mechanism.loose)))
+        flight, contact = flights[str(count)], contacts[str(count)]
+        path = contact.path
+        joints.append(float(len(mechanism.clearance_joints)))
         per_rate.append(flight.integration / float(flight.path.statistics["rates"]))
-        per_time.append(knocking.integration / path.end)
+        per_time.append(contact.integration / path.end)
         rows.append(
             [
                 f"N = {count}",
-                str(len(mechanism.loose)),
+                str(len(mechanism.clearance_joints)),
                 str(path.layout.free),
                 f"{1e6 * per_rate[-1]:.2f}",
                 path.status,
                 str(path.statistics["steps"]),
                 str(path.statistics["events"]),
                 f"{per_time[-1]:.2f}",
-                f"{1e3 * knocking.setup:.0f}",
-                f"{1e3 * knocking.dataset:.0f}",
+                f"{1e3 * contact.setup:.0f}",
+                f"{1e3 * contact.dataset:.0f}",
             ]
         )
     head = [
-        "all joints loose",
+        "clearance at all joints",
         "joints",
         "unknowns",
         "per rate in flight [us]",
@@ -133,10 +133,10 @@ def _all_loose(units: tuple[int, ...], repeats: int) -> str:
         "Dataset [ms]",
     ]
     text = (
-        f"Every revolute joint loose, frictionless, dop853, at 1e-8: {1e3 * FLIGHT:g} ms of free flight, then "
-        f"{1e3 * KNOCKING:g} ms with knocks.\nTime grows as the number of joints to the power "
+        f"Clearance at every revolute joint, no friction, dop853, at 1e-8: {1e3 * FLIGHT:g} ms of free flight, then "
+        f"{1e3 * CONTACT:g} ms with impacts.\nTime grows as the number of joints to the power "
         f"{fitted_exponent(joints, per_rate):.2f} for an evaluation of the right-hand side in flight\n"
-        f"and {fitted_exponent(joints, per_time):.2f} for a simulated time with knocks.\n\n"
+        f"and {fitted_exponent(joints, per_time):.2f} for a simulated time with impacts.\n\n"
     )
     return text + table(head, rows)
 

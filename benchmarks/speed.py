@@ -1,4 +1,4 @@
-"""The paper's case, 50 ms at the default tolerance: our times, scipy's, and explicit against stiff steps."""
+"""The paper's case, 50 ms at the default tolerance: times of scissordyn and scipy, and explicit against stiff methods."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from scissordyn.simulation.options import Options
 from scissordyn.simulation.trajectory import compute
 
 TARGET = {None: 10e-3, 0.01: 20e-3, 0.1: 20e-3}
-"""Most that a whole run may take [s]."""
+"""Target for a complete run [s]."""
 
 TOLERANCE = 1e-8
 PEERS = ("Radau", "LSODA", "DOP853")
@@ -69,7 +69,7 @@ def _against_scipy(own: dict[float | None, Times], quick: bool) -> str:
         rows.append(
             [
                 name_of(kinetic),
-                "ours",
+                "scissordyn",
                 f"{own[kinetic].median:.4f}",
                 "1",
                 str(mine[kinetic].sizes["contact"]),
@@ -85,7 +85,7 @@ def _against_scipy(own: dict[float | None, Times], quick: bool) -> str:
     text = (
         "Against `scipy.integrate.solve_ivp` on minimal coordinates in plain Python, contacts as terminal events, same\n"
         "tolerance, steps of at most 0.05 ms, without which scipy misses contacts; integration alone. Error: of the start of\n"
-        "the third contact, against our run at 1e-11.\n\n"
+        "the third contact, against scissordyn at 1e-11.\n\n"
     )
     return text + table(["case", "method", "time [s]", "ratio", "contacts", "error [s]"], rows)
 
@@ -102,7 +102,7 @@ def _explicit_against_stiff(repeats: int) -> str:
                 candidates[method] = lambda m=mechanism, o=options: float(compute(m, o).statistics["seconds"])
                 paths[method] = compute(mechanism, options)
             times = interleaved(candidates, repeats)
-            # a run that broke off has a time and a number of steps, but they compare with nothing
+            # time and steps of a failed run are not comparable
             whole = {method: path.status == "complete" for method, path in paths.items()}
             explicit, stiff = (times[method].median for method in candidates)
             steps = [int(path.statistics["steps"]) for path in paths.values()]
@@ -117,7 +117,7 @@ def _explicit_against_stiff(repeats: int) -> str:
                 ]
             )
     head = ["case", "tolerance", "dop853 [ms]", "rodas5p [ms]", "ratio", "steps dop853", "steps rodas5p", "ratio"]
-    return "Explicit against stiff steps in our own loop.\n\n" + table(head, rows)
+    return "Explicit against stiff methods in the same loop.\n\n" + table(head, rows)
 
 
 if __name__ == "__main__":

@@ -1,4 +1,4 @@
-"""What the first run on a machine costs, and what every later process costs before it computes."""
+"""Time and memory of the first run on a machine, and start-up time of later processes."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ FIRST, LATER, MEMORY = 60.0, 1.5, 400.0
 
 @dataclass(frozen=True)
 class Process:
-    """What a process used.
+    """Time and memory of a process.
 
     Parameters
     ----------
@@ -43,7 +43,7 @@ child = os.posix_spawn(sys.executable, [sys.executable, *sys.argv[1:]], os.envir
 _, status, used = os.wait4(child, 0)
 print(time.perf_counter() - began, used.ru_utime, used.ru_maxrss, os.waitstatus_to_exitcode(status))
 """
-"""A small process that starts and weighs another: a child counts the memory of the process that it was started from."""
+"""A small process that starts and measures another, as a child's memory would include that of its parent."""
 
 
 def _process(arguments: Sequence[str], environment: Mapping[str, str]) -> Process:
@@ -66,7 +66,7 @@ def measure(quick: bool = False) -> str:
     run = ("-m", "scissordyn.cli.main", "run", str(CASE))
     rows = []
     with tempfile.TemporaryDirectory() as folder:
-        # the user's own cache serves when it is to be quick
+        # the quick version uses the user's own cache
         environment = {} if quick else {"SCISSORDYN_CACHE": folder}
         first = _process(run, environment)
         if not quick:

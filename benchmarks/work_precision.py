@@ -1,4 +1,4 @@
-"""Error against time for every method, from loose to tight tolerances."""
+"""Error against time for every method, from large to small tolerances."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from scissordyn.simulation.trajectory import compute
 TOLERANCES = (1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9, 1e-10)
 CONTACTS = 3
 REFERENCE, WITNESS = ("rodas5p", 1e-12), ("dop853", 1e-12)
-"""The run that errors are measured against, and another method's, whose distance is the floor below which they mean nothing."""
+"""The reference run of the errors, and that of another method, whose difference is the resolution of the errors."""
 
 ERRORS = {
     "start": "contact_start",
@@ -61,7 +61,7 @@ def _errors(run: xr.Dataset, reference: xr.Dataset) -> dict[str, float]:
 
 
 def measure(quick: bool = False) -> str:
-    """Table; the picture is drawn beside it unless it is to be quick."""
+    """Table, and the picture unless quick."""
     tolerances = TOLERANCES[1::3] if quick else TOLERANCES
     page, points = "", {}
     for kinetic in FRICTION:
@@ -83,7 +83,7 @@ def measure(quick: bool = False) -> str:
     if not quick:
         _draw(points)
         page += "![Error against time of all methods](../work-precision.png)\n\n"
-        page += "Dotted: where two methods at 1e-12 part; failed runs are left out.\n"
+        page += "Dotted: difference of two methods at 1e-12; failed runs are left out.\n"
     intro = (
         f"Integration alone, 50 ms. Largest relative error of start, speed and peak force of the first {CONTACTS}\n"
         f"contacts, and of the slider's position at 50 ms in clearances, against {REFERENCE[0]} at {REFERENCE[1]:.0e}.\n\n"

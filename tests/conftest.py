@@ -18,30 +18,30 @@ def array():
 
 
 @pytest.fixture(scope="session")
-def loose_array(array):
+def clearance_array(array):
     """The same with the paper's clearance at joint A, frictionless."""
-    return array.loosen("A", Clearance(0.5e-3))
+    return array.with_clearance("A", Clearance(0.5e-3))
 
 
 @pytest.fixture(scope="session")
 def hertz_array(array):
     """The same with the laws that the clearance-joint literature compares with."""
-    return array.loosen("A", Clearance(0.5e-3, stiffness=Hertz(), damping=LankaraniNikravesh()))
+    return array.with_clearance("A", Clearance(0.5e-3, stiffness=Hertz(), damping=LankaraniNikravesh()))
 
 
 @pytest.fixture(scope="session")
-def rubbing_array(array):
+def frictional_array(array):
     """The same with LuGre friction."""
-    return array.loosen("A", Clearance(0.5e-3, friction=LuGre(0.1)))
+    return array.with_clearance("A", Clearance(0.5e-3, friction=LuGre(0.1)))
 
 
 @pytest.fixture(scope="session")
-def loose_run(loose_array):
+def clearance_run(clearance_array):
     """50 ms of the frictionless array at default tolerance."""
-    return simulate(loose_array, until=0.05)
+    return simulate(clearance_array, until=0.05)
 
 
 @pytest.fixture(scope="session")
-def rubbing_run(rubbing_array):
-    """50 ms of the rubbing array at default tolerance."""
-    return simulate(rubbing_array, until=0.05)
+def frictional_run(frictional_array):
+    """50 ms of the array with friction at default tolerance."""
+    return simulate(frictional_array, until=0.05)

@@ -24,7 +24,7 @@ FACTOR = 1.01
 
 
 class Spot(ast.NodeTransformer):
-    """Counts the places that can be changed and changes the one with a given number."""
+    """Counts the constants that can be changed and changes the one with a given number."""
 
     def __init__(self, target=None):
         self.target, self.count, self.changed, self.method = target, 0, "", ""

@@ -11,7 +11,7 @@ import xarray as xr
 
 from reference.lagrange import Array, constant_speed, harmonic
 from reference.marching import March, Model
-from reference.multipliers import Multipliers, loose_joint
+from reference.multipliers import Multipliers, clearance_joint
 from scissordyn.laws.damping import proportional
 from scissordyn.laws.damping.flores import Flores
 from scissordyn.laws.damping.lankarani_nikravesh import LankaraniNikravesh
@@ -38,8 +38,8 @@ CLOSE_PEAK_TIME = 1e-5
 """A force is flat at its peak: its round-off of 1e-12 shifts the peak by 1e-6 of the contact's length."""
 
 
-def loose(pair: str = "liu", kinetic: float | None = None) -> Clearance:
-    """A loose joint with one of the law pairs, dry or rubbing."""
+def pin_clearance(pair: str = "liu", kinetic: float | None = None) -> Clearance:
+    """A clearance joint with one of the law pairs, with or without friction."""
     stiffness, damping = PAIRS[pair]
     friction = NoFriction() if kinetic is None else LuGre(kinetic=kinetic)
     return Clearance(C, stiffness=stiffness, damping=damping, friction=friction)
@@ -49,7 +49,7 @@ def assert_agree(mechanism: Mechanism, model: Model, joints: Sequence[str], *, c
     """The package's run and a reference model's have the same contacts, eccentricities, torque and energies."""
     reference = March(model, rtol=tolerance, atol=tolerance).run(0.03, most_contacts=contacts)
     end = reference.pieces[-1].end
-    # a microsecond more, so that the last contact has ended on this road too
+    # a microsecond more, so that the last contact has ended in this formulation too
     run = simulate(mechanism, until=end + 1e-6, rtol=TOLERANCE, atol=TOLERANCE)
     assert run.attrs["status"] == "complete"
     ended = [contact for contact in reference.contacts if not math.isnan(contact.duration)]
@@ -96,8 +96,8 @@ def assert_same_motion(run: xr.Dataset, reference: March, joints: Sequence[str])
 @pytest.mark.parametrize("pair", PAIRS)
 def test_normal_laws_agree(pair: str) -> None:
     """Cross-check: the kernels against plain Python, from light to heavy contacts."""
-    clearance = loose(pair)
-    described, other = clearance.contact, loose_joint(clearance)
+    clearance = pin_clearance(pair)
+    described, other = clearance.contact, clearance_joint(clearance)
     kernel = {"liu": liu.force, "hertz": hertz.force}[pair]
     parameters = np.array(clearance.stiffness.parameters(described))
     for depth in np.geomspace(1e-9, 1e-3, 13).tolist():
@@ -112,14 +112,14 @@ def test_normal_laws_agree(pair: str) -> None:
 @pytest.mark.parametrize("kinetic", [0.01, 0.1])
 def test_lugre_agrees(kinetic: float) -> None:
     """Cross-check: force, bristle rate and steady deflection, also about the Stribeck speed, where runs hardly stay."""
-    clearance = loose(kinetic=kinetic)
+    clearance = pin_clearance(kinetic=kinetic)
     parameters = np.array(clearance.friction.parameters(clearance.contact))
-    other = loose_joint(clearance).friction
+    other = clearance_joint(clearance).friction
     assert other is not None
     bristle, rate = np.zeros(1), np.zeros(1)
     for slip in (-0.3, -2e-3, -4e-4, 1e-5, 7e-4, 1.5e-3, 0.05):
-        for share in (-0.8, 0.0, 0.5, 1.0):
-            bristle[0] = share * kinetic / 1e5
+        for fraction in (-0.8, 0.0, 0.5, 1.0):
+            bristle[0] = fraction * kinetic / 1e5
             coefficient, growth = other.evaluate(slip, bristle[0])
             assert lugre.force(slip, 300.0, bristle, rate, parameters) == pytest.approx(300.0 * coefficient, rel=1e-12)
             assert rate[0] == pytest.approx(growth, rel=1e-12)
@@ -129,23 +129,23 @@ def test_lugre_agrees(kinetic: float) -> None:
 
 @pytest.mark.parametrize("kinetic", [None, 0.05])
 @pytest.mark.parametrize("pair", PAIRS)
-@pytest.mark.parametrize("reading", ["A", "B"])
+@pytest.mark.parametrize("driven_bar", ["pinned", "slider"])
 @pytest.mark.parametrize("units", [1, 2, 5])
-def test_arrays_agree_with_lagrange(units: int, reading: str, pair: str, kinetic: float | None) -> None:
+def test_arrays_agree_with_lagrange(units: int, driven_bar: str, pair: str, kinetic: float | None) -> None:
     """Cross-check: three contacts of joint A against Lagrange's equations in minimal coordinates."""
-    clearance = loose(pair, kinetic)
-    mechanism = scissor(units=units, reading=reading).driven(speed=SPEED).loosen("A", clearance)
-    array = Array(loose_joint(clearance), constant_speed(math.pi / 6.0, SPEED), units, reading)
+    clearance = pin_clearance(pair, kinetic)
+    mechanism = scissor(units=units, driven_bar=driven_bar).driven(speed=SPEED).with_clearance("A", clearance)
+    array = Array(clearance_joint(clearance), constant_speed(math.pi / 6.0, SPEED), units, driven_bar)
     assert_agree(mechanism, array, ["A"], contacts=3, tolerance=1e-12)
 
 
 def test_slider_agrees_with_lagrange() -> None:
     """Cross-check: the slider's position, through three contacts with friction."""
-    clearance = loose(kinetic=0.05)
-    array = Array(loose_joint(clearance), constant_speed(math.pi / 6.0, SPEED))
+    clearance = pin_clearance(kinetic=0.05)
+    array = Array(clearance_joint(clearance), constant_speed(math.pi / 6.0, SPEED))
     reference = March(array).run(0.006)
     run = simulate(
-        scissor().driven(speed=SPEED).loosen("A", clearance), until=0.006, rtol=TOLERANCE, atol=TOLERANCE, samples=41
+        scissor().driven(speed=SPEED).with_clearance("A", clearance), until=0.006, rtol=TOLERANCE, atol=TOLERANCE, samples=41
     )
     expected = [
         array.slider_position(t, q) for t, q in zip(run["time"].values, reference.at(run["time"]).coordinates, strict=True)
@@ -155,35 +155,35 @@ def test_slider_agrees_with_lagrange() -> None:
 
 @pytest.mark.parametrize("kinetic", [None, 0.05])
 def test_harmonic_drive_agrees_with_lagrange(kinetic: float | None) -> None:
-    """Cross-check: joint A with the driven angle swinging."""
-    clearance = loose(kinetic=kinetic)
+    """Cross-check: joint A with an oscillating driven angle."""
+    clearance = pin_clearance(kinetic=kinetic)
     motion = Harmonic(mean=0.8, amplitude=0.3, frequency=60.0)
-    mechanism = scissor().driven(motion).loosen("A", clearance)
-    assert_agree(mechanism, Array(loose_joint(clearance), harmonic(0.8, 0.3, 60.0)), ["A"], contacts=3, tolerance=1e-12)
+    mechanism = scissor().driven(motion).with_clearance("A", clearance)
+    assert_agree(mechanism, Array(clearance_joint(clearance), harmonic(0.8, 0.3, 60.0)), ["A"], contacts=3, tolerance=1e-12)
 
 
 @pytest.mark.parametrize(
-    ("units", "reading", "kinetic", "joints", "contacts"),
+    ("units", "driven_bar", "kinetic", "joints", "contacts"),
     [
-        (1, "A", None, ["O"], 3),
-        (2, "A", None, ["unit 1/pivot"], 2),
-        (2, "B", 0.05, ["unit 1/upper"], 2),
-        (3, "A", None, ["unit 2/lower"], 3),
-        (4, "B", None, ["unit 3/upper"], 2),
-        (8, "A", None, ["A"], 1),
-        (8, "B", None, ["unit 4/pivot"], 1),
-        (2, "A", None, ["O", "A"], 3),
-        (3, "B", None, ["A", "unit 1/upper", "unit 2/pivot"], 3),
-        (2, "A", 0.05, ["A", "unit 1/lower"], 2),
+        (1, "pinned", None, ["O"], 3),
+        (2, "pinned", None, ["unit 1/pivot"], 2),
+        (2, "slider", 0.05, ["unit 1/upper"], 2),
+        (3, "pinned", None, ["unit 2/lower"], 3),
+        (4, "slider", None, ["unit 3/upper"], 2),
+        (8, "pinned", None, ["A"], 1),
+        (8, "slider", None, ["unit 4/pivot"], 1),
+        (2, "pinned", None, ["O", "A"], 3),
+        (3, "slider", None, ["A", "unit 1/upper", "unit 2/pivot"], 3),
+        (2, "pinned", 0.05, ["A", "unit 1/lower"], 2),
     ],
 )
-def test_loose_joints_anywhere_agree_with_multipliers(
-    units: int, reading: str, kinetic: float | None, joints: list[str], contacts: int
+def test_clearance_joints_anywhere_agree_with_multipliers(
+    units: int, driven_bar: str, kinetic: float | None, joints: list[str], contacts: int
 ) -> None:
-    """Cross-check: one and several loose joints against three coordinates per body and multipliers."""
-    mechanism = scissor(units=units, reading=reading).driven(speed=SPEED)
+    """Cross-check: one and several clearance joints against three coordinates per body and multipliers."""
+    mechanism = scissor(units=units, driven_bar=driven_bar).driven(speed=SPEED)
     for joint in joints:
-        mechanism = mechanism.loosen(joint, loose(kinetic=kinetic))
+        mechanism = mechanism.with_clearance(joint, pin_clearance(kinetic=kinetic))
     model = Multipliers(mechanism)
-    names = [joint.name for joint in model.loose]
+    names = [joint.name for joint in model.clearance_joints]
     assert_agree(mechanism, model, names, contacts=contacts, tolerance=1e-12 if kinetic is None else 1e-10)

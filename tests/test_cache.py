@@ -21,12 +21,12 @@ PACKAGE = Path(scissordyn.__file__).parent
 ASK = """
 import json
 import numpy as np
-from scissordyn.laws.ladder import elastic_force
+from scissordyn.laws.dispatch import elastic_force
 force = elastic_force(0, 1e-5, np.array([1e9, 5e-4]))
 stats = elastic_force.stats
 print(json.dumps([force, sum(stats.cache_hits.values()), sum(stats.cache_misses.values())]))
 """
-"""Liu's force through the ladder, a caller in another file, and whether its machine code came from disk."""
+"""Liu's force through the dispatch, a caller in another file, and whether its machine code came from disk."""
 
 LIU = 1e9 * 1e-5 * (1e-5 / (2.0 * (5e-4 + 1e-5))) ** 0.5
 """The same by hand: p0 delta sqrt(delta / (2 (c + delta)))."""
@@ -84,7 +84,7 @@ def test_edited_law_is_compiled_into_its_callers(copy: Path, tmp_path: Path) -> 
 
 
 def test_old_generations_are_deleted(copy: Path, tmp_path: Path) -> None:
-    """Limit: only the machine code of the latest few editions of the kernels is kept."""
+    """Limit: only the machine code of the latest few editions of the kernels is stored."""
     from scissordyn.jit import KEPT_GENERATIONS
 
     cache, law = tmp_path / "cache", copy / "scissordyn" / "laws" / "elastic" / "liu.py"

@@ -16,7 +16,7 @@ CLOSE = 1e-9
 
 @pytest.mark.parametrize(("offset", "angle"), [(0.0, 0.0), (0.02, 0.5), (-0.03, 4.0)])
 def test_slider_crank_motion(offset, angle):
-    """Closed form: slider and rod of the ideal slider-crank over a turn, with their first and second derivatives."""
+    """Closed form: slider and rod of the ideal slider-crank over a revolution, with their first and second derivatives."""
     w, r, l = sd.rpm(3000), 0.05, 0.12
     mechanism = sd.slider_crank(crank=r, rod=l, offset=offset, angle=angle).driven(speed=w)
     run = sd.simulate(mechanism, until=0.02, samples=201, **TIGHT)
@@ -72,11 +72,11 @@ def test_four_bar_motion(case):
     coupler = -w * r * np.sin(a - d) / (l * np.sin(b - d))
     rocker = w * r * np.sin(a - b) / (c * np.sin(d - b))
     bending = -r * s * np.sin(a - d) - r * w**2 * np.cos(a - d) - l * coupler**2 * np.cos(b - d) + c * rocker**2
-    swinging = r * s * np.sin(a - b) + r * w**2 * np.cos(a - b) + l * coupler**2 - c * rocker**2 * np.cos(d - b)
+    across = r * s * np.sin(a - b) + r * w**2 * np.cos(a - b) + l * coupler**2 - c * rocker**2 * np.cos(d - b)
     speed = float(np.max(np.abs(w)))
     for body, angle, rate, second in (
         ("coupler", b, coupler, bending / (l * np.sin(b - d))),
-        ("rocker", d, rocker, swinging / (c * np.sin(d - b))),
+        ("rocker", d, rocker, across / (c * np.sin(d - b))),
     ):
         found = run.sel(body=body)
         assert np.allclose(np.exp(1j * found["angle"]), np.exp(1j * angle), rtol=0, atol=CLOSE)
@@ -97,13 +97,13 @@ def test_coupler_point():
 
 
 def test_slider_crank_contacts():
-    """Published number: the theory's contacts of the loose slider-crank; 1e-7, peaks 1e-4.
+    """Published number: the theory's contacts of the slider-crank with clearance; 1e-7, peaks 1e-4.
 
     5000 rpm, c = 0.5 mm, Hertz with Lankarani and Nikravesh at a restitution of 0.9, no friction, started concentric.
     """
     pin = sd.Clearance(0.5e-3, journal_radius=9.5e-3, stiffness=sd.Hertz(), damping=sd.LankaraniNikravesh(0.9))
-    loose = sd.slider_crank().driven(speed=sd.rpm(5000)).loosen("slider pin", pin)
-    run = sd.simulate(loose, until=8e-4, samples=11, rtol=1e-11, atol=1e-11)
+    mechanism = sd.slider_crank().driven(speed=sd.rpm(5000)).with_clearance("slider pin", pin)
+    run = sd.simulate(mechanism, until=8e-4, samples=11, rtol=1e-11, atol=1e-11)
     first, second = run.isel(contact=0), run.isel(contact=1)
     assert float(first["contact_start"]) == pytest.approx(2.27286032e-4, rel=1e-7)
     assert float(first["approach_speed"]) == pytest.approx(4.38578315, rel=1e-7)
@@ -163,10 +163,10 @@ def test_three_bars_on_a_pin():
 
 
 @pytest.mark.parametrize("joint", ["B1 1", "B1 2", "B1 *"])
-def test_one_of_three_bars_is_loose(joint):
-    """Identity: bars on a common pin can be loose one by one; the books close and ideal pairs stay together."""
-    loose = sd.n_four_bar(2).loosen(joint, sd.Clearance(0.2e-3))
-    run = sd.simulate(loose, until=0.3, samples=301)
+def test_one_of_three_bars_has_clearance(joint):
+    """Identity: bars on a common pin can have clearance one by one; the energy balance closes and ideal pairs stay together."""
+    mechanism = sd.n_four_bar(2).with_clearance(joint, sd.Clearance(0.2e-3))
+    run = sd.simulate(mechanism, until=0.3, samples=301)
     assert run.attrs["status"] == "complete"
     assert run.sizes["contact"] >= 1
     assert float(np.max(np.abs(run["energy_residual"]))) < 1e-6 * float(run["kinetic_energy"].max())

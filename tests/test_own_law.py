@@ -18,22 +18,22 @@ def foundation(indentation, stiffness, clearance):
 
 
 def hole(indentation):
-    """A law that breaks off beyond a fifth of a micrometre."""
+    """A law that raises an exception beyond a fifth of a micrometre."""
     return 1e9 * indentation if indentation < 5e-5 or indentation > 6e-5 else float("nan")
 
 
-def test_own_law_gives_the_same_run(array, loose_run):
+def test_own_law_gives_the_same_run(array, clearance_run):
     """Cross-check: the user's copy of a built-in law gives its contacts to round-off's growth."""
     own = sd.Clearance(0.5e-3, stiffness=UserElastic(foundation, (STIFFNESS, 0.5e-3)))
-    run = sd.simulate(array.loosen("A", own), until=0.05)
-    assert np.allclose(run["contact_start"][:5], loose_run["contact_start"][:5], rtol=1e-8)
-    assert np.allclose(run["peak_force"][:5], loose_run["peak_force"][:5], rtol=1e-6)
+    run = sd.simulate(array.with_clearance("A", own), until=0.05)
+    assert np.allclose(run["contact_start"][:5], clearance_run["contact_start"][:5], rtol=1e-8)
+    assert np.allclose(run["peak_force"][:5], clearance_run["peak_force"][:5], rtol=1e-6)
 
 
 def test_own_function_is_recorded_but_not_executed(array, tmp_path):
     """Identity: a saved run holds the source of a user's function; running it again asks for a file in one line."""
     own = sd.Clearance(0.5e-3, stiffness=UserElastic(foundation, (STIFFNESS, 0.5e-3)))
-    run = sd.simulate(array.loosen("A", own), until=0.001, samples=11)
+    run = sd.simulate(array.with_clearance("A", own), until=0.001, samples=11)
     loaded = sd.load(sd.save(run, tmp_path / "run.nc"))
     assert (
         "written by a user"
@@ -46,7 +46,7 @@ def test_own_function_is_recorded_but_not_executed(array, tmp_path):
 def test_law_that_breaks_off_ends_the_run(array):
     """Identity: a law that gives NaN inside the run ends it with what was computed, the time and the joint."""
     own = sd.Clearance(0.5e-3, stiffness=UserElastic(hole))
-    run = sd.simulate(array.loosen("A", own), until=0.05)
+    run = sd.simulate(array.with_clearance("A", own), until=0.05)
     assert run.attrs["status"] == "failed"
     assert "'A'" in run.attrs["cause"]
     assert "not a number" in run.attrs["cause"]

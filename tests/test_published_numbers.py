@@ -1,4 +1,4 @@
-"""The reference numbers of the theory: closed forms of the ideal array, events of the loose one."""
+"""The reference numbers of the theory: closed forms of the ideal array, events of the one with clearance."""
 
 import numpy as np
 import pytest
@@ -81,7 +81,7 @@ HERTZ = [
 ]
 
 
-@pytest.mark.parametrize(("case", "events"), [("loose_array", LIU), ("hertz_array", HERTZ)])
+@pytest.mark.parametrize(("case", "events"), [("clearance_array", LIU), ("hertz_array", HERTZ)])
 def test_events(case, events, request):
     """Published number: the theory's event table, computed there at two tolerances that agree to its digits.
 
@@ -98,7 +98,7 @@ def test_events(case, events, request):
         assert float(run["rebound_speed"][k]) == pytest.approx(rebound, rel=5e-8)
 
 
-def test_first_contact_at_default_tolerance(loose_run):
+def test_first_contact_at_default_tolerance(clearance_run):
     """Published number: the first contact needs no contact law; 1e-8 relative at the default tolerance."""
-    assert float(loose_run["contact_start"][0]) == pytest.approx(0.001365125913, rel=1e-9)
-    assert float(loose_run["approach_speed"][0]) == pytest.approx(0.7351429838, rel=1e-8)
+    assert float(clearance_run["contact_start"][0]) == pytest.approx(0.001365125913, rel=1e-9)
+    assert float(clearance_run["approach_speed"][0]) == pytest.approx(0.7351429838, rel=1e-8)

@@ -11,7 +11,7 @@ from scipy.optimize import brentq
 
 from reference.lagrange import Array, constant_speed, harmonic
 from reference.laws import Elastic, LuGre, flores, hertz, lankarani_nikravesh, liu
-from reference.marching import Contact, Load, Loose, March, Relative
+from reference.marching import ClearanceJoint, Contact, Load, March, Relative
 from reference.multipliers import Multipliers
 from reference.slider_crank import SliderCrank
 from scissordyn.laws.damping.lankarani_nikravesh import LankaraniNikravesh
@@ -33,10 +33,10 @@ PAIRS = {
 }
 
 
-def loose(pair: str = "liu + flores", kinetic: float | None = None) -> Loose:
+def clearance_joint(pair: str = "liu + flores", kinetic: float | None = None) -> ClearanceJoint:
     """The reference joint with one of the law pairs."""
     elastic, damping = PAIRS[pair]
-    return Loose(C, RADIUS, elastic, damping, None if kinetic is None else LuGre(kinetic))
+    return ClearanceJoint(C, RADIUS, elastic, damping, None if kinetic is None else LuGre(kinetic))
 
 
 def assert_same(found: list[Contact], expected: list[Contact], tolerance: float) -> None:
@@ -58,19 +58,19 @@ def imbalance(run: March, times: np.ndarray) -> float:
 
 
 class FreeMass:
-    """A body of mass m that flies at v0 at a wall a clearance away."""
+    """A body of mass m that flies with v0 to a fixed surface at a distance c."""
 
     size = 1
 
-    def __init__(self, mass: float, speed: float, joint: Loose) -> None:
+    def __init__(self, mass: float, speed: float, joint: ClearanceJoint) -> None:
         self.mass, self.speed, self.joints = mass, speed, (joint,)
 
     def start(self):
-        """In the middle of the gap."""
+        """In the middle of the clearance."""
         return np.zeros(1), np.array([self.speed])
 
     def relative(self, t, q, v):
-        """The wall does not move."""
+        """The surface does not move."""
         return [Relative(q[0], 0.0, v[0], 0.0, 0.0, 0.0)]
 
     def accelerate(self, t, q, v, loads):
@@ -89,7 +89,7 @@ class FreeMass:
 @pytest.mark.parametrize("pair", PAIRS)
 def test_free_mass_rebounds_with_the_exact_restitution(pair: str) -> None:
     """Closed form: ln[(1+xi)/(1-xi e)] = xi (1+e) for any elastic part (theory, section 3.2)."""
-    joint = loose(pair)
+    joint = clearance_joint(pair)
     contact = March(FreeMass(2.0, 0.7, joint)).run(0.01).contacts[0]
     xi = joint.damping
     exact = brentq(lambda e: math.log((1.0 + xi) / (1.0 - xi * e)) - xi * (1.0 + e), 0.5, 1.0, xtol=1e-15)
@@ -101,7 +101,7 @@ def test_free_mass_rebounds_with_the_exact_restitution(pair: str) -> None:
 def test_free_hertz_impact_without_damping() -> None:
     """Closed form: F_max = K d^1.5 with d = (5 m v^2/(4 K))^0.4, duration 2.943275 d/v (Hertz)."""
     elastic = hertz(C, RADIUS)
-    contact = March(FreeMass(2.0, 0.7, Loose(C, RADIUS, elastic, 0.0))).run(0.01).contacts[0]
+    contact = March(FreeMass(2.0, 0.7, ClearanceJoint(C, RADIUS, elastic, 0.0))).run(0.01).contacts[0]
     stiffness = elastic(1.0)
     depth = (1.25 * 2.0 * 0.49 / stiffness) ** 0.4
     factor = 2.0 * math.sqrt(math.pi) * math.gamma(1.4) / math.gamma(0.9)
@@ -171,16 +171,16 @@ def test_energies_follow_from_the_bars(units: int) -> None:
     assert sp.simplify(derived.potential - weight) == 0
 
 
-@pytest.mark.parametrize("reading", ["A", "B"])
+@pytest.mark.parametrize("driven_bar", ["pinned", "slider"])
 @pytest.mark.parametrize("units", [1, 2, 5])
-def test_array_obeys_the_derived_equations(units: int, reading: str) -> None:
+def test_array_obeys_the_derived_equations(units: int, driven_bar: str) -> None:
     """Identity: accelerations, torque and energy of the array fulfil the equations that sympy derives from its points."""
     derived = Derived(units)
     load, moment = sp.Matrix(sp.symbols("F_x F_y")), sp.Symbol("M")
     symbols = [*derived.constants, *derived.q, *derived.v, *derived.a, *load, moment]
     rows = sp.lambdify(symbols, derived.rows(load, moment))
     energy = sp.lambdify(symbols[:10], derived.kinetic + derived.potential)
-    array = Array(loose(), harmonic(0.7, 0.4, 30.0), units, reading)
+    array = Array(clearance_joint(), harmonic(0.7, 0.4, 30.0), units, driven_bar)
     constants = array.mass, array.length, array.slider, array.gravity
     random = np.random.default_rng(20)
     for _ in range(5):
@@ -189,13 +189,13 @@ def test_array_obeys_the_derived_equations(units: int, reading: str) -> None:
         a, torque, _ = array.accelerate(t, q, v, [push])
         _, _, a_d = array.motion(t)
         p, k, w_p, w_k = array.angles(t, q[0], v[0])
-        a_p, a_k = (a_d, a[0] - a_d) if reading == "A" else (a[0] - a_d, a_d)
+        a_p, a_k = (a_d, a[0] - a_d) if driven_bar == "pinned" else (a[0] - a_d, a_d)
         half = 0.5 * array.length
         rise = half * (math.cos(p) * w_p - math.cos(k) * w_k) - v[1]
         lift = half * (math.cos(p) * a_p - math.sin(p) * w_p**2 - math.cos(k) * a_k + math.sin(k) * w_k**2) - a[1]
         state = [p, k, array.slider_position(t, q), w_p, w_k, rise]
         residual = rows(*constants, *state, a_p, a_k, lift, *push[:3]).ravel()
-        expected = [torque, 0.0, 0.0] if reading == "A" else [0.0, torque, 0.0]
+        expected = [torque, 0.0, 0.0] if driven_bar == "pinned" else [0.0, torque, 0.0]
         assert residual == pytest.approx(expected, rel=1e-11, abs=1e-8)
         assert array.energy(t, q, v) == pytest.approx(energy(*constants, *state), rel=1e-12)
         at = array.relative(t, q, v)[0]
@@ -223,7 +223,7 @@ EVENTS = {
 @pytest.mark.parametrize("pair", PAIRS)
 def test_array_has_the_reference_events(pair: str) -> None:
     """Cross-check: the contacts of theory.md, section 7; the error left by a tolerance of 1e-12 is a few 1e-11."""
-    run = March(Array(loose(pair), constant_speed(START, SPEED))).run(0.01, most_contacts=3)
+    run = March(Array(clearance_joint(pair), constant_speed(START, SPEED))).run(0.01, most_contacts=3)
     for found, (start, speed, angle, peak, peak_time, duration, rebound) in zip(run.contacts, EVENTS[pair], strict=True):
         assert found.start == pytest.approx(start, rel=2e-10)
         assert found.approach_speed == pytest.approx(speed, rel=2e-10)
@@ -237,7 +237,7 @@ def test_array_has_the_reference_events(pair: str) -> None:
 def test_slider_crank_has_the_reference_events() -> None:
     """Cross-check: the two contacts of theory.md, section 7, to the digits printed there."""
     bearing = 10e-3
-    joint = Loose(C, bearing - C, hertz(C, bearing - C), lankarani_nikravesh(0.9))
+    joint = ClearanceJoint(C, bearing - C, hertz(C, bearing - C), lankarani_nikravesh(0.9))
     first, second = March(SliderCrank(joint, 5000.0 * math.pi / 30.0)).run(7e-4).contacts
     assert first.start == pytest.approx(2.27286032e-4, abs=1e-12)
     assert first.approach_speed == pytest.approx(4.38578315, abs=1e-8)
@@ -250,11 +250,11 @@ def test_slider_crank_has_the_reference_events() -> None:
     assert second.peak_force == pytest.approx(20869.9, abs=0.06)
 
 
-def described_array(units: int, reading: str, kinetic: float | None, *joints: str) -> Mechanism:
-    """A scissor array with default loose joints."""
-    arm = scissor(units=units, reading=reading).driven(speed=SPEED)
+def described_array(units: int, driven_bar: str, kinetic: float | None, *joints: str) -> Mechanism:
+    """A scissor array with default clearance joints."""
+    arm = scissor(units=units, driven_bar=driven_bar).driven(speed=SPEED)
     for joint in joints:
-        arm = arm.loosen(joint, clearance(kinetic))
+        arm = arm.with_clearance(joint, clearance(kinetic))
     return arm
 
 
@@ -265,7 +265,7 @@ def clearance(kinetic: float | None) -> Clearance:
 
 def test_multipliers_have_the_ideal_torque_and_reaction() -> None:
     """Closed form: torque and force on the journal of joint A in the ideal array of two units (theory, section 1)."""
-    model = Multipliers(described_array(2, "A", None))
+    model = Multipliers(described_array(2, "pinned", None))
     run = March(model).run(0.02)
     for t, torque, fx, fy in (
         (0.0, 7850.912334, 7464.867308, 1184.650550),
@@ -279,23 +279,23 @@ def test_multipliers_have_the_ideal_torque_and_reaction() -> None:
 
 
 @pytest.mark.parametrize(
-    ("units", "reading", "kinetic", "contacts"),
+    ("units", "driven_bar", "kinetic", "contacts"),
     [
-        (1, "A", None, 3),
-        (1, "B", None, 3),
-        (2, "A", None, 3),
-        (2, "B", None, 3),
-        (5, "A", None, 1),
-        (8, "B", None, 1),
-        (2, "A", 0.05, 2),
+        (1, "pinned", None, 3),
+        (1, "slider", None, 3),
+        (2, "pinned", None, 3),
+        (2, "slider", None, 3),
+        (5, "pinned", None, 1),
+        (8, "slider", None, 1),
+        (2, "pinned", 0.05, 2),
     ],
 )
-def test_multipliers_agree_with_lagrange(units: int, reading: str, kinetic: float | None, contacts: int) -> None:
+def test_multipliers_agree_with_lagrange(units: int, driven_bar: str, kinetic: float | None, contacts: int) -> None:
     """Cross-check: two formulations of the same array have the same contacts, torque and energy balance."""
     # Radau needs a hundred times more steps than 1e-10 asks for before it gains two digits
     tolerance = 1e-12 if kinetic is None else 1e-10
-    described = Multipliers(described_array(units, reading, kinetic, "A"))
-    array = Array(loose(kinetic=kinetic), constant_speed(START, SPEED), units, reading)
+    described = Multipliers(described_array(units, driven_bar, kinetic, "A"))
+    array = Array(clearance_joint(kinetic=kinetic), constant_speed(START, SPEED), units, driven_bar)
     one = March(described, rtol=tolerance, atol=tolerance).run(0.02, most_contacts=contacts)
     other = March(array, rtol=tolerance, atol=tolerance).run(0.02, most_contacts=contacts)
     # errors of 1e-12 in a step grow by some powers of ten over the contacts
@@ -311,10 +311,10 @@ def test_multipliers_agree_with_lagrange(units: int, reading: str, kinetic: floa
 
 
 def test_multipliers_agree_with_lagrange_under_a_harmonic_drive() -> None:
-    """Cross-check: as before, the driven angle swinging about 0.8 rad."""
-    arm = scissor().driven(Harmonic(mean=0.8, amplitude=0.3, frequency=60.0)).loosen("A", Clearance(C))
+    """Cross-check: as before, the driven angle oscillating about 0.8 rad."""
+    arm = scissor().driven(Harmonic(mean=0.8, amplitude=0.3, frequency=60.0)).with_clearance("A", Clearance(C))
     one = March(Multipliers(arm)).run(0.02, most_contacts=2)
-    other = March(Array(loose(), harmonic(0.8, 0.3, 60.0))).run(0.02, most_contacts=2)
+    other = March(Array(clearance_joint(), harmonic(0.8, 0.3, 60.0))).run(0.02, most_contacts=2)
     assert_same(one.contacts, other.contacts, 1e-7)
 
 
@@ -345,7 +345,7 @@ def test_multipliers_agree_with_the_slider_crank(kinetic: float | None) -> None:
     """Cross-check: two formulations of the slider-crank have the same first contacts and drive torque."""
     tolerance = 1e-12 if kinetic is None else 1e-10
     friction = None if kinetic is None else LuGre(kinetic)
-    joint = Loose(C, 9.5e-3, hertz(C, 9.5e-3), lankarani_nikravesh(0.9), friction)
+    joint = ClearanceJoint(C, 9.5e-3, hertz(C, 9.5e-3), lankarani_nikravesh(0.9), friction)
     crank = SliderCrank(joint, 5000.0 * math.pi / 30.0)
     one = March(Multipliers(described_crank(kinetic)), rtol=tolerance, atol=tolerance, max_step=1e-5).run(1e-3, most_contacts=2)
     other = March(crank, rtol=tolerance, atol=tolerance, max_step=1e-5).run(1e-3, most_contacts=2)

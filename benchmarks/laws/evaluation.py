@@ -1,4 +1,4 @@
-"""Nanoseconds that one evaluation of each law takes, through the ladder, as the equations of motion call it.
+"""Time of one evaluation of each law [ns], through the dispatch, as called by the equations of motion.
 
 Run by hand: ``python benchmarks/laws/evaluation.py``. Each figure is the best of seven loops of 200000 calls with changing
 arguments, less the same loop without a call. The last column is the ratio to the default law of the kind.
@@ -14,8 +14,8 @@ import numpy as np
 
 from scissordyn.laws.catalogue import BY_KIND
 from scissordyn.laws.contact import JointContact
+from scissordyn.laws.dispatch import elastic_force, friction_force, friction_start, normal_force
 from scissordyn.laws.impact import table_row
-from scissordyn.laws.ladder import elastic_force, friction_force, friction_start, normal_force
 from scissordyn.laws.material import STEEL
 from scissordyn.laws.user import UserDamping, UserElastic, UserFriction
 
@@ -76,7 +76,7 @@ def main():
         "damping": UserDamping(lambda f, d, r, a, xi: f * (1.0 + xi * r / a), (0.2,)),
         "friction": UserFriction(lambda v, n, mu: mu * n * math.tanh(v / 1e-4), (0.05,)),
     }
-    print(f"(a loop with nothing in it: {empty:.2f} ns, taken off)\n")
+    print(f"(empty loop: {empty:.2f} ns, subtracted)\n")
     for kind, laws in BY_KIND.items():
         made = {name: law() for name, law in laws.items()} | {"a user's function": users[kind]}
         found = {}

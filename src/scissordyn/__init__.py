@@ -1,4 +1,4 @@
-"""Dynamics of deployable scissor structures, and of any planar mechanism, with joints as they really are."""
+"""Dynamics of deployable scissor structures, and of any planar mechanism, with clearance, contact and friction in joints."""
 
 from __future__ import annotations
 
@@ -36,14 +36,14 @@ if TYPE_CHECKING:
     from scissordyn.model.bar import angulated_bar
     from scissordyn.model.body import Body, bar, point_mass
     from scissordyn.model.clearance import Clearance
-    from scissordyn.model.connection import Latch, Link, Weld
+    from scissordyn.model.connection import Latch, Rod, Weld
     from scissordyn.model.drive import (
         ConstantSpeed,
         Cycloidal,
         Drive,
         Harmonic,
         Polynomial,
-        TableMotion,
+        Tabulated,
         Trapezoidal,
         tabulated,
     )
@@ -54,9 +54,9 @@ if TYPE_CHECKING:
     from scissordyn.model.mechanism import Mechanism
     from scissordyn.model.payload import with_panels, with_payload
     from scissordyn.model.scissor import scissor
+    from scissordyn.simulation.constrained_contact import constrain_contact
     from scissordyn.simulation.cycles import cycle
     from scissordyn.simulation.feed_forward import feed_forward
-    from scissordyn.simulation.hold import hold_contact
     from scissordyn.simulation.run import replay, simulate
     from scissordyn.simulation.store import load, save
     from scissordyn.study.bifurcation import bifurcation
@@ -87,7 +87,6 @@ __all__ = [
     "InputError",
     "LankaraniNikravesh",
     "Latch",
-    "Link",
     "Liu",
     "LuGre",
     "Material",
@@ -98,9 +97,10 @@ __all__ = [
     "Polynomial",
     "Pyragas",
     "Revolute",
+    "Rod",
     "ScissordynError",
     "Spring",
-    "TableMotion",
+    "Tabulated",
     "Torque",
     "TorsionSpring",
     "Trapezoidal",
@@ -116,6 +116,7 @@ __all__ = [
     "classify",
     "common_pin",
     "consensus",
+    "constrain_contact",
     "contact_statistics",
     "controller",
     "cycle",
@@ -125,7 +126,6 @@ __all__ = [
     "figures_of_merit",
     "four_bar",
     "hoberman_ring",
-    "hold_contact",
     "law",
     "load",
     "mast",
@@ -182,8 +182,8 @@ _HOMES = {
     "model.bar": ("angulated_bar",),
     "model.body": ("Body", "bar", "point_mass"),
     "model.clearance": ("Clearance",),
-    "model.connection": ("Latch", "Link", "Weld"),
-    "model.drive": ("ConstantSpeed", "Cycloidal", "Drive", "Harmonic", "Polynomial", "TableMotion", "Trapezoidal", "tabulated"),
+    "model.connection": ("Latch", "Rod", "Weld"),
+    "model.drive": ("ConstantSpeed", "Cycloidal", "Drive", "Harmonic", "Polynomial", "Tabulated", "Trapezoidal", "tabulated"),
     "model.element": ("Actuator", "AngleStop", "Force", "Motor", "Spring", "Torque", "TorsionSpring", "TravelStop"),
     "model.guide_clearance": ("GuideClearance",),
     "model.joint": ("Guide", "Revolute"),
@@ -193,7 +193,7 @@ _HOMES = {
     "model.scissor": ("scissor",),
     "simulation.cycles": ("cycle",),
     "simulation.feed_forward": ("feed_forward",),
-    "simulation.hold": ("hold_contact",),
+    "simulation.constrained_contact": ("constrain_contact",),
     "simulation.run": ("replay", "simulate"),
     "simulation.store": ("load", "save"),
     "study.bifurcation": ("bifurcation",),

@@ -1,4 +1,4 @@
-"""Errors that say what came, what is allowed and what to type."""
+"""Errors that state the given value, the allowed values and an example to type."""
 
 from __future__ import annotations
 
@@ -13,14 +13,14 @@ class ScissordynError(Exception):
 
 
 class InputError(ScissordynError, ValueError):
-    """Something the user gave cannot be used.
+    """An input that cannot be used.
 
     Parameters
     ----------
     what : str
-        What came, with the name it was given under.
+        The given value, with its name.
     allowed : str, optional
-        What is allowed in its place.
+        The allowed values.
     type_this : str, optional
         An example that the user can type.
     """

@@ -1,4 +1,4 @@
-"""Units at the edge: how a field declares its unit and bounds, and how they are checked.
+"""Units and bounds of fields: their declaration and their check.
 
 Inside the package every number is SI and every angle is in radians.
 """
@@ -21,26 +21,26 @@ def degrees(angle: float) -> float:
 
 
 def rpm(speed: float) -> float:
-    """A speed in turns per minute as angular velocity [rad/s]."""
+    """A speed in revolutions per minute as angular velocity [rad/s]."""
     return speed * 2.0 * math.pi / 60.0
 
 
 @dataclass(frozen=True)
 class Quantity:
-    """What an annotated number means: its unit, its bounds, and one line of help.
+    """Unit, bounds and help text of an annotated number.
 
     Used as ``Annotated[float, Quantity("m", above=0.0, help="radial clearance")]``.
 
     Parameters
     ----------
     unit : str
-        SI unit as the user reads it; "1" for a pure number.
+        SI unit as shown to the user; "1" for a pure number.
     above, below : float, optional
         Open bounds.
     minimum, maximum : float, optional
         Closed bounds.
     help : str
-        One line that says what the number is.
+        Description of the number in one line.
     """
 
     unit: str
@@ -84,7 +84,7 @@ def quantities(described: type) -> dict[str, Quantity]:
 
 
 def check_quantities(instance: Any, named: str = "") -> None:
-    """Raise `InputError` for the first field of a dataclass instance outside its declared bounds; `named` says whose it is."""
+    """Raise `InputError` for the first field of a dataclass instance outside its declared bounds; `named` is its owner."""
     described: type = type(instance)
     declared = quantities(described)
     for field in fields(instance):

@@ -82,6 +82,6 @@ GOLDEN = 0.5 * (math.sqrt(5.0) - 1.0)
 
 
 def rotation(count: int, number: float = GOLDEN) -> np.ndarray:
-    """Rotate the circle by a part of a turn, shape (count, 2)."""
+    """Rotate the circle by a fraction of a revolution, shape (count, 2)."""
     turned = 2.0 * np.pi * number * np.arange(count)
     return np.stack([np.cos(turned), np.sin(turned)], axis=1)

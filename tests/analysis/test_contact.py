@@ -17,13 +17,13 @@ from .made_up import BODIES, CLEARANCE, made_up_run
 SPANS = [(0.1, 0.2), (0.4, 0.45), (0.9, math.nan)]
 
 
-def test_shares_of_time() -> None:
+def test_fractions_of_time() -> None:
     """Closed form: contacts of 0.1, 0.05 and 0.1 s in 1 s, the last until the end; flights lie between them."""
     found = contact_statistics(made_up_run(SPANS)).sel(joint="A")
     assert int(found["impacts"]) == 3
     assert float(found["impact_rate"]) == pytest.approx(3.0, rel=1e-14)
-    assert float(found["contact_share"]) == pytest.approx(0.25, rel=1e-14)
-    assert float(found["flight_share"]) == pytest.approx(0.75, rel=1e-14)
+    assert float(found["contact_fraction"]) == pytest.approx(0.25, rel=1e-14)
+    assert float(found["flight_fraction"]) == pytest.approx(0.75, rel=1e-14)
     assert float(found["longest_flight"]) == pytest.approx(0.45, rel=1e-14)
     assert float(found["peak_force"]) == 120.0
     np.testing.assert_allclose(found["peak_force_quantile"], np.quantile([100.0, 110.0, 120.0], QUANTILES), rtol=1e-14)
@@ -37,9 +37,9 @@ def test_window_clips_contacts() -> None:
     run = made_up_run(SPANS)
     found = contact_statistics(run, after=0.15, until=0.42).sel(joint="A")
     assert int(found["impacts"]) == 1
-    assert float(found["contact_share"]) == pytest.approx(0.07 / 0.27, rel=1e-12)
+    assert float(found["contact_fraction"]) == pytest.approx(0.07 / 0.27, rel=1e-12)
     assert float(found["longest_flight"]) == pytest.approx(0.2, rel=1e-12)
-    assert float(contact_statistics(run, after=0.95).sel(joint="A")["flight_share"]) == pytest.approx(0.0, abs=1e-14)
+    assert float(contact_statistics(run, after=0.95).sel(joint="A")["flight_fraction"]) == pytest.approx(0.0, abs=1e-14)
     for after, until in ((0.5, 0.5), (0.5, 2.0), (math.nan, None)):
         with pytest.raises(InputError, match="a window inside the run"):
             contact_statistics(run, after=after, until=until)
@@ -48,12 +48,12 @@ def test_window_clips_contacts() -> None:
 def test_no_contact_at_all() -> None:
     """Limit: without contacts there is one flight, no force, and what cannot be said is NaN."""
     found = contact_statistics(made_up_run([])).sel(joint="A")
-    assert float(found["flight_share"]) == 1.0
+    assert float(found["flight_fraction"]) == 1.0
     assert float(found["longest_flight"]) == 1.0
     assert float(found["peak_force"]) == 0.0
-    for name in ("contact_arc", "contact_arc_95", "contact_force", "impulse_mean", "heat"):
+    for name in ("contact_arc", "contact_arc_95", "contact_force", "impulse_mean", "dissipated_energy"):
         assert math.isnan(float(found[name]))
-    with pytest.raises(InputError, match="without loose joints"):
+    with pytest.raises(InputError, match="without clearance joints"):
         contact_statistics(made_up_run([]).drop_vars("clearance"))
 
 
@@ -67,17 +67,19 @@ def test_impulses_and_losses() -> None:
     found = contact_statistics(run, after=0.3).sel(joint="A")
     assert [float(found[name]) for name in ("impulse", "impulse_mean", "impulse_largest")] == [8.0, 4.0, 6.0]
     np.testing.assert_allclose(found["impulse_quantile"], np.quantile([2.0, 6.0], QUANTILES), rtol=1e-14)
-    assert float(found["heat"]) == pytest.approx(5.5, rel=1e-14)
-    assert float(found["heat_rate"]) == pytest.approx(5.5 / 0.7, rel=1e-14)
+    assert float(found["dissipated_energy"]) == pytest.approx(5.5, rel=1e-14)
+    assert float(found["dissipated_power"]) == pytest.approx(5.5 / 0.7, rel=1e-14)
 
 
 @pytest.mark.parametrize("turn", [0.0, 1.0, 3.0, 6.2])
 def test_smallest_arc(turn: float) -> None:
-    """Closed form: 19 points on an arc of 0.5 and a stray one, light or heavy; the same wherever the arc is turned to."""
+    """Closed form: 19 points on an arc of 0.5 and a stray one, light or heavy; the same for any rotation of the arc."""
     angles = np.append(np.linspace(0.0, 0.5, 19), math.pi) + turn
-    assert smallest_arc(angles, share=0.95) == pytest.approx(0.5, abs=1e-12)
+    assert smallest_arc(angles, fraction=0.95) == pytest.approx(0.5, abs=1e-12)
     assert smallest_arc(angles) == pytest.approx(math.pi, abs=1e-12)
-    assert smallest_arc(angles, share=0.95, weights=np.append(np.ones(19), 9.0)) == pytest.approx(math.pi - 0.5 / 18, abs=1e-12)
+    assert smallest_arc(angles, fraction=0.95, weights=np.append(np.ones(19), 9.0)) == pytest.approx(
+        math.pi - 0.5 / 18, abs=1e-12
+    )
     assert smallest_arc([turn]) == 0.0
 
 
@@ -86,18 +88,18 @@ def test_smallest_arc_against_search() -> None:
     random = np.random.default_rng(3)
     angles, weights = random.uniform(-20.0, 20.0, 40), random.uniform(0.0, 1.0, 40)
     ahead = np.mod(angles[None] - angles[:, None], 2.0 * np.pi)
-    for share in (0.3, 0.8, 0.95):
+    for fraction in (0.3, 0.8, 0.95):
         arcs = [
             reach
             for k in range(40)
             for reach in np.append(ahead[k], 0.0)
-            if weights[ahead[k] <= reach + 1e-12].sum() >= share * weights.sum()
+            if weights[ahead[k] <= reach + 1e-12].sum() >= fraction * weights.sum()
         ]
-        assert smallest_arc(angles, share=share, weights=weights) == pytest.approx(min(arcs), abs=1e-12)
+        assert smallest_arc(angles, fraction=fraction, weights=weights) == pytest.approx(min(arcs), abs=1e-12)
 
 
 def test_contact_arc_is_the_bearing_s() -> None:
-    """Closed form: a contact point that turns by 1 rad in contact; seen from a bearing that turns with it, it stands still."""
+    """Closed form: a contact point that rotates by 1 rad in contact is at rest relative to a bearing that rotates with it."""
     run = made_up_run([(0.0, math.nan)])
     assert float(contact_statistics(run).sel(joint="A")["contact_arc"]) == pytest.approx(1.0, abs=1e-12)
     joints = [{"name": "A", "bearing": ["slider", "centre"]}, {"name": "O", "bearing": ["ground", "origin"]}]
@@ -110,7 +112,7 @@ def test_contact_arc_is_the_bearing_s() -> None:
 
 
 def test_deviation_of_a_made_up_run() -> None:
-    """Closed form: bars of unit 2 lag by 0.3 t and -0.1, a turn more counts nothing; the slider is off by 0.2 sin."""
+    """Closed form: bars of unit 2 lag by 0.3 t and -0.1, a further revolution has no effect; the slider is off by 0.2 sin."""
     ideal, run = made_up_run([]), made_up_run([])
     time = run["time"].values
     run["angle"].values[:, BODIES.index("unit 2/bar 1")] += 0.3 * time
@@ -127,18 +129,18 @@ def test_deviation_of_a_made_up_run() -> None:
         deviation(run, made_up_run([], instants=501))
 
 
-def test_statistics_of_a_real_run(loose_array, loose_run) -> None:
-    """Cross-check: shares and impulses of contacts against the samples, their heat against the run's books."""
-    ideal = simulate(loose_array.tighten(), until=0.05)
-    found = contact_statistics(loose_run, ideal=ideal)
+def test_statistics_of_a_real_run(clearance_array, clearance_run) -> None:
+    """Cross-check: fractions and impulses of contacts against the samples, their dissipation against that of the run."""
+    ideal = simulate(clearance_array.ideal(), until=0.05)
+    found = contact_statistics(clearance_run, ideal=ideal)
     joint = found.sel(joint="A")
-    samples = float(loose_run["in_contact"].sel(joint="A").mean())
-    contacts = len(contact_spans(loose_run, "A"))
+    samples = float(clearance_run["in_contact"].sel(joint="A").mean())
+    contacts = len(contact_spans(clearance_run, "A"))
     assert contacts == int(joint["impacts"]) > 5
-    assert abs(float(joint["contact_share"]) - samples) < contacts / loose_run.sizes["time"]
+    assert abs(float(joint["contact_fraction"]) - samples) < contacts / clearance_run.sizes["time"]
     assert 0.0 < float(found["output_error_max"]) < 4.0 * 0.5e-3
-    assert float(joint["peak_force"]) == float(loose_run["peak_force"].max())
+    assert float(joint["peak_force"]) == float(clearance_run["peak_force"].max())
     assert float(found["synchronisation_error_max"]) < CLEARANCE
-    lost = float(loose_run["damping_loss"][-1] + loose_run["friction_loss"][-1])
-    assert float(joint["heat"]) == pytest.approx(lost, rel=1e-9)
+    lost = float(clearance_run["damping_loss"][-1] + clearance_run["friction_loss"][-1])
+    assert float(joint["dissipated_energy"]) == pytest.approx(lost, rel=1e-9)
     assert float(joint["impulse"]) / 0.05 == pytest.approx(float(joint["mean_force"]), rel=0.01)

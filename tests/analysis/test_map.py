@@ -49,7 +49,7 @@ def test_interpolation_is_of_fourth_order(name: str) -> None:
 
 
 def test_section_of_a_sine() -> None:
-    """Closed form: sin(w t) passes 1/2 where it must, to the error of the interpolation; rising and falling are told apart."""
+    """Closed form: sin(w t) crosses 1/2 at the exact times, to the interpolation error; directions are distinguished."""
     run = made_up_run([], end=3.0, instants=301)
     rising = section(run, variable="slider_position", level=0.5, direction="rising")
     np.testing.assert_allclose(rising["time"], np.arange(3) + 1.0 / 12.0, atol=1e-7)

@@ -75,7 +75,7 @@ def test_lorenz_exponent(variational: bool) -> None:
 
 
 def test_linear_flow_has_its_eigenvalue() -> None:
-    """Closed form: x' = A x has the largest real part of its eigenvalues, here -0.1 of a damped turn; both methods."""
+    """Closed form: x' = A x has the largest real part of its eigenvalues, here -0.1 of a damped rotation; both methods."""
     matrix = np.array([[-0.1, 2.0], [-2.0, -0.1]])
     for jacobian in (None, lambda _t, _x: matrix):
         found = largest_exponent(lambda _, x: matrix @ x, [1.0, 0.0], interval=0.5, intervals=20, jacobian=jacobian, discard=0)
@@ -104,8 +104,8 @@ def test_exponent_from_growth() -> None:
 
 
 def test_lost_perturbation_is_reported() -> None:
-    """Limit: a map onto a point leaves no perturbation to bring back; that is an error, not NaN."""
-    with pytest.raises(ScissordynError, match="cannot be brought back"):
+    """Limit: a map onto a point leaves no perturbation to rescale; that is an error, not NaN."""
+    with pytest.raises(ScissordynError, match="cannot be rescaled"):
         largest_exponent_map(lambda x: 0.0 * x, lambda x: np.zeros((1, 1)), [0.5], steps=10, discard=0)
 
 

@@ -71,9 +71,9 @@ def test_period_is_settled_after_the_transient() -> None:
 
 def test_continuous_contact_needs_no_flight() -> None:
     """Limit: period 1 without flights is continuous contact, with the shortest flight it is not; chaos stays chaos."""
-    assert classify_samples(np.ones(20), flight_share=0.0).kind == "continuous contact"
-    assert classify_samples(np.ones(20), flight_share=1e-6).kind == "periodic"
-    assert classify_samples(logistic(4.0, 500), flight_share=0.0).kind == "irregular"
+    assert classify_samples(np.ones(20), flight_fraction=0.0).kind == "continuous contact"
+    assert classify_samples(np.ones(20), flight_fraction=1e-6).kind == "periodic"
+    assert classify_samples(logistic(4.0, 500), flight_fraction=0.0).kind == "irregular"
 
 
 def test_trust_horizon_is_spoken_of() -> None:
@@ -82,9 +82,9 @@ def test_trust_horizon_is_spoken_of() -> None:
     beyond = classify_samples(chaos, times=times, trusted_until=99.5)
     assert "400 of 500 samples lie beyond" in beyond.evidence[-1]
     assert "one trajectory is no evidence" in beyond.evidence[-1]
-    assert beyond.measures["trusted_share"] == pytest.approx(0.2, rel=1e-14)
+    assert beyond.measures["trusted_fraction"] == pytest.approx(0.2, rel=1e-14)
     within = classify_samples(chaos, times=times, trusted_until=499.0)
-    assert within.measures["trusted_share"] == 1.0
+    assert within.measures["trusted_fraction"] == 1.0
     assert not any("no evidence" in sentence for sentence in within.evidence)
     assert "has not been checked" in classify_samples(chaos, times=times).evidence[-1]
 
@@ -105,7 +105,7 @@ def test_single_strokes(spans: list[tuple[float, float]], after: float, kind: st
     assert (found.kind, found.period) == (kind, None)
     assert "no period" in found.evidence[0]
     assert any("one trajectory is no evidence" in sentence for sentence in found.evidence)
-    assert found.measures["trusted_share"] == pytest.approx((0.5 - after) / (1.0 - after), rel=1e-14)
+    assert found.measures["trusted_fraction"] == pytest.approx((0.5 - after) / (1.0 - after), rel=1e-14)
 
 
 def driven(map_: np.ndarray, spans: list[tuple[float, float]]) -> xr.Dataset:
@@ -124,7 +124,7 @@ def test_periodic_runs() -> None:
     assert classify(driven(np.tile([[0.1, 0.2], [0.3, 0.2]], (20, 1)), []), period=1.0).name == "periodic, period 2"
     assert classify(driven(0.9 * rotation(400), []), period=1.0, skip=10).kind == "quasi-periodic"
     assert classify(driven(0.5 * henon(400), []), period=1.0, skip=10).kind == "irregular"
-    with pytest.raises(InputError, match="one falls on each"):
+    with pytest.raises(InputError, match="samples at each of them"):
         classify(driven(ones, []), period=0.77)
 
 
@@ -135,29 +135,29 @@ def test_cycles() -> None:
     cycles = xr.Dataset(
         {
             "eccentricity": (("cycle", "joint", "axis"), CLEARANCE * map_[:, None]),
-            "contact_share": (("cycle", "joint"), np.full((400, 1), 0.5)),
+            "contact_fraction": (("cycle", "joint"), np.full((400, 1), 0.5)),
         },
         coords={"time": ("cycle", np.arange(400.0)), "joint": ["A"], "axis": ["x", "y"]},
         attrs={"configuration": json.dumps({"mechanism": {"joints": joints}})},
     )
     found = classify(cycles)
     assert found.kind == "irregular"
-    assert found.measures["flight_share"] == 0.5
+    assert found.measures["flight_fraction"] == 0.5
     still = cycles.assign(
-        eccentricity=0.0 * cycles["eccentricity"] + CLEARANCE, contact_share=0.0 * cycles["contact_share"] + 1.0
+        eccentricity=0.0 * cycles["eccentricity"] + CLEARANCE, contact_fraction=0.0 * cycles["contact_fraction"] + 1.0
     )
     assert classify(still).name == "continuous contact, period 1"
-    with pytest.raises(InputError, match="how loose"):
+    with pytest.raises(InputError, match="without the clearances"):
         classify(cycles.assign_attrs(configuration="{}"))
     with pytest.raises(InputError, match="samples left"):
         classify(cycles, skip=399)
 
 
 def test_consensus() -> None:
-    """Closed form: three irregular members and one of period 2; shares, means and standard deviations of what they measure."""
+    """Closed form: three irregular members and one of period 2; fractions, means and standard deviations of the measures."""
     chaotic = [classify_samples(logistic(4.0, 400, start=0.3 + 1e-3 * k)) for k in range(3)]
     found = consensus([*chaotic, classify_samples(logistic(3.2, 400))])
-    assert (found.kind, found.period, found.share) == ("irregular", None, 0.75)
+    assert (found.kind, found.period, found.fraction) == ("irregular", None, 0.75)
     assert found.counts == {"irregular": 3, "periodic, period 2": 1}
     growth = [verdict.measures["K"] for verdict in chaotic]
     row = found.measures.sel(measure="K")
@@ -165,7 +165,7 @@ def test_consensus() -> None:
     assert float(row["deviation"]) == pytest.approx(np.std(growth, ddof=1), rel=1e-14)
     assert (float(row["least"]), float(row["largest"]), int(row["members"])) == (min(growth), max(growth), 3)
     assert found.evidence[0] == "3 of 4 members: irregular; 1 of 4 members: periodic, period 2."
-    assert "does not decide" in consensus([chaotic[0], classify_samples(np.ones(9))]).evidence[1]
+    assert "is undecided" in consensus([chaotic[0], classify_samples(np.ones(9))]).evidence[1]
     with pytest.raises(InputError, match="at least two"):
         consensus(chaotic[:1])
 

@@ -120,7 +120,7 @@ def test_interrupted_before_anything_was_computed(
 def test_interrupts_that_a_callback_swallows_still_count(
     capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Identity: Ctrl-C that lands in a callback from C cannot be raised; the error that follows it is taken for it."""
+    """Identity: Ctrl-C in a callback from C cannot be raised; the error that follows it is taken for it."""
 
     @ctypes.CFUNCTYPE(None)
     def callback() -> None:
@@ -136,7 +136,7 @@ def test_interrupts_that_a_callback_swallows_still_count(
 
 
 def test_a_closed_pipe_is_no_error() -> None:
-    """Identity: a reader that leaves after the first line gets no complaint."""
+    """Identity: a reader that closes the pipe after the first line causes no message."""
     command = f"{sys.executable} -m scissordyn.cli.main laws | head -n 1"
     piped = subprocess.run(command, shell=True, capture_output=True, text=True, check=True, timeout=60)
     assert piped.stdout.startswith("stiffness")
@@ -147,11 +147,11 @@ def test_runs_that_cannot_be_finished_keep_what_they_have(folder: Path, capsys: 
     """Identity: a run out of steps is saved with its cause, with exit status 3."""
     assert status_of(["run", str(PAPER), "-o", "part.nc", "--set", "run.most_steps=100"]) == 3
     shown = capsys.readouterr()
-    assert "100 steps did not suffice" in shown.err
+    assert "100 steps are not enough" in shown.err
     assert shown.err.count("\n") == 1
     run = load("part.nc")
     assert run.attrs["status"] == "failed"
-    assert "100 steps did not suffice" in run.attrs["cause"]
+    assert "100 steps are not enough" in run.attrs["cause"]
 
 
 @pytest.mark.parametrize("command", ["run", "check"])
@@ -252,7 +252,13 @@ def test_check_says_what_would_be_run(folder: Path, capsys: pytest.CaptureFixtur
     """Identity: mechanism, drive, joint and method of the paper's case."""
     assert status_of(["check", str(PAPER)]) == 0
     shown = capsys.readouterr().out
-    for text in ("5 bodies, 5 ideal and 1 loose", "speed 150 rpm", "Joint A: clearance 0.5 mm", "friction lugre", "rodas5p"):
+    for text in (
+        "5 bodies, 5 ideal and 1 clearance",
+        "speed 150 rpm",
+        "Joint A: clearance 0.5 mm",
+        "friction lugre",
+        "rodas5p",
+    ):
         assert text in shown
     assert not list(folder.iterdir())
 

@@ -90,12 +90,12 @@ def test_table_of_contacts() -> None:
 
 
 def test_summary_adds_up() -> None:
-    """Closed form: shares of time, largest forces and when, the energy residual, and warnings as they are."""
+    """Closed form: fractions of time, largest forces and when, the energy residual, and warnings as they are."""
     text = " ".join(shown(small_run(), rows=0).split())
     assert "100 ms simulated in 250 ms: 7 steps of rodas5p, 2 rejected." in text
     assert "Joint A: 2 contacts, in contact 30 % of the time, largest force 3 kN at 90 ms." in text
     assert "Joint unit 1/pivot: 1 contact, in contact 50 % of the time, largest force 2 kN at 30 ms." in text
-    assert "closes to 2 µJ, 1.0e-07 of the energy turned over." in text
+    assert "closes to 2 µJ, 1.0e-07 of the converted energy." in text
     assert "Trusted until 40 ms, through 2 contacts." in text
     assert "Warning: approach speed 1.2 m/s [above the law's range]" in text
 

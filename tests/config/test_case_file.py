@@ -22,7 +22,7 @@ from scissordyn.laws.elastic.liu import Liu
 from scissordyn.laws.friction.lugre import LuGre
 from scissordyn.laws.material import STEEL, Material
 from scissordyn.model.clearance import Clearance
-from scissordyn.model.drive import ConstantSpeed, Harmonic, TableMotion
+from scissordyn.model.drive import ConstantSpeed, Harmonic, Tabulated
 from scissordyn.model.guide_clearance import GuideClearance
 from scissordyn.model.linkage import slider_crank
 from scissordyn.model.scissor import scissor
@@ -53,7 +53,7 @@ def test_paper_case_is_the_one_built_in_python() -> None:
         damping=Flores(restitution=0.9),
         friction=LuGre(kinetic=0.05),
     )
-    assert case.mechanism.joints == array.loosen("A", clearance).joints
+    assert case.mechanism.joints == array.with_clearance("A", clearance).joints
     assert [body.name for body in case.mechanism.bodies] == [body.name for body in array.bodies]
     for read, built in zip(case.mechanism.bodies, array.bodies, strict=True):
         assert read.mass == built.mass
@@ -98,7 +98,7 @@ def test_every_argument_of_a_builder_has_its_key(kind: str) -> None:
 def test_left_out_keys_take_the_defaults_of_the_model(tmp_path: Path) -> None:
     """Identity: the shortest case file against the defaults in Python."""
     case = read_case(written(tmp_path, LEAST + '[[clearance]]\njoint = "A"\nclearance = "1 mm"\n'))
-    assert case.mechanism == scissor().loosen("A", Clearance(1e-3))
+    assert case.mechanism == scissor().with_clearance("A", Clearance(1e-3))
     assert (case.run.samples, case.run.rtol, case.run.method) == (2001, 1e-8, "auto")
 
 
@@ -141,10 +141,10 @@ def test_tables_of_motion_from_file_and_inline_agree(tmp_path: Path) -> None:
     from_file = read_case(written(tmp_path, LEAST + '[drive]\ntable = "motion.csv"\n')).mechanism.drives[0].motion
     text = '[drive]\ntable = { time = "0 10 20 30 40 50 ms", angle = "30 31 34 39 46 55 deg" }\n'
     inline = read_case(written(tmp_path, LEAST + text)).mechanism.drives[0].motion
-    assert isinstance(from_file, TableMotion)
+    assert isinstance(from_file, Tabulated)
     assert from_file == inline
     assert from_file.times[-1] == pytest.approx(0.05, rel=1e-15)
-    assert from_file.angles[0] == pytest.approx(math.pi / 6.0, rel=1e-15)
+    assert from_file.values[0] == pytest.approx(math.pi / 6.0, rel=1e-15)
 
 
 @pytest.mark.parametrize(
@@ -154,7 +154,7 @@ def test_tables_of_motion_from_file_and_inline_agree(tmp_path: Path) -> None:
         ("time [ms], angle [mm]\n0, 30\n", "wrong dimension"),
         ("time [ms], angle [deg]\n0, 30\n1, thirty\n", "line 3 is '1, thirty'"),
         ("time [ms], angle [deg]\n0, 30, 1\n", "line 2"),
-        ("time [ms], angle [deg]\n0, 30\n1, 31\n", "2 times and 2 angles"),
+        ("time [ms], angle [deg]\n0, 30\n1, 31\n", "2 times and 2 values"),
         ("time [ms], angle [deg]\n0 30\n1 31\n2 nan\n3 3\n4 4\n5 5\n", "not finite"),
         ("", "begins with ''"),
     ],
@@ -182,7 +182,7 @@ def test_a_bad_table_of_motion_is_refused(tmp_path: Path, content: str, reason: 
         ("structure.units=2.5", "structure.units", "integer"),
         ("structure.units=0", "structure", "a whole number >= 1"),
         ("structure.kind=sissor", "structure.kind", "did you mean 'scissor'"),
-        ("structure.reading=C", "structure.reading", "'A' or 'B'"),
+        ("structure.driven_bar=C", "structure.driven_bar", "'pinned' or 'slider'"),
         ("structure.gravity=9.81 m/s", "structure.gravity", "wrong dimension"),
         ("clearance.A.joint=unit 1/pvot", "clearance.0", "did you mean 'unit 1/pivot'"),
         ("clearance.A.friction=lugr", "clearance.0.friction", "did you mean 'lugre'"),
@@ -231,12 +231,12 @@ def test_bad_values_are_refused_with_their_place(change: str, place: str, says: 
 @pytest.mark.parametrize(
     ("text", "says"),
     [
-        ("[structure\n", "not whole TOML"),
-        ('[structure]\nkind = "scissor"\n[run]\nuntil = "1 ms', "not whole TOML"),
+        ("[structure\n", "not valid TOML"),
+        ('[structure]\nkind = "scissor"\n[run]\nuntil = "1 ms', "not valid TOML"),
         ('[structure]\nkind = "scissor"\n', "missing key 'run'"),
         ('[run]\nuntil = "1 ms"\n', "missing key 'structure'"),
         ('[structure]\n[run]\nuntil = "1 ms"\n', "missing key 'kind'"),
-        (LEAST + "[drive]\n", "0 motions"),
+        (LEAST + "[drive]\n", "0 time functions"),
         (LEAST + '[clearance]\njoint = "A"\n', "[[clearance]]"),
         (LEAST + '[[clearance]]\njoint = "A"\n', "missing key 'clearance'"),
         (LEAST + 2 * '[[clearance]]\njoint = "A"\nclearance = "1 mm"\n', "given twice"),
@@ -279,7 +279,7 @@ def test_own_law_with_constants(tmp_path):
     (tmp_path / "my_laws.py").write_text("def soft(indentation, k, n):\n    return k * indentation**n\n")
     law = '{ law = "my_laws.py:soft", constants = [2e9, 1.5] }'
     (tmp_path / "case.toml").write_text(LEAST + f'[[clearance]]\njoint = "A"\nclearance = "1 mm"\nstiffness = {law}\n')
-    (pin,) = read_case(tmp_path / "case.toml").mechanism.loose
+    (pin,) = read_case(tmp_path / "case.toml").mechanism.clearance_joints
     assert pin.clearance.stiffness.constants == (2e9, 1.5)
     with pytest.raises(InputError, match="constants"):
         read_case(tmp_path / "case.toml", ['clearance.A.stiffness={ law = "my_laws.py:soft", constants = ["1 N"] }'])
@@ -301,8 +301,8 @@ def test_every_law_of_the_catalogue_can_be_written_in_a_case_file(tmp_path: Path
         assert getattr(law, field.name) == (default if default is None else pytest.approx(default, rel=1e-11))
 
 
-def test_a_loose_guide_and_its_laws(tmp_path: Path) -> None:
-    """Identity: [[guide_clearance]] against the same loose guide in Python, by size and by corners."""
+def test_a_clearance_guide_and_its_laws(tmp_path: Path) -> None:
+    """Identity: [[guide_clearance]] against the same clearance guide in Python, by size and by corners."""
     slider = '[structure]\nkind = "slider-crank"\nslider_inertia = "2e-5 kg m^2"\n[drive]\nspeed = "60 rpm"\n'
     table = '[[guide_clearance]]\nguide = "guide"\nclearance = "0.1 mm"\nrestitution = 0.7\n'
     end = '[run]\nuntil = "1 ms"\n'
@@ -310,13 +310,13 @@ def test_a_loose_guide_and_its_laws(tmp_path: Path) -> None:
     described = {"corner_radius": 2e-3, "damping": Flores(0.7), "friction": LuGre(0.1)}
     friction = 'corner_radius = "2 mm"\nfriction = { law = "lugre", kinetic = 0.1 }\n'
     sized = slider + table + 'length = "40 mm"\nwidth = "20 mm"\n' + friction + end
-    wanted = built.loosen("guide", GuideClearance(1e-4, 0.04, 0.02, **described))
-    assert read_case(written(tmp_path, sized)).mechanism.corners == wanted.corners
+    wanted = built.with_clearance("guide", GuideClearance(1e-4, 0.04, 0.02, **described))
+    assert read_case(written(tmp_path, sized)).mechanism.contact_points == wanted.contact_points
     outlined = slider + table + 'corners = ["-0.018, -0.008 m", "0.018, -0.008 m", "0, 0.009 m"]\n' + friction + end
     corners = ((-0.018, -0.008), (0.018, -0.008), (0.0, 0.009))
-    wanted = built.loosen("guide", GuideClearance(1e-4, corners=corners, **described))
-    assert read_case(written(tmp_path, outlined)).mechanism.corners == wanted.corners
+    wanted = built.with_clearance("guide", GuideClearance(1e-4, corners=corners, **described))
+    assert read_case(written(tmp_path, outlined)).mechanism.contact_points == wanted.contact_points
     changed = read_case(written(tmp_path, sized), ["guide_clearance.guide.clearance=0.2 mm"]).mechanism
     assert changed.guide("guide").clearance == GuideClearance(2e-4, 0.04, 0.02, **described)
-    with pytest.raises(InputError, match=r"guide_clearance\.0.*liu.*flat wall"):
+    with pytest.raises(InputError, match=r"guide_clearance\.0.*liu.*plane guide surface"):
         read_case(written(tmp_path, sized), ['guide_clearance.0.stiffness="liu"'])

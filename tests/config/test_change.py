@@ -11,7 +11,7 @@ from scissordyn.errors import InputError
 
 
 def tree() -> dict[str, Any]:
-    """A parsed case of two loose joints."""
+    """A parsed case of two clearance joints."""
     return {
         "drive": {"speed": "150 rpm"},
         "clearance": [
@@ -38,7 +38,7 @@ def tree() -> dict[str, Any]:
         ("drive.table.time=0 1 ms", ("drive", "table"), {"time": "0 1 ms"}),
     ],
 )
-def test_a_change_lands_where_its_path_leads(change: str, path: tuple[str | int, ...], value: object) -> None:
+def test_a_change_is_made_at_its_path(change: str, path: tuple[str | int, ...], value: object) -> None:
     """Identity: the value at the path, everything else and the original as they were."""
     before = tree()
     found: Any = changed(before, [change])

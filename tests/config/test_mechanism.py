@@ -15,7 +15,7 @@ from scissordyn.model.array import mast
 from scissordyn.model.body import GROUND, Body, bar, point_mass
 from scissordyn.model.clearance import Clearance
 from scissordyn.model.connection import Weld
-from scissordyn.model.drive import ConstantSpeed, Cycloidal, Drive, Harmonic, Polynomial, TableMotion, Trapezoidal
+from scissordyn.model.drive import ConstantSpeed, Cycloidal, Drive, Harmonic, Polynomial, Tabulated, Trapezoidal
 from scissordyn.model.element import Force, Motor, Spring, Torque, TorsionSpring
 from scissordyn.model.joint import Guide, Revolute
 from scissordyn.model.mechanism import Mechanism
@@ -112,13 +112,13 @@ name = "push"
 point = "rod.c"
 force = "1, -2 kN"
 follows = true
-course = { trapezoidal = { start = 0, end = 1, duration = "2 s", ramp = 0.5 } }
+time_function = { trapezoidal = { start = 0, end = 1, duration = "2 s", ramp = 0.5 } }
 
 [[torque]]
 name = "brake"
 body = "crank"
 torque = "-3 N m"
-course = { polynomial = [1, "0.5 1/s"] }
+time_function = { polynomial = [1, "0.5 1/s"] }
 
 [[motor]]
 name = "motor"
@@ -175,7 +175,7 @@ def test_every_part_is_the_one_built_in_python(tmp_path: Path) -> None:
             Spring("rope", ("block", "centre"), (GROUND, "wall"), 2000.0, 0.25, 3.0),
             TorsionSpring("hinge", "rod", "crank", 4.0, math.pi, 0.5),
             Force("push", ("rod", "c"), (1000.0, -2000.0), True, Trapezoidal(0.0, 1.0, 2.0, 0.5)),
-            Torque("brake", "crank", -3.0, course=Polynomial((1.0, 0.5))),
+            Torque("brake", "crank", -3.0, time_function=Polynomial((1.0, 0.5))),
             Motor("motor", "rod", 5.0, 2.0 * math.pi, limit=4.0, inertia=0.125),
         ),
         ground=(("O", (0.0, 0.0)), ("wall", (1.0, 0.0))),
@@ -208,7 +208,7 @@ def test_every_motion_can_be_written(tmp_path: Path, motion: str, wanted: object
 
 
 @pytest.mark.parametrize(
-    ("course", "wanted"),
+    ("time_function", "wanted"),
     [
         (
             'harmonic = { mean = 0, amplitude = 1, frequency = "1 Hz", phase = "180 deg" }',
@@ -217,18 +217,18 @@ def test_every_motion_can_be_written(tmp_path: Path, motion: str, wanted: object
         ('cycloidal = { start = 0, end = 1, duration = "2 s" }', Cycloidal(0.0, 1.0, 2.0)),
         (
             'table = { time = "0 1 2 3 4 5 s", factor = [0, 1, 1, 1, 1, 0.5] }',
-            TableMotion((0.0, 1.0, 2.0, 3.0, 4.0, 5.0), (0.0, 1.0, 1.0, 1.0, 1.0, 0.5)),
+            Tabulated((0.0, 1.0, 2.0, 3.0, 4.0, 5.0), (0.0, 1.0, 1.0, 1.0, 1.0, 0.5)),
         ),
-        ('table = "load.csv"', TableMotion((0.0, 1.0, 2.0, 3.0, 4.0, 5.0), (0.0, 1.0, 1.0, 1.0, 1.0, 0.5))),
+        ('table = "load.csv"', Tabulated((0.0, 1.0, 2.0, 3.0, 4.0, 5.0), (0.0, 1.0, 1.0, 1.0, 1.0, 0.5))),
     ],
 )
-def test_every_course_of_a_load_can_be_written(tmp_path: Path, course: str, wanted: object) -> None:
+def test_every_time_function_of_a_load_can_be_written(tmp_path: Path, time_function: str, wanted: object) -> None:
     """Identity: factors are plain numbers, in the file and in a file beside it."""
     (tmp_path / "load.csv").write_text("time [s], factor [1]\n0, 0\n1, 1\n2, 1\n3, 1\n4, 1\n5, 0.5\n")
-    text = CASE.replace('polynomial = [1, "0.5 1/s"]', course)
+    text = CASE.replace('polynomial = [1, "0.5 1/s"]', time_function)
     torque = read_case(written(tmp_path, text)).mechanism.elements[3]
     assert isinstance(torque, Torque)
-    assert torque.course == wanted
+    assert torque.time_function == wanted
 
 
 def test_several_drives(tmp_path: Path) -> None:
@@ -273,7 +273,7 @@ until = "1 ms"
     assert mechanism.elements == (TorsionSpring("hinge", "unit 1/bar 1", "unit 1/bar 2", 1.0),)
 
 
-def test_patterns_loosen_several_joints(tmp_path: Path) -> None:
+def test_patterns_give_clearance_to_several_joints(tmp_path: Path) -> None:
     """Identity: all pivots, of which the last table that names one has the last word."""
     text = """
 [structure]
@@ -288,9 +288,9 @@ clearance = "2 mm"
 [run]
 until = "1 ms"
 """
-    wanted = mast(units=3).loosen("pivots", Clearance(1e-3)).loosen("unit 2/pivot", Clearance(2e-3))
+    wanted = mast(units=3).with_clearance("pivots", Clearance(1e-3)).with_clearance("unit 2/pivot", Clearance(2e-3))
     assert read_case(written(tmp_path, text)).mechanism == wanted
-    assert len(wanted.loose) == 3
+    assert len(wanted.clearance_joints) == 3
     with pytest.raises(InputError, match="given twice"):
         read_case(tmp_path / "case.toml", ["clearance.1.joint=pivots"])
 
@@ -326,17 +326,17 @@ until = "1 ms"
         ("torsion_spring.hinge.body=block", "", "'hinge' needs the angle of body 'block'"),
         ("force.push.force=1 kN", "force.0.force", "two numbers and their unit [N]"),
         ("force.push.point=ground.O", "force.0", "on the ground"),
-        ("force.push.course.polynomial=[1]", "force.0.course", "2 motions (polynomial, trapezoidal)"),
-        ("torque.brake.course.polynomial=[1, 2]", "torque.0.course.polynomial", "coefficient 1: missing unit"),
-        ("torque.brake.course.polynomial=3", "torque.0.course.polynomial", "not a list of one to six"),
-        ("torque.brake.course={}", "torque.0.course", "0 motions"),
+        ("force.push.time_function.polynomial=[1]", "force.0.time_function", "2 time functions (polynomial, trapezoidal)"),
+        ("torque.brake.time_function.polynomial=[1, 2]", "torque.0.time_function.polynomial", "coefficient 1: missing unit"),
+        ("torque.brake.time_function.polynomial=3", "torque.0.time_function.polynomial", "not a list of one to six"),
+        ("torque.brake.time_function={}", "torque.0.time_function", "0 time functions"),
         ("torque.brake.torque=3", "torque.0.torque", 'type: torque = "3 N m"'),
         ("motor.motor.no_load_speed=0 rpm", "motor.0.no_load_speed", "> 0 [rad/s]"),
         ("motor.2.limit=1 N m", "", "no '2' there"),
         ("motor.motr.limit=1 N m", "", "did you mean 'motor'"),
         ('drive=[{speed="1 rpm"}, {speed="2 rpm"}]', "drive", "body 'crank' driven twice"),
         ('drive=[{speed="1 rpm"}, {sped="2 rpm"}]', "drive.1", "did you mean 'speed'"),
-        ('drive.harmonic={mean="1 deg", amplitude="1 deg", frequency="1 Hz"}', "drive", "2 motions (speed, harmonic)"),
+        ('drive.harmonic={mean="1 deg", amplitude="1 deg", frequency="1 Hz"}', "drive", "2 time functions (speed, harmonic)"),
         ("structure.input_body=crnk", "", "did you mean 'crank'"),
         ("structure.units=3", "structure", "unknown key 'units'"),
         ("clearance.0.joint=blck pin", "clearance.0", "did you mean 'block pin'"),
@@ -420,12 +420,12 @@ angle = "30 deg"
 name = "pin"
 journal = "rod.start"
 bearing = "ground.O"
-[[link]]
+[[rod]]
 name = "jack"
 start = "ground.foot"
 end = "rod.middle"
 motion = { trapezoidal = { start = "300 mm", end = "0.4 m", duration = "2 s", ramp = 0.5 } }
-[[link]]
+[[rod]]
 name = "stay"
 start = "ground.foot"
 end = "rod.end"
@@ -457,9 +457,9 @@ def test_links_latches_and_stops(tmp_path):
     path = tmp_path / "connections.toml"
     path.write_text(CONNECTIONS)
     case = read_case(path)
-    assert case.mechanism.links == (
-        sd.Link("jack", ("ground", "foot"), ("rod", "middle"), motion=Trapezoidal(0.3, 0.4, 2.0, 0.5)),
-        sd.Link("stay", ("ground", "foot"), ("rod", "end"), length=0.7, tension_only=True),
+    assert case.mechanism.rods == (
+        sd.Rod("jack", ("ground", "foot"), ("rod", "middle"), motion=Trapezoidal(0.3, 0.4, 2.0, 0.5)),
+        sd.Rod("stay", ("ground", "foot"), ("rod", "end"), length=0.7, tension_only=True),
     )
     assert case.mechanism.latches == (sd.Latch("catch", "rod", angle=sd.degrees(80)),)
     assert case.mechanism.elements == (

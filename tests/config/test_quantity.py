@@ -98,7 +98,7 @@ def test_a_number_is_written_in_a_familiar_unit() -> None:
     ],
 )
 def test_an_example_is_allowed(quantity: Quantity) -> None:
-    """Identity: what a message tells the user to type is accepted."""
+    """Identity: the example in a message is accepted."""
     text = example(quantity)
     assert quantity.admits(read_quantity(float(text) if quantity.unit == "1" else text, quantity))
 
@@ -117,7 +117,7 @@ def test_rows_of_numbers_share_one_unit() -> None:
 
 
 def test_units_agree_with_pints_own_list() -> None:
-    """Cross-check: every unit of ours against the definitions that pint ships, except hertz, which ours count in turns."""
+    """Cross-check: every unit against the definitions that pint ships, except hertz, which are revolutions here."""
     import pint
 
     theirs = pint.UnitRegistry()

@@ -10,12 +10,12 @@ import pytest
 from scissordyn.config.case import CaseTable, Run
 from scissordyn.config.clearance import ClearanceTable
 from scissordyn.config.file import read_case
-from scissordyn.config.motion import DriveTable
 from scissordyn.config.part import PARTS
 from scissordyn.config.starter import STARTERS
 from scissordyn.config.structure import STRUCTURES, BuiltTable
 from scissordyn.config.table import table_of
 from scissordyn.config.template import TEMPLATES, template
+from scissordyn.config.time_function import DriveTable
 from scissordyn.errors import InputError
 from scissordyn.simulation.run import simulate
 
@@ -35,13 +35,13 @@ def test_templates_can_be_run(tmp_path: Path, kind: str) -> None:
     path = tmp_path / "case.toml"
     path.write_text(template(kind), encoding="utf-8")
     case = read_case(path, ["run.until=0.1 ms", "run.samples=3"])
-    assert case.mechanism.loose
+    assert case.mechanism.clearance_joints
     assert simulate(case.mechanism, **case.run.keywords).attrs["status"] == "complete"
 
 
 @pytest.mark.parametrize("kind", TEMPLATES)
 def test_template_shows_every_key_with_its_meaning(kind: str) -> None:
-    """Identity: each declared key stands in the text, and each line that is not a further table of a list has a remark."""
+    """Identity: each declared key stands in the text, and each line that is not a further table of a list has a comment."""
     text = template(kind)
     tables = [STRUCTURES[kind], *[DriveTable] * ("drive" in STARTERS[kind]), ClearanceTable, table_of(Run, until="50 ms")]
     tables += [part.table for name, part in PARTS.items() if kind == "mechanism"]
@@ -73,7 +73,7 @@ def test_structures_of_the_templates_are_the_defaults(tmp_path: Path, kind: str)
     assert issubclass(table, BuiltTable)
     path = tmp_path / "case.toml"
     path.write_text(template(kind), encoding="utf-8")
-    read, built = read_case(path).mechanism.tighten(), table.builder()
+    read, built = read_case(path).mechanism.ideal(), table.builder()
     assert (read.joints, read.ground, read.gravity) == (built.joints, built.ground, built.gravity)
     for one, other in zip(read.bodies, built.bodies, strict=True):
         assert (one.name, list(one.points)) == (other.name, list(other.points))

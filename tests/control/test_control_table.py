@@ -45,16 +45,16 @@ def test_one_table(tmp_path):
         '[control]\nfeed_forward = "ideal"\nsensor = "slider.centre"\n'
         'controller = { name = "feed-forward", proportional = "2e4 N m/rad", derivative = "1500 N m s/rad", limit = "1 kN m" }',
     )
-    arm, course = sd.scissor(units=2), Cycloidal(np.radians(30), np.radians(60), 1.0)
+    arm, reference = sd.scissor(units=2), Cycloidal(np.radians(30), np.radians(60), 1.0)
     made = arm.controlled(
         FeedForward(2e4, 1500.0, limit=1000.0),
-        reference=course,
-        feed_forward=feed_forward(arm, course, until=0.01),
+        reference=reference,
+        feed_forward=feed_forward(arm, reference, until=0.01),
         sensor=("slider", "centre"),
     )
     found, wanted = read.mechanism.elements[0], made.elements[0]
     assert isinstance(found, Actuator)
-    same = {"reference": None, "controller": wanted.controller, "on_course": False}
+    same = {"reference": None, "controller": wanted.controller, "start_on_reference": False}
     assert dataclasses.replace(found, **same) == dataclasses.replace(wanted, **same)
     assert found.controller.parameters() == pytest.approx(wanted.controller.parameters())
     assert not read.mechanism.drives
@@ -70,8 +70,8 @@ def test_several_tables(tmp_path):
         '[[control]]\ncontroller = { name = "pyragas", gain = "3 N m", delay = "20 ms", recorded = "speed" }\n',
     )
     first, second = read.mechanism.elements
-    assert (first.name, first.controller, first.on_course) == ("servo", PID(2e4), True)
-    assert (second.controller, second.on_course) == (Pyragas(3.0, 0.02), False)
+    assert (first.name, first.controller, first.start_on_reference) == ("servo", PID(2e4), True)
+    assert (second.controller, second.start_on_reference) == (Pyragas(3.0, 0.02), False)
     assert first.reference == sd.ConstantSpeed(sd.rpm(20.0))
 
 

@@ -21,7 +21,7 @@ INERTIA = 0.45
 
 
 def turning(angle=0.3, gravity=0.0, spin=0.0):
-    """A bar of 1 kg and 1 m that turns about a ground pin at its start."""
+    """A bar of 1 kg and 1 m that rotates about a ground pin at its start."""
     rod = sd.Body("rod", 1.0, 0.2, {"start": (0.0, 0.0)}, centre=(0.5, 0.0), angle=angle, angular_velocity=spin)
     pin = sd.Revolute("pin", ("rod", "start"), ("ground", "origin"))
     return Mechanism((rod,), joints=(pin,), ground=(("origin", (0.0, 0.0)),), gravity=gravity, input_body="rod")
@@ -42,8 +42,8 @@ def by_steps(t):
 
 def lagged(method, tolerance, until=5.0, **options):
     """The delay equation on a mechanism; returns the run, its largest error at the samples and its steps."""
-    held = turning(spin=1.0).controlled(UserController(lagging, delay=1.0, recorded="speed"))
-    run = sd.simulate(held, until=until, samples=101, rtol=tolerance, atol=tolerance, method=method, **options)
+    controlled = turning(spin=1.0).controlled(UserController(lagging, delay=1.0, recorded="speed"))
+    run = sd.simulate(controlled, until=until, samples=101, rtol=tolerance, atol=tolerance, method=method, **options)
     error = float(np.max(np.abs(run["angular_velocity"][:, 0].values - by_steps(run["time"].values))))
     return run, error, json.loads(run.attrs["statistics"])["steps"]
 
@@ -58,7 +58,7 @@ def test_order_with_a_delay(method, order):
 
 @pytest.mark.parametrize("method", METHODS)
 def test_delay_equation(method):
-    """Closed form: the method of steps; the torque at the samples looks back into the same history."""
+    """Closed form: the method of steps; the torque at the samples uses the same history."""
     run, error, _ = lagged(method, 1e-11)
     assert error < 1e-8
     assert np.allclose(run["control_torque"][:, 0], -INERTIA * by_steps(run["time"].values - 1.0), atol=1e-8)
@@ -66,24 +66,24 @@ def test_delay_equation(method):
 
 
 def test_history_grows():
-    """Closed form: a run of more steps than the history first has room for goes on as before."""
+    """Closed form: a run of more steps than the initial length of the history is correct."""
     _, error, steps = lagged("rodas4p", 1e-12, until=15.0)
     assert steps > 4096
     assert error < 1e-10
 
 
 def test_nothing_is_kept_without_a_delay():
-    """Limit: steps are not limited and nothing is recorded where no controller looks back."""
+    """Limit: steps are not limited and nothing is recorded where no controller has a delay."""
     run = sd.simulate(turning(spin=1.0).controlled(PID(1.0)), until=1.0, samples=3)
     assert "control_signal" not in run
 
 
-def decay_rate(gain, delay, memory, stiffness, excitation, guess):
+def decay_rate(gain, delay, recursion_gain, stiffness, excitation, guess):
     """The root near `guess` of I s^2 - d s + k + K s (1 - E)/(1 - R E), E = exp(-s T), by Newton's method."""
 
     def value(s):
         past = cmath.exp(-s * delay)
-        return INERTIA * s * s - excitation * s + stiffness + gain * s * (1.0 - past) / (1.0 - memory * past)
+        return INERTIA * s * s - excitation * s + stiffness + gain * s * (1.0 - past) / (1.0 - recursion_gain * past)
 
     s = guess
     for _ in range(60):
@@ -98,16 +98,16 @@ def excited(t, angle, speed, acceleration, error, measured, x, y, rate_x, rate_y
     return 18.0 * error + 0.2 * measured
 
 
-@pytest.mark.parametrize("memory", [0.0, 0.4])
-def test_delayed_feedback_calms_an_oscillator(memory):
+@pytest.mark.parametrize("recursion_gain", [0.0, 0.4])
+def test_delayed_feedback_stabilises_an_oscillator(recursion_gain):
     """Closed form: a self-excited oscillator (a complex pair of multipliers) decays at the root of its quasi-polynomial."""
     delay = math.pi / math.sqrt(18.0 / INERTIA)
-    law = ExtendedDelayedFeedback(0.5, delay, memory, onset=0.0) if memory else Pyragas(0.5, delay, onset=0.0)
-    free = turning().controlled(UserController(excited), reference=Polynomial((0.0,)), on_course=False)
+    law = ExtendedDelayedFeedback(0.5, delay, recursion_gain, onset=0.0) if recursion_gain else Pyragas(0.5, delay, onset=0.0)
+    free = turning().controlled(UserController(excited), reference=Polynomial((0.0,)), start_on_reference=False)
     options = {"rtol": 1e-10, "atol": 1e-10, "samples": 4001, "method": "dop853"}
     assert np.abs(sd.simulate(free, until=6.0, **options)["angle"][:, 0].values[-500:]).max() > 0.6
     run = sd.simulate(free.controlled(law), until=20.0, **options)
-    root = decay_rate(0.5, delay, memory, 18.0, 0.2, complex(-0.3, math.sqrt(18.0 / INERTIA)))
+    root = decay_rate(0.5, delay, recursion_gain, 18.0, 0.2, complex(-0.3, math.sqrt(18.0 / INERTIA)))
     assert root.real < -0.1
     # the slowest mode alone is left: fit its real and imaginary part to the second half
     part = (run["time"].values > 8.0) & (run["time"].values < 16.0)
@@ -120,15 +120,17 @@ def test_delayed_feedback_calms_an_oscillator(memory):
 
 @pytest.mark.parametrize("gain", [-20.0, 3.0, 10.0, 40.0])
 def test_odd_number_limitation(gain):
-    """Limit: an upright bar has one real multiplier above 1; delayed feedback of no gain holds it, plain feedback does."""
+    """Limit: an upright bar has one real multiplier above 1; delayed feedback stabilises it at no gain, plain feedback does."""
     upright = turning(angle=0.5 * math.pi + 1e-3, gravity=9.81)
     reference = Polynomial((0.5 * math.pi,))
-    delayed = upright.controlled(Pyragas(gain, 0.2, "error", onset=0.0), reference=reference, on_course=False)
+    delayed = upright.controlled(Pyragas(gain, 0.2, "error", onset=0.0), reference=reference, start_on_reference=False)
     # on the error y = r - th the torque K [y(t-T) - y] is that on the angle with the gain -K
     left = sd.simulate(delayed, until=8.0, samples=401)
     assert float(np.abs(left["control_error"]).max()) > 0.3
-    held = sd.simulate(upright.controlled(PID(10.0, 2.0), reference=reference, on_course=False), until=4.0, samples=401)
-    assert float(np.abs(held["control_error"]).max()) < 2e-3
+    controlled = sd.simulate(
+        upright.controlled(PID(10.0, 2.0), reference=reference, start_on_reference=False), until=4.0, samples=401
+    )
+    assert float(np.abs(controlled["control_error"]).max()) < 2e-3
 
 
 def test_extended_without_memory_is_pyragas():
@@ -140,13 +142,13 @@ def test_extended_without_memory_is_pyragas():
 
 def test_onset_limit_and_record():
     """Identity: no torque before the onset, none beyond the limit, and S = y + R S(t - T) in what is recorded."""
-    held = turning(spin=1.0).controlled(PID(18.0), reference=Polynomial((0.3,)), on_course=False)
+    controlled = turning(spin=1.0).controlled(PID(18.0), reference=Polynomial((0.3,)), start_on_reference=False)
     options = {"until": 2.0, "samples": 201, "rtol": 1e-10, "atol": 1e-10}
-    run = sd.simulate(held.controlled(ExtendedDelayedFeedback(5.0, 0.25, 0.5, onset=0.5, limit=0.4)), **options)
+    run = sd.simulate(controlled.controlled(ExtendedDelayedFeedback(5.0, 0.25, 0.5, onset=0.5, limit=0.4)), **options)
     torque, t = run["control_torque"][:, 1].values, run["time"].values
     assert np.all(torque[t < 0.5 - 1e-9] == 0.0)
     assert np.max(np.abs(torque)) == 0.4
-    run = sd.simulate(held.controlled(ExtendedDelayedFeedback(5.0, 0.25, 0.5, onset=0.5)), **options)
+    run = sd.simulate(controlled.controlled(ExtendedDelayedFeedback(5.0, 0.25, 0.5, onset=0.5)), **options)
     signal, speed = run["control_signal"][:, 1].values, run["angular_velocity"][:, 0].values
     assert np.allclose(signal[25:], speed[25:] + 0.5 * signal[:-25], atol=1e-9)
     assert signal[0] == pytest.approx(1.0 / (1.0 - 0.5), rel=1e-12)

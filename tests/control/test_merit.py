@@ -14,25 +14,27 @@ from scissordyn.model.element import Force
 from scissordyn.simulation.feed_forward import feed_forward
 
 UNTIL, DURATION, LIMIT = 1.2, 1.0, 770.0
-COURSE = Cycloidal(math.radians(30), math.radians(60), DURATION)
+REFERENCE = Cycloidal(math.radians(30), math.radians(60), DURATION)
 GUST = Force(
     "gust",
     ("slider", "centre"),
     (0.0, -50.0),
-    course=tabulated(lambda t: math.sin(math.pi * (t - 0.6) / 0.2) ** 2 if 0.6 < t < 0.8 else 0.0, until=UNTIL, points=4801),
+    time_function=tabulated(
+        lambda t: math.sin(math.pi * (t - 0.6) / 0.2) ** 2 if 0.6 < t < 0.8 else 0.0, until=UNTIL, points=4801
+    ),
 )
 
 
 @pytest.fixture(scope="module")
-def loose():
-    """The array with a loose joint A and a gust on its slider after half of the way."""
-    return dataclasses.replace(sd.scissor(units=2).loosen("A", sd.Clearance(5e-4)), elements=(GUST,))
+def disturbed_array():
+    """The array with a clearance joint A and a gust on its slider after half of the stroke."""
+    return dataclasses.replace(sd.scissor(units=2).with_clearance("A", sd.Clearance(5e-4)), elements=(GUST,))
 
 
 @pytest.fixture(scope="module")
-def ideal(loose):
-    """The ideal array on its course, without the gust."""
-    return sd.simulate(dataclasses.replace(loose.tighten(), elements=()).driven(COURSE), until=UNTIL)
+def ideal(disturbed_array):
+    """The ideal array on the reference motion, without the gust."""
+    return sd.simulate(dataclasses.replace(disturbed_array.ideal(), elements=()).driven(REFERENCE), until=UNTIL)
 
 
 def test_ideal_against_itself(ideal):
@@ -47,28 +49,28 @@ def test_ideal_against_itself(ideal):
     assert found.sizes["joint"] == 0
 
 
-def test_share_of_contact(loose_run):
-    """Cross-check: the share of contact from the table of contacts equals that of the samples to within their distance."""
-    found = figures_of_merit(loose_run, loose_run)
-    sampled = float(loose_run["in_contact"].sel(joint="A").mean())
-    contacts = loose_run.sizes["contact"]
-    assert float(found["contact_share"][0]) == pytest.approx(sampled, abs=2.0 * contacts / loose_run.sizes["time"])
-    assert float(found["peak_force"][0]) == float(loose_run["peak_force"].max())
+def test_fraction_of_contact(clearance_run):
+    """Cross-check: the fraction of contact from the table of contacts equals that of the samples to within their distance."""
+    found = figures_of_merit(clearance_run, clearance_run)
+    sampled = float(clearance_run["in_contact"].sel(joint="A").mean())
+    contacts = clearance_run.sizes["contact"]
+    assert float(found["contact_fraction"][0]) == pytest.approx(sampled, abs=2.0 * contacts / clearance_run.sizes["time"])
+    assert float(found["peak_force"][0]) == float(clearance_run["peak_force"].max())
 
 
-def test_control_keeps_contact(loose, ideal):
-    """Limit: from a concentric start, within the torque limit, control lands the joint in a tenth of a drive's time.
+def test_control_keeps_contact(disturbed_array, ideal):
+    """Limit: from a concentric start, within the torque limit, control has lasting contact in a tenth of the drive's time.
 
-    Both keep contact under the gust; fed forward alone the array loses its course.
+    Both keep contact under the gust; with feed-forward alone the array deviates from the reference.
     """
-    driven = figures_of_merit(sd.simulate(loose.driven(COURSE), until=UNTIL), ideal)
-    torque = feed_forward(loose, COURSE, until=UNTIL)
+    driven = figures_of_merit(sd.simulate(disturbed_array.driven(REFERENCE), until=UNTIL), ideal)
+    torque = feed_forward(disturbed_array, REFERENCE, until=UNTIL)
     laws = FeedForward(2e4, 1500.0, limit=LIMIT, ramp=0.02), FeedForward(limit=LIMIT)
-    runs = [sd.simulate(loose.controlled(law, reference=COURSE, feed_forward=torque), until=UNTIL) for law in laws]
+    runs = [sd.simulate(disturbed_array.controlled(law, reference=REFERENCE, feed_forward=torque), until=UNTIL) for law in laws]
     closed, opened = (figures_of_merit(run, ideal) for run in runs)
-    assert float(driven["kept_from"][0]) > 0.5
-    assert float(closed["kept_from"][0]) < 0.1
-    assert float(closed["contact_share"][0]) > 0.95 > float(driven["contact_share"][0])
+    assert float(driven["in_contact_from"][0]) > 0.5
+    assert float(closed["in_contact_from"][0]) < 0.1
+    assert float(closed["contact_fraction"][0]) > 0.95 > float(driven["contact_fraction"][0])
     assert float(closed["peak_torque"]) <= LIMIT < float(driven["peak_torque"])
     assert float(closed["tracking_error"]) < 2.5e-3
     assert float(opened["tracking_error"]) > 2e-2

@@ -17,16 +17,18 @@ from scissordyn.mechanics.start import assemble
 from scissordyn.mechanics.system import build_system
 from scissordyn.model.drive import Harmonic, Polynomial
 
-COURSE = Harmonic(mean=0.5, amplitude=0.3, frequency=20.0, phase=0.2)
+REFERENCE = Harmonic(mean=0.5, amplitude=0.3, frequency=20.0, phase=0.2)
 TIME = 0.3
 
 
 def controlled_state(laws):
-    """An array with controllers away from its course, at a time when a history lies behind it."""
+    """An array with controllers, away from its reference and with a delay history."""
     arm = sd.scissor(units=2, angle=0.5)
     for law in laws:
-        feeds = Polynomial((3.0, 40.0, -200.0)) if law.feeds else None
-        arm = arm.controlled(law, reference=COURSE, feed_forward=feeds, sensor=("slider", "centre"), on_course=False)
+        torque = Polynomial((3.0, 40.0, -200.0)) if law.uses_feed_forward else None
+        arm = arm.controlled(
+            law, reference=REFERENCE, feed_forward=torque, sensor=("slider", "centre"), start_on_reference=False
+        )
     layout = lay_out(arm)
     system = build_system(layout)
     handle, start = Handle(system), assemble(layout, system)
@@ -50,8 +52,11 @@ def controlled_state(laws):
 LAWS = {
     "pid": (PID(300.0, 40.0, 700.0),),
     "limited": (PID(300.0, 40.0, 700.0, limit=5.0, ramp=1.0),),
-    "landing": (FeedForward(300.0, 40.0, 700.0, landing=60.0, landing_distance=0.2),),
-    "several": (FeedForward(30.0, landing=6.0, landing_distance=0.2), ExtendedDelayedFeedback(7.0, 0.25, 0.3, "sensor_rate_y")),
+    "rate damping": (FeedForward(300.0, 40.0, 700.0, eccentricity_rate_damping=60.0, regularisation_length=0.2),),
+    "several": (
+        FeedForward(30.0, eccentricity_rate_damping=6.0, regularisation_length=0.2),
+        ExtendedDelayedFeedback(7.0, 0.25, 0.3, "sensor_rate_y"),
+    ),
     "two integrals": (PID(30.0, 4.0, 70.0), PID(20.0, 3.0, 50.0)),
 }
 

@@ -1,4 +1,4 @@
-"""Actuators and the controllers that follow a course, against closed forms and second descriptions of the same torque."""
+"""Actuators and tracking controllers, against closed forms and second descriptions of the same torque."""
 
 import math
 
@@ -23,7 +23,7 @@ INERTIA = 0.45
 
 
 def hanging(*elements, angle=0.3, gravity=0.0, spin=0.0):
-    """A bar of 1 kg and 1 m that turns about a ground pin at its start."""
+    """A bar of 1 kg and 1 m that rotates about a ground pin at its start."""
     rod = sd.Body("rod", 1.0, 0.2, {"start": (0.0, 0.0)}, centre=(0.5, 0.0), angle=angle, angular_velocity=spin)
     pin = sd.Revolute("pin", ("rod", "start"), ("ground", "origin"))
     ground = (("origin", (0.0, 0.0)),)
@@ -31,7 +31,7 @@ def hanging(*elements, angle=0.3, gravity=0.0, spin=0.0):
 
 
 def balanced(run, bound=1e-9):
-    """Whether the energy books close relative to the energy turned over."""
+    """Whether the energy balance closes relative to the converted energy."""
     turnover = max(float(np.ptp(run["load_work"].values)), float(run["kinetic_energy"].max()))
     return float(np.max(np.abs(run["energy_residual"]))) < bound * turnover
 
@@ -39,11 +39,11 @@ def balanced(run, bound=1e-9):
 @pytest.mark.parametrize("method", ["dop853", "rodas5p"])
 def test_proportional_derivative(method):
     """Closed form: with PD feedback a free bar is a damped oscillator about the reference."""
-    held = hanging().controlled(PID(30.0, 0.9), reference=Polynomial((0.5,)), on_course=False)
-    run = sd.simulate(held, until=2.0, method=method, **TIGHT)
+    controlled = hanging().controlled(PID(30.0, 0.9), reference=Polynomial((0.5,)), start_on_reference=False)
+    run = sd.simulate(controlled, until=2.0, method=method, **TIGHT)
     decay = 0.9 / (2.0 * INERTIA)
-    swing, t = math.sqrt(30.0 / INERTIA - decay**2), run["time"].values
-    exact = 0.5 - 0.2 * np.exp(-decay * t) * (np.cos(swing * t) + decay / swing * np.sin(swing * t))
+    frequency, t = math.sqrt(30.0 / INERTIA - decay**2), run["time"].values
+    exact = 0.5 - 0.2 * np.exp(-decay * t) * (np.cos(frequency * t) + decay / frequency * np.sin(frequency * t))
     assert np.allclose(run["angle"][:, 0], exact, atol=1e-9)
     assert np.allclose(run["control_error"][:, 0], 0.5 - exact, atol=1e-9)
     assert balanced(run)
@@ -51,16 +51,18 @@ def test_proportional_derivative(method):
 
 def test_moving_reference():
     """Closed form: with the reference a t + b t^2 the error of PD feedback settles where k_p e is the torque I 2 b."""
-    held = hanging().controlled(PID(400.0, 20.0), reference=Polynomial((0.3, 1.0, 0.5)))
-    run = sd.simulate(held, until=3.0, **TIGHT)
+    controlled = hanging().controlled(PID(400.0, 20.0), reference=Polynomial((0.3, 1.0, 0.5)))
+    run = sd.simulate(controlled, until=3.0, **TIGHT)
     assert float(run["angular_velocity"][0, 0]) == pytest.approx(1.0, rel=1e-12)
     assert float(run["control_error"][-1, 0]) == pytest.approx(INERTIA * 1.0 / 400.0, rel=1e-7)
 
 
 def test_error_is_wrapped():
-    """Identity: a reference a whole turn away is the same reference."""
+    """Identity: a reference a full revolution away is the same reference."""
     runs = [
-        sd.simulate(hanging().controlled(PID(30.0, 0.9), reference=Polynomial((a,)), on_course=False), until=1.0, **TIGHT)
+        sd.simulate(
+            hanging().controlled(PID(30.0, 0.9), reference=Polynomial((a,)), start_on_reference=False), until=1.0, **TIGHT
+        )
         for a in (0.5, 0.5 + 2.0 * math.pi)
     ]
     assert np.allclose(runs[0]["angle"], runs[1]["angle"], atol=1e-9)
@@ -82,9 +84,9 @@ def test_integral_removes_the_error(method):
 
 
 def test_limit_is_exact():
-    """Closed form: at its limit an actuator turns the bar evenly."""
+    """Closed form: at its limit an actuator accelerates the bar uniformly."""
     run = sd.simulate(
-        hanging().controlled(PID(1e4, limit=0.9), reference=Polynomial((2.5,)), on_course=False), until=1.0, **TIGHT
+        hanging().controlled(PID(1e4, limit=0.9), reference=Polynomial((2.5,)), start_on_reference=False), until=1.0, **TIGHT
     )
     assert np.allclose(run["angle"][:, 0], 0.3 + run["time"] ** 2, atol=1e-9)
     assert np.all(run["control_torque"] == 0.9)
@@ -92,17 +94,17 @@ def test_limit_is_exact():
 
 def test_ramp_is_exact():
     """Closed form: while the limit rises in proportion to time, the angle grows with the third power of time."""
-    ramped = hanging().controlled(PID(1e4, limit=2.7, ramp=1.0), reference=Polynomial((2.5,)), on_course=False)
+    ramped = hanging().controlled(PID(1e4, limit=2.7, ramp=1.0), reference=Polynomial((2.5,)), start_on_reference=False)
     run = sd.simulate(ramped, until=0.9, **TIGHT)
     assert np.allclose(run["angle"][:, 0], 0.3 + run["time"] ** 3, atol=1e-9)
 
 
 def test_integral_does_not_wind_up():
-    """Limit: at its limit the integral settles where the wanted torque exceeds the limit by k_i e T_t; it cannot run away."""
+    """Limit: at its limit the integral stops where the commanded torque exceeds the limit by k_i e T_t; no windup."""
     wall = TorsionSpring("wall", "rod", stiffness=1e6, free_angle=0.3, damping=1e3)
     run = sd.simulate(
         hanging(wall).controlled(
-            PID(1.0, 0.0, 50.0, limit=2.0, tracking_time=0.01), reference=Polynomial((1.3,)), on_course=False
+            PID(1.0, 0.0, 50.0, limit=2.0, tracking_time=0.01), reference=Polynomial((1.3,)), start_on_reference=False
         ),
         until=0.5,
         method="rodas5p",
@@ -145,7 +147,7 @@ def test_actuators_add_up():
 def test_rotor_counts():
     """Closed form: the rotor's inertia is added to the bar's."""
     run = sd.simulate(
-        hanging().controlled(PID(1e4, limit=0.9), reference=Polynomial((2.5,)), on_course=False, inertia=0.45),
+        hanging().controlled(PID(1e4, limit=0.9), reference=Polynomial((2.5,)), start_on_reference=False, inertia=0.45),
         until=1.0,
         **TIGHT,
     )
@@ -160,40 +162,50 @@ def test_no_control_is_no_torque():
 
 
 def test_feed_forward_is_the_drive():
-    """Cross-check: the torque that a drive needs, fed forward, moves the ideal array along the same course."""
-    arm, course = sd.scissor(units=2), Cycloidal(math.radians(30), math.radians(60), 0.5)
-    torque = feed_forward(arm, course, until=0.5)
-    driven = sd.simulate(arm.driven(course), until=0.5, **TIGHT)
-    fed = sd.simulate(arm.controlled(FeedForward(), reference=course, feed_forward=torque), until=0.5, **TIGHT)
+    """Cross-check: the torque of a drive as feed-forward moves the ideal array along the same motion."""
+    arm, reference = sd.scissor(units=2), Cycloidal(math.radians(30), math.radians(60), 0.5)
+    torque = feed_forward(arm, reference, until=0.5)
+    driven = sd.simulate(arm.driven(reference), until=0.5, **TIGHT)
+    fed = sd.simulate(arm.controlled(FeedForward(), reference=reference, feed_forward=torque), until=0.5, **TIGHT)
     assert np.allclose(driven["angle"], fed["angle"], atol=1e-8)
     assert np.allclose(driven["drive_torque"], fed["control_torque"][:, 0], rtol=1e-8, atol=1e-6)
     assert balanced(fed)
 
 
-def steer(t, angle, speed, acceleration, error, measured, x, y, rate_x, rate_y, delayed, torque, stiffness, damping, landing):
-    """PD feedback, feed-forward and landing, written out."""
+def steer(
+    t, angle, speed, acceleration, error, measured, x, y, rate_x, rate_y, delayed, torque, stiffness, damping, rate_damping
+):
+    """PD feedback, feed-forward and rate damping, written out."""
     outward = (x * rate_x + y * rate_y) / math.sqrt(x * x + y * y + 1e-10)
-    return torque + stiffness * error + damping * (speed - measured) - landing * outward
+    return torque + stiffness * error + damping * (speed - measured) - rate_damping * outward
 
 
 def test_user_controller():
-    """Cross-check: a user's function for the same torque gives the same motion of a loose array as the one built in."""
-    arm, course = sd.scissor(units=2).loosen("A", sd.Clearance(5e-4)), Cycloidal(math.radians(30), math.radians(60), 1.0)
-    torque = feed_forward(arm, course, until=0.02)
-    chosen = FeedForward(2e4, 1500.0, landing=300.0), UserController(steer, (2e4, 1500.0, 300.0))
-    runs = [sd.simulate(arm.controlled(law, reference=course, feed_forward=torque, sensor="A"), until=0.02) for law in chosen]
+    """Cross-check: a user's function for the same torque gives an array with clearance the same motion as the built-in one."""
+    arm, reference = (
+        sd.scissor(units=2).with_clearance("A", sd.Clearance(5e-4)),
+        Cycloidal(math.radians(30), math.radians(60), 1.0),
+    )
+    torque = feed_forward(arm, reference, until=0.02)
+    chosen = FeedForward(2e4, 1500.0, eccentricity_rate_damping=300.0), UserController(steer, (2e4, 1500.0, 300.0))
+    runs = [
+        sd.simulate(arm.controlled(law, reference=reference, feed_forward=torque, sensor="A"), until=0.02) for law in chosen
+    ]
     assert runs[0].sizes["contact"] >= 2
     assert np.allclose(runs[0]["contact_start"], runs[1]["contact_start"], rtol=1e-9)
     assert np.allclose(runs[0]["control_torque"], runs[1]["control_torque"], rtol=1e-8)
 
 
 @pytest.mark.parametrize("friction", [sd.NoFriction(), sd.LuGre(0.05)])
-def test_books_close_with_everything(friction):
-    """Identity: energy is kept account of with feedback, integral, landing, limit and contacts together."""
-    arm, course = sd.scissor(units=2).loosen("A", sd.Clearance(5e-4, friction=friction)), Cycloidal(math.radians(30), 1.0, 1.0)
-    law = FeedForward(2e4, 1500.0, 1e5, limit=600.0, ramp=0.01, landing=-300.0)
-    torque = feed_forward(arm, course, until=0.04)
-    run = sd.simulate(arm.controlled(law, reference=course, feed_forward=torque, sensor="A"), until=0.04)
+def test_energy_balance_closes_with_everything(friction):
+    """Identity: the energy balance closes with feedback, integral, rate damping, limit and contacts together."""
+    arm, reference = (
+        sd.scissor(units=2).with_clearance("A", sd.Clearance(5e-4, friction=friction)),
+        Cycloidal(math.radians(30), 1.0, 1.0),
+    )
+    law = FeedForward(2e4, 1500.0, 1e5, limit=600.0, ramp=0.01, eccentricity_rate_damping=-300.0)
+    torque = feed_forward(arm, reference, until=0.04)
+    run = sd.simulate(arm.controlled(law, reference=reference, feed_forward=torque, sensor="A"), until=0.04)
     assert run.attrs["status"] == "complete"
     assert run.sizes["contact"] > 2
     assert balanced(run, 1e-6)
@@ -202,7 +214,7 @@ def test_books_close_with_everything(friction):
 
 def test_replay():
     """Identity: a controlled run is run again from its attributes, bit for bit."""
-    arm = sd.scissor(units=2).loosen("A", sd.Clearance(5e-4))
+    arm = sd.scissor(units=2).with_clearance("A", sd.Clearance(5e-4))
     run = sd.simulate(arm.controlled(PID(2e4, 1500.0, 1e4), speed=0.5, sensor="A"), until=0.01, samples=11)
     again = sd.replay(run)
     for name in ("angle", "control_torque", "integral_torque", "normal_force"):
@@ -228,8 +240,8 @@ def test_catalogue():
         (lambda: PID(-1.0), "proportional = -1.0"),
         (lambda: PID(1.0, ramp=0.1), "without a limit"),
         (lambda: CONTROLLERS["pyragas"](1.0, 0.5, recorded="sped"), "did you mean 'speed'"),
-        (lambda: hanging().controlled(FeedForward(landing=1.0)), "without a sensor"),
-        (lambda: hanging().controlled(PID(1.0), feed_forward=Polynomial((1.0,))), "no use of a feed-forward"),
+        (lambda: hanging().controlled(FeedForward(eccentricity_rate_damping=1.0)), "without a sensor"),
+        (lambda: hanging().controlled(PID(1.0), feed_forward=Polynomial((1.0,))), "does not use a feed-forward"),
         (lambda: hanging().controlled(PID(1.0), sensor="pni"), "did you mean 'pin'"),
         (lambda: hanging().controlled(PID(1.0), sensor=("rod", "tip")), "point 'tip'"),
         (lambda: hanging().controlled(PID(1.0), reference=Polynomial((0.0,)), speed=1.0), "both reference and speed"),

@@ -26,7 +26,7 @@ open_numbers = opener(Numbers)
 
 
 @kernel()
-def swing(t, y, address, dy):
+def oscillation(t, y, address, dy):
     """A driven pendulum, which has no closed form, and beside it one stiff state that follows cos t."""
     dy[0] = y[1]
     dy[1] = -math.sin(y[0]) + 0.3 * math.sin(2.0 * t)
@@ -34,10 +34,10 @@ def swing(t, y, address, dy):
 
 
 @kernel()
-def swing_slopes(t, y, address, dy, dt):
+def oscillation_slopes(t, y, address, dy, dt):
     """The same with its Jacobian."""
     numbers = open_numbers(address)
-    swing(t, y, address, dy)
+    oscillation(t, y, address, dy)
     dt[0] = 0.0
     dt[1] = 0.6 * math.cos(2.0 * t)
     dt[2] = -1e3 * math.sin(t) - math.cos(t)
@@ -71,14 +71,14 @@ def solve(r, address):
 @kernel()
 def pendulum(t, y, address, dy):
     """The driven pendulum alone."""
-    swing(t, y, address, dy)
+    oscillation(t, y, address, dy)
     dy[2] = 0.0
 
 
 @kernel()
 def pendulum_slopes(t, y, address, dy, dt):
     """The same with its Jacobian."""
-    swing_slopes(t, y, address, dy, dt)
+    oscillation_slopes(t, y, address, dy, dt)
     dy[2] = dt[2] = 0.0
     open_numbers(address).jacobian[2, 2] = 0.0
 
@@ -122,7 +122,7 @@ def bounce(t, y, guard, address, record):
 
 @kernel()
 def energies(t, y, address, power, watched):
-    """The ball's speed squared to integrate, its speed to watch."""
+    """The ball's speed squared to integrate, its speed to monitor."""
     power[0] = y[1] * y[1]
     watched[0, 0] = abs(y[1])
 
@@ -164,10 +164,10 @@ def run(name, rate, linearise, start, until, tolerance, samples, *, floor):
 @pytest.mark.parametrize("name", METHODS)
 def test_error_follows_tolerance(name):
     """Order of convergence: the end error falls in proportion to the tolerance, within a factor of ten over four decades."""
-    reference = run("dop853", swing, swing_slopes, [1.0, 0.5, 1.0], 4.0, 1e-13, 2, floor=False)[0].state[-1]
+    reference = run("dop853", oscillation, oscillation_slopes, [1.0, 0.5, 1.0], 4.0, 1e-13, 2, floor=False)[0].state[-1]
     errors = []
     for tolerance in (1e-6, 1e-8, 1e-10):
-        end = run(name, swing, swing_slopes, [1.0, 0.5, 1.0], 4.0, tolerance, 2, floor=False)[0].state[-1]
+        end = run(name, oscillation, oscillation_slopes, [1.0, 0.5, 1.0], 4.0, tolerance, 2, floor=False)[0].state[-1]
         errors.append(np.max(np.abs(end - reference)))
     assert errors[-1] < 3e-9
     assert 10.0 < errors[0] / errors[1] < 1e4

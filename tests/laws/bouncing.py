@@ -1,4 +1,4 @@
-"""A second road to the impacts of a free mass: fixed-step Runge-Kutta, nothing shared with the package's own drivers."""
+"""An independent integration of the impacts of a free mass: fixed-step Runge-Kutta, without the package's drivers."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ import numba
 import numpy as np
 
 from scissordyn.laws.contact import PARAMETERS, JointContact
-from scissordyn.laws.ladder import elastic_force, normal_force
+from scissordyn.laws.dispatch import elastic_force, normal_force
 from scissordyn.laws.material import STEEL
 
 JOINT = JointContact(clearance=0.5e-3, journal_radius=9.5e-3, length=15e-3, journal=STEEL, bearing=STEEL)
@@ -75,7 +75,7 @@ def bounce(tag, p, damping, q, speed, mass, h):
 
 
 def step(stiffness, mass, speed, joint=JOINT, parts=4000):
-    """A step of about 1/parts of the time that the undamped spring needs to turn the mass."""
+    """A step of about 1/parts of the time that the undamped spring needs to reverse the mass."""
     p = row(stiffness, joint)
     low, high = 1e-12, 1e-2
     for _ in range(80):

@@ -1,4 +1,4 @@
-"""The catalogue: every law by name, each with its rung, its facts and its source."""
+"""The catalogue: every law by name, each with its branch, its facts and its source."""
 
 from __future__ import annotations
 
@@ -13,15 +13,15 @@ from scissordyn.errors import InputError
 from scissordyn.laws import catalogue
 from scissordyn.laws.contact import PARAMETERS, Damping, Elastic, Friction, Proportional
 from scissordyn.laws.damping import proportional
-from scissordyn.laws.ladder import elastic_force, friction_force, friction_start, normal_force
+from scissordyn.laws.dispatch import elastic_force, friction_force, friction_start, normal_force
 
 KINDS = {"stiffness": Elastic, "damping": Damping, "friction": Friction}
 ENTRIES = [(kind, name) for kind, laws in catalogue.BY_KIND.items() for name in laws]
-NO_RUNG = 98
+NO_BRANCH = 98
 
 
 def answer(kind, tag, p, states=0):
-    """What the ladder of a kind makes of a tag."""
+    """What the dispatch of a kind returns for a tag."""
     if kind == "stiffness":
         return elastic_force(tag, 1e-5, p)
     if kind == "damping":
@@ -50,11 +50,11 @@ def test_everything_is_there():
 
 
 @pytest.mark.parametrize(("kind", "name"), ENTRIES)
-def test_every_law_has_its_rung(kind, name):
-    """Identity: the ladder answers a law's tag with a number; a tag without a rung is NaN, so a forgotten rung is seen."""
+def test_every_law_has_its_branch(kind, name):
+    """Identity: the dispatch returns a number for a law's tag; a tag without a branch is NaN, so a forgotten branch is seen."""
     law = catalogue.law(kind, name)()
     assert math.isfinite(answer(kind, law.tag, row(law), len(getattr(law, "states", ()))))
-    assert math.isnan(answer(kind, NO_RUNG, row(law)))
+    assert math.isnan(answer(kind, NO_BRANCH, row(law)))
 
 
 @pytest.mark.parametrize("kind", KINDS)
@@ -70,7 +70,7 @@ def test_tags_are_shared_only_with_a_kernel(kind):
 
 @pytest.mark.parametrize(("kind", "name"), ENTRIES)
 def test_facts(kind, name):
-    """Identity: every law satisfies its protocol, fits in its row and tells name, source, units and help."""
+    """Identity: every law satisfies its protocol, fits in its row and has name, source, units and help."""
     law = catalogue.law(kind, name)
     assert isinstance(law(), KINDS[kind])
     assert len(law().parameters(JOINT)) <= PARAMETERS

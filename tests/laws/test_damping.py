@@ -16,8 +16,8 @@ from scissordyn.laws.damping.anagnostopoulos import Anagnostopoulos
 from scissordyn.laws.damping.exact import Exact, exact_factor, returned_restitution
 from scissordyn.laws.damping.gonthier import Gonthier
 from scissordyn.laws.damping.kelvin_voigt import KelvinVoigt
+from scissordyn.laws.dispatch import normal_force
 from scissordyn.laws.elastic.linear import Linear
-from scissordyn.laws.ladder import normal_force
 
 FACTORS = [law for law in catalogue.DAMPING.values() if law.tag == proportional.TAG and law.name != "none"]
 MASS = 2.0
@@ -126,7 +126,7 @@ def test_each_factor_in_an_impact(law):
 
 @pytest.mark.parametrize("restitution", [0.4, 0.7, 0.9])
 def test_dashpot_closed_form(restitution):
-    """Closed form: anagnostopoulos on a linear spring, the pull cut off, after Schwager and Poeschel 2007.
+    """Closed form: anagnostopoulos on a linear spring, the tension set to zero, after Schwager and Poeschel 2007.
 
     e = exp(-zeta w0 t), w_d t = pi - arctan(2 zeta sqrt(1-zeta^2)/(1-2 zeta^2)); doi:10.1007/s10035-007-0065-z.
     """
@@ -138,7 +138,7 @@ def test_dashpot_closed_form(restitution):
     stiffness = Linear(k)
     _, rebound = bounce(stiffness.tag, row(stiffness), law.tag, row(law), speed, MASS, step(stiffness, MASS, speed))
     assert rebound / speed == pytest.approx(expected, rel=1e-6)
-    # with the pull left in, the restitution asked for comes out: the time is pi/w_d
+    # with the tension included, the given restitution is returned: the time is pi/w_d
     assert math.exp(-zeta / root * math.pi) == pytest.approx(restitution, rel=1e-12)
 
 
@@ -149,7 +149,7 @@ def test_anagnostopoulos_figure():
 
 
 def test_kelvin_voigt():
-    """Closed form: kelvin-voigt adds C delta' and never pulls."""
+    """Closed form: kelvin-voigt adds C delta' and is never negative."""
     law = KelvinVoigt(coefficient=50.0)
     q = row(law)
     assert normal_force(law.tag, 100.0, 1e-5, 0.5, 1.0, q) == pytest.approx(125.0, rel=1e-15)
@@ -158,8 +158,8 @@ def test_kelvin_voigt():
 
 
 @pytest.mark.parametrize("damping", catalogue.DAMPING.values(), ids=by_name)
-def test_never_a_pull_and_never_a_gain(damping):
-    """Limit: no damping pulls, none lowers the force on approach or raises it on rebound."""
+def test_no_tension_and_no_gain(damping):
+    """Limit: no damping gives tension, none lowers the force on approach or raises it on rebound."""
     law = damping()
     q = row(law)
     for elastic, rate in itertools.product((0.0, 1.0, 1e4), (-5.0, -0.1, 0.0, 0.1, 5.0)):

@@ -12,6 +12,7 @@ from scipy.special import lambertw
 
 from scissordyn.errors import InputError
 from scissordyn.laws import catalogue
+from scissordyn.laws.dispatch import elastic_force
 from scissordyn.laws.elastic.bai_zhao import BaiZhaoAsPrinted
 from scissordyn.laws.elastic.braendlein import Braendlein
 from scissordyn.laws.elastic.dubowsky_freudenstein import DubowskyFreudenstein
@@ -24,7 +25,6 @@ from scissordyn.laws.elastic.pereira import Pereira
 from scissordyn.laws.elastic.persson import Persson
 from scissordyn.laws.elastic.power_law import PowerLaw
 from scissordyn.laws.elastic.radzimovsky import Radzimovsky
-from scissordyn.laws.ladder import elastic_force
 
 DEPTHS = np.logspace(-12, -3.4, 200)
 ALL = list(catalogue.ELASTIC.values())

@@ -11,6 +11,7 @@ from scipy.integrate import solve_ivp
 
 from scissordyn.errors import InputError
 from scissordyn.laws import catalogue
+from scissordyn.laws.dispatch import friction_force, friction_start
 from scissordyn.laws.friction.ambrosio import Ambrosio
 from scissordyn.laws.friction.bengisu_akay import BengisuAkay
 from scissordyn.laws.friction.brown_mcphee import BrownMcPhee
@@ -21,7 +22,6 @@ from scissordyn.laws.friction.gonthier import GonthierBristle
 from scissordyn.laws.friction.lugre import LuGre
 from scissordyn.laws.friction.stribeck import Stribeck
 from scissordyn.laws.friction.threlfall import Threlfall
-from scissordyn.laws.ladder import friction_force, friction_start
 
 ALL = [law for name, law in catalogue.FRICTION.items() if name != "none"]
 NORMAL = 1000.0
@@ -206,7 +206,7 @@ def test_elasto_plastic_does_not_creep():
 
 
 def test_elasto_plastic_transition():
-    """Closed form: alpha is 0 at z_ba, 1/2 halfway to z_max and 1 there; 0 whenever v turns back."""
+    """Closed form: alpha is 0 at z_ba, 1/2 halfway to z_max and 1 there; 0 whenever v changes its sign."""
     sliding = Sliding(ElastoPlastic(breakaway=0.6))
     v = 0.5  # far above the Stribeck speed: z_max = mu_k/sigma_0
     farthest, breakaway = 0.05 / 1e5, 0.6 * 0.05 / 1e5

@@ -11,7 +11,7 @@ from scissordyn.laws.damping.exact import returned_restitution
 from scissordyn.laws.damping.flores import Flores
 from scissordyn.laws.elastic.liu import Liu
 from scissordyn.laws.impact import impact
-from scissordyn.laws.sliding import steady_coefficient, swing
+from scissordyn.laws.sliding import oscillation, steady_coefficient
 from scissordyn.plot.law import draw_gallery, draw_law
 
 ENTRIES = [(kind, name) for kind, laws in catalogue.BY_KIND.items() for name in laws]
@@ -19,17 +19,17 @@ ENTRIES = [(kind, name) for kind, laws in catalogue.BY_KIND.items() for name in 
 
 def test_impact():
     """Identity: the rebound is the root of the energy integral, and the loop's area is the energy that is gone."""
-    course = impact(Liu(), Flores(0.6), JOINT, mass=3.0, speed=0.4, samples=4001)
-    assert course.restitution == pytest.approx(returned_restitution(Flores(0.6).factor), rel=1e-7)
-    area = np.trapezoid(course.force, course.indentation)
-    assert area == pytest.approx(0.5 * 3.0 * 0.4**2 * (1.0 - course.restitution**2), rel=1e-5)
+    history = impact(Liu(), Flores(0.6), JOINT, mass=3.0, speed=0.4, samples=4001)
+    assert history.restitution == pytest.approx(returned_restitution(Flores(0.6).factor), rel=1e-7)
+    area = np.trapezoid(history.force, history.indentation)
+    assert area == pytest.approx(0.5 * 3.0 * 0.4**2 * (1.0 - history.restitution**2), rel=1e-5)
 
 
-def test_swing_loses_what_friction_takes():
+def test_oscillation_loses_the_work_of_friction():
     """Limit: sliding far beyond the bristles' length, a period of Dahl's friction costs 4 a mu, as Coulomb's."""
     dahl = catalogue.FRICTION["dahl"](kinetic=0.05)
-    course = swing(dahl, JOINT, amplitude=1e-2, frequency=10.0, samples=4001)
-    loss = np.trapezoid(course.coefficient, course.displacement)
+    history = oscillation(dahl, JOINT, amplitude=1e-2, frequency=10.0, samples=4001)
+    loss = np.trapezoid(history.coefficient, history.displacement)
     assert loss == pytest.approx(4 * 1e-2 * 0.05, rel=1e-3)
 
 
@@ -44,7 +44,7 @@ def test_steady_coefficient():
 
 @pytest.mark.parametrize(("kind", "name"), ENTRIES)
 def test_every_law_can_be_drawn(kind, name):
-    """Limit: what is drawn is finite, starts and ends where it should, and names the law."""
+    """Limit: the curves are finite, start and end at their limits, and name the law."""
     axes = draw_law(catalogue.law(kind, name)())
     assert len(axes) == (2 if kind == "friction" else 1)
     assert name in axes[0].get_title(loc="left")

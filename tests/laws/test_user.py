@@ -16,9 +16,9 @@ from bouncing import JOINT, bounce, force, row, step
 from scissordyn.errors import InputError
 from scissordyn.laws import catalogue
 from scissordyn.laws.damping.flores import Flores
+from scissordyn.laws.dispatch import elastic_force, friction_force, normal_force
 from scissordyn.laws.elastic.hertz import Hertz
 from scissordyn.laws.friction.coulomb import Coulomb
-from scissordyn.laws.ladder import elastic_force, friction_force, normal_force
 from scissordyn.laws.user import UserDamping, UserElastic, UserFriction
 
 NOTHING = np.zeros(0)
@@ -34,7 +34,7 @@ def factor(elastic, indentation, rate, approach, xi):
     return elastic * (1.0 + xi * rate / approach)
 
 
-def rub(slip_speed, normal_force, mu):
+def dry_friction(slip_speed, normal_force, mu):
     """A friction of the user's."""
     return mu * normal_force * math.tanh(slip_speed / 1e-4)
 
@@ -47,7 +47,7 @@ def shallow(indentation):
 
 
 def test_elastic_is_the_built_in_one():
-    """Cross-check: Hertz's law as a user's function gives Hertz's impact, the whole course of it."""
+    """Cross-check: Hertz's law as a user's function gives the time history of Hertz's impact."""
     stiffness = Hertz().parameters(JOINT)[0]
     own, built_in, damping = UserElastic(spring, (stiffness, 1.5)), Hertz(), Flores(0.7)
     found = [
@@ -63,9 +63,9 @@ def test_damping_and_friction_are_the_built_in_ones():
         pair = [normal_force(law.tag, 321.0, 1e-5, rate, 0.5, row(law)) for law in (own, built_in)]
         assert pair[0] == pytest.approx(pair[1], rel=1e-14)
     assert normal_force(own.tag, 321.0, 1e-5, -9.0, 0.5, row(own)) == 0.0
-    rubbing, coulomb = UserFriction(rub, (0.05,)), Coulomb(0.05)
+    own, coulomb = UserFriction(dry_friction, (0.05,)), Coulomb(0.05)
     for v in (-0.1, 2e-5, 0.0):
-        pair = [friction_force(law.tag, v, 100.0, NOTHING, NOTHING, row(law)) for law in (rubbing, coulomb)]
+        pair = [friction_force(law.tag, v, 100.0, NOTHING, NOTHING, row(law)) for law in (own, coulomb)]
         assert pair[0] == pytest.approx(pair[1], rel=1e-14)
 
 

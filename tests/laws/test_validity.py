@@ -53,10 +53,10 @@ def test_materials():
 
 
 def test_returned_restitution():
-    """Published number: lankarani-nikravesh returns 0.725 where 0.5 is asked for; flores 0.470 is near enough."""
+    """Published number: lankarani-nikravesh returns 0.725 for c_e = 0.5; flores returns 0.470, which is near enough."""
     law = DAMPING["lankarani-nikravesh"](restitution=0.5)
     (text,) = contact_warnings("A", JOINT, ELASTIC["liu"](), law, approach_speed=[], indentation=0.0)
-    assert "0.725 where 0.5" in text
+    assert "0.725 for 0.5" in text
     assert (
         contact_warnings("A", JOINT, ELASTIC["liu"](), DAMPING["flores"](restitution=0.5), approach_speed=[], indentation=0)
         == []

@@ -1,4 +1,4 @@
-"""Massless links, prescribed distances, latches, end stops and static equilibrium against closed forms and second roads."""
+"""Massless rods, prescribed distances, latches, end stops and static equilibrium against closed forms and second roads."""
 
 import dataclasses
 import json
@@ -19,14 +19,14 @@ GROUND = (("origin", (0.0, 0.0)),)
 
 
 def pendulum(angle=0.3, **parts):
-    """A uniform bar of 2 kg and 1 m that turns about a ground pin under gravity."""
+    """A uniform bar of 2 kg and 1 m that rotates about a ground pin under gravity."""
     return sd.Mechanism((sd.bar("rod", length=1.0, mass=2.0, angle=angle),), joints=(PIN,), ground=GROUND, **parts)
 
 
 def paper(**clearance):
-    """The paper's array with joint A loose, driven at 150 rpm."""
+    """The paper's array with clearance at joint A, driven at 150 rpm."""
     arm = sd.scissor(units=2, bar_length=2.0, bar_mass=5.68, slider_mass=5.0, angle=sd.degrees(30))
-    return arm.loosen("A", sd.Clearance(0.5e-3, **clearance)).driven(speed=sd.rpm(150))
+    return arm.with_clearance("A", sd.Clearance(0.5e-3, **clearance)).driven(speed=sd.rpm(150))
 
 
 def worst_residual(run):
@@ -35,10 +35,10 @@ def worst_residual(run):
 
 @pytest.mark.parametrize("method", METHODS)
 def test_pendulum_of_varying_length(method):
-    """Cross-check: a mass on a link whose length is prescribed, against its equation in polar coordinates."""
+    """Cross-check: a mass on a rod whose length is prescribed, against its equation in polar coordinates."""
     mass = dataclasses.replace(sd.point_mass("p", mass=2.0), position=(1.0, 0.0))
-    cord = sd.Link("cord", ("ground", "origin"), ("p", "centre"), motion=Harmonic(1.0, 0.2, 5.0))
-    run = sd.simulate(sd.Mechanism((mass,), ground=GROUND, links=(cord,)), until=3.0, method=method, **TIGHT)
+    cord = sd.Rod("cord", ("ground", "origin"), ("p", "centre"), motion=Harmonic(1.0, 0.2, 5.0))
+    run = sd.simulate(sd.Mechanism((mass,), ground=GROUND, rods=(cord,)), until=3.0, method=method, **TIGHT)
 
     def length(t):
         return 1.0 + 0.2 * np.sin(5.0 * t), np.cos(5.0 * t), -5.0 * np.sin(5.0 * t)
@@ -52,29 +52,29 @@ def test_pendulum_of_varying_length(method):
     place = l * np.array([np.cos(exact[0]), np.sin(exact[0])])
     assert np.allclose(run["position"].sel(body="p"), place.T, atol=2e-8)
     tension = 2.0 * (l * exact[1] ** 2 - bend - 9.81 * np.sin(exact[0]))
-    assert np.allclose(run["link_force"].isel(link=0), tension, atol=1e-5)
-    assert np.allclose(run["link_length"].isel(link=0), l, atol=1e-12)
+    assert np.allclose(run["rod_force"].isel(rod=0), tension, atol=1e-5)
+    assert np.allclose(run["rod_length"].isel(rod=0), l, atol=1e-12)
     assert worst_residual(run) < 1e-8
 
 
 def test_link_is_a_bar_without_mass():
-    """Identity: a double pendulum whose upper bar is a link, against the same with a bar of a nanogram."""
+    """Identity: a double pendulum whose upper bar is a rod, against the same with a bar of a nanogram."""
     bob = sd.Body("bob", mass=1.0, inertia=0.1, points={"top": (0.0, 0.0)}, centre=(0.4, 0.0), position=(0.6, 0.0), angle=-1.0)
-    link = sd.Link("rope", ("ground", "origin"), ("bob", "top"))
-    run = sd.simulate(sd.Mechanism((bob,), ground=GROUND, links=(link,)), until=0.8, **TIGHT)
+    rod = sd.Rod("rope", ("ground", "origin"), ("bob", "top"))
+    run = sd.simulate(sd.Mechanism((bob,), ground=GROUND, rods=(rod,)), until=0.8, **TIGHT)
     rod = sd.bar("rod", length=0.6, mass=1e-9)
     pins = (PIN, sd.Revolute("low", ("bob", "top"), ("rod", "end")))
     heavy = sd.simulate(sd.Mechanism((rod, bob), joints=pins, ground=GROUND), until=0.8, **TIGHT)
     assert np.allclose(run["position"].sel(body="bob"), heavy["position"].sel(body="bob"), atol=1e-7)
     pull = heavy["reaction"].sel(joint="low").values
-    assert np.allclose(run["link_force"].isel(link=0), np.hypot(*pull.T), rtol=1e-5)
+    assert np.allclose(run["rod_force"].isel(rod=0), np.hypot(*pull.T), rtol=1e-5)
 
 
 def test_jack_lifts_an_array():
-    """Closed form: a jack across one unit prescribes the opening angle, L^2 = 2 l^2 (1 - cos 2 th) between the bars' starts."""
+    """Closed form: a jack across one unit prescribes the angle, L^2 = 2 l^2 (1 - cos 2 th) between the bars' starts."""
     arm = sd.scissor(units=2, bar_length=1.0, bar_mass=1.0, slider_mass=1.0, angle=0.5)
-    jack = sd.Link("jack", ("ground", "origin"), ("slider", "centre"), motion=Cycloidal(math.sin(0.5), math.sin(0.9), 0.5))
-    run = sd.simulate(dataclasses.replace(arm, links=(jack,)), until=0.5, **TIGHT)
+    jack = sd.Rod("jack", ("ground", "origin"), ("slider", "centre"), motion=Cycloidal(math.sin(0.5), math.sin(0.9), 0.5))
+    run = sd.simulate(dataclasses.replace(arm, rods=(jack,)), until=0.5, **TIGHT)
     assert run.attrs["status"] == "complete"
     assert run["angle"].sel(body="unit 1/bar 1").values[-1] == pytest.approx(0.9, abs=1e-9)
     assert run["drive_work"].values[-1] == pytest.approx(
@@ -84,7 +84,7 @@ def test_jack_lifts_an_array():
 
 @pytest.mark.parametrize("method", METHODS)
 def test_latch_is_a_plastic_impact(method):
-    """Closed form: spin at the latch from the fall, all of it lost, and afterwards the torque that holds the bar."""
+    """Closed form: angular velocity at the latch after the fall, all of it lost, and then the torque on the bar."""
     run = sd.simulate(pendulum(latches=(sd.Latch("catch", "rod", angle=-0.5),)), until=1.0, method=method, **TIGHT)
     inertia, weight = 2.0 / 3.0, 2.0 * 9.81 * 0.5
     fallen = weight * (math.sin(0.3) + math.sin(0.5))
@@ -160,20 +160,20 @@ def test_travel_stop_without_loss_reverses(method):
     assert worst_residual(run) < 1e-8
 
 
-def test_rest_in_loose_joints():
+def test_equilibrium_in_clearance_joints():
     """Identity: from static equilibrium nothing moves, and joints carry nearly the reactions of the ideal array."""
     arm = sd.scissor(units=2, bar_length=2.0, bar_mass=5.68, slider_mass=5.0, angle=sd.degrees(30))
-    loose = arm.loosen("all", sd.Clearance(0.1e-3)).driven(Polynomial((sd.degrees(30),)))
-    run = sd.simulate(loose, until=0.02, start="static", samples=11)
+    mechanism = arm.with_clearance("all", sd.Clearance(0.1e-3)).driven(Polynomial((sd.degrees(30),)))
+    run = sd.simulate(mechanism, until=0.02, start="static", samples=11)
     assert float(np.max(np.abs(run["velocity"]))) < 1e-8
-    ideal = sd.simulate(loose.tighten(), until=0.02, start="static", samples=11)["reaction"].isel(time=0)
+    ideal = sd.simulate(mechanism.ideal(), until=0.02, start="static", samples=11)["reaction"].isel(time=0)
     force = np.hypot(*ideal.values.T)
     touching = run["in_contact"].values[0]
     assert touching.sum() >= 6
     assert np.allclose(run["normal_force"].values[0, touching], force[touching], rtol=0.01)
 
 
-def test_rest_on_a_hinge_spring():
+def test_equilibrium_on_a_hinge_spring():
     """Closed form: k (th - th_0) = -(2m + m_s) g L cos th holds the folded array up."""
     arm = sd.scissor(units=2, bar_length=2.0, bar_mass=5.68, slider_mass=5.0, angle=sd.degrees(30))
     spring = sd.TorsionSpring("spring", "unit 1/bar 1", stiffness=2000.0, free_angle=0.6)
@@ -182,39 +182,39 @@ def test_rest_on_a_hinge_spring():
     assert np.allclose(run["angle"].sel(body="unit 1/bar 1"), exact, atol=1e-9)
 
 
-def test_no_rest_without_support():
-    """A body that nothing holds has no rest, and the message says so."""
-    with pytest.raises(sd.InputError, match="no rest was found"):
+def test_no_equilibrium_without_support():
+    """A body without support has no equilibrium, and the message says so."""
+    with pytest.raises(sd.InputError, match="no equilibrium was found"):
         sd.simulate(sd.Mechanism((sd.point_mass("p", mass=1.0),)), until=0.1, start="static")
 
 
-def test_held_contact_published_figures():
+def test_constrained_contact_published_figures():
     """Published numbers (theory section 5): N from 3256.9 to 7542.2 N and the torque from 4528.6 to 9021.4 N m over 50 ms."""
-    run = sd.simulate(sd.hold_contact(paper()), until=0.05, samples=5001)
-    force, torque = run["link_force"].isel(link=0), run["drive_torque"]
+    run = sd.simulate(sd.constrain_contact(paper()), until=0.05, samples=5001)
+    force, torque = run["rod_force"].isel(rod=0), run["drive_torque"]
     assert [float(force.min()), float(force.max())] == pytest.approx([3256.9, 7542.2], rel=1e-4)
     assert [float(torque.min()), float(torque.max())] == pytest.approx([4528.6, 9021.4], rel=1e-4)
     assert json.loads(run.attrs["warnings"]) == []
     assert worst_residual(run) < 1e-6
 
 
-def test_held_contact_says_where_it_would_pull():
+def test_constrained_contact_warns_of_negative_force():
     """Started at -90 degrees the scheme fails (theory section 5), and the run names joint, time and force."""
-    run = sd.simulate(sd.hold_contact(paper(), direction=-math.pi / 2), until=0.05)
-    assert float(run["link_force"].min()) < 0.0
+    run = sd.simulate(sd.constrain_contact(paper(), direction=-math.pi / 2), until=0.05)
+    assert float(run["rod_force"].min()) < 0.0
     (sentence,) = json.loads(run.attrs["warnings"])
-    assert "joint 'A': contact would have to pull from t = " in sentence
+    assert "joint 'A': negative normal force from t = " in sentence
 
 
-def test_held_contact_is_the_limit_of_stiff_contact():
-    """Limit: a loose joint that starts in contact carries the same force when its steel gets ten times stiffer."""
-    held = sd.simulate(sd.hold_contact(paper()), until=0.02)["link_force"].isel(link=0).values
+def test_constrained_contact_is_the_limit_of_stiff_contact():
+    """Limit: a clearance joint that starts in contact carries the same force when its steel gets ten times stiffer."""
+    constrained = sd.simulate(sd.constrain_contact(paper()), until=0.02)["rod_force"].isel(rod=0).values
     gaps = []
     for modulus in (207e9, 2070e9):
         material = sd.Material("stiff", modulus, 0.3, 7800.0)
-        loose = sd.simulate(paper(material=material), until=0.02, start="in-contact")
-        gaps.append(np.sqrt(np.mean((loose["normal_force"].sel(joint="A").values - held) ** 2)))
-    assert gaps[0] < 0.2 * float(np.mean(held))
+        run = sd.simulate(paper(material=material), until=0.02, start="in-contact")
+        gaps.append(np.sqrt(np.mean((run["normal_force"].sel(joint="A").values - constrained) ** 2)))
+    assert gaps[0] < 0.2 * float(np.mean(constrained))
     assert gaps[1] < 0.5 * gaps[0]
 
 
@@ -230,7 +230,7 @@ def test_nothing_left_to_solve_for(method):
 
 def test_link_within_a_body_is_refused():
     with pytest.raises(sd.InputError, match="'rope' connects body 'rod' with itself"):
-        sd.Link("rope", ("rod", "end"), ("rod", "start"))
+        sd.Rod("rope", ("rod", "end"), ("rod", "start"))
 
 
 def test_latch_at_its_angle_is_refused():
@@ -239,9 +239,9 @@ def test_latch_at_its_angle_is_refused():
 
 
 def test_more_contacts_at_the_start_than_the_log_begins_with():
-    """Limit: an array of 100 units rests in all its 300 pins at once."""
+    """Limit: an array of 100 units is in equilibrium in all its 300 pins at once."""
     arm = sd.scissor(units=100, bar_length=0.5, bar_mass=0.1, slider_mass=0.1, angle=sd.degrees(60))
-    resting = arm.loosen("all", sd.Clearance(1e-4)).driven(Polynomial((sd.degrees(60),)))
+    resting = arm.with_clearance("all", sd.Clearance(1e-4)).driven(Polynomial((sd.degrees(60),)))
     run = sd.simulate(resting, until=1e-6, start="in-contact", samples=2)
     assert run.attrs["status"] == "complete"
     assert int(run["in_contact"].values[0].sum()) > 256

@@ -1,4 +1,4 @@
-"""Springs, dampers, loads, motors, welds and the courses of motions, against closed forms and energy books."""
+"""Springs, dampers, loads, motors, welds and time functions, against closed forms and energy balance."""
 
 import math
 
@@ -8,7 +8,7 @@ import pytest
 import scissordyn as sd
 from scissordyn.mechanics.motion import course_at, motion_rows
 from scissordyn.model.connection import Weld
-from scissordyn.model.drive import ConstantSpeed, Cycloidal, Harmonic, Polynomial, TableMotion, Trapezoidal
+from scissordyn.model.drive import ConstantSpeed, Cycloidal, Harmonic, Polynomial, Tabulated, Trapezoidal
 from scissordyn.model.element import Force, Motor, Spring, Torque, TorsionSpring
 from scissordyn.model.mechanism import Mechanism
 
@@ -16,7 +16,7 @@ TIGHT = {"rtol": 1e-11, "atol": 1e-11, "samples": 101}
 
 
 def hanging(*elements, inertia=0.2, angle=0.3, gravity=0.0, spin=0.0):
-    """A bar of 1 kg that turns about a ground pin at its start, with some elements."""
+    """A bar of 1 kg that rotates about a ground pin at its start, with some elements."""
     rod = sd.bar("rod", length=1.0, mass=1.0, inertia=inertia, angle=angle)
     rod = sd.Body(**{**rod.__dict__, "angular_velocity": spin})
     pin = sd.Revolute("pin", ("rod", "start"), ("ground", "origin"))
@@ -25,13 +25,13 @@ def hanging(*elements, inertia=0.2, angle=0.3, gravity=0.0, spin=0.0):
 
 
 def balanced(run, bound=1e-9):
-    """Whether the energy books close relative to the energy turned over."""
+    """Whether the energy balance closes relative to the converted energy."""
     turnover = max(float(np.ptp(run[name].values)) for name in ("spring_energy", "potential_energy", "load_work"))
     turnover = max(turnover, float(run["kinetic_energy"].max()))
     return float(np.max(np.abs(run["energy_residual"]))) < bound * turnover
 
 
-def test_hinge_spring_swings():
+def test_hinge_spring_oscillates():
     """Closed form: a hinge spring gives th = th_0 cos(sqrt(k/I) t) about its free angle."""
     run = sd.simulate(hanging(TorsionSpring("hinge", "rod", stiffness=30.0, free_angle=0.1)), until=2.0, **TIGHT)
     about_pin = 0.2 + 0.25
@@ -41,7 +41,7 @@ def test_hinge_spring_swings():
 
 
 def test_hinge_damper_decays():
-    """Closed form: a hinge damper alone slows a turning bar exponentially."""
+    """Closed form: a hinge damper alone slows a rotating bar exponentially."""
     run = sd.simulate(hanging(TorsionSpring("brake", "rod", damping=0.9), spin=5.0), until=1.0, **TIGHT)
     exact = 5.0 * np.exp(-0.9 / 0.45 * run["time"])
     assert np.allclose(run["angular_velocity"].sel(body="rod"), exact, rtol=1e-8)
@@ -49,7 +49,7 @@ def test_hinge_damper_decays():
 
 
 def test_point_spring_keeps_energy():
-    """Identity: a point-to-point spring with a damper closes the books, in both formulations of its force."""
+    """Identity: a point-to-point spring with a damper closes the energy balance, in both formulations of its force."""
     spring = Spring("coil", ("rod", "end"), ("ground", "wall"), stiffness=200.0, free_length=0.4, damping=3.0)
     run = sd.simulate(hanging(spring, gravity=9.81), until=1.0, **TIGHT)
     assert balanced(run)
@@ -59,7 +59,7 @@ def test_point_spring_keeps_energy():
 
 
 def test_spring_between_free_masses():
-    """Closed form: two masses on a spring swing with sqrt(k (1/m + 1/M)) about their unmoved centre."""
+    """Closed form: two masses on a spring oscillate with sqrt(k (1/m + 1/M)) about their unmoved centre."""
     one, other = sd.point_mass("one", mass=2.0), sd.point_mass("other", mass=3.0, position=(1.2, 0.0))
     spring = Spring("coil", ("one", "centre"), ("other", "centre"), stiffness=50.0, free_length=1.0)
     run = sd.simulate(Mechanism((one, other), elements=(spring,), gravity=0.0), until=2.0, **TIGHT)
@@ -68,11 +68,11 @@ def test_spring_between_free_masses():
     assert balanced(run)
 
 
-def test_constant_torque_and_course():
-    """Closed form: a torque spins the bar up evenly; with a course in t it does so as t^2/2."""
+def test_constant_torque_and_time_function():
+    """Closed form: a constant torque accelerates the bar uniformly; with a time function t the speed is t^2/2."""
     steady = sd.simulate(hanging(Torque("push", "rod", 0.9)), until=1.0, **TIGHT)
     assert np.allclose(steady["angular_velocity"][:, 0], 2.0 * steady["time"], atol=1e-9)
-    growing = sd.simulate(hanging(Torque("push", "rod", 0.9, course=Polynomial((0.0, 1.0)))), until=1.0, **TIGHT)
+    growing = sd.simulate(hanging(Torque("push", "rod", 0.9, time_function=Polynomial((0.0, 1.0)))), until=1.0, **TIGHT)
     assert np.allclose(growing["angular_velocity"][:, 0], growing["time"] ** 2, atol=1e-9)
     assert balanced(steady)
     assert balanced(growing)
@@ -85,7 +85,7 @@ def test_forces_follow_or_stay(method):
     run = sd.simulate(hanging(across), until=1.0, method=method, **TIGHT)
     assert np.allclose(run["angular_velocity"][:, 0], run["time"], atol=1e-8)
     ball = sd.point_mass("ball", mass=2.0)
-    pull = Force("pull", ("ball", "centre"), (4.0, 0.0), course=Harmonic(0.0, 1.0, 3.0))
+    pull = Force("pull", ("ball", "centre"), (4.0, 0.0), time_function=Harmonic(0.0, 1.0, 3.0))
     thrown = sd.simulate(Mechanism((ball,), elements=(pull,), gravity=9.81), until=1.0, method=method, **TIGHT)
     exact = (2.0 / 3.0) * (1.0 - np.cos(3.0 * thrown["time"]))
     assert np.allclose(thrown["velocity"][:, 0, 0], exact, atol=1e-8)
@@ -109,7 +109,7 @@ def test_motor_limit():
 
 
 def test_backwards_motor():
-    """Limit: a motor with a negative stall torque runs the other way up to the same speed."""
+    """Limit: a motor with a negative stall torque runs in the opposite sense to the same speed."""
     run = sd.simulate(hanging(Motor("motor", "rod", -2.0, 10.0)), until=40.0, **TIGHT)
     assert float(run["angular_velocity"][-1, 0]) == pytest.approx(-10.0, rel=1e-6)
 
@@ -142,13 +142,13 @@ MOTIONS = [
     Polynomial((0.1, -0.2, 0.3, 0.4, -0.5, 0.6)),
     Cycloidal(0.2, 1.4, 0.8),
     Trapezoidal(0.2, 1.4, 0.8, 0.3),
-    TableMotion(tuple(np.linspace(0, 1, 31)), tuple(np.sin(3 * np.linspace(0, 1, 31)))),
+    Tabulated(tuple(np.linspace(0, 1, 31)), tuple(np.sin(3 * np.linspace(0, 1, 31)))),
 ]
 
 
 @pytest.mark.parametrize("motion", MOTIONS, ids=lambda motion: type(motion).__name__)
-def test_courses_and_their_derivatives(motion):
-    """Cross-check: each derivative of a course is the central difference of the one before."""
+def test_time_functions_and_their_derivatives(motion):
+    """Cross-check: each derivative of a time function is the central difference of the one before."""
     rows, here, up, down = motion_rows(motion, 0.7), np.zeros(4), np.zeros(4), np.zeros(4)
     for t in (0.05, 0.31, 0.43, 0.77, 0.93):
         course_at(t, rows, here)
@@ -171,9 +171,9 @@ def test_moves_start_and_end(motion):
     assert np.max(np.abs(np.diff(speeds))) < 0.01
 
 
-def test_motor_driven_array_with_loose_joint():
-    """Identity: a motor, a hinge spring and a rubbing loose joint together close the books."""
-    arm = sd.scissor(units=2).loosen("A", sd.Clearance(5e-4, friction=sd.LuGre(0.05)))
+def test_motor_driven_array_with_clearance_joint():
+    """Identity: a motor, a hinge spring and a clearance joint with friction together close the energy balance."""
+    arm = sd.scissor(units=2).with_clearance("A", sd.Clearance(5e-4, friction=sd.LuGre(0.05)))
     elements = (
         Motor("motor", "unit 1/bar 1", 3000.0, 20.0, inertia=1.0),
         TorsionSpring("hinge", "unit 1/bar 2", "unit 1/bar 1", stiffness=100.0, free_angle=-2.0, damping=1.0),
@@ -184,7 +184,7 @@ def test_motor_driven_array_with_loose_joint():
     assert balanced(run, 1e-6)
 
 
-def test_slot_on_a_turning_arm():
+def test_slot_on_a_rotating_arm():
     """Closed form: a bead in a frictionless radial slot of an arm at constant speed runs away as cosh(w t)."""
     arm = sd.bar("arm", length=1.0, mass=1.0)
     bead = sd.point_mass("bead", mass=0.2, position=(0.3, 0.0))
@@ -204,7 +204,7 @@ def test_slot_on_a_turning_arm():
 
 
 def test_slot_on_a_free_arm_keeps_its_momentum():
-    """Identity: with a free arm the angular momentum about the pin is kept, by both families of methods."""
+    """Identity: with a free arm the angular momentum about the pin is constant, by both families of methods."""
     arm = sd.bar("arm", length=1.0, mass=1.0, angle=0.4)
     arm = sd.Body(**{**arm.__dict__, "angular_velocity": 5.0})
     bead = sd.point_mass(

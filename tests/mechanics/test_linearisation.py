@@ -20,8 +20,8 @@ def touching_state(joint, units, rng):
     """A random state of an array in which a joint with friction touches, its handle and its size."""
     drive = Harmonic(mean=0.5, amplitude=0.3, frequency=40.0, phase=0.2)
     arm = scissor(units=units, angle=0.5 + 0.3 * np.sin(0.2)).driven(drive)
-    loose = arm.loosen(joint, Clearance(5e-4, friction=LuGre(0.1)))
-    layout, ideal = lay_out(loose), lay_out(arm)
+    mechanism = arm.with_clearance(joint, Clearance(5e-4, friction=LuGre(0.1)))
+    layout, ideal = lay_out(mechanism), lay_out(arm)
     system, ideal_system = build_system(layout), build_system(ideal)
     start = carry_over(layout, system, *natural_state(ideal, ideal_system, assemble(ideal, ideal_system)))
     n = system.n
@@ -30,7 +30,7 @@ def touching_state(joint, units, rng):
     functions.project(0.0, state, handle.address)
     gap, rate = np.zeros(1), np.zeros(1)
     functions.guards(0.0, state, handle.address, gap, rate)
-    system.radius[0, 0] += gap[0] - EDGE  # move the rim to where the journal is
+    system.radius[0, 0] += gap[0] - EDGE  # move the bearing surface to the journal
     system.mode[0], system.approach[0] = 1, 0.5
     return handle, state, n
 

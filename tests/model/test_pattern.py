@@ -9,8 +9,8 @@ from scissordyn.model.pattern import matching
 PIN = sd.Clearance(0.5e-3)
 
 
-def loosened(*patterns):
-    return [joint.name for joint in sd.scissor(units=3).loosen(patterns, PIN).loose]
+def clearance_joints(*patterns):
+    return [joint.name for joint in sd.scissor(units=3).with_clearance(patterns, PIN).clearance_joints]
 
 
 @pytest.mark.parametrize(
@@ -26,15 +26,15 @@ def loosened(*patterns):
 )
 def test_patterns(patterns, expected):
     """Identity: names, words and patterns choose the joints they say, in the order of the mechanism."""
-    assert loosened(*patterns) == expected
+    assert clearance_joints(*patterns) == expected
 
 
 def test_all():
     """Identity: "all" is every revolute joint, and a single string is as good as a list of one."""
     arm = sd.scissor(units=3)
-    assert arm.loosen("all", PIN).loose == arm.loosen(["*"], PIN).loose
-    assert arm.loosen("all", PIN).ideal == ()
-    assert arm.loosen("all", PIN).tighten() == arm
+    assert arm.with_clearance("all", PIN).clearance_joints == arm.with_clearance(["*"], PIN).clearance_joints
+    assert arm.with_clearance("all", PIN).ideal_joints == ()
+    assert arm.with_clearance("all", PIN).ideal() == arm
 
 
 def test_a_name_goes_before_a_word():
@@ -49,7 +49,7 @@ def test_a_name_goes_before_a_word():
 def test_nothing_matches(pattern, hint):
     """Identity: a pattern that matches nothing is refused with the nearest name."""
     with pytest.raises(InputError, match="joint") as caught:
-        sd.scissor(units=3).loosen(pattern, PIN)
+        sd.scissor(units=3).with_clearance(pattern, PIN)
     assert hint in str(caught.value)
     assert "\n" not in str(caught.value)
 
@@ -57,4 +57,4 @@ def test_nothing_matches(pattern, hint):
 def test_no_names():
     """Identity: an empty list of joints is an error, not a mechanism that stays as it was."""
     with pytest.raises(InputError, match="no joint named"):
-        sd.scissor(units=3).loosen([], PIN)
+        sd.scissor(units=3).with_clearance([], PIN)

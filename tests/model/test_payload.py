@@ -14,7 +14,7 @@ TIGHT = {"until": 1.0, "rtol": 1e-12, "atol": 1e-12, "samples": 51}
 
 
 def pendulum(*more, joints=(), welds=()):
-    """A bar of 1 m and 2 kg that swings about its start, with further bodies."""
+    """A bar of 1 m and 2 kg that rotates about its start, with further bodies."""
     rod = sd.bar("rod", length=1.0, mass=2.0, angle=0.3)
     pin = sd.Revolute("pin", ("rod", "start"), ("ground", "origin"))
     return sd.Mechanism((rod, *more), joints=(pin, *joints), welds=welds, ground=(("origin", (0.0, 0.0)),))
@@ -24,7 +24,7 @@ def angle(mechanism):
     return sd.simulate(mechanism, **TIGHT)["angle"].sel(body="rod").values
 
 
-def test_payload_swings_as_a_pinned_mass():
+def test_payload_oscillates_as_a_pinned_mass():
     """Cross-check: a payload in the body against a body of its own on a pin, to 1e-10 rad over 1 s."""
     tip = math.cos(0.3), math.sin(0.3)
     ball = sd.point_mass("ball", mass=3.0, position=tip)
@@ -33,7 +33,7 @@ def test_payload_swings_as_a_pinned_mass():
     assert np.allclose(angle(loaded), angle(pinned), rtol=0, atol=1e-10)
 
 
-def test_panel_swings_as_a_welded_bar():
+def test_panel_oscillates_as_a_welded_bar():
     """Cross-check: a panel over half of a bar against a bar of its own that is welded on, to 1e-10 rad over 1 s."""
     panel = sd.bar("panel", length=0.5, mass=3.0, angle=0.3)
     welded = pendulum(panel, welds=(Weld("seam", ("rod", "start"), ("panel", "start")),))
@@ -41,19 +41,19 @@ def test_panel_swings_as_a_welded_bar():
     assert np.allclose(angle(loaded), angle(welded), rtol=0, atol=1e-10)
 
 
-def test_payload_inertia_slows_the_swing():
-    """Closed form: small swings of a bar with a disc at its end have w^2 = g (m L/2 + M L)/(m L^2/3 + M L^2 + I)."""
+def test_payload_inertia_slows_the_oscillation():
+    """Closed form: small oscillations of a bar with a disc at its end have w^2 = g (m L/2 + M L)/(m L^2/3 + M L^2 + I)."""
     hanging = pendulum()
     low = dataclasses.replace(hanging.body("rod"), angle=-0.5 * math.pi + 1e-3)
     hanging = sd.with_payload(hanging.replace("bodies", (low,)), ("rod", "end"), 3.0, inertia=0.8)
     w = math.sqrt(9.81 * (1.0 + 3.0) / (2.0 / 3.0 + 3.0 + 0.8))
-    swing = angle(hanging) + 0.5 * math.pi
-    # the period of a swing of 1e-3 differs by 1e-3^2/16 = 6e-8 of itself from that of a small one
-    assert np.allclose(swing, 1e-3 * np.cos(w * np.linspace(0.0, 1.0, 51)), rtol=0, atol=1e-3 * 1e-6)
+    oscillation = angle(hanging) + 0.5 * math.pi
+    # the period of a oscillation of 1e-3 differs by 1e-3^2/16 = 6e-8 of itself from that of a small one
+    assert np.allclose(oscillation, 1e-3 * np.cos(w * np.linspace(0.0, 1.0, 51)), rtol=0, atol=1e-3 * 1e-6)
 
 
 def test_payload_at_a_joint():
-    """Identity: a payload at a joint rests on the journal's body; on a slider it only adds mass."""
+    """Identity: a payload at a joint is on the journal's body; on a slider it only adds mass."""
     arm = sd.scissor(units=2)
     assert sd.with_payload(arm, "unit 1/upper", 2.0) == sd.with_payload(arm, ("unit 1/bar 1", "end"), 2.0)
     slider = sd.with_payload(arm, ("slider", "centre"), 2.0).body("slider")

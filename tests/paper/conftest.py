@@ -11,7 +11,7 @@ from scissordyn.paper.sensitivity import DEFAULT
 
 @pytest.fixture(scope="session")
 def runs_folder(tmp_path_factory):
-    """Where the runs of the default choice are kept."""
+    """Folder of the runs of the default choice."""
     return tmp_path_factory.mktemp("paper") / "runs"
 
 

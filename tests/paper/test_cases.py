@@ -12,7 +12,7 @@ from scissordyn.laws.friction.lugre import LuGre
 from scissordyn.model.clearance import Clearance
 from scissordyn.model.drive import Harmonic
 from scissordyn.model.scissor import scissor
-from scissordyn.paper.cases import SWING, Choice, PaperCase, every_case
+from scissordyn.paper.cases import OSCILLATION, Choice, PaperCase, every_case
 from scissordyn.paper.figures import FIGURES, figure_of
 from scissordyn.paper.sensitivity import full_factorial, one_at_a_time
 from scissordyn.units import degrees, rpm
@@ -24,7 +24,7 @@ def test_the_case_file_says_what_python_says(tmp_path):
     path.write_text(PaperCase(friction=0.03).toml)
     case = read_case(path)
     joint = Clearance(0.5e-3, damping=Flores(0.9), friction=LuGre(0.03))
-    expected = scissor(angle=degrees(30)).loosen("A", joint).driven(speed=rpm(150))
+    expected = scissor(angle=degrees(30)).with_clearance("A", joint).driven(speed=rpm(150))
     assert case.mechanism.bodies == expected.bodies
     assert case.mechanism.joints == expected.joints
     assert case.mechanism.gravity == expected.gravity
@@ -34,17 +34,17 @@ def test_the_case_file_says_what_python_says(tmp_path):
 
 def test_a_choice_reaches_the_mechanism():
     """Identity: every field of a choice is found in what it describes."""
-    choice = Choice("B", degrees(60), "falling", 0.5, 30e-3, "bai-zhao-as-printed")
+    choice = Choice("slider", degrees(60), "falling", 0.5, 30e-3, "bai-zhao-as-printed")
     described = PaperCase(0.2e-3, rpm(100), choice=choice).described()
     joint = described.mechanism.joint("A").clearance
     assert joint == Clearance(0.2e-3, bearing_length=30e-3, stiffness=BaiZhaoAsPrinted(), damping=Flores(0.5))
     assert described.mechanism.drives[0].motion.speed == pytest.approx(-rpm(100), rel=1e-14)
-    assert described.mechanism.bodies == scissor(reading="B", angle=degrees(60)).bodies
+    assert described.mechanism.bodies == scissor(driven_bar="slider", angle=degrees(60)).bodies
 
 
-def test_a_swing_is_as_fast_as_the_stroke():
+def test_the_oscillation_is_as_fast_as_the_stroke():
     """Closed form: amplitude times frequency is the largest speed, and the run lasts two periods."""
-    case = PaperCase(speed=rpm(250), choice=Choice(angle=degrees(45), travel="swing"))
+    case = PaperCase(speed=rpm(250), choice=Choice(angle=degrees(45), travel="oscillating"))
     motion = case.described().mechanism.drives[0].motion
     assert isinstance(motion, Harmonic)
     assert motion.amplitude * motion.frequency == pytest.approx(rpm(250), rel=1e-11)
@@ -54,14 +54,14 @@ def test_a_swing_is_as_fast_as_the_stroke():
 
 def test_no_run_meets_the_change_point():
     """Limit: the driven bar stays clear of the angle zero, where the array has two ways to go on."""
-    lowest = {"rising": [], "falling": [], "swing": []}
+    lowest = {"rising": [], "falling": [], "oscillating": []}
     for choice in (*one_at_a_time(), *full_factorial()):
         for case in every_case(choice):
-            turned = {"rising": 0.0, "falling": case.speed * case.until, "swing": SWING}[choice.travel]
+            turned = {"rising": 0.0, "falling": case.speed * case.until, "oscillating": OSCILLATION}[choice.travel]
             lowest[choice.travel].append(math.degrees(choice.angle - turned))
     assert min(lowest["rising"]) == pytest.approx(15.0)
     assert min(lowest["falling"]) == pytest.approx(10.0)
-    assert min(lowest["swing"]) == pytest.approx(30.0)
+    assert min(lowest["oscillating"]) == pytest.approx(30.0)
 
 
 def test_names_and_choices_are_distinct():

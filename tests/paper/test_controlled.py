@@ -1,4 +1,4 @@
-"""Courses under control."""
+"""Controlled manoeuvres."""
 
 import numpy as np
 import pytest
@@ -18,21 +18,21 @@ from scissordyn.paper.controlled import (
 
 
 def test_names_and_mechanisms_are_distinct():
-    """Identity: no run overwrites another one's file, and what is kept tells them apart."""
+    """Identity: no run overwrites another one's file, and their keys differ."""
     assert len({job.name for job in CONTROLLED_RUNS}) == len(CONTROLLED_RUNS)
-    assert len({(job.course, job.toml) for job in CONTROLLED_RUNS}) == len(CONTROLLED_RUNS)
+    assert len({(job.manoeuvre, job.toml) for job in CONTROLLED_RUNS}) == len(CONTROLLED_RUNS)
     for job in CONTROLLED_RUNS:
-        loose = [joint.name for joint in job.mechanism().loose]
-        assert loose == ([] if job.scheme == "ideal" else ["A"])
+        names = [joint.name for joint in job.mechanism().clearance_joints]
+        assert names == ([] if job.scheme == "ideal" else ["A"])
 
 
 def test_the_deployment_lands_within_its_limit():
-    """Limit: no torque above the limit, contact kept soon, and the gust costs milliradians; without control it lands late."""
+    """Limit: torque within the limit, early lasting contact, milliradian errors in the gust; late contact without control."""
     job, driven = ControlledRun("deployment", "feed-forward, feedback"), ControlledRun("deployment", "prescribed")
     ideal = compute(ideal_of(job))
     steered, prescribed = (merits(compute(one), ideal) for one in (job, driven))
     assert steered["peak_torque"] <= LIMIT < prescribed["peak_torque"]
-    assert steered["kept_from"] < 0.1 < prescribed["kept_from"]
+    assert steered["in_contact_from"] < 0.1 < prescribed["in_contact_from"]
     assert 0.0 < steered["tracking_error"] < 5e-3
     assert prescribed["tracking_error"] == pytest.approx(0.0, abs=1e-9)
 

@@ -40,13 +40,13 @@ def made(force=0.0, wobble=None, contacts=(), touching=None, around=None):
     )
 
 
-def test_contacts_are_counted_and_shared_out():
-    """Closed form: starts and shares of the windows, for one contact over the first bound, one short, one that lasts."""
+def test_contacts_are_counted_and_assigned():
+    """Closed form: starts and fractions of the windows, for one contact over the first bound, one short, one that lasts."""
     contacts = [(0.002, 0.004, 7.0, 0.001), (0.010, 0.001, 9.0, 0.0005), (0.031, math.nan, 5.0, 0.001)]
     found = measure(made(force=2.0, contacts=contacts, touching=TIME >= 0.031), made())
     assert (found.impacts, found.early_impacts, found.late_impacts, found.settled_impacts) == (3, 2, 1, 2)
-    assert found.settled_share == pytest.approx((0.001 + 0.001 + 0.019) / 0.045, rel=1e-12)
-    assert found.final_share == pytest.approx(1.0, rel=1e-12)
+    assert found.settled_fraction == pytest.approx((0.001 + 0.001 + 0.019) / 0.045, rel=1e-12)
+    assert found.final_fraction == pytest.approx(1.0, rel=1e-12)
     assert found.late_rate == pytest.approx(1.0 / 0.02)
     assert found.settled_rate == pytest.approx(2.0 / 0.045)
     assert (found.peak_force, found.late_peak_force) == (9.0, 5.0)
@@ -54,7 +54,7 @@ def test_contacts_are_counted_and_shared_out():
     assert (found.trusted_until, found.end) == (0.02, 0.05)
 
 
-def test_a_contact_that_peaked_before_still_presses():
+def test_a_contact_with_an_earlier_peak_still_has_force():
     """Closed form: the force after 30 ms is that of a contact with its peak at 10 ms."""
     found = measure(made(force=2.5, contacts=[(0.009, math.nan, 8.0, 0.001)], touching=TIME >= 0.009), made())
     assert found.late_peak_force == 2.5

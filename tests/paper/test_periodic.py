@@ -57,7 +57,7 @@ def short(monkeypatch):
 
 @pytest.mark.usefixtures("short")
 def test_a_verdict_is_the_same_each_time():
-    """Identity: no clock and no random start in what is kept; few samples decide nothing."""
+    """Identity: no clock and no random start in the stored results; few samples are undecided."""
     one, two = (examine(PaperCase(choice=PERIODIC)) for _ in range(2))
     assert one.attrs["regularity"] == two.attrs["regularity"]
     assert (read(one).kind, read(one).regular) == ("transient only", None)
@@ -74,6 +74,6 @@ def test_a_diagram_of_another_version_is_made_anew(tmp_path):
     path.write_bytes(path.read_bytes()[:2000])
     again = fetch_diagram(path, workers=1)
     np.testing.assert_array_equal(again["eccentricity"].values, first["eccentricity"].values)
-    told = []
-    fetch_diagram(path, workers=1, progress=lambda *done: told.append(done))
-    assert told == []
+    reported = []
+    fetch_diagram(path, workers=1, progress=lambda *done: reported.append(done))
+    assert reported == []

@@ -51,8 +51,8 @@ def report(runs, runs_folder):
         patch.setattr(module, "fetch_sensitivity", surveyed)
         for name, count in SHORT.items():
             patch.setattr(periodic, name, count)
-        short = dataclasses.replace(controlled.COURSES["periodic"], until=2.0, samples=1001, after=0.5)
-        patch.setitem(controlled.COURSES, "periodic", short)
+        short = dataclasses.replace(controlled.MANOEUVRES["periodic"], until=2.0, samples=1001, after=0.5)
+        patch.setitem(controlled.MANOEUVRES, "periodic", short)
         yield reproduce(runs_folder.parent, workers=1)
 
 
@@ -110,7 +110,7 @@ def test_the_tables_say_the_same_as_the_page(report):
 
 
 def test_the_tables_beyond_the_paper_have_every_case(report):
-    """Identity: a row for each motion, each contact statistic and each way of driving, and counts that the top repeats."""
+    """Identity: a row for each motion, each contact statistic and each control scheme, and counts that the top repeats."""
     text = report.report.read_text()
 
     def rows(name):

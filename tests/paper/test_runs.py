@@ -1,13 +1,13 @@
-"""Runs are made once, kept whole, and made anew when they are out of date."""
+"""Runs are computed once, stored completely, and computed again when they are out of date."""
 
 import pytest
 import xarray as xr
 
 from scissordyn.errors import ScissordynError
 from scissordyn.paper import runs as module
+from scissordyn.paper.cache import provenance
 from scissordyn.paper.cases import Choice, PaperCase, every_case
 from scissordyn.paper.events import REFERENCE, event_table
-from scissordyn.paper.kept import provenance
 from scissordyn.paper.runs import compute, fetch_runs
 from scissordyn.simulation.store import load, save
 
@@ -64,7 +64,7 @@ def test_a_run_that_breaks_off_is_an_error(tmp_path, monkeypatch):
         return broken(mechanism, **{**options, "most_steps": 10})
 
     monkeypatch.setattr(module, "simulate", short)
-    with pytest.raises(ScissordynError, match=r"run 'c-0\.5mm_150rpm' .*10 steps did not suffice"):
+    with pytest.raises(ScissordynError, match=r"run 'c-0\.5mm_150rpm' .*10 steps are not enough"):
         fetch_runs([PaperCase()], tmp_path, workers=1)
     assert not list(tmp_path.iterdir())
 
@@ -79,7 +79,7 @@ def test_the_number_of_processes_changes_nothing(runs, tmp_path):
 
 
 def test_every_run_is_trusted_and_whole(runs):
-    """Limit: a tenth of the tolerance tells the same story to the end, so that the answers belong to trajectories."""
+    """Limit: a tenth of the tolerance gives the same results to the end, so that the answers are of trajectories."""
     assert list(runs) == list(every_case(Choice()))
     for case, run in runs.items():
         assert run.attrs["trusted_until"] == pytest.approx(case.until)

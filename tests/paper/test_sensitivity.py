@@ -13,7 +13,7 @@ from scissordyn.paper.sensitivity import DEFAULT, FACTORS, fetch_sensitivity, fu
 from scissordyn.paper.statements import CLAUSES
 from scissordyn.paper.verdict import Finding
 
-OTHER = dataclasses.replace(DEFAULT, reading="B", restitution=0.5)
+OTHER = dataclasses.replace(DEFAULT, driven_bar="slider", restitution=0.5)
 
 
 def test_the_default_choice_is_answered_as_in_the_report(runs):
@@ -22,7 +22,7 @@ def test_the_default_choice_is_answered_as_in_the_report(runs):
     answered = verdicts(runs)
     assert found.agreeing == tuple(float(verdict.finding.holds) for verdict in answered)
     assert found.words == tuple(verdict.finding.words for verdict in answered)
-    assert 0.0 < found.parted < 1e-6  # all of this is within the trust horizon
+    assert 0.0 < found.spread < 1e-6  # all of this is within the predictability horizon
 
 
 def test_a_survey_is_repeatable_and_kept(tmp_path, monkeypatch):
@@ -43,20 +43,20 @@ def test_a_survey_is_repeatable_and_kept(tmp_path, monkeypatch):
         fetch_sensitivity(choices, tmp_path / "one.nc", members=3)
 
 
-def test_true_measures_take_the_place_of_two_swings(tmp_path):
-    """Identity: for the periodic drive the named clauses are answered as told, all others and all other choices as surveyed."""
+def test_settled_answers_replace_those_of_two_oscillations(tmp_path):
+    """Identity: for the periodic drive the named clauses have the given answers, others the surveyed ones."""
     choices = (DEFAULT, PERIODIC)
     plain = fetch_sensitivity(choices, tmp_path / "survey.nc", members=1, workers=1)
     at = [clause.key for clause in CLAUSES].index("5e")
-    opposite = Finding(not plain["agreeing"].values[1, at], "as told", {})
-    told = fetch_sensitivity(choices, tmp_path / "survey.nc", settled={"5e": opposite}, members=1, workers=1)
-    assert (told["agreeing"].values[1, at], str(told["words"].values[1, at])) == (float(opposite.holds), "as told")
+    opposite = Finding(not plain["agreeing"].values[1, at], "as given", {})
+    given = fetch_sensitivity(choices, tmp_path / "survey.nc", settled={"5e": opposite}, members=1, workers=1)
+    assert (given["agreeing"].values[1, at], str(given["words"].values[1, at])) == (float(opposite.holds), "as given")
     others = np.arange(len(CLAUSES)) != at
-    np.testing.assert_array_equal(told["agreeing"].values[:, others], plain["agreeing"].values[:, others])
-    assert told["agreeing"].values[0, at] == plain["agreeing"].values[0, at]
+    np.testing.assert_array_equal(given["agreeing"].values[:, others], plain["agreeing"].values[:, others])
+    assert given["agreeing"].values[0, at] == plain["agreeing"].values[0, at]
 
 
-def test_factors_tell_all_choices_apart():
+def test_factors_distinguish_all_choices():
     """Identity: the levels of a choice name it, and one at a time changes one factor."""
     for choices in (full_factorial(), one_at_a_time()):
         assert len({tuple(level(choice) for level in FACTORS.values()) for choice in choices}) == len(choices)

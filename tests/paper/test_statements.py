@@ -25,9 +25,9 @@ PLAIN = Measures(
     early_impacts=15,
     late_impacts=5,
     settled_impacts=15,
-    whole_share=0.5,
-    settled_share=0.5,
-    final_share=1.0,
+    whole_fraction=0.5,
+    settled_fraction=0.5,
+    final_fraction=1.0,
     late_rate=250.0,
     settled_rate=300.0,
     deviations={name: Deviation(0.1, 2.0, 1.0, 0.8) for name in OSCILLATING},
@@ -54,7 +54,7 @@ def as_the_paper_says():
             impacts={0.4e-3: 15}.get(c, 20 + rank[c]),
             late_peak_force=300.0 if c == 0.2e-3 else 100.0,
             late_rate=400.0 if c == 0.2e-3 else 200.0,
-            settled_share=1.0 if c == 0.4e-3 else 0.5,
+            settled_fraction=1.0 if c == 0.4e-3 else 0.5,
             irregularity=scatter[c],
         )
     standard = found[PaperCase()]
@@ -64,11 +64,11 @@ def as_the_paper_says():
         )
     for k, friction in enumerate(FRICTION):
         found[PaperCase(friction=friction)] = dataclasses.replace(
-            PLAIN, impacts=30 - k, irregularity=3.0 - k, final_share=0.4 if k == 0 else 1.0
+            PLAIN, impacts=30 - k, irregularity=3.0 - k, final_fraction=0.4 if k == 0 else 1.0
         )
     for c in CONTROLLED:
         found.setdefault(PaperCase(c), PLAIN)
-        found[PaperCase(c, held=True)] = dataclasses.replace(PLAIN, smallest_force=1.0, peak_torque=1e4)
+        found[PaperCase(c, constrained=True)] = dataclasses.replace(PLAIN, smallest_force=1.0, peak_torque=1e4)
     return found
 
 
@@ -90,25 +90,25 @@ SPOILED = {
     "4c": (PaperCase(0.2e-3), {"early_impacts": 13}),
     "4d": (PaperCase(0.6e-3), {"late_peak_force": 300.0}),
     "4e": (PaperCase(0.4e-3), {"late_rate": 400.0}),
-    "5a": (PaperCase(0.4e-3), {"settled_share": 0.98}),
-    "5b": (PaperCase(0.3e-3), {"settled_share": 0.995}),
+    "5a": (PaperCase(0.4e-3), {"settled_fraction": 0.98}),
+    "5b": (PaperCase(0.3e-3), {"settled_fraction": 0.995}),
     "5c": (PaperCase(0.6e-3), {"impacts": 22}),
     "5d": (PaperCase(0.2e-3), {"impacts": 15}),
     "5e": (PaperCase(0.3e-3), {"irregularity": 0.05}),
     "5f": (PaperCase(0.2e-3), {"irregularity": 1.1}),
     "6a": (PaperCase(friction=0.03), {"impacts": 31}),
-    "6b": (PaperCase(friction=0.01), {"final_share": 1.0}),
-    "6c": (PaperCase(friction=0.1), {"final_share": 0.9}),
+    "6b": (PaperCase(friction=0.01), {"final_fraction": 1.0}),
+    "6c": (PaperCase(friction=0.1), {"final_fraction": 0.9}),
     "6d": (PaperCase(friction=0.05), {"arc": math.radians(100.0)}),
     "6e": (PaperCase(friction=0.1), {"irregularity": 1.5}),
-    "7a": (PaperCase(0.3e-3, held=True), {"smallest_force": -1.0}),
-    "7b": (PaperCase(0.1e-3, held=True), {"peak_torque": 400.0}),
+    "7a": (PaperCase(0.3e-3, constrained=True), {"smallest_force": -1.0}),
+    "7b": (PaperCase(0.1e-3, constrained=True), {"peak_torque": 400.0}),
 }
 """For each clause: one run and one number of it that contradict the paper."""
 
 
 @pytest.mark.parametrize("clause", CLAUSES, ids=lambda clause: clause.key)
-def test_a_clause_tells_yes_from_no(clause):
+def test_a_clause_is_yes_or_no(clause):
     """Limit: yes to measures made up after the paper's words, no once a single run is spoiled."""
     measured = as_the_paper_says()
     yes = answer(clause, CHOICE, measured)
@@ -120,8 +120,8 @@ def test_a_clause_tells_yes_from_no(clause):
     assert no.finding.words != yes.finding.words
 
 
-def test_a_verdict_knows_which_runs_it_rests_on():
-    """Identity: a run that leaves the trust horizon spoils the trust in its own clauses only."""
+def test_a_verdict_depends_on_its_own_runs():
+    """Identity: a run beyond its predictability horizon marks its own clauses only."""
     measured = as_the_paper_says()
     measured[PaperCase(friction=0.03)] = dataclasses.replace(measured[PaperCase(friction=0.03)], trusted_until=0.01)
     doubtful = {clause.key for clause in CLAUSES if not answer(clause, CHOICE, measured).trusted}
@@ -136,36 +136,36 @@ def settled_as_the_paper_says():
     impacts = {0.7e-3: 6.0, 0.6e-3: 7.0, 0.5e-3: 8.0, 0.4e-3: 1.0, 0.3e-3: 5.0, 0.2e-3: 3.0}
     found = {case: dataclasses.replace(SETTLED, impacts=impacts[case.clearance]) for case in BY_CLEARANCE}
     calm, between = PaperCase(0.4e-3, choice=PERIODIC), PaperCase(0.2e-3, choice=PERIODIC)
-    found[calm] = dataclasses.replace(found[calm], kind="continuous contact", contact_share=1.0)
+    found[calm] = dataclasses.replace(found[calm], kind="continuous contact", contact_fraction=1.0)
     found[between] = dataclasses.replace(found[between], kind="quasi-periodic", exponent=0.0)
     for k, case in enumerate(BY_FRICTION):
-        share = 0.9 if k == 0 else 1.0
-        found[case] = dataclasses.replace(SETTLED, exponent=20.0 - 3.0 * k, impacts=8.0 - k, contact_share=share)
+        fraction = 0.9 if k == 0 else 1.0
+        found[case] = dataclasses.replace(SETTLED, exponent=20.0 - 3.0 * k, impacts=8.0 - k, contact_fraction=fraction)
     return found
 
 
 UNSETTLED = {
-    "5a": (0.4e-3, None, {"contact_share": 0.98}),
-    "5b": (0.3e-3, None, {"contact_share": 1.0}),
+    "5a": (0.4e-3, None, {"contact_fraction": 0.98}),
+    "5b": (0.3e-3, None, {"contact_fraction": 1.0}),
     "5c": (0.6e-3, None, {"impacts": 9.0}),
     "5d": (0.2e-3, None, {"impacts": 0.5}),
     "5e": (0.6e-3, None, {"kind": "transient only", "name": "transient only"}),
     "5f": (0.2e-3, None, {"kind": "periodic", "name": "periodic, period 1"}),
     "6a": (0.5e-3, 0.05, {"impacts": 7.5}),
-    "6b": (0.5e-3, 0.01, {"contact_share": 1.0}),
-    "6c": (0.5e-3, 0.1, {"contact_share": 0.98}),
+    "6b": (0.5e-3, 0.01, {"contact_fraction": 1.0}),
+    "6c": (0.5e-3, 0.1, {"contact_fraction": 0.98}),
     "6e": (0.5e-3, 0.03, {"exponent_error": 3.0}),
 }
 """For each clause that has a meaning under a periodic drive: clearance, friction, and what contradicts the paper."""
 
 
 def test_every_clause_that_the_periodic_drive_answers_is_spoiled():
-    """Identity: the table above leaves none out."""
+    """Identity: the table above includes all."""
     assert set(UNSETTLED) == {clause.key for clause in CLAUSES if clause.periodically is not None}
 
 
 @pytest.mark.parametrize("clause", [clause for clause in CLAUSES if clause.key in UNSETTLED], ids=lambda clause: clause.key)
-def test_a_clause_tells_yes_from_no_under_the_periodic_drive(clause):
+def test_a_clause_is_yes_or_no_under_the_periodic_drive(clause):
     """Limit: yes to motions made up after the paper's words, no once a single one is spoiled; the stroke does not care."""
     measured, settled = as_the_paper_says(), settled_as_the_paper_says()
     yes = answer(clause, CHOICE, measured, settled)

@@ -20,16 +20,16 @@ def test_clauses_are_sorted_by_how_often_they_hold():
 
 
 def test_the_factor_that_decides_is_named():
-    """Limit: one clause hangs on the reading alone, one on nothing, one on chance in equal parts."""
+    """Limit: one clause depends on the driven bar alone, one on nothing, one on chance in equal parts."""
     keys = [clause.key for clause in CLAUSES]
     agreeing = np.ones((len(full_factorial()), len(keys)))
-    agreeing[:, 0] = [choice.reading == "A" for choice in full_factorial()]
+    agreeing[:, 0] = [choice.driven_bar == "pinned" for choice in full_factorial()]
     agreeing[:, 1] = 0.0
     together = xr.Dataset({"agreeing": (("choice", "clause"), agreeing)}, coords={"clause": keys})
     found = Finding(True, "words", {})
     verdicts = [Verdict(clause, found, True, found if clause.periodically else None) for clause in CLAUSES]
     text = " ".join(summary(verdicts, together))
-    assert f"What decides, most first: which bar is pinned to the ground ({keys[0]})." in text
+    assert f"What decides, most first: which bar is driven ({keys[0]})." in text
     assert f"Whatever is chosen, these do not: {keys[1]}." in text
     assert f"<strong>{len(CLAUSES)} of {len(CLAUSES)}</strong>" in text
     assert "give the same answers" in text

@@ -5,12 +5,12 @@ import xarray as xr
 
 from scissordyn.model.mechanism import Mechanism
 
-from .made_up import LOOSE_JOINTS, made_up, mechanism_with
+from .made_up import CLEARANCE_JOINTS, made_up, mechanism_with
 
 
 @pytest.fixture(scope="session")
 def run() -> xr.Dataset:
-    """A made-up run with joint A loose."""
+    """A made-up run with clearance at joint A."""
     return made_up()
 
 
@@ -22,8 +22,8 @@ def ideal() -> xr.Dataset:
 
 @pytest.fixture(scope="session")
 def two_joints() -> xr.Dataset:
-    """A made-up run with two loose joints."""
-    return made_up(tuple(LOOSE_JOINTS))
+    """A made-up run with two clearance joints."""
+    return made_up(tuple(CLEARANCE_JOINTS))
 
 
 @pytest.fixture(scope="session")

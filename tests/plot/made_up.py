@@ -14,21 +14,21 @@ from scissordyn.model.scissor import scissor
 
 INSTANTS, END = 2001, 0.05
 CLEARANCE = 0.5e-3
-LOOSE_JOINTS = {"A": 0.0, "unit 1/pivot": 1.3e-3}
-"""Loose joints of the made-up runs, and by how much their contacts come later [s]."""
+CLEARANCE_JOINTS = {"A": 0.0, "unit 1/pivot": 1.3e-3}
+"""Clearance joints of the made-up runs, and by how much their contacts come later [s]."""
 
 
-def mechanism_with(loose: tuple[str, ...]) -> Mechanism:
-    """Build a scissor array of two units with these joints loose."""
+def mechanism_with(joints: tuple[str, ...]) -> Mechanism:
+    """Build a scissor array of two units with clearance at these joints."""
     arm = scissor(units=2)
-    for name in loose:
-        arm = arm.loosen(name, Clearance(CLEARANCE))
+    for name in joints:
+        arm = arm.with_clearance(name, Clearance(CLEARANCE))
     return arm
 
 
-def made_up(loose: tuple[str, ...] = ("A",), *, contacts: bool = True, **attributes: float) -> xr.Dataset:
+def made_up(joints: tuple[str, ...] = ("A",), *, contacts: bool = True, **attributes: float) -> xr.Dataset:
     """Make up an array that opens at 150 rpm, with contact pulses of 0.3 ms that reach 40 to 85 kN."""
-    arm = mechanism_with(loose)
+    arm = mechanism_with(joints)
     time = np.linspace(0.0, END, INSTANTS)
     names = [joint.name for joint in (*arm.joints, *arm.guides)]
     bodies = [body.name for body in arm.bodies]
@@ -42,21 +42,21 @@ def made_up(loose: tuple[str, ...] = ("A",), *, contacts: bool = True, **attribu
     touching = np.zeros((INSTANTS, len(names)), bool)
     clearance = np.full(len(names), np.nan)
     table = []
-    for name in loose:
-        k, starts = names.index(name), first + LOOSE_JOINTS[name]
+    for name in joints:
+        k, starts = names.index(name), first + CLEARANCE_JOINTS[name]
         pulse = np.zeros(INSTANTS)
         for number, begin in enumerate(starts):
             peak = 40e3 + 45e3 * ((number * 7) % 10) / 9
             inside = (time > begin) & (time < begin + 0.3e-3)
             pulse += np.where(inside, peak * np.sin(math.pi * (time - begin) / 0.3e-3), 0.0)
             table.append((begin, name, peak))
-        swing = 4.0 * math.pi * (time / END) ** 1.3
+        oscillation = 4.0 * math.pi * (time / END) ** 1.3
         depth = np.where(
             pulse > 0.0, 3e-5 * pulse / 85e3, -0.35 * CLEARANCE * np.sin(60.0 * time / END) ** 2 if contacts else -4e-4
         )
-        eccentricity[:, k] = (CLEARANCE + depth)[:, None] * np.stack([np.cos(swing), np.sin(swing)], axis=-1)
+        eccentricity[:, k] = (CLEARANCE + depth)[:, None] * np.stack([np.cos(oscillation), np.sin(oscillation)], axis=-1)
         per_joint["indentation"][:, k], per_joint["normal_force"][:, k] = depth, pulse
-        per_joint["friction_force"][:, k] = 0.05 * pulse * np.sign(np.cos(swing))
+        per_joint["friction_force"][:, k] = 0.05 * pulse * np.sign(np.cos(oscillation))
         touching[:, k] = pulse > 0.0
         clearance[k] = CLEARANCE
         rattle += pulse
@@ -103,7 +103,7 @@ def made_up(loose: tuple[str, ...] = ("A",), *, contacts: bool = True, **attribu
         "peak_time": named(("contact",), np.full(len(table), 0.15e-3), "s"),
         "contact_duration": named(("contact",), np.full(len(table), 0.3e-3), "s"),
     }
-    if loose:
+    if joints:
         variables |= {
             "eccentricity": named(("time", "joint", "axis"), eccentricity, "m"),
             "in_contact": named(("time", "joint"), touching, "1"),

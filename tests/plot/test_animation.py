@@ -41,7 +41,7 @@ def scene(run: xr.Dataset, arm: Mechanism) -> Scene:
 
 
 def test_bodies_and_pins_are_where_the_run_has_them(run: xr.Dataset, arm: Mechanism, scene: Scene) -> None:
-    """Cross-check: each frame against the placement that still pictures are drawn from."""
+    """Cross-check: each frame against the placement of the static pictures."""
     shapes = {shape.name: shape for shape in scene.shapes}
     for frame, sample in enumerate(FRAMES.tolist()):
         placed = Placement.at(arm, run, sample)
@@ -51,36 +51,36 @@ def test_bodies_and_pins_are_where_the_run_has_them(run: xr.Dataset, arm: Mechan
             if shapes[body.name].kind == "block":
                 points = points.mean(axis=0, keepdims=True)
             np.testing.assert_allclose(points, wanted, atol=1e-13)
-        np.testing.assert_allclose(scene.pins[frame], [placed.place(joint.bearing) for joint in arm.ideal], atol=1e-13)
-        np.testing.assert_allclose(scene.loose[0].place[frame], placed.place(arm.joint("A").bearing), atol=1e-13)
+        np.testing.assert_allclose(scene.pins[frame], [placed.place(joint.bearing) for joint in arm.ideal_joints], atol=1e-13)
+        np.testing.assert_allclose(scene.clearance_joints[0].place[frame], placed.place(arm.joint("A").bearing), atol=1e-13)
         np.testing.assert_allclose(shapes["rope"].points[frame, [0, -1]], [[0.0, 0.0], placed.centre["slider"]], atol=1e-13)
 
 
 def test_everything_stays_inside_the_picture(scene: Scene) -> None:
-    """Identity: no point of a body, pin or spring leaves the corners."""
+    """Identity: every point of a body, pin or spring is inside the corners."""
     for shape in scene.shapes:
         if shape.kind != "guide":
             assert np.all((shape.points >= scene.low) & (shape.points <= scene.high))
 
 
 def test_journals_are_magnified_by_one_factor(run: xr.Dataset, scene: Scene) -> None:
-    """Closed form: drawn eccentricity over drawn clearance is eccentricity over clearance; the way ends at the journal."""
-    loose = scene.loose[0]
+    """Closed form: drawn eccentricity over drawn clearance is eccentricity over clearance; the path ends at the journal."""
+    joint = scene.clearance_joints[0]
     eccentricity = run["eccentricity"].sel(joint="A").values
-    np.testing.assert_allclose(loose.journal / GAP, eccentricity[FRAMES] / CLEARANCE, rtol=1e-12)
-    np.testing.assert_array_equal(loose.way[loose.reached - 1], loose.journal)
-    assert loose.gain == pytest.approx(GAP * 10e-3 / CLEARANCE, rel=1e-12)
+    np.testing.assert_allclose(joint.journal / GAP, eccentricity[FRAMES] / CLEARANCE, rtol=1e-12)
+    np.testing.assert_array_equal(joint.path[joint.reached - 1], joint.journal)
+    assert joint.gain == pytest.approx(GAP * 10e-3 / CLEARANCE, rel=1e-12)
 
 
 def test_contacts_between_frames_are_shown(run: xr.Dataset, arm: Mechanism) -> None:
     """Identity: with a frame every 8 ms, of 0.3 ms contacts, each frame has the largest force since the one before."""
     frames = np.arange(0, INSTANTS, 320)
-    loose = scene_of(run, arm, frames, ["A"]).loose[0]
+    joint = scene_of(run, arm, frames, ["A"]).clearance_joints[0]
     force, touching = run["normal_force"].sel(joint="A").values, run["in_contact"].sel(joint="A").values
     parts = [slice(0, 1), *(slice(a + 1, b + 1) for a, b in itertools.pairwise(frames.tolist()))]
-    np.testing.assert_array_equal(loose.force, [force[part].max() for part in parts])
-    np.testing.assert_array_equal(loose.touched, [touching[part].any() for part in parts])
-    assert loose.touched[1:].all()
+    np.testing.assert_array_equal(joint.force, [force[part].max() for part in parts])
+    np.testing.assert_array_equal(joint.touched, [touching[part].any() for part in parts])
+    assert joint.touched[1:].all()
     assert not touching[frames].all()
 
 
@@ -170,7 +170,7 @@ def test_names_cannot_break_a_page(run: xr.Dataset) -> None:
     name = "</script><b>&"
     arm = mechanism_with(())
     joints = tuple(dataclasses.replace(joint, name=name) if joint.name == "A" else joint for joint in arm.joints)
-    arm = dataclasses.replace(arm, joints=joints).loosen(name, Clearance(CLEARANCE))
+    arm = dataclasses.replace(arm, joints=joints).with_clearance(name, Clearance(CLEARANCE))
     named = run.assign_coords(joint=[name if old == "A" else old for old in run["joint"].values.tolist()])
     text = page(scene_of(named, arm, FRAMES, [name]), 25, 1.0)
     assert "<b>" not in text
@@ -216,7 +216,9 @@ def test_what_cannot_be_filmed_is_refused(
     assert not list(tmp_path.iterdir())
 
 
-def test_runs_without_loose_joints_and_short_ones(ideal: xr.Dataset, run: xr.Dataset, arm: Mechanism, tmp_path: Path) -> None:
+def test_runs_without_clearance_joints_and_short_ones(
+    ideal: xr.Dataset, run: xr.Dataset, arm: Mechanism, tmp_path: Path
+) -> None:
     """Limit: no magnified joint, two samples, and one sample, which is no film."""
     path = animate(ideal.isel(time=[0, -1]), mechanism_with(()), tmp_path / "film.html", seconds=2.0)
     film = data_of(path.read_text(encoding="utf-8"))

@@ -1,4 +1,4 @@
-"""The block of a loose guide in its magnified channel, on a real run."""
+"""The block of a clearance guide in its magnified channel, on a real run."""
 
 import numpy as np
 import pytest
@@ -22,23 +22,23 @@ CLEARANCE, WIDTH = 1e-4, 0.02
 
 
 @pytest.fixture(scope="module")
-def loose() -> Mechanism:
-    """A slider-crank at rest whose slider falls on the lower wall."""
+def linkage() -> Mechanism:
+    """A slider-crank at rest whose slider falls on the lower guide surface."""
     linkage = slider_crank(slider_inertia=2e-5, gravity=9.81, angle=0.5).driven(speed=0.1)
-    return linkage.loosen("guide", GuideClearance(CLEARANCE, 0.04, WIDTH, stiffness=Linear(1e6)))
+    return linkage.with_clearance("guide", GuideClearance(CLEARANCE, 0.04, WIDTH, stiffness=Linear(1e6)))
 
 
 @pytest.fixture(scope="module")
-def fallen(loose: Mechanism) -> xr.Dataset:
+def fallen(linkage: Mechanism) -> xr.Dataset:
     """Its run."""
-    return simulate(loose, until=0.05, samples=501)
+    return simulate(linkage, until=0.05, samples=501)
 
 
-def test_corners_reach_the_walls_when_they_touch(fallen: xr.Dataset, loose: Mechanism) -> None:
-    """Closed form: in units of W/2 the walls are at 1.35, and each drawn corner is beyond its wall by 0.35 delta/c."""
+def test_corners_reach_the_guide_surfaces_in_contact(fallen: xr.Dataset, linkage: Mechanism) -> None:
+    """Closed form: in units of W/2 the surfaces are at 1.35, and each drawn corner is beyond its surface by 0.35 delta/c."""
     below = fallen["indentation"].sel(joint="guide/corner 1")
     sample = int(np.argmax(below.values))
-    axes = magnified(fallen, loose, sample, "guide", axes=Figure().subplots())
+    axes = magnified(fallen, linkage, sample, "guide", axes=Figure().subplots())
     right, left = sorted(float(line.get_ydata()[0]) for line in axes.lines if np.ptp(line.get_ydata()) == 0.0)[::2]
     assert (right, left) == (pytest.approx(-1.0 - GAP), pytest.approx(1.0 + GAP))
     block = axes.patches[-1]
@@ -49,16 +49,16 @@ def test_corners_reach_the_walls_when_they_touch(fallen: xr.Dataset, loose: Mech
         assert np.min(np.abs(tips[:, 1] - wanted)) < 1e-12
     assert block.get_edgecolor() == to_rgba(VERMILION)
     assert "in contact" in axes.get_title()
-    assert axes.get_title().endswith(f"gap drawn {GAP * 0.5 * WIDTH / CLEARANCE:.2g}×")
+    assert axes.get_title().endswith(f"clearance magnified {GAP * 0.5 * WIDTH / CLEARANCE:.2g} times")
 
 
-def test_a_guide_is_one_panel(fallen: xr.Dataset, loose: Mechanism, tmp_path) -> None:
+def test_a_guide_is_one_panel(fallen: xr.Dataset, linkage: Mechanism, tmp_path) -> None:
     """Identity: four corners make one panel; there is no orbit without a journal; an ideal guide is refused."""
-    assert guides_of(loose, ["guide/corner 2", "guide/corner 1", "slider pin"]) == ["guide", "slider pin"]
-    assert len(structure(fallen, loose, times=2)) == 4
-    drawn = draw_all(fallen, None, tmp_path, loose)
+    assert guides_of(linkage, ["guide/corner 2", "guide/corner 1", "slider pin"]) == ["guide", "slider pin"]
+    assert len(structure(fallen, linkage, times=2)) == 4
+    drawn = draw_all(fallen, None, tmp_path, linkage)
     assert [path.stem for path in drawn] == ["response", "force", "torque", "energy", "structure"]
-    with pytest.raises(InputError, match="without loose joints"):
+    with pytest.raises(InputError, match="without clearance joints"):
         orbit(fallen)
     with pytest.raises(InputError, match="'guide' is ideal"):
-        channel(fallen, loose.tighten(), 0, "guide", axes=Figure().subplots())
+        channel(fallen, linkage.ideal(), 0, "guide", axes=Figure().subplots())

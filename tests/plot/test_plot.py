@@ -28,7 +28,7 @@ from scissordyn.plot.structure import GAP, magnified, snapshot, structure
 from scissordyn.plot.style import SKY, VERMILION
 from scissordyn.plot.torque import torque
 
-from .made_up import CLEARANCE, END, LOOSE_JOINTS, made_up, mechanism_with, overlaps
+from .made_up import CLEARANCE, CLEARANCE_JOINTS, END, made_up, mechanism_with, overlaps
 
 ALL = ["response", "force", "torque", "orbit", "energy", "structure"]
 
@@ -168,11 +168,11 @@ def test_contact_that_outlasts_the_run(run: xr.Dataset) -> None:
 
 
 def test_force_without_contacts(ideal: xr.Dataset) -> None:
-    """Limit: no contact leaves a readable panel that says so, and no panel for a friction that is nowhere."""
+    """Limit: without contact there is a panel with a note, and without friction no panel for it."""
     (axes,) = force(made_up(contacts=False), ideal)
     assert "no contact in this run" in [text.get_text() for text in axes.texts]
     assert not axes.collections
-    with pytest.raises(InputError, match="without loose joints"):
+    with pytest.raises(InputError, match="without clearance joints"):
         force(ideal)
 
 
@@ -189,7 +189,7 @@ def test_force_of_several_joints(two_joints: xr.Dataset) -> None:
 
 
 def test_joints_with_the_largest_forces() -> None:
-    """Identity: of more loose joints than fit, those with the largest forces are drawn, in the order of the mechanism."""
+    """Identity: of more clearance joints than fit, those with the largest forces are drawn, in the order of the mechanism."""
     names = [f"j{k}" for k in range(9)]
     peaks = [3.0, 9.0, 1.0, 8.0, 2.0, 7.0, 6.0, 5.0, 4.0]
     many = xr.Dataset(
@@ -221,7 +221,7 @@ def test_orbit_shows_the_data(run: xr.Dataset) -> None:
 def test_exaggerated_indentation_is_labelled(run: xr.Dataset) -> None:
     """Closed form: c + delta is drawn as c + 5 delta in the same direction, and the title says so; free flight is untouched."""
     (axes,) = orbit(run, exaggeration=5.0)
-    assert "indentation drawn 5×" in axes.get_title(loc="left")
+    assert "indentation magnified 5 times" in axes.get_title(loc="left")
     touching = run["in_contact"].sel(joint="A").values
     depth = run["indentation"].sel(joint="A").values[touching]
     contact = np.array(curve(axes, "contact").get_xydata())[touching]
@@ -230,7 +230,9 @@ def test_exaggerated_indentation_is_labelled(run: xr.Dataset) -> None:
     np.testing.assert_allclose(np.arctan2(*contact.T), np.arctan2(*place.T), atol=1e-12)
 
 
-@pytest.mark.parametrize(("depth", "said"), [(3e-5, ""), (1e-6, "indentation drawn 50×"), (2e-5, "indentation drawn 2×")])
+@pytest.mark.parametrize(
+    ("depth", "said"), [(3e-5, ""), (1e-6, "indentation magnified 50 times"), (2e-5, "indentation magnified 2 times")]
+)
 def test_exaggeration_is_chosen(run: xr.Dataset, depth: float, said: str) -> None:
     """Closed form: the largest of 1, 2, 5, 10, ... that draws the deepest indentation no deeper than a tenth of c."""
     touching = run["in_contact"]
@@ -240,13 +242,13 @@ def test_exaggeration_is_chosen(run: xr.Dataset, depth: float, said: str) -> Non
 
 
 def test_energy_shows_the_data(run: xr.Dataset, ideal: xr.Dataset) -> None:
-    """Identity: each entry of the books in its panel; without contacts there is no panel for them."""
-    books, contacts, residual = energy(run)
-    assert [axes.get_ylabel() for axes in (books, contacts, residual)] == ["energy [kJ]", "contacts [J]", "residual [µJ]"]
+    """Identity: each term of the energy balance in its panel; without contacts there is no panel for them."""
+    balance, contacts, residual = energy(run)
+    assert [axes.get_ylabel() for axes in (balance, contacts, residual)] == ["energy [kJ]", "contacts [J]", "residual [µJ]"]
     for axes, label, name, factor in (
-        (books, "kinetic", "kinetic_energy", 1e-3),
-        (books, "potential", "potential_energy", 1e-3),
-        (books, "work of the drive", "drive_work", 1e-3),
+        (balance, "kinetic", "kinetic_energy", 1e-3),
+        (balance, "potential", "potential_energy", 1e-3),
+        (balance, "work of the drive", "drive_work", 1e-3),
         (contacts, "elastic", "elastic_energy", 1.0),
         (contacts, "dissipated", "dissipated_energy", 1.0),
         (residual, "residual of the balance", "energy_residual", 1e6),
@@ -269,7 +271,7 @@ def test_bars_are_drawn_where_they_are(run: xr.Dataset, arm: Mechanism) -> None:
 
 
 def test_turned_frame(run: xr.Dataset, arm: Mechanism) -> None:
-    """Closed form: a body turned by a quarter carries its points a quarter turn about its mass centre."""
+    """Closed form: a body turned by a quarter rotates its points by a quarter revolution about its mass centre."""
     placed = Placement.at(arm, run, 0)
     quarter = Placement(arm, placed.centre, {**placed.angle, "unit 1/bar 1": math.pi / 2})
     middle = placed.centre["unit 1/bar 1"]
@@ -290,7 +292,7 @@ def test_outlines() -> None:
 
 
 def test_magnified_joint(run: xr.Dataset, arm: Mechanism) -> None:
-    """Closed form: in units of R_J the gap is 0.35 wide, so a journal in contact overlaps the bearing by delta only."""
+    """Closed form: in units of R_J the clearance is 0.35, so a journal in contact overlaps the bearing by delta only."""
     sample = int(np.argmax(run["normal_force"].sel(joint="A").values))
     axes = magnified(run, arm, sample, "A", axes=Figure().subplots())
     bearing, journal = axes.patches
@@ -298,7 +300,7 @@ def test_magnified_joint(run: xr.Dataset, arm: Mechanism) -> None:
     assert bearing.radius == 1.0 + GAP
     assert away == pytest.approx(GAP * (1.0 + run["indentation"].sel(joint="A").values[sample] / CLEARANCE), rel=1e-12)
     assert journal.get_edgecolor() == to_rgba(VERMILION)
-    assert axes.get_title() == "A: contact\ngap drawn 7×"
+    assert axes.get_title() == "A: contact\nclearance magnified 7 times"
     flying = magnified(run, arm, 0, "A", axes=Figure().subplots())
     assert flying.patches[1].get_edgecolor() == to_rgba(SKY)
     with pytest.raises(InputError, match="joint 'O'"):
@@ -306,13 +308,13 @@ def test_magnified_joint(run: xr.Dataset, arm: Mechanism) -> None:
 
 
 def test_structure_at_chosen_instants(two_joints: xr.Dataset) -> None:
-    """Identity: a panel per instant and per loose joint, all structures on the same axes."""
-    drawn = structure(two_joints, mechanism_with(tuple(LOOSE_JOINTS)), times=[0.0, 0.0300004])
+    """Identity: a panel per instant and per clearance joint, all structures on the same axes."""
+    drawn = structure(two_joints, mechanism_with(tuple(CLEARANCE_JOINTS)), times=[0.0, 0.0300004])
     assert [axes.get_title(loc="left") for axes in (drawn[0], drawn[3])] == ["t = 0 ms", "t = 30 ms"]
     assert len(drawn) == 6
     assert drawn[0].get_xlim() == drawn[3].get_xlim()
     with pytest.raises(InputError, match="times"):
-        structure(two_joints, mechanism_with(tuple(LOOSE_JOINTS)), times=0)
+        structure(two_joints, mechanism_with(tuple(CLEARANCE_JOINTS)), times=0)
 
 
 def test_trust_horizon_is_shaded_and_labelled_once(arm: Mechanism, ideal: xr.Dataset) -> None:
@@ -337,11 +339,11 @@ def test_trusted_run_is_not_shaded(until: float, arm: Mechanism) -> None:
         assert not any(BEYOND in label for label in labels), name
 
 
-@pytest.mark.parametrize("loose", [("A",), tuple(LOOSE_JOINTS)])
+@pytest.mark.parametrize("joints", [("A",), tuple(CLEARANCE_JOINTS)])
 @pytest.mark.parametrize("until", [math.nan, 0.021])
-def test_no_text_lies_on_another(loose: tuple[str, ...], until: float, ideal: xr.Dataset) -> None:
+def test_no_text_lies_on_another(joints: tuple[str, ...], until: float, ideal: xr.Dataset) -> None:
     """Identity: the boxes of all shown texts are apart from each other and inside the figure."""
-    for name, drawn in figures(made_up(loose, trusted_until=until), ideal, mechanism_with(loose)).items():
+    for name, drawn in figures(made_up(joints, trusted_until=until), ideal, mechanism_with(joints)).items():
         assert overlaps(drawn[0].get_figure(root=True)) == [], name
 
 
@@ -383,7 +385,7 @@ def test_every_legend_entry_looks_different(run: xr.Dataset, ideal: xr.Dataset, 
 
 
 def test_one_sample() -> None:
-    """Limit: a run that broke off at its start can be drawn too."""
+    """Limit: a run that failed at its start can be drawn too."""
     short = made_up().isel(time=[0])
     for drawn in figures(short, None, mechanism_with(("A",))).values():
         drawn[0].get_figure(root=True).draw_without_rendering()
@@ -403,7 +405,7 @@ def test_draw_all(format: str, run: xr.Dataset, ideal: xr.Dataset, arm: Mechanis
 
 
 def test_draw_all_of_an_ideal_run(ideal: xr.Dataset, tmp_path: Path) -> None:
-    """Limit: without loose joints and drives there are no pictures of forces, orbits and torques."""
+    """Limit: without clearance joints and drives there are no pictures of forces, orbits and torques."""
     free = ideal.drop_vars("drive_torque")
     assert [path.stem for path in draw_all(free, None, tmp_path, mechanism_with(()))] == ["response", "energy", "structure"]
 
@@ -423,7 +425,7 @@ def test_nothing_is_left_by_a_failed_write(run: xr.Dataset, arm: Mechanism, tmp_
 
 
 def test_no_pyplot() -> None:
-    """Identity: drawing never loads pyplot, whose windows and global state have no place in a library."""
+    """Identity: drawing never loads pyplot, with its windows and global state."""
     import subprocess
     import sys
 

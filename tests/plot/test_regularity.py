@@ -74,7 +74,7 @@ def test_all_can_be_read(run: xr.Dataset, ideal: xr.Dataset) -> None:
 
 
 def test_map_shows_the_flashes(run: xr.Dataset) -> None:
-    """Identity: one dot a flash in the units of the labels; those beyond the trust horizon are grey and said to be."""
+    """Identity: one dot a flash in the units of the labels; those beyond the predictability horizon are grey and said to be."""
     strobe = stroboscopic(run, period=1e-3)
     (axes,) = stroboscopic_map(strobe.assign_attrs(trusted_until=0.02), y="slider_acceleration")
     before, beyond = axes.lines
@@ -113,7 +113,7 @@ def test_spectrum_names_its_peaks() -> None:
 
 
 def test_bifurcation_shows_every_cycle() -> None:
-    """Identity: every kept cycle is a dot over its value; other variables and joints can be chosen, wrong ones are named."""
+    """Identity: every stored cycle is a dot over its value; other variables and joints can be chosen, wrong ones are named."""
     data = diagram()
     (axes,) = bifurcation(data)
     assert (axes.get_xlabel(), axes.get_ylabel()) == ("radial clearance [mm]", "velocity of the slider [m/s]")

@@ -1,4 +1,4 @@
-"""A rigid block between two walls, in x, y and angle, by scipy: the second road to a loose guide."""
+"""A rigid block between two plane surfaces, in x, y and angle, by scipy: an independent formulation of a clearance guide."""
 
 from __future__ import annotations
 
@@ -50,7 +50,7 @@ class Block:
     approach: list[float] = field(default_factory=lambda: [0.0] * 4)
 
     def corner(self, state, k):
-        """Arm of corner k's tip from the mass centre, side of its wall, indentation and its rate."""
+        """Arm of corner k's tip from the mass centre, side of its surface, indentation and its rate."""
         _, y, turn, _, rise, spin = state
         ends = ((-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0))[k]
         side = ends[1]
@@ -72,13 +72,13 @@ class Block:
             normal = self.coefficient * depth**self.exponent * (1.0 + self.damping * rate / self.approach[k])
             normal = max(normal, 0.0)
             slip = state[3] - state[5] * arm_y
-            rub = -math.copysign(self.friction * normal * -math.expm1(-3.0 * abs(slip) / self.ramp_speed), slip)
-            fx, fy = fx + rub, fy - side * normal
-            moment += arm_x * -side * normal - arm_y * rub
+            friction = -math.copysign(self.friction * normal * -math.expm1(-3.0 * abs(slip) / self.ramp_speed), slip)
+            fx, fy = fx + friction, fy - side * normal
+            moment += arm_x * -side * normal - arm_y * friction
         return np.array([*state[3:], fx / self.mass, fy / self.mass, moment / self.inertia])
 
     def contacts(self, state, until):
-        """Corner, start and approach speed of every contact, and the state at the end."""
+        """ContactPoint, start and approach speed of every contact, and the state at the end."""
         found, t = [], 0.0
         while t < until:
             events = []
@@ -93,7 +93,7 @@ class Block:
             t, state = path.t[-1], path.y[:, -1]
             for k in range(4):
                 _, _, _, depth, rate = self.corner(state, k)
-                # a corner that arrives with another one is past its root already when the next piece begins
+                # a corner that makes contact together with another one is past its root when the next piece begins
                 together = not self.touching[k] and depth > -1e-14 and rate > 0.0
                 if path.t_events[k].size or together:
                     self.touching[k] = not self.touching[k]

@@ -1,4 +1,4 @@
-"""A scissor array with a loose slider joint in minimal coordinates: Lagrange's equations of theory.md, section 1."""
+"""A scissor array with clearance at the slider joint in minimal coordinates: Lagrange's equations of theory.md, section 1."""
 
 from __future__ import annotations
 
@@ -8,54 +8,54 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from reference.marching import Load, Loose, Relative
+from reference.marching import ClearanceJoint, Load, Relative
 
-Motion = Callable[[float], tuple[float, float, float]]
+TimeFunction = Callable[[float], tuple[float, float, float]]
 """Angle [rad], angular velocity and angular acceleration at a time."""
 
 
-def constant_speed(angle: float, speed: float) -> Motion:
+def constant_speed(angle: float, speed: float) -> TimeFunction:
     """theta_0 + w t."""
     return lambda t: (angle + speed * t, speed, 0.0)
 
 
-def harmonic(mean: float, amplitude: float, frequency: float) -> Motion:
+def harmonic(mean: float, amplitude: float, frequency: float) -> TimeFunction:
     """theta_m + theta_a sin(W t)."""
 
     def motion(t: float) -> tuple[float, float, float]:
-        swing = amplitude * math.sin(frequency * t)
-        return mean + swing, amplitude * frequency * math.cos(frequency * t), -(frequency**2) * swing
+        oscillation = amplitude * math.sin(frequency * t)
+        return mean + oscillation, amplitude * frequency * math.cos(frequency * t), -(frequency**2) * oscillation
 
     return motion
 
 
 @dataclass(frozen=True)
 class Array:
-    """N units with one driven bar family and joint A loose.
+    """N units with one driven bar family and clearance at joint A.
 
-    The bars pinned to the ground have the direction p, the couplers k; reading A drives p, reading B drives k, and the driven
-    angle is th_1 in both. Integrated are psi = p + k, which is zero in the ideal array, and e_y, both as small as the
+    The bars pinned to the ground have the direction p, the couplers k; driven_bar "pinned" drives p, "slider" drives k, and the
+    driven angle is th_1 in both. Integrated are psi = p + k, which is zero in the ideal array, and e_y, both as small as the
     clearance, so that tolerances and rounding stay small against it:
 
         e_x = (L/2) (cos p - cos k),  e_y = (L/2) (sin p - sin k) - y
 
     Parameters
     ----------
-    joint : Loose
-    motion : Motion
+    joint : ClearanceJoint
+    motion : TimeFunction
         th_1.
     units : int
-    reading : {"A", "B"}
+    driven_bar : {"pinned", "slider"}
     length, mass, slider : float
         L [m], m [kg], m_s [kg].
     gravity : float
         Along -y [m/s^2].
     """
 
-    joint: Loose
-    motion: Motion
+    joint: ClearanceJoint
+    motion: TimeFunction
     units: int = 2
-    reading: str = "A"
+    driven_bar: str = "pinned"
     length: float = 2.0
     mass: float = 5.68
     slider: float = 5.0
@@ -64,8 +64,8 @@ class Array:
     size = 2
 
     @property
-    def joints(self) -> tuple[Loose, ...]:
-        """The loose joint."""
+    def joints(self) -> tuple[ClearanceJoint, ...]:
+        """The clearance joint."""
         return (self.joint,)
 
     def inertias(self) -> tuple[float, float, float]:
@@ -82,7 +82,7 @@ class Array:
     def angles(self, t: float, psi: float, rate: float) -> tuple[float, float, float, float]:
         """p, k and their rates."""
         driven, speed, _ = self.motion(t)
-        if self.reading == "A":
+        if self.driven_bar == "pinned":
             return driven, psi - driven, speed, rate - speed
         return psi - driven, driven, rate - speed, speed
 
@@ -111,7 +111,7 @@ class Array:
         # forces on p and k: weight, centrifugal terms, contact at r_J = (L/2)(u_p - u_k)
         r_p = -twist * w_k**2 - g_p * math.cos(p) + half * (load.fy * math.cos(p) - load.fx * math.sin(p))
         r_k = twist * w_p**2 - g_k * math.cos(k) - half * (load.fy * math.cos(k) - load.fx * math.sin(k)) + load.journal_moment
-        if self.reading == "A":
+        if self.driven_bar == "pinned":
             a_p = driven
             a_k = (r_k - cross * a_p) / j_k
             torque = j_p * a_p + cross * a_k - r_p

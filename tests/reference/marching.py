@@ -1,4 +1,4 @@
-"""From contact to contact: scipy's integrators over smooth pieces of motion, joined at roots of the gap."""
+"""From contact to contact: scipy's integrators over smooth pieces of motion, joined at roots of the indentation."""
 
 from __future__ import annotations
 
@@ -18,8 +18,8 @@ FLOOR = 1e-6
 
 
 @dataclass(frozen=True)
-class Loose:
-    """A loose joint: radial clearance and journal radius [m], elastic law, damping factor xi, friction."""
+class ClearanceJoint:
+    """A clearance joint: radial clearance and journal radius [m], elastic law, damping factor xi, friction."""
 
     clearance: float
     journal_radius: float
@@ -29,7 +29,7 @@ class Loose:
 
 
 class Relative(NamedTuple):
-    """Eccentricity and its rate, spins of the journal's and the bearing's bodies."""
+    """Eccentricity and its rate, angular velocities of the journal's and the bearing's bodies."""
 
     ex: float
     ey: float
@@ -64,9 +64,9 @@ NO_LOAD = Load(0.0, 0.0, 0.0, 0.0)
 
 
 class Model(Protocol):
-    """Equations of motion with the loads of the loose joints on their right-hand side."""
+    """Equations of motion with the loads of the clearance joints on their right-hand side."""
 
-    joints: tuple[Loose, ...]
+    joints: tuple[ClearanceJoint, ...]
     size: int
     """Number of coordinates."""
 
@@ -127,7 +127,7 @@ class Samples:
     friction_loss: np.ndarray
 
 
-def touch(joint: Loose, at: Relative, approach: float, bristle: float) -> Touch:
+def touch(joint: ClearanceJoint, at: Relative, approach: float, bristle: float) -> Touch:
     """Forces of a joint in contact (theory, section 2)."""
     e = math.hypot(at.ex, at.ey)
     nx, ny = at.ex / e, at.ey / e
@@ -148,7 +148,7 @@ def touch(joint: Loose, at: Relative, approach: float, bristle: float) -> Touch:
 
 @dataclass
 class March:
-    """A model on its way from contact to contact.
+    """A model integrated from contact to contact.
 
     The state is coordinates, rates, one bristle deflection per joint, then drive work, elastic energy, damping loss and
     friction loss, which ride along so that the energy balance can be drawn.
@@ -197,9 +197,9 @@ class March:
         acting = [one for one in found if one is not None]
         storing = sum(one.elastic * one.rate for one in acting)
         damping = sum((one.normal - one.elastic) * one.rate for one in acting)
-        rubbing = sum(one.tangential * one.slip for one in acting)
+        friction = sum(one.tangential * one.slip for one in acting)
         bristles = [0.0 if one is None else one.bristle_rate for one in found]
-        return np.concatenate([v, a, bristles, [power, storing, damping, rubbing]])
+        return np.concatenate([v, a, bristles, [power, storing, damping, friction]])
 
     def gap(self, t: float, y: np.ndarray, j: int) -> tuple[float, float]:
         """|e| - c of joint j and its rate."""
@@ -210,7 +210,7 @@ class March:
     def advance(self, begin: float, y: np.ndarray, end: float, open_: tuple[Contact | None, ...], events: list[Any]) -> Any:
         """One call of the integrator: Radau where bristles make it stiff, DOP853 elsewhere."""
         clearance = min((joint.clearance for joint in self.model.joints), default=1.0)
-        rubbing = [
+        friction = [
             contact is not None and joint.friction is not None for joint, contact in zip(self.model.joints, open_, strict=True)
         ]
         bristles = [joint.friction.kinetic / joint.friction.stiffness if joint.friction else 1.0 for joint in self.model.joints]
@@ -220,11 +220,11 @@ class March:
             lambda t, state: self.rates(t, state, open_),
             (begin, end),
             y,
-            method="Radau" if any(rubbing) else "DOP853",
+            method="Radau" if any(friction) else "DOP853",
             rtol=self.rtol,
             atol=self.atol * scale,
             max_step=self.max_step,
-            first_step=min(1e-9, end - begin) if any(rubbing) else None,
+            first_step=min(1e-9, end - begin) if any(friction) else None,
             events=events,
             dense_output=True,
         )
@@ -261,7 +261,7 @@ class March:
         return self
 
     def sharpen(self, found: Any, j: int, open_: tuple[Contact | None, ...]) -> tuple[float, np.ndarray]:
-        """The crossing once more, by steps that end on it: the interpolant between steps is coarser than the steps."""
+        """The root again, by steps that end on it: the interpolant between steps is coarser than the steps."""
         begin, y = float(found.t[-2]), found.y[:, -2]
         t, state = float(found.t[-1]), found.y[:, -1].copy()
         for _ in range(5):

@@ -1,4 +1,4 @@
-"""Any planar mechanism with loose joints: (x, y, angle) per body, Lagrange multipliers for its ideal joints.
+"""Any planar mechanism with clearance joints: (x, y, angle) per body, Lagrange multipliers for its ideal joints.
 
 Built from the package's description of a mechanism (names, numbers, which point is pinned to which) and nothing else of it.
 """
@@ -12,12 +12,12 @@ from typing import Any
 import numpy as np
 
 from reference.laws import LuGre, flores, hertz, lankarani_nikravesh, liu
-from reference.marching import Load, Loose, Relative
+from reference.marching import ClearanceJoint, Load, Relative
 
 GROUND = "ground"
 
 
-def loose_joint(clearance: Any) -> Loose:
+def clearance_joint(clearance: Any) -> ClearanceJoint:
     """The laws of a described clearance, by their names."""
     c, radius, length = clearance.clearance, clearance.journal_radius, clearance.bearing_length
     faces = clearance.material, clearance.bearing_material or clearance.material
@@ -25,7 +25,7 @@ def loose_joint(clearance: Any) -> Loose:
     elastic = {"liu": liu(c, length, modulus), "hertz": hertz(c, radius, modulus)}[clearance.stiffness.name]
     factor = {"flores": flores, "lankarani-nikravesh": lankarani_nikravesh}[clearance.damping.name]
     friction = {"none": None, "lugre": LuGre(getattr(clearance.friction, "kinetic", 0.0))}[clearance.friction.name]
-    return Loose(c, radius, elastic, factor(clearance.damping.restitution), friction)
+    return ClearanceJoint(c, radius, elastic, factor(clearance.damping.restitution), friction)
 
 
 class Multipliers:
@@ -45,8 +45,8 @@ class Multipliers:
         self.bodies = mechanism.bodies
         self.index = {body.name: i for i, body in enumerate(self.bodies)}
         count = len(self.bodies)
-        self.loose = [joint for joint in mechanism.joints if joint.clearance is not None]
-        self.joints = tuple(loose_joint(joint.clearance) for joint in self.loose)
+        self.clearance_joints = [joint for joint in mechanism.joints if joint.clearance is not None]
+        self.joints = tuple(clearance_joint(joint.clearance) for joint in self.clearance_joints)
         # three columns for every body and for the ground; the ground and angles that cannot change are not unknowns
         active = [3 * i + k for i, body in enumerate(self.bodies) for k in range(3 if body.inertia is not None else 2)]
         self.active = np.array(active)
@@ -59,8 +59,8 @@ class Multipliers:
             self.centre[i] = np.array(body.position) + np.array([[c, -s], [s, c]]) @ body.centre
         ideal = [joint for joint in mechanism.joints if joint.clearance is None]
         self.pins = self.ends(ideal)
-        self.loose_pins = self.ends(self.loose)
-        self.all_pins = self.ends([*ideal, *self.loose])
+        self.clearance_pins = self.ends(self.clearance_joints)
+        self.all_pins = self.ends([*ideal, *self.clearance_joints])
         self.guided = self.point_list([guide.follower for guide in mechanism.guides])
         self.lines = [
             ((-math.sin(guide.direction), math.cos(guide.direction)), np.array(guide.through)) for guide in mechanism.guides
@@ -107,8 +107,8 @@ class Multipliers:
         if type(described).__name__ != "Harmonic":
             raise TypeError(f"no reference motion for {type(described).__name__}")
         phase = described.frequency * t + described.phase
-        swing, turn = described.amplitude * math.sin(phase), described.amplitude * described.frequency * math.cos(phase)
-        return described.mean + swing, turn, -(described.frequency**2) * swing
+        oscillation, turn = described.amplitude * math.sin(phase), described.amplitude * described.frequency * math.cos(phase)
+        return described.mean + oscillation, turn, -(described.frequency**2) * oscillation
 
     def conditions(
         self, t: float, q: np.ndarray, v: np.ndarray, pins: Any
@@ -147,7 +147,7 @@ class Multipliers:
         return position, gradient @ rates.ravel() - prescribed, gradient[:, self.active], g
 
     def close(self, t: float, q: np.ndarray, v: np.ndarray, pins: Any) -> tuple[np.ndarray, np.ndarray]:
-        """The nearest state that fulfils the conditions, positions by Newton's method and then rates."""
+        """The nearest state that fulfils the constraints, positions by Newton's method and then rates."""
         for _ in range(30):
             position, _, gradient, _ = self.conditions(t, q, v, pins)
             if np.max(np.abs(position), initial=0.0) < 1e-14:
@@ -168,14 +168,14 @@ class Multipliers:
         return self.close(t, q, v, self.pins)
 
     def drift(self, t: float, q: np.ndarray, v: np.ndarray) -> float:
-        """Largest error of a position condition [m or rad]."""
+        """Largest error of a position constraint [m or rad]."""
         return float(np.max(np.abs(self.conditions(t, q, v, self.pins)[0]), initial=0.0))
 
     def relative(self, t: float, q: np.ndarray, v: np.ndarray) -> list[Relative]:
         """Where the journals are in their bearings."""
         moved, rates = self.spread(q), self.spread(v)
-        (j, _), (b, _) = self.loose_pins
-        arm_j, arm_b = self.arms(moved, self.loose_pins[0]), self.arms(moved, self.loose_pins[1])
+        (j, _), (b, _) = self.clearance_pins
+        arm_j, arm_b = self.arms(moved, self.clearance_pins[0]), self.arms(moved, self.clearance_pins[1])
         # where both are at the start cancels but for rounding of the order of 1e-16 m per metre of size
         e = (self.centre[j] - self.centre[b]) + arm_j - arm_b + (moved[j, :2] - moved[b, :2])
         w_j, w_b = rates[j, 2], rates[b, 2]
@@ -194,7 +194,7 @@ class Multipliers:
         """Accelerations, and what ideal joints (force on the journal, x and y), guides and drives exert."""
         moved = self.spread(q)
         applied = (self.mass.reshape(-1, 3) * self.weight).copy()
-        for points, sign, spin in ((self.loose_pins[0], 1.0, 2), (self.loose_pins[1], -1.0, 3)):
+        for points, sign, spin in ((self.clearance_pins[0], 1.0, 2), (self.clearance_pins[1], -1.0, 3)):
             arm = self.arms(moved, points)
             for k, load in enumerate(loads):
                 fx, fy = sign * load.fx, sign * load.fy

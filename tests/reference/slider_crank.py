@@ -8,19 +8,19 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from reference.marching import Load, Loose, Relative
+from reference.marching import ClearanceJoint, Load, Relative
 
 
 @dataclass(frozen=True)
 class SliderCrank:
-    """Crank turning at constant speed, rod, slider on the x axis; no gravity.
+    """Crank rotating at constant speed, rod, slider on the x axis; no gravity.
 
     The journal is the end of the rod; integrated is its place (e_x, e_y) in the slider's bearing, from which the rod's
     direction b follows: r sin a + l sin b = e_y.
 
     Parameters
     ----------
-    joint : Loose
+    joint : ClearanceJoint
     speed : float
         Of the crank [rad/s].
     crank, rod : float
@@ -31,7 +31,7 @@ class SliderCrank:
         About the ground pin [kg m^2]; at constant speed it has no say.
     """
 
-    joint: Loose
+    joint: ClearanceJoint
     speed: float
     crank: float = 0.05
     rod: float = 0.12
@@ -43,8 +43,8 @@ class SliderCrank:
     size = 2
 
     @property
-    def joints(self) -> tuple[Loose, ...]:
-        """The loose joint."""
+    def joints(self) -> tuple[ClearanceJoint, ...]:
+        """The clearance joint."""
         return (self.joint,)
 
     def rod_motion(self, t: float, q: np.ndarray, v: np.ndarray) -> tuple[float, float, float]:

@@ -11,19 +11,19 @@ from scissordyn.model.scissor import scissor
 
 
 @pytest.fixture(scope="session")
-def swinging():
+def periodic():
     """The ideal array."""
     drive = Harmonic(math.radians(45.0), math.radians(10.0), 2.0 * math.pi * 8.0)
     return scissor(units=2, angle=math.radians(45.0)).driven(drive)
 
 
 @pytest.fixture(scope="session")
-def rubbing(swinging):
+def frictional(periodic):
     """With friction and little clearance it soon repeats itself in every cycle."""
-    return swinging.loosen("A", Clearance(0.1e-3, friction=LuGre(kinetic=0.05)))
+    return periodic.with_clearance("A", Clearance(0.1e-3, friction=LuGre(kinetic=0.05)))
 
 
 @pytest.fixture(scope="session")
-def knocking(swinging):
+def impacting(periodic):
     """Without friction it does not."""
-    return swinging.loosen("A", Clearance(0.5e-3))
+    return periodic.with_clearance("A", Clearance(0.5e-3))

@@ -40,61 +40,61 @@ def assert_same(one: xr.Dataset, other: xr.Dataset) -> None:
 
 
 @pytest.fixture(scope="module")
-def diagram(knocking):
+def diagram(impacting):
     """Three values, in this process."""
-    return bifurcation(knocking, over="A.clearance", values=CLEARANCES, cycles=4, keep=2, workers=1)
+    return bifurcation(impacting, over="A.clearance", values=CLEARANCES, cycles=4, keep=2, workers=1)
 
 
-def test_each_value_is_a_run(knocking, diagram):
+def test_each_value_is_a_run(impacting, diagram):
     """Identity: the last cycles of `cycle`, bit for bit."""
     assert diagram.sizes["value"] == 3
     assert diagram["value"].attrs["units"] == "m"
     assert set(diagram["status"].values) == {"complete"}
     for k, clearance in enumerate(CLEARANCES):
-        run = cycle(knocking.replace("A.clearance", clearance), cycles=4, keep=2)
+        run = cycle(impacting.replace("A.clearance", clearance), cycles=4, keep=2)
         for name in ("slider_velocity", "eccentricity", "impacts", "peak_force", "cycle"):
             row = diagram[name] if name == "cycle" else diagram[name].isel(value=k)
             np.testing.assert_array_equal(row.values, run[name].values)
 
 
-def test_two_processes_give_the_same(knocking, diagram):
+def test_two_processes_give_the_same(impacting, diagram):
     """Identity: bit for bit."""
-    assert_same(bifurcation(knocking, over="A.clearance", values=CLEARANCES, cycles=4, keep=2, workers=2), diagram)
+    assert_same(bifurcation(impacting, over="A.clearance", values=CLEARANCES, cycles=4, keep=2, workers=2), diagram)
 
 
-def test_interrupted_and_taken_up(knocking, diagram, tmp_path):
-    """Identity: Ctrl-C after the first value leaves it in the store; a second call does the others and no more."""
+def test_interrupted_and_taken_up(impacting, diagram, tmp_path):
+    """Identity: Ctrl-C after the first value keeps it in the store; a second call computes only the others."""
     store, asked = tmp_path / "diagram.nc", {"values": CLEARANCES, "cycles": 4, "keep": 2, "workers": 1}
 
     def stop(done: int, total: int) -> None:
         raise KeyboardInterrupt
 
-    partial = bifurcation(knocking, over="A.clearance", store=store, progress=stop, **asked)
+    partial = bifurcation(impacting, over="A.clearance", store=store, progress=stop, **asked)
     assert partial.attrs["status"] == "interrupted"
     assert load(store)["status"].values.tolist() == ["complete", "pending", "pending"]
     seen = []
-    whole = bifurcation(knocking, over="A.clearance", store=store, progress=lambda *count: seen.append(count), **asked)
+    whole = bifurcation(impacting, over="A.clearance", store=store, progress=lambda *count: seen.append(count), **asked)
     assert seen == [(2, 3), (3, 3)]
     assert_same(whole, diagram)
     assert_same(load(store), diagram)
     assert float(whole["seconds"][0]) == float(partial["seconds"][0])
     assert [path.name for path in tmp_path.iterdir()] == ["diagram.nc"]
     with pytest.raises(InputError, match="another diagram"):
-        bifurcation(knocking, over="A.clearance", store=store, **{**asked, "cycles": 5})
+        bifurcation(impacting, over="A.clearance", store=store, **{**asked, "cycles": 5})
     with pytest.raises(InputError, match="another diagram"):
-        bifurcation(knocking.replace("gravity", 1.0), over="A.clearance", store=store, **asked)
+        bifurcation(impacting.replace("gravity", 1.0), over="A.clearance", store=store, **asked)
 
 
-def test_following(knocking):
-    """Identity: each value goes on from the one before, and a chain that was cut is the same chain."""
-    chain = bifurcation(knocking, over="A.clearance", values=CLEARANCES[::-1], cycles=3, keep=3, follow=True)
-    mechanisms = [knocking.replace("A.clearance", clearance) for clearance in CLEARANCES[::-1]]
-    options = cycle_options(knocking)
+def test_following(impacting):
+    """Identity: each value continues from the one before, and an interrupted diagram is the same."""
+    chain = bifurcation(impacting, over="A.clearance", values=CLEARANCES[::-1], cycles=3, keep=3, follow=True)
+    mechanisms = [impacting.replace("A.clearance", clearance) for clearance in CLEARANCES[::-1]]
+    options = cycle_options(impacting)
     found = run_cycles(mechanisms[0], options, cycles=3)
     for k in (1, 2):
         found = run_cycles(mechanisms[k], options, cycles=3, start=carried(mechanisms[k - 1], found.end, mechanisms[k]))
         np.testing.assert_array_equal(chain["peak_force"].values[k], found.peak_force)
-    alone = bifurcation(knocking, over="A.clearance", values=CLEARANCES[::-1], cycles=3, keep=3, workers=1)
+    alone = bifurcation(impacting, over="A.clearance", values=CLEARANCES[::-1], cycles=3, keep=3, workers=1)
     assert not np.array_equal(chain["peak_force"].values[1], alone["peak_force"].values[1])
 
 
@@ -106,59 +106,59 @@ def cycle_options(mechanism):
     return Options(drive_period(mechanism), samples=2, rtol=1e-6, atol=1e-6, most_steps=1_000_000)
 
 
-def test_following_is_taken_up(knocking, tmp_path):
-    """Identity: a chain goes on from the stored end of the value before."""
+def test_following_is_taken_up(impacting, tmp_path):
+    """Identity: a diagram continues from the stored end of the value before."""
     asked = {"values": CLEARANCES, "cycles": 2, "keep": 2, "follow": True}
-    whole = bifurcation(knocking, over="A.clearance", **asked)
+    whole = bifurcation(impacting, over="A.clearance", **asked)
 
     def stop(done: int, total: int) -> None:
         raise KeyboardInterrupt
 
     for _ in range(2):
-        bifurcation(knocking, over="A.clearance", store=tmp_path / "chain.nc", progress=stop, **asked)
-    assert_same(bifurcation(knocking, over="A.clearance", store=tmp_path / "chain.nc", **asked), whole)
+        bifurcation(impacting, over="A.clearance", store=tmp_path / "chain.nc", progress=stop, **asked)
+    assert_same(bifurcation(impacting, over="A.clearance", store=tmp_path / "chain.nc", **asked), whole)
 
 
-def test_a_carried_state_stands_where_it_stood(rubbing):
-    """Identity: from a mechanism to itself nothing changes; to a heavier one, bodies keep place and speed to round-off."""
-    options = cycle_options(rubbing)
-    end = run_cycles(rubbing, options, cycles=2).end
-    same = carried(rubbing, end, rubbing)
+def test_a_carried_state_stands_where_it_stood(frictional):
+    """Identity: from a mechanism to itself nothing changes; to a heavier one, bodies keep position and speed to round-off."""
+    options = cycle_options(frictional)
+    end = run_cycles(frictional, options, cycles=2).end
+    same = carried(frictional, end, frictional)
     np.testing.assert_allclose(same.state, end.state, rtol=1e-12)
     assert (same.mode.tolist(), same.approach.tolist()) == (end.mode.tolist(), end.approach.tolist())
-    looser = carried(rubbing, end, rubbing.replace("A.clearance", 1e-3))
-    np.testing.assert_allclose(looser.state, end.state, rtol=1e-12)
+    wider = carried(frictional, end, frictional.replace("A.clearance", 1e-3))
+    np.testing.assert_allclose(wider.state, end.state, rtol=1e-12)
     assert end.mode.tolist() == [1]
-    assert looser.mode.tolist() == [0]
+    assert wider.mode.tolist() == [0]
 
 
-def test_values_that_fail(knocking):
+def test_values_that_fail(impacting):
     """Identity: they say why, are NaN, and cost the others nothing."""
-    found = bifurcation(knocking, over="A.clearance", values=CLEARANCES, cycles=2, keep=1, most_steps=900, workers=1)
+    found = bifurcation(impacting, over="A.clearance", values=CLEARANCES, cycles=2, keep=1, most_steps=900, workers=1)
     states = found["status"].values.tolist()
     assert "failed" in states
     assert "complete" in states
     for k, state in enumerate(states):
         assert np.isnan(found["peak_force"].values[k]).all() == (state == "failed")
-        assert ("did not suffice" in found["cause"].values[k]) == (state == "failed")
+        assert ("are not enough" in found["cause"].values[k]) == (state == "failed")
     assert found.attrs["failed_values"] == states.count("failed")
 
 
-def test_drive_and_function(knocking):
+def test_drive_and_function(impacting):
     """Identity: the period follows the frequency of the drive; a function of the value does the same as a path."""
     frequencies = (40.0, 60.0)
-    one = bifurcation(knocking, over="drive.frequency", values=frequencies, cycles=2, keep=2, workers=1)
+    one = bifurcation(impacting, over="drive.frequency", values=frequencies, cycles=2, keep=2, workers=1)
     np.testing.assert_allclose(one["period"], 2.0 * np.pi / np.array(frequencies), rtol=1e-15)
 
     def faster(value):
         from scissordyn.study.parameter import varied
 
-        return varied(knocking, "drive.frequency", value)
+        return varied(impacting, "drive.frequency", value)
 
-    assert_same(bifurcation(knocking, over=faster, values=frequencies, cycles=2, keep=2, workers=1), one)
+    assert_same(bifurcation(impacting, over=faster, values=frequencies, cycles=2, keep=2, workers=1), one)
 
 
-def test_what_cannot_be_used(knocking):
+def test_what_cannot_be_used(impacting):
     """Identity: one-line errors."""
     for options, words in (
         ({"values": ()}, "values that are empty"),
@@ -168,7 +168,7 @@ def test_what_cannot_be_used(knocking):
         ({"values": (1e-4,), "workers": 0}, "workers = 0"),
     ):
         with pytest.raises(InputError, match=words):
-            bifurcation(knocking, over="A.clearance", **{"cycles": 2, "keep": 1, **options})
+            bifurcation(impacting, over="A.clearance", **{"cycles": 2, "keep": 1, **options})
 
 
 def test_command(tmp_path: Path, capsys: pytest.CaptureFixture[str]):

@@ -39,13 +39,13 @@ def test_inverted_pendulum(upright, road, options, error):
     assert found.attrs["status"] == "complete"
 
 
-def test_both_roads_agree(swinging):
+def test_both_methods_agree(periodic):
     """Cross-check by a second formulation: growth in the first six 32nds of a cycle of an undamped joint, during impacts.
 
     The midpoint rule meets kinks of dF/d delta at every touch; measured 0.008 in the worst interval, 0.006 in the sum of 12.2.
     After twice that time neither follows the other's trajectory, which is what the exponent says.
     """
-    mechanism = swinging.loosen("A", Clearance(0.2e-3, damping=NoDamping()))
+    mechanism = periodic.with_clearance("A", Clearance(0.2e-3, damping=NoDamping()))
     options = {"cycles": 1, "intervals": 32, "rtol": 1e-12, "atol": 1e-12}
     two = separation_exponent(mechanism, distance=1e-4, **options)["log_growth"].values[:6]
     one = variational_exponent(mechanism, substeps=4000, **options)["log_growth"].values[:6]
@@ -53,15 +53,15 @@ def test_both_roads_agree(swinging):
     np.testing.assert_allclose(two, one, rtol=0.0, atol=0.02)
 
 
-def test_a_settled_orbit_attracts(rubbing):
+def test_a_settled_orbit_attracts(frictional):
     """Limit: with friction, where the map has a fixed point, the exponent is negative."""
-    found = separation_exponent(rubbing, cycles=8, intervals=4, skip=4, distance=1e-2, rtol=1e-8, atol=1e-8)
+    found = separation_exponent(frictional, cycles=8, intervals=4, skip=4, distance=1e-2, rtol=1e-8, atol=1e-8)
     assert float(found["exponent"]) < 0.0
 
 
-def test_what_cannot_be_used(rubbing, knocking, upright):
+def test_what_cannot_be_used(frictional, impacting, upright):
     """Identity: one-line errors."""
-    for mechanism in (rubbing, knocking):
+    for mechanism in (frictional, impacting):
         with pytest.raises(InputError, match="variational equation is not defined"):
             variational_exponent(mechanism, cycles=1)
     with pytest.raises(InputError, match="cycles = 0"):

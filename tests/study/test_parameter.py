@@ -19,14 +19,14 @@ from scissordyn.study.parameter import parameter, varied
         ("gravity", 9.81, "m/s^2"),
     ],
 )
-def test_a_number_and_its_change(rubbing, path, value, unit):
+def test_a_number_and_its_change(frictional, path, value, unit):
     """Identity: what is there, its unit, and after a change the new number there and nothing else."""
-    found = parameter(rubbing, path)
+    found = parameter(frictional, path)
     assert (found.value, found.quantity.unit) == (pytest.approx(value, rel=1e-15), unit)
-    changed = varied(rubbing, path, 0.5 * value)
+    changed = varied(frictional, path, 0.5 * value)
     assert parameter(changed, path).value == pytest.approx(0.5 * value, rel=1e-15)
-    assert changed != rubbing
-    assert varied(changed, path, found.value) == rubbing
+    assert changed != frictional
+    assert varied(changed, path, found.value) == frictional
 
 
 @pytest.mark.parametrize(
@@ -42,7 +42,7 @@ def test_a_number_and_its_change(rubbing, path, value, unit):
         ("gravty", "did you mean 'gravity'"),
     ],
 )
-def test_paths_that_lead_nowhere(rubbing, path, words):
+def test_paths_that_lead_nowhere(frictional, path, words):
     """Identity: one-line errors."""
     with pytest.raises(InputError, match=words):
-        parameter(rubbing, path)
+        parameter(frictional, path)

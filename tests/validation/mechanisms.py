@@ -25,9 +25,9 @@ CLEARANCE = 1e-3
 
 ELASTIC: tuple[Elastic, ...] = (Hertz(), Liu())
 BOUNCING = tuple(Clearance(CLEARANCE, stiffness=law, damping=NoDamping()) for law in ELASTIC)
-"""Loose joints that lose no energy."""
-RUBBING = Clearance(CLEARANCE, friction=LuGre(0.1)), Clearance(CLEARANCE, friction=Coulomb(0.1))
-"""Loose joints that knock and rub."""
+"""Clearance joints that lose no energy."""
+FRICTIONAL = Clearance(CLEARANCE, friction=LuGre(0.1)), Clearance(CLEARANCE, friction=Coulomb(0.1))
+"""Clearance joints with impact losses and friction."""
 
 
 @dataclass
@@ -41,7 +41,7 @@ class Draft:
     floating : bool
         Bodies that do not turn are held at their mass centres only: an offset force would give them angular momentum.
     freedom, tight : int
-        Degrees of freedom left, as drawn and with all loose joints tightened.
+        Degrees of freedom left, as drawn and with all joints ideal.
     """
 
     random: np.random.Generator
@@ -78,25 +78,25 @@ class Draft:
         return number
 
     def rotates(self, number: int) -> bool:
-        """Whether a body turns; the ground, -1, does not."""
+        """Whether a body rotates; the ground, -1, does not."""
         return number >= 0 and self.bodies[number].rotates
 
     def local(self, number: int, place: Point) -> Point:
-        """A place in a body's frame."""
+        """A position in a body's frame."""
         body = self.bodies[number]
         x, y = place[0] - body.position[0], place[1] - body.position[1]
         cos, sin = math.cos(body.angle), math.sin(body.angle)
         return cos * x + sin * y, cos * y - sin * x
 
     def mark(self, number: int, place: Point) -> BodyPoint:
-        """A new point of a body, or of the ground, at a place."""
+        """A new point of a body, or of the ground, at a position."""
         points = self.ground if number < 0 else self.points[number]
         name = f"p{len(points)}"
         points[name] = place if number < 0 else self.local(number, place)
         return (GROUND if number < 0 else self.bodies[number].name), name
 
     def between(self, one: int, other: int) -> Point:
-        """A place somewhere between two bodies."""
+        """A position between two bodies."""
         if self.floating:
             for k in (one, other):
                 if not self.rotates(k):
@@ -106,7 +106,7 @@ class Draft:
         return x, y
 
     def pin(self, one: int, other: int, *, clearance: Clearance | None = None, place: Point | None = None) -> None:
-        """A revolute joint, ideal or loose."""
+        """A revolute joint, ideal or with clearance."""
         where = self.between(one, other) if place is None else place
         name = f"pin {len(self.joints)}"
         self.joints.append(Revolute(name, self.mark(one, where), self.mark(other, where), clearance))
@@ -141,7 +141,7 @@ class Draft:
         self.elements.append(Spring(f"spring {len(self.elements)}", *ends, float(stiffness), float(length)))
 
     def hinge_spring(self, one: int, other: int) -> None:
-        """A torsion spring between two bodies that turn."""
+        """A torsion spring between two bodies that rotate."""
         bodies = [GROUND if k < 0 else self.bodies[k].name for k in (one, other)]
         stiffness, angle = self.random.uniform(0.5, 3.0), self.random.uniform(-1.0, 1.0)
         self.elements.append(
@@ -167,10 +167,10 @@ def mechanisms(
     *,
     floating: bool = False,
     clearances: tuple[Clearance, ...] = BOUNCING,
-    loosest: bool = False,
+    everywhere: bool = False,
     turning_only: bool = False,
 ) -> Mechanism:
-    """Two to five bodies with every kind of joint that leaves them at least one way to move.
+    """Two to five bodies with every kind of joint with at least one degree of freedom.
 
     Parameters
     ----------
@@ -178,9 +178,9 @@ def mechanisms(
     floating : bool
         Nothing is tied to the ground, and there is no gravity.
     clearances : tuple of Clearance
-        How loose joints may be.
-    loosest : bool
-        Every joint is loose.
+        How clearance joints may be.
+    everywhere : bool
+        Every joint has clearance.
     turning_only : bool
         Every body turns.
 
@@ -191,12 +191,12 @@ def mechanisms(
     draft = Draft(np.random.default_rng(draw(st.integers(0, 2**32 - 1), label="seed")), floating)
     pick = st.sampled_from(clearances)
 
-    def looseness() -> Clearance | None:
-        return draw(pick, label="clearance") if loosest or draw(st.integers(0, 3), label="loose") == 0 else None
+    def a_clearance() -> Clearance | None:
+        return draw(pick, label="clearance") if everywhere or draw(st.integers(0, 3), label="has clearance") == 0 else None
 
     draft.add_body(rotates=True)
     if not floating:
-        support = draw(st.sampled_from(["pin", "guide", "spring", "loose"]), label="support")
+        support = draw(st.sampled_from(["pin", "guide", "spring", "clearance joint"]), label="support")
         if support == "pin":
             draft.pin(0, -1)
         elif support == "guide":
@@ -209,7 +209,9 @@ def mechanisms(
         rotates = turning_only or draw(st.integers(0, 4), label="rotates") > 0
         number = draft.add_body(rotates=rotates)
         parent = draw(st.integers(0, number - 1), label="parent")
-        kinds = ["pin", "pin", "common pin", "spring"] if loosest else ["pin", "pin", "common pin", "guide", "weld", "spring"]
+        kinds = (
+            ["pin", "pin", "common pin", "spring"] if everywhere else ["pin", "pin", "common pin", "guide", "weld", "spring"]
+        )
         kind = draw(st.sampled_from(kinds), label="kind")
         if kind == "guide" and draft.rotates(parent):
             draft.guide(number, parent)
@@ -217,24 +219,24 @@ def mechanisms(
             draft.weld(number, parent)
         elif kind == "common pin" and draft.pins and (rotates or not floating):
             other, where = draw(st.sampled_from(draft.pins), label="pin")
-            draft.pin(number, other, clearance=looseness(), place=where)
+            draft.pin(number, other, clearance=a_clearance(), place=where)
         elif kind == "spring" or not (rotates or draft.rotates(parent)):
             draft.spring(number, parent)
         else:
-            draft.pin(number, parent, clearance=looseness())
+            draft.pin(number, parent, clearance=a_clearance())
     turning = [number for number in range(len(draft.bodies)) if draft.rotates(number)]
     tied = {frozenset((weld.start[0], weld.end[0])) for weld in draft.welds}
     for _ in range(draw(st.integers(0, 2), label="loops")):
         if len(turning) < 2:
             break
         one, other = draw(st.permutations(turning), label="loop")[:2]
-        loose = looseness()
+        clearance = a_clearance()
         # the start is that of the tight mechanism, which has to be able to move
         if draft.tight < (6 if floating else 3):
             continue
-        if loose is None and (tied or joined(draft, one, other)):
+        if clearance is None and (tied or joined(draft, one, other)):
             continue
-        draft.pin(one, other, clearance=loose)
+        draft.pin(one, other, clearance=clearance)
     for _ in range(draw(st.integers(0, 2), label="springs")):
         one = draw(st.sampled_from(turning), label="spring on")
         other = draw(st.sampled_from(turning if floating else [-1, *turning]), label="spring to")

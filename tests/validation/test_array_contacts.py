@@ -1,4 +1,4 @@
-"""Scissor arrays of one to eight units, loose in five places each, against other equations and another integrator."""
+"""Scissor arrays of one to eight units, clearance in five places each, against other equations and another integrator."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ import pytest
 
 from reference.lagrange import Array, constant_speed
 from reference.marching import Contact, March, Model
-from reference.multipliers import Multipliers, loose_joint
+from reference.multipliers import Multipliers, clearance_joint
 from scissordyn.model.clearance import Clearance
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.model.scissor import scissor
@@ -25,7 +25,7 @@ CLOSE_PEAK_TIME = 1e-5
 
 
 def places(units: int) -> list[tuple[str, ...]]:
-    """Five places in an array: ground pin, slider joint, a pivot, an end joint inside the array, and two joints at once."""
+    """Five positions in an array: ground pin, slider joint, a pivot, an end joint inside the array, and two joints at once."""
     inner = (units + 1) // 2
     if units == 1:
         # one unit has three joints only
@@ -48,11 +48,11 @@ CASES = [(units, joints) for units in range(1, 9) for joints in places(units)]
 
 
 def assert_first_contacts_agree(mechanism: Mechanism, model: Model, joints: list[str], *, contacts: int) -> None:
-    """The package's run has the contacts of a reference model: time, speed, place, peak, length and rebound."""
+    """The package's run has the contacts of a reference model: time, speed, position, peak, length and rebound."""
     reference = March(model, rtol=ROAD, atol=ROAD, max_step=2e-4).run(0.1, most_contacts=contacts)
     ended = [contact for contact in reference.contacts if not math.isnan(contact.duration)]
     assert len(ended) == contacts
-    # a microsecond more, so that the last contact has ended on this road too
+    # a microsecond more, so that the last contact has ended in this formulation too
     run = simulate(mechanism, until=reference.pieces[-1].end + 1e-6, rtol=ROAD, atol=ROAD, samples=11)
     assert run.attrs["status"] == "complete"
     assert run["contact_joint"].values.tolist() == [joints[contact.joint] for contact in reference.contacts]
@@ -74,17 +74,17 @@ def assert_first_contacts_agree(mechanism: Mechanism, model: Model, joints: list
 @pytest.mark.parametrize(
     ("units", "joints"), CASES, ids=lambda value: str(value) if isinstance(value, int) else "+".join(value)
 )
-def test_loose_anywhere(units: int, joints: tuple[str, ...]) -> None:
+def test_clearance_anywhere(units: int, joints: tuple[str, ...]) -> None:
     """Cross-check: three coordinates per body with multipliers have the same first contacts, to 1e-7."""
-    mechanism = scissor(units=units, angle=START).driven(speed=SPEED).loosen(joints, PIN)
+    mechanism = scissor(units=units, angle=START).driven(speed=SPEED).with_clearance(joints, PIN)
     model = Multipliers(mechanism)
-    assert_first_contacts_agree(mechanism, model, [joint.name for joint in model.loose], contacts=2)
+    assert_first_contacts_agree(mechanism, model, [joint.name for joint in model.clearance_joints], contacts=2)
 
 
-@pytest.mark.parametrize("reading", ["A", "B"])
+@pytest.mark.parametrize("driven_bar", ["pinned", "slider"])
 @pytest.mark.parametrize("units", range(1, 9))
-def test_loose_slider_joint(units: int, reading: str) -> None:
+def test_clearance_at_the_slider_joint(units: int, driven_bar: str) -> None:
     """Cross-check: Lagrange's equations in minimal coordinates have the same first two contacts at joint A, to 1e-7."""
-    mechanism = scissor(units=units, angle=START, reading=reading).driven(speed=SPEED).loosen("A", PIN)
-    array = Array(loose_joint(PIN), constant_speed(START, SPEED), units, reading)
+    mechanism = scissor(units=units, angle=START, driven_bar=driven_bar).driven(speed=SPEED).with_clearance("A", PIN)
+    array = Array(clearance_joint(PIN), constant_speed(START, SPEED), units, driven_bar)
     assert_first_contacts_agree(mechanism, array, ["A"], contacts=2)

@@ -8,7 +8,7 @@ from itertools import combinations
 
 import numpy as np
 import pytest
-from books import opening
+from energy_balance import closure_error
 
 import scissordyn as sd
 from scissordyn.errors import InputError
@@ -52,15 +52,15 @@ def spoke(name: str, x: float, stretch: float = 1.0) -> sd.Body:
 
 
 def tripod(stretch: float) -> sd.Mechanism:
-    """Three bars from the ground to one pin, one more than it needs, and a bar that swings there."""
+    """Three bars from the ground to one pin, one more than it needs, and a bar that hangs there."""
     joints = [pin(f"foot {n}", f"{n}.a", f"ground.{p}") for n, p in zip("uvw", "OPQ", strict=True)]
-    joints += [pin("head v", "v.b", "u.b"), pin("head w", "w.b", "u.b"), pin("swing", "x.a", "u.b")]
-    swinging = part("x", position=(0.5, 1.0))
-    return mechanism(spoke("u", 0.0), spoke("v", 1.0), spoke("w", 2.0, stretch), swinging, joints=tuple(joints))
+    joints += [pin("head v", "v.b", "u.b"), pin("head w", "w.b", "u.b"), pin("hinge", "x.a", "u.b")]
+    hanging = part("x", position=(0.5, 1.0))
+    return mechanism(spoke("u", 0.0), spoke("v", 1.0), spoke("w", 2.0, stretch), hanging, joints=tuple(joints))
 
 
 def braced_frame(spin: float) -> sd.Mechanism:
-    """Four corners, each joined to each by a bar: one more than they need; all of it turns about the origin."""
+    """Four corners, each joined to each by a bar: one redundant; all of it rotates about the origin."""
     corners = ((0.0, 0.0), (1.0, 0.0), (1.1, 1.2), (-0.1, 0.9))
     bodies, joints, first = [], [], dict[int, str]()
     for i, j in combinations(range(4), 2):
@@ -89,7 +89,7 @@ CONTRADICTIONS: dict[str, tuple[Callable[[], sd.Mechanism], tuple[str, ...]]] = 
         ),
         ("'left'|'right'", "'u'|'v'"),
     ),
-    "two loose pins at different distances": (
+    "two clearance joints at different distances": (
         lambda: mechanism(
             part("u"), part("v", length=1.1), joints=(HUNG, pin("left", "u.a", "v.a", PIN), pin("right", "u.b", "v.b", PIN))
         ),
@@ -191,13 +191,13 @@ def refused(build: Callable[[], object], *names: str) -> None:
 
 
 FACTS: dict[str, tuple[Callable[[], object], tuple[str, ...]]] = {
-    "loose joint inside a body": (lambda: pin("play", "u.a", "u.b", PIN), ("'play'", "'u'")),
-    "loose joint inside a rigid pair": (lambda: welded(joints=(pin("play", "u.b", "v.a", PIN),)), ("'play'", "'u'", "'v'")),
-    "loose joint beside an ideal one": (
+    "clearance joint inside a body": (lambda: pin("play", "u.a", "u.b", PIN), ("'play'", "'u'")),
+    "clearance joint inside a rigid pair": (lambda: welded(joints=(pin("play", "u.b", "v.a", PIN),)), ("'play'", "'u'", "'v'")),
+    "clearance joint beside an ideal one": (
         lambda: mechanism(part("u"), joints=(HUNG, pin("play", "u.a", "ground.O", PIN))),
         ("'play'", "'hook'"),
     ),
-    "loose joint between points of the ground": (lambda: pin("play", "ground.O", "ground.P", PIN), ("'play'", "'ground'")),
+    "clearance joint between points of the ground": (lambda: pin("play", "ground.O", "ground.P", PIN), ("'play'", "'ground'")),
     "bar without length": (lambda: sd.bar("u", length=0.0, mass=1.0), ("'u'",)),
     "spring without length that pushes": (
         lambda: mechanism(part("u"), joints=(HUNG,), elements=(sd.Spring("coil", ("u", "b"), ("ground", "P"), 10.0, 0.3),)),
@@ -264,8 +264,8 @@ FACTS: dict[str, tuple[Callable[[], object], tuple[str, ...]]] = {
     ),
     "unknown driven body": (lambda: mechanism(part("u")).driven(speed=1.0, body="w"), ("'w'", "drive")),
     "unknown input body": (lambda: mechanism(part("u"), input_body="w"), ("'w'", "input")),
-    "unknown joint to loosen": (lambda: sd.scissor().loosen("B", PIN), ("'B'", "unit 1/pivot")),
-    "unknown joint to tighten": (lambda: sd.scissor().tighten("B"), ("'B'", "unit 1/pivot")),
+    "unknown joint to give clearance": (lambda: sd.scissor().with_clearance("B", PIN), ("'B'", "unit 1/pivot")),
+    "unknown joint to make ideal": (lambda: sd.scissor().ideal("B"), ("'B'", "unit 1/pivot")),
     "unknown joint to change": (lambda: sd.scissor().replace("B.clearance", 1e-3), ("'B'", "unit 1/pivot")),
 }
 
@@ -285,7 +285,7 @@ ALLOWED: dict[str, tuple[Callable[[], sd.Mechanism], bool]] = {
     "structure without freedom": (lambda: mechanism(part("u"), joints=(HUNG, pin("other", "u.b", "ground.P"))), False),
     "one bar more than needed": (lambda: tripod(1.0), False),
     "turning frame with a bar more than needed": (lambda: braced_frame(1.0), False),
-    "beam in two loose pins": (
+    "beam in two clearance joints": (
         lambda: sd.Mechanism(
             bodies=(part("u"),),
             joints=(pin("left", "u.a", "ground.O", PIN), pin("right", "u.b", "ground.P", PIN)),
@@ -311,7 +311,7 @@ def test_what_is_allowed(case: str) -> None:
     allowed = build()
     run = sd.simulate(allowed, until=0.05, samples=11, rtol=1e-10, atol=1e-10)
     assert run.attrs["status"] == "complete"
-    assert opening(run, allowed) < 1e-12
+    assert closure_error(run, allowed) < 1e-12
     for name in ("position", "angle", "velocity", "acceleration", "kinetic_energy", "energy_residual"):
         assert np.all(np.isfinite(run[name].values)), name
     assert float(np.max(np.abs(run["energy_residual"]))) < 1e-8

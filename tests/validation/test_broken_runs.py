@@ -12,42 +12,42 @@ from test_bad_mechanisms import HUNG, PIN, braced_frame, mechanism, part, pin, r
 
 import scissordyn as sd
 from scissordyn.mechanics.layout import lay_out
-from scissordyn.model.connection import Latch, Link
+from scissordyn.model.connection import Latch, Rod
 
 ROPE = ("u", "b"), ("ground", "P")
 KNEE = pin("knee", "u.b", "v.a")
 
 
-def shrinking(rate: float) -> Link:
-    """A link from 0.3 m on."""
-    return Link("rope", *ROPE, motion=sd.Polynomial((0.3, rate)))
+def shrinking(rate: float) -> Rod:
+    """A rod from 0.3 m on."""
+    return Rod("rope", *ROPE, motion=sd.Polynomial((0.3, rate)))
 
 
-def two_bars(*links: Link) -> sd.Mechanism:
-    """Two bars with a knee, and links."""
-    return mechanism(part("u"), part("v", x=1.0, angle=1.0), joints=(HUNG, KNEE), links=links)
+def two_bars(*rods: Rod) -> sd.Mechanism:
+    """Two bars with a knee, and rods."""
+    return mechanism(part("u"), part("v", x=1.0, angle=1.0), joints=(HUNG, KNEE), rods=rods)
 
 
 def latched_rocker() -> sd.Mechanism:
-    """A driven four-bar whose rocker meets a latch on its way."""
+    """A driven four-bar whose rocker reaches the angle of a latch."""
     linkage = sd.four_bar(gravity=0.0).driven(speed=3.0)
     return dataclasses.replace(linkage, latches=(Latch("hold", "rocker", linkage.body("rocker").angle + 0.05),))
 
 
 ENDS = {
-    "link that shrinks to nothing": (
-        lambda: mechanism(part("u", angle=0.3), joints=(HUNG,), links=(shrinking(-1.0),)),
+    "rod that shrinks to nothing": (
+        lambda: mechanism(part("u", angle=0.3), joints=(HUNG,), rods=(shrinking(-1.0),)),
         0.3,
         ("'rope'",),
     ),
-    "link longer than two bars": (
-        lambda: two_bars(Link("rope", ("u", "a"), ("v", "b"), motion=sd.Polynomial((1.8, 1.0)))),
+    "rod longer than two bars": (
+        lambda: two_bars(Rod("rope", ("u", "a"), ("v", "b"), motion=sd.Polynomial((1.8, 1.0)))),
         0.2,
         ("'rope'", "'u'", "'v'"),
     ),
-    "link that changes between fixed points": (
+    "rod that changes between fixed points": (
         lambda: mechanism(
-            part("u"), joints=(HUNG,), links=(Link("rope", ("u", "a"), ("ground", "P"), motion=sd.Polynomial((1.0, 1.0))),)
+            part("u"), joints=(HUNG,), rods=(Rod("rope", ("u", "a"), ("ground", "P"), motion=sd.Polynomial((1.0, 1.0))),)
         ),
         0.0,
         ("'rope'",),
@@ -63,7 +63,7 @@ ENDS = {
 
 @pytest.mark.parametrize("case", ENDS)
 def test_run_ends_where_it_must(case: str) -> None:
-    """Closed form: a run ends at the instant from which nothing can move on, says who is in the way, and holds no NaN.
+    """Closed form: a run ends at the instant of the singular position, names the cause, and has no NaN.
 
     The rope is gone after 0.3 s, the bars are straight at 1.8 m + 0.2 m; the latch's instant is that at which the rocker of a
     run without it has turned by 0.05 rad (interpolated).
@@ -74,43 +74,43 @@ def test_run_ends_where_it_must(case: str) -> None:
     assert run.attrs["end"] == pytest.approx(end, abs=1e-6)
     assert [name for name in names if name not in run.attrs["cause"]] == []
     assert run.sizes["time"] == int(100.0 * run.attrs["end"] + 1.0 - 1e-9 if end > 0.0 else 0)
-    for name in ("position", "angle", "velocity", "acceleration", "energy_residual", "link_force", "latch_torque"):
+    for name in ("position", "angle", "velocity", "acceleration", "energy_residual", "rod_force", "latch_torque"):
         if name in run:
             assert np.all(np.isfinite(run[name].values)), name
 
 
 def test_instant_of_the_contradicting_latch() -> None:
-    """Cross-check: without the latch the rocker turns by the latch's angle at the instant at which the run with it ends."""
+    """Cross-check: without the latch the rocker rotates by the latch's angle at the instant at which the run with it ends."""
     linkage = dataclasses.replace(latched_rocker(), latches=())
     run = sd.simulate(linkage, until=0.05, samples=2001, rtol=1e-12, atol=1e-12)
     turned = run["angle"].sel(body="rocker").values - linkage.body("rocker").angle
     assert float(np.interp(0.05, turned, run["time"].values)) == pytest.approx(0.045964247, abs=1e-8)
 
 
-LINKS = {
+RODS = {
     "too short to reach": (
-        lambda: mechanism(part("u"), joints=(HUNG,), links=(Link("rope", ("u", "b"), ("ground", "Q"), length=5.0),)),
+        lambda: mechanism(part("u"), joints=(HUNG,), rods=(Rod("rope", ("u", "b"), ("ground", "Q"), length=5.0),)),
         ("'rope'", "'u'"),
     ),
     "given twice": (
-        lambda: two_bars(Link("one", ("u", "a"), ("v", "b"), length=1.75), Link("two", ("u", "a"), ("v", "b"), length=1.75)),
+        lambda: two_bars(Rod("one", ("u", "a"), ("v", "b"), length=1.75), Rod("two", ("u", "a"), ("v", "b"), length=1.75)),
         ("'one'|'two'",),
     ),
     "contradicting": (
-        lambda: two_bars(Link("one", ("u", "a"), ("v", "b"), length=1.75), Link("two", ("u", "a"), ("v", "b"), length=1.7)),
+        lambda: two_bars(Rod("one", ("u", "a"), ("v", "b"), length=1.75), Rod("two", ("u", "a"), ("v", "b"), length=1.7)),
         ("'one'", "'two'"),
     ),
     "moving beside a rigid one": (
-        lambda: mechanism(part("u"), joints=(HUNG,), links=(shrinking(-1.0), Link("rod", *ROPE, length=0.31))),
+        lambda: mechanism(part("u"), joints=(HUNG,), rods=(shrinking(-1.0), Rod("rod", *ROPE, length=0.31))),
         ("'rope'", "'rod'"),
     ),
 }
 
 
-@pytest.mark.parametrize("case", LINKS)
+@pytest.mark.parametrize("case", RODS)
 def test_links_that_cannot_be(case: str) -> None:
-    """Identity: links of impossible, contradicting or redundant lengths are refused by name."""
-    build, names = LINKS[case]
+    """Identity: rods of impossible, contradicting or redundant lengths are refused by name."""
+    build, names = RODS[case]
     refused(build, *names)
 
 
@@ -119,18 +119,18 @@ def warnings_of(run) -> list[str]:
     return json.loads(run.attrs["warnings"])
 
 
-def test_loose_joint_of_a_rigid_ring() -> None:
-    """Identity: one loose pin in a ring that is rigid without it cannot move, and that is said; one in a linkage can."""
-    ring = sd.hoberman_ring(units=4).driven(speed=-0.3).loosen("unit 1/upper", PIN)
+def test_clearance_joint_of_a_rigid_ring() -> None:
+    """Identity: one clearance joint in a ring that is rigid without it cannot move, and that is said; one in a linkage can."""
+    ring = sd.hoberman_ring(units=4).driven(speed=-0.3).with_clearance("unit 1/upper", PIN)
     run = sd.simulate(ring, until=0.1, samples=11)
     assert float(np.nanmax(np.hypot(*np.moveaxis(run["eccentricity"].values, -1, 0)))) < 1e-12
     assert any("'unit 1/upper' cannot move" in sentence for sentence in warnings_of(run))
-    linkage = sd.four_bar().driven(speed=1.0).loosen("crank pin", PIN)
+    linkage = sd.four_bar().driven(speed=1.0).with_clearance("crank pin", PIN)
     assert not any("cannot move" in sentence for sentence in warnings_of(sd.simulate(linkage, until=0.01, samples=3)))
 
 
-def test_hinge_spring_beyond_half_a_turn() -> None:
-    """Identity: a hinge spring warns from the sample on at which its body has turned by pi, and not before."""
+def test_hinge_spring_beyond_half_a_revolution() -> None:
+    """Identity: a hinge spring warns from the sample on at which its body has rotated by pi, and not before."""
     wheel = mechanism(
         part("u", angular_velocity=20.0), joints=(HUNG,), elements=(sd.TorsionSpring("coil", "u", stiffness=1e-6),), gravity=0.0
     )
@@ -141,7 +141,7 @@ def test_hinge_spring_beyond_half_a_turn() -> None:
 
 
 def test_determined_reactions_are_kept() -> None:
-    """Cross-check: in a tripod with one foot too many the pin of the swinging bar bears what it bears in one with two feet."""
+    """Cross-check: in a tripod with one foot too many the pin of the hanging bar bears what it bears in one with two feet."""
     whole = tripod(1.0)
     statically_determined = dataclasses.replace(
         whole,
@@ -149,26 +149,26 @@ def test_determined_reactions_are_kept() -> None:
         joints=tuple(joint for joint in whole.joints if "w" not in joint.bodies),
     )
     runs = [sd.simulate(model, until=0.5, samples=26, rtol=1e-12, atol=1e-12) for model in (whole, statically_determined)]
-    pulls = [run["reaction"].sel(joint="swing").values for run in runs]
+    pulls = [run["reaction"].sel(joint="hinge").values for run in runs]
     assert np.allclose(*pulls, rtol=0, atol=1e-9 * np.max(np.abs(pulls[1])))
-    others = runs[0]["reaction"].drop_sel(joint="swing").values
+    others = runs[0]["reaction"].drop_sel(joint="hinge").values
     assert np.all(np.isnan(others).any(axis=2))
     (sentence,) = warnings_of(runs[0])
-    assert "more ideal joints" in sentence
-    assert "'swing'" not in sentence
+    assert "redundant ideal joints" in sentence
+    assert "'hinge'" not in sentence
 
 
 def test_no_reaction_of_a_braced_frame_is_determined() -> None:
-    """Identity: the frame's state of self-stress loads every bar, hence every pin, at every instant as it turns."""
+    """Identity: the frame's state of self-stress loads every bar, hence every pin, at every instant of its rotation."""
     run = sd.simulate(braced_frame(1.0), until=3.0, samples=2001)
     assert np.all(np.isnan(run["reaction"].values).any(axis=2))
     (sentence,) = warnings_of(run)
-    assert "more ideal joints" in sentence
+    assert "redundant ideal joints" in sentence
 
 
 @pytest.mark.parametrize(("build", "count"), [(lambda: braced_frame(1.0), 1), (lambda: tripod(1.0), 1), (sd.four_bar, 0)])
 def test_conditions_that_follow_are_left_out(build, count: int) -> None:
-    """Identity: a frame with one bar more than it needs loses one condition; a linkage, also one that starts straight, none."""
+    """Identity: a frame with one redundant bar loses one constraint; a linkage, also one that starts straight, none."""
     layout = lay_out(build())
     assert len(layout.redundant) == count
     straight = mechanism(part("u"), part("v", x=1.0), joints=(HUNG, KNEE, pin("far", "v.b", "ground.Q")))

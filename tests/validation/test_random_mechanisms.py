@@ -9,9 +9,9 @@ import os
 
 import numpy as np
 import pytest
-from books import energy_drift, masses, momentum_drift, opening, turned
+from energy_balance import closure_error, energy_drift, masses, momentum_drift, turned
 from hypothesis import HealthCheck, assume, given, settings
-from mechanisms import BOUNCING, RUBBING, mechanisms
+from mechanisms import BOUNCING, FRICTIONAL, mechanisms
 
 from scissordyn.laws.damping.flores import Flores
 from scissordyn.model.clearance import Clearance
@@ -40,7 +40,7 @@ def run(mechanism: Mechanism, tolerance: float, *, until: float = 0.1):
 
 
 def hinges_stay(found, mechanism: Mechanism) -> bool:
-    """Whether torsion springs stay within half a turn of where they started, as they are described to."""
+    """Whether torsion springs stay within half a revolution of the start, as their description requires."""
     angles = [
         turned(found, element.body) - turned(found, element.base)
         for element in mechanism.elements
@@ -60,7 +60,7 @@ def test_energy_and_closure(mechanism: Mechanism) -> None:
     for tolerance in (1e-6, 1e-9, 1e-13):
         found = run(mechanism, tolerance)
         assume(hinges_stay(found, mechanism))
-        assert opening(found, mechanism) < CLOSED
+        assert closure_error(found, mechanism) < CLOSED
         assert energy_drift(found, mechanism) < 100.0 * tolerance + (ROUNDING if found.sizes["contact"] else 1e-12)
 
 
@@ -71,39 +71,39 @@ def test_momentum_of_floating_mechanisms(mechanism: Mechanism) -> None:
     coarse, fine = run(mechanism, 1e-8), run(mechanism, 1e-13)
     for found in (coarse, fine):
         assert momentum_drift(found, mechanism)[0] < ROUND_OFF
-        assert opening(found, mechanism) < CLOSED
+        assert closure_error(found, mechanism) < CLOSED
     assert momentum_drift(fine, mechanism)[1] < 1e-11
 
 
 def angular_momentum_rate(found, mechanism: Mechanism) -> tuple[np.ndarray, float]:
-    """Its rate over time [N m], and the largest sum of the bodies' shares in it."""
+    """Its rate over time [N m], and the largest sum of the contributions of the bodies in it."""
     mass, inertia = masses(mechanism)
     x, a = found["position"].values, found["acceleration"].values
-    shares = mass * (x[..., 0] * a[..., 1] - x[..., 1] * a[..., 0]) + inertia * found["angular_acceleration"].values
+    contributions = mass * (x[..., 0] * a[..., 1] - x[..., 1] * a[..., 0]) + inertia * found["angular_acceleration"].values
     lever = mass * np.hypot(x[..., 0], x[..., 1]) * np.hypot(a[..., 0], a[..., 1])
-    return np.sum(shares, axis=1), float(np.max(np.sum(lever + np.abs(shares), axis=1)))
+    return np.sum(contributions, axis=1), float(np.max(np.sum(lever + np.abs(contributions), axis=1)))
 
 
 def assert_momentum_balances(found, mechanism: Mechanism) -> None:
     """Linear momentum stays, and the forces on all bodies have no moment."""
     assert momentum_drift(found, mechanism)[0] < ROUND_OFF
     rate, scale = angular_momentum_rate(found, mechanism)
-    # what holds a turning body together adds up to nothing; it rounds on the scale of the kinetic energy
+    # the inner forces of a rotating body cancel up to round-off on the scale of the kinetic energy
     assert np.max(np.abs(rate)) <= 1e-13 * max(scale, float(found["kinetic_energy"].max()))
 
 
 @drawn
-@given(mechanism=mechanisms(floating=True, clearances=RUBBING, loosest=True, turning_only=True))
-def test_momentum_of_rubbing_mechanisms(mechanism: Mechanism) -> None:
-    """Identity: all joints loose, knocking and rubbing: actions equal reactions to 1e-13, and the books of energy close."""
-    assume(mechanism.loose)
+@given(mechanism=mechanisms(floating=True, clearances=FRICTIONAL, everywhere=True, turning_only=True))
+def test_momentum_of_mechanisms_with_friction(mechanism: Mechanism) -> None:
+    """Identity: impacts and friction at all joints: actions equal reactions to 1e-13, and the energy balance closes."""
+    assume(mechanism.clearance_joints)
     found = run(mechanism, 1e-8)
     assert_momentum_balances(found, mechanism)
     assert np.max(np.abs(found["energy_residual"])) < 1e-6 * np.max(found["kinetic_energy"] + found["spring_energy"])
 
 
 def floating_array(units: int) -> Mechanism:
-    """A scissor array cut off from ground and slider, opening, turning and drifting."""
+    """A scissor array without ground and slider, with deployment, rotation and translation."""
     array = scissor(units=units, bar_length=0.5, bar_mass=1.0, gravity=0.0)
     bodies = []
     for number, body in enumerate(body for body in array.bodies if body.rotates):
@@ -114,10 +114,10 @@ def floating_array(units: int) -> Mechanism:
 
 
 @pytest.mark.parametrize("units", [2, 5])
-@pytest.mark.parametrize("clearance", RUBBING, ids=lambda clearance: clearance.friction.name)
-def test_momentum_of_a_rubbing_array(units: int, clearance: Clearance) -> None:
-    """Identity: a floating array with every joint loose and rubbing keeps its linear momentum, and moments balance."""
-    array = floating_array(units).loosen("all", clearance)
+@pytest.mark.parametrize("clearance", FRICTIONAL, ids=lambda clearance: clearance.friction.name)
+def test_momentum_of_a_frictional_array(units: int, clearance: Clearance) -> None:
+    """Identity: a floating array with clearance and friction at every joint keeps its linear momentum, and moments balance."""
+    array = floating_array(units).with_clearance("all", clearance)
     found = run(array, 1e-8, until=0.3)
     assert found.sizes["contact"] > 10
     assert float(np.max(np.abs(found["friction_force"]))) > 0.0
@@ -127,9 +127,9 @@ def test_momentum_of_a_rubbing_array(units: int, clearance: Clearance) -> None:
 
 @pytest.mark.parametrize("units", [2, 5])
 @pytest.mark.parametrize("damping", [*(clearance.damping for clearance in BOUNCING[:1]), Flores(0.7)], ids=lambda law: law.name)
-def test_momentum_of_a_knocking_array(units: int, damping) -> None:
-    """Identity: without friction a floating array with every joint loose keeps its angular momentum too, to 1e-11."""
-    array = floating_array(units).loosen("all", Clearance(1e-3, damping=damping))
+def test_momentum_of_an_array_with_impacts(units: int, damping) -> None:
+    """Identity: without friction a floating array with clearance at every joint keeps its angular momentum too, to 1e-11."""
+    array = floating_array(units).with_clearance("all", Clearance(1e-3, damping=damping))
     found = run(array, 1e-13, until=0.3)
     assert found.sizes["contact"] > 10
     linear, angular = momentum_drift(found, array)

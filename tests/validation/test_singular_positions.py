@@ -1,4 +1,4 @@
-"""Positions at which a mechanism could go two ways or no way: passed as they should be, or named."""
+"""Singular positions: passed correctly, or named as the cause."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 import xarray as xr
-from books import energy_drift, opening
+from energy_balance import closure_error, energy_drift
 
 import scissordyn as sd
 
@@ -31,7 +31,7 @@ def test_driven_through_the_upright_position(units: int) -> None:
     array = sd.scissor(units=units, angle=math.pi / 2 - 0.3, gravity=0.0).driven(speed=1.0)
     run = sd.simulate(array, until=0.6, samples=61, **TIGHT)
     assert run.attrs["status"] == "complete"
-    assert opening(run, array) < 1e-12
+    assert closure_error(run, array) < 1e-12
     torque = run["drive_torque"].values
     assert np.allclose(torque, -torque[::-1], rtol=0, atol=1e-8 * np.max(np.abs(torque)))
     assert float(np.max(np.abs(run["energy_residual"]))) < 1e-8 * float(run["kinetic_energy"].max())
@@ -49,22 +49,22 @@ def test_falling_through_the_folded_position(units: int) -> None:
         assert names_a_part(run, array), run.attrs["cause"]
         return
     assert energy_drift(run, array) < 1e-8
-    assert opening(run, array) < 1e-12
+    assert closure_error(run, array) < 1e-12
     for unit in range(1, units + 1):
         first, second = (run["angle"].sel(body=f"unit {unit}/bar {number}").values for number in (1, 2))
         assert np.allclose(first, -second, rtol=0, atol=1e-6)
 
 
-def loose_array(units: int, joint: str) -> sd.Mechanism:
-    """An array folded flat at 1 rad/s within 0.1 s, one joint loose."""
-    return sd.scissor(units=units, angle=0.1).loosen(joint, PIN).driven(speed=-1.0)
+def clearance_array(units: int, joint: str) -> sd.Mechanism:
+    """An array folded flat at 1 rad/s within 0.1 s, with clearance at one joint."""
+    return sd.scissor(units=units, angle=0.1).with_clearance(joint, PIN).driven(speed=-1.0)
 
 
 ENDS: dict[str, tuple[Callable[[], sd.Mechanism], float]] = {
     **{f"folded array of {n}": (lambda n=n: sd.scissor(units=n, angle=0.3).driven(speed=-1.0), 1.0) for n in (1, 2, 3)},
-    "folded array, A loose": (lambda: loose_array(2, "A"), 0.2),
-    "folded array, pivot loose": (lambda: loose_array(2, "unit 1/pivot"), 0.2),
-    "folded array, inner end joint loose": (lambda: loose_array(2, "unit 1/lower"), 0.2),
+    "folded array, clearance at A": (lambda: clearance_array(2, "A"), 0.2),
+    "folded array, clearance at a pivot": (lambda: clearance_array(2, "unit 1/pivot"), 0.2),
+    "folded array, clearance at an inner end joint": (lambda: clearance_array(2, "unit 1/lower"), 0.2),
     "ring at its limit": (lambda: sd.hoberman_ring(units=6).driven(speed=1.0), 1.0),
     "kite folded": (
         lambda: sd.four_bar(ground=0.2, crank=0.2, coupler=0.3, rocker=0.3, gravity=0.0, angle=0.3).driven(speed=-1.0),
@@ -87,18 +87,18 @@ ENDS: dict[str, tuple[Callable[[], sd.Mechanism], float]] = {
 
 @pytest.mark.parametrize("case", ENDS)
 def test_singular_position_is_passed_or_named(case: str) -> None:
-    """Identity: a driven mechanism passes a singular position with closed books and joints or ends and names who stopped it."""
+    """Identity: a driven mechanism passes a singular position with closed balance and joints, or names the culprit."""
     build, until = ENDS[case]
     mechanism = build()
     run = sd.simulate(mechanism, until=until, samples=51, **TIGHT)
-    assert opening(run, mechanism) < 1e-12
+    assert closure_error(run, mechanism) < 1e-12
     assert np.all(np.isfinite(run["energy_residual"].values))
     if run.attrs["status"] == "complete":
-        books = run["kinetic_energy"] + abs(run["potential_energy"]) + abs(run["drive_work"])
-        assert float(np.max(np.abs(run["energy_residual"]))) < 1e-6 * float(books.max())
+        balance = run["kinetic_energy"] + abs(run["potential_energy"]) + abs(run["drive_work"])
+        assert float(np.max(np.abs(run["energy_residual"]))) < 1e-6 * float(balance.max())
     else:
-        # what it cannot pass is an ideal joint or a body, not whichever joint happens to be loose
-        ideal = mechanism.tighten() if mechanism.loose else mechanism
-        loose = {joint.name for joint in mechanism.loose}
-        named = [*(body.name for body in ideal.bodies), *(name for name in ideal.joint_names if name not in loose)]
+        # what it cannot pass is an ideal joint or a body, not whichever joint has clearance
+        ideal = mechanism.ideal() if mechanism.clearance_joints else mechanism
+        clearance = {joint.name for joint in mechanism.clearance_joints}
+        named = [*(body.name for body in ideal.bodies), *(name for name in ideal.joint_names if name not in clearance)]
         assert any(f"'{name}'" in run.attrs["cause"] for name in named), run.attrs["cause"]

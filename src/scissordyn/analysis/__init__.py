@@ -1,1 +1,1 @@
-"""What a motion is like: one measure a file; arrays or a run in, a Dataset or a verdict out. Nothing here runs a simulation."""
+"""Measures of a motion, one per file: from arrays or a run to a Dataset or a verdict, without any simulation."""

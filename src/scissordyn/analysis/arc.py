@@ -1,4 +1,4 @@
-"""The smallest arc of a circle that holds a share of a distribution."""
+"""The smallest arc of a circle with a given fraction of a distribution."""
 
 from __future__ import annotations
 
@@ -10,21 +10,21 @@ from scissordyn.errors import InputError
 __all__ = ["smallest_arc"]
 
 
-def smallest_arc(angles: ArrayLike, *, share: float = 1.0, weights: ArrayLike | None = None) -> float:
-    """The smallest arc that holds a share of the weight of points on a circle.
+def smallest_arc(angles: ArrayLike, *, fraction: float = 1.0, weights: ArrayLike | None = None) -> float:
+    """The smallest arc with a given fraction of the weight of points on a circle.
 
     With the angles sorted around the circle and w_i their weights, the smallest a_j - a_i with
 
-        w_i + ... + w_j >= share sum w
+        w_i + ... + w_j >= fraction sum w
 
-    going round past the first point where that is shorter. The whole circle is never needed: the arc for all points is 2 pi
+    across the zero of the angle where that is shorter. The arc of all points is 2 pi
     less the largest gap (the circular range, Mardia and Jupp 2000, Directional Statistics, doi:10.1002/9780470316979).
 
     Parameters
     ----------
     angles : array_like, shape (n,)
         [rad]
-    share : float
+    fraction : float
         Between 0 and 1.
     weights : array_like, shape (n,), optional
         Not negative; equal if not given.
@@ -37,10 +37,10 @@ def smallest_arc(angles: ArrayLike, *, share: float = 1.0, weights: ArrayLike | 
     Raises
     ------
     InputError
-        If the share is out of bounds or the shapes differ.
+        If the fraction is out of bounds or the shapes differ.
     """
-    if not 0.0 < share <= 1.0:
-        raise InputError(f"share = {share!r}", "a number > 0 and <= 1")
+    if not 0.0 < fraction <= 1.0:
+        raise InputError(f"fraction = {fraction!r}", "a number > 0 and <= 1")
     around = np.mod(np.asarray(angles, float), 2.0 * np.pi)
     weight = np.ones_like(around) if weights is None else np.asarray(weights, float)
     if around.ndim != 1 or weight.shape != around.shape or np.any(weight < 0.0):
@@ -52,9 +52,9 @@ def smallest_arc(angles: ArrayLike, *, share: float = 1.0, weights: ArrayLike | 
     if not around.size:
         return float("nan")
     twice = np.concatenate([around, around + 2.0 * np.pi])
-    held = np.concatenate([[0.0], np.cumsum(np.concatenate([weight, weight]))])
+    cumulative = np.concatenate([[0.0], np.cumsum(np.concatenate([weight, weight]))])
     first = np.arange(around.size)
-    # round-off in the sum must not ask for one point more than there are
-    needed = share * held[around.size] * (1.0 - 1e-12)
-    last = np.minimum(np.searchsorted(held, held[first] + needed, side="left") - 1, first + around.size - 1)
+    # round-off in the sum must not require more points than there are
+    needed = fraction * cumulative[around.size] * (1.0 - 1e-12)
+    last = np.minimum(np.searchsorted(cumulative, cumulative[first] + needed, side="left") - 1, first + around.size - 1)
     return float(np.min(twice[last] - twice[first]))

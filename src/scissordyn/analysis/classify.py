@@ -1,4 +1,4 @@
-"""What kind of motion a run shows."""
+"""Classification of the motion of a run."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ import math
 import numpy as np
 import xarray as xr
 
-from scissordyn.analysis.contact import contact_spans, contact_statistics, loose_joints
+from scissordyn.analysis.contact import clearance_joints, contact_spans, contact_statistics
 from scissordyn.analysis.stroboscope import stroboscopic
 from scissordyn.analysis.verdict import Verdict, classify_samples
 from scissordyn.errors import InputError
@@ -30,11 +30,10 @@ def classify(
     longest_period: int = 16,
     seed: int = 0,
 ) -> Verdict:
-    """Say what kind of motion a run shows, and why.
+    """Classify the motion of a run, with the evidence.
 
-    With a periodic drive the journals are looked at once a period (`classify_samples`; their eccentricities count in
-    clearances). A single stroke settles to nothing: it is in continuous contact or it is transient only, whatever its pictures
-    look like.
+    With a periodic drive the eccentricities, in clearances, are sampled once a period (`classify_samples`). A single stroke has
+    no asymptotic motion: it is either in continuous contact or transient only.
 
     Parameters
     ----------
@@ -43,17 +42,17 @@ def classify(
     period : float, optional
         Of the drive [s]; a run without it is a single stroke.
     phase : float
-        When in the period a run is looked at, as a share of it [1].
+        Phase of the samples, as a fraction of the period [1].
     skip : int
-        Periods at the start that do not count.
+        Number of periods at the start that are left out.
     after : float
-        Time at the start of a single stroke that does not count [s].
+        Start of the evaluation of a single stroke [s].
     tolerance : float
-        How near counts as the same, as a fraction of the clearance.
+        Largest difference of equal samples, as a fraction of the clearance.
     longest_period : int
-        Longest period that is looked for.
+        Longest period searched for.
     seed : int
-        Of the angles of the 0-1 test.
+        Of the random angles of the 0-1 test.
 
     Returns
     -------
@@ -62,30 +61,32 @@ def classify(
     Raises
     ------
     InputError
-        If no joint is loose, nothing is left to look at, or the samples of a run miss the instants of the map.
+        If no joint has clearance, no sample is left, or the samples of a run are not at the instants of the map.
     """
     trusted = float(run.attrs.get("trusted_until", math.nan))
-    share: float | None = None
+    fraction: float | None = None
     if "time" in run.dims:
         if period is None:
             return _stroke(run, after, trusted)
         strobe = stroboscopic(run, period=period, phase=phase, skip=skip)
         if strobe.attrs["source"] != "samples":
             raise InputError(
-                f"a run whose samples miss the instants (k + {phase:g}) {period:g} s",
-                "samples of which one falls on each: until/(samples - 1) divides the period",
+                f"a run whose samples are not at the instants (k + {phase:g}) {period:g} s",
+                "samples at each of them: until/(samples - 1) divides the period",
             )
         settled = float(strobe["time"].values[strobe.sizes["strobe"] // 2])
         if settled < float(run["time"].values[-1]):
             statistics = contact_statistics(run, after=settled)
-            share = _exact_zero(float(statistics["flight_share"].max()))
+            fraction = _exact_zero(float(statistics["flight_fraction"].max()))
     else:
         dim = next((name for name in MAPS if name in run.dims), None)
         if dim is None:
             raise InputError("a dataset without time, strobe or cycle", "a run, or a map of one")
         strobe = run.isel({dim: slice(skip, None)})
-        if "contact_share" in strobe and strobe.sizes[dim]:
-            share = _exact_zero(float(1.0 - strobe["contact_share"].isel({dim: slice(strobe.sizes[dim] // 2, None)}).min()))
+        if "contact_fraction" in strobe and strobe.sizes[dim]:
+            fraction = _exact_zero(
+                float(1.0 - strobe["contact_fraction"].isel({dim: slice(strobe.sizes[dim] // 2, None)}).min())
+            )
     dim = next(name for name in MAPS if name in strobe.dims)
     if strobe.sizes[dim] < 2:
         raise InputError(f"{strobe.sizes[dim]} samples left after skip = {skip}", "at least 2, and 200 for a verdict")
@@ -96,43 +97,43 @@ def classify(
         scale=np.repeat(list(clearance.values()), 2),
         tolerance=tolerance,
         longest_period=longest_period,
-        flight_share=share,
+        flight_fraction=fraction,
         times=strobe["time"].values,
         trusted_until=trusted,
         seed=seed,
     )
 
 
-def _exact_zero(share: float) -> float:
-    """Free of the round-off that is left when contacts that fill the time are added up."""
-    return 0.0 if share < 1e-12 else share
+def _exact_zero(fraction: float) -> float:
+    """Zero where only round-off of the sum of contact times is left."""
+    return 0.0 if fraction < 1e-12 else fraction
 
 
 def _clearances(strobe: xr.Dataset) -> dict[str, float]:
-    """The clearance of every loose joint of a map [m]."""
+    """The clearance of every clearance joint of a map [m]."""
     if "clearance" in strobe:
-        return {name: float(strobe["clearance"].sel(joint=name)) for name in loose_joints(strobe)}
+        return {name: float(strobe["clearance"].sel(joint=name)) for name in clearance_joints(strobe)}
     plain = json.loads(strobe.attrs.get("configuration", "{}")).get("mechanism", {}).get("joints", [])
     found = {joint["name"]: float(joint["clearance"]["clearance"]) for joint in plain if joint.get("clearance")}
     if not found:
-        raise InputError("a map that does not say how loose its joints are", "a variable 'clearance' along 'joint' [m]")
+        raise InputError("a map without the clearances of its joints", "a variable 'clearance' along 'joint' [m]")
     return found
 
 
 def _stroke(run: xr.Dataset, after: float, trusted: float) -> Verdict:
     statistics = contact_statistics(run, after=after)
     start, end = statistics.attrs["after"], statistics.attrs["until"]
-    share = _exact_zero(float(statistics["flight_share"].max()))
+    fraction = _exact_zero(float(statistics["flight_fraction"].max()))
     last = -math.inf
-    for joint in loose_joints(run):
+    for joint in clearance_joints(run):
         spans = contact_spans(run, joint)
         touching = spans[spans[:, 1] >= end] if spans.size else spans
         last = max(last, float(touching[0, 0]) if len(touching) else math.inf)
     measures = {
-        "flight_share": share,
+        "flight_fraction": fraction,
         "impacts": float(statistics["impacts"].sum()),
         "impact_rate": float(statistics["impact_rate"].max()),
-        "contact_share": float(statistics["contact_share"].min()),
+        "contact_fraction": float(statistics["contact_fraction"].min()),
         "peak_force": float(statistics["peak_force"].max()),
         "contact_arc": float(np.nanmax(statistics["contact_arc"].values, initial=0.0)),
         "contact_since": last,
@@ -140,23 +141,22 @@ def _stroke(run: xr.Dataset, after: float, trusted: float) -> Verdict:
     window = f"from {start:.6g} s to {end:.6g} s"
     evidence = [
         f"A single stroke {window}: there is no period, so neither periodic nor chaotic motion can be shown.",
-        f"{measures['impacts']:.0f} impacts; no joint is in contact for less than {100.0 * measures['contact_share']:.4g} % "
+        f"{measures['impacts']:.0f} impacts; no joint is in contact for less than {100.0 * measures['contact_fraction']:.4g} % "
         "of the time.",
     ]
-    if share > 0.0:
+    if fraction > 0.0:
         evidence.append(
-            "At the end a loose joint is in free flight."
+            "At the end a clearance joint is in free flight."
             if math.isinf(last)
-            else f"All loose joints are in contact from {last:.6g} s to the end."
+            else f"All clearance joints are in contact from {last:.6g} s to the end."
         )
     if math.isnan(trusted):
         evidence.append("How long the trajectory is reproducible has not been checked: repeat the run with trust=True.")
     elif trusted < end:
-        measures["trusted_share"] = max(0.0, (trusted - start) / (end - start))
+        measures["trusted_fraction"] = max(0.0, (trusted - start) / (end - start))
         evidence.append(
-            f"Beyond the trust horizon of {trusted:.6g} s these are statistics of what may happen; one trajectory is no "
-            "evidence: compare an ensemble."
+            f"Beyond the predictability horizon of {trusted:.6g} s one trajectory is no evidence: compare an ensemble."
         )
     else:
-        measures["trusted_share"] = 1.0
-    return Verdict("continuous contact" if share == 0.0 else "transient only", None, tuple(evidence), measures)
+        measures["trusted_fraction"] = 1.0
+    return Verdict("continuous contact" if fraction == 0.0 else "transient only", None, tuple(evidence), measures)

@@ -1,4 +1,4 @@
-"""What an ensemble of runs agrees on."""
+"""Consensus of the verdicts on an ensemble of runs."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ __all__ = ["Consensus", "consensus"]
 
 @dataclass(frozen=True)
 class Consensus:
-    """The verdict that most members share, and how the others differ.
+    """The most frequent verdict of an ensemble, and the differences of the others.
 
     Parameters
     ----------
@@ -26,10 +26,10 @@ class Consensus:
         As of `Verdict`.
     period : int or None
         As of `Verdict`.
-    share : float
+    fraction : float
         Of the members that have this kind and period.
     counts : mapping of str to int
-        How many members have each verdict, most frequent first.
+        Number of members with each verdict, most frequent first.
     measures : Dataset
         `mean`, `deviation` (standard deviation), `least`, `largest` and `members` (how many have it) along `measure`.
     evidence : tuple of str
@@ -38,17 +38,17 @@ class Consensus:
 
     kind: Kind
     period: int | None
-    share: float
+    fraction: float
     counts: Mapping[str, int]
     measures: xr.Dataset
     evidence: tuple[str, ...]
 
 
 def consensus(verdicts: Sequence[Verdict]) -> Consensus:
-    """What the verdicts on an ensemble agree on.
+    """Consensus of the verdicts on an ensemble.
 
-    The members are runs of one case whose starts differ by round-off. Where their trajectories part, what they share is a
-    property of the motion; what they do not share is chance.
+    The members are runs of one case whose starts differ by round-off. After their trajectories diverge, common results are a
+    property of the motion, and different results are random.
 
     Parameters
     ----------
@@ -79,7 +79,7 @@ def consensus(verdicts: Sequence[Verdict]) -> Consensus:
     count = len(verdicts)
     evidence = ["; ".join(f"{number} of {count} members: {names[pair]}" for pair, number in counts) + "."]
     if len(counts) > 1 and counts[1][1] == most:
-        evidence.append("The most frequent verdicts are equally frequent: the ensemble does not decide.")
+        evidence.append("The most frequent verdicts are equally frequent: the ensemble is undecided.")
     evidence += [
         f"{name}: {np.mean(values):.4g} ± {np.std(values, ddof=1):.2g}, from {min(values):.4g} to {max(values):.4g}."
         for name, values in measured.items()
@@ -102,7 +102,7 @@ def consensus(verdicts: Sequence[Verdict]) -> Consensus:
     return Consensus(
         kind=kind,
         period=period,
-        share=most / count,
+        fraction=most / count,
         counts={names[pair]: number for pair, number in counts},
         measures=xr.Dataset(
             {

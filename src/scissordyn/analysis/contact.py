@@ -1,4 +1,4 @@
-"""Statistics of the contacts of loose joints."""
+"""Statistics of the contacts of clearance joints."""
 
 from __future__ import annotations
 
@@ -14,16 +14,16 @@ from scissordyn.analysis.variable import Variable, described, window
 from scissordyn.errors import InputError
 from scissordyn.model.body import GROUND
 
-__all__ = ["QUANTILES", "contact_spans", "contact_statistics", "loose_joints"]
+__all__ = ["QUANTILES", "clearance_joints", "contact_spans", "contact_statistics"]
 
 QUANTILES = (0.05, 0.25, 0.5, 0.75, 0.95)
 """Quantiles of forces and impulses."""
 
-HELD = 0.95
-"""Share of the contact time that the smaller of the two contact arcs holds."""
+CENTRAL_PART = 0.95
+"""Fraction of the contact time inside the smaller of the two contact arcs."""
 
 
-def loose_joints(run: xr.Dataset) -> list[str]:
+def clearance_joints(run: xr.Dataset) -> list[str]:
     """Names of the joints with clearance, in order.
 
     Parameters
@@ -37,14 +37,16 @@ def loose_joints(run: xr.Dataset) -> list[str]:
     Raises
     ------
     InputError
-        If no joint is loose.
+        If no joint has clearance.
     """
-    loose = [] if "clearance" not in run else [str(name) for name in run["joint"].values[np.isfinite(run["clearance"].values)]]
-    if not loose:
+    found = [] if "clearance" not in run else [str(name) for name in run["joint"].values[np.isfinite(run["clearance"].values)]]
+    if not found:
         raise InputError(
-            "a run without loose joints", "a run of a mechanism with a clearance", 'arm.loosen("A", Clearance(0.5e-3))'
+            "a run without clearance joints",
+            "a run of a mechanism with a clearance",
+            'arm.with_clearance("A", Clearance(0.5e-3))',
         )
-    return loose
+    return found
 
 
 def contact_spans(run: xr.Dataset, joint: str) -> np.ndarray:
@@ -58,7 +60,7 @@ def contact_spans(run: xr.Dataset, joint: str) -> np.ndarray:
     Returns
     -------
     ndarray, shape (contacts, 2)
-        [s]; a contact that the run ended in lasts to the run's end.
+        [s]; a contact at the end of the run lasts to that end.
     """
     ours = run["contact_joint"].values.astype(str) == joint
     start = run["contact_start"].values[ours]
@@ -69,37 +71,37 @@ def contact_spans(run: xr.Dataset, joint: str) -> np.ndarray:
 def contact_statistics(
     run: xr.Dataset, *, ideal: xr.Dataset | None = None, after: float = 0.0, until: float | None = None
 ) -> xr.Dataset:
-    """How the loose joints of a run touch: how often, how long, where, how hard, and what it costs.
+    """Contacts of the clearance joints of a run: number, duration, arc, forces, impulses and losses.
 
-    Counts, shares of time, peaks, impulses and losses come from the table of contacts and are as exact as the run. Arcs and
+    Counts, fractions of time, peaks, impulses and losses come from the table of contacts and are as exact as the run. Arcs and
     forces over time come from the samples.
 
     Parameters
     ----------
     run : Dataset
     ideal : Dataset, optional
-        The run of the same mechanism, tightened, at the same instants; adds the variables of `deviation`.
+        The run of the same mechanism with ideal joints, at the same instants; adds the variables of `deviation`.
     after, until : float
-        The part of the run that is looked at [s]; the end of the run if `until` is not given.
+        Window of the evaluation [s]; to the end of the run if `until` is not given.
 
     Returns
     -------
     Dataset
-        Along the loose joints: `impacts` and `impact_rate` (contacts that start in the window), `contact_share` and
-        `flight_share` of the window, `longest_flight`; `contact_arc_95` and `contact_arc`, the smallest arcs of the bearing
-        that hold 95 % and all of the sampled contact time, in the frame of the bearing if the run knows its mechanism
+        Along the clearance joints: `impacts` and `impact_rate` (contacts that start in the window), `contact_fraction` and
+        `flight_fraction` of the window, `longest_flight`; `contact_arc_95` and `contact_arc`, the smallest arcs of the bearing
+        with 95 % and all of the sampled contact time, in the frame of the bearing if the run knows its mechanism
         (attribute `arc_frame`); `peak_force`, `peak_force_quantile`, `mean_force` (over the window, flights included),
         `contact_force` and `contact_force_quantile` (over the contact time); `impulse` (sum), `impulse_mean`,
-        `impulse_largest` and `impulse_quantile`; `damping_loss`, `friction_loss`, `heat` (their sum) and `heat_rate`. Sums
-        and quantiles of contacts are over those that start in the window. NaN where there is no contact, or no such column in
-        the table.
+        `impulse_largest` and `impulse_quantile`; `damping_loss`, `friction_loss`, `dissipated_energy` (their sum) and
+        `dissipated_power`. Sums and quantiles of contacts are over those that start in the window. NaN where there is no
+        contact, or no such column in the table.
 
     Raises
     ------
     InputError
-        If no joint is loose, the window is empty, or the ideal run has other instants.
+        If no joint has clearance, the window is empty, or the ideal run has other instants.
     """
-    joints = loose_joints(run)
+    joints = clearance_joints(run)
     start, end = window(run, after, until)
     bearings = _bearing_angles(run, joints)
     columns = [
@@ -119,8 +121,8 @@ def contact_statistics(
 MEASURES = {
     "impacts": ("1", "contacts that start in the window"),
     "impact_rate": ("1/s", "contacts per time"),
-    "contact_share": ("1", "share of the time in contact"),
-    "flight_share": ("1", "share of the time in free flight"),
+    "contact_fraction": ("1", "fraction of the time in contact"),
+    "flight_fraction": ("1", "fraction of the time in free flight"),
     "longest_flight": ("s", "longest free flight"),
     "contact_arc_95": ("rad", "smallest arc of the bearing with 95 % of the contact time"),
     "contact_arc": ("rad", "smallest arc of the bearing with all contact"),
@@ -135,8 +137,8 @@ MEASURES = {
     "impulse_quantile": ("N s", "quantiles of the impulse of a contact"),
     "damping_loss": ("J", "energy dissipated by contact damping"),
     "friction_loss": ("J", "energy dissipated by friction"),
-    "heat": ("J", "heat produced in the joint"),
-    "heat_rate": ("W", "mean power turned into heat"),
+    "dissipated_energy": ("J", "energy dissipated in the joint"),
+    "dissipated_power": ("W", "mean dissipated power"),
 }
 
 
@@ -156,14 +158,14 @@ def _of_the_table(run: xr.Dataset, joint: str, start: float, end: float) -> dict
     ]
     impulse = _column(run, "impulse", begun)
     damping = _column(run, "contact_damping_loss", begun)
-    rubbing = _column(run, "contact_friction_loss", begun)
-    lost = [math.nan if part is None else float(np.sum(part)) for part in (damping, rubbing)]
+    friction = _column(run, "contact_friction_loss", begun)
+    lost = [math.nan if part is None else float(np.sum(part)) for part in (damping, friction)]
     impulses = np.empty(0) if impulse is None else impulse
     return {
         "impacts": int(np.sum(begun)),
         "impact_rate": float(np.sum(begun)) / (end - start),
-        "contact_share": touching,
-        "flight_share": 1.0 - touching,
+        "contact_fraction": touching,
+        "flight_fraction": 1.0 - touching,
         "longest_flight": float(np.max(flights)),
         "peak_force": float(np.max(np.concatenate(forces), initial=0.0)),
         "peak_force_quantile": _quantiles(run["peak_force"].values[begun]),
@@ -173,8 +175,8 @@ def _of_the_table(run: xr.Dataset, joint: str, start: float, end: float) -> dict
         "impulse_quantile": _quantiles(impulses),
         "damping_loss": lost[0],
         "friction_loss": lost[1],
-        "heat": sum(lost),
-        "heat_rate": sum(lost) / (end - start),
+        "dissipated_energy": sum(lost),
+        "dissipated_power": sum(lost) / (end - start),
     }
 
 
@@ -187,17 +189,17 @@ def _of_the_samples(
     force = run["normal_force"].sel(joint=joint).values
     direction = np.arctan2(place[:, 1], place[:, 0]) - (0.0 if bearing is None else bearing)
     touching = inside & run["in_contact"].sel(joint=joint).values.astype(bool)
-    # every sample stands for the time halfway to its neighbours
+    # the weight of a sample is the time halfway to its neighbours
     standing = np.gradient(time) if time.size > 1 else np.ones(1)
     steps = time[inside]
     mean = float(np.trapezoid(force[inside], steps) / (steps[-1] - steps[0])) if steps.size > 1 else math.nan
-    held = force[touching]
+    in_contact = force[touching]
     return {
-        "contact_arc_95": smallest_arc(direction[touching], share=HELD, weights=standing[touching]),
+        "contact_arc_95": smallest_arc(direction[touching], fraction=CENTRAL_PART, weights=standing[touching]),
         "contact_arc": smallest_arc(direction[touching]),
         "mean_force": mean,
-        "contact_force": float(np.average(held, weights=standing[touching])) if held.size else math.nan,
-        "contact_force_quantile": _quantiles(held),
+        "contact_force": float(np.average(in_contact, weights=standing[touching])) if in_contact.size else math.nan,
+        "contact_force_quantile": _quantiles(in_contact),
     }
 
 
@@ -210,7 +212,7 @@ def _quantiles(values: np.ndarray) -> np.ndarray:
 
 
 def _bearing_angles(run: xr.Dataset, joints: list[str]) -> dict[str, np.ndarray]:
-    """The angle of each joint's bearing over time, or nothing if the run does not say whose bearing it is."""
+    """The angle of each joint's bearing over time; none if the run has no mechanism in its attributes."""
     if "configuration" not in run.attrs:
         return {}
     described_joints = json.loads(run.attrs["configuration"])["mechanism"]["joints"]

@@ -1,4 +1,4 @@
-"""How far a mechanism with loose joints departs from its ideal motion."""
+"""Deviation of a mechanism with clearance joints from its ideal motion."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from scissordyn.errors import InputError
 __all__ = ["deviation"]
 
 PART = re.compile(r"unit (\d+)/(bar \d+)")
-"""How the bars of an array are named."""
+"""Names of the bars of an array."""
 
 
 def deviation(run: xr.Dataset, ideal: xr.Dataset, *, after: float = 0.0, until: float | None = None) -> xr.Dataset:
@@ -31,14 +31,14 @@ def deviation(run: xr.Dataset, ideal: xr.Dataset, *, after: float = 0.0, until: 
     ideal : Dataset
         The run of the same mechanism without clearances, recorded at the same instants.
     after, until : float
-        The part of the run that is looked at [s]; the end of the run if `until` is not given.
+        Window of the evaluation [s]; to the end of the run if `until` is not given.
 
     Returns
     -------
     Dataset
         `position_error_max` and `position_error_rms` of every body's mass centre, `output_error_max` and `output_error_rms` of
         the slider along its guide, or of the output body; `synchronisation_error` over time with `synchronisation_error_max`
-        and `synchronisation_error_rms`. What the mechanism does not have is left out.
+        and `synchronisation_error_rms`. Variables that the mechanism does not have are left out.
 
     Raises
     ------
@@ -51,12 +51,12 @@ def deviation(run: xr.Dataset, ideal: xr.Dataset, *, after: float = 0.0, until: 
         raise InputError(
             f"an ideal run of {ideal.sizes['time']} instants to {float(ideal['time'].values[-1]):g} s for a run of "
             f"{own.size} instants to {own[-1]:g} s",
-            "a run of the tightened mechanism with the same until and samples",
-            "simulate(arm.tighten(), until=..., samples=...)",
+            "a run of the mechanism with ideal joints, with the same until and samples",
+            "simulate(arm.ideal(), until=..., samples=...)",
         )
     bodies = [str(name) for name in run["body"].values]
     if bodies != [str(name) for name in ideal["body"].values]:
-        raise InputError("an ideal run with other bodies", "a run of the same mechanism, tightened")
+        raise InputError("an ideal run with other bodies", "a run of the same mechanism with ideal joints")
     inside = (own >= start) & (own <= end)
     if not np.any(inside):
         raise InputError(f"no sample between {start:g} s and {end:g} s", "a window with samples")
@@ -101,7 +101,7 @@ def _output_body(run: xr.Dataset) -> str:
 
 
 def _units(bodies: list[str]) -> list[list[int]]:
-    """Columns of the bars with the same name in every unit; bars of a single unit have nothing to be in step with."""
+    """Columns of the bars with the same name in every unit; none for a single unit."""
     parts: dict[str, list[int]] = {}
     for column, name in enumerate(bodies):
         if found := PART.fullmatch(name):

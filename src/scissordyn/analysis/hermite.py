@@ -1,4 +1,4 @@
-"""A run between its samples: cubic Hermite polynomials from values and their rates."""
+"""Interpolation between samples: cubic Hermite polynomials from values and their rates."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ def cubic(s: np.ndarray, step: np.ndarray, ends: Ends) -> np.ndarray:
     Parameters
     ----------
     s : ndarray
-        Where, as a fraction of the interval.
+        Position in the interval, as a fraction.
     step : ndarray
         h [s].
     ends : tuple of ndarray
@@ -59,7 +59,7 @@ def slope(s: np.ndarray, step: np.ndarray, ends: Ends) -> np.ndarray:
 
 
 def interpolate(run: xr.Dataset, when: np.ndarray, dim: str) -> dict[str, Variable]:
-    """What a run says between its samples.
+    """Interpolated variables of a run between its samples.
 
     Parameters
     ----------
@@ -72,7 +72,7 @@ def interpolate(run: xr.Dataset, when: np.ndarray, dim: str) -> dict[str, Variab
     Returns
     -------
     dict of str to Variable
-        The variables of `RATES` that are in the run, and accelerations as slopes of the velocities, one order less exact.
+        The variables of `RATES` that are in the run, and accelerations as slopes of the velocities, with one order less.
     """
     time = run["time"].values
     left = np.clip(np.searchsorted(time, when, side="right") - 1, 0, time.size - 2)

@@ -1,4 +1,4 @@
-"""The largest Lyapunov exponent of maps and flows given as Python functions, and the bookkeeping of any such estimate."""
+"""The largest Lyapunov exponent of maps and flows given as Python functions, and the averaging of any such estimate."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from scissordyn.errors import InputError, ScissordynError
 __all__ = ["exponent_from_growth", "largest_exponent", "largest_exponent_map"]
 
 OFFSET = 1e-8
-"""Distance to which two trajectories are brought back: the square root of round-off, where noise and curvature weigh alike."""
+"""Distance of two trajectories after rescaling: the square root of round-off, which balances round-off and nonlinearity."""
 
 Advance = Callable[[int, np.ndarray, np.ndarray], tuple[np.ndarray, np.ndarray]]
 """From interval, state and tangent (or offset) to state and tangent at the interval's end."""
@@ -25,13 +25,13 @@ Advance = Callable[[int, np.ndarray, np.ndarray], tuple[np.ndarray, np.ndarray]]
 def exponent_from_growth(
     log_growth: ArrayLike, durations: ArrayLike, *, discard: int = 0, blocks: int = 20, unit: str = "1/s"
 ) -> xr.Dataset:
-    """The exponent from the growth of a perturbation that is brought back to its first size after every interval.
+    """The exponent from the growth of a perturbation that is rescaled to its initial size after every interval.
 
         lambda = sum ln(d_k / d_0) / sum T_k
 
-    Its standard error is that of the mean of the rates of blocks, taken as independent. Blocks that are short against the time
-    in which the perturbation turns make it too large, as what one block gains the next one loses; blocks shorter than the
-    memory of the motion make it too small. It is no bound on what a rare event later in the motion may do.
+    Its standard error is that of the mean of the rates of blocks, taken as independent. Blocks shorter than the time
+    in which the perturbation rotates make it too large, since growth in one block and decay in the next one compensate; blocks
+    shorter than the correlation time of the motion make it too small. It does not cover rare events later in the motion.
 
     Parameters
     ----------
@@ -40,9 +40,9 @@ def exponent_from_growth(
     durations : array_like, shape (intervals,) or ()
         T_k [s], or 1 for a map.
     discard : int
-        Intervals at the start in which the perturbation still turns into its direction.
+        Intervals at the start, in which the perturbation aligns with the most unstable direction.
     blocks : int
-        How many in all; an ensemble has at least one per member.
+        Number of blocks; an ensemble has at least one per member.
     unit : str
         Of the exponent: per second, or "1" per step of a map.
 
@@ -70,7 +70,9 @@ def exponent_from_growth(
             "numbers per interval, or per interval and member; durations > 0; blocks >= 1",
         )
     if not 0 <= discard < growth.shape[0]:
-        raise InputError(f"discard = {discard!r} of {growth.shape[0]} intervals", "a whole number >= 0 that leaves some")
+        raise InputError(
+            f"discard = {discard!r} of {growth.shape[0]} intervals", "a whole number >= 0, less than the intervals"
+        )
     growth, duration = growth[discard:], duration[discard:]
     elapsed = np.cumsum(duration)
     each = min(math.ceil(blocks / growth.shape[1]), growth.shape[0])
@@ -103,7 +105,7 @@ def largest_exponent_map(
 ) -> xr.Dataset:
     """The largest Lyapunov exponent of a map x -> f(x), per step.
 
-    With a Jacobian the tangent map is followed (v -> f'(x) v); without one a second trajectory, brought back to `offset` from
+    With a Jacobian the tangent map v -> f'(x) v is iterated; without one a second trajectory, rescaled to `offset` from
     the first after every step (Benettin et al. 1980).
 
     Parameters
@@ -113,11 +115,11 @@ def largest_exponent_map(
     jacobian : callable or None
         f', shape (n, n), or (n, n, members).
     start : array_like, shape (n,) or (n, members)
-        Several starts are followed at once as columns.
+        Columns for several starts at once.
     steps : int
-        How many, those discarded included.
+        Number of steps, with those discarded.
     discard : int
-        Steps at the start that do not count.
+        Steps at the start that are left out.
     offset : float
         Distance of the second trajectory, in the unit of the state.
     blocks : int
@@ -169,11 +171,11 @@ def largest_exponent(
     rate : callable
         f(t, x); gets and returns an array of the shape of `start`.
     start : array_like, shape (n,) or (n, members)
-        Several starts are followed at once as columns.
+        Columns for several starts at once.
     interval : float
         Time between two renormalisations [s]; the perturbation must stay small in it.
     intervals : int
-        How many, those discarded included.
+        Number of steps, with those discarded.
     jacobian : callable, optional
         f'(t, x), shape (n, n), or (n, n, members).
     discard : int
@@ -195,7 +197,7 @@ def largest_exponent(
     InputError
         If an option is out of bounds.
     ScissordynError
-        If the integration breaks off.
+        If the integration fails.
     """
     if not (math.isfinite(interval) and interval > 0.0):
         raise InputError(f"interval = {interval!r}", "a number > 0 [s]")
@@ -226,7 +228,7 @@ def _start(start: ArrayLike) -> np.ndarray:
 
 
 def _follow(forward: Advance, start: np.ndarray, size: float, intervals: int) -> np.ndarray:
-    """Logarithms of the growth in every interval, for every member; the perturbation is brought back to `size` each time."""
+    """Logarithms of the growth in every interval, for every member; the perturbation is rescaled to `size` each time."""
     if isinstance(intervals, bool) or not isinstance(intervals, int) or intervals < 1 or not size > 0.0:
         raise InputError(f"{intervals!r} intervals with an offset of {size:g}", "a whole number >= 1, an offset > 0")
     x, v = start, np.full(start.shape, size / math.sqrt(start.shape[0]))
@@ -235,9 +237,7 @@ def _follow(forward: Advance, start: np.ndarray, size: float, intervals: int) ->
         x, v = forward(k, x, v)
         length = np.sqrt(np.sum(v * v, axis=0))
         if not np.all(np.isfinite(length)) or np.any(length == 0.0):
-            raise ScissordynError(
-                f"the perturbation became {float(np.min(length)):g} in interval {k}: it cannot be brought back"
-            )
+            raise ScissordynError(f"the perturbation became {float(np.min(length)):g} in interval {k}: it cannot be rescaled")
         growth[k] = np.log(length / size)
         v = v * (size / length)
     return growth

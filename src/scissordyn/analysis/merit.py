@@ -1,4 +1,4 @@
-"""How well a mechanism was driven: contact, force, torque, energy and errors of a run beside the ideal one."""
+"""Figures of merit of a drive or controller: contact, force, torque, energy and errors against the ideal mechanism."""
 
 from __future__ import annotations
 
@@ -14,30 +14,31 @@ __all__ = ["figures_of_merit"]
 
 
 def figures_of_merit(run: xr.Dataset, ideal: xr.Dataset, *, after: float = 0.0) -> xr.Dataset:
-    """What a drive or a controller achieves, and what it takes.
+    """Figures of merit of a drive or a controller.
 
     Parameters
     ----------
     run : Dataset
-        Of a mechanism with loose joints, driven or controlled.
+        Of a mechanism with clearance joints, driven or controlled.
     ideal : Dataset
-        Of the ideal mechanism along the course that was wanted, over the same time.
+        Of the ideal mechanism on the reference motion, over the same time.
     after : float
-        Only what happens from then on counts [s].
+        Start of the evaluation [s].
 
     Returns
     -------
     Dataset
-        For each loose joint: `contact_share` of the time, number of `separations`, when the last contact that lasts to the end
-        `kept_from` [s] (NaN for none), `peak_force` [N]. For the whole: `peak_torque` [N m], `torque_root_mean_square` [N m],
-        `energy_used` [J] (the positive power, integrated over the samples), `tracking_error` [rad] of the driven body,
-        `position_error` [m] of the output body and its `synchronisation_error` [m]: how far it is from where the ideal
-        mechanism would have it at the present angle of the driven body. Errors are the largest ones at the samples.
+        For each clearance joint: `contact_fraction` of the time, number of `separations`, `in_contact_from` [s], the start of
+        the contact that lasts to the end (NaN for none), `peak_force` [N]. For the whole: `peak_torque` [N m],
+        `torque_root_mean_square` [N m], `energy_used` [J] (the positive power, integrated over the samples), `tracking_error`
+        [rad] of the driven body, `position_error` [m] of the output body and its `synchronisation_error` [m]: its
+        distance from the position in the ideal mechanism at the same angle of the driven body. Errors are the largest ones at
+        the samples.
 
     Raises
     ------
     InputError
-        If the runs have no driven body or do not belong together.
+        If the runs have no driven body or are not of the same mechanism.
     """
     body = _driven_body(run)
     for needed, name in ((run, "run"), (ideal, "ideal run")):
@@ -55,7 +56,9 @@ def figures_of_merit(run: xr.Dataset, ideal: xr.Dataset, *, after: float = 0.0) 
     angle, place = run["angle"].sel(body=body).values, run["slider_position"].values
     order = np.argsort(ideal["angle"].sel(body=body).values)
     through = np.interp(angle, ideal["angle"].sel(body=body).values[order], ideal["slider_position"].values[order])
-    inside = part & (angle >= wanted_angle.min()) & (angle <= wanted_angle.max())  # elsewhere the ideal run knows nothing
+    inside = (
+        part & (angle >= wanted_angle.min()) & (angle <= wanted_angle.max())
+    )  # outside this range the ideal run has no values
 
     single = {
         "peak_torque": (np.max(np.abs(torque)), "N m", "largest driving torque"),
@@ -66,7 +69,7 @@ def figures_of_merit(run: xr.Dataset, ideal: xr.Dataset, *, after: float = 0.0) 
         "synchronisation_error": (
             np.max(np.abs(place - through)[inside], initial=0.0),
             "m",
-            "largest distance of the output body from its ideal place at the present angle",
+            "largest distance of the output body from its ideal position at the same angle",
         ),
     }
     found: dict[str, Any] = {
@@ -75,9 +78,9 @@ def figures_of_merit(run: xr.Dataset, ideal: xr.Dataset, *, after: float = 0.0) 
     joints = [str(name) for name in run["joint"].values[np.isfinite(run["clearance"].values)]] if "clearance" in run else []
     rows = np.array([_contact(run, joint, after) for joint in joints]).reshape(-1, 4)
     named = (
-        ("contact_share", "1", "share of the time in contact"),
+        ("contact_fraction", "1", "fraction of the time in contact"),
         ("separations", "1", "contacts that ended"),
-        ("kept_from", "s", "start of the contact that lasts to the end"),
+        ("in_contact_from", "s", "start of the contact that lasts to the end"),
         ("peak_force", "N", "largest normal force"),
     )
     for column, (name, units, text) in enumerate(named):
@@ -96,7 +99,7 @@ def _driven_body(run: xr.Dataset) -> str:
 
 
 def _torque(run: xr.Dataset, body: str) -> np.ndarray:
-    """What drive and actuators give the driven body together [N m]."""
+    """Sum of the torques of drive and actuators on the driven body [N m]."""
     total = np.zeros(run.sizes["time"])
     if "drive_torque" in run:
         total += run["drive_torque"].values
@@ -109,7 +112,7 @@ def _torque(run: xr.Dataset, body: str) -> np.ndarray:
 
 
 def _contact(run: xr.Dataset, joint: str, after: float) -> tuple[float, float, float, float]:
-    """Share of the time in contact, separations, start of the contact that lasts, largest normal force."""
+    """Fraction of the time in contact, separations, start of the contact that lasts, largest normal force."""
     end = float(run.attrs["end"])
     chosen = run["contact_joint"].values == joint
     start, duration = run["contact_start"].values[chosen], run["contact_duration"].values[chosen]
@@ -118,7 +121,7 @@ def _contact(run: xr.Dataset, joint: str, after: float) -> tuple[float, float, f
     touched = np.clip(stop - np.maximum(start, after), 0.0, None)
     counted = stop > after
     kept = float(start[lasting][0]) if np.any(lasting) else np.nan
-    # the peak of a contact that began earlier may lie before `after`: then the samples alone are asked
+    # the peak of a contact that began earlier may lie before `after`: then only the samples are used
     peaks = run["peak_force"].values[chosen][start >= after]
     sampled = run["normal_force"].sel(joint=joint).values[run["time"].values >= after]
     peak = max(float(np.max(peaks, initial=0.0)), float(np.nanmax(sampled)))

@@ -1,4 +1,4 @@
-"""Recurrences: when a motion comes back to where it has been, and whether it then does the same again."""
+"""Recurrence plots: returns of a motion to earlier states."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from scissordyn.errors import InputError
 __all__ = ["MOST_SAMPLES", "recurrence"]
 
 MOST_SAMPLES = 5000
-"""The matrix of recurrences has the square of this many entries."""
+"""Largest number of samples; the recurrence matrix has its square of entries."""
 
 NEAR = 0.2
 """Threshold as a fraction of the standard deviation, unless one is given."""
@@ -34,25 +34,25 @@ def recurrence(
 
         R_ij = 1 if |x_i - x_j| <= threshold,    x_i = (v_i, v_{i+delay}, ..., v_{i+(dimension-1) delay})
 
-    The recurrence rate is the share of ones, determinism the share of the ones that lie on diagonal lines of at least
-    `shortest` points: times at which the motion not only came back but went on as before. Both leave out |i - j| < `apart`.
-    Periodic motion has determinism 1; so has quasi-periodic motion, nearly, once enough quantities or dimensions unfold it
-    (exactly the rotation of a circle, as |.| is the Euclidean norm), while a projection has false recurrences that end at
-    once. Independent noise has 2 RR - RR^2 for lines of two. Chaotic maps lie between. Both rates hang on the threshold, so
-    compare only at the same one.
+    The recurrence rate is the fraction of ones, determinism the fraction of the ones that lie on diagonal lines of at least
+    `shortest` points: times at which the motion returned and then repeated itself. Both leave out |i - j| < `apart`.
+    Periodic motion has determinism 1. Quasi-periodic motion has nearly 1 if enough quantities or dimensions unfold it
+    (exactly 1 for the rotation of a circle, as |.| is the Euclidean norm); a projection has isolated false recurrences.
+    Independent noise has 2 RR - RR^2 for lines of two. Chaotic maps lie between. Both rates depend on the threshold: compare
+    only at the same one.
 
     Parameters
     ----------
     values : array_like, shape (n,) or (n, quantities)
-        Scale quantities of different units before.
+        Quantities of different units must be scaled first.
     threshold : float, optional
         In the unit of the values; 0.2 of their standard deviation if not given.
     dimension, delay : int
         Of the embedding (Takens 1981).
     shortest : int
-        Points of the shortest line that counts.
+        Number of points of the shortest line.
     apart : int
-        Neighbours in time nearer than this do not count as recurrences (Theiler 1986).
+        Pairs nearer in time than this are not recurrences (Theiler 1986).
 
     Returns
     -------
@@ -94,8 +94,8 @@ def recurrence(
     return xr.Dataset(
         {
             "recurrent": described(("first", "second"), recurrent, "1", "recurrence"),
-            "recurrence_rate": described((), points / pairs, "1", "share of the pairs of samples that recur"),
-            "determinism": described((), on_lines / points if points else math.nan, "1", "share of recurrences on lines"),
+            "recurrence_rate": described((), points / pairs, "1", "fraction of the pairs of samples that recur"),
+            "determinism": described((), on_lines / points if points else math.nan, "1", "fraction of recurrences on lines"),
             "longest_line": described((), int(np.max(lines, initial=0)), "1", "points of the longest line"),
         },
         attrs={"threshold": near, "dimension": dimension, "delay": delay, "shortest": shortest, "apart": apart},

@@ -1,4 +1,4 @@
-"""Velocity against acceleration, sample by sample: what the paper calls a Poincare map."""
+"""Velocity against acceleration, sample by sample: the paper's "Poincare map"."""
 
 from __future__ import annotations
 
@@ -16,17 +16,17 @@ def velocity_acceleration(
     """Velocity and acceleration of the slider at every sample.
 
     The literature on clearance joints often plots this and calls it a Poincare map. It is a projection of the trajectory: a
-    single stroke has no period to take a map of. Use `stroboscopic` or `section` for maps.
+    single stroke has no period, and so no map. Use `stroboscopic` or `section` for maps.
 
     Parameters
     ----------
     run : Dataset
     after, until : float
-        The part of the run that is looked at [s]; the end of the run if `until` is not given.
+        Window of the evaluation [s]; to the end of the run if `until` is not given.
     body : str
-        Another body in place of the slider, whose mass centre is looked at.
+        A body whose mass centre is used in place of the slider.
     axis : {"x", "y"}
-        Along which, for another body.
+        Axis, for another body.
 
     Returns
     -------

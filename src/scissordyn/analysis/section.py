@@ -1,4 +1,4 @@
-"""A Poincare section: the states in which a run passes a level."""
+"""A Poincare section: the states in which a variable of a run crosses a level."""
 
 from __future__ import annotations
 
@@ -18,10 +18,10 @@ Direction = Literal["both", "rising", "falling"]
 SIGNS: dict[str, tuple[int, ...]] = {"both": (-1, 1), "rising": (1,), "falling": (-1,)}
 
 POLISHING = 3
-"""Newton steps on each root; the companion matrix is good to half the digits at worst, and each step doubles them."""
+"""Newton steps on each root; the companion matrix gives at least half the digits, and each step doubles them."""
 
 TWICE = 1e-7
-"""Roots nearer than this fraction of an interval are one: the same crossing seen from both sides of a sample."""
+"""Roots nearer than this fraction of an interval are one: the same root in the intervals on both sides of a sample."""
 
 
 def section(
@@ -32,9 +32,9 @@ def section(
     direction: Direction = "both",
     at: Mapping[str, str] | None = None,
 ) -> xr.Dataset:
-    """The states in which a variable passes a level, located on cubic Hermite polynomials between the samples.
+    """The states in which a variable crosses a level, located on cubic Hermite polynomials between the samples.
 
-    Every root of every cubic counts, also two of them between two samples on the same side; a touch without crossing does not.
+    Every root of every cubic is found, also two between two samples; a touch without crossing is not one.
 
     Parameters
     ----------
@@ -45,7 +45,7 @@ def section(
         In the variable's unit.
     direction : {"both", "rising", "falling"}
     at : mapping of str to str, optional
-        Which body and axis, such as ``{"body": "slider", "axis": "y"}``.
+        Body and axis, such as ``{"body": "slider", "axis": "y"}``.
 
     Returns
     -------
@@ -89,10 +89,10 @@ def section(
 
 
 def _crossings(time: np.ndarray, values: np.ndarray, rates: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Times and directions in which the piecewise cubic passes zero."""
+    """Times and directions of the zeros of the piecewise cubic."""
     step = np.diff(time)
     y0, r0, y1, r1 = values[:-1], rates[:-1], values[1:], rates[1:]
-    # a cubic lies between the least and the largest of its four Bernstein coefficients
+    # a cubic is between the smallest and the largest of its four Bernstein coefficients
     corners = np.stack([y0, y0 + step * r0 / 3.0, y1 - step * r1 / 3.0, y1])
     when, way = list[float](), list[int]()
     for k in np.flatnonzero((corners.min(axis=0) <= 0.0) & (corners.max(axis=0) >= 0.0)):

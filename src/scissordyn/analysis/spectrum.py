@@ -1,4 +1,4 @@
-"""The power spectrum of a signal and the frequencies that stand out."""
+"""The power spectrum of a signal and its dominant frequencies."""
 
 from __future__ import annotations
 
@@ -23,9 +23,9 @@ def spectrum(
 ) -> xr.Dataset:
     """The one-sided power spectral density by Welch's method, with its dominant frequencies.
 
-    The signal is cut into `segments` that overlap by half; their mean is taken off, they are windowed, and their periodograms
+    The signal is cut into `segments` that overlap by half; the mean is subtracted, they are windowed, and their periodograms
     are averaged. The integral of the density is the variance of the signal. Peaks are refined by a parabola through the
-    logarithms of three neighbours, good to about a twentieth of the resolution 1/(length of a segment).
+    logarithms of three neighbours, accurate to about a twentieth of the resolution 1/(length of a segment).
 
     Parameters
     ----------
@@ -34,9 +34,9 @@ def spectrum(
     spacing : float
         Between samples [s], or 1 for a map.
     segments : int
-        How many lengths fit into the signal; more segments give less scatter and less resolution.
+        Number of segment lengths in the signal; more segments give less scatter and less resolution.
     peaks : int
-        How many dominant frequencies at most.
+        Largest number of dominant frequencies.
     window : str
         A window of scipy.signal.
     unit : str
@@ -71,7 +71,7 @@ def spectrum(
     top = float(np.max(inside))
     flatness = math.nan
     if top > 0.0:
-        # round-off of a pure tone must not count as a floor, nor an exact zero make the mean zero
+        # excludes the round-off of a pure tone from the floor, and exact zeros from the geometric mean
         floored = np.maximum(inside, top * np.finfo(float).eps ** 2)
         flatness = float(np.exp(np.mean(np.log(floored))) / np.mean(floored))
     where, _ = signal.find_peaks(density, height=max(BROADBAND * float(np.median(inside)), 1e-12 * top))

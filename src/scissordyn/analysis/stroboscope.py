@@ -1,4 +1,4 @@
-"""The stroboscopic map: a run once in every period of its drive."""
+"""The stroboscopic map: the states of a run once per period of its drive."""
 
 from __future__ import annotations
 
@@ -14,15 +14,15 @@ from scissordyn.errors import InputError
 __all__ = ["stroboscopic"]
 
 ON_THE_GRID = 1e-9
-"""A sample taken within this fraction of the period of a flash is the flash."""
+"""A sample within this fraction of the period of an instant of the map is used as it is."""
 
 
 def stroboscopic(run: xr.Dataset, *, period: float, phase: float = 0.0, skip: int = 0) -> xr.Dataset:
     """The states of a run at t_k = (k + phase) period: the Poincare map of a periodically driven mechanism.
 
-    Where every t_k is a sample (until/(samples - 1) divides the period), the samples are taken as they are, with all that
-    they say of the joints. Otherwise positions, velocities and angles are interpolated by cubic Hermite polynomials, and the
-    rest, which has no recorded rate, is left out.
+    Where every t_k is a sample (until/(samples - 1) divides the period), the samples are used with all
+    variables. Otherwise positions, velocities and angles are interpolated by cubic Hermite polynomials, and variables without
+    a recorded rate are left out.
 
     Parameters
     ----------
@@ -30,9 +30,9 @@ def stroboscopic(run: xr.Dataset, *, period: float, phase: float = 0.0, skip: in
     period : float
         Of the drive [s].
     phase : float
-        When in the period, as a share of it [1].
+        Phase as a fraction of the period [1].
     skip : int
-        How many flashes at the start are left out as transient.
+        Number of instants at the start that are left out as transient.
 
     Returns
     -------
@@ -42,7 +42,7 @@ def stroboscopic(run: xr.Dataset, *, period: float, phase: float = 0.0, skip: in
     Raises
     ------
     InputError
-        If the period is not positive, or no flash is left.
+        If the period is not positive, or no instant is left.
 
     References
     ----------
@@ -51,7 +51,7 @@ def stroboscopic(run: xr.Dataset, *, period: float, phase: float = 0.0, skip: in
     if not (math.isfinite(period) and period > 0.0):
         raise InputError(f"period = {period!r}", "a period > 0 [s]")
     if not 0.0 <= phase < 1.0:
-        raise InputError(f"phase = {phase!r}", "a share of the period, at least 0 and below 1")
+        raise InputError(f"phase = {phase!r}", "a fraction of the period, at least 0 and below 1")
     if isinstance(skip, bool) or not isinstance(skip, int) or skip < 0:
         raise InputError(f"skip = {skip!r}", "a whole number >= 0")
     time = run["time"].values
@@ -61,8 +61,8 @@ def stroboscopic(run: xr.Dataset, *, period: float, phase: float = 0.0, skip: in
     when = period * (phase + np.arange(first + skip, last + 1))
     if when.size == 0:
         raise InputError(
-            f"a run from {time[0]:g} s to {time[-1]:g} s has no flash left with period = {period:g} s and skip = {skip}",
-            "a longer run, or fewer flashes skipped",
+            f"a run from {time[0]:g} s to {time[-1]:g} s has no instant left with period = {period:g} s and skip = {skip}",
+            "a longer run, or a smaller skip",
         )
     nearest = np.clip(np.searchsorted(time, when), 1, max(time.size - 1, 1))
     nearest -= when - time[nearest - 1] < time[np.minimum(nearest, time.size - 1)] - when

@@ -1,4 +1,4 @@
-"""What all measures share: described variables, the window of time they look at, and the arrays they accept."""
+"""Common parts of the measures: described variables, the window of time, and checks of arrays."""
 
 from __future__ import annotations
 
@@ -16,12 +16,12 @@ Variable = tuple[tuple[str, ...], np.ndarray, dict[str, str]]
 
 
 def described(dims: tuple[str, ...], values: ArrayLike, units: str, long_name: str) -> Variable:
-    """A variable of a Dataset with its unit and what it is."""
+    """A variable of a Dataset with its unit and long name."""
     return dims, np.asarray(values), {"units": units, "long_name": long_name}
 
 
 def window(run: xr.Dataset, after: float, until: float | None) -> tuple[float, float]:
-    """The part of a run that is looked at.
+    """The window of a run.
 
     Parameters
     ----------
@@ -39,7 +39,7 @@ def window(run: xr.Dataset, after: float, until: float | None) -> tuple[float, f
     Raises
     ------
     InputError
-        If it is empty or reaches out of the run.
+        If it is empty or not inside the run.
     """
     first, last = float(run["time"].values[0]), float(run["time"].values[-1])
     end = last if until is None else until
@@ -58,7 +58,7 @@ def series(values: ArrayLike, *, least: int) -> np.ndarray:
     ----------
     values : array_like, shape (n,)
     least : int
-        How many are needed.
+        Smallest number.
 
     Returns
     -------
@@ -67,7 +67,7 @@ def series(values: ArrayLike, *, least: int) -> np.ndarray:
     Raises
     ------
     InputError
-        If they are too few, not finite, or not in a line.
+        If they are too few, not finite, or not of one dimension.
     """
     found = np.asarray(values, float)
     if found.ndim != 1 or found.size < least or not np.all(np.isfinite(found)):
@@ -85,7 +85,7 @@ def as_table(values: ArrayLike, *, least: int) -> np.ndarray:
     ----------
     values : array_like, shape (n,) or (n, quantities)
     least : int
-        How many samples are needed.
+        Smallest number of samples.
 
     Returns
     -------

@@ -1,4 +1,4 @@
-"""What kind of motion stroboscopic samples show, and on what evidence."""
+"""Classification of stroboscopic samples, with the evidence."""
 
 from __future__ import annotations
 
@@ -20,13 +20,13 @@ __all__ = ["ENOUGH", "Kind", "Verdict", "classify_samples"]
 Kind = Literal["continuous contact", "periodic", "quasi-periodic", "irregular", "transient only"]
 
 ENOUGH = 200
-"""Samples below which the 0-1 test decides nothing: its displacements are looked at over a tenth of them only."""
+"""Smallest number of samples for the 0-1 test, whose displacements extend over a tenth of them only."""
 
 REGULAR, CHAOTIC = 0.2, 0.8
-"""K of the 0-1 test below and above which it decides. Between, the answer is that the motion must be followed for longer."""
+"""K of the 0-1 test below which the motion is regular and above which it is irregular. Between, a longer run is needed."""
 
 REPEATS = 4
-"""A period must be seen this many times."""
+"""Smallest number of repetitions of a period."""
 
 SETTLING = 4.0
 """The spread of a settled motion does not change by this factor from the first to the last quarter of the samples."""
@@ -34,16 +34,16 @@ SETTLING = 4.0
 
 @dataclass(frozen=True)
 class Verdict:
-    """What kind of motion it is.
+    """A class of motion with its evidence.
 
     Parameters
     ----------
     kind : {"continuous contact", "periodic", "quasi-periodic", "irregular", "transient only"}
-        "transient only" means that what was seen does not tell what the motion settles to.
+        "transient only": the samples do not determine the asymptotic motion.
     period : int or None
         In periods of the drive, where the samples repeat.
     evidence : tuple of str
-        Sentences with the numbers that decided, and with what they cannot show.
+        Sentences with the decisive numbers and their limitations.
     measures : mapping of str to float
         The same numbers, by name.
     """
@@ -65,41 +65,41 @@ def classify_samples(
     scale: ArrayLike | None = None,
     tolerance: float = 1e-3,
     longest_period: int = 16,
-    flight_share: float | None = None,
+    flight_fraction: float | None = None,
     times: ArrayLike | None = None,
     trusted_until: float = math.nan,
     seed: int = 0,
 ) -> Verdict:
-    """Tell periodic, quasi-periodic and irregular motion apart from samples of a Poincare map.
+    """Classify samples of a Poincare map as periodic, quasi-periodic or irregular motion.
 
-    The first of these that holds:
+    The first of these criteria that is met:
 
     1. period p: over the second half of the samples x_{k+p} = x_k within `tolerance` of the scale, for the least p;
     2. transient only: fewer than 200 samples, or a spread or mean that still changes from the first to the last quarter;
     3. irregular if K of the 0-1 test is above 0.8, quasi-periodic (or a period above `longest_period`) if it is below 0.2,
        for the quantity that varies most; transient only in between.
 
-    Where the loose joints never part, a motion of period 1 is called continuous contact.
+    A motion of period 1 without separation in the clearance joints is called continuous contact.
 
     Parameters
     ----------
     samples : array_like, shape (n,) or (n, quantities)
         One row per period of the drive.
     scale : array_like, shape (quantities,), optional
-        How large a difference is large, such as the clearance for eccentricities; the largest absolute value of each quantity
+        Unit of differences, such as the clearance for eccentricities; the largest absolute value of each quantity
         if not given.
     tolerance : float
-        How near counts as the same, as a fraction of the scale.
+        Largest difference of equal samples, as a fraction of the scale.
     longest_period : int
-        Longest period that is looked for.
-    flight_share : float, optional
-        Largest share of the time that a loose joint is in free flight, over the second half; 0 is continuous contact.
+        Longest period searched for.
+    flight_fraction : float, optional
+        Largest fraction of the time that a clearance joint is in free flight, over the second half; 0 is continuous contact.
     times : array_like, shape (n,), optional
         Of the samples [s].
     trusted_until : float
-        Until when the trajectory is reproducible [s]; NaN if nobody has checked.
+        Predictability horizon of the trajectory [s]; NaN if not computed.
     seed : int
-        Of the angles of the 0-1 test.
+        Of the random angles of the 0-1 test.
 
     Returns
     -------
@@ -119,17 +119,17 @@ def classify_samples(
         )
     scaled = table / size
     evidence, measures = list[str](), {"samples": float(len(scaled))}
-    if flight_share is not None:
-        measures["flight_share"] = flight_share
+    if flight_fraction is not None:
+        measures["flight_fraction"] = flight_fraction
         evidence.append(
-            "In the second half the loose joints never part."
-            if flight_share <= 0.0
-            else f"In the second half a loose joint is in free flight for {100.0 * flight_share:.3g} % of the time."
+            "No clearance joint separates in the second half."
+            if flight_fraction <= 0.0
+            else f"In the second half a clearance joint is in free flight for {100.0 * flight_fraction:.3g} % of the time."
         )
     period = _period(scaled, tolerance, longest_period, evidence, measures)
     kind: Kind
     if period is not None:
-        kind = "continuous contact" if period == 1 and flight_share is not None and flight_share <= 0.0 else "periodic"
+        kind = "continuous contact" if period == 1 and flight_fraction is not None and flight_fraction <= 0.0 else "periodic"
     else:
         kind = _aperiodic(scaled, longest_period, seed, evidence, measures)
     if times is not None:
@@ -167,7 +167,9 @@ def _aperiodic(
     scaled: np.ndarray, longest: int, seed: int, evidence: list[str], measures: dict[str, float]
 ) -> Literal["quasi-periodic", "irregular", "transient only"]:
     if len(scaled) < ENOUGH:
-        evidence.append(f"{len(scaled)} samples do not tell quasi-periodic from irregular motion; that takes {ENOUGH}.")
+        evidence.append(
+            f"{len(scaled)} samples are too few to distinguish quasi-periodic from irregular motion; {ENOUGH} are needed."
+        )
         return "transient only"
     quarter = len(scaled) // 4
     spread = [float(np.max(np.std(part, axis=0))) for part in (scaled[:quarter], scaled[-quarter:])]
@@ -184,33 +186,33 @@ def _aperiodic(
         return "transient only"
     widest = scaled[:, int(np.argmax(whole))]
     test = zero_one_test(widest, seed=seed)
-    growth, pace = float(test["K"]), float(test["samples_per_oscillation"])
-    measures["K"], measures["samples_per_oscillation"] = growth, pace
+    growth, per_oscillation = float(test["K"]), float(test["samples_per_oscillation"])
+    measures["K"], measures["samples_per_oscillation"] = growth, per_oscillation
     measures["flatness"] = float(spectrum(widest, spacing=1.0, peaks=0)["flatness"])
     evidence.append(
         f"0-1 test: K = {growth:.3f} with {len(scaled)} samples (regular < {REGULAR:g}, irregular > {CHAOTIC:g}); "
         f"spectral flatness {measures['flatness']:.2g}."
     )
-    if pace > 10.0:
-        evidence.append(f"An oscillation takes {pace:.3g} samples: so slow a one makes K too small.")
+    if per_oscillation > 10.0:
+        evidence.append(f"An oscillation has {per_oscillation:.3g} samples; with so many K is too small.")
     if growth > CHAOTIC:
         return "irregular"
     if growth < REGULAR:
-        evidence.append(f"A period above {longest} would look the same as quasi-periodic motion.")
+        evidence.append(f"A period above {longest} cannot be distinguished from quasi-periodic motion.")
         return "quasi-periodic"
-    evidence.append("K decides nothing: the motion must be followed for longer.")
+    evidence.append("K is undecided: a longer run is needed.")
     return "transient only"
 
 
 def _judge_trust(times: np.ndarray, trusted_until: float, evidence: list[str], measures: dict[str, float]) -> None:
-    """Say which of the samples are reproducible."""
+    """State which of the samples are reproducible."""
     if math.isnan(trusted_until):
         evidence.append("How long the trajectory is reproducible has not been checked: repeat the run with trust=True.")
         return
     beyond = int(np.sum(times > trusted_until))
-    measures["trusted_share"] = 1.0 - beyond / times.size
+    measures["trusted_fraction"] = 1.0 - beyond / times.size
     if beyond:
         evidence.append(
-            f"{beyond} of {times.size} samples lie beyond the trust horizon of {trusted_until:.6g} s. There they are "
-            "statistics of what may happen; one trajectory is no evidence: compare an ensemble."
+            f"{beyond} of {times.size} samples lie beyond the predictability horizon of {trusted_until:.6g} s. There one "
+            "trajectory is no evidence: compare an ensemble."
         )

@@ -16,7 +16,7 @@ LAGS = 0.1
 """Lags go up to this fraction of the samples (Gottwald and Melbourne 2009, section 3)."""
 
 CONSTANT = 1e-12
-"""Values that vary less than this fraction of their size are constant up to round-off."""
+"""Values that vary by less than this fraction of their size are constant up to round-off."""
 
 
 def zero_one_test(values: ArrayLike, *, angles: int = 100, seed: int = 0) -> xr.Dataset:
@@ -26,25 +26,25 @@ def zero_one_test(values: ArrayLike, *, angles: int = 100, seed: int = 0) -> xr.
 
         p(n) = sum_{j<=n} phi_j cos(j c),    q(n) = sum_{j<=n} phi_j sin(j c)
 
-    which stays bounded for regular motion and wanders like Brownian motion for chaotic motion. K_c is the correlation of
+    which is bounded for regular motion and diffuses like Brownian motion for chaotic motion. K_c is the correlation of
     1, ..., n_cut with the modified mean square displacement
 
         D_c(n) = mean_j [ (p(j+n) - p(j))^2 + (q(j+n) - q(j))^2 ] - (E phi)^2 (1 - cos n c) / (1 - cos c)
 
-    and K the median over the angles, which the few resonant ones do not move. The mean is taken off the samples before, so
-    that the last term vanishes; this also removes its cross terms.
+    and K the median over the angles, which is insensitive to the few resonant ones. The mean of the samples is subtracted
+    first, so that the last term and its cross terms vanish.
 
-    The samples must come from a map (`stroboscopic`, `section`, contact by contact). A finely sampled flow is regular from
-    one sample to the next, and K tends to 0 whatever the motion: look at `samples_per_oscillation`, which should not be above
-    10 or so. A few hundred samples tell clear cases; weak chaos and slow transients need thousands. K between 0.2 and 0.8 says
-    nothing but "longer".
+    The samples must come from a map (`stroboscopic`, `section`, contact by contact). A finely sampled flow changes little from
+    one sample to the next, and K tends to 0 for any motion: `samples_per_oscillation` should not exceed about 10. A few hundred
+    samples are enough for clear cases; weak chaos and slow transients need thousands. For K between 0.2 and 0.8 a longer run is
+    needed.
 
     Parameters
     ----------
     values : array_like, shape (n,)
         At least 50.
     angles : int
-        How many angles c.
+        Number of angles c.
     seed : int
         Of the random angles.
 
@@ -101,7 +101,9 @@ def _mean_square_displacement(path: np.ndarray, lags: np.ndarray) -> np.ndarray:
     """Mean over j = 1, ..., n - n_cut of |z(j + n) - z(j)|^2 for every lag n, by FFT: shape (angles, lags)."""
     samples, most = path.shape[1], int(lags[-1])
     kept = samples - most
-    origin = path.mean(axis=1, keepdims=True)  # differences do not see it, and sums of squares lose fewer digits
+    origin = path.mean(
+        axis=1, keepdims=True
+    )  # differences do not depend on the mean, and sums of squares lose fewer digits without it
     z = path - origin
     size = fft.next_fast_len(samples + most)
     head = fft.fft(z[:, :kept], size)
@@ -113,7 +115,7 @@ def _mean_square_displacement(path: np.ndarray, lags: np.ndarray) -> np.ndarray:
 
 
 def _correlation(lags: np.ndarray, displacement: np.ndarray) -> float:
-    """Pearson's correlation; that of a displacement that does not change at all is 0."""
+    """Pearson's correlation; 0 for a constant displacement."""
     if np.ptp(displacement) == 0.0:
         return 0.0
     return float(np.corrcoef(lags, displacement)[0, 1])

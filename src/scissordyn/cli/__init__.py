@@ -1,1 +1,1 @@
-"""The command line: parse, call one public function, show. No physics."""
+"""The command line: parse, call one public function, show the result."""

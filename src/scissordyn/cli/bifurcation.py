@@ -1,4 +1,4 @@
-"""``scissordyn bifurcation``: what a periodic drive settles to, over a parameter."""
+"""``scissordyn bifurcation``: the asymptotic motion under a periodic drive over a parameter."""
 
 from __future__ import annotations
 
@@ -22,24 +22,24 @@ __all__ = ["bifurcation"]
 
 def bifurcation(
     case: Annotated[Path, typer.Argument(help="A case file with a periodic drive.")],
-    over: Annotated[str, typer.Option(help="What varies, as in A.clearance, A.friction.kinetic or drive.frequency.")],
+    over: Annotated[str, typer.Option(help="The varied parameter, as in A.clearance, A.friction.kinetic or drive.frequency.")],
     first: Annotated[str, typer.Option("--from", metavar="VALUE", help="First value, with its unit.")],
     last: Annotated[str, typer.Option("--to", metavar="VALUE", help="Last value, with its unit.")],
-    values: Annotated[int, typer.Option(help="How many values.", min=2)] = 300,
+    values: Annotated[int, typer.Option(help="Number of values.", min=2)] = 300,
     cycles: Annotated[int, typer.Option(help="Periods of the drive to run for each value.", min=1)] = 200,
-    keep: Annotated[int | None, typer.Option(help="How many of the last to keep; half if not given.", min=1)] = None,
+    keep: Annotated[int | None, typer.Option(help="Number of last periods to keep; half if not given.", min=1)] = None,
     follow: Annotated[bool, typer.Option("--follow", help="Start each value where the one before ended.")] = False,
     tolerance: Annotated[float, typer.Option(help="Relative tolerance.", min=1e-14, max=1e-2)] = 1e-6,
     workers: Annotated[int | None, typer.Option(help="Processes; one per processor if not given.", min=1)] = None,
     output: Annotated[
-        Path | None, typer.Option("-o", "--output", help="Keep the diagram in this NetCDF file, and go on from it.")
+        Path | None, typer.Option("-o", "--output", help="Save the diagram to this NetCDF file, and continue it.")
     ] = None,
     change: Annotated[
         list[str] | None,
         typer.Option("--set", metavar="KEY=VALUE", help="Change a value of the case. Repeatable."),
     ] = None,
     plot: Annotated[Path | None, typer.Option(help="Draw the diagram into this file.")] = None,
-    variable: Annotated[str, typer.Option(help="What to draw.")] = "",
+    variable: Annotated[str, typer.Option(help="The variable to draw.")] = "",
 ) -> int:
     """Compute a bifurcation diagram: the state once per period of the drive, for many values of a parameter."""
     if output is not None:
@@ -106,7 +106,7 @@ def _show(diagram: xr.Dataset, output: Path | None, plot: Path | None, variable:
         print(f"Saved to {output}" + ("" if states.count("complete") == total else f", marked {diagram.attrs['status']}"))
     if diagram.attrs["status"] == "interrupted":
         print(
-            "scissordyn: interrupted; the same command goes on from the file" if output else "scissordyn: interrupted",
+            "scissordyn: interrupted; the same command continues from the file" if output else "scissordyn: interrupted",
             file=sys.stderr,
         )
         return INTERRUPTED
@@ -128,7 +128,7 @@ def _show(diagram: xr.Dataset, output: Path | None, plot: Path | None, variable:
 
 @contextmanager
 def _progress(total: int) -> Iterator[Callable[[int, int], None] | None]:
-    """Give a function of how many values are done that moves a bar on stderr; None where no one looks at a terminal."""
+    """A function of the number of values done that updates a bar on stderr; None without a terminal."""
     if not sys.stderr.isatty():
         yield None
         return

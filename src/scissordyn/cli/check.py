@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 if TYPE_CHECKING:
-    from scissordyn.model.drive import Motion
+    from scissordyn.model.drive import TimeFunction
 
 __all__ = ["check"]
 
@@ -20,7 +20,7 @@ def check(
         typer.Option("--set", metavar="KEY=VALUE", help="Change a value of the case, as in drive.speed='250 rpm'. Repeatable."),
     ] = None,
 ) -> int:
-    """Read a case, assemble its mechanism and say what would be run."""
+    """Read a case, assemble its mechanism and describe the run."""
     from scissordyn.cli.show import console
     from scissordyn.config.file import read_case
     from scissordyn.mechanics.layout import lay_out
@@ -34,13 +34,14 @@ def check(
     prepare_start(layout, build_system(layout), read.run)
 
     lines = [
-        f"{case} is a whole case and can be assembled.",
-        f"Mechanism: {len(mechanism.bodies)} bodies, {len(mechanism.ideal)} ideal and {len(mechanism.loose)} loose joints, "
-        f"{layout.free} free coordinates with {len(layout.conditions)} quadratic conditions.",
+        f"{case} is complete and can be assembled.",
+        f"Mechanism: {len(mechanism.bodies)} bodies, {len(mechanism.ideal_joints)} ideal and "
+        f"{len(mechanism.clearance_joints)} clearance joints, "
+        f"{layout.free} free coordinates with {len(layout.conditions)} quadratic constraints.",
     ]
     lines += [f"Drive of {drive.body}: {_in_words(drive.motion)}." for drive in mechanism.drives]
     lines += [f"{type(element).__name__} {element.name}." for element in mechanism.elements]
-    parts = [("Joint", joint.name, joint.clearance) for joint in mechanism.loose]
+    parts = [("Joint", joint.name, joint.clearance) for joint in mechanism.clearance_joints]
     for kind, name, gap in (*parts, *(("Guide", guide.name, guide.clearance) for guide in mechanism.guides)):
         if gap is None:
             continue
@@ -54,13 +55,13 @@ def check(
     return 0
 
 
-def _in_words(motion: Motion) -> str:
+def _in_words(motion: TimeFunction) -> str:
     from scissordyn.config.quantity import written
-    from scissordyn.model.drive import ConstantSpeed, Polynomial, TableMotion
+    from scissordyn.model.drive import ConstantSpeed, Polynomial, Tabulated
     from scissordyn.units import quantities
 
     kind: type = type(motion)
-    if isinstance(motion, TableMotion):
+    if isinstance(motion, Tabulated):
         return f"a table of {len(motion.times)} instants from {1e3 * motion.times[0]:g} to {1e3 * motion.times[-1]:g} ms"
     if isinstance(motion, Polynomial):
         return f"a polynomial of degree {len(motion.coefficients) - 1}"

@@ -103,17 +103,17 @@ def _describe(kind: str, name: str, to: Console) -> None:
     known = facts(kind, name)
     to.print(f"{known.name}, a law of {kind}", style="bold", markup=False)
     print_text(described, to)
-    remarks = [f"Source: {known.source}"]
+    notes = [f"Source: {known.source}"]
     if known.restitution_range is not None:
-        remarks.append("Made for restitution coefficients from {:g} to {:g}.".format(*known.restitution_range))
+        notes.append("Made for restitution coefficients from {:g} to {:g}.".format(*known.restitution_range))
     if known.states:
-        remarks.append(f"Hidden states: {', '.join(known.states)}.")
+        notes.append(f"Internal states: {', '.join(known.states)}.")
     if known.stiff:
-        remarks.append("Makes the equations of motion stiff.")
+        notes.append("Makes the equations of motion stiff.")
     if known.caveat:
-        remarks.append(f"Caveat: {known.caveat}")
-    for remark in remarks:
-        to.print(remark, markup=False)
+        notes.append(f"Caveat: {known.caveat}")
+    for note in notes:
+        to.print(note, markup=False)
     chosen = "".join(f", {sample}" for sample in print_parameters(described, to)[:1])
     to.print(
         "In a case file: " + (f'{kind} = {{ law = "{known.name}"{chosen} }}' if chosen else f'{kind} = "{known.name}"'),

@@ -1,4 +1,4 @@
-"""The entry point, and the one place where errors become one line and an exit status."""
+"""The entry point: errors become one line and an exit status."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ __all__ = ["app", "run", "status_of"]
 
 app = typer.Typer(
     name="scissordyn",
-    help="Dynamics of deployable scissor structures with loose joints.",
+    help="Dynamics of deployable scissor structures with clearance joints.",
     add_completion=False,
     pretty_exceptions_enable=False,
     rich_markup_mode=None,
@@ -38,11 +38,11 @@ STOPPED = "interrupted"
 
 
 class NothingComputedError(Exception):
-    """Ctrl-C outside the simulation, which keeps what it has and says so itself."""
+    """Ctrl-C outside the simulation, which handles it itself and returns its results."""
 
 
 def _guarded(command: Callable[..., int]) -> Callable[..., int]:
-    """The command, with Ctrl-C turned into an error that typer lets through; of its own accord it says nothing."""
+    """The command, with Ctrl-C as an error that typer does not catch."""
 
     @functools.wraps(command)
     def guarded(*arguments: Any, **options: Any) -> int:
@@ -67,14 +67,14 @@ COMMANDS: dict[str, Callable[..., int]] = {
 for _name, _command in COMMANDS.items():
     app.command(_name)(_guarded(_command))
 
-# typer brings its own copy of click, or uses the one beside it, depending on its version: this is ClickException in both
+# depending on its version typer has its own copy of click or uses the installed one: this is ClickException in both
 USAGE_ERROR: type[Exception] = typer.BadParameter.__mro__[2]
 
 
 def run() -> None:
-    """Run the command line of this process and leave with its exit status."""
-    # a third of a short command's time went into looking for garbage among freshly loaded libraries, and into a last look
-    # at the end, when the system takes all memory back anyway
+    """Run the command line of this process and exit with its status."""
+    # without this a third of a short command's time is garbage collection, among freshly loaded libraries and at
+    # the end, when the system frees all memory anyway
     gc.set_threshold(200_000)
     status = status_of(sys.argv[1:])
     gc.freeze()
@@ -87,18 +87,18 @@ def status_of(arguments: Sequence[str]) -> int:
     Parameters
     ----------
     arguments : sequence of str
-        What the user typed after ``scissordyn``.
+        The arguments after ``scissordyn``.
 
     Returns
     -------
     int
-        0 done, 1 a fault of ours, 2 bad input, 3 the solver gave up, 130 interrupted.
+        0 done, 1 an internal error, 2 invalid input, 3 a failed run, 130 interrupted.
     """
     lost: list[BaseException | None] = []
     hook = sys.unraisablehook
 
     def notice(unraisable: sys.UnraisableHookArgs) -> None:
-        # Ctrl-C inside a callback of the compiler is printed and forgotten by Python; what fails after it is its echo
+        # Python prints and ignores Ctrl-C inside a callback of the compiler; a failure after it is its consequence
         if issubclass(unraisable.exc_type, KeyboardInterrupt):
             lost.append(unraisable.exc_value)
         else:
@@ -115,10 +115,10 @@ def status_of(arguments: Sequence[str]) -> int:
         return _complain(f"{error.format_message().rstrip('.')}; type: scissordyn --help", BAD_INPUT)  # type: ignore[attr-defined]
     except (NothingComputedError, KeyboardInterrupt):
         return _complain(STOPPED, INTERRUPTED)
-    except BrokenPipeError:  # the reader of a pipe has gone, as in "scissordyn laws | head"
+    except BrokenPipeError:  # the reader of a pipe has closed it, as in "scissordyn laws | head"
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return DONE
-    except Exception as error:  # nothing but one line may reach the user
+    except Exception as error:  # the output is one line only
         if lost:
             return _complain(STOPPED, INTERRUPTED)
         hint = "" if os.environ.get("SCISSORDYN_TRACEBACK") else "; a fault of scissordyn: SCISSORDYN_TRACEBACK=1 shows where"

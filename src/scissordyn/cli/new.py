@@ -1,4 +1,4 @@
-"""``scissordyn new``: a case file to start from."""
+"""``scissordyn new``: a commented case file."""
 
 from __future__ import annotations
 

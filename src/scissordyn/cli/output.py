@@ -1,4 +1,4 @@
-"""Whether results can be written, found out before the work starts."""
+"""Checks that results can be written, before the computation."""
 
 from __future__ import annotations
 
@@ -16,11 +16,11 @@ def check_file(path: Path, case: Path, sample: str) -> None:
     Parameters
     ----------
     path : Path
-        Where the result is to go.
+        File of the result.
     case : Path
         The case file, which must not be overwritten by its result.
     sample : str
-        What the user could type.
+        An example to type.
     """
     if path.is_dir():
         raise InputError(f"cannot write '{path}': it is a folder", "the name of a file", sample)
@@ -30,7 +30,7 @@ def check_file(path: Path, case: Path, sample: str) -> None:
 
 
 def check_folder(folder: Path, sample: str) -> None:
-    """Raise `InputError` unless a folder is there or can be made, and takes files."""
+    """Raise `InputError` unless a folder exists or can be created, and is writable."""
     existing = next(ancestor for ancestor in (folder, *folder.absolute().parents) if ancestor.exists())
     if not existing.is_dir():
         raise InputError(f"cannot write into '{folder}': '{existing}' is a file", "a folder", sample)
@@ -42,6 +42,4 @@ def _try(target: Path, folder: Path, sample: str) -> None:
         with tempfile.TemporaryFile(dir=folder):
             pass
     except OSError as error:
-        raise InputError(
-            f"cannot write '{target}': {error.strerror}", "a place that exists and can be written", sample
-        ) from None
+        raise InputError(f"cannot write '{target}': {error.strerror}", "a place that can be written", sample) from None

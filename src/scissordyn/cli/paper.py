@@ -1,4 +1,4 @@
-"""``scissordyn paper``: redo what the paper did, and say what agrees."""
+"""``scissordyn paper``: reproduce the paper's figures and compare its statements."""
 
 from __future__ import annotations
 
@@ -20,13 +20,13 @@ __all__ = ["paper"]
 
 
 def paper(
-    output: Annotated[Path, typer.Option("-o", "--output", help="Folder for the report and everything behind it.")] = Path(
+    output: Annotated[Path, typer.Option("-o", "--output", help="Folder of the report, the runs and the pictures.")] = Path(
         "paper"
     ),
     figure: Annotated[int | None, typer.Option(help="Draw only this figure of the paper.")] = None,
     workers: Annotated[int | None, typer.Option(help="Processes; one per processor if not given.")] = None,
 ) -> int:
-    """Compute the paper's figures anew and answer its statements with measured numbers."""
+    """Reproduce the paper's figures and compare its statements with measured numbers."""
     check_folder(output, "-o paper")
     from scissordyn.paper.reproduce import draw_figure, reproduce
 
@@ -54,7 +54,7 @@ def _show(verdicts: tuple[Verdict, ...]) -> None:
     table = Table(box=box.SIMPLE_HEAD, pad_edge=False, padding=(0, 1, 0, 0))
     table.add_column("")
     table.add_column("answer", no_wrap=True)
-    table.add_column("the paper says, and what was measured")
+    table.add_column("statement of the paper, and measured values")
     for verdict in verdicts:
         said, found = verdict.clause.says, verdict.finding.words
         table.add_row(verdict.clause.key, verdict.answer, f"{said}\n{found[:1].upper()}{found[1:]}.".replace("[", r"\["))
@@ -65,12 +65,12 @@ def _show(verdicts: tuple[Verdict, ...]) -> None:
     to.print(f"{agreeing} of {len(verdicts)} clauses agree.", markup=False)
     periodic = [verdict.periodic for verdict in verdicts if verdict.periodic is not None]
     holding = sum(found.holds for found in periodic)
-    to.print(f"Of the {len(periodic)} that have a meaning under a periodic drive, {holding} agree there.", markup=False)
+    to.print(f"Of the {len(periodic)} that can be evaluated under a periodic drive, {holding} agree there.", markup=False)
 
 
 @contextmanager
 def _bars() -> Iterator[Callable[[str, int, int], None] | None]:
-    """Give a function that moves one bar per kind of work on stderr; None where no one looks at a terminal."""
+    """A function that updates one bar per kind of work on stderr; None without a terminal."""
     if not sys.stderr.isatty():
         yield None
         return

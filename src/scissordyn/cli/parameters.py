@@ -1,4 +1,4 @@
-"""What a plug-in is and which parameters it has, for `scissordyn laws` and `scissordyn controllers`."""
+"""Description and parameters of a plug-in, for `scissordyn laws` and `scissordyn controllers`."""
 
 from __future__ import annotations
 
@@ -15,13 +15,13 @@ def print_text(described: type, to: Console) -> None:
     import inspect
     import re
 
-    # it is written for sphinx; here the formula stands as LaTeX below its sentence
+    # its markup is for sphinx; here the formula is LaTeX below its sentence
     text = re.sub(r"\.\. math::\s*", "    ", inspect.getdoc(described) or "")
     to.print(re.sub(r"``?|:[a-z]+:(?=`)", "", text), markup=False)
 
 
 def print_parameters(described: type, to: Console) -> list[str]:
-    """Print the parameters of a plug-in; returns a sample of each as a case file has it."""
+    """Print the parameters of a plug-in; returns a sample of each in the form of a case file."""
     from rich import box
     from rich.table import Table
 

@@ -1,4 +1,4 @@
-"""A bar over simulated time, on a terminal."""
+"""A progress bar of the simulated time, on a terminal."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ __all__ = ["progress_bar"]
 
 @contextmanager
 def progress_bar(until: float) -> Iterator[Callable[[float], None] | None]:
-    """Give a function of the simulated time that moves a bar on stderr; None where no one looks at a terminal.
+    """A function of the simulated time that updates a bar on stderr; None without a terminal.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""``scissordyn run``: simulate a case, show what happened, save it."""
+"""``scissordyn run``: simulate a case, show and save the result."""
 
 from __future__ import annotations
 
@@ -32,11 +32,11 @@ def run(
     ] = None,
     plot: Annotated[Path | None, typer.Option(help="Draw the run, beside the ideal mechanism, into this folder.")] = None,
     film: Annotated[
-        Path | None, typer.Option("--animate", help="Film the run: a name that ends in .gif, .mp4 or .html.")
+        Path | None, typer.Option("--animate", help="Write a film of the run: a name that ends in .gif, .mp4 or .html.")
     ] = None,
-    trust: Annotated[bool, typer.Option("--trust", help="Run twice and report until when both runs agree.")] = False,
+    trust: Annotated[bool, typer.Option("--trust", help="Run twice and report the time until which both runs agree.")] = False,
     samples: Annotated[int | None, typer.Option(help="Recorded instants.")] = None,
-    events: Annotated[int, typer.Option(help="Contacts to show.", min=0)] = 20,
+    events: Annotated[int, typer.Option(help="Number of contacts to show.", min=0)] = 20,
 ) -> int:
     """Simulate a case and show its contacts."""
     if output is not None:
@@ -57,7 +57,7 @@ def run(
             from scissordyn.simulation.store import save
 
             save(result, output)
-    finally:  # whatever became of the file, the user sees what was computed
+    finally:  # the results are shown even if the file cannot be written
         _show(result, events)
     status = result.attrs["status"]
     if output is not None:
@@ -74,14 +74,14 @@ def run(
 
 
 def _is_saved(path: Path) -> bool:
-    """Whether a path is a saved run, whole or not, rather than a case file."""
+    """Whether a path is a saved run, possibly truncated, rather than a case file."""
     if path.suffix == ".nc":
         return True
     try:
         with path.open("rb") as file:
             return file.read(len(HDF_MAGIC)) == HDF_MAGIC
     except OSError:
-        return False  # the reader of case files says what is wrong
+        return False  # the reader of case files raises the error
 
 
 def _from_case(path: Path, changes: list[str]) -> xr.Dataset:
@@ -118,7 +118,7 @@ def _show(result: xr.Dataset, rows: int) -> None:
 
 
 def _mechanism(result: xr.Dataset) -> Mechanism:
-    """What was run."""
+    """The mechanism of the run."""
     from scissordyn.model.record import from_plain
 
     mechanism: Mechanism = from_plain(json.loads(result.attrs["configuration"])["mechanism"])
@@ -130,6 +130,6 @@ def _draw(result: xr.Dataset, folder: Path) -> None:
     from scissordyn.simulation.run import simulate
 
     mechanism = _mechanism(result)
-    ideal = simulate(mechanism.tighten(), until=float(result["time"][-1]), samples=result.sizes["time"])
+    ideal = simulate(mechanism.ideal(), until=float(result["time"][-1]), samples=result.sizes["time"])
     for path in draw_all(result, ideal, folder, mechanism):
         print(path)

@@ -1,4 +1,4 @@
-"""Numbers for people: engineering prefixes and as many digits as mean something."""
+"""Numbers with engineering prefixes and significant digits."""
 
 from __future__ import annotations
 
@@ -12,14 +12,14 @@ PREFIXES = ((1e9, "G"), (1e6, "M"), (1e3, "k"), (1.0, ""), (1e-3, "m"), (1e-6, "
 
 
 def prefix(largest: float) -> tuple[float, str]:
-    """The factor and letter of the prefix that a number reads best with."""
+    """The factor and letter of the engineering prefix of a number."""
     if not (math.isfinite(largest) and largest > 0.0):
         return 1.0, ""
     return next(((factor, letter) for factor, letter in PREFIXES if largest >= factor), PREFIXES[-1])
 
 
 def column(values: np.ndarray, unit: str, digits: int = 5) -> tuple[str, list[str]]:
-    """A unit with its prefix, and the numbers with the same number of decimals; a dash for what is not known.
+    """A unit with its prefix, and the numbers with the same number of decimals; a dash for NaN.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""A run in words and in a table."""
+"""The summary and the table of contacts of a run."""
 
 from __future__ import annotations
 
@@ -16,17 +16,17 @@ from scissordyn.cli.scale import column, short
 __all__ = ["console", "counted", "show_events", "show_summary"]
 
 WIDTH = 100
-"""Columns to write where no terminal says how many there are."""
+"""Columns of the output without a terminal."""
 
 
 def console() -> Console:
-    """Where results are shown: stdout, not narrower than the tables when it is a file or a pipe."""
+    """Console on stdout, not narrower than the tables for a file or a pipe."""
     plain = Console(highlight=False, soft_wrap=False)
     return plain if plain.is_terminal else Console(highlight=False, width=WIDTH)
 
 
 def counted(number: int, thing: str = "contact") -> str:
-    """So many things, as "1 contact" or "3 contacts"."""
+    """A count of things, as "1 contact" or "3 contacts"."""
     return f"{number} {thing}" + ("" if number == 1 else "s")
 
 
@@ -37,7 +37,7 @@ def show_events(run: xr.Dataset, rows: int, to: Console) -> None:
     ----------
     run : Dataset
     rows : int
-        How many contacts to show at most.
+        Largest number of contacts to show.
     to : Console
     """
     found = run.sizes["contact"]
@@ -78,7 +78,7 @@ def _locked_and_stopped(run: xr.Dataset) -> list[str]:
     reached: dict[str, list[float]] = {}
     for (name, kind, when), loss in zip(events, losses, strict=True):
         if kind == "locked":
-            found.append(f"Latch {name} locked at {short(float(when), 's')}, which took {short(float(loss), 'J')}.")
+            found.append(f"Latch {name} locked at {short(float(when), 's')}, with a loss of {short(float(loss), 'J')}.")
         elif kind == "reached":
             reached.setdefault(str(name), []).append(float(when))
     for name, times in reached.items():
@@ -102,16 +102,16 @@ def show_summary(run: xr.Dataset, to: Console) -> None:
         )
         highest = int(np.argmax(here["peak_force"].values))
         when = float(here["contact_start"].values[highest] + here["peak_time"].values[highest])
-        share = float(lasting.sum()) / end if end > 0.0 else 0.0
+        fraction = float(lasting.sum()) / end if end > 0.0 else 0.0
         parts.append(
-            f"Joint {joint}: {counted(here.sizes['contact'])}, in contact {100.0 * share:.3g} % of the time, "
+            f"Joint {joint}: {counted(here.sizes['contact'])}, in contact {100.0 * fraction:.3g} % of the time, "
             f"largest force {short(float(here['peak_force'].values[highest]), 'N')} at {short(when, 's')}."
         )
     parts += _locked_and_stopped(run)
     if run.sizes["time"]:
         residual = float(np.abs(run["energy_residual"].values).max())
         turned_over = max(float(np.ptp(run[name].values)) for name in ("kinetic_energy", "potential_energy", "drive_work"))
-        relative = f", {residual / turned_over:.1e} of the energy turned over" if turned_over > 0.0 else ""
+        relative = f", {residual / turned_over:.1e} of the converted energy" if turned_over > 0.0 else ""
         parts.append(f"The energy balance closes to {short(residual, 'J')}{relative}.")
     trusted = float(attributes["trusted_until"])
     if math.isfinite(trusted):

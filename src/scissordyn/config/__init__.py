@@ -1,1 +1,1 @@
-"""Case files: TOML with units in, the frozen descriptions of `scissordyn.model` out."""
+"""Case files: from TOML with units to the frozen descriptions of `scissordyn.model`."""

@@ -1,4 +1,4 @@
-"""The tables of a case file, and what they describe."""
+"""The tables of a case file and their description as a mechanism and options."""
 
 from __future__ import annotations
 
@@ -9,14 +9,14 @@ from pydantic import Field, PlainValidator, TypeAdapter, ValidationInfo
 
 from scissordyn.config.clearance import ClearanceTable, GuideClearanceTable
 from scissordyn.config.control import ControlTable
-from scissordyn.config.motion import DriveTable
 from scissordyn.config.part import PARTS, assembled
 from scissordyn.config.payload import PanelsTable, PayloadTable
 from scissordyn.config.structure import STRUCTURE, StructureTable
 from scissordyn.config.table import Table, described, located
+from scissordyn.config.time_function import DriveTable
 from scissordyn.errors import InputError
 from scissordyn.model.body import Body, Point
-from scissordyn.model.connection import Latch, Link, Weld
+from scissordyn.model.connection import Latch, Rod, Weld
 from scissordyn.model.element import AngleStop, Force, Motor, Spring, Torque, TorsionSpring, TravelStop
 from scissordyn.model.joint import Guide, Revolute
 from scissordyn.model.mechanism import Mechanism
@@ -27,25 +27,25 @@ __all__ = ["Case", "CaseTable", "Run"]
 
 @dataclasses.dataclass(frozen=True)
 class Run(Options):
-    """How to run a case: the options of `simulate`.
+    """The options of `simulate` in a case file.
 
     Parameters
     ----------
     trust : bool
-        Whether to run twice and report until when both runs agree.
+        Whether to run twice and report the time until which both runs agree.
     """
 
     trust: bool = False
 
     @property
     def keywords(self) -> dict[str, Any]:
-        """What `simulate` is called with."""
+        """The arguments of `simulate`."""
         return {field.name: getattr(self, field.name) for field in dataclasses.fields(self)}
 
 
 @dataclasses.dataclass(frozen=True)
 class Case:
-    """A mechanism and how to run it.
+    """A mechanism and the options of its simulation.
 
     Parameters
     ----------
@@ -62,7 +62,7 @@ _CONTROLS = TypeAdapter(list[ControlTable])
 
 
 def _read_drives(given: Any, info: ValidationInfo) -> list[DriveTable]:
-    """One motor as a table, several as a list of tables."""
+    """One drive as a table, several as a list of tables."""
     if isinstance(given, list):
         return _DRIVES.validate_python(given, context=info.context)
     return [DriveTable.model_validate(given, context=info.context)]
@@ -83,12 +83,12 @@ class CaseTable(Table):
     """A whole case file."""
 
     structure: Annotated[
-        StructureTable, STRUCTURE, Field(description="what is deployed", examples=[{"kind": "scissor"}], validate_default=True)
+        StructureTable, STRUCTURE, Field(description="the structure", examples=[{"kind": "scissor"}], validate_default=True)
     ]
     drive: Annotated[
         list[DriveTable],
         PlainValidator(_read_drives),
-        Field(description="the motor; [[drive]] for several", default_factory=list),
+        Field(description="a drive; [[drive]] for several", default_factory=list),
     ]
     control: Annotated[
         list[ControlTable],
@@ -96,18 +96,19 @@ class CaseTable(Table):
         Field(description="a controlled torque in place of a drive; [[control]] for several", default_factory=list),
     ]
     clearance: Annotated[
-        list[ClearanceTable], Field(description="a loose joint; as many of these tables as loose joints", default_factory=list)
+        list[ClearanceTable],
+        Field(description="a clearance joint; one table for each", default_factory=list),
     ]
     guide_clearance: Annotated[
         list[GuideClearanceTable],
-        Field(description="a loose guide; as many of these tables as loose guides", default_factory=list),
+        Field(description="a clearance guide; one table for each", default_factory=list),
     ]
     body: list[Annotated[Body, PARTS["body"].reader]] = _listed()
     ground: list[Annotated[tuple[str, Point], PARTS["ground"].reader]] = _listed()
     joint: list[Annotated[Revolute, PARTS["joint"].reader]] = _listed()
     guide: list[Annotated[Guide, PARTS["guide"].reader]] = _listed()
     weld: list[Annotated[Weld, PARTS["weld"].reader]] = _listed()
-    link: list[Annotated[Link, PARTS["link"].reader]] = _listed()
+    rod: list[Annotated[Rod, PARTS["rod"].reader]] = _listed()
     latch: list[Annotated[Latch, PARTS["latch"].reader]] = _listed()
     spring: list[Annotated[Spring, PARTS["spring"].reader]] = _listed()
     torsion_spring: list[Annotated[TorsionSpring, PARTS["torsion_spring"].reader]] = _listed()
@@ -117,13 +118,15 @@ class CaseTable(Table):
     travel_stop: list[Annotated[TravelStop, PARTS["travel_stop"].reader]] = _listed()
     motor: list[Annotated[Motor, PARTS["motor"].reader]] = _listed()
     payload: Annotated[
-        list[PayloadTable], Field(description="a mass fixed to a body; as many of these tables as masses", default_factory=list)
+        list[PayloadTable], Field(description="a mass fixed to a body; one table for each", default_factory=list)
     ]
     panels: Annotated[list[PanelsTable], Field(description="a panel on each of some bars", default_factory=list)]
-    run: Annotated[Run, described(Run, until="50 ms"), Field(description="how to run it", examples=[{"until": "50 ms"}])]
+    run: Annotated[
+        Run, described(Run, until="50 ms"), Field(description="options of the simulation", examples=[{"until": "50 ms"}])
+    ]
 
     def case(self) -> Case:
-        """What the file describes; an `InputError` with the place in the file if its tables do not fit together."""
+        """The case of the file; an `InputError` with the place in the file if its tables are inconsistent."""
         with located("structure"):
             base = self.structure.fields()
         mechanism = assembled(base, {name: getattr(self, name) for name in PARTS})
@@ -131,7 +134,7 @@ class CaseTable(Table):
             for index, load in enumerate(getattr(self, section)):
                 with located(f"{section}.{index}"):
                     mechanism = load.carried(mechanism)
-        mechanism = self._loosened(mechanism)
+        mechanism = self._with_clearances(mechanism)
         driven = set[str]()
         for table in self.drive:
             with located("drive"):
@@ -145,16 +148,16 @@ class CaseTable(Table):
                 mechanism = control.applied(mechanism, until=self.run.until)
         return Case(mechanism, self.run)
 
-    def _loosened(self, mechanism: Mechanism) -> Mechanism:
-        """With every [[clearance]] and [[guide_clearance]] put in, in order: a later one has the last word."""
+    def _with_clearances(self, mechanism: Mechanism) -> Mechanism:
+        """The mechanism with every [[clearance]] and [[guide_clearance]], in order: a later table replaces an earlier one."""
         named = set[str]()
         for index, table in enumerate(self.clearance):
             with located(f"clearance.{index}"):
                 if table.joint in named:
                     raise InputError(f"joint '{table.joint}' given twice", "one [[clearance]] for each joint")
                 named.add(table.joint)
-                mechanism = mechanism.loosen(table.joint, table.described())
+                mechanism = mechanism.with_clearance(table.joint, table.described())
         for index, channel in enumerate(self.guide_clearance):
             with located(f"guide_clearance.{index}"):
-                mechanism = mechanism.loosen(channel.guide, channel.described())
+                mechanism = mechanism.with_clearance(channel.guide, channel.described())
         return mechanism

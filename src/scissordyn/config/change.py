@@ -13,7 +13,7 @@ __all__ = ["changed"]
 
 SAMPLE = "--set drive.speed='250 rpm'"
 HANDLES = ("joint", "guide", "name", "body")
-"""Keys by whose value a table in a list is found; the first that it has."""
+"""Keys that identify a table in a list; the first one present is used."""
 
 LAW_KEYS = ("stiffness", "damping", "friction")
 
@@ -26,8 +26,8 @@ def changed(tree: dict[str, Any], changes: Iterable[str]) -> dict[str, Any]:
     tree : dict
         Left as it is.
     changes : iterable of str
-        Each ``path=value``. The path goes down the tables, through a list by index or by the joint, guide, name or
-        body that the table is for (``clearance.A.friction.kinetic``). The value is TOML if it parses as that, else text.
+        Each ``path=value``. The path names tables and keys, and tables of a list by index or by their joint, guide, name or
+        body (``clearance.A.friction.kinetic``). The value is TOML if it can be parsed, otherwise text.
 
     Returns
     -------
@@ -36,7 +36,7 @@ def changed(tree: dict[str, Any], changes: Iterable[str]) -> dict[str, Any]:
     Raises
     ------
     InputError
-        If a change is not of that form, or its path leads nowhere.
+        If a change is not of that form, or its path does not exist.
     """
     new = copy.deepcopy(tree)
     for change in changes:

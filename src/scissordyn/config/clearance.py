@@ -1,4 +1,4 @@
-"""Loose joints and loose guides in a case file."""
+"""Clearance joints and clearance guides in a case file."""
 
 from __future__ import annotations
 
@@ -26,18 +26,18 @@ _GAP, _CHANNEL = quantities(Clearance), quantities(GuideClearance)
 
 
 def _defaults(kind: type) -> dict[str, Any]:
-    """Defaults of a dataclass as a case file writes them: laws by their names."""
+    """Defaults of a dataclass in the form of a case file, with laws by name."""
     return {
         field.name: field.default if field.default_factory is dataclasses.MISSING else field.default_factory().name
         for field in dataclasses.fields(kind)
     }
 
 
-_DEFAULT, _LOOSE = _defaults(Clearance), _defaults(GuideClearance)
+_DEFAULT, _GUIDE_DEFAULT = _defaults(Clearance), _defaults(GuideClearance)
 
 
 def _damping_with_restitution(given: Any, info: ValidationInfo) -> Any:
-    """A damping law that takes the restitution given beside it."""
+    """A damping law, with the restitution coefficient of the table."""
     folder = (info.context or {}).get("folder", Path())
     if info.data.get("restitution") is None:
         return read_law(given, "damping", folder)
@@ -71,9 +71,9 @@ FrictionKey = Annotated[
 
 
 class ClearanceTable(Table):
-    """A loose joint."""
+    """A clearance joint."""
 
-    joint: Annotated[str, Field(description='the loose joint, or several: "all", "pivots", "unit 1/*"', examples=["A"])]
+    joint: Annotated[str, Field(description='the clearance joint, or several: "all", "pivots", "unit 1/*"', examples=["A"])]
     clearance: Annotated[float, _GAP["clearance"], Field(examples=["0.5 mm"])]
     journal_radius: Annotated[float, _GAP["journal_radius"]] = _DEFAULT["journal_radius"]
     bearing_length: Annotated[float, _GAP["bearing_length"]] = _DEFAULT["bearing_length"]
@@ -93,14 +93,14 @@ class ClearanceTable(Table):
     _damping = field_validator("damping", mode="plain")(_damping_with_restitution)
 
     def described(self) -> Clearance:
-        """The loose joint as the model describes it."""
+        """The clearance joint of the model."""
         return Clearance(**{name: getattr(self, name) for name in _DEFAULT})
 
 
 class GuideClearanceTable(Table):
-    """A loose guide."""
+    """A clearance guide."""
 
-    guide: Annotated[str, Field(description='the loose guide, or several: "all"', examples=["guide"])]
+    guide: Annotated[str, Field(description='the clearance guide, or several: "all"', examples=["guide"])]
     clearance: Annotated[float, _CHANNEL["clearance"], Field(examples=["0.1 mm"])]
     length: Annotated[float | None, _CHANNEL["length"], Field(examples=["40 mm"])] = None
     width: Annotated[float | None, _CHANNEL["width"], Field(examples=["20 mm"])] = None
@@ -112,23 +112,23 @@ class GuideClearanceTable(Table):
             examples=[["-19, -9 mm", "19, -9 mm", "19, 9 mm", "-19, 9 mm"]],
         ),
     ] = ()
-    corner_radius: Annotated[float, _CHANNEL["corner_radius"]] = _LOOSE["corner_radius"]
-    thickness: Annotated[float, _CHANNEL["thickness"]] = _LOOSE["thickness"]
+    corner_radius: Annotated[float, _CHANNEL["corner_radius"]] = _GUIDE_DEFAULT["corner_radius"]
+    thickness: Annotated[float, _CHANNEL["thickness"]] = _GUIDE_DEFAULT["thickness"]
     material: Annotated[
         Material,
         material_of,
-        Field(description="of the block, and of the guide unless that is given", examples=[_LOOSE["material"].name]),
-    ] = _LOOSE["material"]
+        Field(description="of the block, and of the guide unless that is given", examples=[_GUIDE_DEFAULT["material"].name]),
+    ] = _GUIDE_DEFAULT["material"]
     guide_material: Annotated[
-        Material | None, material_of, Field(description="of the guide", examples=[_LOOSE["material"].name])
+        Material | None, material_of, Field(description="of the guide", examples=[_GUIDE_DEFAULT["material"].name])
     ] = None
     restitution: RestitutionKey = None
-    stiffness: StiffnessKey = _LOOSE["stiffness"]
-    damping: DampingKey = _LOOSE["damping"]
-    friction: FrictionKey = _LOOSE["friction"]
+    stiffness: StiffnessKey = _GUIDE_DEFAULT["stiffness"]
+    damping: DampingKey = _GUIDE_DEFAULT["damping"]
+    friction: FrictionKey = _GUIDE_DEFAULT["friction"]
 
     _damping = field_validator("damping", mode="plain")(_damping_with_restitution)
 
     def described(self) -> GuideClearance:
-        """The loose guide as the model describes it."""
-        return GuideClearance(**{name: getattr(self, name) for name in _LOOSE})
+        """The clearance guide of the model."""
+        return GuideClearance(**{name: getattr(self, name) for name in _GUIDE_DEFAULT})

@@ -1,4 +1,4 @@
-"""Controlled bodies in a case file: the controller, the course it follows, what it feeds forward and what it senses."""
+"""Controlled bodies in a case file: controller, reference motion, feed-forward torque and sensor."""
 
 from __future__ import annotations
 
@@ -8,13 +8,13 @@ from typing import Annotated, Any
 
 from pydantic import Field, PlainValidator, ValidationInfo
 
-from scissordyn.config.motion import DriveTable
 from scissordyn.config.quantity import read_numbers
 from scissordyn.config.table import Table, build, toml
+from scissordyn.config.time_function import DriveTable
 from scissordyn.control.catalogue import CONTROLLERS, controller_from_file
 from scissordyn.control.controller import Controller
 from scissordyn.errors import InputError, did_you_mean
-from scissordyn.model.drive import ConstantSpeed, Motion, TableMotion
+from scissordyn.model.drive import ConstantSpeed, Tabulated, TimeFunction
 from scissordyn.model.element import Actuator
 from scissordyn.model.joint import BodyPoint
 from scissordyn.model.mechanism import Mechanism
@@ -29,9 +29,9 @@ USER_FILE = "a function in a file as my_control.py:steer"
 
 
 class _UserTable(Table):
-    """What a controller in the user's own file may be given."""
+    """The keys of a controller in a user's file."""
 
-    delay: Annotated[float, Quantity("s", minimum=0.0, help="how far back it looks")] = 0.0
+    delay: Annotated[float, Quantity("s", minimum=0.0, help="delay of the recorded signal")] = 0.0
     recorded: str = ""
 
 
@@ -51,18 +51,18 @@ def _read_controller(given: Any, info: ValidationInfo) -> Controller:
     return made
 
 
-def _read_reference(given: Any, info: ValidationInfo) -> Motion:
+def _read_reference(given: Any, info: ValidationInfo) -> TimeFunction:
     if isinstance(given, Mapping) and "body" in given:
         raise InputError("unknown key 'body' in a reference", "the motion alone", 'reference = { speed = "20 rpm" }')
     return DriveTable.model_validate(given, context=info.context).motion()
 
 
-def _read_torques(given: Any) -> str | TableMotion:
+def _read_torques(given: Any) -> str | Tabulated:
     if given == "ideal":
         return "ideal"
     if not isinstance(given, Mapping) or set(given) != {"time", "torque"}:
         raise InputError("not a feed-forward torque", '"ideal" for that of the ideal mechanism, or a table', TORQUES)
-    return TableMotion(read_numbers(given["time"], "s"), read_numbers(given["torque"], "N m"))
+    return Tabulated(read_numbers(given["time"], "s"), read_numbers(given["torque"], "N m"))
 
 
 class ControlTable(Table):
@@ -71,22 +71,22 @@ class ControlTable(Table):
     controller: Annotated[
         Controller, PlainValidator(_read_controller), Field(description="scissordyn controllers lists them", examples=[SAMPLE])
     ]
-    body: Annotated[str, Field(description="the body that is turned", examples=["unit 1/bar 1"])] = ""
+    body: Annotated[str, Field(description="the body on which the torque acts", examples=["unit 1/bar 1"])] = ""
     reference: Annotated[
-        Motion | None,
+        TimeFunction | None,
         PlainValidator(_read_reference),
-        Field(description="the angle wanted; that of the body's [drive] without it", examples=[{"speed": "20 rpm"}]),
+        Field(description="the reference angle; that of the body's [drive] without it", examples=[{"speed": "20 rpm"}]),
     ] = None
     feed_forward: Annotated[
-        str | TableMotion | None,
+        str | Tabulated | None,
         PlainValidator(_read_torques),
         Field(description="torque to add: that of the ideal mechanism, or a table", examples=["ideal"]),
     ] = None
     sensor: Annotated[
-        str, Field(description='a joint, whose eccentricity is sensed, or a point "BODY.POINT"', examples=["A"])
+        str, Field(description='a joint, whose eccentricity is measured, or a point "BODY.POINT"', examples=["A"])
     ] = ""
     inertia: Annotated[float, quantities(Actuator)["inertia"]] = 0.0
-    on_course: Annotated[bool, Field(description="whether the body starts at the reference's angle and speed")] = True
+    start_on_reference: Annotated[bool, Field(description="whether the body starts at the reference's angle and speed")] = True
     name: Annotated[str, Field(description="name of the actuator", examples=["servo"])] = ""
 
     def applied(self, mechanism: Mechanism, *, until: float) -> Mechanism:
@@ -104,7 +104,7 @@ class ControlTable(Table):
             feed_forward=torque,
             sensor=self._sensor(mechanism),
             inertia=self.inertia,
-            on_course=self.on_course,
+            start_on_reference=self.start_on_reference,
             name=self.name,
         )
 

@@ -31,7 +31,7 @@ def read_case(path: Path, changes: Iterable[str] = ()) -> Case:
     Raises
     ------
     InputError
-        The first thing that is wrong with it, with its place.
+        For the first error, with its place in the file.
     """
     tree = _parsed(path)
     with located(str(path)):
@@ -48,4 +48,4 @@ def _parsed(path: Path) -> dict[str, Any]:
     except UnicodeDecodeError:
         raise InputError(f"'{path}' is not a text file", "a case file in TOML, UTF-8") from None
     except tomllib.TOMLDecodeError as error:
-        raise InputError(f"'{path}' is not whole TOML: {error}", "a case file", "scissordyn new scissor > case.toml") from None
+        raise InputError(f"'{path}' is not valid TOML: {error}", "a case file", "scissordyn new scissor > case.toml") from None

@@ -1,4 +1,4 @@
-"""Laws and materials in a case file: a name, a table of parameters, or a function in the user's own file."""
+"""Laws and materials in a case file: a name, a table of parameters, or a function in a user's file."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ USER_FILE = "a function in a file as my_laws.py:soft"
 
 
 def read_law(given: Any, kind: str, folder: Path, **shorthand: Any) -> Any:
-    """A law from what a case file says.
+    """A law from the value in a case file.
 
     Parameters
     ----------
@@ -32,7 +32,7 @@ def read_law(given: Any, kind: str, folder: Path, **shorthand: Any) -> Any:
     folder : Path
         Folder that a relative file name starts from.
     **shorthand
-        Parameters given elsewhere in the case file; the law must have them.
+        Parameters of other keys of the case file; the law must have them.
 
     Returns
     -------

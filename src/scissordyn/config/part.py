@@ -8,13 +8,13 @@ from typing import Annotated, Any
 
 from pydantic import Field, PlainValidator, ValidationInfo
 
-from scissordyn.config.motion import COURSE, DISTANCE, REACH
 from scissordyn.config.quantity import read_numbers
 from scissordyn.config.table import Hints, Table, described, located, table_of
+from scissordyn.config.time_function import DISTANCE, REACH, TIME_FUNCTION
 from scissordyn.errors import InputError, did_you_mean
 from scissordyn.model.body import GROUND, Body, Point, bar
-from scissordyn.model.connection import Latch, Link, Weld
-from scissordyn.model.drive import Motion
+from scissordyn.model.connection import Latch, Rod, Weld
+from scissordyn.model.drive import TimeFunction
 from scissordyn.model.element import AngleStop, Force, Motor, Spring, Torque, TorsionSpring, TravelStop
 from scissordyn.model.joint import BodyPoint, Guide, Revolute
 from scissordyn.model.mechanism import Mechanism
@@ -43,7 +43,7 @@ def _read_points(given: Any) -> dict[str, Point]:
     for name, place in given.items():
         with located(f"point '{name}'"):
             if "." in name:
-                raise InputError("a dot in the name", "names without a dot, which parts body from point")
+                raise InputError("a dot in the name", "names without a dot, which separates body and point")
             points[name] = read(place)  # type: ignore[call-arg]
     return points
 
@@ -68,7 +68,7 @@ class BodyTable(Table):
     mass: Annotated[float, _BODY["mass"], Field(examples=["1 kg"])]
     length: Annotated[
         float | None,
-        Quantity("m", above=0.0, help='makes it a straight bar with points "start", "middle" and "end", uniform at first'),
+        Quantity("m", above=0.0, help='makes it a straight bar with points "start", "middle" and "end", uniform by default'),
         Field(examples=["0.2 m"]),
     ] = None
     inertia: Annotated[
@@ -87,11 +87,11 @@ class BodyTable(Table):
         Field(description="mass centre in the body's frame; of a bar its middle", examples=["0.1, 0 m"]),
     ] = None
     position: Annotated[
-        Point, pair("m"), Field(description="where the origin of the body's frame is at the start", examples=["0, 0 m"])
+        Point, pair("m"), Field(description="position of the origin of the body's frame at the start", examples=["0, 0 m"])
     ] = (0.0, 0.0)
     angle: Annotated[float, _BODY["angle"], Field(examples=["30 deg"])] = 0.0
     velocity: Annotated[
-        Point, pair("m/s"), Field(description="of the origin at the start, where nothing prescribes it", examples=["0, 0 m/s"])
+        Point, pair("m/s"), Field(description="of the origin at the start, where it is not prescribed", examples=["0, 0 m/s"])
     ] = (0.0, 0.0)
     angular_velocity: Annotated[float, _BODY["angular_velocity"], Field(examples=["0 rpm"])] = 0.0
 
@@ -119,7 +119,7 @@ class GroundTable(Table):
     """A point of the fixed frame."""
 
     name: Annotated[str, Field(description='name; joints refer to it as "ground.NAME"', examples=["O"])]
-    position: Annotated[Point, pair("m"), Field(description="where it is", examples=["0, 0 m"])]
+    position: Annotated[Point, pair("m"), Field(description="its position", examples=["0, 0 m"])]
 
 
 def _read_body(given: Any, info: ValidationInfo) -> Body:
@@ -133,16 +133,16 @@ def _read_ground(given: Any, info: ValidationInfo) -> tuple[str, Point]:
 
 @dataclass(frozen=True)
 class Part:
-    """How a kind of part is written.
+    """The table of a kind of part.
 
     Parameters
     ----------
     table : subclass of Table
         Its keys.
     reader : PlainValidator
-        Makes the part from the table.
+        Builds the part from the table.
     fills : str
-        The field of `Mechanism` that takes it.
+        Its field of `Mechanism`.
     help : str
         What it is, in one line.
     references : tuple of str
@@ -160,7 +160,7 @@ class Part:
 
 
 def _part(kind: type, fills: str, help: str, hints: Hints = (), **examples: Any) -> Part:
-    """A part that is written as the fields of its dataclass."""
+    """A part whose keys are the fields of its dataclass."""
     named = tuple(name for name, hint in hints if hint is _REFERENCE)
     table = table_of(kind, hints, **examples)
     bodies = tuple(name for name in ("body", "base") if name in table.model_fields)
@@ -175,7 +175,9 @@ _BODIES: Hints = (
     ("body", Annotated[str, Field(description="the body that it acts on")]),
     ("base", Annotated[str, Field(description="the body that it acts against")]),
 )
-_COURSE: Hints = (("course", Annotated[Motion | None, COURSE, Field(description="a factor over time, 1 without it")]),)
+_TIME_FUNCTION: Hints = (
+    ("time_function", Annotated[TimeFunction | None, TIME_FUNCTION, Field(description="a factor over time, 1 without it")]),
+)
 _FADE = {"cycloidal": {"start": 0, "end": 1, "duration": "2 s"}}
 
 
@@ -193,7 +195,7 @@ def _read_joint(given: Any, info: ValidationInfo) -> Revolute:
 
 
 class GuideTable(Table):
-    """A straight line that a point of a body stays on."""
+    """A straight line that keeps a point of a body on it."""
 
     name: Annotated[str, Field(description="name; [[guide_clearance]] refers to it", examples=["guide"])]
     follower: Annotated[BodyPoint, BODY_POINT, Field(description="the guided point", examples=["slider.centre"])]
@@ -216,16 +218,19 @@ PARTS: Mapping[str, Part] = {
         GuideTable,
         PlainValidator(_read_guide),
         "guides",
-        "a straight line that a point of a body stays on",
+        "a straight line that keeps a point of a body on it",
         ("follower",),
         ("body",),
     ),
     "weld": _part(Weld, "welds", "a rigid connection of two bodies", _ENDS, name="weld", start="rod.end", end="tool.base"),
-    "link": _part(
-        Link,
-        "links",
-        "a rigid link without mass between two points, or a drive of their distance",
-        (*_ENDS, ("motion", Annotated[Motion | None, DISTANCE, Field(description="the distance over time, without a length")])),
+    "rod": _part(
+        Rod,
+        "rods",
+        "a massless rigid rod between two points, or a drive of their distance",
+        (
+            *_ENDS,
+            ("motion", Annotated[TimeFunction | None, DISTANCE, Field(description="the distance over time, without a length")]),
+        ),
         name="jack",
         start="ground.O",
         end="rod.middle",
@@ -235,7 +240,7 @@ PARTS: Mapping[str, Part] = {
     "latch": _part(
         Latch,
         "latches",
-        "a lock that holds two bodies once they reach an angle",
+        "a lock that engages when two bodies reach an angle",
         _BODIES,
         name="latch",
         body="rod",
@@ -268,21 +273,26 @@ PARTS: Mapping[str, Part] = {
         Force,
         "elements",
         "a force on a point",
-        (*_NAME, ("point", _REFERENCE), ("force", Annotated[Point, pair("N"), Field(description="its components")]), *_COURSE),
+        (
+            *_NAME,
+            ("point", _REFERENCE),
+            ("force", Annotated[Point, pair("N"), Field(description="its components")]),
+            *_TIME_FUNCTION,
+        ),
         name="load",
         point="rod.middle",
         force="0, -10 N",
-        course=_FADE,
+        time_function=_FADE,
     ),
     "torque": _part(
         Torque,
         "elements",
         "a torque on a body",
-        (*_BODIES, *_COURSE),
+        (*_BODIES, *_TIME_FUNCTION),
         name="torque",
         body="crank",
         torque="1 N m",
-        course=_FADE,
+        time_function=_FADE,
     ),
     "angle_stop": _part(
         AngleStop,
@@ -296,7 +306,7 @@ PARTS: Mapping[str, Part] = {
     "travel_stop": _part(
         TravelStop,
         "elements",
-        "an end stop of a point that travels",
+        "an end stop of a translating point",
         (*_NAME, ("point", _REFERENCE)),
         name="buffer",
         point="slider.centre",
@@ -315,13 +325,13 @@ PARTS: Mapping[str, Part] = {
         limit="4 N m",
     ),
 }
-"""The tables that a case file may hold beside [structure], [drive], [[clearance]] and [run]."""
+"""The further tables of a case file, apart from [structure], [drive], [[clearance]] and [run]."""
 
 ELEMENTS = tuple(name for name, part in PARTS.items() if part.fills == "elements")
 
 
 def _check_references(parts: Mapping[str, Iterable[Any]], fields: Mapping[str, tuple[Any, ...]]) -> None:
-    """Raise `InputError`, with its place, for the first part that refers to a body or a point that is not there."""
+    """Raise `InputError`, with its place, for the first part with an unknown body or point."""
     points: dict[str, list[str]] = {body.name: list(body.points) for body in fields["bodies"]}
     points[GROUND] = [name for name, _ in fields["ground"]]
     for section, found in parts.items():
@@ -346,7 +356,7 @@ def _check_body(name: str, key: str, body: str, points: Mapping[str, list[str]])
 
 
 def assembled(base: Mapping[str, Any], parts: Mapping[str, list[Any]]) -> Mechanism:
-    """A mechanism from what its structure gives and what the file adds.
+    """A mechanism from its structure and the further parts of the file.
 
     Parameters
     ----------

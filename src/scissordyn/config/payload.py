@@ -1,4 +1,4 @@
-"""Masses that bodies carry, in a case file: payloads at joints and points, panels along bars."""
+"""Payloads at joints and points, and panels along bars, in a case file."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ class PayloadTable(Table):
 
     at: Annotated[
         str,
-        Field(description='a joint, whose journal\'s body carries it, or a point as "BODY.POINT"', examples=["A"]),
+        Field(description='a joint (at the body of its journal), or a point as "BODY.POINT"', examples=["A"]),
     ]
     mass: Annotated[float, Quantity("kg", above=0.0, help="mass"), Field(examples=["1 kg"])]
     inertia: Annotated[float, Quantity("kg m^2", minimum=0.0, help="about the payload's own mass centre")] = 0.0

@@ -1,4 +1,4 @@
-"""Numbers with units: text in, SI out, and back."""
+"""Numbers with units: from text to SI and back."""
 
 from __future__ import annotations
 
@@ -15,8 +15,8 @@ __all__ = ["example", "read_numbers", "read_quantity", "unit_factor", "written"]
 
 PREFIXES = ("giga- = 1e9 = G-", "mega- = 1e6 = M-", "kilo- = 1e3 = k-", "centi- = 1e-2 = c-", "milli- = 1e-3 = m-")
 SMALL_PREFIXES = ("micro- = 1e-6 = µ- = μ- = u-", "nano- = 1e-9 = n-")
-# Pint's own list takes an angle for a pure number: there "0.1 %" is an angle and 1 Hz is 1 rad/s. Here an angle is a
-# dimension of its own, hertz are turns per second, and the list loads twenty times faster.
+# In pint's own list an angle is a pure number: "0.1 %" is an angle and 1 Hz is 1 rad/s. Here an angle is a
+# dimension, 1 Hz is one revolution per second, and the list loads twenty times faster.
 UNITS = (
     "meter = [length] = m = metre",
     "second = [time] = s",
@@ -41,7 +41,7 @@ UNITS = (
     "psi = pound_force / inch**2",
 )
 KNOWN_UNITS = "m mm cm km um s ms us min h kg g t rad deg turn rpm Hz N kN Pa kPa MPa GPa J W in ft lb lbf psi bar"
-"""What a mistyped unit may have been meant to be."""
+"""Units suggested for a mistyped one."""
 
 FAMILIAR = {
     "m": ("m", "mm"),
@@ -57,7 +57,7 @@ FAMILIAR = {
 LEADING_NUMBER = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?|[+-]?(?:nan|inf)\b)\s*,?\s*(.*)", re.DOTALL)
 UNIT_TEXT = re.compile(r"[\w°²³·*/^()\s-]*")
 LARGE_POWER = re.compile(r"(?:\^|\*\*)[^a-zA-Z]*?(?:\d\d|\^|\*\*)")
-"""Powers that no unit has; pint would work them out, and not come back from 9^9^9^9."""
+"""Powers that no unit has; pint would evaluate them, and 9^9^9^9 without end."""
 
 
 @cache
@@ -70,7 +70,7 @@ def _registry() -> pint.UnitRegistry[float]:
 
 @cache
 def unit_factor(unit: str, target: str) -> float:
-    """How many units `target` one `unit` is; an `InputError` for an unknown unit or another dimension."""
+    """Number of units `target` in one `unit`; an `InputError` for an unknown unit or another dimension."""
     if not UNIT_TEXT.fullmatch(unit) or LARGE_POWER.search(unit):
         raise InputError(f"'{unit}' is not a unit")
     registry = _registry()
@@ -81,12 +81,12 @@ def unit_factor(unit: str, target: str) -> float:
         raise InputError(f"unknown unit '{unknown}'{did_you_mean(unknown, KNOWN_UNITS.split())}") from None
     except pint.DimensionalityError:
         raise InputError(f"wrong dimension: '{unit}' is not a unit of [{target}]") from None
-    except (pint.PintError, AssertionError, ValueError, TypeError):  # pint tells a garbled unit in many ways
+    except (pint.PintError, AssertionError, ValueError, TypeError):  # pint reports an invalid unit by many exceptions
         raise InputError(f"'{unit}' is not a unit") from None
 
 
 def read_quantity(value: object, quantity: Quantity, sample: str = "") -> float:
-    """A number in SI from what a case file says.
+    """A number in SI units from the value in a case file.
 
     Parameters
     ----------
@@ -95,7 +95,7 @@ def read_quantity(value: object, quantity: Quantity, sample: str = "") -> float:
     quantity : Quantity
         What is wanted.
     sample : str, optional
-        What the user could type.
+        An example to type.
 
     Returns
     -------
@@ -111,7 +111,7 @@ def read_quantity(value: object, quantity: Quantity, sample: str = "") -> float:
         raise InputError("not a number", wanted, sample)
     if quantity.unit == "1":
         if isinstance(value, str):
-            raise InputError("text where a plain number is wanted", wanted, sample)
+            raise InputError("text in place of a plain number", wanted, sample)
         number: float = value  # a whole number stays one
     elif isinstance(value, str):
         found = LEADING_NUMBER.fullmatch(value)
@@ -132,7 +132,7 @@ def read_numbers(text: object, unit: str) -> tuple[float, ...]:
     ----------
     text : str
     unit : str
-        The SI unit wanted.
+        The SI unit of the result.
 
     Returns
     -------
@@ -162,7 +162,7 @@ def _scaled(numbers: list[str], unit: str, target: str, wanted: str, sample: str
 
 
 def written(value: float, unit: str) -> str:
-    """A number as a case file would say it, in a familiar unit.
+    """A number in the form of a case file, in a usual unit.
 
     Parameters
     ----------
@@ -187,7 +187,7 @@ def written(value: float, unit: str) -> str:
 
 
 def example(quantity: Quantity) -> str:
-    """Some value that a quantity admits, as a case file would say it."""
+    """An allowed value of a quantity in the form of a case file."""
     low = next((bound for bound in (quantity.above, quantity.minimum) if bound is not None), 0.0)
     high = next((bound for bound in (quantity.below, quantity.maximum) if bound is not None), low + 2.0)
     candidates = (1.0, 0.5 * (low + high), low, high)

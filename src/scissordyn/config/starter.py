@@ -1,4 +1,4 @@
-"""What the printed case files say where the defaults of the declarations do not make a whole mechanism."""
+"""Values of the printed case files where the defaults of the declarations do not give a complete mechanism."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What [structure] may hold: the keys of each kind, and the mechanism that they build."""
+"""The table [structure]: the keys of each kind, and the mechanism built from them."""
 
 from __future__ import annotations
 
@@ -32,20 +32,20 @@ class StructureTable(Table):
 
     @abstractmethod
     def fields(self) -> dict[str, Any]:
-        """What the structure gives, as fields of `Mechanism`."""
+        """The structure as fields of `Mechanism`."""
 
 
 class MechanismTable(StructureTable):
-    """A mechanism that consists of what the other tables of the file describe."""
+    """A mechanism of the parts in the other tables of the file."""
 
     kind: Annotated[
         Literal["mechanism"],
-        Field(description="what the tables [[body]], [[joint]], ... below describe", examples=["mechanism"]),
+        Field(description="the parts of the tables [[body]], [[joint]], ... below", examples=["mechanism"]),
     ]
     gravity: Annotated[float, _MECHANISM["gravity"]] = Mechanism.gravity
     gravity_direction: Annotated[float, _MECHANISM["gravity_direction"]] = Mechanism.gravity_direction
-    input_body: Annotated[str, Field(description="the body that a [drive] without one drives", examples=["crank"])] = ""
-    output_body: Annotated[str, Field(description="the body whose motion is the purpose", examples=["slider"])] = ""
+    input_body: Annotated[str, Field(description="the driven body of a [drive] without `body`", examples=["crank"])] = ""
+    output_body: Annotated[str, Field(description="the output body", examples=["slider"])] = ""
 
     def fields(self) -> dict[str, Any]:
         """Gravity and the names of the first and last body."""
@@ -70,13 +70,13 @@ def _built(kind: str, builder: Callable[..., Mechanism], help: str, **keys: Any)
     Parameters
     ----------
     kind : str
-        How the case file calls it.
+        Its name in the case file.
     builder : callable
         All its arguments have defaults.
     help : str
-        What it builds, in one line.
+        Description in one line.
     **keys : Quantity, str or annotation
-        For each argument what kind of number it is, or, where it is none with a unit, what it means or how it is read.
+        For each argument its quantity or, without a unit, its meaning or how it is read.
     """
     hints = get_type_hints(builder)
     found: dict[str, Any] = {"kind": (Literal[kind], Field(description=help, examples=[kind]))}
@@ -103,7 +103,7 @@ def _mass(help: str) -> Quantity:
 
 _BAR, _SLIDER, _UNITS = _mass("mass of a bar"), _mass("mass of the slider"), "number of units"
 
-_CROSSING = Quantity("rad", help="half opening angle at the start, above 0 and below 90 deg")
+_OPENING_ANGLE = Quantity("rad", help="half opening angle at the start, above 0 and below 90 deg")
 _INCLINED = Quantity("rad", help="mean inclination of the bars against the circumference at the start")
 
 _TABLES = (
@@ -115,8 +115,8 @@ _TABLES = (
         bar_length=_length("length of a bar"),
         bar_mass=_BAR,
         slider_mass=_SLIDER,
-        angle=_CROSSING,
-        reading='"A": bar 1 is pinned to the ground and driven; "B": bar 2 is pinned and free',
+        angle=_OPENING_ANGLE,
+        driven_bar="bar 1 is driven; it is pinned to the ground, or its end is at the slider and bar 2 is pinned",
         **_GRAVITY,
     ),
     _built(
@@ -145,7 +145,7 @@ _TABLES = (
     _built(
         "mast",
         mast,
-        "an array that stands on a base and rises",
+        "an array on a base that extends upwards",
         units=_UNITS,
         bar_length=_length("length of a bar"),
         bar_mass=_BAR,
@@ -166,7 +166,7 @@ _TABLES = (
         rod_mass=_mass("mass of the rod"),
         rod_inertia=Quantity("kg m^2", above=0.0, help="about its middle"),
         slider_mass=_SLIDER,
-        slider_inertia=Quantity("kg m^2", above=0.0, help="about its pin; a loose guide needs it"),
+        slider_inertia=Quantity("kg m^2", above=0.0, help="about its pin; a clearance guide needs it"),
         angle=Quantity("rad", help="direction of the crank at the start"),
         **_GRAVITY,
     ),
@@ -184,10 +184,12 @@ _TABLES = (
         coupler_point=Annotated[
             Point,
             pair("m"),
-            Field(description='where the point "coupler.point" is, along the coupler and to its left', examples=["90, 60 mm"]),
+            Field(
+                description='position of the point "coupler.point", along the coupler and to its left', examples=["90, 60 mm"]
+            ),
         ],
         angle=Quantity("rad", help="direction of the crank at the start"),
-        branch="on which side of the diagonal the rocker pin starts",
+        branch="side of the diagonal on which the rocker pin starts",
         **_GRAVITY,
     ),
     _built(
@@ -220,7 +222,7 @@ class _Kind(Table):
 
 
 def _read(given: Any, info: ValidationInfo) -> StructureTable:
-    # the kind first: only it says which other keys there are
+    # the kind first: it determines the other keys
     alone = {key: value for key, value in given.items() if key == "kind"} if isinstance(given, Mapping) else given
     return STRUCTURES[_Kind.model_validate(alone).kind].model_validate(given, context=info.context)
 

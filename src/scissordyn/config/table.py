@@ -1,4 +1,4 @@
-"""Tables of a case file: what they share, and how their errors read."""
+"""Base of the tables of a case file, and the text of their errors."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ Hints = tuple[tuple[str, Any], ...]
 """Names of fields, and the annotations by which they are read in place of their own."""
 
 Context = dict[str, Path]
-"""What a table knows beside its own text: the "folder" that relative file names start from."""
+"""Context of a table: the "folder" of relative file names."""
 
 
 def toml(value: Any) -> str:
@@ -68,13 +68,13 @@ def quantity_of(table: type[BaseModel], key: str) -> Quantity | None:
 
 
 def key_help(table: type[BaseModel], key: str) -> str:
-    """One line that says what a key is."""
+    """Description of a key in one line."""
     quantity = quantity_of(table, key)
     return (quantity.help if quantity else "") or table.model_fields[key].description or ""
 
 
 def key_sample(table: type[BaseModel], key: str) -> str:
-    """A value that a user could type for a key, as TOML: its first example, its default, or any that is admitted."""
+    """An example value of a key, as TOML: its first example, its default, or any allowed value."""
     field, quantity = table.model_fields[key], quantity_of(table, key)
     if field.examples:
         return toml(field.examples[0])
@@ -139,21 +139,21 @@ def table_of(described_type: type, hints: Hints = (), **examples: Any) -> type[T
     described_type : type
         A frozen dataclass whose fields can be written in a case file.
     hints : tuple of (str, annotation), optional
-        How fields are read whose own annotation does not say it.
+        How fields are read whose annotation is not sufficient.
     **examples
-        What to show for keys without a default.
+        Examples of keys without a default.
     """
     annotations = {**get_type_hints(described_type, include_extras=True), **dict(hints)}
     documented = _documented(described_type)
     keys: dict[str, Any] = {}
     for field in dataclasses.fields(described_type):
         default = field.default if field.default is not dataclasses.MISSING else ...
-        remarks: dict[str, Any] = {}  # only those that are known: the annotation may have its own
+        arguments: dict[str, Any] = {}  # only known ones: the annotation may have its own
         if field.name in examples:
-            remarks["examples"] = [examples[field.name]]
+            arguments["examples"] = [examples[field.name]]
         if field.name in documented and field.name not in dict(hints):
-            remarks["description"] = documented[field.name]
-        keys[field.name] = (annotations[field.name], Field(default, **remarks))
+            arguments["description"] = documented[field.name]
+        keys[field.name] = (annotations[field.name], Field(default, **arguments))
     return create_model(described_type.__name__, __base__=Table, **keys)
 
 
@@ -193,7 +193,7 @@ def instance(table: type[AnyTable], given: Any, context: Context) -> AnyTable:
     Raises
     ------
     InputError
-        The first thing that is wrong, with its place in the file.
+        For the first error, with its place in the file.
     """
     try:
         return table.model_validate(given, context=context)
@@ -211,11 +211,11 @@ def located(place: str) -> Iterator[None]:
 
 
 def _explained(error: ValidationError, outer: tuple[int | str, ...]) -> InputError:
-    """The first of pydantic's complaints as one line."""
+    """The first error of pydantic as one line."""
     first = error.errors(include_url=False)[0]
     place = (*outer, *first["loc"])
     cause = first.get("ctx", {}).get("error")
-    if isinstance(cause, ValidationError):  # from a table inside a table that pydantic does not see
+    if isinstance(cause, ValidationError):  # from an inner table that pydantic does not validate
         return _explained(cause, place)
     came, given = ".".join(map(str, place)), first["input"]
     if not isinstance(given, Mapping | list):

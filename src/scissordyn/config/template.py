@@ -1,4 +1,4 @@
-"""A commented case file to start from, made from the declarations that case files are read by."""
+"""A commented case file as a starting point, from the declarations of the tables."""
 
 from __future__ import annotations
 
@@ -7,12 +7,12 @@ from typing import Any, get_args
 
 from scissordyn.config.case import CaseTable, Run
 from scissordyn.config.clearance import ClearanceTable, GuideClearanceTable
-from scissordyn.config.motion import DriveTable
 from scissordyn.config.part import ELEMENTS, PARTS
 from scissordyn.config.payload import PanelsTable, PayloadTable
 from scissordyn.config.starter import STARTERS
 from scissordyn.config.structure import STRUCTURES
 from scissordyn.config.table import Table, key_help, key_sample, quantity_of, table_of, toml
+from scissordyn.config.time_function import DriveTable
 from scissordyn.errors import InputError, did_you_mean
 
 __all__ = ["TEMPLATES", "template"]
@@ -23,7 +23,7 @@ TEMPLATES = tuple(STRUCTURES)
 LOADS: Mapping[str, type[Table]] = {"payload": PayloadTable, "panels": PanelsTable}
 
 WIDE = 44
-"""Longer values have their remark on the line above."""
+"""Longer values have their comment on the line above."""
 
 OPTIONAL: Mapping[type[Table], tuple[str, ...]] = {
     DriveTable: tuple(DriveTable.model_fields),
@@ -36,7 +36,7 @@ OPTIONAL: Mapping[type[Table], tuple[str, ...]] = {
         for part in PARTS.values()
     },
 }
-"""Keys that are shown as comments unless they are given: others stand in their place, or their absence means something."""
+"""Keys that are shown as comments unless given: they are alternatives of other keys, or have a meaning if absent."""
 
 Given = Mapping[str, Any]
 
@@ -52,7 +52,7 @@ def template(kind: str) -> str:
     Returns
     -------
     str
-        TOML that can be run as it is.
+        TOML that can be run without changes.
     """
     if kind not in TEMPLATES:
         raise InputError(
@@ -71,7 +71,7 @@ def template(kind: str) -> str:
         parts.append(_section("[[guide_clearance]]", GuideClearanceTable, {}, out=True))
     parts += [
         _section(f"[[{name}]]", PARTS[name].table, {}, out=True)
-        for name in ("weld", "link", "latch", *ELEMENTS)
+        for name in ("weld", "rod", "latch", *ELEMENTS)
         if kind == "mechanism"
     ]
     parts += [_section(f"[[{name}]]", table, {}, out=True) for name, table in LOADS.items()]
@@ -84,34 +84,34 @@ def template(kind: str) -> str:
 
 
 def _list_of(name: str, given: list[Given]) -> list[str]:
-    """The tables of a list: the first with every key, the others with those that they give."""
+    """The tables of a list: the first with every key, the others with their given keys."""
     first = [_section(f"[[{name}]]", PARTS[name].table, values) for values in given[:1]]
     others = ["\n".join((f"[[{name}]]", *(f"{key} = {toml(value)}" for key, value in values.items()))) for values in given[1:]]
     return first + others
 
 
 def _section(heading: str, table: type[Table], given: Given, *, out: bool = False) -> str:
-    """One table with a remark on every line; `out` marks all of it as a comment."""
+    """One table with a comment on every line; `out` makes all of it a comment."""
     name = heading.strip("[]")
     meaning = PARTS[name].help if name in PARTS else CaseTable.model_fields[name].description
     rows = []
     for key in table.model_fields:
         value = toml(given[key]) if key in given else key_sample(table, key)
         comment = out or (key not in given and key in OPTIONAL.get(table, ()))
-        rows.append((f"{'# ' * comment}{key} = {value}", _remark(table, key)))
+        rows.append((f"{'# ' * comment}{key} = {value}", _note(table, key)))
     heading = f"# {heading}" if out else heading
     width = max(len(row) for row, _ in rows if len(row) <= WIDE)
-    lines = [f"{row:{width}}  # {remark}" if len(row) <= WIDE else f"# {remark}\n{row}" for row, remark in rows]
+    lines = [f"{row:{width}}  # {note}" if len(row) <= WIDE else f"# {note}\n{row}" for row, note in rows]
     return "\n".join((f"{heading:{width}}  # {meaning}", *lines))
 
 
-def _remark(table: type[Table], key: str) -> str:
-    """What a key is, and its bounds where it has any."""
+def _note(table: type[Table], key: str) -> str:
+    """Description of a key, with its bounds."""
     quantity = quantity_of(table, key)
     bounds = quantity.allowed.removeprefix("a finite number").strip() if quantity else ""
     choices = " or ".join(
         toml(choice) for choice in get_args(table.model_fields[key].annotation) if isinstance(choice, str) and key != "kind"
     )
     allowed = choices if choices and choices.split(" ")[0] not in key_help(table, key) else bounds
-    # a unit alone says nothing here: the value beside it carries one
+    # without a unit alone: the value beside it has one
     return key_help(table, key) + (f", {allowed}" if allowed and not allowed.startswith("[") else "")

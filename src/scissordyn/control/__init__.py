@@ -1,1 +1,1 @@
-"""The catalogue of controllers: from what an actuator senses to the torque that it gives."""
+"""The catalogue of controllers: from the signals of an actuator to its torque."""

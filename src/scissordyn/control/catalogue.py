@@ -1,4 +1,4 @@
-"""Every controller by name. The folders are the list: a new file in one of them is a new entry."""
+"""Every controller by name: one entry for each file in the folders `tracking` and `delayed`."""
 
 from __future__ import annotations
 
@@ -71,9 +71,9 @@ def controller_from_file(reference: str, folder: Path, *, delay: float = 0.0, re
     folder : Path
         Where a relative file name starts.
     delay : float
-        How far back it looks [s].
+        Delay of the recorded signal [s].
     recorded : str
-        The signal that it looks back at.
+        The signal whose delayed value it uses.
 
     Returns
     -------
@@ -82,7 +82,7 @@ def controller_from_file(reference: str, folder: Path, *, delay: float = 0.0, re
     Raises
     ------
     InputError
-        If the file, the function or what it gives cannot be used.
+        If the file, the function or its result cannot be used.
     """
     path, name = split_reference(reference, folder)
     return UserController(f"{path}:{name}", digest=file_digest(path), delay=delay, recorded=recorded)

@@ -16,28 +16,28 @@ class Controller(Protocol):
     name: ClassVar[str]
     tag: ClassVar[int]
     source: ClassVar[str]
-    feeds: ClassVar[bool]
-    """Whether it makes use of a feed-forward torque."""
+    uses_feed_forward: ClassVar[bool]
+    """Whether it uses a feed-forward torque."""
 
     @property
     def states(self) -> tuple[str, ...]:
-        """Names of its hidden states, empty for a controller without memory."""
+        """Names of its internal states; empty for none."""
 
     @property
     def delay(self) -> float:
-        """How far back it looks [s]; 0 for not at all."""
+        """Delay of the recorded signal [s]; 0 for none."""
 
     @property
     def recorded(self) -> str:
-        """The signal that it looks back at; empty for none."""
+        """The signal whose delayed value it uses; empty for none."""
 
     @property
-    def memory(self) -> float:
-        """R of the recorded S(t) = y(t) + R S(t - T) [1]."""
+    def recursion_gain(self) -> float:
+        """R in the recorded S(t) = y(t) + R S(t - T) [1]."""
 
     @property
-    def senses(self) -> bool:
-        """Whether it reads the actuator's sensor."""
+    def uses_sensor(self) -> bool:
+        """Whether it uses the actuator's sensor."""
 
     def parameters(self) -> tuple[float, ...]:
         """The numbers that the kernel reads, at most `PARAMETERS` of them."""

@@ -1,6 +1,6 @@
-"""What a controller is told, and the shares of it that several controllers have in common.
+"""The signals of a controller, and functions that several controllers share.
 
-The signals of an actuator stand in one row, in the order of `SIGNALS`; angles and speeds are its body's against its base.
+The signals of an actuator are one row, in the order of `SIGNALS`; angles and speeds are its body's against its base.
 """
 
 from __future__ import annotations
@@ -35,14 +35,14 @@ SIGNALS = (
     "delayed",
     "feed_forward",
 )
-"""Reference course [rad, rad/s, rad/s^2]; reference less measured angle, in (-pi, pi]; measured speed; the sensor's vector [m]
+"""Reference motion [rad, rad/s, rad/s^2]; reference less measured angle, in (-pi, pi]; measured speed; the sensor's vector [m]
 and its rate [m/s]; the recorded signal one delay ago; the feed-forward torque [N m]."""
 
 REFERENCE, ERROR, SPEED, SENSOR, DELAYED, FEED_FORWARD = 0, 3, 4, 5, 9, 10
-"""Where they stand."""
+"""Their indices."""
 
 MEASURED = ("error", "speed", "sensor_x", "sensor_y", "sensor_rate_x", "sensor_rate_y")
-"""Signals that can be recorded and compared with their own past."""
+"""Signals whose delayed values can be used."""
 
 
 def check_signal(owner: str, name: str) -> None:
@@ -53,7 +53,7 @@ def check_signal(owner: str, name: str) -> None:
 
 @kernel()
 def limited(torque, limit):
-    """The torque nearest to the wanted one that is not beyond the limit either way; NaN stays NaN."""
+    """The torque clipped to [-limit, limit]; NaN stays NaN."""
     if torque > limit:
         return limit
     if torque < -limit:
@@ -63,7 +63,7 @@ def limited(torque, limit):
 
 @kernel()
 def ramped(t, begin, duration):
-    """Zero before `begin`, one a duration later, in proportion to time between."""
+    """Zero before `begin`, one a duration later, linear between."""
     if t < begin:
         return 0.0
     if t >= begin + duration:

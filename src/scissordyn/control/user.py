@@ -1,4 +1,4 @@
-"""A user's own controller: a plain Python function, compiled and called by its address."""
+"""A user-defined controller: a Python function, compiled and called by its address."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ LEADING = ("t", *SIGNALS)
 
 @dataclass(frozen=True)
 class UserController:
-    """A controller of the user's own, without hidden states.
+    """A user-defined controller, without internal states.
 
     Parameters
     ----------
@@ -31,9 +31,9 @@ class UserController:
     digest : str
         Of the file that holds the function, so that a saved run cannot silently run an edited one; empty for any.
     delay : float
-        How far back it looks [s]; 0 for not at all.
+        Delay of the recorded signal [s]; 0 for none.
     recorded : str
-        The signal that it looks back at: "error", "speed", "sensor_x" ...; its value one delay ago is `delayed`.
+        The signal whose value one delay ago is `delayed`: "error", "speed", "sensor_x" ...
 
     Raises
     ------
@@ -44,15 +44,15 @@ class UserController:
     function: Function | str
     constants: tuple[float, ...] = ()
     digest: str = ""
-    delay: Annotated[float, Quantity("s", minimum=0.0, help="how far back it looks")] = 0.0
+    delay: Annotated[float, Quantity("s", minimum=0.0, help="delay of the recorded signal")] = 0.0
     recorded: str = ""
 
     name: ClassVar[str] = "user"
     tag: ClassVar[int] = USER
     source: ClassVar[str] = "the user"
-    feeds: ClassVar[bool] = True
+    uses_feed_forward: ClassVar[bool] = True
     states: ClassVar[tuple[str, ...]] = ()
-    memory: ClassVar[float] = 0.0
+    recursion_gain: ClassVar[float] = 0.0
 
     def __post_init__(self) -> None:
         check_quantities(self)
@@ -62,18 +62,18 @@ class UserController:
             )
         if self.recorded:
             check_signal("UserController", self.recorded)
-        # rest and motion either way; a sensor and a past that are zero, as where there are none, or not
+        # rest and motion in both senses; sensor and delayed signal zero, as where there are none, or not
         grid = (
-            (t, angle, speed, 0.1, error, speed, sensor, -sensor, speed, sensor, past, past)
-            for t, angle, speed, error, sensor, past in itertools.product(
+            (t, angle, speed, 0.1, error, speed, sensor, -sensor, speed, sensor, delayed, delayed)
+            for t, angle, speed, error, sensor, delayed in itertools.product(
                 (0.0, 1.0), (0.0, 0.7), (-10.0, 0.0, 10.0), (-3.0, 0.0, 0.01), (0.0, 1e-3), (0.0, 1.0)
             )
         )
         probe("controller", self.function, self.digest, self.constants, LEADING, grid)
 
     @property
-    def senses(self) -> bool:
-        """Whether the recorded signal is the sensor's; what the function itself reads is not known."""
+    def uses_sensor(self) -> bool:
+        """Whether the recorded signal is the sensor's; the other signals that the function uses are not known."""
         return self.recorded.startswith("sensor")
 
     def parameters(self) -> tuple[float, ...]:

@@ -1,5 +1,5 @@
 """The catalogue of contact and friction laws: one law a file.
 
-A normal force is an elastic part times (or plus) a damping part, so every stiffness goes with every damping;
+A normal force is an elastic part times (or plus) a damping part, so every stiffness can be combined with every damping;
 friction is a third, separate choice.
 """

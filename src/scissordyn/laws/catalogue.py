@@ -1,6 +1,6 @@
-"""Every law and material by name. The folders are the list: a new file in one of them is a new entry.
+"""Every law and material by name: one entry for each law in the files of the folders.
 
-Beside the file only the ladder has to learn of a law, and only if the law brings a kernel of its own.
+Apart from its file, a law needs a branch in the dispatch, and only if it brings a kernel of its own.
 """
 
 from __future__ import annotations
@@ -50,7 +50,7 @@ FRICTION: Mapping[str, type[Friction]] = _laws(friction)
 BY_KIND: Mapping[str, Mapping[str, type[Any]]] = MappingProxyType(
     {"stiffness": ELASTIC, "damping": DAMPING, "friction": FRICTION}
 )
-"""The three kinds, by the name that a clearance has for them."""
+"""The three kinds, by their names in a clearance."""
 
 _USER: Mapping[str, type[Any]] = {"stiffness": UserElastic, "damping": UserDamping, "friction": UserFriction}
 
@@ -65,7 +65,7 @@ class Parameter:
     quantity : Quantity
         Unit, bounds and help.
     default : float, bool or None
-        None where the law finds the value itself.
+        None where the law computes the value.
     """
 
     name: str
@@ -75,20 +75,20 @@ class Parameter:
 
 @dataclass(frozen=True)
 class Facts:
-    """What a table of laws shows.
+    """The facts of a law in a table of laws.
 
     Parameters
     ----------
     name, kind, summary, source : str
     parameters : tuple of Parameter
     states : tuple of str
-        Hidden states of a friction law.
+        Internal states of a friction law.
     stiff : bool
         Whether it makes the equations of motion stiff.
     restitution_range : tuple of float, optional
-        Restitution coefficients for which the source offers the law.
+        Range of restitution coefficients in the source.
     caveat : str
-        What the user must know before believing the numbers.
+        Limitation of the law, for the user.
     """
 
     name: str
@@ -133,7 +133,7 @@ def law(kind: str, name: str) -> type[Any]:
 
 
 def from_file(reference: str, kind: str, folder: Path, *, constants: tuple[float, ...] = ()) -> Any:
-    """A law that is a function in the user's own file.
+    """A law that is a function in a user's file.
 
     Parameters
     ----------
@@ -152,7 +152,7 @@ def from_file(reference: str, kind: str, folder: Path, *, constants: tuple[float
     Raises
     ------
     InputError
-        If the file, the function or what it gives cannot be used.
+        If the file, the function or its result cannot be used.
     """
     _by_kind(kind)
     path, name = split_reference(reference, folder)
@@ -160,7 +160,7 @@ def from_file(reference: str, kind: str, folder: Path, *, constants: tuple[float
 
 
 def facts(kind: str, name: str) -> Facts:
-    """What is known of a law before it gets its parameters.
+    """The facts of a law without its parameters.
 
     Parameters
     ----------

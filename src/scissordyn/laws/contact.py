@@ -1,4 +1,4 @@
-"""What a law may know about the joint it acts in, and what a law is."""
+"""The input of a law from its joint, and the protocols of laws."""
 
 from __future__ import annotations
 
@@ -14,14 +14,14 @@ __all__ = ["PARAMETERS", "Damping", "Elastic", "Friction", "JointContact", "Prop
 
 @dataclass(frozen=True)
 class JointContact:
-    """The two surfaces of a loose joint as the laws see them: a journal in its bearing, or a rounded corner at a flat wall.
+    """The two surfaces of a contact, as input of the laws: a journal in its bearing, or a rounded corner at a plane surface.
 
-    A flat wall is a bearing of infinite radius. A law that is made for a journal in a bearing has no finite parameters there.
+    A plane surface is a bearing of infinite radius. A law for a journal in a bearing has no finite parameters there.
 
     Parameters
     ----------
     clearance : float
-        Radial clearance c = R_B - R_J [m]; infinite for a flat wall.
+        Radial clearance c = R_B - R_J [m]; infinite for a plane surface.
     journal_radius : float
         R_J, or the radius of the corner [m].
     length : float
@@ -42,14 +42,14 @@ class JointContact:
         return self.journal_radius + self.clearance
 
     @property
-    def flat(self) -> bool:
-        """Whether the bearing is a flat wall."""
+    def plane(self) -> bool:
+        """Whether the bearing is a plane surface."""
         return math.isinf(self.clearance)
 
     @property
     def relative_radius(self) -> float:
-        """R_B R_J/(R_B - R_J), the radius of a ball that meets a plane as the two surfaces meet [m]."""
-        return self.journal_radius if self.flat else self.bearing_radius * self.journal_radius / self.clearance
+        """R_B R_J/(R_B - R_J), the radius of a ball on a plane with the same relative curvature [m]."""
+        return self.journal_radius if self.plane else self.bearing_radius * self.journal_radius / self.clearance
 
     @property
     def compliance(self) -> float:
@@ -70,11 +70,11 @@ class Elastic(Protocol):
     tag: ClassVar[int]
     source: ClassVar[str]
     small_contact: ClassVar[bool]
-    """Whether the law takes the contact patch for small against the radii."""
+    """Whether the law assumes a contact patch that is small against the radii."""
     materials: ClassVar[Literal["any", "same", "steel"]]
-    """What journal and bearing must be made of: anything, one material, or steel."""
+    """Allowed materials of journal and bearing: any, the same, or steel."""
     caveat: ClassVar[str]
-    """What the user must know before believing the numbers, empty for nothing."""
+    """Limitation of the law, for the user; empty for none."""
 
     def parameters(self, joint: JointContact) -> tuple[float, ...]:
         """The numbers that the kernel reads, at most `PARAMETERS` of them."""
@@ -82,13 +82,13 @@ class Elastic(Protocol):
 
 @runtime_checkable
 class Damping(Protocol):
-    """A damping part: what it makes of the elastic force."""
+    """A damping part: normal force from the elastic force and the rate of indentation."""
 
     name: ClassVar[str]
     tag: ClassVar[int]
     source: ClassVar[str]
     restitution_range: ClassVar[tuple[float, float] | None]
-    """Restitution coefficients for which the source offers the law; None where it has no restitution or claims nothing."""
+    """Range of restitution coefficients in the source; None without a restitution or a range."""
 
     def parameters(self, joint: JointContact) -> tuple[float, ...]:
         """The numbers that the kernel reads, at most `PARAMETERS` of them."""
@@ -96,7 +96,7 @@ class Damping(Protocol):
 
 @runtime_checkable
 class Proportional(Damping, Protocol):
-    """A damping that multiplies the elastic part by 1 + xi delta'/delta'(-), made for a restitution."""
+    """A damping that multiplies the elastic part by 1 + xi delta'/delta'(-), with xi from a restitution coefficient."""
 
     @property
     def restitution(self) -> float:
@@ -109,13 +109,13 @@ class Proportional(Damping, Protocol):
 
 @runtime_checkable
 class Friction(Protocol):
-    """A friction law: tangential force against slip speed, normal force and hidden states."""
+    """A friction law: tangential force against slip speed, normal force and internal states."""
 
     name: ClassVar[str]
     tag: ClassVar[int]
     source: ClassVar[str]
     states: ClassVar[tuple[str, ...]]
-    """Names of the hidden states, empty for a law without memory."""
+    """Names of the internal states; empty for none."""
     stiff: ClassVar[bool]
     """Whether the law makes the equations of motion stiff."""
 

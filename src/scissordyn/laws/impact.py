@@ -1,4 +1,4 @@
-"""One impact of a free mass on a wall: the smallest experiment that shows what a pair of laws does."""
+"""One impact of a free mass on a fixed surface: the simplest test of a pair of laws."""
 
 from __future__ import annotations
 
@@ -9,14 +9,14 @@ import numpy as np
 from scipy.integrate import solve_ivp
 
 from scissordyn.laws.contact import PARAMETERS, Damping, Elastic, JointContact
-from scissordyn.laws.ladder import elastic_force, normal_force
+from scissordyn.laws.dispatch import elastic_force, normal_force
 
 __all__ = ["Impact", "impact", "table_row"]
 
 
 @dataclass(frozen=True)
 class Impact:
-    """The course of one impact.
+    """Time history of one impact.
 
     Parameters
     ----------
@@ -36,7 +36,7 @@ class Impact:
 
 
 def table_row(law: Any, joint: JointContact) -> np.ndarray:
-    """A law's numbers as the kernels read them, shape (PARAMETERS,)."""
+    """A law's numbers in the form of the kernels, shape (PARAMETERS,)."""
     row = np.zeros(PARAMETERS)
     numbers = law.parameters(joint)
     row[: len(numbers)] = numbers
@@ -46,7 +46,7 @@ def table_row(law: Any, joint: JointContact) -> np.ndarray:
 def impact(
     stiffness: Elastic, damping: Damping, joint: JointContact, *, mass: float, speed: float, samples: int = 400
 ) -> Impact:
-    """A free mass against a wall, m delta'' = -F_n.
+    """A free mass against a fixed surface, m delta'' = -F_n.
 
     Parameters
     ----------
@@ -59,7 +59,7 @@ def impact(
     speed : float
         delta' at the touch [m/s].
     samples : int
-        Points of the course, evenly in time.
+        Number of instants, at equal distances.
 
     Returns
     -------
@@ -80,7 +80,7 @@ def impact(
         return float(y[0])
 
     released.terminal, released.direction = True, -1.0  # type: ignore[attr-defined]
-    # a time in which even the softest law has turned the mass: doubled until it has let go
+    # the interval is doubled until the mass has separated
     horizon = 1e-4
     while True:
         scale = np.array([speed * horizon, speed])

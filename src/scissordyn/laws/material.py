@@ -19,7 +19,7 @@ class Material:
     Parameters
     ----------
     name : str
-        What the user calls it.
+        Its name.
     youngs_modulus : float
         E [Pa].
     poisson_ratio : float
@@ -27,7 +27,7 @@ class Material:
     density : float
         rho [kg/m^3].
     source : str
-        Where the numbers come from.
+        Source of the numbers.
     """
 
     name: str

@@ -1,4 +1,4 @@
-"""Two small experiments with a friction law: steady sliding, and a slow swing to and fro."""
+"""Two tests of a friction law: steady sliding, and a slow oscillation."""
 
 from __future__ import annotations
 
@@ -10,10 +10,10 @@ from numpy.typing import ArrayLike
 from scipy.integrate import solve_ivp
 
 from scissordyn.laws.contact import Friction, JointContact
+from scissordyn.laws.dispatch import friction_force, friction_start
 from scissordyn.laws.impact import table_row
-from scissordyn.laws.ladder import friction_force, friction_start
 
-__all__ = ["Swing", "steady_coefficient", "swing"]
+__all__ = ["Oscillation", "oscillation", "steady_coefficient"]
 
 
 def steady_coefficient(friction: Friction, joint: JointContact, slip_speed: ArrayLike) -> np.ndarray:
@@ -42,8 +42,8 @@ def steady_coefficient(friction: Friction, joint: JointContact, slip_speed: Arra
 
 
 @dataclass(frozen=True)
-class Swing:
-    """One period of a swing.
+class Oscillation:
+    """One period of an oscillation.
 
     Parameters
     ----------
@@ -55,8 +55,10 @@ class Swing:
     coefficient: np.ndarray
 
 
-def swing(friction: Friction, joint: JointContact, *, amplitude: float, frequency: float, samples: int = 400) -> Swing:
-    """Slip x = a sin(2 pi f t) from undeflected bristles, and the friction it meets in the third period.
+def oscillation(
+    friction: Friction, joint: JointContact, *, amplitude: float, frequency: float, samples: int = 400
+) -> Oscillation:
+    """Slip x = a sin(2 pi f t) from undeflected bristles, and the friction in its third period.
 
     Parameters
     ----------
@@ -71,7 +73,7 @@ def swing(friction: Friction, joint: JointContact, *, amplitude: float, frequenc
 
     Returns
     -------
-    Swing
+    Oscillation
     """
     row, count = table_row(friction, joint), len(friction.states)
     omega = 2.0 * math.pi * frequency
@@ -88,4 +90,4 @@ def swing(friction: Friction, joint: JointContact, *, amplitude: float, frequenc
         )
         states = np.ascontiguousarray(found.y)
     coefficient = np.array([force(t, np.ascontiguousarray(states[:, k]))[0] for k, t in enumerate(time)])
-    return Swing(amplitude * np.sin(omega * time), coefficient)
+    return Oscillation(amplitude * np.sin(omega * time), coefficient)

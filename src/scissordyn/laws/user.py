@@ -101,7 +101,7 @@ class UserDamping:
 
 @dataclass(frozen=True)
 class UserFriction:
-    """A friction law of the user's own, without hidden states.
+    """A friction law of the user's own, without internal states.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Where a law was used outside what it was made for, as sentences for the user."""
+"""Warnings about laws used outside their range of validity."""
 
 from __future__ import annotations
 
@@ -11,13 +11,13 @@ from scissordyn.laws.damping.exact import returned_restitution
 __all__ = ["DEEPEST", "FASTEST", "OFF", "contact_warnings"]
 
 FASTEST = 1e-5
-"""Approach speed over sqrt(E/rho) above which impacts yield (Love's rule; Johnson 1985, doi:10.1017/CBO9781139171731)."""
+"""Approach speed over sqrt(E/rho) above which impacts are plastic (Love's rule; Johnson 1985, doi:10.1017/CBO9781139171731)."""
 
 DEEPEST = 0.2
 """Indentation over clearance above which a contact is no longer small against the radii."""
 
 OFF = 0.05
-"""Difference between the restitution asked for and the one that a damping factor returns that is worth a sentence."""
+"""Difference between the given and the returned restitution coefficient from which on there is a warning."""
 
 
 def contact_warnings(
@@ -29,7 +29,7 @@ def contact_warnings(
     approach_speed: Sequence[float],
     indentation: float,
 ) -> list[str]:
-    """What the user should know about the laws of one joint after a run.
+    """Warnings about the laws of one joint after a run.
 
     Parameters
     ----------
@@ -47,7 +47,7 @@ def contact_warnings(
     Returns
     -------
     list of str
-        One sentence each, empty if all is well.
+        One sentence each; empty for none.
     """
     found = []
     where = f"joint '{joint}': "
@@ -59,11 +59,11 @@ def contact_warnings(
             f"{where}{len(fast)} of {len(approach_speed)} contacts start faster than {limit:.2g} m/s "
             f"(up to {max(fast):.3g} m/s); above that impacts are not elastic and contact forces are estimates"
         )
-    what, size = ("corner radius", contact.journal_radius) if contact.flat else ("clearance", contact.clearance)
+    what, size = ("corner radius", contact.journal_radius) if contact.plane else ("clearance", contact.clearance)
     if stiffness.small_contact and indentation > DEEPEST * size:
         found.append(
             f"{where}indentation reaches {indentation / size:.0%} of the {what}; "
-            f"'{stiffness.name}' takes the contact for small against the radii, up to {DEEPEST:.0%}"
+            f"'{stiffness.name}' assumes a contact that is small against the radii, up to {DEEPEST:.0%}"
         )
     if stiffness.caveat:
         found.append(f"{where}'{stiffness.name}': {stiffness.caveat}")
@@ -76,11 +76,11 @@ def contact_warnings(
         claimed = damping.restitution_range
         if claimed is not None and not claimed[0] <= asked <= claimed[1]:
             found.append(
-                f"{where}'{damping.name}' is offered for restitutions of {claimed[0]:g} to {claimed[1]:g}, not {asked:g}"
+                f"{where}'{damping.name}' is for restitution coefficients from {claimed[0]:g} to {claimed[1]:g}, not {asked:g}"
             )
         if abs(returned - asked) > OFF:
             found.append(
-                f"{where}'{damping.name}' returns a restitution of {returned:.3f} where {asked:g} was asked for; "
-                "the damping law 'exact' returns what it is asked for"
+                f"{where}'{damping.name}' returns a restitution coefficient of {returned:.3f} for {asked:g}; "
+                "the damping law 'exact' returns the given one"
             )
     return found

@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from scissordyn.jit import Handle, kernel
-from scissordyn.laws.ladder import elastic_force
+from scissordyn.laws.dispatch import elastic_force
 from scissordyn.mechanics.equations import accelerate, constraint_forces, project
 from scissordyn.mechanics.joint import kinematics
 from scissordyn.mechanics.latch import engage

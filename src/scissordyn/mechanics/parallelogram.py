@@ -29,14 +29,14 @@ def parallel_bodies(mechanism: Mechanism) -> list[tuple[str, str, float]]:
         The two bodies, the ground first if it is one of them, and the angle of the second against the first [rad].
     """
     local: dict[str, dict[str, Point]] = {}
-    for joint in mechanism.ideal:
+    for joint in mechanism.ideal_joints:
         for body, point in (joint.journal, joint.bearing):
             if body == GROUND:
                 local.setdefault(body, {})[joint.name] = mechanism.place((body, point))
             elif mechanism.body(body).rotates:
                 local.setdefault(body, {})[joint.name] = mechanism.body(body).points[point]
     neighbours: dict[str, list[tuple[str, str]]] = {}
-    for joint in mechanism.ideal:
+    for joint in mechanism.ideal_joints:
         a, b = joint.bodies
         if a in local and b in local:
             neighbours.setdefault(a, []).append((b, joint.name))

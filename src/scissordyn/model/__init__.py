@@ -1,1 +1,1 @@
-"""What a user describes: bodies, joints, drives, gravity, mechanisms. Frozen; nothing here computes a motion."""
+"""The description of a mechanism: bodies, joints, drives, gravity. Frozen dataclasses without computation."""

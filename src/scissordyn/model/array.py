@@ -26,7 +26,7 @@ def polar_scissor(
     gravity: float = 9.81,
     gravity_direction: float = -math.pi / 2,
 ) -> Mechanism:
-    """An array that curves: the bars of a unit cross out of their middles, or are kinked where they cross.
+    """An array that curves: the bars of a unit cross outside their middles, or are kinked there.
 
     The first unit starts on the y axis, pinned at the origin with its inner end and with a slider at its outer end. With
     a and b the legs inside and outside of the pivot, th the mean inclination of the bars against the circumference and k
@@ -35,8 +35,8 @@ def polar_scissor(
         tan(g/2) = (b cos(th - k/2) - a cos(th + k/2)) / (b sin(th - k/2) + a sin(th + k/2))
         R_i = a cos(th + k/2) / sin(g/2),    R_o = b cos(th - k/2) / sin(g/2)
 
-    With straight bars, tan(g/2) = (b - a)/(b + a) cot th: the array curls as it opens. With equal legs g = k: the radius
-    changes and the angle does not (Hoberman 1990, US patent 4942700).
+    With straight bars, tan(g/2) = (b - a)/(b + a) cot th: the curvature changes during deployment. With equal legs g = k: the
+    radius changes and the angle does not (Hoberman 1990, US patent 4942700).
 
     Parameters
     ----------
@@ -149,7 +149,7 @@ def mast(
     gravity: float = 9.81,
     gravity_direction: float = -math.pi / 2,
 ) -> Mechanism:
-    """An array that stands on a base along x and rises along y to the height N L sin th, with or without a platform.
+    """An array on a base along x that extends along y to the height N L sin th, with or without a platform.
 
     Parameters
     ----------
@@ -161,7 +161,7 @@ def mast(
         Of a uniform platform as long as a bar [kg], pinned to the left end of the last unit and resting on its right end;
         no platform if None.
     angle : float
-        Inclination th of the bars against the base at the start [rad], between 0 and pi/2 and different from both.
+        Inclination th of the bars against the base at the start [rad], strictly between 0 and pi/2.
     gravity, gravity_direction : float
         Acceleration [m/s^2] and direction [rad].
 

@@ -27,7 +27,7 @@ def angulated_bar(
     position: Point = (0.0, 0.0),
     angle: float = 0.0,
 ) -> Body:
-    """A uniform bar of two straight legs that meet at a pivot; straight, with a pivot out of its middle, without a kink.
+    """A uniform bar of two straight legs that meet at a pivot; without a kink a straight bar with a pivot outside its middle.
 
     Parameters
     ----------
@@ -35,11 +35,11 @@ def angulated_bar(
     first, second : float
         Lengths from the start to the pivot and from there to the end [m].
     kink : float
-        How far the second leg turns to the left against the first [rad].
+        Angle from the direction of the first leg to that of the second [rad].
     mass : float
-        Of both legs, shared in proportion to their lengths [kg].
+        Of both legs, distributed in proportion to their lengths [kg].
     position : (float, float)
-        Where its start is [m].
+        Position of its start [m].
     angle : float
         Direction of the first leg [rad].
 
@@ -50,11 +50,11 @@ def angulated_bar(
     """
     check_lengths(first=first, second=second)
     end = first + second * math.cos(kink), second * math.sin(kink)
-    shares = first / (first + second), second / (first + second)
+    fractions = first / (first + second), second / (first + second)
     middles = (0.5 * first, 0.0), (0.5 * (first + end[0]), 0.5 * end[1])
-    centre = tuple(sum(share * middle[axis] for share, middle in zip(shares, middles, strict=True)) for axis in (0, 1))
-    legs = zip(shares, (first, second), middles, strict=True)
-    inertia = mass * sum(share * (leg**2 / 12.0 + math.dist(middle, centre) ** 2) for share, leg, middle in legs)
+    centre = tuple(sum(fraction * middle[axis] for fraction, middle in zip(fractions, middles, strict=True)) for axis in (0, 1))
+    legs = zip(fractions, (first, second), middles, strict=True)
+    inertia = mass * sum(fraction * (leg**2 / 12.0 + math.dist(middle, centre) ** 2) for fraction, leg, middle in legs)
     return Body(
         name=name,
         mass=mass,

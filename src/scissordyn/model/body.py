@@ -20,7 +20,7 @@ Point = tuple[float, float]
 
 @dataclass(frozen=True)
 class Body:
-    """A rigid body, with named points in its own frame and a first guess of where it is.
+    """A rigid body, with named points in its own frame and an initial guess of its position.
 
     Parameters
     ----------
@@ -30,19 +30,19 @@ class Body:
         Mass [kg].
     inertia : float or None
         Moment of inertia about the mass centre [kg m^2]; None for a body that does not rotate: a point mass,
-        or a block kept upright by its guide.
+        or a block that its guide keeps aligned.
     points : mapping of str to (float, float)
         Points that joints refer to, in the body's frame [m].
     centre : (float, float)
         Mass centre in the body's frame [m].
     position : (float, float)
-        Where the origin of the body's frame is at the start [m].
+        Position of the origin of the body's frame at the start [m].
     angle : float
         Direction of the body's x axis at the start [rad].
     velocity : (float, float)
-        Velocity of the body's origin at the start [m/s]; what the joints and drives do not prescribe of it is kept.
+        Velocity of the body's origin at the start [m/s]; its part that joints and drives do not prescribe is used.
     angular_velocity : float
-        Likewise [rad/s].
+        Angular velocity at the start [rad/s], as for the velocity.
     """
 
     name: str
@@ -70,7 +70,7 @@ class Body:
         return self.inertia is not None
 
     def place(self, point: str) -> Point:
-        """Where a named point is at the start [m]."""
+        """Position of a named point at the start [m]."""
         x, y = self.points[point]
         cos, sin = math.cos(self.angle), math.sin(self.angle)
         return self.position[0] + cos * x - sin * y, self.position[1] + sin * x + cos * y
@@ -89,7 +89,7 @@ def bar(
     mass : float
         Mass [kg].
     position : (float, float)
-        Where its start is [m].
+        Position of its start [m].
     angle : float
         Its direction from start to end [rad].
     inertia : float, optional

@@ -33,7 +33,7 @@ KINDS: dict[type[Element], str] = {
 
 
 def check_parts(mechanism: Mechanism) -> None:
-    """Raise `InputError` for the first part of a mechanism that refers to what is not there or cannot be.
+    """Raise `InputError` for the first part of a mechanism with an unknown reference or an impossible value.
 
     Parameters
     ----------
@@ -42,31 +42,31 @@ def check_parts(mechanism: Mechanism) -> None:
     Raises
     ------
     InputError
-        It names the part, and the body or point.
+        The error names the part, and the body or point.
     """
     _check_names(mechanism)
     for name, place in mechanism.ground:
         if len(place) != 2 or not all(math.isfinite(x) for x in place):
             raise InputError(f"point '{name}' of the ground = {place!r}", "two finite numbers [m]")
     points = _points(mechanism)
-    turning = {GROUND, *(body.name for body in mechanism.bodies if body.rotates)}
+    rotating = {GROUND, *(body.name for body in mechanism.bodies if body.rotates)}
     for joint in mechanism.joints:
         _check_point(points, f"joint '{joint.name}'", joint.journal)
         _check_point(points, f"joint '{joint.name}'", joint.bearing)
     for guide in mechanism.guides:
         _check_point(points, f"guide '{guide.name}'", guide.follower)
-        _check_turns(points, turning, f"guide '{guide.name}'", guide.body)
+        _check_rotates(points, rotating, f"guide '{guide.name}'", guide.body)
         if guide.aligned:
-            _check_turns(points, turning - {GROUND}, f"guide '{guide.name}'", guide.follower[0])
+            _check_rotates(points, rotating - {GROUND}, f"guide '{guide.name}'", guide.follower[0])
     for weld in mechanism.welds:
         _check_point(points, f"weld '{weld.name}'", weld.start)
         _check_point(points, f"weld '{weld.name}'", weld.end)
-    for link in mechanism.links:
-        _check_point(points, f"link '{link.name}'", link.start)
-        _check_point(points, f"link '{link.name}'", link.end)
+    for rod in mechanism.rods:
+        _check_point(points, f"rod '{rod.name}'", rod.start)
+        _check_point(points, f"rod '{rod.name}'", rod.end)
     for latch in mechanism.latches:
-        _check_turns(points, turning - {GROUND}, f"latch '{latch.name}'", latch.body)
-        _check_turns(points, turning, f"latch '{latch.name}'", latch.base)
+        _check_rotates(points, rotating - {GROUND}, f"latch '{latch.name}'", latch.body)
+        _check_rotates(points, rotating, f"latch '{latch.name}'", latch.base)
     for element in mechanism.elements:
         label = f"{KINDS[type(element)]} '{element.name}'"
         if isinstance(element, Spring):
@@ -75,17 +75,17 @@ def check_parts(mechanism: Mechanism) -> None:
         elif isinstance(element, Force | TravelStop):
             _check_point(points, label, element.point)
         else:
-            _check_turns(points, turning - {GROUND}, label, element.body)
-            _check_turns(points, turning, label, element.base)
+            _check_rotates(points, rotating - {GROUND}, label, element.body)
+            _check_rotates(points, rotating, label, element.base)
         if isinstance(element, Actuator):
             for reference in filter(None, (element.sensor, element.sensor_origin)):
                 _check_point(points, label, reference)
     for drive in mechanism.drives:
-        _check_turns(points, turning - {GROUND}, "the drive", drive.body)
+        _check_rotates(points, rotating - {GROUND}, "the drive", drive.body)
     for what, name in (("input body", mechanism.input_body), ("output body", mechanism.output_body)):
         if name:
             _check_body({body: part for body, part in points.items() if body != GROUND}, what, name)
-    if mechanism.loose:
+    if mechanism.clearance_joints:
         _check_play(mechanism, points)
 
 
@@ -95,7 +95,7 @@ def _points(mechanism: Mechanism) -> dict[str, Mapping[str, Point]]:
 
 
 def _check_names(mechanism: Mechanism) -> None:
-    connections = [part.name for parts in (mechanism.welds, mechanism.links, mechanism.latches) for part in parts]
+    connections = [part.name for parts in (mechanism.welds, mechanism.rods, mechanism.latches) for part in parts]
     for what, names in (
         ("body", [body.name for body in mechanism.bodies]),
         ("joint", [*mechanism.joint_names, *connections]),
@@ -123,37 +123,37 @@ def _check_point(points: Mapping[str, Mapping[str, Point]], label: str, referenc
         )
 
 
-def _check_turns(points: Mapping[str, Mapping[str, Point]], turning: set[str], label: str, body: str) -> None:
+def _check_rotates(points: Mapping[str, Mapping[str, Point]], rotating: set[str], label: str, body: str) -> None:
     _check_body(points, label, body)
-    if body not in turning:
+    if body not in rotating:
         raise InputError(f"{label} needs the angle of body '{body}', which does not rotate", "a body with an inertia")
 
 
 def _check_play(mechanism: Mechanism, points: Mapping[str, Mapping[str, Point]]) -> None:
-    """A loose joint must have something to move."""
+    """Raise `InputError` for a clearance joint inside one rigid body or beside an ideal joint at the same points."""
     rigid = _rigid_groups(mechanism)
     ideal: dict[frozenset[str], list[Revolute]] = {}
-    for joint in mechanism.ideal:
+    for joint in mechanism.ideal_joints:
         ideal.setdefault(frozenset(joint.bodies), []).append(joint)
-    for joint in mechanism.loose:
+    for joint in mechanism.clearance_joints:
         one, other = joint.bodies
         if rigid.get(one, one) == rigid.get(other, other):
             raise InputError(
-                f"loose joint '{joint.name}' between bodies '{one}' and '{other}', which welds make one rigid body",
-                "loose joints between bodies that can move against each other",
+                f"clearance joint '{joint.name}' between bodies '{one}' and '{other}', which welds make one rigid body",
+                "clearance joints between bodies that can move against each other",
             )
         for beside in ideal.get(frozenset(joint.bodies), []):
             here, there = dict((joint.journal, joint.bearing)), dict((beside.journal, beside.bearing))
             if all(math.dist(points[body][here[body]], points[body][there[body]]) < SAME_PLACE for body in joint.bodies):
                 raise InputError(
-                    f"loose joint '{joint.name}' cannot move: the ideal joint '{beside.name}' holds the same points of bodies "
-                    f"'{one}' and '{other}' together",
+                    f"clearance joint '{joint.name}' cannot move: the ideal joint '{beside.name}' holds the same points of "
+                    f"bodies '{one}' and '{other}' together",
                     "one of the two joints",
                 )
 
 
 def _rigid_groups(mechanism: Mechanism) -> dict[str, str]:
-    """For each welded body, or the ground, one that stands for all that are welded to it."""
+    """For each welded body, or the ground, the representative of its group."""
     group: dict[str, str] = {}
     for weld in mechanism.welds:
         (one, _), (other, _) = weld.start, weld.end

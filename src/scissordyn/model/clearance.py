@@ -1,4 +1,4 @@
-"""How loose a revolute joint is and how its surfaces meet."""
+"""The clearance of a revolute joint and the laws of its contact."""
 
 from __future__ import annotations
 
@@ -18,14 +18,14 @@ __all__ = ["Clearance"]
 
 @dataclass(frozen=True)
 class Clearance:
-    """A loose revolute joint: a journal smaller than its bearing by the radial clearance.
+    """A revolute clearance joint: a journal smaller than its bearing by the radial clearance.
 
     Parameters
     ----------
     clearance : float
         Radial clearance c = R_B - R_J [m].
     journal_radius : float
-        R_J [m]; it is held fixed when the clearance is varied.
+        R_J [m]; constant when the clearance is varied.
     bearing_length : float
         L_b [m].
     material : Material
@@ -56,7 +56,7 @@ class Clearance:
 
     @property
     def contact(self) -> JointContact:
-        """The two surfaces as the laws see them."""
+        """The two surfaces, as input of the laws."""
         return JointContact(
             clearance=self.clearance,
             journal_radius=self.journal_radius,

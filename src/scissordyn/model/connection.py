@@ -1,4 +1,4 @@
-"""Rigid connections without clearance: welds, massless links, and latches that lock on the way."""
+"""Rigid connections without clearance: welds, rods, and latches that lock during the motion."""
 
 from __future__ import annotations
 
@@ -7,11 +7,11 @@ from typing import Annotated
 
 from scissordyn.errors import InputError
 from scissordyn.model.body import GROUND
-from scissordyn.model.drive import Motion
+from scissordyn.model.drive import TimeFunction
 from scissordyn.model.joint import BodyPoint
 from scissordyn.units import Quantity, check_quantities
 
-__all__ = ["Latch", "Link", "Weld"]
+__all__ = ["Latch", "Rod", "Weld"]
 
 
 @dataclass(frozen=True)
@@ -34,8 +34,8 @@ class Weld:
 
 
 @dataclass(frozen=True)
-class Link:
-    """A rigid link without mass between two points, or a drive that prescribes their distance.
+class Rod:
+    """A massless rigid rod between two points (a distance constraint), or a drive that prescribes their distance.
 
     Parameters
     ----------
@@ -44,36 +44,36 @@ class Link:
         Body and point; one body may be "ground".
     length : float, optional
         Distance of the points [m]; as placed if neither length nor motion is given.
-    motion : Motion, optional
+    motion : TimeFunction, optional
         The prescribed distance over time [m].
     direction : float, optional
-        Direction from start to end at t = 0 [rad], at which both points then start without turning about each other; as
+        Direction from start to end at t = 0 [rad], with zero angular velocity of the rod at t = 0; as
         placed if not given.
     tension_only : bool
-        Whether the link stands for something that can only pull, such as the contact of a journal in its bearing. It is
-        computed as a rigid link all the same, and the run tells when it would be compressed.
+        Whether the rod represents a connection that carries tension only, such as the contact of a journal in its bearing. It
+        is computed as a rigid rod, and the run has a warning when it would be compressed.
     """
 
     name: str
     start: BodyPoint
     end: BodyPoint
     length: Annotated[float | None, Quantity("m", above=0.0, help="distance of the points")] = None
-    motion: Motion | None = None
+    motion: TimeFunction | None = None
     direction: Annotated[float | None, Quantity("rad", help="direction from start to end at t = 0")] = None
     tension_only: bool = False
 
     def __post_init__(self) -> None:
-        check_quantities(self, f"link '{self.name}'")
+        check_quantities(self, f"rod '{self.name}'")
         _two_bodies(self.name, self.start[0], self.end[0])
         if self.length is not None and self.motion is not None:
-            raise InputError(f"link '{self.name}' with a length and a motion", "one of them")
+            raise InputError(f"rod '{self.name}' with a length and a motion", "one of them")
 
 
 @dataclass(frozen=True)
 class Latch:
-    """A lock that snaps when two bodies reach an angle; from then on it holds them rigidly at that angle.
+    """A lock that engages when two bodies reach an angle; from then on it keeps them at that angle.
 
-    Locking is a plastic impact: the relative spin vanishes at once, and the energy it takes is in the books.
+    Locking is a plastic impact: the relative angular velocity becomes zero, and the lost energy is `latch_loss` of the run.
 
     Parameters
     ----------
@@ -81,7 +81,7 @@ class Latch:
     body, base : str
         The base may be "ground".
     angle : float
-        Of the body against its base where it locks, within half a turn of the start [rad].
+        Of the body against its base where it locks, within half a revolution of the start [rad].
     """
 
     name: str

@@ -1,4 +1,4 @@
-"""Prescribed motions."""
+"""Time functions, and drives that prescribe them."""
 
 from __future__ import annotations
 
@@ -17,9 +17,9 @@ __all__ = [
     "Cycloidal",
     "Drive",
     "Harmonic",
-    "Motion",
     "Polynomial",
-    "TableMotion",
+    "Tabulated",
+    "TimeFunction",
     "Trapezoidal",
     "tabulated",
 ]
@@ -27,7 +27,7 @@ __all__ = [
 
 @dataclass(frozen=True)
 class ConstantSpeed:
-    """theta = theta_0 + w t, theta_0 the angle that the body has at the start.
+    """theta = theta_0 + w t, with theta_0 the angle of the body at the start.
 
     Parameters
     ----------
@@ -65,48 +65,48 @@ class Harmonic:
 
 
 @dataclass(frozen=True)
-class TableMotion:
-    """An angle given at instants; a spline of fifth degree, four times continuously differentiable, runs through them.
+class Tabulated:
+    """Values at instants, interpolated by a spline of fifth degree, which is four times continuously differentiable.
 
     Parameters
     ----------
     times : tuple of float
         Increasing instants [s], at least six.
-    angles : tuple of float
-        Angles there [rad].
+    values : tuple of float
+        Values there: [rad] for an angle, [m] for a length, [N m] for a torque, [1] for a factor.
     """
 
     times: tuple[float, ...]
-    angles: tuple[float, ...]
+    values: tuple[float, ...]
 
     def __post_init__(self) -> None:
-        times, angles = np.asarray(self.times, float), np.asarray(self.angles, float)
-        if times.ndim != 1 or times.shape != angles.shape or times.size < 6:
+        times, values = np.asarray(self.times, float), np.asarray(self.values, float)
+        if times.ndim != 1 or times.shape != values.shape or times.size < 6:
             raise InputError(
-                f"table of {times.size} times and {angles.size} angles", "as many angles as times, six or more of them"
+                f"table of {times.size} times and {values.size} values", "as many values as times, six or more of them"
             )
-        if not (np.all(np.isfinite(times)) and np.all(np.isfinite(angles)) and np.all(np.diff(times) > 0.0)):
+        if not (np.all(np.isfinite(times)) and np.all(np.isfinite(values)) and np.all(np.diff(times) > 0.0)):
             raise InputError("table with values that are not finite or times that do not increase", "increasing times")
 
 
-def tabulated(angle: Callable[[float], float], *, until: float, points: int = 2001) -> TableMotion:
-    """Any prescribed angle: a Python function of time, sampled into a table.
+def tabulated(function: Callable[[float], float], *, until: float, points: int = 2001) -> Tabulated:
+    """Any time function: a Python function of time, sampled into a table.
 
     Parameters
     ----------
-    angle : callable
-        Angle [rad] at time [s].
+    function : callable
+        Value at time [s].
     until : float
         Last instant of the table [s].
     points : int
-        How many instants; the spline's error falls with the sixth power of their distance.
+        Number of instants; the error of the spline is of sixth order in their distance.
 
     Returns
     -------
-    TableMotion
+    Tabulated
     """
     times = np.linspace(0.0, until, points)
-    return TableMotion(tuple(times.tolist()), tuple(float(angle(t)) for t in times.tolist()))
+    return Tabulated(tuple(times.tolist()), tuple(float(function(t)) for t in times.tolist()))
 
 
 @dataclass(frozen=True)
@@ -135,7 +135,7 @@ class Cycloidal:
     start, end : float
         Values before and after [rad].
     duration : float
-        Of the move [s], which begins at t = 0.
+        Of the move [s], which starts at t = 0.
     """
 
     start: Annotated[float, Quantity("rad", help="value before the move")]
@@ -155,34 +155,34 @@ class Trapezoidal:
     start, end : float
         Values before and after [rad].
     duration : float
-        Of the move [s], which begins at t = 0.
+        Of the move [s], which starts at t = 0.
     ramp : float
-        Share of the duration that each of the two ramps takes [1].
+        Fraction of the duration that each of the two ramps takes [1].
     """
 
     start: Annotated[float, Quantity("rad", help="value before the move")]
     end: Annotated[float, Quantity("rad", help="value after the move")]
     duration: Annotated[float, Quantity("s", above=0.0, help="duration of the move")]
-    ramp: Annotated[float, Quantity("1", above=0.0, maximum=0.5, help="share of each ramp")] = 0.25
+    ramp: Annotated[float, Quantity("1", above=0.0, maximum=0.5, help="fraction of each ramp")] = 0.25
 
     def __post_init__(self) -> None:
         check_quantities(self)
 
 
-Motion = ConstantSpeed | Harmonic | TableMotion | Polynomial | Cycloidal | Trapezoidal
+TimeFunction = ConstantSpeed | Harmonic | Tabulated | Polynomial | Cycloidal | Trapezoidal
 
 
 @dataclass(frozen=True)
 class Drive:
-    """A motor that makes a body's direction follow a motion, whatever torque that takes.
+    """A prescribed angle of a body; the driving torque follows from the motion.
 
     Parameters
     ----------
     body : str
         The driven body.
-    motion : Motion
+    motion : TimeFunction
         Its prescribed angle.
     """
 
     body: str
-    motion: Motion
+    motion: TimeFunction

@@ -1,4 +1,4 @@
-"""What pulls, pushes and turns: springs, dampers, loads, motors, actuators and end stops."""
+"""Force elements: springs, dampers, loads, motors, actuators and end stops."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from scissordyn.control.controller import Controller
 from scissordyn.errors import InputError
 from scissordyn.laws.damping.flores import Flores
 from scissordyn.model.body import GROUND, Point
-from scissordyn.model.drive import Motion
+from scissordyn.model.drive import TimeFunction
 from scissordyn.model.joint import BodyPoint
 from scissordyn.units import Quantity, check_quantities
 
@@ -66,8 +66,8 @@ class Spring:
 class TorsionSpring:
     """A hinge spring and damper between two bodies: torque -k (phi - phi_0) - d phi' on the first.
 
-    phi is the angle of the body against its base, counted from the start without jumps as long as it stays within half a
-    turn of its value there.
+    phi is the angle of the body against its base. It is continuous as long as it stays within half a revolution of its value at
+    the start.
 
     Parameters
     ----------
@@ -106,8 +106,8 @@ class Force:
     force : (float, float)
         Components [N]; along the body's axes if the force follows it.
     follows : bool
-        Whether it turns with the body.
-    course : Motion, optional
+        Whether the force rotates with the body.
+    time_function : TimeFunction, optional
         A factor over time; 1 if not given.
     """
 
@@ -115,7 +115,7 @@ class Force:
     point: BodyPoint
     force: Point
     follows: bool = False
-    course: Motion | None = None
+    time_function: TimeFunction | None = None
 
     def __post_init__(self) -> None:
         if len(self.force) != 2 or not all(math.isfinite(part) for part in self.force):
@@ -135,7 +135,7 @@ class Torque:
         The base may be "ground".
     torque : float
         [N m]
-    course : Motion, optional
+    time_function : TimeFunction, optional
         A factor over time; 1 if not given.
     """
 
@@ -143,7 +143,7 @@ class Torque:
     body: str
     torque: Annotated[float, Quantity("N m", help="torque")]
     base: str = GROUND
-    course: Motion | None = None
+    time_function: TimeFunction | None = None
 
     def __post_init__(self) -> None:
         check_quantities(self, f"torque '{self.name}'")
@@ -152,7 +152,7 @@ class Torque:
 
 @dataclass(frozen=True)
 class Motor:
-    """A motor whose torque falls with its speed: T = T_0 (1 - w/w_0), never beyond its limit either way.
+    """A motor whose torque falls with its speed: T = T_0 (1 - w/w_0), within its limit in both senses.
 
     Parameters
     ----------
@@ -160,13 +160,13 @@ class Motor:
     body, base : str
         Rotor side and stator side; the base may be "ground".
     stall_torque : float
-        T_0 [N m]; its sign is the sense in which the motor turns.
+        T_0 [N m]; its sign is the sense of rotation.
     no_load_speed : float
-        w_0 [rad/s], at which the torque is gone; beyond it the motor brakes.
+        w_0 [rad/s], at which the torque is zero; beyond it the motor brakes.
     limit : float, optional
         Largest torque in either sense [N m].
     inertia : float
-        Of the rotor, turning with the body [kg m^2].
+        Of the rotor, which rotates with the body [kg m^2].
     """
 
     name: str
@@ -184,10 +184,10 @@ class Motor:
 
 @dataclass(frozen=True)
 class Actuator:
-    """A torque on a body against its base that a controller chooses from what it senses.
+    """A torque on a body against its base, given by a controller.
 
-    The controller is told the reference course, the angle and speed of the body against its base, and, if there is a sensor,
-    the vector to it from its origin.
+    Input of the controller are the reference motion, the angle and speed of the body against its base, and, with a sensor, the
+    vector from its origin to it.
 
     Parameters
     ----------
@@ -195,35 +195,35 @@ class Actuator:
     body, base : str
         The base may be "ground".
     controller : Controller
-    reference : Motion, optional
-        The angle wanted over time [rad]; the one at the start if not given.
-    feed_forward : Motion, optional
-        A torque over time that the controller may add [N m].
+    reference : TimeFunction, optional
+        The reference angle over time [rad]; constant at its start value if not given.
+    feed_forward : TimeFunction, optional
+        A torque over time, as input of the controller [N m].
     sensor : (str, str), optional
-        Body and point whose place is sensed.
+        Body and point whose position is measured.
     sensor_origin : (str, str), optional
-        Body and point that it is sensed from; the origin of the fixed frame if not given.
+        Body and point from which the position is measured; the origin of the fixed frame if not given.
     inertia : float
-        Of the rotor, turning with the body [kg m^2].
-    on_course : bool
+        Of the rotor, which rotates with the body [kg m^2].
+    start_on_reference : bool
         Whether the body starts at the angle and speed of the reference rather than as it was placed.
 
     Raises
     ------
     InputError
-        If the controller needs a feed-forward torque or a sensor that is not there, or has no use for one that is.
+        If the controller needs a feed-forward torque or a sensor that is missing, or does not use one that is given.
     """
 
     name: str
     body: str
     controller: Controller
     base: str = GROUND
-    reference: Motion | None = None
-    feed_forward: Motion | None = None
+    reference: TimeFunction | None = None
+    feed_forward: TimeFunction | None = None
     sensor: BodyPoint | None = None
     sensor_origin: BodyPoint | None = None
     inertia: Annotated[float, Quantity("kg m^2", minimum=0.0, help="moment of inertia of the rotor")] = 0.0
-    on_course: bool = False
+    start_on_reference: bool = False
 
     def __post_init__(self) -> None:
         check_quantities(self)
@@ -231,23 +231,23 @@ class Actuator:
         if not isinstance(self.controller, Controller):
             raise InputError(f"actuator '{self.name}': controller = {self.controller!r}", "a controller", "PID(100.0)")
         what = f"actuator '{self.name}' with the controller '{self.controller.name}'"
-        if self.feed_forward is not None and not self.controller.feeds:
-            raise InputError(f"{what}, which makes no use of a feed-forward torque", "the controller 'feed-forward'")
-        if self.sensor is None and (self.controller.senses or self.sensor_origin is not None):
+        if self.feed_forward is not None and not self.controller.uses_feed_forward:
+            raise InputError(f"{what}, which does not use a feed-forward torque", "the controller 'feed-forward'")
+        if self.sensor is None and (self.controller.uses_sensor or self.sensor_origin is not None):
             raise InputError(f"{what} without a sensor", "sensor=(BODY, POINT)")
-        if self.on_course and (self.base != GROUND or self.reference is None):
-            raise InputError(f"actuator '{self.name}' starts on course", "a reference, and the ground as the base")
+        if self.start_on_reference and (self.base != GROUND or self.reference is None):
+            raise InputError(f"actuator '{self.name}' with start_on_reference", "a reference, and the ground as the base")
 
 
 @dataclass(frozen=True)
 class AngleStop:
-    r"""An end stop of a rotation: beyond its angle a torque pushes the body back.
+    r"""An end stop of a rotation: a restoring torque acts beyond its angle.
 
     .. math:: T = K\delta^n\left(1 + \xi\,\dot\delta/\dot\delta^{(-)}\right)
 
     with delta the angle beyond the stop, its rate at the touch in the denominator, and the damping factor of Flores et al.
-    2011 for the restitution coefficient. The side from which the stop is reached is the one the bodies start on; angles are
-    counted within half a turn of the start.
+    2011 for the restitution coefficient. The stop is reached from the side of the start; angles are counted
+    within half a revolution of the start.
 
     Parameters
     ----------
@@ -279,7 +279,7 @@ class AngleStop:
 
 @dataclass(frozen=True)
 class TravelStop:
-    r"""An end stop of a point that travels: beyond a line across its direction a force pushes it back.
+    r"""An end stop of a translating point: a restoring force acts beyond a line across its direction.
 
     .. math:: F = K\delta^n\left(1 + \xi\,\dot\delta/\dot\delta^{(-)}\right)
 
@@ -291,7 +291,7 @@ class TravelStop:
     direction : float
         Direction of travel towards the stop, in the ground's frame [rad].
     limit : float
-        How far the point may go: its coordinate along the direction at the touch [m].
+        Coordinate of the point along the direction at the touch [m].
     stiffness : float
         K [N/m^n].
     exponent : float

@@ -1,4 +1,4 @@
-"""How loose a straight guide is, and how the block in it meets the walls."""
+"""The clearance of a straight guide, and the contact of its block with the guide surfaces."""
 
 from __future__ import annotations
 
@@ -15,12 +15,12 @@ from scissordyn.laws.material import STEEL, Material
 from scissordyn.model.body import Body, Point
 from scissordyn.units import Quantity, check_quantities
 
-__all__ = ["Corner", "GuideClearance", "block_corners"]
+__all__ = ["ContactPoint", "GuideClearance", "block_contact_points"]
 
 
 @dataclass(frozen=True)
 class GuideClearance:
-    """A loose guide: a block in a channel that is wider than it, and meets the two walls with its rounded corners.
+    """A clearance guide: a block in a wider channel, whose rounded corners make contact with the two guide surfaces.
 
     Parameters
     ----------
@@ -31,17 +31,17 @@ class GuideClearance:
         Of a rectangular block, along the guide and across it, centred on the guided point and straight at the start [m].
     corners : tuple of (float, float)
         In place of length and width: the centres of the rounded corners of any outline, in the follower's frame [m]. A corner
-        to the left of the guided point, seen along the guide, faces the left wall, and each wall is c away from the corners
-        that reach furthest towards it.
+        to the left of the guided point, seen along the guide, faces the left guide surface. The distance from each guide
+        surface to the nearest corners facing it is c.
     corner_radius : float
-        R [m]; it is cut from a rectangular block and added to corners that are given.
+        R [m]: rounding of a rectangular block, added to the outline for given corners.
     thickness : float
         Length of the corners' edges, across the plane of motion [m].
     material : Material
         Material of the block, and of the guide unless that is given.
     guide_material : Material, optional
     stiffness : elastic law
-        One that has parameters for a corner at a flat wall: "hertz", "braendlein", "power", "linear" or the user's own.
+        A law with parameters for a contact point at a plane surface: "hertz", "braendlein", "power", "linear" or user-defined.
     damping : damping law
     friction : friction law
     """
@@ -67,7 +67,7 @@ class GuideClearance:
                 if len(point) != 2 or not all(math.isfinite(x) for x in point):
                     raise InputError(f"corner {point!r}", "two finite numbers [m]")
         elif self.length is None or self.width is None:
-            raise InputError("a loose guide without the size of its block", "length and width, or corners")
+            raise InputError("a clearance guide without the size of its block", "length and width, or corners")
         elif 2.0 * self.corner_radius > min(self.length, self.width):
             raise InputError(
                 f"corner_radius = {self.corner_radius:g} m on a block of {self.length:g} m by {self.width:g} m",
@@ -76,21 +76,21 @@ class GuideClearance:
         self._check_stiffness()
 
     def _check_stiffness(self) -> None:
-        """A formula for a journal in a bearing has no limit where the bearing's radius is infinite."""
+        """Raise `InputError` for a law without finite parameters at infinite bearing radius."""
         try:
             numbers = self.stiffness.parameters(self.contact)
         except (ArithmeticError, InputError):
             numbers = (math.nan,)
         if not all(math.isfinite(number) for number in numbers):
             raise InputError(
-                f"stiffness '{self.stiffness.name}' in a loose guide: it is for a journal in a bearing, and its formula has no "
-                "value for a corner at a flat wall",
-                "hertz, braendlein, power, linear or a function of your own",
+                f"stiffness '{self.stiffness.name}' in a clearance guide: it is for a journal in a bearing, and its formula "
+                "has no value for a contact point at a plane guide surface",
+                "hertz, braendlein, power, linear or a user-defined function",
             )
 
     @property
     def contact(self) -> JointContact:
-        """A corner and its wall as the laws see them."""
+        """A rounded corner and its guide surface, as input of the laws."""
         return JointContact(
             clearance=math.inf,
             journal_radius=self.corner_radius,
@@ -99,14 +99,14 @@ class GuideClearance:
             bearing=self.material if self.guide_material is None else self.guide_material,
         )
 
-    def centres(self, guided: Point, turn: float) -> tuple[Point, ...]:
+    def centres(self, guided: Point, direction: float) -> tuple[Point, ...]:
         """Centres of the corners in the follower's frame [m].
 
         Parameters
         ----------
         guided : (float, float)
             The guided point in that frame [m].
-        turn : float
+        direction : float
             Direction of the guide in that frame at the start [rad].
 
         Returns
@@ -116,14 +116,14 @@ class GuideClearance:
         if self.length is None or self.width is None:
             return self.corners
         half, side = 0.5 * self.length - self.corner_radius, 0.5 * self.width - self.corner_radius
-        cos, sin = math.cos(turn), math.sin(turn)
+        cos, sin = math.cos(direction), math.sin(direction)
         ends = ((-half, -side), (half, -side), (half, side), (-half, side))
         return tuple((guided[0] + cos * x - sin * y, guided[1] + sin * x + cos * y) for x, y in ends)
 
 
 @dataclass(frozen=True)
-class Corner:
-    """One corner of a block in a loose guide and the wall that it faces.
+class ContactPoint:
+    """A contact point of a clearance guide: a rounded corner of the block and the guide surface that it faces.
 
     Parameters
     ----------
@@ -140,9 +140,9 @@ class Corner:
     through : (float, float)
         A point of the guide's line, in the frame of that body [m].
     normal : (float, float)
-        Unit vector across the guide towards the wall, in that frame.
-    level : float
-        Distance of the wall from the guide's line [m].
+        Unit vector across the guide towards the guide surface, in that frame.
+    distance : float
+        Of the guide surface from the guide's line [m].
     clearance : GuideClearance
     """
 
@@ -153,11 +153,11 @@ class Corner:
     body: str
     through: Point
     normal: Point
-    level: float
+    distance: float
     clearance: GuideClearance
 
 
-def block_corners(
+def block_contact_points(
     name: str,
     clearance: GuideClearance,
     *,
@@ -166,9 +166,9 @@ def block_corners(
     body: str,
     through: Point,
     direction: float,
-    turn: float,
-) -> tuple[Corner, ...]:
-    """The corners of the block in a loose guide.
+    follower_direction: float,
+) -> tuple[ContactPoint, ...]:
+    """The contact points of the block in a clearance guide.
 
     Parameters
     ----------
@@ -184,32 +184,32 @@ def block_corners(
         A point of the guide's line, in the frame of that body [m].
     direction : float
         Direction of the line in that frame [rad].
-    turn : float
+    follower_direction : float
         Direction of the line in the follower's frame at the start [rad].
 
     Returns
     -------
-    tuple of Corner
+    tuple of ContactPoint
 
     Raises
     ------
     InputError
-        If the corners do not face both walls.
+        If the corners do not face both guide surfaces.
     """
     guided, radius = follower.points[point], clearance.corner_radius
-    centres = clearance.centres(guided, turn)
-    cos, sin = math.cos(turn), math.sin(turn)
+    centres = clearance.centres(guided, follower_direction)
+    cos, sin = math.cos(follower_direction), math.sin(follower_direction)
     reach = [cos * (y - guided[1]) - sin * (x - guided[0]) for x, y in centres]
     if min(reach) >= 0.0 or max(reach) <= 0.0 or not all(reach):
         raise InputError(
             f"guide '{name}': corners {', '.join(f'{1e3 * far:g}' for far in reach)} mm to the left of its line",
             "corners on both sides of the guided point, and none on the line itself",
         )
-    levels = {1.0: max(reach) + radius + clearance.clearance, -1.0: -min(reach) + radius + clearance.clearance}
+    distances = {1.0: max(reach) + radius + clearance.clearance, -1.0: -min(reach) + radius + clearance.clearance}
     found = []
     for number, (centre, far) in enumerate(zip(centres, reach, strict=True), start=1):
         side = math.copysign(1.0, far)
         normal = -side * math.sin(direction), side * math.cos(direction)
         label = f"{name}/corner {number}"
-        found.append(Corner(label, name, follower.name, centre, body, through, normal, levels[side], clearance))
+        found.append(ContactPoint(label, name, follower.name, centre, body, through, normal, distances[side], clearance))
     return tuple(found)

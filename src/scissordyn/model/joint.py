@@ -30,7 +30,7 @@ class Revolute:
     bearing : (str, str)
         Body and point that carry the bearing.
     clearance : Clearance, optional
-        How loose the joint is; None for an ideal one.
+        Of the joint; None for an ideal one.
     """
 
     name: str
@@ -50,7 +50,7 @@ class Revolute:
 
 @dataclass(frozen=True)
 class Guide:
-    """A straight line, fixed or on a moving body, that a point of a body stays on.
+    """A straight line, on the ground or on a moving body, that keeps a point of a body on it.
 
     Parameters
     ----------
@@ -65,9 +65,10 @@ class Guide:
         The body that carries the line; the ground unless given.
     aligned : bool
         Whether the follower also keeps its angle against the line, as a block in a channel does (a prismatic joint); otherwise
-        it turns freely about its guided point.
+        it rotates freely about its guided point.
     clearance : GuideClearance, optional
-        How loose the guide is; None for an ideal one. A loose guide is a channel, so that it is aligned when it is tightened.
+        Of the guide; None for an ideal one. A clearance guide is a channel, so `aligned` is true for it, also when it is made
+        ideal.
     """
 
     name: str
@@ -83,7 +84,7 @@ class Guide:
         if len(self.through) != 2 or not all(math.isfinite(x) for x in self.through):
             raise InputError(f"guide '{self.name}': through = {self.through!r}", "two finite numbers [m]")
         if self.clearance is not None and not self.aligned:
-            raise InputError(f"guide '{self.name}' with a clearance but not aligned", "a loose guide that is aligned")
+            raise InputError(f"guide '{self.name}' with a clearance but not aligned", "a clearance guide that is aligned")
         if self.follower[0] == self.body:
             raise InputError(f"guide '{self.name}' guides body '{self.body}' along itself", "two different bodies")
         if self.follower[0] == GROUND:

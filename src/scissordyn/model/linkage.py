@@ -17,7 +17,7 @@ __all__ = ["common_pin", "four_bar", "n_four_bar", "slider_crank"]
 
 
 def common_pin(name: str, pin: BodyPoint, *others: BodyPoint) -> tuple[Revolute, ...]:
-    """Several bars on one pin: the pin is fixed in the first bar, and each other bar turns on it.
+    """Several bars on one pin: the pin is fixed in the first bar, and each other bar rotates on it.
 
     Parameters
     ----------
@@ -31,7 +31,7 @@ def common_pin(name: str, pin: BodyPoint, *others: BodyPoint) -> tuple[Revolute,
     Returns
     -------
     tuple of Revolute
-        One for each of the other bars, so that each can be loose for itself.
+        One for each of the other bars, so that each can have its own clearance.
     """
     if not others:
         raise InputError(f"pin '{name}' with one bar on it", "two or more bars")
@@ -57,7 +57,7 @@ def slider_crank(
 ) -> Mechanism:
     """A crank about the origin, a rod, and a slider on a line along x: r sin a + l sin b = offset.
 
-    The defaults are those that Flores and co-workers compare laws of clearance joints with. At a prescribed speed the mass
+    The defaults are those of the comparisons of clearance joint laws by Flores and co-workers. At a prescribed speed the mass
     of the crank has no influence on the motion, only on the torque.
 
     Parameters
@@ -71,8 +71,8 @@ def slider_crank(
     crank_inertia, rod_inertia : float, optional
         About the middle [kg m^2]; that of a uniform bar if None.
     slider_inertia : float, optional
-        Of the slider about its pin [kg m^2]: a block that its guide keeps straight, and lets tilt when the guide is loosened.
-        Without it the slider cannot turn at all.
+        Of the slider about its pin [kg m^2]: a block that an ideal guide keeps aligned; with clearance in the guide it can
+        tilt. Without it the slider has no rotation.
     angle : float
         Direction a of the crank at the start [rad]; the slider is to the right of the crank pin.
     gravity, gravity_direction : float
@@ -130,8 +130,8 @@ def four_bar(
 ) -> Mechanism:
     """A planar four-bar linkage of uniform bars; the ground pins are the origin and (ground, 0).
 
-    The defaults make a crank-rocker: by Grashof's criterion the crank turns fully, since 0.08 + 0.20 < 0.18 + 0.15. Any
-    other lengths that close at the start will do.
+    The defaults make a crank-rocker: by Grashof's criterion the crank rotates fully, since 0.08 + 0.20 < 0.18 + 0.15. Any
+    other lengths that can be assembled at the start are allowed.
 
     Parameters
     ----------
@@ -195,7 +195,7 @@ def n_four_bar(
 
     N + 1 upright cranks stand on ground pins A0, A1, ... at a distance L along x, and N couplers join their upper ends
     B0, B1, ...; all bars are alike and uniform. It moves as a pendulum,
-    ((N+1)/3 + N) L th'' = -((N+1)/2 + N) g cos th, and all its bars come to lie on one line twice in a turn.
+    ((N+1)/3 + N) L th'' = -((N+1)/2 + N) g cos th, and all its bars are aligned twice per revolution.
 
     Parameters
     ----------
@@ -212,7 +212,7 @@ def n_four_bar(
     -------
     Mechanism
         Bodies "crank 0", ..., "crank N" and "coupler 1", ..., "coupler N"; joints "A0", "A1", ... on the ground, "B0" and
-        "BN" between crank and coupler, and "B1 1", "B1 2", ... where a crank carries two couplers on its pin.
+        "BN" between crank and coupler, and "B1 1", "B1 2", ... where two couplers are on the pin of a crank.
     """
     check_units(units)
     check_lengths(length=length)

@@ -14,10 +14,10 @@ from scissordyn.errors import InputError, did_you_mean
 from scissordyn.model.body import GROUND, Body, Point
 from scissordyn.model.check import check_parts
 from scissordyn.model.clearance import Clearance
-from scissordyn.model.connection import Latch, Link, Weld
-from scissordyn.model.drive import ConstantSpeed, Drive, Motion
+from scissordyn.model.connection import Latch, Rod, Weld
+from scissordyn.model.drive import ConstantSpeed, Drive, TimeFunction
 from scissordyn.model.element import Actuator, Element
-from scissordyn.model.guide_clearance import Corner, GuideClearance, block_corners
+from scissordyn.model.guide_clearance import ContactPoint, GuideClearance, block_contact_points
 from scissordyn.model.joint import BodyPoint, Guide, Revolute
 from scissordyn.model.pattern import matching
 from scissordyn.units import Quantity, check_quantities
@@ -29,7 +29,7 @@ Named = TypeVar("Named", Body, Revolute, Guide)
 
 @dataclass(frozen=True)
 class Mechanism:
-    """A planar mechanism as the user describes it. Changing one makes a new one.
+    """The description of a planar mechanism. It is frozen; every change returns a new one.
 
     Parameters
     ----------
@@ -45,13 +45,13 @@ class Mechanism:
     gravity : float
         Gravitational acceleration [m/s^2].
     gravity_direction : float
-        Direction it pulls in [rad]; -pi/2 is along -y.
+        Direction of gravity [rad]; -pi/2 is along -y.
     input_body : str
-        The body that `driven` drives unless told otherwise.
+        The body that `driven` drives by default.
     output_body : str
-        The body whose motion is the mechanism's purpose, such as the slider of an array.
-    links : tuple of Link
-        Massless links and prescribed distances.
+        The output body, such as the slider of an array.
+    rods : tuple of Rod
+        Massless rods and prescribed distances between points.
     latches : tuple of Latch
     """
 
@@ -63,10 +63,10 @@ class Mechanism:
     elements: tuple[Element, ...] = ()
     ground: tuple[tuple[str, Point], ...] = ()
     gravity: Annotated[float, Quantity("m/s^2", minimum=0.0, help="gravitational acceleration")] = 9.81
-    gravity_direction: Annotated[float, Quantity("rad", help="direction gravity pulls in")] = -math.pi / 2
+    gravity_direction: Annotated[float, Quantity("rad", help="direction of gravity")] = -math.pi / 2
     input_body: str = ""
     output_body: str = ""
-    links: tuple[Link, ...] = ()
+    rods: tuple[Rod, ...] = ()
     latches: tuple[Latch, ...] = ()
 
     def __post_init__(self) -> None:
@@ -96,26 +96,26 @@ class Mechanism:
         return {joint.name: joint for joint in self.joints}
 
     def place(self, reference: BodyPoint) -> Point:
-        """Where a point of a body or of the ground is at the start [m]."""
+        """Position of a point of a body or of the ground at the start [m]."""
         body, point = reference
         return dict(self.ground)[point] if body == GROUND else self.body(body).place(point)
 
     @property
     def joint_names(self) -> tuple[str, ...]:
-        """Names of the revolute joints, then of the guides, then of the corners of blocks in loose guides."""
+        """Names of the revolute joints, then of the guides, then of the contact points of clearance guides."""
         named = (*(joint.name for joint in self.joints), *(guide.name for guide in self.guides))
-        return (*named, *(corner.name for corner in self.corners))
+        return (*named, *(point.name for point in self.contact_points))
 
     @cached_property
-    def corners(self) -> tuple[Corner, ...]:
-        """The corners of the blocks in loose guides, in order."""
-        found: list[Corner] = []
+    def contact_points(self) -> tuple[ContactPoint, ...]:
+        """The contact points of the clearance guides, in order."""
+        found: list[ContactPoint] = []
         for guide in self.guides:
             if guide.clearance is None:
                 continue
             follower = self.body(guide.follower[0])
             base = 0.0 if guide.body == GROUND else self.body(guide.body).angle
-            found += block_corners(
+            found += block_contact_points(
                 guide.name,
                 guide.clearance,
                 follower=follower,
@@ -123,7 +123,7 @@ class Mechanism:
                 body=guide.body,
                 through=guide.through,
                 direction=guide.direction,
-                turn=base + guide.direction - follower.angle,
+                follower_direction=base + guide.direction - follower.angle,
             )
         return tuple(found)
 
@@ -133,21 +133,21 @@ class Mechanism:
         return tuple(guide for guide in self.guides if guide.clearance is None)
 
     @property
-    def contacts(self) -> tuple[Revolute | Corner, ...]:
-        """What may touch: the loose joints, then the corners of blocks in loose guides."""
-        return (*self.loose, *self.corners)
+    def contacts(self) -> tuple[Revolute | ContactPoint, ...]:
+        """The possible contacts: the clearance joints, then the contact points of the clearance guides."""
+        return (*self.clearance_joints, *self.contact_points)
 
     @property
-    def loose(self) -> tuple[Revolute, ...]:
+    def clearance_joints(self) -> tuple[Revolute, ...]:
         """The joints with clearance, in order."""
         return tuple(joint for joint in self.joints if joint.clearance is not None)
 
     @property
-    def ideal(self) -> tuple[Revolute, ...]:
+    def ideal_joints(self) -> tuple[Revolute, ...]:
         """The joints without clearance, in order."""
         return tuple(joint for joint in self.joints if joint.clearance is None)
 
-    def loosen(self, joints: str | Iterable[str], clearance: Clearance | GuideClearance) -> Mechanism:
+    def with_clearance(self, joints: str | Iterable[str], clearance: Clearance | GuideClearance) -> Mechanism:
         """The same mechanism with a clearance at one joint or guide or at several.
 
         Parameters
@@ -167,23 +167,23 @@ class Mechanism:
         names = matching("joint", joints, [joint.name for joint in self.joints])
         return self._with_joints(dataclasses.replace(self.joint(name), clearance=clearance) for name in names)
 
-    def tighten(self, *joints: str) -> Mechanism:
+    def ideal(self, *joints: str) -> Mechanism:
         """The same mechanism with ideal joints and guides, all of them if none is named."""
         guides = [guide for guide in self.guides if guide.name in joints or not joints]
         named = {self.joint(name).name for name in joints if name not in {guide.name for guide in guides}}
-        names = {joint.name for joint in self.loose} if not joints else named
+        names = {joint.name for joint in self.clearance_joints} if not joints else named
         tight = self._with_joints(dataclasses.replace(self.joint(name), clearance=None) for name in names)
         return tight._with_guides(dataclasses.replace(guide, clearance=None) for guide in guides)
 
-    def driven(self, motion: Motion | None = None, *, speed: float | None = None, body: str = "") -> Mechanism:
-        """The same mechanism with a body driven, in place of any drive that the body had.
+    def driven(self, motion: TimeFunction | None = None, *, speed: float | None = None, body: str = "") -> Mechanism:
+        """The same mechanism with a drive of a body, which replaces any drive of that body.
 
         Parameters
         ----------
-        motion : Motion, optional
+        motion : TimeFunction, optional
             The prescribed angle.
         speed : float, optional
-            Short for a `ConstantSpeed` [rad/s].
+            Short for `ConstantSpeed` [rad/s].
         body : str, optional
             Which body; the mechanism's input body if not given.
 
@@ -204,35 +204,36 @@ class Mechanism:
         self,
         controller: Controller,
         *,
-        reference: Motion | None = None,
+        reference: TimeFunction | None = None,
         speed: float | None = None,
         body: str = "",
-        feed_forward: Motion | None = None,
+        feed_forward: TimeFunction | None = None,
         sensor: str | BodyPoint | None = None,
         inertia: float = 0.0,
-        on_course: bool = True,
+        start_on_reference: bool = True,
         name: str = "",
     ) -> Mechanism:
-        """The same mechanism with a body turned by a controlled torque, in place of any drive that the body had.
+        """The same mechanism with a controlled torque on a body, which replaces any drive of that body.
 
         The torques of several actuators on one body add up.
 
         Parameters
         ----------
         controller : Controller
-        reference : Motion, optional
-            The angle wanted; that of the body's drive if neither it nor speed is given, and the angle at the start without one.
+        reference : TimeFunction, optional
+            The reference angle. If neither it nor speed is given: that of the body's drive, or the angle at the start without a
+            drive.
         speed : float, optional
-            Short for a `ConstantSpeed` [rad/s].
+            Short for `ConstantSpeed` [rad/s].
         body : str, optional
             Which body; the mechanism's input body if not given.
-        feed_forward : Motion, optional
-            A torque over time for the controllers that take one [N m].
+        feed_forward : TimeFunction, optional
+            A torque over time, for controllers with feed-forward [N m].
         sensor : str or (str, str), optional
-            A joint, whose journal is sensed from its bearing, or a body and its point.
+            A joint, whose eccentricity is measured, or a body and its point.
         inertia : float
             Of the rotor [kg m^2].
-        on_course : bool
+        start_on_reference : bool
             Whether the body starts at the angle and speed of the reference; not for further actuators of a body.
         name : str, optional
             Of the actuator; "actuator of BODY" if not given.
@@ -248,9 +249,9 @@ class Mechanism:
             raise InputError(
                 "controlled() with both reference and speed", "one of them", "controlled(PID(100.0), speed=rpm(150))"
             )
-        course = ConstantSpeed(speed) if speed is not None else reference
-        if course is None:
-            course = next((drive.motion for drive in self.drives if drive.body == chosen), None)
+        reference = ConstantSpeed(speed) if speed is not None else reference
+        if reference is None:
+            reference = next((drive.motion for drive in self.drives if drive.body == chosen), None)
         label, number = name or f"actuator of {chosen}", 1
         taken = [element.name for element in self.elements]
         while not name and label in taken:
@@ -267,12 +268,12 @@ class Mechanism:
             label,
             chosen,
             controller,
-            reference=course,
+            reference=reference,
             feed_forward=feed_forward,
             sensor=ends[0],
             sensor_origin=ends[1],
             inertia=inertia,
-            on_course=on_course and first and course is not None,
+            start_on_reference=start_on_reference and first and reference is not None,
         )
         others = tuple(other for other in self.drives if other.body != chosen)
         return dataclasses.replace(self, drives=others, elements=(*self.elements, actuator))
@@ -286,7 +287,7 @@ class Mechanism:
             A field of the mechanism ("gravity"), or a joint or guide and a field of its clearance ("A.clearance",
             "A.friction", "A.damping.restitution").
         value
-            What to put there.
+            The new value.
 
         Returns
         -------
@@ -297,10 +298,10 @@ class Mechanism:
             return dataclasses.replace(self, **{path: value})
         joint, _, inner = path.partition(".")
         guides = {guide.name: guide for guide in self.guides}
-        loose = guides[joint] if joint in guides else self.joint(joint)
-        if loose.clearance is None or not inner:
-            raise InputError(f"replace({path!r})", "JOINT.FIELD of a loose joint, or one of " + ", ".join(sorted(names)))
-        new = dataclasses.replace(loose, clearance=_replace_inside(loose.clearance, inner, value))
+        connection = guides[joint] if joint in guides else self.joint(joint)
+        if connection.clearance is None or not inner:
+            raise InputError(f"replace({path!r})", "JOINT.FIELD of a clearance joint, or one of " + ", ".join(sorted(names)))
+        new = dataclasses.replace(connection, clearance=_replace_inside(connection.clearance, inner, value))
         return self._with_guides([new]) if isinstance(new, Guide) else self._with_joints([new])
 
     def _with_joints(self, changed: Iterable[Revolute]) -> Mechanism:

@@ -14,7 +14,7 @@ GROUPS = {
     "pivots": ("*/pivot",),
     "ends": ("*/upper", "*/lower", "*/left", "*/right"),
 }
-"""Words for the joints of arrays: all of them, those inside the units, those between units."""
+"""Group names of the joints of arrays: all, those inside the units, those between units."""
 
 
 def matching(what: str, patterns: str | Iterable[str], names: Sequence[str]) -> tuple[str, ...]:
@@ -23,10 +23,10 @@ def matching(what: str, patterns: str | Iterable[str], names: Sequence[str]) -> 
     Parameters
     ----------
     what : str
-        What the names are of, such as "joint", for the message.
+        Kind of the named things, such as "joint", for the message.
     patterns : str or iterable of str
         Each a name, a word of `GROUPS`, or a pattern in which ``*`` stands for any text, ``?`` for one character and
-        ``[12]`` for one of some characters. A name that reads like a pattern or a word is taken as the name.
+        ``[12]`` for one of some characters. An exact name takes precedence over a pattern or a group name.
     names : sequence of str
 
     Returns

@@ -1,4 +1,4 @@
-"""Masses that bodies carry."""
+"""Payloads and panels on bodies."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ def with_payload(mechanism: Mechanism, place: str | BodyPoint, mass: float, *, i
     mass : float
         [kg]
     inertia : float
-        About the payload's own mass centre [kg m^2]; a body that does not rotate has no use for it.
+        About the payload's own mass centre [kg m^2]; not used for a body that does not rotate.
 
     Returns
     -------
@@ -54,7 +54,7 @@ def with_panels(
     mass : float
         Of one panel [kg].
     start, end : str
-        Points of the bars between which the panels reach.
+        Points of the bars between which the panels extend.
 
     Returns
     -------

@@ -28,7 +28,7 @@ def joints_of_units(
     ----------
     units : int
     pivot : str
-        Name of the bars' point at which they cross.
+        Name of the point at which the bars cross.
     sides : (str, str)
         Names of the joints at the ends of bar 1 and of bar 2, where the next unit starts with its other bar.
     closed : bool
@@ -60,7 +60,7 @@ def scissor(
     angle: float = math.pi / 6,
     gravity: float = 9.81,
     gravity_direction: float = -math.pi / 2,
-    reading: Literal["A", "B"] = "A",
+    driven_bar: Literal["pinned", "slider"] = "pinned",
 ) -> Mechanism:
     """A straight array of equal scissor units along x, pinned at the origin, with a slider on the y axis.
 
@@ -71,12 +71,13 @@ def scissor(
     bar_length, bar_mass, slider_mass : float
         L [m], m [kg], m_s [kg].
     angle : float
-        Half opening angle th_0 at the start [rad], between 0 and pi/2 and different from both.
+        Half opening angle th_0 at the start [rad], strictly between 0 and pi/2.
     gravity, gravity_direction : float
         Acceleration [m/s^2] and direction [rad].
-    reading : {"A", "B"}
-        "A": bar 1 is pinned to the ground and driven, the journal of joint A is the end of bar 2.
-        "B": bar 2 is pinned to the ground and free, bar 1 is driven and its end is the journal of joint A.
+    driven_bar : {"pinned", "slider"}
+        Which bar of the first unit is driven; the driven one is always bar 1. "pinned": bar 1 is pinned to the ground, and the
+        journal of joint A is the end of bar 2. "slider": bar 2 is pinned to the ground, and the journal of joint A is the end
+        of bar 1.
 
     Returns
     -------
@@ -85,17 +86,17 @@ def scissor(
         "unit 1/pivot", ... and "unit 1/upper", "unit 1/lower" between units 1 and 2; guide "guide".
     """
     check_units(units)
-    if reading not in ("A", "B"):
-        raise InputError(f"reading = {reading!r}", '"A" or "B"')
+    if driven_bar not in ("pinned", "slider"):
+        raise InputError(f"driven_bar = {driven_bar!r}", '"pinned" or "slider"')
     if not (math.isfinite(angle) and 0.0 < angle < 0.5 * math.pi):
         raise InputError(
             f"angle = {math.degrees(angle):g} deg, at which the array cannot be assembled",
             "an angle above 0 and below 90 deg",
             "angle = '30 deg'",
         )
-    pinned, coupler = (1, 2) if reading == "A" else (2, 1)
+    pinned, coupler = (1, 2) if driven_bar == "pinned" else (2, 1)
     lean = {1: angle, 2: -angle}
-    height = bar_length * math.sin(angle) * (1.0 if reading == "A" else -1.0)
+    height = bar_length * math.sin(angle) * (1.0 if driven_bar == "pinned" else -1.0)
     width = bar_length * math.cos(angle)
 
     bodies = []

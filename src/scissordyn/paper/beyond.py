@@ -1,4 +1,4 @@
-"""Parts of the report: regularity by true measures, control with and without, statistics of the contacts."""
+"""Parts of the report: regularity by true measures, comparison of control schemes, statistics of the contacts."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import xarray as xr
 
 from scissordyn.analysis.contact import contact_statistics
 from scissordyn.paper.cases import ARRAY, CLEARANCES, CONTROLLED, FRICTION, SPEEDS, PaperCase
-from scissordyn.paper.controlled import COURSES, ControlledRun, merits, mismatch
+from scissordyn.paper.controlled import MANOEUVRES, ControlledRun, merits, mismatch
 from scissordyn.paper.figure.panel import in_words
 from scissordyn.paper.measures import JOINT
 from scissordyn.paper.page import Cell, folded, paragraph, table
@@ -36,9 +36,9 @@ PERIODIC_WITHIN = 1e-3
 """Change from period to period, in clearances, below which a motion counts as periodic, as in `analysis.verdict`."""
 
 MERITS: tuple[tuple[str, str, float, str], ...] = (
-    ("contact_share", "in contact [%]", 100.0, ".4g"),
+    ("contact_fraction", "in contact [%]", 100.0, ".4g"),
     ("separations", "separations", 1.0, ".0f"),
-    ("kept_from", "kept from [s]", 1.0, ".4g"),
+    ("in_contact_from", "in contact from [s]", 1.0, ".4g"),
     ("peak_force", "peak force [kN]", 1e-3, ".3f"),
     ("peak_torque", "peak torque [kN m]", 1e-3, ".3f"),
     ("energy_used", "energy used [J]", 1.0, ".5g"),
@@ -76,24 +76,22 @@ def regularity(settled: Mapping[PaperCase, xr.Dataset]) -> list[str]:
         "Lyapunov exponent [1/s]",
         "in contact [%]",
         "contacts per period",
-        "starts part after [periods]",
+        "starts diverge after [periods]",
     )
     evidence = [folded(f"{in_words(case)}: {one.name}", "\n".join(one.evidence)) for case, one in found.items()]
     return [
         paragraph(
-            "Regular, quasi-periodic and irregular are words for what a repeated drive leads to; in the paper's single stroke "
-            f"nothing repeats. The paper leaves the drive open, so this is our choice: {PERIODIC.words}, as fast in the "
-            "middle as "
-            f"the stroke. Each motion was followed for {CYCLES} periods, the first {SKIP} left out. Where the samples do not "
-            f"repeat, or starts that differ by round-off part, {MEMBERS} such starts were judged: a single trajectory beyond "
-            "the trust horizon is only one draw."
+            "Regular, quasi-periodic and irregular are properties of the motion under a periodic drive; the paper's single "
+            f"stroke is not periodic. The paper does not state the drive; the choice here is: {PERIODIC.words}, with a "
+            f"largest speed equal to that of the stroke. Each motion was simulated for {CYCLES} periods, without the first "
+            f"{SKIP}. Where the samples do not repeat, or starts that differ by round-off diverge, {MEMBERS} such starts were "
+            "evaluated: a single trajectory beyond the predictability horizon is only one sample."
         ),
         paragraph(
-            "K is that of the 0-1 test: near 0 regular, near 1 irregular; a dash where the samples repeat and there is "
-            "nothing to "
-            "test. The exponent says how fast two neighbours part (positive) or meet (negative), over "
-            f"{GROWTH_CYCLES - GROWTH_SKIP} "
-            "periods, with its standard error. The verdict rests on the samples and K; the exponent is a second witness."
+            "K is that of the 0-1 test: near 0 regular, near 1 irregular; a dash where the samples repeat and the test does "
+            "not apply. The exponent is the rate at which two neighbours diverge (positive) or converge (negative), over "
+            f"{GROWTH_CYCLES - GROWTH_SKIP} periods, with its standard error. The verdict is based on the samples and K; the "
+            "exponent is independent evidence."
         ),
         table(head, rows),
         *evidence,
@@ -106,7 +104,7 @@ def _regular_row(case: PaperCase, one: Regularity) -> list[str | Cell]:
     numbers = (
         "–" if math.isnan(one.growth) else f"{one.growth:.2f}",
         f"{one.exponent:z.1f} ± {one.exponent_error:.1f}",
-        f"{100.0 * one.contact_share:.4g}",
+        f"{100.0 * one.contact_fraction:.4g}",
         f"{one.impacts:.2f}",
         f"{one.trusted_cycles}" if one.trusted_cycles < one.followed_cycles else f"not in {one.followed_cycles}",
     )
@@ -120,7 +118,7 @@ def _regular_row(case: PaperCase, one: Regularity) -> list[str | Cell]:
 
 
 def control(results: Results) -> list[str]:
-    """What each way of driving achieves and takes, with control and without.
+    """Figures of merit of the drives, with control and without.
 
     Parameters
     ----------
@@ -137,48 +135,49 @@ def control(results: Results) -> list[str]:
     for size in CONTROLLED:
         ideal = results.runs[PaperCase(None)]
         touching[size] = merits(results.runs[PaperCase(size, start="in-contact")], ideal)
-        kept[size] = merits(results.runs[PaperCase(size, held=True)], ideal)
-        rows.append(f"{COURSES['stroke'].title}, {1e3 * size:g} mm")
+        kept[size] = merits(results.runs[PaperCase(size, constrained=True)], ideal)
+        rows.append(f"{MANOEUVRES['stroke'].title}, {1e3 * size:g} mm")
         rows.append(_merit_row("prescribed, concentric start", free[size]))
         rows.append(_merit_row("prescribed, start in contact", touching[size]))
-        rows.append(_merit_row("the paper's scheme: contact held", kept[size]))
+        rows.append(_merit_row("the paper's scheme: constrained contact", kept[size]))
         if size == ARRAY:
             rows += [_merit_row(f"{job.scheme}, concentric start", found) for job, found in _found(results, "stroke")]
-    for course in ("deployment", "periodic"):
-        rows.append(f"{COURSES[course].title}, {1e3 * ARRAY:g} mm")
+    for manoeuvre in ("deployment", "periodic"):
+        rows.append(f"{MANOEUVRES[manoeuvre].title}, {1e3 * ARRAY:g} mm")
         rows += [
-            _merit_row(job.scheme, found, _change(results.controlled[job]) if course == "periodic" else "")
-            for job, found in _found(results, course)
+            _merit_row(job.scheme, found, _change(results.controlled[job]) if manoeuvre == "periodic" else "")
+            for job, found in _found(results, manoeuvre)
         ]
     return [
         *(paragraph(text) for text in _control_words(results, touching, kept)),
         table(("", *(title for _, title, _, _ in MERITS), "change per period"), rows),
         paragraph(
-            "Errors are against the ideal mechanism on the course wanted; a prescribed drive has no angle error by definition. "
-            "Shares and forces come from the table of contacts; torques and energies from samples, 25 µs apart in the stroke, "
+            "Errors against the ideal mechanism on the same reference; prescribed drives have no angle error by definition. "
+            "Fractions of time and forces come from the table of contacts; torques and energies from samples, 25 µs apart in "
+            "the stroke, "
             "50 µs on the deployment and 1 ms under the periodic drive, where short peaks are missed. Change per period: root "
-            "mean square of how the journal's place differs from that one period before, in clearances; zero if it repeats.",
+            "mean square of the change of the eccentricity from one period to the next, in clearances; zero if it repeats.",
             "soft",
         ),
     ]
 
 
-def _found(results: Results, course: str) -> list[tuple[ControlledRun, dict[str, float]]]:
-    ideal = next(run for job, run in results.controlled.items() if (job.course, job.scheme) == (course, "ideal"))
+def _found(results: Results, manoeuvre: str) -> list[tuple[ControlledRun, dict[str, float]]]:
+    ideal = next(run for job, run in results.controlled.items() if (job.manoeuvre, job.scheme) == (manoeuvre, "ideal"))
     return [
-        (job, merits(run, ideal, COURSES[course].after))
+        (job, merits(run, ideal, MANOEUVRES[manoeuvre].after))
         for job, run in results.controlled.items()
-        if job.course == course and job.scheme != "ideal"
+        if job.manoeuvre == manoeuvre and job.scheme != "ideal"
     ]
 
 
 def _change(run: xr.Dataset) -> str:
-    return f"{mismatch(run, COURSES['periodic'].after):.2g}"
+    return f"{mismatch(run, MANOEUVRES['periodic'].after):.2g}"
 
 
 def _merit_row(name: str, found: Mapping[str, float], change: str = "") -> list[str | Cell]:
     cells = [
-        "never" if name == "kept_from" and math.isnan(found[name]) else format(factor * found[name], form)
+        "never" if name == "in_contact_from" and math.isnan(found[name]) else format(factor * found[name], form)
         for name, _, factor, form in MERITS
     ]
     return [Cell(escape(name), "nowrap"), *(Cell(text, "number") for text in (*cells, change))]
@@ -187,39 +186,38 @@ def _merit_row(name: str, found: Mapping[str, float], change: str = "") -> list[
 def _control_words(
     results: Results, touching: Mapping[float, Mapping[str, float]], kept: Mapping[float, Mapping[str, float]]
 ) -> list[str]:
-    """What control does and where it does nothing, from the numbers."""
+    """Effects of the control schemes, from the numbers."""
     alike = [size for size in CONTROLLED if touching[size]["separations"] == 0.0 and kept[size]["separations"] == 0.0]
     more = max(abs(kept[size]["peak_torque"] / touching[size]["peak_torque"] - 1.0) for size in CONTROLLED)
     stroke = (
-        "The paper's scheme holds the distance of journal and bearing as a constraint and starts in contact. "
+        "The paper's scheme prescribes the eccentricity as a constraint and starts in contact. "
         + (
-            "At every clearance the same start without any control keeps contact just as well: here the scheme does "
-            "nothing that "
-            "the start does not do"
+            "At every clearance the same start without any control keeps contact as well: here the scheme has no effect "
+            "beyond that of the start"
             if len(alike) == len(CONTROLLED)
             else f"Without control the same start keeps contact at {len(alike)} of {len(CONTROLLED)} clearances"
         )
         + f"; the largest torques differ by at most {100.0 * more:.1f} %."
     )
-    on_stroke, slow = ({job.scheme: found for job, found in _found(results, course)} for course in ("stroke", "deployment"))
+    on_stroke, slow = (
+        {job.scheme: found for job, found in _found(results, manoeuvre)} for manoeuvre in ("stroke", "deployment")
+    )
     driven, steered = slow["prescribed"], slow["feed-forward, feedback"]
     free = merits(results.runs[PaperCase(ARRAY)], results.runs[PaperCase(None)])
-    best = max(on_stroke.values(), key=lambda found: found["contact_share"])
+    best = max(on_stroke.values(), key=lambda found: found["contact_fraction"])
     practical = (
-        f"A practical controller on a slow deployment keeps contact from {steered['kept_from']:.3g} s on instead of "
-        f"{driven['kept_from']:.3g} s, with {steered['separations']:.0f} instead of {driven['separations']:.0f} "
-        "separations and "
-        f"{steered['peak_torque']:.0f} instead of {driven['peak_torque']:.0f} N m; the peak force hardly falls, from "
-        f"{1e-3 * driven['peak_force']:.2f} to {1e-3 * steered['peak_force']:.2f} kN, because the first impact ends a "
-        "free fall that no "
-        f"torque prevents. At 150 rpm from a concentric start it brings little: {100.0 * best['contact_share']:.0f} % "
-        "of the time in "
-        f"contact at best, against {100.0 * free['contact_share']:.0f} %."
+        f"A practical controller on a slow deployment keeps contact from {steered['in_contact_from']:.3g} s on instead of "
+        f"{driven['in_contact_from']:.3g} s, with {steered['separations']:.0f} instead of {driven['separations']:.0f} "
+        f"separations and {steered['peak_torque']:.0f} instead of {driven['peak_torque']:.0f} N m; the peak force decreases "
+        f"little, from {1e-3 * driven['peak_force']:.2f} to {1e-3 * steered['peak_force']:.2f} kN, because the first impact "
+        "ends a free fall that no torque prevents. At 150 rpm from a concentric start it has little effect: "
+        f"{100.0 * best['contact_fraction']:.0f} % of the time in contact at best, against "
+        f"{100.0 * free['contact_fraction']:.0f} %."
     )
     changes = {
-        job.scheme: mismatch(run, COURSES["periodic"].after)
+        job.scheme: mismatch(run, MANOEUVRES["periodic"].after)
         for job, run in results.controlled.items()
-        if job.course == "periodic" and job.scheme != "ideal"
+        if job.manoeuvre == "periodic" and job.scheme != "ideal"
     }
     delayed = (
         f"Delayed feedback on the periodic drive: the motion changes from period to period by {changes['servo']:.2g} "
@@ -228,10 +226,10 @@ def _control_words(
         + (
             "Neither makes the motion periodic."
             if min(changes["pyragas"], changes["extended"]) > PERIODIC_WITHIN
-            else "Where that is nearly zero the joint runs in periodic contact for as long as was looked at; whether it stays "
-            "there only a longer run would tell."
+            else "Where that is nearly zero the joint is in periodic contact during the evaluated periods; its stability "
+            "would need a longer run."
         )
-        + " These are single trajectories of an irregular motion, and differences of a factor of two mean nothing."
+        + " These are single trajectories of an irregular motion, and differences of a factor of two are not significant."
     )
     return [stroke, practical, delayed]
 
@@ -268,16 +266,14 @@ def contacts(results: Results) -> list[str]:
         "peak force: median, 95 %, largest [kN]",
         "force in contact: median, 95 % [kN]",
         "impulse: mean, largest [N s]",
-        f"heat in joint {JOINT}: damping, friction [J]",
+        f"dissipation in joint {JOINT}: damping, friction [J]",
         "output error: largest, rms [mm]",
     )
     return [
         paragraph(
-            "Counts, shares, impulses and losses come from the table of contacts, arcs and the force in contact from "
-            "the samples, 25 µs "
-            f"apart. Only joint {JOINT} is loose, so all heat arises there. The output error is that of the slider "
-            "against the ideal "
-            "mechanism at the same instants."
+            "Counts, fractions of time, impulses and losses come from the table of contacts; arcs and the force in contact "
+            f"come from the samples, 25 µs apart. Only joint {JOINT} has clearance, so all energy is dissipated there. The "
+            "output error is that of the slider against the ideal mechanism at the same instants."
         ),
         table(head, rows),
     ]
@@ -292,14 +288,14 @@ def _contact_row(name: str, run: xr.Dataset, ideal: xr.Dataset) -> list[str | Ce
 
     cells = (
         f"{number('impacts'):.0f}",
-        f"{100.0 * number('flight_share'):.3g}",
+        f"{100.0 * number('flight_fraction'):.3g}",
         f"{1e3 * number('longest_flight'):.3g}",
         f"{math.degrees(number('contact_arc_95')):.0f}",
         ", ".join(
             f"{1e-3 * value:.1f}"
             for value in (number("peak_force_quantile", 0.5), number("peak_force_quantile", 0.95), number("peak_force"))
         ),
-        ", ".join(f"{1e-3 * number('contact_force_quantile', share):.1f}" for share in (0.5, 0.95)),
+        ", ".join(f"{1e-3 * number('contact_force_quantile', fraction):.1f}" for fraction in (0.5, 0.95)),
         f"{number('impulse_mean'):.2f}, {number('impulse_largest'):.2f}",
         f"{number('damping_loss'):.2f}, {number('friction_loss'):.2f}",
         f"{1e3 * float(found['output_error_max']):.3f}, {1e3 * float(found['output_error_rms']):.3f}",

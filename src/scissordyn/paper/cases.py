@@ -1,4 +1,4 @@
-"""The runs behind the paper's figures, as data: what its text states, and what its lost tables leave open."""
+"""The runs of the paper's figures as data: parameters of its text, and choices for those of its lost tables."""
 
 from __future__ import annotations
 
@@ -19,6 +19,7 @@ __all__ = [
     "ARRAY",
     "CLEARANCES",
     "CONTROLLED",
+    "DRIVEN",
     "FRICTION",
     "SIZES",
     "SPEED",
@@ -37,37 +38,40 @@ SIZES = (0.6e-3, 0.4e-3, 0.2e-3)
 FRICTION = (0.01, 0.03, 0.05, 0.1)
 CONTROLLED = (0.7e-3, 0.5e-3, 0.3e-3, 0.1e-3)
 ARRAY = 0.5e-3
-"""Clearance of the runs in which something else is varied."""
+"""Clearance of the runs in which another parameter is varied."""
 
 STROKE = 0.05
-"""Longest run of one stroke [s]; the text speaks of what happens after 0.03 s."""
+"""Longest run of one stroke [s]; the text describes the time after 0.03 s."""
 
 MARGIN = degrees(10)
-"""A falling stroke ends so far before the angle zero [rad], where two ways to assemble the array meet."""
+"""A falling stroke ends at this angle [rad], before zero, where the two assembly modes of the array meet."""
 
 SPACING = 2.5e-5
 """Between two recorded instants [s]: a tenth of the shortest contacts."""
 
-SWING = degrees(15)
+OSCILLATION = degrees(15)
 """Amplitude of the periodic drive [rad]; its largest speed is that of the stroke."""
 
 PERIODS = 2
 
-Travel = Literal["rising", "falling", "swing"]
+DRIVEN = {"pinned": "pinned bar driven", "slider": "slider bar driven"}
+"""The two variants of the driven bar in words."""
+
+Travel = Literal["rising", "falling", "oscillating"]
 
 
 @dataclass(frozen=True)
 class Choice:
-    """What the paper's lost tables and ambiguous words leave open.
+    """The parameters of the paper's lost tables and ambiguous wording.
 
     Parameters
     ----------
-    reading : {"A", "B"}
-        Which bar is pinned to the ground, see `scissor`.
+    driven_bar : {"pinned", "slider"}
+        Which bar is driven, see `scissor`.
     angle : float
-        Angle of the driven bar at the start, the mean angle of a swing [rad].
-    travel : {"rising", "falling", "swing"}
-        Whether the angle grows or falls at constant speed, or swings.
+        Angle of the driven bar at the start, the mean angle of an oscillation [rad].
+    travel : {"rising", "falling", "oscillating"}
+        Whether the angle grows or falls at constant speed, or oscillates.
     restitution : float
         c_e.
     bearing_length : float
@@ -76,7 +80,7 @@ class Choice:
         The elastic foundation, or its formula as printed in later literature.
     """
 
-    reading: Literal["A", "B"] = "A"
+    driven_bar: Literal["pinned", "slider"] = "pinned"
     angle: Annotated[float, Quantity("rad", above=0.0, help="angle at the start")] = degrees(30)
     travel: Travel = "rising"
     restitution: Annotated[float, Quantity("1", above=0.0, maximum=1.0, help="restitution coefficient")] = 0.9
@@ -89,10 +93,10 @@ class Choice:
     @property
     def words(self) -> str:
         """The choice on one line, shortest form."""
-        turn = {"rising": "rising from", "falling": "falling from", "swing": "swinging about"}[self.travel]
+        turn = {"rising": "rising from", "falling": "falling from", "oscillating": "oscillating about"}[self.travel]
         length = "" if self.stiffness == "bai-zhao-as-printed" else f", L_b = {_number(1e3 * self.bearing_length)} mm"
         return (
-            f"reading {self.reading}, {turn} {_number(math.degrees(self.angle))} deg, c_e = {_number(self.restitution)}"
+            f"{DRIVEN[self.driven_bar]}, {turn} {_number(math.degrees(self.angle))} deg, c_e = {_number(self.restitution)}"
             f"{length}, {self.stiffness}"
         )
 
@@ -106,11 +110,11 @@ class PaperCase:
     clearance : float or None
         c of joint A [m]; None for ideal joints.
     speed : float
-        Of the driven bar [rad/s]; the largest one of a swing.
+        Of the driven bar [rad/s]; the largest one of an oscillation.
     friction : float or None
         Kinetic coefficient of LuGre friction.
-    held : bool
-        Whether the paper's control keeps journal and bearing together.
+    constrained : bool
+        Whether the contact is constrained, as by the paper's control.
     start : {"concentric", "in-contact"}
     choice : Choice
     """
@@ -118,29 +122,29 @@ class PaperCase:
     clearance: Annotated[float | None, Quantity("m", above=0.0, help="radial clearance")] = ARRAY
     speed: Annotated[float, Quantity("rad/s", above=0.0, help="speed of the driven bar")] = SPEED
     friction: Annotated[float | None, Quantity("1", above=0.0, help="kinetic friction coefficient")] = None
-    held: bool = False
+    constrained: bool = False
     start: StartKind = "concentric"
     choice: Choice = field(default_factory=Choice)
 
     def __post_init__(self) -> None:
         check_quantities(self)
-        if self.clearance is None and (self.friction is not None or self.held):
+        if self.clearance is None and (self.friction is not None or self.constrained):
             raise InputError("friction or control at an ideal joint", "a clearance")
 
     @property
     def name(self) -> str:
-        """What the run is called in file names; unique for one choice."""
+        """Name of the run in file names; unique for one choice."""
         parts = ["ideal" if self.clearance is None else f"c-{_number(1e3 * self.clearance)}mm", f"{_rpm(self.speed)}rpm"]
         parts += [] if self.friction is None else [f"friction-{_number(self.friction)}"]
-        parts += ["held"] if self.held else []
+        parts += ["constrained"] if self.constrained else []
         parts += [self.start] if self.start != "concentric" else []
         return "_".join(parts)
 
     @property
     def until(self) -> float:
         """End of the run [s]."""
-        if self.choice.travel == "swing":
-            return PERIODS * 2.0 * math.pi * SWING / self.speed
+        if self.choice.travel == "oscillating":
+            return PERIODS * 2.0 * math.pi * OSCILLATION / self.speed
         if self.choice.travel == "falling":
             return min(STROKE, (self.choice.angle - MARGIN) / self.speed)
         return STROKE
@@ -152,13 +156,13 @@ class PaperCase:
 
     @property
     def toml(self) -> str:
-        """The case file of this run, without the control, which is a function of Python."""
+        """The case file of this run, without the constrained contact, which needs a Python function."""
         choice = self.choice
         lines = [
             f"# {self.name}: {choice.words}",
             *(
-                ["# simulate(hold_contact(mechanism)) holds journal and bearing together; as it stands, this runs free"]
-                * self.held
+                ["# simulate(constrain_contact(mechanism)) keeps the contact closed; this file alone has free contact"]
+                * self.constrained
             ),
             "[structure]",
             'kind = "scissor"',
@@ -168,7 +172,7 @@ class PaperCase:
             'slider_mass = "5 kg"',
             f'angle = "{_number(math.degrees(choice.angle))} deg"',
             'gravity = "9.81 m/s^2"',
-            f'reading = "{choice.reading}"',
+            f'driven_bar = "{choice.driven_bar}"',
             "",
             "[drive]",
             self._drive(),
@@ -193,14 +197,14 @@ class PaperCase:
         return "\n".join(lines) + "\n"
 
     def described(self) -> Case:
-        """The mechanism and its run as the case file says."""
+        """The mechanism and options of the case file."""
         with located(self.name):
             return instance(CaseTable, tomllib.loads(self.toml), {"folder": Path()}).case()
 
     def _drive(self) -> str:
-        if self.choice.travel == "swing":
-            frequency = _number(self.speed / SWING)
-            mean, amplitude = _number(math.degrees(self.choice.angle)), _number(math.degrees(SWING))
+        if self.choice.travel == "oscillating":
+            frequency = _number(self.speed / OSCILLATION)
+            mean, amplitude = _number(math.degrees(self.choice.angle)), _number(math.degrees(OSCILLATION))
             return f'harmonic = {{ mean = "{mean} deg", amplitude = "{amplitude} deg", frequency = "{frequency} rad/s" }}'
         return f'speed = "{"-" if self.choice.travel == "falling" else ""}{_rpm(self.speed)} rpm"'
 
@@ -222,17 +226,17 @@ def every_case(choice: Choice) -> tuple[PaperCase, ...]:
     cases += [PaperCase(speed=speed, choice=choice) for speed in SPEEDS]
     cases += [PaperCase(friction=friction, choice=choice) for friction in FRICTION]
     cases += [PaperCase(clearance, choice=choice) for clearance in CONTROLLED]
-    cases += [PaperCase(clearance, held=True, choice=choice) for clearance in CONTROLLED]
+    cases += [PaperCase(clearance, constrained=True, choice=choice) for clearance in CONTROLLED]
     return tuple(dict.fromkeys(cases))
 
 
 def contact_starts(choice: Choice) -> tuple[PaperCase, ...]:
-    """The runs with control once more, without it: what the start in contact alone does."""
+    """The starts of the runs with control, without control: the effect of the start in contact alone."""
     return tuple(PaperCase(clearance, start="in-contact", choice=choice) for clearance in CONTROLLED)
 
 
 def _number(value: float) -> str:
-    """A number as the user would type it; twelve digits are enough to forget how it was converted."""
+    """A number in the form of a case file; twelve digits, which removes the round-off of conversions."""
     return f"{value:.12g}"
 
 

@@ -1,7 +1,7 @@
-"""What control achieves, with and without it, on three kinds of course.
+"""Three manoeuvres with and without control.
 
-The stroke at 150 rpm is the paper's, and so is holding the contact as a constraint. The deployment and the periodic drive are
-ours: slow enough for a motor, and with what the paper leaves out, a limited torque and a gust.
+The stroke at 150 rpm and the contact as a constraint are the paper's. The deployment and the periodic drive are additions: slow
+enough for a motor, with a limited torque and a gust, which the paper does not have.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from scissordyn.control.delayed.pyragas import Pyragas
 from scissordyn.control.tracking.feed_forward import FeedForward
 from scissordyn.control.tracking.pid import PID
 from scissordyn.errors import ScissordynError
-from scissordyn.model.drive import ConstantSpeed, Cycloidal, Harmonic, Motion, tabulated
+from scissordyn.model.drive import ConstantSpeed, Cycloidal, Harmonic, TimeFunction, tabulated
 from scissordyn.model.element import Force
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.model.record import to_plain
@@ -32,7 +32,7 @@ from scissordyn.simulation.feed_forward import feed_forward
 from scissordyn.simulation.run import simulate
 from scissordyn.units import degrees
 
-__all__ = ["CONTROLLED_RUNS", "COURSES", "ControlledRun", "Course", "compute", "ideal_of", "merits", "mismatch"]
+__all__ = ["CONTROLLED_RUNS", "MANOEUVRES", "ControlledRun", "Manoeuvre", "compute", "ideal_of", "merits", "mismatch"]
 
 PROPORTIONAL, DERIVATIVE = 2e4, 1500.0
 """Gains of the practical controller [N m/rad, N m s/rad]."""
@@ -40,45 +40,47 @@ PROPORTIONAL, DERIVATIVE = 2e4, 1500.0
 LIMIT, RAMP = 770.0, 0.02
 """Its torque limit on the deployment, 1.5 times the ideal torque [N m], and the time in which that rises from zero [s]."""
 
-LANDING = -1000.0
-"""Its brake on the rate of the eccentricity during the stroke [N s]."""
+ECCENTRICITY_RATE_DAMPING = -1000.0
+"""Its damping of the rate of the eccentricity during the stroke [N s]."""
 
 SERVO = PID(2e5, derivative=4e3)
-"""Holds the periodic course; delayed feedback comes on top of it."""
+"""Tracks the periodic reference; delayed feedback is added to it."""
 
 PERIOD = 0.5
 SINCE = 40.0 * PERIOD
-"""Of the slow periodic course [s], and from when on it is looked at."""
+"""Of the slow periodic manoeuvre, and the start of its evaluation [s]."""
 
 GUST = Force(
     "gust",
     ("slider", "centre"),
     (0.0, -50.0),
-    course=tabulated(lambda t: math.sin(math.pi * (t - 0.6) / 0.2) ** 2 if 0.6 < t < 0.8 else 0.0, until=1.2, points=4801),
+    time_function=tabulated(
+        lambda t: math.sin(math.pi * (t - 0.6) / 0.2) ** 2 if 0.6 < t < 0.8 else 0.0, until=1.2, points=4801
+    ),
 )
 """50 N on the slider, from 0.6 to 0.8 s."""
 
 
 @dataclass(frozen=True)
-class Course:
-    """What the driven bar is to do.
+class Manoeuvre:
+    """A reference motion of the driven bar.
 
     Parameters
     ----------
     title : str
-    motion : Motion
-        The angle wanted.
+    motion : TimeFunction
+        The reference angle.
     angle, until : float
         Angle at the start [rad], end of the run [s].
     samples : int
     after : float
-        Only what happens from then on counts [s].
+        Start of the evaluation [s].
     gust : bool
-        Whether the slider is disturbed; the ideal mechanism never is.
+        Whether a gust acts on the slider; never on that of the ideal mechanism.
     """
 
     title: str
-    motion: Motion
+    motion: TimeFunction
     angle: float
     until: float
     samples: int
@@ -86,13 +88,13 @@ class Course:
     gust: bool = False
 
     def mechanism(self) -> Mechanism:
-        """The array with its loose joint, not driven."""
+        """The array with its clearance joint, not driven."""
         described = PaperCase(ARRAY, choice=Choice(angle=self.angle)).described().mechanism
         return dataclasses.replace(described, drives=(), elements=(GUST,) if self.gust else ())
 
 
-STROKE_COURSE = Course("stroke at 150 rpm", ConstantSpeed(SPEED), degrees(30), STROKE, 2001)
-DEPLOYMENT = Course(
+STROKE_MANOEUVRE = Manoeuvre("stroke at 150 rpm", ConstantSpeed(SPEED), degrees(30), STROKE, 2001)
+DEPLOYMENT = Manoeuvre(
     "deployment from 30 to 60 deg in 1 s, gust of 50 N",
     Cycloidal(degrees(30), degrees(60), 1.0),
     degrees(30),
@@ -100,7 +102,7 @@ DEPLOYMENT = Course(
     24_001,
     gust=True,
 )
-SWINGING = Course(
+PERIODIC_MANOEUVRE = Manoeuvre(
     "periodic drive, 45 ± 15 deg at 2 Hz, periods 40 to 60",
     Harmonic(mean=degrees(45), amplitude=degrees(15), frequency=2.0 * math.pi / PERIOD),
     degrees(45),
@@ -108,69 +110,78 @@ SWINGING = Course(
     30_001,
     after=SINCE,
 )
-COURSES = {"stroke": STROKE_COURSE, "deployment": DEPLOYMENT, "periodic": SWINGING}
+MANOEUVRES = {"stroke": STROKE_MANOEUVRE, "deployment": DEPLOYMENT, "periodic": PERIODIC_MANOEUVRE}
 
 Scheme = Literal[
-    "ideal", "prescribed", "feed-forward alone", "feed-forward, feedback", "the same with brake", "servo", "pyragas", "extended"
+    "ideal",
+    "prescribed",
+    "feed-forward alone",
+    "feed-forward, feedback",
+    "the same with rate damping",
+    "servo",
+    "pyragas",
+    "extended",
 ]
 
 
 @dataclass(frozen=True)
 class ControlledRun:
-    """One course under one scheme.
+    """One manoeuvre under one control scheme.
 
     Parameters
     ----------
-    course : {"stroke", "deployment", "periodic"}
+    manoeuvre : {"stroke", "deployment", "periodic"}
     scheme : str
-        "ideal" and "prescribed" drive the bar along the course whatever torque that takes.
+        "ideal" and "prescribed" prescribe the motion of the bar.
     """
 
-    course: Literal["stroke", "deployment", "periodic"]
+    manoeuvre: Literal["stroke", "deployment", "periodic"]
     scheme: Scheme
 
     @property
     def name(self) -> str:
         """Of its file."""
-        return f"{self.course}_{self.scheme.replace(', ', '-').replace(' ', '-')}"
+        return f"{self.manoeuvre}_{self.scheme.replace(', ', '-').replace(' ', '-')}"
 
     @property
     def toml(self) -> str:
-        """The mechanism as plain data: what the run depends on."""
+        """The mechanism as plain data, on which the run depends."""
         return json.dumps(to_plain(self.mechanism()))
 
     def mechanism(self) -> Mechanism:
         """The array with drive or controllers."""
-        course = COURSES[self.course]
-        arm = course.mechanism()
+        manoeuvre = MANOEUVRES[self.manoeuvre]
+        arm = manoeuvre.mechanism()
         if self.scheme == "ideal":
-            return dataclasses.replace(arm.tighten(), elements=()).driven(course.motion)
+            return dataclasses.replace(arm.ideal(), elements=()).driven(manoeuvre.motion)
         if self.scheme == "prescribed":
-            return arm.driven(course.motion)
-        return _SCHEMES[self.course, self.scheme](arm, course)
+            return arm.driven(manoeuvre.motion)
+        return _SCHEMES[self.manoeuvre, self.scheme](arm, manoeuvre)
 
 
-def _fed(law: FeedForward) -> Callable[[Mechanism, Course], Mechanism]:
-    def controlled(arm: Mechanism, course: Course) -> Mechanism:
-        torque = feed_forward(arm, course.motion, until=course.until)
-        sensor = JOINT if law.senses else None
-        return arm.controlled(law, reference=course.motion, feed_forward=torque, sensor=sensor)
-
-    return controlled
-
-
-def _delayed(law: Pyragas | ExtendedDelayedFeedback | None) -> Callable[[Mechanism, Course], Mechanism]:
-    def controlled(arm: Mechanism, course: Course) -> Mechanism:
-        held = arm.controlled(SERVO, reference=course.motion)
-        return held if law is None else held.controlled(law, sensor=("slider", "centre"))
+def _fed(law: FeedForward) -> Callable[[Mechanism, Manoeuvre], Mechanism]:
+    def controlled(arm: Mechanism, manoeuvre: Manoeuvre) -> Mechanism:
+        torque = feed_forward(arm, manoeuvre.motion, until=manoeuvre.until)
+        sensor = JOINT if law.uses_sensor else None
+        return arm.controlled(law, reference=manoeuvre.motion, feed_forward=torque, sensor=sensor)
 
     return controlled
 
 
-_SCHEMES: dict[tuple[str, str], Callable[[Mechanism, Course], Mechanism]] = {
-    # at full speed from the start a limit as on the deployment would only let the bar fall
+def _delayed(law: Pyragas | ExtendedDelayedFeedback | None) -> Callable[[Mechanism, Manoeuvre], Mechanism]:
+    def controlled(arm: Mechanism, manoeuvre: Manoeuvre) -> Mechanism:
+        servo = arm.controlled(SERVO, reference=manoeuvre.motion)
+        return servo if law is None else servo.controlled(law, sensor=("slider", "centre"))
+
+    return controlled
+
+
+_SCHEMES: dict[tuple[str, str], Callable[[Mechanism, Manoeuvre], Mechanism]] = {
+    # with full speed at the start, the torque limit of the deployment could not carry the bar
     ("stroke", "feed-forward, feedback"): _fed(FeedForward(PROPORTIONAL, DERIVATIVE)),
-    ("stroke", "the same with brake"): _fed(FeedForward(PROPORTIONAL, DERIVATIVE, landing=LANDING)),
+    ("stroke", "the same with rate damping"): _fed(
+        FeedForward(PROPORTIONAL, DERIVATIVE, eccentricity_rate_damping=ECCENTRICITY_RATE_DAMPING)
+    ),
     ("deployment", "feed-forward alone"): _fed(FeedForward(limit=LIMIT)),
     ("deployment", "feed-forward, feedback"): _fed(FeedForward(PROPORTIONAL, DERIVATIVE, limit=LIMIT, ramp=RAMP)),
     ("periodic", "servo"): _delayed(None),
@@ -179,23 +190,23 @@ _SCHEMES: dict[tuple[str, str], Callable[[Mechanism, Course], Mechanism]] = {
 }
 
 CONTROLLED_RUNS = (
-    *(ControlledRun("stroke", scheme) for scheme in ("ideal", "feed-forward, feedback", "the same with brake")),
+    *(ControlledRun("stroke", scheme) for scheme in ("ideal", "feed-forward, feedback", "the same with rate damping")),
     *(
         ControlledRun("deployment", scheme)
         for scheme in ("ideal", "prescribed", "feed-forward alone", "feed-forward, feedback")
     ),
     *(ControlledRun("periodic", scheme) for scheme in ("ideal", "prescribed", "servo", "pyragas", "extended")),
 )
-"""Those that are not among the paper's own runs."""
+"""The runs that are not the paper's."""
 
 
 def ideal_of(job: ControlledRun) -> ControlledRun:
-    """The ideal mechanism along the same course."""
-    return ControlledRun(job.course, "ideal")
+    """The ideal mechanism along the same manoeuvre."""
+    return ControlledRun(job.manoeuvre, "ideal")
 
 
 def compute(job: ControlledRun) -> xr.Dataset:
-    """Simulate a course under a scheme.
+    """Simulate a manoeuvre under a scheme.
 
     Parameters
     ----------
@@ -208,10 +219,10 @@ def compute(job: ControlledRun) -> xr.Dataset:
     Raises
     ------
     ScissordynError
-        If the run breaks off.
+        If the run fails.
     """
-    course = COURSES[job.course]
-    run = simulate(job.mechanism(), until=course.until, samples=course.samples)
+    manoeuvre = MANOEUVRES[job.manoeuvre]
+    run = simulate(job.mechanism(), until=manoeuvre.until, samples=manoeuvre.samples)
     if run.attrs["status"] != "complete":
         raise ScissordynError(f"run '{job.name}': {run.attrs['cause']}")
     return run
@@ -236,12 +247,12 @@ def merits(run: xr.Dataset, ideal: xr.Dataset, after: float = 0.0) -> dict[str, 
 
 
 def mismatch(run: xr.Dataset, after: float) -> float:
-    """Root mean square of how the eccentricity changes from one period to the next, in clearances: zero if it repeats.
+    """Root mean square of the change of the eccentricity from one period to the next, in clearances: zero if it repeats.
 
     Parameters
     ----------
     run : Dataset
-        Along the periodic course.
+        Along the periodic manoeuvre.
     after : float
         [s]
 

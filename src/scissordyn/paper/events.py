@@ -1,4 +1,4 @@
-"""The first contacts at 0.5 mm without friction, beside numbers of a second program."""
+"""The first contacts at 0.5 mm without friction, compared with a second program."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ class Column:
     factor : float
         Shown number per number in SI units.
     reference : tuple of str
-        One per contact, to the digits that tolerances of 2e-13 and 3e-14 agree on.
+        One per contact, with the digits that are equal for tolerances of 2e-13 and 3e-14.
     """
 
     variable: str
@@ -49,7 +49,7 @@ Lagrange's equations (tests/reference/marching.py)."""
 
 
 def event_table(run: xr.Dataset) -> list[tuple[str, str, str, str]]:
-    """Quantity and contact, the reference, ours, and the relative difference.
+    """Quantity and contact, the reference, the value of the run, and the relative difference.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""The paper's figures: what each shows, which runs it needs, and how it is drawn."""
+"""The paper's figures: caption, runs and drawing of each."""
 
 from __future__ import annotations
 
@@ -77,9 +77,9 @@ FIGURES = {
         ),
         PaperFigure(
             13,
-            "Orbits of the journal with control: contact held as a constraint, for clearances 0.7, 0.5, 0.3 and 0.1 mm.",
-            orbit.HELD,
-            orbit.draw_held,
+            "Orbits of the journal with control: constrained contact, for clearances 0.7, 0.5, 0.3 and 0.1 mm.",
+            orbit.CONSTRAINED,
+            orbit.draw_constrained,
         ),
     )
 }
@@ -88,7 +88,7 @@ FIGURES = {
 
 @dataclass(frozen=True)
 class FurtherFigure:
-    """A figure that the paper does not have.
+    """A figure beyond the paper.
 
     Parameters
     ----------
@@ -111,25 +111,23 @@ FURTHER = {
         FurtherFigure(
             "control-torque",
             "Torque of the control",
-            "What the drive has to give beside what ideal joints need. (a) The paper's scheme on its stroke. (b) What "
-            "holding the "
-            "contact adds to the ideal torque, by clearance. (c) A deployment with a gust on the slider from 0.6 to "
-            "0.8 s. (d) What "
-            "delayed feedback adds to a servo; it would vanish if the motion became periodic.",
+            "Driving torque against that of ideal joints. (a) The paper's scheme on its stroke. (b) Torque of constrained "
+            "contact above the ideal torque, by clearance. (c) A deployment with a gust on the slider from 0.6 to 0.8 s. (d) "
+            "Torque of delayed feedback in addition to a servo; it would be zero for a periodic motion.",
             lambda results: further.draw_torques(results.runs, results.controlled),
         ),
         FurtherFigure(
             "contact-forces",
             "Forces and impulses of the contacts",
-            "Every contact of the strokes, spread sideways in the order of time, and the medians.",
+            "Every contact of the strokes, with a horizontal offset in the order of time, and the medians.",
             lambda results: further.draw_contacts(results.runs),
         ),
         FurtherFigure(
             "maps-by-clearance",
             "Scatter plots of the stroke and true maps, by clearance",
-            "Above: what the paper calls a Poincaré map, every sample of a single stroke. Below: a true map, the same two "
-            "quantities once a period of the periodic drive, at the middle of its swing, all panels with the same scales. A "
-            "few points are a periodic motion, a curve a quasi-periodic one, a cloud an irregular one.",
+            "Above: the paper's Poincaré map, every sample of a single stroke. Below: a true Poincaré map, the same two "
+            "quantities once a period of the periodic drive, at the middle of its oscillation, on the same scales. "
+            "Few points are a periodic motion, a closed curve a quasi-periodic one, a cloud an irregular one.",
             lambda results: further.draw_maps(results.runs, results.settled, BY_CLEARANCE),
         ),
         FurtherFigure(
@@ -141,9 +139,8 @@ FURTHER = {
         FurtherFigure(
             "bifurcation",
             "Bifurcation diagram over the clearance",
-            "Under the periodic drive, without friction: what the motion settles to, once a period. Dotted lines are "
-            "the clearances "
-            "of the paper.",
+            "Under the periodic drive, without friction: the asymptotic motion, once a period. Dotted lines are the "
+            "clearances of the paper.",
             lambda results: further.draw_bifurcation(results.diagram),
         ),
     )

@@ -1,4 +1,4 @@
-"""How each clause of the paper is answered: from measured runs to yes or no, with the numbers."""
+"""Evaluation of the clauses of the paper: from measured runs to yes or no, with the numbers."""
 
 from __future__ import annotations
 
@@ -16,6 +16,7 @@ __all__ = [
     "VISIBLE",
     "again_more",
     "calmer",
+    "constrained",
     "continuous_04",
     "dearer",
     "early",
@@ -24,7 +25,6 @@ __all__ = [
     "fewer_rebounds",
     "fivefold",
     "flying",
-    "held",
     "larger_motor",
     "late_force",
     "late_impacts",
@@ -45,7 +45,7 @@ __all__ = [
 ]
 
 VISIBLE = 0.01
-"""Fraction of a curve's range from which a difference is seen: a line's width in a printed figure."""
+"""Smallest visible difference as a fraction of a curve's range: a line's width in a printed figure."""
 
 QUARTER = math.radians(99.0)
 """ "About a quarter" of the bearing: 90 deg and a tenth of it."""
@@ -62,7 +62,7 @@ def _sizes(choice: Choice, measured: Measured, sizes: Sequence[float]) -> dict[f
     return {size: measured[PaperCase(size, choice=choice)] for size in sizes}
 
 
-def _rubbing(choice: Choice, measured: Measured) -> dict[float, Measures]:
+def _by_friction(choice: Choice, measured: Measured) -> dict[float, Measures]:
     return {friction: measured[PaperCase(friction=friction, choice=choice)] for friction in FRICTION}
 
 
@@ -245,26 +245,29 @@ def late_impacts(choice: Choice, measured: Measured) -> Finding:
 
 
 def _continuous(size: float, choice: Choice, measured: Measured) -> Finding:
-    share = measured[PaperCase(size, choice=choice)].settled_share
+    fraction = measured[PaperCase(size, choice=choice)].settled_fraction
     return Finding(
-        share >= CONTINUOUS, f"in contact {percent(share)} of the time after 5 ms at {millimetres(size)}", {"share_1": share}
+        fraction >= CONTINUOUS,
+        f"in contact {percent(fraction)} of the time after 5 ms at {millimetres(size)}",
+        {"fraction_1": fraction},
     )
 
 
 def continuous_04(choice: Choice, measured: Measured) -> Finding:
-    """5a: share of contact at 0.4 mm."""
+    """5a: fraction of contact at 0.4 mm."""
     return _continuous(0.4e-3, choice, measured)
 
 
 def flying(choice: Choice, measured: Measured) -> Finding:
-    """5b: share of contact at the clearances that the paper calls irregular."""
+    """5b: fraction of contact at the clearances that the paper calls irregular."""
     others = _sizes(choice, measured, [size for size in CLEARANCES if size not in (0.4e-3, 0.2e-3)])
     return Finding(
-        all(m.settled_share < CONTINUOUS for m in others.values()),
+        all(m.settled_fraction < CONTINUOUS for m in others.values()),
         _listed(
-            "share of time in contact after 5 ms", {millimetres(size): percent(m.settled_share) for size, m in others.items()}
+            "fraction of time in contact after 5 ms",
+            {millimetres(size): percent(m.settled_fraction) for size, m in others.items()},
         ),
-        {f"share_{millimetres(size).replace(' ', '_')}_1": m.settled_share for size, m in others.items()},
+        {f"fraction_{millimetres(size).replace(' ', '_')}_1": m.settled_fraction for size, m in others.items()},
     )
 
 
@@ -314,7 +317,7 @@ def quasi_periodic(choice: Choice, measured: Measured) -> Finding:
 
 def fewer_rebounds(choice: Choice, measured: Measured) -> Finding:
     """6a: impacts by friction coefficient."""
-    found = _rubbing(choice, measured)
+    found = _by_friction(choice, measured)
     return Finding(
         _grows([-m.impacts for m in found.values()]),
         _listed("contacts", {f"{friction:g}": str(m.impacts) for friction, m in found.items()}),
@@ -323,40 +326,40 @@ def fewer_rebounds(choice: Choice, measured: Measured) -> Finding:
 
 
 def rebounding(choice: Choice, measured: Measured) -> Finding:
-    """6b: share of contact at the end, least friction."""
-    share = measured[PaperCase(friction=FRICTION[0], choice=choice)].final_share
+    """6b: fraction of contact at the end, least friction."""
+    fraction = measured[PaperCase(friction=FRICTION[0], choice=choice)].final_fraction
     return Finding(
-        share < CONTINUOUS,
-        f"in contact {percent(share)} of the last fifth of the run at {FRICTION[0]:g}",
-        {"final_share_1": share},
+        fraction < CONTINUOUS,
+        f"in contact {percent(fraction)} of the last fifth of the run at {FRICTION[0]:g}",
+        {"final_fraction_1": fraction},
     )
 
 
 def eventually(choice: Choice, measured: Measured) -> Finding:
-    """6c: share of contact at the end, more friction."""
-    found = {friction: m for friction, m in _rubbing(choice, measured).items() if friction > FRICTION[0]}
-    shown = {f"{friction:g}": percent(m.final_share) for friction, m in found.items()}
+    """6c: fraction of contact at the end, more friction."""
+    found = {friction: m for friction, m in _by_friction(choice, measured).items() if friction > FRICTION[0]}
+    shown = {f"{friction:g}": percent(m.final_fraction) for friction, m in found.items()}
     return Finding(
-        all(m.final_share >= CONTINUOUS for m in found.values()),
-        _listed("share of the last fifth of the run in contact", shown),
-        {f"final_share_{friction:g}_1": m.final_share for friction, m in found.items()},
+        all(m.final_fraction >= CONTINUOUS for m in found.values()),
+        _listed("fraction of the last fifth of the run in contact", shown),
+        {f"final_fraction_{friction:g}_1": m.final_fraction for friction, m in found.items()},
     )
 
 
 def quarter(choice: Choice, measured: Measured) -> Finding:
     """6d: contact arc by friction coefficient."""
-    found = _rubbing(choice, measured)
+    found = _by_friction(choice, measured)
     shown = {f"{friction:g}": f"{math.degrees(m.arc):.0f} deg" for friction, m in found.items()}
     return Finding(
         all(m.arc <= QUARTER for m in found.values()),
-        _listed("arc that holds 95 % of the contact time", shown),
+        _listed("arc with 95 % of the contact time", shown),
         {f"arc_{friction:g}_deg": math.degrees(m.arc) for friction, m in found.items()},
     )
 
 
 def calmer(choice: Choice, measured: Measured) -> Finding:
     """6e: scatter of the acceleration by friction coefficient."""
-    found = _rubbing(choice, measured)
+    found = _by_friction(choice, measured)
     values = [m.irregularity for m in found.values()]
     shown = {f"{friction:g}": f"{m.irregularity:.3g}" for friction, m in found.items()}
     return Finding(
@@ -366,9 +369,9 @@ def calmer(choice: Choice, measured: Measured) -> Finding:
     )
 
 
-def held(choice: Choice, measured: Measured) -> Finding:
+def constrained(choice: Choice, measured: Measured) -> Finding:
     """7a: smallest normal force with control."""
-    found = {size: measured[PaperCase(size, held=True, choice=choice)] for size in CONTROLLED}
+    found = {size: measured[PaperCase(size, constrained=True, choice=choice)] for size in CONTROLLED}
     return Finding(
         all(m.smallest_force > 0.0 for m in found.values()),
         _listed("smallest normal force", {millimetres(size): _kilo(m.smallest_force, "N") for size, m in found.items()}),
@@ -379,19 +382,19 @@ def held(choice: Choice, measured: Measured) -> Finding:
 def dearer(choice: Choice, measured: Measured) -> Finding:
     """7b: peak torque with and without control."""
     both = {
-        size: (measured[PaperCase(size, held=True, choice=choice)], measured[PaperCase(size, choice=choice)])
+        size: (measured[PaperCase(size, constrained=True, choice=choice)], measured[PaperCase(size, choice=choice)])
         for size in CONTROLLED
     }
     shown = {
-        millimetres(size): f"{_kilo(held.peak_torque, 'N m')} against {_kilo(free.peak_torque, 'N m')}"
-        for size, (held, free) in both.items()
+        millimetres(size): f"{_kilo(constrained.peak_torque, 'N m')} against {_kilo(free.peak_torque, 'N m')}"
+        for size, (constrained, free) in both.items()
     }
     ideal = both[CONTROLLED[0]][0].ideal_torque
     return Finding(
-        all(held.peak_torque > free.peak_torque for held, free in both.values()),
+        all(constrained.peak_torque > free.peak_torque for constrained, free in both.values()),
         f"{_listed('peak torque with and without control', shown)}; the ideal mechanism needs {_kilo(ideal, 'N m')}",
         {
-            f"ratio_{millimetres(size).replace(' ', '_')}_1": held.peak_torque / free.peak_torque
-            for size, (held, free) in both.items()
+            f"ratio_{millimetres(size).replace(' ', '_')}_1": constrained.peak_torque / free.peak_torque
+            for size, (constrained, free) in both.items()
         },
     )

@@ -1,4 +1,4 @@
-"""What the paper's statements are about, measured on one run."""
+"""Measures of one run for the paper's statements."""
 
 from __future__ import annotations
 
@@ -21,27 +21,27 @@ LATE = 0.03
 """The paper's "when the working time exceeds 0.03 s" [s]."""
 
 CONTINUOUS = 0.99
-"""Share of time in contact from which contact is called continuous."""
+"""Fraction of time in contact from which contact is called continuous."""
 
 LAST = 0.2
-"""The end of a run is this fraction of it, for what becomes continuous "eventually"."""
+"""Fraction of a run that is its end, for contact that becomes continuous "eventually"."""
 
-HELD = 0.95
-"""Part of the contact time that the contact arc holds."""
+CENTRAL_PART = 0.95
+"""Fraction of the contact time inside the contact arc."""
 
 
 @dataclass(frozen=True)
 class Deviation:
-    """How a quantity differs from that of the ideal run.
+    """Difference of a quantity from that of the ideal run.
 
     Parameters
     ----------
     largest : float
-        Largest difference before `SETTLED`, as a fraction of the range that both curves together cover in a picture.
+        Largest difference before `SETTLED`, as a fraction of the common range of both curves.
     before, after : float
         Root mean square of the difference before `SETTLED` and after it [SI].
     early : float
-        Part of the integral of the squared difference that lies before `SETTLED`.
+        Fraction of the integral of the squared difference before `SETTLED`.
     """
 
     largest: float
@@ -52,22 +52,22 @@ class Deviation:
 
 @dataclass(frozen=True)
 class Measures:
-    """Numbers of one run beside the run with ideal joints.
+    """Numbers of one run, compared with the run with ideal joints.
 
     Parameters
     ----------
     peak_force, late_peak_force : float
         Largest normal force, in the whole run and after `LATE` [N].
     smallest_force : float
-        Smallest normal force; zero in free flight, negative where a held contact would have to pull [N].
+        Smallest normal force; zero in free flight, negative where a constrained contact is in compression [N].
     ideal_force : float
         Largest reaction at the same joint without clearance [N].
     peak_torque, ideal_torque : float
         Largest driving torque by magnitude, with clearance and without [N m].
     impacts, early_impacts, late_impacts, settled_impacts : int
         Contacts that start: all, before `LATE`, from `LATE` on, from `SETTLED` on.
-    whole_share, settled_share, final_share : float
-        Share of time in contact: in the whole run, from `SETTLED` on, in the last fifth.
+    whole_fraction, settled_fraction, final_fraction : float
+        Fraction of time in contact: in the whole run, from `SETTLED` on, in the last fifth.
     late_rate, settled_rate : float
         Impacts per second from `LATE` on and from `SETTLED` on [1/s].
     deviations : dict of str to Deviation
@@ -78,7 +78,7 @@ class Measures:
         Root mean square of the slider acceleration's difference from the ideal one after `SETTLED`, over the root mean square
         of the ideal one.
     arc : float
-        Smallest arc of the bearing that holds 95 % of the contact time [rad].
+        Smallest arc of the bearing with 95 % of the contact time [rad].
     trusted_until, end : float
         [s]
     """
@@ -93,9 +93,9 @@ class Measures:
     early_impacts: int
     late_impacts: int
     settled_impacts: int
-    whole_share: float
-    settled_share: float
-    final_share: float
+    whole_fraction: float
+    settled_fraction: float
+    final_fraction: float
     late_rate: float
     settled_rate: float
     deviations: dict[str, Deviation]
@@ -113,7 +113,7 @@ def measure(run: xr.Dataset, ideal: xr.Dataset) -> Measures:
     Parameters
     ----------
     run, ideal : Dataset
-        Runs of the same drive, recorded at the same instants, with joint A loose and with ideal joints.
+        Runs of the same drive, recorded at the same instants, with clearance at joint A and with ideal joints.
 
     Returns
     -------
@@ -131,11 +131,11 @@ def measure(run: xr.Dataset, ideal: xr.Dataset) -> Measures:
         peak_force=float(np.max(peak, initial=0.0)),
         late_peak_force=max(
             float(np.max(peak[when >= LATE], initial=0.0)),
-            # a contact that peaked before may still press
+            # a contact with an earlier peak can still last
             float(np.max(run["normal_force"].sel(joint=JOINT).values[time >= LATE])),
         ),
         smallest_force=float(np.min(run["normal_force"].sel(joint=JOINT).values)),
-        # at a right angle the ideal reactions are not determined, and that instant is left out
+        # at a right angle the ideal reactions are not determined: that instant is left out
         ideal_force=float(np.nanmax(np.hypot(*ideal["reaction"].sel(joint=JOINT).transpose("axis", "time").values))),
         peak_torque=float(np.max(np.abs(run["drive_torque"].values))),
         ideal_torque=float(np.max(np.abs(ideal["drive_torque"].values))),
@@ -143,9 +143,9 @@ def measure(run: xr.Dataset, ideal: xr.Dataset) -> Measures:
         early_impacts=int(np.sum(start < LATE)),
         late_impacts=int(np.sum(start >= LATE)),
         settled_impacts=int(np.sum(start >= SETTLED)),
-        whole_share=_share(start, stop, 0.0, end),
-        settled_share=_share(start, stop, SETTLED, end),
-        final_share=_share(start, stop, (1.0 - LAST) * end, end),
+        whole_fraction=_fraction(start, stop, 0.0, end),
+        settled_fraction=_fraction(start, stop, SETTLED, end),
+        final_fraction=_fraction(start, stop, (1.0 - LAST) * end, end),
         late_rate=float(np.sum(start >= LATE)) / (end - LATE),
         settled_rate=float(np.sum(start >= SETTLED)) / (end - SETTLED),
         deviations={
@@ -176,7 +176,7 @@ _SERIES = (
 )
 
 FREE_BAR = "unit 1/bar 2"
-"""The bar whose response figure 6 shows; it is the one that is not driven, in both readings."""
+"""The bar whose response figure 6 shows; it is not driven in either variant."""
 
 
 def _series(run: xr.Dataset, name: str) -> np.ndarray:
@@ -185,7 +185,7 @@ def _series(run: xr.Dataset, name: str) -> np.ndarray:
 
 
 def _part(part: float, whole: float) -> float:
-    """A fraction; nothing of nothing is nothing."""
+    """A ratio; 0/0 is 0."""
     return float(part) / float(whole) if whole else 0.0
 
 
@@ -193,12 +193,12 @@ def _rms(values: np.ndarray) -> float:
     return float(np.sqrt(np.mean(values**2)))
 
 
-def _share(start: np.ndarray, stop: np.ndarray, since: float, end: float) -> float:
-    """Share of the time from `since` to `end` that lies in the intervals."""
+def _fraction(start: np.ndarray, stop: np.ndarray, since: float, end: float) -> float:
+    """Fraction of the time from `since` to `end` inside the intervals."""
     return float(np.sum(np.clip(np.minimum(stop, end) - np.maximum(start, since), 0.0, None))) / (end - since)
 
 
 def _arc(run: xr.Dataset) -> float:
     touching = run["in_contact"].sel(joint=JOINT).values.astype(bool)
     place = run["eccentricity"].sel(joint=JOINT).transpose("time", "axis").values[touching]
-    return smallest_arc(np.arctan2(place[:, 1], place[:, 0]), share=HELD)
+    return smallest_arc(np.arctan2(place[:, 1], place[:, 0]), fraction=CENTRAL_PART)

@@ -1,4 +1,4 @@
-"""Pieces of a self-contained HTML page: no script, nothing from outside, light and dark."""
+"""Elements of a self-contained HTML page without scripts, in light and dark."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ pre { overflow-x: auto; background: var(--wash); padding: .75rem; border-radius:
 
 
 class Cell(NamedTuple):
-    """A cell of a table; plain text stands for `Cell(escape(text))`.
+    """A cell of a table; plain text is `Cell(escape(text))`.
 
     Parameters
     ----------
@@ -59,9 +59,9 @@ class Cell(NamedTuple):
     kind : str
         Class: "", "number", "nowrap" or "tint".
     tint : float or None
-        From 0, the colour of "differs", to 1, that of "agrees".
+        From 0, the colour of "differs", to 1, the colour of "agrees".
     note : str
-        Shown when the pointer rests there.
+        Shown on hover.
     """
 
     html: str
@@ -71,7 +71,7 @@ class Cell(NamedTuple):
 
 
 def badge(agrees: bool) -> str:
-    """The answer as a coloured word."""
+    """The answer as a coloured badge."""
     return f'<span class="badge {"yes" if agrees else "no"}">{"agrees" if agrees else "differs"}</span>'
 
 
@@ -81,12 +81,12 @@ def paragraph(text: str, kind: str = "") -> str:
 
 
 def section(title: str, name: str, parts: Iterable[str]) -> str:
-    """A part of the page with a heading that can be linked to."""
+    """A section of the page with an anchor."""
     return f'<section><h2 id="{name}">{escape(title)}</h2>\n' + "\n".join(parts) + "\n</section>"
 
 
 def folded(title: str, text: str) -> str:
-    """Text as it stands in a file, closed until it is asked for."""
+    """The text of a file, collapsed by default."""
     return f"<details><summary>{escape(title)}</summary><pre>{escape(text)}</pre></details>"
 
 
@@ -126,13 +126,13 @@ def table(head: Sequence[str], rows: Iterable[Sequence[str | Cell] | str], *, ti
 
 
 def tally(counts: Iterable[tuple[str, str]]) -> str:
-    """Numbers that stand out, each with what it counts."""
+    """Large numbers, each with its caption."""
     boxes = (f"<div><strong>{escape(number)}</strong><span>{escape(what)}</span></div>" for number, what in counts)
     return '<div class="tally">' + "".join(boxes) + "</div>"
 
 
 def document(title: str, parts: Iterable[str]) -> str:
-    """A whole page."""
+    """The complete page."""
     return (
         '<!DOCTYPE html>\n<html lang="en"><head><meta charset="utf-8">'
         '<meta name="viewport" content="width=device-width, initial-scale=1">'
@@ -150,7 +150,7 @@ def _cell(given: str | Cell) -> str:
     cell = Cell(escape(given)) if isinstance(given, str) else given
     style = note = ""
     if cell.tint is not None:
-        # full colour for a clear answer, none at one half
+        # full colour for 0 and 1, none at one half
         side, strength = ("--yes", cell.tint - 0.5) if cell.tint >= 0.5 else ("--no", 0.5 - cell.tint)
         style = f' style="background: rgb(var({side}) / {1.1 * strength:.2f})"'
     if cell.note:

@@ -1,8 +1,8 @@
-"""How regular the motion is under a periodic drive, by measures that need one.
+"""Regularity of the motion under a periodic drive.
 
-The paper drives at constant speed through a single stroke, in which nothing repeats; regular, quasi-periodic and irregular are
-words for what a periodic drive leads to. Which drive is left open. Here the driven bar swings by 15 deg about 45 deg, over the
-first part of the stroke, and in the middle as fast as in the stroke.
+The paper's drive is a single stroke at constant speed, which is not periodic; regular, quasi-periodic and irregular are
+properties of the motion under a periodic drive. The paper does not state such a drive. Here the driven bar oscillates by 15 deg
+about 45 deg, over the first part of the stroke; its largest speed is that of the stroke.
 """
 
 from __future__ import annotations
@@ -18,8 +18,8 @@ import xarray as xr
 from scissordyn.analysis.classify import classify
 from scissordyn.analysis.consensus import consensus
 from scissordyn.errors import InputError, ScissordynError
+from scissordyn.paper.cache import Progress
 from scissordyn.paper.cases import CLEARANCES, FRICTION, Choice, PaperCase
-from scissordyn.paper.kept import Progress
 from scissordyn.paper.measures import JOINT
 from scissordyn.simulation.cycles import cycle
 from scissordyn.study.bifurcation import bifurcation
@@ -29,34 +29,34 @@ from scissordyn.units import degrees
 
 __all__ = ["BY_CLEARANCE", "BY_FRICTION", "EVERY", "PERIODIC", "Regularity", "examine", "fetch_diagram", "read"]
 
-PERIODIC = Choice(angle=degrees(45), travel="swing")
-"""The default choice but for the drive."""
+PERIODIC = Choice(angle=degrees(45), travel="oscillating")
+"""The default choice with the periodic drive."""
 
 BY_CLEARANCE = tuple(PaperCase(clearance, choice=PERIODIC) for clearance in CLEARANCES)
 BY_FRICTION = tuple(PaperCase(friction=friction, choice=PERIODIC) for friction in FRICTION)
 EVERY = tuple(dict.fromkeys((*BY_CLEARANCE, *BY_FRICTION)))
 
 CYCLES, SKIP = 320, 80
-"""Periods of a run, and how many of the first are left out of its map: 240 remain, and 200 are needed for a verdict."""
+"""Periods of a run, and number of the first that are left out of its map: 240 remain, and 200 are needed for a verdict."""
 
 MEMBERS = 4
-"""Starts that differ by round-off, where one trajectory is not evidence."""
+"""Number of starts that differ by round-off, where one trajectory is no evidence."""
 
 PAIR = 2
-"""Starts for as many periods as are skipped, where the samples repeat."""
+"""Number of starts where the samples repeat, for as many periods as are skipped."""
 
 GROWTH_CYCLES, GROWTH_SKIP = 120, 80
 INTERVALS = 4
-"""Periods in which the growth of a small difference is measured, the first left out as in the map, since some motions settle
-late; and how often in each period the difference is made small again."""
+"""Periods in which the growth of a small difference is measured, number of the first left out, since some motions have long
+transients, and number of rescalings in each period."""
 
 DIAGRAM_VALUES, DIAGRAM_CYCLES, DIAGRAM_KEPT = 60, 160, 100
-"""Clearances from the largest to the least of the paper's, periods for each, and how many of the last are drawn."""
+"""Number of clearances over the range of the paper, periods for each, and number of the last that are drawn."""
 
 
 @dataclass(frozen=True)
 class Regularity:
-    """What a motion under the periodic drive is like, and on what evidence.
+    """Regularity of a motion under the periodic drive, with the evidence.
 
     Parameters
     ----------
@@ -65,17 +65,17 @@ class Regularity:
     name : str
         The kind, with the period where there is one.
     members, agreeing : int
-        Trajectories that were judged, and how many of them have this verdict.
+        Number of evaluated trajectories, and number of those with this verdict.
     growth : float
-        K of the 0-1 test; NaN where the samples repeat, and the test would see round-off.
+        K of the 0-1 test; NaN where the samples repeat, as the test would evaluate round-off.
     exponent, exponent_error : float
         Largest Lyapunov exponent and its standard error [1/s].
-    contact_share : float
+    contact_fraction : float
         Of the time, over the counted periods.
     impacts : float
         Contacts that start in a period, on the average.
     trusted_cycles, followed_cycles : int
-        Periods after which starts that differ by round-off part, and for how many they were followed.
+        Number of periods after which starts that differ by round-off diverge, and number of simulated periods.
     evidence : tuple of str
         Sentences.
     """
@@ -87,7 +87,7 @@ class Regularity:
     growth: float
     exponent: float
     exponent_error: float
-    contact_share: float
+    contact_fraction: float
     impacts: float
     trusted_cycles: int
     followed_cycles: int
@@ -95,7 +95,7 @@ class Regularity:
 
     @property
     def regular(self) -> bool | None:
-        """Whether it repeats itself or nearly so; None if that is not decided."""
+        """Whether it is periodic or quasi-periodic; None if that is undecided."""
         return None if self.kind == "transient only" else self.kind != "irregular"
 
     @property
@@ -106,9 +106,10 @@ class Regularity:
 
 
 def examine(case: PaperCase) -> xr.Dataset:
-    """Follow a motion through hundreds of periods and judge it.
+    """Simulate a motion over hundreds of periods and classify it.
 
-    Where the samples do not repeat, or starts that differ by round-off part, the verdict is that of most of an ensemble.
+    Where the samples do not repeat, or starts that differ by round-off diverge, the verdict is that of most members of an
+    ensemble.
 
     Parameters
     ----------
@@ -118,19 +119,19 @@ def examine(case: PaperCase) -> xr.Dataset:
     Returns
     -------
     Dataset
-        As of `simulation.cycles.cycle`, without the first periods; the attribute "regularity" holds a `Regularity` as JSON.
+        As of `simulation.cycles.cycle`, without the first periods; the attribute "regularity" is a `Regularity` as JSON.
 
     Raises
     ------
     ScissordynError
-        If a run breaks off.
+        If a run fails.
     """
     mechanism = case.described().mechanism
     run = cycle(mechanism, cycles=CYCLES)
     _check(run, case)
     together = followed = 0
     if classify(run, skip=SKIP).period is not None:
-        # neighbours of a motion that repeats need not be followed for long to see whether they stay with it
+        # for a periodic motion a few periods are enough to see whether neighbours converge to it
         pair = ensemble(mechanism, members=PAIR, cycles=SKIP, workers=1)
         _check(pair, case)
         together = followed = int(pair.attrs["trusted_cycles"])
@@ -138,7 +139,7 @@ def examine(case: PaperCase) -> xr.Dataset:
     if followed == SKIP:
         verdict = classify(run.assign_attrs(trusted_until=math.inf), skip=SKIP)
         kind, name, evidence, judged, agreeing = verdict.kind, verdict.name, verdict.evidence, 1, 1
-        share, impacts = (float(run[what].isel(cycle=slice(SKIP, None)).mean()) for what in ("contact_share", "impacts"))
+        fraction, impacts = (float(run[what].isel(cycle=slice(SKIP, None)).mean()) for what in ("contact_fraction", "impacts"))
     else:
         many = ensemble(mechanism, members=MEMBERS, cycles=CYCLES, skip=SKIP, workers=1)
         _check(many, case)
@@ -149,10 +150,10 @@ def examine(case: PaperCase) -> xr.Dataset:
         name = next(iter(common.counts))
         evidence, judged, agreeing = (*common.evidence, *each[0].evidence), MEMBERS, common.counts[name]
         kind = common.kind
-        if 2 * agreeing <= MEMBERS:  # no majority decides nothing
+        if 2 * agreeing <= MEMBERS:  # undecided without a majority
             kind, name = "transient only", "undecided"
-        share, impacts = (float(many[f"mean_{what}"].mean()) for what in ("contact_share", "impacts"))
-        # too few samples have none; where most members repeat, that of the others is not the verdict's
+        fraction, impacts = (float(many[f"mean_{what}"].mean()) for what in ("contact_fraction", "impacts"))
+        # too few samples have none; where most members are periodic, that of the others is not used
         if common.period is None and "K" in common.measures["measure"].values:
             growth = float(common.measures["mean"].sel(measure="K"))
     apart = separation_exponent(mechanism, cycles=GROWTH_CYCLES, skip=GROWTH_SKIP, intervals=INTERVALS, rtol=1e-9, atol=1e-9)
@@ -165,7 +166,7 @@ def examine(case: PaperCase) -> xr.Dataset:
         growth=growth,
         exponent=float(apart["exponent"]),
         exponent_error=float(apart["standard_error"]),
-        contact_share=share,
+        contact_fraction=fraction,
         impacts=impacts,
         trusted_cycles=together,
         followed_cycles=followed,
@@ -175,7 +176,7 @@ def examine(case: PaperCase) -> xr.Dataset:
 
 
 def read(run: xr.Dataset) -> Regularity:
-    """What `examine` found.
+    """The result of `examine`.
 
     Parameters
     ----------
@@ -190,12 +191,12 @@ def read(run: xr.Dataset) -> Regularity:
 
 
 def fetch_diagram(path: Path, *, workers: int | None = None, progress: Progress | None = None) -> xr.Dataset:
-    """What the motion settles to for clearances from 0.2 to 0.7 mm, from a file or computed.
+    """The asymptotic motion for clearances from 0.2 to 0.7 mm, from a file or computed.
 
     Parameters
     ----------
     path : Path
-        NetCDF file; one of another version is made anew.
+        NetCDF file; one of another version is replaced.
     workers : int, optional
     progress : callable, optional
 
@@ -225,16 +226,16 @@ def fetch_diagram(path: Path, *, workers: int | None = None, progress: Progress 
     try:
         diagram = made()
     except InputError:
-        # a file that is cut, or of another diagram
+        # a truncated file, or one of another diagram
         path.unlink()
         diagram = made()
     failed = diagram["value"].values[diagram["status"].values != "complete"]
     if failed.size:
-        raise ScissordynError(f"the bifurcation diagram broke off at {JOINT}.clearance = {failed[0]:g} m")
+        raise ScissordynError(f"the bifurcation diagram failed at {JOINT}.clearance = {failed[0]:g} m")
     return diagram
 
 
 def _check(run: xr.Dataset, case: PaperCase) -> None:
     if run.attrs["status"] != "complete":
         causes = [str(run.attrs.get("cause", ""))] if "cause" not in run else run["cause"].values.astype(str).tolist()
-        raise ScissordynError(f"'{case.name}' under the periodic drive broke off: {'; '.join(filter(None, causes))}")
+        raise ScissordynError(f"'{case.name}' under the periodic drive failed: {'; '.join(filter(None, causes))}")

@@ -1,4 +1,4 @@
-"""How the clauses on clearance and friction are answered for the periodic drive, by what the motion settles to."""
+"""Evaluation of the clauses on clearance and friction for the periodic drive, from the asymptotic motion."""
 
 from __future__ import annotations
 
@@ -45,9 +45,9 @@ def _told(
     return f"{title}: {said}" if title else said, found
 
 
-def _shares(settled: Settled, cases: Sequence[PaperCase]) -> tuple[str, dict[str, float]]:
+def _fractions(settled: Settled, cases: Sequence[PaperCase]) -> tuple[str, dict[str, float]]:
     return _told(
-        settled, cases, "share of time in contact", lambda one: f"{100.0 * one.contact_share:.4g} %", contact_share="1"
+        settled, cases, "fraction of time in contact", lambda one: f"{100.0 * one.contact_fraction:.4g} %", contact_fraction="1"
     )
 
 
@@ -64,15 +64,15 @@ def _grow(values: Sequence[float]) -> bool:
 
 
 def continuous_04(settled: Settled) -> Finding:
-    """5a: share of contact at 0.4 mm."""
+    """5a: fraction of contact at 0.4 mm."""
     cases = _at([0.4e-3])
-    return Finding(settled[cases[0]].contact_share >= CONTINUOUS, *_shares(settled, cases))
+    return Finding(settled[cases[0]].contact_fraction >= CONTINUOUS, *_fractions(settled, cases))
 
 
 def flying(settled: Settled) -> Finding:
-    """5b: share of contact at the clearances that the paper calls irregular."""
+    """5b: fraction of contact at the clearances that the paper calls irregular."""
     cases = _at([0.7e-3, 0.6e-3, 0.5e-3, 0.3e-3])
-    return Finding(all(settled[case].contact_share < CONTINUOUS for case in cases), *_shares(settled, cases))
+    return Finding(all(settled[case].contact_fraction < CONTINUOUS for case in cases), *_fractions(settled, cases))
 
 
 def more_often(settled: Settled) -> Finding:
@@ -107,15 +107,15 @@ def fewer_rebounds(settled: Settled) -> Finding:
 
 
 def rebounding(settled: Settled) -> Finding:
-    """6b: share of contact at the least friction."""
+    """6b: fraction of contact at the least friction."""
     cases = BY_FRICTION[:1]
-    return Finding(settled[cases[0]].contact_share < CONTINUOUS, *_shares(settled, cases))
+    return Finding(settled[cases[0]].contact_fraction < CONTINUOUS, *_fractions(settled, cases))
 
 
 def eventually(settled: Settled) -> Finding:
-    """6c: share of contact with more friction."""
+    """6c: fraction of contact with more friction."""
     cases = BY_FRICTION[1:]
-    return Finding(all(settled[case].contact_share >= CONTINUOUS for case in cases), *_shares(settled, cases))
+    return Finding(all(settled[case].contact_fraction >= CONTINUOUS for case in cases), *_fractions(settled, cases))
 
 
 def calmer(settled: Settled) -> Finding:

@@ -1,4 +1,4 @@
-"""What the paper's runs say, as one page and as tables for machines."""
+"""The report of the paper's runs, as one page and as machine-readable tables."""
 
 from __future__ import annotations
 
@@ -10,10 +10,10 @@ import numpy as np
 import xarray as xr
 
 from scissordyn.paper.beyond import contacts, control, regularity
+from scissordyn.paper.cache import provenance
 from scissordyn.paper.cases import ARRAY, Choice, PaperCase
 from scissordyn.paper.events import event_table
 from scissordyn.paper.figures import FIGURES, FURTHER
-from scissordyn.paper.kept import provenance
 from scissordyn.paper.page import Cell, badge, document, folded, paragraph, picture, section, table
 from scissordyn.paper.results import Results
 from scissordyn.paper.sensitivity import DEFAULT, FACTORS, MEMBERS, PAIR, full_factorial, one_at_a_time
@@ -22,7 +22,7 @@ from scissordyn.paper.verdict import Verdict
 
 __all__ = ["TITLE", "page"]
 
-TITLE = "Scissor structures with a loose joint: a paper computed anew"
+TITLE = "Scissor structures with a clearance joint: a paper reproduced"
 
 SOURCE = (
     "Li, Wang, Gantes, Tan, Nonlinear dynamic characteristics and control of planar linear array deployable structures "
@@ -30,8 +30,8 @@ SOURCE = (
 )
 DOI = "10.1177/1369433220971728"
 
-HELD = 13
-"""The paper's figure of its control; it stands beside the torque that this takes."""
+CONTROL_FIGURE = 13
+"""The paper's figure of its control; it is shown with the torque of the control."""
 
 STATEMENTS = {
     1: "Response with and without clearance",
@@ -66,18 +66,20 @@ def page(
     Returns
     -------
     str
-        HTML without anything from outside; the same results give the same page.
+        Self-contained HTML; the same results give the same page.
     """
     parts = [
         f"<h1>{escape(TITLE)}</h1>",
         f'<p class="soft">{escape(SOURCE)}<a href="https://doi.org/{DOI}">doi:{DOI}</a></p>',
         *summary(verdicts, together),
         section("Answers", "answers", _answers(verdicts)),
-        section("Figures of the paper", "figures", [_picture(pictures, number) for number in FIGURES if number != HELD]),
         section(
-            "Control, with and without",
+            "Figures of the paper", "figures", [_picture(pictures, number) for number in FIGURES if number != CONTROL_FIGURE]
+        ),
+        section(
+            "Control schemes compared",
             "control",
-            [_picture(pictures, HELD), _further(pictures, "control-torque"), *control(results)],
+            [_picture(pictures, CONTROL_FIGURE), _further(pictures, "control-torque"), *control(results)],
         ),
         section(
             "Regular or irregular, beyond the paper",
@@ -87,9 +89,9 @@ def page(
                 *(_further(pictures, name) for name in ("maps-by-clearance", "maps-by-friction", "bifurcation")),
             ],
         ),
-        section("The contacts in numbers", "statistics", [*contacts(results), _further(pictures, "contact-forces")]),
-        section("What the open choices do", "choices", [*_levels(together), *_singly(singly)]),
-        section("The first contacts, compared one by one", "contacts", _events(results.runs)),
+        section("Statistics of the contacts", "statistics", [*contacts(results), _further(pictures, "contact-forces")]),
+        section("Influence of the open parameters", "choices", [*_levels(together), *_singly(singly)]),
+        section("The first contacts, compared with a second program", "contacts", _events(results.runs)),
         section("Case files", "cases", _case_files(results)),
         section("Warnings, files and versions", "versions", _versions(results.runs)),
     ]
@@ -103,26 +105,26 @@ def _answers(verdicts: Sequence[Verdict]) -> list[str]:
         for verdict in verdicts:
             if verdict.clause.statement == number:
                 clause = verdict.clause
-                test = f"Counts as true: {clause.criterion}. {clause.because[:1].upper()}{clause.because[1:]}."
+                test = f"Criterion: {clause.criterion}. {clause.because[:1].upper()}{clause.because[1:]}."
                 criterion = f"{escape(clause.says)}<br><small>{escape(test)}</small>"
                 rows.append((clause.key, Cell(criterion), Cell(badge(verdict.finding.holds)), verdict.finding.words))
                 rows += _periodic_row(verdict)
     doubtful = [verdict.clause.key for verdict in verdicts if not verdict.trusted]
-    remark = (
-        "All numbers belong to the trajectory: each run agrees to its end with its repetition at a tenth of the tolerance."
+    note = (
+        "All numbers are of one trajectory: each run agrees to its end with its repetition at a tenth of the tolerance."
         if not doubtful
-        else f"The runs behind {', '.join(doubtful)} leave the trust horizon: their numbers are one sample, and only the "
-        "shares of the ensemble below count."
+        else f"The runs behind {', '.join(doubtful)} go beyond the predictability horizon: their numbers are one sample; "
+        "only the fractions of the ensemble below are significant."
     )
     return [
         paragraph(
-            "Each statement is split into what can be answered by yes or no. Criteria follow the paper's wording; the source "
-            "file paper/statements.py says which were repaired after the first results, and why. Statements 5 and 6 "
+            "Each statement is split into clauses that can be answered by yes or no. Criteria follow the paper's wording; the "
+            "source file paper/statements.py states which were corrected after the first results, and why. Statements 5 and 6 "
             "have two answers: "
-            "that of the paper's single stroke, and below it that of a periodic drive, where the words have their true meaning."
+            "that of the paper's single stroke, and below it that of a periodic drive, for which their terms are defined."
         ),
         table(("", "The paper says", "Answer", "Measured"), rows),
-        paragraph(remark, "soft"),
+        paragraph(note, "soft"),
     ]
 
 
@@ -131,7 +133,7 @@ def _periodic_row(verdict: Verdict) -> list[Sequence[str | Cell]]:
     clause, found = verdict.clause.periodically, verdict.periodic
     if clause is None or found is None:
         return []
-    test = f"Under the periodic drive counts as true: {clause.criterion}."
+    test = f"Criterion under the periodic drive: {clause.criterion}."
     return [
         ("", Cell(f"<small>{escape(test)}</small>"), Cell(badge(found.holds)), Cell(f"<small>{escape(found.words)}</small>"))
     ]
@@ -146,23 +148,23 @@ def _further(pictures: Mapping[int | str, bytes], name: str) -> str:
 
 
 def _levels(together: xr.Dataset) -> list[str]:
-    """Share of the choices with a level for which each clause holds."""
+    """Fraction of the choices with a level for which each clause agrees."""
     clauses = [str(key) for key in together["clause"].values]
     choices, agreeing = full_factorial(), together["agreeing"].values
-    rows: list[Sequence[str | Cell] | str] = [_shares(f"all {len(choices)}", agreeing.mean(axis=0))]
+    rows: list[Sequence[str | Cell] | str] = [_fractions(f"all {len(choices)}", agreeing.mean(axis=0))]
     for name, level in FACTORS.items():
         rows.append(name)
         levels = [level(choice) for choice in choices]
-        rows += [_shares(one, agreeing[[other == one for other in levels]].mean(axis=0)) for one in dict.fromkeys(levels)]
+        rows += [_fractions(one, agreeing[[other == one for other in levels]].mean(axis=0)) for one in dict.fromkeys(levels)]
     unsteady = int(np.sum((agreeing > 0.0) & (agreeing < 1.0)))
     return [
         paragraph(
-            f"Every combination of the levels below was run, {len(choices)} choices, each with {PAIR} neighbours whose "
-            f"clearances differ by a millionth of a millionth. Shown is the percentage of choices for which a clause holds. "
+            f"Every combination of the levels below was computed: {len(choices)} choices, each with {PAIR} neighbours whose "
+            f"clearances differ by a relative 1e-12. The table is the percentage of choices for which a clause agrees. "
             + (
-                f"{unsteady} of {agreeing.size} answers differ between the neighbours: chance decides there."
+                f"{unsteady} of {agreeing.size} answers differ between the neighbours: these are random."
                 if unsteady
-                else "Neighbours answer alike throughout: none of this is left to chance."
+                else "All neighbours have the same answers: none is random."
             )
         ),
         paragraph(in_words(clauses, agreeing.mean(axis=0))),
@@ -170,41 +172,40 @@ def _levels(together: xr.Dataset) -> list[str]:
     ]
 
 
-def _shares(name: str, shares: np.ndarray) -> list[str | Cell]:
-    return [Cell(escape(name), "nowrap"), *(Cell(f"{100.0 * share:.0f}", "tint", float(share)) for share in shares)]
+def _fractions(name: str, fractions: np.ndarray) -> list[str | Cell]:
+    return [Cell(escape(name), "nowrap"), *(Cell(f"{100.0 * fraction:.0f}", "tint", float(fraction)) for fraction in fractions)]
 
 
 def _singly(singly: xr.Dataset) -> list[str]:
-    """Each clause under the default choice and under those that differ from it in one thing."""
+    """Each clause under the default choice and under those that differ from it in one parameter."""
     choices, agreeing, words = one_at_a_time(), singly["agreeing"].values, singly["words"].values
     rows = []
     for k, choice in enumerate(choices):
         cells = [
             Cell(
-                "yes" if share == 1.0 else "no" if share == 0.0 else f"{round(share * MEMBERS)}/{MEMBERS}",
+                "yes" if fraction == 1.0 else "no" if fraction == 0.0 else f"{round(fraction * MEMBERS)}/{MEMBERS}",
                 "tint",
-                float(share),
+                float(fraction),
                 str(said),
             )
-            for share, said in zip(agreeing[k], words[k], strict=True)
+            for fraction, said in zip(agreeing[k], words[k], strict=True)
         ]
         spread = float(singly["spread"].values[k])
         rows.append([Cell(escape(_difference(choice)), "nowrap"), *cells, Cell(f"{spread:.0e}", "number")])
     return [
-        "<h3>One thing at a time</h3>",
+        "<h3>One parameter at a time</h3>",
         paragraph(
-            f"Yes and no where all of {MEMBERS} neighbours agree, else how many say yes. The last column is the largest "
-            "relative spread of a peak force among them: far below one, the numbers are of the trajectory; near one, they "
-            "are statistics. Rest the pointer on an answer to read what was measured. Under the swing, 5e, 5f and 6e "
-            "are answered by true "
-            "measures after hundreds of periods, the others by two swings."
+            f"Yes and no where all of {MEMBERS} neighbours agree, otherwise the number of yes. The last column is the largest "
+            "relative spread of a peak force among them: far below one, the numbers are of one trajectory; near one, they "
+            "are statistical. Hover over an answer to read its measured values. With the oscillating drive, 5e, 5f and 6e "
+            "are answered by measures over hundreds of periods, the others from two oscillations."
         ),
         table(("choice", *(str(key) for key in singly["clause"].values), "spread"), rows, tinted=True),
     ]
 
 
 def _difference(choice: Choice) -> str:
-    """In what a choice differs from the default."""
+    """Difference of a choice from the default."""
     if choice == DEFAULT:
         return "default"
     changed = [level(choice) for level in FACTORS.values() if level(choice) != level(DEFAULT)]
@@ -217,8 +218,9 @@ def _events(runs: Mapping[PaperCase, xr.Dataset]) -> list[str]:
         rows.append([name, *(Cell(text, "number") for text in numbers)])
     return [
         paragraph(
-            "The run at 0.5 mm and 150 rpm without friction, beside a second program that integrates Lagrange's equations in "
-            "minimal coordinates. The first contact starts without any contact law; then differences grow from one to the next."
+            "The run at 0.5 mm and 150 rpm without friction, compared with a second program that integrates Lagrange's "
+            "equations in minimal coordinates. The first contact start is independent of the contact law; afterwards "
+            "differences grow from one contact to the next."
         ),
         table(("", "reference", "here", "relative difference"), rows),
     ]
@@ -226,7 +228,7 @@ def _events(runs: Mapping[PaperCase, xr.Dataset]) -> list[str]:
 
 def _case_files(results: Results) -> list[str]:
     return [
-        paragraph("Each of these texts, saved as case.toml, is run by: scissordyn run case.toml --trust"),
+        paragraph("Each of these texts, saved as case.toml, can be run by: scissordyn run case.toml --trust"),
         *(folded(case.name, case.toml) for case in results.runs),
         paragraph("Under the periodic drive:"),
         *(folded(f"periodic {case.name}", case.toml) for case in results.settled),
@@ -244,10 +246,9 @@ def _versions(runs: Mapping[PaperCase, xr.Dataset]) -> list[str]:
     return [
         table(("run", "warning"), rows),
         paragraph(
-            "Beside this page: runs/ (strokes), periodic/ (motions under the periodic drive), control/ (controlled "
-            "runs), bifurcation.nc, all "
-            "NetCDF; figures/ (SVG and PNG), cases/ (case files), verdicts.json and "
-            "verdicts.csv, one-at-a-time.nc and full-factorial.nc (the answers under other choices)."
+            "Files with this page: runs/ (strokes), periodic/ (motions under the periodic drive), control/ (controlled "
+            "runs), bifurcation.nc, all NetCDF; figures/ (SVG and PNG), cases/ (case files), verdicts.json and verdicts.csv, "
+            "one-at-a-time.nc and full-factorial.nc (the answers under other choices)."
         ),
         paragraph(made, "soft"),
     ]

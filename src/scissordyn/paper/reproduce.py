@@ -1,4 +1,4 @@
-"""The whole paper: runs, figures, verdicts, other choices, report."""
+"""Reproduction of the paper: runs, figures, verdicts, other choices, report."""
 
 from __future__ import annotations
 
@@ -12,9 +12,9 @@ import xarray as xr
 
 from scissordyn.errors import InputError
 from scissordyn.paper import controlled, periodic
+from scissordyn.paper.cache import Progress, fetch
 from scissordyn.paper.cases import PaperCase, contact_starts, every_case
 from scissordyn.paper.figures import FIGURES, FURTHER, figure_of
-from scissordyn.paper.kept import Progress, fetch
 from scissordyn.paper.measures import measure
 from scissordyn.paper.report import page
 from scissordyn.paper.results import Results
@@ -30,14 +30,14 @@ __all__ = ["Reproduction", "draw_figure", "reproduce", "verdicts"]
 
 @dataclass(frozen=True)
 class Reproduction:
-    """What came out.
+    """The result of the reproduction.
 
     Parameters
     ----------
     verdicts : tuple of Verdict
         Of the default choice.
     report : Path
-        The page to open.
+        The HTML report.
     """
 
     verdicts: tuple[Verdict, ...]
@@ -45,16 +45,16 @@ class Reproduction:
 
 
 def reproduce(folder: str | os.PathLike[str], *, workers: int | None = None, progress: Progress | None = None) -> Reproduction:
-    """Redo everything that the paper did and leave a report.
+    """Reproduce the paper and write a report.
 
     Parameters
     ----------
     folder : path
-        Made if it is not there. What an earlier call of the same version left in it is used again.
+        Created if missing. Results of an earlier call of the same version are used again.
     workers : int, optional
         Processes; one per processor if not given.
     progress : callable, optional
-        Called with what is done, how many of it, out of how many.
+        Called with the kind of work, the number done and the total.
 
     Returns
     -------
@@ -65,7 +65,7 @@ def reproduce(folder: str | os.PathLike[str], *, workers: int | None = None, pro
     InputError
         If the folder cannot be written.
     ScissordynError
-        If a run breaks off.
+        If a run fails.
     """
     target = _made(folder)
     results = _results(target, workers, progress)
@@ -97,7 +97,7 @@ def draw_figure(
     workers: int | None = None,
     progress: Progress | None = None,
 ) -> list[Path]:
-    """One figure of the paper, from runs that are computed where they are missing.
+    """One figure of the paper; missing runs are computed.
 
     Parameters
     ----------
@@ -130,7 +130,7 @@ def verdicts(runs: Mapping[PaperCase, xr.Dataset], settled: Settled | None = Non
     ----------
     runs : mapping of PaperCase to Dataset
     settled : mapping of PaperCase to Regularity, optional
-        What the motions under the periodic drive are like.
+        The motions under the periodic drive.
 
     Returns
     -------
@@ -141,7 +141,7 @@ def verdicts(runs: Mapping[PaperCase, xr.Dataset], settled: Settled | None = Non
 
 
 def _results(target: Path, workers: int | None, progress: Progress | None) -> Results:
-    """All runs, computed where they are missing."""
+    """All runs; missing ones are computed."""
     cases = (*every_case(DEFAULT), *contact_starts(DEFAULT))
     return Results(
         runs=fetch_runs(cases, target / "runs", workers=workers, progress=progress),
@@ -208,7 +208,7 @@ def _made(folder: str | os.PathLike[str]) -> Path:
 
 
 def _write(path: Path, text: str) -> Path:
-    """Write a text whole or not at all."""
+    """Write a text file, complete or not at all."""
     _made(path.parent)
     part = path.with_name(f".{path.name}.{os.getpid()}.part")
     try:

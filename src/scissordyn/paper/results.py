@@ -1,4 +1,4 @@
-"""Everything that the report is made of."""
+"""The data of the report."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The paper's runs: one stroke each, computed side by side and kept as files."""
+"""The paper's runs: one stroke each, computed in parallel and stored as files."""
 
 from __future__ import annotations
 
@@ -8,16 +8,16 @@ from pathlib import Path
 import xarray as xr
 
 from scissordyn.errors import ScissordynError
+from scissordyn.paper.cache import Progress, fetch
 from scissordyn.paper.cases import PaperCase
-from scissordyn.paper.held import with_contact
-from scissordyn.paper.kept import Progress, fetch
-from scissordyn.simulation.hold import hold_contact
+from scissordyn.paper.constrained_contact import with_contact
+from scissordyn.simulation.constrained_contact import constrain_contact
 from scissordyn.simulation.run import simulate
 
 __all__ = ["compute", "fetch_runs"]
 
 NEIGHBOUR = 1e-12
-"""Members of an ensemble differ by this fraction of the clearance: far below any tolerance of manufacture or integration."""
+"""Members of an ensemble differ by this fraction of the clearance: far below tolerances of manufacture and integration."""
 
 
 def compute(case: PaperCase, *, trust: bool = True, member: int = 0) -> xr.Dataset:
@@ -27,7 +27,7 @@ def compute(case: PaperCase, *, trust: bool = True, member: int = 0) -> xr.Datas
     ----------
     case : PaperCase
     trust : bool
-        Whether to run twice and find the trust horizon.
+        Whether to run twice and find the predictability horizon.
     member : int
         Of an ensemble whose clearances differ by `member` times 1e-12 of themselves; 0 is the case itself.
 
@@ -38,30 +38,30 @@ def compute(case: PaperCase, *, trust: bool = True, member: int = 0) -> xr.Datas
     Raises
     ------
     ScissordynError
-        If the run breaks off: a statement about half a run would be about another run.
+        If the run fails.
     """
     described = case.described()
     mechanism = described.mechanism
     if member and case.clearance is not None:
         mechanism = mechanism.replace("A.clearance", case.clearance * (1.0 + member * NEIGHBOUR))
-    simulated = hold_contact(mechanism) if case.held else mechanism
+    simulated = constrain_contact(mechanism) if case.constrained else mechanism
     run = simulate(simulated, **{**described.run.keywords, "trust": trust})
     if run.attrs["status"] != "complete":
         raise ScissordynError(f"run '{case.name}' ({case.choice.words}): {run.attrs['cause']}")
-    return with_contact(run, mechanism) if case.held else run
+    return with_contact(run, mechanism) if case.constrained else run
 
 
 def fetch_runs(
     cases: Sequence[PaperCase], folder: Path, *, workers: int | None = None, progress: Progress | None = None
 ) -> dict[PaperCase, xr.Dataset]:
-    """Runs from a folder, where those that are missing or out of date are computed first.
+    """Runs from a folder; those missing or out of date are computed first.
 
     Parameters
     ----------
     cases : sequence of PaperCase
         Of one choice.
     folder : Path
-        Holds a NetCDF file for each run, written whole or not at all.
+        Folder of a NetCDF file for each run, complete or missing.
     workers : int, optional
         Processes; one per processor if not given.
     progress : callable, optional

@@ -1,4 +1,4 @@
-"""Which statements hold for which of the choices that the paper's lost tables leave open."""
+"""Dependence of the statements on the parameters of the paper's lost tables."""
 
 from __future__ import annotations
 
@@ -13,8 +13,8 @@ import numpy as np
 import xarray as xr
 
 from scissordyn.errors import InputError, ScissordynError
-from scissordyn.paper.cases import Choice, PaperCase, every_case
-from scissordyn.paper.kept import Progress, provenance
+from scissordyn.paper.cache import Progress, provenance
+from scissordyn.paper.cases import DRIVEN, Choice, PaperCase, every_case
 from scissordyn.paper.measures import Measures, measure
 from scissordyn.paper.periodic import PERIODIC
 from scissordyn.paper.runs import compute
@@ -32,8 +32,8 @@ STROKES = (
     *((degrees(angle), "rising") for angle in (15, 30, 45, 60)),
     *((degrees(angle), "falling") for angle in (60, 75)),
 )
-"""Angle at the start and travel. At 150 rpm a stroke turns 45 deg: the falling ones go back over the first two rising ones,
-the others would begin at a right angle or beyond, where the array cannot be assembled."""
+"""Angle at the start and travel. At 150 rpm a stroke is 45 deg: the falling ones are the reverse of the first two rising ones;
+the others would start at 90 deg or beyond, where the array cannot be assembled."""
 
 LENGTHS = (10e-3, 15e-3, 30e-3)
 RESTITUTIONS = (0.5, 0.7, 0.9)
@@ -42,23 +42,23 @@ MEMBERS = 8
 PAIR = 2
 
 FACTORS: dict[str, Callable[[Choice], str]] = {
-    "reading": lambda choice: f"reading {choice.reading}",
+    "driven bar": lambda choice: DRIVEN[choice.driven_bar],
     "stroke": lambda choice: (
-        f"{choice.travel} {'about' if choice.travel == 'swing' else 'from'} {np.degrees(choice.angle):.0f} deg"
+        f"{choice.travel} {'about' if choice.travel == 'oscillating' else 'from'} {np.degrees(choice.angle):.0f} deg"
     ),
     "restitution": lambda choice: f"c_e = {choice.restitution:g}",
     "joint": lambda choice: (
         "as printed" if choice.stiffness == "bai-zhao-as-printed" else f"Liu, L_b = {1e3 * choice.bearing_length:g} mm"
     ),
 }
-"""Name of a factor, and the level that a choice has of it."""
+"""Name of a factor, and its level in a choice."""
 
 
 def one_at_a_time() -> tuple[Choice, ...]:
-    """The default choice, and those that differ from it in one thing."""
+    """The default choice, and those that differ from it in one parameter."""
     changed = [
         DEFAULT,
-        dataclasses.replace(DEFAULT, reading="B"),
+        dataclasses.replace(DEFAULT, driven_bar="slider"),
         *(dataclasses.replace(DEFAULT, angle=angle, travel=travel) for angle, travel in STROKES),  # type: ignore[arg-type]
         PERIODIC,
         *(dataclasses.replace(DEFAULT, restitution=value) for value in RESTITUTIONS),
@@ -72,32 +72,32 @@ def full_factorial() -> tuple[Choice, ...]:
     """Every combination, single strokes only; the bearing's length does not enter the stiffness as printed."""
     joints = [{"bearing_length": length} for length in LENGTHS] + [{"stiffness": "bai-zhao-as-printed"}]
     return tuple(
-        Choice(reading=reading, angle=angle, travel=travel, restitution=restitution, **joint)  # type: ignore[arg-type]
-        for reading, (angle, travel), restitution, joint in itertools.product("AB", STROKES, RESTITUTIONS, joints)
+        Choice(driven_bar=driven, angle=angle, travel=travel, restitution=restitution, **joint)  # type: ignore[arg-type]
+        for driven, (angle, travel), restitution, joint in itertools.product(DRIVEN, STROKES, RESTITUTIONS, joints)
     )
 
 
 @dataclasses.dataclass(frozen=True)
 class Holds:
-    """How the clauses fare under one choice.
+    """The answers to the clauses under one choice.
 
     Parameters
     ----------
     agreeing : tuple of float
-        By clause, in the order of `CLAUSES`: share of the ensemble for which it holds.
+        By clause, in the order of `CLAUSES`: fraction of the ensemble for which it holds.
     words : tuple of str
-        By clause: what was measured on the first member.
-    parted : float
-        Largest relative spread of a peak force within the ensemble: zero as long as the members tell the same story.
+        By clause: measured values of the first member.
+    spread : float
+        Largest relative spread of a peak force within the ensemble: zero while the members agree.
     """
 
     agreeing: tuple[float, ...]
     words: tuple[str, ...]
-    parted: float
+    spread: float
 
 
 def survey(choice: Choice, members: int = PAIR) -> Holds:
-    """Answer every clause for a choice, on an ensemble of neighbours.
+    """Answer every clause for a choice, from an ensemble of neighbours.
 
     Parameters
     ----------
@@ -116,8 +116,8 @@ def survey(choice: Choice, members: int = PAIR) -> Holds:
     measured: dict[PaperCase, Measures] = {}
     for member in range(members):
         for case in cases:
-            # a held joint meets no impact that could part two neighbours
-            if case.clearance is not None and not (case.held and member):
+            # a constrained contact has no impact, so that neighbouring runs do not diverge
+            if case.clearance is not None and not (case.constrained and member):
                 measured[case] = measure(compute(case, trust=False, member=member), ideal[case.ideal])
         verdicts = [answer(clause, choice, measured) for clause in CLAUSES]
         holds.append([verdict.finding.holds for verdict in verdicts])
@@ -136,15 +136,15 @@ def fetch_sensitivity(
     workers: int | None = None,
     progress: Progress | None = None,
 ) -> xr.Dataset:
-    """Survey many choices, or read the survey from its file if the same has been done by the same version.
+    """Survey many choices, or read the survey from its file if it is of the same choices and version.
 
     Parameters
     ----------
     choices : sequence of Choice
     path : Path
-        NetCDF file, written whole or not at all.
+        NetCDF file, complete or missing.
     settled : mapping of str to Finding, optional
-        Answers by clause that take the place of those from two swings, for the periodic drive.
+        Answers by clause that replace those from two oscillations, for the periodic drive.
     members : int
     workers : int, optional
     progress : callable, optional
@@ -168,7 +168,7 @@ def fetch_sensitivity(
         if all(stored.attrs.get(key) == value for key, value in made.items()):
             return stored
     except InputError:
-        pass  # not there yet, or broken off: it is made now
+        pass  # missing or incomplete: computed now
     told = None if progress is None else partial(progress, f"choices, {members} members each")
     found: list[Holds] = []
     for result in run_cases(partial(survey, members=members), choices, workers=workers, progress=told):
@@ -179,7 +179,7 @@ def fetch_sensitivity(
 
 
 def _settled(choice: Choice, found: Holds, settled: Mapping[str, Finding]) -> Holds:
-    """Two swings are no evidence of what a periodic drive leads to: those answers come from hundreds of them."""
+    """Two oscillations are no evidence of the asymptotic motion: those answers come from hundreds of them."""
     if choice != PERIODIC:
         return found
     agreeing, words = list(found.agreeing), list(found.words)
@@ -210,17 +210,17 @@ def _dataset(choices: Sequence[Choice], found: Sequence[Holds], made: dict[str, 
             "agreeing": (
                 both,
                 np.array([one.agreeing for one in found]),
-                {"units": "1", "long_name": "share of the ensemble for which the clause holds"},
+                {"units": "1", "long_name": "fraction of the ensemble for which the clause holds"},
             ),
-            "words": (both, np.array([one.words for one in found], dtype=object), {"long_name": "what was measured"}),
+            "words": (both, np.array([one.words for one in found], dtype=object), {"long_name": "measured values"}),
             "spread": (
                 "choice",
-                np.array([one.parted for one in found]),
+                np.array([one.spread for one in found]),
                 {"units": "1", "long_name": "largest relative spread of a peak force within the ensemble"},
             ),
             **fields,
         },
         coords={"clause": [clause.key for clause in CLAUSES], "summary": ("choice", [choice.words for choice in choices])},
-        # `load` knows what this package wrote by that attribute
+        # `load` recognises files of this package by that attribute
         attrs={"title": "scissordyn survey of the paper's open choices", "configuration": made["choices"], **made},
     )

@@ -1,15 +1,15 @@
 """The paper's statements, clause by clause, each with a criterion that follows from the paper's words and not from results.
 
-The criteria were written down before the first results, with three exceptions, none of which turned a verdict to the paper's
+The criteria were written down before the first results, with three exceptions, none of which changed a verdict in the paper's
 favour: ranges in 1a and 1b are those of both curves together, because the ideal speed of bar 2 is constant and has none; the
-force in 4d is that at any time after 0.03 s, because lasting contacts peak before; and 1d was added, because 1c compares
-levels and says nothing about how much of the fluctuation comes later. The criteria for the periodic drive, which the
-paper does not have, carry the words over to what the motion settles to; when they were written, Lyapunov exponents at four
-clearances and one friction coefficient had been seen.
+force in 4d is that at any time after 0.03 s, because lasting contacts have their peak before; and 1d was added, because 1c
+compares levels and not the parts of the fluctuation before and after. The criteria for the periodic drive, which the paper does
+not have, apply the terms to the asymptotic motion; when they were written, Lyapunov exponents at four clearances and one
+friction coefficient were known.
 
 Where the paper gives a number it is the criterion, with the rounding that its wording allows. Where it compares, the
-comparison is the criterion. Where it describes a picture ("not discernible", "continuous", "regular"), the threshold is what
-a reader could see, and is the same everywhere.
+comparison is the criterion. Where it describes a picture ("not discernible", "continuous", "regular"), the threshold is the
+smallest visible difference, the same everywhere.
 """
 
 from __future__ import annotations
@@ -26,8 +26,8 @@ __all__ = ["CLAUSES"]
 
 _SETTLED, _LATE = f"{1e3 * SETTLED:g} ms", f"{1e3 * LATE:g} ms"
 _SCATTER = (
-    "in a single stroke nothing repeats, so period and quasi-period are not defined; what the paper's picture of velocity and "
-    "acceleration shows is how far the points scatter about a line, here the ideal curve (root mean square, relative)"
+    "a single stroke is not periodic, so period and quasi-period are not defined; the paper's picture of velocity and "
+    "acceleration shows the scatter of the points about a line, here the ideal curve (root mean square, relative)"
 )
 _BY_SIGHT = f"a difference of {percent(VISIBLE)} of a curve's range is the width of a printed line"
 
@@ -50,7 +50,7 @@ CLAUSES = (
         "1c",
         "The fluctuation is strongest in the first 5 ms.",
         f"root mean square difference larger before {_SETTLED} than after it, in all four curves",
-        "the text places the fluctuation within 0.005 s; if it lasted, it would not",
+        "the text places the fluctuation within 0.005 s",
         findings.early,
     ),
     Clause(
@@ -85,7 +85,7 @@ CLAUSES = (
         "3c",
         "With clearance a larger motor is needed.",
         "largest torque above that of the ideal mechanism, at each speed",
-        "a motor is as large as the largest torque asks",
+        "the size of a motor follows from the largest torque",
         findings.larger_motor,
     ),
     Clause(
@@ -127,7 +127,7 @@ CLAUSES = (
         "5a",
         "At 0.4 mm journal and bearing stay in contact, without free flight or impact.",
         f"in contact at least {percent(CONTINUOUS)} of the time after {_SETTLED}",
-        "the start is concentric, so some flight comes first; after that none is to be seen",
+        "the start is concentric, so the run starts in free flight; none may follow",
         findings.continuous_04,
         Periodically(f"in contact at least {percent(CONTINUOUS)} of the time", periodic_findings.continuous_04),
     ),
@@ -187,7 +187,7 @@ CLAUSES = (
         "6b",
         "At 0.01 rebounds follow impacts, without continuous contact.",
         f"in contact less than {percent(CONTINUOUS)} of the last fifth of the run",
-        "what never becomes continuous is not so at the end",
+        "contact that never becomes continuous is not continuous at the end",
         findings.rebounding,
         Periodically(f"in contact less than {percent(CONTINUOUS)} of the time", periodic_findings.rebounding),
     ),
@@ -204,7 +204,7 @@ CLAUSES = (
     Clause(
         "6d",
         "Contact is concentrated in about a quarter of the bearing.",
-        f"an arc of at most {math.degrees(QUARTER):g} deg holds 95 % of the contact time, at each coefficient",
+        f"an arc of at most {math.degrees(QUARTER):g} deg has 95 % of the contact time, at each coefficient",
         '"about" is taken as a tenth, "mainly" as 95 %',
         findings.quarter,
     ),
@@ -224,8 +224,8 @@ CLAUSES = (
         "7a",
         "With control journal and bearing stay in contact at 0.7, 0.5, 0.3 and 0.1 mm.",
         "the normal force is positive during the whole run, at each of them",
-        "the control is a two-sided constraint, but a joint can only press",
-        findings.held,
+        "the control is a bilateral constraint, but a contact is unilateral",
+        findings.constrained,
     ),
     Clause(
         "7b",

@@ -1,4 +1,4 @@
-"""The top of the report: what agrees, and which of the open choices decide, in plain words."""
+"""The summary of the report: which clauses agree, and which open parameters are decisive."""
 
 from __future__ import annotations
 
@@ -14,22 +14,22 @@ from scissordyn.paper.verdict import Verdict
 __all__ = ["OFTEN", "in_words", "summary"]
 
 OFTEN = 0.95
-"""Share of choices from which a clause is said to hold, or not to hold, whatever was chosen."""
+"""Fraction of choices from which on a clause counts as true, or as false, for any choice."""
 
 DECISIVE = 0.5
-"""A factor decides about a clause if its levels shift the share of choices for which it holds by as much."""
+"""A factor is decisive for a clause if its levels change the fraction of choices for which it agrees by this much."""
 
 PLAIN = {
-    "reading": "which bar is pinned to the ground",
+    "driven bar": "which bar is driven",
     "stroke": "from which angle and in which direction the stroke goes",
     "restitution": "the restitution coefficient",
     "joint": "the joint's stiffness (length of the bearing, form of the law)",
 }
-"""The factors as one would say them."""
+"""The factors in words."""
 
 
 def summary(verdicts: Sequence[Verdict], together: xr.Dataset) -> list[str]:
-    """What a reader wants to know first.
+    """The summary of the results.
 
     Parameters
     ----------
@@ -49,17 +49,16 @@ def summary(verdicts: Sequence[Verdict], together: xr.Dataset) -> list[str]:
     clauses = [str(key) for key in together["clause"].values]
     counts = [(f"{len(agreeing)} of {len(verdicts)}", "clauses agree on the paper's single stroke")]
     if periodic:
-        counts.append((f"{holding} of {len(periodic)}", "agree once the drive is periodic and the motion has settled"))
+        counts.append((f"{holding} of {len(periodic)}", "agree under a periodic drive, for the asymptotic motion"))
     always, never, open_ = _sorted(clauses, together["agreeing"].values.mean(axis=0))
-    counts.append((f"{len(open_)} of {len(clauses)}", "hang on what the paper's lost tables held"))
+    counts.append((f"{len(open_)} of {len(clauses)}", "depend on parameters whose tables are lost"))
     said = [
         tally(counts),
         paragraph(f"The default choice is: {DEFAULT.words}. The paper's tables of parameters are lost."),
         paragraph(_deciding(clauses, together)),
         paragraph(
-            f"Whatever is chosen, these hold: {_listed(always)}. Whatever is chosen, these do not: {_listed(never)}. On "
-            "the rest "
-            f"the paper can be right or wrong: {_listed(open_)}."
+            f"For any choice these agree: {_listed(always)}. For any choice these differ: {_listed(never)}. The others depend "
+            f"on the choice: {_listed(open_)}."
         ),
     ]
     changed = [v.clause.key for v in verdicts if v.periodic is not None and v.periodic.holds != v.finding.holds]
@@ -67,43 +66,42 @@ def summary(verdicts: Sequence[Verdict], together: xr.Dataset) -> list[str]:
         said.append(
             paragraph(
                 "The paper's pictures of a single stroke and true measures under a periodic drive "
-                + (f"answer differently on {_listed(changed)}." if changed else "give the same answers.")
+                + (f"have different answers for {_listed(changed)}." if changed else "give the same answers.")
             )
         )
     return said
 
 
-def in_words(clauses: Sequence[str], shares: np.ndarray) -> str:
-    """Which clauses hold whatever was chosen, and which never.
+def in_words(clauses: Sequence[str], fractions: np.ndarray) -> str:
+    """Clauses that agree for any choice, and those that never do.
 
     Parameters
     ----------
     clauses : sequence of str
-    shares : ndarray, shape (clauses,)
-        Of the choices for which each holds.
+    fractions : ndarray, shape (clauses,)
+        Of the choices for which each agrees.
 
     Returns
     -------
     str
     """
-    always, never, open_ = _sorted(clauses, shares)
+    always, never, open_ = _sorted(clauses, fractions)
     percent = f"{100.0 * OFTEN:g} %"
     return (
-        f"Under at least {percent} of the choices hold: {_listed(always)}. Under as many do not hold: {_listed(never)}. "
-        "The choice "
-        f"decides about: {_listed(open_)}."
+        f"These agree for at least {percent} of the choices: {_listed(always)}. These differ for as many: {_listed(never)}. "
+        f"These depend on the choice: {_listed(open_)}."
     )
 
 
-def _sorted(clauses: Sequence[str], shares: np.ndarray) -> tuple[list[str], list[str], list[str]]:
-    """Clauses that hold whatever was chosen, that never do, and the others."""
-    always = [key for key, share in zip(clauses, shares, strict=True) if share >= OFTEN]
-    never = [key for key, share in zip(clauses, shares, strict=True) if share <= 1.0 - OFTEN]
+def _sorted(clauses: Sequence[str], fractions: np.ndarray) -> tuple[list[str], list[str], list[str]]:
+    """Clauses that agree for any choice, that never do, and the others."""
+    always = [key for key, fraction in zip(clauses, fractions, strict=True) if fraction >= OFTEN]
+    never = [key for key, fraction in zip(clauses, fractions, strict=True) if fraction <= 1.0 - OFTEN]
     return always, never, [key for key in clauses if key not in always and key not in never]
 
 
 def _deciding(clauses: Sequence[str], together: xr.Dataset) -> str:
-    """Which factors shift the answers, the most powerful first."""
+    """Factors that change the answers, in decreasing order."""
     choices, agreeing = full_factorial(), together["agreeing"].values
     decided: dict[str, list[str]] = {}
     for name, level in FACTORS.items():
@@ -113,8 +111,12 @@ def _deciding(clauses: Sequence[str], together: xr.Dataset) -> str:
     ranked = sorted(decided, key=lambda name: -len(decided[name]))
     main = [f"{PLAIN[name]} ({_listed(decided[name])})" for name in ranked if decided[name]]
     rest = [PLAIN[name] for name in ranked if not decided[name]]
-    first = f"What decides, most first: {'; '.join(main)}." if main else "No single choice decides about any clause."
-    return first + (f" By themselves {' and '.join(rest)} turn no answer." if rest else "")
+    first = (
+        f"Decisive parameters, in decreasing order: {'; '.join(main)}."
+        if main
+        else "No single parameter is decisive for any clause."
+    )
+    return first + (f" On their own {' and '.join(rest)} change no answer." if rest else "")
 
 
 def _listed(keys: Sequence[str]) -> str:

@@ -1,4 +1,4 @@
-"""The verdicts as tables for machines."""
+"""The verdicts as machine-readable tables."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ import io
 import json
 from collections.abc import Sequence
 
-from scissordyn.paper.kept import provenance
+from scissordyn.paper.cache import provenance
 from scissordyn.paper.sensitivity import DEFAULT
 from scissordyn.paper.verdict import Verdict
 
@@ -43,7 +43,7 @@ def as_json(verdicts: Sequence[Verdict]) -> str:
 
 
 def as_csv(verdicts: Sequence[Verdict]) -> str:
-    """The verdicts as a table: clause, answer, what is said, what was measured, the same for the periodic drive.
+    """The verdicts as a table: clause, answer, statement, measured values, and the same for the periodic drive.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""What a statement is, and what an answer to it is."""
+"""Clauses of the paper's statements, and their answers."""
 
 from __future__ import annotations
 
@@ -14,12 +14,12 @@ __all__ = ["Clause", "Finding", "Measured", "Periodically", "Settled", "Verdict"
 Measured = Mapping[PaperCase, Measures]
 
 Settled = Mapping[PaperCase, Regularity]
-"""What the motions under the periodic drive settle to."""
+"""The asymptotic motions under the periodic drive."""
 
 
 @dataclass(frozen=True)
 class Finding:
-    """What was found for one clause.
+    """The finding for one clause.
 
     Parameters
     ----------
@@ -28,7 +28,7 @@ class Finding:
     words : str
         The measured numbers in a sentence.
     numbers : dict of str to float
-        The same for machines; the name ends in its unit.
+        The numbers by name; the name ends in its unit.
     """
 
     holds: bool
@@ -37,22 +37,22 @@ class Finding:
 
     @property
     def answer(self) -> str:
-        """The word for it: "agrees" or "differs"."""
+        """The answer in a word: "agrees" or "differs"."""
         return "agrees" if self.holds else "differs"
 
 
 @dataclass(frozen=True)
 class Periodically:
-    """How a clause is answered for the periodic drive, by what the motion settles to.
+    """Evaluation of a clause for the periodic drive, from the asymptotic motion.
 
     Parameters
     ----------
     criterion : str
-        When the clause counts as true.
+        Criterion of the clause.
     find : callable
         (motions under the periodic drive) -> Finding.
     measures_regularity : bool
-        Whether only such a drive gives the words of the clause their meaning.
+        Whether the terms of the clause are defined only for such a drive.
     """
 
     criterion: str
@@ -62,16 +62,16 @@ class Periodically:
 
 @dataclass(frozen=True)
 class Clause:
-    """One thing that the paper says.
+    """One clause of the paper's statements.
 
     Parameters
     ----------
     key : str
         Number of the statement and a letter, as "4c".
     says : str
-        What the paper says, in our words.
+        The paper's statement, paraphrased.
     criterion : str
-        When that counts as true.
+        Criterion of the clause.
     because : str
         How the criterion follows from the paper's wording.
     find : callable
@@ -102,8 +102,8 @@ class Verdict:
     clause : Clause
     finding : Finding
     trusted : bool
-        Whether all runs behind it are trusted to their ends, so that the numbers belong to the trajectory; otherwise they
-        are one sample of what may happen, and only the spread over an ensemble says something.
+        Whether all its runs end before their predictability horizon, so that the numbers are of one trajectory; otherwise they
+        are one sample, and only the distribution over an ensemble is meaningful.
     periodic : Finding or None
         The same clause under the periodic drive.
     """
@@ -115,12 +115,12 @@ class Verdict:
 
     @property
     def answer(self) -> str:
-        """The word for it: "agrees" or "differs"."""
+        """The answer in a word: "agrees" or "differs"."""
         return self.finding.answer
 
 
-class _Watched(dict[PaperCase, Measures]):
-    """Measures that remember which runs were asked for."""
+class _RecordedMeasures(dict[PaperCase, Measures]):
+    """Measures that record which runs were used."""
 
     def __init__(self, measured: Measured) -> None:
         super().__init__(measured)
@@ -141,15 +141,15 @@ def answer(clause: Clause, choice: Choice, measured: Measured, settled: Settled 
     measured : mapping of PaperCase to Measures
         With every run of the choice.
     settled : mapping of PaperCase to Regularity, optional
-        Every motion under the periodic drive, for the clauses that have a meaning there.
+        Every motion under the periodic drive, for the clauses that are defined there.
 
     Returns
     -------
     Verdict
     """
-    watched = _Watched(measured)
-    finding = clause.find(choice, watched)
-    trusted = all(measured[case].trusted_until >= measured[case].end for case in watched.used)
+    recorded = _RecordedMeasures(measured)
+    finding = clause.find(choice, recorded)
+    trusted = all(measured[case].trusted_until >= measured[case].end for case in recorded.used)
     if settled is None or clause.periodically is None:
         return Verdict(clause, finding, trusted)
     return Verdict(clause, finding, trusted, clause.periodically.find(settled))

@@ -15,12 +15,12 @@ from scissordyn.model.mechanism import Mechanism
 from scissordyn.plot.animation_film import write_film
 from scissordyn.plot.animation_page import write_page
 from scissordyn.plot.animation_scene import scene_of
-from scissordyn.plot.series import chosen_joints, loose_joints, loose_pins
+from scissordyn.plot.series import chosen_joints, clearance_joints, clearance_pins
 
 __all__ = ["FILMS", "animate", "check_film"]
 
 RATES = {"gif": 10, "mp4": 25, "html": 25}
-"""Frames per second by format. A GIF is held in memory as a whole before it is written, and grows with every frame."""
+"""Frames per second by format. A GIF is composed in memory before it is written."""
 
 FILMS = tuple(RATES)
 
@@ -39,7 +39,7 @@ def check_film(path: str | os.PathLike[str]) -> None:
         from matplotlib.animation import FFMpegWriter
 
         if not FFMpegWriter.isAvailable():
-            raise InputError("an MP4 needs the program ffmpeg, which is not on this machine", "film.gif or film.html")
+            raise InputError("an MP4 needs the program ffmpeg, which is not installed", "film.gif or film.html")
 
 
 def animate(
@@ -51,7 +51,7 @@ def animate(
     rate: int | None = None,
     joints: Sequence[str] | None = None,
 ) -> Path:
-    """Write a film of a run, with its loose joints magnified beside the structure.
+    """Write a film of a run, with its clearance joints magnified beside the structure.
 
     Parameters
     ----------
@@ -59,13 +59,13 @@ def animate(
     mechanism : Mechanism
         The one that was run.
     path : path
-        Ends in .gif, .mp4 (where there is ffmpeg) or .html (a page with a player, of one piece).
+        Ends in .gif, .mp4 (where there is ffmpeg) or .html (a page with a player, in one file).
     seconds : float
-        How long the film lasts [s]; the run is shown slower or faster accordingly.
+        Duration of the film [s]; the run is slowed down or sped up accordingly.
     rate : int, optional
         Frames per second, 25 if not given, of a GIF 10; a run with fewer samples than frames is shown with fewer.
     joints : sequence of str, optional
-        Which loose revolute joints to magnify; those with the largest forces if not given.
+        Which revolute clearance joints to magnify; those with the largest forces if not given.
 
     Returns
     -------
@@ -74,24 +74,24 @@ def animate(
     Raises
     ------
     InputError
-        If the format is another one, the run too short, a named joint is not loose, or the file cannot be written.
+        If the format is another one, the run too short, a named joint has no clearance, or the file cannot be written.
     """
     check_film(path)
     target, samples = Path(path), run.sizes["time"]
     if rate is None:
         rate = RATES[target.suffix.lower().removeprefix(".")]
     if samples < 2:
-        raise InputError("a run of fewer than two samples", "a run that got further")
+        raise InputError("a run of fewer than two samples", "a longer run")
     if not (np.isfinite(seconds) and seconds > 0.0 and rate >= 1):
         raise InputError(f"a film of {seconds!r} s with {rate!r} frames per second", "seconds > 0 and rate >= 1")
-    pins = run.sel(joint=loose_pins(run)) if "at_wall" in run else run
-    chosen = chosen_joints(pins, joints) if joints is not None or loose_joints(pins) else []
+    pins = run.sel(joint=clearance_pins(run)) if "plane_contact" in run else run
+    chosen = chosen_joints(pins, joints) if joints is not None or clearance_joints(pins) else []
     frames = np.unique(np.linspace(0, samples - 1, max(2, min(samples, round(seconds * rate)))).round().astype(int))
     scene = scene_of(run, mechanism, frames, chosen)
     shown = max(1, round(len(frames) / seconds))
     slower = len(frames) / shown / float(scene.time[-1] - scene.time[0])
     try:
-        # written beside its place first, so that a film is there whole or not at all
+        # written to a temporary name first, so that a film is complete or missing
         with tempfile.TemporaryDirectory(dir=target.parent, prefix=f".{target.stem}.") as folder:
             part = Path(folder) / target.name
             if target.suffix.lower() == ".html":

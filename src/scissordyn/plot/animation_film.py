@@ -14,7 +14,7 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Circle, Polygon
 
 from scissordyn.errors import InputError
-from scissordyn.plot.animation_scene import GAP, TRAIL, Loose, Scene, newtons, pace
+from scissordyn.plot.animation_scene import GAP, TRAIL, ClearanceJoint, Scene, newtons, time_scale_in_words
 from scissordyn.plot.style import BLACK, BLUE, GREEN, GREY, LIGHT, ORANGE, PURPLE, SKY, SMALL, VERMILION, dress
 
 __all__ = ["Film", "write_film"]
@@ -22,7 +22,7 @@ __all__ = ["Film", "write_film"]
 DPI = 100
 
 WIDE = 1.5
-"""Structures wider than this have their joints below, others beside them."""
+"""Structures wider than this have the panels of their joints below, others beside them."""
 
 
 class Film:
@@ -32,13 +32,13 @@ class Film:
     ----------
     scene : Scene
     slower : float
-        How many times slower than the mechanism the film runs.
+        Time scale: film time over simulated time.
     """
 
     def __init__(self, scene: Scene, slower: float) -> None:
         self.scene, self.slower = scene, slower
         width, height = (scene.high - scene.low).tolist()
-        self.figure, self.axes, panels = _figure(width / height, len(scene.loose))
+        self.figure, self.axes, panels = _figure(width / height, len(scene.clearance_joints))
         dress(self.axes)
         self.axes.set_aspect("equal", adjustable="box")
         self.axes.set(xlabel="x [m]", ylabel="y [m]", xlim=(scene.low[0], scene.high[0]), ylim=(scene.low[1], scene.high[1]))
@@ -49,9 +49,9 @@ class Film:
         )
         self.rings = [
             self.axes.plot([], [], "o", markersize=8.0, markerfacecolor="none", markeredgewidth=1.4, zorder=5.0)[0]
-            for _ in scene.loose
+            for _ in scene.clearance_joints
         ]
-        self.joints = [_Magnified(axes, loose) for axes, loose in zip(panels, scene.loose, strict=True)]
+        self.joints = [_Magnified(axes, joint) for axes, joint in zip(panels, scene.clearance_joints, strict=True)]
         self.show(0)
         self.figure.draw_without_rendering()  # lays the panels out, once for all frames
         self.figure.set_layout_engine("none")
@@ -75,14 +75,14 @@ class Film:
                 look = {
                     "bar": {"color": (BLUE, GREEN)[bars % 2], "linewidth": 2.0, "zorder": 2.0},
                     "spring": {"color": PURPLE, "linewidth": 1.0, "zorder": 2.5},
-                    "link": {"color": PURPLE, "linewidth": 1.4, "linestyle": (0, (4, 1.5)), "zorder": 2.5},
+                    "rod": {"color": PURPLE, "linewidth": 1.4, "linestyle": (0, (4, 1.5)), "zorder": 2.5},
                     "guide": {"color": GREY, "linewidth": 0.7, "linestyle": (0, (6, 2, 1, 2)), "zorder": 1.0},
                 }[shape.kind]
                 artists.append(self.axes.plot([], [], scalex=False, scaley=False, **look)[0])  # type: ignore[arg-type]
         return artists
 
     def show(self, frame: int) -> None:
-        """Move everything to where it is in a frame."""
+        """Update all artists to a frame."""
         scene = self.scene
         for artist, shape in zip(self.shapes, scene.shapes, strict=True):
             if isinstance(artist, Polygon):
@@ -90,44 +90,44 @@ class Film:
             else:
                 artist.set_data(*shape.points[frame].T)
         self.pins.set_data(*scene.pins[frame].T)
-        for ring, loose in zip(self.rings, scene.loose, strict=True):
-            ring.set_data(*loose.place[frame, None].T)
-            ring.set_color(VERMILION if loose.touched[frame] else SKY)
-        for joint in self.joints:
-            joint.show(frame)
+        for ring, joint in zip(self.rings, scene.clearance_joints, strict=True):
+            ring.set_data(*joint.place[frame, None].T)
+            ring.set_color(VERMILION if joint.touched[frame] else SKY)
+        for magnified in self.joints:
+            magnified.show(frame)
         now = f"t = {scene.scale.factor * scene.time[frame]:.4g} {scene.scale.unit}"
-        self.axes.set_title(f"{now}   ({pace(self.slower)})", loc="left", fontsize=SMALL)
+        self.axes.set_title(f"{now}   ({time_scale_in_words(self.slower)})", loc="left", fontsize=SMALL)
 
 
 class _Magnified:
-    """A loose joint beside the structure: the journal in its bearing, with its way behind it."""
+    """A clearance joint beside the structure: the journal in its bearing, with its recent path."""
 
-    def __init__(self, axes: Axes, loose: Loose) -> None:
-        self.axes, self.loose = axes, loose
+    def __init__(self, axes: Axes, joint: ClearanceJoint) -> None:
+        self.axes, self.joint = axes, joint
         axes.add_patch(Circle((0.0, 0.0), 1.0 + GAP, facecolor="white", edgecolor=BLACK, linewidth=1.2))
         self.journal = Circle((0.0, 0.0), 1.0, facecolor=LIGHT, linewidth=1.6)
         axes.add_patch(self.journal)
-        (self.way,) = axes.plot([], [], color=ORANGE, linewidth=0.9)
+        (self.path,) = axes.plot([], [], color=ORANGE, linewidth=0.9)
         (self.centre,) = axes.plot([], [], "+", markersize=6.0, markeredgewidth=1.0)
         axes.plot(0.0, 0.0, ".", markersize=3.0, color=BLACK)
         axes.set_aspect("equal", adjustable="box")
         axes.set(xlim=(-1.5, 1.5), ylim=(-1.5, 1.5), xticks=[], yticks=[])
         for spine in axes.spines.values():
             spine.set_visible(False)
-        axes.set_xlabel(f"gap drawn {loose.gain:.2g}×", fontsize=SMALL)
+        axes.set_xlabel(f"clearance magnified {joint.gain:.2g} times", fontsize=SMALL)
 
     def show(self, frame: int) -> None:
-        """Move the journal and its way to a frame."""
-        loose = self.loose
-        color = VERMILION if loose.touched[frame] else SKY
-        self.journal.set_center(tuple(loose.journal[frame]))
+        """Update the journal and its path to a frame."""
+        joint = self.joint
+        color = VERMILION if joint.touched[frame] else SKY
+        self.journal.set_center(tuple(joint.journal[frame]))
         self.journal.set_edgecolor(color)
-        self.centre.set_data(*loose.journal[frame, None].T)
+        self.centre.set_data(*joint.journal[frame, None].T)
         self.centre.set_color(color)
-        first = loose.reached[max(0, frame - TRAIL)] - 1
-        self.way.set_data(*loose.way[first : loose.reached[frame]].T)
-        state = newtons(float(loose.force[frame])) if loose.touched[frame] else "free"
-        self.axes.set_title(f"{loose.name}: {state}", fontsize=SMALL, color=BLACK)
+        first = joint.reached[max(0, frame - TRAIL)] - 1
+        self.path.set_data(*joint.path[first : joint.reached[frame]].T)
+        state = newtons(float(joint.force[frame])) if joint.touched[frame] else "free"
+        self.axes.set_title(f"{joint.name}: {state}", fontsize=SMALL, color=BLACK)
 
 
 def _figure(aspect: float, joints: int) -> tuple[Figure, Axes, list[Axes]]:
@@ -151,8 +151,8 @@ def _figure(aspect: float, joints: int) -> tuple[Figure, Axes, list[Axes]]:
 
 def _supports(axes: Axes, scene: Scene) -> None:
     size = 0.025 * float(np.max(scene.high - scene.low))
-    for pin in scene.supports:
-        corners = pin + size * np.array([[0.0, 0.0], [-1.0, -1.6], [1.0, -1.6]])
+    for joint in scene.supports:
+        corners = joint + size * np.array([[0.0, 0.0], [-1.0, -1.6], [1.0, -1.6]])
         axes.add_patch(Polygon(corners, facecolor="white", edgecolor=BLACK, linewidth=0.9, zorder=1.5))
 
 
@@ -167,7 +167,7 @@ def write_film(scene: Scene, path: Path, rate: int, slower: float) -> None:
     rate : int
         Frames per second.
     slower : float
-        How many times slower than the mechanism the film runs.
+        Time scale: film time over simulated time.
 
     Raises
     ------
@@ -178,8 +178,8 @@ def write_film(scene: Scene, path: Path, rate: int, slower: float) -> None:
     writer: AbstractMovieWriter
     if path.suffix.lower() == ".mp4":
         if not FFMpegWriter.isAvailable():
-            raise InputError("an MP4 needs the program ffmpeg, which is not on this machine", "film.gif or film.html")
-        # players want even sides and this coding of colours
+            raise InputError("an MP4 needs the program ffmpeg, which is not installed", "film.gif or film.html")
+        # players need even sides and this pixel format
         even = ["-vf", "crop=trunc(iw/2)*2:trunc(ih/2)*2", "-pix_fmt", "yuv420p"]
         writer = FFMpegWriter(fps=rate, codec="h264", extra_args=even)
     else:

@@ -1,4 +1,4 @@
-"""A film as a page of one piece: a drawing in SVG and a small player, no file beside it and nothing from the network."""
+"""A film as one HTML file: a drawing in SVG and a small player, without other files or network access."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from scissordyn.plot.animation_scene import GAP, TRAIL, Loose, Scene, newtons, pace
+from scissordyn.plot.animation_scene import GAP, TRAIL, ClearanceJoint, Scene, newtons, time_scale_in_words
 from scissordyn.plot.scale import engineering
 from scissordyn.plot.style import BLACK, BLUE, GREEN, GREY, LIGHT, ORANGE, PURPLE, SKY, VERMILION
 
@@ -38,33 +38,33 @@ button, select {{ font: inherit; padding: .2rem .8rem }}
 figure {{ flex: none; margin: 0; text-align: center }}
 figcaption {{ font-size: 13px; font-variant-numeric: tabular-nums }}
 small {{ color: {GREY} }}
-.bar, .spring, .link, .guide, .way {{ fill: none; stroke-linejoin: round; stroke-linecap: round }}
+.bar, .spring, .rod, .guide, .path {{ fill: none; stroke-linejoin: round; stroke-linecap: round }}
 .bar {{ stroke-width: 3.5 }}
 .plate {{ fill-opacity: .15; stroke-width: 2.5 }}
 .block {{ fill: {LIGHT}; stroke: {BLACK} }}
 .spring {{ stroke: {PURPLE}; stroke-width: 1.5 }}
-.link {{ stroke: {PURPLE}; stroke-width: 2; stroke-dasharray: 6 3 }}
+.rod {{ stroke: {PURPLE}; stroke-width: 2; stroke-dasharray: 6 3 }}
 .guide {{ stroke: {GREY}; stroke-dasharray: 12 4 2 4 }}
-.pin, .support, .bearing {{ fill: #fff; stroke: {BLACK}; stroke-width: 1.5 }}
+.joint, .support, .bearing {{ fill: #fff; stroke: {BLACK}; stroke-width: 1.5 }}
 .ring {{ fill: none; stroke-width: 2.5 }}
 .journal {{ fill: {LIGHT}; stroke-width: 3 }}
-.way {{ stroke: {ORANGE}; stroke-width: 1.5 }}
+.path {{ stroke: {ORANGE}; stroke-width: 1.5 }}
 """
 
 PLAYER = """
 "use strict";
 const film = JSON.parse(document.getElementById("film").textContent);
 const part = id => document.getElementById(id);
-const shapes = [...document.querySelectorAll("[data-shape]")], pins = [...document.querySelectorAll(".pin")];
+const shapes = [...document.querySelectorAll("[data-shape]")], pins = [...document.querySelectorAll(".joint")];
 const rings = [...document.querySelectorAll(".ring")], joints = [...document.querySelectorAll("figure")];
-const slider = part("frame"), button = part("play"), pace = part("pace"), clock = part("clock");
+const slider = part("frame"), button = part("play"), speed = part("speed"), clock = part("clock");
 const last = film.time.length - 1;
 let playing = false, now = 0, before = null;
 
 function centre(circle, x, y) { circle.setAttribute("cx", x); circle.setAttribute("cy", y); }
 function show(frame) {
   shapes.forEach((shape, k) => shape.setAttribute("points", film.shapes[k][frame].join(" ")));
-  pins.forEach((pin, k) => centre(pin, ...film.pins[frame].slice(2 * k, 2 * k + 2)));
+  pins.forEach((joint, k) => centre(joint, ...film.pins[frame].slice(2 * k, 2 * k + 2)));
   film.joints.forEach((joint, k) => {
     const color = joint.touched[frame] ? film.contact : film.free;
     centre(rings[k], ...joint.place[frame]);
@@ -73,7 +73,7 @@ function show(frame) {
     centre(journal, ...joint.journal[frame]);
     journal.style.stroke = color;
     const first = joint.reached[Math.max(0, frame - film.trail)] - 1;
-    joints[k].querySelector(".way").setAttribute("points", joint.way.slice(2 * first, 2 * joint.reached[frame]).join(" "));
+    joints[k].querySelector(".path").setAttribute("points", joint.path.slice(2 * first, 2 * joint.reached[frame]).join(" "));
     joints[k].querySelector(".state").textContent = joint.touched[frame] ? joint.force[frame] : "free";
   });
   slider.value = frame;
@@ -87,7 +87,7 @@ function play(on) {
 }
 function step(instant) {
   if (!playing) return;
-  if (before !== null) now += (instant - before) / 1000 * film.rate * Number(pace.value);
+  if (before !== null) now += (instant - before) / 1000 * film.rate * Number(speed.value);
   before = instant;
   if (now >= last) { now = last; show(last); play(false); return; }
   show(Math.floor(now));
@@ -97,7 +97,7 @@ function go(frame) { play(false); now = Math.min(last, Math.max(0, frame)); show
 button.addEventListener("click", () => play(!playing));
 slider.addEventListener("input", () => go(Number(slider.value)));
 document.addEventListener("keydown", event => {
-  if (event.target === pace || (event.target === button && event.key === " ")) return;
+  if (event.target === speed || (event.target === button && event.key === " ")) return;
   const move = {ArrowLeft: -1, ArrowRight: 1}[event.key];
   if (event.key === " ") { event.preventDefault(); play(!playing); }
   else if (move) { event.preventDefault(); go(Math.floor(now) + move); }
@@ -122,12 +122,12 @@ def page(scene: Scene, rate: int, slower: float) -> str:
     rate : int
         Frames per second.
     slower : float
-        How many times slower than the mechanism the film runs.
+        Time scale: film time over simulated time.
 
     Returns
     -------
     str
-        HTML of one piece.
+        The HTML of the page.
     """
     extent = scene.high - scene.low
     gain = min(WIDTH / extent[0], HEIGHT / extent[1])
@@ -144,12 +144,12 @@ def page(scene: Scene, rate: int, slower: float) -> str:
         "time": [f"t = {scene.scale.factor * t:.4g} {scene.scale.unit}" for t in scene.time.tolist()],
         "shapes": [_numbers(pixels(shape.points).reshape(len(scene.time), -1)) for shape in scene.shapes],
         "pins": _numbers(pixels(scene.pins).reshape(len(scene.time), -1)),
-        "joints": [{**_magnified(loose), "place": _numbers(pixels(loose.place))} for loose in scene.loose],
+        "joints": [{**_magnified(joint), "place": _numbers(pixels(joint.place))} for joint in scene.clearance_joints],
     }
-    # "<" would let a name end the script
+    # "<" in a name could end the script
     data = json.dumps(film, separators=(",", ":"), ensure_ascii=True).replace("<", "\\u003c")
     options = "".join(f"<option value={s}{' selected' if s == 1 else ''}>{s:g}×</option>" for s in SPEEDS)
-    figures = "\n".join(_figure(loose) for loose in scene.loose)
+    figures = "\n".join(_figure(joint) for joint in scene.clearance_joints)
     return f"""<!DOCTYPE html>
 <html lang="en">
 <head>
@@ -171,9 +171,9 @@ def page(scene: Scene, rate: int, slower: float) -> str:
 <button id="play" type="button">Play</button>
 <input id="frame" type="range" min="0" max="{len(scene.time) - 1}" value="0" aria-label="frame">
 <output id="clock"></output>
-<label>speed <select id="pace">{options}</select></label>
+<label>speed <select id="speed">{options}</select></label>
 </div>
-<small>{_extent(scene)} At speed 1×: {pace(slower)}. Space plays, arrow keys step.</small>
+<small>{_extent(scene)} At speed 1×: {time_scale_in_words(slower)}. Space plays, arrow keys step.</small>
 <script type="application/json" id="film">{data}</script>
 <script>{PLAYER}</script>
 </body>
@@ -182,7 +182,7 @@ def page(scene: Scene, rate: int, slower: float) -> str:
 
 
 def _extent(scene: Scene) -> str:
-    """How wide the drawing is, in words."""
+    """Width of the drawing, in words."""
     scale = engineering("m", float(scene.high[0] - scene.low[0]))
     return f"The drawing is {scale.factor * float(scene.high[0] - scene.low[0]):.3g} {scale.unit} wide."
 
@@ -202,30 +202,33 @@ def _drawing(scene: Scene, gain: float, supports: np.ndarray) -> str:
             f'<polygon class="support" points="{x:.1f},{y:.1f} {x - size:.1f},{y + 1.6 * size:.1f} '
             f'{x + size:.1f},{y + 1.6 * size:.1f}"/>'
         )
-    lines += ['<circle class="pin" r="4"/>'] * scene.pins.shape[1]
-    lines += [f'<circle class="ring" r="9"><title>{html.escape(loose.name)}</title></circle>' for loose in scene.loose]
+    lines += ['<circle class="joint" r="4"/>'] * scene.pins.shape[1]
+    lines += [
+        f'<circle class="ring" r="9"><title>{html.escape(joint.name)}</title></circle>' for joint in scene.clearance_joints
+    ]
     return "\n".join(lines)
 
 
-def _magnified(loose: Loose) -> dict[str, Any]:
-    """What the player needs to know of a joint; y points down on a screen."""
+def _magnified(joint: ClearanceJoint) -> dict[str, Any]:
+    """Data of a joint for the player; y points down on a screen."""
     screen = RADIUS * np.array([1.0, -1.0])
     return {
-        "journal": _numbers(screen * loose.journal),
-        "way": _numbers((screen * loose.way).ravel()),
-        "reached": loose.reached.tolist(),
-        "touched": loose.touched.astype(int).tolist(),
-        "force": [newtons(force) for force in loose.force.tolist()],
+        "journal": _numbers(screen * joint.journal),
+        "path": _numbers((screen * joint.path).ravel()),
+        "reached": joint.reached.tolist(),
+        "touched": joint.touched.astype(int).tolist(),
+        "force": [newtons(force) for force in joint.force.tolist()],
     }
 
 
-def _figure(loose: Loose) -> str:
+def _figure(joint: ClearanceJoint) -> str:
     edge = math.ceil(1.5 * RADIUS)
     return (
         f'<figure><svg viewBox="{-edge} {-edge} {2 * edge} {2 * edge}" width="{2 * edge}" height="{2 * edge}">'
         f'<circle class="bearing" r="{(1.0 + GAP) * RADIUS:g}"/><circle class="journal" r="{RADIUS:g}"/>'
-        f'<polyline class="way"/><circle r="2"/></svg>'
-        f'<figcaption>{html.escape(loose.name)}: <span class="state"></span><br><small>gap drawn {loose.gain:.2g}×</small>'
+        f'<polyline class="path"/><circle r="2"/></svg>'
+        f'<figcaption>{html.escape(joint.name)}: <span class="state"></span><br>'
+        f"<small>clearance magnified {joint.gain:.2g} times</small>"
         "</figcaption></figure>"
     )
 
@@ -240,6 +243,6 @@ def write_page(scene: Scene, path: Path, rate: int, slower: float) -> None:
     rate : int
         Frames per second.
     slower : float
-        How many times slower than the mechanism the film runs.
+        Time scale: film time over simulated time.
     """
     path.write_text(page(scene, rate, slower), encoding="utf-8")

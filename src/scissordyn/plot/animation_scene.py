@@ -1,4 +1,4 @@
-"""What a film shows, frame by frame, before anyone draws it."""
+"""The scene of a film, frame by frame, independent of how it is drawn."""
 
 from __future__ import annotations
 
@@ -17,29 +17,29 @@ from scissordyn.plot.place import outline
 from scissordyn.plot.scale import Scale, engineering
 from scissordyn.plot.series import time_scale
 
-__all__ = ["GAP", "TRAIL", "Loose", "Scene", "Shape", "newtons", "pace", "scene_of"]
+__all__ = ["GAP", "TRAIL", "ClearanceJoint", "Scene", "Shape", "newtons", "scene_of", "time_scale_in_words"]
 
 GAP = 0.35
 """The clearance of a magnified joint as a fraction of the drawn journal's radius."""
 
 TRAIL = 12
-"""Frames over which the journal's way stays visible."""
+"""Number of frames over which the journal's path stays visible."""
 
 FINEST = 4000
-"""Points of a journal's way in a whole film; more than that no screen shows."""
+"""Largest number of points of a journal's path in a film, about the resolution of a screen."""
 
 COILS = 8
-"""Bends of the zigzag that stands for a spring."""
+"""Number of bends of the zigzag of a spring."""
 
 
 @dataclass(frozen=True)
 class Shape:
-    """A body, a spring, a link or a guide, as a line through points.
+    """A body, a spring, a rod or a guide, as a line through points.
 
     Parameters
     ----------
     name : str
-    kind : {"bar", "plate", "block", "spring", "link", "guide"}
+    kind : {"bar", "plate", "block", "spring", "rod", "guide"}
     points : ndarray, shape (frames, points, 2)
         In the fixed frame [m].
     """
@@ -50,8 +50,8 @@ class Shape:
 
 
 @dataclass(frozen=True)
-class Loose:
-    """A loose joint, where it is and magnified.
+class ClearanceJoint:
+    """A clearance joint: its position and its magnified view.
 
     Parameters
     ----------
@@ -60,22 +60,22 @@ class Loose:
         Centre of the bearing [m].
     journal : ndarray, shape (frames, 2)
         Centre of the journal in its magnified bearing, in drawn journal radii.
-    way : ndarray, shape (points, 2)
+    path : ndarray, shape (points, 2)
         The same at finer instants.
     reached : ndarray of int, shape (frames,)
-        How many points of the way lie before each frame.
+        Number of points of the path before each frame.
     touched : ndarray of bool, shape (frames,)
         Whether there was contact at any instant since the frame before.
     force : ndarray, shape (frames,)
         Largest normal force since the frame before [N].
     gain : float
-        How many times larger than it is the gap is drawn, the drawn journal taken for the real one.
+        Magnification of the clearance relative to that of the journal.
     """
 
     name: str
     place: np.ndarray
     journal: np.ndarray
-    way: np.ndarray
+    path: np.ndarray
     reached: np.ndarray
     touched: np.ndarray
     force: np.ndarray
@@ -84,22 +84,22 @@ class Loose:
 
 @dataclass(frozen=True)
 class Scene:
-    """A film before it is drawn.
+    """All data of a film.
 
     Parameters
     ----------
     time : ndarray, shape (frames,)
         [s]
     scale : Scale
-        In which times are shown.
+        Scale of the times.
     shapes : tuple of Shape
     pins : ndarray, shape (frames, pins, 2)
         Ideal joints [m].
     supports : ndarray, shape (supports, 2)
         Pins of the fixed frame [m].
-    loose : tuple of Loose
+    clearance_joints : tuple of ClearanceJoint
     low, high : ndarray, shape (2,)
-        Corners of what is shown [m].
+        Corners of the visible region [m].
     """
 
     time: np.ndarray
@@ -107,26 +107,26 @@ class Scene:
     shapes: tuple[Shape, ...]
     pins: np.ndarray
     supports: np.ndarray
-    loose: tuple[Loose, ...]
+    clearance_joints: tuple[ClearanceJoint, ...]
     low: np.ndarray
     high: np.ndarray
 
 
 def newtons(force: float) -> str:
-    """A force for people."""
+    """A force in words."""
     scale = engineering("N", force)
     return f"{scale.factor * force:.3g} {scale.unit}"
 
 
-def pace(slower: float) -> str:
-    """How the speed of a film compares with the mechanism's, in words."""
+def time_scale_in_words(slower: float) -> str:
+    """The time scale of a film, in words."""
     if abs(slower - 1.0) < 0.02:
         return "real time"
     return f"{slower:.3g}× slower" if slower > 1.0 else f"{1.0 / slower:.3g}× faster"
 
 
-class _Course:
-    """Where the bodies of a run are at the samples that become frames."""
+class _Placement:
+    """The positions of the bodies at the samples of the frames."""
 
     def __init__(self, run: xr.Dataset, mechanism: Mechanism, frames: np.ndarray) -> None:
         self.mechanism, self.count = mechanism, len(frames)
@@ -154,7 +154,7 @@ class _Course:
 
 
 def scene_of(run: xr.Dataset, mechanism: Mechanism, frames: np.ndarray, joints: list[str]) -> Scene:
-    """Everything that a film of a run shows.
+    """The scene of a film of a run.
 
     Parameters
     ----------
@@ -164,53 +164,53 @@ def scene_of(run: xr.Dataset, mechanism: Mechanism, frames: np.ndarray, joints: 
     frames : ndarray of int
         Samples of the run, increasing.
     joints : list of str
-        Loose joints to magnify.
+        Clearance joints to magnify.
 
     Returns
     -------
     Scene
     """
-    course = _Course(run, mechanism, frames)
-    bodies = [course.points(body.name, outline(body)) for body in mechanism.bodies]
+    placement = _Placement(run, mechanism, frames)
+    bodies = [placement.points(body.name, outline(body)) for body in mechanism.bodies]
     fixed = np.array([place for _, place in mechanism.ground], float).reshape(-1, 2)
     everything = np.concatenate([*(part.reshape(-1, 2) for part in bodies), fixed])
     low, high = everything.min(axis=0), everything.max(axis=0)
     margin = 0.1 * (float(np.max(high - low)) or 1.0)
     low, high = low - margin, high + margin
     size = float(np.max(high - low))
-    # blocks first: bars end on them
-    solid = sorted(_bodies(mechanism, course, bodies, size), key=lambda shape: shape.kind != "block")
-    shapes = [*_guides(mechanism, course, size), *solid, *_springs(mechanism, course, size), *_links(mechanism, course)]
-    pins = [course.place(joint.bearing) for joint in mechanism.ideal]
+    # blocks first, so that bars are drawn over them
+    solid = sorted(_bodies(mechanism, placement, bodies, size), key=lambda shape: shape.kind != "block")
+    shapes = [*_guides(mechanism, placement, size), *solid, *_springs(mechanism, placement, size), *_rods(mechanism, placement)]
+    pins = [placement.place(joint.bearing) for joint in mechanism.ideal_joints]
     supported = dict.fromkeys(end for joint in mechanism.joints for end in (joint.journal, joint.bearing) if end[0] == GROUND)
     return Scene(
         time=run["time"].values[frames],
         scale=time_scale(run),
         shapes=tuple(shapes),
         pins=np.stack(pins, axis=1) if pins else np.empty((len(frames), 0, 2)),
-        supports=np.array([course.place(end)[0] for end in supported], float).reshape(-1, 2),
-        loose=tuple(_loose(run, mechanism, course, frames, name) for name in joints),
+        supports=np.array([placement.place(end)[0] for end in supported], float).reshape(-1, 2),
+        clearance_joints=tuple(_clearance_joint(run, mechanism, placement, frames, name) for name in joints),
         low=low,
         high=high,
     )
 
 
-def _bodies(mechanism: Mechanism, course: _Course, outlines: list[np.ndarray], size: float) -> list[Shape]:
+def _bodies(mechanism: Mechanism, placement: _Placement, outlines: list[np.ndarray], size: float) -> list[Shape]:
     shapes = []
     for body, points in zip(mechanism.bodies, outlines, strict=True):
         if points.shape[1] == 1:
-            shapes.append(Shape(body.name, "block", _block(mechanism, course, body.name, points[:, 0], 0.02 * size)))
+            shapes.append(Shape(body.name, "block", _block(mechanism, placement, body.name, points[:, 0], 0.02 * size)))
         else:
             shapes.append(Shape(body.name, "bar" if points.shape[1] == 2 else "plate", points))
     return shapes
 
 
-def _block(mechanism: Mechanism, course: _Course, body: str, middle: np.ndarray, half: float) -> np.ndarray:
+def _block(mechanism: Mechanism, placement: _Placement, body: str, middle: np.ndarray, half: float) -> np.ndarray:
     """The corners of a block, long in the direction of its guide."""
-    tilt = np.zeros(course.count)
+    tilt = np.zeros(placement.count)
     for guide in mechanism.guides:
         if guide.follower[0] == body:
-            tilt = guide.direction + (0.0 if guide.body == GROUND else course.angle[:, course.index[guide.body]]) + tilt
+            tilt = guide.direction + (0.0 if guide.body == GROUND else placement.angle[:, placement.index[guide.body]]) + tilt
             break
     corners = half * np.array([[-1.0, -0.6], [1.0, -0.6], [1.0, 0.6], [-1.0, 0.6]])
     cos, sin = np.cos(tilt)[:, None], np.sin(tilt)[:, None]
@@ -219,56 +219,58 @@ def _block(mechanism: Mechanism, course: _Course, body: str, middle: np.ndarray,
     return placed
 
 
-def _guides(mechanism: Mechanism, course: _Course, size: float) -> list[Shape]:
+def _guides(mechanism: Mechanism, placement: _Placement, size: float) -> list[Shape]:
     """The lines of the guides, long enough to cross the picture."""
     shapes = []
     for guide in mechanism.guides:
         along = size * np.array([math.cos(guide.direction), math.sin(guide.direction)])
         ends = np.array(guide.through) + np.array([-1.0, 1.0])[:, None] * along
-        shapes.append(Shape(guide.name, "guide", course.points(guide.body, ends)))
+        shapes.append(Shape(guide.name, "guide", placement.points(guide.body, ends)))
     return shapes
 
 
-def _springs(mechanism: Mechanism, course: _Course, size: float) -> list[Shape]:
+def _springs(mechanism: Mechanism, placement: _Placement, size: float) -> list[Shape]:
     """A zigzag between the two points of each spring."""
     shapes = []
-    share = np.concatenate([[0.0, 0.15], np.linspace(0.2, 0.8, COILS), [0.85, 1.0]])
+    fraction = np.concatenate([[0.0, 0.15], np.linspace(0.2, 0.8, COILS), [0.85, 1.0]])
     aside = np.concatenate([[0.0, 0.0], np.resize([1.0, -1.0], COILS), [0.0, 0.0]]) * 0.012 * size
     for element in mechanism.elements:
         if not isinstance(element, Spring):
             continue
-        start, end = course.place(element.start), course.place(element.end)
+        start, end = placement.place(element.start), placement.place(element.end)
         along = end - start
         length = np.linalg.norm(along, axis=-1, keepdims=True)
         across = np.stack([-along[:, 1], along[:, 0]], axis=-1) / np.where(length > 0.0, length, 1.0)
-        zigzag = start[:, None] + share[:, None] * along[:, None] + aside[:, None] * across[:, None]
+        zigzag = start[:, None] + fraction[:, None] * along[:, None] + aside[:, None] * across[:, None]
         shapes.append(Shape(element.name, "spring", zigzag))
     return shapes
 
 
-def _links(mechanism: Mechanism, course: _Course) -> list[Shape]:
-    """A line between the two points of each massless link."""
-    ends = [(link.name, course.place(link.start), course.place(link.end)) for link in mechanism.links]
-    return [Shape(name, "link", np.stack([start, end], axis=1)) for name, start, end in ends]
+def _rods(mechanism: Mechanism, placement: _Placement) -> list[Shape]:
+    """A line between the two points of each rod."""
+    ends = [(rod.name, placement.place(rod.start), placement.place(rod.end)) for rod in mechanism.rods]
+    return [Shape(name, "rod", np.stack([start, end], axis=1)) for name, start, end in ends]
 
 
-def _loose(run: xr.Dataset, mechanism: Mechanism, course: _Course, frames: np.ndarray, name: str) -> Loose:
+def _clearance_joint(
+    run: xr.Dataset, mechanism: Mechanism, placement: _Placement, frames: np.ndarray, name: str
+) -> ClearanceJoint:
     joint, here = mechanism.joint(name), run.sel(joint=name)
     if joint.clearance is None:
-        raise InputError(f"joint '{name}' is loose in the run and ideal in the mechanism", "the mechanism that was run")
+        raise InputError(f"joint '{name}' has clearance in the run and is ideal in the mechanism", "the mechanism that was run")
     clearance = float(here["clearance"])
     eccentricity = GAP / clearance * here["eccentricity"].transpose("time", "axis").values
     last = int(frames[-1]) + 1
     fine = np.unique(np.concatenate([frames, np.linspace(0, last - 1, min(last, FINEST)).astype(int)]))
-    # a contact may be shorter than a frame: each frame answers for all samples since the one before
+    # a contact may be shorter than a frame: each frame covers all samples since the one before
     begins = np.concatenate([[0], frames[:-1] + 1])
     force = np.nan_to_num(here["normal_force"].values)[:last]
     touching = here["in_contact"].values[:last]
-    return Loose(
+    return ClearanceJoint(
         name=name,
-        place=course.place(joint.bearing),
+        place=placement.place(joint.bearing),
         journal=eccentricity[frames],
-        way=eccentricity[fine],
+        path=eccentricity[fine],
         reached=np.searchsorted(fine, frames, side="right"),
         touched=np.logical_or.reduceat(touching, begins),
         force=np.maximum.reduceat(force, begins),

@@ -1,4 +1,4 @@
-"""The block of a loose guide in its channel, with the gaps drawn larger than they are."""
+"""The block of a clearance guide in its channel, with magnified clearance."""
 
 from __future__ import annotations
 
@@ -25,13 +25,13 @@ LONG = 1.3
 
 
 def guides_of(mechanism: Mechanism, names: Iterable[str]) -> list[str]:
-    """Names of loose joints with the corners of each block replaced by its guide, once."""
-    guide = {corner.name: corner.guide for corner in mechanism.corners}
+    """Names of clearance joints with the contact points of each clearance guide replaced by the guide, once."""
+    guide = {point.name: point.guide for point in mechanism.contact_points}
     return list(dict.fromkeys(guide.get(name, name) for name in names))
 
 
 def channel(run: xr.Dataset, mechanism: Mechanism, sample: int, guide: str, *, axes: Axes) -> Axes:
-    """A loose guide at one sample, its line drawn level: the block between the two walls, the corners that touch marked.
+    """A clearance guide at one sample, its line horizontal: the block between the guide surfaces, points in contact marked.
 
     Parameters
     ----------
@@ -49,28 +49,31 @@ def channel(run: xr.Dataset, mechanism: Mechanism, sample: int, guide: str, *, a
     Raises
     ------
     InputError
-        If the guide is not loose.
+        If the guide has no clearance.
     """
     described = mechanism.guide(guide)
     gap = described.clearance
     if gap is None:
-        raise InputError(f"guide '{guide}' is ideal", "a loose guide", f'mechanism.loosen("{guide}", GuideClearance(...))')
-    corners = [corner for corner in mechanism.corners if corner.guide == guide]
-    now = run.isel(time=sample).sel(joint=[corner.name for corner in corners])
+        raise InputError(
+            f"guide '{guide}' is ideal", "a clearance guide", f'mechanism.with_clearance("{guide}", GuideClearance(...))'
+        )
+    points = [point for point in mechanism.contact_points if point.guide == guide]
+    now = run.isel(time=sample).sel(joint=[point.name for point in points])
     depth, touching = now["indentation"].values, now["in_contact"].values.astype(bool)
     follower = mechanism.body(described.follower[0])
     base = 0.0 if described.body == GROUND else mechanism.body(described.body).angle
-    turn = base + described.direction - follower.angle
-    x, y = (np.array([corner.centre for corner in corners]) - np.array(follower.points[described.follower[1]])).T
-    along, across = math.cos(turn) * x + math.sin(turn) * y, math.cos(turn) * y - math.sin(turn) * x
-    side, level = np.sign(across), np.array([corner.level for corner in corners])
-    half = float(np.mean(level)) - gap.clearance
-    still = np.abs(across) + gap.corner_radius  # how far the outline reaches while the block is centred
-    moved = depth + level - still
-    wall = level / half + (GAP / gap.clearance - 1.0 / half) * gap.clearance
-    tips = np.stack([LONG * along / np.max(np.abs(along)), side * (still / half + GAP * moved / gap.clearance)], axis=1)
+    direction = base + described.direction - follower.angle
+    x, y = (np.array([point.centre for point in points]) - np.array(follower.points[described.follower[1]])).T
+    cos, sin = math.cos(direction), math.sin(direction)
+    along, across = cos * x + sin * y, cos * y - sin * x
+    side, distance = np.sign(across), np.array([point.distance for point in points])
+    half = float(np.mean(distance)) - gap.clearance
+    centred = np.abs(across) + gap.corner_radius  # extent of the outline with the block centred
+    moved = depth + distance - centred
+    surface = distance / half + (GAP / gap.clearance - 1.0 / half) * gap.clearance
+    tips = np.stack([LONG * along / np.max(np.abs(along)), side * (centred / half + GAP * moved / gap.clearance)], axis=1)
     for face in (1.0, -1.0):
-        at = face * float(wall[side == face][0])
+        at = face * float(surface[side == face][0])
         strip = Rectangle(
             (-1.7, min(at, at + 0.25 * face)), 3.4, 0.25, facecolor="white", edgecolor=GREY, hatch="//////", linewidth=0.0
         )
@@ -86,5 +89,5 @@ def channel(run: xr.Dataset, mechanism: Mechanism, sample: int, guide: str, *, a
         spine.set_visible(False)
     count = int(np.sum(touching))
     state = f"{count} corner{'s' * (count > 1)} in contact" if count else "free flight"
-    axes.set_title(f"{guide}: {state}\ngap drawn {GAP * half / gap.clearance:.2g}×", fontsize=SMALL, color=BLACK)
+    axes.set_title(f"{guide}: {state}\nclearance magnified {GAP * half / gap.clearance:.2g} times", fontsize=SMALL, color=BLACK)
     return axes

@@ -1,4 +1,4 @@
-"""The energy books of a run."""
+"""The energy balance of a run."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from scissordyn.plot.style import BLACK, BLUE, GREEN, LINE, ORANGE, PURPLE, VERM
 
 __all__ = ["energy"]
 
-BOOKS = (
+PANELS = (
     (
         "energy",
         (
@@ -27,11 +27,11 @@ BOOKS = (
     ),
     ("residual", (("energy_residual", "residual of the balance", BLACK),)),
 )
-"""Panels from top to bottom; what differs by orders of magnitude has a scale of its own."""
+"""Panels from top to bottom; quantities of different magnitude have separate scales."""
 
 
 def energy(run: xr.Dataset, *, axes: Canvas = None) -> list[Axes]:
-    """Kinetic and potential energy and work; elastic and dissipated energy of the contacts; what the balance misses.
+    """Kinetic and potential energy and work; elastic and dissipated energy of the contacts; residual of the balance.
 
     Parameters
     ----------
@@ -43,16 +43,16 @@ def energy(run: xr.Dataset, *, axes: Canvas = None) -> list[Axes]:
     -------
     list of Axes
     """
-    books = [(name, kept) for name, lines in BOOKS if (kept := [line for line in lines if line[0] in run])]
-    books = [
+    shown = [(name, kept) for name, lines in PANELS if (kept := [line for line in lines if line[0] in run])]
+    shown = [
         (name, lines)
-        for name, lines in books
+        for name, lines in shown
         if name != "contacts" or any(np.any(run[variable].values) for variable, _, _ in lines)
     ]
-    ratios = [1.0 if name == "residual" else 1.8 for name, _ in books]
-    drawn = panels(axes, len(books), size=(8.5, 0.6 + 1.25 * sum(ratios)), ratios=ratios)
+    ratios = [1.0 if name == "residual" else 1.8 for name, _ in shown]
+    drawn = panels(axes, len(shown), size=(8.5, 0.6 + 1.25 * sum(ratios)), ratios=ratios)
     time = time_scale(run)
-    for one, (name, lines) in zip(drawn, books, strict=True):
+    for one, (name, lines) in zip(drawn, shown, strict=True):
         scale = engineering("J", *(run[variable].values for variable, _, _ in lines))
         for variable, label, color in lines:
             values = scale.factor * run[variable].values

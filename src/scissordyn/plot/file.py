@@ -31,7 +31,7 @@ def check_format(format: str) -> None:
 
 
 def write(figure: Figure, path: str | os.PathLike[str]) -> Path:
-    """Write a figure to a file whose ending says the format; the same figure gives the same file.
+    """Write a figure to a file in the format of its ending; the same figure gives the same file.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""The contact forces of loose joints."""
+"""The contact forces of clearance joints."""
 
 from __future__ import annotations
 
@@ -15,13 +15,13 @@ from scissordyn.plot.style import BLACK, BLUE, GREY, IDEAL, LINE, NORMAL, SMALL,
 __all__ = ["force"]
 
 STRIP = 0.06
-"""Height of the strip that shows the contacts, as a fraction of the panel."""
+"""Height of the strip of contacts, as a fraction of the panel."""
 
 
 def force(
     run: xr.Dataset, ideal: xr.Dataset | None = None, *, joints: Sequence[str] | None = None, axes: Canvas = None
 ) -> list[Axes]:
-    """Normal and friction force of each loose joint, when it is in contact, and the ideal mechanism's reaction.
+    """Normal and friction force of each clearance joint, its contacts, and the ideal mechanism's reaction.
 
     Parameters
     ----------
@@ -29,7 +29,7 @@ def force(
     ideal : Dataset, optional
         The run of the ideal mechanism; the magnitude of its reaction is drawn dashed.
     joints : sequence of str, optional
-        Which joints; those with the largest forces if not given.
+        The joints; those with the largest forces if not given.
     axes : Axes or iterable of Axes, optional
         One per joint, followed by one for its friction if it has any. A new figure if not given.
 
@@ -40,19 +40,19 @@ def force(
     Raises
     ------
     InputError
-        If no joint is loose, or a named one is not.
+        If no joint has clearance, or a named one has none.
     """
     chosen = chosen_joints(run, joints)
-    rubs = [bool(np.any(np.nan_to_num(run["friction_force"].sel(joint=name).values))) for name in chosen]
-    ratios = [ratio for rub in rubs for ratio in ((2.0, 1.2) if rub else (2.0,))]
+    frictional = [bool(np.any(np.nan_to_num(run["friction_force"].sel(joint=name).values))) for name in chosen]
+    ratios = [ratio for has_friction in frictional for ratio in ((2.0, 1.2) if has_friction else (2.0,))]
     drawn = panels(axes, len(ratios), size=(9.0, 0.6 + 1.35 * sum(ratios)), ratios=ratios)
     time = time_scale(run)
     following = iter(drawn)
-    for name, rub in zip(chosen, rubs, strict=True):
+    for name, has_friction in zip(chosen, frictional, strict=True):
         _normal(one := next(following), run, ideal, name, time)
         if len(chosen) > 1:
             one.set_title(f"joint {name}", loc="left", fontsize=NORMAL)
-        if rub:
+        if has_friction:
             values = run["friction_force"].sel(joint=name).values
             scale = engineering("N", values)
             under = next(following)
@@ -90,7 +90,7 @@ def _normal(axes: Axes, run: xr.Dataset, ideal: xr.Dataset | None, joint: str, t
         [0.0, *peaks.tolist(), float(np.max(values)), *([] if reaction is None else [float(np.max(reaction))])]
     )
     top = top or 1.0
-    # normal forces are never negative: the room under zero is free for the strip of contacts
+    # normal forces are never negative: the region below zero is used for the strip of contacts
     axes.set_ylim(-1.5 * STRIP * top, 1.06 * top)
     axes.axhline(0.0, color=GREY, linewidth=0.6)
     spans = [(time.factor * start, time.factor * lasting) for start, lasting in contact_spans(run, joint)]

@@ -1,4 +1,4 @@
-"""Laws of contact and friction: the loop of one impact, friction against slip, and all of them side by side."""
+"""Laws of contact and friction: the loop of one impact, friction against slip, and a comparison of all laws."""
 
 from __future__ import annotations
 
@@ -11,11 +11,11 @@ from matplotlib.axes import Axes
 from scissordyn.laws.catalogue import DAMPING, ELASTIC, FRICTION
 from scissordyn.laws.contact import Damping, Elastic, Friction, JointContact
 from scissordyn.laws.damping.flores import Flores
+from scissordyn.laws.dispatch import elastic_force
 from scissordyn.laws.elastic.liu import Liu
 from scissordyn.laws.impact import Impact, impact, table_row
-from scissordyn.laws.ladder import elastic_force
 from scissordyn.laws.material import STEEL
-from scissordyn.laws.sliding import steady_coefficient, swing
+from scissordyn.laws.sliding import oscillation, steady_coefficient
 from scissordyn.plot.scale import Scale, engineering
 from scissordyn.plot.style import (
     BLACK,
@@ -34,43 +34,43 @@ from scissordyn.plot.style import (
     panels,
 )
 
-__all__ = ["JOINT", "Knock", "draw_gallery", "draw_law"]
+__all__ = ["JOINT", "FreeMass", "draw_gallery", "draw_law"]
 
 JOINT = JointContact(clearance=0.5e-3, journal_radius=10e-3, length=15e-3, journal=STEEL, bearing=STEEL)
-"""The joint that laws are shown in unless another is given: the defaults of a clearance, 0.5 mm loose."""
+"""The default joint: that of `Clearance`, with c = 0.5 mm."""
 
-SWING = 2e-6, 5.0
-"""Amplitude [m] and frequency [Hz] of the swing that shows sticking and sliding: a few bristle lengths, up to 63 um/s."""
+OSCILLATION = 2e-6, 5.0
+"""Amplitude [m] and frequency [Hz] of the oscillation with sticking and sliding: a few bristle lengths, up to 63 um/s."""
 
 SPEEDS = np.logspace(-6, 0, 400)
 """Slip speeds of the curve of steady sliding [m/s]."""
 
 SOFT = 0.5
-"""Restitution at which dampings are compared; near 1 they all agree."""
+"""Restitution coefficient of the comparison of damping laws, which agree near 1."""
 
 COLOURS = (BLUE, VERMILION, GREEN, ORANGE, PURPLE, SKY, GREY)
 DASHES: tuple[Any, ...] = ("-", (0, (5, 2)), (0, (1, 1.5)))
-"""A gallery has more laws than there are colours that everyone can tell apart, so the lines differ too."""
+"""There are more laws than distinguishable colours, so the line styles differ too."""
 
 
 @dataclass(frozen=True)
-class Knock:
-    """The impact in which a law is shown.
+class FreeMass:
+    """The free mass of the impact of a law.
 
     Parameters
     ----------
     mass : float
         Of the free body [kg].
     speed : float
-        With which it arrives [m/s].
+        Of the impact [m/s].
     """
 
     mass: float = 5.0
     speed: float = 0.5
 
 
-def _loop(axes: Axes, course: Impact, force: Scale, length: Scale, **look: Any) -> None:
-    axes.plot(length.factor * course.indentation, force.factor * course.force, linewidth=LINE, **look)
+def _loop(axes: Axes, history: Impact, force: Scale, length: Scale, **look: Any) -> None:
+    axes.plot(length.factor * history.indentation, force.factor * history.force, linewidth=LINE, **look)
 
 
 def _label(axes: Axes, force: Scale, length: Scale) -> None:
@@ -78,22 +78,22 @@ def _label(axes: Axes, force: Scale, length: Scale) -> None:
 
 
 def _draw_impact(
-    stiffness: Elastic, damping: Damping, title: str, axes: Canvas, joint: JointContact, knock: Knock
+    stiffness: Elastic, damping: Damping, title: str, axes: Canvas, joint: JointContact, free_mass: FreeMass
 ) -> list[Axes]:
     (panel,) = panels(axes, 1, size=(5.6, 3.6))
-    course = impact(stiffness, damping, joint, mass=knock.mass, speed=knock.speed)
-    depth = np.linspace(0.0, float(course.indentation.max()), 200)[1:]
+    history = impact(stiffness, damping, joint, mass=free_mass.mass, speed=free_mass.speed)
+    depth = np.linspace(0.0, float(history.indentation.max()), 200)[1:]
     row = table_row(stiffness, joint)
     elastic = np.array([elastic_force(stiffness.tag, delta, row) for delta in depth])
-    force, length = engineering("N", course.force, elastic), engineering("m", depth)
-    _loop(panel, course, force, length, color=BLUE, label=f"{stiffness.name} + {damping.name}")
+    force, length = engineering("N", history.force, elastic), engineering("m", depth)
+    _loop(panel, history, force, length, color=BLUE, label=f"{stiffness.name} + {damping.name}")
     panel.plot(length.factor * depth, force.factor * elastic, **IDEAL, label=f"{stiffness.name} alone")
-    for part in (0.35, 0.65):  # arrow heads say which way round the loop is gone
-        k = int(part * course.time.size)
-        ends = [(length.factor * course.indentation[i], force.factor * course.force[i]) for i in (k - 8, k)]
+    for part in (0.35, 0.65):  # arrow heads show the direction of the loop
+        k = int(part * history.time.size)
+        ends = [(length.factor * history.indentation[i], force.factor * history.force[i]) for i in (k - 8, k)]
         panel.annotate("", xy=ends[1], xytext=ends[0], arrowprops={"arrowstyle": "-|>", "color": BLUE, "lw": 0.0})
-    back = course.restitution * knock.speed
-    title = f"{title}: {knock.mass:g} kg at {knock.speed:g} m/s, comes back at {back:.3g} m/s"
+    back = history.restitution * free_mass.speed
+    title = f"{title}: {free_mass.mass:g} kg at {free_mass.speed:g} m/s, rebounds at {back:.3g} m/s"
     panel.set_title(title, loc="left", fontsize=NORMAL)
     _label(panel, force, length)
     panel.legend(loc="upper left", frameon=False, fontsize="small")
@@ -105,24 +105,24 @@ def _draw_friction(friction: Friction, axes: Canvas, joint: JointContact) -> lis
     sliding.semilogx(SPEEDS, steady_coefficient(friction, joint, SPEEDS), color=BLUE, linewidth=LINE)
     sliding.set(xlabel="slip speed [m/s]", ylabel="friction force / normal force", ylim=(0.0, None))
     sliding.set_title(f"{friction.name}: steady sliding", loc="left", fontsize=NORMAL)
-    amplitude, frequency = SWING
-    course = swing(friction, joint, amplitude=amplitude, frequency=frequency)
-    length = engineering("m", course.displacement)
-    sticking.plot(length.factor * course.displacement, course.coefficient, color=BLUE, linewidth=LINE)
+    amplitude, frequency = OSCILLATION
+    history = oscillation(friction, joint, amplitude=amplitude, frequency=frequency)
+    length = engineering("m", history.displacement)
+    sticking.plot(length.factor * history.displacement, history.coefficient, color=BLUE, linewidth=LINE)
     sticking.set(xlabel=length.label("slip"), ylabel="friction force / normal force")
-    sticking.set_title(f"to and fro at {frequency:g} Hz", loc="left", fontsize=NORMAL)
+    sticking.set_title(f"oscillation at {frequency:g} Hz", loc="left", fontsize=NORMAL)
     for panel in (sliding, sticking):
         panel.axhline(0.0, color=BLACK, linewidth=0.5)
     return [sliding, sticking]
 
 
 def draw_law(
-    law: Elastic | Damping | Friction, *, axes: Canvas = None, joint: JointContact = JOINT, knock: Knock | None = None
+    law: Elastic | Damping | Friction, *, axes: Canvas = None, joint: JointContact = JOINT, free_mass: FreeMass | None = None
 ) -> list[Axes]:
-    """One law at work.
+    """The curves of one law.
 
     An elastic part is shown in the loop of an impact with Flores's damping, a damping in one on Liu's elastic part, each
-    beside the elastic part alone; a friction law in steady sliding and in a swing of a few micrometres.
+    beside the elastic part alone; a friction law in steady sliding and in an oscillation of a few micrometres.
 
     Parameters
     ----------
@@ -130,15 +130,15 @@ def draw_law(
     axes : Axes or iterable of Axes, optional
         One Axes, two for friction; a new figure if not given.
     joint : JointContact
-        The joint it acts in.
-    knock : Knock, optional
+        The joint of the law.
+    free_mass : FreeMass, optional
         The impact.
 
     Returns
     -------
     list of Axes
     """
-    chosen = knock or Knock()
+    chosen = free_mass or FreeMass()
     if isinstance(law, Friction):
         return _draw_friction(law, axes, joint)
     if isinstance(law, Elastic):
@@ -154,39 +154,39 @@ def _soft(law: type[Any]) -> Any:
     return law(restitution=SOFT) if any(field.name == "restitution" for field in fields(law)) else law()
 
 
-def draw_gallery(*, axes: Canvas = None, joint: JointContact = JOINT, knock: Knock | None = None) -> list[Axes]:
-    """All laws on one impact and in one slide, with their default parameters except for a restitution of 0.5.
+def draw_gallery(*, axes: Canvas = None, joint: JointContact = JOINT, free_mass: FreeMass | None = None) -> list[Axes]:
+    """All laws in one impact and in steady sliding, with default parameters except for a restitution coefficient of 0.5.
 
     Parameters
     ----------
     axes : iterable of Axes, optional
         Three Axes; a new figure if not given.
     joint : JointContact
-        The joint they act in.
-    knock : Knock, optional
+        The joint of the laws.
+    free_mass : FreeMass, optional
         The impact.
 
     Returns
     -------
     list of Axes
     """
-    chosen = knock or Knock()
+    chosen = free_mass or FreeMass()
     elastic, damping, friction = panels(axes, 3, size=(7.2, 9.6), share=False)
     for panel, pairs in (
         (elastic, [(name, law(), Flores()) for name, law in ELASTIC.items()]),
         (damping, [(name, Liu(), _soft(law)) for name, law in DAMPING.items()]),
     ):
-        # an elastic part that is far softer than the others would press them all against the axis
-        courses = [
+        # an elastic part that is far softer would compress the curves of the others at the axis
+        histories = [
             (name, impact(spring, damper, joint, mass=chosen.mass, speed=chosen.speed)) for name, spring, damper in pairs
         ]
-        deepest = np.array([course.indentation.max() for _, course in courses])
+        deepest = np.array([history.indentation.max() for _, history in histories])
         shown = deepest <= 3.0 * np.median(deepest)
         length = engineering("m", deepest[shown])
-        force = engineering("N", *(course.force for _, course in courses))
-        for index, (name, course) in enumerate(courses):
+        force = engineering("N", *(history.force for _, history in histories))
+        for index, (name, history) in enumerate(histories):
             label = name if shown[index] else f"{name} (to {length.factor * deepest[index]:.3g} {length.unit})"
-            _loop(panel, course, force, length, label=label, **_look(index))
+            _loop(panel, history, force, length, label=label, **_look(index))
         _label(panel, force, length)
         panel.set_xlim(0.0, 1.05 * length.factor * float(deepest[shown].max()))
     elastic.set_title(f"stiffness, with flores: {chosen.mass:g} kg at {chosen.speed:g} m/s", loc="left", fontsize=NORMAL)

@@ -10,7 +10,7 @@ import xarray as xr
 from matplotlib.axes import Axes
 
 from scissordyn.plot.scale import engineering
-from scissordyn.plot.series import BEYOND, chosen_joints, horizon, loose_pins
+from scissordyn.plot.series import BEYOND, chosen_joints, clearance_pins, predictability_horizon
 from scissordyn.plot.style import BLACK, GREY, LINE, NORMAL, SKY, VERMILION, Canvas, legend, panels
 
 __all__ = ["orbit"]
@@ -19,7 +19,7 @@ COLUMNS = 3
 """Orbits in a row."""
 
 VISIBLE = 0.1
-"""The deepest indentation is drawn about this fraction of the clearance deep."""
+"""Drawn depth of the largest indentation, as a fraction of the clearance."""
 
 
 def orbit(
@@ -31,9 +31,9 @@ def orbit(
     ----------
     run : Dataset
     joints : sequence of str, optional
-        Which joints; those with the largest forces if not given.
+        The joints; those with the largest forces if not given.
     exaggeration : float, optional
-        By how much indentations are drawn too deep, which the picture says; chosen for each joint if not given.
+        Magnification of indentations, noted in the picture; chosen for each joint if not given.
     axes : Axes or iterable of Axes, optional
         One per joint. A new figure if not given.
 
@@ -44,9 +44,9 @@ def orbit(
     Raises
     ------
     InputError
-        If no revolute joint is loose, or a named one is not.
+        If no revolute joint has clearance, or a named one has none.
     """
-    chosen = chosen_joints(run.sel(joint=loose_pins(run)) if "at_wall" in run else run, joints)
+    chosen = chosen_joints(run.sel(joint=clearance_pins(run)) if "plane_contact" in run else run, joints)
     columns = min(len(chosen), COLUMNS) if axes is None else 1
     rows = math.ceil(len(chosen) / columns)
     width = 5.4 if columns == 1 else 3.8 * columns
@@ -79,9 +79,9 @@ def _orbit(axes: Axes, run: xr.Dataset, joint: str, exaggeration: float | None) 
     around = np.linspace(0.0, 2.0 * np.pi, 361)
     circle = scale.factor * clearance * np.stack([np.cos(around), np.sin(around)])
     axes.plot(*circle, color=GREY, linewidth=0.8, linestyle=(0, (2, 2)), label="clearance circle")
-    until = horizon(run)
+    until = predictability_horizon(run)
     before = run["time"].values <= (math.inf if until is None else until)
-    # a flight is drawn from the last sample before it to the first one after it, so that the orbit has no gaps
+    # a flight is drawn from the last sample before it to the first one after it, so that the orbit is continuous
     flying = ~touching
     flying[:-1] |= ~touching[1:]
     flying[1:] |= ~touching[:-1]
@@ -94,7 +94,7 @@ def _orbit(axes: Axes, run: xr.Dataset, joint: str, exaggeration: float | None) 
     axes.plot(*drawn[0], linestyle="", marker="o", markersize=4.0, color=BLACK, label="start")
     axes.set_xlabel(scale.label("x of the journal"))
     axes.set_ylabel(scale.label("y of the journal"))
-    title = f"joint {joint}" + (f", indentation drawn {gain:g}×" if gain != 1.0 else "")
+    title = f"joint {joint}" + (f", indentation magnified {gain:g} times" if gain != 1.0 else "")
     axes.set_title(title, loc="left", fontsize=NORMAL)
     reach = 1.08 * scale.factor * max(clearance, float(np.max(distance * stretch)))
     axes.set(xlim=(-reach, reach), ylim=(-reach, reach))

@@ -1,4 +1,4 @@
-"""Where the points of a mechanism are at a sample of a run."""
+"""The positions of the points of a mechanism at a sample of a run."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ __all__ = ["Placement", "outline"]
 
 @dataclass(frozen=True)
 class Placement:
-    """A mechanism as it stands at one sample of a run.
+    """The positions of a mechanism at one sample of a run.
 
     Parameters
     ----------
@@ -59,7 +59,7 @@ class Placement:
 
 
 def outline(body: Body) -> np.ndarray:
-    """What a body is drawn as, in its own frame: the line between its extreme points, or the polygon around them.
+    """The outline of a body in its own frame: the line between its extreme points, or the polygon around them.
 
     Parameters
     ----------

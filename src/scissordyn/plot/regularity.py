@@ -1,4 +1,4 @@
-"""Pictures of how regular a motion is: maps, spectra, bifurcations, the 0-1 test, recurrences, distributions."""
+"""Pictures of the regularity of a motion: maps, spectra, bifurcations, the 0-1 test, recurrences, distributions."""
 
 from __future__ import annotations
 
@@ -30,23 +30,23 @@ BARS = 30
 """Bars of a distribution."""
 
 DECADE = 10.0
-"""A distribution whose largest value is this many times its least is drawn in decades."""
+"""Ratio of largest to smallest value from which a distribution is drawn logarithmically."""
 
 MOST_PIXELS = 1000
-"""Points along the side of a recurrence plot; more would not be seen."""
+"""Points along the side of a recurrence plot, about its resolution."""
 
 
 def stroboscopic_map(
     strobe: xr.Dataset, *, x: str = "slider_position", y: str = "slider_velocity", joint: str = "", axes: Canvas = None
 ) -> list[Axes]:
-    """A Poincare map: one dot a period, or a crossing.
+    """A Poincare map: one dot per period or crossing.
 
     Parameters
     ----------
     strobe : Dataset
         Of `stroboscopic`, `section`, or the cycles of a long periodic run.
     x, y : str
-        Variables of it; "eccentricity" stands for its x along the abscissa and its y along the ordinate.
+        Variables of it; "eccentricity" is its x along the abscissa and its y along the ordinate.
     joint : str
         Whose, for variables of joints; the first one if not given.
     axes : Axes, optional
@@ -89,7 +89,7 @@ def stroboscopic_map(
 
 
 def velocity_acceleration(scatter: xr.Dataset, ideal: xr.Dataset | None = None, *, axes: Canvas = None) -> list[Axes]:
-    """Velocity against acceleration at every sample: what the paper calls a Poincare map.
+    """Velocity against acceleration at every sample: the paper's "Poincare map".
 
     Parameters
     ----------
@@ -133,14 +133,14 @@ def velocity_acceleration(scatter: xr.Dataset, ideal: xr.Dataset | None = None, 
 
 
 def power_spectrum(spectrum: xr.Dataset, *, peaks: int = 3, axes: Canvas = None) -> list[Axes]:
-    """The power spectral density in decades, its strongest frequencies marked.
+    """The power spectral density on a logarithmic scale, with its dominant frequencies marked.
 
     Parameters
     ----------
     spectrum : Dataset
         Of the measure `spectrum`.
     peaks : int
-        How many dominant frequencies are marked and named.
+        Number of dominant frequencies that are marked and named.
     axes : Axes, optional
         A new figure if not given.
 
@@ -151,7 +151,7 @@ def power_spectrum(spectrum: xr.Dataset, *, peaks: int = 3, axes: Canvas = None)
     (drawn,) = panels(axes, 1, size=(7.2, 3.8))
     frequency, density = spectrum["frequency"].values[1:], spectrum["power_density"].values[1:]
     top = float(np.max(density, initial=0.0)) or 1.0
-    # what lies below is round-off
+    # values below are round-off
     floor = 1e-16 * top
     drawn.semilogy(frequency, np.maximum(density, floor), color=BLUE, linewidth=LINE)
     marked = spectrum.isel(peak=slice(peaks))
@@ -177,7 +177,7 @@ def power_spectrum(spectrum: xr.Dataset, *, peaks: int = 3, axes: Canvas = None)
 
 
 def bifurcation(diagram: xr.Dataset, *, variable: str = "", joint: str = "", axes: Canvas = None) -> list[Axes]:
-    """A bifurcation diagram: what the motion settles to, over a parameter.
+    """A bifurcation diagram: the asymptotic motion over a parameter.
 
     Parameters
     ----------
@@ -227,7 +227,7 @@ def bifurcation(diagram: xr.Dataset, *, variable: str = "", joint: str = "", axe
 
 
 def zero_one(test: xr.Dataset, *, axes: Canvas = None) -> list[Axes]:
-    """The 0-1 test: the translation for one angle, and how much K differs between the angles.
+    """The 0-1 test: the translation for one angle, and the distribution of K over the angles.
 
     Parameters
     ----------
@@ -274,7 +274,7 @@ def recurrence_plot(recurrence: xr.Dataset, *, axes: Canvas = None) -> list[Axes
     count = len(matrix)
     block = -(-count // MOST_PIXELS)
     whole = count // block
-    # a pixel of several samples is as dark as the share of them that recur
+    # a pixel of several samples is as dark as the fraction of them that recur
     shown = matrix[: whole * block, : whole * block].reshape(whole, block, whole, block).mean(axis=(1, 3))
     end = whole * block
     drawn.imshow(shown, cmap="Greys", vmin=0.0, vmax=1.0, origin="lower", extent=(0, end, 0, end), interpolation="nearest")
@@ -287,7 +287,7 @@ def recurrence_plot(recurrence: xr.Dataset, *, axes: Canvas = None) -> list[Axes
 
 
 def distribution(run: xr.Dataset, *, variable: str = "peak_force", joint: str = "", axes: Canvas = None) -> list[Axes]:
-    """How a quantity of the contacts of a joint is distributed, in decades if it goes through more than one.
+    """The distribution of a quantity of the contacts of a joint, logarithmic if it spans more than a decade.
 
     Parameters
     ----------
@@ -295,7 +295,7 @@ def distribution(run: xr.Dataset, *, variable: str = "peak_force", joint: str = 
     variable : str
         A column of the table of contacts: peak_force, impulse, contact_duration, approach_speed, ...
     joint : str
-        Which; the loose joint with the largest force if not given.
+        Which; the clearance joint with the largest force if not given.
     axes : Axes, optional
         A new figure if not given.
 
@@ -314,8 +314,8 @@ def distribution(run: xr.Dataset, *, variable: str = "peak_force", joint: str = 
     if joint:
         chosen_joints(run, [joint])
     else:
-        loose = chosen_joints(run, None)
-        joint = max(loose, key=lambda name: float(run["normal_force"].sel(joint=name).max()))
+        names = chosen_joints(run, None)
+        joint = max(names, key=lambda name: float(run["normal_force"].sel(joint=name).max()))
     (drawn,) = panels(axes, 1, size=(6.0, 3.8))
     values = run[variable].values[run["contact_joint"].values.astype(str) == joint]
     values = values[np.isfinite(values) & (values > 0.0)]
@@ -333,7 +333,7 @@ def distribution(run: xr.Dataset, *, variable: str = "peak_force", joint: str = 
     if high / low < 1.0 + 1e-9:
         low, high = 0.9 * low, 1.1 * high
     edges = np.geomspace(low, high, BARS + 1) if decades else np.linspace(low, high, BARS + 1)
-    # the ends of a geometric series are off by round-off, and would lose the extreme contacts
+    # the round-off at the ends of a geometric series would exclude the extreme contacts
     edges[0], edges[-1] = low, high
     drawn.hist(shown, bins=edges.tolist(), color=BLUE)
     if decades:
@@ -351,12 +351,12 @@ def _along(data: xr.Dataset, name: str, side: int, joint: str) -> xr.DataArray:
         raise InputError(f"variable '{name}'{did_you_mean(name, known)}", "one of " + ", ".join(known))
     found = data[name]
     if "joint" in found.dims:
-        loose = [str(other) for other in found["joint"].values]
+        names = [str(other) for other in found["joint"].values]
         if "clearance" in data:
-            loose = [other for other in loose if np.isfinite(float(data["clearance"].sel(joint=other)))]
-        chosen = joint or loose[0]
-        if chosen not in loose:
-            raise InputError(f"joint '{chosen}'{did_you_mean(chosen, loose)}", "one of " + ", ".join(loose))
+            names = [other for other in names if np.isfinite(float(data["clearance"].sel(joint=other)))]
+        chosen = joint or names[0]
+        if chosen not in names:
+            raise InputError(f"joint '{chosen}'{did_you_mean(chosen, names)}", "one of " + ", ".join(names))
         found = found.sel(joint=chosen)
     if "axis" in found.dims:
         letter = str(found["axis"].values[side])
@@ -366,7 +366,7 @@ def _along(data: xr.Dataset, name: str, side: int, joint: str) -> xr.DataArray:
 
 
 def _dot(count: int, least: float, largest: float) -> float:
-    """Size of one of so many dots [pt]: small where there are many, so that bands do not fill up."""
+    """Size of dots [pt], smaller for more dots, so that bands stay visible."""
     return float(np.clip(120.0 / np.sqrt(max(count, 1)), least, largest))
 
 

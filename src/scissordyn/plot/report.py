@@ -15,7 +15,7 @@ from scissordyn.plot.file import check_format, write
 from scissordyn.plot.force import force
 from scissordyn.plot.orbit import orbit
 from scissordyn.plot.response import response
-from scissordyn.plot.series import loose_joints, loose_pins
+from scissordyn.plot.series import clearance_joints, clearance_pins
 from scissordyn.plot.structure import structure
 from scissordyn.plot.torque import torque
 
@@ -27,7 +27,8 @@ def draw_all(
 ) -> list[Path]:
     """Every picture that a run has data for: response, force, torque, orbit, energy, structure.
 
-    Force needs a loose joint or guide, orbit a loose revolute joint, torque a drive. Nothing is written before all are drawn.
+    Force needs a clearance joint or guide, orbit a revolute clearance joint, torque a drive. Nothing is written before all are
+    drawn.
 
     Parameters
     ----------
@@ -35,7 +36,7 @@ def draw_all(
     ideal : Dataset or None
         The run of the ideal mechanism, drawn dashed.
     folder : path
-        Where to; made if it is not there.
+        Target folder; created if missing.
     mechanism : Mechanism
         The one that was run.
     format : {"png", "svg"}
@@ -51,12 +52,12 @@ def draw_all(
     """
     check_format(format)
     drawn: dict[str, list[Axes]] = {"response": response(run, ideal)}
-    loose = bool(loose_joints(run))
-    if loose:
+    has_clearance = bool(clearance_joints(run))
+    if has_clearance:
         drawn["force"] = force(run, ideal)
     if "drive_torque" in run:
         drawn["torque"] = torque(run, ideal)
-    if loose_pins(run):
+    if clearance_pins(run):
         drawn["orbit"] = orbit(run)
     drawn["energy"] = energy(run)
     drawn["structure"] = structure(run, mechanism)

@@ -15,7 +15,7 @@ __all__ = ["DEFAULT_BODY", "response"]
 DEFAULT_BODY = "unit 1/bar 2"
 
 SLIDER = (("slider_position", "displacement"), ("slider_velocity", "velocity"), ("slider_acceleration", "acceleration"))
-TURNING = (("angle", "angle"), ("angular_velocity", "angular velocity"), ("angular_acceleration", "angular acceleration"))
+ROTATION = (("angle", "angle"), ("angular_velocity", "angular velocity"), ("angular_acceleration", "angular acceleration"))
 
 
 def response(run: xr.Dataset, ideal: xr.Dataset | None = None, *, body: str = "", axes: Canvas = None) -> list[Axes]:
@@ -27,7 +27,7 @@ def response(run: xr.Dataset, ideal: xr.Dataset | None = None, *, body: str = ""
     ideal : Dataset, optional
         The run of the ideal mechanism, drawn dashed.
     body : str
-        Whose angle; the coupler of the first scissor unit if not given, or the first body where there is none.
+        The body of the angle; the coupler of the first scissor unit if not given, or the first body where there is none.
     axes : Axes or iterable of Axes, optional
         Six Axes, row by row, slider at the left; three for a mechanism without a slider. A new figure if not given.
 
@@ -48,13 +48,13 @@ def response(run: xr.Dataset, ideal: xr.Dataset | None = None, *, body: str = ""
     columns = 2 if slides else 1
     drawn = panels(axes, 3, columns, size=(4.6 * columns, 6.4))
     time = time_scale(run)
-    for row, ((along, sliding), (around, turning)) in enumerate(zip(SLIDER, TURNING, strict=True)):
+    for row, ((along, sliding), (around, rotation)) in enumerate(zip(SLIDER, ROTATION, strict=True)):
         right = drawn[columns * row + columns - 1]
         if slides:
             compare(drawn[2 * row], sliding, run[along], None if ideal is None else ideal[along], time=time)
         compare(
             right,
-            turning,
+            rotation,
             run[around].sel(body=chosen),
             None if ideal is None else ideal[around].sel(body=chosen),
             scale=DEGREES if around == "angle" else None,

@@ -13,21 +13,21 @@ __all__ = ["DEGREES", "Scale", "engineering"]
 PREFIXES = {-12: "p", -9: "n", -6: "µ", -3: "m", 0: "", 3: "k", 6: "M", 9: "G"}
 
 PREFIXED = {"m": (-9, 0), "s": (-9, 0), "N": (-12, 9), "N m": (-12, 9), "J": (-12, 9), "W": (-12, 9), "Pa": (0, 9)}
-"""Units that take a prefix, and the smallest and largest power of ten that engineers give one for."""
+"""Units that take a prefix, and the smallest and largest power of ten of their prefixes."""
 
 SUPERSCRIPT = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 
 
 @dataclass(frozen=True)
 class Scale:
-    """How numbers in SI units are shown.
+    """Display scale of numbers in SI units.
 
     Parameters
     ----------
     factor : float
         Shown number per number in SI units.
     unit : str
-        What the shown numbers are in; "" for pure numbers.
+        Unit of the shown numbers; "" for pure numbers.
     """
 
     factor: float
@@ -42,14 +42,14 @@ DEGREES = Scale(180.0 / math.pi, "deg")
 
 
 def engineering(unit: str, *values: ArrayLike) -> Scale:
-    """The scale at which the largest of the values is easy to read.
+    """The engineering scale of the largest of the values.
 
     Parameters
     ----------
     unit : str
         SI unit of the values, such as "N m" or "rad/s^2".
     *values : array_like
-        What is to be shown together; what is not finite is passed over.
+        Values to be shown together; those not finite are ignored.
 
     Returns
     -------

@@ -1,4 +1,4 @@
-"""What all pictures over time share: the time axis, two runs side by side, contacts, the trust horizon."""
+"""Common parts of pictures over time: the time axis, two runs side by side, contacts, the predictability horizon."""
 
 from __future__ import annotations
 
@@ -17,22 +17,22 @@ __all__ = [
     "BEYOND",
     "MOST_JOINTS",
     "chosen_joints",
+    "clearance_joints",
+    "clearance_pins",
     "compare",
     "contact_spans",
     "finish",
-    "horizon",
-    "loose_joints",
-    "loose_pins",
+    "predictability_horizon",
     "time_scale",
 ]
 
 LONGEST = 22
-"""Letters that fit beside a panel; longer labels take two lines."""
+"""Number of letters beside a panel; longer labels have two lines."""
 
-BEYOND = "beyond the trust horizon"
+BEYOND = "beyond predictability horizon"
 
 MOST_JOINTS = 6
-"""Joints in one picture unless the caller names more; beyond that nobody can read it."""
+"""Largest number of joints in one picture, unless the caller names more."""
 
 
 def time_scale(run: xr.Dataset) -> Scale:
@@ -49,8 +49,8 @@ def time_scale(run: xr.Dataset) -> Scale:
     return engineering("s", run["time"].values)
 
 
-def horizon(run: xr.Dataset) -> float | None:
-    """Until when a run can be trusted [s], or None if it can be to its end or nobody has tried.
+def predictability_horizon(run: xr.Dataset) -> float | None:
+    """The predictability horizon of a run [s]; None if it is the end or was not computed.
 
     Parameters
     ----------
@@ -64,7 +64,7 @@ def horizon(run: xr.Dataset) -> float | None:
     return until if math.isfinite(until) and until < float(run["time"].values[-1]) else None
 
 
-def loose_joints(run: xr.Dataset) -> list[str]:
+def clearance_joints(run: xr.Dataset) -> list[str]:
     """Names of the joints with clearance, in order.
 
     Parameters
@@ -80,8 +80,8 @@ def loose_joints(run: xr.Dataset) -> list[str]:
     return [str(name) for name in run["joint"].values[np.isfinite(run["clearance"].values)]]
 
 
-def loose_pins(run: xr.Dataset) -> list[str]:
-    """Names of the loose joints whose journal moves in a bearing: not those of corners at flat walls.
+def clearance_pins(run: xr.Dataset) -> list[str]:
+    """Names of the clearance joints whose journal moves in a bearing, without the contact points of guides.
 
     Parameters
     ----------
@@ -91,12 +91,12 @@ def loose_pins(run: xr.Dataset) -> list[str]:
     -------
     list of str
     """
-    flat = set(run["joint"].values[run["at_wall"].values].astype(str)) if "at_wall" in run else set()
-    return [name for name in loose_joints(run) if name not in flat]
+    plane = set(run["joint"].values[run["plane_contact"].values].astype(str)) if "plane_contact" in run else set()
+    return [name for name in clearance_joints(run) if name not in plane]
 
 
 def chosen_joints(run: xr.Dataset, joints: Sequence[str] | None) -> list[str]:
-    """The loose joints to draw: those named, or the `MOST_JOINTS` with the largest forces, in order.
+    """The clearance joints to draw: those named, or the `MOST_JOINTS` with the largest forces, in order.
 
     Parameters
     ----------
@@ -110,21 +110,23 @@ def chosen_joints(run: xr.Dataset, joints: Sequence[str] | None) -> list[str]:
     Raises
     ------
     InputError
-        If no joint is loose, or a named one is not.
+        If no joint has clearance, or a named one has none.
     """
-    loose = loose_joints(run)
-    if not loose:
+    names = clearance_joints(run)
+    if not names:
         raise InputError(
-            "a run without loose joints", "a run of a mechanism with a clearance", 'arm.loosen("A", Clearance(0.5e-3))'
+            "a run without clearance joints",
+            "a run of a mechanism with a clearance",
+            'arm.with_clearance("A", Clearance(0.5e-3))',
         )
     if joints is not None:
         for name in joints:
-            if name not in loose:
-                raise InputError(f"joint '{name}'{did_you_mean(name, loose)}", "one of " + ", ".join(loose))
+            if name not in names:
+                raise InputError(f"joint '{name}'{did_you_mean(name, names)}", "one of " + ", ".join(names))
         return list(joints)
-    largest = np.max(run["normal_force"].sel(joint=loose).values, axis=0)
+    largest = np.max(run["normal_force"].sel(joint=names).values, axis=0)
     kept = set(np.argsort(-largest, kind="stable")[:MOST_JOINTS].tolist())
-    return [name for k, name in enumerate(loose) if k in kept]
+    return [name for k, name in enumerate(names) if k in kept]
 
 
 def contact_spans(run: xr.Dataset, joint: str) -> list[tuple[float, float]]:
@@ -138,7 +140,7 @@ def contact_spans(run: xr.Dataset, joint: str) -> list[tuple[float, float]]:
     Returns
     -------
     list of (float, float)
-        A contact that the run ended in lasts to the run's end.
+        A contact at the end of the run lasts to that end.
     """
     ours = run["contact_joint"].values.astype(str) == joint
     starts, durations = run["contact_start"].values[ours], run["contact_duration"].values[ours]
@@ -188,7 +190,7 @@ def compare(
 
 
 def finish(axes: Sequence[Axes], run: xr.Dataset, time: Scale, *, bottom: Sequence[Axes] | None = None) -> None:
-    """Label the time axes, keep constants flat, and shade what lies beyond the trust horizon; that is labelled once.
+    """Label the time axes, keep constants level, and shade the time beyond the predictability horizon, labelled once.
 
     Parameters
     ----------
@@ -196,10 +198,10 @@ def finish(axes: Sequence[Axes], run: xr.Dataset, time: Scale, *, bottom: Sequen
     run : Dataset
     time : Scale
     bottom : sequence of Axes, optional
-        Those that say "time"; the last one if not given.
+        Axes with the label "time"; the last one if not given.
     """
     first, last = time.factor * run["time"].values[[0, -1]]
-    until = horizon(run)
+    until = predictability_horizon(run)
     for k, one in enumerate(axes):
         if last > first:
             one.set_xlim(first, last)
@@ -216,7 +218,7 @@ def finish(axes: Sequence[Axes], run: xr.Dataset, time: Scale, *, bottom: Sequen
 
 
 def _keep_constants_flat(axes: Axes) -> None:
-    # matplotlib would blow round-off in a constant up to the height of the panel
+    # matplotlib would scale the round-off of a constant to the height of the panel
     low, high = axes.get_ylim()
     middle, size = 0.5 * (low + high), max(abs(low), abs(high))
     if high - low < 1e-6 * size:

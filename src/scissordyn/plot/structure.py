@@ -1,4 +1,4 @@
-"""The structure itself at several instants, with its loose joints magnified."""
+"""The structure itself at several instants, with its clearance joints magnified."""
 
 from __future__ import annotations
 
@@ -15,21 +15,21 @@ from matplotlib.transforms import Affine2D
 
 from scissordyn.errors import InputError
 from scissordyn.model.body import GROUND
-from scissordyn.model.connection import Link
+from scissordyn.model.connection import Rod
 from scissordyn.model.element import Spring
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.plot.channel import GAP, channel, guides_of
 from scissordyn.plot.place import Placement, outline
-from scissordyn.plot.series import BEYOND, chosen_joints, horizon, loose_joints, time_scale
+from scissordyn.plot.series import BEYOND, chosen_joints, clearance_joints, predictability_horizon, time_scale
 from scissordyn.plot.style import BLACK, BLUE, GREEN, GREY, LIGHT, PURPLE, SKY, SMALL, VERMILION, dress, legend
 
 __all__ = ["magnified", "snapshot", "structure"]
 
 TALL = 2.0
-"""Structures up to so many times as wide as high stand side by side, longer ones one below the other."""
+"""Largest ratio of width to height of structures drawn side by side; wider ones are drawn one below the other."""
 
 ASIDE = ((7.0, 5.0), (-7.0, -12.0), (7.0, -12.0), (-7.0, 5.0))
-"""Where names of loose joints stand [points], in turn, so that those of neighbours keep apart."""
+"""Alternating offsets of the names of clearance joints [points], so that those of neighbours do not overlap."""
 
 Corners = tuple[np.ndarray, np.ndarray]
 """Lower left and upper right corner [m]."""
@@ -38,7 +38,7 @@ Corners = tuple[np.ndarray, np.ndarray]
 def structure(
     run: xr.Dataset, mechanism: Mechanism, *, times: int | Sequence[float] = 4, joints: Sequence[str] | None = None
 ) -> list[Axes]:
-    """The mechanism at several instants, each with its loose joints magnified beside it, on a new figure.
+    """The mechanism at several instants, each with its clearance joints magnified beside it, on a new figure.
 
     Parameters
     ----------
@@ -46,9 +46,9 @@ def structure(
     mechanism : Mechanism
         The one that was run.
     times : int or sequence of float
-        How many instants, equally spaced from start to end; or which ones [s], each the nearest sample.
+        Number of instants, equally spaced from start to end; or instants [s], each at the nearest sample.
     joints : sequence of str, optional
-        Which loose joints to magnify; those with the largest forces if not given.
+        Clearance joints to magnify; those with the largest forces if not given.
 
     Returns
     -------
@@ -58,14 +58,14 @@ def structure(
     Raises
     ------
     InputError
-        If no instant is asked for, or a named joint is not loose.
+        If no instant is asked for, or a named joint has no clearance.
     """
     time = run["time"].values
     wanted = np.linspace(time[0], time[-1], times) if isinstance(times, int) else np.asarray(times, float)
     if wanted.size == 0:
         raise InputError(f"times = {times!r}", "a whole number >= 1, or instants [s]", "times=4")
     samples = [int(np.argmin(np.abs(time - instant))) for instant in wanted]
-    chosen = guides_of(mechanism, chosen_joints(run, joints) if joints is not None or loose_joints(run) else [])
+    chosen = guides_of(mechanism, chosen_joints(run, joints) if joints is not None or clearance_joints(run) else [])
     corners = _around(run, mechanism, samples)
     width, height = corners[1] - corners[0]
     tall = bool(width < TALL * height)
@@ -103,7 +103,7 @@ def _grid(tall: bool, aspect: float, instants: int, joints: int) -> list[list[Ax
 
 
 def snapshot(run: xr.Dataset, mechanism: Mechanism, sample: int, *, axes: Axes, corners: Corners | None = None) -> Axes:
-    """The mechanism at one sample: bars, pins, guides, springs (dotted), links (dashed) and ground; loose joints ringed.
+    """The mechanism at one sample: bars, pins, guides, springs (dotted), rods (dashed) and ground; clearance joints ringed.
 
     Parameters
     ----------
@@ -113,7 +113,7 @@ def snapshot(run: xr.Dataset, mechanism: Mechanism, sample: int, *, axes: Axes, 
         Index along "time".
     axes : Axes
     corners : (ndarray, ndarray), optional
-        Lower left and upper right corner of what is shown [m]; around the mechanism if not given.
+        Lower left and upper right corner of the visible region [m]; around the mechanism if not given.
 
     Returns
     -------
@@ -141,10 +141,10 @@ def snapshot(run: xr.Dataset, mechanism: Mechanism, sample: int, *, axes: Axes, 
         if guide.clearance is not None:
             _named(axes, guide.name, placed.place(guide.follower), (7.0, -16.0))
     springs = [element for element in mechanism.elements if isinstance(element, Spring)]
-    connections: list[Spring | Link] = [*springs, *mechanism.links]
+    connections: list[Spring | Rod] = [*springs, *mechanism.rods]
     for connection in connections:
         ends = np.stack([placed.place(connection.start), placed.place(connection.end)])
-        dashes = (0, (4, 1.5)) if isinstance(connection, Link) else (0, (1, 1))
+        dashes = (0, (4, 1.5)) if isinstance(connection, Rod) else (0, (1, 1))
         axes.plot(*ends.T, color=PURPLE, linewidth=1.4, linestyle=dashes, zorder=2.5)
         text = axes.annotate(
             connection.name, ends.mean(axis=0).tolist(), fontsize=SMALL, color=PURPLE, ha="center", va="bottom"
@@ -161,8 +161,8 @@ def snapshot(run: xr.Dataset, mechanism: Mechanism, sample: int, *, axes: Axes, 
             axes.plot(
                 x, y, marker="o", markersize=7.0, color=VERMILION, markerfacecolor="none", markeredgewidth=1.2, zorder=4.0
             )
-            _named(axes, joint.name, (x, y), ASIDE[mechanism.loose.index(joint) % len(ASIDE)])
-    now, scale, until = float(run["time"].values[sample]), time_scale(run), horizon(run)
+            _named(axes, joint.name, (x, y), ASIDE[mechanism.clearance_joints.index(joint) % len(ASIDE)])
+    now, scale, until = float(run["time"].values[sample]), time_scale(run), predictability_horizon(run)
     if until is not None and now > until:
         late = Rectangle((0.0, 0.0), 1.0, 1.0, facecolor=LIGHT, alpha=0.7, transform=axes.transAxes, zorder=0.0, label=BEYOND)
         axes.add_patch(late)
@@ -172,7 +172,7 @@ def snapshot(run: xr.Dataset, mechanism: Mechanism, sample: int, *, axes: Axes, 
 
 
 def magnified(run: xr.Dataset, mechanism: Mechanism, sample: int, joint: str, *, axes: Axes) -> Axes:
-    """A loose joint or guide at one sample: the journal in its bearing, or the block in its channel, the gap drawn larger.
+    """A clearance joint or guide at one sample, with magnified clearance: journal and bearing, or block and channel.
 
     Parameters
     ----------
@@ -190,17 +190,19 @@ def magnified(run: xr.Dataset, mechanism: Mechanism, sample: int, joint: str, *,
     Raises
     ------
     InputError
-        If the joint is not loose.
+        If the joint has no clearance.
     """
-    if joint in guides_of(mechanism, (corner.name for corner in mechanism.corners)):
+    if joint in guides_of(mechanism, (point.name for point in mechanism.contact_points)):
         return channel(run, mechanism, sample, joint, axes=axes)
     chosen_joints(run, [joint])
     now = run.isel(time=sample).sel(joint=joint)
     clearance = float(now["clearance"])
-    loose = mechanism.joint(joint).clearance
-    if loose is None:
-        raise InputError(f"joint '{joint}' is loose in the run and ideal in the mechanism", "the mechanism that was run")
-    gain = GAP * loose.journal_radius / clearance
+    described = mechanism.joint(joint).clearance
+    if described is None:
+        raise InputError(
+            f"joint '{joint}' has clearance in the run and is ideal in the mechanism", "the mechanism that was run"
+        )
+    gain = GAP * described.journal_radius / clearance
     x, y = (GAP * now["eccentricity"].transpose("axis").values / clearance).tolist()
     touching = bool(now["in_contact"])
     color = VERMILION if touching else SKY
@@ -213,12 +215,12 @@ def magnified(run: xr.Dataset, mechanism: Mechanism, sample: int, joint: str, *,
     for spine in axes.spines.values():
         spine.set_visible(False)
     state = "contact" if touching else "free flight"
-    axes.set_title(f"{joint}: {state}\ngap drawn {gain:.2g}×", fontsize=SMALL, color=BLACK)
+    axes.set_title(f"{joint}: {state}\nclearance magnified {gain:.2g} times", fontsize=SMALL, color=BLACK)
     return axes
 
 
 def _around(run: xr.Dataset, mechanism: Mechanism, samples: Sequence[int]) -> Corners:
-    """What the mechanism needs at some samples, with a margin."""
+    """The region of the mechanism at some samples, with a margin."""
     found = [
         placed.points(body, outline(body))
         for placed in (Placement.at(mechanism, run, sample) for sample in samples)
@@ -232,7 +234,7 @@ def _around(run: xr.Dataset, mechanism: Mechanism, samples: Sequence[int]) -> Co
 
 
 def _named(axes: Axes, name: str, place: np.ndarray | tuple[float, float], aside: tuple[float, float]) -> None:
-    """The name of what is loose, beside it."""
+    """The name of a clearance joint, beside it."""
     x, y = float(place[0]), float(place[1])
     side = "left" if aside[0] > 0.0 else "right"
     text = axes.annotate(name, (x, y), xytext=aside, textcoords="offset points", fontsize=SMALL, ha=side)
@@ -240,7 +242,7 @@ def _named(axes: Axes, name: str, place: np.ndarray | tuple[float, float], aside
 
 
 def _support(axes: Axes, pin: np.ndarray, size: float) -> None:
-    """A ground pin: a triangle that stands on a hatched strip."""
+    """A ground pin: a triangle on a hatched strip."""
     corners = pin + np.array([[0.0, 0.0], [-size, -1.6 * size], [size, -1.6 * size]])
     axes.add_patch(Polygon(corners, facecolor="white", edgecolor=BLACK, linewidth=0.8, zorder=1.5))
     corner = float(pin[0]) - 1.6 * size, float(pin[1]) - 2.3 * size

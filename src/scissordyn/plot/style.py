@@ -1,4 +1,4 @@
-"""One look for all pictures: colours, lines, panels and legends, set on the Axes and never globally."""
+"""The style of all pictures: colours, lines, panels and legends, set on the Axes and never globally."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ __all__ = [
     "panels",
 ]
 
-# Colours that people with any common colour blindness can tell apart: Wong 2011, doi:10.1038/nmeth.1618.
+# Colours that are distinguishable with common colour blindness: Wong 2011, doi:10.1038/nmeth.1618.
 BLUE, VERMILION, GREEN, ORANGE, SKY, PURPLE = "#0072B2", "#D55E00", "#009E73", "#E69F00", "#56B4E9", "#CC79A7"
 BLACK, GREY, LIGHT = "#222222", "#767676", "#E4E4E4"
 
@@ -43,17 +43,17 @@ SMALL, NORMAL = 8.0, 9.0
 """Sizes of letters [pt]: ticks and legends, labels."""
 
 IDEAL: dict[str, Any] = {"color": BLACK, "linewidth": LINE, "linestyle": (0, (4, 3)), "zorder": 3.0}
-"""How curves of the ideal mechanism are drawn: dashed, on top, so that both show where they agree."""
+"""Style of curves of the ideal mechanism: dashed and on top, so that both curves are visible where they agree."""
 
-ENTRY = 1.35
-"""Width that an entry of a legend may take [inch]."""
+ENTRY = 1.45
+"""Largest width of an entry of a legend [inch]."""
 
 Canvas = Axes | Iterable[Axes] | None
-"""Where to draw: one Axes, several, or None for a new figure."""
+"""Target of a picture: one Axes, several, or None for a new figure."""
 
 
 def dress(axes: Axes) -> None:
-    """Give Axes the look of the package.
+    """Apply the style of the package to Axes.
 
     Parameters
     ----------
@@ -78,13 +78,13 @@ def panels(
     ratios: Sequence[float] | None = None,
     share: bool = True,
 ) -> list[Axes]:
-    """The Axes to draw on, dressed: those given, or the panels of a new figure.
+    """The Axes to draw on, in the style of the package: those given, or the panels of a new figure.
 
     Parameters
     ----------
     canvas : Axes, iterable of Axes or None
     rows, columns : int
-        How many panels are needed; given Axes are taken row by row.
+        Number of rows and columns; given Axes are taken row by row.
     size : (float, float)
         Width and height of a new figure [inch].
     ratios : sequence of float, optional
@@ -116,14 +116,14 @@ def panels(
 
 
 def legend(axes: Sequence[Axes], *, above: bool = False) -> Legend | None:
-    """A legend of all labelled artists, each label once, where it hides nothing.
+    """A legend of all labelled artists, each label once, outside the curves.
 
     Parameters
     ----------
     axes : sequence of Axes
-        Where the artists are.
+        Axes of the artists.
     above : bool
-        Across the top of the figure; otherwise to the right of the first Axes.
+        Whether it is across the top of the figure; otherwise to the right of the first Axes.
 
     Returns
     -------

@@ -22,7 +22,7 @@ def torque(run: xr.Dataset, ideal: xr.Dataset | None = None, *, axes: Canvas = N
     ideal : Dataset, optional
         The run of the ideal mechanism, drawn dashed.
     axes : Axes or iterable of Axes, optional
-        As many as there are drives. A new figure if not given.
+        One per drive. A new figure if not given.
 
     Returns
     -------
@@ -31,7 +31,7 @@ def torque(run: xr.Dataset, ideal: xr.Dataset | None = None, *, axes: Canvas = N
     Raises
     ------
     InputError
-        If nothing is driven.
+        If there is no drive.
     """
     if "drive_torque" not in run:
         raise InputError("a run without a drive", "a run of a driven mechanism", "arm.driven(speed=rpm(150))")

@@ -1,1 +1,1 @@
-"""The one driver: mechanism, consistent start, advance, Dataset."""
+"""Simulation: mechanism, consistent start, time stepping, Dataset."""

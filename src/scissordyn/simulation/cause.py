@@ -1,4 +1,4 @@
-"""Why a run broke off or cannot say what it should: singular positions, latches that cannot lock, joints that cannot move."""
+"""Causes of failed runs and missing results: singular positions, latches that cannot lock, joints that cannot move."""
 
 from __future__ import annotations
 
@@ -20,13 +20,13 @@ from scissordyn.model.element import Spring
 __all__ = ["check_springs", "failed_latch", "immovable_joints", "singular_position"]
 
 NEAR = 1e-3
-"""A position is near a singular one if a combination of the conditions' gradients, each of length one, is shorter than this."""
+"""A position is near a singular one if a combination of the constraint gradients, each of length one, is shorter than this."""
 
-SHARE = 0.1
-"""Conditions with more than this share of the largest in that combination are named."""
+FRACTION = 0.1
+"""Constraints with more than this fraction of the largest in that combination are named."""
 
-STILL = 1e-11
-"""A journal cannot move if the conditions leave less than this share of the square of its gradient: some roundings."""
+IMMOBILE = 1e-11
+"""A journal cannot move if the constraints leave less than this fraction of the square of its gradient: a few round-offs."""
 
 PLAIN = 1e-8
 """Pivots of the gradients' Gram matrix above this are far from singular."""
@@ -36,7 +36,7 @@ NO_LENGTH = 1e-12
 
 
 def singular_position(layout: Layout, system: Handle, state: np.ndarray, time: float) -> str:
-    """The bodies that a singular position is made of, in words; empty if the position is not near a singular one.
+    """The aligned bodies of a singular position, in words; empty if the position is not near a singular one.
 
     Parameters
     ----------
@@ -61,8 +61,8 @@ def singular_position(layout: Layout, system: Handle, state: np.ndarray, time: f
     smallest = float(values[-1]) if values.size == len(holding) else 0.0
     if smallest > NEAR:
         return ""
-    share = np.abs(left[:, -1])
-    named = [holding[k].subject for k in np.argsort(-share, kind="stable") if share[k] > SHARE * np.max(share)]
+    fraction = np.abs(left[:, -1])
+    named = [holding[k].subject for k in np.argsort(-fraction, kind="stable") if fraction[k] > FRACTION * np.max(fraction)]
     verb = "are aligned, or as far as they reach" if len(named) > 1 or "bodies" in named[0] else "is as far as it reaches"
     return f"singular position: {in_words(named)} {verb}"
 
@@ -70,7 +70,7 @@ def singular_position(layout: Layout, system: Handle, state: np.ndarray, time: f
 def _gradients(
     layout: Layout, system: System, state: np.ndarray, time: float, conditions: list[Condition]
 ) -> tuple[sp.csr_array, np.ndarray]:
-    """Gradients of conditions at a state, and how long each could be."""
+    """Gradients of constraints at a state, and the largest possible length of each."""
     prescribe(time, system.motion, system.motion_start, system.basis, system.angle)
     _, matrix, scale = Gradients(layout, conditions)(np.append(state[: layout.free], system.basis[0]))
     return matrix, scale
@@ -81,12 +81,12 @@ def failed_latch(layout: Layout, system: Handle) -> str:
     first = len(layout.mechanism.contacts)
     for k, latch in enumerate(layout.mechanism.latches):
         if math.isnan(system.content.approach[first + k]):
-            return f"latch '{latch.name}' cannot lock: joints, links, drives or other latches hold body '{latch.body}' there"
+            return f"latch '{latch.name}' cannot lock: joints, rods, drives or other latches hold body '{latch.body}' there"
     return ""
 
 
 def check_springs(layout: Layout, system: System, state: np.ndarray) -> None:
-    """Raise `InputError` for a spring that pushes but has no direction at the start."""
+    """Raise `InputError` for a spring with a force but without a direction at the start."""
     prescribe(0.0, system.motion, system.motion_start, system.basis, system.angle)
     full = np.append(state[: layout.free], system.basis[0])
     for spring in layout.mechanism.elements:
@@ -95,15 +95,15 @@ def check_springs(layout: Layout, system: System, state: np.ndarray) -> None:
         end, start = layout.place(spring.end), layout.place(spring.start)
         if math.hypot(*(end.rows @ full[end.columns] - start.rows @ full[start.columns])) < NO_LENGTH:
             raise InputError(
-                f"spring '{spring.name}' starts with no length, so that the direction in which it pushes is not defined",
+                f"spring '{spring.name}' starts with length zero, so that the direction of its force is not defined",
                 "ends that are apart at the start, or a free length of 0",
             )
 
 
 def immovable_joints(layout: Layout, system: System, state: np.ndarray) -> list[str]:
-    """Loose joints that cannot move at all because everything else is rigid there.
+    """Clearance joints that cannot move because the rest of the mechanism is rigid there.
 
-    A journal moves against its bearing by E x', with D x' = 0 for the gradients D of the conditions: it cannot move if E
+    A journal moves against its bearing by E x', with D x' = 0 for the gradients D of the constraints: it cannot move if E
     vanishes on the null space of D.
 
     Parameters
@@ -118,26 +118,26 @@ def immovable_joints(layout: Layout, system: System, state: np.ndarray) -> list[
     list of str
         Names.
     """
-    loose, n = layout.mechanism.loose, layout.free
-    if not loose:
+    joints, n = layout.mechanism.clearance_joints, layout.free
+    if not joints:
         return []
-    last = int(system.link_start[len(loose)])
-    columns, owner = system.link_column[:last], np.repeat(np.arange(len(loose)), np.diff(system.link_start[: len(loose) + 1]))
+    last = int(system.link_start[len(joints)])
+    columns, owner = system.link_column[:last], np.repeat(np.arange(len(joints)), np.diff(system.link_start[: len(joints) + 1]))
     free = columns < n
     rows = np.concatenate([2 * owner[free], 2 * owner[free] + 1])
     values = np.concatenate([system.link_row[0, :last][free], system.link_row[1, :last][free]])
-    moves = sp.csr_array((values, (rows, np.tile(columns[free], 2))), shape=(2 * len(loose), n))
+    moves = sp.csr_array((values, (rows, np.tile(columns[free], 2))), shape=(2 * len(joints), n))
     size = np.asarray(moves.multiply(moves).sum(axis=1)).reshape(-1, 2).sum(axis=1)
     holding = [condition for condition in layout.conditions if not condition.latch]
     left = size
     if holding:
         matrix, scale = _gradients(layout, system, state, 0.0, holding)
         unit = sp.diags_array(1.0 / np.where(scale > 0.0, scale, 1.0)) @ matrix
-        left = size - _held_share(sp.csr_array(unit), moves).reshape(-1, 2).sum(axis=1)
-    return [joint.name for joint, rest, whole in zip(loose, left, size, strict=True) if not rest > STILL * whole]
+        left = size - _fixed_fraction(sp.csr_array(unit), moves).reshape(-1, 2).sum(axis=1)
+    return [joint.name for joint, rest, whole in zip(joints, left, size, strict=True) if not rest > IMMOBILE * whole]
 
 
-def _held_share(matrix: sp.csr_array, moves: sp.csr_array) -> np.ndarray:
+def _fixed_fraction(matrix: sp.csr_array, moves: sp.csr_array) -> np.ndarray:
     """Squared lengths of the parts of some rows that lie in the row space of a matrix."""
     shared = (matrix @ moves.T).toarray()
     try:

@@ -1,4 +1,4 @@
-"""From the event log to the table of contacts."""
+"""The table of contacts, from the event log."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ class Contact:
     Parameters
     ----------
     joint : int
-        Which loose joint.
+        Which clearance joint.
     start : float
         [s]
     approach_speed : float
@@ -59,7 +59,7 @@ def contacts(log: np.ndarray, peak: np.ndarray) -> list[Contact]:
     log : ndarray, shape (events, 10)
         Time, joint, 1 for a start and 0 for an end, delta', angle of n, largest normal force and when, impulse and losses.
     peak : ndarray, shape (nj, 5)
-        The last five for contacts still going on; guards after the joints are left out.
+        The last five for contacts that have not ended; guards after the joints are left out.
 
     Returns
     -------

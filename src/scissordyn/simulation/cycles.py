@@ -1,4 +1,4 @@
-"""Long periodic runs: what a stroboscopic map needs and statistics of every cycle, without a dense record."""
+"""Long periodic runs: stroboscopic samples and statistics of every cycle, without a dense record."""
 
 from __future__ import annotations
 
@@ -46,30 +46,31 @@ def cycle(
     ----------
     mechanism : Mechanism
     cycles : int
-        How many cycles to run.
+        Number of cycles.
     period : float, optional
         T [s]; that of the mechanism's drive if not given.
     keep : int, optional
         How many of the last cycles to return; all if not given.
     phase : float
-        Where in the cycle the state is taken, in [0, 1).
+        Phase of the samples in the cycle, in [0, 1).
     start : {"concentric", "in-contact", "static"} or Dataset
-        As in `simulate`, or what an earlier call returned, to go on from there.
+        As in `simulate`, or the result of an earlier call, to continue it.
     rtol, atol : float
         As in `simulate`.
     method : str
         As in `simulate`.
     most_steps : int
-        The run ends unfinished if a cycle takes more steps.
+        Largest number of steps of a cycle; with more the run fails.
     progress : callable, optional
         Called after every cycle with the simulated time [s].
 
     Returns
     -------
     Dataset
-        Dimensions cycle and joint (the loose joints), free and hidden (coordinates of the state). Variables that begin
-        with "end" are the state to go on from. Attributes: status ("complete", "interrupted" or "failed"), cause, period,
-        cycles_per_second, statistics, configuration. A run that breaks off in cycle k holds the cycles before k.
+        Dimensions cycle and joint (the clearance joints), free and internal (coordinates of the state). Variables that begin
+        with "end" are the final state, from which a run can be continued. Attributes: status ("complete", "interrupted" or
+        "failed"), cause, period, cycles_per_second, statistics, configuration. A run that fails in cycle k has the cycles
+        before k.
 
     Raises
     ------
@@ -91,15 +92,15 @@ def cycle(
 
 
 def _start_of(run: xr.Dataset) -> StartKind:
-    """How an earlier run started, on which the choice of the method depends."""
+    """The start option of an earlier run, on which the choice of the method depends."""
     if "end_state" not in run or "configuration" not in run.attrs:
-        raise InputError("start = a dataset that holds no state to go on from", "a Dataset that cycle() made")
+        raise InputError("start = a dataset without a final state", "a Dataset that cycle() made")
     kind: StartKind = json.loads(run.attrs["configuration"])["options"]["start"]
     return kind
 
 
 def _state_of(run: xr.Dataset, mechanism: Mechanism, period: float) -> CycleState:
-    """The state that an earlier run ended in."""
+    """The final state of an earlier run."""
     if not math.isclose(float(run.attrs["period"]), period, rel_tol=1e-12):
         raise InputError(f"start = cycles of {run.attrs['period']:g} s for cycles of {period:g} s", "the same period")
     if json.loads(run.attrs["configuration"])["mechanism"] != to_plain(mechanism):
@@ -109,7 +110,7 @@ def _state_of(run: xr.Dataset, mechanism: Mechanism, period: float) -> CycleStat
 
 
 def stroboscopic_samples(mechanism: Mechanism, found: Cycles) -> dict[str, np.ndarray]:
-    """What a stroboscopic map shows, at the samples.
+    """The quantities of a stroboscopic map, at the samples.
 
     Parameters
     ----------
@@ -120,7 +121,7 @@ def stroboscopic_samples(mechanism: Mechanism, found: Cycles) -> dict[str, np.nd
     -------
     dict of ndarray
         "eccentricity", "eccentricity_rate" (cycles, nj, 2), "in_contact" (cycles, nj), "energy" (cycles,), and
-        "slider_position", "slider_velocity", "slider_acceleration" (cycles,) if a guide on the ground leads the output body.
+        "slider_position", "slider_velocity", "slider_acceleration" (cycles,) if the output body has a guide on the ground.
     """
     samples, system = found.samples, found.system.content
     rows = record(found.system, samples.time, samples.state, samples.mode, samples.memory)
@@ -158,13 +159,13 @@ DESCRIBED = {
     "in_contact": (("cycle", "joint"), "1", "journal and bearing in contact"),
     "energy": (("cycle",), "J", "kinetic, potential, elastic and spring energy"),
     "impacts": (("cycle", "joint"), "1", "contacts that started in the cycle"),
-    "contact_share": (("cycle", "joint"), "1", "share of the cycle spent in contact"),
+    "contact_fraction": (("cycle", "joint"), "1", "fraction of the cycle in contact"),
     "peak_force": (("cycle", "joint"), "N", "largest normal force in the cycle"),
     "drive_work": (("cycle",), "J", "work of the drives in the cycle"),
     "dissipated_energy": (("cycle",), "J", "energy dissipated in the cycle"),
     "steps": (("cycle",), "1", "integration steps in the cycle"),
 }
-"""Dimensions, unit and long name of what is recorded once per cycle."""
+"""Dimensions, unit and long name of the quantities recorded once per cycle."""
 
 END = {
     "state": ("entry", "SI"),
@@ -178,11 +179,11 @@ END = {
 
 
 def per_cycle(mechanism: Mechanism, found: Cycles) -> dict[str, np.ndarray]:
-    """Everything that is recorded once per cycle, by the names of `DESCRIBED`."""
+    """The quantities recorded once per cycle, by the names of `DESCRIBED`."""
     return {
         **stroboscopic_samples(mechanism, found),
         "impacts": found.impacts,
-        "contact_share": found.contact_share,
+        "contact_fraction": found.contact_fraction,
         "peak_force": found.peak_force,
         "drive_work": found.work[:, 0],
         "dissipated_energy": found.work[:, 1] + found.work[:, 2] + found.work[:, 4],
@@ -202,7 +203,7 @@ def _to_dataset(mechanism: Mechanism, options: Options, found: Cycles, phase: fl
     for name, dim, part in (
         ("free_position", "free", state[:, :n]),
         ("free_velocity", "free", state[:, n : 2 * n]),
-        ("hidden_state", "hidden", state[:, 2 * n :]),
+        ("internal_state", "internal", state[:, 2 * n :]),
     ):
         units = {"free_position": "kg^0.5 m", "free_velocity": "kg^0.5 m/s"}.get(name, "SI")
         variables[name] = (("cycle", dim), part.copy(), {"units": units, "long_name": name.replace("_", " ")})
@@ -217,7 +218,7 @@ def _to_dataset(mechanism: Mechanism, options: Options, found: Cycles, phase: fl
     for field in fields(CycleState):
         if field.name != "cycle":
             dim, unit = END[field.name]
-            about = {"units": unit, "long_name": f"{field.name} at the end, to go on from"}
+            about = {"units": unit, "long_name": f"{field.name} at the end, to continue from"}
             run[f"end_{field.name}"] = ((dim,), getattr(found.end, field.name), about)
     run.attrs = {
         "title": "scissordyn cycles",

@@ -1,4 +1,4 @@
-"""A trajectory as the Dataset that the user reads."""
+"""The Dataset of a trajectory."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ def _described(dims: tuple[str, ...], values: np.ndarray, units: str, long_name:
 
 
 def to_dataset(mechanism: Mechanism, options: Options, path: Trajectory) -> xr.Dataset:
-    """Everything that a run found out.
+    """All results of a run.
 
     Parameters
     ----------
@@ -91,7 +91,7 @@ def to_dataset(mechanism: Mechanism, options: Options, path: Trajectory) -> xr.D
 
 
 def _recorded(path: Trajectory) -> tuple[Trajectory, Record]:
-    """What the samples say, up to the first at which the accelerations are not defined: the run counts as failed there."""
+    """The recorded samples, up to the first at which the accelerations are not defined; the run counts as failed there."""
     samples = path.samples
     found = record(path.system, samples.time, samples.state, samples.mode, samples.memory)
     undefined = np.flatnonzero(~np.all(np.isfinite(found.A), axis=1))
@@ -107,14 +107,14 @@ def _recorded(path: Trajectory) -> tuple[Trajectory, Record]:
 
 
 def _motion_variables(mechanism: Mechanism, motion: BodyMotion) -> dict[str, Variable]:
-    place, spin = ("time", "body", "axis"), ("time", "body")
+    point, rotation = ("time", "body", "axis"), ("time", "body")
     variables = {
-        "position": _described(place, motion.position, "m", "position of the mass centre"),
-        "velocity": _described(place, motion.velocity, "m/s", "velocity of the mass centre"),
-        "acceleration": _described(place, motion.acceleration, "m/s^2", "acceleration of the mass centre"),
-        "angle": _described(spin, motion.angle, "rad", "angle"),
-        "angular_velocity": _described(spin, motion.spin, "rad/s", "angular velocity"),
-        "angular_acceleration": _described(spin, motion.spin_rate, "rad/s^2", "angular acceleration"),
+        "position": _described(point, motion.position, "m", "position of the mass centre"),
+        "velocity": _described(point, motion.velocity, "m/s", "velocity of the mass centre"),
+        "acceleration": _described(point, motion.acceleration, "m/s^2", "acceleration of the mass centre"),
+        "angle": _described(rotation, motion.angle, "rad", "angle"),
+        "angular_velocity": _described(rotation, motion.spin, "rad/s", "angular velocity"),
+        "angular_acceleration": _described(rotation, motion.spin_rate, "rad/s^2", "angular acceleration"),
     }
     for guide in mechanism.guides:
         if guide.follower[0] != mechanism.output_body or guide.body != GROUND:
@@ -131,10 +131,10 @@ def _motion_variables(mechanism: Mechanism, motion: BodyMotion) -> dict[str, Var
 
 
 def _joint_variables(mechanism: Mechanism, path: Trajectory, found: Record, motion: BodyMotion) -> dict[str, Variable]:
-    """Quantities per joint; those that exist at loose joints only are NaN at ideal ones."""
+    """Quantities per joint; those that exist at clearance joints only are NaN at ideal ones."""
     names = list(mechanism.joint_names)
-    loose = np.array([names.index(joint.name) for joint in mechanism.contacts], int)
-    ideal = np.array([names.index(joint.name) for joint in mechanism.ideal], int)
+    touching_joints = np.array([names.index(joint.name) for joint in mechanism.contacts], int)
+    ideal = np.array([names.index(joint.name) for joint in mechanism.ideal_joints], int)
     instants, contact = found.X.shape[0], found.joint
     normal, tangential, force = contact[..., 4], contact[..., 5], journal_forces(found)
     radius = path.system.content.radius
@@ -147,38 +147,40 @@ def _joint_variables(mechanism: Mechanism, path: Trajectory, found: Record, moti
         known=known_loads(path.layout, motion.direction, motion.position, found, radius),
     )
     reaction = np.zeros((instants, len(names), 2))
-    reaction[:, loose], reaction[:, ideal] = force, joints
+    reaction[:, touching_joints], reaction[:, ideal] = force, joints
     bodies = [body.name for body in mechanism.bodies]
-    for corner, pushed in zip(mechanism.corners, np.moveaxis(force[:, len(mechanism.loose) :], 1, 0), strict=True):
-        reaction[:, names.index(corner.guide)] += pushed
+    for point, pushed in zip(
+        mechanism.contact_points, np.moveaxis(force[:, len(mechanism.clearance_joints) :], 1, 0), strict=True
+    ):
+        reaction[:, names.index(point.guide)] += pushed
     for g, guide in enumerate(mechanism.ideal_guides):
         across = np.array([-math.sin(guide.direction), math.cos(guide.direction)])
         if guide.body != GROUND:
             cos, sin = motion.direction[:, bodies.index(guide.body)].T
             across = np.stack([cos * across[0] - sin * across[1], sin * across[0] + cos * across[1]], axis=1)
         reaction[:, names.index(guide.name)] = guided[:, g : g + 1] * across
-    what = "force on the journal (contact force at loose joints, reaction at ideal ones), on the follower for guides"
+    what = "force on the journal (contact force at clearance joints, reaction at ideal ones), on the follower for guides"
     variables = {"reaction": _described(("time", "joint", "axis"), reaction, "N", what)}
-    if loose.size == 0:
+    if touching_joints.size == 0:
         return variables
 
     def everywhere(values: np.ndarray) -> np.ndarray:
         full = np.full((*values.shape[:1], len(names), *values.shape[2:]), np.nan)
-        full[:, loose] = values
+        full[:, touching_joints] = values
         return full
 
     eccentricity = contact[..., 8:9] * contact[..., 6:8]
     per_joint = ("time", "joint")
     touching = np.zeros((instants, len(names)), bool)
-    touching[:, loose] = path.samples.mode[:, : loose.size] == 1
+    touching[:, touching_joints] = path.samples.mode[:, : touching_joints.size] == 1
     clearance = np.full(len(names), np.nan)
-    clearance[loose] = radius[:, 0]
+    clearance[touching_joints] = radius[:, 0]
     variables |= {
         "eccentricity": _described(
             (*per_joint, "axis"),
             everywhere(eccentricity),
             "m",
-            "journal centre relative to the bearing centre; for a corner, the way across the guide",
+            "journal centre relative to the bearing centre; for a contact point of a guide, the displacement across the guide",
         ),
         "indentation": _described(per_joint, everywhere(contact[..., 0]), "m", "indentation, negative in free flight"),
         "normal_force": _described(per_joint, everywhere(normal), "N", "normal contact force"),
@@ -187,9 +189,11 @@ def _joint_variables(mechanism: Mechanism, path: Trajectory, found: Record, moti
         "in_contact": _described(per_joint, touching, "1", "journal and bearing in contact"),
         "clearance": _described(("joint",), clearance, "m", "radial clearance"),
     }
-    if mechanism.corners:
-        at_wall = np.isin(names, [corner.name for corner in mechanism.corners])
-        variables["at_wall"] = _described(("joint",), at_wall, "1", "corner of a block at a flat wall")
+    if mechanism.contact_points:
+        plane_contact = np.isin(names, [point.name for point in mechanism.contact_points])
+        variables["plane_contact"] = _described(
+            ("joint",), plane_contact, "1", "contact point of a block at a plane guide surface"
+        )
     for j, joint in enumerate(mechanism.contacts):
         assert joint.clearance is not None
         first, state = int(path.system.content.state_start[j]), path.samples.state[:, 2 * path.layout.free :]
@@ -197,7 +201,7 @@ def _joint_variables(mechanism: Mechanism, path: Trajectory, found: Record, moti
             values = variables.setdefault(
                 name, _described(per_joint, np.full(touching.shape, np.nan), "SI", name.replace("_", " "))
             )[1]
-            values[:, loose[j]] = np.where(path.samples.mode[:, j] == 1, state[:, first + s], np.nan)
+            values[:, touching_joints[j]] = np.where(path.samples.mode[:, j] == 1, state[:, first + s], np.nan)
     return variables
 
 
@@ -213,25 +217,25 @@ def _element_variables(mechanism: Mechanism, found: Record) -> dict[str, Variabl
 
 def _connection_variables(path: Trajectory, found: Record) -> dict[str, Variable]:
     mechanism = path.layout.mechanism
-    thrust, held = connection_forces(path.layout, found)
+    thrust, latch_torque = connection_forces(path.layout, found)
     variables: dict[str, Variable] = {}
-    if mechanism.links:
-        names = np.array([link.name for link in mechanism.links])
-        forms = [(path.layout.place(link.end), path.layout.place(link.start)) for link in mechanism.links]
+    if mechanism.rods:
+        names = np.array([rod.name for rod in mechanism.rods])
+        forms = [(path.layout.place(rod.end), path.layout.place(rod.start)) for rod in mechanism.rods]
         span = np.stack([found.X[:, a.columns] @ a.rows.T - found.X[:, b.columns] @ b.rows.T for a, b in forms], axis=1)
         length = np.sqrt(np.sum(span * span, axis=-1))
-        pull = -np.sum(thrust * span, axis=-1) / length
-        variables["link"] = ("link",), names, {"long_name": "massless link"}
-        variables["link_force"] = _described(("time", "link"), pull, "N", "force in a link, positive in tension")
-        variables["link_length"] = _described(("time", "link"), length, "m", "length of a link")
+        tension = -np.sum(thrust * span, axis=-1) / length
+        variables["rod"] = ("rod",), names, {"long_name": "rod"}
+        variables["rod_force"] = _described(("time", "rod"), tension, "N", "force in a rod, positive in tension")
+        variables["rod_length"] = _described(("time", "rod"), length, "m", "length of a rod")
     if mechanism.latches:
         variables["latch"] = ("latch",), np.array([latch.name for latch in mechanism.latches]), {"long_name": "latch"}
-        variables["latch_torque"] = _described(("time", "latch"), held, "N m", "torque of a locked latch on its body")
+        variables["latch_torque"] = _described(("time", "latch"), latch_torque, "N m", "torque of a locked latch on its body")
     return variables
 
 
 def _control_variables(mechanism: Mechanism, path: Trajectory, found: Record) -> dict[str, Variable]:
-    """Quantities per actuator; hidden states and recorded signals are NaN at controllers that have none."""
+    """Quantities per actuator; internal states and recorded signals are NaN at controllers that have none."""
     chosen = [(i, element) for i, element in enumerate(mechanism.elements) if isinstance(element, Actuator)]
     if not chosen:
         return {}
@@ -239,12 +243,12 @@ def _control_variables(mechanism: Mechanism, path: Trajectory, found: Record) ->
     over, system = ("time", "actuator"), path.system.content
     variables: dict[str, Variable] = {
         "actuator": (("actuator",), np.array([element.name for _, element in chosen]), {"long_name": "actuator"}),
-        "control_torque": _described(over, found.element[:, index, 2], "N m", "torque that a controller gives"),
+        "control_torque": _described(over, found.element[:, index, 2], "N m", "torque of a controller"),
         "control_error": _described(over, found.observed[:, index, 0], "rad", "reference less measured angle"),
     }
     recorded = np.where(system.recorder[index] >= 0, found.observed[:, index, 1], np.nan)
     if np.any(system.recorder >= 0):
-        variables["control_signal"] = _described(over, recorded, "SI", "signal that a controller looks back at")
+        variables["control_signal"] = _described(over, recorded, "SI", "recorded signal of a controller")
     for place, (i, element) in enumerate(chosen):
         first = 2 * path.layout.free + int(system.state_start[len(mechanism.contacts) + i])
         for s, name in enumerate(element.controller.states):
@@ -255,10 +259,10 @@ def _control_variables(mechanism: Mechanism, path: Trajectory, found: Record) ->
 
 
 def _energy_variables(path: Trajectory, found: Record) -> dict[str, Variable]:
-    work, damping, rubbing, loads, dampers = path.samples.total.T
+    work, damping, friction, loads, dampers = path.samples.total.T
     energy = found.kinetic + found.potential + found.elastic + found.springs
     locking = latch_losses(path.layout.mechanism, path.log, path.samples.time)
-    lost = damping + rubbing + dampers + locking
+    lost = damping + friction + dampers + locking
     residual = energy - energy[:1] - work - loads + lost
     named = {
         "kinetic_energy": (found.kinetic, "kinetic energy"),
@@ -266,17 +270,17 @@ def _energy_variables(path: Trajectory, found: Record) -> dict[str, Variable]:
         "elastic_energy": (found.elastic, "elastic energy of the contacts"),
         "drive_work": (work, "work of the drives"),
         "damping_loss": (damping, "energy dissipated by contact damping"),
-        "friction_loss": (rubbing, "energy dissipated by friction"),
+        "friction_loss": (friction, "energy dissipated by friction"),
         "spring_energy": (found.springs, "energy stored in springs"),
         "load_work": (loads, "work of forces, torques, motors and actuators"),
         "damper_loss": (dampers, "energy dissipated by dampers"),
         "latch_loss": (locking, "energy lost in the impacts of locking latches"),
         "dissipated_energy": (lost, "dissipated energy"),
-        "energy_residual": (residual, "what the energy balance misses"),
+        "energy_residual": (residual, "residual of the energy balance"),
     }
     variables = {name: _described(("time",), values, "J", text) for name, (values, text) in named.items()}
     if found.torque.shape[1]:
-        # with several drives the first is the one that the contract names; all of them stand beside it
+        # with several drives, `drive_torque` is that of the first; the torques of all are another variable
         variables["drive_torque"] = _described(("time",), found.torque[:, 0].copy(), "N m", "driving torque")
     if found.torque.shape[1] > 1:
         variables["drive_torques"] = _described(("time", "drive"), found.torque, "N m", "driving torque of each drive")

@@ -1,4 +1,4 @@
-"""What latches and end stops did during a run, from its event log."""
+"""The events of latches and end stops in a run, from its event log."""
 
 from __future__ import annotations
 
@@ -40,13 +40,13 @@ def event_variables(mechanism: Mechanism, log: np.ndarray) -> dict[str, tuple[tu
         "event_time": (along, rows[:, 0], {"units": "s", "long_name": "instant of the event"}),
         "event_name": (along, names.astype(str), {"long_name": "latch or end stop"}),
         "event_kind": (along, np.array(kinds, dtype=str), {"long_name": "locked, reached or left"}),
-        "event_speed": (along, rows[:, 3], {"units": "SI", "long_name": "rate at which it was approached"}),
+        "event_speed": (along, rows[:, 3], {"units": "SI", "long_name": "rate of approach"}),
         "event_loss": (along, rows[:, 2 + RECORD], {"units": "J", "long_name": "energy lost in the impact of locking"}),
     }
 
 
 def latch_losses(mechanism: Mechanism, log: np.ndarray, time: np.ndarray) -> np.ndarray:
-    """Energy that latches have taken up to each instant [J], shape (nt,)."""
+    """Energy dissipated by latches up to each instant [J], shape (nt,)."""
     first = len(mechanism.contacts)
     rows = log[(log[:, 1] >= first) & (log[:, 1] < first + len(mechanism.latches))]
     return np.asarray((time[:, None] >= rows[None, :, 0]) @ rows[:, 2 + RECORD])

@@ -1,11 +1,11 @@
-"""The torque that a course needs, for a controller to feed forward."""
+"""Feed-forward torque of a reference motion, by inverse dynamics of the ideal mechanism."""
 
 from __future__ import annotations
 
 import dataclasses
 
 from scissordyn.errors import InputError
-from scissordyn.model.drive import Motion, TableMotion
+from scissordyn.model.drive import Tabulated, TimeFunction
 from scissordyn.model.element import Actuator, Force
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.simulation.run import simulate
@@ -13,10 +13,12 @@ from scissordyn.simulation.run import simulate
 __all__ = ["feed_forward"]
 
 
-def feed_forward(mechanism: Mechanism, reference: Motion, *, until: float, body: str = "", samples: int = 2001) -> TableMotion:
-    """The driving torque of the ideal mechanism along a course.
+def feed_forward(
+    mechanism: Mechanism, reference: TimeFunction, *, until: float, body: str = "", samples: int = 2001
+) -> Tabulated:
+    """The driving torque of the ideal mechanism on a reference motion.
 
-    Loose joints are taken as tight. As long as they stay in contact, the true torque differs from this one by terms of the
+    Clearance joints are taken as ideal. As long as they stay in contact, the true torque differs from this one by terms of the
     order of clearance over length.
 
     Parameters
@@ -24,18 +26,18 @@ def feed_forward(mechanism: Mechanism, reference: Motion, *, until: float, body:
     mechanism : Mechanism
         Its actuators and its forces that vary over time are left out: the first are to be replaced, the second are disturbances
         that nobody knows beforehand. Springs, motors and constant loads stay.
-    reference : Motion
-        The angle wanted [rad].
+    reference : TimeFunction
+        The reference angle [rad].
     until : float
         End of the table [s].
     body : str, optional
-        Which body; the mechanism's input body if not given.
+        The driven body; the mechanism's input body if not given.
     samples : int
-        Instants of the table; the spline's error falls with the sixth power of their distance.
+        Number of instants of the table; the error of the spline is of sixth order in their distance.
 
     Returns
     -------
-    TableMotion
+    Tabulated
         Torque [N m] over time [s].
 
     Raises
@@ -46,10 +48,10 @@ def feed_forward(mechanism: Mechanism, reference: Motion, *, until: float, body:
     kept = tuple(
         element
         for element in mechanism.elements
-        if not isinstance(element, Actuator) and not (isinstance(element, Force) and element.course is not None)
+        if not isinstance(element, Actuator) and not (isinstance(element, Force) and element.time_function is not None)
     )
-    ideal = dataclasses.replace(mechanism.tighten(), elements=kept, drives=()).driven(reference, body=body)
+    ideal = dataclasses.replace(mechanism.ideal(), elements=kept, drives=()).driven(reference, body=body)
     run = simulate(ideal, until=until, samples=samples)
     if run.attrs["status"] != "complete":
         raise InputError(f"the ideal mechanism cannot follow the reference: {run.attrs['cause']}", "another reference")
-    return TableMotion(tuple(run["time"].values.tolist()), tuple(run["drive_torque"].values.tolist()))
+    return Tabulated(tuple(run["time"].values.tolist()), tuple(run["drive_torque"].values.tolist()))

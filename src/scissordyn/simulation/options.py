@@ -1,4 +1,4 @@
-"""How a mechanism is to be simulated."""
+"""Options of a simulation."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ StartKind = Literal["concentric", "in-contact", "static"]
 
 @dataclass(frozen=True)
 class Options:
-    """How long, from where, how accurately, and what to keep.
+    """End, start, accuracy and sampling of a simulation.
 
     Parameters
     ----------
@@ -24,17 +24,17 @@ class Options:
         End of the simulated time [s].
     start : {"concentric", "in-contact", "static"}
         Journals concentric with their bearings and moving as in the ideal mechanism; resting in contact along the line
-        of the ideal reaction; or in static equilibrium under gravity, springs and loads, the drives held at t = 0.
+        of the ideal reaction; or in static equilibrium under gravity, springs and loads, the drives fixed at t = 0.
     samples : int
-        Instants at which the run is recorded, equally spaced; steps and events do not depend on it.
+        Number of recorded instants, equally spaced; steps and events do not depend on it.
     rtol : float
-        Error allowed in a step, relative to the speeds and to the hidden states of friction laws.
+        Error allowed in a step, relative to the speeds and to the internal states of friction laws.
     atol : float
         Error in positions allowed in a step, as a fraction of the smallest clearance (of the largest body if there is none).
     method : str
         "auto", or the name of an integrator.
     most_steps : int
-        The run ends unfinished after so many steps.
+        Largest number of steps; with more the run fails.
     """
 
     until: Annotated[float, Quantity("s", above=0.0, help="end of the simulated time")]

@@ -1,4 +1,4 @@
-"""Static equilibrium: where a mechanism comes to rest under gravity and springs, in its loose joints."""
+"""Static equilibrium of a mechanism with its clearance joints under gravity, springs and loads."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from scissordyn.mechanics import functions
 from scissordyn.mechanics.layout import Layout
 from scissordyn.mechanics.motion import course_start
 from scissordyn.mechanics.system import build_system
-from scissordyn.model.drive import ConstantSpeed, Motion, Polynomial
+from scissordyn.model.drive import ConstantSpeed, Polynomial, TimeFunction
 from scissordyn.model.joint import Guide, Revolute
 from scissordyn.model.mechanism import Mechanism
 
@@ -23,33 +23,33 @@ __all__ = ["equilibrium", "standing"]
 Joint = TypeVar("Joint", Revolute, Guide)
 
 AT_REST = 1e-9
-"""Unbalanced force below which a mechanism rests, against its weight: what round-off in positions leaves of a stiff contact."""
+"""Unbalanced force, relative to the weight, below which a mechanism is in equilibrium: the round-off of a stiff contact."""
 
 MOST_STEPS = 500
 MOST_CORRECTIONS = 12
 
 SOLVED = 0.1
-"""An implicit step is solved when a correction is this share of the way made."""
+"""An implicit step has converged when a correction is this fraction of the step."""
 
 MOST_GROWTH = 10.0
-"""An implicit step that lets the force grow more than this has landed elsewhere."""
+"""An implicit step that increases the force by more than this factor is rejected."""
 
 
 def standing(mechanism: Mechanism) -> Mechanism:
-    """The same mechanism with its drives and prescribed distances held as they are at t = 0, and without friction."""
+    """The same mechanism with its drives and prescribed distances constant at their values of t = 0, and without friction."""
 
-    def held(motion: Motion, start: float) -> Motion:
+    def constant(motion: TimeFunction, start: float) -> TimeFunction:
         return Polynomial((start if isinstance(motion, ConstantSpeed) else course_start(motion),))
 
     return dataclasses.replace(
         mechanism,
         drives=tuple(
-            dataclasses.replace(drive, motion=held(drive.motion, mechanism.body(drive.body).angle))
+            dataclasses.replace(drive, motion=constant(drive.motion, mechanism.body(drive.body).angle))
             for drive in mechanism.drives
         ),
         joints=tuple(_slippery(joint) for joint in mechanism.joints),
         guides=tuple(_slippery(guide) for guide in mechanism.guides),
-        links=tuple(dataclasses.replace(link, motion=link.motion and held(link.motion, 0.0)) for link in mechanism.links),
+        rods=tuple(dataclasses.replace(rod, motion=rod.motion and constant(rod.motion, 0.0)) for rod in mechanism.rods),
     )
 
 
@@ -60,15 +60,16 @@ def _slippery(joint: Joint) -> Joint:
 
 
 def equilibrium(layout: Layout, position: np.ndarray) -> np.ndarray:
-    """Free coordinates at which the mechanism rests, reached downhill from a given position.
+    """Free coordinates of a stable equilibrium, by descent from a given position.
 
-    Pseudo-transient continuation: implicit Euler steps from rest, each solved by Newton's method, whose size grows as long as
-    that converges, so that it ends as Newton's method itself. A step from rest goes downhill, and thus to stable rest.
+    Pseudo-transient continuation: implicit Euler steps from rest, each solved by Newton's method, with a step size that grows
+    as long as it converges, so that the iteration tends to Newton's method. Steps from rest reduce the potential energy, and so
+    lead to stable equilibrium.
 
     Parameters
     ----------
     layout : Layout
-        Of a mechanism whose drives stand still (see `standing`).
+        Of a mechanism with constant drives (see `standing`).
     position : ndarray, shape (n,)
 
     Returns
@@ -78,7 +79,7 @@ def equilibrium(layout: Layout, position: np.ndarray) -> np.ndarray:
     Raises
     ------
     InputError
-        If no rest is found.
+        If no equilibrium is found.
 
     References
     ----------
@@ -86,8 +87,8 @@ def equilibrium(layout: Layout, position: np.ndarray) -> np.ndarray:
     """
     system = build_system(layout)
     handle, n = Handle(system), layout.free
-    hidden = int(system.state_start[-1])
-    state = np.concatenate([position, np.zeros(n + hidden)])
+    internal = int(system.state_start[-1])
+    state = np.concatenate([position, np.zeros(n + internal)])
     rate, by_time = np.zeros(state.size), np.zeros(state.size)
     weight = float(np.linalg.norm(system.weight[:n])) or 1.0
     step, force, scale = 1e-3, np.inf, weight
@@ -104,12 +105,12 @@ def equilibrium(layout: Layout, position: np.ndarray) -> np.ndarray:
             if solved and force <= MOST_GROWTH * before:
                 break
             left = rate[n : 2 * n] - (state[:n] - base) / step**2
-            change = np.concatenate([np.zeros(n), left, np.zeros(hidden)])
+            change = np.concatenate([np.zeros(n), left, np.zeros(internal)])
             if functions.factorize(step, handle.address) >= 0:
                 continue
             functions.solve(change, handle.address)
             state[:n] += change[:n]
-            # what is left across the conditions never vanishes, the correction does
+            # the residual normal to the constraints does not vanish, the correction does
             solved = bool(np.linalg.norm(change[:n]) <= SOLVED * np.linalg.norm(state[:n] - base))
         else:
             state[:n], force = base, before
@@ -117,14 +118,14 @@ def equilibrium(layout: Layout, position: np.ndarray) -> np.ndarray:
             continue
         step = min(1e6, 3.0 * step)
     raise InputError(
-        f"start = 'static': no rest was found (unbalanced force {force / scale:.2g} of the load)",
-        "a mechanism that gravity, springs and drives can hold",
+        f"start = 'static': no equilibrium was found (unbalanced force {force / scale:.2g} of the load)",
+        "a mechanism that gravity, springs and drives keep in equilibrium",
         "start = 'concentric'",
     )
 
 
 def _touch(handle: Handle, state: np.ndarray) -> None:
-    """Count every joint and end stop as touching that is past its gap."""
+    """Put every joint and end stop that is past its gap into contact."""
     system = handle.content
     gap, rate = np.zeros(system.mode.size), np.zeros(system.mode.size)
     functions.guards(0.0, state, handle.address, gap, rate)

@@ -11,11 +11,11 @@ import xarray as xr
 from scissordyn.errors import InputError
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.model.record import from_plain
-from scissordyn.simulation.courses import check_tables
 from scissordyn.simulation.dataset import to_dataset
 from scissordyn.simulation.options import Options, StartKind
+from scissordyn.simulation.predictability import TIGHTER, predictability_horizon
+from scissordyn.simulation.time_functions import check_tables
 from scissordyn.simulation.trajectory import compute
-from scissordyn.simulation.trust import TIGHTER, horizon
 from scissordyn.simulation.warn import run_warnings
 
 __all__ = ["replay", "simulate"]
@@ -34,7 +34,7 @@ def simulate(
     trust: bool = False,
     progress: Callable[[float], None] | None = None,
 ) -> xr.Dataset:
-    """Simulate a mechanism and return everything that is known about its motion.
+    """Simulate a mechanism and return its motion, forces, contacts and energies.
 
     Parameters
     ----------
@@ -43,21 +43,21 @@ def simulate(
         End of the simulated time [s].
     start : {"concentric", "in-contact", "static"}
         Journals concentric with their bearings and moving as in the ideal mechanism; resting in contact along the line
-        of the ideal reaction; or in static equilibrium under gravity, springs and loads, the drives held at t = 0.
+        of the ideal reaction; or in static equilibrium under gravity, springs and loads, the drives fixed at t = 0.
     samples : int
-        Instants at which the run is recorded; steps and events do not depend on it.
+        Number of recorded instants, equally spaced; steps and events do not depend on it.
     rtol : float
-        Error allowed in a step, relative to the speeds and to the hidden states of friction laws.
+        Error allowed in a step, relative to the speeds and to the internal states of friction laws.
     atol : float
         Error in positions allowed in a step, as a fraction of the smallest clearance.
     method : str
         "auto" (explicit without friction, stiff with), "dop853", "dopri5", "rodas5p" or "rodas4p".
     most_steps : int
-        The run ends unfinished after so many steps.
+        Largest number of steps; with more the run fails.
     trust : bool
-        Repeat the run at a ten times tighter tolerance and report until when both agree.
+        Repeat the run at a ten times tighter tolerance and report the time until which both agree.
     progress : callable, optional
-        Called now and then with the simulated time [s].
+        Called repeatedly with the simulated time [s].
 
     Returns
     -------
@@ -68,8 +68,8 @@ def simulate(
     Raises
     ------
     InputError
-        If the mechanism cannot be assembled or an option is out of bounds. A run that breaks off raises nothing: it returns
-        what it has, with the cause.
+        If the mechanism cannot be assembled or an option is out of bounds. A failed run raises no error: its Dataset has
+        the results up to the failure, and the cause.
     """
     options = Options(until, start, samples, rtol, atol, method, most_steps)
     return _simulate(mechanism, options, trust, progress)
@@ -97,10 +97,10 @@ def _simulate(mechanism: Mechanism, options: Options, trust: bool, progress: Cal
     check_tables(mechanism, options.until)
     path = compute(mechanism, options, progress)
     run = to_dataset(mechanism, options, path)
-    run.attrs["warnings"] = json.dumps(run_warnings(mechanism, run, path.still))
+    run.attrs["warnings"] = json.dumps(run_warnings(mechanism, run, path.immobile))
     if trust and run.attrs["status"] == "complete":
         tight = dataclasses.replace(options, rtol=max(TIGHTER * options.rtol, 1e-14), atol=max(TIGHTER * options.atol, 1e-14))
         second = to_dataset(mechanism, tight, compute(mechanism, tight, progress))
-        run.attrs["trusted_until"], run.attrs["trusted_contacts"] = horizon(run, second)
+        run.attrs["trusted_until"], run.attrs["trusted_contacts"] = predictability_horizon(run, second)
         run.attrs["configuration"] = json.dumps({**json.loads(run.attrs["configuration"]), "trust": True})
     return run

@@ -1,4 +1,4 @@
-"""The state a run starts from: journals concentric, resting in contact, or the whole mechanism at rest."""
+"""The initial state of a run: journals concentric, in contact, or the mechanism in static equilibrium."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import numpy as np
 from scissordyn.errors import InputError
 from scissordyn.integrate.advance import LOG_COLUMNS, RECORD
 from scissordyn.jit import Handle
-from scissordyn.laws.ladder import elastic_force
+from scissordyn.laws.dispatch import elastic_force
 from scissordyn.mechanics import functions
 from scissordyn.mechanics.bodies import body_motion
 from scissordyn.mechanics.layout import Form, Layout, lay_out
@@ -28,7 +28,7 @@ __all__ = ["ideal_reactions", "prepare_start"]
 
 
 def prepare_start(layout: Layout, system: System, options: Options) -> tuple[np.ndarray, list[list[float]]]:
-    """The state to start from, and the events of joints and end stops that start in contact.
+    """The initial state, and the events of joints and end stops that start in contact.
 
     Parameters
     ----------
@@ -40,70 +40,70 @@ def prepare_start(layout: Layout, system: System, options: Options) -> tuple[np.
     Returns
     -------
     state : ndarray, shape (ny,)
-    opening : list of rows of the event log
+    initial_events : list of rows of the event log
     """
     mechanism = layout.mechanism
-    start = _put_on_course(layout, system, assemble(layout, system))
+    start = _move_to_reference(layout, system, assemble(layout, system))
     if mechanism.contacts:
-        ideal = lay_out(mechanism.tighten())
+        ideal = lay_out(mechanism.ideal())
         ideal_system = build_system(ideal)
-        ideal_start = _put_on_course(ideal, ideal_system, assemble(ideal, ideal_system))
+        ideal_start = _move_to_reference(ideal, ideal_system, assemble(ideal, ideal_system))
         start = carry_over(layout, system, *natural_state(ideal, ideal_system, ideal_start))
     match options.start:
         case "in-contact" if mechanism.contacts:
-            if mechanism.corners:
+            if mechanism.contact_points:
                 raise InputError(
-                    f"start = 'in-contact' with the loose guide '{mechanism.corners[0].guide}', whose corners may rest in "
-                    "several ways",
-                    "start = 'static', or 'concentric', from which they settle",
+                    f"start = 'in-contact' with the clearance guide '{mechanism.contact_points[0].guide}', whose block may "
+                    "rest in several positions",
+                    "start = 'static', or 'concentric', from which the contacts settle",
                 )
-            offsets = _resting_offsets(mechanism, system, ideal_reactions(ideal, ideal_system, ideal_start))
-            start = _hold_offsets(layout, system, start, offsets)
+            offsets = _contact_offsets(mechanism, system, ideal_reactions(ideal, ideal_system, ideal_start))
+            start = _at_offsets(layout, system, start, offsets)
         case "static":
-            place = _resting_place(mechanism)
-            forms = [_eccentricity_form(system, j) for j in range(len(mechanism.loose))]
+            place = _equilibrium_position(mechanism)
+            forms = [_eccentricity_form(system, j) for j in range(len(mechanism.clearance_joints))]
             full = np.append(place, basis_at_start(system)[0])
             offsets = np.array([form.rows @ full[form.columns] for form in forms]).reshape(-1, 2)
-            start = _hold_offsets(layout, system, Start(place, start.velocity), offsets)
+            start = _at_offsets(layout, system, Start(place, start.velocity), offsets)
     state = np.concatenate([start.position, start.velocity, np.zeros(int(system.state_start[-1]))])
     check_springs(layout, system, state)
     return state, _touching(system, state) if options.start != "concentric" else []
 
 
-def _resting_place(mechanism: Mechanism) -> np.ndarray:
-    """Free coordinates of static equilibrium: first of the ideal mechanism, then of the loose one near it."""
-    still = standing(mechanism)
-    ideal = lay_out(still.tighten())
+def _equilibrium_position(mechanism: Mechanism) -> np.ndarray:
+    """Free coordinates of static equilibrium: first of the ideal mechanism, then of the one with clearance near it."""
+    fixed = standing(mechanism)
+    ideal = lay_out(fixed.ideal())
     system = build_system(ideal)
     rest = Start(equilibrium(ideal, assemble(ideal, system).position), np.zeros(ideal.free))
     if not mechanism.contacts:
         return rest.position
-    loose = lay_out(still)
-    loose_system = build_system(loose)
-    start = carry_over(loose, loose_system, *natural_state(ideal, system, rest))
-    pull = ideal_reactions(ideal, system, rest)
-    loosened = [joint.clearance is not None for joint in mechanism.joints]
-    if np.all(np.isfinite(pull[loosened])):
-        start = _hold_offsets(loose, loose_system, start, _resting_offsets(still, loose_system, pull))
-    return equilibrium(loose, start.position)
+    clearance_layout = lay_out(fixed)
+    clearance_system = build_system(clearance_layout)
+    start = carry_over(clearance_layout, clearance_system, *natural_state(ideal, system, rest))
+    reaction = ideal_reactions(ideal, system, rest)
+    has_clearance = [joint.clearance is not None for joint in mechanism.joints]
+    if np.all(np.isfinite(reaction[has_clearance])):
+        start = _at_offsets(clearance_layout, clearance_system, start, _contact_offsets(fixed, clearance_system, reaction))
+    return equilibrium(clearance_layout, start.position)
 
 
-def _hold_offsets(layout: Layout, system: System, start: Start, offsets: np.ndarray) -> Start:
-    """The state in which the journals rest at given places in their bearings, shape (nj, 2) [m]."""
+def _at_offsets(layout: Layout, system: System, start: Start, offsets: np.ndarray) -> Start:
+    """The state with the journals at given eccentricities, shape (nj, 2) [m]."""
     forms = tuple(_eccentricity_form(system, j) for j in range(offsets.shape[0]))
-    names = tuple(joint.name for joint in layout.mechanism.loose)
+    names = tuple(joint.name for joint in layout.mechanism.clearance_joints)
     return hold_joints(layout, system, start, names, forms, offsets, np.zeros_like(offsets))
 
 
-def _resting_offsets(mechanism: Mechanism, system: System, pull: np.ndarray) -> np.ndarray:
+def _contact_offsets(mechanism: Mechanism, system: System, reaction: np.ndarray) -> np.ndarray:
     """Eccentricities at which the elastic contact forces equal the reactions of the ideal joints."""
-    offsets = np.zeros((len(mechanism.loose), 2))
-    for j, joint in enumerate(mechanism.loose):
-        force = pull[[other.name for other in mechanism.joints].index(joint.name)]
+    offsets = np.zeros((len(mechanism.clearance_joints), 2))
+    for j, joint in enumerate(mechanism.clearance_joints):
+        force = reaction[[other.name for other in mechanism.joints].index(joint.name)]
         if not np.all(np.isfinite(force)):
             raise InputError(
-                f"start = 'in-contact' with loose joint '{joint.name}', whose ideal reaction is not determined (more joints "
-                "than the mechanism needs, or a singular position)",
+                f"start = 'in-contact' with clearance joint '{joint.name}', whose ideal reaction is not determined (more "
+                "joints than the mechanism needs, or a singular position)",
                 "start = 'concentric'",
             )
         size = float(np.hypot(*force))
@@ -118,18 +118,18 @@ def _touching(system: System, state: np.ndarray) -> list[list[float]]:
     gap, rate = np.zeros(system.mode.size), np.zeros(system.mode.size)
     functions.guards(0.0, state, handle.address, gap, rate)
     for guard in np.flatnonzero(gap > 0.0).tolist():
-        remark = np.zeros(RECORD)
-        functions.reset(0.0, state, guard, handle.address, remark)
-        row = [0.0, float(guard), 1.0, max(float(remark[0]), APPROACH_FLOOR), float(remark[1])]
+        event = np.zeros(RECORD)
+        functions.reset(0.0, state, guard, handle.address, event)
+        row = [0.0, float(guard), 1.0, max(float(event[0]), APPROACH_FLOOR), float(event[1])]
         rows.append(row + [0.0] * (LOG_COLUMNS - len(row)))
     return rows
 
 
-def _put_on_course(layout: Layout, system: System, start: Start) -> Start:
-    """The start with bodies at the angles and speeds of the references that they are to start on."""
+def _move_to_reference(layout: Layout, system: System, start: Start) -> Start:
+    """The initial state with the bodies at the angles and speeds of their references."""
     names, forms, directions, rates = [], [], [], []
     for i, element in enumerate(layout.mechanism.elements):
-        if isinstance(element, Actuator) and element.on_course:
+        if isinstance(element, Actuator) and element.start_on_reference:
             first = system.course[i]
             course_at(0.0, system.motion[system.motion_start[first] : system.motion_start[first + 1]], system.angle)
             angle, speed = system.angle[:2].tolist()
@@ -149,8 +149,8 @@ def _eccentricity_form(system: System, j: int) -> Form:
 
 def ideal_reactions(layout: Layout, system: System, start: Start) -> np.ndarray:
     """Force on the journal of every revolute joint of an ideal mechanism at t = 0, shape (joints, 2) [N]."""
-    hidden = np.zeros(int(system.state_start[-1]))
-    state = np.concatenate([start.position, start.velocity, hidden])[None, :]
+    internal = np.zeros(int(system.state_start[-1]))
+    state = np.concatenate([start.position, start.velocity, internal])[None, :]
     guards = system.mode.size
     found = record(Handle(system), np.zeros(1), state, np.zeros((1, guards), np.int64), np.zeros((1, guards)))
     motion = body_motion(layout, found)

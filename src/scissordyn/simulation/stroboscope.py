@@ -1,4 +1,4 @@
-"""The loop over cycles: from one period of a drive to the next, in plain arrays."""
+"""The loop over the cycles of a periodic drive, in plain arrays."""
 
 from __future__ import annotations
 
@@ -19,18 +19,18 @@ from scissordyn.mechanics.system import System, build_system
 from scissordyn.model.drive import ConstantSpeed, Harmonic
 from scissordyn.model.element import Actuator
 from scissordyn.model.mechanism import Mechanism
-from scissordyn.simulation.courses import check_tables, prescribed
 from scissordyn.simulation.options import Options, StartKind
 from scissordyn.simulation.start import prepare_start
+from scissordyn.simulation.time_functions import check_tables, prescribed
 from scissordyn.simulation.trajectory import automatic_method, broken_off, counts_of, mechanics_problem, work_arrays
 
 __all__ = ["CycleState", "Cycles", "drive_period", "run_cycles", "start_state"]
 
 SLICE = 20_000
-"""Steps between two looks at the keyboard."""
+"""Steps between two checks of the keyboard."""
 
 PEAK = 3 + loop.RECORD
-"""Column of the event log that holds the largest normal force of the contact that ended."""
+"""Column of the event log with the largest normal force of the contact that ended."""
 
 QUADRATURES = 5
 """Work of the drives, losses to contact damping and friction, work of loads, losses to dampers."""
@@ -38,16 +38,16 @@ QUADRATURES = 5
 
 @dataclass(frozen=True)
 class CycleState:
-    """Where a periodic run stands between two cycles: all that the next one depends on.
+    """The state of a periodic run between two cycles, complete for its continuation.
 
     Parameters
     ----------
     cycle : int
         Cycles done; the time is that times the period.
     state : ndarray, shape (ny,)
-        Free coordinates, their rates, hidden states of friction laws.
+        Free coordinates, their rates, internal states of friction laws.
     mode : ndarray of int, shape (guards,)
-        1 for a loose joint in contact, then for an end stop that is reached.
+        1 for a clearance joint in contact, then 1 for an end stop that is reached.
     approach : ndarray, shape (guards,)
         Approach speed of the present contact [m/s].
     force : ndarray, shape (guards,)
@@ -70,7 +70,7 @@ class CycleState:
 
 @dataclass(frozen=True)
 class Cycles:
-    """What a periodic run leaves: one sample and one row of statistics per whole cycle.
+    """The result of a periodic run: one sample and one row of statistics per complete cycle.
 
     Parameters
     ----------
@@ -83,19 +83,19 @@ class Cycles:
         One row per cycle, at its start plus the phase.
     impacts : ndarray of int, shape (cycles, nj)
         Contacts that started.
-    contact_share : ndarray, shape (cycles, nj)
-        Share of the cycle spent in contact.
+    contact_fraction : ndarray, shape (cycles, nj)
+        Fraction of the cycle spent in contact.
     peak_force : ndarray, shape (cycles, nj)
         Largest normal force [N].
     work : ndarray, shape (cycles, 5)
-        What each of `CycleState.total` gained [J].
+        Increment of each of `CycleState.total` [J].
     steps : ndarray of int, shape (cycles,)
     end : CycleState
         After the last whole cycle.
     status : str
         "complete", "interrupted" or "failed".
     cause : str
-        Why it is not complete.
+        Cause if it is not complete.
     statistics : dict
         Method, steps, rejected, rates, jacobians, events, seconds of integration, cycles per second.
     """
@@ -105,7 +105,7 @@ class Cycles:
     first: int
     samples: Samples
     impacts: np.ndarray
-    contact_share: np.ndarray
+    contact_fraction: np.ndarray
     peak_force: np.ndarray
     work: np.ndarray
     steps: np.ndarray
@@ -132,7 +132,7 @@ def drive_period(mechanism: Mechanism) -> float:
     InputError
         If there is none, or if several differ.
     """
-    # a drive that turns at constant speed repeats itself, a distance that grows does not
+    # a drive at constant speed is periodic, a growing distance is not
     turning = (drive.motion for drive in mechanism.drives if isinstance(drive.motion, ConstantSpeed))
     found = {2.0 * math.pi / abs(motion.speed) for motion in turning if motion.speed != 0.0}
     found |= {2.0 * math.pi / motion.frequency for _, motion in prescribed(mechanism) if isinstance(motion, Harmonic)}
@@ -146,7 +146,7 @@ def drive_period(mechanism: Mechanism) -> float:
 
 
 def start_state(mechanism: Mechanism, start: StartKind = "concentric") -> CycleState:
-    """The state in which a mechanism starts.
+    """The initial state of a mechanism.
 
     Parameters
     ----------
@@ -177,13 +177,13 @@ def run_cycles(
     start: StartKind | CycleState = "concentric",
     progress: Callable[[float], None] | None = None,
 ) -> Cycles:
-    """The cycles themselves, as plain arrays; `cycle` says what the parameters mean.
+    """The cycles as plain arrays; see `cycle` for the parameters.
 
     Parameters
     ----------
     mechanism : Mechanism
     options : Options
-        `until` is the period, `most_steps` the most for one cycle; `start` only where the method is to be chosen.
+        `until` is the period, `most_steps` the most for one cycle; `start` only for the choice of the method.
     cycles : int
     phase : float
     start : {"concentric", "in-contact", "static"} or CycleState
@@ -196,11 +196,13 @@ def run_cycles(
     if isinstance(cycles, bool) or not isinstance(cycles, int) or cycles < 1:
         raise InputError(f"cycles = {cycles!r}", "a whole number >= 1")
     if not 0.0 <= phase < 1.0:
-        raise InputError(f"phase = {phase!r}", "a share of the period, at least 0 and below 1")
+        raise InputError(f"phase = {phase!r}", "a fraction of the period, at least 0 and below 1")
     if mechanism.latches:
-        raise InputError("cycles of a mechanism with latches, which lock once and for all", "no latches, or simulate()")
+        raise InputError("cycles of a mechanism with latches, which do not unlock", "no latches, or simulate()")
     if any(isinstance(element, Actuator) and element.controller.delay > 0.0 for element in mechanism.elements):
-        raise InputError("cycles of a mechanism with delayed feedback, whose past is not part of its state", "simulate()")
+        raise InputError(
+            "cycles of a mechanism with delayed feedback, whose delay history is not part of its state", "simulate()"
+        )
     period = options.until
     layout = lay_out(mechanism)
     system = build_system(layout)
@@ -218,7 +220,7 @@ def run_cycles(
     nj = len(mechanism.contacts)
     whole = make_samples((begin.cycle + np.arange(cycles) + phase) * period, work)
     impacts, steps = np.zeros((cycles, nj), np.int64), np.zeros(cycles, np.int64)
-    share, peak, gained = np.zeros((cycles, nj)), np.zeros((cycles, nj)), np.zeros((cycles, QUADRATURES))
+    fraction, peak, gained = np.zeros((cycles, nj)), np.zeros((cycles, nj)), np.zeros((cycles, QUADRATURES))
     log = np.zeros((256, loop.LOG_COLUMNS))
     counts = np.zeros(8, np.int64)
     done, status, cause, end, events = 0, loop.ADVANCING, "", begin, 0
@@ -229,14 +231,14 @@ def run_cycles(
             sample = Samples(*(part[done : done + 1] for part in whole))
             mode, total = system.mode.copy(), work.total.copy()
             clock[loop.END] = (begin.cycle + done + 1) * period
-            # peaks are those of the cycle; a contact that lasts across its start is watched from there on
+            # peaks are those of the cycle; a contact that lasts across its start is monitored from there on
             work.peak[:] = 0.0
             work.peak[:, 1] = clock[loop.TIME]
             status = loop.ADVANCING
             while status == loop.ADVANCING:
                 slice_ = int(min(SLICE, options.most_steps - count[loop.STEPS] - count[loop.REJECTED]))
                 if slice_ <= 0:
-                    cause = f"{options.most_steps} steps did not suffice for a cycle"
+                    cause = f"{options.most_steps} steps are not enough for a cycle"
                     break
                 status = loop.advance(
                     mechanics_problem(), coefficients, handle.address, clock, count, work, sample, log, slice_
@@ -248,7 +250,7 @@ def run_cycles(
             if status != loop.FINISHED:
                 break
             events = int(count[loop.EVENTS])
-            _summarise(log[:events], mode[:nj], clock[loop.END] - period, period, impacts[done], share[done])
+            _summarise(log[:events], mode[:nj], clock[loop.END] - period, period, impacts[done], fraction[done])
             highest = np.where(system.mode == 1, work.peak[:, 0], 0.0)
             np.maximum.at(highest, log[:events, 1].astype(np.int64), log[:events, PEAK])
             peak[done] = highest[:nj]
@@ -271,7 +273,7 @@ def run_cycles(
         first=begin.cycle,
         samples=Samples(*(part[:done] for part in whole)),
         impacts=impacts[:done],
-        contact_share=share[:done],
+        contact_fraction=fraction[:done],
         peak_force=peak[:done],
         work=gained[:done],
         steps=steps[:done],
@@ -288,7 +290,7 @@ def run_cycles(
 
 
 def _resume(work: Work, begin: CycleState, period: float) -> np.ndarray:
-    """The clock of a run that goes on from a state, whose step control and quadratures are put into `work`."""
+    """The clock of a run continued from a state; its step control and integrals are put into `work`."""
     now = begin.cycle * period
     work.total[:] = begin.total
     work.watched[0, :, 0] = begin.force
@@ -313,7 +315,9 @@ def _freeze(work: Work, mode: np.ndarray, approach: np.ndarray, clock: np.ndarra
     )
 
 
-def _summarise(log: np.ndarray, mode: np.ndarray, begin: float, period: float, impacts: np.ndarray, share: np.ndarray) -> None:
+def _summarise(
+    log: np.ndarray, mode: np.ndarray, begin: float, period: float, impacts: np.ndarray, fraction: np.ndarray
+) -> None:
     """Count the contacts that started in a cycle and add up the time in contact; `mode` is that at its start."""
     for j in range(mode.size):
         own = log[log[:, 1] == j]
@@ -324,4 +328,4 @@ def _summarise(log: np.ndarray, mode: np.ndarray, begin: float, period: float, i
             lasted -= begin
         if (own[-1, 2] if own.shape[0] else mode[j]) == 1:
             lasted += begin + period
-        share[j] = min(1.0, max(0.0, lasted / period))
+        fraction[j] = min(1.0, max(0.0, lasted / period))

@@ -1,4 +1,4 @@
-"""From a mechanism to samples and events: tolerances, and the loop in slices."""
+"""The samples and events of a mechanism: tolerances, and time stepping in slices."""
 
 from __future__ import annotations
 
@@ -29,11 +29,11 @@ from scissordyn.simulation.start import prepare_start
 __all__ = ["Trajectory", "automatic_method", "broken_off", "compute", "counts_of", "mechanics_problem", "work_arrays"]
 
 SLICE = 2000
-"""Steps between two looks at the keyboard and the progress bar; the steps themselves do not depend on it."""
+"""Steps between two checks of the keyboard and updates of the progress bar; the steps do not depend on it."""
 
-HIDDEN_STATES = 100.0
-"""Hidden states are weighed this much more loosely: they relax within microseconds, so that their errors do not add up.
-Measured: the events keep their digits, the steps become a third fewer (docs/decisions)."""
+INTERNAL_STATES = 100.0
+"""Internal states have tolerances this much larger: they relax within microseconds, so that their errors do not accumulate.
+Measured: the same event times with a third fewer steps (decision 0003)."""
 
 CAUSES = {
     loop.STEP_TOO_SMALL: "the step size fell to round-off",
@@ -44,7 +44,7 @@ CAUSES = {
 
 @dataclass(frozen=True)
 class Trajectory:
-    """What a run leaves: samples, events and how it ended.
+    """The result of a run: samples, events and status.
 
     Parameters
     ----------
@@ -52,21 +52,21 @@ class Trajectory:
     system : Handle
         Of the mechanics' `System`.
     samples : Samples
-        Trimmed to what was reached.
+        Up to the time reached.
     log : ndarray, shape (events, LOG_COLUMNS)
         Time, joint, new mode, delta', angle of n; of the contact that ended the largest normal force, when, impulse, losses.
     peak : ndarray, shape (guards, 5)
-        The same five of the contact still going on at the end.
+        The same five of contacts that have not ended.
     end : float
         Time reached [s].
     status : str
         "complete", "interrupted" or "failed".
     cause : str
-        Why it is not complete.
+        Cause if it is not complete.
     statistics : dict
         Method, steps, rejected, rates, jacobians, events, seconds.
-    still : tuple of str
-        Loose joints that cannot move.
+    immobile : tuple of str
+        Clearance joints that cannot move.
     """
 
     layout: Layout
@@ -78,7 +78,7 @@ class Trajectory:
     status: str
     cause: str
     statistics: dict[str, str | int | float]
-    still: tuple[str, ...] = ()
+    immobile: tuple[str, ...] = ()
 
 
 def compute(mechanism: Mechanism, options: Options, progress: Callable[[float], None] | None = None) -> Trajectory:
@@ -89,7 +89,7 @@ def compute(mechanism: Mechanism, options: Options, progress: Callable[[float], 
     mechanism : Mechanism
     options : Options
     progress : callable, optional
-        Called now and then with the simulated time [s].
+        Called repeatedly with the simulated time [s].
 
     Returns
     -------
@@ -97,8 +97,8 @@ def compute(mechanism: Mechanism, options: Options, progress: Callable[[float], 
     """
     layout = lay_out(mechanism)
     system = build_system(layout)
-    state, opening = prepare_start(layout, system, options)
-    still = tuple(immovable_joints(layout, system, state))
+    state, initial_events = prepare_start(layout, system, options)
+    immobile = tuple(immovable_joints(layout, system, state))
     method = options.method if options.method != "auto" else automatic_method(mechanism, options)
     coefficients = tableau(method)
     work = work_arrays(layout, system, state, coefficients, options)
@@ -109,10 +109,10 @@ def compute(mechanism: Mechanism, options: Options, progress: Callable[[float], 
     samples = make_samples(np.linspace(0.0, options.until, options.samples), work)
     clock = np.array([0.0, 1e-4 * options.until, options.until, options.until, options.until])
     count = np.zeros(8, np.int64)
-    log = np.zeros((256 + len(opening), loop.LOG_COLUMNS))
-    for row, event in enumerate(opening):
+    log = np.zeros((256 + len(initial_events), loop.LOG_COLUMNS))
+    for row, event in enumerate(initial_events):
         log[row] = event
-    count[loop.EVENTS] = len(opening)
+    count[loop.EVENTS] = len(initial_events)
 
     began = clocks.perf_counter()
     status, cause = loop.ADVANCING, ""
@@ -120,7 +120,7 @@ def compute(mechanism: Mechanism, options: Options, progress: Callable[[float], 
         while status == loop.ADVANCING:
             slice_ = int(min(SLICE, options.most_steps - count[loop.STEPS] - count[loop.REJECTED]))
             if slice_ <= 0:
-                cause = f"{options.most_steps} steps did not suffice"
+                cause = f"{options.most_steps} steps are not enough"
                 break
             status = loop.advance(mechanics_problem(), coefficients, handle.address, clock, count, work, samples, log, slice_)
             if status == loop.LOG_FULL:
@@ -150,7 +150,7 @@ def compute(mechanism: Mechanism, options: Options, progress: Callable[[float], 
         status=ended,
         cause=cause,
         statistics={"method": method, **counts_of(count), "seconds": seconds},
-        still=still,
+        immobile=immobile,
     )
 
 
@@ -168,10 +168,10 @@ def mechanics_problem() -> Problem:
 
 
 def work_arrays(layout: Layout, system: System, state: np.ndarray, coefficients: Tableau, options: Options) -> Work:
-    """Work arrays with error weights that mean the same for any mechanism.
+    """Work arrays with error weights that are scaled to the mechanism.
 
-    A free coordinate counts by how far it moves the points of the bodies; positions are weighed against the smallest clearance,
-    speeds against the speed of the whole mechanism, hidden states against their size in steady sliding.
+    A free coordinate is scaled by the displacement of the bodies' points that it causes, positions by the smallest clearance,
+    speeds by the speed of the whole mechanism, internal states by their size in steady sliding.
     """
     n, mechanism = layout.free, layout.mechanism
     extent = {body.name: _extent(body) for body in mechanism.bodies}
@@ -186,14 +186,14 @@ def work_arrays(layout: Layout, system: System, state: np.ndarray, coefficients:
     position = options.atol * scale / reach[:n]
     sliding = sliding_states(system)
     friction = int(system.state_start[len(mechanism.contacts)])
-    # a bristle's error fades, an integrator's does not; the torque of an integrator is weighed in N m
-    hidden = np.where(np.arange(sliding.size) < friction, HIDDEN_STATES, 1.0) * options.rtol
+    # errors of a bristle decay, those of an integrator do not; the torque of an integrator is scaled in N m
+    internal = np.where(np.arange(sliding.size) < friction, INTERNAL_STATES, 1.0) * options.rtol
     delays = [element.controller.delay for element in mechanism.elements if isinstance(element, Actuator)]
     return make_work(
         state,
         coefficients,
-        atol=np.concatenate([position, position / options.until, hidden * np.where(sliding > 0.0, sliding, 1.0)]),
-        rtol=np.concatenate([np.full(n, 1e-15), np.full(n, options.rtol), hidden]),
+        atol=np.concatenate([position, position / options.until, internal * np.where(sliding > 0.0, sliding, 1.0)]),
+        rtol=np.concatenate([np.full(n, 1e-15), np.full(n, options.rtol), internal]),
         group=np.array([0, n, 2 * n, 2 * n + friction, state.size], np.int64),
         mode=system.mode,
         memory=system.approach,
@@ -216,7 +216,7 @@ def _fill_past(system: Handle, state: np.ndarray) -> None:
 
 
 def _extent(body: Body) -> float:
-    """How far from its origin a body reaches, its radius of gyration counted for a body without points [m]."""
+    """Largest distance of a body's points from its origin; its radius of gyration for a body without points [m]."""
     gyration = math.sqrt((body.inertia or 0.0) / body.mass)
     return max([math.hypot(*point) for point in (body.centre, *body.points.values())] + [gyration])
 
@@ -228,7 +228,7 @@ def counts_of(count: np.ndarray) -> dict[str, str | int | float]:
 
 
 def broken_off(status: int, layout: Layout, system: Handle, work: Work, time: float) -> str:
-    """Why the loop broke off, with the parts that are at fault; empty if it did not."""
+    """The cause of a failure, with the parts concerned; empty without failure."""
     if status not in CAUSES:
         return ""
     named = failed_latch(layout, system) or singular_position(layout, system, work.y, time)
@@ -236,7 +236,7 @@ def broken_off(status: int, layout: Layout, system: Handle, work: Work, time: fl
 
 
 def _culprit(mechanism: Mechanism, system: Handle, work: Work, time: float) -> str:
-    """Which loose joint is in the worst state, for the message of a failed run."""
+    """The clearance joint with the largest indentation, for the message of a failed run."""
     if not mechanism.contacts:
         return ""
     values, rates = np.zeros(work.mode.size), np.zeros(work.mode.size)

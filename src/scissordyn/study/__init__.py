@@ -1,1 +1,1 @@
-"""Many runs: parameters, runners, and what is built from them."""
+"""Studies of many runs: parameters, runners, diagrams, ensembles, exponents."""

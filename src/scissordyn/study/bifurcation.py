@@ -1,4 +1,4 @@
-"""Bifurcation diagrams: what a periodic run settles to, over a parameter."""
+"""Bifurcation diagrams: the asymptotic motion of a periodic run over a parameter."""
 
 from __future__ import annotations
 
@@ -33,12 +33,12 @@ PENDING = "pending"
 """Status of a value that has not been computed yet."""
 
 SAVE_EVERY = 10.0
-"""Seconds of work that may be lost: the store is written anew no more often."""
+"""Shortest time between two writes of the store [s]: the work that can be lost."""
 
 
 @dataclass(frozen=True)
 class DiagramCase:
-    """One value of the parameter: all that a worker needs.
+    """One value of the parameter, with all inputs of a worker.
 
     Parameters
     ----------
@@ -60,7 +60,7 @@ class DiagramCase:
 
 @dataclass(frozen=True)
 class DiagramRow:
-    """What one value gives.
+    """The result of one value.
 
     Parameters
     ----------
@@ -111,30 +111,30 @@ def bifurcation(
     ----------
     mechanism : Mechanism
     over : str or callable
-        What varies: "A.clearance", "A.friction.kinetic", "drive.speed", "drive.frequency", "gravity"; see
+        The varied parameter: "A.clearance", "A.friction.kinetic", "drive.speed", "drive.frequency", "gravity"; see
         `study.parameter`. Or a function from a value to a mechanism.
     values : sequence of float
-        Of the parameter, in SI, in the order in which they are to be followed.
+        Of the parameter, in SI units, in the order of computation.
     cycles, keep : int
-        How many cycles to run for each value, and how many of the last to keep.
+        Number of cycles for each value, and how many of the last are returned.
     period : float, optional
         Of the map [s]; that of each mechanism's drive if not given.
     phase : float
-        Where in the cycle the state is taken, in [0, 1).
+        Phase of the samples in the cycle, in [0, 1).
     follow : bool
-        Start each value from the end of the one before, which follows a branch of solutions, up or down as the values go.
-        Such a chain runs in one process. If not, each value starts as `start` says.
+        Start each value from the end of the one before, which follows a branch of solutions in the order of the values. The
+        values are then computed in one process. If false, each value has the start `start`.
     start : {"concentric", "in-contact", "static"}
     rtol, atol : float
     method : str
     most_steps : int
         Of a cycle.
     workers : int, optional
-        Processes; as many as there are processors if not given. The result does not depend on it.
+        Number of processes; that of the processors if not given. The result does not depend on it.
     store : path, optional
-        A NetCDF file that always holds what has been done so far, whole. If it exists, only what is missing is computed.
+        A NetCDF file with the results so far, updated during the computation. If it exists, only missing values are computed.
     progress : callable, optional
-        Called after each value with how many are done and how many there are.
+        Called after each value with the number done and the total.
 
     Returns
     -------
@@ -169,8 +169,8 @@ def bifurcation(
         )
         for one in mechanisms
     ]
-    if len({tuple(joint.name for joint in one.loose) for one in mechanisms}) > 1:
-        raise InputError("mechanisms with different loose joints", "the same loose joints for every value")
+    if len({tuple(joint.name for joint in one.clearance_joints) for one in mechanisms}) > 1:
+        raise InputError("mechanisms with different clearance joints", "the same clearance joints for every value")
     target = None if store is None else Path(store)
     diagram = _blank(mechanism, over, numbers, cases, follow)
     if target is not None and target.exists():
@@ -194,7 +194,7 @@ def bifurcation(
 
 
 def _row(case: DiagramCase) -> DiagramRow:
-    """The work of one value."""
+    """Compute one value."""
     began, worked = time.perf_counter(), time.process_time()
     found = run_cycles(case.mechanism, case.options, cycles=case.cycles, phase=case.phase, start=case.start)
     if found.status == "interrupted":
@@ -220,7 +220,7 @@ def _spread(cases: Sequence[DiagramCase], todo: list[int], workers: int) -> Iter
 
 
 def _chain(cases: Sequence[DiagramCase], diagram: xr.Dataset, todo: list[int]) -> Iterator[CaseResult[DiagramRow]]:
-    """Value after value, each from where the one before ended; after a failure from the start again."""
+    """All values in order, each from the final state of the one before; from the initial start after a failure."""
     end: CycleState | None = None
     for index in todo:
         case = cases[index]
@@ -240,7 +240,7 @@ def _blank(
     cases: Sequence[DiagramCase],
     follow: bool,
 ) -> xr.Dataset:
-    """A diagram in which everything is still to be done."""
+    """A diagram without results."""
     count, first = len(cases), cases[0]
     if isinstance(over, str):
         quantity = parameter(mechanism, over).quantity
@@ -263,7 +263,7 @@ def _blank(
     return xr.Dataset(
         {
             "status": ("value", np.full(count, PENDING, dtype=object), {"long_name": "status"}),
-            "cause": ("value", text, {"long_name": "why it is not complete"}),
+            "cause": ("value", text, {"long_name": "cause if it is not complete"}),
             "completed_cycles": ("value", np.zeros(count, np.int64), {"units": "1", "long_name": "whole cycles"}),
             "total_steps": ("value", np.zeros(count, np.int64), {"units": "1", "long_name": "integration steps"}),
             "total_events": ("value", np.zeros(count, np.int64), {"units": "1", "long_name": "contacts begun and ended"}),
@@ -290,14 +290,14 @@ def _blank(
 
 
 def _taken_up(target: Path, blank: xr.Dataset) -> xr.Dataset:
-    """What a store already holds, if it is this diagram."""
+    """The results in a store, if it is of this diagram."""
     stored = load(target)
     wanted, there = (json.loads(one.attrs["configuration"]) for one in (blank, stored))
     differs = [key for key in wanted if wanted[key] != there.get(key)] if isinstance(there, dict) else ["title"]
     if differs or not np.array_equal(blank["value"].values, stored["value"].values):
         raise InputError(
             f"'{target}' holds another diagram (differs in {', '.join(differs) or 'values'})",
-            "the file of the same diagram, or a name that is not taken",
+            "the file of the same diagram, or a new file name",
             "store='another.nc'",
         )
     for name in ("status", "cause"):

@@ -1,4 +1,4 @@
-"""Many members of one case whose starts differ by round-off: what of a periodic run can be trusted."""
+"""Many members of one case whose starts differ by round-off: the predictability of a periodic run."""
 
 from __future__ import annotations
 
@@ -24,12 +24,12 @@ from scissordyn.study.runner import run_cases
 __all__ = ["ensemble"]
 
 LEAST, MOST = 1e-16, 1e-6
-"""Between which relative perturbations stand for round-off."""
+"""Range of relative perturbations on the scale of round-off."""
 
 
 @dataclass(frozen=True)
 class Member:
-    """One member of an ensemble: all that a worker needs.
+    """One member of an ensemble, with all inputs of a worker.
 
     Parameters
     ----------
@@ -70,26 +70,27 @@ def ensemble(
     """Run the same mechanism from starts that differ by round-off.
 
     Every entry y of a member's state starts as y (1 + p g), with g from a normal distribution; member 0 is not perturbed. Two
-    members agree in a cycle if their journals are within a share of the clearance of each other at all loose joints. That share
-    is small: where the reaction presses the journal to the same side in every cycle, even unrelated members are close.
+    members agree in a cycle if their journals are within a fraction of the clearance of each other at all clearance joints.
+    That fraction is small: where the reaction presses the journal to the same side in every cycle, even unrelated members are
+    close.
 
     Parameters
     ----------
     mechanism : Mechanism
-        With a loose joint.
+        With a clearance joint.
     members, cycles : int
     period : float, optional
         [s]; that of the drive if not given.
     phase : float
-        Where in the cycle the state is taken, in [0, 1).
+        Phase of the samples in the cycle, in [0, 1).
     perturbation : float
         p, from 1e-16 to 1e-6.
     seed : int
         Of the perturbations; the same seed gives the same ensemble, whatever the number of workers.
     skip : int
-        First cycles that do not count in means.
+        Number of cycles at the start that are left out of means.
     agreement : float
-        How near, as a share of the clearance.
+        Largest distance of agreeing members, as a fraction of the clearance.
     start : {"concentric", "in-contact", "static"}
     rtol, atol : float
     method : str
@@ -97,16 +98,16 @@ def ensemble(
         Of a cycle.
     workers : int, optional
     progress : callable, optional
-        Called after each member with how many are done and how many there are.
+        Called after each member with the number done and the total.
 
     Returns
     -------
     Dataset
-        Every variable of `cycle` along (member, cycle), NaN where a member did not get; for each that is not a flag
+        Every variable of `cycle` along (member, cycle), NaN after a member has failed; for each that is not a flag
         `mean_...` along member, the mean over its counted cycles, and `spread_...`, the standard deviation of these means.
-        `agreeing(cycle)`, the share of members that agree with member 0; `parting_cycle(member)`, the first cycle in which a
-        member does not (the number of cycles if none); attributes trusted_cycles and trusted_until [s], before which all
-        agree; `status(member)`, `cause(member)`.
+        `agreeing(cycle)`, the fraction of members that agree with member 0; `divergence_cycle(member)`, the first cycle in
+        which a member does not (the number of cycles if none); attributes trusted_cycles and trusted_until [s], before which
+        all agree; `status(member)`, `cause(member)`.
 
     Raises
     ------
@@ -121,9 +122,9 @@ def ensemble(
     if not LEAST <= perturbation <= MOST:
         raise InputError(f"perturbation = {perturbation!r}", f"a number from {LEAST:g} to {MOST:g}")
     if not 0.0 < agreement < 1.0:
-        raise InputError(f"agreement = {agreement!r}", "a share of the clearance, above 0 and below 1")
+        raise InputError(f"agreement = {agreement!r}", "a fraction of the clearance, above 0 and below 1")
     if not mechanism.contacts:
-        raise InputError("an ensemble of a mechanism without loose joints", "a mechanism with a clearance")
+        raise InputError("an ensemble of a mechanism without clearance joints", "a mechanism with a clearance")
     period = drive_period(mechanism) if period is None else period
     options = Options(period, start, 2, rtol, atol, method, most_steps)
     cases = [Member(mechanism, options, cycles, phase, one) for one in _starts(mechanism, start, members, perturbation, seed)]
@@ -152,7 +153,7 @@ def ensemble(
         },
     )
     run["status"] = ("member", status, {"long_name": "status"})
-    run["cause"] = ("member", cause, {"long_name": "why it is not complete"})
+    run["cause"] = ("member", cause, {"long_name": "cause if it is not complete"})
     _add_agreement(run, mechanism, agreement, period, phase)
     _add_means(run, skip)
     run.attrs |= {
@@ -169,7 +170,7 @@ def ensemble(
 
 
 def _starts(mechanism: Mechanism, start: StartKind, members: int, perturbation: float, seed: int) -> list[CycleState]:
-    """The starts of all members, each consistent."""
+    """The consistent initial states of all members."""
     first = start_state(mechanism, start)
     system = build_system(lay_out(mechanism))
     handle = Handle(system)
@@ -190,19 +191,23 @@ def _run(member: Member) -> tuple[dict[str, np.ndarray], str, str]:
 
 
 def _add_agreement(run: xr.Dataset, mechanism: Mechanism, agreement: float, period: float, phase: float) -> None:
-    """When members part from the first."""
+    """When members diverge from the first."""
     clearance = np.array([joint.clearance.clearance for joint in mechanism.contacts if joint.clearance])
     place = run["eccentricity"].values
     difference = place - place[:1]
     apart = np.max(np.hypot(difference[..., 0], difference[..., 1]) / clearance, axis=2)
-    # a member that broke off, NaN, agrees with nobody
+    # a member that broke off is NaN and agrees with no other
     agrees = apart <= agreement
     cycles = run.sizes["cycle"]
-    parted = np.where(np.all(agrees, axis=1), cycles, np.argmin(agrees, axis=1))
-    share = np.mean(agrees[1:], axis=0)
-    run["agreeing"] = ("cycle", share, {"units": "1", "long_name": "share of the members that agree with member 0"})
-    run["parting_cycle"] = ("member", parted, {"units": "1", "long_name": "first cycle that differs from that of member 0"})
-    trusted = int(np.min(parted[1:]))
+    diverged = np.where(np.all(agrees, axis=1), cycles, np.argmin(agrees, axis=1))
+    fraction = np.mean(agrees[1:], axis=0)
+    run["agreeing"] = ("cycle", fraction, {"units": "1", "long_name": "fraction of the members that agree with member 0"})
+    run["divergence_cycle"] = (
+        "member",
+        diverged,
+        {"units": "1", "long_name": "first cycle that differs from that of member 0"},
+    )
+    trusted = int(np.min(diverged[1:]))
     run.attrs |= {"trusted_cycles": trusted, "trusted_until": max(0.0, (trusted - 1 + phase) * period)}
 
 

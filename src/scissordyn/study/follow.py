@@ -1,4 +1,4 @@
-"""From where one mechanism stands to where a slightly different one starts."""
+"""The final state of one mechanism as the start of a slightly different one."""
 
 from __future__ import annotations
 
@@ -18,9 +18,9 @@ __all__ = ["carried", "consistent"]
 
 
 def carried(before: Mechanism, state: CycleState, after: Mechanism) -> CycleState:
-    """The state of one mechanism as the start of another: bodies where they were, as fast as they were.
+    """The state of one mechanism as the start of another, with the same positions and velocities of bodies.
 
-    Both are at the same phase of their drives, so that the time starts again from zero.
+    Both are at the same phase of their drives; time restarts from zero.
 
     Parameters
     ----------
@@ -37,28 +37,30 @@ def carried(before: Mechanism, state: CycleState, after: Mechanism) -> CycleStat
     Raises
     ------
     InputError
-        If they are not of the same bodies and loose joints.
+        If they are not of the same bodies and clearance joints.
     """
-    if [b.name for b in before.bodies] != [b.name for b in after.bodies] or _loose(before) != _loose(after):
-        raise InputError("follow = True over mechanisms of different bodies or loose joints", "follow = False")
+    if [b.name for b in before.bodies] != [b.name for b in after.bodies] or _clearance_joints(before) != _clearance_joints(
+        after
+    ):
+        raise InputError("follow = True over mechanisms of different bodies or clearance joints", "follow = False")
     old, new = lay_out(before), lay_out(after)
     system = build_system(new)
     n = old.free
     position, velocity = natural_state(old, build_system(old), Start(state.state[:n], state.state[n : 2 * n]))
     start = carry_over(new, system, position, velocity)
-    hidden = state.state[2 * n :]
-    if hidden.size != int(system.state_start[-1]):
+    internal = state.state[2 * n :]
+    if internal.size != int(system.state_start[-1]):
         raise InputError("follow = True over mechanisms whose friction laws have different states", "follow = False")
-    full = np.concatenate([start.position, start.velocity, hidden])
+    full = np.concatenate([start.position, start.velocity, internal])
     system.mode[:], system.approach[:] = state.mode, state.approach
     return consistent(Handle(system), full)
 
 
 def consistent(system: Handle, state: np.ndarray, *, cycle: int = 0, period: float = 0.0) -> CycleState:
-    """A start from a state that may violate lengths a little and whose contacts may be out of date.
+    """A consistent start from a state with slightly violated constraints and possibly outdated contact modes.
 
-    A joint that was in contact and is deeper than its clearance stays so, with its approach speed and hidden states; one that
-    has come into contact starts a new one.
+    A joint that was in contact and has indentation stays in contact, with its approach speed and internal states; another joint
+    with indentation starts a new contact.
 
     Parameters
     ----------
@@ -92,5 +94,5 @@ def consistent(system: Handle, state: np.ndarray, *, cycle: int = 0, period: flo
     )
 
 
-def _loose(mechanism: Mechanism) -> list[str]:
+def _clearance_joints(mechanism: Mechanism) -> list[str]:
     return [joint.name for joint in mechanism.contacts]

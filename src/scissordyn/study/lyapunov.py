@@ -1,4 +1,4 @@
-"""Largest Lyapunov exponent of a mechanism, by two roads that share nothing but the equations of motion."""
+"""Largest Lyapunov exponent of a mechanism, by two independent methods for the same equations of motion."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ from scissordyn.study.follow import consistent
 __all__ = ["separation_exponent", "variational_exponent"]
 
 NUDGE = 1e-7
-"""Length of the difference by which a tangent is projected onto the length conditions, as a fraction of the state."""
+"""Length of the difference for the projection of a tangent onto the length constraints, as a fraction of the state."""
 
 
 def separation_exponent(
@@ -47,14 +47,15 @@ def separation_exponent(
     seed: int = 0,
     progress: Callable[[int, int], None] | None = None,
 ) -> xr.Dataset:
-    """Largest Lyapunov exponent from two trajectories, brought together again and again.
+    """Largest Lyapunov exponent from two trajectories, with repeated rescaling of their distance.
 
-    After each of the `intervals` of a cycle the distance d between the trajectories is measured, ln(d/d0) noted, and the
-    companion put back to the distance d0 in the same direction (Benettin et al. 1980, doi:10.1007/BF02128236). It is put
-    onto the length conditions; hidden states and approach speeds of joints that touch in both are brought together by the same
-    factor, and a joint in which only one touches keeps the companion's own. So it holds for any law. Distance:
-    d^2 = |dx'|^2 + (2 pi/T)^2 |dx|^2 in free coordinates, whose mass matrix is the identity; hidden states are carried but
-    not measured, since they relax to the motion within microseconds.
+    After each of the `intervals` of a cycle the distance d between the trajectories is measured, ln(d/d0) recorded, and the
+    companion moved to the distance d0 in the same direction (Benettin et al. 1980, doi:10.1007/BF02128236). It is projected
+    onto the length constraints; the differences of internal states and approach speeds of joints in contact in both are scaled
+    by the same factor, and a joint in contact in one only keeps the companion's values. The method is valid for any law.
+    Distance: d^2 =
+    |dx'|^2 + (2 pi/T)^2 |dx|^2 in free coordinates, whose mass matrix is the identity; internal states are carried but not
+    measured, since they relax to the motion within microseconds.
 
     Parameters
     ----------
@@ -64,11 +65,11 @@ def separation_exponent(
     period : float, optional
         T [s]; that of the drive if not given.
     intervals : int
-        Into which a cycle is divided: the difference must stay small in each.
+        Number of intervals of a cycle; the difference must stay small in each.
     skip : int
-        First cycles that do not count.
+        Number of cycles at the start that are left out.
     distance : float
-        d0, as a fraction of (2 pi/T) times the smallest clearance (of 1 kg^0.5 m if no joint is loose).
+        d0, as a fraction of (2 pi/T) times the smallest clearance (of 1 kg^0.5 m if no joint has clearance).
     start : {"concentric", "in-contact", "static"}
     rtol, atol : float
         Errors in a step must be small against d0.
@@ -76,14 +77,14 @@ def separation_exponent(
     seed : int
         Of the direction of the first difference.
     progress : callable, optional
-        Called after each cycle with how many are done and how many there are.
+        Called after each cycle with the number done and the total.
 
     Returns
     -------
     Dataset
         `exponent` [1/s], `standard_error` and `running` as from `analysis.lyapunov.exponent_from_growth`, and `log_growth` of
-        every interval. Attributes: status, cause, and `apart`, the share of interval ends at which one trajectory touched
-        where the other did not.
+        every interval. Attributes: status, cause, and `apart`, the fraction of interval ends with different contact modes of
+        the two trajectories.
 
     Raises
     ------
@@ -137,18 +138,19 @@ def variational_exponent(
     seed: int = 0,
     progress: Callable[[int, int], None] | None = None,
 ) -> xr.Dataset:
-    """Largest Lyapunov exponent from a tangent vector carried along one trajectory.
+    """Largest Lyapunov exponent from a tangent vector along one trajectory.
 
     The variational equation u' = J(t) u is integrated by the implicit midpoint rule u <- (1 - hJ/2)^-1 (1 + hJ/2) u, with J the
-    mechanics' own linearisation at the middle of each substep; its error falls with h^2. The contact force is continuous at
-    delta = 0, and so is its derivative for every law stiffer than linear, so that u does not jump when a joint touches. The
-    damping laws divide by the approach speed of the contact, a number that depends on the trajectory and not on the state,
-    and friction starts anew with each contact: for these there is no such equation, and `separation_exponent` has to do.
+    mechanics' own linearisation at the middle of each substep; its error is of second order in h. The contact force is
+    continuous at delta = 0, and so is its derivative for every law stiffer than linear, so that u is continuous at the start of
+    a contact. The damping laws divide by the approach speed of the contact, a number that depends on the trajectory and not on
+    the state, and friction states start anew with each contact: for these the variational equation is not defined; use
+    `separation_exponent`.
 
     Parameters
     ----------
     mechanism : Mechanism
-        Loose joints without friction and with damping "none".
+        Clearance joints without friction and with damping "none".
     cycles, period, intervals, skip
         As in `separation_exponent`.
     substeps : int
@@ -179,7 +181,8 @@ def variational_exponent(
             )
     if any(isinstance(element, AngleStop | TravelStop) for element in mechanism.elements) or mechanism.latches:
         raise InputError(
-            "the variational equation of a mechanism with end stops or latches, at which it jumps", "a mechanism without"
+            "the variational equation of a mechanism with end stops or latches, where it is discontinuous",
+            "a mechanism without",
         )
     pulse, part = 2.0 * math.pi / period, period / intervals
     # samples at the ends and the middles of all substeps
@@ -222,7 +225,7 @@ def _check_counts(**counts: int) -> None:
 
 
 def _length(difference: np.ndarray, n: int, pulse: float) -> float:
-    """Size of a difference of states: that of its speeds, positions counting as much as in a vibration at `pulse`."""
+    """Norm of a difference of states: speeds, and positions times the angular frequency `pulse`."""
     return float(np.sqrt(np.sum(difference[n : 2 * n] ** 2) + pulse**2 * np.sum(difference[:n] ** 2)))
 
 
@@ -236,7 +239,7 @@ def _first_tangent(system: Handle, state: np.ndarray, n: int, pulse: float, seed
 
 
 def _on_conditions(system: Handle, time: float, state: np.ndarray, tangent: np.ndarray) -> np.ndarray:
-    """The part of a tangent that keeps the lengths, to first order: the difference between two projected states."""
+    """The projection of a tangent onto the length constraints, from the difference between two projected states."""
     base = state.copy()
     functions.project(time, base, system.address)
     size = NUDGE * max(1.0, float(np.max(np.abs(base)))) / float(np.max(np.abs(tangent)))
@@ -258,9 +261,9 @@ def _companion(
         both, reference.approach + factor * (companion.approach - reference.approach), companion.approach
     )
     for j in range(content.radius.shape[0]):
-        hidden = slice(2 * content.n + int(content.state_start[j]), 2 * content.n + int(content.state_start[j + 1]))
+        internal = slice(2 * content.n + int(content.state_start[j]), 2 * content.n + int(content.state_start[j + 1]))
         if not both[j]:
-            full[hidden] = companion.state[hidden]
+            full[internal] = companion.state[internal]
     put = consistent(system, full, cycle=reference.cycle, period=part)
     return dataclasses.replace(put, force=companion.force, total=companion.total, stepping=companion.stepping)
 

@@ -1,4 +1,4 @@
-"""One number of a mechanism, by name: what it is, and the mechanism with another value."""
+"""One number of a mechanism, by name: its value and quantity, and the mechanism with another value."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ class Parameter:
     ----------
     path : str
     value : float
-        As it is.
+        Its present value.
     quantity : Quantity
         Its unit, bounds and meaning.
     """
@@ -35,7 +35,7 @@ class Parameter:
 
 
 def parameter(mechanism: Mechanism, path: str) -> Parameter:
-    """What a path leads to.
+    """The number at a path.
 
     Parameters
     ----------
@@ -51,7 +51,7 @@ def parameter(mechanism: Mechanism, path: str) -> Parameter:
     Raises
     ------
     InputError
-        If it does not lead to a number with a unit.
+        If there is no number with a unit at the path.
     """
     owner: Any = mechanism
     *inner, name = path.split(".")
@@ -60,14 +60,14 @@ def parameter(mechanism: Mechanism, path: str) -> Parameter:
     elif inner:
         owner = mechanism.joint(inner[0]).clearance
         if owner is None:
-            raise InputError(f"'{path}': joint '{inner[0]}' is ideal", "a loose joint")
+            raise InputError(f"'{path}': joint '{inner[0]}' is ideal", "a clearance joint")
         for step in inner[1:]:
             owner = _field(owner, step, path)
     value = _field(owner, name, path)
     described: type = type(owner)
     declared = quantities(described)
     if name not in declared or isinstance(value, bool) or not isinstance(value, int | float):
-        raise InputError(f"'{path}' is not a number with a unit", ", ".join(declared) or "a path that leads to a number")
+        raise InputError(f"'{path}' is not a number with a unit", ", ".join(declared) or "the path of a number")
     return Parameter(path, float(value), declared[name])
 
 

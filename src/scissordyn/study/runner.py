@@ -20,7 +20,7 @@ Case = TypeVar("Case")
 Value = TypeVar("Value")
 
 AHEAD = 2
-"""Cases handed out per worker, so that none waits for the next one."""
+"""Cases queued per worker, so that no worker waits."""
 
 DIED = "the process that computed it died (a script calls this with several workers under: if __name__ == '__main__')"
 """A script without it starts itself anew in every process, which then breaks off."""
@@ -28,7 +28,7 @@ DIED = "the process that computed it died (a script calls this with several work
 
 @dataclass(frozen=True)
 class CaseResult(Generic[Value]):
-    """What became of one case.
+    """The result of one case.
 
     Parameters
     ----------

@@ -1,1 +1,1 @@
-"""Controllers that compare a signal with its own past."""
+"""Controllers that feed back the difference of a signal and its delayed value."""

@@ -13,12 +13,12 @@ __all__ = ["difference_numbers", "torque"]
 _limited, _ramped = limited, ramped
 
 
-def difference_numbers(described: Any, memory: float) -> tuple[float, ...]:
-    """K, R, limit, onset, ramp, and where the recorded signal stands, of a controller that has these fields."""
+def difference_numbers(described: Any, recursion_gain: float) -> tuple[float, ...]:
+    """K, R, limit, onset, ramp and index of the recorded signal, of a controller that has these fields."""
     check_signal(type(described).__name__, described.recorded)
     limit = math.inf if described.limit is None else described.limit
     onset = described.delay if described.onset is None else described.onset
-    return described.gain, memory, limit, onset, described.ramp, float(SIGNALS.index(described.recorded))
+    return described.gain, recursion_gain, limit, onset, described.ramp, float(SIGNALS.index(described.recorded))
 
 
 @kernel()

@@ -1,4 +1,4 @@
-"""Extended delayed feedback: Pyragas's with a memory of all periods before."""
+"""Extended delayed feedback: Pyragas's with a geometric sum over all periods before."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ __all__ = ["ExtendedDelayedFeedback"]
 
 @dataclass(frozen=True)
 class ExtendedDelayedFeedback:
-    r"""Feedback of the difference between a signal and a fading sum of its values one, two, three ... periods ago.
+    r"""Feedback of the difference between a signal and a weighted sum of its values one, two, three ... periods ago.
 
     .. math::
         u = \mathrm{sat}(K [(1 - R) S(t - T) - y(t)]),\quad S(t) = y(t) + R S(t - T)
@@ -27,13 +27,13 @@ class ExtendedDelayedFeedback:
         K [N m per unit of the signal].
     delay : float
         T [s].
-    memory : float
+    recursion_gain : float
         R [1].
     recorded : str
         The signal y: "error" (reference less angle [rad]), "speed" [rad/s], "sensor_x", "sensor_y" [m] or their rates
         "sensor_rate_x", "sensor_rate_y" [m/s].
     onset : float, optional
-        From when on it acts [s]; from one delay on if not given. Before the start the signal counts as constant.
+        Start of the feedback [s]; one delay if not given. Before t = 0 the signal is taken as constant.
     ramp : float
         Time over which the gain rises from zero after the onset [s].
     limit : float, optional
@@ -41,28 +41,28 @@ class ExtendedDelayedFeedback:
     """
 
     gain: Annotated[float, Quantity("N m", help="K, torque per SI unit of the signal")]
-    delay: Annotated[float, Quantity("s", above=0.0, help="T, the period of the orbit that is wanted")]
-    memory: Annotated[float, Quantity("1", above=-1.0, below=1.0, help="R, share of the past that is kept")] = 0.5
+    delay: Annotated[float, Quantity("s", above=0.0, help="T, period of the desired orbit")]
+    recursion_gain: Annotated[float, Quantity("1", above=-1.0, below=1.0, help="R, weight of S(t - T) in the recursion")] = 0.5
     recorded: str = "speed"
-    onset: Annotated[float | None, Quantity("s", minimum=0.0, help="from when on it acts; one delay without it")] = None
+    onset: Annotated[float | None, Quantity("s", minimum=0.0, help="start of the feedback; one delay without it")] = None
     ramp: Annotated[float, Quantity("s", minimum=0.0, help="time over which the gain rises from zero")] = 0.0
     limit: Annotated[float | None, Quantity("N m", above=0.0, help="largest torque in either sense")] = None
 
     name: ClassVar[str] = "extended"
     tag: ClassVar[int] = 2
     source: ClassVar[str] = "Socolar, Sukow and Gauthier 1994, doi:10.1103/PhysRevE.50.3245"
-    feeds: ClassVar[bool] = False
+    uses_feed_forward: ClassVar[bool] = False
     states: ClassVar[tuple[str, ...]] = ()
 
     def __post_init__(self) -> None:
         check_quantities(self)
-        difference_numbers(self, self.memory)
+        difference_numbers(self, self.recursion_gain)
 
     @property
-    def senses(self) -> bool:
+    def uses_sensor(self) -> bool:
         """Whether the signal is the sensor's."""
         return self.recorded.startswith("sensor")
 
     def parameters(self) -> tuple[float, ...]:
-        """K, R, limit, onset, ramp, place of the signal."""
-        return difference_numbers(self, self.memory)
+        """K, R, limit, onset, ramp, index of the signal."""
+        return difference_numbers(self, self.recursion_gain)

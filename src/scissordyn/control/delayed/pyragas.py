@@ -31,7 +31,7 @@ class Pyragas:
         The signal y: "error" (reference less angle [rad]), "speed" [rad/s], "sensor_x", "sensor_y" [m] or their rates
         "sensor_rate_x", "sensor_rate_y" [m/s].
     onset : float, optional
-        From when on it acts [s]; from one delay on if not given. Before the start the signal counts as constant.
+        Start of the feedback [s]; one delay if not given. Before t = 0 the signal is taken as constant.
     ramp : float
         Time over which the gain rises from zero after the onset [s].
     limit : float, optional
@@ -39,9 +39,9 @@ class Pyragas:
     """
 
     gain: Annotated[float, Quantity("N m", help="K, torque per SI unit of the signal")]
-    delay: Annotated[float, Quantity("s", above=0.0, help="T, the period of the orbit that is wanted")]
+    delay: Annotated[float, Quantity("s", above=0.0, help="T, period of the desired orbit")]
     recorded: str = "speed"
-    onset: Annotated[float | None, Quantity("s", minimum=0.0, help="from when on it acts; one delay without it")] = None
+    onset: Annotated[float | None, Quantity("s", minimum=0.0, help="start of the feedback; one delay without it")] = None
     ramp: Annotated[float, Quantity("s", minimum=0.0, help="time over which the gain rises from zero")] = 0.0
     limit: Annotated[float | None, Quantity("N m", above=0.0, help="largest torque in either sense")] = None
 
@@ -50,19 +50,19 @@ class Pyragas:
     source: ClassVar[str] = (
         "Pyragas 1992, doi:10.1016/0375-9601(92)90745-8; limitation: Nakajima 1997, doi:10.1016/S0375-9601(97)00362-9"
     )
-    feeds: ClassVar[bool] = False
+    uses_feed_forward: ClassVar[bool] = False
     states: ClassVar[tuple[str, ...]] = ()
-    memory: ClassVar[float] = 0.0
+    recursion_gain: ClassVar[float] = 0.0
 
     def __post_init__(self) -> None:
         check_quantities(self)
         difference_numbers(self, 0.0)
 
     @property
-    def senses(self) -> bool:
+    def uses_sensor(self) -> bool:
         """Whether the signal is the sensor's."""
         return self.recorded.startswith("sensor")
 
     def parameters(self) -> tuple[float, ...]:
-        """K, R = 0, limit, onset, ramp, place of the signal."""
+        """K, R = 0, limit, onset, ramp, index of the signal."""
         return difference_numbers(self, 0.0)

@@ -1,1 +1,1 @@
-"""Controllers that follow a reference course."""
+"""Controllers that track a reference motion."""

@@ -1,7 +1,7 @@
-"""The torque that `pid` and `feed_forward` share: what is wanted, what the limit leaves of it, and the integral.
+"""The torque of `pid` and `feed_forward`: command, limit and integral.
 
-Letters: e angle error, s the sensor's vector, z integral part of the torque. The integral is led back by what the limit cuts
-off (back-calculation, Astrom and Hagglund 1995, PID Controllers, section 3.5), so that it does not wind up.
+Letters: e angle error, s the sensor's vector, z integral part of the torque. Back-calculation keeps the integral from winding
+up (Astrom and Hagglund 1995, PID Controllers, section 3.5).
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ def feedback_numbers(described: Any) -> tuple[float, ...]:
     Raises
     ------
     InputError
-        If there is a ramp without a limit that it could raise.
+        If there is a ramp without a limit.
     """
     name = type(described).__name__
     if described.ramp > 0.0 and described.limit is None:

@@ -10,17 +10,17 @@ __all__ = ["NoControl"]
 
 @dataclass(frozen=True)
 class NoControl:
-    """An actuator that gives no torque: u = 0."""
+    """An actuator without torque: u = 0."""
 
     name: ClassVar[str] = "none"
     tag: ClassVar[int] = 0
     source: ClassVar[str] = "definition"
-    feeds: ClassVar[bool] = False
+    uses_feed_forward: ClassVar[bool] = False
     states: ClassVar[tuple[str, ...]] = ()
     delay: ClassVar[float] = 0.0
     recorded: ClassVar[str] = ""
-    memory: ClassVar[float] = 0.0
-    senses: ClassVar[bool] = False
+    recursion_gain: ClassVar[float] = 0.0
+    uses_sensor: ClassVar[bool] = False
 
     def parameters(self) -> tuple[float, ...]:
         """Nothing."""

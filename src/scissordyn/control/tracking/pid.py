@@ -13,12 +13,12 @@ __all__ = ["PID"]
 
 @dataclass(frozen=True)
 class PID:
-    r"""Feedback of the angle error, its rate and its integral, never beyond a limit.
+    r"""Feedback of the angle error, its rate and its integral, within a limit.
 
     .. math::
         u = \mathrm{sat}(k_p e + k_d \dot e + z),\quad \dot z = k_i e + (u - k_p e - k_d \dot e - z)/T_t
 
-    The limit may rise from zero in proportion to time over a ramp.
+    The limit can rise from zero linearly over a ramp.
     """
 
     proportional: Annotated[float, Quantity("N m/rad", minimum=0.0, help="k_p")]
@@ -26,18 +26,18 @@ class PID:
     integral: Annotated[float, Quantity("N m/(rad s)", minimum=0.0, help="k_i")] = 0.0
     limit: Annotated[float | None, Quantity("N m", above=0.0, help="largest torque in either sense")] = None
     ramp: Annotated[float, Quantity("s", minimum=0.0, help="time over which the limit rises from zero")] = 0.0
-    tracking_time: Annotated[
-        float | None, Quantity("s", above=0.0, help="T_t in which the integral yields to the limit; k_p/k_i without it")
-    ] = None
+    tracking_time: Annotated[float | None, Quantity("s", above=0.0, help="T_t of the back-calculation; k_p/k_i without it")] = (
+        None
+    )
 
     name: ClassVar[str] = "pid"
     tag: ClassVar[int] = 1
     source: ClassVar[str] = "Astrom and Hagglund 1995, PID Controllers, ISBN 1-55617-516-7"
-    feeds: ClassVar[bool] = False
+    uses_feed_forward: ClassVar[bool] = False
     delay: ClassVar[float] = 0.0
     recorded: ClassVar[str] = ""
-    memory: ClassVar[float] = 0.0
-    senses: ClassVar[bool] = False
+    recursion_gain: ClassVar[float] = 0.0
+    uses_sensor: ClassVar[bool] = False
 
     def __post_init__(self) -> None:
         check_quantities(self)
@@ -49,5 +49,5 @@ class PID:
         return ("integral_torque",) if self.integral > 0.0 else ()
 
     def parameters(self) -> tuple[float, ...]:
-        """k_p, k_d, k_i, limit, ramp, 1/T_t, then no feed-forward and no landing."""
+        """k_p, k_d, k_i, limit, ramp, 1/T_t, then no feed-forward and no rate damping."""
         return (*feedback_numbers(self), 0.0, 0.0, 1.0)

@@ -1,1 +1,1 @@
-"""Damping parts of the normal force: what an approach and a rebound make of the elastic part."""
+"""Damping parts of the normal force: factors and dashpots for approach and rebound."""

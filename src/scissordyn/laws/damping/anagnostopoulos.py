@@ -1,4 +1,4 @@
-"""Anagnostopoulos's dashpot, its constant found from the restitution."""
+"""Anagnostopoulos's dashpot, with its constant from the restitution coefficient."""
 
 from __future__ import annotations
 
@@ -15,12 +15,12 @@ __all__ = ["Anagnostopoulos"]
 
 @dataclass(frozen=True)
 class Anagnostopoulos:
-    r"""The linear dashpot that beside a linear spring k gives the restitution c_e to an effective mass m.
+    r"""The linear dashpot that with a linear spring k gives the restitution coefficient c_e for an effective mass m.
 
     .. math:: F_n = F_{el} + C \delta',\quad C = 2\zeta\sqrt{k m},\quad \zeta = \frac{-\ln c_e}{\sqrt{\pi^2 + \ln^2 c_e}}
 
-    That restitution counts the short pull at the end of the contact. Surfaces that do not stick cannot pull: the force is
-    cut off there, and a free body comes back a little faster than asked (0.902 for c_e = 0.9).
+    That restitution includes the tension at the end of the contact. Without adhesion the force is set to zero there, and a
+    free body rebounds a little faster (0.902 for c_e = 0.9).
     """
 
     restitution: Annotated[float, Quantity("1", above=0.0, maximum=1.0, help="restitution coefficient c_e")] = 0.9

@@ -1,4 +1,4 @@
-"""The damping factor that returns exactly the restitution that was asked for."""
+"""The damping factor that returns the given restitution coefficient exactly."""
 
 from __future__ import annotations
 
@@ -64,7 +64,7 @@ def exact_factor(restitution: float) -> float:
 
 
 def returned_restitution(factor: float) -> float:
-    """The restitution that comes out of a damping factor for a free body and any elastic part, from the same equation.
+    """The restitution coefficient of a damping factor for a free body and any elastic part, from the same equation.
 
     Parameters
     ----------
@@ -80,7 +80,7 @@ def returned_restitution(factor: float) -> float:
 
 @dataclass(frozen=True)
 class Exact:
-    r"""The factor with which a free body, whatever the elastic part, rebounds with c_e times its approach speed.
+    r"""The factor with which a free body rebounds with c_e times its approach speed, for any elastic part.
 
     .. math:: \ln\frac{1+\xi}{1-\xi c_e} = \xi (1 + c_e)
     """

@@ -14,7 +14,7 @@ __all__ = ["Flores"]
 
 @dataclass(frozen=True)
 class Flores:
-    r"""Damping for the whole range of restitution, soft contacts too.
+    r"""Damping for the whole range of restitution coefficients.
 
     .. math:: \xi = \frac{8(1-c_e)}{5c_e}
     """

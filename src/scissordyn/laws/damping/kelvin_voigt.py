@@ -14,11 +14,11 @@ __all__ = ["KelvinVoigt"]
 
 @dataclass(frozen=True)
 class KelvinVoigt:
-    r"""A linear dashpot of the user's own constant.
+    r"""A linear dashpot with a given constant.
 
     .. math:: F_n = F_{el} + C \delta'
 
-    The force jumps at the first touch, and where it would pull the surfaces together it is zero.
+    The force is discontinuous at the start of the contact, and zero where it would be negative.
     """
 
     coefficient: Annotated[float, Quantity("N*s/m", minimum=0.0, help="damping coefficient C")] = 1e3

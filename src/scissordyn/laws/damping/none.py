@@ -13,7 +13,7 @@ __all__ = ["NoDamping"]
 
 @dataclass(frozen=True)
 class NoDamping:
-    """A contact that gives back all it took: xi = 0."""
+    """A contact without dissipation: xi = 0."""
 
     name: ClassVar[str] = "none"
     tag: ClassVar[int] = proportional.TAG

@@ -1,4 +1,4 @@
-"""The elastic foundation's tangent stiffness put where a stiffness belongs, as printed."""
+"""The elastic foundation's tangent stiffness in place of a stiffness, as printed."""
 
 from __future__ import annotations
 

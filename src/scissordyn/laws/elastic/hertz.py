@@ -18,7 +18,7 @@ class Hertz:
 
     .. math:: F = K \delta^{3/2},\quad K = \frac{4}{3} E^* \sqrt{\frac{R_B R_J}{R_B - R_J}}
 
-    At a flat wall it is a ball of the corner's radius on a plane.
+    At a plane surface it is a ball of the corner's radius on a plane.
     """
 
     name: ClassVar[str] = "hertz"

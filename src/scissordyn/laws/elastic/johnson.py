@@ -18,7 +18,7 @@ class Johnson:
 
     .. math:: \delta = \frac{f}{\pi E^*} \left[\ln\frac{4\pi E^* c}{f} - 1\right],\quad f = F/L_b
 
-    The branch ends at delta = 4 c/e^2 = 0.54 c; from 97 % of that the law goes on along its tangent.
+    The branch ends at delta = 4 c/e^2 = 0.54 c; from 97 % of that on the law continues along its tangent.
     """
 
     name: ClassVar[str] = "johnson"

@@ -18,12 +18,12 @@ __all__ = ["TAG", "TURN", "force", "row"]
 TAG = 2
 
 TURN = 1.25
-"""t at which the curve is left for its tangent. At t = 1 the laws have their deepest indentation and an infinite stiffness;
-until here, 97 % of it, they are followed to round-off."""
+"""t from which on the tangent continues the curve. At t = 1 the laws have their largest indentation and an infinite stiffness;
+up to here, 97 % of it, they are exact to round-off."""
 
 
 def row(compliance: float, ceiling: float) -> tuple[float, ...]:
-    """What the kernel reads, for delta = A F ln(G/F).
+    """The numbers of the kernel, for delta = A F ln(G/F).
 
     Parameters
     ----------

@@ -13,7 +13,7 @@ from scissordyn.laws.elastic import power
 __all__ = ["Pereira"]
 
 CLEARANCES = (0.005, 0.34954, 10.0)
-"""Where the exponent's two pieces begin, meet and end, c in mm."""
+"""Limits of the two pieces of the exponent, c in mm."""
 
 
 @dataclass(frozen=True)
@@ -25,7 +25,7 @@ class Pereira:
 
         Y = 1.51 (\ln 1000c)^{-0.151}\ (0.005 \le c < 0.34954),\quad Y = 0.0151 c + 1.151\ (0.34954 \le c \le 10)
 
-    The constants hold for lengths in mm, moduli in MPa and forces in N; here they are turned to SI.
+    The constants hold for lengths in mm, moduli in MPa and forces in N; here they are converted to SI.
     """
 
     name: ClassVar[str] = "pereira"

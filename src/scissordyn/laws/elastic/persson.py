@@ -12,7 +12,7 @@ from scissordyn.laws.contact import JointContact
 __all__ = ["Persson", "force"]
 
 LAST_ARC = 0.75
-"""b^2 at which the law is left for its tangent: its pole lies at 0.834, about ten clearances deep."""
+"""b^2 from which on the tangent continues the law: its pole is at 0.834, at about ten clearances."""
 
 
 @dataclass(frozen=True)
@@ -23,7 +23,7 @@ class Persson:
         F = L_b E^* c \frac{\pi b^2 (b^2+1)}{2 - \ln(b^2+1) - 2b^4},\quad b = \tan\frac{\varepsilon}{2},\quad
         \cos\varepsilon = \frac{c}{c+\delta}
 
-    By the half angle b^2 = delta/(2 c + delta), so the law is explicit. Beyond delta = 6 c it goes on along its tangent.
+    By the half angle b^2 = delta/(2 c + delta), so the law is explicit. Beyond delta = 6 c it continues along its tangent.
     """
 
     name: ClassVar[str] = "persson"

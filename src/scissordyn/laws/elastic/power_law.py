@@ -1,4 +1,4 @@
-"""A constant power law with the user's own numbers."""
+"""A power law with given constants."""
 
 from __future__ import annotations
 

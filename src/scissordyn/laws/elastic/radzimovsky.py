@@ -20,9 +20,9 @@ class Radzimovsky:
     .. math:: \delta = \frac{f}{\pi E^*} \left[\tfrac{2}{3} + \ln\frac{4R_B}{b} + \ln\frac{4R_J}{b}\right],\quad
         b = k_b \sqrt{\frac{f R}{E^*}},\quad R = \frac{R_B R_J}{R_B - R_J},\quad f = F/L_b
 
-    The default k_b = 2/sqrt(pi) = 1.128 is Hertz's half width. Two others circulate: b = 1.60 sqrt(f R (1-nu^2)/E)
+    The default k_b = 2/sqrt(pi) = 1.128 is Hertz's half width. Two others are in use: b = 1.60 sqrt(f R (1-nu^2)/E)
     summed over both bodies (k_b = 1.60) and, for equal bodies with nu = 0.3, b = 2.15 sqrt(f R/E) (k_b = 1.594);
-    these are full widths put where the half width belongs.
+    these are full widths in place of the half width.
     """
 
     half_width: Annotated[float, Quantity("1", above=0.0, help="k_b in b = k_b sqrt(f R/E*)")] = 2.0 / math.sqrt(math.pi)

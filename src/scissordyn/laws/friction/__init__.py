@@ -1,1 +1,1 @@
-"""Friction: tangential force against slip speed, normal force and hidden states."""
+"""Friction: tangential force against slip speed, normal force and internal states."""

@@ -1,4 +1,4 @@
-"""Static against kinetic friction, said once for all laws that have both."""
+"""Static and kinetic friction coefficients, for all laws that have both."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from scissordyn.errors import InputError
 __all__ = ["STATIC_OVER_KINETIC", "static_coefficient"]
 
 STATIC_OVER_KINETIC = 1.5
-"""What a static coefficient that is not given is taken to be, as a multiple of the kinetic one."""
+"""Default of the static coefficient, as a multiple of the kinetic one."""
 
 
 def static_coefficient(law: str, kinetic: float, static: float | None) -> float:
@@ -16,7 +16,7 @@ def static_coefficient(law: str, kinetic: float, static: float | None) -> float:
     Parameters
     ----------
     law : str
-        Whose coefficients these are.
+        Name of the law.
     kinetic : float
         mu_k [1].
     static : float, optional

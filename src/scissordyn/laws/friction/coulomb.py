@@ -15,12 +15,12 @@ __all__ = ["Coulomb", "direction", "force"]
 
 @dataclass(frozen=True)
 class Coulomb:
-    r"""Friction that opposes sliding and does not ask how fast it is.
+    r"""Friction opposite to sliding, independent of its speed.
 
     .. math:: F_t = \mu F_n \tanh\frac{v}{v_0}
 
-    The sign of v is smoothed over v_0; with v_0 = 0 it is the sign itself, and then a joint that comes to stick makes the
-    integrator chatter or stop.
+    The sign of v is smoothed over v_0; with v_0 = 0 it is the sign itself, and a sticking joint makes the
+    integrator chatter or fail.
     """
 
     kinetic: Annotated[float, Quantity("1", above=0.0, help="friction coefficient mu")] = 0.05

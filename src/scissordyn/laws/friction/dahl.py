@@ -15,7 +15,7 @@ __all__ = ["Dahl", "force", "start"]
 
 @dataclass(frozen=True)
 class Dahl:
-    r"""Friction as the spring force of surfaces that give way gradually; no static peak.
+    r"""Friction as the force of elastic surfaces that yield gradually, without a static peak.
 
     .. math:: z' = v \left|1 - \frac{\sigma_0 z}{\mu}\operatorname{sgn} v\right|^n
         \operatorname{sgn}\left(1 - \frac{\sigma_0 z}{\mu}\operatorname{sgn} v\right),\quad F_t = F_n \sigma_0 z

@@ -17,14 +17,14 @@ __all__ = ["ElastoPlastic", "force", "start"]
 
 @dataclass(frozen=True)
 class ElastoPlastic:
-    r"""LuGre friction whose bristles first bend without slipping, so that a joint at rest does not creep.
+    r"""LuGre friction whose bristles first deflect without slip, so that a joint at rest does not creep.
 
     .. math::
         z' = v \left(1 - \alpha \frac{\sigma_0 z}{g(v)} \operatorname{sgn} v\right),\quad
         F_t = F_n (\sigma_0 z + \sigma_1 z' + \sigma_2 v)
 
     alpha is 0 while z and v have different signs or |z| <= z_ba, 1 from z_max = g(v)/sigma_0 on, and half a sine wave between.
-    z_ba is the breakaway share of mu_k/sigma_0, the smallest z_max. bristle_deflection z is in m. The static coefficient is
+    z_ba is the breakaway fraction of mu_k/sigma_0, the smallest z_max. bristle_deflection z is in m. The static coefficient is
     1.5 times the kinetic one unless it is given.
     """
 
@@ -36,7 +36,7 @@ class ElastoPlastic:
     bristle_damping: Annotated[float, Quantity("s/m", minimum=0.0, help="sigma_1 per unit normal force")] = 316.0
     viscous: Annotated[float, Quantity("s/m", minimum=0.0, help="sigma_2 per unit normal force")] = 0.0
     breakaway: Annotated[
-        float, Quantity("1", above=0.0, below=1.0, help="share of mu_k/sigma_0 up to which bristles only bend")
+        float, Quantity("1", above=0.0, below=1.0, help="fraction of mu_k/sigma_0 up to which bristles only deflect")
     ] = 0.7
 
     name: ClassVar[str] = "elasto-plastic"

@@ -1,4 +1,4 @@
-"""LuGre friction: bristles that bend, slide and rub."""
+"""LuGre friction: elastic bristles with stick and slip."""
 
 from __future__ import annotations
 

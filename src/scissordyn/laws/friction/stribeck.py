@@ -21,8 +21,8 @@ class Stribeck:
 
     .. math:: F_t = F_n \left[g(v) \tanh\frac{v}{v_0} + \sigma_2 v\right],\quad g = \mu_k + (\mu_s - \mu_k) e^{-|v/v_s|^\gamma}
 
-    The sign of v is smoothed over v_0; with v_0 = 0 it is the sign itself, and then a joint that comes to stick makes the
-    integrator chatter or stop. The static coefficient is 1.5 times the kinetic one unless it is given.
+    The sign of v is smoothed over v_0; with v_0 = 0 it is the sign itself, and a sticking joint makes the
+    integrator chatter or fail. The static coefficient is 1.5 times the kinetic one unless it is given.
     """
 
     kinetic: Annotated[float, Quantity("1", above=0.0, help="kinetic friction coefficient mu_k")] = 0.05

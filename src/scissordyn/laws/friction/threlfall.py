@@ -19,7 +19,7 @@ class Threlfall:
 
     .. math:: F_t = \mu F_n (1 - e^{-3|v|/v_0}) \operatorname{sgn} v
 
-    At v_0 it is 95 % of Coulomb's; the exponential is kept beyond, where some printings put a constant.
+    At v_0 it is 95 % of Coulomb's; the exponential is used beyond, where some printings have a constant.
     """
 
     kinetic: Annotated[float, Quantity("1", above=0.0, help="friction coefficient mu")] = 0.05

@@ -12,7 +12,7 @@ from matplotlib.ticker import LogLocator, NullFormatter, StrMethodFormatter
 
 from scissordyn.analysis.scatter import velocity_acceleration
 from scissordyn.paper.cases import ARRAY, CLEARANCES, CONTROLLED, FRICTION, PaperCase
-from scissordyn.paper.controlled import COURSES, ControlledRun
+from scissordyn.paper.controlled import MANOEUVRES, ControlledRun
 from scissordyn.paper.figure.panel import in_words
 from scissordyn.paper.measures import JOINT
 from scissordyn.paper.periodic import read
@@ -28,7 +28,7 @@ COLOURS = (VERMILION, BLUE, GREEN, ORANGE)
 def draw_maps(
     runs: Mapping[PaperCase, xr.Dataset], settled: Mapping[PaperCase, xr.Dataset], cases: Sequence[PaperCase]
 ) -> Figure:
-    """For each case the paper's picture of the stroke, and below it the same at one instant of each period of a periodic drive.
+    """For each case the paper's picture of the stroke, and below it the map at one instant of each period of a periodic drive.
 
     Parameters
     ----------
@@ -62,7 +62,7 @@ def draw_maps(
                 axes.set_ylabel("")
     for row in (drawn[:columns], drawn[columns:]):
         _share_limits(row, margin=0.05)
-    # the same width for all, else the round-off of a motion that repeats would fill its panel
+    # the same range for all, otherwise the round-off of a periodic motion would fill its panel
     widths = [axes.get_xlim() for axes in drawn[columns:]]
     half = 0.55 * max(high - low for low, high in widths)
     for axes, (low, high) in zip(drawn[columns:], widths, strict=True):
@@ -72,7 +72,7 @@ def draw_maps(
 
 
 def draw_bifurcation(diagram: xr.Dataset) -> Figure:
-    """Speed of the slider and place of the journal once a period, over the clearance.
+    """Speed of the slider and position of the journal once a period, over the clearance.
 
     Parameters
     ----------
@@ -83,7 +83,7 @@ def draw_bifurcation(diagram: xr.Dataset) -> Figure:
     Figure
     """
     drawn = panels(None, 2, size=(9.0, 6.4))
-    # in clearances, so that what the clearance itself changes does not tilt the picture
+    # in clearances, which removes the proportionality to the clearance
     relative = diagram["eccentricity"] / diagram["value"]
     relative.attrs = {"units": "1", "long_name": "eccentricity over clearance"}
     bifurcation(diagram, variable="slider_velocity", axes=drawn[0])
@@ -118,7 +118,7 @@ def draw_torques(runs: Mapping[PaperCase, xr.Dataset], controlled: Mapping[Contr
     milli = 1e3 * ideal["time"].values
     for label, case, color in (
         ("concentric start, no control", PaperCase(ARRAY), BLUE),
-        ("contact held", PaperCase(ARRAY, held=True), VERMILION),
+        ("constrained contact", PaperCase(ARRAY, constrained=True), VERMILION),
     ):
         stroke.plot(milli, 1e-3 * runs[case]["drive_torque"].values, color=color, linewidth=LINE, label=label)
     stroke.plot(milli, 1e-3 * ideal["drive_torque"].values, label="ideal joints", **IDEAL)
@@ -126,10 +126,10 @@ def draw_torques(runs: Mapping[PaperCase, xr.Dataset], controlled: Mapping[Contr
     stroke.set_title(f"(a) stroke, {1e3 * ARRAY:g} mm", loc="left", fontsize=NORMAL)
 
     for size, color in zip(CONTROLLED, COLOURS, strict=True):
-        more = runs[PaperCase(size, held=True)]["drive_torque"].values - ideal["drive_torque"].values
+        more = runs[PaperCase(size, constrained=True)]["drive_torque"].values - ideal["drive_torque"].values
         difference.plot(milli, more, color=color, linewidth=LINE, label=f"{1e3 * size:g} mm")
     difference.set(ylabel="torque [N·m]", xlabel="time [ms]")
-    difference.set_title("(b) contact held: torque above that of ideal joints", loc="left", fontsize=NORMAL)
+    difference.set_title("(b) constrained contact: torque above that of ideal joints", loc="left", fontsize=NORMAL)
 
     wanted = controlled[ControlledRun("deployment", "ideal")]
     driven = controlled[ControlledRun("deployment", "prescribed")]
@@ -142,7 +142,7 @@ def draw_torques(runs: Mapping[PaperCase, xr.Dataset], controlled: Mapping[Contr
         deployment.plot(run["time"].values, torque, color=color, linewidth=LINE, label=label)
     deployment.plot(wanted["time"].values, wanted["drive_torque"].values, label="ideal joints", **IDEAL)
     deployment.set(ylabel="torque [N·m]", xlabel="time [s]")
-    deployment.set_title(f"(c) {COURSES['deployment'].title}", loc="left", fontsize=NORMAL)
+    deployment.set_title(f"(c) {MANOEUVRES['deployment'].title}", loc="left", fontsize=NORMAL)
 
     for label, scheme, color in (("pyragas", "pyragas", BLUE), ("extended", "extended", VERMILION)):
         run = controlled[ControlledRun("periodic", scheme)]  # type: ignore[arg-type]
@@ -181,7 +181,7 @@ def draw_contacts(runs: Mapping[PaperCase, xr.Dataset]) -> Figure:
                 run = runs[case]
                 values = factor * run[variable].values[run["contact_joint"].values.astype(str) == JOINT]
                 values = values[np.isfinite(values) & (values > 0.0)]
-                # spread sideways in the order of time, so that equal values do not hide each other
+                # horizontal offset in the order of time, so that equal values do not overlap
                 across = k + np.linspace(-0.25, 0.25, values.size)
                 axes.plot(
                     across,

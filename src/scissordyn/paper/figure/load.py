@@ -20,7 +20,7 @@ __all__ = ["BY_CLEARANCE", "BY_SPEED", "draw", "draw_by_clearance", "draw_by_spe
 COLOURS = (BLUE, VERMILION, GREEN)
 
 KILO = {"N": "kN", "N m": "kN·m"}
-"""The forces of these runs are tens of kilonewtons; their largest ones would ask for a scale that nobody reads easily."""
+"""The forces of these runs are tens of kilonewtons; their largest values would give an inconvenient scale."""
 
 BY_SPEED = tuple(PaperCase(speed=speed) for speed in reversed(SPEEDS))
 BY_CLEARANCE = tuple(PaperCase(clearance) for clearance in SIZES)
@@ -33,7 +33,7 @@ def draw(runs: Mapping[PaperCase, xr.Dataset], cases: Mapping[PaperCase, str]) -
     ----------
     runs : mapping of PaperCase to Dataset
     cases : mapping of PaperCase to str
-        What to draw, largest first, so that it hides nothing, with labels.
+        Runs and labels, the largest first, so that it hides no other.
 
     Returns
     -------

@@ -13,11 +13,11 @@ from scissordyn.paper.cases import CLEARANCES, CONTROLLED, FRICTION, PaperCase
 from scissordyn.paper.figure.panel import panel_by_case
 from scissordyn.plot.orbit import orbit
 
-__all__ = ["BY_CLEARANCE", "BY_FRICTION", "HELD", "draw", "draw_by_clearance", "draw_by_friction", "draw_held"]
+__all__ = ["BY_CLEARANCE", "BY_FRICTION", "CONSTRAINED", "draw", "draw_by_clearance", "draw_by_friction", "draw_constrained"]
 
 BY_CLEARANCE = tuple(PaperCase(clearance) for clearance in CLEARANCES)
 BY_FRICTION = tuple(PaperCase(friction=friction) for friction in FRICTION)
-HELD = tuple(PaperCase(clearance, held=True) for clearance in CONTROLLED)
+CONSTRAINED = tuple(PaperCase(clearance, constrained=True) for clearance in CONTROLLED)
 
 
 def draw(runs: Mapping[PaperCase, xr.Dataset], cases: Sequence[PaperCase], columns: int) -> Figure:
@@ -35,8 +35,8 @@ def draw(runs: Mapping[PaperCase, xr.Dataset], cases: Sequence[PaperCase], colum
     """
 
     def paint(axes: Axes, case: PaperCase) -> str:
-        # a held joint has no indentation, only round-off, which must not be drawn larger than it is
-        orbit(runs[case], axes=axes, exaggeration=1.0 if case.held else None)
+        # a constrained contact has no indentation but round-off, which must not be magnified
+        orbit(runs[case], axes=axes, exaggeration=1.0 if case.constrained else None)
         own = axes.get_legend()
         assert own is not None
         own.remove()  # one legend for all panels
@@ -47,4 +47,4 @@ def draw(runs: Mapping[PaperCase, xr.Dataset], cases: Sequence[PaperCase], colum
 
 draw_by_clearance = partial(draw, cases=BY_CLEARANCE, columns=3)
 draw_by_friction = partial(draw, cases=BY_FRICTION, columns=2)
-draw_held = partial(draw, cases=HELD, columns=2)
+draw_constrained = partial(draw, cases=CONSTRAINED, columns=2)

@@ -1,4 +1,4 @@
-"""What the figures with one panel per run share."""
+"""Common parts of figures with one panel per run."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ __all__ = ["in_words", "panel_by_case"]
 
 
 def in_words(case: PaperCase) -> str:
-    """What distinguishes a case within its figure."""
+    """Label of a case within its figure."""
     return f"c = {1e3 * (case.clearance or 0.0):g} mm" if case.friction is None else f"friction {case.friction:g}"
 
 
@@ -29,7 +29,7 @@ def panel_by_case(
     runs : mapping of PaperCase to Dataset
     cases : sequence of PaperCase
     paint : callable
-        Draws a case on Axes and returns a remark for the title, or nothing.
+        Draws a case on Axes and returns a note for the title, or nothing.
     columns : int
 
     Returns
@@ -39,8 +39,8 @@ def panel_by_case(
     rows = -(-len(cases) // columns)
     drawn = panels(None, rows, columns, size=(3.5 * columns, 0.5 + 3.3 * rows), share=False)
     for axes, case, letter in zip(drawn, cases, "abcdef", strict=False):
-        remark = paint(axes, case)
-        title = f"({letter}) {in_words(case)}" + (f", {remark}" if remark else "")
+        note = paint(axes, case)
+        title = f"({letter}) {in_words(case)}" + (f", {note}" if note else "")
         axes.set_title(title, loc="left", fontsize=NORMAL)
         for side, label in (("left", axes.yaxis), ("bottom", axes.xaxis)):
             place = axes.get_subplotspec()

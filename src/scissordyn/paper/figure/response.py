@@ -1,4 +1,4 @@
-"""Figure 6: the response of slider and bar 2, beside the ideal mechanism's."""
+"""Figure 6: the response of slider and bar 2, compared with the ideal mechanism."""
 
 from __future__ import annotations
 

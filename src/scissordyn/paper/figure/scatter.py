@@ -1,6 +1,6 @@
 """Figures 10 and 12: slider velocity against slider acceleration, which the paper calls Poincaré maps.
 
-Over one stroke at constant speed they are scatter plots of samples: there is no period to take them at.
+Over one stroke at constant speed they are scatter plots of samples: there is no period for a map.
 """
 
 from __future__ import annotations
@@ -47,7 +47,7 @@ def draw(runs: Mapping[PaperCase, xr.Dataset], cases: Sequence[PaperCase], colum
         run, ideal = runs[case], runs[case.ideal]
         touching = run["in_contact"].sel(joint=JOINT).values.astype(bool)
         speed, acceleration = run["slider_velocity"].values, scale.factor * run["slider_acceleration"].values
-        # in free flight nothing but gravity acts on the slider: all of these points lie on one line, on top of the others
+        # in free flight only gravity acts on the slider: all of these points are on one line, drawn over the others
         for part, color, label in ((touching, VERMILION, "contact"), (~touching, BLUE, "free flight")):
             axes.plot(
                 speed[part],

@@ -1,7 +1,7 @@
-"""From a law's tag to its kernel.
+"""Dispatch from a law's tag to its kernel.
 
-An integer into a ladder of ifs: machine code with such a ladder is kept on disk, a function passed as an argument is not.
-A tag without a rung gives NaN, which ends the run and names the joint.
+The tag is an integer that a chain of ifs compares: numba caches such machine code on disk, but not a function passed as an
+argument. A tag without a branch gives NaN, which ends the run and names the joint.
 """
 
 from __future__ import annotations
@@ -71,7 +71,7 @@ def elastic_force(tag, delta, p):
 
 @kernel()
 def normal_force(tag, elastic, delta, rate, approach, p):
-    """Normal force [N] that damping `tag` makes of an elastic part; never a pull."""
+    """Normal force [N] of damping `tag` from an elastic part; never negative."""
     force = math.nan
     if tag == 0:
         force = _proportional(elastic, delta, rate, approach, p)
@@ -79,13 +79,13 @@ def normal_force(tag, elastic, delta, rate, approach, p):
         force = _dashpot(elastic, delta, rate, approach, p)
     elif tag == USER:
         force = call_at((elastic, delta, rate, approach), p)  # type: ignore[call-arg]
-    # max() would lose a NaN
+    # max() would drop a NaN
     return 0.0 if force < 0.0 else force
 
 
 @kernel()
 def friction_force(tag, v, normal, z, dz, p):
-    """Tangential force [N] of friction `tag`; writes the rates of its hidden states into dz."""
+    """Tangential force [N] of friction `tag`; writes the rates of its internal states into dz."""
     if tag == 0:
         return 0.0
     if tag == 1:
@@ -115,7 +115,7 @@ def friction_force(tag, v, normal, z, dz, p):
 
 @kernel()
 def friction_start(tag, v, z, p):
-    """Hidden states at the start of a contact that begins at slip speed v [m/s]."""
+    """Internal states at the start of a contact that begins at slip speed v [m/s]."""
     if tag == 1:
         _lugre_start(v, z, p)
     elif tag == 8:

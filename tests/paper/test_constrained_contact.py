@@ -14,13 +14,13 @@ HALF = 1.0  # of a bar of 2 m
 @pytest.mark.parametrize("size", CONTROLLED)
 def test_the_journal_stays_on_the_clearance_circle(runs, size):
     """Identity: the eccentricity found from the bodies' motion is what the constraint prescribes."""
-    place = runs[PaperCase(size, held=True)]["eccentricity"].sel(joint="A").values
+    place = runs[PaperCase(size, constrained=True)]["eccentricity"].sel(joint="A").values
     assert np.hypot(*place.T) == pytest.approx(size, rel=1e-7)
 
 
 def test_the_eccentricity_is_that_of_the_lagrange_coordinates(runs):
     """Cross-check by a second formulation: e = ((L/2)(cos th_1 - cos th_2), (L/2)(sin th_1 - sin th_2) - y)."""
-    run = runs[PaperCase(held=True)]
+    run = runs[PaperCase(constrained=True)]
     one, two = (run["angle"].sel(body=f"unit 1/bar {number}").values for number in (1, 2))
     across = HALF * (np.cos(one) - np.cos(two))
     along = HALF * (np.sin(one) - np.sin(two)) - run["slider_position"].values
@@ -29,27 +29,27 @@ def test_the_eccentricity_is_that_of_the_lagrange_coordinates(runs):
 
 def test_force_and_torque_are_the_reference(runs):
     """Published number: N from 3256.9 to 7542.2 N, torque from 4528.6 to 9021.4 N m (theory of the project, section 5)."""
-    run = runs[PaperCase(held=True)]
+    run = runs[PaperCase(constrained=True)]
     force, torque = run["normal_force"].sel(joint="A").values, run["drive_torque"].values
     assert (force.min(), force.max()) == pytest.approx((3256.9, 7542.2), rel=2e-5)
     assert (torque.min(), torque.max()) == pytest.approx((4528.6, 9021.4), rel=2e-5)
 
 
-def test_a_held_run_is_one_contact(runs):
-    """Limit: without flight the share of time in contact is one, and nothing but one contact is counted."""
-    case = PaperCase(0.3e-3, held=True)
+def test_a_constrained_run_is_one_contact(runs):
+    """Limit: without flight the fraction of time in contact is one, and nothing but one contact is counted."""
+    case = PaperCase(0.3e-3, constrained=True)
     found = measure(runs[case], runs[case.ideal])
-    assert (found.settled_share, found.final_share, found.impacts) == (pytest.approx(1.0), pytest.approx(1.0), 1)
-    assert found.smallest_force == pytest.approx(float(runs[case]["link_force"].min()))
-    assert found.peak_force == pytest.approx(float(runs[case]["link_force"].max()))
+    assert (found.settled_fraction, found.final_fraction, found.impacts) == (pytest.approx(1.0), pytest.approx(1.0), 1)
+    assert found.smallest_force == pytest.approx(float(runs[case]["rod_force"].min()))
+    assert found.peak_force == pytest.approx(float(runs[case]["rod_force"].max()))
 
 
-def test_a_held_run_has_figures_of_merit(runs):
-    """Limit: contact is kept from the start, nothing separates, and the peak force is that of the constraint."""
-    case = PaperCase(0.3e-3, held=True)
+def test_a_constrained_run_has_figures_of_merit(runs):
+    """Limit: contact from the start, no separation, and the peak force is that of the constraint."""
+    case = PaperCase(0.3e-3, constrained=True)
     found = merits(runs[case], runs[case.ideal])
-    assert (found["contact_share"], found["separations"], found["kept_from"]) == (pytest.approx(1.0), 0.0, 0.0)
-    assert found["peak_force"] == pytest.approx(float(runs[case]["link_force"].max()))
+    assert (found["contact_fraction"], found["separations"], found["in_contact_from"]) == (pytest.approx(1.0), 0.0, 0.0)
+    assert found["peak_force"] == pytest.approx(float(runs[case]["rod_force"].max()))
     assert found["tracking_error"] == pytest.approx(0.0, abs=1e-12)
 
 
@@ -58,5 +58,5 @@ def test_the_start_alone_keeps_contact(size):
     """Limit: started in the same contact without control, the joint does not open either (theory of the project, section 5)."""
     run = compute(PaperCase(size, start="in-contact"), trust=False)
     found = measure(run, compute(PaperCase(None), trust=False))
-    assert (found.impacts, found.whole_share) == (1, pytest.approx(1.0))
+    assert (found.impacts, found.whole_fraction) == (1, pytest.approx(1.0))
     assert found.smallest_force > 0.0

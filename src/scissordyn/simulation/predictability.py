@@ -1,6 +1,6 @@
-"""The trust horizon: how long two runs at different tolerances tell the same story.
+"""The predictability horizon: the time until which two runs at different tolerances agree.
 
-Impacts are chaotic; beyond this horizon a trajectory is a sample of what may happen, not a prediction.
+Motion with impacts can be chaotic; beyond the horizon a trajectory is one sample of a distribution, not a prediction.
 """
 
 from __future__ import annotations
@@ -10,17 +10,17 @@ import math
 import numpy as np
 import xarray as xr
 
-__all__ = ["PARTING", "TIGHTER", "horizon"]
+__all__ = ["DIVERGENCE", "TIGHTER", "predictability_horizon"]
 
 TIGHTER = 0.1
 """Tolerance of the second run as a fraction of the first."""
 
-PARTING = 0.1
-"""Orbits have parted when they differ by this fraction of the clearance."""
+DIVERGENCE = 0.1
+"""Difference of two orbits, as a fraction of the clearance, from which on they count as diverged."""
 
 
-def horizon(run: xr.Dataset, tighter: xr.Dataset) -> tuple[float, int]:
-    """Until when two runs of the same case agree.
+def predictability_horizon(run: xr.Dataset, tighter: xr.Dataset) -> tuple[float, int]:
+    """Time until which two runs of the same case agree.
 
     Parameters
     ----------
@@ -30,9 +30,9 @@ def horizon(run: xr.Dataset, tighter: xr.Dataset) -> tuple[float, int]:
     Returns
     -------
     until : float
-        First sampled time at which a journal's orbits differ by more than `PARTING` of its clearance, or the end [s].
+        First sampled time at which a journal's orbits differ by more than `DIVERGENCE` of its clearance, or the end [s].
     contacts : int
-        Number of contacts that started before.
+        Number of contacts that started before it.
     """
     instants = min(run.sizes["time"], tighter.sizes["time"])
     time = run["time"].values[:instants]
@@ -40,8 +40,8 @@ def horizon(run: xr.Dataset, tighter: xr.Dataset) -> tuple[float, int]:
     if "eccentricity" in run and instants:
         difference = run["eccentricity"].values[:instants] - tighter["eccentricity"].values[:instants]
         apart = np.hypot(difference[..., 0], difference[..., 1]) / run["clearance"].values
-        parted = np.flatnonzero(np.nanmax(apart, axis=1) > PARTING)
-        if parted.size:
-            until = float(time[parted[0]])
+        diverged = np.flatnonzero(np.nanmax(apart, axis=1) > DIVERGENCE)
+        if diverged.size:
+            until = float(time[diverged[0]])
     starts = run["contact_start"].values
     return (until if math.isfinite(until) else 0.0), int(np.sum(starts < until))

@@ -1,4 +1,4 @@
-"""Corners at walls: the step matrix, and what the two bodies do to each other."""
+"""Contact points at guide surfaces: the step matrix, and the forces between the two bodies."""
 
 import dataclasses
 
@@ -31,19 +31,19 @@ def floating(clearance):
     frame = dataclasses.replace(frame, velocity=(0.2, -0.1), angular_velocity=3.0)
     block = dataclasses.replace(block, velocity=(0.5, 0.3))
     guide = Guide("channel", ("block", "guided"), through=(0.05, 0.02), direction=0.7, body="frame")
-    return Mechanism((block, frame), guides=(guide,), gravity=0.0).loosen("channel", clearance)
+    return Mechanism((block, frame), guides=(guide,), gravity=0.0).with_clearance("channel", clearance)
 
 
 def crank_and_block(clearance):
     """A slider-crank whose slider is a block in a channel."""
     linkage = slider_crank(gravity=9.81, angle=0.5, slider_inertia=2e-5)
     drive = Harmonic(mean=0.5 - 0.3 * np.sin(0.2), amplitude=0.3, frequency=20.0, phase=0.2)
-    return linkage.driven(drive).loosen("guide", clearance)
+    return linkage.driven(drive).with_clearance("guide", clearance)
 
 
 def touching_state(mechanism, rng):
-    """A random state in which two corners touch and rub, its handle and the number of its coordinates."""
-    layout, ideal = lay_out(mechanism), lay_out(mechanism.tighten())
+    """A random state in which two corners slide in contact, its handle and the number of its coordinates."""
+    layout, ideal = lay_out(mechanism), lay_out(mechanism.ideal())
     system, ideal_system = build_system(layout), build_system(ideal)
     start = carry_over(layout, system, *natural_state(ideal, ideal_system, assemble(ideal, ideal_system)))
     n = system.n
@@ -54,7 +54,7 @@ def touching_state(mechanism, rng):
     gap, rate = np.zeros(4), np.zeros(4)
     functions.guards(0.0, state, handle.address, gap, rate)
     for corner in (0, 2):
-        system.wall[corner, 2] += gap[corner] - EDGE  # move the wall to where the corner is
+        system.wall[corner, 2] += gap[corner] - EDGE  # move the guide surface to the corner
         system.mode[corner], system.approach[corner] = 1, 0.5
     return handle, state, n
 
@@ -135,7 +135,7 @@ def test_a_floating_guide_keeps_momenta():
     # round-off, gathered over some hundred steps
     assert np.max(np.abs(linear - linear[0])) < 1e-13 * np.max(np.abs(linear[0]))
     assert np.max(np.abs(angular - angular[0])) < 1e-12
-    # the quadratures' share of the tolerance
+    # the quadratures' fraction of the tolerance
     assert np.max(np.abs(run["energy_residual"].values)) < 1e-9 * run["kinetic_energy"].values[0]
 
 

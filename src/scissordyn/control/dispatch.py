@@ -1,4 +1,4 @@
-"""From a controller's tag to its kernel, as the laws' ladder does it. A tag without a rung gives NaN, which ends the run."""
+"""Dispatch from a controller's tag to its kernel, as for the laws. A tag without a branch gives NaN, which ends the run."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ _feedback, _difference = feedback.torque, difference.torque
 
 @kernel()
 def control_torque(tag, t, q, z, dz, p):
-    """Torque [N m] of controller `tag` at time t and signals q; writes the rates of its hidden states into dz."""
+    """Torque [N m] of controller `tag` at time t and signals q; writes the rates of its internal states into dz."""
     if tag == 0:
         return 0.0
     if tag == 1:

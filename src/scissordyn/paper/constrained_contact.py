@@ -1,4 +1,4 @@
-"""A run with the paper's control, told in the words of a run with a loose joint."""
+"""A run with the paper's control, with the variables of a run with a clearance joint."""
 
 from __future__ import annotations
 
@@ -15,24 +15,24 @@ __all__ = ["with_contact"]
 
 
 def with_contact(run: xr.Dataset, mechanism: Mechanism) -> xr.Dataset:
-    """Add where the journal is and how it presses, so that a held joint can be measured and drawn like any loose one.
+    """Add eccentricity and normal force, so that a constrained contact can be evaluated and drawn like a clearance joint.
 
     Parameters
     ----------
     run : Dataset
-        Of ``hold_contact(mechanism)``.
+        Of ``constrain_contact(mechanism)``.
     mechanism : Mechanism
-        With the loose joint A.
+        With the clearance joint A.
 
     Returns
     -------
     Dataset
-        With joint A among the joints, its `eccentricity`, `normal_force` (negative where the constraint pulls, which a joint
-        cannot), `in_contact`, `clearance`, and one contact that lasts to the end of the run.
+        With joint A among the joints, its `eccentricity`, `normal_force` (negative where the constraint is in compression,
+        which a contact cannot transmit), `in_contact`, `clearance`, and one contact that lasts to the end of the run.
     """
     joint = mechanism.joint(JOINT)
     assert joint.clearance is not None
-    force = run["link_force"].isel(link=0).values
+    force = run["rod_force"].isel(rod=0).values
     highest = int(np.argmax(force))
     names = [*run["joint"].values.astype(str).tolist(), JOINT]
     whole = run.drop_dims("contact").reindex(joint=names)
@@ -55,8 +55,12 @@ def with_contact(run: xr.Dataset, mechanism: Mechanism) -> xr.Dataset:
     )
     variables = {
         "eccentricity": here(journal - bearing, "m", "journal centre relative to the bearing centre"),
-        "normal_force": here(force, "N", "normal force that the held contact needs"),
-        "in_contact": (("time", "joint"), touching, {"units": "1", "long_name": "the held contact presses"}),
+        "normal_force": here(force, "N", "normal force of the constrained contact"),
+        "in_contact": (
+            ("time", "joint"),
+            touching,
+            {"units": "1", "long_name": "the normal force of the constrained contact is positive"},
+        ),
         "clearance": (("joint",), clearance, {"units": "m", "long_name": "radial clearance"}),
         "contact_joint": (("contact",), np.array([JOINT]), {"long_name": "joint"}),
     }
@@ -66,7 +70,7 @@ def with_contact(run: xr.Dataset, mechanism: Mechanism) -> xr.Dataset:
 
 
 def _path(run: xr.Dataset, mechanism: Mechanism, reference: BodyPoint) -> np.ndarray:
-    """Where a point of a moving body is at each instant, shape (time, 2) [m]."""
+    """Position of a point of a moving body at each instant, shape (time, 2) [m]."""
     name, point = reference
     body = mechanism.body(name)
     angle = run["angle"].sel(body=name).values

@@ -1,4 +1,4 @@
-"""Results that are computed side by side, each once, and kept as files."""
+"""Results that are computed in parallel, each once, and stored as files."""
 
 from __future__ import annotations
 
@@ -20,17 +20,17 @@ from scissordyn.study.runner import run_cases
 __all__ = ["Job", "Progress", "fetch", "provenance"]
 
 Progress = Callable[[str, int, int], None]
-"""What is done, how many of it, out of how many."""
+"""Kind of work, number done, total number."""
 
 NUMERICAL_SOURCES = (
     *(f"{room}/**/*.py" for room in ("laws", "control", "mechanics", "integrate", "model", "simulation", "analysis", "study")),
-    *(f"paper/{name}.py" for name in ("cases", "controlled", "findings", "held", "measures", "statements")),
+    *(f"paper/{name}.py" for name in ("cases", "controlled", "constrained_contact", "findings", "measures", "statements")),
     *(f"paper/{name}.py" for name in ("periodic", "periodic_findings")),
 )
 
 
 class Job(Hashable, Protocol):
-    """What is computed and kept."""
+    """A computation whose result is stored."""
 
     @property
     def name(self) -> str:
@@ -38,7 +38,7 @@ class Job(Hashable, Protocol):
 
     @property
     def toml(self) -> str:
-        """All that the result depends on, apart from the sources."""
+        """All inputs of the result, apart from the sources."""
 
 
 Work = TypeVar("Work", bound=Job)
@@ -66,18 +66,18 @@ def fetch(
     workers: int | None = None,
     progress: Progress | None = None,
 ) -> dict[Work, xr.Dataset]:
-    """Results from a folder, where those that are missing or out of date are computed first.
+    """Results from a folder; those missing or out of date are computed first.
 
     Parameters
     ----------
     jobs : sequence of Job
         Of distinct names.
     compute : callable
-        From a job to what is kept; runs in other processes.
+        From a job to its result; called in other processes.
     folder : Path
-        Holds a NetCDF file for each job, written whole or not at all.
+        Folder of a NetCDF file for each job, complete or missing.
     what : str
-        What `progress` is told that these are.
+        Kind of work for `progress`.
     workers : int, optional
         Processes; one per processor if not given.
     progress : callable, optional
@@ -90,7 +90,7 @@ def fetch(
     Raises
     ------
     ScissordynError
-        If a job breaks off.
+        If a job fails.
     """
     folder.mkdir(parents=True, exist_ok=True)
     wanted = tuple(dict.fromkeys(jobs))
@@ -109,7 +109,7 @@ def _path(job: Job, folder: Path) -> Path:
 
 
 def _stored(job: Job, folder: Path) -> xr.Dataset | None:
-    """The result of that very job by this very version, if it is there."""
+    """The stored result of the same job and version, if there is one."""
     try:
         result = load(_path(job, folder))
     except InputError:

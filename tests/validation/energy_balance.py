@@ -65,22 +65,22 @@ def energy_drift(run: xr.Dataset, mechanism: Mechanism) -> float:
 
 
 def momentum_drift(run: xr.Dataset, mechanism: Mechanism) -> tuple[float, float]:
-    """Largest changes of linear and of angular momentum (about the origin), over the sums of the bodies' shares."""
+    """Largest changes of linear and of angular momentum (about the origin), over the sums of the bodies."""
     mass, inertia = masses(mechanism)
     linear = run["velocity"].values * mass[:, None]
     position, spin = run["position"].values, run["angular_velocity"].values * inertia
     angular = position[..., 0] * linear[..., 1] - position[..., 1] * linear[..., 0] + spin
-    shares = np.sum(np.hypot(linear[..., 0], linear[..., 1]), axis=1)
+    contributions = np.sum(np.hypot(linear[..., 0], linear[..., 1]), axis=1)
     turning = np.sum(np.abs(angular), axis=1)
     change = np.sum(linear, axis=1) - np.sum(linear[0], axis=0)
     turn = np.sum(angular, axis=1) - np.sum(angular[0])
-    return float(np.max(np.hypot(*change.T)) / np.max(shares)), float(np.max(np.abs(turn)) / np.max(turning))
+    return float(np.max(np.hypot(*change.T)) / np.max(contributions)), float(np.max(np.abs(turn)) / np.max(turning))
 
 
-def opening(run: xr.Dataset, mechanism: Mechanism) -> float:
+def closure_error(run: xr.Dataset, mechanism: Mechanism) -> float:
     """Largest error of an ideal joint, guide or weld [m or rad]."""
     errors = [0.0]
-    for joint in mechanism.ideal:
+    for joint in mechanism.ideal_joints:
         apart = place(run, mechanism, joint.journal) - place(run, mechanism, joint.bearing)
         errors.append(float(np.max(np.abs(apart))))
     for guide in mechanism.guides:

@@ -40,20 +40,20 @@ def block(*, velocity=(0.0, 0.0), centre=(0.0, 0.0), elements=(), gravity=0.0, *
     body = Body("block", MASS, 3e-3, points, centre=centre, velocity=velocity)
     guide = Guide("channel", ("block", "middle"))
     one = Mechanism((body,), guides=(guide,), elements=elements, gravity=gravity, output_body="block")
-    return one.loosen("channel", GuideClearance(GAP, LENGTH, WIDTH, corner_radius=RADIUS, **laws))
+    return one.with_clearance("channel", GuideClearance(GAP, LENGTH, WIDTH, corner_radius=RADIUS, **laws))
 
 
 def corner(number):
-    """Its name in a run: 1 and 2 at the right wall, rear and front; 3 and 4 at the left wall, front and rear."""
+    """Its name in a run: 1 and 2 at the right guide surface, rear and front; 3 and 4 at the left one, front and rear."""
     return f"channel/corner {number}"
 
 
 def test_flying_to_and_fro():
-    """Closed form: between frictionless linear walls t_n = t_1 + n (2c/v + pi/w), after a push that ends before the first."""
+    """Closed form: between frictionless linear surfaces t_n = t_1 + n (2c/v + pi/w), after a push ending before the first."""
     stiffness, push, lasting = 1e8, 40.0, 4e-3
-    course = Force("push", ("block", "centre"), (0.0, push), course=Cycloidal(1.0, 0.0, lasting))
+    force = Force("push", ("block", "centre"), (0.0, push), time_function=Cycloidal(1.0, 0.0, lasting))
     run = simulate(
-        block(elements=(course,), stiffness=Linear(stiffness), damping=NoDamping()), until=0.3, rtol=1e-11, atol=1e-11
+        block(elements=(force,), stiffness=Linear(stiffness), damping=NoDamping()), until=0.3, rtol=1e-11, atol=1e-11
     )
     speed = push * lasting / (2.0 * MASS)
     way = push / MASS * lasting**2 * (1.0 / 3.0 + 1.0 / (4.0 * math.pi**2))
@@ -70,8 +70,8 @@ def test_flying_to_and_fro():
     np.testing.assert_allclose(run["approach_speed"].values, speed, rtol=1e-8)
 
 
-def test_two_corners_share_a_force():
-    """Closed form: a force beside the middle is carried by two corners as their levers say, tilted by how they sink."""
+def test_force_at_two_corners():
+    """Closed form: a force beside the middle is distributed over two corners by their moment arms, with a tilt."""
     force, stiffness = 100.0, 1e6
     laws = {"stiffness": Linear(stiffness), "damping": KelvinVoigt(2e3)}
     run = simulate(block(elements=(Force("load", ("block", "front"), (0.0, -force)),), **laws), until=0.2)
@@ -87,7 +87,7 @@ def test_two_corners_share_a_force():
 
 
 def test_tilting_until_it_jams():
-    """Closed form: a torque turns the block until opposite corners touch, a sin th + b cos th = b + c + delta."""
+    """Closed form: a torque rotates the block until opposite corners touch, a sin th + b cos th = b + c + delta."""
     torque, stiffness = 5.0, 1e6
     laws = {"stiffness": Linear(stiffness), "damping": KelvinVoigt(2e3)}
     run = simulate(block(elements=(Torque("turn", "block", torque),), **laws), until=0.3)
@@ -104,19 +104,19 @@ def test_tilting_until_it_jams():
 
 
 def test_sliding_block_slows_down():
-    """Closed form: while every corner slides forward, m (v - v_0) = -mu times the impulse of the walls, m (g t + v_y)."""
+    """Closed form: while every corner slides forward, m (v - v_0) = -mu times the impulse of the surfaces, m (g t + v_y)."""
     mu, speed = 0.2, 1.0
     run = simulate(block(velocity=(speed, 0.0), gravity=9.81, friction=Threlfall(mu, 1e-3)), until=0.3, rtol=1e-10, atol=1e-10)
     velocity = run["velocity"].sel(body="block").values
     assert np.min(velocity[:, 0]) > 0.3
     expected = speed - mu * (9.81 * run["time"].values + velocity[:, 1])
     np.testing.assert_allclose(velocity[:, 0], expected, atol=1e-9)
-    # and in the mean as a block that rests: a = -mu g
+    # and on average as a sliding block in equilibrium: a = -mu g
     assert velocity[-1, 0] == pytest.approx(speed - mu * 9.81 * 0.3, abs=mu * 0.15)
 
 
 def test_against_a_block_in_x_y_and_angle():
-    """Cross-check by a second formulation: starts and approach speeds of twenty contacts of a block that knocks and rubs."""
+    """Cross-check by a second formulation: starts and approach speeds of twenty contacts of a block with friction."""
     centre, mu, ramp = (0.01, -0.004), 0.1, 1e-2
     damping = LankaraniNikravesh(0.7)
     described = block(
@@ -154,12 +154,12 @@ def test_against_a_block_in_x_y_and_angle():
     assert float(run["angle"].values[-1, 0]) == pytest.approx(end[2], abs=1e-8)
 
 
-def test_mechanism_with_a_loose_guide_and_a_loose_pin():
-    """Identity: the energy balance of a slider-crank that knocks and rubs in both places closes to the tolerance."""
+def test_mechanism_with_a_clearance_guide_and_a_clearance_joint():
+    """Identity: the energy balance of a slider-crank with impacts and friction in both places closes to the tolerance."""
     linkage = slider_crank(slider_inertia=2e-5, gravity=9.81).driven(speed=rpm(600))
-    loose = linkage.loosen("slider pin", Clearance(0.2e-3, friction=Threlfall(0.05)))
-    loose = loose.loosen("guide", GuideClearance(0.1e-3, 0.04, 0.02, friction=Threlfall(0.1)))
-    run = simulate(loose, until=0.1)
+    linkage = linkage.with_clearance("slider pin", Clearance(0.2e-3, friction=Threlfall(0.05)))
+    linkage = linkage.with_clearance("guide", GuideClearance(0.1e-3, 0.04, 0.02, friction=Threlfall(0.1)))
+    run = simulate(linkage, until=0.1)
     assert run.attrs["status"] == "complete"
     touched = set(run["contact_joint"].values.astype(str))
     assert touched == {"slider pin", *(f"guide/corner {k}" for k in (1, 2, 3, 4))}
@@ -169,13 +169,13 @@ def test_mechanism_with_a_loose_guide_and_a_loose_pin():
 
 
 def test_without_gap_it_is_the_ideal_guide():
-    """Limit: the way from the ideal mechanism's slider shrinks with the gap, and its guide force comes out on average."""
+    """Limit: the distance from the ideal mechanism's slider decreases with the clearance; its guide force agrees on average."""
     linkage = slider_crank(slider_inertia=2e-5, gravity=9.81).driven(speed=rpm(60))
     ideal = simulate(linkage, until=0.5)
     laws = {"stiffness": Linear(1e6), "damping": KelvinVoigt(200.0)}
     away = []
     for gap in (4e-4, 4e-5):
-        run = simulate(linkage.loosen("guide", GuideClearance(gap, 0.04, 0.02, **laws)), until=0.5)
+        run = simulate(linkage.with_clearance("guide", GuideClearance(gap, 0.04, 0.02, **laws)), until=0.5)
         assert run.attrs["status"] == "complete"
         away.append(np.max(np.abs(run["position"] - ideal["position"]).sel(body="slider").values))
         force = run["reaction"].sel(joint="guide", axis="y").values
@@ -183,7 +183,7 @@ def test_without_gap_it_is_the_ideal_guide():
         late = run["time"].values > 0.1
         assert abs(np.mean(force[late] - wanted[late])) < 0.02 * np.mean(np.abs(wanted[late]))
     assert 4e-4 < away[0] < 5e-4
-    # what the walls themselves give, some N over 1 MN/m, does not shrink
+    # the deflection of the guide surfaces themselves, some N over 1 MN/m, does not shrink
     assert away[1] == pytest.approx(0.1 * away[0], rel=0.2)
 
 
@@ -196,18 +196,18 @@ def test_laws_for_a_flat_wall(name):
 
 @pytest.mark.parametrize("name", sorted(set(catalogue.BY_KIND["stiffness"]) - {"braendlein", "hertz", "linear", "power"}))
 def test_laws_for_a_bearing_only(name):
-    """Identity: a formula with the clearance of a bearing in it has no value at a flat wall, and the error says so."""
-    with pytest.raises(InputError, match="no value for a corner at a flat wall"):
+    """Identity: a formula with the clearance of a bearing in it has no value at a plane surface, and the error says so."""
+    with pytest.raises(InputError, match="no value for a contact point at a plane guide surface"):
         GuideClearance(GAP, LENGTH, WIDTH, stiffness=catalogue.BY_KIND["stiffness"][name]())
 
 
 def test_hertz_at_a_flat_wall():
     """Closed form: a ball of radius R on a plane, 4/3 E* sqrt(R) (Hertz); and the limit of ever wider bearings."""
-    at_wall = GuideClearance(GAP, LENGTH, WIDTH, corner_radius=RADIUS)
-    (found,) = Hertz().parameters(at_wall.contact)
+    plane = GuideClearance(GAP, LENGTH, WIDTH, corner_radius=RADIUS)
+    (found,) = Hertz().parameters(plane.contact)
     modulus = STEEL.youngs_modulus / (2.0 * (1.0 - STEEL.poisson_ratio**2))
     assert found == pytest.approx(4.0 / 3.0 * modulus * math.sqrt(RADIUS), rel=1e-14)
-    (wide,) = Hertz().parameters(dataclasses.replace(at_wall.contact, clearance=1e6))
+    (wide,) = Hertz().parameters(dataclasses.replace(plane.contact, clearance=1e6))
     assert wide == pytest.approx(found, rel=1e-8)
 
 
@@ -227,28 +227,28 @@ def test_what_is_no_clearance(change, match):
         GuideClearance(**{"clearance": GAP, "length": LENGTH, "width": WIDTH, **change})
 
 
-def test_what_cannot_be_loosened():
+def test_clearances_that_are_refused():
     """Identity: a follower without inertia, corners on one side only, and a guide that is not there are refused by name."""
     gap = GuideClearance(GAP, LENGTH, WIDTH)
     with pytest.raises(InputError, match="'guide' needs the angle of body 'slider'"):
-        slider_crank().loosen("guide", gap)
+        slider_crank().with_clearance("guide", gap)
     aside = GuideClearance(GAP, corners=((0.0, 0.01), (0.1, 0.01)))
     with pytest.raises(InputError, match="both sides"):
-        slider_crank(slider_inertia=1e-5).loosen("guide", aside)
+        slider_crank(slider_inertia=1e-5).with_clearance("guide", aside)
     with pytest.raises(InputError, match="did you mean 'guide'"):
-        slider_crank(slider_inertia=1e-5).loosen("giude", gap)
+        slider_crank(slider_inertia=1e-5).with_clearance("giude", gap)
     with pytest.raises(InputError, match="in-contact"):
-        simulate(slider_crank(slider_inertia=1e-5).loosen("guide", gap), until=0.1, start="in-contact")
+        simulate(slider_crank(slider_inertia=1e-5).with_clearance("guide", gap), until=0.1, start="in-contact")
 
 
 def test_describing_and_changing():
-    """Identity: a block given by its corners is the same block; a value is changed by its path; tightening brings back."""
+    """Identity: a block given by its corners is the same block; a value is changed by its path; `ideal` restores it."""
     linkage = slider_crank(slider_inertia=2e-5).driven(speed=rpm(60))
-    block_ = linkage.loosen("guide", GuideClearance(1e-4, 0.04, 0.02, corner_radius=2e-3))
+    block_ = linkage.with_clearance("guide", GuideClearance(1e-4, 0.04, 0.02, corner_radius=2e-3))
     corners = ((-0.018, -0.008), (0.018, -0.008), (0.018, 0.008), (-0.018, 0.008))
-    same = linkage.loosen("guide", GuideClearance(1e-4, corners=corners, corner_radius=2e-3))
-    for one, other in zip(block_.corners, same.corners, strict=True):
-        assert (one.name, one.normal, one.level) == (other.name, other.normal, pytest.approx(other.level))
+    same = linkage.with_clearance("guide", GuideClearance(1e-4, corners=corners, corner_radius=2e-3))
+    for one, other in zip(block_.contact_points, same.contact_points, strict=True):
+        assert (one.name, one.normal, one.distance) == (other.name, other.normal, pytest.approx(other.distance))
         assert one.centre == pytest.approx(other.centre)
-    assert block_.replace("guide.clearance", 2e-4).corners[0].level == pytest.approx(0.0102)
-    assert block_.tighten() == linkage == block_.tighten("guide")
+    assert block_.replace("guide.clearance", 2e-4).contact_points[0].distance == pytest.approx(0.0102)
+    assert block_.ideal() == linkage == block_.ideal("guide")

@@ -1,4 +1,4 @@
-"""Motions and courses of loads in a case file: which kinds there are, and how each is read."""
+"""Time functions of drives, loads and lengths in a case file: their kinds, and how each is read."""
 
 from __future__ import annotations
 
@@ -13,10 +13,10 @@ from pydantic import Field, PlainValidator, ValidationInfo, model_validator
 from scissordyn.config.quantity import read_numbers, read_quantity, unit_factor
 from scissordyn.config.table import Hints, Table, described, located, toml
 from scissordyn.errors import InputError
-from scissordyn.model.drive import ConstantSpeed, Cycloidal, Harmonic, Motion, Polynomial, TableMotion, Trapezoidal
+from scissordyn.model.drive import ConstantSpeed, Cycloidal, Harmonic, Polynomial, Tabulated, TimeFunction, Trapezoidal
 from scissordyn.units import Quantity, quantities
 
-__all__ = ["COURSE", "DISTANCE", "CourseTable", "DistanceTable", "DriveTable", "read_motion"]
+__all__ = ["DISTANCE", "TIME_FUNCTION", "DistanceTable", "DriveTable", "TimeFunctionTable", "read_tabulated"]
 
 HEADER = re.compile(r"\s*#?\s*time\s*\[(?P<time>[^]]+)\]\s*[,;\s]\s*(?P<name>angle|factor|length)\s*\[(?P<unit>[^]]+)\]\s*")
 SAMPLE = 'table = { time = "0 10 20 30 40 50 ms", angle = "30 31 34 39 46 55 deg" }'
@@ -24,15 +24,15 @@ LENGTHS = 'table = { time = "0 10 20 30 40 50 ms", length = "500 501 504 509 516
 FACTORS = 'table = { time = "0 10 20 30 40 50 ms", factor = [0, 0.1, 0.3, 0.6, 0.9, 1] }'
 
 
-COLUMNS = {
+TABULATED = {
     "angle": ("rad", "angle [deg]", SAMPLE),
     "length": ("m", "length [mm]", LENGTHS),
     "factor": ("1", "factor [1]", FACTORS),
 }
-"""What may be tabulated: unit, heading in a file, and a sample."""
+"""What can be tabulated: unit, heading in a file, and a sample."""
 
 
-def read_motion(given: Any, folder: Path, name: str = "angle") -> TableMotion:
+def read_tabulated(given: Any, folder: Path, name: str = "angle") -> Tabulated:
     """An angle, a length or a factor given at instants.
 
     Parameters
@@ -48,14 +48,14 @@ def read_motion(given: Any, folder: Path, name: str = "angle") -> TableMotion:
 
     Returns
     -------
-    TableMotion
+    Tabulated
     """
     if isinstance(given, str):
         return _from_file(folder / given, name)
     if not isinstance(given, Mapping) or set(given) != {"time", name}:
-        raise InputError(f"not a table of time and {name}", f"a file name, or the keys time and {name}", COLUMNS[name][2])
-    values = _plain(given[name]) if name == "factor" else read_numbers(given[name], COLUMNS[name][0])
-    return TableMotion(read_numbers(given["time"], "s"), values)
+        raise InputError(f"not a table of time and {name}", f"a file name, or the keys time and {name}", TABULATED[name][2])
+    values = _plain(given[name]) if name == "factor" else read_numbers(given[name], TABULATED[name][0])
+    return Tabulated(read_numbers(given["time"], "s"), values)
 
 
 def _plain(given: Any) -> tuple[float, ...]:
@@ -64,8 +64,8 @@ def _plain(given: Any) -> tuple[float, ...]:
     return tuple(read_quantity(number, Quantity("1"), FACTORS) for number in given)
 
 
-def _from_file(path: Path, name: str) -> TableMotion:
-    wanted = f"time [ms], {COLUMNS[name][1]}"
+def _from_file(path: Path, name: str) -> Tabulated:
+    wanted = f"time [ms], {TABULATED[name][1]}"
     try:
         header, *lines = path.read_text(encoding="utf-8").splitlines() or [""]
     except (OSError, UnicodeDecodeError) as error:
@@ -85,13 +85,13 @@ def _from_file(path: Path, name: str) -> TableMotion:
             raise InputError(f"'{path}' line {number} is {line[:40]!r}", "two numbers in each line", "10, 35.5") from None
         rows.append((time, value))
     with located(f"'{path}' line 1"):
-        scale = unit_factor(units["time"], "s"), 1.0 if name == "factor" else unit_factor(units["unit"], COLUMNS[name][0])
-    return TableMotion(tuple(time * scale[0] for time, _ in rows), tuple(value * scale[1] for _, value in rows))
+        scale = unit_factor(units["time"], "s"), 1.0 if name == "factor" else unit_factor(units["unit"], TABULATED[name][0])
+    return Tabulated(tuple(time * scale[0] for time, _ in rows), tuple(value * scale[1] for _, value in rows))
 
 
 def _table_reader(name: str) -> PlainValidator:
-    def read(given: Any, info: ValidationInfo) -> TableMotion:
-        return read_motion(given, (info.context or {}).get("folder", Path()), name)
+    def read(given: Any, info: ValidationInfo) -> Tabulated:
+        return read_tabulated(given, (info.context or {}).get("folder", Path()), name)
 
     return PlainValidator(read)
 
@@ -115,13 +115,13 @@ def _polynomial_reader(unit: str, sample: str) -> PlainValidator:
 def _only_one(table: Table, keys: tuple[str, ...], sample: str) -> Any:
     given = {key: value for key in keys if (value := getattr(table, key)) is not None}
     if len(given) != 1:
-        came = f"{len(given)} motions" + (f" ({', '.join(given)})" if given else "")
+        came = f"{len(given)} time functions" + (f" ({', '.join(given)})" if given else "")
         raise InputError(came, f"exactly one of {', '.join(keys[:-1])} and {keys[-1]}", sample)
     return next(iter(given.values()))
 
 
 MOVES = {"start": "30 deg", "end": "60 deg", "duration": "2 s"}
-SWING = {"mean": "45 deg", "amplitude": "15 deg", "frequency": "3 Hz"}
+OSCILLATION = {"mean": "45 deg", "amplitude": "15 deg", "frequency": "3 Hz"}
 
 
 class DriveTable(Table):
@@ -130,14 +130,14 @@ class DriveTable(Table):
     speed: Annotated[float | None, quantities(ConstantSpeed)["speed"], Field(examples=["150 rpm"])] = None
     harmonic: Annotated[
         Harmonic | None,
-        described(Harmonic, **SWING),
+        described(Harmonic, **OSCILLATION),
         Field(
             description="mean + amplitude sin(frequency t + phase), in place of speed",
-            examples=[{**SWING, "phase": "0 deg"}],
+            examples=[{**OSCILLATION, "phase": "0 deg"}],
         ),
     ] = None
     table: Annotated[
-        TableMotion | None,
+        Tabulated | None,
         _table_reader("angle"),
         Field(description='a file that starts with "time [ms], angle [deg]", in place of speed', examples=["motion.csv"]),
     ] = None
@@ -163,10 +163,10 @@ class DriveTable(Table):
         self.motion()
         return self
 
-    def motion(self) -> Motion:
+    def motion(self) -> TimeFunction:
         """The one motion that is given."""
         given = _only_one(self, _MOTIONS, 'speed = "150 rpm"')
-        motion: Motion = ConstantSpeed(given) if isinstance(given, float) else given
+        motion: TimeFunction = ConstantSpeed(given) if isinstance(given, float) else given
         return motion
 
 
@@ -185,20 +185,20 @@ def _values(kind: type, unit: str) -> Hints:
 FADE: dict[str, Any] = {"start": 0, "end": 1, "duration": "2 s"}
 
 
-class CourseTable(Table):
+class TimeFunctionTable(Table):
     """A factor over time: one of harmonic, table, polynomial, cycloidal and trapezoidal."""
 
     harmonic: Annotated[
         Harmonic | None, described(Harmonic, _values(Harmonic, "1"), mean="0", amplitude="1", frequency="3 Hz")
     ] = None
-    table: Annotated[TableMotion | None, _table_reader("factor")] = None
+    table: Annotated[Tabulated | None, _table_reader("factor")] = None
     polynomial: Annotated[Polynomial | None, _polynomial_reader("1", 'polynomial = [0, "0.5 1/s"]')] = None
     cycloidal: Annotated[Cycloidal | None, described(Cycloidal, _values(Cycloidal, "1"))] = None
     trapezoidal: Annotated[Trapezoidal | None, described(Trapezoidal, _values(Trapezoidal, "1"))] = None
 
-    def motion(self) -> Motion:
-        """The one course that is given."""
-        return _the_course(self, f"course = {toml({'cycloidal': FADE})}")
+    def motion(self) -> TimeFunction:
+        """The one time function that is given."""
+        return _the_time_function(self, f"time_function = {toml({'cycloidal': FADE})}")
 
 
 REACH: dict[str, Any] = {"start": "0.5 m", "end": "0.8 m", "duration": "2 s"}
@@ -210,27 +210,27 @@ class DistanceTable(Table):
     harmonic: Annotated[
         Harmonic | None, described(Harmonic, _values(Harmonic, "m"), mean="0.5 m", amplitude="0.1 m", frequency="3 Hz")
     ] = None
-    table: Annotated[TableMotion | None, _table_reader("length")] = None
+    table: Annotated[Tabulated | None, _table_reader("length")] = None
     polynomial: Annotated[Polynomial | None, _polynomial_reader("m", 'polynomial = ["0.5 m", "0.1 m/s"]')] = None
     cycloidal: Annotated[Cycloidal | None, described(Cycloidal, _values(Cycloidal, "m"), **REACH)] = None
     trapezoidal: Annotated[Trapezoidal | None, described(Trapezoidal, _values(Trapezoidal, "m"), **REACH)] = None
 
-    def motion(self) -> Motion:
-        """The one course that is given."""
-        return _the_course(self, f"motion = {toml({'cycloidal': REACH})}")
+    def motion(self) -> TimeFunction:
+        """The one time function that is given."""
+        return _the_time_function(self, f"motion = {toml({'cycloidal': REACH})}")
 
 
-def _the_course(table: Table, sample: str) -> Motion:
-    motion: Motion = _only_one(table, tuple(type(table).model_fields), sample)
+def _the_time_function(table: Table, sample: str) -> TimeFunction:
+    motion: TimeFunction = _only_one(table, tuple(type(table).model_fields), sample)
     return motion
 
 
-def _course_reader(table: type[CourseTable | DistanceTable]) -> PlainValidator:
+def _time_function_reader(table: type[TimeFunctionTable | DistanceTable]) -> PlainValidator:
     return PlainValidator(lambda given, info: table.model_validate(given, context=info.context).motion())
 
 
-COURSE = _course_reader(CourseTable)
-"""For ``Annotated[Motion | None, COURSE]``: a key whose value is a factor over time."""
+TIME_FUNCTION = _time_function_reader(TimeFunctionTable)
+"""For ``Annotated[TimeFunction | None, TIME_FUNCTION]``: a key whose value is a factor over time."""
 
-DISTANCE = _course_reader(DistanceTable)
-"""For ``Annotated[Motion | None, DISTANCE]``: a key whose value is a length over time."""
+DISTANCE = _time_function_reader(DistanceTable)
+"""For ``Annotated[TimeFunction | None, DISTANCE]``: a key whose value is a length over time."""

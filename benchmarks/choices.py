@@ -11,6 +11,7 @@ import numba
 import numpy as np
 from numba import types
 from numba.core.types.function_type import CompileResultWAP
+from scissordyn.mechanics.layout import lay_out
 
 import scissordyn as sd
 from benchmarks.cases import FRICTION, UNTIL, array, name_of
@@ -18,7 +19,6 @@ from benchmarks.measure import command, interleaved, table
 from scissordyn.integrate import tableau
 from scissordyn.integrate.quadrature import gauss_nodes, primitives
 from scissordyn.jit import Handle
-from scissordyn.mechanics.layout import lay_out
 from scissordyn.mechanics.system import build_system, open_system
 from scissordyn.simulation import trajectory
 

@@ -12,6 +12,7 @@ import xarray as xr
 from reference.lagrange import Array, constant_speed, harmonic
 from reference.marching import March, Model
 from reference.multipliers import Multipliers, clearance_joint
+from scissordyn.component.time_function import Harmonic
 from scissordyn.laws.damping import proportional
 from scissordyn.laws.damping.flores import Flores
 from scissordyn.laws.damping.lankarani_nikravesh import LankaraniNikravesh
@@ -22,7 +23,6 @@ from scissordyn.laws.friction import lugre
 from scissordyn.laws.friction.lugre import LuGre
 from scissordyn.laws.friction.none import NoFriction
 from scissordyn.model.clearance import Clearance
-from scissordyn.model.drive import Harmonic
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.model.scissor import scissor
 from scissordyn.simulation.run import simulate

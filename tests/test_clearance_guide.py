@@ -8,6 +8,9 @@ import pytest
 from scipy.optimize import brentq
 
 from reference.block import Block
+from scissordyn.component.force import Force
+from scissordyn.component.time_function import Cycloidal
+from scissordyn.component.torque import Torque
 from scissordyn.errors import InputError
 from scissordyn.laws import catalogue
 from scissordyn.laws.damping.kelvin_voigt import KelvinVoigt
@@ -20,8 +23,6 @@ from scissordyn.laws.friction.threlfall import Threlfall
 from scissordyn.laws.material import STEEL
 from scissordyn.model.body import Body
 from scissordyn.model.clearance import Clearance
-from scissordyn.model.drive import Cycloidal
-from scissordyn.model.element import Force, Torque
 from scissordyn.model.guide_clearance import GuideClearance
 from scissordyn.model.joint import Guide
 from scissordyn.model.linkage import slider_crank

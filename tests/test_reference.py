@@ -14,12 +14,12 @@ from reference.laws import Elastic, LuGre, flores, hertz, lankarani_nikravesh, l
 from reference.marching import ClearanceJoint, Contact, Load, March, Relative
 from reference.multipliers import Multipliers
 from reference.slider_crank import SliderCrank
+from scissordyn.component.time_function import Harmonic
 from scissordyn.laws.damping.lankarani_nikravesh import LankaraniNikravesh
 from scissordyn.laws.elastic.hertz import Hertz
 from scissordyn.laws.friction.lugre import LuGre as DescribedLuGre
 from scissordyn.model.body import Body, bar, point_mass
 from scissordyn.model.clearance import Clearance
-from scissordyn.model.drive import Harmonic
 from scissordyn.model.joint import Guide, Revolute
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.model.scissor import scissor

@@ -14,6 +14,31 @@ if TYPE_CHECKING:
     from scissordyn.analysis.spectrum import spectrum
     from scissordyn.analysis.stroboscope import stroboscopic
     from scissordyn.analysis.zero_one import zero_one_test
+    from scissordyn.component.actuator import Actuator
+    from scissordyn.component.angle_stop import AngleStop
+    from scissordyn.component.bushing import Bushing
+    from scissordyn.component.cable import Cable
+    from scissordyn.component.constant_force_spring import ConstantForceSpring
+    from scissordyn.component.declaration import component
+    from scissordyn.component.force import Force
+    from scissordyn.component.latch import Latch
+    from scissordyn.component.motor import Motor
+    from scissordyn.component.port import Output
+    from scissordyn.component.rod import Rod
+    from scissordyn.component.spring import Spring
+    from scissordyn.component.tape_spring import TapeSpring
+    from scissordyn.component.time_function import (
+        ConstantSpeed,
+        Cycloidal,
+        Harmonic,
+        Polynomial,
+        Tabulated,
+        Trapezoidal,
+        tabulated,
+    )
+    from scissordyn.component.torque import Torque
+    from scissordyn.component.torsion_spring import TorsionSpring
+    from scissordyn.component.travel_stop import TravelStop
     from scissordyn.control.catalogue import controller
     from scissordyn.control.delayed.extended import ExtendedDelayedFeedback
     from scissordyn.control.delayed.pyragas import Pyragas
@@ -36,18 +61,8 @@ if TYPE_CHECKING:
     from scissordyn.model.bar import angulated_bar
     from scissordyn.model.body import Body, bar, point_mass
     from scissordyn.model.clearance import Clearance
-    from scissordyn.model.connection import Latch, Rod, Weld
-    from scissordyn.model.drive import (
-        ConstantSpeed,
-        Cycloidal,
-        Drive,
-        Harmonic,
-        Polynomial,
-        Tabulated,
-        Trapezoidal,
-        tabulated,
-    )
-    from scissordyn.model.element import Actuator, AngleStop, Force, Motor, Spring, Torque, TorsionSpring, TravelStop
+    from scissordyn.model.connection import Weld
+    from scissordyn.model.drive import Drive
     from scissordyn.model.guide_clearance import GuideClearance
     from scissordyn.model.joint import Guide, Revolute
     from scissordyn.model.linkage import common_pin, four_bar, n_four_bar, slider_crank
@@ -63,16 +78,17 @@ if TYPE_CHECKING:
     from scissordyn.study.ensemble import ensemble
     from scissordyn.study.lyapunov import separation_exponent, variational_exponent
     from scissordyn.study.runner import run_cases
-    from scissordyn.units import degrees, rpm
+    from scissordyn.units import Pairs, Quantity, degrees, rpm
 
 __all__ = [
-    "PID",
-    "STEEL",
     "Actuator",
     "Ambrosio",
     "AngleStop",
     "Body",
+    "Bushing",
+    "Cable",
     "Clearance",
+    "ConstantForceSpring",
     "ConstantSpeed",
     "Cycloidal",
     "Drive",
@@ -94,13 +110,19 @@ __all__ = [
     "Motor",
     "NoControl",
     "NoFriction",
+    "Output",
+    "PID",
+    "Pairs",
     "Polynomial",
     "Pyragas",
+    "Quantity",
     "Revolute",
     "Rod",
+    "STEEL",
     "ScissordynError",
     "Spring",
     "Tabulated",
+    "TapeSpring",
     "Torque",
     "TorsionSpring",
     "Trapezoidal",
@@ -115,6 +137,7 @@ __all__ = [
     "bifurcation",
     "classify",
     "common_pin",
+    "component",
     "consensus",
     "constrain_contact",
     "contact_statistics",
@@ -178,13 +201,37 @@ _HOMES = {
     "laws.friction.none": ("NoFriction",),
     "laws.material": ("STEEL", "Material"),
     "laws.user": ("UserDamping", "UserElastic", "UserFriction"),
+    "component.actuator": ("Actuator",),
+    "component.angle_stop": ("AngleStop",),
+    "component.bushing": ("Bushing",),
+    "component.cable": ("Cable",),
+    "component.constant_force_spring": ("ConstantForceSpring",),
+    "component.declaration": ("component",),
+    "component.force": ("Force",),
+    "component.latch": ("Latch",),
+    "component.motor": ("Motor",),
+    "component.port": ("Output",),
+    "component.rod": ("Rod",),
+    "component.spring": ("Spring",),
+    "component.tape_spring": ("TapeSpring",),
+    "component.time_function": (
+        "ConstantSpeed",
+        "Cycloidal",
+        "Harmonic",
+        "Polynomial",
+        "Tabulated",
+        "Trapezoidal",
+        "tabulated",
+    ),
+    "component.torque": ("Torque",),
+    "component.torsion_spring": ("TorsionSpring",),
+    "component.travel_stop": ("TravelStop",),
+    "model.connection": ("Weld",),
+    "model.drive": ("Drive",),
     "model.array": ("hoberman_ring", "mast", "polar_scissor"),
     "model.bar": ("angulated_bar",),
     "model.body": ("Body", "bar", "point_mass"),
     "model.clearance": ("Clearance",),
-    "model.connection": ("Latch", "Rod", "Weld"),
-    "model.drive": ("ConstantSpeed", "Cycloidal", "Drive", "Harmonic", "Polynomial", "Tabulated", "Trapezoidal", "tabulated"),
-    "model.element": ("Actuator", "AngleStop", "Force", "Motor", "Spring", "Torque", "TorsionSpring", "TravelStop"),
     "model.guide_clearance": ("GuideClearance",),
     "model.joint": ("Guide", "Revolute"),
     "model.linkage": ("common_pin", "four_bar", "n_four_bar", "slider_crank"),
@@ -200,7 +247,7 @@ _HOMES = {
     "study.ensemble": ("ensemble",),
     "study.lyapunov": ("separation_exponent", "variational_exponent"),
     "study.runner": ("run_cases",),
-    "units": ("degrees", "rpm"),
+    "units": ("Pairs", "Quantity", "degrees", "rpm"),
 }
 _HOME = {name: home for home, names in _HOMES.items() for name in names}
 

@@ -8,11 +8,12 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, fields
 from functools import cache
+from numbers import Real
 from typing import Annotated, Any, get_args, get_origin, get_type_hints
 
 from scissordyn.errors import InputError
 
-__all__ = ["Quantity", "check_quantities", "degrees", "quantities", "rpm"]
+__all__ = ["Pairs", "Quantity", "check_quantities", "degrees", "quantities", "rpm"]
 
 
 def degrees(angle: float) -> float:
@@ -72,6 +73,25 @@ class Quantity:
         )
 
 
+@dataclass(frozen=True)
+class Pairs:
+    """What an annotated tuple of pairs means: ``Annotated[tuple[Point, ...], Pairs(("angles", "moments"), ("rad", "N m"))]``.
+
+    Parameters
+    ----------
+    names : (str, str)
+        Of the first and of the second numbers.
+    units : (str, str)
+        SI units.
+    help : str
+        One line that says what the pairs are.
+    """
+
+    names: tuple[str, str]
+    units: tuple[str, str]
+    help: str = ""
+
+
 @cache
 def quantities(described: type) -> dict[str, Quantity]:
     """The quantities that the annotated fields of a dataclass declare, by field name."""
@@ -83,16 +103,38 @@ def quantities(described: type) -> dict[str, Quantity]:
     return found
 
 
+@cache
+def _whole(described: type) -> frozenset[str]:
+    """The fields of a dataclass that hold whole numbers."""
+    hints = get_type_hints(described, include_extras=True)
+    return frozenset(name for name, hint in hints.items() if get_origin(hint) is Annotated and get_args(hint)[0] is int)
+
+
 def check_quantities(instance: Any, named: str = "") -> None:
-    """Raise `InputError` for the first field of a dataclass instance outside its declared bounds; `named` is its owner."""
+    """Raise `InputError` for the first field of a dataclass instance outside its declared bounds; `named` is its owner.
+
+    Numbers of other libraries, such as numpy's, become Python's own.
+    """
     described: type = type(instance)
-    declared = quantities(described)
+    declared, owner = quantities(described), named or described.__name__
     for field in fields(instance):
         value = getattr(instance, field.name)
         if field.name not in declared or value is None:
             continue
         quantity = declared[field.name]
-        if isinstance(value, bool) or not isinstance(value, int | float) or not quantity.admits(float(value)):
-            raise InputError(
-                f"{named or type(instance).__name__}: {field.name} = {value!r}", f"{field.name} must be {quantity.allowed}"
-            )
+        if isinstance(value, tuple):
+            if len(value) != 2 or not all(_is_number(part) and quantity.admits(float(part)) for part in value):
+                raise InputError(f"{owner}: {field.name} = {value!r}", f"two of: {quantity.allowed}")
+            if not all(type(part) in (int, float) for part in value):
+                object.__setattr__(instance, field.name, tuple(map(float, value)))
+            continue
+        if not _is_number(value) or not quantity.admits(float(value)):
+            raise InputError(f"{owner}: {field.name} = {value!r}", f"{field.name} must be {quantity.allowed}")
+        if field.name in _whole(described) and float(value) != int(value):
+            raise InputError(f"{owner}: {field.name} = {value!r}", f"{field.name} must be a whole number, {quantity.allowed}")
+        if type(value) not in (int, float):
+            object.__setattr__(instance, field.name, int(value) if field.name in _whole(described) else float(value))
+
+
+def _is_number(value: object) -> bool:
+    return isinstance(value, Real) and not isinstance(value, bool)

@@ -10,6 +10,7 @@ from typing import get_type_hints
 
 import pytest
 
+from scissordyn.component.time_function import ConstantSpeed, Harmonic, Tabulated
 from scissordyn.config.file import read_case
 from scissordyn.config.structure import STRUCTURES, BuiltTable
 from scissordyn.config.table import key_sample, quantity_of, table_of
@@ -22,7 +23,6 @@ from scissordyn.laws.elastic.liu import Liu
 from scissordyn.laws.friction.lugre import LuGre
 from scissordyn.laws.material import STEEL, Material
 from scissordyn.model.clearance import Clearance
-from scissordyn.model.drive import ConstantSpeed, Harmonic, Tabulated
 from scissordyn.model.guide_clearance import GuideClearance
 from scissordyn.model.linkage import slider_crank
 from scissordyn.model.scissor import scissor

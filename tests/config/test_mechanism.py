@@ -8,15 +8,21 @@ from pathlib import Path
 import pytest
 
 import scissordyn as sd
+from scissordyn.component.force import Force
+from scissordyn.component.motor import Motor
+from scissordyn.component.place import GROUND
+from scissordyn.component.spring import Spring
+from scissordyn.component.time_function import ConstantSpeed, Cycloidal, Harmonic, Polynomial, Tabulated, Trapezoidal
+from scissordyn.component.torque import Torque
+from scissordyn.component.torsion_spring import TorsionSpring
 from scissordyn.config.file import read_case
 from scissordyn.config.template import template
 from scissordyn.errors import InputError
 from scissordyn.model.array import mast
-from scissordyn.model.body import GROUND, Body, bar, point_mass
+from scissordyn.model.body import Body, bar, point_mass
 from scissordyn.model.clearance import Clearance
 from scissordyn.model.connection import Weld
-from scissordyn.model.drive import ConstantSpeed, Cycloidal, Drive, Harmonic, Polynomial, Tabulated, Trapezoidal
-from scissordyn.model.element import Force, Motor, Spring, Torque, TorsionSpring
+from scissordyn.model.drive import Drive
 from scissordyn.model.joint import Guide, Revolute
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.model.scissor import scissor

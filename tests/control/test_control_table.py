@@ -7,12 +7,12 @@ import pytest
 
 import scissordyn as sd
 from scissordyn.cli.main import status_of
+from scissordyn.component.actuator import Actuator
+from scissordyn.component.time_function import Cycloidal
 from scissordyn.config.file import read_case
 from scissordyn.control.delayed.pyragas import Pyragas
 from scissordyn.control.tracking.feed_forward import FeedForward
 from scissordyn.control.tracking.pid import PID
-from scissordyn.model.drive import Cycloidal
-from scissordyn.model.element import Actuator
 from scissordyn.simulation.feed_forward import feed_forward
 
 CASE = """

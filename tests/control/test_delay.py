@@ -8,12 +8,12 @@ import numpy as np
 import pytest
 
 import scissordyn as sd
+from scissordyn.component.time_function import Polynomial
 from scissordyn.control.delayed.extended import ExtendedDelayedFeedback
 from scissordyn.control.delayed.pyragas import Pyragas
 from scissordyn.control.tracking.pid import PID
 from scissordyn.control.user import UserController
 from scissordyn.integrate.tableau import METHODS
-from scissordyn.model.drive import Polynomial
 from scissordyn.model.mechanism import Mechanism
 
 INERTIA = 0.45

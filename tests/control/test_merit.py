@@ -8,9 +8,9 @@ import pytest
 
 import scissordyn as sd
 from scissordyn.analysis.merit import figures_of_merit
+from scissordyn.component.force import Force
+from scissordyn.component.time_function import Cycloidal, tabulated
 from scissordyn.control.tracking.feed_forward import FeedForward
-from scissordyn.model.drive import Cycloidal, tabulated
-from scissordyn.model.element import Force
 from scissordyn.simulation.feed_forward import feed_forward
 
 UNTIL, DURATION, LIMIT = 1.2, 1.0, 770.0

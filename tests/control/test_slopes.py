@@ -4,18 +4,18 @@ import math
 
 import numpy as np
 import pytest
+from scissordyn.mechanics.layout import lay_out
+from scissordyn.mechanics.start import assemble
 
 import scissordyn as sd
+from scissordyn.component.time_function import Harmonic, Polynomial
 from scissordyn.control.delayed.extended import ExtendedDelayedFeedback
 from scissordyn.control.tracking.feed_forward import FeedForward
 from scissordyn.control.tracking.pid import PID
 from scissordyn.integrate.history import NODES, TRANSFORM, make_history
 from scissordyn.jit import Handle
 from scissordyn.mechanics import functions
-from scissordyn.mechanics.layout import lay_out
-from scissordyn.mechanics.start import assemble
 from scissordyn.mechanics.system import build_system
-from scissordyn.model.drive import Harmonic, Polynomial
 
 REFERENCE = Harmonic(mean=0.5, amplitude=0.3, frequency=20.0, phase=0.2)
 TIME = 0.3

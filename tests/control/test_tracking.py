@@ -6,14 +6,15 @@ import numpy as np
 import pytest
 
 import scissordyn as sd
+from scissordyn.component.actuator import Actuator
+from scissordyn.component.time_function import Cycloidal, Harmonic, Polynomial
+from scissordyn.component.torsion_spring import TorsionSpring
 from scissordyn.control.catalogue import CONTROLLERS, controller
 from scissordyn.control.controller import PARAMETERS, Controller
 from scissordyn.control.tracking.feed_forward import FeedForward
 from scissordyn.control.tracking.none import NoControl
 from scissordyn.control.tracking.pid import PID
 from scissordyn.control.user import UserController
-from scissordyn.model.drive import Cycloidal, Harmonic, Polynomial
-from scissordyn.model.element import Actuator, TorsionSpring
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.simulation.feed_forward import feed_forward
 

@@ -6,10 +6,10 @@ from typing import Annotated, NamedTuple
 import numpy as np
 import pytest
 from numba import types
-
-from scissordyn.integrate import advance as loop
 from scissordyn.integrate.books import WATCHED
 from scissordyn.integrate.problem import make_problem, make_samples, make_work
+
+from scissordyn.integrate import advance as loop
 from scissordyn.integrate.tableau import METHODS, tableau
 from scissordyn.jit import Handle, kernel, opener
 

@@ -4,12 +4,16 @@ import math
 
 import numpy as np
 import pytest
+from scissordyn.mechanics.motion import course_at, motion_rows
 
 import scissordyn as sd
-from scissordyn.mechanics.motion import course_at, motion_rows
+from scissordyn.component.force import Force
+from scissordyn.component.motor import Motor
+from scissordyn.component.spring import Spring
+from scissordyn.component.time_function import ConstantSpeed, Cycloidal, Harmonic, Polynomial, Tabulated, Trapezoidal
+from scissordyn.component.torque import Torque
+from scissordyn.component.torsion_spring import TorsionSpring
 from scissordyn.model.connection import Weld
-from scissordyn.model.drive import ConstantSpeed, Cycloidal, Harmonic, Polynomial, Tabulated, Trapezoidal
-from scissordyn.model.element import Force, Motor, Spring, Torque, TorsionSpring
 from scissordyn.model.mechanism import Mechanism
 
 TIGHT = {"rtol": 1e-11, "atol": 1e-11, "samples": 101}

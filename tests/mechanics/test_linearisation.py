@@ -2,15 +2,15 @@
 
 import numpy as np
 import pytest
+from scissordyn.mechanics.layout import lay_out
+from scissordyn.mechanics.start import assemble, carry_over, natural_state
 
+from scissordyn.component.time_function import Harmonic
 from scissordyn.jit import Handle
 from scissordyn.laws.friction.lugre import LuGre
 from scissordyn.mechanics import functions
-from scissordyn.mechanics.layout import lay_out
-from scissordyn.mechanics.start import assemble, carry_over, natural_state
 from scissordyn.mechanics.system import build_system
 from scissordyn.model.clearance import Clearance
-from scissordyn.model.drive import Harmonic
 from scissordyn.model.scissor import scissor
 
 EDGE = 2e-5

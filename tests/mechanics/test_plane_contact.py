@@ -4,17 +4,17 @@ import dataclasses
 
 import numpy as np
 import pytest
+from scissordyn.mechanics.layout import lay_out
+from scissordyn.mechanics.start import assemble, carry_over, natural_state
 
+from scissordyn.component.time_function import Harmonic
 from scissordyn.jit import Handle
 from scissordyn.laws.elastic.power_law import PowerLaw
 from scissordyn.laws.friction.lugre import LuGre
 from scissordyn.laws.friction.threlfall import Threlfall
 from scissordyn.mechanics import functions
-from scissordyn.mechanics.layout import lay_out
-from scissordyn.mechanics.start import assemble, carry_over, natural_state
 from scissordyn.mechanics.system import build_system
 from scissordyn.model.body import Body
-from scissordyn.model.drive import Harmonic
 from scissordyn.model.guide_clearance import GuideClearance
 from scissordyn.model.joint import Guide
 from scissordyn.model.linkage import slider_crank

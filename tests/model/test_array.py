@@ -4,11 +4,11 @@ import math
 
 import numpy as np
 import pytest
+from scissordyn.mechanics.layout import lay_out
 
 import scissordyn as sd
+from scissordyn.component.torque import Torque
 from scissordyn.errors import InputError
-from scissordyn.mechanics.layout import lay_out
-from scissordyn.model.element import Torque
 
 TIGHT = {"rtol": 1e-12, "atol": 1e-12, "samples": 41}
 PIN = sd.Clearance(0.5e-3)

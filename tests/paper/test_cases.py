@@ -4,13 +4,13 @@ import math
 
 import pytest
 
+from scissordyn.component.time_function import Harmonic
 from scissordyn.config.file import read_case
 from scissordyn.errors import InputError
 from scissordyn.laws.damping.flores import Flores
 from scissordyn.laws.elastic.bai_zhao import BaiZhaoAsPrinted
 from scissordyn.laws.friction.lugre import LuGre
 from scissordyn.model.clearance import Clearance
-from scissordyn.model.drive import Harmonic
 from scissordyn.model.scissor import scissor
 from scissordyn.paper.cases import OSCILLATION, Choice, PaperCase, every_case
 from scissordyn.paper.figures import FIGURES, figure_of

@@ -17,9 +17,9 @@ import xarray as xr
 from matplotlib.animation import FFMpegWriter
 from PIL import Image
 
+from scissordyn.component.spring import Spring
 from scissordyn.errors import InputError
 from scissordyn.model.clearance import Clearance
-from scissordyn.model.element import Spring
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.plot.animation import animate
 from scissordyn.plot.animation_film import Film

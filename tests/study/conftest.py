@@ -4,9 +4,9 @@ import math
 
 import pytest
 
+from scissordyn.component.time_function import Harmonic
 from scissordyn.laws.friction.lugre import LuGre
 from scissordyn.model.clearance import Clearance
-from scissordyn.model.drive import Harmonic
 from scissordyn.model.scissor import scissor
 
 

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 import xarray as xr
 
+from scissordyn.component.time_function import Harmonic, Tabulated
 from scissordyn.errors import InputError
-from scissordyn.model.drive import Harmonic, Tabulated
 from scissordyn.simulation.cycles import cycle
 from scissordyn.simulation.run import simulate
 from scissordyn.simulation.store import load, save

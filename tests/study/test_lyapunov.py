@@ -5,9 +5,10 @@ import math
 import numpy as np
 import pytest
 
+from scissordyn.component.place import GROUND
 from scissordyn.errors import InputError
 from scissordyn.laws.damping.none import NoDamping
-from scissordyn.model.body import GROUND, bar
+from scissordyn.model.body import bar
 from scissordyn.model.clearance import Clearance
 from scissordyn.model.joint import Revolute
 from scissordyn.model.mechanism import Mechanism

@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import xarray as xr
 
-from scissordyn.model.body import GROUND
-from scissordyn.model.element import Spring, TorsionSpring
-from scissordyn.model.joint import BodyPoint
+from scissordyn.component.place import GROUND, BodyPoint
+from scissordyn.component.spring import Spring
+from scissordyn.component.torsion_spring import TorsionSpring
 from scissordyn.model.mechanism import Mechanism
 
 

@@ -8,17 +8,20 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from hypothesis import strategies as st
 
+from scissordyn.component.declaration import Component
+from scissordyn.component.place import GROUND, BodyPoint, Point
+from scissordyn.component.spring import Spring
+from scissordyn.component.torsion_spring import TorsionSpring
 from scissordyn.laws.contact import Elastic
 from scissordyn.laws.damping.none import NoDamping
 from scissordyn.laws.elastic.hertz import Hertz
 from scissordyn.laws.elastic.liu import Liu
 from scissordyn.laws.friction.coulomb import Coulomb
 from scissordyn.laws.friction.lugre import LuGre
-from scissordyn.model.body import GROUND, Body, Point
+from scissordyn.model.body import Body
 from scissordyn.model.clearance import Clearance
 from scissordyn.model.connection import Weld
-from scissordyn.model.element import Element, Spring, TorsionSpring
-from scissordyn.model.joint import BodyPoint, Guide, Revolute
+from scissordyn.model.joint import Guide, Revolute
 from scissordyn.model.mechanism import Mechanism
 
 CLEARANCE = 1e-3
@@ -53,7 +56,7 @@ class Draft:
     joints: list[Revolute] = field(default_factory=list)
     guides: list[Guide] = field(default_factory=list)
     welds: list[Weld] = field(default_factory=list)
-    elements: list[Element] = field(default_factory=list)
+    elements: list[Component] = field(default_factory=list)
     ground: dict[str, Point] = field(default_factory=dict)
     pins: list[tuple[int, Point]] = field(default_factory=list)
 

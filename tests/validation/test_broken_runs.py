@@ -8,11 +8,12 @@ import math
 
 import numpy as np
 import pytest
+from scissordyn.mechanics.layout import lay_out
 from test_bad_mechanisms import HUNG, PIN, braced_frame, mechanism, part, pin, refused, tripod
 
 import scissordyn as sd
-from scissordyn.mechanics.layout import lay_out
-from scissordyn.model.connection import Latch, Rod
+from scissordyn.component.latch import Latch
+from scissordyn.component.rod import Rod
 
 ROPE = ("u", "b"), ("ground", "P")
 KNEE = pin("knee", "u.b", "v.a")

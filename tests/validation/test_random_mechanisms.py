@@ -13,9 +13,9 @@ from energy_balance import closure_error, energy_drift, masses, momentum_drift, 
 from hypothesis import HealthCheck, assume, given, settings
 from mechanisms import BOUNCING, FRICTIONAL, mechanisms
 
+from scissordyn.component.torsion_spring import TorsionSpring
 from scissordyn.laws.damping.flores import Flores
 from scissordyn.model.clearance import Clearance
-from scissordyn.model.element import TorsionSpring
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.model.scissor import scissor
 from scissordyn.simulation.run import simulate

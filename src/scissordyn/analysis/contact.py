@@ -11,8 +11,8 @@ import xarray as xr
 from scissordyn.analysis.arc import smallest_arc
 from scissordyn.analysis.deviation import deviation
 from scissordyn.analysis.variable import Variable, described, window
+from scissordyn.component.place import GROUND
 from scissordyn.errors import InputError
-from scissordyn.model.body import GROUND
 
 __all__ = ["QUANTILES", "clearance_joints", "contact_spans", "contact_statistics"]
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 if TYPE_CHECKING:
-    from scissordyn.model.drive import TimeFunction
+    from scissordyn.component.time_function import TimeFunction
 
 __all__ = ["check"]
 
@@ -56,8 +56,8 @@ def check(
 
 
 def _in_words(motion: TimeFunction) -> str:
+    from scissordyn.component.time_function import ConstantSpeed, Polynomial, Tabulated
     from scissordyn.config.quantity import written
-    from scissordyn.model.drive import ConstantSpeed, Polynomial, Tabulated
     from scissordyn.units import quantities
 
     kind: type = type(motion)

@@ -37,6 +37,7 @@ def force(angle, speed, mode, approach_speed, stiffness, exponent, damping, stop
     label="end stop",
     context=("mode", "approach_speed"),
     symbol="stop",
+    example={"body": "rod", "angle": "80 deg"},
 )
 class AngleStop:
     r"""An end stop of a rotation: beyond its angle a torque pushes the body back.
@@ -64,9 +65,7 @@ class AngleStop:
 
     name: str
     body: str
-    angle: Annotated[
-        float, Quantity("rad", minimum=-1e4, maximum=1e4, help="angle of the body against its base at the touch")
-    ]
+    angle: Annotated[float, Quantity("rad", minimum=-1e4, maximum=1e4, help="angle of the body against its base at the touch")]
     base: str = GROUND
     stiffness: Annotated[float, Quantity("1", above=0.0, maximum=1e15, help="K, in N m/rad^n with the n given here")] = 1e6
     exponent: Annotated[float, Quantity("1", minimum=1.0, maximum=5.0, help="n")] = 1.5

@@ -48,7 +48,19 @@ STIFFNESS = Quantity("N/m", minimum=0.0, maximum=1e15, help="stiffness along an 
 DAMPING = Quantity("N s/m", minimum=0.0, maximum=1e12, help="damping along an axis of the start's body")
 
 
-@component(port=FRAME, force=force, section="bushing", symbol="bushing")
+@component(
+    port=FRAME,
+    force=force,
+    section="bushing",
+    symbol="bushing",
+    example={
+        "start": "crank.end",
+        "end": "rod.start",
+        "stiffness_x": "1 MN/m",
+        "stiffness_y": "1 MN/m",
+        "damping_x": "50 N s/m",
+    },
+)
 class Bushing:
     r"""An elastic and damped connection of two points and of the angle between their bodies.
 
@@ -89,9 +101,7 @@ class Bushing:
     damping_y: Annotated[float, DAMPING] = 0.0
     damping_xy: Annotated[float, Quantity("N s/m", minimum=-1e12, maximum=1e12, help="coupling of both axes")] = 0.0
     torsional_damping: Annotated[float, Quantity("N m s/rad", minimum=0.0, maximum=1e12, help="torsional damping")] = 0.0
-    free_angle: Annotated[
-        float | None, Quantity("rad", minimum=-1e4, maximum=1e4, help="angle without torque")
-    ] = None
+    free_angle: Annotated[float | None, Quantity("rad", minimum=-1e4, maximum=1e4, help="angle without torque")] = None
 
     def __post_init__(self) -> None:
         check_quantities(self, f"bushing '{self.name}'")

@@ -19,7 +19,13 @@ def force(length, rate, tension, uncoiling_length, damping):
     return tension * part + damping * rate, stored, damping * rate * rate
 
 
-@component(port=LINE, force=force, section="constant_force_spring", symbol="coil")
+@component(
+    port=LINE,
+    force=force,
+    section="constant_force_spring",
+    symbol="coil",
+    example={"start": "ground.O", "end": "slider.centre", "tension": "20 N"},
+)
 class ConstantForceSpring:
     r"""A strip coiled on a drum that pulls its ends together with a force that hardly depends on the distance.
 

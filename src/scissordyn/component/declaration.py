@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import dataclasses
 import inspect
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from types import MappingProxyType
 from typing import Any, ClassVar, Protocol, TypeVar, dataclass_transform, runtime_checkable
 
 from scissordyn.component.place import GROUND
@@ -57,6 +58,8 @@ class Declaration:
         Whether it stores and dissipates energy; otherwise all its power counts as the work of a load.
     symbol : str
         How pictures draw it.
+    example : mapping
+        What a case file may say for its keys.
     """
 
     section: str
@@ -70,6 +73,7 @@ class Declaration:
     context: tuple[str, ...]
     passive: bool
     symbol: str
+    example: Mapping[str, Any]
 
     @property
     def results(self) -> tuple[str, ...]:
@@ -138,6 +142,7 @@ def component(
     context: tuple[str, ...] = (),
     passive: bool = True,
     symbol: str = "",
+    example: Mapping[str, Any] = MappingProxyType({}),
 ) -> Callable[[Class], Class]:
     """Make a class a component: a frozen dataclass whose annotated numbers are what its kernels read.
 
@@ -145,7 +150,7 @@ def component(
     ----------
     port : Port or str
         How it is attached: "line", "hinge", "travel", "point" or "frame".
-    force, gap, switch, section, label, outputs, states, context, passive, symbol
+    force, gap, switch, section, label, outputs, states, context, passive, symbol, example
         See `Declaration`.
 
     Returns
@@ -169,7 +174,7 @@ def component(
             made.parameters = _own_parameters
         words = label or section.replace("_", " ") if section != "component" else label or made.__name__
         made.declaration = Declaration(
-            section, words, chosen, force, gap, switch, outputs, states, context, passive, symbol or chosen.name
+            section, words, chosen, force, gap, switch, outputs, states, context, passive, symbol or chosen.name, example
         )
         _check_fields(made)
         return made  # type: ignore[no-any-return]

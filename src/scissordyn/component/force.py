@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import math
+from typing import Annotated
 
 from scissordyn.component.declaration import check_attachment, component
 from scissordyn.component.place import BodyPoint, Point
 from scissordyn.component.port import POINT
 from scissordyn.component.time_function import TimeFunction
-from scissordyn.errors import InputError
+from scissordyn.units import Quantity, check_quantities
 
 __all__ = ["Force"]
 
@@ -20,7 +20,19 @@ def force(x, y, cosine, sine, x_rate, y_rate, cosine_rate, sine_rate, factor, fo
     return factor * (force_x * cosine - force_y * sine), factor * (force_x * sine + force_y * cosine)
 
 
-@component(port=POINT, force=force, section="force", context=("factor",), passive=False, symbol="arrow")
+@component(
+    port=POINT,
+    force=force,
+    section="force",
+    context=("factor",),
+    passive=False,
+    symbol="arrow",
+    example={
+        "point": "rod.middle",
+        "force": "0, -10 N",
+        "time_function": {"cycloidal": {"start": 0, "end": 1, "duration": "2 s"}},
+    },
+)
 class Force:
     """A force on a point, fixed in direction or following the body, constant or a function of time.
 
@@ -39,13 +51,12 @@ class Force:
 
     name: str
     point: BodyPoint
-    force: Point
+    force: Annotated[Point, Quantity("N", minimum=-1e12, maximum=1e12, help="its components")]
     follows: bool = False
     time_function: TimeFunction | None = None
 
     def __post_init__(self) -> None:
-        if len(self.force) != 2 or not all(math.isfinite(part) for part in self.force):
-            raise InputError(f"force '{self.name}': force = {self.force!r}", "two finite numbers [N]")
+        check_quantities(self, f"force '{self.name}'")
         check_attachment(self)
 
     def parameters(self, start: tuple[float, ...]) -> tuple[float, ...]:

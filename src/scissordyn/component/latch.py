@@ -24,7 +24,15 @@ def gap(angle, speed, mode, stop, side):
     return side * (angle - stop), side * speed
 
 
-@component(port=HINGE, gap=gap, section="latch", context=("mode",), passive=False, symbol="latch")
+@component(
+    port=HINGE,
+    gap=gap,
+    section="latch",
+    context=("mode",),
+    passive=False,
+    symbol="latch",
+    example={"body": "rod", "angle": "80 deg"},
+)
 class Latch:
     """A lock that engages when two bodies reach an angle; from then on it holds them rigidly at that angle.
 

@@ -18,7 +18,14 @@ def force(angle, speed, stall_torque, no_load_speed, limit):
     return min(limit, max(-limit, stall_torque - abs(stall_torque) * speed / no_load_speed))
 
 
-@component(port=HINGE, force=force, section="motor", passive=False, symbol="motor")
+@component(
+    port=HINGE,
+    force=force,
+    section="motor",
+    passive=False,
+    symbol="motor",
+    example={"body": "crank", "stall_torque": "5 N m", "no_load_speed": "300 rpm", "limit": "4 N m"},
+)
 class Motor:
     """A motor whose torque falls with its speed: T = T_0 (1 - w/w_0), never beyond its limit either way.
 
@@ -43,9 +50,7 @@ class Motor:
     no_load_speed: Annotated[float, Quantity("rad/s", above=0.0, maximum=1e6, help="speed at which the torque vanishes")]
     base: str = GROUND
     limit: Annotated[float | None, Quantity("N m", above=0.0, maximum=1e9, help="largest torque")] = None
-    inertia: Annotated[
-        float, Quantity("kg m^2", minimum=0.0, maximum=1e9, help="moment of inertia of the rotor")
-    ] = 0.0
+    inertia: Annotated[float, Quantity("kg m^2", minimum=0.0, maximum=1e9, help="moment of inertia of the rotor")] = 0.0
 
     def parameters(self, start: tuple[float, ...]) -> tuple[float, ...]:
         """T_0 [N m], w_0 [rad/s] and the limit [N m]."""

@@ -14,7 +14,18 @@ from scissordyn.units import Quantity, check_quantities
 __all__ = ["Rod"]
 
 
-@component(port=LINE, section="rod", passive=False, symbol="rod")
+@component(
+    port=LINE,
+    section="rod",
+    passive=False,
+    symbol="rod",
+    example={
+        "start": "ground.O",
+        "end": "rod.middle",
+        "length": "0.5 m",
+        "motion": {"cycloidal": {"start": "0.5 m", "end": "0.8 m", "duration": "2 s"}},
+    },
+)
 class Rod:
     """A rigid rod without mass between two points, or a drive that prescribes their distance.
 

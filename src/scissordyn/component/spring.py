@@ -18,7 +18,13 @@ def force(length, rate, stiffness, free_length, damping):
     return stiffness * stretch + damping * rate, 0.5 * stiffness * stretch * stretch, damping * rate * rate
 
 
-@component(port=LINE, force=force, section="spring", symbol="spring")
+@component(
+    port=LINE,
+    force=force,
+    section="spring",
+    symbol="spring",
+    example={"start": "rod.middle", "end": "ground.O", "stiffness": "200 N/m", "free_length": "0.1 m", "damping": "2 N s/m"},
+)
 class Spring:
     """A spring and damper between two points: tension k (l - l_0) + d l' along the line between them.
 

@@ -10,7 +10,7 @@ from scissordyn.component.place import GROUND, Point
 from scissordyn.component.port import HINGE, Output
 from scissordyn.errors import InputError
 from scissordyn.jit import kernel
-from scissordyn.units import Quantity, check_quantities
+from scissordyn.units import Pairs, Quantity, check_quantities
 
 __all__ = ["TapeSpring"]
 
@@ -107,6 +107,14 @@ def switch(angle, speed, mode, free_angle, straight, negative, positive, table):
     outputs=(Output("folded", "1", "1 on the folded branch, 0 on the straight one"),),
     context=("mode",),
     symbol="tape",
+    example={
+        "body": "rod",
+        "stiffness": "20 N m/rad",
+        "peak_moment": "2 N m",
+        "steady_moment": "0.3 N m",
+        "peak_moment_equal": "0.8 N m",
+        "steady_moment_equal": "0.2 N m",
+    },
 )
 class TapeSpring:
     r"""A hinge made of a tape spring, with snap-through and hysteresis.
@@ -153,8 +161,12 @@ class TapeSpring:
     peak_moment_equal: Annotated[float, Quantity("N m", minimum=0.0, maximum=1e6, help="negative moment of the snap")] = 0.0
     steady_moment_equal: Annotated[float, Quantity("N m", minimum=0.0, maximum=1e6, help="negative moment of the fold")] = 0.0
     free_angle: Annotated[float, Quantity("rad", minimum=-1e4, maximum=1e4, help="angle of the straight tape")] = 0.0
-    straight: tuple[Point, ...] = ()
-    folded: tuple[Point, ...] = ()
+    straight: Annotated[
+        tuple[Point, ...], Pairs(("angles", "moments"), ("rad", "N m"), help="the straight branch, in place of stiffness")
+    ] = ()
+    folded: Annotated[
+        tuple[Point, ...], Pairs(("angles", "moments"), ("rad", "N m"), help="the folded branch, beside the straight one")
+    ] = ()
 
     def __post_init__(self) -> None:
         check_quantities(self, f"tape spring '{self.name}'")

@@ -18,7 +18,15 @@ def force(angle, speed, factor, torque):
     return factor * torque
 
 
-@component(port=HINGE, force=force, section="torque", context=("factor",), passive=False, symbol="arc")
+@component(
+    port=HINGE,
+    force=force,
+    section="torque",
+    context=("factor",),
+    passive=False,
+    symbol="arc",
+    example={"body": "crank", "torque": "1 N m", "time_function": {"cycloidal": {"start": 0, "end": 1, "duration": "2 s"}}},
+)
 class Torque:
     """A torque on a body against its base, constant or a function of time.
 

@@ -18,7 +18,13 @@ def force(angle, speed, stiffness, free_angle, damping):
     return -stiffness * twist - damping * speed, 0.5 * stiffness * twist * twist, damping * speed * speed
 
 
-@component(port=HINGE, force=force, section="torsion_spring", symbol="spiral")
+@component(
+    port=HINGE,
+    force=force,
+    section="torsion_spring",
+    symbol="spiral",
+    example={"body": "rod", "stiffness": "2 N m/rad", "free_angle": "90 deg", "damping": "0.1 N m s/rad"},
+)
 class TorsionSpring:
     """A hinge spring and damper between two bodies: torque -k (phi - phi_0) - d phi' on the first.
 

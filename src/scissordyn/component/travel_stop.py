@@ -35,6 +35,7 @@ def force(travel, speed, mode, approach_speed, stiffness, exponent, damping, lim
     label="end stop",
     context=("mode", "approach_speed"),
     symbol="stop",
+    example={"point": "slider.centre", "direction": "90 deg", "limit": "1.5 m"},
 )
 class TravelStop:
     r"""An end stop of a point that travels: beyond a line across its direction a force pushes it back.
@@ -60,9 +61,7 @@ class TravelStop:
 
     name: str
     point: BodyPoint
-    direction: Annotated[
-        float, Quantity("rad", minimum=-1e4, maximum=1e4, help="direction of travel towards the stop")
-    ]
+    direction: Annotated[float, Quantity("rad", minimum=-1e4, maximum=1e4, help="direction of travel towards the stop")]
     limit: Annotated[float, Quantity("m", minimum=-1e4, maximum=1e4, help="coordinate along the direction at the touch")]
     stiffness: Annotated[float, Quantity("1", above=0.0, maximum=1e18, help="K, in N/m^n with the n given here")] = 1e8
     exponent: Annotated[float, Quantity("1", minimum=1.0, maximum=5.0, help="n")] = 1.5

@@ -5,19 +5,19 @@ from __future__ import annotations
 import dataclasses
 from typing import Annotated, Any
 
-from pydantic import Field, PlainValidator, TypeAdapter, ValidationInfo
+from pydantic import Field, PlainValidator, TypeAdapter, ValidationInfo, create_model
 
+from scissordyn.component.place import Point
 from scissordyn.config.clearance import ClearanceTable, GuideClearanceTable
 from scissordyn.config.control import ControlTable
-from scissordyn.config.part import PARTS, assembled
+from scissordyn.config.part import COMPONENT_SECTIONS, PARTS, assembled
 from scissordyn.config.payload import PanelsTable, PayloadTable
 from scissordyn.config.structure import STRUCTURE, StructureTable
 from scissordyn.config.table import Table, described, located
 from scissordyn.config.time_function import DriveTable
 from scissordyn.errors import InputError
-from scissordyn.model.body import Body, Point
-from scissordyn.model.connection import Latch, Rod, Weld
-from scissordyn.model.element import AngleStop, Force, Motor, Spring, Torque, TorsionSpring, TravelStop
+from scissordyn.model.body import Body
+from scissordyn.model.connection import Weld
 from scissordyn.model.joint import Guide, Revolute
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.simulation.options import Options
@@ -79,8 +79,8 @@ def _listed() -> Any:
     return Field(default_factory=list)
 
 
-class CaseTable(Table):
-    """A whole case file."""
+class _CaseTable(Table):
+    """A whole case file, apart from the components."""
 
     structure: Annotated[
         StructureTable, STRUCTURE, Field(description="the structure", examples=[{"kind": "scissor"}], validate_default=True)
@@ -108,15 +108,6 @@ class CaseTable(Table):
     joint: list[Annotated[Revolute, PARTS["joint"].reader]] = _listed()
     guide: list[Annotated[Guide, PARTS["guide"].reader]] = _listed()
     weld: list[Annotated[Weld, PARTS["weld"].reader]] = _listed()
-    rod: list[Annotated[Rod, PARTS["rod"].reader]] = _listed()
-    latch: list[Annotated[Latch, PARTS["latch"].reader]] = _listed()
-    spring: list[Annotated[Spring, PARTS["spring"].reader]] = _listed()
-    torsion_spring: list[Annotated[TorsionSpring, PARTS["torsion_spring"].reader]] = _listed()
-    force: list[Annotated[Force, PARTS["force"].reader]] = _listed()
-    torque: list[Annotated[Torque, PARTS["torque"].reader]] = _listed()
-    angle_stop: list[Annotated[AngleStop, PARTS["angle_stop"].reader]] = _listed()
-    travel_stop: list[Annotated[TravelStop, PARTS["travel_stop"].reader]] = _listed()
-    motor: list[Annotated[Motor, PARTS["motor"].reader]] = _listed()
     payload: Annotated[
         list[PayloadTable], Field(description="a mass fixed to a body; one table for each", default_factory=list)
     ]
@@ -161,3 +152,13 @@ class CaseTable(Table):
             with located(f"guide_clearance.{index}"):
                 mechanism = mechanism.with_clearance(channel.guide, channel.described())
         return mechanism
+
+
+CaseTable: type[_CaseTable] = create_model(
+    "CaseTable",
+    __base__=_CaseTable,
+    **{  # type: ignore[call-overload]
+        section: (list[Annotated[Any, PARTS[section].reader]], _listed()) for section in (*COMPONENT_SECTIONS, "component")
+    },
+)
+"""A whole case file."""

@@ -8,6 +8,7 @@ from typing import Annotated, Any
 
 from pydantic import Field, PlainValidator, ValidationInfo, field_validator
 
+from scissordyn.component.place import Point
 from scissordyn.config.law import law_of, material_of, read_law
 from scissordyn.config.quantity import read_numbers
 from scissordyn.config.table import Table
@@ -15,7 +16,6 @@ from scissordyn.errors import InputError
 from scissordyn.laws.contact import Damping, Elastic, Friction
 from scissordyn.laws.damping.lankarani_nikravesh import LankaraniNikravesh
 from scissordyn.laws.material import Material
-from scissordyn.model.body import Point
 from scissordyn.model.clearance import Clearance
 from scissordyn.model.guide_clearance import GuideClearance
 from scissordyn.units import quantities

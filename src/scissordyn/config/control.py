@@ -8,15 +8,15 @@ from typing import Annotated, Any
 
 from pydantic import Field, PlainValidator, ValidationInfo
 
+from scissordyn.component.actuator import Actuator
+from scissordyn.component.place import BodyPoint
+from scissordyn.component.time_function import ConstantSpeed, Tabulated, TimeFunction
 from scissordyn.config.quantity import read_numbers
 from scissordyn.config.table import Table, build, toml
 from scissordyn.config.time_function import DriveTable
 from scissordyn.control.catalogue import CONTROLLERS, controller_from_file
 from scissordyn.control.controller import Controller
 from scissordyn.errors import InputError, did_you_mean
-from scissordyn.model.drive import ConstantSpeed, Tabulated, TimeFunction
-from scissordyn.model.element import Actuator
-from scissordyn.model.joint import BodyPoint
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.simulation.feed_forward import feed_forward
 from scissordyn.units import Quantity, quantities

@@ -2,25 +2,30 @@
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
-from typing import Annotated, Any
+from pathlib import Path
+from typing import Annotated, Any, get_args, get_origin, get_type_hints
 
 from pydantic import Field, PlainValidator, ValidationInfo
 
+from scissordyn.component.catalogue import COMPONENTS
+from scissordyn.component.declaration import Declaration
+from scissordyn.component.place import GROUND, BodyPoint, Point
+from scissordyn.component.time_function import TimeFunction
+from scissordyn.component.user import component_class
 from scissordyn.config.quantity import read_numbers
-from scissordyn.config.table import Hints, Table, described, located, table_of
+from scissordyn.config.table import Hints, Table, described, located, table_of, toml
 from scissordyn.config.time_function import DISTANCE, REACH, TIME_FUNCTION
 from scissordyn.errors import InputError, did_you_mean
-from scissordyn.model.body import GROUND, Body, Point, bar
-from scissordyn.model.connection import Latch, Rod, Weld
-from scissordyn.model.drive import TimeFunction
-from scissordyn.model.element import AngleStop, Force, Motor, Spring, Torque, TorsionSpring, TravelStop
-from scissordyn.model.joint import BodyPoint, Guide, Revolute
+from scissordyn.model.body import Body, bar
+from scissordyn.model.connection import Weld
+from scissordyn.model.joint import Guide, Revolute
 from scissordyn.model.mechanism import Mechanism
-from scissordyn.units import Quantity, quantities
+from scissordyn.units import Pairs, Quantity, quantities
 
-__all__ = ["ELEMENTS", "PARTS", "BodyTable", "Part", "assembled", "pair"]
+__all__ = ["COMPONENT_SECTIONS", "PARTS", "BodyTable", "Part", "assembled", "pair"]
 
 
 def pair(unit: str) -> PlainValidator:
@@ -145,26 +150,17 @@ class Part:
         Its field of `Mechanism`.
     help : str
         What it is, in one line.
-    references : tuple of str
-        Keys that name a point of a body.
-    bodies : tuple of str
-        Keys that name a body.
     """
 
     table: type[Table]
     reader: PlainValidator
     fills: str
     help: str
-    references: tuple[str, ...] = ()
-    bodies: tuple[str, ...] = ()
 
 
 def _part(kind: type, fills: str, help: str, hints: Hints = (), **examples: Any) -> Part:
     """A part whose keys are the fields of its dataclass."""
-    named = tuple(name for name, hint in hints if hint is _REFERENCE)
-    table = table_of(kind, hints, **examples)
-    bodies = tuple(name for name in ("body", "base") if name in table.model_fields)
-    return Part(table, described(kind, hints, **examples), fills, help, named, bodies)
+    return Part(table_of(kind, hints, **examples), described(kind, hints, **examples), fills, help)
 
 
 _REFERENCE: Any = Annotated[BodyPoint, BODY_POINT, Field(description='a point, as "BODY.POINT" or "ground.POINT"')]
@@ -175,10 +171,66 @@ _BODIES: Hints = (
     ("body", Annotated[str, Field(description="the body that it acts on")]),
     ("base", Annotated[str, Field(description="the body that it acts against")]),
 )
-_TIME_FUNCTION: Hints = (
-    ("time_function", Annotated[TimeFunction | None, TIME_FUNCTION, Field(description="a factor over time, 1 without it")]),
-)
-_FADE = {"cycloidal": {"start": 0, "end": 1, "duration": "2 s"}}
+_FUNCTIONS: Mapping[str, Any] = {
+    "time_function": Annotated[TimeFunction | None, TIME_FUNCTION, Field(description="a factor over time, 1 without it")],
+    "motion": Annotated[TimeFunction | None, DISTANCE, Field(description="the distance over time, without a length")],
+}
+"""Readers of fields that are time functions, by name."""
+
+
+def _pairs_of(pairs: Pairs) -> PlainValidator:
+    """For ``Annotated[tuple[Point, ...], Pairs(...)]``: a key whose value is two lists of numbers."""
+    sample = {name: f"0, 1 {unit}" for name, unit in zip(pairs.names, pairs.units, strict=True)}
+
+    def read(given: Any) -> tuple[Point, ...]:
+        if not isinstance(given, Mapping) or sorted(given) != sorted(pairs.names):
+            raise InputError("not a table of two lists", f"the keys {pairs.names[0]} and {pairs.names[1]}", toml(sample))
+        first, second = (read_numbers(given[name], unit) for name, unit in zip(pairs.names, pairs.units, strict=True))
+        if len(first) != len(second):
+            raise InputError(f"{len(first)} {pairs.names[0]} and {len(second)} {pairs.names[1]}", "as many of both")
+        return tuple(zip(first, second, strict=True))
+
+    return PlainValidator(read)
+
+
+def _component_hints(kind: type) -> Hints:
+    """How the fields of a component class are read."""
+    declared: Declaration = kind.declaration  # type: ignore[attr-defined]
+    hints: dict[str, Any] = dict((*_NAME, *_BODIES[1:]) if declared.port.turning else _NAME)
+    hints.update((name, _REFERENCE) for name in declared.port.points)
+    for name, hint in get_type_hints(kind, include_extras=True).items():
+        for extra in get_args(hint) if get_origin(hint) is Annotated else ():
+            if isinstance(extra, Pairs):
+                hints[name] = Annotated[tuple[Point, ...], _pairs_of(extra), Field(description=extra.help)]
+            elif isinstance(extra, Quantity) and get_args(hint)[0] == Point:
+                hints[name] = Annotated[Point, pair(extra.unit), Field(description=extra.help)]
+        if name in _FUNCTIONS:
+            hints[name] = _FUNCTIONS[name]
+    names = [field.name for field in dataclasses.fields(kind)]
+    return tuple((name, hints[name]) for name in names if name in hints)
+
+
+def _component_part(kind: Any) -> Part:
+    """The table of a component class, from its declaration."""
+    declared: Declaration = kind.declaration
+    first_line = (kind.__doc__ or "").strip().splitlines()[0]
+    help = first_line[:1].lower() + first_line[1:].split(": ")[0].rstrip(".")
+    fills = {"rod": "rods", "latch": "latches"}.get(declared.section, "components")
+    return _part(kind, fills, help, _component_hints(kind), name=declared.section.replace("_", " "), **declared.example)
+
+
+class UserComponentTable(Table):
+    """A component of a class in a file of the user's own; the further keys are the fields of the class."""
+
+    type: Annotated[str, Field(description="the class, as 'file.py:Class'", examples=["my_components.py:Rubber"])]
+
+
+def _read_user_component(given: Any, info: ValidationInfo) -> Any:
+    keys = dict(given) if isinstance(given, Mapping) else {}
+    table = UserComponentTable.model_validate({"type": keys.pop("type")} if "type" in keys else keys, context=info.context)
+    folder = (info.context or {}).get("folder", Path())
+    kind = component_class(table.type, folder)
+    return _component_part(kind).reader.func(keys, info)  # type: ignore[call-arg]
 
 
 class JointTable(Table):
@@ -213,146 +265,27 @@ def _read_guide(given: Any, info: ValidationInfo) -> Guide:
 PARTS: Mapping[str, Part] = {
     "body": Part(BodyTable, PlainValidator(_read_body), "bodies", "a rigid body"),
     "ground": Part(GroundTable, PlainValidator(_read_ground), "ground", "a point of the fixed frame"),
-    "joint": Part(JointTable, PlainValidator(_read_joint), "joints", "a pin between two bodies", ("journal", "bearing")),
+    "joint": Part(JointTable, PlainValidator(_read_joint), "joints", "a pin between two bodies"),
     "guide": Part(
         GuideTable,
         PlainValidator(_read_guide),
         "guides",
         "a straight line that keeps a point of a body on it",
-        ("follower",),
-        ("body",),
     ),
     "weld": _part(Weld, "welds", "a rigid connection of two bodies", _ENDS, name="weld", start="rod.end", end="tool.base"),
-    "rod": _part(
-        Rod,
-        "rods",
-        "a massless rigid rod between two points, or a drive of their distance",
-        (
-            *_ENDS,
-            ("motion", Annotated[TimeFunction | None, DISTANCE, Field(description="the distance over time, without a length")]),
-        ),
-        name="jack",
-        start="ground.O",
-        end="rod.middle",
-        length="0.5 m",
-        motion={"cycloidal": REACH},
-    ),
-    "latch": _part(
-        Latch,
-        "latches",
-        "a lock that engages when two bodies reach an angle",
-        _BODIES,
-        name="latch",
-        body="rod",
-        angle="80 deg",
-    ),
-    "spring": _part(
-        Spring,
-        "elements",
-        "a spring and damper between two points",
-        _ENDS,
-        name="spring",
-        start="rod.middle",
-        end="ground.O",
-        stiffness="200 N/m",
-        free_length="0.1 m",
-        damping="2 N s/m",
-    ),
-    "torsion_spring": _part(
-        TorsionSpring,
-        "elements",
-        "a hinge spring and damper between two bodies",
-        _BODIES,
-        name="hinge spring",
-        body="rod",
-        stiffness="2 N m/rad",
-        free_angle="90 deg",
-        damping="0.1 N m s/rad",
-    ),
-    "force": _part(
-        Force,
-        "elements",
-        "a force on a point",
-        (
-            *_NAME,
-            ("point", _REFERENCE),
-            ("force", Annotated[Point, pair("N"), Field(description="its components")]),
-            *_TIME_FUNCTION,
-        ),
-        name="load",
-        point="rod.middle",
-        force="0, -10 N",
-        time_function=_FADE,
-    ),
-    "torque": _part(
-        Torque,
-        "elements",
-        "a torque on a body",
-        (*_BODIES, *_TIME_FUNCTION),
-        name="torque",
-        body="crank",
-        torque="1 N m",
-        time_function=_FADE,
-    ),
-    "angle_stop": _part(
-        AngleStop,
-        "elements",
-        "an end stop of a rotation",
-        _BODIES,
-        name="stop",
-        body="rod",
-        angle="80 deg",
-    ),
-    "travel_stop": _part(
-        TravelStop,
-        "elements",
-        "an end stop of a translating point",
-        (*_NAME, ("point", _REFERENCE)),
-        name="buffer",
-        point="slider.centre",
-        direction="90 deg",
-        limit="1.5 m",
-    ),
-    "motor": _part(
-        Motor,
-        "elements",
-        "a motor whose torque falls with its speed",
-        _BODIES,
-        name="motor",
-        body="crank",
-        stall_torque="5 N m",
-        no_load_speed="300 rpm",
-        limit="4 N m",
+    **{
+        section: _component_part(kind)
+        for section, kind in COMPONENTS.items()
+        if section != "actuator"  # a table [control] describes it
+    },
+    "component": Part(
+        UserComponentTable, PlainValidator(_read_user_component), "components", "a component of a class in a file of your own"
     ),
 }
 """The further tables of a case file, apart from [structure], [drive], [[clearance]] and [run]."""
 
-ELEMENTS = tuple(name for name, part in PARTS.items() if part.fills == "elements")
-
-
-def _check_references(parts: Mapping[str, Iterable[Any]], fields: Mapping[str, tuple[Any, ...]]) -> None:
-    """Raise `InputError`, with its place, for the first part with an unknown body or point."""
-    points: dict[str, list[str]] = {body.name: list(body.points) for body in fields["bodies"]}
-    points[GROUND] = [name for name, _ in fields["ground"]]
-    for section, found in parts.items():
-        for index, part in enumerate(found):
-            with located(f"{section}.{index}"):
-                for key in PARTS[section].bodies:
-                    _check_body(part.name, key, getattr(part, key), points)
-                for key in PARTS[section].references:
-                    body, point = getattr(part, key)
-                    _check_body(part.name, key, body, points)
-                    if point not in points[body]:
-                        raise InputError(
-                            f"'{part.name}': {key} = '{body}.{point}', but body '{body}' has no point '{point}'"
-                            + did_you_mean(point, points[body]),
-                            "one of " + (", ".join(points[body]) or "none"),
-                        )
-
-
-def _check_body(name: str, key: str, body: str, points: Mapping[str, list[str]]) -> None:
-    if body not in points:
-        raise InputError(f"'{name}': {key}: no body '{body}'{did_you_mean(body, points)}", "one of " + ", ".join(points))
+COMPONENT_SECTIONS = tuple(section for section in PARTS if section in COMPONENTS)
+"""Tables of the package's own components."""
 
 
 def assembled(base: Mapping[str, Any], parts: Mapping[str, list[Any]]) -> Mechanism:
@@ -372,5 +305,4 @@ def assembled(base: Mapping[str, Any], parts: Mapping[str, list[Any]]) -> Mechan
     fields = {"bodies": (), "ground": (), **base}
     for name, part in PARTS.items():
         fields[part.fills] = (*fields.get(part.fills, ()), *parts[name])
-    _check_references(parts, fields)
     return Mechanism(**fields)

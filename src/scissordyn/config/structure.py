@@ -10,11 +10,11 @@ from typing import Annotated, Any, ClassVar, Literal, get_args, get_type_hints
 
 from pydantic import Field, PlainValidator, ValidationInfo, create_model
 
+from scissordyn.component.place import Point
 from scissordyn.config.part import pair
 from scissordyn.config.table import Table
 from scissordyn.errors import InputError, did_you_mean
 from scissordyn.model.array import hoberman_ring, mast, polar_scissor
-from scissordyn.model.body import Point
 from scissordyn.model.linkage import four_bar, n_four_bar, slider_crank
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.model.scissor import scissor

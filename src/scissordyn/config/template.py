@@ -7,7 +7,7 @@ from typing import Any, get_args
 
 from scissordyn.config.case import CaseTable, Run
 from scissordyn.config.clearance import ClearanceTable, GuideClearanceTable
-from scissordyn.config.part import ELEMENTS, PARTS
+from scissordyn.config.part import COMPONENT_SECTIONS, PARTS
 from scissordyn.config.payload import PanelsTable, PayloadTable
 from scissordyn.config.starter import STARTERS
 from scissordyn.config.structure import STRUCTURES
@@ -71,7 +71,7 @@ def template(kind: str) -> str:
         parts.append(_section("[[guide_clearance]]", GuideClearanceTable, {}, out=True))
     parts += [
         _section(f"[[{name}]]", PARTS[name].table, {}, out=True)
-        for name in ("weld", "rod", "latch", *ELEMENTS)
+        for name in ("weld", *COMPONENT_SECTIONS, "component")
         if kind == "mechanism"
     ]
     parts += [_section(f"[[{name}]]", table, {}, out=True) for name, table in LOADS.items()]

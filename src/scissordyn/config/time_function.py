@@ -10,10 +10,18 @@ from typing import Annotated, Any
 
 from pydantic import Field, PlainValidator, ValidationInfo, model_validator
 
+from scissordyn.component.time_function import (
+    ConstantSpeed,
+    Cycloidal,
+    Harmonic,
+    Polynomial,
+    Tabulated,
+    TimeFunction,
+    Trapezoidal,
+)
 from scissordyn.config.quantity import read_numbers, read_quantity, unit_factor
 from scissordyn.config.table import Hints, Table, described, located, toml
 from scissordyn.errors import InputError
-from scissordyn.model.drive import ConstantSpeed, Cycloidal, Harmonic, Polynomial, Tabulated, TimeFunction, Trapezoidal
 from scissordyn.units import Quantity, quantities
 
 __all__ = ["DISTANCE", "TIME_FUNCTION", "DistanceTable", "DriveTable", "TimeFunctionTable", "read_tabulated"]

@@ -7,8 +7,8 @@ from typing import NamedTuple
 import numpy as np
 import scipy.sparse as sp
 
-from scissordyn.mechanics.reduced import ReducedModel
 from scissordyn.mechanics.outputs import Record
+from scissordyn.mechanics.reduced import ReducedModel
 
 __all__ = ["BodyMotion", "body_motion"]
 

@@ -19,9 +19,9 @@ from scissordyn.component.time_function import ConstantSpeed
 from scissordyn.control.signal import SIGNALS
 from scissordyn.laws.contact import PARAMETERS
 from scissordyn.mechanics.band import width
-from scissordyn.mechanics.constraints import families
 from scissordyn.mechanics.monitored import COMPONENT_FORCE, DRIVE_TORQUE, PRESSURE_VELOCITY
 from scissordyn.mechanics.point_map import PointMap, joined
+from scissordyn.mechanics.quadratic_constraints import families
 from scissordyn.mechanics.reduce import natural_weight
 from scissordyn.mechanics.reduced_model import ReducedModel
 from scissordyn.mechanics.system import (
@@ -203,6 +203,7 @@ def build_model(reduced: ReducedModel) -> Model:
         component_passive=integers(each.passive for each in declared),
         component_timed=integers(bool({"time", "factor"} & set(each.context)) for each in declared),
         component_guard=guard,
+        travel_direction=np.array([_travel(each) for each in components], float).reshape(-1, 2),
         first_rate=integers(len(each.results) - len(each.states) for each in declared),
         force_kernel=integers(each.force for each in kernels),
         gap_kernel=integers(each.gap for each in kernels),
@@ -228,6 +229,12 @@ def _friction_states(contact: Revolute | ContactPoint) -> tuple[str, ...]:
 
 def _states(component: Component) -> tuple[str, ...]:
     return component.controller.states if isinstance(component, Actuator) else component.declaration.states
+
+
+def _travel(component: Any) -> tuple[float, float]:
+    """Unit vector along which a component travels, if it does."""
+    along = component.declaration.port is TRAVEL
+    return (math.cos(component.direction), math.sin(component.direction)) if along else (0.0, 0.0)
 
 
 def _functions(mechanism: Mechanism, first: int) -> tuple[np.ndarray, np.ndarray, list[tuple[Any, float]]]:
@@ -439,6 +446,7 @@ def make_workspace(model: Model, parameters: Parameters) -> Workspace:
         gram_pivots=np.zeros(m, np.int64),
         gamma=np.zeros(1),
         contact=np.zeros(contacts, CONTACT_RESULT),
+        wrench=np.zeros((contacts + components, 4)),
         block_x=np.zeros(blocks),
         block_v=np.zeros(blocks),
         force_by_state=np.zeros(pairs),

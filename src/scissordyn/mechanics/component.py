@@ -13,7 +13,7 @@ from scissordyn.component.compiled import call_kernel
 from scissordyn.component.port import ACTUATOR, FRAME, HINGE, LINE, POINT, TRAVEL
 from scissordyn.jit import kernel
 from scissordyn.mechanics.actuator import actuator_torque, linearise_actuator
-from scissordyn.mechanics.force_element import add_forces, add_torques, map_values
+from scissordyn.mechanics.force_element import add_forces, add_torques, map_values, write_wrench
 from scissordyn.mechanics.rotation import relative_angle
 from scissordyn.mechanics.time_function import function_at
 
@@ -122,24 +122,38 @@ def add_component(t, i, S, z, dz):
         power += out[k] * W.coordinate_rate[k]
     if port == _LINE:
         power = -power
-        length = W.coordinate[0]
-        if length > 0.0:
-            add_forces(element, S, -out[0] * ux / length, -out[0] * uy / length, 0.0, 0.0, 0.0, 0.0, W.force, 0, W.force.size)
-    elif port == _TRAVEL:
-        add_forces(element, S, out[0], 0.0, 0.0, 0.0, 0.0, 0.0, W.force, 0, W.force.size)
-    elif port == _POINT:
-        add_forces(element, S, out[0], out[1], 0.0, 0.0, 0.0, 0.0, W.force, 0, W.force.size)
-    elif port == _FRAME:
-        fx, fy = out[0] * bx - out[1] * by, out[0] * by + out[1] * bx
-        gx, gy = out[0] * ux + out[1] * uy, out[0] * uy - out[1] * ux
-        t_a = out[2]
-        add_forces(element, S, fx, fy, -t_a * ay, t_a * ax, gx + t_a * by, gy - t_a * bx, W.force, 0, W.force.size)
-    else:
-        add_torques(element, S, 0.0, 0.0, out[0], -out[0], ax, ay, bx, by, W.force, 0, W.force.size)
+    apply(element, i, port, S, maps, out)
     if M.component_passive[i] == 1:
         W.stored_energy[i], W.dissipation[i], W.power_in[i] = out[forces], out[forces + 1], 0.0
     else:
         W.stored_energy[i], W.dissipation[i], W.power_in[i] = 0.0, 0.0, power
+
+
+@kernel(inline=True)
+def apply(element, i, port, S, maps, out):
+    """Add the forces of a port to Work.force, and note them."""
+    ux, uy, _, _, bx, by, _, _, _, _, _, _ = maps
+    ax, ay, target = maps[2], maps[3], S.work.force
+    if port == _LINE:
+        length = S.work.coordinate[0]
+        fx, fy = (-out[0] * ux / length, -out[0] * uy / length) if length > 0.0 else (0.0, 0.0)
+        write_wrench(element, S, fx, fy, 0.0, 0.0)
+        add_forces(element, S, fx, fy, 0.0, 0.0, 0.0, 0.0, target, 0, target.size)
+    elif port == _TRAVEL:
+        along = S.model.travel_direction[i]
+        write_wrench(element, S, out[0] * along[0], out[0] * along[1], 0.0, 0.0)
+        add_forces(element, S, out[0], 0.0, 0.0, 0.0, 0.0, 0.0, target, 0, target.size)
+    elif port == _POINT:
+        write_wrench(element, S, out[0], out[1], 0.0, 0.0)
+        add_forces(element, S, out[0], out[1], 0.0, 0.0, 0.0, 0.0, target, 0, target.size)
+    elif port == _FRAME:
+        fx, fy, torque = out[0] * bx - out[1] * by, out[0] * by + out[1] * bx, out[2]
+        gx, gy = out[0] * ux + out[1] * uy, out[0] * uy - out[1] * ux
+        write_wrench(element, S, fx, fy, torque, -torque - (ux * fy - uy * fx))
+        add_forces(element, S, fx, fy, -torque * ay, torque * ax, gx + torque * by, gy - torque * bx, target, 0, target.size)
+    else:
+        write_wrench(element, S, 0.0, 0.0, out[0], -out[0])
+        add_torques(element, S, 0.0, 0.0, out[0], -out[0], ax, ay, bx, by, target, 0, target.size)
 
 
 @kernel()

@@ -12,7 +12,7 @@ import math
 
 from scissordyn.jit import kernel
 from scissordyn.laws.dispatch import elastic_force, friction_force, friction_start, normal_force
-from scissordyn.mechanics.force_element import add_torques, map_values
+from scissordyn.mechanics.force_element import add_torques, map_values, write_wrench
 from scissordyn.mechanics.plane_contact import plane_forces, plane_gap, plane_kinematics
 from scissordyn.mechanics.system import APPROACH_FLOOR
 
@@ -74,6 +74,7 @@ def contact_forces(j, S, z, dz):
     nx, ny = found.nx, found.ny
     fx, fy = -normal * nx + tangential * ny, -normal * ny - tangential * nx
     moment_j, moment_b = -p.radius * tangential, (p.radius + found.distance) * tangential
+    write_wrench(j, S, fx, fy, moment_j, moment_b)
     add_torques(j, S, fx, fy, moment_j, moment_b, ax, ay, bx, by, W.force, 0, W.force.size)
 
 
@@ -84,6 +85,7 @@ def no_forces(j, S):
     found.elastic = 0.0
     found.normal = 0.0
     found.tangential = 0.0
+    write_wrench(j, S, 0.0, 0.0, 0.0, 0.0)
 
 
 @kernel(inline=True)

@@ -87,7 +87,9 @@ def pin_slopes(j, S, n_d, n_r):
         local[ARM_T, a] = -sideways - rotation
         local[N_BY_X, a] = n_d * outward + n_r * turning * sideways
         local[N_BY_V, a] = n_r * outward
-        local[SLIP_BY_X, a] = -along / e * sideways - bearing_speed * outward + rj * (r2 * py - r3 * px) - rb * (r4 * qy - r5 * qx)
+        local[SLIP_BY_X, a] = (
+            -along / e * sideways - bearing_speed * outward + rj * (r2 * py - r3 * px) - rb * (r4 * qy - r5 * qx)
+        )
         local[SLIP_BY_V, a] = sideways + rotation
         local[OWN, a] = sideways
         local[OTHER, a] = r0 * turned_x + r1 * turned_y

@@ -96,7 +96,9 @@ def resolve(columns, values, start, count, solved_at, first, length, kept_column
 
 
 @kernel()
-def eliminate(start, columns, values, preferred, solved_at, first, length, kept_column, kept_value, total, listed, touched, found):
+def eliminate(
+    start, columns, values, preferred, solved_at, first, length, kept_column, kept_value, total, listed, touched, found
+):
     """Solve constraints for columns, one after the other; returns DONE, CONTRADICTS or FULL.
 
     `found` gets the constraint at which it ended, and how much of the kept arrays is used.

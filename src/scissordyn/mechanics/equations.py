@@ -14,7 +14,7 @@ import math
 from scissordyn.jit import kernel
 from scissordyn.mechanics.actuator import recorded_signal
 from scissordyn.mechanics.component import add_component, linearise_component
-from scissordyn.mechanics.constraint import (
+from scissordyn.mechanics.constraint_solver import (
     expand,
     factorize_constraints,
     map_directions,
@@ -182,5 +182,3 @@ def record_signals(t, y, S, signals):
     for i in range(M.recorder.size):
         if M.recorder[i] >= 0:
             signals[M.recorder[i]] = recorded_signal(t, i, S)
-
-

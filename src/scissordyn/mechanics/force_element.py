@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from scissordyn.jit import kernel
 
-__all__ = ["add_forces", "add_torques", "map_values"]
+__all__ = ["add_forces", "add_torques", "map_values", "write_wrench"]
 
 
 @kernel(inline=True)
@@ -51,3 +51,10 @@ def add_forces(element, S, fx, fy, gx, gy, hx, hy, target, first, limit):
 def add_torques(element, S, fx, fy, torque_a, torque_b, ax, ay, bx, by, target, first, limit):
     """The same for a force on the first map and torques on two unit directions: a torque is the force torque J d on d."""
     add_forces(element, S, fx, fy, -torque_a * ay, torque_a * ax, -torque_b * by, torque_b * bx, target, first, limit)
+
+
+@kernel(inline=True)
+def write_wrench(element, S, fx, fy, torque_a, torque_b):
+    """Note the force on the point of the first body, and the torques on both bodies."""
+    wrench = S.work.wrench
+    wrench[element, 0], wrench[element, 1], wrench[element, 2], wrench[element, 3] = fx, fy, torque_a, torque_b

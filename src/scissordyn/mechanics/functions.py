@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from scissordyn.jit import kernel
-from scissordyn.mechanics import constraint, equations, guard, monitored, step_matrix
+from scissordyn.mechanics import constraint_solver, equations, guard, monitored, step_matrix
 from scissordyn.mechanics.latch import engage
 from scissordyn.mechanics.rotation import count_turns
 from scissordyn.mechanics.system import open_system
@@ -14,7 +14,13 @@ __all__ = ["FUNCTIONS"]
 
 _accelerate, _linearise, _record = equations.accelerate, equations.linearise, equations.record_signals
 _factorize, _solve = step_matrix.factorize, step_matrix.solve
-_project, _guards, _reset, _touch, _monitor = constraint.project, guard.guards, guard.reset, guard.touch, monitored.monitor
+_project, _guards, _reset, _touch, _monitor = (
+    constraint_solver.project,
+    guard.guards,
+    guard.reset,
+    guard.touch,
+    monitored.monitor,
+)
 
 LARGEST_TURN = 1.0
 """A step ends before the fastest body has turned by this [rad] at its present speed, so that turns are counted rightly."""

@@ -32,9 +32,7 @@ class Gradients:
         Vectors to hold at given values, such as the eccentricities of clearance joints.
     """
 
-    def __init__(
-        self, reduced: ReducedModel, constraints: Sequence[Constraint], held: Sequence[PointMap] = ()
-    ) -> None:
+    def __init__(self, reduced: ReducedModel, constraints: Sequence[Constraint], held: Sequence[PointMap] = ()) -> None:
         self.free, self.count = reduced.free, len(constraints)
         parts = [(k, weight, each) for k, constraint in enumerate(constraints) for weight, each in constraint.parts]
         self.owner = np.array([k for k, _, _ in parts], int)

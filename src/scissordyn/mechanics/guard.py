@@ -6,7 +6,7 @@ import math
 
 from scissordyn.jit import kernel
 from scissordyn.mechanics.component import component_gap, switch_loss
-from scissordyn.mechanics.constraint import expand, map_directions, project, velocity_residual
+from scissordyn.mechanics.constraint_solver import expand, map_directions, project, velocity_residual
 from scissordyn.mechanics.contact import begin_contact, end_contact, gap
 from scissordyn.mechanics.latch import engage
 from scissordyn.mechanics.system import APPROACH_FLOOR

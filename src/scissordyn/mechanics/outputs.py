@@ -1,22 +1,64 @@
-"""From states at the samples to what the user reads: motions, contact quantities, torques, energies."""
+"""From states at the samples to what the user reads: motions of bodies, contact quantities, torques, energies, loads."""
 
 from __future__ import annotations
 
+import math
 from typing import NamedTuple
 
 import numpy as np
 
+from scissordyn.component.place import GROUND, BodyPoint
+from scissordyn.component.port import ACTUATOR, HINGE, LINE, POINT, TRAVEL
+from scissordyn.integrate.integration import Samples
 from scissordyn.jit import Handle, kernel
-from scissordyn.laws.dispatch import elastic_force
-from scissordyn.mechanics.equations import accelerate, constraint_forces, project
-from scissordyn.mechanics.joint import kinematics
+from scissordyn.laws.energy import elastic_energy
+from scissordyn.mechanics.build import acting
+from scissordyn.mechanics.constraint_solver import project
+from scissordyn.mechanics.contact import kinematics, no_forces
+from scissordyn.mechanics.equations import accelerate
 from scissordyn.mechanics.latch import engage
-from scissordyn.mechanics.system import open_system
+from scissordyn.mechanics.monitored import constraint_forces, drive_torque
+from scissordyn.mechanics.point_map import PointMap, joined
+from scissordyn.mechanics.quadratic_constraints import families
+from scissordyn.mechanics.reduced_model import ReducedModel
+from scissordyn.mechanics.rotation import counted_angle, rotation_direction
+from scissordyn.mechanics.system import CONTACT_RESULT, RESULTS, open_system
+from scissordyn.model.guide_clearance import ContactPoint
 
-__all__ = ["Record", "elastic_energy", "record"]
+__all__ = ["BodyMaps", "Record", "body_maps", "record"]
 
-NODES: np.ndarray = 0.5 * (np.polynomial.legendre.leggauss(16)[0] + 1.0)
-WEIGHTS: np.ndarray = 0.5 * np.polynomial.legendre.leggauss(16)[1]
+
+class BodyMaps(NamedTuple):
+    """Where the bodies are, and where force elements, rods and latches act on them.
+
+    Parameters
+    ----------
+    start, column, row
+        Maps of the mass centre (rows 0 and 1) and of the x axis (rows 2 and 3) of each body.
+    rotation : ndarray of int, shape (bodies,)
+        Family of parallel bodies; -1 for a body that does not rotate.
+    sense, offset : ndarray, shape (bodies,)
+        Its angle is sense times that of the family plus offset [rad].
+    body : ndarray of int, shape (acting + rods, 2)
+        On which bodies force elements act, then rods; -1 for the ground.
+    arm : ndarray, shape (acting + rods, 2, 2)
+        Points of application from the mass centres, in the frames of the bodies [m].
+    rod : ndarray of int, shape (rods,)
+        Their constraints.
+    rod_scale : ndarray, shape (rods,)
+        Lengths that their maps are divided by [m].
+    """
+
+    start: np.ndarray
+    column: np.ndarray
+    row: np.ndarray
+    rotation: np.ndarray
+    sense: np.ndarray
+    offset: np.ndarray
+    body: np.ndarray
+    arm: np.ndarray
+    rod: np.ndarray
+    rod_scale: np.ndarray
 
 
 class Record(NamedTuple):
@@ -26,139 +68,322 @@ class Record(NamedTuple):
     ----------
     X, V, A : ndarray, shape (nt, n + nb)
         Columns [x; b] and their two derivatives.
-    joint : ndarray, shape (nt, nj, 9)
-        delta, delta', slip speed, elastic, normal and tangential force, n_x, n_y, |e|.
-    elastic : ndarray, shape (nt,)
-        Elastic energy of all contacts [J].
-    springs : ndarray, shape (nt,)
-        Energy stored in springs [J].
-    element : ndarray, shape (nt, elements, 3)
-        Force on the element's end [N] and torque on its body [N m].
-    observed : ndarray, shape (nt, elements, 2)
+    position, velocity, acceleration : ndarray, shape (nt, bodies, 2)
+        Of the mass centres [m, m/s, m/s^2].
+    direction : ndarray, shape (nt, bodies, 2)
+        Cosine and sine of the angles.
+    angle, angular_velocity, angular_acceleration : ndarray, shape (nt, bodies)
+        Turns counted [rad, rad/s, rad/s^2].
+    load : ndarray, shape (nt, bodies, 3)
+        Forces of contacts, components, rods and latches on each body [N], and their moment about its mass centre [N m].
+    contact : record array, shape (nt, contacts)
+        See `system.CONTACT_RESULT`.
+    wrench : ndarray, shape (nt, acting + rods, 4)
+        Force on the first point of each contact, component and rod [N], and torques on both bodies [N m].
+    coordinate : ndarray, shape (nt, components, 4)
+        Of the ports.
+    result : ndarray, shape (nt, components, RESULTS)
+        Of the components' kernels.
+    observed : ndarray, shape (nt, components, 2)
         Angle error [rad] and recorded signal of actuators.
     torque : ndarray, shape (nt, drives)
     multiplier : ndarray, shape (nt, m)
-        Of the quadratic constraints.
-    kinetic, potential : ndarray, shape (nt,)
-    length_error : float
+    kinetic, potential, elastic, stored : ndarray, shape (nt,)
+        Energies: kinetic, of gravity, of contacts, of components [J].
+    length_error : ndarray, shape (1,)
         Largest relative error of a length.
     """
 
     X: np.ndarray
     V: np.ndarray
     A: np.ndarray
-    joint: np.ndarray
-    elastic: np.ndarray
-    springs: np.ndarray
-    element: np.ndarray
+    position: np.ndarray
+    velocity: np.ndarray
+    acceleration: np.ndarray
+    direction: np.ndarray
+    angle: np.ndarray
+    angular_velocity: np.ndarray
+    angular_acceleration: np.ndarray
+    load: np.ndarray
+    contact: np.ndarray
+    wrench: np.ndarray
+    coordinate: np.ndarray
+    result: np.ndarray
     observed: np.ndarray
     torque: np.ndarray
     multiplier: np.ndarray
     kinetic: np.ndarray
     potential: np.ndarray
+    elastic: np.ndarray
+    stored: np.ndarray
     length_error: np.ndarray
 
 
+def body_maps(reduced: ReducedModel) -> BodyMaps:
+    """Maps of the bodies of a mechanism."""
+    mechanism = reduced.mechanism
+    index = {body.name: k for k, body in enumerate(mechanism.bodies)}
+    maps = [
+        joined([(reduced.at(body.name, body.centre), 0, 1.0), (reduced.frame(body.name), 2, 1.0)], 4)
+        for body in mechanism.bodies
+    ]
+    rotation, sense, offset = np.full(len(maps), -1, np.int64), np.ones(len(maps)), np.zeros(len(maps))
+    for k, family in enumerate(families(reduced)):
+        first = mechanism.body(family.bodies[0]).angle
+        for name, direction in zip(family.bodies, family.maps, strict=True):
+            b = index[name]
+            rotation[b] = k
+            sense[b], offset[b] = _turned(family.maps[0], direction, first, mechanism.body(name).angle)
+    for b, body in enumerate(mechanism.bodies):
+        if rotation[b] < 0:
+            offset[b] = body.angle
+    ends = [_ends(reduced, part) for part in (*mechanism.contacts, *acting(mechanism), *mechanism.rods)]
+    body = np.array([[index.get(end[0], -1) for end in pair] for pair in ends], np.int64).reshape(-1, 2)
+    arm = np.array([[end[1] for end in pair] for pair in ends], float).reshape(-1, 2, 2)
+    names = [constraint.name for constraint in reduced.constraints]
+    rods = [names.index(rod.name) for rod in mechanism.rods]
+    return BodyMaps(
+        start=np.cumsum([0, *(each.columns.size for each in maps)], dtype=np.int64),
+        column=np.concatenate([each.columns for each in maps]),
+        row=np.ascontiguousarray(np.hstack([each.rows for each in maps])),
+        rotation=rotation,
+        sense=sense,
+        offset=offset,
+        body=body,
+        arm=arm,
+        rod=np.array(rods, np.int64),
+        rod_scale=np.array([reduced.constraints[k].scale for k in rods], float),
+    )
+
+
+def _turned(first: PointMap, other: PointMap, first_angle: float, other_angle: float) -> tuple[float, float]:
+    """Sense and offset of the angle of a direction against that of another, which it is a rotation or a reflection of."""
+    square = first.rows @ first.rows.T
+    if np.linalg.det(square) <= 1e-12 * np.trace(square) ** 2:  # a constant direction
+        return 1.0, other_angle - first_angle
+    matrix = other.rows @ first.rows.T @ np.linalg.inv(square)
+    sense = 1.0 if np.linalg.det(matrix) > 0.0 else -1.0
+    offset = math.atan2(matrix[1, 0], matrix[0, 0])
+    turns = round((other_angle - sense * first_angle - offset) / (2.0 * math.pi))
+    return sense, offset + 2.0 * math.pi * turns
+
+
+def _ends(reduced: ReducedModel, part: object) -> tuple[tuple[str, tuple[float, float]], tuple[str, tuple[float, float]]]:
+    """Body and arm from its mass centre of the two points at which a part acts."""
+    mechanism = reduced.mechanism
+
+    def at(point: BodyPoint) -> tuple[str, tuple[float, float]]:
+        body, name = point
+        return arm(body, (0.0, 0.0) if body == GROUND else mechanism.body(body).points[name])
+
+    def arm(body: str, place: tuple[float, float]) -> tuple[str, tuple[float, float]]:
+        x, y = (0.0, 0.0) if body == GROUND else mechanism.body(body).centre
+        return body, (place[0] - x, place[1] - y)
+
+    if isinstance(part, ContactPoint):
+        return arm(part.follower, part.centre), arm(part.body, part.through)
+    declared = getattr(part, "declaration", None)
+    if declared is None:
+        return at(part.journal), at(part.bearing)  # type: ignore[attr-defined]
+    if declared.port in (POINT, TRAVEL):
+        return at(part.point), (GROUND, (0.0, 0.0))  # type: ignore[attr-defined]
+    if declared.port in (HINGE, ACTUATOR):
+        nowhere = (0.0, 0.0)
+        return (part.body, nowhere), (part.base, nowhere)  # type: ignore[attr-defined]
+    assert declared.port is LINE or declared.port.points == ("start", "end")
+    return at(part.end), at(part.start)  # type: ignore[attr-defined]
+
+
+@kernel(inline=True)
+def write_bodies(at, B, S, R, counted):
+    """Write the motion of the bodies at a sample; `counted` holds the angles of the families."""
+    W = S.work
+    for body in range(B.rotation.size):
+        cx = cy = ux = uy = vx = vy = px = py = ax = ay = qx = qy = 0.0
+        for i in range(B.start[body], B.start[body + 1]):
+            column = B.column[i]
+            x, v, a = W.X[column], W.V[column], W.A[column]
+            cx += B.row[0, i] * x
+            cy += B.row[1, i] * x
+            ux += B.row[2, i] * x
+            uy += B.row[3, i] * x
+            vx += B.row[0, i] * v
+            vy += B.row[1, i] * v
+            px += B.row[2, i] * v
+            py += B.row[3, i] * v
+            ax += B.row[0, i] * a
+            ay += B.row[1, i] * a
+            qx += B.row[2, i] * a
+            qy += B.row[3, i] * a
+        R.position[at, body, 0], R.position[at, body, 1] = cx, cy
+        R.velocity[at, body, 0], R.velocity[at, body, 1] = vx, vy
+        R.acceleration[at, body, 0], R.acceleration[at, body, 1] = ax, ay
+        R.direction[at, body, 0], R.direction[at, body, 1] = ux, uy
+        k = B.rotation[body]
+        R.angle[at, body] = B.offset[body] + (B.sense[body] * counted[k] if k >= 0 else 0.0)
+        R.angular_velocity[at, body] = ux * py - uy * px
+        R.angular_acceleration[at, body] = ux * qy - uy * qx
+
+
+@kernel(inline=True)
+def push(at, body, arm_x, arm_y, fx, fy, torque, R):
+    """Add a force at a point of a body, and a torque, to its load."""
+    if body < 0:
+        return
+    cos, sin = R.direction[at, body, 0], R.direction[at, body, 1]
+    ax, ay = cos * arm_x - sin * arm_y, sin * arm_x + cos * arm_y
+    R.load[at, body, 0] += fx
+    R.load[at, body, 1] += fy
+    R.load[at, body, 2] += ax * fy - ay * fx + torque
+
+
+@kernel(inline=True)
+def write_loads(at, B, S, R):
+    """Write what contacts, components, rods and latches exert at a sample."""
+    M, W = S.model, S.work
+    acting_parts = W.wrench.shape[0]
+    for e in range(B.body.shape[0]):
+        wrench = R.wrench[at, e]
+        if e < acting_parts:
+            for q in range(4):
+                wrench[q] = W.wrench[e, q]
+        else:
+            k = B.rod[e - acting_parts]
+            p = M.constraint_start[k]
+            # the force -lambda d on the end, with d the map of the constraint
+            part = 0
+            while M.part_start[part] != p:
+                part += 1
+            factor = -W.multiplier[k] / B.rod_scale[e - acting_parts]
+            wrench[0], wrench[1] = factor * W.direction[part, 0], factor * W.direction[part, 1]
+            wrench[2] = wrench[3] = 0.0
+    for latch in range(M.latch.shape[0]):
+        e = S.parameters.contact.size + M.latch[latch, 2]
+        held = -W.multiplier[M.latch[latch, 0]] * (1.0 - W.inactive[M.latch[latch, 0]])
+        R.wrench[at, e, 2], R.wrench[at, e, 3] = held, -held
+    for e in range(B.body.shape[0]):
+        w = R.wrench[at, e]
+        push(at, B.body[e, 0], B.arm[e, 0, 0], B.arm[e, 0, 1], w[0], w[1], w[2], R)
+        push(at, B.body[e, 1], B.arm[e, 1, 0], B.arm[e, 1, 1], -w[0], -w[1], w[3], R)
+
+
+@kernel(inline=True)
+def write_energies(at, S, R):
+    """Write the energies at a sample."""
+    M, W = S.model, S.work
+    n, nb = M.n, M.nb
+    kinetic = potential = elastic = stored = 0.0
+    for i in range(n + nb):
+        potential -= S.parameters.weight[i] * W.X[i]
+    for i in range(n):
+        kinetic += 0.5 * W.V[i] * W.V[i]
+        for k in range(nb):
+            kinetic += W.V[i] * M.inertia[i, k] * W.basis[1, k]
+    for i in range(nb):
+        for k in range(nb):
+            kinetic += 0.5 * W.basis[1, i] * M.inertia_b[i, k] * W.basis[1, k]
+    for j in range(S.parameters.contact.size):
+        if S.state.mode[j] == 1:
+            elastic += elastic_energy(S.parameters.law[j].stiffness, W.contact[j].depth, S.parameters.elastic[j])
+    for i in range(W.stored_energy.size):
+        stored += W.stored_energy[i]
+    R.kinetic[at], R.potential[at], R.elastic[at], R.stored[at] = kinetic, potential, elastic, stored
+
+
+@kernel(inline=True)
+def largest_length_error(S):
+    """Largest error of a constraint at the present position."""
+    M, W = S.model, S.work
+    for k in range(W.multiplier.size):
+        W.work[k] = -W.value[0, k]
+    for p in range(M.part_constraint.size):
+        d = W.direction[p]
+        W.work[M.part_constraint[p]] += 0.5 * W.part_weight[p] * (d[0] * d[0] + d[1] * d[1])
+    worst = 0.0
+    for k in range(W.multiplier.size):
+        worst = max(worst, abs(W.work[k]))
+    return worst
+
+
 @kernel()
-def elastic_energy(tag, delta, p):
-    """Work [J] to press an elastic part in by delta [m].
-
-    With delta = d s^2 the usual powers 3/2, 10/9 and 1 of delta become smooth in s, so Gauss's rule is exact to round-off.
-    """
-    if delta <= 0.0:
-        return 0.0
-    total = 0.0
-    for k in range(NODES.size):
-        s = NODES[k]
-        total += WEIGHTS[k] * elastic_force(tag, delta * s * s, p) * 2.0 * s
-    return total * delta
-
-
-@kernel()
-def fill(time, state, mode, memory, address, R):
+def fill(samples, address, B, R, counted):
     """Evaluate everything at each sample."""
     S = open_system(address)
-    n, nb = S.model.n, S.model.nb
-    for at in range(time.size):
-        for j in range(S.state.mode.size):
-            S.state.mode[j] = mode[at, j]
-            S.state.memory[j] = memory[at, j]
+    M, W, C = S.model, S.work, S.state
+    for at in range(samples.time.size):
+        for k in range(C.mode.size):
+            C.mode[k] = samples.mode[at, k]
+            C.memory[k] = samples.memory[at, k]
+        for k in range(C.reference.size):
+            C.reference[k] = samples.reference[at, k]
         engage(S)
         # dense output keeps lengths only to its own accuracy
-        project(time[at], state[at], S)
-        accelerate(time[at], state[at], S, S.work.scratch)
-        kinetic = potential = 0.0
-        for i in range(n + nb):
-            R.X[at, i], R.V[at, i], R.A[at, i] = S.work.X[i], S.work.V[i], S.work.A[i]
-            potential -= S.parameters.weight[i] * S.work.X[i]
-        for i in range(n):
-            kinetic += 0.5 * S.work.V[i] * S.work.V[i]
-            for k in range(nb):
-                kinetic += S.work.V[i] * S.model.inertia[i, k] * S.work.basis[1, k]
-        for i in range(nb):
-            for k in range(nb):
-                kinetic += 0.5 * S.work.basis[1, i] * S.model.inertia_b[i, k] * S.work.basis[1, k]
-        R.kinetic[at], R.potential[at] = kinetic, potential
-        constraint_forces(S, S.work.work_b)
-        for d in range((S.model.nb - 1) // 2):
-            i = 1 + 2 * d
-            R.torque[at, d] = S.work.work_b[i + 1] * S.work.basis[0, i] - S.work.work_b[i] * S.work.basis[0, i + 1]
-        for k in range(S.work.multiplier.size):
-            R.multiplier[at, k] = S.work.multiplier[k]
-            S.work.work[k] = -S.work.value[0, k]
-        for p in range(S.work.part_weight.size):
-            S.work.work[S.model.part_constraint[p]] += 0.5 * S.work.part_weight[p] * (S.work.direction[p, 0] ** 2 + S.work.direction[p, 1] ** 2)
-        for k in range(S.work.multiplier.size):
-            R.length_error[0] = max(R.length_error[0], abs(S.work.work[k]))
-        R.elastic[at] = R.springs[at] = 0.0
-        for i in range(S.parameters.component.shape[0]):
-            R.springs[at] += S.parameters.component[i, 5]
-            for q in range(3):
-                R.element[at, i, q] = S.parameters.component[i, 8 + q]
-            R.observed[at, i, 0], R.observed[at, i, 1] = S.work.observed[i, 0], S.work.observed[i, 1]
+        project(samples.time[at], samples.state[at], S)
+        accelerate(samples.time[at], samples.state[at], S, W.scratch)
+        for i in range(M.n + M.nb):
+            R.X[at, i], R.V[at, i], R.A[at, i] = W.X[i], W.V[i], W.A[i]
+        for k in range(counted.size):
+            dx, dy, _, _ = rotation_direction(k, S)
+            counted[k] = counted_angle(dy, dx, C.reference[k])
+        write_bodies(at, B, S, R, counted)
         for j in range(S.parameters.contact.size):
-            if S.state.mode[j] == 0:
+            if C.mode[j] == 0:
+                no_forces(j, S)
                 kinematics(j, S)
-                S.work.contact[j, 3] = S.work.contact[j, 4] = S.work.contact[j, 5] = 0.0
-            else:
-                R.elastic[at] += elastic_energy(S.parameters.law[j, 0], S.work.contact[j, 0], S.parameters.elastic[j])
-            for q in range(9):
-                R.joint[at, j, q] = S.work.contact[j, q]
+            R.contact[at, j] = W.contact[j]
+        for i in range(M.component_port.size):
+            R.observed[at, i, 0], R.observed[at, i, 1] = W.observed[i, 0], W.observed[i, 1]
+            for q in range(W.result.shape[1]):
+                R.result[at, i, q] = W.result[i, q]
+            for q in range(4):
+                R.coordinate[at, i, q] = W.coordinates[i, q]
+        constraint_forces(S, W.work_b)
+        for d in range((M.nb - 1) // 2):
+            R.torque[at, d] = drive_torque(d, S)
+        for k in range(W.multiplier.size):
+            R.multiplier[at, k] = W.multiplier[k]
+        R.length_error[0] = max(R.length_error[0], largest_length_error(S))
+        write_energies(at, S, R)
+        write_loads(at, B, S, R)
 
 
-def record(system: Handle, time: np.ndarray, state: np.ndarray, mode: np.ndarray, memory: np.ndarray) -> Record:
+def record(reduced: ReducedModel, system: Handle, samples: Samples, maps: BodyMaps | None = None) -> Record:
     """Evaluate everything at the samples.
 
     Parameters
     ----------
+    reduced : ReducedModel
     system : Handle
-        Of a `System`; its contact state is overwritten.
-    time : ndarray, shape (nt,)
-    state : ndarray, shape (nt, ny)
-        Projected in place onto the length constraints.
-    mode, memory : ndarray, shape (nt, guards)
-        Contact states and approach speeds.
+        Of a `System`; its state is overwritten.
+    samples : Samples
+        The states are projected in place onto the constraints.
+    maps : BodyMaps, optional
 
     Returns
     -------
     Record
     """
     content = system.content
-    instants, columns, joints = time.size, content.n + content.nb, content.radius.shape[0]
+    maps = body_maps(reduced) if maps is None else maps
+    nt, columns, bodies = samples.time.size, content.model.n + content.model.nb, maps.rotation.size
+    contacts, components = content.parameters.contact.size, content.model.component_port.size
     found = Record(
-        X=np.empty((instants, columns)),
-        V=np.empty((instants, columns)),
-        A=np.empty((instants, columns)),
-        joint=np.empty((instants, joints, 9)),
-        elastic=np.empty(instants),
-        springs=np.empty(instants),
-        element=np.empty((instants, content.element.shape[0], 3)),
-        observed=np.empty((instants, content.element.shape[0], 2)),
-        torque=np.empty((instants, (content.nb - 1) // 2)),
-        multiplier=np.empty((instants, content.multiplier.size)),
-        kinetic=np.empty(instants),
-        potential=np.empty(instants),
+        *(np.empty((nt, columns)) for _ in range(3)),
+        *(np.empty((nt, bodies, 2)) for _ in range(4)),
+        *(np.empty((nt, bodies)) for _ in range(3)),
+        load=np.zeros((nt, bodies, 3)),
+        contact=np.empty((nt, contacts), CONTACT_RESULT),
+        wrench=np.zeros((nt, maps.body.shape[0], 4)),
+        coordinate=np.empty((nt, components, 4)),
+        result=np.empty((nt, components, RESULTS)),
+        observed=np.empty((nt, components, 2)),
+        torque=np.empty((nt, (content.model.nb - 1) // 2)),
+        multiplier=np.empty((nt, content.parameters.value.size)),
+        kinetic=np.empty(nt),
+        potential=np.empty(nt),
+        elastic=np.empty(nt),
+        stored=np.empty(nt),
         length_error=np.zeros(1),
     )
-    fill(time, state, mode, memory, system.address, found)
+    fill(samples, system.address, maps, found, np.zeros(content.model.rotation_start.size - 1))
     return found

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from itertools import combinations
 
-from scissordyn.model.body import GROUND, Point
+from scissordyn.component.place import GROUND, Point
 from scissordyn.model.mechanism import Mechanism
 
 __all__ = ["parallel_bodies"]

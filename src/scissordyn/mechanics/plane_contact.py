@@ -15,7 +15,7 @@ Both bodies are pushed at the same point, the tip of the arc u + R n, so that no
 from __future__ import annotations
 
 from scissordyn.jit import kernel
-from scissordyn.mechanics.force_element import add_torques, map_values
+from scissordyn.mechanics.force_element import add_torques, map_values, write_wrench
 from scissordyn.mechanics.system import ARM_N, ARM_T, N_BY_V, N_BY_X, OTHER, OWN, SLIP_BY_V, SLIP_BY_X
 
 __all__ = ["plane_forces", "plane_gap", "plane_kinematics", "plane_slopes"]
@@ -61,6 +61,7 @@ def plane_forces(j, S, maps, normal, tangential):
     nx, ny, radius = found.nx, found.ny, p.radius
     fx, fy = -normal * nx + tangential * ny, -normal * ny - tangential * nx
     moment = (ux * nx + uy * ny + radius) * tangential - (uy * nx - ux * ny) * normal
+    write_wrench(j, S, fx, fy, -radius * tangential, moment)
     add_torques(j, S, fx, fy, -radius * tangential, moment, ax, ay, bx, by, target, 0, target.size)
 
 
@@ -104,5 +105,7 @@ def plane_slopes(j, S, n_d, n_r):
             mx, my = cx * s4 - cy * s5, cy * s4 + cx * s5
             twist = s4 * r5 - s5 * r4
             by_arm = r0 * mx + r1 * my + local[OTHER, b] * rotation + aside * twist
-            by_moment_arm = r1 * mx - r0 * my + radius * (row[2, i] * r3 - row[3, i] * r2) - local[OWN, b] * rotation - reach * twist
+            by_moment_arm = (
+                r1 * mx - r0 * my + radius * (row[2, i] * r3 - row[3, i] * r2) - local[OWN, b] * rotation - reach * twist
+            )
             W.block_x[block + a * count + b] = -normal * by_arm - tangential * by_moment_arm

@@ -13,16 +13,14 @@ import numpy as np
 import scipy.sparse as sp
 from scipy.sparse.csgraph import reverse_cuthill_mckee
 
+from scissordyn.component.place import GROUND, Point
 from scissordyn.jit import kernel
 from scissordyn.mechanics import band
 from scissordyn.mechanics.band import width
-from scissordyn.mechanics.reduced import ReducedModel, turning_inertia
-from scissordyn.mechanics.outputs import Record
-from scissordyn.model.body import GROUND, Point
-from scissordyn.model.element import Force, Spring, TravelStop
+from scissordyn.mechanics.reduce import body_inertia
 from scissordyn.model.mechanism import Mechanism
 
-__all__ = ["Balance", "balance", "connection_forces", "journal_forces", "known_loads", "solve_reactions"]
+__all__ = ["Balance", "balance", "solve_reactions"]
 
 _factorize, _solve = band.factorize, band.solve
 
@@ -38,6 +36,12 @@ SHIFT = 1e-13
 
 REFINEMENTS = 3
 """Repetitions after which what is determined is exact to round-off."""
+
+FEW = 6
+"""Up to so many unknowns their order does not matter."""
+
+LANES = 8
+"""Instants that are solved side by side, so that the processor's vector units are used."""
 
 PROBES = 3
 """Vectors that are tried."""
@@ -110,7 +114,7 @@ def balance(mechanism: Mechanism) -> Balance:
         entries[body].append((unknown, direction, arm, index[anchor[0]], index.get(frame, -1)))
 
     count = 0
-    for joint in mechanism.ideal:
+    for joint in mechanism.ideal_joints:
         for (body, point), sign in ((joint.journal, 1.0), (joint.bearing, -1.0)):
             if body != GROUND:
                 enter(body, count, (sign, 0.0, 0.0), (body, point))
@@ -144,7 +148,9 @@ def balance(mechanism: Mechanism) -> Balance:
     rows = np.concatenate([np.arange(count), *(np.repeat(group, group.size) for group in groups)])
     beside = np.concatenate([np.arange(count), *(np.tile(group, group.size) for group in groups)])
     order = np.empty(count, np.int64)
-    if count:
+    if count <= FEW:
+        order[:] = np.arange(count)
+    else:
         graph = sp.csr_array((np.ones(rows.size), (rows, beside)), shape=(count, count))
         order[reverse_cuthill_mckee(graph, symmetric_mode=True)] = np.arange(count)
     reach = int(np.max(np.abs(order[rows] - order[beside]), initial=0))
@@ -159,100 +165,11 @@ def balance(mechanism: Mechanism) -> Balance:
         anchor=np.array([anchor for *_, anchor, _ in listed], np.int64),
         frame=np.array([frame for *_, frame in listed], np.int64),
         mass=np.array([body.mass for body in mechanism.bodies]),
-        inertia=np.array([turning_inertia(mechanism, body) if body.rotates else 0.0 for body in mechanism.bodies]),
+        inertia=np.array([body_inertia(mechanism, body) if body.rotates else 0.0 for body in mechanism.bodies]),
         length=max([size for size in sizes if size > 0.0], default=1.0),
         order=order,
         band=reach,
     )
-
-
-def journal_forces(found: Record) -> np.ndarray:
-    """Contact forces -F_n n - F_t t on the journals of the loose joints, shape (nt, nj, 2) [N]."""
-    normal, tangential, nx, ny = np.moveaxis(found.joint[..., 4:8], -1, 0)
-    return np.stack([-normal * nx + tangential * ny, -normal * ny - tangential * nx], axis=-1)
-
-
-def known_loads(reduced: ReducedModel, direction: np.ndarray, position: np.ndarray, found: Record, radius: np.ndarray) -> np.ndarray:
-    """Forces of loose joints, springs, loads, motors, massless links and latches on the bodies.
-
-    Parameters
-    ----------
-    reduced : ReducedModel
-    direction, position : ndarray, shape (nt, bodies, 2)
-        Cosine and sine of each body's angle, and where its mass centre is [m].
-    found : Record
-    radius : ndarray, shape (nj, 2)
-        Clearance and journal radius of the loose joints [m].
-
-    Returns
-    -------
-    ndarray, shape (nt, bodies, 3)
-        Force [N] and moment about the mass centre [N m].
-    """
-    mechanism = reduced.mechanism
-    index = {body.name: k for k, body in enumerate(mechanism.bodies)}
-    known = np.zeros((*direction.shape[:2], 3))
-    on_journals = journal_forces(found)
-
-    def add_forces(body: str, point: str, force: np.ndarray) -> None:
-        if body == GROUND:
-            return
-        k, (x, y) = index[body], _arm(mechanism, body, point)
-        cos, sin = direction[:, k, 0], direction[:, k, 1]
-        known[:, k, :2] += force
-        known[:, k, 2] += (cos * x - sin * y) * force[:, 1] - (sin * x + cos * y) * force[:, 0]
-
-    def turn(body: str, torque: np.ndarray) -> None:
-        if body != GROUND:
-            known[:, index[body], 2] += torque
-
-    for j, joint in enumerate(mechanism.loose):
-        force, tangential = on_journals[:, j], found.joint[:, j, 5]
-        add_forces(*joint.journal, force)
-        add_forces(*joint.bearing, -force)
-        turn(joint.journal[0], -radius[j, 1] * tangential)
-        turn(joint.bearing[0], (radius[j, 1] + found.joint[:, j, 8]) * tangential)
-    for j, corner in enumerate(mechanism.corners, start=len(mechanism.loose)):
-        force, contact = on_journals[:, j], found.joint[:, j]
-        k, (x, y) = index[corner.follower], mechanism.body(corner.follower).centre
-        cos, sin = direction[:, k, 0], direction[:, k, 1]
-        x, y = corner.centre[0] - x, corner.centre[1] - y
-        tip = position[:, k] + np.stack([cos * x - sin * y, sin * x + cos * y], axis=1) + radius[j, 1] * contact[:, 6:8]
-        for body, sign in ((corner.follower, 1.0), (corner.body, -1.0)):
-            if body != GROUND:
-                arm = tip - position[:, index[body]]
-                known[:, index[body], :2] += sign * force
-                turn(body, sign * (arm[:, 0] * force[:, 1] - arm[:, 1] * force[:, 0]))
-    for i, element in enumerate(mechanism.elements):
-        force, torque = found.element[:, i, :2], found.element[:, i, 2]
-        if isinstance(element, Spring):
-            add_forces(*element.end, force)
-            add_forces(*element.start, -force)
-        elif isinstance(element, Force | TravelStop):
-            add_forces(*element.point, force)
-        else:
-            turn(element.body, torque)
-            turn(element.base, -torque)
-    thrust, held = connection_forces(reduced, found)
-    for i, element in enumerate(mechanism.links):
-        add_forces(*element.end, thrust[:, i])
-        add_forces(*element.start, -thrust[:, i])
-    for i, latch in enumerate(mechanism.latches):
-        turn(latch.body, held[:, i])
-        turn(latch.base, -held[:, i])
-    return known
-
-
-def connection_forces(reduced: ReducedModel, found: Record) -> tuple[np.ndarray, np.ndarray]:
-    """Forces of massless links on their ends, shape (nt, links, 2) [N], and torques of latches on their bodies [N m]."""
-    mechanism, instants = reduced.mechanism, found.X.shape[0]
-    owner = {constraint.name: k for k, constraint in enumerate(reduced.constraints) if constraint.name}
-    thrust = np.zeros((instants, len(mechanism.links), 2))
-    for i, element in enumerate(mechanism.links):
-        ((_, point_map),) = reduced.constraints[owner[element.name]].parts
-        thrust[:, i] = -found.multiplier[:, owner[element.name], None] * (found.X[:, point_map.columns] @ point_map.rows.T)
-    held = -found.multiplier[:, [owner[latch.name] for latch in mechanism.latches]]
-    return thrust, held
 
 
 def _arm(mechanism: Mechanism, body: str, point: str) -> tuple[float, float]:
@@ -263,89 +180,161 @@ def _arm(mechanism: Mechanism, body: str, point: str) -> tuple[float, float]:
 
 
 @kernel(inline=True)
-def normal_equations(B, instant, gravity, direction, position, acceleration, spin_rate, known, matrix, rows, right, x):
-    """Write the normal equations of the balances at an instant into `matrix` and `x`."""
-    lower = B.band
-    matrix[:, :] = 0.0
-    x[:] = 0.0
-    for body in range(B.mass.size):
-        right[0] = B.mass[body] * (acceleration[instant, body, 0] - gravity[0]) - known[instant, body, 0]
-        right[1] = B.mass[body] * (acceleration[instant, body, 1] - gravity[1]) - known[instant, body, 1]
-        right[2] = B.inertia[body] * spin_rate[instant, body] - known[instant, body, 2]
-        rotates = B.inertia[body] > 0.0
-        right[2] = right[2] / B.length if rotates else 0.0
-        first, last = B.start[body], B.start[body + 1]
-        for i in range(first, last):
+def body_rows(B, body, first, lanes, gravity, direction, position, acceleration, angular_acceleration, known, rows, right):
+    """Write the balance of a body at some instants: `rows` (3, entries, lanes) of the unknowns, `right` (3, lanes)."""
+    rotates = B.inertia[body] > 0.0
+    for lane in range(lanes):
+        at = first + lane
+        right[0, lane] = B.mass[body] * (acceleration[at, body, 0] - gravity[0]) - known[at, body, 0]
+        right[1, lane] = B.mass[body] * (acceleration[at, body, 1] - gravity[1]) - known[at, body, 1]
+        moment = B.inertia[body] * angular_acceleration[at, body] - known[at, body, 2]
+        right[2, lane] = moment / B.length if rotates else 0.0
+    start = B.start[body]
+    for i in range(start, B.start[body + 1]):
+        anchor, frame = B.anchor[i], B.frame[i]
+        for lane in range(lanes):
+            at = first + lane
             fx, fy = B.direction[i, 0], B.direction[i, 1]
-            if B.frame[i] >= 0:
-                cos, sin = direction[instant, B.frame[i], 0], direction[instant, B.frame[i], 1]
+            if frame >= 0:
+                cos, sin = direction[at, frame, 0], direction[at, frame, 1]
                 fx, fy = cos * fx - sin * fy, sin * fx + cos * fy
-            anchor = B.anchor[i]
-            cos, sin = direction[instant, anchor, 0], direction[instant, anchor, 1]
-            ax = cos * B.arm[i, 0] - sin * B.arm[i, 1] + position[instant, anchor, 0] - position[instant, body, 0]
-            ay = sin * B.arm[i, 0] + cos * B.arm[i, 1] + position[instant, anchor, 1] - position[instant, body, 1]
-            rows[0, i - first], rows[1, i - first] = fx, fy
-            rows[2, i - first] = (ax * fy - ay * fx + B.direction[i, 2]) / B.length if rotates else 0.0
-        for i in range(first, last):
-            row = B.unknown[i]
-            for r in range(3):
-                x[row] += rows[r, i - first] * right[r]
-                for k in range(first, last):
-                    matrix[row, B.unknown[k] - row + lower] += rows[r, i - first] * rows[r, k - first]
+            cos, sin = direction[at, anchor, 0], direction[at, anchor, 1]
+            ax = cos * B.arm[i, 0] - sin * B.arm[i, 1] + position[at, anchor, 0] - position[at, body, 0]
+            ay = sin * B.arm[i, 0] + cos * B.arm[i, 1] + position[at, anchor, 1] - position[at, body, 1]
+            rows[0, i - start, lane], rows[1, i - start, lane] = fx, fy
+            rows[2, i - start, lane] = (ax * fy - ay * fx + B.direction[i, 2]) / B.length if rotates else 0.0
 
 
 @kernel()
-def fill(
-    B, gravity, direction, position, acceleration, spin_rate, known, matrix, pivots, rows, right, load, probe, refine, out
-):
-    """Solve the balances at each instant; an unknown that is not determined there becomes NaN.
+def normal_equations(B, first, lanes, gravity, direction, position, acceleration, angular_acceleration, known, matrix, rows, right, load):
+    """Write the normal equations at some instants: `matrix` (unknowns, band + 1, lanes) from the diagonal down, and `load`."""
+    matrix[:, :, :] = 0.0
+    load[:, :] = 0.0
+    for body in range(B.mass.size):
+        body_rows(B, body, first, lanes, gravity, direction, position, acceleration, angular_acceleration, known, rows, right)
+        start, stop = B.start[body], B.start[body + 1]
+        for i in range(start, stop):
+            row = B.unknown[i]
+            for r in range(3):
+                for lane in range(lanes):
+                    load[row, lane] += rows[r, i - start, lane] * right[r, lane]
+            for k in range(start, stop):
+                below = row - B.unknown[k]
+                if below >= 0:
+                    for r in range(3):
+                        for lane in range(lanes):
+                            matrix[row, below, lane] += rows[r, i - start, lane] * rows[r, k - start, lane]
 
-    direction, position and acceleration (nt, bodies, 2), spin_rate (nt, bodies), known (nt, bodies, 3); out (nt, unknowns).
+
+@kernel()
+def solve_lanes(reach, matrix, load):
+    """Solve symmetric positive definite banded equations side by side, in place: L D L^T without row exchanges."""
+    size, lanes = matrix.shape[0], matrix.shape[2]
+    for j in range(size):
+        for below in range(1, min(reach, size - 1 - j) + 1):
+            i = j + below
+            for lane in range(lanes):
+                factor = matrix[i, below, lane] / matrix[j, 0, lane]
+                load[i, lane] -= factor * load[j, lane]
+                matrix[j, reach + below, lane] = factor
+            for other in range(1, below + 1):
+                for lane in range(lanes):
+                    matrix[i, below - other, lane] -= matrix[j, reach + below, lane] * matrix[j + other, other, lane]
+    for i in range(size - 1, -1, -1):
+        for lane in range(lanes):
+            load[i, lane] /= matrix[i, 0, lane]
+        for below in range(1, min(reach, size - 1 - i) + 1):
+            for lane in range(lanes):
+                load[i, lane] -= matrix[i, reach + below, lane] * load[i + below, lane]
+
+
+@kernel()
+def careful(reach, lanes, lane, matrix, load, full, pivots, work, probe, x):
+    """Solve the equations of one lane; an unknown that is not determined becomes NaN.
 
     Where the normal equations N x = l are singular, N + s leaves x as it is in what is determined, to s over the square of a
     singular value, and each repetition with l + s x brings that factor once more (iterated Tikhonov regularisation). The
     same solution applied to s times any vector leaves its part in the null space: an unknown with none is determined. One
-    vector may by chance be square to the null space while that turns with the bodies, several are not.
+    vector may by chance be orthogonal to the null space while that turns with the bodies, several are not.
     """
-    lower = B.band
-    for instant in range(out.shape[0]):
-        x = out[instant]
-        shift = 0.0
-        for attempt in range(2):
-            normal_equations(B, instant, gravity, direction, position, acceleration, spin_rate, known, matrix, rows, right, x)
-            scale = 0.0
-            for row in range(x.size):
-                scale = max(scale, matrix[row, lower])
-                matrix[row, lower] += shift
-            singular = _factorize(matrix, lower, lower, pivots) >= 0
-            smallest = largest = abs(matrix[0, lower])
-            for row in range(1, x.size):
-                smallest, largest = min(smallest, abs(matrix[row, lower])), max(largest, abs(matrix[row, lower]))
-            if attempt == 0:
-                if smallest > REDUNDANT * largest and not singular:
-                    _solve(matrix, lower, lower, pivots, x)
-                    break
-                shift = SHIFT * scale
-                continue
-            for row in range(x.size):
-                load[row] = x[row]
-            _solve(matrix, lower, lower, pivots, x)
-            for _ in range(REFINEMENTS):
-                for row in range(x.size):
-                    refine[row] = load[row] + shift * x[row]
-                _solve(matrix, lower, lower, pivots, refine)
-                for row in range(x.size):
-                    x[row] = refine[row]
-            for vector in range(PROBES):
-                for row in range(x.size):
-                    probe[row] = math.cos((vector + 1.0) * row * row + vector + 1.0)  # as good as random
-                for _ in range(2):
-                    for row in range(x.size):
-                        probe[row] *= shift
-                    _solve(matrix, lower, lower, pivots, probe)
-                for row in range(x.size):
-                    if not abs(probe[row]) < TOUCHED:
-                        x[row] = math.nan
+    size, scale = x.size, 0.0
+    full[:, :] = 0.0
+    for row in range(size):
+        for below in range(min(reach, row) + 1):
+            full[row, reach - below] = matrix[row, below, lane]
+            full[row - below, reach + below] = matrix[row, below, lane]
+        scale = max(scale, full[row, reach])
+        x[row] = work[row] = load[row, lane]
+    shift = SHIFT * scale
+    for row in range(size):
+        full[row, reach] += shift
+    _factorize(full, reach, reach, pivots)
+    _solve(full, reach, reach, pivots, x)
+    for _ in range(REFINEMENTS):
+        for row in range(size):
+            x[row] = work[row] + shift * x[row]
+        _solve(full, reach, reach, pivots, x)
+    for vector in range(PROBES):
+        for row in range(size):
+            probe[row] = math.cos((vector + 1.0) * row * row + vector + 1.0)  # as good as random
+        for _ in range(2):
+            for row in range(size):
+                probe[row] *= shift
+            _solve(full, reach, reach, pivots, probe)
+        for row in range(size):
+            if not abs(probe[row]) < TOUCHED:
+                x[row] = math.nan
+
+
+@kernel()
+def fill(B, gravity, direction, position, acceleration, angular_acceleration, known, W, out):
+    """Solve the balances at each instant; direction, position, acceleration (nt, bodies, 2), known (nt, bodies, 3)."""
+    reach, size = B.band, out.shape[1]
+    first = 0
+    while first < out.shape[0]:
+        lanes = min(LANES, out.shape[0] - first)
+        normal_equations(
+            B,
+            first,
+            lanes,
+            gravity,
+            direction,
+            position,
+            acceleration,
+            angular_acceleration,
+            known,
+            W.matrix,
+            W.rows,
+            W.right,
+            W.load,
+        )
+        for lane in range(lanes, LANES):  # empty lanes must divide by something
+            for row in range(size):
+                W.matrix[row, 0, lane] = 1.0
+        W.kept[:, :, :] = W.matrix[:, : reach + 1, :]
+        W.kept_load[:, :] = W.load
+        solve_lanes(reach, W.matrix, W.load)
+        for lane in range(lanes):
+            smallest = largest = W.matrix[0, 0, lane]
+            for row in range(size):
+                out[first + lane, row] = W.load[row, lane]
+                smallest, largest = min(smallest, W.matrix[row, 0, lane]), max(largest, W.matrix[row, 0, lane])
+            if not smallest > REDUNDANT * largest:
+                careful(reach, lanes, lane, W.kept, W.kept_load, W.full, W.pivots, W.work, W.probe, out[first + lane])
+        first += lanes
+
+
+class _Work(NamedTuple):
+    matrix: np.ndarray
+    kept: np.ndarray
+    rows: np.ndarray
+    right: np.ndarray
+    load: np.ndarray
+    kept_load: np.ndarray
+    full: np.ndarray
+    pivots: np.ndarray
+    work: np.ndarray
+    probe: np.ndarray
 
 
 def solve_reactions(
@@ -354,7 +343,7 @@ def solve_reactions(
     direction: np.ndarray,
     position: np.ndarray,
     acceleration: np.ndarray,
-    spin_rate: np.ndarray,
+    angular_acceleration: np.ndarray,
     known: np.ndarray,
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Reactions of ideal joints, guides and drives at many instants.
@@ -363,13 +352,13 @@ def solve_reactions(
     ----------
     mechanism : Mechanism
     direction : ndarray, shape (nt, bodies, 2)
-        Cosine and sine of each body's angle.
+        Cosine and sine of the angle of each body.
     position : ndarray, shape (nt, bodies, 2)
         Of the mass centres [m].
     acceleration : ndarray, shape (nt, bodies, 2)
         Of the mass centres [m/s^2].
-    spin_rate : ndarray, shape (nt, bodies)
-        Angular accelerations [rad/s^2].
+    angular_acceleration : ndarray, shape (nt, bodies)
+        [rad/s^2]
     known : ndarray, shape (nt, bodies, 3)
         Sum of the known forces on each body [N] and of their moments about its mass centre [N m], gravity apart.
 
@@ -387,12 +376,22 @@ def solve_reactions(
     values = np.zeros((instants, unknowns))
     if unknowns:
         gravity = mechanism.gravity * np.array([math.cos(mechanism.gravity_direction), math.sin(mechanism.gravity_direction)])
-        widest = int(np.max(np.diff(parts.start)))
-        matrix, pivots = np.zeros((unknowns, width(parts.band, parts.band))), np.zeros(unknowns, np.int64)
-        work = np.zeros((3, widest)), np.zeros(3), np.zeros(unknowns), np.zeros(unknowns), np.zeros(unknowns)
-        fill(parts, gravity, direction, position, acceleration, spin_rate, known, matrix, pivots, *work, values)
+        widest, reach = int(np.max(np.diff(parts.start))), parts.band
+        work = _Work(
+            matrix=np.zeros((unknowns, 2 * reach + 1, LANES)),
+            kept=np.zeros((unknowns, reach + 1, LANES)),
+            rows=np.zeros((3, widest, LANES)),
+            right=np.zeros((3, LANES)),
+            load=np.zeros((unknowns, LANES)),
+            kept_load=np.zeros((unknowns, LANES)),
+            full=np.zeros((unknowns, width(reach, reach))),
+            pivots=np.zeros(unknowns, np.int64),
+            work=np.zeros(unknowns),
+            probe=np.zeros(unknowns),
+        )
+        fill(parts, gravity, direction, position, acceleration, angular_acceleration, known, work, values)
     values = values[:, parts.order]
-    joints, guides = 2 * len(mechanism.ideal), len(mechanism.ideal_guides)
+    joints, guides = 2 * len(mechanism.ideal_joints), len(mechanism.ideal_guides)
     welds = joints + 3 * len(mechanism.welds)
     reactions = values[:, :joints].reshape(instants, joints // 2, 2)
     return reactions, values[:, welds : welds + guides], values[:, values.shape[1] - len(mechanism.drives) :]

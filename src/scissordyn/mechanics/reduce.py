@@ -21,9 +21,9 @@ from scissordyn.component.actuator import Actuator
 from scissordyn.component.motor import Motor
 from scissordyn.component.place import GROUND
 from scissordyn.errors import InputError
-from scissordyn.mechanics.constraints import find_constraints
 from scissordyn.mechanics.elimination import Elimination, add, scaled
 from scissordyn.mechanics.parallelogram import parallel_bodies
+from scissordyn.mechanics.quadratic_constraints import find_constraints
 from scissordyn.mechanics.reduced_model import ReducedModel, point_expression
 from scissordyn.mechanics.redundancy import independent
 from scissordyn.model.body import Body
@@ -221,5 +221,3 @@ def _normalized(coordinates: Any, mass: Any, free: int) -> Any:
     result.eliminate_zeros()
     result.sort_indices()
     return result
-
-

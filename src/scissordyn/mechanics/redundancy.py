@@ -10,8 +10,8 @@ import scipy.sparse as sp
 from scipy.sparse.linalg import splu
 
 from scissordyn.errors import InputError
-from scissordyn.mechanics.constraints import order_constraints
 from scissordyn.mechanics.gradients import Gradients, least_change
+from scissordyn.mechanics.quadratic_constraints import order_constraints
 from scissordyn.mechanics.reduced_model import ReducedModel, placed
 from scissordyn.mechanics.time_function import function_start
 

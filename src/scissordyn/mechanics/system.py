@@ -98,6 +98,7 @@ class Model(NamedTuple):
     component_passive: I1  # whether it stores and dissipates energy
     component_timed: I1  # whether it depends on time
     component_guard: I1  # its guard, or -1
+    travel_direction: F2  # (components, 2) unit vector of a port "travel"
     first_rate: I1  # where the rates of its states stand among its results
     force_kernel: I1  # addresses, or 0
     gap_kernel: I1
@@ -172,6 +173,7 @@ class Workspace(NamedTuple):
     gram_pivots: I1
     gamma: F1  # (1,) step size times the method's gamma
     contact: ResultArray  # (contacts,) what the contact kernel found
+    wrench: F2  # (force elements, 4) force on the first body's point, torques on both bodies; the second gets the opposite force
     block_x: F1  # d force / d X of each force element
     block_v: F1  # d force / d V
     force_by_state: F1  # (entries * states)

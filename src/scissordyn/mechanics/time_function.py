@@ -9,7 +9,6 @@ import math
 
 import numpy as np
 
-from scissordyn.jit import kernel
 from scissordyn.component.time_function import (
     ConstantSpeed,
     Cycloidal,
@@ -19,6 +18,7 @@ from scissordyn.component.time_function import (
     TimeFunction,
     Trapezoidal,
 )
+from scissordyn.jit import kernel
 
 __all__ = ["COLUMNS", "breaks_of", "function_at", "function_rows", "function_start", "prescribe"]
 

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import math
 
+from scissordyn.component.place import GROUND, Point
 from scissordyn.errors import InputError
 from scissordyn.model.bar import angulated_bar, check_lengths
-from scissordyn.model.body import GROUND, Body, Point, bar, point_mass
+from scissordyn.model.body import Body, bar, point_mass
 from scissordyn.model.joint import Guide, Revolute
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.model.scissor import check_units, joints_of_units

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import math
 
+from scissordyn.component.place import Point
 from scissordyn.errors import InputError
-from scissordyn.model.body import Body, Point
+from scissordyn.model.body import Body
 
 __all__ = ["angulated_bar", "check_lengths"]
 

@@ -7,15 +7,11 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Annotated
 
+from scissordyn.component.place import GROUND, Point
 from scissordyn.errors import InputError
 from scissordyn.units import Quantity, check_quantities
 
-__all__ = ["GROUND", "Body", "Point", "bar", "point_mass"]
-
-GROUND = "ground"
-"""Name under which joints refer to the fixed frame."""
-
-Point = tuple[float, float]
+__all__ = ["Body", "bar", "point_mass"]
 
 
 @dataclass(frozen=True)

@@ -7,10 +7,11 @@ from collections import Counter
 from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
+from scissordyn.component.actuator import Actuator
+from scissordyn.component.declaration import Component
+from scissordyn.component.place import GROUND, BodyPoint, Point
 from scissordyn.errors import InputError, did_you_mean
-from scissordyn.model.body import GROUND, Point
-from scissordyn.model.element import Actuator, AngleStop, Element, Force, Motor, Spring, Torque, TorsionSpring, TravelStop
-from scissordyn.model.joint import BodyPoint, Revolute
+from scissordyn.model.joint import Revolute
 
 if TYPE_CHECKING:
     from scissordyn.model.mechanism import Mechanism
@@ -18,18 +19,7 @@ if TYPE_CHECKING:
 __all__ = ["check_parts"]
 
 SAME_PLACE = 1e-9
-"""Points of one body nearer to each other than this [m] are one point."""
-
-KINDS: dict[type[Element], str] = {
-    Spring: "spring",
-    TorsionSpring: "torsion spring",
-    Force: "force",
-    Torque: "torque",
-    Motor: "motor",
-    Actuator: "actuator",
-    AngleStop: "end stop",
-    TravelStop: "end stop",
-}
+"""Points of one body nearer to each other than this fraction of the mechanism's size are one point."""
 
 
 def check_parts(mechanism: Mechanism) -> None:
@@ -61,32 +51,27 @@ def check_parts(mechanism: Mechanism) -> None:
     for weld in mechanism.welds:
         _check_point(points, f"weld '{weld.name}'", weld.start)
         _check_point(points, f"weld '{weld.name}'", weld.end)
-    for rod in mechanism.rods:
-        _check_point(points, f"rod '{rod.name}'", rod.start)
-        _check_point(points, f"rod '{rod.name}'", rod.end)
-    for latch in mechanism.latches:
-        _check_rotates(points, rotating - {GROUND}, f"latch '{latch.name}'", latch.body)
-        _check_rotates(points, rotating, f"latch '{latch.name}'", latch.base)
-    for element in mechanism.elements:
-        label = f"{KINDS[type(element)]} '{element.name}'"
-        if isinstance(element, Spring):
-            _check_point(points, label, element.start)
-            _check_point(points, label, element.end)
-        elif isinstance(element, Force | TravelStop):
-            _check_point(points, label, element.point)
-        else:
-            _check_rotates(points, rotating - {GROUND}, label, element.body)
-            _check_rotates(points, rotating, label, element.base)
-        if isinstance(element, Actuator):
-            for reference in filter(None, (element.sensor, element.sensor_origin)):
-                _check_point(points, label, reference)
+    for component in (*mechanism.components, *mechanism.rods, *mechanism.latches):
+        _check_component(points, rotating, component)
     for drive in mechanism.drives:
         _check_rotates(points, rotating - {GROUND}, "the drive", drive.body)
     for what, name in (("input body", mechanism.input_body), ("output body", mechanism.output_body)):
         if name:
             _check_body({body: part for body, part in points.items() if body != GROUND}, what, name)
     if mechanism.clearance_joints:
-        _check_play(mechanism, points)
+        _check_movable(mechanism, points)
+
+
+def _check_component(points: Mapping[str, Mapping[str, Point]], rotating: set[str], component: Component) -> None:
+    declared = component.declaration
+    label = f"{declared.label} '{component.name}'"
+    for field in declared.port.points:
+        _check_point(points, label, getattr(component, field))
+    for place, field in enumerate(declared.port.turning):
+        _check_rotates(points, rotating if place else rotating - {GROUND}, label, getattr(component, field))
+    if isinstance(component, Actuator):
+        for reference in filter(None, (component.sensor, component.sensor_origin)):
+            _check_point(points, label, reference)
 
 
 def _points(mechanism: Mechanism) -> dict[str, Mapping[str, Point]]:
@@ -99,7 +84,7 @@ def _check_names(mechanism: Mechanism) -> None:
     for what, names in (
         ("body", [body.name for body in mechanism.bodies]),
         ("joint", [*mechanism.joint_names, *connections]),
-        ("element", [element.name for element in mechanism.elements]),
+        ("component", [component.name for component in mechanism.components]),
         ("ground point", [name for name, _ in mechanism.ground]),
         ("driven body", [drive.body for drive in mechanism.drives]),
     ):
@@ -129,9 +114,9 @@ def _check_rotates(points: Mapping[str, Mapping[str, Point]], rotating: set[str]
         raise InputError(f"{label} needs the angle of body '{body}', which does not rotate", "a body with an inertia")
 
 
-def _check_play(mechanism: Mechanism, points: Mapping[str, Mapping[str, Point]]) -> None:
+def _check_movable(mechanism: Mechanism, points: Mapping[str, Mapping[str, Point]]) -> None:
     """Raise `InputError` for a clearance joint inside one rigid body or beside an ideal joint at the same points."""
-    rigid = _rigid_groups(mechanism)
+    rigid, near = _rigid_groups(mechanism), SAME_PLACE * mechanism.size
     ideal: dict[frozenset[str], list[Revolute]] = {}
     for joint in mechanism.ideal_joints:
         ideal.setdefault(frozenset(joint.bodies), []).append(joint)
@@ -144,7 +129,7 @@ def _check_play(mechanism: Mechanism, points: Mapping[str, Mapping[str, Point]])
             )
         for beside in ideal.get(frozenset(joint.bodies), []):
             here, there = dict((joint.journal, joint.bearing)), dict((beside.journal, beside.bearing))
-            if all(math.dist(points[body][here[body]], points[body][there[body]]) < SAME_PLACE for body in joint.bodies):
+            if all(math.dist(points[body][here[body]], points[body][there[body]]) < near for body in joint.bodies):
                 raise InputError(
                     f"clearance joint '{joint.name}' cannot move: the ideal joint '{beside.name}' holds the same points of "
                     f"bodies '{one}' and '{other}' together",

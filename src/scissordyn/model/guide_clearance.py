@@ -6,13 +6,14 @@ import math
 from dataclasses import dataclass, field
 from typing import Annotated
 
+from scissordyn.component.place import Point
 from scissordyn.errors import InputError
 from scissordyn.laws.contact import Damping, Elastic, Friction, JointContact
 from scissordyn.laws.damping.flores import Flores
 from scissordyn.laws.elastic.hertz import Hertz
 from scissordyn.laws.friction.none import NoFriction
 from scissordyn.laws.material import STEEL, Material
-from scissordyn.model.body import Body, Point
+from scissordyn.model.body import Body
 from scissordyn.units import Quantity, check_quantities
 
 __all__ = ["ContactPoint", "GuideClearance", "block_contact_points"]

@@ -6,16 +6,13 @@ import math
 from dataclasses import dataclass
 from typing import Annotated
 
+from scissordyn.component.place import GROUND, BodyPoint, Point
 from scissordyn.errors import InputError
-from scissordyn.model.body import GROUND, Point
 from scissordyn.model.clearance import Clearance
 from scissordyn.model.guide_clearance import GuideClearance
 from scissordyn.units import Quantity, check_quantities
 
-__all__ = ["BodyPoint", "Guide", "Revolute"]
-
-BodyPoint = tuple[str, str]
-"""A body's name and the name of one of its points; the body may be "ground"."""
+__all__ = ["Guide", "Revolute"]
 
 
 @dataclass(frozen=True)

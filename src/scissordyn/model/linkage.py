@@ -6,10 +6,11 @@ import dataclasses
 import math
 from typing import Literal
 
+from scissordyn.component.place import GROUND, BodyPoint, Point
 from scissordyn.errors import InputError
 from scissordyn.model.bar import check_lengths
-from scissordyn.model.body import GROUND, Body, Point, bar, point_mass
-from scissordyn.model.joint import BodyPoint, Guide, Revolute
+from scissordyn.model.body import Body, bar, point_mass
+from scissordyn.model.joint import Guide, Revolute
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.model.scissor import check_units
 

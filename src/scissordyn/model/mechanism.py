@@ -9,16 +9,21 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Annotated, Any, TypeVar
 
+from scissordyn.component.actuator import Actuator
+from scissordyn.component.declaration import Component
+from scissordyn.component.latch import Latch
+from scissordyn.component.place import GROUND, BodyPoint, Point
+from scissordyn.component.rod import Rod
+from scissordyn.component.time_function import ConstantSpeed, TimeFunction
 from scissordyn.control.controller import Controller
 from scissordyn.errors import InputError, did_you_mean
-from scissordyn.model.body import GROUND, Body, Point
+from scissordyn.model.body import Body
 from scissordyn.model.check import check_parts
 from scissordyn.model.clearance import Clearance
-from scissordyn.model.connection import Latch, Rod, Weld
-from scissordyn.model.drive import ConstantSpeed, Drive, TimeFunction
-from scissordyn.model.element import Actuator, Element
+from scissordyn.model.connection import Weld
+from scissordyn.model.drive import Drive
 from scissordyn.model.guide_clearance import ContactPoint, GuideClearance, block_contact_points
-from scissordyn.model.joint import BodyPoint, Guide, Revolute
+from scissordyn.model.joint import Guide, Revolute
 from scissordyn.model.pattern import matching
 from scissordyn.units import Quantity, check_quantities
 
@@ -39,7 +44,8 @@ class Mechanism:
     drives : tuple of Drive
     welds : tuple of Weld
         Rigid connections.
-    elements : tuple of Spring, TorsionSpring, Force, Torque, Motor, Actuator, AngleStop or TravelStop
+    components : tuple of Component
+        What pulls, pushes and turns: springs, loads, motors, end stops and their like.
     ground : tuple of (str, (float, float))
         Named points of the fixed frame [m].
     gravity : float
@@ -60,7 +66,7 @@ class Mechanism:
     guides: tuple[Guide, ...] = ()
     drives: tuple[Drive, ...] = ()
     welds: tuple[Weld, ...] = ()
-    elements: tuple[Element, ...] = ()
+    components: tuple[Component, ...] = ()
     ground: tuple[tuple[str, Point], ...] = ()
     gravity: Annotated[float, Quantity("m/s^2", minimum=0.0, help="gravitational acceleration")] = 9.81
     gravity_direction: Annotated[float, Quantity("rad", help="direction of gravity")] = -math.pi / 2
@@ -131,6 +137,15 @@ class Mechanism:
     def ideal_guides(self) -> tuple[Guide, ...]:
         """The guides without clearance, in order."""
         return tuple(guide for guide in self.guides if guide.clearance is None)
+
+    @cached_property
+    def size(self) -> float:
+        """Length of the mechanism's parts: the distance of the points of a body, or of bodies and ground points, at most [m]."""
+        spans = [math.dist(a, b) for body in self.bodies for a in body.points.values() for b in body.points.values()]
+        if not any(spans):
+            places = [body.position for body in self.bodies] + [place for _, place in self.ground]
+            spans = [math.dist(places[0], place) for place in places]
+        return max(spans) or 1.0
 
     @property
     def contacts(self) -> tuple[Revolute | ContactPoint, ...]:
@@ -253,11 +268,11 @@ class Mechanism:
         if reference is None:
             reference = next((drive.motion for drive in self.drives if drive.body == chosen), None)
         label, number = name or f"actuator of {chosen}", 1
-        taken = [element.name for element in self.elements]
+        taken = [each.name for each in self.components]
         while not name and label in taken:
             number += 1
             label = f"actuator {number} of {chosen}"
-        first = not any(isinstance(element, Actuator) and element.body == chosen for element in self.elements)
+        first = not any(isinstance(each, Actuator) and each.body == chosen for each in self.components)
         ends: tuple[BodyPoint | None, BodyPoint | None] = (None, None)
         if isinstance(sensor, str):
             ends = self.joint(sensor).journal, self.joint(sensor).bearing
@@ -276,7 +291,7 @@ class Mechanism:
             start_on_reference=start_on_reference and first and reference is not None,
         )
         others = tuple(other for other in self.drives if other.body != chosen)
-        return dataclasses.replace(self, drives=others, elements=(*self.elements, actuator))
+        return dataclasses.replace(self, drives=others, components=(*self.components, actuator))
 
     def replace(self, path: str, value: Any) -> Mechanism:
         """The same mechanism with one value changed.

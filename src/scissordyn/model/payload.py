@@ -6,9 +6,9 @@ import dataclasses
 import math
 from collections.abc import Iterable
 
+from scissordyn.component.place import GROUND, BodyPoint, Point
 from scissordyn.errors import InputError, did_you_mean
-from scissordyn.model.body import GROUND, Body, Point
-from scissordyn.model.joint import BodyPoint
+from scissordyn.model.body import Body
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.model.pattern import matching
 

@@ -5,8 +5,9 @@ from __future__ import annotations
 import math
 from typing import Literal
 
+from scissordyn.component.place import GROUND
 from scissordyn.errors import InputError
-from scissordyn.model.body import GROUND, bar, point_mass
+from scissordyn.model.body import bar, point_mass
 from scissordyn.model.joint import Guide, Revolute
 from scissordyn.model.mechanism import Mechanism
 

@@ -7,7 +7,7 @@ import math
 import numpy as np
 import xarray as xr
 
-from scissordyn.model.joint import BodyPoint
+from scissordyn.component.place import BodyPoint
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.paper.measures import JOINT
 

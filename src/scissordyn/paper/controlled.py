@@ -17,13 +17,13 @@ import numpy as np
 import xarray as xr
 
 from scissordyn.analysis.merit import figures_of_merit
+from scissordyn.component.force import Force
+from scissordyn.component.time_function import ConstantSpeed, Cycloidal, Harmonic, TimeFunction, tabulated
 from scissordyn.control.delayed.extended import ExtendedDelayedFeedback
 from scissordyn.control.delayed.pyragas import Pyragas
 from scissordyn.control.tracking.feed_forward import FeedForward
 from scissordyn.control.tracking.pid import PID
 from scissordyn.errors import ScissordynError
-from scissordyn.model.drive import ConstantSpeed, Cycloidal, Harmonic, TimeFunction, tabulated
-from scissordyn.model.element import Force
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.model.record import to_plain
 from scissordyn.paper.cases import ARRAY, SPEED, STROKE, Choice, PaperCase

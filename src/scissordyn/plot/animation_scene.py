@@ -8,10 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 import xarray as xr
 
+from scissordyn.component.place import GROUND, BodyPoint
+from scissordyn.component.spring import Spring
 from scissordyn.errors import InputError
-from scissordyn.model.body import GROUND
-from scissordyn.model.element import Spring
-from scissordyn.model.joint import BodyPoint
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.plot.place import outline
 from scissordyn.plot.scale import Scale, engineering

@@ -10,8 +10,8 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.patches import Polygon, Rectangle
 
+from scissordyn.component.place import GROUND
 from scissordyn.errors import InputError
-from scissordyn.model.body import GROUND
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.plot.style import BLACK, GREY, LIGHT, SKY, SMALL, VERMILION
 

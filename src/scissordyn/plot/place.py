@@ -7,8 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 import xarray as xr
 
-from scissordyn.model.body import GROUND, Body
-from scissordyn.model.joint import BodyPoint
+from scissordyn.component.place import GROUND, BodyPoint
+from scissordyn.model.body import Body
 from scissordyn.model.mechanism import Mechanism
 
 __all__ = ["Placement", "outline"]

@@ -13,10 +13,10 @@ from matplotlib.patches import Circle, Polygon, Rectangle
 from matplotlib.patheffects import withStroke
 from matplotlib.transforms import Affine2D
 
+from scissordyn.component.place import GROUND
+from scissordyn.component.rod import Rod
+from scissordyn.component.spring import Spring
 from scissordyn.errors import InputError
-from scissordyn.model.body import GROUND
-from scissordyn.model.connection import Rod
-from scissordyn.model.element import Spring
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.plot.channel import GAP, channel, guides_of
 from scissordyn.plot.place import Placement, outline

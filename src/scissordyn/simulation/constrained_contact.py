@@ -7,11 +7,11 @@ import math
 
 import numpy as np
 
+from scissordyn.component.rod import Rod
 from scissordyn.errors import InputError
 from scissordyn.mechanics.layout import lay_out
 from scissordyn.mechanics.start import assemble
 from scissordyn.mechanics.system import build_system
-from scissordyn.model.connection import Rod
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.simulation.start import ideal_reactions
 

@@ -10,10 +10,10 @@ from dataclasses import fields
 import numpy as np
 import xarray as xr
 
+from scissordyn.component.place import GROUND
 from scissordyn.errors import InputError
 from scissordyn.mechanics.bodies import body_motion
 from scissordyn.mechanics.outputs import record
-from scissordyn.model.body import GROUND
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.model.record import to_plain
 from scissordyn.simulation.options import Options, StartKind

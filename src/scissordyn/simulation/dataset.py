@@ -12,12 +12,12 @@ from importlib.metadata import version
 import numpy as np
 import xarray as xr
 
+from scissordyn.component.actuator import Actuator
+from scissordyn.component.place import GROUND
 from scissordyn.integrate.problem import Samples
 from scissordyn.mechanics.bodies import BodyMotion, body_motion
 from scissordyn.mechanics.outputs import Record, record
 from scissordyn.mechanics.reactions import connection_forces, journal_forces, known_loads, solve_reactions
-from scissordyn.model.body import GROUND
-from scissordyn.model.element import Actuator
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.model.record import to_plain
 from scissordyn.simulation.cause import singular_position

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from scissordyn.integrate import advance as loop
+from scissordyn.integrate.history import make_history
 from scissordyn.integrate.integration import (
     Integration,
     Problem,
@@ -22,7 +23,6 @@ from scissordyn.integrate.integration import (
     make_state,
     make_work,
 )
-from scissordyn.integrate.history import make_history
 from scissordyn.integrate.tableau import tableau
 from scissordyn.jit import Handle
 from scissordyn.mechanics import functions
@@ -207,9 +207,7 @@ class Driver:
         """Forget the events so far."""
         self.state.counts["events"] = 0
 
-    def advance(
-        self, until: float, *, most_steps: int = 50_000_000, progress: Callable[[float], None] | None = None
-    ) -> int:
+    def advance(self, until: float, *, most_steps: int = 50_000_000, progress: Callable[[float], None] | None = None) -> int:
         """Go on until a time.
 
         Parameters

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
+from scissordyn.component.angle_stop import AngleStop
+from scissordyn.component.travel_stop import TravelStop
 from scissordyn.integrate.advance import RECORD
-from scissordyn.model.element import AngleStop, TravelStop
 from scissordyn.model.mechanism import Mechanism
 
 __all__ = ["event_variables", "latch_losses"]

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import dataclasses
 
+from scissordyn.component.actuator import Actuator
+from scissordyn.component.force import Force
+from scissordyn.component.time_function import Tabulated, TimeFunction
 from scissordyn.errors import InputError
-from scissordyn.model.drive import Tabulated, TimeFunction
-from scissordyn.model.element import Actuator, Force
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.simulation.run import simulate
 

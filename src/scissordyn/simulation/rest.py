@@ -7,6 +7,7 @@ from typing import TypeVar
 
 import numpy as np
 
+from scissordyn.component.time_function import ConstantSpeed, Polynomial, TimeFunction
 from scissordyn.errors import InputError
 from scissordyn.jit import Handle
 from scissordyn.laws.friction.none import NoFriction
@@ -14,7 +15,6 @@ from scissordyn.mechanics import functions
 from scissordyn.mechanics.layout import Layout
 from scissordyn.mechanics.motion import course_start
 from scissordyn.mechanics.system import build_system
-from scissordyn.model.drive import ConstantSpeed, Polynomial, TimeFunction
 from scissordyn.model.joint import Guide, Revolute
 from scissordyn.model.mechanism import Mechanism
 

@@ -1,181 +1,277 @@
-"""The initial state of a run: journals concentric, in contact, or the mechanism in static equilibrium."""
+"""The state a run starts from: journals concentric, resting in contact, as placed, or the whole mechanism at rest."""
 
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 
 import numpy as np
 
+from scissordyn.component.actuator import Actuator
 from scissordyn.errors import InputError
-from scissordyn.integrate.advance import LOG_COLUMNS, RECORD
+from scissordyn.integrate.advance import LOG_COLUMNS
+from scissordyn.integrate.integration import RESET_DATA, RISE
 from scissordyn.jit import Handle
 from scissordyn.laws.dispatch import elastic_force
 from scissordyn.mechanics import functions
-from scissordyn.mechanics.bodies import body_motion
-from scissordyn.mechanics.layout import Form, Layout, lay_out
-from scissordyn.mechanics.motion import course_at
-from scissordyn.mechanics.outputs import record
-from scissordyn.mechanics.reactions import known_loads, solve_reactions
-from scissordyn.mechanics.start import Start, assemble, basis_at_start, carry_over, hold_joints, natural_state
-from scissordyn.mechanics.system import APPROACH_FLOOR, System, build_system
-from scissordyn.model.element import Actuator
+from scissordyn.mechanics.assembly import (
+    Held,
+    Start,
+    assemble,
+    basis_at_start,
+    eccentricity_map,
+    held_rods,
+    natural_state,
+    placed_start,
+)
+from scissordyn.mechanics.reduce import reduce_mechanism
+from scissordyn.mechanics.reduced_model import ReducedModel, placed
+from scissordyn.mechanics.redundancy import nearest
+from scissordyn.mechanics.system import APPROACH_FLOOR, System
+from scissordyn.mechanics.time_function import function_at
 from scissordyn.model.mechanism import Mechanism
-from scissordyn.simulation.cause import check_springs
-from scissordyn.simulation.options import Options
-from scissordyn.simulation.rest import equilibrium, standing
+from scissordyn.simulation.cause import check_springs, full_coordinates
+from scissordyn.simulation.driver import make_system
+from scissordyn.simulation.options import StartKind
+from scissordyn.simulation.reaction import ideal_reactions
+from scissordyn.simulation.rest import at_rest, equilibrium
 
-__all__ = ["ideal_reactions", "prepare_start"]
+__all__ = ["Prepared", "prepare_start"]
+
+MOVED = 1e-3
+"""An assembly that moves a point of a body by more than this fraction of the mechanism's size is said."""
+
+TURNED = 1e-2
+"""Likewise for angles [rad]."""
+
+DROPPED = 1e-2
+"""Likewise for given velocities, as a fraction of them."""
 
 
-def prepare_start(layout: Layout, system: System, options: Options) -> tuple[np.ndarray, list[list[float]]]:
-    """The initial state, and the events of joints and end stops that start in contact.
+@dataclass(frozen=True)
+class Prepared:
+    """A state to start from.
 
     Parameters
     ----------
-    layout : Layout
-    system : System
-        Its contact state is set.
-    options : Options
+    y : ndarray, shape (ny,)
+    initial_events : tuple of rows of the event log
+        Of contacts and components that act from the start on.
+    warnings : tuple of str
+    """
+
+    y: np.ndarray
+    initial_events: tuple[list[float], ...]
+    warnings: tuple[str, ...]
+
+
+def prepare_start(reduced: ReducedModel, system: Handle, kind: StartKind) -> Prepared:
+    """The state to start from.
+
+    Parameters
+    ----------
+    reduced : ReducedModel
+    system : Handle
+        Of a `System` whose modes, angles and memories are set.
+    kind : str
+        See `Options.start`.
 
     Returns
     -------
-    state : ndarray, shape (ny,)
-    initial_events : list of rows of the event log
+    Prepared
     """
-    mechanism = layout.mechanism
-    start = _move_to_reference(layout, system, assemble(layout, system))
-    if mechanism.contacts:
-        ideal = lay_out(mechanism.ideal())
-        ideal_system = build_system(ideal)
-        ideal_start = _move_to_reference(ideal, ideal_system, assemble(ideal, ideal_system))
-        start = carry_over(layout, system, *natural_state(ideal, ideal_system, ideal_start))
-    match options.start:
+    mechanism, content = reduced.mechanism, system.content
+    guess, held = placed_start(reduced, content), Held()
+    held_rods(reduced, content, held)
+    _hold_references(reduced, content, held)
+    warnings: list[str] = []
+    match kind:
+        case "as-placed":
+            start = assemble(reduced, content, guess, held)
         case "in-contact" if mechanism.contacts:
-            if mechanism.contact_points:
-                raise InputError(
-                    f"start = 'in-contact' with the clearance guide '{mechanism.contact_points[0].guide}', whose block may "
-                    "rest in several positions",
-                    "start = 'static', or 'concentric', from which the contacts settle",
-                )
-            offsets = _contact_offsets(mechanism, system, ideal_reactions(ideal, ideal_system, ideal_start))
-            start = _at_offsets(layout, system, start, offsets)
+            start = _resting(reduced, content, _concentric(reduced, content, guess, held), held)
         case "static":
-            place = _equilibrium_position(mechanism)
-            forms = [_eccentricity_form(system, j) for j in range(len(mechanism.clearance_joints))]
-            full = np.append(place, basis_at_start(system)[0])
-            offsets = np.array([form.rows @ full[form.columns] for form in forms]).reshape(-1, 2)
-            start = _at_offsets(layout, system, Start(place, start.velocity), offsets)
-    state = np.concatenate([start.position, start.velocity, np.zeros(int(system.state_start[-1]))])
-    check_springs(layout, system, state)
-    return state, _touching(system, state) if options.start != "concentric" else []
+            place = _resting_place(mechanism)
+            start = assemble(reduced, content, Start(place, guess.velocity * 0.0), _held_at(reduced, content, place))
+        case _:
+            start = _concentric(reduced, content, guess, held)
+    warnings += _far_from_placed(reduced, content, start, kind)
+    y = np.concatenate([start.position, start.velocity, np.zeros(int(content.model.state_start[-1]))])
+    check_springs(reduced, full_coordinates(reduced, content, y, 0.0))
+    events = _touching(system, y, kind)
+    return Prepared(y, tuple(events), tuple(warnings))
 
 
-def _equilibrium_position(mechanism: Mechanism) -> np.ndarray:
-    """Free coordinates of static equilibrium: first of the ideal mechanism, then of the one with clearance near it."""
-    fixed = standing(mechanism)
-    ideal = lay_out(fixed.ideal())
-    system = build_system(ideal)
-    rest = Start(equilibrium(ideal, assemble(ideal, system).position), np.zeros(ideal.free))
+def _concentric(reduced: ReducedModel, system: System, guess: Start, held: Held) -> Start:
+    """The state of the mechanism with ideal joints, on the same drives."""
+    mechanism = reduced.mechanism
+    if mechanism.contact_points:  # an ideal guide holds what its contact points do not
+        ideal = reduce_mechanism(mechanism.ideal())
+        handle = make_system(ideal)
+        held = Held()
+        held_rods(ideal, handle.content, held)
+        _hold_references(ideal, handle.content, held)
+        start = assemble(ideal, handle.content, placed_start(ideal, handle.content), held)
+        position, velocity = natural_state(ideal, handle.content, start)
+        b, rate = basis_at_start(system)
+        return Start(nearest(reduced, b, position), nearest(reduced, rate, velocity))
+    for j, joint in enumerate(mechanism.clearance_joints):
+        held.add(joint.name, eccentricity_map(system, j), (0.0, 0.0), (0.0, 0.0), reduced.size)
+    return assemble(reduced, system, guess, held)
+
+
+def _resting(reduced: ReducedModel, system: System, start: Start, held: Held) -> Start:
+    """The state in which the journals rest in contact along the ideal reactions."""
+    mechanism = reduced.mechanism
+    if mechanism.contact_points:
+        raise InputError(
+            f"start = 'in-contact' with the clearance guide '{mechanism.contact_points[0].guide}', whose contact points may rest "
+            "in several ways",
+            "start = 'static', or 'concentric', from which they settle",
+        )
+    offsets = _resting_offsets(mechanism, system, ideal_reactions(mechanism))
+    resting = Held()
+    held_rods(reduced, system, resting)
+    _hold_references(reduced, system, resting)
+    for j, joint in enumerate(mechanism.clearance_joints):
+        resting.add(joint.name, eccentricity_map(system, j), tuple(offsets[j]), (0.0, 0.0), reduced.size)
+    return assemble(reduced, system, start, resting)
+
+
+def _held_at(reduced: ReducedModel, system: System, place: np.ndarray) -> Held:
+    """Journals held where they are at a position."""
+    held, full = Held(), np.append(place, basis_at_start(system)[0])
+    for j, joint in enumerate(reduced.mechanism.clearance_joints):
+        vector = eccentricity_map(system, j)
+        held.add(joint.name, vector, tuple(vector.at(full)), (0.0, 0.0), reduced.size)
+    return held
+
+
+def _resting_place(mechanism: Mechanism) -> np.ndarray:
+    """Free coordinates of static equilibrium: first of the ideal mechanism, then of the one with clearances near it."""
+    still = at_rest(mechanism)
+    ideal = reduce_mechanism(still.ideal())
+    system = make_system(ideal)
+    first = assemble(ideal, system.content, placed_start(ideal, system.content), Held())
+    rest = Start(equilibrium(ideal, system, first.position), np.zeros(ideal.free))
     if not mechanism.contacts:
         return rest.position
-    clearance_layout = lay_out(fixed)
-    clearance_system = build_system(clearance_layout)
-    start = carry_over(clearance_layout, clearance_system, *natural_state(ideal, system, rest))
-    reaction = ideal_reactions(ideal, system, rest)
-    has_clearance = [joint.clearance is not None for joint in mechanism.joints]
-    if np.all(np.isfinite(reaction[has_clearance])):
-        start = _at_offsets(clearance_layout, clearance_system, start, _contact_offsets(fixed, clearance_system, reaction))
-    return equilibrium(clearance_layout, start.position)
+    reduced = reduce_mechanism(still)
+    handle = make_system(reduced)
+    b, rate = basis_at_start(handle.content)
+    position, velocity = natural_state(ideal, system.content, rest)
+    start = Start(nearest(reduced, b, position), nearest(reduced, rate, velocity))
+    forces = ideal_reactions(still, rest.position)
+    with_clearance = [joint.clearance is not None for joint in mechanism.joints]
+    if np.all(np.isfinite(forces[with_clearance])):
+        offsets, held = _resting_offsets(still, handle.content, forces), Held()
+        for j, joint in enumerate(still.clearance_joints):
+            held.add(joint.name, eccentricity_map(handle.content, j), tuple(offsets[j]), (0.0, 0.0), reduced.size)
+        start = assemble(reduced, handle.content, start, held)
+    return equilibrium(reduced, handle, start.position)
 
 
-def _at_offsets(layout: Layout, system: System, start: Start, offsets: np.ndarray) -> Start:
-    """The state with the journals at given eccentricities, shape (nj, 2) [m]."""
-    forms = tuple(_eccentricity_form(system, j) for j in range(offsets.shape[0]))
-    names = tuple(joint.name for joint in layout.mechanism.clearance_joints)
-    return hold_joints(layout, system, start, names, forms, offsets, np.zeros_like(offsets))
-
-
-def _contact_offsets(mechanism: Mechanism, system: System, reaction: np.ndarray) -> np.ndarray:
-    """Eccentricities at which the elastic contact forces equal the reactions of the ideal joints."""
+def _resting_offsets(mechanism: Mechanism, system: System, force: np.ndarray) -> np.ndarray:
+    """Eccentricities at which the elastic contact forces equal the reactions of the ideal joints, shape (nj, 2) [m]."""
     offsets = np.zeros((len(mechanism.clearance_joints), 2))
+    names = [other.name for other in mechanism.joints]
     for j, joint in enumerate(mechanism.clearance_joints):
-        force = reaction[[other.name for other in mechanism.joints].index(joint.name)]
-        if not np.all(np.isfinite(force)):
+        reaction = force[names.index(joint.name)]
+        if not np.all(np.isfinite(reaction)):
             raise InputError(
-                f"start = 'in-contact' with clearance joint '{joint.name}', whose ideal reaction is not determined (more "
-                "joints than the mechanism needs, or a singular position)",
+                f"start = 'in-contact' with clearance joint '{joint.name}', whose ideal reaction is not determined (more joints "
+                "than the mechanism needs, or a singular position)",
                 "start = 'concentric'",
             )
-        size = float(np.hypot(*force))
+        size = float(np.hypot(*reaction))
         depth = _indentation(system, j, size)
-        offsets[j] = -(system.radius[j, 0] + depth) * force / size if size > 0.0 else 0.0
+        reach = system.parameters.contact["clearance"][j] + depth
+        offsets[j] = -reach * reaction / size if size > 0.0 else 0.0
     return offsets
 
 
-def _touching(system: System, state: np.ndarray) -> list[list[float]]:
-    """Put every joint and end stop that is past its gap into contact; returns the rows of the event log."""
-    handle, rows = Handle(system), []
-    gap, rate = np.zeros(system.mode.size), np.zeros(system.mode.size)
-    functions.guards(0.0, state, handle.address, gap, rate)
-    for guard in np.flatnonzero(gap > 0.0).tolist():
-        event = np.zeros(RECORD)
-        functions.reset(0.0, state, guard, handle.address, event)
-        row = [0.0, float(guard), 1.0, max(float(event[0]), APPROACH_FLOOR), float(event[1])]
-        rows.append(row + [0.0] * (LOG_COLUMNS - len(row)))
-    return rows
-
-
-def _move_to_reference(layout: Layout, system: System, start: Start) -> Start:
-    """The initial state with the bodies at the angles and speeds of their references."""
-    names, forms, directions, rates = [], [], [], []
-    for i, element in enumerate(layout.mechanism.elements):
-        if isinstance(element, Actuator) and element.start_on_reference:
-            first = system.course[i]
-            course_at(0.0, system.motion[system.motion_start[first] : system.motion_start[first + 1]], system.angle)
-            angle, speed = system.angle[:2].tolist()
-            names.append(f"the reference of actuator '{element.name}'")
-            forms.append(layout.direction(element.body))
-            directions.append((math.cos(angle), math.sin(angle)))
-            rates.append((-speed * math.sin(angle), speed * math.cos(angle)))
-    if not forms:
-        return start
-    return hold_joints(layout, system, start, tuple(names), tuple(forms), np.array(directions), np.array(rates))
-
-
-def _eccentricity_form(system: System, j: int) -> Form:
-    part = slice(system.link_start[j], system.link_start[j + 1])
-    return Form(system.link_column[part], system.link_row[:2, part])
-
-
-def ideal_reactions(layout: Layout, system: System, start: Start) -> np.ndarray:
-    """Force on the journal of every revolute joint of an ideal mechanism at t = 0, shape (joints, 2) [N]."""
-    internal = np.zeros(int(system.state_start[-1]))
-    state = np.concatenate([start.position, start.velocity, internal])[None, :]
-    guards = system.mode.size
-    found = record(Handle(system), np.zeros(1), state, np.zeros((1, guards), np.int64), np.zeros((1, guards)))
-    motion = body_motion(layout, found)
-    joints, _, _ = solve_reactions(
-        layout.mechanism,
-        direction=motion.direction,
-        position=motion.position,
-        acceleration=motion.acceleration,
-        spin_rate=motion.spin_rate,
-        known=known_loads(layout, motion.direction, motion.position, found, system.radius),
-    )
-    return np.asarray(joints[0])
-
-
 def _indentation(system: System, j: int, force: float) -> float:
-    """Indentation at which the elastic part of joint j balances a force (bisection on a monotone law)."""
+    """Indentation at which the elastic part of contact j balances a force (bisection on a monotone law)."""
     if force == 0.0:
         return 0.0
-    low, high = 0.0, float(system.radius[j, 0])
-    while elastic_force(system.law[j, 0], high, system.elastic[j]) < force and high < system.radius[j, 1]:
+    numbers = system.parameters
+    kind, row = numbers.law["stiffness"][j], numbers.elastic[j]
+    low, high = 0.0, float(numbers.contact["clearance"][j])
+    while elastic_force(kind, high, row) < force and high < numbers.contact["radius"][j]:
         high *= 2.0
     for _ in range(200):
         middle = 0.5 * (low + high)
-        if elastic_force(system.law[j, 0], middle, system.elastic[j]) < force:
+        if elastic_force(kind, middle, row) < force:
             low = middle
         else:
             high = middle
     return high
+
+
+def _touching(system: Handle, y: np.ndarray, kind: StartKind) -> list[list[float]]:
+    """Let everything act that is past its gap at the start; returns the rows of the event log.
+
+    A concentric start has no contacts, whatever round-off says; stops and cables may act.
+    """
+    content: System = system.content
+    contacts, rows = content.parameters.contact.size, []
+    value, rate = np.zeros(content.state.mode.size), np.zeros(content.state.mode.size)
+    functions.guards(0.0, y, system.address, value, rate)
+    latches = {int(content.model.component_guard[component]) for _, _, component in content.model.latch.tolist()}
+    for guard in np.flatnonzero(value > 0.0).tolist():
+        if guard in latches or (guard < contacts and kind == "concentric"):
+            continue
+        data = np.zeros(RESET_DATA)
+        functions.touch(0.0, y, guard, system.address, data)
+        row = [0.0, float(guard), float(RISE), max(float(data[0]), APPROACH_FLOOR), float(data[1])]
+        rows.append(row + [0.0] * (LOG_COLUMNS - len(row)))
+    return rows
+
+
+def _hold_references(reduced: ReducedModel, system: System, held: Held) -> None:
+    """Hold bodies at the angles and speeds of the references that they are to start on, and count their turns from there."""
+    numbers, model, work = system.parameters, system.model, system.work
+    for i, component in enumerate(reduced.mechanism.components):
+        if isinstance(component, Actuator) and component.start_on_reference:
+            first = model.function[i]
+            rows = numbers.motion[numbers.motion_start[first] : numbers.motion_start[first + 1]]
+            function_at(0.0, rows, work.function_value)
+            angle, speed = work.function_value[:2].tolist()
+            cos, sin = math.cos(angle), math.sin(angle)
+            name = f"the reference of actuator '{component.name}'"
+            held.add(name, reduced.direction(component.body), (cos, sin), (-speed * sin, speed * cos))
+            system.state.reference[model.reference_of[i]] = angle
+
+
+def _far_from_placed(reduced: ReducedModel, system: System, start: Start, kind: StartKind) -> list[str]:
+    """What the assembly changed of the given positions and velocities, in words."""
+    position, velocity = natural_state(reduced, system, start)
+    given, given_velocity = placed(reduced)
+    found: list[str] = []
+    worst, text = 0.0, ""
+    moving, dropped = 0.0, ""
+    references = {part.body for part in reduced.mechanism.components if isinstance(part, Actuator) and part.start_on_reference}
+    driven = {drive.body for drive in reduced.mechanism.drives}
+    for body in reduced.mechanism.bodies:
+        p = reduced.offsets[body.name]
+        far = math.dist(position[p : p + 2], given[p : p + 2])
+        if far > max(worst, MOVED * reduced.size):
+            worst, text = far, f"body '{body.name}' by {far * 1e3:.4g} mm"
+        if body.rotates and body.name not in references | driven:
+            cos, sin = given[p + 2 : p + 4]
+            turned = abs(math.atan2(cos * position[p + 3] - sin * position[p + 2], cos * position[p + 2] + sin * position[p + 3]))
+            if turned > TURNED and turned * reduced.size > worst:
+                worst, text = turned * reduced.size, f"body '{body.name}' by {math.degrees(turned):.4g} deg"
+        wanted = np.hypot(*body.velocity) + abs(body.angular_velocity) * reduced.size
+        if wanted > 0.0 and kind != "static":
+            rate = given_velocity[p : p + 2] - velocity[p : p + 2]
+            if math.hypot(*rate) > max(DROPPED * wanted, moving):
+                moving, dropped = math.hypot(*rate), body.name
+    if text:
+        found.append(f"to assemble the mechanism at the start, {text} was moved from where it was placed")
+    if dropped:
+        by = "" if kind == "as-placed" else "; start = 'as-placed' keeps what clearance joints allow of it"
+        found.append(f"the velocity given for body '{dropped}' is changed by {moving:.4g} m/s to fit joints and drives{by}")
+    return found
+
+

@@ -9,6 +9,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from scissordyn.component.actuator import Actuator
+from scissordyn.component.time_function import ConstantSpeed, Harmonic
 from scissordyn.errors import InputError
 from scissordyn.integrate import advance as loop
 from scissordyn.integrate.problem import Samples, Work, make_samples
@@ -16,8 +18,6 @@ from scissordyn.integrate.tableau import tableau
 from scissordyn.jit import Handle
 from scissordyn.mechanics.layout import Layout, lay_out
 from scissordyn.mechanics.system import System, build_system
-from scissordyn.model.drive import ConstantSpeed, Harmonic
-from scissordyn.model.element import Actuator
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.simulation.options import Options, StartKind
 from scissordyn.simulation.start import prepare_start

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
+from scissordyn.component.actuator import Actuator
+from scissordyn.component.time_function import Tabulated, TimeFunction
 from scissordyn.errors import InputError
-from scissordyn.model.drive import Tabulated, TimeFunction
-from scissordyn.model.element import Actuator
 from scissordyn.model.mechanism import Mechanism
 
 __all__ = ["check_tables", "prescribed"]

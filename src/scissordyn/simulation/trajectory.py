@@ -10,6 +10,7 @@ from functools import cache
 
 import numpy as np
 
+from scissordyn.component.actuator import Actuator
 from scissordyn.integrate import advance as loop
 from scissordyn.integrate.books import RATES
 from scissordyn.integrate.history import make_history
@@ -20,7 +21,6 @@ from scissordyn.mechanics import functions
 from scissordyn.mechanics.layout import Layout, lay_out
 from scissordyn.mechanics.system import System, build_system, sliding_states
 from scissordyn.model.body import Body
-from scissordyn.model.element import Actuator
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.simulation.cause import failed_latch, immovable_joints, singular_position
 from scissordyn.simulation.options import Options

@@ -7,9 +7,10 @@ import math
 import numpy as np
 import xarray as xr
 
+from scissordyn.component.angle_stop import AngleStop
+from scissordyn.component.place import GROUND
+from scissordyn.component.torsion_spring import TorsionSpring
 from scissordyn.laws.validity import contact_warnings
-from scissordyn.model.body import GROUND
-from scissordyn.model.element import AngleStop, TorsionSpring
 from scissordyn.model.mechanism import Mechanism
 
 __all__ = ["run_warnings"]

@@ -11,6 +11,8 @@ import numpy as np
 import xarray as xr
 
 from scissordyn.analysis.lyapunov import exponent_from_growth
+from scissordyn.component.angle_stop import AngleStop
+from scissordyn.component.travel_stop import TravelStop
 from scissordyn.errors import InputError
 from scissordyn.jit import Handle
 from scissordyn.laws.damping.none import NoDamping
@@ -18,7 +20,6 @@ from scissordyn.laws.friction.none import NoFriction
 from scissordyn.mechanics import functions
 from scissordyn.mechanics.layout import lay_out
 from scissordyn.mechanics.system import build_system
-from scissordyn.model.element import AngleStop, TravelStop
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.model.record import to_plain
 from scissordyn.simulation.options import Options, StartKind

@@ -18,8 +18,10 @@ from typing import Annotated, Any, get_args, get_origin, get_type_hints
 
 import numba
 import numpy as np
+from llvmlite import ir
 from numba import types
-from numba.extending import intrinsic
+from numba.core.typing.templates import AttributeTemplate
+from numba.extending import infer_getattr, intrinsic, lower_getattr_generic, models, register_model
 from platformdirs import user_cache_path
 
 __all__ = ["CACHE_FOLDER", "F1", "F2", "F3", "I1", "I2", "KERNEL_ROOMS", "Handle", "kernel", "opener", "source_digest"]
@@ -161,21 +163,93 @@ def _append_words(content: Any, words: list[int]) -> None:
             words.append(part if isinstance(part, int) else int(np.float64(part).view(np.int64)))
 
 
-def _numba_type(described: type) -> Any:
-    hints = get_type_hints(described, include_extras=True)
-    members = []
-    for hint in hints.values():
+class _Opened(types.Type):  # type: ignore[misc]
+    """An address in kernels: the fields of the tuple there are loaded when they are named."""
+
+    def __init__(self, described: type) -> None:
+        self.described = described
+        super().__init__(f"Opened[{described.__module__}.{described.__qualname__}]")
+
+
+@register_model(_Opened)
+class _OpenedModel(models.PrimitiveModel):  # type: ignore[misc]
+    def __init__(self, manager: Any, opened: _Opened) -> None:
+        super().__init__(manager, opened, ir.IntType(64))
+
+
+@cache
+def _members(described: type) -> dict[str, tuple[Any, int]]:
+    """Numba type and place, in words, of each field of a tuple as `Handle` lays it out."""
+    found, place = {}, 0
+    for name, hint in get_type_hints(described, include_extras=True).items():
         if hint in (int, float):
-            members.append(types.int64 if hint is int else types.float64)
+            found[name] = (types.int64 if hint is int else types.float64, place)
+            place += 1
         elif get_origin(hint) is Annotated:
-            members.append(get_args(hint)[1])
+            array = get_args(hint)[1]
+            found[name] = (array, place)
+            place += 5 + 2 * array.ndim
         else:
-            members.append(_numba_type(hint))
-    return types.NamedTuple(members, described)
+            found[name] = (_Opened(hint), place)
+            place += _words(hint)
+    return found
+
+
+def _words(described: type) -> int:
+    """How many words a tuple takes."""
+    member, place = list(_members(described).values())[-1]
+    if isinstance(member, _Opened):
+        return place + _words(member.described)
+    return place + (5 + 2 * member.ndim if isinstance(member, types.Array) else 1)
+
+
+@infer_getattr
+class _OpenedAttributes(AttributeTemplate):  # type: ignore[misc]
+    key = _Opened
+
+    def generic_resolve(self, opened: _Opened, name: str) -> Any:
+        member = _members(opened.described).get(name)
+        return None if member is None else member[0]
+
+
+@lower_getattr_generic(_Opened)
+def _load_member(context, builder, opened, address, name):
+    """The field at its place; what the words say never changes while a kernel runs, so that it can be kept in registers."""
+    member, place = _members(opened.described)[name]
+    there = builder.add(address, ir.Constant(ir.IntType(64), 8 * place))
+    if isinstance(member, _Opened):
+        return there
+    value = context.get_value_type(member)
+    if not isinstance(member, types.Array):
+        return _invariant(builder, builder.inttoptr(there, value.as_pointer()))
+    # word by word: an aggregate that is loaded as a whole is slow to compile
+    parts = ir.Constant(value, ir.Undefined)
+    return _load_aggregate(builder, there, value, parts)[0]
+
+
+def _invariant(builder, pointer):
+    loaded = builder.load(pointer)
+    loaded.set_metadata("invariant.load", builder.module.add_metadata([]))
+    return loaded
+
+
+def _load_aggregate(builder, there, kind, parts):
+    """An aggregate of words from memory; returns it and where it ends."""
+    elements = kind.elements if isinstance(kind, ir.LiteralStructType) else [kind.element] * kind.count
+    for index, element in enumerate(elements):
+        if isinstance(element, ir.LiteralStructType | ir.ArrayType):
+            inner, there = _load_aggregate(builder, there, element, ir.Constant(element, ir.Undefined))
+        else:
+            inner = _invariant(builder, builder.inttoptr(there, element.as_pointer()))
+            there = builder.add(there, ir.Constant(ir.IntType(64), 8))
+        parts = builder.insert_value(parts, inner, index)
+    return parts, there
 
 
 def opener(described: type) -> Any:
     """A function that kernels open the `Handle` of a tuple with.
+
+    What it returns is one word, however large the tuple; its fields are read where kernels name them.
 
     Parameters
     ----------
@@ -187,14 +261,13 @@ def opener(described: type) -> Any:
     intrinsic
         From an address to the tuple.
     """
-    layout = _numba_type(described)
+    opened = _Opened(described)
 
     @intrinsic
     def load(typing_context, address):
         def generate(context, builder, signature, arguments):
-            pointer = builder.inttoptr(arguments[0], context.get_value_type(layout).as_pointer())
-            return builder.load(pointer)
+            return arguments[0]
 
-        return layout(types.int64), generate
+        return opened(types.int64), generate
 
     return load

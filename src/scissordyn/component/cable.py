@@ -38,6 +38,7 @@ def force(length, rate, mode, stiffness, free_length, damping):
     outputs=(Output("taut", "1", "1 while the cable is taut, 0 while it is slack"),),
     context=("mode",),
     symbol="cable",
+    events=("slack", "taut"),
     example={"start": "ground.O", "end": "rod.end", "stiffness": "50 kN/m", "free_length": "0.4 m", "damping": "5 N s/m"},
 )
 class Cable:

@@ -60,6 +60,8 @@ class Declaration:
         How pictures draw it.
     example : mapping
         What a case file may say for its keys.
+    events : (str, str)
+        What a fall and a rise of its guard are called.
     """
 
     section: str
@@ -74,6 +76,7 @@ class Declaration:
     passive: bool
     symbol: str
     example: Mapping[str, Any]
+    events: tuple[str, str]
 
     @property
     def results(self) -> tuple[str, ...]:
@@ -143,6 +146,7 @@ def component(
     passive: bool = True,
     symbol: str = "",
     example: Mapping[str, Any] = MappingProxyType({}),
+    events: tuple[str, str] = ("left", "reached"),
 ) -> Callable[[Class], Class]:
     """Make a class a component: a frozen dataclass whose annotated numbers are what its kernels read.
 
@@ -150,7 +154,7 @@ def component(
     ----------
     port : Port or str
         How it is attached: "line", "hinge", "travel", "point" or "frame".
-    force, gap, switch, section, label, outputs, states, context, passive, symbol, example
+    force, gap, switch, section, label, outputs, states, context, passive, symbol, example, events
         See `Declaration`.
 
     Returns
@@ -174,7 +178,7 @@ def component(
             made.parameters = _own_parameters
         words = label or section.replace("_", " ") if section != "component" else label or made.__name__
         made.declaration = Declaration(
-            section, words, chosen, force, gap, switch, outputs, states, context, passive, symbol or chosen.name, example
+            section, words, chosen, force, gap, switch, outputs, states, context, passive, symbol or chosen.name, example, events
         )
         _check_fields(made)
         return made  # type: ignore[no-any-return]

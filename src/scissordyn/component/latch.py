@@ -31,6 +31,7 @@ def gap(angle, speed, mode, stop, side):
     context=("mode",),
     passive=False,
     symbol="latch",
+    events=("opened", "locked"),
     example={"body": "rod", "angle": "80 deg"},
 )
 class Latch:

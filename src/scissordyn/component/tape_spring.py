@@ -107,6 +107,7 @@ def switch(angle, speed, mode, free_angle, straight, negative, positive, table):
     outputs=(Output("folded", "1", "1 on the folded branch, 0 on the straight one"),),
     context=("mode",),
     symbol="tape",
+    events=("snapped back", "snapped"),
     example={
         "body": "rod",
         "stiffness": "20 N m/rad",

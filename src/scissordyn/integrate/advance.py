@@ -205,13 +205,22 @@ def accept(problem, T, t, h, full, grow, last, guard, s, w, S, r):
         carry(T, s, w)
     clock.stalled = clock.stalled + 1 if now <= t else 0
     if r.steps.time.size > 0:
-        r.steps.time[counts.recorded] = now
-        r.steps.state[counts.recorded] = s.y
-        r.steps.mode[counts.recorded] = s.mode
-        counts.recorded += 1
+        record_step(now, s, r.steps)
     if guard >= 0:
         take_events(problem, T, now, full, guard, s, w, S, r.log)
     return STUCK if clock.stalled > MOST_STALLED else ADVANCING
+
+
+@kernel(inline=True)
+def record_step(now, s, steps):
+    """Keep the end of a step."""
+    at = s.counts[0].recorded
+    steps.time[at] = now
+    for i in range(s.y.size):
+        steps.state[at, i] = s.y[i]
+    for k in range(s.mode.size):
+        steps.mode[at, k] = s.mode[k]
+    s.counts[0].recorded += 1
 
 
 @kernel(inline=True)
@@ -248,7 +257,8 @@ def take_event(problem, now, guard, s, w, S, log):
     if not problem.reset(now, s.y, guard, S, row[3:_DATA]):
         return -1
     row[0], row[1], row[2] = now, guard, event
-    row[_DATA:] = s.peak[guard]
+    for q in range(_DATA, row.size):
+        row[q] = s.peak[guard, q - _DATA]
     if event == RISE:
         s.peak[guard, :] = 0.0
         s.peak[guard, 1] = now

@@ -6,7 +6,7 @@ import math
 
 from scissordyn.integrate.history import up_to_multiple
 from scissordyn.integrate.integration import NO_EVENT, RISE
-from scissordyn.integrate.step import attempt, error_norm
+from scissordyn.integrate.step import attempt
 from scissordyn.integrate.step_scaling import AFTER_START, BEFORE_END, EVEN
 from scissordyn.integrate.tableau import EXPLICIT
 from scissordyn.jit import kernel

@@ -128,15 +128,16 @@ def log_crossings(problem, T, t, h, s, w, S, log, rises):
         data = 3 + w.rise_data.shape[1]
         if rises:
             row[2] = RISE
-            row[3:data] = w.rise_data[c]
-            row[data:] = 0.0
+            for q in range(3, row.size):
+                row[q] = w.rise_data[c, q - 3] if q < data else 0.0
             s.peak[k, :] = 0.0
             s.peak[k, 1] = now
         else:
             row[2] = FALL
             dense_value(theta, T.pattern, s.y, w.dense, w.inside)
             problem.reset(now, w.inside, k, S, row[3:data])
-            row[data:] = s.peak[k]
+            for q in range(data, row.size):
+                row[q] = s.peak[k, q - data]
         counts.events += 1
 
 

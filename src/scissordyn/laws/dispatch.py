@@ -8,6 +8,8 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
+
 from scissordyn.jit import kernel
 from scissordyn.laws.damping import dashpot, proportional
 from scissordyn.laws.elastic import bai_zhao, hertz, linear, liu, logarithmic, persson, power
@@ -45,6 +47,10 @@ _brown_mcphee, _stribeck, _dahl, _elastoplastic, _gonthier = (
     gonthier.force,
 )
 _lugre_start, _dahl_start, _elastoplastic_start, _gonthier_start = lugre.start, dahl.start, elastoplastic.start, gonthier.start
+
+
+NODES: np.ndarray = 0.5 * (np.polynomial.legendre.leggauss(16)[0] + 1.0)
+WEIGHTS: np.ndarray = 0.5 * np.polynomial.legendre.leggauss(16)[1]
 
 
 @kernel()
@@ -124,3 +130,15 @@ def friction_start(tag, v, z, p):
         _elastoplastic_start(v, z, p)
     elif tag == 10:
         _gonthier_start(v, z, p)
+
+
+@kernel()
+def elastic_energy(tag, delta, p):
+    """Work [J] to press an elastic part in by delta [m]."""
+    if delta <= 0.0:
+        return 0.0
+    total = 0.0
+    for k in range(NODES.size):
+        s = NODES[k]
+        total += WEIGHTS[k] * elastic_force(tag, delta * s * s, p) * 2.0 * s
+    return total * delta

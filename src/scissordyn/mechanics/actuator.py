@@ -9,7 +9,7 @@ from __future__ import annotations
 from scissordyn.control.dispatch import control_torque
 from scissordyn.control.signal import DELAYED, ERROR, FEED_FORWARD, REFERENCE, SENSOR, SIGNALS, SPEED
 from scissordyn.jit import kernel
-from scissordyn.mechanics.element import add_torques, map_values
+from scissordyn.mechanics.force_element import add_torques, map_values
 from scissordyn.mechanics.rotation import relative_angle
 from scissordyn.mechanics.time_function import function_at
 

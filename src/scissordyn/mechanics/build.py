@@ -13,6 +13,7 @@ from scissordyn.component.actuator import Actuator
 from scissordyn.component.compiled import Kernels, kernels_of
 from scissordyn.component.declaration import PARAMETERS as COMPONENT_PARAMETERS
 from scissordyn.component.declaration import Component
+from scissordyn.component.motor import Motor
 from scissordyn.component.place import GROUND
 from scissordyn.component.port import ACTUATOR, FRAME, HINGE, LINE, POINT, TRAVEL
 from scissordyn.component.time_function import ConstantSpeed
@@ -201,6 +202,7 @@ def build_model(reduced: ReducedModel) -> Model:
         component_coordinates=integers(len(each.port.coordinates) for each in declared),
         component_forces=integers(len(each.port.forces) for each in declared),
         component_passive=integers(each.passive for each in declared),
+        component_motor=integers(isinstance(each, Actuator | Motor) for each in components),
         component_timed=integers(bool({"time", "factor"} & set(each.context)) for each in declared),
         component_guard=guard,
         travel_direction=np.array([_travel(each) for each in components], float).reshape(-1, 2),
@@ -456,8 +458,8 @@ def make_workspace(model: Model, parameters: Parameters) -> Workspace:
         local=np.zeros((8, int(np.max(counts, initial=0)))),
         state_work=np.zeros((2, most)),
         state_jacobian=np.zeros((most + 3, most)),
-        coordinate=np.zeros(4),
-        coordinate_rate=np.zeros(4),
+        coordinates=np.zeros((components, 4)),
+        coordinate_rates=np.zeros((components, 4)),
         context=np.zeros(4),
         answer=np.zeros(RESULTS),
         other_answer=np.zeros(RESULTS),

@@ -53,7 +53,7 @@ def write_context(t, i, S):
 def sense_port(i, S, maps):
     """Write coordinates and rates of the port of component i."""
     ux, uy, ax, ay, bx, by, vx, vy, px, py, qx, qy = maps
-    q, v, port = S.work.coordinate, S.work.coordinate_rate, S.model.component_port[i]
+    q, v, port = S.work.coordinates[i], S.work.coordinate_rates[i], S.model.component_port[i]
     if port == _LINE:
         q[0] = math.sqrt(ux * ux + uy * uy)
         v[0] = (ux * vx + uy * vy) / q[0] if q[0] > 0.0 else math.sqrt(vx * vx + vy * vy)
@@ -77,7 +77,7 @@ def sense_port(i, S, maps):
 def evaluate(i, S, z, address, result):
     """Call a kernel of component i at what stands in the work space."""
     W = S.work
-    call_kernel(address, W.coordinate, W.coordinate_rate, z, W.context, S.parameters.component[i], result)
+    call_kernel(address, W.coordinates[i], W.coordinate_rates[i], z, W.context, S.parameters.component[i], result)
 
 
 @kernel()
@@ -119,7 +119,7 @@ def add_component(t, i, S, z, dz):
             dz[s] = out[M.first_rate[i] + s]
     forces, power = M.component_forces[i], 0.0
     for k in range(forces):
-        power += out[k] * W.coordinate_rate[k]
+        power += out[k] * W.coordinate_rates[i, k]
     if port == _LINE:
         power = -power
     apply(element, i, port, S, maps, out)
@@ -135,7 +135,7 @@ def apply(element, i, port, S, maps, out):
     ux, uy, _, _, bx, by, _, _, _, _, _, _ = maps
     ax, ay, target = maps[2], maps[3], S.work.force
     if port == _LINE:
-        length = S.work.coordinate[0]
+        length = S.work.coordinates[i, 0]
         fx, fy = (-out[0] * ux / length, -out[0] * uy / length) if length > 0.0 else (0.0, 0.0)
         write_wrench(element, S, fx, fy, 0.0, 0.0)
         add_forces(element, S, fx, fy, 0.0, 0.0, 0.0, 0.0, target, 0, target.size)
@@ -174,13 +174,13 @@ def port_slopes(t, i, S, z):
             evaluate(i, S, z, address, down)
             write_context(t, i, S)
         else:
-            argument, place = z, k - 2 * coordinates
+            argument, place, least = z, k - 2 * coordinates, 1e-9
             if k < coordinates:
-                argument, place = W.coordinate, k
+                argument, place, least = W.coordinates[i], k, 1e-2
             elif k < 2 * coordinates:
-                argument, place = W.coordinate_rate, k - coordinates
+                argument, place, least = W.coordinate_rates[i], k - coordinates, 1e-2
             here = argument[place]
-            h = DIFFERENCE * max(abs(here), 1e-2 if place < 2 * coordinates else 1e-9)
+            h = DIFFERENCE * max(abs(here), least)
             argument[place] = here + h
             evaluate(i, S, z, address, up)
             argument[place] = here - h
@@ -224,11 +224,11 @@ def write_gradients(port, S, maps):
 
 
 @kernel(inline=True)
-def add_curvature(port, S, out):
+def add_curvature(i, port, S, out):
     """Add what the maps' forces change because the gradients turn, while the port's forces stay."""
     K, G = S.work.by_map, S.work.gradient_q
     if port == _LINE:
-        length = S.work.coordinate[0]
+        length = S.work.coordinates[i, 0]
         if length > 0.0:
             across = -out[0] / length
             nx, ny = G[0, 0], G[0, 1]
@@ -305,7 +305,7 @@ def linearise_component(t, i, S, z, dt, first_state):
                     M.n,
                     M.n,
                 )
-        add_curvature(port, S, W.result[i])
+        add_curvature(i, port, S, W.result[i])
         linearise_states(element, forces, coordinates, S, z, dt, first_state)
     spread_blocks(element, S)
 

@@ -27,15 +27,16 @@ def guards(t, y, S, value, rate):
         value[j], rate[j] = gap(j, S)
     for guard in range(contacts, S.state.mode.size):
         i = M.guard_component[guard]
-        value[guard], rate[guard] = component_gap(t, i, states_of(i, y, S), S)
+        start, stop = state_range(i, S)
+        value[guard], rate[guard] = component_gap(t, i, y[start:stop], S)
 
 
 @kernel(inline=True)
-def states_of(i, y, S):
-    """Internal states of component i."""
+def state_range(i, S):
+    """Where the internal states of component i stand in y."""
     M = S.model
     element = S.parameters.contact.size + i
-    return y[2 * M.n + M.state_start[element] : 2 * M.n + M.state_start[element + 1]]
+    return 2 * M.n + M.state_start[element], 2 * M.n + M.state_start[element + 1]
 
 
 @kernel(inline=True)
@@ -46,8 +47,8 @@ def reset(t, y, guard, S, data):
     if guard < S.parameters.contact.size:
         return end_contact(guard, S, data) if C.mode[guard] == 1 else begin_contact(y, guard, S, data, False)
     i = M.guard_component[guard]
-    z = states_of(i, y, S)
-    _, data[0] = component_gap(t, i, z, S)
+    start, stop = state_range(i, S)
+    _, data[0] = component_gap(t, i, y[start:stop], S)
     data[1] = 0.0
     for latch in range(M.latch.shape[0]):
         if M.latch[latch, 2] == i:
@@ -55,7 +56,7 @@ def reset(t, y, guard, S, data):
             return True
     if C.mode[guard] == 0 and not data[0] > 0.0:
         return False
-    data[1] = switch_loss(t, i, z, S)
+    data[1] = switch_loss(t, i, y[start:stop], S)
     C.memory[guard] = max(data[0], APPROACH_FLOOR)
     C.mode[guard] = 1 - C.mode[guard]
     return True
@@ -70,7 +71,8 @@ def touch(t, y, guard, S, data):
         begin_contact(y, guard, S, data, True)
         return
     i = M.guard_component[guard]
-    _, data[0] = component_gap(t, i, states_of(i, y, S), S)
+    start, stop = state_range(i, S)
+    _, data[0] = component_gap(t, i, y[start:stop], S)
     data[0], data[1] = max(data[0], APPROACH_FLOOR), 0.0
     C.memory[guard], C.mode[guard] = data[0], 1
 

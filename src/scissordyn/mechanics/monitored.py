@@ -16,8 +16,10 @@ __all__ = [
     "monitor",
 ]
 
-POWERS = ("drive_work", "damping_loss", "friction_loss", "load_work", "damper_loss")
+POWERS = ("drive_work", "damping_loss", "friction_loss", "load_work", "damper_loss", "motor_work")
 """Integrals of the energy balance [J], in the order in which `monitor` writes their powers."""
+
+DRIVES, DAMPING, FRICTION, LOADS, DAMPERS, MOTORS = range(len(POWERS))
 
 DRIVE_TORQUE, COMPONENT_FORCE, PRESSURE_VELOCITY = range(3)
 """Kinds of quantities that are monitored throughout: `Model.monitor` holds kind and index."""
@@ -73,10 +75,11 @@ def monitor(t, y, S, power, rows):
         total += W.work_b[i] * W.basis[1, i]
     for i in range(M.timed.size):
         total -= W.multiplier[M.timed[i]] * W.value[1, M.timed[i]]
-    power[0], power[1], power[2], power[3], power[4] = total, 0.0, 0.0, 0.0, 0.0
+    power[:] = 0.0
+    power[DRIVES] = total
     for i in range(M.component_port.size):
-        power[3] += W.power_in[i]
-        power[4] += W.dissipation[i]
+        power[MOTORS if M.component_motor[i] == 1 else LOADS] += W.power_in[i]
+        power[DAMPERS] += W.dissipation[i]
     rows[:, :] = 0.0
     contacts, guards = S.parameters.contact.size, S.state.mode.size
     for j in range(contacts):
@@ -85,8 +88,8 @@ def monitor(t, y, S, power, rows):
             row[0] = found.normal
             row[1] = (found.normal - found.elastic) * found.rate
             row[2] = found.tangential * found.slip
-            power[1] += row[1]
-            power[2] += row[2]
+            power[DAMPING] += row[1]
+            power[FRICTION] += row[2]
     for guard in range(contacts, guards):
         if S.state.mode[guard] == 1:
             rows[guard, 0] = component_size(M.guard_component[guard], S)

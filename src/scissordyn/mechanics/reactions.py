@@ -286,6 +286,16 @@ def careful(reach, lanes, lane, matrix, load, full, pivots, work, probe, x):
                 x[row] = math.nan
 
 
+@kernel(inline=True)
+def keep(W):
+    """Keep the equations, which the solution overwrites."""
+    for row in range(W.load.shape[0]):
+        for lane in range(W.load.shape[1]):
+            W.kept_load[row, lane] = W.load[row, lane]
+            for below in range(W.kept.shape[1]):
+                W.kept[row, below, lane] = W.matrix[row, below, lane]
+
+
 @kernel()
 def fill(B, gravity, direction, position, acceleration, angular_acceleration, known, W, out):
     """Solve the balances at each instant; direction, position, acceleration (nt, bodies, 2), known (nt, bodies, 3)."""
@@ -311,8 +321,7 @@ def fill(B, gravity, direction, position, acceleration, angular_acceleration, kn
         for lane in range(lanes, LANES):  # empty lanes must divide by something
             for row in range(size):
                 W.matrix[row, 0, lane] = 1.0
-        W.kept[:, :, :] = W.matrix[:, : reach + 1, :]
-        W.kept_load[:, :] = W.load
+        keep(W)
         solve_lanes(reach, W.matrix, W.load)
         for lane in range(lanes):
             smallest = largest = W.matrix[0, 0, lane]

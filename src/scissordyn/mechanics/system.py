@@ -96,6 +96,7 @@ class Model(NamedTuple):
     component_coordinates: I1
     component_forces: I1
     component_passive: I1  # whether it stores and dissipates energy
+    component_motor: I1  # whether its power is that of a motor rather than of a load
     component_timed: I1  # whether it depends on time
     component_guard: I1  # its guard, or -1
     travel_direction: F2  # (components, 2) unit vector of a port "travel"
@@ -183,8 +184,8 @@ class Workspace(NamedTuple):
     local: F2  # (8, widest element)
     state_work: F2  # (2, most states)
     state_jacobian: F2  # (most states + 3, most states)
-    coordinate: F1  # (4,) of a component's port
-    coordinate_rate: F1
+    coordinates: F2  # (components, 4) of the ports
+    coordinate_rates: F2
     context: F1  # (4,)
     answer: F1  # (RESULTS,)
     other_answer: F1

@@ -9,11 +9,8 @@ import numpy as np
 
 from scissordyn.component.rod import Rod
 from scissordyn.errors import InputError
-from scissordyn.mechanics.layout import lay_out
-from scissordyn.mechanics.start import assemble
-from scissordyn.mechanics.system import build_system
 from scissordyn.model.mechanism import Mechanism
-from scissordyn.simulation.start import ideal_reactions
+from scissordyn.simulation.reaction import ideal_reactions
 
 __all__ = ["constrain_contact"]
 
@@ -56,10 +53,7 @@ def constrain_contact(mechanism: Mechanism, *, indentation: float = 0.0, directi
         )
     angles = {joint.name: direction for joint in mechanism.clearance_joints}
     if direction is None:
-        ideal = lay_out(mechanism.ideal())
-        system = build_system(ideal)
-        reactions = ideal_reactions(ideal, system, assemble(ideal, system))
-        for joint, force in zip(mechanism.joints, reactions, strict=True):
+        for joint, force in zip(mechanism.joints, ideal_reactions(mechanism), strict=True):
             if joint.clearance is None:
                 continue
             if not np.all(np.isfinite(force)) or not np.any(force):

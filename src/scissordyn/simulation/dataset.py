@@ -1,4 +1,4 @@
-"""The Dataset of a trajectory."""
+"""A trajectory as the Dataset that the user reads."""
 
 from __future__ import annotations
 
@@ -8,27 +8,31 @@ import math
 import platform
 from functools import cache
 from importlib.metadata import version
+from typing import Any
 
 import numpy as np
 import xarray as xr
 
 from scissordyn.component.actuator import Actuator
+from scissordyn.component.declaration import Component
 from scissordyn.component.place import GROUND
-from scissordyn.integrate.problem import Samples
-from scissordyn.mechanics.bodies import BodyMotion, body_motion
+from scissordyn.integrate.integration import Samples
+from scissordyn.mechanics.build import acting
+from scissordyn.mechanics.monitored import COMPONENT_FORCE, DRIVE_TORQUE, POWERS, PRESSURE_VELOCITY
 from scissordyn.mechanics.outputs import Record, record
-from scissordyn.mechanics.reactions import connection_forces, journal_forces, known_loads, solve_reactions
+from scissordyn.mechanics.reactions import solve_reactions
+from scissordyn.model.joint import Guide
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.model.record import to_plain
 from scissordyn.simulation.cause import singular_position
 from scissordyn.simulation.contacts import columns, contacts
-from scissordyn.simulation.events import event_variables, latch_losses
+from scissordyn.simulation.events import event_variables, switching_losses
 from scissordyn.simulation.options import Options
 from scissordyn.simulation.trajectory import Trajectory
 
-__all__ = ["to_dataset"]
+__all__ = ["output_guide", "to_dataset"]
 
-Variable = tuple[tuple[str, ...], np.ndarray, dict[str, str]]
+Variables = dict[str, xr.Variable]
 
 
 @cache
@@ -37,8 +41,12 @@ def _versions() -> str:
     return json.dumps({"python": platform.python_version(), **{name: version(name) for name in packages}})
 
 
-def _described(dims: tuple[str, ...], values: np.ndarray, units: str, long_name: str) -> Variable:
-    return dims, values, {"units": units, "long_name": long_name}
+def _described(dims: tuple[str, ...], values: np.ndarray, units: str, long_name: str) -> xr.Variable:
+    return xr.Variable(dims, values, {"units": units, "long_name": long_name}, fastpath=True)
+
+
+def _named(dim: str, names: list[str]) -> xr.Variable:
+    return xr.Variable((dim,), np.array(names, dtype=str), {"long_name": dim.replace("_", " ")})
 
 
 def to_dataset(mechanism: Mechanism, options: Options, path: Trajectory) -> xr.Dataset:
@@ -56,24 +64,25 @@ def to_dataset(mechanism: Mechanism, options: Options, path: Trajectory) -> xr.D
         With the names of the package's contract; all values in SI units and radians.
     """
     path, found = _recorded(path)
-    samples = path.samples
-    motion = body_motion(path.layout, found)
     variables = {
-        **_motion_variables(mechanism, motion),
-        **_joint_variables(mechanism, path, found, motion),
-        **_element_variables(mechanism, found),
-        **_connection_variables(path, found),
+        **_motion_variables(mechanism, path, found),
+        **_joint_variables(mechanism, path, found),
+        **_component_variables(mechanism, path, found),
+        **_rod_variables(mechanism, path, found),
         **_control_variables(mechanism, path, found),
-        **_energy_variables(path, found),
+        **_energy_variables(mechanism, path, found),
+        **_drive_variables(mechanism, path, found),
         **_contact_variables(mechanism, path),
-        **event_variables(mechanism, path.log),
+        **{name: xr.Variable(*parts) for name, parts in event_variables(mechanism, path.log).items()},
     }
-    coordinates = {
-        "time": _described(("time",), samples.time, "s", "time"),
-        "body": ("body", [body.name for body in mechanism.bodies]),
-        "joint": ("joint", list(mechanism.joint_names)),
-        "axis": ("axis", ["x", "y"]),
-    }
+    coordinates = xr.Coordinates(
+        {
+            "time": _described(("time",), path.samples.time, "s", "time"),
+            "body": ("body", [body.name for body in mechanism.bodies]),
+            "joint": ("joint", list(mechanism.joint_names)),
+            "axis": ("axis", ["x", "y"]),
+        }
+    )
     attributes = {
         "title": "scissordyn run",
         "status": path.status,
@@ -84,216 +93,285 @@ def to_dataset(mechanism: Mechanism, options: Options, path: Trajectory) -> xr.D
         "configuration": json.dumps({"mechanism": to_plain(mechanism), "options": to_plain(options)}),
         "versions": _versions(),
         "length_error": float(found.length_error[0]),
-        "trusted_until": math.nan,
-        "trusted_contacts": -1,
     }
-    return xr.Dataset(variables, coords=coordinates, attrs=attributes)
+    return _assembled(variables, coordinates, attributes)
+
+
+def _assembled(variables: Variables, coordinates: xr.Coordinates, attributes: dict[str, Any]) -> xr.Dataset:
+    """A Dataset of variables that are known to fit together; its usual constructor would take as long as a run."""
+    parts = {**variables, **coordinates.variables}
+    sizes = {dim: size for part in parts.values() for dim, size in zip(part.dims, part.shape, strict=True)}
+    direct = getattr(xr.Dataset, "_construct_direct", None)
+    if direct is None:
+        return xr.Dataset(variables, coords=coordinates, attrs=attributes)
+    made: xr.Dataset = direct(
+        parts, set(coordinates.variables), dims=sizes, attrs=attributes, indexes=dict(coordinates.xindexes)
+    )
+    return made
 
 
 def _recorded(path: Trajectory) -> tuple[Trajectory, Record]:
     """The recorded samples, up to the first at which the accelerations are not defined; the run counts as failed there."""
     samples = path.samples
-    found = record(path.system, samples.time, samples.state, samples.mode, samples.memory)
+    found = record(path.reduced, path.system, samples)
     undefined = np.flatnonzero(~np.all(np.isfinite(found.A), axis=1))
     if not undefined.size:
         return path, found
     first, time = int(undefined[0]), float(samples.time[undefined[0]])
-    why = singular_position(path.layout, path.system, samples.state[first], time) or "accelerations are not defined"
+    why = singular_position(path.reduced, path.system, samples.state[first], time) or "accelerations are not defined"
     kept = Samples(*(part[:first] for part in samples))
     cause = f"stopped at t = {time:.9g} s: {why}"
     log = path.log[path.log[:, 0] < time]
-    cut = dataclasses.replace(path, samples=kept, log=log, end=time, status="failed", cause=cause)
-    return cut, record(cut.system, kept.time, kept.state, kept.mode, kept.memory)
+    # what a contact did after the cut is not its own up to there: the log rows that ended it are gone
+    cut = dataclasses.replace(path, samples=kept, log=log, end=time, status="failed", cause=cause, cut=True)
+    return cut, record(cut.reduced, cut.system, kept)
 
 
-def _motion_variables(mechanism: Mechanism, motion: BodyMotion) -> dict[str, Variable]:
+def output_guide(mechanism: Mechanism) -> Guide | None:
+    """The guide on the ground that leads the output body, the first if there are several."""
+    for guide in mechanism.guides:
+        if guide.follower[0] == mechanism.output_body and guide.body == GROUND:
+            return guide
+    return None
+
+
+def _motion_variables(mechanism: Mechanism, path: Trajectory, found: Record) -> Variables:
     point, rotation = ("time", "body", "axis"), ("time", "body")
     variables = {
-        "position": _described(point, motion.position, "m", "position of the mass centre"),
-        "velocity": _described(point, motion.velocity, "m/s", "velocity of the mass centre"),
-        "acceleration": _described(point, motion.acceleration, "m/s^2", "acceleration of the mass centre"),
-        "angle": _described(rotation, motion.angle, "rad", "angle"),
-        "angular_velocity": _described(rotation, motion.spin, "rad/s", "angular velocity"),
-        "angular_acceleration": _described(rotation, motion.spin_rate, "rad/s^2", "angular acceleration"),
+        "position": _described(point, found.position, "m", "position of the mass centre"),
+        "velocity": _described(point, found.velocity, "m/s", "velocity of the mass centre"),
+        "acceleration": _described(point, found.acceleration, "m/s^2", "acceleration of the mass centre"),
+        "angle": _described(rotation, found.angle, "rad", "angle"),
+        "angular_velocity": _described(rotation, found.angular_velocity, "rad/s", "angular velocity"),
+        "angular_acceleration": _described(rotation, found.angular_acceleration, "rad/s^2", "angular acceleration"),
     }
-    for guide in mechanism.guides:
-        if guide.follower[0] != mechanism.output_body or guide.body != GROUND:
-            continue
-        k = [body.name for body in mechanism.bodies].index(mechanism.output_body)
+    guide = output_guide(mechanism)
+    if guide is not None:
+        guided = path.reduced.place(guide.follower)
         along = np.array([math.cos(guide.direction), math.sin(guide.direction)])
         for name, values, units in (
-            ("position", motion.position[:, k] - np.array(guide.through), "m"),
-            ("velocity", motion.velocity[:, k], "m/s"),
-            ("acceleration", motion.acceleration[:, k], "m/s^2"),
+            ("position", guided.at(found.X) - np.array(guide.through), "m"),
+            ("velocity", guided.at(found.V), "m/s"),
+            ("acceleration", guided.at(found.A), "m/s^2"),
         ):
-            variables[f"slider_{name}"] = _described(("time",), values @ along, units, f"{name} of the slider along its guide")
+            text = f"{name} of the guided point along its guide"
+            variables[f"slider_{name}"] = _described(("time",), values @ along, units, text)
     return variables
 
 
-def _joint_variables(mechanism: Mechanism, path: Trajectory, found: Record, motion: BodyMotion) -> dict[str, Variable]:
-    """Quantities per joint; those that exist at clearance joints only are NaN at ideal ones."""
+def _reactions(mechanism: Mechanism, found: Record) -> np.ndarray:
+    """Forces on the journals of joints and on the followers of guides, shape (nt, joints, 2) [N]."""
     names = list(mechanism.joint_names)
-    touching_joints = np.array([names.index(joint.name) for joint in mechanism.contacts], int)
-    ideal = np.array([names.index(joint.name) for joint in mechanism.ideal_joints], int)
-    instants, contact = found.X.shape[0], found.joint
-    normal, tangential, force = contact[..., 4], contact[..., 5], journal_forces(found)
-    radius = path.system.content.radius
     joints, guided, _ = solve_reactions(
         mechanism,
-        direction=motion.direction,
-        position=motion.position,
-        acceleration=motion.acceleration,
-        spin_rate=motion.spin_rate,
-        known=known_loads(path.layout, motion.direction, motion.position, found, radius),
+        direction=found.direction,
+        position=found.position,
+        acceleration=found.acceleration,
+        angular_acceleration=found.angular_acceleration,
+        known=found.load,
     )
-    reaction = np.zeros((instants, len(names), 2))
-    reaction[:, touching_joints], reaction[:, ideal] = force, joints
+    reaction = np.zeros((found.X.shape[0], len(names), 2))
+    for j, contact in enumerate(mechanism.contacts):
+        at = names.index(contact.name)
+        reaction[:, at] = found.wrench[:, j, :2]
+        if j >= len(mechanism.clearance_joints):
+            reaction[:, names.index(contact.guide)] += found.wrench[:, j, :2]  # type: ignore[union-attr]
+    reaction[:, [names.index(joint.name) for joint in mechanism.ideal_joints]] = joints
     bodies = [body.name for body in mechanism.bodies]
-    for point, pushed in zip(
-        mechanism.contact_points, np.moveaxis(force[:, len(mechanism.clearance_joints) :], 1, 0), strict=True
-    ):
-        reaction[:, names.index(point.guide)] += pushed
     for g, guide in enumerate(mechanism.ideal_guides):
         across = np.array([-math.sin(guide.direction), math.cos(guide.direction)])
         if guide.body != GROUND:
-            cos, sin = motion.direction[:, bodies.index(guide.body)].T
+            cos, sin = found.direction[:, bodies.index(guide.body)].T
             across = np.stack([cos * across[0] - sin * across[1], sin * across[0] + cos * across[1]], axis=1)
         reaction[:, names.index(guide.name)] = guided[:, g : g + 1] * across
+    return reaction
+
+
+def _joint_variables(mechanism: Mechanism, path: Trajectory, found: Record) -> Variables:
+    """Quantities per joint; those that exist at clearance joints only are NaN at ideal ones."""
+    names = list(mechanism.joint_names)
+    per_joint = ("time", "joint")
     what = "force on the journal (contact force at clearance joints, reaction at ideal ones), on the follower for guides"
-    variables = {"reaction": _described(("time", "joint", "axis"), reaction, "N", what)}
-    if touching_joints.size == 0:
+    variables = {"reaction": _described((*per_joint, "axis"), _reactions(mechanism, found), "N", what)}
+    if not mechanism.contacts:
         return variables
+    at = np.array([names.index(contact.name) for contact in mechanism.contacts], int)
+    instants, contact = found.X.shape[0], found.contact
 
     def everywhere(values: np.ndarray) -> np.ndarray:
-        full = np.full((*values.shape[:1], len(names), *values.shape[2:]), np.nan)
-        full[:, touching_joints] = values
+        full = np.full((instants, len(names)), np.nan)
+        full[:, at] = values
         return full
 
-    eccentricity = contact[..., 8:9] * contact[..., 6:8]
-    per_joint = ("time", "joint")
+    eccentricity = np.full((instants, len(names), 2), np.nan)
+    eccentricity[:, at, 0] = contact["distance"] * contact["nx"]
+    eccentricity[:, at, 1] = contact["distance"] * contact["ny"]
     touching = np.zeros((instants, len(names)), bool)
-    touching[:, touching_joints] = path.samples.mode[:, : touching_joints.size] == 1
+    touching[:, at] = path.samples.mode[:, : at.size] == 1
     clearance = np.full(len(names), np.nan)
-    clearance[touching_joints] = radius[:, 0]
+    clearance[at] = path.system.content.parameters.contact["clearance"]
+    about = "journal centre relative to the bearing centre; for a contact point, the displacement across the guide"
     variables |= {
-        "eccentricity": _described(
-            (*per_joint, "axis"),
-            everywhere(eccentricity),
-            "m",
-            "journal centre relative to the bearing centre; for a contact point of a guide, the displacement across the guide",
-        ),
-        "indentation": _described(per_joint, everywhere(contact[..., 0]), "m", "indentation, negative in free flight"),
-        "normal_force": _described(per_joint, everywhere(normal), "N", "normal contact force"),
-        "friction_force": _described(per_joint, everywhere(tangential), "N", "tangential contact force"),
-        "slip_speed": _described(per_joint, everywhere(contact[..., 2]), "m/s", "slip speed of the two surfaces"),
+        "eccentricity": _described((*per_joint, "axis"), eccentricity, "m", about),
+        "indentation": _described(per_joint, everywhere(contact["depth"]), "m", "indentation, negative in free flight"),
+        "normal_force": _described(per_joint, everywhere(contact["normal"]), "N", "normal contact force"),
+        "friction_force": _described(per_joint, everywhere(contact["tangential"]), "N", "tangential contact force"),
+        "slip_speed": _described(per_joint, everywhere(contact["slip"]), "m/s", "slip speed of the two surfaces"),
         "in_contact": _described(per_joint, touching, "1", "journal and bearing in contact"),
         "clearance": _described(("joint",), clearance, "m", "radial clearance"),
     }
+    peaks = _peaks(path, PRESSURE_VELOCITY)
+    full = np.full(len(names), np.nan)
+    full[at[: peaks.shape[0]]] = peaks[:, 0]
+    variables["peak_pressure_velocity"] = _described(
+        ("joint",), full, "Pa m/s", "largest product of mean pressure F_n/(2 R_J L_b) and slip speed"
+    )
     if mechanism.contact_points:
-        plane_contact = np.isin(names, [point.name for point in mechanism.contact_points])
-        variables["plane_contact"] = _described(
-            ("joint",), plane_contact, "1", "contact point of a block at a plane guide surface"
-        )
+        plane = np.isin(names, [point.name for point in mechanism.contact_points])
+        variables["plane_contact"] = _described(("joint",), plane, "1", "contact point of a block at a guide surface")
     for j, joint in enumerate(mechanism.contacts):
         assert joint.clearance is not None
-        first, state = int(path.system.content.state_start[j]), path.samples.state[:, 2 * path.layout.free :]
+        first = 2 * path.reduced.free + int(path.system.content.model.state_start[j])
         for s, name in enumerate(joint.clearance.friction.states):
-            values = variables.setdefault(
-                name, _described(per_joint, np.full(touching.shape, np.nan), "SI", name.replace("_", " "))
-            )[1]
-            values[:, touching_joints[j]] = np.where(path.samples.mode[:, j] == 1, state[:, first + s], np.nan)
+            if name not in variables:
+                empty = np.full((instants, len(names)), np.nan)
+                variables[name] = _described(per_joint, empty, "SI", name.replace("_", " "))
+            state = path.samples.state[:, first + s]
+            variables[name].values[:, at[j]] = np.where(path.samples.mode[:, j] == 1, state, np.nan)
     return variables
 
 
-def _element_variables(mechanism: Mechanism, found: Record) -> dict[str, Variable]:
-    if not mechanism.elements:
+def _peaks(path: Trajectory, kind: int) -> np.ndarray:
+    """Rows of the peaks of one kind of monitored quantity: largest value, when, and integrals of the others."""
+    model = path.system.content.model
+    rows = model.guard_component.size + np.flatnonzero(model.monitor[:, 0] == kind)
+    return np.asarray(path.peak[rows])
+
+
+def _component_variables(mechanism: Mechanism, path: Trajectory, found: Record) -> Variables:
+    """What the components declare, along one dimension for each kind."""
+    variables: Variables = {}
+    peaks = _peaks(path, COMPONENT_FORCE)
+    kinds: dict[str, list[int]] = {}
+    for i, component in enumerate(acting(mechanism)):
+        if not isinstance(component, Actuator):
+            kinds.setdefault(component.declaration.section, []).append(i)
+    parts: tuple[Component, ...] = acting(mechanism)
+    for section, index in kinds.items():
+        declared = parts[index[0]].declaration
+        if section == "component":  # of the user's own: each kind by its label
+            section = declared.label
+        variables[section] = _named(section, [parts[i].name for i in index])
+        if declared.force is None:
+            torque = found.wrench[:, [len(mechanism.contacts) + i for i in index], 2]
+            text = f"torque of a locked {declared.label} on its body"
+            variables[f"{section}_torque"] = _described(("time", section), torque, "N m", text)
+        else:
+            largest = peaks[[i for i in index if i < len(mechanism.components)]]
+            kind = "torque" if declared.port.forces == ("torque",) else "force"
+            unit = "N m" if kind == "torque" else "N"
+            variables[f"{section}_peak_{kind}"] = _described((section,), largest[:, 0], unit, f"largest {kind}")
+        for output in declared.reported:
+            if declared.force is None and not output.coordinate:
+                continue
+            source = found.coordinate if output.coordinate else found.result
+            last = output.first + output.components
+            values = source[:, index, output.first : last] if output.components > 1 else source[:, index, output.first]
+            dims = ("time", section, "axis") if output.components > 1 else ("time", section)
+            text = f"{output.help} ({declared.label})"
+            variables[f"{section}_{output.name}"] = _described(dims, np.ascontiguousarray(values), output.unit, text)
+    return variables
+
+
+def _rod_variables(mechanism: Mechanism, path: Trajectory, found: Record) -> Variables:
+    if not mechanism.rods:
         return {}
+    spans = [path.reduced.place(rod.end).at(found.X) - path.reduced.place(rod.start).at(found.X) for rod in mechanism.rods]
+    span = np.stack(spans, axis=1)
+    length = np.sqrt(np.sum(span * span, axis=-1))
+    tension = -np.sum(found.wrench[:, -len(mechanism.rods) :, :2] * span, axis=-1) / length
     return {
-        "element": (("element",), np.array([element.name for element in mechanism.elements]), {"long_name": "element"}),
-        "element_force": _described(("time", "element", "axis"), found.element[..., :2], "N", "force on the end of an element"),
-        "element_torque": _described(("time", "element"), found.element[..., 2], "N m", "torque on the body of an element"),
+        "rod": _named("rod", [rod.name for rod in mechanism.rods]),
+        "rod_force": _described(("time", "rod"), tension, "N", "force in a rod, positive in tension"),
+        "rod_length": _described(("time", "rod"), length, "m", "length of a rod"),
     }
 
 
-def _connection_variables(path: Trajectory, found: Record) -> dict[str, Variable]:
-    mechanism = path.layout.mechanism
-    thrust, latch_torque = connection_forces(path.layout, found)
-    variables: dict[str, Variable] = {}
-    if mechanism.rods:
-        names = np.array([rod.name for rod in mechanism.rods])
-        forms = [(path.layout.place(rod.end), path.layout.place(rod.start)) for rod in mechanism.rods]
-        span = np.stack([found.X[:, a.columns] @ a.rows.T - found.X[:, b.columns] @ b.rows.T for a, b in forms], axis=1)
-        length = np.sqrt(np.sum(span * span, axis=-1))
-        tension = -np.sum(thrust * span, axis=-1) / length
-        variables["rod"] = ("rod",), names, {"long_name": "rod"}
-        variables["rod_force"] = _described(("time", "rod"), tension, "N", "force in a rod, positive in tension")
-        variables["rod_length"] = _described(("time", "rod"), length, "m", "length of a rod")
-    if mechanism.latches:
-        variables["latch"] = ("latch",), np.array([latch.name for latch in mechanism.latches]), {"long_name": "latch"}
-        variables["latch_torque"] = _described(("time", "latch"), latch_torque, "N m", "torque of a locked latch on its body")
-    return variables
-
-
-def _control_variables(mechanism: Mechanism, path: Trajectory, found: Record) -> dict[str, Variable]:
+def _control_variables(mechanism: Mechanism, path: Trajectory, found: Record) -> Variables:
     """Quantities per actuator; internal states and recorded signals are NaN at controllers that have none."""
-    chosen = [(i, element) for i, element in enumerate(mechanism.elements) if isinstance(element, Actuator)]
+    chosen = [(i, part) for i, part in enumerate(mechanism.components) if isinstance(part, Actuator)]
     if not chosen:
         return {}
     index = [i for i, _ in chosen]
-    over, system = ("time", "actuator"), path.system.content
-    variables: dict[str, Variable] = {
-        "actuator": (("actuator",), np.array([element.name for _, element in chosen]), {"long_name": "actuator"}),
-        "control_torque": _described(over, found.element[:, index, 2], "N m", "torque of a controller"),
+    over, content = ("time", "actuator"), path.system.content
+    peaks = _peaks(path, COMPONENT_FORCE)[index]
+    variables: Variables = {
+        "actuator": _named("actuator", [part.name for _, part in chosen]),
+        "control_torque": _described(over, found.result[:, index, 0], "N m", "torque that a controller gives"),
         "control_error": _described(over, found.observed[:, index, 0], "rad", "reference less measured angle"),
+        "peak_control_torque": _described(("actuator",), peaks[:, 0], "N m", "largest torque that a controller gives"),
     }
-    recorded = np.where(system.recorder[index] >= 0, found.observed[:, index, 1], np.nan)
-    if np.any(system.recorder >= 0):
-        variables["control_signal"] = _described(over, recorded, "SI", "recorded signal of a controller")
-    for place, (i, element) in enumerate(chosen):
-        first = 2 * path.layout.free + int(system.state_start[len(mechanism.contacts) + i])
-        for s, name in enumerate(element.controller.states):
-            empty = np.full((found.X.shape[0], len(chosen)), np.nan)
-            values = variables.setdefault(name, _described(over, empty, "N m", name.replace("_", " ")))[1]
-            values[:, place] = path.samples.state[:, first + s]
+    recorder = content.model.recorder
+    if np.any(recorder >= 0):
+        recorded = np.where(recorder[index] >= 0, found.observed[:, index, 1], np.nan)
+        variables["control_signal"] = _described(over, recorded, "SI", "signal that a controller looks back at")
+    for place, (i, part) in enumerate(chosen):
+        first = 2 * path.reduced.free + int(content.model.state_start[len(mechanism.contacts) + i])
+        for s, name in enumerate(part.controller.states):
+            if name not in variables:
+                empty = np.full((found.X.shape[0], len(chosen)), np.nan)
+                variables[name] = _described(over, empty, "N m", name.replace("_", " "))
+            variables[name].values[:, place] = path.samples.state[:, first + s]
     return variables
 
 
-def _energy_variables(path: Trajectory, found: Record) -> dict[str, Variable]:
-    work, damping, friction, loads, dampers = path.samples.total.T
-    energy = found.kinetic + found.potential + found.elastic + found.springs
-    locking = latch_losses(path.layout.mechanism, path.log, path.samples.time)
-    lost = damping + friction + dampers + locking
-    residual = energy - energy[:1] - work - loads + lost
+def _energy_variables(mechanism: Mechanism, path: Trajectory, found: Record) -> Variables:
+    account = dict(zip(POWERS, path.samples.total.T, strict=True))
+    energy = found.kinetic + found.potential + found.elastic + found.stored
+    switching = switching_losses(mechanism, path.log, path.samples.time)
+    lost = account["damping_loss"] + account["friction_loss"] + account["damper_loss"] + switching
+    work = account["drive_work"] + account["load_work"] + account["motor_work"]
     named = {
         "kinetic_energy": (found.kinetic, "kinetic energy"),
         "potential_energy": (found.potential, "potential energy of gravity"),
         "elastic_energy": (found.elastic, "elastic energy of the contacts"),
-        "drive_work": (work, "work of the drives"),
-        "damping_loss": (damping, "energy dissipated by contact damping"),
-        "friction_loss": (friction, "energy dissipated by friction"),
-        "spring_energy": (found.springs, "energy stored in springs"),
-        "load_work": (loads, "work of forces, torques, motors and actuators"),
-        "damper_loss": (dampers, "energy dissipated by dampers"),
-        "latch_loss": (locking, "energy lost in the impacts of locking latches"),
+        "spring_energy": (found.stored, "energy stored in springs and other components"),
+        "drive_work": (account["drive_work"], "work of the drives"),
+        "motor_work": (account["motor_work"], "work of motors and actuators"),
+        "load_work": (account["load_work"], "work of forces and torques"),
+        "damping_loss": (account["damping_loss"], "energy dissipated by contact damping"),
+        "friction_loss": (account["friction_loss"], "energy dissipated by friction"),
+        "damper_loss": (account["damper_loss"], "energy dissipated by dampers and other components"),
+        "switching_loss": (switching, "energy dissipated by latches that lock and tape springs that snap"),
         "dissipated_energy": (lost, "dissipated energy"),
-        "energy_residual": (residual, "residual of the energy balance"),
+        "energy_residual": (energy - energy[:1] - work + lost, "what the energy balance misses"),
     }
-    variables = {name: _described(("time",), values, "J", text) for name, (values, text) in named.items()}
-    if found.torque.shape[1]:
-        # with several drives, `drive_torque` is that of the first; the torques of all are another variable
-        variables["drive_torque"] = _described(("time",), found.torque[:, 0].copy(), "N m", "driving torque")
-    if found.torque.shape[1] > 1:
+    return {name: _described(("time",), np.ascontiguousarray(values), "J", text) for name, (values, text) in named.items()}
+
+
+def _drive_variables(mechanism: Mechanism, path: Trajectory, found: Record) -> Variables:
+    if not mechanism.drives:
+        return {}
+    peaks = _peaks(path, DRIVE_TORQUE)
+    variables = {
+        "drive": _named("drive", [drive.body for drive in mechanism.drives]),
+        # with several drives the first is the one that the contract names; all of them stand beside it
+        "drive_torque": _described(("time",), found.torque[:, 0].copy(), "N m", "driving torque"),
+        "peak_drive_torque": _described(("drive",), peaks[:, 0], "N m", "largest driving torque"),
+        "peak_drive_torque_time": _described(("drive",), peaks[:, 1], "s", "when the driving torque is largest"),
+    }
+    if len(mechanism.drives) > 1:
         variables["drive_torques"] = _described(("time", "drive"), found.torque, "N m", "driving torque of each drive")
     return variables
 
 
-def _contact_variables(mechanism: Mechanism, path: Trajectory) -> dict[str, Variable]:
-    table = columns(contacts(path.log, path.peak[: len(mechanism.contacts)]))
+def _contact_variables(mechanism: Mechanism, path: Trajectory) -> Variables:
+    table = columns(contacts(path.log, path.peak[: len(mechanism.contacts)], cut=path.cut))
     names = np.array([joint.name for joint in mechanism.contacts], dtype=object)
     joint = names[table["joint"]] if names.size else names
     along = ("contact",)
     return {
-        "contact_joint": (along, joint.astype(str), {"long_name": "joint"}),
+        "contact_joint": xr.Variable(along, joint.astype(str), {"long_name": "joint"}),
         "contact_start": _described(along, table["start"], "s", "start of the contact"),
         "approach_speed": _described(along, table["approach_speed"], "m/s", "approach speed"),
         "contact_angle": _described(along, table["angle"], "rad", "direction of the normal at the start"),

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cache
@@ -30,10 +29,9 @@ from scissordyn.mechanics.build import build_model, initial_state, make_paramete
 from scissordyn.mechanics.monitored import POWERS
 from scissordyn.mechanics.reduced_model import ReducedModel
 from scissordyn.mechanics.system import Model, Parameters, System
-from scissordyn.model.mechanism import Mechanism
 from scissordyn.simulation.tolerance import Tolerances
 
-__all__ = ["Driver", "Snapshot", "make_system"]
+__all__ = ["Driver", "Snapshot", "counted", "make_system"]
 
 SLICE = 2000
 """Steps between two looks at the keyboard and the progress bar; the steps themselves do not depend on it."""

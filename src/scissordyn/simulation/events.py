@@ -1,21 +1,21 @@
-"""The events of latches and end stops in a run, from its event log."""
+"""The events of latches, end stops, cables and their like in a run, from its event log."""
 
 from __future__ import annotations
 
 import numpy as np
 
-from scissordyn.component.angle_stop import AngleStop
-from scissordyn.component.travel_stop import TravelStop
-from scissordyn.integrate.advance import RECORD
+from scissordyn.integrate.integration import RESET_DATA
+from scissordyn.mechanics.build import acting
 from scissordyn.model.mechanism import Mechanism
 
-__all__ = ["event_variables", "latch_losses"]
+__all__ = ["event_variables", "switching_losses"]
 
-KINDS = {0.0: "left", 1.0: "reached"}
+LOSS = 2 + RESET_DATA
+"""Column of the event log with the energy that an event of a component dissipates."""
 
 
 def event_variables(mechanism: Mechanism, log: np.ndarray) -> dict[str, tuple[tuple[str, ...], np.ndarray, dict[str, str]]]:
-    """Table of the events of latches and end stops, for the Dataset.
+    """Table of the events of components, for the Dataset.
 
     Parameters
     ----------
@@ -25,29 +25,28 @@ def event_variables(mechanism: Mechanism, log: np.ndarray) -> dict[str, tuple[tu
     Returns
     -------
     dict
-        Empty for a mechanism that has neither.
+        Empty for a mechanism without such components.
     """
-    latches = [latch.name for latch in mechanism.latches]
-    stops = [element.name for element in mechanism.elements if isinstance(element, AngleStop | TravelStop)]
-    if not latches and not stops:
+    guarded = [part for part in acting(mechanism) if part.declaration.gap is not None]
+    if not guarded:
         return {}
     first = len(mechanism.contacts)
     rows = log[log[:, 1] >= first]
-    which = rows[:, 1].astype(int) - first
-    names = np.array([*latches, *stops])[which]
-    kinds = [("locked" if k < len(latches) else KINDS[mode]) for k, mode in zip(which, rows[:, 2], strict=True)]
+    parts = [guarded[k] for k in (rows[:, 1].astype(int) - first).tolist()]
+    kinds = [part.declaration.events[int(mode)] for part, mode in zip(parts, rows[:, 2], strict=True)]
     along = ("event",)
     return {
         "event_time": (along, rows[:, 0], {"units": "s", "long_name": "instant of the event"}),
-        "event_name": (along, names.astype(str), {"long_name": "latch or end stop"}),
-        "event_kind": (along, np.array(kinds, dtype=str), {"long_name": "locked, reached or left"}),
+        "event_name": (along, np.array([part.name for part in parts], dtype=str), {"long_name": "component"}),
+        "event_kind": (along, np.array(kinds, dtype=str), {"long_name": "what happened"}),
         "event_speed": (along, rows[:, 3], {"units": "SI", "long_name": "rate of approach"}),
-        "event_loss": (along, rows[:, 2 + RECORD], {"units": "J", "long_name": "energy lost in the impact of locking"}),
+        "event_loss": (along, rows[:, LOSS], {"units": "J", "long_name": "energy dissipated by the event"}),
     }
 
 
-def latch_losses(mechanism: Mechanism, log: np.ndarray, time: np.ndarray) -> np.ndarray:
-    """Energy dissipated by latches up to each instant [J], shape (nt,)."""
-    first = len(mechanism.contacts)
-    rows = log[(log[:, 1] >= first) & (log[:, 1] < first + len(mechanism.latches))]
-    return np.asarray((time[:, None] >= rows[None, :, 0]) @ rows[:, 2 + RECORD])
+def switching_losses(mechanism: Mechanism, log: np.ndarray, time: np.ndarray) -> np.ndarray:
+    """Energy dissipated by events of components up to each instant [J], shape (nt,)."""
+    rows = log[log[:, 1] >= len(mechanism.contacts)]
+    if not rows.size:
+        return np.zeros(time.size)
+    return np.asarray((time[:, None] >= rows[None, :, 0]) @ rows[:, LOSS])

@@ -92,7 +92,7 @@ def fastest_modes(reduced: ReducedModel, system: Handle, y: np.ndarray, toleranc
     End stops, cables and their like are taken as acting too, contacts as pressed in by a hundredth of their clearance.
     """
     content: System = system.content
-    state, n = content.state, reduced.free
+    state = content.state
     before = state.mode.copy(), state.memory.copy()
     decay = oscillation = 0.0
     guards = [i for i, part in enumerate(acting(reduced.mechanism)) if part.declaration.gap is not None]

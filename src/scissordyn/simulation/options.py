@@ -9,9 +9,11 @@ from scissordyn.errors import InputError, did_you_mean
 from scissordyn.integrate.tableau import METHODS
 from scissordyn.units import Quantity, check_quantities
 
-__all__ = ["Options", "StartKind"]
+__all__ = ["EventKind", "Options", "StartKind"]
 
-StartKind = Literal["concentric", "in-contact", "static"]
+StartKind = Literal["concentric", "in-contact", "static", "as-placed"]
+
+EventKind = Literal["auto", "located", "crossed"]
 
 
 @dataclass(frozen=True)
@@ -22,9 +24,10 @@ class Options:
     ----------
     until : float
         End of the simulated time [s].
-    start : {"concentric", "in-contact", "static"}
+    start : {"concentric", "in-contact", "static", "as-placed"}
         Journals concentric with their bearings and moving as in the ideal mechanism; resting in contact along the line
-        of the ideal reaction; or in static equilibrium under gravity, springs and loads, the drives fixed at t = 0.
+        of the ideal reaction; in static equilibrium under gravity, springs and loads, the drives fixed at t = 0; or with
+        positions and velocities as the bodies are given, so that a journal can start anywhere in its bearing.
     samples : int
         Number of recorded instants, equally spaced; steps and events do not depend on it.
     rtol : float
@@ -32,25 +35,36 @@ class Options:
     atol : float
         Error in positions allowed in a step, as a fraction of the smallest clearance (of the largest body if there is none).
     method : str
-        "auto", or the name of an integrator.
+        "auto", chosen by an estimate of stiffness, or "dop853", "dopri5", "rodas5p", "rodas4p".
     most_steps : int
         Largest number of steps; with more the run fails.
+    events : {"auto", "located", "crossed"}
+        Whether each step ends where a contact begins or ends, or goes across that as long as its error allows; "auto" crosses in
+        mechanisms with many clearance joints.
+    trust : bool
+        Whether to compute the run a second time at a tighter tolerance, for the predictability horizon.
     """
 
-    until: Annotated[float, Quantity("s", above=0.0, help="end of the simulated time")]
+    until: Annotated[float, Quantity("s", minimum=1e-12, maximum=1e9, help="end of the simulated time")]
     start: StartKind = "concentric"
     samples: Annotated[int, Quantity("1", minimum=2, maximum=10_000_000, help="recorded instants")] = 2001
     rtol: Annotated[float, Quantity("1", minimum=1e-14, maximum=1e-2, help="relative tolerance")] = 1e-8
     atol: Annotated[float, Quantity("1", minimum=1e-14, maximum=1e-2, help="tolerance as a fraction of the clearance")] = 1e-8
     method: str = "auto"
-    most_steps: Annotated[int, Quantity("1", minimum=1, help="most steps")] = 50_000_000
+    most_steps: Annotated[int, Quantity("1", minimum=1, maximum=10**15, help="most steps")] = 50_000_000
+    events: EventKind = "auto"
+    trust: bool = False
 
     def __post_init__(self) -> None:
         check_quantities(self)
         if self.start not in get_args(StartKind):
             raise InputError(
                 f"start = {self.start!r}{did_you_mean(str(self.start), get_args(StartKind))}",
-                '"concentric", "in-contact" or "static"',
+                ", ".join(get_args(StartKind)),
             )
+        if self.events not in get_args(EventKind):
+            raise InputError(f"events = {self.events!r}{did_you_mean(str(self.events), get_args(EventKind))}", "auto, located, crossed")
+        if not isinstance(self.trust, bool):
+            raise InputError(f"trust = {self.trust!r}", "True or False")
         if self.method not in ("auto", *METHODS):
-            raise InputError(f"method = {self.method!r}{did_you_mean(self.method, METHODS)}", "auto, " + ", ".join(METHODS))
+            raise InputError(f"method = {self.method!r}{did_you_mean(str(self.method), METHODS)}", "auto, " + ", ".join(METHODS))

@@ -12,13 +12,13 @@ from scissordyn.errors import InputError
 from scissordyn.jit import Handle
 from scissordyn.laws.friction.none import NoFriction
 from scissordyn.mechanics import functions
-from scissordyn.mechanics.layout import Layout
-from scissordyn.mechanics.motion import course_start
-from scissordyn.mechanics.system import build_system
+from scissordyn.mechanics.reduced_model import ReducedModel
+from scissordyn.mechanics.system import System
+from scissordyn.mechanics.time_function import function_start
 from scissordyn.model.joint import Guide, Revolute
 from scissordyn.model.mechanism import Mechanism
 
-__all__ = ["equilibrium", "standing"]
+__all__ = ["equilibrium", "at_rest"]
 
 Joint = TypeVar("Joint", Revolute, Guide)
 
@@ -35,11 +35,11 @@ MOST_GROWTH = 10.0
 """An implicit step that increases the force by more than this factor is rejected."""
 
 
-def standing(mechanism: Mechanism) -> Mechanism:
+def at_rest(mechanism: Mechanism) -> Mechanism:
     """The same mechanism with its drives and prescribed distances constant at their values of t = 0, and without friction."""
 
     def constant(motion: TimeFunction, start: float) -> TimeFunction:
-        return Polynomial((start if isinstance(motion, ConstantSpeed) else course_start(motion),))
+        return Polynomial((start if isinstance(motion, ConstantSpeed) else function_start(motion),))
 
     return dataclasses.replace(
         mechanism,
@@ -47,19 +47,19 @@ def standing(mechanism: Mechanism) -> Mechanism:
             dataclasses.replace(drive, motion=constant(drive.motion, mechanism.body(drive.body).angle))
             for drive in mechanism.drives
         ),
-        joints=tuple(_slippery(joint) for joint in mechanism.joints),
-        guides=tuple(_slippery(guide) for guide in mechanism.guides),
+        joints=tuple(_frictionless(joint) for joint in mechanism.joints),
+        guides=tuple(_frictionless(guide) for guide in mechanism.guides),
         rods=tuple(dataclasses.replace(rod, motion=rod.motion and constant(rod.motion, 0.0)) for rod in mechanism.rods),
     )
 
 
-def _slippery(joint: Joint) -> Joint:
+def _frictionless(joint: Joint) -> Joint:
     if joint.clearance is None:
         return joint
     return dataclasses.replace(joint, clearance=dataclasses.replace(joint.clearance, friction=NoFriction()))
 
 
-def equilibrium(layout: Layout, position: np.ndarray) -> np.ndarray:
+def equilibrium(reduced: ReducedModel, handle: Handle, position: np.ndarray) -> np.ndarray:
     """Free coordinates of a stable equilibrium, by descent from a given position.
 
     Pseudo-transient continuation: implicit Euler steps from rest, each solved by Newton's method, with a step size that grows
@@ -68,8 +68,10 @@ def equilibrium(layout: Layout, position: np.ndarray) -> np.ndarray:
 
     Parameters
     ----------
-    layout : Layout
-        Of a mechanism with constant drives (see `standing`).
+    reduced : ReducedModel
+        Of a mechanism with constant drives (see `at_rest`).
+    handle : Handle
+        Of a `System` of it; its state is overwritten.
     position : ndarray, shape (n,)
 
     Returns
@@ -85,21 +87,20 @@ def equilibrium(layout: Layout, position: np.ndarray) -> np.ndarray:
     ----------
     Kelley and Keyes 1998, doi:10.1137/S0036142996304796
     """
-    system = build_system(layout)
-    handle, n = Handle(system), layout.free
-    internal = int(system.state_start[-1])
+    system: System = handle.content
+    n, internal = reduced.free, int(system.model.state_start[-1])
     state = np.concatenate([position, np.zeros(n + internal)])
-    rate, by_time = np.zeros(state.size), np.zeros(state.size)
-    weight = float(np.linalg.norm(system.weight[:n])) or 1.0
+    rate, by_time, answer = np.zeros(state.size), np.zeros(state.size), np.zeros(2)
+    weight = float(np.linalg.norm(system.parameters.weight[:n])) or 1.0
     step, force, scale = 1e-3, np.inf, weight
     for _ in range(MOST_STEPS):
         base, before, solved = state[:n].copy(), force, False
         for _correction in range(MOST_CORRECTIONS):
-            functions.project(0.0, state, handle.address)
+            functions.accept(0.0, state, handle.address, answer)
             _touch(handle, state)
             functions.linearise(0.0, state, handle.address, rate, by_time)
             force = float(np.linalg.norm(rate[n : 2 * n]))
-            scale = weight + float(np.linalg.norm(system.force[:n]))
+            scale = weight + float(np.linalg.norm(system.work.force[:n]))
             if force <= AT_REST * scale:
                 return state[:n].copy()
             if solved and force <= MOST_GROWTH * before:
@@ -125,11 +126,10 @@ def equilibrium(layout: Layout, position: np.ndarray) -> np.ndarray:
 
 
 def _touch(handle: Handle, state: np.ndarray) -> None:
-    """Put every joint and end stop that is past its gap into contact."""
-    system = handle.content
-    gap, rate = np.zeros(system.mode.size), np.zeros(system.mode.size)
-    functions.guards(0.0, state, handle.address, gap, rate)
-    latches = slice(system.radius.shape[0], system.radius.shape[0] + system.latch_side.size)
-    system.mode[:] = gap > 0.0
-    system.mode[latches] = 0
-    system.approach[:] = 1.0
+    """Let every contact and component act that is past its gap, but for latches."""
+    system: System = handle.content
+    value, rate = np.zeros(system.state.mode.size), np.zeros(system.state.mode.size)
+    functions.guards(0.0, state, handle.address, value, rate)
+    system.state.mode[:] = value > 0.0
+    system.state.mode[system.model.component_guard[system.model.latch[:, 2]]] = 0
+    system.state.memory[:] = 1.0

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 import json
 from collections.abc import Callable
 
@@ -12,8 +11,8 @@ from scissordyn.errors import InputError
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.model.record import from_plain
 from scissordyn.simulation.dataset import to_dataset
-from scissordyn.simulation.options import Options, StartKind
-from scissordyn.simulation.predictability import TIGHTER, predictability_horizon
+from scissordyn.simulation.options import EventKind, Options, StartKind
+from scissordyn.simulation.predictability import predictability
 from scissordyn.simulation.time_functions import check_tables
 from scissordyn.simulation.trajectory import compute
 from scissordyn.simulation.warn import run_warnings
@@ -25,13 +24,14 @@ def simulate(
     mechanism: Mechanism,
     *,
     until: float,
-    start: StartKind = "concentric",
-    samples: int = 2001,
-    rtol: float = 1e-8,
-    atol: float = 1e-8,
-    method: str = "auto",
-    most_steps: int = 50_000_000,
-    trust: bool = False,
+    start: StartKind = Options.start,
+    samples: int = Options.samples,
+    rtol: float = Options.rtol,
+    atol: float = Options.atol,
+    method: str = Options.method,
+    most_steps: int = Options.most_steps,
+    events: EventKind = Options.events,
+    trust: bool = Options.trust,
     progress: Callable[[float], None] | None = None,
 ) -> xr.Dataset:
     """Simulate a mechanism and return its motion, forces, contacts and energies.
@@ -71,8 +71,7 @@ def simulate(
         If the mechanism cannot be assembled or an option is out of bounds. A failed run raises no error: its Dataset has
         the results up to the failure, and the cause.
     """
-    options = Options(until, start, samples, rtol, atol, method, most_steps)
-    return _simulate(mechanism, options, trust, progress)
+    return _simulate(mechanism, Options(until, start, samples, rtol, atol, method, most_steps, events, trust), progress)
 
 
 def replay(run: xr.Dataset, *, progress: Callable[[float], None] | None = None) -> xr.Dataset:
@@ -90,17 +89,15 @@ def replay(run: xr.Dataset, *, progress: Callable[[float], None] | None = None) 
     if "configuration" not in run.attrs:
         raise InputError("a dataset without the attribute 'configuration'", "a Dataset that simulate() made")
     plain = json.loads(run.attrs["configuration"])
-    return _simulate(from_plain(plain["mechanism"]), from_plain(plain["options"]), plain.get("trust", False), progress)
+    return _simulate(from_plain(plain["mechanism"]), from_plain(plain["options"]), progress)
 
 
-def _simulate(mechanism: Mechanism, options: Options, trust: bool, progress: Callable[[float], None] | None) -> xr.Dataset:
+def _simulate(mechanism: Mechanism, options: Options, progress: Callable[[float], None] | None) -> xr.Dataset:
     check_tables(mechanism, options.until)
-    path = compute(mechanism, options, progress)
+    path = compute(mechanism, options, progress, record_steps=options.trust)
     run = to_dataset(mechanism, options, path)
-    run.attrs["warnings"] = json.dumps(run_warnings(mechanism, run, path.immobile))
-    if trust and run.attrs["status"] == "complete":
-        tight = dataclasses.replace(options, rtol=max(TIGHTER * options.rtol, 1e-14), atol=max(TIGHTER * options.atol, 1e-14))
-        second = to_dataset(mechanism, tight, compute(mechanism, tight, progress))
-        run.attrs["trusted_until"], run.attrs["trusted_contacts"] = predictability_horizon(run, second)
-        run.attrs["configuration"] = json.dumps({**json.loads(run.attrs["configuration"]), "trust": True})
+    found = [*path.warnings, *run_warnings(mechanism, run, path.immobile)]
+    if options.trust:
+        run.attrs.update(predictability(mechanism, options, path, run, progress).attributes)
+    run.attrs["warnings"] = json.dumps(found)
     return run

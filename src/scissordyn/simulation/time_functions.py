@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from scissordyn.component.actuator import Actuator
+import dataclasses
+
 from scissordyn.component.time_function import Tabulated, TimeFunction
 from scissordyn.errors import InputError
 from scissordyn.model.mechanism import Mechanism
@@ -17,12 +18,11 @@ def prescribed(mechanism: Mechanism) -> list[tuple[str, TimeFunction]]:
 
 
 def check_tables(mechanism: Mechanism, until: float) -> None:
-    """Raise `InputError` for a tabulated motion, reference or feed-forward torque that does not last from 0 to `until` [s]."""
+    """Raise `InputError` for a tabulated time function that does not last from 0 to `until` [s]."""
     functions = prescribed(mechanism)
-    for element in mechanism.elements:
-        if isinstance(element, Actuator):
-            given = (element.reference, element.feed_forward)
-            functions += [(f"a time function of '{element.name}'", function) for function in given if function is not None]
+    for component in mechanism.components:
+        given = (getattr(component, field.name) for field in dataclasses.fields(component))  # type: ignore[arg-type]
+        functions += [(f"a time function of '{component.name}'", each) for each in given if isinstance(each, Tabulated)]
     for name, function in functions:
         if isinstance(function, Tabulated) and not function.times[0] <= 0.0 <= until <= function.times[-1]:
             raise InputError(

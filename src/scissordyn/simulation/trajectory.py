@@ -1,39 +1,31 @@
-"""The samples and events of a mechanism: tolerances, and time stepping in slices."""
+"""From a mechanism to samples and events."""
 
 from __future__ import annotations
 
-import math
 import time as clocks
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import cache
 
 import numpy as np
 
-from scissordyn.component.actuator import Actuator
 from scissordyn.integrate import advance as loop
-from scissordyn.integrate.books import RATES
-from scissordyn.integrate.history import make_history
-from scissordyn.integrate.problem import Problem, Samples, Work, make_problem, make_samples, make_work
-from scissordyn.integrate.tableau import Tableau, tableau
+from scissordyn.integrate.integration import Samples
 from scissordyn.jit import Handle
 from scissordyn.mechanics import functions
-from scissordyn.mechanics.layout import Layout, lay_out
-from scissordyn.mechanics.system import System, build_system, sliding_states
-from scissordyn.model.body import Body
+from scissordyn.mechanics.reduce import reduce_mechanism
+from scissordyn.mechanics.reduced_model import ReducedModel
 from scissordyn.model.mechanism import Mechanism
-from scissordyn.simulation.cause import failed_latch, immovable_joints, singular_position
+from scissordyn.simulation.cause import failed_latch, full_coordinates, immobile_joints, singular_position
+from scissordyn.simulation.driver import Driver, counted, make_system
+from scissordyn.simulation.method import Choice, check_tolerance, choose_method
 from scissordyn.simulation.options import Options
-from scissordyn.simulation.start import prepare_start
+from scissordyn.simulation.start import Prepared, prepare_start
+from scissordyn.simulation.tolerance import error_weights
 
-__all__ = ["Trajectory", "automatic_method", "broken_off", "compute", "counts_of", "mechanics_problem", "work_arrays"]
+__all__ = ["Trajectory", "broken_off", "compute", "crosses", "make_driver"]
 
-SLICE = 2000
-"""Steps between two checks of the keyboard and updates of the progress bar; the steps do not depend on it."""
-
-INTERNAL_STATES = 100.0
-"""Internal states have tolerances this much larger: they relax within microseconds, so that their errors do not accumulate.
-Measured: the same event times with a third fewer steps (decision 0003)."""
+CROSSED_FROM = 6
+"""Number of clearance joints from which steps go across contacts that begin and end (docs/decisions)."""
 
 CAUSES = {
     loop.STEP_TOO_SMALL: "the step size fell to round-off",
@@ -44,32 +36,39 @@ CAUSES = {
 
 @dataclass(frozen=True)
 class Trajectory:
-    """The result of a run: samples, events and status.
+    """What a run returns: samples, events and how it ended.
 
     Parameters
     ----------
-    layout : Layout
+    reduced : ReducedModel
     system : Handle
         Of the mechanics' `System`.
     samples : Samples
-        Up to the time reached.
+        Trimmed to what was reached.
     log : ndarray, shape (events, LOG_COLUMNS)
-        Time, joint, new mode, delta', angle of n; of the contact that ended the largest normal force, when, impulse, losses.
-    peak : ndarray, shape (guards, 5)
-        The same five of contacts that have not ended.
+        Time, guard, new mode, rate and angle of n or loss; of the contact that ended the largest normal force, when, impulse,
+        losses.
+    peak : ndarray, shape (guards + monitors, 5)
+        The same five of contacts still going on at the end, and the largest values of what is monitored throughout.
     end : float
         Time reached [s].
     status : str
         "complete", "interrupted" or "failed".
     cause : str
-        Cause if it is not complete.
+        Why it is not complete.
     statistics : dict
-        Method, steps, rejected, rates, jacobians, events, seconds.
+        Method and the reason for it, steps, rejected, rates, jacobians, events, seconds.
     immobile : tuple of str
         Clearance joints that cannot move.
+    warnings : tuple of str
+        From the start.
+    steps : tuple of ndarray
+        Time, state and modes at the end of each step, if they were recorded.
+    cut : bool
+        Whether samples and log were cut before the time that was reached.
     """
 
-    layout: Layout
+    reduced: ReducedModel
     system: Handle
     samples: Samples
     log: np.ndarray
@@ -78,10 +77,58 @@ class Trajectory:
     status: str
     cause: str
     statistics: dict[str, str | int | float]
-    immobile: tuple[str, ...] = ()
+    immobile: tuple[str, ...]
+    warnings: tuple[str, ...]
+    steps: tuple[np.ndarray, np.ndarray, np.ndarray]
+    cut: bool = False
 
 
-def compute(mechanism: Mechanism, options: Options, progress: Callable[[float], None] | None = None) -> Trajectory:
+def make_driver(reduced: ReducedModel, options: Options) -> tuple[Driver, Prepared, Choice]:
+    """A driver at the start of a run.
+
+    Parameters
+    ----------
+    reduced : ReducedModel
+    options : Options
+
+    Returns
+    -------
+    driver : Driver
+    prepared : Prepared
+    choice : Choice
+    """
+    system = make_system(reduced)
+    prepared = prepare_start(reduced, system, options.start)
+    tolerances = error_weights(reduced, system, prepared.y, rtol=options.rtol, atol=options.atol)
+    choice = choose_method(reduced, system, prepared.y, options, tolerances)
+    check_tolerance(choice.method, options.rtol)
+    driver = Driver(
+        reduced,
+        system,
+        prepared.y,
+        method=choice.method,
+        tolerances=tolerances,
+        crosses=crosses(reduced.mechanism, options),
+        initial_events=prepared.initial_events,
+    )
+    return driver, prepared, choice
+
+
+def crosses(mechanism: Mechanism, options: Options) -> bool:
+    """Whether steps go across contacts that begin and end."""
+    if options.events == "auto":
+        return len(mechanism.contacts) >= CROSSED_FROM
+    return options.events == "crossed"
+
+
+def compute(
+    mechanism: Mechanism,
+    options: Options,
+    progress: Callable[[float], None] | None = None,
+    *,
+    times: np.ndarray | None = None,
+    record_steps: bool = False,
+) -> Trajectory:
     """Simulate a mechanism.
 
     Parameters
@@ -89,159 +136,69 @@ def compute(mechanism: Mechanism, options: Options, progress: Callable[[float], 
     mechanism : Mechanism
     options : Options
     progress : callable, optional
-        Called repeatedly with the simulated time [s].
+        Called now and then with the simulated time [s].
+    times : ndarray, optional
+        Instants of the samples [s]; equally spaced as the options say if not given.
+    record_steps : bool
+        Whether to keep time and state at the end of each step.
 
     Returns
     -------
     Trajectory
     """
-    layout = lay_out(mechanism)
-    system = build_system(layout)
-    state, initial_events = prepare_start(layout, system, options)
-    immobile = tuple(immovable_joints(layout, system, state))
-    method = options.method if options.method != "auto" else automatic_method(mechanism, options)
-    coefficients = tableau(method)
-    work = work_arrays(layout, system, state, coefficients, options)
-    handle = Handle(system)
-    if system.past.size:
-        handle.exchange(history=work.history)
-        _fill_past(handle, state)
-    samples = make_samples(np.linspace(0.0, options.until, options.samples), work)
-    clock = np.array([0.0, 1e-4 * options.until, options.until, options.until, options.until])
-    count = np.zeros(8, np.int64)
-    log = np.zeros((256 + len(initial_events), loop.LOG_COLUMNS))
-    for row, event in enumerate(initial_events):
-        log[row] = event
-    count[loop.EVENTS] = len(initial_events)
-
+    reduced = reduce_mechanism(mechanism)
+    driver, prepared, choice = make_driver(reduced, options)
+    content = driver.system.content
+    still = tuple(immobile_joints(reduced, content, full_coordinates(reduced, content, prepared.y, 0.0)))
+    driver.sample_at(np.linspace(0.0, options.until, options.samples) if times is None else times)
+    if record_steps:
+        driver.record_steps()
     began = clocks.perf_counter()
-    status, cause = loop.ADVANCING, ""
+    cause, status = "", loop.ADVANCING
     try:
-        while status == loop.ADVANCING:
-            slice_ = int(min(SLICE, options.most_steps - count[loop.STEPS] - count[loop.REJECTED]))
-            if slice_ <= 0:
-                cause = f"{options.most_steps} steps are not enough"
-                break
-            status = loop.advance(mechanics_problem(), coefficients, handle.address, clock, count, work, samples, log, slice_)
-            if status == loop.LOG_FULL:
-                log = np.vstack([log, np.zeros_like(log)])
-                status = loop.ADVANCING
-            elif status == loop.HISTORY_FULL:
-                work = work._replace(history=np.vstack([work.history, np.zeros_like(work.history)]))
-                handle.exchange(history=work.history)
-                status = loop.ADVANCING
-            if progress is not None:
-                progress(float(clock[loop.TIME]))
+        status = driver.advance(options.until, most_steps=options.most_steps, progress=progress)
+        if status == loop.ADVANCING:
+            cause = f"{options.most_steps} steps did not suffice"
     except KeyboardInterrupt:
         cause = "interrupted"
     seconds = clocks.perf_counter() - began
-    cause = cause or broken_off(status, layout, handle, work, float(clock[loop.TIME]))
-    reached = int(count[loop.SAMPLED])
+    cause = cause or broken_off(status, driver)
     ended = "complete" if status == loop.FINISHED else ("interrupted" if cause == "interrupted" else "failed")
     if ended != "complete":
-        cause = f"stopped at t = {clock[loop.TIME]:.9g} s of {options.until:g} s: {cause}"
+        cause = f"stopped at t = {driver.time:.9g} s of {options.until:g} s: {cause}"
     return Trajectory(
-        layout=layout,
-        system=handle,
-        samples=Samples(*(part[:reached] for part in samples)),
-        log=log[: count[loop.EVENTS]].copy(),
-        peak=work.peak.copy(),
-        end=float(clock[loop.TIME]),
+        reduced=reduced,
+        system=driver.system,
+        samples=driver.samples,
+        log=driver.log.copy(),
+        peak=driver.state.peak.copy(),
+        end=driver.time,
         status=ended,
         cause=cause,
-        statistics={"method": method, **counts_of(count), "seconds": seconds},
-        immobile=immobile,
+        statistics={"method": choice.method, "reason": choice.reason, **counted(driver.state), "seconds": seconds},
+        immobile=still,
+        warnings=prepared.warnings,
+        steps=driver.steps,
     )
 
 
-def automatic_method(mechanism: Mechanism, options: Options) -> str:
-    """The stiff method where friction, or the damping of a contact that starts at rest, makes the equations stiff."""
-    stiff = any(joint.clearance.friction.stiff for joint in mechanism.contacts if joint.clearance)
-    resting = bool(mechanism.contacts) and options.start != "concentric"
-    return "rodas5p" if stiff or resting else "dop853"
-
-
-@cache
-def mechanics_problem() -> Problem:
-    """Typed pointers to the mechanics."""
-    return make_problem(functions.FUNCTIONS)
-
-
-def work_arrays(layout: Layout, system: System, state: np.ndarray, coefficients: Tableau, options: Options) -> Work:
-    """Work arrays with error weights that are scaled to the mechanism.
-
-    A free coordinate is scaled by the displacement of the bodies' points that it causes, positions by the smallest clearance,
-    speeds by the speed of the whole mechanism, internal states by their size in steady sliding.
-    """
-    n, mechanism = layout.free, layout.mechanism
-    extent = {body.name: _extent(body) for body in mechanism.bodies}
-    moved = np.ones(layout.coordinates.shape[0])
-    for body in mechanism.bodies:
-        if body.rotates:
-            moved[layout.offsets[body.name] + 2 :][:2] = extent[body.name]
-    entries = layout.coordinates.tocoo()
-    reach = np.zeros(n + layout.basis)
-    np.maximum.at(reach, entries.col, moved[entries.row] * np.abs(entries.data))
-    scale = float(np.min(system.radius[:, 0])) if mechanism.contacts else (max(extent.values()) or 1.0)
-    position = options.atol * scale / reach[:n]
-    sliding = sliding_states(system)
-    friction = int(system.state_start[len(mechanism.contacts)])
-    # errors of a bristle decay, those of an integrator do not; the torque of an integrator is scaled in N m
-    internal = np.where(np.arange(sliding.size) < friction, INTERNAL_STATES, 1.0) * options.rtol
-    delays = [element.controller.delay for element in mechanism.elements if isinstance(element, Actuator)]
-    return make_work(
-        state,
-        coefficients,
-        atol=np.concatenate([position, position / options.until, internal * np.where(sliding > 0.0, sliding, 1.0)]),
-        rtol=np.concatenate([np.full(n, 1e-15), np.full(n, options.rtol), internal]),
-        group=np.array([0, n, 2 * n, 2 * n + friction, state.size], np.int64),
-        mode=system.mode,
-        memory=system.approach,
-        precision=np.concatenate([1e-9 * system.radius[:, 0], np.full(system.mode.size - len(mechanism.contacts), 1e-10)]),
-        quadratures=5,
-        history=make_history(system.past.size) if system.past.size else None,
-        kept=system.kept,
-        delays=tuple({delay for delay in delays if delay > 0.0}),
-    )
-
-
-def _fill_past(system: Handle, state: np.ndarray) -> None:
-    """Before the start every recorded signal is constant: S = y + R S, found from the recorder's answer to S = 0 and S = 1."""
-    past = system.content.past
-    answers = np.zeros((2, past.size))
-    for value, answer in enumerate(answers):
-        past[:] = float(value)
-        functions.record(0.0, state, system.address, answer)
-    past[:] = answers[0] / (1.0 - (answers[1] - answers[0]))
-
-
-def _extent(body: Body) -> float:
-    """Largest distance of a body's points from its origin; its radius of gyration for a body without points [m]."""
-    gyration = math.sqrt((body.inertia or 0.0) / body.mass)
-    return max([math.hypot(*point) for point in (body.centre, *body.points.values())] + [gyration])
-
-
-def counts_of(count: np.ndarray) -> dict[str, str | int | float]:
-    """The counters of the loop by name."""
-    rows = {"steps": loop.STEPS, "rejected": loop.REJECTED, "rates": RATES, "jacobians": loop.JACOBIANS, "events": loop.EVENTS}
-    return {name: int(count[row]) for name, row in rows.items()}
-
-
-def broken_off(status: int, layout: Layout, system: Handle, work: Work, time: float) -> str:
-    """The cause of a failure, with the parts concerned; empty without failure."""
+def broken_off(status: int, driver: Driver) -> str:
+    """Why the loop broke off, with the parts that are at fault; empty if it did not."""
     if status not in CAUSES:
         return ""
-    named = failed_latch(layout, system) or singular_position(layout, system, work.y, time)
-    return named or f"{CAUSES[status]}{_culprit(layout.mechanism, system, work, time)}"
+    reduced, state = driver.reduced, driver.state
+    named = failed_latch(reduced, driver.system) or singular_position(reduced, driver.system, state.y, driver.time)
+    return named or f"{CAUSES[status]}{_culprit(driver)}"
 
 
-def _culprit(mechanism: Mechanism, system: Handle, work: Work, time: float) -> str:
-    """The clearance joint with the largest indentation, for the message of a failed run."""
+def _culprit(driver: Driver) -> str:
+    """Which contact is in the worst state, for the message of a failed run."""
+    mechanism, state = driver.reduced.mechanism, driver.state
     if not mechanism.contacts:
         return ""
-    values, rates = np.zeros(work.mode.size), np.zeros(work.mode.size)
-    functions.guards(time, work.y, system.address, values, rates)
-    clearance = system.content.radius[:, 0]
+    values, rates = np.zeros(state.mode.size), np.zeros(state.mode.size)
+    functions.guards(driver.time, state.y, driver.system.address, values, rates)
+    clearance = driver.system.content.parameters.contact["clearance"]
     gap = values[: clearance.size]
     j = int(np.argmax(np.where(np.isnan(gap), np.inf, gap / clearance)))
     return (

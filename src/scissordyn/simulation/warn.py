@@ -2,14 +2,9 @@
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 import xarray as xr
 
-from scissordyn.component.angle_stop import AngleStop
-from scissordyn.component.place import GROUND
-from scissordyn.component.torsion_spring import TorsionSpring
 from scissordyn.laws.validity import contact_warnings
 from scissordyn.model.mechanism import Mechanism
 
@@ -55,29 +50,8 @@ def run_warnings(mechanism: Mechanism, run: xr.Dataset, immobile: tuple[str, ...
         f"clearance joint '{name}' cannot move: the rest of the mechanism is rigid there, so the clearance has no effect"
         for name in immobile
     ]
-    found += _overturned(mechanism, run)
     found += _undetermined(run)
     return list(dict.fromkeys(found))
-
-
-def _overturned(mechanism: Mechanism, run: xr.Dataset) -> list[str]:
-    """Elements whose angle is more than half a revolution away from the start, where it is not counted correctly."""
-    found = []
-    for element in mechanism.elements:
-        if not isinstance(element, TorsionSpring | AngleStop):
-            continue
-        turned = run["angle"].sel(body=element.body).values
-        if element.base != GROUND:
-            turned = turned - run["angle"].sel(body=element.base).values
-        beyond = np.flatnonzero(np.abs(turned - turned[:1]) > math.pi)
-        if beyond.size:
-            kind = "torsion spring" if isinstance(element, TorsionSpring) else "end stop"
-            found.append(
-                f"{kind} '{element.name}': body '{element.body}' has rotated by more than half a revolution since the start at "
-                f"t = {run['time'].values[beyond[0]]:.6g} s; the angle is counted within half a revolution of the start, so "
-                "the torque is wrong from there on"
-            )
-    return found
 
 
 def _undetermined(run: xr.Dataset) -> list[str]:

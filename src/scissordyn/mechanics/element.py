@@ -75,7 +75,7 @@ def element_numbers(element: Element, angle: float) -> tuple[float, ...]:
         case Actuator():
             controller = element.controller
             recorded = SIGNALS.index(controller.recorded) if controller.recorded else 0
-            return ACTUATOR, controller.tag, controller.delay, recorded, controller.recursion_gain
+            return ACTUATOR, controller.kernel_kind, controller.delay, recorded, controller.recursion_gain
 
 
 def element_form(layout: Layout, element: Element) -> Form:

@@ -203,7 +203,7 @@ def build_system(layout: Layout) -> System:
         chosen: tuple[Elastic | Damping | Friction, ...] = (clearance.stiffness, clearance.damping, clearance.friction)
         for which, law in enumerate(chosen):
             parameters = law.parameters(contact)
-            laws[index, which] = law.tag
+            laws[index, which] = law.kernel_kind
             tables[which][index, : len(parameters)] = parameters
 
     place, lower, upper = _ordering(layout, link_start, link_column, states)

@@ -39,7 +39,7 @@ class FeedForward:
     ] = 1e-5
 
     name: ClassVar[str] = "feed-forward"
-    tag: ClassVar[int] = 1
+    kernel_kind: ClassVar[int] = 1
     source: ClassVar[str] = "Astrom and Hagglund 1995, PID Controllers, ISBN 1-55617-516-7"
     uses_feed_forward: ClassVar[bool] = True
     delay: ClassVar[float] = 0.0

@@ -25,26 +25,26 @@ REFERENCE = {"stiffness": "liu", "damping": "flores", "friction": "lugre"}
 
 
 @numba.njit
-def _elastic_loop(tag, p, calls):
+def _elastic_loop(kernel_kind, p, calls):
     total = 0.0
     for k in range(calls):
-        total += elastic_force(tag, 1e-6 + 1e-10 * k + 1e-30 * total, p)
+        total += elastic_force(kernel_kind, 1e-6 + 1e-10 * k + 1e-30 * total, p)
     return total
 
 
 @numba.njit
-def _normal_loop(tag, p, calls):
+def _normal_loop(kernel_kind, p, calls):
     total = 0.0
     for k in range(calls):
-        total += normal_force(tag, 100.0 + 1e-3 * k + 1e-30 * total, 1e-5, 0.1, 0.5, p)
+        total += normal_force(kernel_kind, 100.0 + 1e-3 * k + 1e-30 * total, 1e-5, 0.1, 0.5, p)
     return total
 
 
 @numba.njit
-def _friction_loop(tag, p, z, dz, calls):
+def _friction_loop(kernel_kind, p, z, dz, calls):
     total = 0.0
     for k in range(calls):
-        total += friction_force(tag, 1e-4 + 1e-8 * k + 1e-30 * total, 100.0, z, dz, p)
+        total += friction_force(kernel_kind, 1e-4 + 1e-8 * k + 1e-30 * total, 100.0, z, dz, p)
     return total
 
 
@@ -83,13 +83,13 @@ def main():
         for name, law in made.items():
             row = table_row(law, JOINT)
             if kind == "stiffness":
-                found[name] = best(_elastic_loop, law.tag, row) - empty
+                found[name] = best(_elastic_loop, law.kernel_kind, row) - empty
             elif kind == "damping":
-                found[name] = best(_normal_loop, law.tag, row) - empty
+                found[name] = best(_normal_loop, law.kernel_kind, row) - empty
             else:
                 z, dz = np.zeros(len(law.states)), np.zeros(len(law.states))
-                friction_start(law.tag, 0.01, z, row)
-                found[name] = best(_friction_loop, law.tag, row, z, dz) - empty
+                friction_start(law.kernel_kind, 0.01, z, row)
+                found[name] = best(_friction_loop, law.kernel_kind, row, z, dz) - empty
         print(f"| {kind} | ns | against {REFERENCE[kind]} |\n| --- | ---: | ---: |")
         for name, value in found.items():
             print(f"| {name} | {value:.1f} | {value / found[REFERENCE[kind]]:.1f} |")

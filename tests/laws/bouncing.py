@@ -26,48 +26,50 @@ def row(law, joint=JOINT):
 
 def force(law, delta, joint=JOINT):
     """Elastic force at one indentation."""
-    return elastic_force(law.tag, delta, row(law, joint))
+    return elastic_force(law.kernel_kind, delta, row(law, joint))
 
 
 @numba.njit
-def _acceleration(delta, rate, tag, p, damping, q, speed, mass):
+def _acceleration(delta, rate, kernel_kind, p, damping, q, speed, mass):
     if delta <= 0.0:
         return 0.0
-    return -normal_force(damping, elastic_force(tag, delta, p), delta, rate, speed, q) / mass
+    return -normal_force(damping, elastic_force(kernel_kind, delta, p), delta, rate, speed, q) / mass
 
 
 @numba.njit
-def _advance(delta, rate, h, tag, p, damping, q, speed, mass):
-    a1 = _acceleration(delta, rate, tag, p, damping, q, speed, mass)
+def _advance(delta, rate, h, kernel_kind, p, damping, q, speed, mass):
+    a1 = _acceleration(delta, rate, kernel_kind, p, damping, q, speed, mass)
     v2 = rate + 0.5 * h * a1
-    a2 = _acceleration(delta + 0.5 * h * rate, v2, tag, p, damping, q, speed, mass)
+    a2 = _acceleration(delta + 0.5 * h * rate, v2, kernel_kind, p, damping, q, speed, mass)
     v3 = rate + 0.5 * h * a2
-    a3 = _acceleration(delta + 0.5 * h * v2, v3, tag, p, damping, q, speed, mass)
+    a3 = _acceleration(delta + 0.5 * h * v2, v3, kernel_kind, p, damping, q, speed, mass)
     v4 = rate + h * a3
-    a4 = _acceleration(delta + h * v3, v4, tag, p, damping, q, speed, mass)
+    a4 = _acceleration(delta + h * v3, v4, kernel_kind, p, damping, q, speed, mass)
     return delta + h / 6.0 * (rate + 2.0 * v2 + 2.0 * v3 + v4), rate + h / 6.0 * (a1 + 2.0 * a2 + 2.0 * a3 + a4)
 
 
 @numba.njit
-def bounce(tag, p, damping, q, speed, mass, h):
+def bounce(kernel_kind, p, damping, q, speed, mass, h):
     """Deepest indentation, rebound speed and energy loss of one impact with steps h."""
     # the forces start with a power or a logarithm of the indentation: the first step is refined towards the touch
     delta, rate = 0.0, speed
     for k in range(40):
-        delta, rate = _advance(delta, rate, h * (2.0**-40 if k == 0 else 2.0 ** (k - 41)), tag, p, damping, q, speed, mass)
+        delta, rate = _advance(
+            delta, rate, h * (2.0**-40 if k == 0 else 2.0 ** (k - 41)), kernel_kind, p, damping, q, speed, mass
+        )
     deepest = 0.0
     for _ in range(10_000_000):
-        new_delta, new_rate = _advance(delta, rate, h, tag, p, damping, q, speed, mass)
+        new_delta, new_rate = _advance(delta, rate, h, kernel_kind, p, damping, q, speed, mass)
         if rate > 0.0 >= new_rate:
             part = h * rate / (rate - new_rate)
             for _ in range(6):
-                d, v = _advance(delta, rate, part, tag, p, damping, q, speed, mass)
-                part -= v / _acceleration(d, v, tag, p, damping, q, speed, mass)
-            deepest = _advance(delta, rate, part, tag, p, damping, q, speed, mass)[0]
+                d, v = _advance(delta, rate, part, kernel_kind, p, damping, q, speed, mass)
+                part -= v / _acceleration(d, v, kernel_kind, p, damping, q, speed, mass)
+            deepest = _advance(delta, rate, part, kernel_kind, p, damping, q, speed, mass)[0]
         if new_delta <= 0.0:
             part = -delta / rate
             for _ in range(6):
-                d, v = _advance(delta, rate, part, tag, p, damping, q, speed, mass)
+                d, v = _advance(delta, rate, part, kernel_kind, p, damping, q, speed, mass)
                 part -= d / v
             return deepest, -v
         delta, rate = new_delta, new_rate
@@ -82,7 +84,9 @@ def step(stiffness, mass, speed, joint=JOINT, parts=4000):
         middle = math.sqrt(low * high)
         # the work of any of the forces up to delta lies between a third and all of F delta
         low, high = (
-            (middle, high) if 0.5 * elastic_force(stiffness.tag, middle, p) * middle < 0.5 * mass * speed**2 else (low, middle)
+            (middle, high)
+            if 0.5 * elastic_force(stiffness.kernel_kind, middle, p) * middle < 0.5 * mass * speed**2
+            else (low, middle)
         )
     return 2.0 * low / speed / parts
 
@@ -94,5 +98,5 @@ def work(stiffness, deepest, joint=JOINT):
     """The integral of the elastic force up to an indentation, by Gauss quadrature in its fourth root."""
     p = row(stiffness, joint)
     r = 0.5 * (1.0 + _NODES)
-    values = np.array([elastic_force(stiffness.tag, deepest * x**4, p) * 4.0 * x**3 for x in r])
+    values = np.array([elastic_force(stiffness.kernel_kind, deepest * x**4, p) * 4.0 * x**3 for x in r])
     return 0.5 * deepest * float(_WEIGHTS @ values)

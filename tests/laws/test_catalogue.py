@@ -20,15 +20,15 @@ ENTRIES = [(kind, name) for kind, laws in catalogue.BY_KIND.items() for name in 
 NO_BRANCH = 98
 
 
-def answer(kind, tag, p, states=0):
-    """What the dispatch of a kind returns for a tag."""
+def answer(kind, kernel_kind, p, states=0):
+    """What the dispatch of a kind returns for a kernel kind."""
     if kind == "stiffness":
-        return elastic_force(tag, 1e-5, p)
+        return elastic_force(kernel_kind, 1e-5, p)
     if kind == "damping":
-        return normal_force(tag, 100.0, 1e-5, 0.1, 0.5, p)
+        return normal_force(kernel_kind, 100.0, 1e-5, 0.1, 0.5, p)
     z, dz = np.zeros(states), np.full(states, np.nan)
-    friction_start(tag, 0.1, z, p)
-    force = friction_force(tag, 0.1, 100.0, z, dz, p)
+    friction_start(kernel_kind, 0.1, z, p)
+    force = friction_force(kernel_kind, 0.1, 100.0, z, dz, p)
     return force + dz.sum()
 
 
@@ -51,21 +51,23 @@ def test_everything_is_there():
 
 @pytest.mark.parametrize(("kind", "name"), ENTRIES)
 def test_every_law_has_its_branch(kind, name):
-    """Identity: the dispatch returns a number for a law's tag; a tag without a branch is NaN, so a forgotten branch is seen."""
+    """Identity: the dispatch returns a number for a law's kernel kind, and NaN for one without a branch."""
     law = catalogue.law(kind, name)()
-    assert math.isfinite(answer(kind, law.tag, row(law), len(getattr(law, "states", ()))))
+    assert math.isfinite(answer(kind, law.kernel_kind, row(law), len(getattr(law, "states", ()))))
     assert math.isnan(answer(kind, NO_BRANCH, row(law)))
 
 
 @pytest.mark.parametrize("kind", KINDS)
-def test_tags_are_shared_only_with_a_kernel(kind):
-    """Identity: two laws have one tag only where their files bring no kernel and take another module's tag."""
+def test_kernel_kinds_are_shared_only_with_a_kernel(kind):
+    """Identity: two laws have one kernel kind only where their files have no kernel and use another module's kind."""
     own = {}
     for law in catalogue.BY_KIND[kind].values():
         module = __import__(law.__module__, fromlist=["force"])
         if hasattr(module, "force"):
-            assert law.tag not in own, f"{law.name} and {own.get(law.tag)} both bring a kernel for tag {law.tag}"
-            own[law.tag] = law.name
+            assert law.kernel_kind not in own, (
+                f"{law.name} and {own.get(law.kernel_kind)} both have a kernel for kind {law.kernel_kind}"
+            )
+            own[law.kernel_kind] = law.name
 
 
 @pytest.mark.parametrize(("kind", "name"), ENTRIES)
@@ -82,7 +84,7 @@ def test_facts(kind, name):
         if not isinstance(parameter.default, bool):
             assert parameter.quantity.help
             assert parameter.default is None or parameter.quantity.admits(parameter.default)
-    if kind == "damping" and law.tag == proportional.TAG and name != "none":
+    if kind == "damping" and law.kernel_kind == proportional.KERNEL_KIND and name != "none":
         assert isinstance(law(), Proportional)
 
 

@@ -43,13 +43,13 @@ class Sliding:
     def start(self, v):
         """States at the start of a contact."""
         z = np.full(self.count, np.nan)
-        friction_start(self.law.tag, v, z, self.p)
+        friction_start(self.law.kernel_kind, v, z, self.p)
         return z
 
     def __call__(self, v, z):
         """Force and rates."""
         dz = np.full(self.count, np.nan)
-        return friction_force(self.law.tag, v, self.normal, np.array(z, float), dz, self.p), dz
+        return friction_force(self.law.kernel_kind, v, self.normal, np.array(z, float), dz, self.p), dz
 
     def settled(self, v, z=None, time=0.1):
         """Force after sliding at a constant speed for a long time, by scipy's Radau."""

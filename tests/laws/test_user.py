@@ -51,7 +51,8 @@ def test_elastic_is_the_built_in_one():
     stiffness = Hertz().parameters(JOINT)[0]
     own, built_in, damping = UserElastic(spring, (stiffness, 1.5)), Hertz(), Flores(0.7)
     found = [
-        bounce(law.tag, row(law), damping.tag, row(damping), 0.5, 2.0, step(built_in, 2.0, 0.5)) for law in (own, built_in)
+        bounce(law.kernel_kind, row(law), damping.kernel_kind, row(damping), 0.5, 2.0, step(built_in, 2.0, 0.5))
+        for law in (own, built_in)
     ]
     assert found[0] == pytest.approx(found[1], rel=1e-10)
 
@@ -60,12 +61,12 @@ def test_damping_and_friction_are_the_built_in_ones():
     """Cross-check: Flores's damping and Coulomb's friction as users' functions."""
     own, built_in = UserDamping(factor, (Flores(0.6).factor,)), Flores(0.6)
     for rate in (-0.4, 0.0, 0.7):
-        pair = [normal_force(law.tag, 321.0, 1e-5, rate, 0.5, row(law)) for law in (own, built_in)]
+        pair = [normal_force(law.kernel_kind, 321.0, 1e-5, rate, 0.5, row(law)) for law in (own, built_in)]
         assert pair[0] == pytest.approx(pair[1], rel=1e-14)
-    assert normal_force(own.tag, 321.0, 1e-5, -9.0, 0.5, row(own)) == 0.0
+    assert normal_force(own.kernel_kind, 321.0, 1e-5, -9.0, 0.5, row(own)) == 0.0
     own, coulomb = UserFriction(dry_friction, (0.05,)), Coulomb(0.05)
     for v in (-0.1, 2e-5, 0.0):
-        pair = [friction_force(law.tag, v, 100.0, NOTHING, NOTHING, row(law)) for law in (own, coulomb)]
+        pair = [friction_force(law.kernel_kind, v, 100.0, NOTHING, NOTHING, row(law)) for law in (own, coulomb)]
         assert pair[0] == pytest.approx(pair[1], rel=1e-14)
 
 
@@ -145,7 +146,7 @@ def test_unfit_constants():
 def test_an_exception_inside_a_run_is_nan():
     """Limit: a law that passes the trial and raises later gives NaN, never an exception out of a kernel."""
     law = UserElastic(lambda delta: delta if delta < 0.1 else 1.0 / math.sqrt(-delta))
-    assert math.isnan(elastic_force(law.tag, 0.2, row(law)))
+    assert math.isnan(elastic_force(law.kernel_kind, 0.2, row(law)))
 
 
 def test_exceptions_of_friction_and_damping_are_named():

@@ -13,10 +13,9 @@ from scissordyn.paper.verdict import Finding, Verdict
 def test_clauses_are_sorted_by_how_often_they_hold():
     """Identity: at and beyond the bounds, and between them."""
     said = in_words(["a", "b", "c", "d"], np.array([0.95, 0.05, 0.5, 1.0]))
-    assert f"at least {percent(0.95)}" in said
-    assert "hold: a, d." in said
-    assert "do not hold: b." in said
-    assert said.endswith("decides about: c.")
+    assert f"These agree for at least {percent(0.95)} of the choices: a, d." in said
+    assert "differ for as many: b." in said
+    assert said.endswith("These depend on the choice: c.")
 
 
 def test_the_factor_that_decides_is_named():
@@ -29,7 +28,7 @@ def test_the_factor_that_decides_is_named():
     found = Finding(True, "words", {})
     verdicts = [Verdict(clause, found, True, found if clause.periodically else None) for clause in CLAUSES]
     text = " ".join(summary(verdicts, together))
-    assert f"What decides, most first: which bar is driven ({keys[0]})." in text
-    assert f"Whatever is chosen, these do not: {keys[1]}." in text
+    assert f"Decisive parameters, in decreasing order: which bar is driven ({keys[0]})." in text
+    assert f"For any choice these differ: {keys[1]}." in text
     assert f"<strong>{len(CLAUSES)} of {len(CLAUSES)}</strong>" in text
     assert "give the same answers" in text

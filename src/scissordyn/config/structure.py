@@ -116,7 +116,7 @@ _TABLES = (
         bar_mass=_BAR,
         slider_mass=_SLIDER,
         angle=_OPENING_ANGLE,
-        driven_bar="bar 1 is driven; it is pinned to the ground, or its end is at the slider and bar 2 is pinned",
+        driven_bar="whether the bar pinned to the ground or the bar at the slider is driven",
         **_GRAVITY,
     ),
     _built(

@@ -14,7 +14,7 @@ class Controller(Protocol):
     """From the signals of an actuator to its torque."""
 
     name: ClassVar[str]
-    tag: ClassVar[int]
+    kernel_kind: ClassVar[int]
     source: ClassVar[str]
     uses_feed_forward: ClassVar[bool]
     """Whether it uses a feed-forward torque."""

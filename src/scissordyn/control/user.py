@@ -48,7 +48,7 @@ class UserController:
     recorded: str = ""
 
     name: ClassVar[str] = "user"
-    tag: ClassVar[int] = USER
+    kernel_kind: ClassVar[int] = USER
     source: ClassVar[str] = "the user"
     uses_feed_forward: ClassVar[bool] = True
     states: ClassVar[tuple[str, ...]] = ()

@@ -67,7 +67,7 @@ class Elastic(Protocol):
     """An elastic part: force against indentation."""
 
     name: ClassVar[str]
-    tag: ClassVar[int]
+    kernel_kind: ClassVar[int]
     source: ClassVar[str]
     small_contact: ClassVar[bool]
     """Whether the law assumes a contact patch that is small against the radii."""
@@ -85,7 +85,7 @@ class Damping(Protocol):
     """A damping part: normal force from the elastic force and the rate of indentation."""
 
     name: ClassVar[str]
-    tag: ClassVar[int]
+    kernel_kind: ClassVar[int]
     source: ClassVar[str]
     restitution_range: ClassVar[tuple[float, float] | None]
     """Range of restitution coefficients in the source; None without a restitution or a range."""
@@ -112,7 +112,7 @@ class Friction(Protocol):
     """A friction law: tangential force against slip speed, normal force and internal states."""
 
     name: ClassVar[str]
-    tag: ClassVar[int]
+    kernel_kind: ClassVar[int]
     source: ClassVar[str]
     states: ClassVar[tuple[str, ...]]
     """Names of the internal states; empty for none."""

@@ -1,7 +1,7 @@
-"""Dispatch from a law's tag to its kernel.
+"""Dispatch from the kernel kind of a law to its kernel.
 
-The tag is an integer that a chain of ifs compares: numba caches such machine code on disk, but not a function passed as an
-argument. A tag without a branch gives NaN, which ends the run and names the joint.
+The kind is an integer that a chain of ifs compares: numba caches such machine code on disk, but not a function passed as an
+argument. A kind without a branch gives NaN, which ends the run and names the joint.
 """
 
 from __future__ import annotations
@@ -54,81 +54,81 @@ WEIGHTS: np.ndarray = 0.5 * np.polynomial.legendre.leggauss(16)[1]
 
 
 @kernel()
-def elastic_force(tag, delta, p):
-    """Elastic part [N] of law `tag` at indentation delta > 0 [m]."""
-    if tag == 0:
+def elastic_force(kind, delta, p):
+    """Elastic part [N] of law `kind` at indentation delta > 0 [m]."""
+    if kind == 0:
         return _liu(delta, p)
-    if tag == 1:
+    if kind == 1:
         return _hertz(delta, p)
-    if tag == 2:
+    if kind == 2:
         return _logarithmic(delta, p)
-    if tag == 3:
+    if kind == 3:
         return _power(delta, p)
-    if tag == 4:
+    if kind == 4:
         return _linear(delta, p)
-    if tag == 5:
+    if kind == 5:
         return _persson(delta, p)
-    if tag == 6:
+    if kind == 6:
         return _bai_zhao(delta, p)
-    if tag == USER:
+    if kind == USER:
         return call_at((delta,), p)  # type: ignore[call-arg]
     return math.nan
 
 
 @kernel()
-def normal_force(tag, elastic, delta, rate, approach, p):
-    """Normal force [N] of damping `tag` from an elastic part; never negative."""
+def normal_force(kind, elastic, delta, rate, approach, p):
+    """Normal force [N] of damping `kind` from an elastic part; never negative."""
     force = math.nan
-    if tag == 0:
+    if kind == 0:
         force = _proportional(elastic, delta, rate, approach, p)
-    elif tag == 1:
+    elif kind == 1:
         force = _dashpot(elastic, delta, rate, approach, p)
-    elif tag == USER:
+    elif kind == USER:
         force = call_at((elastic, delta, rate, approach), p)  # type: ignore[call-arg]
     # max() would drop a NaN
     return 0.0 if force < 0.0 else force
 
 
 @kernel()
-def friction_force(tag, v, normal, z, dz, p):
-    """Tangential force [N] of friction `tag`; writes the rates of its internal states into dz."""
-    if tag == 0:
+def friction_force(kind, v, normal, z, dz, p):
+    """Tangential force [N] of friction `kind`; writes the rates of its internal states into dz."""
+    if kind == 0:
         return 0.0
-    if tag == 1:
+    if kind == 1:
         return _lugre(v, normal, z, dz, p)
-    if tag == 2:
+    if kind == 2:
         return _ambrosio(v, normal, p)
-    if tag == 3:
+    if kind == 3:
         return _coulomb(v, normal, p)
-    if tag == 4:
+    if kind == 4:
         return _threlfall(v, normal, p)
-    if tag == 5:
+    if kind == 5:
         return _bengisu_akay(v, normal, p)
-    if tag == 6:
+    if kind == 6:
         return _brown_mcphee(v, normal, p)
-    if tag == 7:
+    if kind == 7:
         return _stribeck(v, normal, p)
-    if tag == 8:
+    if kind == 8:
         return _dahl(v, normal, z, dz, p)
-    if tag == 9:
+    if kind == 9:
         return _elastoplastic(v, normal, z, dz, p)
-    if tag == 10:
+    if kind == 10:
         return _gonthier(v, normal, z, dz, p)
-    if tag == USER:
+    if kind == USER:
         return call_at((v, normal), p)  # type: ignore[call-arg]
     return math.nan
 
 
 @kernel()
-def friction_start(tag, v, z, p):
+def friction_start(kind, v, z, p):
     """Internal states at the start of a contact that begins at slip speed v [m/s]."""
-    if tag == 1:
+    if kind == 1:
         _lugre_start(v, z, p)
-    elif tag == 8:
+    elif kind == 8:
         _dahl_start(v, z, p)
-    elif tag == 9:
+    elif kind == 9:
         _elastoplastic_start(v, z, p)
-    elif tag == 10:
+    elif kind == 10:
         _gonthier_start(v, z, p)
 
 

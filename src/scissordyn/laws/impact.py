@@ -70,8 +70,8 @@ def impact(
     def force(delta: float, rate: float) -> float:
         if delta <= 0.0:
             return 0.0
-        elastic = elastic_force(stiffness.tag, delta, of_elastic)
-        return float(normal_force(damping.tag, elastic, delta, rate, speed, of_damping))
+        elastic = elastic_force(stiffness.kernel_kind, delta, of_elastic)
+        return float(normal_force(damping.kernel_kind, elastic, delta, rate, speed, of_damping))
 
     def motion(t: float, y: np.ndarray) -> tuple[float, float]:
         return y[1], -force(y[0], y[1]) / mass

@@ -36,8 +36,8 @@ def steady_coefficient(friction: Friction, joint: JointContact, slip_speed: Arra
     speeds = np.asarray(slip_speed, float)
     found = np.empty(speeds.size)
     for index, speed in enumerate(speeds.flat):
-        friction_start(friction.tag, speed, states, row)
-        found[index] = friction_force(friction.tag, speed, 1.0, states, rates, row)
+        friction_start(friction.kernel_kind, speed, states, row)
+        found[index] = friction_force(friction.kernel_kind, speed, 1.0, states, rates, row)
     return found.reshape(speeds.shape)
 
 
@@ -80,7 +80,7 @@ def oscillation(
 
     def force(t: float, z: np.ndarray) -> tuple[float, np.ndarray]:
         rates = np.zeros(count)
-        return friction_force(friction.tag, amplitude * omega * math.cos(omega * t), 1.0, z, rates, row), rates
+        return friction_force(friction.kernel_kind, amplitude * omega * math.cos(omega * t), 1.0, z, rates, row), rates
 
     time = np.linspace(2.0, 3.0, samples) / frequency
     states = np.zeros((count, samples))

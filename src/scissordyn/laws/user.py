@@ -46,7 +46,7 @@ class UserElastic:
     digest: str = ""
 
     name: ClassVar[str] = "user"
-    tag: ClassVar[int] = USER
+    kernel_kind: ClassVar[int] = USER
     source: ClassVar[str] = "the user"
     small_contact: ClassVar[bool] = False
     materials: ClassVar[Literal["any", "same", "steel"]] = "any"
@@ -85,7 +85,7 @@ class UserDamping:
     digest: str = ""
 
     name: ClassVar[str] = "user"
-    tag: ClassVar[int] = USER
+    kernel_kind: ClassVar[int] = USER
     source: ClassVar[str] = "the user"
     restitution_range: ClassVar[tuple[float, float] | None] = None
     leading: ClassVar[tuple[str, ...]] = ("elastic", "indentation", "rate", "approach")
@@ -123,7 +123,7 @@ class UserFriction:
     digest: str = ""
 
     name: ClassVar[str] = "user"
-    tag: ClassVar[int] = USER
+    kernel_kind: ClassVar[int] = USER
     source: ClassVar[str] = "the user"
     states: ClassVar[tuple[str, ...]] = ()
     stiff: ClassVar[bool] = True

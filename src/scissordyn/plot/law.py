@@ -84,7 +84,7 @@ def _draw_impact(
     history = impact(stiffness, damping, joint, mass=free_mass.mass, speed=free_mass.speed)
     depth = np.linspace(0.0, float(history.indentation.max()), 200)[1:]
     row = table_row(stiffness, joint)
-    elastic = np.array([elastic_force(stiffness.tag, delta, row) for delta in depth])
+    elastic = np.array([elastic_force(stiffness.kernel_kind, delta, row) for delta in depth])
     force, length = engineering("N", history.force, elastic), engineering("m", depth)
     _loop(panel, history, force, length, color=BLUE, label=f"{stiffness.name} + {damping.name}")
     panel.plot(length.factor * depth, force.factor * elastic, **IDEAL, label=f"{stiffness.name} alone")

@@ -17,7 +17,7 @@ PARAMETERS = 16
 """Width of one row of numbers, a law's or a controller's, in the parameter tables that kernels read."""
 
 USER = 99
-"""The tag of a user's own function, in every dispatch."""
+"""The kernel kind of a user's own function, in every dispatch."""
 
 
 @intrinsic

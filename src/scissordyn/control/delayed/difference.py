@@ -26,5 +26,5 @@ def torque(t, q, p):
     """Torque [N m] at signals q: K [(1-R) S(t-T) - y(t)] from the onset on."""
     if t < p[3]:
         return 0.0
-    wanted = p[0] * ((1.0 - p[1]) * q[DELAYED] - q[int(p[5])])
-    return _limited(wanted if p[4] == 0.0 else _ramped(t, p[3], p[4]) * wanted, p[2])
+    command = p[0] * ((1.0 - p[1]) * q[DELAYED] - q[int(p[5])])
+    return _limited(command if p[4] == 0.0 else _ramped(t, p[3], p[4]) * command, p[2])

@@ -49,7 +49,7 @@ class ExtendedDelayedFeedback:
     limit: Annotated[float | None, Quantity("N m", above=0.0, help="largest torque in either sense")] = None
 
     name: ClassVar[str] = "extended"
-    tag: ClassVar[int] = 2
+    kernel_kind: ClassVar[int] = 2
     source: ClassVar[str] = "Socolar, Sukow and Gauthier 1994, doi:10.1103/PhysRevE.50.3245"
     uses_feed_forward: ClassVar[bool] = False
     states: ClassVar[tuple[str, ...]] = ()

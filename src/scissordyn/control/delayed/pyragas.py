@@ -46,7 +46,7 @@ class Pyragas:
     limit: Annotated[float | None, Quantity("N m", above=0.0, help="largest torque in either sense")] = None
 
     name: ClassVar[str] = "pyragas"
-    tag: ClassVar[int] = 2
+    kernel_kind: ClassVar[int] = 2
     source: ClassVar[str] = (
         "Pyragas 1992, doi:10.1016/0375-9601(92)90745-8; limitation: Nakajima 1997, doi:10.1016/S0375-9601(97)00362-9"
     )

@@ -17,7 +17,7 @@ class FeedForward:
 
     .. math::
         u = \mathrm{sat}(u_f(t) + k_p e + k_d \dot e + z - k_s\, s \cdot \dot s/\sqrt{|s|^2 + s_0^2}),\quad
-        \dot z = k_i e + (u - u_\mathrm{wanted})/T_t
+        \dot z = k_i e + (u - u_\mathrm{command})/T_t
 
     s is the vector of the actuator's sensor, such as the eccentricity of a clearance joint; k_s then damps the rate of the
     eccentricity.
@@ -39,7 +39,7 @@ class FeedForward:
     ] = 1e-5
 
     name: ClassVar[str] = "feed-forward"
-    tag: ClassVar[int] = 1
+    kernel_kind: ClassVar[int] = 1
     source: ClassVar[str] = "Astrom and Hagglund 1995, PID Controllers, ISBN 1-55617-516-7"
     uses_feed_forward: ClassVar[bool] = True
     delay: ClassVar[float] = 0.0

@@ -41,13 +41,13 @@ def feedback_numbers(described: Any) -> tuple[float, ...]:
 @kernel()
 def torque(t, q, z, dz, p):
     """Torque [N m] at signals q; writes z' [N m/s] into dz[0] if there is an integral."""
-    wanted = p[0] * q[ERROR] + p[1] * (q[REFERENCE + 1] - q[SPEED]) + p[6] * q[FEED_FORWARD]
+    command = p[0] * q[ERROR] + p[1] * (q[REFERENCE + 1] - q[SPEED]) + p[6] * q[FEED_FORWARD]
     if p[7] != 0.0:
         sx, sy, distance = q[SENSOR], q[SENSOR + 1], p[8]
-        wanted -= p[7] * (sx * q[SENSOR + 2] + sy * q[SENSOR + 3]) / math.sqrt(sx * sx + sy * sy + distance * distance)
+        command -= p[7] * (sx * q[SENSOR + 2] + sy * q[SENSOR + 3]) / math.sqrt(sx * sx + sy * sy + distance * distance)
     if z.size > 0:
-        wanted += z[0]
-    given = _limited(wanted, p[3] if p[4] == 0.0 else p[3] * _ramped(t, 0.0, p[4]))
+        command += z[0]
+    given = _limited(command, p[3] if p[4] == 0.0 else p[3] * _ramped(t, 0.0, p[4]))
     if z.size > 0:
-        dz[0] = p[2] * q[ERROR] + p[5] * (given - wanted)
+        dz[0] = p[2] * q[ERROR] + p[5] * (given - command)
     return given

@@ -13,7 +13,7 @@ class NoControl:
     """An actuator without torque: u = 0."""
 
     name: ClassVar[str] = "none"
-    tag: ClassVar[int] = 0
+    kernel_kind: ClassVar[int] = 0
     source: ClassVar[str] = "definition"
     uses_feed_forward: ClassVar[bool] = False
     states: ClassVar[tuple[str, ...]] = ()

@@ -31,7 +31,7 @@ class PID:
     )
 
     name: ClassVar[str] = "pid"
-    tag: ClassVar[int] = 1
+    kernel_kind: ClassVar[int] = 1
     source: ClassVar[str] = "Astrom and Hagglund 1995, PID Controllers, ISBN 1-55617-516-7"
     uses_feed_forward: ClassVar[bool] = False
     delay: ClassVar[float] = 0.0

@@ -28,7 +28,7 @@ class Anagnostopoulos:
     mass: Annotated[float, Quantity("kg", above=0.0, help="effective mass m of the two bodies")] = 1.0
 
     name: ClassVar[str] = "anagnostopoulos"
-    tag: ClassVar[int] = dashpot.TAG
+    kernel_kind: ClassVar[int] = dashpot.KERNEL_KIND
     source: ClassVar[str] = "Anagnostopoulos 1988, doi:10.1002/eqe.4290160311"
     restitution_range: ClassVar[tuple[float, float] | None] = (0.0, 1.0)
 

@@ -22,7 +22,7 @@ class CarvalhoMartins:
     restitution: Annotated[float, Quantity("1", minimum=0.0, maximum=1.0, help="restitution coefficient c_e")] = 0.9
 
     name: ClassVar[str] = "carvalho-martins"
-    tag: ClassVar[int] = proportional.TAG
+    kernel_kind: ClassVar[int] = proportional.KERNEL_KIND
     source: ClassVar[str] = "Carvalho, Martins 2019, doi:10.1016/j.mechmachtheory.2019.03.028"
     restitution_range: ClassVar[tuple[float, float] | None] = (0.0, 1.0)
 

@@ -88,7 +88,7 @@ class Exact:
     restitution: Annotated[float, Quantity("1", above=0.0, maximum=1.0, help="restitution coefficient c_e")] = 0.9
 
     name: ClassVar[str] = "exact"
-    tag: ClassVar[int] = proportional.TAG
+    kernel_kind: ClassVar[int] = proportional.KERNEL_KIND
     source: ClassVar[str] = "Carvalho, Martins 2019, doi:10.1016/j.mechmachtheory.2019.03.028; the root by bisection"
     restitution_range: ClassVar[tuple[float, float] | None] = (0.0, 1.0)
 

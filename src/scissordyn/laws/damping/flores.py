@@ -22,7 +22,7 @@ class Flores:
     restitution: Annotated[float, Quantity("1", above=0.0, maximum=1.0, help="restitution coefficient c_e")] = 0.9
 
     name: ClassVar[str] = "flores"
-    tag: ClassVar[int] = proportional.TAG
+    kernel_kind: ClassVar[int] = proportional.KERNEL_KIND
     source: ClassVar[str] = "Flores et al. 2011, doi:10.1007/s11044-010-9237-4"
     restitution_range: ClassVar[tuple[float, float] | None] = (0.0, 1.0)
 

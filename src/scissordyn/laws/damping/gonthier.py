@@ -26,7 +26,7 @@ class Gonthier:
     approximate: bool = False
 
     name: ClassVar[str] = "gonthier"
-    tag: ClassVar[int] = proportional.TAG
+    kernel_kind: ClassVar[int] = proportional.KERNEL_KIND
     source: ClassVar[str] = "Gonthier et al. 2004, doi:10.1023/B:MUBO.0000029392.21648.bc"
     restitution_range: ClassVar[tuple[float, float] | None] = (0.0, 1.0)
 

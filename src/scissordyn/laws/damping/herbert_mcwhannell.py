@@ -22,7 +22,7 @@ class HerbertMcWhannell:
     restitution: Annotated[float, Quantity("1", minimum=0.0, maximum=1.0, help="restitution coefficient c_e")] = 0.9
 
     name: ClassVar[str] = "herbert-mcwhannell"
-    tag: ClassVar[int] = proportional.TAG
+    kernel_kind: ClassVar[int] = proportional.KERNEL_KIND
     source: ClassVar[str] = "Herbert, McWhannell 1977, doi:10.1115/1.3439270"
     restitution_range: ClassVar[tuple[float, float] | None] = None
 

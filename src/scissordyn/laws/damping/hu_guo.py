@@ -22,7 +22,7 @@ class HuGuo:
     restitution: Annotated[float, Quantity("1", above=0.0, maximum=1.0, help="restitution coefficient c_e")] = 0.9
 
     name: ClassVar[str] = "hu-guo"
-    tag: ClassVar[int] = proportional.TAG
+    kernel_kind: ClassVar[int] = proportional.KERNEL_KIND
     source: ClassVar[str] = "Hu, Guo 2015, doi:10.1007/s11044-015-9453-z"
     restitution_range: ClassVar[tuple[float, float] | None] = (0.0, 1.0)
 

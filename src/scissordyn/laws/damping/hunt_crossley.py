@@ -22,7 +22,7 @@ class HuntCrossley:
     restitution: Annotated[float, Quantity("1", minimum=0.0, maximum=1.0, help="restitution coefficient c_e")] = 0.9
 
     name: ClassVar[str] = "hunt-crossley"
-    tag: ClassVar[int] = proportional.TAG
+    kernel_kind: ClassVar[int] = proportional.KERNEL_KIND
     source: ClassVar[str] = "Hunt, Crossley 1975, doi:10.1115/1.3423596"
     restitution_range: ClassVar[tuple[float, float] | None] = None
 

@@ -24,7 +24,7 @@ class KelvinVoigt:
     coefficient: Annotated[float, Quantity("N*s/m", minimum=0.0, help="damping coefficient C")] = 1e3
 
     name: ClassVar[str] = "kelvin-voigt"
-    tag: ClassVar[int] = dashpot.TAG
+    kernel_kind: ClassVar[int] = dashpot.KERNEL_KIND
     source: ClassVar[str] = "Goldsmith 1960, Impact"
     restitution_range: ClassVar[tuple[float, float] | None] = None
 

@@ -22,7 +22,7 @@ class LankaraniNikravesh:
     restitution: Annotated[float, Quantity("1", minimum=0.0, maximum=1.0, help="restitution coefficient c_e")] = 0.9
 
     name: ClassVar[str] = "lankarani-nikravesh"
-    tag: ClassVar[int] = proportional.TAG
+    kernel_kind: ClassVar[int] = proportional.KERNEL_KIND
     source: ClassVar[str] = "Lankarani, Nikravesh 1990, doi:10.1115/1.2912617"
     restitution_range: ClassVar[tuple[float, float] | None] = None
 

@@ -22,7 +22,7 @@ class LeeWang:
     restitution: Annotated[float, Quantity("1", minimum=0.0, maximum=1.0, help="restitution coefficient c_e")] = 0.9
 
     name: ClassVar[str] = "lee-wang"
-    tag: ClassVar[int] = proportional.TAG
+    kernel_kind: ClassVar[int] = proportional.KERNEL_KIND
     source: ClassVar[str] = "Lee, Wang 1983, J. Mech. Transm. Autom. Des. 105, 534-540"
     restitution_range: ClassVar[tuple[float, float] | None] = None
 

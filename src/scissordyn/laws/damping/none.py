@@ -16,7 +16,7 @@ class NoDamping:
     """A contact without dissipation: xi = 0."""
 
     name: ClassVar[str] = "none"
-    tag: ClassVar[int] = proportional.TAG
+    kernel_kind: ClassVar[int] = proportional.KERNEL_KIND
     source: ClassVar[str] = "Hertz 1881"
     restitution_range: ClassVar[tuple[float, float] | None] = None
 

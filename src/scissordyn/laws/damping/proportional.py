@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from scissordyn.jit import kernel
 
-__all__ = ["TAG", "force"]
+__all__ = ["KERNEL_KIND", "force"]
 
-TAG = 0
+KERNEL_KIND = 0
 
 
 @kernel()

@@ -22,7 +22,7 @@ class SafaeifarFarshidianfar:
     restitution: Annotated[float, Quantity("1", above=0.0, maximum=1.0, help="restitution coefficient c_e")] = 0.9
 
     name: ClassVar[str] = "safaeifar-farshidianfar"
-    tag: ClassVar[int] = proportional.TAG
+    kernel_kind: ClassVar[int] = proportional.KERNEL_KIND
     source: ClassVar[str] = "Safaeifar, Farshidianfar 2020, doi:10.1007/s11044-020-09732-2"
     restitution_range: ClassVar[tuple[float, float] | None] = (0.0, 1.0)
 

@@ -23,7 +23,7 @@ class ZhiyingQishao:
     restitution: Annotated[float, Quantity("1", minimum=0.0, maximum=1.0, help="restitution coefficient c_e")] = 0.9
 
     name: ClassVar[str] = "zhiying-qishao"
-    tag: ClassVar[int] = proportional.TAG
+    kernel_kind: ClassVar[int] = proportional.KERNEL_KIND
     source: ClassVar[str] = "Qin (Zhiying), Lu (Qishao) 2006, Journal of Dynamics and Control 4, 294-298"
     restitution_range: ClassVar[tuple[float, float] | None] = (0.0, 1.0)
 

@@ -21,7 +21,7 @@ class Braendlein:
     """
 
     name: ClassVar[str] = "braendlein"
-    tag: ClassVar[int] = power.TAG
+    kernel_kind: ClassVar[int] = power.KERNEL_KIND
     source: ClassVar[str] = "Braendlein, Eschmann, Hasbargen, Weigand 1995, Die Waelzlagerpraxis"
     small_contact: ClassVar[bool] = True
     materials: ClassVar[Literal["any", "same", "steel"]] = "steel"

@@ -27,7 +27,7 @@ class DubowskyFreudenstein:
     length_exponent: Annotated[float, Quantity("1", minimum=0.0, maximum=4.0, help="exponent m of the bearing length")] = 3.0
 
     name: ClassVar[str] = "dubowsky-freudenstein"
-    tag: ClassVar[int] = logarithmic.TAG
+    kernel_kind: ClassVar[int] = logarithmic.KERNEL_KIND
     source: ClassVar[str] = "Dubowsky, Freudenstein 1971, doi:10.1115/1.3427895; Goldsmith 1960, Impact"
     small_contact: ClassVar[bool] = True
     materials: ClassVar[Literal["any", "same", "steel"]] = "any"

@@ -21,7 +21,7 @@ class Esdu:
     """
 
     name: ClassVar[str] = "esdu-78035"
-    tag: ClassVar[int] = logarithmic.TAG
+    kernel_kind: ClassVar[int] = logarithmic.KERNEL_KIND
     source: ClassVar[str] = (
         "ESDU 78035, Contact phenomena I, 1978; as given by Pereira et al. 2011, doi:10.1007/s11071-010-9830-3"
     )

@@ -22,7 +22,7 @@ class Hertz:
     """
 
     name: ClassVar[str] = "hertz"
-    tag: ClassVar[int] = 1
+    kernel_kind: ClassVar[int] = 1
     source: ClassVar[str] = "Hertz 1881; for a journal in a bearing: Flores et al. 2006, doi:10.1007/s11044-006-9028-0"
     small_contact: ClassVar[bool] = True
     materials: ClassVar[Literal["any", "same", "steel"]] = "any"

@@ -22,7 +22,7 @@ class Johnson:
     """
 
     name: ClassVar[str] = "johnson"
-    tag: ClassVar[int] = logarithmic.TAG
+    kernel_kind: ClassVar[int] = logarithmic.KERNEL_KIND
     source: ClassVar[str] = "Johnson 1985, Contact Mechanics, section 4.2, doi:10.1017/CBO9781139171731"
     small_contact: ClassVar[bool] = True
     materials: ClassVar[Literal["any", "same", "steel"]] = "any"

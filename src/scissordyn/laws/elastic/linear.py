@@ -22,7 +22,7 @@ class Linear:
     stiffness: Annotated[float, Quantity("N/m", above=0.0, help="k")] = 1e9
 
     name: ClassVar[str] = "linear"
-    tag: ClassVar[int] = 4
+    kernel_kind: ClassVar[int] = 4
     source: ClassVar[str] = "definition"
     small_contact: ClassVar[bool] = False
     materials: ClassVar[Literal["any", "same", "steel"]] = "any"

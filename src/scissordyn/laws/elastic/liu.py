@@ -20,7 +20,7 @@ class Liu:
     """
 
     name: ClassVar[str] = "liu"
-    tag: ClassVar[int] = 0
+    kernel_kind: ClassVar[int] = 0
     source: ClassVar[str] = "Liu, Zhang, Yang 2007, doi:10.1016/j.mechmachtheory.2006.02.006"
     small_contact: ClassVar[bool] = False
     materials: ClassVar[Literal["any", "same", "steel"]] = "any"

@@ -13,9 +13,9 @@ import numpy as np
 
 from scissordyn.jit import kernel
 
-__all__ = ["TAG", "TURN", "force", "row"]
+__all__ = ["KERNEL_KIND", "TURN", "force", "row"]
 
-TAG = 2
+KERNEL_KIND = 2
 
 TURN = 1.25
 """t from which on the tangent continues the curve. At t = 1 the laws have their largest indentation and an infinite stiffness;

@@ -29,7 +29,7 @@ class Pereira:
     """
 
     name: ClassVar[str] = "pereira"
-    tag: ClassVar[int] = power.TAG
+    kernel_kind: ClassVar[int] = power.KERNEL_KIND
     source: ClassVar[str] = "Pereira, Ramalho, Ambrosio 2011, doi:10.1007/s11071-010-9830-3"
     small_contact: ClassVar[bool] = False
     materials: ClassVar[Literal["any", "same", "steel"]] = "any"

@@ -25,7 +25,7 @@ class PowerLaw:
     exponent: Annotated[float, Quantity("1", minimum=0.5, maximum=5.0, help="n")] = 1.5
 
     name: ClassVar[str] = "power"
-    tag: ClassVar[int] = power.TAG
+    kernel_kind: ClassVar[int] = power.KERNEL_KIND
     source: ClassVar[str] = "definition; K as in Flores et al. 2006, doi:10.1007/s11044-006-9028-0"
     small_contact: ClassVar[bool] = False
     materials: ClassVar[Literal["any", "same", "steel"]] = "any"

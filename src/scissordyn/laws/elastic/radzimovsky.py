@@ -28,7 +28,7 @@ class Radzimovsky:
     half_width: Annotated[float, Quantity("1", above=0.0, help="k_b in b = k_b sqrt(f R/E*)")] = 2.0 / math.sqrt(math.pi)
 
     name: ClassVar[str] = "radzimovsky"
-    tag: ClassVar[int] = logarithmic.TAG
+    kernel_kind: ClassVar[int] = logarithmic.KERNEL_KIND
     source: ClassVar[str] = "Radzimovsky 1953, University of Illinois Engineering Experiment Station Bulletin 408"
     small_contact: ClassVar[bool] = True
     materials: ClassVar[Literal["any", "same", "steel"]] = "any"

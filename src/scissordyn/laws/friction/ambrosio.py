@@ -26,7 +26,7 @@ class Ambrosio:
     full_speed: Annotated[float, Quantity("m/s", above=0.0, help="v_1, above which friction is Coulomb's")] = 1e-3
 
     name: ClassVar[str] = "ambrosio"
-    tag: ClassVar[int] = 2
+    kernel_kind: ClassVar[int] = 2
     source: ClassVar[str] = "Ambrosio 2003, doi:10.1023/A:1022969922942"
     states: ClassVar[tuple[str, ...]] = ()
     stiff: ClassVar[bool] = True

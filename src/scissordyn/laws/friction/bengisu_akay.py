@@ -32,7 +32,7 @@ class BengisuAkay:
     decay: Annotated[float, Quantity("s/m", above=0.0, help="xi, slope of the fall from static to kinetic friction")] = 1e3
 
     name: ClassVar[str] = "bengisu-akay"
-    tag: ClassVar[int] = 5
+    kernel_kind: ClassVar[int] = 5
     source: ClassVar[str] = "Bengisu, Akay 1994, doi:10.1006/jsvi.1994.1140"
     states: ClassVar[tuple[str, ...]] = ()
     stiff: ClassVar[bool] = True

@@ -29,7 +29,7 @@ class BrownMcPhee:
     transition_speed: Annotated[float, Quantity("m/s", above=0.0, help="v_t, at which friction peaks")] = 1e-3
 
     name: ClassVar[str] = "brown-mcphee"
-    tag: ClassVar[int] = 6
+    kernel_kind: ClassVar[int] = 6
     source: ClassVar[str] = "Brown, McPhee 2016, doi:10.1115/1.4033658"
     states: ClassVar[tuple[str, ...]] = ()
     stiff: ClassVar[bool] = True

@@ -27,7 +27,7 @@ class Coulomb:
     ramp_speed: Annotated[float, Quantity("m/s", minimum=0.0, help="v_0 over which the sign of v is smoothed")] = 1e-4
 
     name: ClassVar[str] = "coulomb"
-    tag: ClassVar[int] = 3
+    kernel_kind: ClassVar[int] = 3
     source: ClassVar[str] = "Coulomb 1785"
     states: ClassVar[tuple[str, ...]] = ()
     stiff: ClassVar[bool] = True

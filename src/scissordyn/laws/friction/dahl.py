@@ -28,7 +28,7 @@ class Dahl:
     shape: Annotated[float, Quantity("1", minimum=0.5, maximum=4.0, help="exponent n, 1 for most materials")] = 1.0
 
     name: ClassVar[str] = "dahl"
-    tag: ClassVar[int] = 8
+    kernel_kind: ClassVar[int] = 8
     source: ClassVar[str] = "Dahl 1976, doi:10.2514/3.61511"
     states: ClassVar[tuple[str, ...]] = ("bristle_deflection",)
     stiff: ClassVar[bool] = True

@@ -40,7 +40,7 @@ class ElastoPlastic:
     ] = 0.7
 
     name: ClassVar[str] = "elasto-plastic"
-    tag: ClassVar[int] = 9
+    kernel_kind: ClassVar[int] = 9
     source: ClassVar[str] = "Dupont, Hayward, Armstrong, Altpeter 2002, doi:10.1109/TAC.2002.1000274"
     states: ClassVar[tuple[str, ...]] = ("bristle_deflection",)
     stiff: ClassVar[bool] = True

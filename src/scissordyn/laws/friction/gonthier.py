@@ -39,7 +39,7 @@ class GonthierBristle:
     viscous: Annotated[float, Quantity("s/m", minimum=0.0, help="sigma_2 per unit normal force")] = 0.0
 
     name: ClassVar[str] = "gonthier-bristle"
-    tag: ClassVar[int] = 10
+    kernel_kind: ClassVar[int] = 10
     source: ClassVar[str] = "Gonthier, McPhee, Lange, Piedboeuf 2004, doi:10.1023/B:MUBO.0000029392.21648.bc"
     states: ClassVar[tuple[str, ...]] = ("bristle_deflection", "dwell")
     stiff: ClassVar[bool] = True

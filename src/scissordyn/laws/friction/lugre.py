@@ -35,7 +35,7 @@ class LuGre:
     viscous: Annotated[float, Quantity("s/m", minimum=0.0, help="sigma_2 per unit normal force")] = 0.0
 
     name: ClassVar[str] = "lugre"
-    tag: ClassVar[int] = 1
+    kernel_kind: ClassVar[int] = 1
     source: ClassVar[str] = "Canudas de Wit et al. 1995, doi:10.1109/9.376053"
     states: ClassVar[tuple[str, ...]] = ("bristle_deflection",)
     stiff: ClassVar[bool] = True

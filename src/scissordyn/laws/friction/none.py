@@ -15,7 +15,7 @@ class NoFriction:
     """Two surfaces that slide freely: F_t = 0."""
 
     name: ClassVar[str] = "none"
-    tag: ClassVar[int] = 0
+    kernel_kind: ClassVar[int] = 0
     source: ClassVar[str] = "definition"
     states: ClassVar[tuple[str, ...]] = ()
     stiff: ClassVar[bool] = False

@@ -33,7 +33,7 @@ class Stribeck:
     ramp_speed: Annotated[float, Quantity("m/s", minimum=0.0, help="v_0 over which the sign of v is smoothed")] = 1e-4
 
     name: ClassVar[str] = "stribeck"
-    tag: ClassVar[int] = 7
+    kernel_kind: ClassVar[int] = 7
     source: ClassVar[str] = "Stribeck 1902; Armstrong-Helouvry, Dupont, Canudas de Wit 1994, doi:10.1016/0005-1098(94)90209-7"
     states: ClassVar[tuple[str, ...]] = ()
     stiff: ClassVar[bool] = True

@@ -26,7 +26,7 @@ class Threlfall:
     ramp_speed: Annotated[float, Quantity("m/s", above=0.0, help="v_0, at which friction is 95 % of Coulomb's")] = 1e-3
 
     name: ClassVar[str] = "threlfall"
-    tag: ClassVar[int] = 4
+    kernel_kind: ClassVar[int] = 4
     source: ClassVar[str] = "Threlfall 1978, doi:10.1016/0094-114X(78)90020-4"
     states: ClassVar[tuple[str, ...]] = ()
     stiff: ClassVar[bool] = True

@@ -35,12 +35,12 @@ A, B = 0.5 * LENGTH - RADIUS, 0.5 * WIDTH - RADIUS
 MASS = 2.0
 
 
-def block(*, velocity=(0.0, 0.0), centre=(0.0, 0.0), elements=(), gravity=0.0, **laws):
+def block(*, velocity=(0.0, 0.0), centre=(0.0, 0.0), components=(), gravity=0.0, **laws):
     """A block alone in a channel along x."""
     points = {"middle": (0.0, 0.0), "front": (0.02, 0.0), "centre": centre}
     body = Body("block", MASS, 3e-3, points, centre=centre, velocity=velocity)
     guide = Guide("channel", ("block", "middle"))
-    one = Mechanism((body,), guides=(guide,), elements=elements, gravity=gravity, output_body="block")
+    one = Mechanism((body,), guides=(guide,), components=components, gravity=gravity, output_body="block")
     return one.with_clearance("channel", GuideClearance(GAP, LENGTH, WIDTH, corner_radius=RADIUS, **laws))
 
 
@@ -54,7 +54,7 @@ def test_flying_to_and_fro():
     stiffness, push, lasting = 1e8, 40.0, 4e-3
     force = Force("push", ("block", "centre"), (0.0, push), time_function=Cycloidal(1.0, 0.0, lasting))
     run = simulate(
-        block(elements=(force,), stiffness=Linear(stiffness), damping=NoDamping()), until=0.3, rtol=1e-11, atol=1e-11
+        block(components=(force,), stiffness=Linear(stiffness), damping=NoDamping()), until=0.3, rtol=1e-11, atol=1e-11
     )
     speed = push * lasting / (2.0 * MASS)
     way = push / MASS * lasting**2 * (1.0 / 3.0 + 1.0 / (4.0 * math.pi**2))
@@ -75,7 +75,7 @@ def test_force_at_two_corners():
     """Closed form: a force beside the middle is distributed over two corners by their moment arms, with a tilt."""
     force, stiffness = 100.0, 1e6
     laws = {"stiffness": Linear(stiffness), "damping": KelvinVoigt(2e3)}
-    run = simulate(block(elements=(Force("load", ("block", "front"), (0.0, -force)),), **laws), until=0.2)
+    run = simulate(block(components=(Force("load", ("block", "front"), (0.0, -force)),), **laws), until=0.2)
     tilt = 0.0
     for _ in range(20):
         front = force * (A + 0.02 - B * math.tan(tilt)) / (2.0 * A)
@@ -91,7 +91,7 @@ def test_tilting_until_it_jams():
     """Closed form: a torque rotates the block until opposite corners touch, a sin th + b cos th = b + c + delta."""
     torque, stiffness = 5.0, 1e6
     laws = {"stiffness": Linear(stiffness), "damping": KelvinVoigt(2e3)}
-    run = simulate(block(elements=(Torque("turn", "block", torque),), **laws), until=0.3)
+    run = simulate(block(components=(Torque("turn", "block", torque),), **laws), until=0.3)
 
     def missing(th):
         force = torque / (2.0 * (A * math.cos(th) - B * math.sin(th)))
@@ -124,7 +124,7 @@ def test_against_a_block_in_x_y_and_angle():
         velocity=(0.5, 0.0),
         centre=centre,
         gravity=9.81,
-        elements=(Force("load", ("block", "centre"), (-3.0, 5.0)),),
+        components=(Force("load", ("block", "centre"), (-3.0, 5.0)),),
         stiffness=PowerLaw(1e9, 1.5),
         damping=damping,
         friction=Threlfall(mu, ramp),

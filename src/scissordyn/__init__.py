@@ -81,6 +81,8 @@ if TYPE_CHECKING:
     from scissordyn.units import Pairs, Quantity, degrees, rpm
 
 __all__ = [
+    "PID",
+    "STEEL",
     "Actuator",
     "Ambrosio",
     "AngleStop",
@@ -111,14 +113,12 @@ __all__ = [
     "NoControl",
     "NoFriction",
     "Output",
-    "PID",
     "Pairs",
     "Polynomial",
     "Pyragas",
     "Quantity",
     "Revolute",
     "Rod",
-    "STEEL",
     "ScissordynError",
     "Spring",
     "Tabulated",

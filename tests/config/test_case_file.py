@@ -69,7 +69,7 @@ def test_paper_case_is_the_one_built_in_python() -> None:
 def test_examples_are_whole(path: Path) -> None:
     """Identity: each example is read, is moved by something, and begins with what it is."""
     mechanism = read_case(path).mechanism
-    assert mechanism.drives or mechanism.elements
+    assert mechanism.drives or mechanism.components
     assert path.read_text(encoding="utf-8").startswith("# ")
 
 

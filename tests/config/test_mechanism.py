@@ -177,7 +177,7 @@ def test_every_part_is_the_one_built_in_python(tmp_path: Path) -> None:
         guides=(Guide("rail", ("block", "centre"), (0.5, 0.0), math.pi / 2),),
         drives=(Drive("crank", ConstantSpeed(math.pi)),),
         welds=(Weld("holder", ("rod", "c"), ("tool", "base")),),
-        elements=(
+        components=(
             Spring("rope", ("block", "centre"), (GROUND, "wall"), 2000.0, 0.25, 3.0),
             TorsionSpring("hinge", "rod", "crank", 4.0, math.pi, 0.5),
             Force("push", ("rod", "c"), (1000.0, -2000.0), True, Trapezoidal(0.0, 1.0, 2.0, 0.5)),
@@ -232,7 +232,7 @@ def test_every_time_function_of_a_load_can_be_written(tmp_path: Path, time_funct
     """Identity: factors are plain numbers, in the file and in a file beside it."""
     (tmp_path / "load.csv").write_text("time [s], factor [1]\n0, 0\n1, 1\n2, 1\n3, 1\n4, 1\n5, 0.5\n")
     text = CASE.replace('polynomial = [1, "0.5 1/s"]', time_function)
-    torque = read_case(written(tmp_path, text)).mechanism.elements[3]
+    torque = read_case(written(tmp_path, text)).mechanism.components[3]
     assert isinstance(torque, Torque)
     assert torque.time_function == wanted
 
@@ -245,8 +245,8 @@ def test_several_drives(tmp_path: Path) -> None:
     assert read_case(path).mechanism.drives == drives
     slower = read_case(path, ["drive.tool.speed=30 rpm", "motor.motor.limit=1 N m"]).mechanism
     assert slower.drives[1].motion == ConstantSpeed(math.pi)
-    assert isinstance(slower.elements[4], Motor)
-    assert slower.elements[4].limit == 1.0
+    assert isinstance(slower.components[4], Motor)
+    assert slower.components[4].limit == 1.0
 
 
 def test_parts_are_added_to_any_structure(tmp_path: Path) -> None:
@@ -276,7 +276,7 @@ until = "1 ms"
     assert mechanism.bodies[:-1] == array.bodies
     assert (mechanism.joints, mechanism.ground, mechanism.input_body) == (array.joints, array.ground, array.input_body)
     assert mechanism.welds == (Weld("holder", ("payload", "base"), ("unit 2/bar 1", "end")),)
-    assert mechanism.elements == (TorsionSpring("hinge", "unit 1/bar 1", "unit 1/bar 2", 1.0),)
+    assert mechanism.components == (TorsionSpring("hinge", "unit 1/bar 1", "unit 1/bar 2", 1.0),)
 
 
 def test_patterns_give_clearance_to_several_joints(tmp_path: Path) -> None:
@@ -376,7 +376,7 @@ def test_parts_of_the_template_can_be_put_in(tmp_path: Path) -> None:
         lines = [line.removeprefix("# ") if " = " in line or "[[" in line else line for line in block.splitlines()]
         active.append("\n".join(lines) if shown else block)
     mechanism = read_case(written(tmp_path, "\n\n".join(active))).mechanism
-    assert [type(element) for element in mechanism.elements] == [Spring, TorsionSpring, Force, Torque, Motor]
+    assert [type(element) for element in mechanism.components] == [Spring, TorsionSpring, Force, Torque, Motor]
 
 
 def test_payload_and_panels(tmp_path):
@@ -468,7 +468,7 @@ def test_links_latches_and_stops(tmp_path):
         sd.Rod("stay", ("ground", "foot"), ("rod", "end"), length=0.7, tension_only=True),
     )
     assert case.mechanism.latches == (sd.Latch("catch", "rod", angle=sd.degrees(80)),)
-    assert case.mechanism.elements == (
+    assert case.mechanism.components == (
         sd.AngleStop("stop", "rod", angle=sd.degrees(85), restitution=0.4),
         sd.TravelStop("buffer", ("rod", "end"), direction=sd.degrees(90), limit=0.9, stiffness=2e7),
     )

@@ -52,7 +52,7 @@ def test_one_table(tmp_path):
         feed_forward=feed_forward(arm, reference, until=0.01),
         sensor=("slider", "centre"),
     )
-    found, wanted = read.mechanism.elements[0], made.elements[0]
+    found, wanted = read.mechanism.components[0], made.components[0]
     assert isinstance(found, Actuator)
     same = {"reference": None, "controller": wanted.controller, "start_on_reference": False}
     assert dataclasses.replace(found, **same) == dataclasses.replace(wanted, **same)
@@ -69,7 +69,7 @@ def test_several_tables(tmp_path):
         'reference = { speed = "20 rpm" }\n'
         '[[control]]\ncontroller = { name = "pyragas", gain = "3 N m", delay = "20 ms", recorded = "speed" }\n',
     )
-    first, second = read.mechanism.elements
+    first, second = read.mechanism.components
     assert (first.name, first.controller, first.start_on_reference) == ("servo", PID(2e4), True)
     assert (second.controller, second.start_on_reference) == (Pyragas(3.0, 0.02), False)
     assert first.reference == sd.ConstantSpeed(sd.rpm(20.0))
@@ -80,7 +80,7 @@ def test_own_file(tmp_path):
     names = "t, angle, speed, acceleration, error, measured, x, y, rate_x, rate_y, delayed, torque"
     (tmp_path / "mine.py").write_text(f"def steer({names}):\n    return 2e4 * error - 10.0 * delayed\n")
     read = case(tmp_path, '[control]\ncontroller = { name = "mine.py:steer", delay = "5 ms", recorded = "error" }')
-    assert read.mechanism.elements[0].controller.delay == pytest.approx(0.005)
+    assert read.mechanism.components[0].controller.delay == pytest.approx(0.005)
     assert sd.simulate(read.mechanism, **read.run.keywords).attrs["status"] == "complete"
 
 

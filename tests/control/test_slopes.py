@@ -4,8 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from scissordyn.mechanics.layout import lay_out
-from scissordyn.mechanics.start import assemble
+from tests.reference.kernels import accepted, at_start
 
 import scissordyn as sd
 from scissordyn.component.time_function import Harmonic, Polynomial
@@ -13,9 +12,7 @@ from scissordyn.control.delayed.extended import ExtendedDelayedFeedback
 from scissordyn.control.tracking.feed_forward import FeedForward
 from scissordyn.control.tracking.pid import PID
 from scissordyn.integrate.history import NODES, TRANSFORM, make_history
-from scissordyn.jit import Handle
 from scissordyn.mechanics import functions
-from scissordyn.mechanics.system import build_system
 
 REFERENCE = Harmonic(mean=0.5, amplitude=0.3, frequency=20.0, phase=0.2)
 TIME = 0.3
@@ -29,24 +26,22 @@ def controlled_state(laws):
         arm = arm.controlled(
             law, reference=REFERENCE, feed_forward=torque, sensor=("slider", "centre"), start_on_reference=False
         )
-    layout = lay_out(arm)
-    system = build_system(layout)
-    handle, start = Handle(system), assemble(layout, system)
+    handle, state = at_start(arm)
+    content, n = handle.content, handle.content.model.n
     rng = np.random.default_rng(5)
-    state = np.concatenate(
-        [start.position, start.velocity + 0.1 * rng.normal(size=system.n), 30.0 * rng.normal(size=int(system.state_start[-1]))]
-    )
-    functions.project(0.0, state, handle.address)
-    if system.past.size:
-        history = make_history(system.past.size, 10)
+    state[n : 2 * n] += 0.1 * rng.normal(size=n)
+    state[2 * n :] = 30.0 * rng.normal(size=state.size - 2 * n)
+    accepted(handle, state)
+    signals = content.state.initial_history.size
+    if signals:
+        history = make_history(signals, 10)
         wave = np.sin(8.0 * (TIME - 0.25 + 0.05 * NODES))
-        for signal in range(system.past.size):
-            history[0] = 0.0
+        for signal in range(signals):
             history[0, :2] = TIME - 0.3, 0.1
             history[0, 2 + signal * NODES.size :][: NODES.size] = TRANSFORM @ wave
-        handle.exchange(history=history)
-        system.kept[0] = 1
-    return handle, state, system.n
+        handle.exchange("state", history=history)
+        content.state.history_length[0] = 1
+    return handle, state, n
 
 
 LAWS = {

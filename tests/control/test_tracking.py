@@ -28,7 +28,7 @@ def hanging(*elements, angle=0.3, gravity=0.0, spin=0.0):
     rod = sd.Body("rod", 1.0, 0.2, {"start": (0.0, 0.0)}, centre=(0.5, 0.0), angle=angle, angular_velocity=spin)
     pin = sd.Revolute("pin", ("rod", "start"), ("ground", "origin"))
     ground = (("origin", (0.0, 0.0)),)
-    return Mechanism((rod,), joints=(pin,), elements=elements, ground=ground, gravity=gravity, input_body="rod")
+    return Mechanism((rod,), joints=(pin,), components=elements, ground=ground, gravity=gravity, input_body="rod")
 
 
 def balanced(run, bound=1e-9):

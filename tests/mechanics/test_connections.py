@@ -133,7 +133,7 @@ def test_angle_stop_returns_its_restitution(method):
     rod = dataclasses.replace(sd.bar("rod", length=1.0, mass=2.0), angular_velocity=3.0)
     stop = sd.AngleStop("stop", "rod", angle=0.4, stiffness=1e5, restitution=0.6)
     run = sd.simulate(
-        sd.Mechanism((rod,), joints=(PIN,), ground=GROUND, gravity=0.0, elements=(stop,)), until=0.3, method=method, **TIGHT
+        sd.Mechanism((rod,), joints=(PIN,), ground=GROUND, gravity=0.0, components=(stop,)), until=0.3, method=method, **TIGHT
     )
     assert list(run["event_kind"].values) == ["reached", "left"]
     xi = 8.0 * (1.0 - 0.6) / (5.0 * 0.6)
@@ -149,7 +149,7 @@ def test_travel_stop_without_loss_reverses(method):
     """Closed form: a mass that falls on an elastic stop rises again to where it was; the deepest point balances energies."""
     mass = dataclasses.replace(sd.point_mass("p", mass=2.0), position=(0.3, 1.0))
     buffer = sd.TravelStop("buffer", ("p", "centre"), direction=-math.pi / 2, limit=-0.5, stiffness=1e6, restitution=1.0)
-    run = sd.simulate(sd.Mechanism((mass,), elements=(buffer,)), until=1.2, method=method, **TIGHT)
+    run = sd.simulate(sd.Mechanism((mass,), components=(buffer,)), until=1.2, method=method, **TIGHT)
     fall = math.sqrt(2.0 * 0.5 / 9.81)
     assert run["event_time"].values[0] == pytest.approx(fall, rel=1e-9)
     assert run["event_speed"].values[:2] == pytest.approx([9.81 * fall, -9.81 * fall], rel=1e-7)
@@ -177,7 +177,7 @@ def test_equilibrium_on_a_hinge_spring():
     """Closed form: k (th - th_0) = -(2m + m_s) g L cos th holds the folded array up."""
     arm = sd.scissor(units=2, bar_length=2.0, bar_mass=5.68, slider_mass=5.0, angle=sd.degrees(30))
     spring = sd.TorsionSpring("spring", "unit 1/bar 1", stiffness=2000.0, free_angle=0.6)
-    run = sd.simulate(dataclasses.replace(arm, elements=(spring,)), until=0.1, start="static", samples=11)
+    run = sd.simulate(dataclasses.replace(arm, components=(spring,)), until=0.1, start="static", samples=11)
     exact = brentq(lambda th: 2000.0 * (th - 0.6) + (2 * 5.68 + 5.0) * 9.81 * 2.0 * math.cos(th), 0.0, 0.6)
     assert np.allclose(run["angle"].sel(body="unit 1/bar 1"), exact, atol=1e-9)
 

@@ -4,7 +4,6 @@ import math
 
 import numpy as np
 import pytest
-from scissordyn.mechanics.motion import course_at, motion_rows
 
 import scissordyn as sd
 from scissordyn.component.force import Force
@@ -13,6 +12,7 @@ from scissordyn.component.spring import Spring
 from scissordyn.component.time_function import ConstantSpeed, Cycloidal, Harmonic, Polynomial, Tabulated, Trapezoidal
 from scissordyn.component.torque import Torque
 from scissordyn.component.torsion_spring import TorsionSpring
+from scissordyn.mechanics.time_function import function_at, function_rows
 from scissordyn.model.connection import Weld
 from scissordyn.model.mechanism import Mechanism
 
@@ -25,7 +25,7 @@ def hanging(*elements, inertia=0.2, angle=0.3, gravity=0.0, spin=0.0):
     rod = sd.Body(**{**rod.__dict__, "angular_velocity": spin})
     pin = sd.Revolute("pin", ("rod", "start"), ("ground", "origin"))
     ground = (("origin", (0.0, 0.0)), ("wall", (1.5, 0.5)))
-    return Mechanism((rod,), joints=(pin,), elements=elements, ground=ground, gravity=gravity)
+    return Mechanism((rod,), joints=(pin,), components=elements, ground=ground, gravity=gravity)
 
 
 def balanced(run, bound=1e-9):
@@ -66,7 +66,7 @@ def test_spring_between_free_masses():
     """Closed form: two masses on a spring oscillate with sqrt(k (1/m + 1/M)) about their unmoved centre."""
     one, other = sd.point_mass("one", mass=2.0), sd.point_mass("other", mass=3.0, position=(1.2, 0.0))
     spring = Spring("coil", ("one", "centre"), ("other", "centre"), stiffness=50.0, free_length=1.0)
-    run = sd.simulate(Mechanism((one, other), elements=(spring,), gravity=0.0), until=2.0, **TIGHT)
+    run = sd.simulate(Mechanism((one, other), components=(spring,), gravity=0.0), until=2.0, **TIGHT)
     stretch = run["position"].sel(body="other", axis="x") - run["position"].sel(body="one", axis="x") - 1.0
     assert np.allclose(stretch, 0.2 * np.cos(math.sqrt(50.0 * (1 / 2 + 1 / 3)) * run["time"]), atol=1e-8)
     assert balanced(run)
@@ -90,7 +90,7 @@ def test_forces_follow_or_stay(method):
     assert np.allclose(run["angular_velocity"][:, 0], run["time"], atol=1e-8)
     ball = sd.point_mass("ball", mass=2.0)
     pull = Force("pull", ("ball", "centre"), (4.0, 0.0), time_function=Harmonic(0.0, 1.0, 3.0))
-    thrown = sd.simulate(Mechanism((ball,), elements=(pull,), gravity=9.81), until=1.0, method=method, **TIGHT)
+    thrown = sd.simulate(Mechanism((ball,), components=(pull,), gravity=9.81), until=1.0, method=method, **TIGHT)
     exact = (2.0 / 3.0) * (1.0 - np.cos(3.0 * thrown["time"]))
     assert np.allclose(thrown["velocity"][:, 0, 0], exact, atol=1e-8)
     assert np.allclose(thrown["velocity"][:, 0, 1], -9.81 * thrown["time"], atol=1e-8)
@@ -153,24 +153,24 @@ MOTIONS = [
 @pytest.mark.parametrize("motion", MOTIONS, ids=lambda motion: type(motion).__name__)
 def test_time_functions_and_their_derivatives(motion):
     """Cross-check: each derivative of a time function is the central difference of the one before."""
-    rows, here, up, down = motion_rows(motion, 0.7), np.zeros(4), np.zeros(4), np.zeros(4)
+    rows, here, up, down = function_rows(motion, 0.7), np.zeros(4), np.zeros(4), np.zeros(4)
     for t in (0.05, 0.31, 0.43, 0.77, 0.93):
-        course_at(t, rows, here)
-        course_at(t + 1e-5, rows, up)
-        course_at(t - 1e-5, rows, down)
+        function_at(t, rows, here)
+        function_at(t + 1e-5, rows, up)
+        function_at(t - 1e-5, rows, down)
         assert np.allclose(here[1:], (up[:3] - down[:3]) / 2e-5, rtol=1e-6, atol=1e-6 * (1 + np.max(np.abs(here))))
 
 
 @pytest.mark.parametrize("motion", [Cycloidal(0.2, 1.4, 0.8), Trapezoidal(0.2, 1.4, 0.8, 0.3)])
 def test_moves_start_and_end(motion):
     """Closed form: moves begin at their start, end at their end, stay there, and are continuous in speed."""
-    rows, value = motion_rows(motion, 0.0), np.zeros(4)
+    rows, value = function_rows(motion, 0.0), np.zeros(4)
     for t, expected in ((-1.0, 0.2), (0.0, 0.2), (0.4, 0.8), (0.8, 1.4), (5.0, 1.4)):
-        course_at(t, rows, value)
+        function_at(t, rows, value)
         assert value[0] == pytest.approx(expected, abs=1e-12)
     speeds = []
     for t in np.linspace(-0.01, 0.81, 4001):
-        course_at(t, rows, value)
+        function_at(t, rows, value)
         speeds.append(value[1])
     assert np.max(np.abs(np.diff(speeds))) < 0.01
 

@@ -2,14 +2,11 @@
 
 import numpy as np
 import pytest
-from scissordyn.mechanics.layout import lay_out
-from scissordyn.mechanics.start import assemble, carry_over, natural_state
+from tests.reference.kernels import accepted, at_start
 
 from scissordyn.component.time_function import Harmonic
-from scissordyn.jit import Handle
 from scissordyn.laws.friction.lugre import LuGre
 from scissordyn.mechanics import functions
-from scissordyn.mechanics.system import build_system
 from scissordyn.model.clearance import Clearance
 from scissordyn.model.scissor import scissor
 
@@ -21,17 +18,15 @@ def touching_state(joint, units, rng):
     drive = Harmonic(mean=0.5, amplitude=0.3, frequency=40.0, phase=0.2)
     arm = scissor(units=units, angle=0.5 + 0.3 * np.sin(0.2)).driven(drive)
     mechanism = arm.with_clearance(joint, Clearance(5e-4, friction=LuGre(0.1)))
-    layout, ideal = lay_out(mechanism), lay_out(arm)
-    system, ideal_system = build_system(layout), build_system(ideal)
-    start = carry_over(layout, system, *natural_state(ideal, ideal_system, assemble(ideal, ideal_system)))
-    n = system.n
-    state = np.concatenate([start.position + 3e-4 * rng.normal(size=n), start.velocity + rng.normal(size=n), [2e-7]])
-    handle = Handle(system)
-    functions.project(0.0, state, handle.address)
+    handle, state = at_start(mechanism)
+    content, n = handle.content, handle.content.model.n
+    state[: 2 * n] += np.concatenate([3e-4 * rng.normal(size=n), rng.normal(size=n)])
+    state[2 * n :] = 2e-7
+    accepted(handle, state)
     gap, rate = np.zeros(1), np.zeros(1)
     functions.guards(0.0, state, handle.address, gap, rate)
-    system.radius[0, 0] += gap[0] - EDGE  # move the bearing surface to the journal
-    system.mode[0], system.approach[0] = 1, 0.5
+    content.parameters.contact["clearance"][0] += gap[0] - EDGE  # move the bearing surface to the journal
+    content.state.mode[0], content.state.memory[0] = 1, 0.5
     return handle, state, n
 
 

@@ -4,16 +4,13 @@ import dataclasses
 
 import numpy as np
 import pytest
-from scissordyn.mechanics.layout import lay_out
-from scissordyn.mechanics.start import assemble, carry_over, natural_state
+from tests.reference.kernels import accepted, at_start
 
 from scissordyn.component.time_function import Harmonic
-from scissordyn.jit import Handle
 from scissordyn.laws.elastic.power_law import PowerLaw
 from scissordyn.laws.friction.lugre import LuGre
 from scissordyn.laws.friction.threlfall import Threlfall
 from scissordyn.mechanics import functions
-from scissordyn.mechanics.system import build_system
 from scissordyn.model.body import Body
 from scissordyn.model.guide_clearance import GuideClearance
 from scissordyn.model.joint import Guide
@@ -43,19 +40,16 @@ def crank_and_block(clearance):
 
 def touching_state(mechanism, rng):
     """A random state in which two corners slide in contact, its handle and the number of its coordinates."""
-    layout, ideal = lay_out(mechanism), lay_out(mechanism.ideal())
-    system, ideal_system = build_system(layout), build_system(ideal)
-    start = carry_over(layout, system, *natural_state(ideal, ideal_system, assemble(ideal, ideal_system)))
-    n = system.n
-    moved, moving = start.position + 3e-4 * rng.normal(size=n), start.velocity + rng.normal(size=n)
-    state = np.concatenate([moved, moving, np.full(4, 2e-7)])
-    handle = Handle(system)
-    functions.project(0.0, state, handle.address)
+    handle, state = at_start(mechanism)
+    content, n = handle.content, handle.content.model.n
+    state[: 2 * n] += np.concatenate([3e-4 * rng.normal(size=n), rng.normal(size=n)])
+    state[2 * n :] = 2e-7
+    accepted(handle, state)
     gap, rate = np.zeros(4), np.zeros(4)
     functions.guards(0.0, state, handle.address, gap, rate)
     for corner in (0, 2):
-        system.wall[corner, 2] += gap[corner] - EDGE  # move the guide surface to the corner
-        system.mode[corner], system.approach[corner] = 1, 0.5
+        content.parameters.contact["level"][corner] += gap[corner] - EDGE  # move the guide surface to the corner
+        content.state.mode[corner], content.state.memory[corner] = 1, 0.5
     return handle, state, n
 
 

@@ -36,7 +36,7 @@ CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser") or shuti
 @pytest.fixture(scope="module")
 def scene(run: xr.Dataset, arm: Mechanism) -> Scene:
     """The scene of a made-up run with a spring from the ground to the slider."""
-    sprung = dataclasses.replace(arm, elements=(Spring("rope", ("ground", "origin"), ("slider", "centre")),))
+    sprung = dataclasses.replace(arm, components=(Spring("rope", ("ground", "origin"), ("slider", "centre")),))
     return scene_of(run, sprung, FRAMES, ["A"])
 
 

@@ -45,7 +45,7 @@ def stored_energy(run: xr.Dataset, mechanism: Mechanism) -> np.ndarray:
     pull = mechanism.gravity * np.array([np.cos(mechanism.gravity_direction), np.sin(mechanism.gravity_direction)])
     moved = run["position"].values - run["position"].values[0]
     energy = -np.tensordot(moved, pull, 1) @ mass + run["elastic_energy"].values
-    for element in mechanism.elements:
+    for element in mechanism.components:
         if isinstance(element, Spring):
             along = place(run, mechanism, element.end) - place(run, mechanism, element.start)
             stretch = np.hypot(*along.T) - element.free_length

@@ -141,14 +141,14 @@ class Draft:
         """A spring between points that are apart."""
         ends = [self.mark(k, self.between(k, k)) for k in (one, other)]
         stiffness, length = self.random.uniform(20.0, 100.0), self.random.uniform(0.1, 0.6)
-        self.elements.append(Spring(f"spring {len(self.elements)}", *ends, float(stiffness), float(length)))
+        self.components.append(Spring(f"spring {len(self.components)}", *ends, float(stiffness), float(length)))
 
     def hinge_spring(self, one: int, other: int) -> None:
         """A torsion spring between two bodies that rotate."""
         bodies = [GROUND if k < 0 else self.bodies[k].name for k in (one, other)]
         stiffness, angle = self.random.uniform(0.5, 3.0), self.random.uniform(-1.0, 1.0)
-        self.elements.append(
-            TorsionSpring(f"spring {len(self.elements)}", *bodies, stiffness=float(stiffness), free_angle=float(angle))
+        self.components.append(
+            TorsionSpring(f"spring {len(self.components)}", *bodies, stiffness=float(stiffness), free_angle=float(angle))
         )
 
     def build(self, gravity: float) -> Mechanism:
@@ -158,7 +158,7 @@ class Draft:
             joints=tuple(self.joints),
             guides=tuple(self.guides),
             welds=tuple(self.welds),
-            elements=tuple(self.elements),
+            components=tuple(self.components),
             ground=tuple(self.ground.items()),
             gravity=gravity,
         )

@@ -200,7 +200,7 @@ FACTS: dict[str, tuple[Callable[[], object], tuple[str, ...]]] = {
     "clearance joint between points of the ground": (lambda: pin("play", "ground.O", "ground.P", PIN), ("'play'", "'ground'")),
     "bar without length": (lambda: sd.bar("u", length=0.0, mass=1.0), ("'u'",)),
     "spring without length that pushes": (
-        lambda: mechanism(part("u"), joints=(HUNG,), elements=(sd.Spring("coil", ("u", "b"), ("ground", "P"), 10.0, 0.3),)),
+        lambda: mechanism(part("u"), joints=(HUNG,), components=(sd.Spring("coil", ("u", "b"), ("ground", "P"), 10.0, 0.3),)),
         ("'coil'",),
     ),
     "negative inertia": (lambda: part("u", inertia=-0.1), ("'u'",)),
@@ -250,16 +250,16 @@ FACTS: dict[str, tuple[Callable[[], object], tuple[str, ...]]] = {
         ("'seam'", "'w'"),
     ),
     "unknown body of a spring": (
-        lambda: mechanism(part("u"), elements=(sd.Spring("coil", ("u", "a"), ("w", "a"), 1.0),)),
+        lambda: mechanism(part("u"), components=(sd.Spring("coil", ("u", "a"), ("w", "a"), 1.0),)),
         ("'coil'", "'w'"),
     ),
     "unknown body of a torsion spring": (
-        lambda: mechanism(part("u"), elements=(sd.TorsionSpring("coil", "w", stiffness=1.0),)),
+        lambda: mechanism(part("u"), components=(sd.TorsionSpring("coil", "w", stiffness=1.0),)),
         ("'coil'", "'w'"),
     ),
-    "unknown body of a motor": (lambda: mechanism(part("u"), elements=(sd.Motor("fan", "w", 1.0, 1.0),)), ("'fan'", "'w'")),
+    "unknown body of a motor": (lambda: mechanism(part("u"), components=(sd.Motor("fan", "w", 1.0, 1.0),)), ("'fan'", "'w'")),
     "unknown body of a force": (
-        lambda: mechanism(part("u"), elements=(sd.Force("push", ("w", "a"), (1.0, 0.0)),)),
+        lambda: mechanism(part("u"), components=(sd.Force("push", ("w", "a"), (1.0, 0.0)),)),
         ("'push'", "'w'"),
     ),
     "unknown driven body": (lambda: mechanism(part("u")).driven(speed=1.0, body="w"), ("'w'", "drive")),

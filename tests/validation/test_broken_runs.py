@@ -8,12 +8,12 @@ import math
 
 import numpy as np
 import pytest
-from scissordyn.mechanics.layout import lay_out
 from test_bad_mechanisms import HUNG, PIN, braced_frame, mechanism, part, pin, refused, tripod
 
 import scissordyn as sd
 from scissordyn.component.latch import Latch
 from scissordyn.component.rod import Rod
+from scissordyn.mechanics.reduce import reduce_mechanism
 
 ROPE = ("u", "b"), ("ground", "P")
 KNEE = pin("knee", "u.b", "v.a")
@@ -133,7 +133,7 @@ def test_clearance_joint_of_a_rigid_ring() -> None:
 def test_hinge_spring_beyond_half_a_revolution() -> None:
     """Identity: a hinge spring warns from the sample on at which its body has rotated by pi, and not before."""
     wheel = mechanism(
-        part("u", angular_velocity=20.0), joints=(HUNG,), elements=(sd.TorsionSpring("coil", "u", stiffness=1e-6),), gravity=0.0
+        part("u", angular_velocity=20.0), joints=(HUNG,), components=(sd.TorsionSpring("coil", "u", stiffness=1e-6),), gravity=0.0
     )
     (sentence,) = warnings_of(sd.simulate(wheel, until=0.2, samples=201))
     assert "'coil'" in sentence
@@ -170,7 +170,7 @@ def test_no_reaction_of_a_braced_frame_is_determined() -> None:
 @pytest.mark.parametrize(("build", "count"), [(lambda: braced_frame(1.0), 1), (lambda: tripod(1.0), 1), (sd.four_bar, 0)])
 def test_conditions_that_follow_are_left_out(build, count: int) -> None:
     """Identity: a frame with one redundant bar loses one constraint; a linkage, also one that starts straight, none."""
-    layout = lay_out(build())
-    assert len(layout.redundant) == count
+    reduced = reduce_mechanism(build())
+    assert len(reduced.redundant) == count
     straight = mechanism(part("u"), part("v", x=1.0), joints=(HUNG, KNEE, pin("far", "v.b", "ground.Q")))
-    assert lay_out(straight).redundant == ()
+    assert reduce_mechanism(straight).redundant == ()

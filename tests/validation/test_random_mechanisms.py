@@ -43,7 +43,7 @@ def hinges_stay(found, mechanism: Mechanism) -> bool:
     """Whether torsion springs stay within half a revolution of the start, as their description requires."""
     angles = [
         turned(found, element.body) - turned(found, element.base)
-        for element in mechanism.elements
+        for element in mechanism.components
         if isinstance(element, TorsionSpring)
     ]
     return all(np.max(np.abs(angle - angle[0])) < 3.0 for angle in angles)

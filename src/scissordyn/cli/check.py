@@ -23,32 +23,31 @@ def check(
     """Read a case, assemble its mechanism and describe the run."""
     from scissordyn.cli.show import console
     from scissordyn.config.file import read_case
-    from scissordyn.mechanics.layout import lay_out
-    from scissordyn.mechanics.system import build_system
     from scissordyn.simulation.start import prepare_start
     from scissordyn.simulation.trajectory import automatic_method
 
     read = read_case(case, change or [])
     mechanism = read.mechanism
-    layout = lay_out(mechanism)
-    prepare_start(layout, build_system(layout), read.run)
+    reduced = reduce_mechanism(mechanism)
+    _, prepared, choice = make_driver(reduced, read.run)
 
     lines = [
         f"{case} is complete and can be assembled.",
         f"Mechanism: {len(mechanism.bodies)} bodies, {len(mechanism.ideal_joints)} ideal and "
         f"{len(mechanism.clearance_joints)} clearance joints, "
-        f"{layout.free} free coordinates with {len(layout.conditions)} quadratic constraints.",
+        f"{reduced.free} free coordinates with {len(reduced.constraints)} quadratic constraints.",
     ]
     lines += [f"Drive of {drive.body}: {_in_words(drive.motion)}." for drive in mechanism.drives]
-    lines += [f"{type(element).__name__} {element.name}." for element in mechanism.elements]
+    lines += [f"{part.declaration.label.capitalize()} {part.name}." for part in acting(mechanism)]
     parts = [("Joint", joint.name, joint.clearance) for joint in mechanism.clearance_joints]
     for kind, name, gap in (*parts, *(("Guide", guide.name, guide.clearance) for guide in mechanism.guides)):
         if gap is None:
             continue
         laws = f"{gap.stiffness.name} stiffness, {gap.damping.name} damping, friction {gap.friction.name}"
         lines.append(f"{kind} {name}: clearance {1e3 * gap.clearance:g} mm, {gap.contact.journal.name}, {laws}.")
-    method = read.run.method if read.run.method != "auto" else f"{automatic_method(mechanism, read.run)} (auto)"
+    method = choice.method if read.run.method != "auto" else f"{choice.method} ({choice.reason})"
     lines.append(f"Run: {1e3 * read.run.until:g} ms, {read.run.start} start, {read.run.samples} samples, {method}.")
+    lines += [f"Warning: {text}." for text in prepared.warnings]
     to = console()
     for line in lines:
         to.print(line, markup=False)

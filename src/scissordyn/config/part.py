@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any, get_args, get_origin, get_type_hints
@@ -12,13 +12,13 @@ from pydantic import Field, PlainValidator, ValidationInfo
 
 from scissordyn.component.catalogue import COMPONENTS
 from scissordyn.component.declaration import Declaration
-from scissordyn.component.place import GROUND, BodyPoint, Point
+from scissordyn.component.place import BodyPoint, Point
 from scissordyn.component.time_function import TimeFunction
 from scissordyn.component.user import component_class
 from scissordyn.config.quantity import read_numbers
 from scissordyn.config.table import Hints, Table, described, located, table_of, toml
-from scissordyn.config.time_function import DISTANCE, REACH, TIME_FUNCTION
-from scissordyn.errors import InputError, did_you_mean
+from scissordyn.config.time_function import DISTANCE, TIME_FUNCTION
+from scissordyn.errors import InputError
 from scissordyn.model.body import Body, bar
 from scissordyn.model.connection import Weld
 from scissordyn.model.joint import Guide, Revolute

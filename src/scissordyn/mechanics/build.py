@@ -356,7 +356,7 @@ def make_parameters(reduced: ReducedModel) -> Parameters:
         for which, kind in enumerate(("stiffness", "damping", "friction")):
             chosen: Any = getattr(clearance, kind)
             numbers = chosen.parameters(joint)
-            law[j][kind] = chosen.tag
+            law[j][kind] = chosen.kernel_kind
             tables[which, j, : len(numbers)] = numbers
 
     numbers_of = np.zeros((len(components), COMPONENT_PARAMETERS))
@@ -367,7 +367,7 @@ def make_parameters(reduced: ReducedModel) -> Parameters:
             controller = component.controller
             chosen_numbers = controller.parameters()
             control[i, : len(chosen_numbers)] = chosen_numbers
-            kind_of[i] = controller.tag
+            kind_of[i] = controller.kernel_kind
             recorded = SIGNALS.index(controller.recorded) if controller.recorded else 0
             actuator[i] = controller.delay, recorded, controller.recursion_gain
         else:

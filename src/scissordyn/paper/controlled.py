@@ -90,7 +90,7 @@ class Manoeuvre:
     def mechanism(self) -> Mechanism:
         """The array with its clearance joint, not driven."""
         described = PaperCase(ARRAY, choice=Choice(angle=self.angle)).described().mechanism
-        return dataclasses.replace(described, drives=(), elements=(GUST,) if self.gust else ())
+        return dataclasses.replace(described, drives=(), components=(GUST,) if self.gust else ())
 
 
 STROKE_MANOEUVRE = Manoeuvre("stroke at 150 rpm", ConstantSpeed(SPEED), degrees(30), STROKE, 2001)
@@ -153,7 +153,7 @@ class ControlledRun:
         manoeuvre = MANOEUVRES[self.manoeuvre]
         arm = manoeuvre.mechanism()
         if self.scheme == "ideal":
-            return dataclasses.replace(arm.ideal(), elements=()).driven(manoeuvre.motion)
+            return dataclasses.replace(arm.ideal(), components=()).driven(manoeuvre.motion)
         if self.scheme == "prescribed":
             return arm.driven(manoeuvre.motion)
         return _SCHEMES[self.manoeuvre, self.scheme](arm, manoeuvre)

@@ -233,7 +233,7 @@ def _springs(mechanism: Mechanism, placement: _Placement, size: float) -> list[S
     shapes = []
     fraction = np.concatenate([[0.0, 0.15], np.linspace(0.2, 0.8, COILS), [0.85, 1.0]])
     aside = np.concatenate([[0.0, 0.0], np.resize([1.0, -1.0], COILS), [0.0, 0.0]]) * 0.012 * size
-    for element in mechanism.elements:
+    for element in mechanism.components:
         if not isinstance(element, Spring):
             continue
         start, end = placement.place(element.start), placement.place(element.end)

@@ -140,7 +140,7 @@ def snapshot(run: xr.Dataset, mechanism: Mechanism, sample: int, *, axes: Axes, 
         axes.axline((x, y), further, color=GREY, linewidth=0.7, linestyle=(0, (6, 2, 1, 2)), zorder=1.0)
         if guide.clearance is not None:
             _named(axes, guide.name, placed.place(guide.follower), (7.0, -16.0))
-    springs = [element for element in mechanism.elements if isinstance(element, Spring)]
+    springs = [element for element in mechanism.components if isinstance(element, Spring)]
     connections: list[Spring | Rod] = [*springs, *mechanism.rods]
     for connection in connections:
         ends = np.stack([placed.place(connection.start), placed.place(connection.end)])

@@ -5,19 +5,20 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Callable
-from dataclasses import fields
 
 import numpy as np
 import xarray as xr
 
-from scissordyn.component.place import GROUND
 from scissordyn.errors import InputError
-from scissordyn.mechanics.bodies import body_motion
+from scissordyn.mechanics.assembly import eccentricity_map
+from scissordyn.mechanics.monitored import POWERS
 from scissordyn.mechanics.outputs import record
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.model.record import to_plain
+from scissordyn.simulation.dataset import output_guide
+from scissordyn.simulation.driver import Snapshot
 from scissordyn.simulation.options import Options, StartKind
-from scissordyn.simulation.stroboscope import Cycles, CycleState, drive_period, run_cycles
+from scissordyn.simulation.stroboscope import Cycles, drive_period, run_cycles
 
 __all__ = ["DESCRIBED", "cycle", "per_cycle"]
 
@@ -99,14 +100,13 @@ def _start_of(run: xr.Dataset) -> StartKind:
     return kind
 
 
-def _state_of(run: xr.Dataset, mechanism: Mechanism, period: float) -> CycleState:
+def _state_of(run: xr.Dataset, mechanism: Mechanism, period: float) -> Snapshot:
     """The final state of an earlier run."""
     if not math.isclose(float(run.attrs["period"]), period, rel_tol=1e-12):
         raise InputError(f"start = cycles of {run.attrs['period']:g} s for cycles of {period:g} s", "the same period")
     if json.loads(run.attrs["configuration"])["mechanism"] != to_plain(mechanism):
         raise InputError("start = cycles of another mechanism", "cycles of the same mechanism")
-    parts = {field.name: run[f"end_{field.name}"].values.copy() for field in fields(CycleState) if field.name != "cycle"}
-    return CycleState(int(run.attrs["end_cycle"]), **parts)
+    return Snapshot.from_plain({str(name)[4:]: part.values for name, part in run.data_vars.items() if str(name)[:4] == "end_"})
 
 
 def stroboscopic_samples(mechanism: Mechanism, found: Cycles) -> dict[str, np.ndarray]:
@@ -124,29 +124,23 @@ def stroboscopic_samples(mechanism: Mechanism, found: Cycles) -> dict[str, np.nd
         "slider_position", "slider_velocity", "slider_acceleration" (cycles,) if the output body has a guide on the ground.
     """
     samples, system = found.samples, found.system.content
-    rows = record(found.system, samples.time, samples.state, samples.mode, samples.memory)
-    nj = system.radius.shape[0]
-    place, rate = np.zeros((samples.time.size, nj, 2)), np.zeros((samples.time.size, nj, 2))
-    for j in range(nj):
-        part = slice(system.link_start[j], system.link_start[j + 1])
-        column, form = system.link_column[part], system.link_row[:2, part]
-        place[:, j], rate[:, j] = rows.X[:, column] @ form.T, rows.V[:, column] @ form.T
+    rows = record(found.reduced, found.system, samples)
+    contacts = range(system.parameters.contact.size)
+    maps = [eccentricity_map(system, j) for j in contacts]
+    shape = (samples.time.size, len(contacts), 2)
     values = {
-        "eccentricity": place,
-        "eccentricity_rate": rate,
-        "in_contact": samples.mode[:, :nj] == 1,
-        "energy": rows.kinetic + rows.potential + rows.elastic + rows.springs,
+        "eccentricity": np.stack([each.at(rows.X) for each in maps], axis=1) if maps else np.zeros(shape),
+        "eccentricity_rate": np.stack([each.at(rows.V) for each in maps], axis=1) if maps else np.zeros(shape),
+        "in_contact": samples.mode[:, : len(contacts)] == 1,
+        "energy": rows.kinetic + rows.potential + rows.elastic + rows.stored,
     }
-    for guide in mechanism.guides:
-        if guide.follower[0] != mechanism.output_body or guide.body != GROUND:
-            continue
-        motion = body_motion(found.layout, rows)
-        k = [body.name for body in mechanism.bodies].index(mechanism.output_body)
+    guide = output_guide(mechanism)
+    if guide is not None:
+        guided = found.reduced.place(guide.follower)
         along = np.array([math.cos(guide.direction), math.sin(guide.direction)])
-        values["slider_position"] = (motion.position[:, k] - np.array(guide.through)) @ along
-        values["slider_velocity"] = motion.velocity[:, k] @ along
-        values["slider_acceleration"] = motion.acceleration[:, k] @ along
-        break
+        values["slider_position"] = (guided.at(rows.X) - np.array(guide.through)) @ along
+        values["slider_velocity"] = guided.at(rows.V) @ along
+        values["slider_acceleration"] = guided.at(rows.A) @ along
     return values
 
 
@@ -167,17 +161,6 @@ DESCRIBED = {
 }
 """Dimensions, unit and long name of the quantities recorded once per cycle."""
 
-END = {
-    "state": ("entry", "SI"),
-    "mode": ("guard", "1"),
-    "approach": ("guard", "m/s"),
-    "force": ("guard", "N"),
-    "total": ("quadrature", "J"),
-    "stepping": ("stepping", "SI"),
-}
-"""Dimension and unit of each part of the state at the end."""
-
-
 def per_cycle(mechanism: Mechanism, found: Cycles) -> dict[str, np.ndarray]:
     """The quantities recorded once per cycle, by the names of `DESCRIBED`."""
     return {
@@ -185,8 +168,8 @@ def per_cycle(mechanism: Mechanism, found: Cycles) -> dict[str, np.ndarray]:
         "impacts": found.impacts,
         "contact_fraction": found.contact_fraction,
         "peak_force": found.peak_force,
-        "drive_work": found.work[:, 0],
-        "dissipated_energy": found.work[:, 1] + found.work[:, 2] + found.work[:, 4],
+        "drive_work": found.work[:, POWERS.index("drive_work")],
+        "dissipated_energy": found.work[:, [POWERS.index(name) for name in POWERS if name.endswith("loss")]].sum(axis=1),
         "steps": found.steps,
     }
 
@@ -194,7 +177,7 @@ def per_cycle(mechanism: Mechanism, found: Cycles) -> dict[str, np.ndarray]:
 def _to_dataset(mechanism: Mechanism, options: Options, found: Cycles, phase: float, keep: int) -> xr.Dataset:
     if isinstance(keep, bool) or not isinstance(keep, int) or keep < 1:
         raise InputError(f"keep = {keep!r}", "a whole number >= 1")
-    n = found.layout.free
+    n = found.reduced.free
     variables = {}
     for name, values in per_cycle(mechanism, found).items():
         dims, units, long_name = DESCRIBED[name]
@@ -215,18 +198,16 @@ def _to_dataset(mechanism: Mechanism, options: Options, found: Cycles, phase: fl
         "axis": ("axis", ["x", "y"]),
     }
     run = xr.Dataset(variables, coords=coordinates).isel(cycle=slice(first, None))
-    for field in fields(CycleState):
-        if field.name != "cycle":
-            dim, unit = END[field.name]
-            about = {"units": unit, "long_name": f"{field.name} at the end, to continue from"}
-            run[f"end_{field.name}"] = ((dim,), getattr(found.end, field.name), about)
+    for name, part in found.end.plain().items():
+        dims = tuple(f"end_{name}_{axis}" for axis in range(part.ndim))
+        run[f"end_{name}"] = (dims, part, {"units": "SI", "long_name": f"{name} at the end, to go on from"})
     run.attrs = {
         "title": "scissordyn cycles",
         "status": found.status,
         "cause": found.cause,
         "period": options.until,
         "phase": phase,
-        "end_cycle": found.end.cycle,
+        "end_cycle": found.first + found.steps.size,
         "cycles_per_second": found.statistics["cycles_per_second"],
         "statistics": json.dumps(found.statistics),
         "configuration": json.dumps({"mechanism": to_plain(mechanism), "options": to_plain(options)}),

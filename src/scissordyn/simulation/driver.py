@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import cache
 from typing import Any
 
 import numpy as np
 
+from scissordyn.errors import InputError
 from scissordyn.integrate import advance as loop
 from scissordyn.integrate.history import make_history
 from scissordyn.integrate.integration import (
+    CLOCK,
+    COUNTS,
     Integration,
     Problem,
     Samples,
@@ -74,7 +77,7 @@ class Snapshot:
     Parameters
     ----------
     arrays : dict of str to ndarray
-        By the names of `State`.
+        By the names of `integration.State`.
     """
 
     arrays: dict[str, np.ndarray]
@@ -83,6 +86,60 @@ class Snapshot:
     def time(self) -> float:
         """[s]"""
         return float(self.arrays["clock"]["time"][0])
+
+    @property
+    def y(self) -> np.ndarray:
+        """Free coordinates, their rates, internal states, shape (ny,)."""
+        return self.arrays["y"]
+
+    @property
+    def mode(self) -> np.ndarray:
+        """1 for each guard that acts, shape (guards,)."""
+        return self.arrays["mode"]
+
+    def changed(self, **arrays: np.ndarray) -> Snapshot:
+        """A copy with other arrays in the place of some."""
+        return Snapshot({name: np.array(arrays.get(name, part)) for name, part in self.arrays.items()})
+
+    def plain(self) -> dict[str, np.ndarray]:
+        """Arrays of plain numbers, to be stored; every number survives bit for bit."""
+        return {
+            name: part if part.dtype.names is None else np.array([float(part[field][0]) for field in part.dtype.names])
+            for name, part in self.arrays.items()
+        }
+
+    @classmethod
+    def from_plain(cls, arrays: Mapping[str, np.ndarray]) -> Snapshot:
+        """The state that `plain` wrote.
+
+        Raises
+        ------
+        InputError
+            If an array is missing or has the wrong shape.
+        """
+        found: dict[str, np.ndarray] = {}
+        for name, kind in _KINDS.items():
+            if name not in arrays:
+                raise InputError(f"a state without '{name}'", "a state that this version of scissordyn wrote")
+            part = np.asarray(arrays[name])
+            if isinstance(kind, np.dtype) and kind.names is not None:
+                if part.shape != (len(kind.names),):
+                    raise InputError(f"a state with {part.shape} numbers as '{name}'", f"{len(kind.names)} numbers")
+                record = np.zeros(1, kind)
+                for field, number in zip(kind.names, part.tolist(), strict=True):
+                    record[field] = number
+                found[name] = record
+            else:
+                found[name] = np.ascontiguousarray(part, kind)
+        return cls(found)
+
+
+_KINDS: dict[str, Any] = dict.fromkeys(State._fields, float) | {
+    "clock": CLOCK,
+    "counts": COUNTS,
+    "mode": np.int64,
+    "history_length": np.int64,
+}
 
 
 class Driver:
@@ -202,8 +259,14 @@ class Driver:
         self.state.counts["recorded"] = 0
 
     def clear_log(self) -> None:
-        """Forget the events so far."""
+        """Forget the events so far, and what delayed feedback no longer looks back at."""
         self.state.counts["events"] = 0
+        delays = self.integration.content.work.delays
+        if delays.size:
+            history, length = self.state.history, int(self.state.history_length[0])
+            old = int(np.sum(history[:length, 0] + history[:length, 1] < self.time - 1.001 * float(np.max(delays))))
+            history[: length - old] = history[old:length].copy()
+            self.state.history_length[0] = length - old
 
     def advance(self, until: float, *, most_steps: int = 50_000_000, progress: Callable[[float], None] | None = None) -> int:
         """Go on until a time.
@@ -266,10 +329,13 @@ class Driver:
             self._grow(loop.HISTORY_FULL)
             state = self.state
         for name, part in state._asdict().items():
+            stored = snapshot.arrays[name]
             if name == "history":
-                part[:length] = snapshot.arrays[name]
+                part[:length] = stored
+            elif part.shape == stored.shape:
+                part[...] = stored
             else:
-                part[...] = snapshot.arrays[name]
+                raise InputError(f"a state with {stored.shape} numbers as '{name}'", f"{part.shape}, a state of this mechanism")
         state.clock["prepared"] = 0
         functions.activate(self.system.address)
 

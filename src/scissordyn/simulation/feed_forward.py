@@ -48,10 +48,10 @@ def feed_forward(
     """
     kept = tuple(
         element
-        for element in mechanism.elements
+        for element in mechanism.components
         if not isinstance(element, Actuator) and not (isinstance(element, Force) and element.time_function is not None)
     )
-    ideal = dataclasses.replace(mechanism.ideal(), elements=kept, drives=()).driven(reference, body=body)
+    ideal = dataclasses.replace(mechanism.ideal(), components=kept, drives=()).driven(reference, body=body)
     run = simulate(ideal, until=until, samples=samples)
     if run.attrs["status"] != "complete":
         raise InputError(f"the ideal mechanism cannot follow the reference: {run.attrs['cause']}", "another reference")

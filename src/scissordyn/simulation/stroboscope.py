@@ -1,4 +1,4 @@
-"""The loop over the cycles of a periodic drive, in plain arrays."""
+"""The loop over cycles: from one period of a drive to the next, in plain arrays."""
 
 from __future__ import annotations
 
@@ -9,63 +9,24 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from scissordyn.component.actuator import Actuator
 from scissordyn.component.time_function import ConstantSpeed, Harmonic
 from scissordyn.errors import InputError
 from scissordyn.integrate import advance as loop
-from scissordyn.integrate.problem import Samples, Work, make_samples
-from scissordyn.integrate.tableau import tableau
+from scissordyn.integrate.integration import RESET_DATA, Samples
 from scissordyn.jit import Handle
-from scissordyn.mechanics.layout import Layout, lay_out
-from scissordyn.mechanics.system import System, build_system
+from scissordyn.mechanics.monitored import POWERS
+from scissordyn.mechanics.reduce import reduce_mechanism
+from scissordyn.mechanics.reduced_model import ReducedModel
 from scissordyn.model.mechanism import Mechanism
+from scissordyn.simulation.driver import Driver, Snapshot, counted
 from scissordyn.simulation.options import Options, StartKind
-from scissordyn.simulation.start import prepare_start
 from scissordyn.simulation.time_functions import check_tables, prescribed
-from scissordyn.simulation.trajectory import automatic_method, broken_off, counts_of, mechanics_problem, work_arrays
+from scissordyn.simulation.trajectory import broken_off, make_driver
 
-__all__ = ["CycleState", "Cycles", "drive_period", "run_cycles", "start_state"]
+__all__ = ["Cycles", "drive_period", "run_cycles", "start_state"]
 
-SLICE = 20_000
-"""Steps between two checks of the keyboard."""
-
-PEAK = 3 + loop.RECORD
-"""Column of the event log with the largest normal force of the contact that ended."""
-
-QUADRATURES = 5
-"""Work of the drives, losses to contact damping and friction, work of loads, losses to dampers."""
-
-
-@dataclass(frozen=True)
-class CycleState:
-    """The state of a periodic run between two cycles, complete for its continuation.
-
-    Parameters
-    ----------
-    cycle : int
-        Cycles done; the time is that times the period.
-    state : ndarray, shape (ny,)
-        Free coordinates, their rates, internal states of friction laws.
-    mode : ndarray of int, shape (guards,)
-        1 for a clearance joint in contact, then 1 for an end stop that is reached.
-    approach : ndarray, shape (guards,)
-        Approach speed of the present contact [m/s].
-    force : ndarray, shape (guards,)
-        Normal force at this instant [N].
-    total : ndarray, shape (5,)
-        Work of the drives, losses to contact damping and friction, work of loads, losses to dampers so far [J].
-    stepping : ndarray, shape (8,)
-        Step size to try, step sizes that worked after a rise and after a fall [s], the kind of the last event if the next
-        step is the first after it, else -1, and what `Work` calls touching, trend and reach. Empty at a start.
-    """
-
-    cycle: int
-    state: np.ndarray
-    mode: np.ndarray
-    approach: np.ndarray
-    force: np.ndarray
-    total: np.ndarray
-    stepping: np.ndarray
+PEAK = 3 + RESET_DATA
+"""Column of the event log that holds the largest normal force of the contact that ended."""
 
 
 @dataclass(frozen=True)
@@ -74,7 +35,7 @@ class Cycles:
 
     Parameters
     ----------
-    layout : Layout
+    reduced : ReducedModel
     system : Handle
         Of the mechanics' `System`.
     first : int
@@ -87,10 +48,10 @@ class Cycles:
         Fraction of the cycle spent in contact.
     peak_force : ndarray, shape (cycles, nj)
         Largest normal force [N].
-    work : ndarray, shape (cycles, 5)
-        Increment of each of `CycleState.total` [J].
+    work : ndarray, shape (cycles, powers)
+        Increment of each account of `monitored.POWERS` [J].
     steps : ndarray of int, shape (cycles,)
-    end : CycleState
+    end : Snapshot
         After the last whole cycle.
     status : str
         "complete", "interrupted" or "failed".
@@ -100,7 +61,7 @@ class Cycles:
         Method, steps, rejected, rates, jacobians, events, seconds of integration, cycles per second.
     """
 
-    layout: Layout
+    reduced: ReducedModel
     system: Handle
     first: int
     samples: Samples
@@ -109,7 +70,7 @@ class Cycles:
     peak_force: np.ndarray
     work: np.ndarray
     steps: np.ndarray
-    end: CycleState
+    end: Snapshot
     status: str
     cause: str
     statistics: dict[str, str | int | float]
@@ -145,27 +106,22 @@ def drive_period(mechanism: Mechanism) -> float:
     return found.pop()
 
 
-def start_state(mechanism: Mechanism, start: StartKind = "concentric") -> CycleState:
+def start_state(mechanism: Mechanism, start: StartKind = "concentric", *, rtol: float = 1e-6, atol: float = 1e-6) -> Snapshot:
     """The initial state of a mechanism.
 
     Parameters
     ----------
     mechanism : Mechanism
-    start : {"concentric", "in-contact", "static"}
+    start : str
+        See `Options.start`.
+    rtol, atol : float
 
     Returns
     -------
-    CycleState
+    Snapshot
     """
-    layout = lay_out(mechanism)
-    system = build_system(layout)
-    return _from_start(layout, system, Options(1.0, start))
-
-
-def _from_start(layout: Layout, system: System, options: Options) -> CycleState:
-    state, _ = prepare_start(layout, system, options)
-    nothing = np.zeros(system.mode.size)
-    return CycleState(0, state, system.mode.copy(), system.approach.copy(), nothing, np.zeros(QUADRATURES), np.zeros(0))
+    driver, _, _ = make_driver(reduce_mechanism(mechanism), Options(1.0, start, 2, rtol, atol))
+    return driver.snapshot()
 
 
 def run_cycles(
@@ -174,7 +130,7 @@ def run_cycles(
     *,
     cycles: int,
     phase: float = 0.0,
-    start: StartKind | CycleState = "concentric",
+    start: StartKind | Snapshot = "concentric",
     progress: Callable[[float], None] | None = None,
 ) -> Cycles:
     """The cycles as plain arrays; see `cycle` for the parameters.
@@ -186,7 +142,7 @@ def run_cycles(
         `until` is the period, `most_steps` the most for one cycle; `start` only for the choice of the method.
     cycles : int
     phase : float
-    start : {"concentric", "in-contact", "static"} or CycleState
+    start : str or Snapshot
     progress : callable, optional
 
     Returns
@@ -197,81 +153,72 @@ def run_cycles(
         raise InputError(f"cycles = {cycles!r}", "a whole number >= 1")
     if not 0.0 <= phase < 1.0:
         raise InputError(f"phase = {phase!r}", "a fraction of the period, at least 0 and below 1")
-    if mechanism.latches:
-        raise InputError("cycles of a mechanism with latches, which do not unlock", "no latches, or simulate()")
-    if any(isinstance(element, Actuator) and element.controller.delay > 0.0 for element in mechanism.elements):
-        raise InputError(
-            "cycles of a mechanism with delayed feedback, whose delay history is not part of its state", "simulate()"
-        )
     period = options.until
-    layout = lay_out(mechanism)
-    system = build_system(layout)
-    if isinstance(start, str):
-        begin = _from_start(layout, system, replace(options, start=start))
-    else:
-        begin = start
-        system.mode[:], system.approach[:] = begin.mode, begin.approach
-    check_tables(mechanism, (begin.cycle + cycles) * period)
-    method = options.method if options.method != "auto" else automatic_method(mechanism, options)
-    coefficients = tableau(method)
-    work = work_arrays(layout, system, begin.state, coefficients, options)
-    clock = _resume(work, begin, period)
-    handle = Handle(system)
-    nj = len(mechanism.contacts)
-    whole = make_samples((begin.cycle + np.arange(cycles) + phase) * period, work)
-    impacts, steps = np.zeros((cycles, nj), np.int64), np.zeros(cycles, np.int64)
-    fraction, peak, gained = np.zeros((cycles, nj)), np.zeros((cycles, nj)), np.zeros((cycles, QUADRATURES))
-    log = np.zeros((256, loop.LOG_COLUMNS))
-    counts = np.zeros(8, np.int64)
-    done, status, cause, end, events = 0, loop.ADVANCING, "", begin, 0
-    began = clocks.perf_counter()
+    driver, _, choice = make_driver(
+        reduce_mechanism(mechanism), replace(options, start=start) if isinstance(start, str) else options
+    )
+    if isinstance(start, Snapshot):
+        driver.restore(start)
+    first = round(driver.time / period)
+    check_tables(mechanism, (first + cycles) * period)
+    return _cycled(driver, options, choice.method, first, cycles, phase, progress)
+
+
+def _cycled(
+    driver: Driver,
+    options: Options,
+    method: str,
+    first: int,
+    cycles: int,
+    phase: float,
+    progress: Callable[[float], None] | None,
+) -> Cycles:
+    """The loop over cycles."""
+    period, state = options.until, driver.state
+    contacts = len(driver.reduced.mechanism.contacts)
+    driver.sample_at((first + np.arange(cycles) + phase) * period)
+    impacts, steps = np.zeros((cycles, contacts), np.int64), np.zeros(cycles, np.int64)
+    fraction, peak, gained = np.zeros((cycles, contacts)), np.zeros((cycles, contacts)), np.zeros((cycles, len(POWERS)))
+    done, cause, end, status = 0, "", driver.snapshot(), loop.ADVANCING
+    began, before = clocks.perf_counter(), counted(state)
     try:
-        while done < cycles:
-            count = np.zeros(8, np.int64)
-            sample = Samples(*(part[done : done + 1] for part in whole))
-            mode, total = system.mode.copy(), work.total.copy()
-            clock[loop.END] = (begin.cycle + done + 1) * period
+        for number in range(first, first + cycles):
+            mode, total, taken = state.mode.copy(), state.total.copy(), int(state.counts["steps"][0])
+            driver.clear_log()
             # peaks are those of the cycle; a contact that lasts across its start is monitored from there on
-            work.peak[:] = 0.0
-            work.peak[:, 1] = clock[loop.TIME]
-            status = loop.ADVANCING
-            while status == loop.ADVANCING:
-                slice_ = int(min(SLICE, options.most_steps - count[loop.STEPS] - count[loop.REJECTED]))
-                if slice_ <= 0:
-                    cause = f"{options.most_steps} steps are not enough for a cycle"
-                    break
-                status = loop.advance(
-                    mechanics_problem(), coefficients, handle.address, clock, count, work, sample, log, slice_
-                )
-                if status == loop.LOG_FULL:
-                    log = np.vstack([log, np.zeros_like(log)])
-                    status = loop.ADVANCING
-            counts += count
+            state.peak[:] = 0.0
+            state.peak[:, 1] = driver.time
+            status = driver.advance((number + 1) * period, most_steps=options.most_steps)
+            state = driver.state
             if status != loop.FINISHED:
                 break
-            events = int(count[loop.EVENTS])
-            _summarise(log[:events], mode[:nj], clock[loop.END] - period, period, impacts[done], fraction[done])
-            highest = np.where(system.mode == 1, work.peak[:, 0], 0.0)
-            np.maximum.at(highest, log[:events, 1].astype(np.int64), log[:events, PEAK])
-            peak[done] = highest[:nj]
-            gained[done], steps[done] = work.total - total, count[loop.STEPS]
-            end = _freeze(work, system.mode, system.approach, clock, begin.cycle + done + 1)
+            log, begin = driver.log, number * period
+            summarise(log, mode[:contacts], begin, period, impacts[done], fraction[done])
+            highest = np.where(state.mode == 1, state.peak[: state.mode.size, 0], 0.0)
+            np.maximum.at(highest, log[:, 1].astype(np.int64), log[:, PEAK])
+            peak[done] = highest[:contacts]
+            gained[done], steps[done] = state.total - total, int(state.counts["steps"][0]) - taken
+            end = driver.snapshot()
             done += 1
             if progress is not None:
-                progress(float(clock[loop.TIME]))
+                progress(driver.time)
     except KeyboardInterrupt:
         cause = "interrupted"
     seconds = clocks.perf_counter() - began
-    cause = cause or broken_off(status, layout, handle, work, float(clock[loop.TIME]))
+    if status == loop.ADVANCING and not cause and done < cycles:
+        cause = f"{options.most_steps} steps did not suffice for a cycle"
+    cause = cause or broken_off(status, driver)
     ended = "complete" if done == cycles else ("interrupted" if cause == "interrupted" else "failed")
     if ended != "complete":
-        number = begin.cycle + done
-        cause = f"stopped in cycle {number} at t = {clock[loop.TIME]:.9g} s, {clock[loop.TIME] / period:.6g} periods: {cause}"
+        cause = (
+            f"stopped in cycle {first + done} at t = {driver.time:.9g} s, {driver.time / period:.6g} periods: {cause}"
+        )
+    after = counted(driver.state)
     return Cycles(
-        layout=layout,
-        system=handle,
-        first=begin.cycle,
-        samples=Samples(*(part[:done] for part in whole)),
+        reduced=driver.reduced,
+        system=driver.system,
+        first=first,
+        samples=Samples(*(part[:done] for part in driver.samples)),
         impacts=impacts[:done],
         contact_fraction=fraction[:done],
         peak_force=peak[:done],
@@ -282,40 +229,14 @@ def run_cycles(
         cause=cause,
         statistics={
             "method": method,
-            **counts_of(counts),
+            **{name: after[name] - before[name] for name in after if name != "events"},
             "seconds": seconds,
             "cycles_per_second": done / seconds if seconds > 0.0 else math.nan,
         },
     )
 
 
-def _resume(work: Work, begin: CycleState, period: float) -> np.ndarray:
-    """The clock of a run continued from a state; its step control and integrals are put into `work`."""
-    now = begin.cycle * period
-    work.total[:] = begin.total
-    work.watched[0, :, 0] = begin.force
-    if not begin.stepping.size:
-        return np.array([now, 1e-4 * period, now, period, period])
-    step, after_rise, after_fall, first, touching, size, error, reach = begin.stepping.tolist()
-    work.first[0], work.touching[0], work.reach[0] = int(first), int(touching), reach
-    work.trend[:] = size, error
-    return np.array([now, step, now, after_rise, after_fall])
-
-
-def _freeze(work: Work, mode: np.ndarray, approach: np.ndarray, clock: np.ndarray, number: int) -> CycleState:
-    step, after_rise, after_fall = clock[[loop.STEP, loop.AFTER_RISE, loop.AFTER_FALL]].tolist()
-    return CycleState(
-        cycle=number,
-        state=work.y.copy(),
-        mode=mode.copy(),
-        approach=approach.copy(),
-        force=np.where(mode == 1, work.watched[0, :, 0], 0.0),
-        total=work.total.copy(),
-        stepping=np.array([step, after_rise, after_fall, work.first[0], work.touching[0], *work.trend, work.reach[0]], float),
-    )
-
-
-def _summarise(
+def summarise(
     log: np.ndarray, mode: np.ndarray, begin: float, period: float, impacts: np.ndarray, fraction: np.ndarray
 ) -> None:
     """Count the contacts that started in a cycle and add up the time in contact; `mode` is that at its start."""

@@ -20,9 +20,10 @@ from scissordyn.jit import source_digest
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.model.record import to_plain
 from scissordyn.simulation.cycles import DESCRIBED, per_cycle
+from scissordyn.simulation.driver import Snapshot
 from scissordyn.simulation.options import Options, StartKind
 from scissordyn.simulation.store import load, save
-from scissordyn.simulation.stroboscope import CycleState, drive_period, run_cycles
+from scissordyn.simulation.stroboscope import drive_period, run_cycles, start_state
 from scissordyn.study.follow import carried
 from scissordyn.study.parameter import parameter, varied
 from scissordyn.study.runner import CaseResult, each_case, worker_count
@@ -47,7 +48,7 @@ class DiagramCase:
         `until` is the period.
     cycles, keep : int
     phase : float
-    start : {"concentric", "in-contact", "static"} or CycleState
+    start : {"concentric", "in-contact", "static"} or Snapshot
     """
 
     mechanism: Mechanism
@@ -55,7 +56,7 @@ class DiagramCase:
     cycles: int
     keep: int
     phase: float
-    start: StartKind | CycleState
+    start: StartKind | Snapshot
 
 
 @dataclass(frozen=True)
@@ -68,7 +69,7 @@ class DiagramRow:
         The last cycles, by the names of `simulation.cycles.DESCRIBED`; shorter where the run failed.
     done : int
         Whole cycles.
-    end : CycleState
+    end : Snapshot
     status, cause : str
     steps, events : int
     seconds, processor_seconds : float
@@ -77,7 +78,7 @@ class DiagramRow:
 
     values: dict[str, np.ndarray]
     done: int
-    end: CycleState
+    end: Snapshot
     status: str
     cause: str
     steps: int
@@ -221,11 +222,11 @@ def _spread(cases: Sequence[DiagramCase], todo: list[int], workers: int) -> Iter
 
 def _chain(cases: Sequence[DiagramCase], diagram: xr.Dataset, todo: list[int]) -> Iterator[CaseResult[DiagramRow]]:
     """All values in order, each from the final state of the one before; from the initial start after a failure."""
-    end: CycleState | None = None
+    end: Snapshot | None = None
     for index in todo:
         case = cases[index]
         if index and end is None and diagram["status"].values[index - 1] == "complete":
-            end = _unpacked(diagram, index - 1)
+            end = _unpacked(diagram, index - 1, cases[index - 1].mechanism)
         if index and end is not None:
             case = replace(case, start=carried(cases[index - 1].mechanism, end, case.mechanism))
         for result in each_case(_row, [case], workers=1):
@@ -322,19 +323,20 @@ def _enter(diagram: xr.Dataset, result: CaseResult[DiagramRow], case: DiagramCas
     diagram["completed_cycles"].values[at] = row.done
     diagram["total_steps"].values[at], diagram["total_events"].values[at] = row.steps, row.events
     diagram["seconds"].values[at], diagram["processor_seconds"].values[at] = row.seconds, row.processor_seconds
-    packed = np.concatenate([row.end.state, row.end.mode, row.end.approach])
+    packed = np.concatenate([row.end.y, row.end.mode, row.end.arrays["memory"], row.end.arrays["reference"]])
     if "end" not in diagram:
-        about = {"units": "SI", "long_name": "state, contact modes and approach speeds at the end"}
-        diagram.attrs["guards"] = row.end.mode.size
+        about = {"units": "SI", "long_name": "state, modes, approach speeds and angles at the end"}
         diagram["end"] = (("value", "entry"), np.full((diagram.sizes["value"], packed.size), np.nan), about)
     if packed.size == diagram.sizes["entry"]:  # a function may give mechanisms of different sizes
         diagram["end"].values[at] = packed
 
 
-def _unpacked(diagram: xr.Dataset, at: int) -> CycleState:
-    packed, guards = diagram["end"].values[at], int(diagram.attrs["guards"])
-    state, mode, approach = np.split(packed, [packed.size - 2 * guards, packed.size - guards])
-    return CycleState(0, state, mode.astype(np.int64), approach, np.zeros(guards), np.zeros(5), np.zeros(0))
+def _unpacked(diagram: xr.Dataset, at: int, mechanism: Mechanism) -> Snapshot:
+    """The state at the end of a value, from what is stored of it."""
+    begin, packed = start_state(mechanism), diagram["end"].values[at]
+    guards, first = begin.mode.size, begin.y.size
+    y, mode, memory, reference = np.split(packed, [first, first + guards, first + 2 * guards])
+    return begin.changed(y=y, mode=mode.astype(np.int64), memory=memory, reference=reference)
 
 
 def _conclude(diagram: xr.Dataset, interrupted: bool, seconds: float) -> None:

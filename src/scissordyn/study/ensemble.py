@@ -4,20 +4,19 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 import xarray as xr
 
 from scissordyn.errors import InputError
-from scissordyn.jit import Handle
-from scissordyn.mechanics.layout import lay_out
-from scissordyn.mechanics.system import build_system
+from scissordyn.mechanics.reduce import reduce_mechanism
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.model.record import to_plain
 from scissordyn.simulation.cycles import DESCRIBED, per_cycle
+from scissordyn.simulation.driver import Snapshot, make_system
 from scissordyn.simulation.options import Options, StartKind
-from scissordyn.simulation.stroboscope import CycleState, drive_period, run_cycles, start_state
+from scissordyn.simulation.stroboscope import drive_period, run_cycles, start_state
 from scissordyn.study.follow import consistent
 from scissordyn.study.runner import run_cases
 
@@ -38,14 +37,14 @@ class Member:
         `until` is the period.
     cycles : int
     phase : float
-    start : CycleState
+    start : Snapshot
     """
 
     mechanism: Mechanism
     options: Options
     cycles: int
     phase: float
-    start: CycleState
+    start: Snapshot
 
 
 def ensemble(
@@ -169,17 +168,15 @@ def ensemble(
     return run
 
 
-def _starts(mechanism: Mechanism, start: StartKind, members: int, perturbation: float, seed: int) -> list[CycleState]:
+def _starts(mechanism: Mechanism, start: StartKind, members: int, perturbation: float, seed: int) -> list[Snapshot]:
     """The consistent initial states of all members."""
     first = start_state(mechanism, start)
-    system = build_system(lay_out(mechanism))
-    handle = Handle(system)
+    system = make_system(reduce_mechanism(mechanism))
     numbers = np.random.default_rng(seed)
     found = [first]
     for _ in range(members - 1):
-        system.mode[:], system.approach[:] = first.mode, first.approach
-        moved = first.state * (1.0 + perturbation * numbers.standard_normal(first.state.size))
-        found.append(replace(consistent(handle, moved), approach=system.approach.copy()))
+        factor = 1.0 + perturbation * numbers.standard_normal(first.y.size)
+        found.append(consistent(system, first.changed(y=first.y * factor)))
     return found
 
 

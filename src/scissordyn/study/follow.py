@@ -5,19 +5,21 @@ from __future__ import annotations
 import numpy as np
 
 from scissordyn.errors import InputError
-from scissordyn.integrate.advance import RECORD
+from scissordyn.integrate.integration import NO_EVENT, RESET_DATA
 from scissordyn.jit import Handle
 from scissordyn.mechanics import functions
-from scissordyn.mechanics.layout import lay_out
-from scissordyn.mechanics.start import Start, carry_over, natural_state
-from scissordyn.mechanics.system import APPROACH_FLOOR, build_system
+from scissordyn.mechanics.assembly import Start, basis_at_start, natural_state
+from scissordyn.mechanics.reduce import reduce_mechanism
+from scissordyn.mechanics.redundancy import nearest
+from scissordyn.mechanics.system import APPROACH_FLOOR
 from scissordyn.model.mechanism import Mechanism
-from scissordyn.simulation.stroboscope import CycleState
+from scissordyn.simulation.driver import Snapshot, make_system
+from scissordyn.simulation.stroboscope import start_state
 
 __all__ = ["carried", "consistent"]
 
 
-def carried(before: Mechanism, state: CycleState, after: Mechanism) -> CycleState:
+def carried(before: Mechanism, state: Snapshot, after: Mechanism) -> Snapshot:
     """The state of one mechanism as the start of another, with the same positions and velocities of bodies.
 
     Both are at the same phase of their drives; time restarts from zero.
@@ -25,14 +27,14 @@ def carried(before: Mechanism, state: CycleState, after: Mechanism) -> CycleStat
     Parameters
     ----------
     before : Mechanism
-    state : CycleState
+    state : Snapshot
         Of `before`, between two cycles.
     after : Mechanism
         Of the same bodies and joints; lengths, masses, drives, clearances and laws may differ.
 
     Returns
     -------
-    CycleState
+    Snapshot
 
     Raises
     ------
@@ -43,20 +45,21 @@ def carried(before: Mechanism, state: CycleState, after: Mechanism) -> CycleStat
         after
     ):
         raise InputError("follow = True over mechanisms of different bodies or clearance joints", "follow = False")
-    old, new = lay_out(before), lay_out(after)
-    system = build_system(new)
+    old, new = reduce_mechanism(before), reduce_mechanism(after)
+    system = make_system(new)
     n = old.free
-    position, velocity = natural_state(old, build_system(old), Start(state.state[:n], state.state[n : 2 * n]))
-    start = carry_over(new, system, position, velocity)
-    internal = state.state[2 * n :]
-    if internal.size != int(system.state_start[-1]):
+    position, velocity = natural_state(old, make_system(old).content, Start(state.y[:n], state.y[n : 2 * n]))
+    b, rate = basis_at_start(system.content)
+    internal = state.y[2 * n :]
+    if internal.size != int(system.content.model.state_start[-1]):
         raise InputError("follow = True over mechanisms whose friction laws have different states", "follow = False")
-    full = np.concatenate([start.position, start.velocity, internal])
-    system.mode[:], system.approach[:] = state.mode, state.approach
-    return consistent(Handle(system), full)
+    full = np.concatenate([nearest(new, b, position), nearest(new, rate, velocity), internal])
+    begin = start_state(after)
+    moved = begin.changed(y=full, mode=state.mode, memory=state.arrays["memory"], reference=state.arrays["reference"])
+    return consistent(system, moved)
 
 
-def consistent(system: Handle, state: np.ndarray, *, cycle: int = 0, period: float = 0.0) -> CycleState:
+def consistent(system: Handle, state: Snapshot) -> Snapshot:
     """A consistent start from a state with slightly violated constraints and possibly outdated contact modes.
 
     A joint that was in contact and has indentation stays in contact, with its approach speed and internal states; another joint
@@ -65,32 +68,33 @@ def consistent(system: Handle, state: np.ndarray, *, cycle: int = 0, period: flo
     Parameters
     ----------
     system : Handle
-        Of a `System` whose mode and approach are those before.
-    state : ndarray, shape (ny,)
-    cycle, period : int and float
-        The start is at the time that is their product [s].
+        Of a `System`; its state is overwritten.
+    state : Snapshot
 
     Returns
     -------
-    CycleState
+    Snapshot
     """
-    content, now = system.content, cycle * period
-    y = state.copy()
-    functions.project(now, y, system.address)
-    gap, rate = np.zeros(content.mode.size), np.zeros(content.mode.size)
-    functions.guards(now, y, system.address, gap, rate)
-    for j in range(content.mode.size):
-        if (gap[j] > 0.0) != (content.mode[j] == 1):
-            # a reset toggles the contact, and starts its friction in steady sliding
-            functions.reset(now, y, j, system.address, np.zeros(RECORD))
-    return CycleState(
-        cycle=cycle,
-        state=y,
-        mode=content.mode.copy(),
-        approach=np.maximum(content.approach, APPROACH_FLOOR),
-        force=np.zeros(content.mode.size),
-        total=np.zeros(5),
-        stepping=np.zeros(0),
+    live, y, answer = system.content.state, state.y.copy(), np.zeros(2)
+    live.mode[:], live.memory[:], live.reference[:] = state.mode, state.arrays["memory"], state.arrays["reference"]
+    functions.activate(system.address)
+    functions.accept(state.time, y, system.address, answer)
+    value, rate = np.zeros(live.mode.size), np.zeros(live.mode.size)
+    functions.guards(state.time, y, system.address, value, rate)
+    for k in range(live.mode.size):
+        if value[k] > 0.0 and live.mode[k] == 0:
+            functions.touch(state.time, y, k, system.address, np.zeros(RESET_DATA))
+        elif not value[k] > 0.0 and live.mode[k] == 1:
+            functions.reset(state.time, y, k, system.address, np.zeros(RESET_DATA))
+    clock = state.arrays["clock"].copy()
+    clock["longest"], clock["prepared"], clock["first"], clock["last_event"] = answer[1], 0, 0.0, NO_EVENT
+    clock["touching"], clock["reach"] = 0, np.inf
+    return state.changed(
+        clock=clock,
+        y=y,
+        mode=live.mode,
+        memory=np.maximum(live.memory, APPROACH_FLOOR),
+        reference=live.reference,
     )
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 import json
 import math
 from collections.abc import Callable
@@ -11,20 +10,19 @@ import numpy as np
 import xarray as xr
 
 from scissordyn.analysis.lyapunov import exponent_from_growth
-from scissordyn.component.angle_stop import AngleStop
-from scissordyn.component.travel_stop import TravelStop
 from scissordyn.errors import InputError
+from scissordyn.integrate.advance import FINISHED
 from scissordyn.jit import Handle
 from scissordyn.laws.damping.none import NoDamping
 from scissordyn.laws.friction.none import NoFriction
 from scissordyn.mechanics import functions
-from scissordyn.mechanics.layout import lay_out
-from scissordyn.mechanics.system import build_system
+from scissordyn.mechanics.reduce import reduce_mechanism
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.model.record import to_plain
+from scissordyn.simulation.driver import Snapshot, make_system
 from scissordyn.simulation.options import Options, StartKind
-from scissordyn.simulation.stroboscope import CycleState, drive_period, run_cycles, start_state
-from scissordyn.simulation.trajectory import compute
+from scissordyn.simulation.stroboscope import drive_period
+from scissordyn.simulation.trajectory import broken_off, compute, make_driver
 from scissordyn.study.follow import consistent
 
 __all__ = ["separation_exponent", "variational_exponent"]
@@ -96,27 +94,34 @@ def separation_exponent(
     _check_counts(cycles=cycles, intervals=intervals)
     pulse, part = 2.0 * math.pi / period, period / intervals
     options = Options(part, start, 2, rtol, atol, method)
-    layout = lay_out(mechanism)
-    n, system = layout.free, build_system(layout)
-    handle = Handle(system)
+    reduced = reduce_mechanism(mechanism)
+    n, system = reduced.free, make_system(reduced)
     least = min((joint.clearance.clearance for joint in mechanism.contacts if joint.clearance), default=1.0)
     d0 = distance * pulse * least
-    reference = start_state(mechanism, start)
-    difference = _first_tangent(handle, reference.state, n, pulse, seed)
-    companion = _companion(handle, reference, reference, difference, d0, part)
+    drivers = [make_driver(reduced, options)[0] for _ in range(2)]
+    reference = drivers[0].snapshot()
+    difference = _first_tangent(system, reference.y, n, pulse, seed)
+    companion = _companion(system, reference, reference, difference, d0)
     growth, together, status, cause = [], 0, "complete", ""
     for interval in range(cycles * intervals):
-        runs = [run_cycles(mechanism, options, cycles=1, start=state) for state in (reference, companion)]
-        broken = next((run for run in runs if run.status != "complete"), None)
-        if broken is not None:
-            status, cause = broken.status, broken.cause
+        drivers[1].restore(companion)
+        try:
+            ended = [driver.advance((interval + 1) * part) for driver in drivers]
+        except KeyboardInterrupt:
+            status, cause = "interrupted", "interrupted"
             break
-        reference, companion = runs[0].end, runs[1].end
-        difference = companion.state - reference.state
+        broken = next((pair for pair in zip(ended, drivers, strict=True) if pair[0] != FINISHED), None)
+        if broken is not None:
+            status, cause = "failed", broken_off(*broken)
+            break
+        for driver in drivers:
+            driver.clear_log()
+        reference, companion = (driver.snapshot() for driver in drivers)
+        difference = companion.y - reference.y
         apart = _length(difference, n, pulse)
         growth.append(math.log(apart / d0))
         together += int(np.array_equal(reference.mode, companion.mode))
-        companion = _companion(handle, reference, companion, difference, d0 / apart, part)
+        companion = _companion(system, reference, companion, difference, d0 / apart)
         if progress is not None and (interval + 1) % intervals == 0:
             progress((interval + 1) // intervals, cycles)
     result = _concluded(mechanism, growth, part, skip * intervals, "two trajectories", status, cause)
@@ -180,7 +185,7 @@ def variational_exponent(
                 "damping 'none' and friction 'none'",
                 "separation_exponent(...)",
             )
-    if any(isinstance(element, AngleStop | TravelStop) for element in mechanism.elements) or mechanism.latches:
+    if any(part.declaration.gap is not None for part in mechanism.components) or mechanism.latches:
         raise InputError(
             "the variational equation of a mechanism with end stops or latches, where it is discontinuous",
             "a mechanism without",
@@ -189,17 +194,17 @@ def variational_exponent(
     # samples at the ends and the middles of all substeps
     rows = 2 * cycles * intervals * substeps + 1
     path = compute(mechanism, Options(cycles * period, start, rows, rtol, atol, method))
-    samples, n = path.samples, path.layout.free
-    content, address = path.system.content, path.system.address
+    samples, n = path.samples, path.reduced.free
+    live, address = path.system.content.state, path.system.address
     h = part / substeps
-    slope, slope_t = np.zeros(samples.state.shape[1]), np.zeros(samples.state.shape[1])
+    slope, slope_t, answer = np.zeros(samples.state.shape[1]), np.zeros(samples.state.shape[1]), np.zeros(2)
     tangent = _first_tangent(path.system, samples.state[0], n, pulse, seed)
     growth = []
     whole = (samples.time.size - 1) // (2 * substeps)
     for interval in range(whole):
         for at in range(2 * interval * substeps + 1, 2 * (interval + 1) * substeps, 2):
-            content.mode[:], content.approach[:] = samples.mode[at], samples.memory[at]
-            functions.project(samples.time[at], samples.state[at], address)
+            live.mode[:], live.memory[:], live.reference[:] = samples.mode[at], samples.memory[at], samples.reference[at]
+            functions.accept(samples.time[at], samples.state[at], address, answer)
             functions.linearise(samples.time[at], samples.state[at], address, slope, slope_t)
             if functions.factorize(0.5 * h, address) >= 0:
                 raise ArithmeticError(f"singular step matrix of the variational equation at t = {samples.time[at]:g} s")
@@ -241,32 +246,32 @@ def _first_tangent(system: Handle, state: np.ndarray, n: int, pulse: float, seed
 
 def _on_conditions(system: Handle, time: float, state: np.ndarray, tangent: np.ndarray) -> np.ndarray:
     """The projection of a tangent onto the length constraints, from the difference between two projected states."""
-    base = state.copy()
-    functions.project(time, base, system.address)
+    base, answer = state.copy(), np.zeros(2)
+    functions.accept(time, base, system.address, answer)
     size = NUDGE * max(1.0, float(np.max(np.abs(base)))) / float(np.max(np.abs(tangent)))
     ends = [base + size * tangent, base - size * tangent]
     for end in ends:
-        functions.project(time, end, system.address)
+        functions.accept(time, end, system.address, answer)
     return np.asarray((ends[0] - ends[1]) / (2.0 * size))
 
 
 def _companion(
-    system: Handle, reference: CycleState, companion: CycleState, difference: np.ndarray, factor: float, part: float
-) -> CycleState:
+    system: Handle, reference: Snapshot, companion: Snapshot, difference: np.ndarray, factor: float
+) -> Snapshot:
     """The companion at `factor` times its difference from the reference, consistent again."""
-    content = system.content
-    full = reference.state + factor * difference
+    model, contacts = system.content.model, system.content.parameters.contact.size
+    full = reference.y + factor * difference
     both = (reference.mode == 1) & (companion.mode == 1)
-    content.mode[:] = companion.mode
-    content.approach[:] = np.where(
-        both, reference.approach + factor * (companion.approach - reference.approach), companion.approach
-    )
-    for j in range(content.radius.shape[0]):
-        internal = slice(2 * content.n + int(content.state_start[j]), 2 * content.n + int(content.state_start[j + 1]))
+    memories = reference.arrays["memory"], companion.arrays["memory"]
+    memory = np.where(both, memories[0] + factor * (memories[1] - memories[0]), memories[1])
+    for j in range(contacts):
+        internal = slice(2 * model.n + int(model.state_start[j]), 2 * model.n + int(model.state_start[j + 1]))
         if not both[j]:
-            full[internal] = companion.state[internal]
-    put = consistent(system, full, cycle=reference.cycle, period=part)
-    return dataclasses.replace(put, force=companion.force, total=companion.total, stepping=companion.stepping)
+            full[internal] = companion.y[internal]
+    put = consistent(system, companion.changed(y=full, memory=memory))
+    clock = companion.arrays["clock"].copy()
+    clock["longest"], clock["prepared"] = put.arrays["clock"]["longest"], 0
+    return put.changed(clock=clock)
 
 
 def _concluded(

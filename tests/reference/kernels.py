@@ -1,0 +1,27 @@
+"""A mechanism's kernels at a state of choice, for tests of the mechanics."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from scissordyn.jit import Handle
+from scissordyn.mechanics import functions
+from scissordyn.mechanics.reduce import reduce_mechanism
+from scissordyn.model.mechanism import Mechanism
+from scissordyn.simulation.driver import make_system
+from scissordyn.simulation.start import prepare_start
+
+__all__ = ["accepted", "at_start"]
+
+
+def at_start(mechanism: Mechanism) -> tuple[Handle, np.ndarray]:
+    """The system of a mechanism and its concentric start."""
+    reduced = reduce_mechanism(mechanism)
+    system = make_system(reduced)
+    return system, prepare_start(reduced, system, "concentric").y
+
+
+def accepted(system: Handle, y: np.ndarray, time: float = 0.0) -> np.ndarray:
+    """The state brought back to the constraints, in place."""
+    functions.accept(time, y, system.address, np.zeros(2))
+    return y

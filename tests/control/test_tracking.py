@@ -127,7 +127,7 @@ def test_feedback_is_a_hinge_spring():
     servo = Actuator("servo", "other", PID(40.0, 0.8), base="one", reference=Polynomial((0.5,)))
     for method in ("dop853", "rodas5p"):
         sprung, steered = (
-            sd.simulate(arm.replace("elements", (element,)), until=0.6, method=method, **TIGHT) for element in (hinge, servo)
+            sd.simulate(arm.replace("components", (element,)), until=0.6, method=method, **TIGHT) for element in (hinge, servo)
         )
         assert np.allclose(sprung["angle"], steered["angle"], atol=1e-8)
         assert np.allclose(sprung["element_torque"], steered["element_torque"], atol=1e-6)

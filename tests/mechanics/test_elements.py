@@ -182,7 +182,7 @@ def test_motor_driven_array_with_clearance_joint():
         Motor("motor", "unit 1/bar 1", 3000.0, 20.0, inertia=1.0),
         TorsionSpring("hinge", "unit 1/bar 2", "unit 1/bar 1", stiffness=100.0, free_angle=-2.0, damping=1.0),
     )
-    run = sd.simulate(arm.replace("elements", elements), until=0.05, samples=501)
+    run = sd.simulate(arm.replace("components", elements), until=0.05, samples=501)
     assert run.attrs["status"] == "complete"
     assert run.sizes["contact"] > 0
     assert balanced(run, 1e-6)

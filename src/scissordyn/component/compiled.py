@@ -63,7 +63,7 @@ def _compiled(kernel: Kernel, declaration: Declaration, parameters: int, results
     ours = plain.__module__.startswith("scissordyn.")
     scope: dict[str, Any] = {
         "own": kernel if isinstance(kernel, Dispatcher) else numba.njit(error_model="numpy")(plain),
-        "__name__": f"{plain.__module__}.{declaration.section}",
+        "__name__": plain.__module__,
         "__file__": file,
     }
     exec(compile(_called(kernel, declaration, parameters, results), file, "exec"), scope)

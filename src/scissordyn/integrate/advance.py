@@ -84,7 +84,7 @@ def advance(problem, S, address, most_steps):
     clock = s.clock[0]
     for _ in range(most_steps):
         if clock.time >= clock.end:
-            write_samples(T, clock.time, 0.0, True, s, w, r.samples)
+            write_samples(T, clock.time, 0.0, clock.time, s, w, r.samples)
             return FINISHED
         status = room(r)
         if status == ADVANCING:
@@ -177,6 +177,7 @@ def accept(problem, T, t, h, full, grow, last, guard, s, w, S, r):
     """Take over the step just made, with what happens in it and at its end; returns a status."""
     clock, counts = s.clock[0], s.counts[0]
     counts.steps += 1
+    now = clock.end if last else t + h
     across = clock.crosses == 1 and guard < 0
     if across:
         log_crossings(problem, T, t, h, s, w, S, r.log, True)
@@ -187,12 +188,11 @@ def accept(problem, T, t, h, full, grow, last, guard, s, w, S, r):
             complete(problem, T, t, h, s, w, S)
             keep_history(problem.record, T, t, h, s, w, S)
         monitor_step(problem, T, t, h, s, w, S)
-        if counts.samples < r.samples.time.size and (r.samples.time[counts.samples] <= t + h or last):
+        if counts.samples < r.samples.time.size and r.samples.time[counts.samples] <= now:
             complete(problem, T, t, h, s, w, S)
-            write_samples(T, t, h, last, s, w, r.samples)
+            write_samples(T, t, h, now, s, w, r.samples)
         for q in range(s.total.size):
             s.total[q] += step_integral(T, h, w, q)
-    now = clock.end if last else t + h
     if across:
         log_crossings(problem, T, t, h, s, w, S, r.log, False)
         end_inactive(problem, now, s, w, S)
@@ -268,13 +268,13 @@ def take_event(problem, now, guard, s, w, S, log):
 
 
 @kernel()
-def write_samples(T, t, h, final, s, w, out):
-    """Write the samples that lie in (t, t + h], or at the very end."""
+def write_samples(T, t, h, reached, s, w, out):
+    """Write the samples up to the instant that a step of size h from t has reached."""
     counts = s.counts[0]
     while counts.samples < out.time.size:
         at = counts.samples
         when = out.time[at]
-        if when > t + h and not (final and at == out.time.size - 1):
+        if when > reached:
             return
         theta = place(w.scaling[0], min(1.0, max(0.0, (when - t) / h))) if h > 0.0 else 1.0
         if h > 0.0:

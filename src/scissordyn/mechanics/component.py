@@ -247,8 +247,8 @@ def add_curvature(i, port, S, out):
         K[1, 4] += fy
         K[4, 1] += fy
         K[5, 0] -= fy
-    if port == _HINGE or port == _FRAME:
-        torque = out[0] if port == _HINGE else out[2]
+    if port == _HINGE or port == _FRAME or port == _ACTUATOR:
+        torque = out[2] if port == _FRAME else out[0]
         K[2, 3] -= torque
         K[3, 2] += torque
         K[4, 5] += torque
@@ -268,7 +268,8 @@ def linearise_component(t, i, S, z, dt, first_state):
     K[:, :] = 0.0
     D[:, :] = 0.0
     if port == _ACTUATOR:
-        linearise_actuator(t, i, S, z, dt, first_state)
+        W.result[i, 0] = linearise_actuator(t, i, S, z, dt, first_state)
+        add_curvature(i, port, S, W.result[i])
     elif M.force_kernel[i] != 0:
         sense_port(i, S, maps)
         write_context(t, i, S)

@@ -56,7 +56,7 @@ class Gradients:
         d = self.weight[:, None] * np.asarray(self.maps @ full).reshape(-1, 2)
         if isinstance(self.maps, np.ndarray):
             rows = np.zeros((self.count, self.maps.shape[1]))
-            np.add.at(rows, self.owner, np.sum(d[:, :, None] * self.maps.reshape(*d.shape, -1), axis=1))
+            np.add.at(rows, self.owner, np.sum(d[:, :, None] * self.maps.reshape(*d.shape, self.maps.shape[1]), axis=1))
             return np.vstack([rows, self.held])
         parts = np.arange(self.owner.size)
         places = np.repeat(self.owner, 2), np.stack([2 * parts, 2 * parts + 1], 1).ravel()

@@ -1,65 +1,29 @@
-"""Compiled kernels and where their machine code is kept.
+"""Compiled kernels and the tuples of arrays that they are handed.
 
 Numba's on-disk cache watches only the file of the function it loads: edit a law, and a caller in another file would still
-run the old one. So the cache folder is named by a digest of every kernel source, of this interpreter and of numba.
+run the old one. So machine code is kept by `cache`, in a folder named by a digest of every kernel source, of this interpreter
+and of numba.
 """
 
 from __future__ import annotations
 
-import hashlib
-import os
-import shutil
-import sys
-import tempfile
 from collections.abc import Callable
-from pathlib import Path
+from functools import cache
 from typing import Any, get_args, get_type_hints
 
 import numba
 import numpy as np
 from numba import types
 from numba.extending import intrinsic
-from platformdirs import user_cache_path
+from numba.np.numpy_support import as_dtype
 
-__all__ = ["CACHE_FOLDER", "KERNEL_ROOMS", "Handle", "kernel", "opener", "source_digest"]
+from scissordyn.cache.kernel import KernelCache
 
-KERNEL_ROOMS = ("plugin", "laws", "control", "mechanics", "integrate")
-KEPT_GENERATIONS = 4
-"""Older cache folders beyond this number are deleted when a new one is made."""
-
-
-def source_digest(package: Path) -> str:
-    """A digest of all kernel sources under `package`, the numba version and the interpreter."""
-    digest = hashlib.sha256(f"{numba.__version__} {sys.version} {sys.platform}".encode())
-    sources = [package / "jit.py", *(path for room in KERNEL_ROOMS for path in sorted((package / room).rglob("*.py")))]
-    for path in sources:
-        digest.update(str(path.relative_to(package)).encode())
-        digest.update(path.read_bytes())
-    return digest.hexdigest()[:16]
-
-
-def _cache_folder() -> Path:
-    package = Path(__file__).parent
-    root = Path(os.environ.get("SCISSORDYN_CACHE") or user_cache_path("scissordyn")) / "kernels"
-    folder = root / f"{source_digest(package)}-{hashlib.sha256(str(package).encode()).hexdigest()[:8]}"
-    if not folder.exists():
-        try:
-            folder.mkdir(parents=True, exist_ok=True)
-            generations = sorted(root.iterdir(), key=lambda path: path.stat().st_mtime, reverse=True)
-            for old in generations[KEPT_GENERATIONS:]:
-                shutil.rmtree(old, ignore_errors=True)
-        except OSError:  # a read-only home: the machine code lives as long as this process's temporary folder
-            folder = Path(tempfile.mkdtemp(prefix="scissordyn-"))
-    return folder
-
-
-CACHE_FOLDER = _cache_folder()
-settings: Any = numba.config
-"""numba makes its settings when it is imported, so that no type checker can know them."""
+__all__ = ["Handle", "kernel", "opener"]
 
 
 def kernel(*, inline: bool = False) -> Callable[[Callable[..., Any]], Any]:
-    """Compile a function to machine code, kept on disk under `CACHE_FOLDER`.
+    """Compile a function to machine code, kept on disk by `cache`.
 
     The function must not allocate: reference counts are switched off, which makes a kernel several times faster, and numba
     refuses to compile an allocation then.
@@ -76,19 +40,16 @@ def kernel(*, inline: bool = False) -> Callable[[Callable[..., Any]], Any]:
     """
 
     def compile_later(function: Callable[..., Any]) -> Any:
-        before = settings.CACHE_DIR
-        settings.CACHE_DIR = str(CACHE_FOLDER)
-        try:
-            return numba.njit(  # type: ignore[call-overload]
-                cache=True,
-                error_model="numpy",
-                _nrt=False,
-                forceinline=inline,
-                no_cpython_wrapper=inline,
-                no_cfunc_wrapper=inline,
-            )(function)
-        finally:
-            settings.CACHE_DIR = before
+        compiled = numba.njit(  # type: ignore[call-overload]
+            error_model="numpy",
+            _nrt=False,
+            forceinline=inline,
+            no_cpython_wrapper=inline,
+            no_cfunc_wrapper=inline,
+        )(function)
+        # numba's own cache may choose a folder beside the sources, and fails on a file that is cut off
+        compiled._cache = KernelCache(function)
+        return compiled
 
     return compile_later
 
@@ -109,13 +70,42 @@ class Handle:
 
     def __init__(self, content: Any) -> None:
         self.content = content
+        self._members = _members(type(content))  # type: ignore[arg-type]
+        for name, part in zip(self._members, content, strict=True):
+            self._check(name, part)
         self._memory = np.array([word for part in content for word in _words(part)], np.int64)
         self.address = int(self._memory.ctypes.data)
 
     def exchange(self, **parts: Any) -> None:
         """Put other arrays, of the same type, in the place of some; the address stays."""
+        for name, part in parts.items():
+            self._check(name, part)
         self.content = self.content._replace(**parts)
         self._memory[:] = [word for part in self.content for word in _words(part)]
+
+    def _check(self, name: str, part: Any) -> None:
+        """Kernels read memory by the declaration alone, so that another type would be read as garbage and written beyond."""
+        member = self._members[name]
+        if member is None:
+            if isinstance(part, int):
+                return
+        elif isinstance(part, np.ndarray) and part.dtype == member[0] and part.ndim == member[1] and part.flags.carray:
+            return
+        given, wanted = type(part).__name__, "an int"
+        if isinstance(part, np.ndarray):
+            given = f"{'' if part.flags.carray else 'not contiguous or read-only '}{part.dtype} array, dimension {part.ndim}"
+        if member is not None:
+            wanted = f"a contiguous, writable {member[0]} array, dimension {member[1]}"
+        raise TypeError(f"{type(self.content).__name__}.{name}: {given}, not {wanted}")
+
+
+@cache
+def _members(described: type) -> dict[str, tuple[np.dtype[Any], int] | None]:
+    """Type and dimension of each array that a tuple declares; None for an integer."""
+    return {
+        name: None if hint is int else (as_dtype(get_args(hint)[1].dtype), get_args(hint)[1].ndim)
+        for name, hint in get_type_hints(described, include_extras=True).items()
+    }
 
 
 def _words(part: Any) -> tuple[int, ...]:

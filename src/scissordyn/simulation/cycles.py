@@ -16,6 +16,7 @@ from scissordyn.mechanics.outputs import record
 from scissordyn.model.body import GROUND
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.model.record import to_plain
+from scissordyn.simulation.configuration import read_configuration, write_configuration
 from scissordyn.simulation.options import Options, StartKind
 from scissordyn.simulation.stroboscope import Cycles, CycleState, drive_period, run_cycles
 
@@ -92,17 +93,17 @@ def cycle(
 
 def _start_of(run: xr.Dataset) -> StartKind:
     """How an earlier run started, on which the choice of the method depends."""
-    if "end_state" not in run or "configuration" not in run.attrs:
+    options = read_configuration(run).options if "end_state" in run else None
+    if options is None:
         raise InputError("start = a dataset that holds no state to go on from", "a Dataset that cycle() made")
-    kind: StartKind = json.loads(run.attrs["configuration"])["options"]["start"]
-    return kind
+    return options.start
 
 
 def _state_of(run: xr.Dataset, mechanism: Mechanism, period: float) -> CycleState:
     """The state that an earlier run ended in."""
     if not math.isclose(float(run.attrs["period"]), period, rel_tol=1e-12):
         raise InputError(f"start = cycles of {run.attrs['period']:g} s for cycles of {period:g} s", "the same period")
-    if json.loads(run.attrs["configuration"])["mechanism"] != to_plain(mechanism):
+    if read_configuration(run).plain != to_plain(mechanism):
         raise InputError("start = cycles of another mechanism", "cycles of the same mechanism")
     parts = {field.name: run[f"end_{field.name}"].values.copy() for field in fields(CycleState) if field.name != "cycle"}
     return CycleState(int(run.attrs["end_cycle"]), **parts)
@@ -228,6 +229,6 @@ def _to_dataset(mechanism: Mechanism, options: Options, found: Cycles, phase: fl
         "end_cycle": found.end.cycle,
         "cycles_per_second": found.statistics["cycles_per_second"],
         "statistics": json.dumps(found.statistics),
-        "configuration": json.dumps({"mechanism": to_plain(mechanism), "options": to_plain(options)}),
+        "configuration": write_configuration(mechanism, options),
     }
     return run

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import dataclasses
 import json
-from collections.abc import Callable
+import os
+from collections.abc import Callable, Sequence
 
 import xarray as xr
 
 from scissordyn.errors import InputError
 from scissordyn.model.mechanism import Mechanism
-from scissordyn.model.record import from_plain
+from scissordyn.simulation.configuration import read_configuration, write_configuration
 from scissordyn.simulation.courses import check_tables
 from scissordyn.simulation.dataset import to_dataset
 from scissordyn.simulation.options import Options, StartKind
@@ -19,6 +20,9 @@ from scissordyn.simulation.trust import TIGHTER, horizon
 from scissordyn.simulation.warn import run_warnings
 
 __all__ = ["replay", "simulate"]
+
+TITLE = "scissordyn run"
+"""Of what `simulate` returns: a map or a diagram has a configuration too, and is not run again from it."""
 
 
 def simulate(
@@ -75,22 +79,37 @@ def simulate(
     return _simulate(mechanism, options, trust, progress)
 
 
-def replay(run: xr.Dataset, *, progress: Callable[[float], None] | None = None) -> xr.Dataset:
+def replay(
+    run: xr.Dataset,
+    *,
+    allow_code: str | os.PathLike[str] | Sequence[str | os.PathLike[str]] = (),
+    progress: Callable[[float], None] | None = None,
+) -> xr.Dataset:
     """Run a saved run again, from its attributes; the same versions give the same numbers bit for bit.
+
+    Nothing that the run names is executed. If it used functions in a file of the user's own, that file must be allowed.
 
     Parameters
     ----------
     run : Dataset
+    allow_code : path or sequence of path
+        Python files that may be executed. A function is taken from the one with the digest that the run holds.
     progress : callable, optional
 
     Returns
     -------
     Dataset
+
+    Raises
+    ------
+    InputError
+        If it is no run of `simulate`, or uses a function that is in none of the allowed files.
     """
-    if "configuration" not in run.attrs:
-        raise InputError("a dataset without the attribute 'configuration'", "a Dataset that simulate() made")
-    plain = json.loads(run.attrs["configuration"])
-    return _simulate(from_plain(plain["mechanism"]), from_plain(plain["options"]), plain.get("trust", False), progress)
+    configuration = read_configuration(run)
+    if configuration.options is None or run.attrs.get("title") != TITLE:
+        raise InputError(f"{run.attrs.get('title', 'a dataset without a title')!r:.60}", "a Dataset that simulate() made")
+    mechanism = configuration.build_mechanism(allow_code)
+    return _simulate(mechanism, configuration.options, configuration.trust, progress)
 
 
 def _simulate(mechanism: Mechanism, options: Options, trust: bool, progress: Callable[[float], None] | None) -> xr.Dataset:
@@ -99,8 +118,11 @@ def _simulate(mechanism: Mechanism, options: Options, trust: bool, progress: Cal
     run = to_dataset(mechanism, options, path)
     run.attrs["warnings"] = json.dumps(run_warnings(mechanism, run, path.still))
     if trust and run.attrs["status"] == "complete":
+        run.attrs["configuration"] = write_configuration(mechanism, options, trust=True)
         tight = dataclasses.replace(options, rtol=max(TIGHTER * options.rtol, 1e-14), atol=max(TIGHTER * options.atol, 1e-14))
         second = to_dataset(mechanism, tight, compute(mechanism, tight, progress))
+        if second.attrs["status"] == "interrupted":
+            cause = "interrupted while the run was repeated; the run itself is complete, and nothing is known of its horizon"
+            return run.assign_attrs(status="interrupted", cause=cause)
         run.attrs["trusted_until"], run.attrs["trusted_contacts"] = horizon(run, second)
-        run.attrs["configuration"] = json.dumps({**json.loads(run.attrs["configuration"]), "trust": True})
     return run

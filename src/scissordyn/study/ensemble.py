@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 
@@ -14,7 +13,7 @@ from scissordyn.jit import Handle
 from scissordyn.mechanics.layout import lay_out
 from scissordyn.mechanics.system import build_system
 from scissordyn.model.mechanism import Mechanism
-from scissordyn.model.record import to_plain
+from scissordyn.simulation.configuration import write_configuration
 from scissordyn.simulation.cycles import DESCRIBED, per_cycle
 from scissordyn.simulation.options import Options, StartKind
 from scissordyn.simulation.stroboscope import CycleState, drive_period, run_cycles, start_state
@@ -163,7 +162,7 @@ def ensemble(
         "perturbation": perturbation,
         "seed": seed,
         "agreement": agreement,
-        "configuration": json.dumps({"mechanism": to_plain(mechanism), "options": to_plain(options)}),
+        "configuration": write_configuration(mechanism, options),
     }
     return run
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-import json
 import math
 from collections.abc import Callable
 
@@ -20,7 +19,7 @@ from scissordyn.mechanics.layout import lay_out
 from scissordyn.mechanics.system import build_system
 from scissordyn.model.element import AngleStop, TravelStop
 from scissordyn.model.mechanism import Mechanism
-from scissordyn.model.record import to_plain
+from scissordyn.simulation.configuration import write_configuration
 from scissordyn.simulation.options import Options, StartKind
 from scissordyn.simulation.stroboscope import CycleState, drive_period, run_cycles, start_state
 from scissordyn.simulation.trajectory import compute
@@ -278,6 +277,6 @@ def _concluded(
         "road": road,
         "status": status,
         "cause": cause,
-        "configuration": json.dumps({"mechanism": to_plain(mechanism)}),
+        "configuration": write_configuration(mechanism),
     }
     return result

@@ -8,6 +8,7 @@ from scissordyn.errors import InputError
 from scissordyn.model.drive import Motion, TableMotion
 from scissordyn.model.element import Actuator, Force
 from scissordyn.model.mechanism import Mechanism
+from scissordyn.simulation.interrupt import pass_on
 from scissordyn.simulation.run import simulate
 
 __all__ = ["feed_forward"]
@@ -49,7 +50,7 @@ def feed_forward(mechanism: Mechanism, reference: Motion, *, until: float, body:
         if not isinstance(element, Actuator) and not (isinstance(element, Force) and element.course is not None)
     )
     ideal = dataclasses.replace(mechanism.tighten(), elements=kept, drives=()).driven(reference, body=body)
-    run = simulate(ideal, until=until, samples=samples)
+    run = pass_on(simulate(ideal, until=until, samples=samples))
     if run.attrs["status"] != "complete":
         raise InputError(f"the ideal mechanism cannot follow the reference: {run.attrs['cause']}", "another reference")
     return TableMotion(tuple(run["time"].values.tolist()), tuple(run["drive_torque"].values.tolist()))

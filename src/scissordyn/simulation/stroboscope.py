@@ -21,6 +21,7 @@ from scissordyn.model.element import Actuator
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.simulation.courses import check_tables, prescribed
 from scissordyn.simulation.options import Options, StartKind
+from scissordyn.simulation.slice import FIRST, next_slice
 from scissordyn.simulation.start import prepare_start
 from scissordyn.simulation.trajectory import automatic_method, broken_off, counts_of, mechanics_problem, work_arrays
 
@@ -221,7 +222,7 @@ def run_cycles(
     share, peak, gained = np.zeros((cycles, nj)), np.zeros((cycles, nj)), np.zeros((cycles, QUADRATURES))
     log = np.zeros((256, loop.LOG_COLUMNS))
     counts = np.zeros(8, np.int64)
-    done, status, cause, end, events = 0, loop.ADVANCING, "", begin, 0
+    done, status, cause, end, events, pace = 0, loop.ADVANCING, "", begin, 0, FIRST
     began = clocks.perf_counter()
     try:
         while done < cycles:
@@ -234,13 +235,16 @@ def run_cycles(
             work.peak[:, 1] = clock[loop.TIME]
             status = loop.ADVANCING
             while status == loop.ADVANCING:
-                slice_ = int(min(SLICE, options.most_steps - count[loop.STEPS] - count[loop.REJECTED]))
+                taken, called = count[loop.STEPS] + count[loop.REJECTED], clocks.perf_counter()
+                slice_ = int(min(pace, options.most_steps - taken))
                 if slice_ <= 0:
                     cause = f"{options.most_steps} steps did not suffice for a cycle"
                     break
                 status = loop.advance(
                     mechanics_problem(), coefficients, handle.address, clock, count, work, sample, log, slice_
                 )
+                taken = count[loop.STEPS] + count[loop.REJECTED] - taken
+                pace = next_slice(int(taken), clocks.perf_counter() - called, SLICE)
                 if status == loop.LOG_FULL:
                     log = np.vstack([log, np.zeros_like(log)])
                     status = loop.ADVANCING

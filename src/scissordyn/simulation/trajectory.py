@@ -24,6 +24,7 @@ from scissordyn.model.element import Actuator
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.simulation.cause import failed_latch, immovable_joints, singular_position
 from scissordyn.simulation.options import Options
+from scissordyn.simulation.slice import FIRST, next_slice
 from scissordyn.simulation.start import prepare_start
 
 __all__ = ["Trajectory", "automatic_method", "broken_off", "compute", "counts_of", "mechanics_problem", "work_arrays"]
@@ -115,14 +116,17 @@ def compute(mechanism: Mechanism, options: Options, progress: Callable[[float], 
     count[loop.EVENTS] = len(opening)
 
     began = clocks.perf_counter()
-    status, cause = loop.ADVANCING, ""
+    status, cause, pace = loop.ADVANCING, "", FIRST
     try:
         while status == loop.ADVANCING:
-            slice_ = int(min(SLICE, options.most_steps - count[loop.STEPS] - count[loop.REJECTED]))
+            taken, called = count[loop.STEPS] + count[loop.REJECTED], clocks.perf_counter()
+            slice_ = int(min(pace, options.most_steps - taken))
             if slice_ <= 0:
                 cause = f"{options.most_steps} steps did not suffice"
                 break
             status = loop.advance(mechanics_problem(), coefficients, handle.address, clock, count, work, samples, log, slice_)
+            taken = count[loop.STEPS] + count[loop.REJECTED] - taken
+            pace = next_slice(int(taken), clocks.perf_counter() - called, SLICE)
             if status == loop.LOG_FULL:
                 log = np.vstack([log, np.zeros_like(log)])
                 status = loop.ADVANCING

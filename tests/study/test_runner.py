@@ -118,7 +118,9 @@ def test_workers_end_with_their_parent(tmp_path, work):
     script.write_text(ORPHANS.replace("{work}", work) + ("    time.sleep(60)\n" if work == "pass" else ""))
     if work == "pass":
         script.write_text(script.read_text().replace("run_cases(work, range(8), workers=2)", KEEP))
-    with subprocess.Popen([sys.executable, str(script)], stdout=subprocess.PIPE, text=True) as parent:
+    with subprocess.Popen(
+        [sys.executable, str(script)], stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True
+    ) as parent:
         pids = {int(parent.stdout.readline()) for _ in range(2)}
         parent.kill()
         assert all(gone(pid) for pid in pids)

@@ -6,6 +6,7 @@ import os
 import shutil
 import subprocess
 import sys
+from collections.abc import Callable
 from pathlib import Path
 from typing import Annotated, NamedTuple
 
@@ -14,6 +15,7 @@ import pytest
 from numba import types
 
 import scissordyn
+from scissordyn.cache import folder as folders
 from scissordyn.jit import Handle, kernel, opener
 
 PACKAGE = Path(scissordyn.__file__).parent
@@ -83,17 +85,134 @@ def test_edited_law_is_compiled_into_its_callers(copy: Path, tmp_path: Path) -> 
     assert undone[1:] == (1, 0)
 
 
-def test_old_generations_are_deleted(copy: Path, tmp_path: Path) -> None:
-    """Limit: only the machine code of the latest few editions of the kernels is stored."""
-    from scissordyn.jit import KEPT_GENERATIONS
+def damage(cache: Path, content: Callable[[bytes], bytes]) -> int:
+    """Change every file of machine code; returns how many there are."""
+    files = list(cache.rglob("*.nbc"))
+    for path in files:
+        path.write_bytes(content(path.read_bytes()))
+    return len(files)
 
-    cache, law = tmp_path / "cache", copy / "scissordyn" / "laws" / "elastic" / "liu.py"
-    environment = {**os.environ, "PYTHONPATH": str(copy), "SCISSORDYN_CACHE": str(cache)}
-    for edition in range(KEPT_GENERATIONS + 2):
-        with law.open("a", encoding="utf-8") as file:
-            file.write(f"# {edition}\n")
-        subprocess.run([sys.executable, "-c", "import scissordyn.jit"], env=environment, check=True)
-    assert len(list((cache / "kernels").iterdir())) == KEPT_GENERATIONS
+
+def flipped(whole: bytes) -> bytes:
+    """With one bit the other way round, in the middle."""
+    middle = len(whole) // 2
+    return whole[:middle] + bytes([whole[middle] ^ 1]) + whole[middle + 1 :]
+
+
+def test_damaged_machine_code_is_compiled_anew(tmp_path: Path) -> None:
+    """Identity: a file that is cut off, empty, of other content or with a wrong bit is replaced, and the force is the same."""
+    cache = tmp_path / "cache"
+    whole = ask(PACKAGE.parent, cache)
+    for content in (lambda whole: whole[: len(whole) // 2], lambda _: b"", lambda _: b"\x80\x04K\x01.", flipped):
+        assert damage(cache, content) == len(kept(cache)) > 0
+        anew = ask(PACKAGE.parent, cache)
+        assert anew == (whole[0], 0, 1)
+        assert ask(PACKAGE.parent, cache) == (whole[0], 1, 0)
+
+
+LIMITED = "import resource; resource.setrlimit(resource.RLIMIT_FSIZE, (2000, 2000))\n"
+"""No file may grow beyond 2 kB, as on a full disk."""
+
+
+@pytest.mark.parametrize(("place", "limit"), [("/proc/cache", ""), ("taken/cache", ""), ("cache", LIMITED)])
+def test_a_cache_that_cannot_be_written(tmp_path: Path, place: str, limit: str) -> None:
+    """Identity: the run goes on, says so once, writes nothing beside the sources and leaves nothing in the temporary folder."""
+    beside, temporary = set(PACKAGE.rglob("*.nb?")), tmp_path / "temporary"
+    (tmp_path / "taken").write_text("")
+    temporary.mkdir()
+    own = {"SCISSORDYN_CACHE": str(tmp_path / place), "TMPDIR": str(temporary), "PYTHONDONTWRITEBYTECODE": "1"}
+    command = [sys.executable, "-c", limit + ASK]
+    done = subprocess.run(command, env={**os.environ, **own}, capture_output=True, text=True, check=True)
+    assert float(done.stdout.strip("[]\n").split(",")[0]) == pytest.approx(LIU, rel=1e-14)
+    assert done.stderr.count("scissordyn: the kernel cache") == done.stderr.count("\n") == 1
+    assert set(PACKAGE.rglob("*.nb?")) == beside
+    assert list(temporary.iterdir()) == []
+
+
+SHARED = """
+import sys
+from scissordyn.study.runner import run_cases
+from scissordyn.laws.dispatch import elastic_force
+import numpy as np
+
+def force(k):
+    value = elastic_force(0, 1e-5, np.array([1e9, 5e-4]))
+    return value, sum(elastic_force.stats.cache_hits.values())
+
+if __name__ == "__main__":
+    force(0)
+    for result in run_cases(force, [1, 2, 3], workers=2):
+        print(*result.value)
+"""
+
+
+def test_workers_share_a_temporary_cache(tmp_path: Path) -> None:
+    """Identity: where the cache cannot be written, workers load what their parent compiled, and say nothing themselves."""
+    (tmp_path / "taken").write_text("")
+    (tmp_path / "script.py").write_text(SHARED)
+    environment = {**os.environ, "SCISSORDYN_CACHE": str(tmp_path / "taken"), "TMPDIR": str(tmp_path)}
+    command = [sys.executable, str(tmp_path / "script.py")]
+    done = subprocess.run(command, env=environment, capture_output=True, text=True, check=True, timeout=200)
+    rows = [line.split() for line in done.stdout.splitlines()]
+    assert [hits for _, hits in rows] == ["1", "1", "1"]
+    assert len({force for force, _ in rows}) == 1
+    assert done.stderr.count("\n") == 1
+
+
+def test_importing_deletes_nothing(tmp_path: Path) -> None:
+    """Identity: folders of other checkouts and of earlier editions stay when the package is imported and used."""
+    root = tmp_path / "kernels"
+    for number in range(12):
+        (root / f"{number:016x}-{number:08x}").mkdir(parents=True)
+    ask(PACKAGE.parent, tmp_path)
+    assert len(list(root.iterdir())) == 13
+
+
+HOLD = """
+import sys, os
+from scissordyn.lock import hold
+handle = os.open(sys.argv[1], os.O_RDWR | os.O_CREAT)
+assert hold(handle, shared=True)
+print("held", flush=True)
+sys.stdin.read()
+"""
+
+
+def test_cleaning_is_asked_for(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+    """Identity: `scissordyn cache --clean` deletes what is ours or orphaned, old and not in use, and nothing else."""
+    from scissordyn.cli.main import status_of
+
+    monkeypatch.setenv("SCISSORDYN_CACHE", str(tmp_path))
+    root, ours = tmp_path / "kernels", folders.place_digest()
+    current = f"{folders.source_digest(PACKAGE)}-{ours}"
+    places = {
+        current: PACKAGE,
+        f"{1:016x}-{ours}": PACKAGE,
+        f"{2:016x}-{ours}": PACKAGE,  # in use
+        f"{3:016x}-{3:08x}": tmp_path,  # a package that is there
+        f"{4:016x}-{4:08x}": tmp_path / "gone",
+        "notes": None,
+    }
+    for name, package in places.items():
+        (root / name).mkdir(parents=True)
+        (root / name / "kernel.nbc").write_bytes(bytes(1000))
+        if package is not None:
+            (root / name / folders.OWNER).write_text(str(package))
+    command = [sys.executable, "-c", HOLD, str(root / f"{2:016x}-{ours}" / folders.LOCK)]
+    with subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True) as user:
+        assert user.stdout is not None
+        assert user.stdout.readline() == "held\n"
+        assert status_of(["cache"]) == 0
+        shown = capsys.readouterr().out
+        assert str(root) in shown
+        assert [shown.count(words) for words in ("of this version", ", old", ", in use", "0.0 MB")] == [1, 2, 1, 5]
+        assert {path.name for path in root.iterdir()} == set(places)
+        assert status_of(["cache", "--clean"]) == 0
+        assert {path.name for path in root.iterdir()} == {current, f"{2:016x}-{ours}", f"{3:016x}-{3:08x}", "notes"}
+        assert user.stdin is not None
+        user.stdin.close()
+    assert status_of(["cache", "--clean"]) == 0
+    assert {path.name for path in root.iterdir()} == {current, f"{3:016x}-{3:08x}", "notes"}
 
 
 class Described(NamedTuple):
@@ -125,9 +244,9 @@ def describe(address, sizes, values):
     D.table[1, 1] = 13
 
 
-def test_handle_opens_to_every_kind_of_field() -> None:
-    """Identity: kernels read shapes and elements of all fields through the address, and what they write is seen outside."""
-    content = Described(
+def content() -> Described:
+    """Something in every field."""
+    return Described(
         number=-(2**40),
         vector=np.array([1.0, 2.0, 3.0]),
         matrix=np.arange(6.0).reshape(2, 3),
@@ -136,12 +255,48 @@ def test_handle_opens_to_every_kind_of_field() -> None:
         empty=np.zeros((0, 4)),
         last=99,
     )
-    handle = Handle(content)
+
+
+FROZEN = np.zeros(3)
+FROZEN.flags.writeable = False
+
+
+@pytest.mark.parametrize(
+    ("field", "value"),
+    [
+        ("vector", np.zeros(3, np.int32)),
+        ("vector", np.zeros(3, np.float32)),
+        ("vector", np.zeros((3, 1))),
+        ("vector", np.zeros(6)[::2]),
+        ("vector", FROZEN),
+        ("vector", [1.0, 2.0, 3.0]),
+        ("matrix", np.zeros((3, 2)).T),
+        ("integers", np.zeros(2)),
+        ("integers", np.zeros(2, np.int32)),
+        ("number", 1.0),
+        ("number", np.zeros(1, np.int64)),
+    ],
+)
+def test_handles_refuse_other_types(field: str, value: object) -> None:
+    """Identity: kernels would read another type as garbage; it is refused when the handle is made and when it is exchanged."""
+    with pytest.raises(TypeError, match=rf"Described\.{field}: "):
+        Handle(content()._replace(**{field: value}))
+    handle = Handle(content())
+    before = handle.content
+    with pytest.raises(TypeError, match=rf"Described\.{field}: "):
+        handle.exchange(**{field: value})
+    assert handle.content is before
+
+
+def test_handle_opens_to_every_kind_of_field() -> None:
+    """Identity: kernels read shapes and elements of all fields through the address, and what they write is seen outside."""
+    given = content()
+    handle = Handle(given)
     sizes, values = np.zeros(10, np.int64), np.zeros(4)
     describe(handle.address, sizes, values)
     assert sizes.tolist() == [-(2**40), 3, 2, 3, 2, 3, 2, 0, 4, 99]
     assert values.tolist() == [3.0, 5.0, 5.0, 4.0]
-    assert content.vector.tolist() == [7.5, 2.0, 3.0]
-    assert content.matrix.tolist() == [[0.0, -2.5, 2.0], [3.0, 4.0, 5.0]]
-    assert content.integers.tolist() == [11, 5]
-    assert content.table.tolist() == [[0, 1], [2, 13], [4, 5]]
+    assert given.vector.tolist() == [7.5, 2.0, 3.0]
+    assert given.matrix.tolist() == [[0.0, -2.5, 2.0], [3.0, 4.0, 5.0]]
+    assert given.integers.tolist() == [11, 5]
+    assert given.table.tolist() == [[0, 1], [2, 13], [4, 5]]

@@ -202,6 +202,22 @@ def test_interrupt_keeps_what_was_computed(clearance_array):
     assert np.all(np.isfinite(run["slider_position"]))
 
 
+def test_interrupted_repetition_keeps_the_run(clearance_array):
+    """Identity: Ctrl-C while the run is repeated for its horizon returns the whole run, marked, with no horizon."""
+    times = [0.0]
+
+    def stop(time):
+        times.append(time)
+        if time < times[-2]:
+            raise KeyboardInterrupt
+
+    run = simulate(clearance_array, until=0.02, samples=51, trust=True, progress=stop)
+    assert run.attrs["status"] == "interrupted"
+    assert "while the run was repeated" in run.attrs["cause"]
+    assert run.sizes["time"] == 51
+    assert np.isnan(run.attrs["trusted_until"])
+
+
 def test_unfinished_run_says_why(clearance_array):
     """Identity: a failed run returns its samples and one line with time, cause and joint."""
     run = simulate(clearance_array, until=0.05, most_steps=100)

@@ -2,14 +2,50 @@
 
 from __future__ import annotations
 
+import re
+import unicodedata
 from collections.abc import Iterable
 from difflib import get_close_matches
 
-__all__ = ["InputError", "ScissordynError", "did_you_mean"]
+__all__ = ["InputError", "ScissordynError", "did_you_mean", "printable"]
+
+BREAKS = re.compile(r"[\t\n\v\f\r\x1c-\x1e\x85\u2028\u2029]+")
+"""Characters that end a line or jump within it."""
+
+
+def printable(text: str) -> str:
+    r"""A text as one line that a terminal shows as it is: no line breaks, no escape codes, no change of direction.
+
+    Parameters
+    ----------
+    text : str
+        May hold names from a file, which may hold any character.
+
+    Returns
+    -------
+    str
+        With "\x1b" in place of an escape character, and so on.
+    """
+    line = BREAKS.sub(" ", text)
+    if line.isascii() and line.isprintable():
+        return line
+    # control, format, surrogate, private and unassigned characters: what no font shows or a terminal obeys
+    return "".join(
+        letter.encode("unicode_escape").decode() if unicodedata.category(letter).startswith("C") else letter for letter in line
+    )
 
 
 class ScissordynError(Exception):
-    """Any error that the package raises on purpose; its text is one line for the user."""
+    """Any error that the package raises on purpose; its text is one line for the user.
+
+    Parameters
+    ----------
+    text : str
+        Shown as `printable` makes it.
+    """
+
+    def __init__(self, text: str = "") -> None:
+        super().__init__(printable(text))
 
 
 class InputError(ScissordynError, ValueError):

@@ -1,74 +1,39 @@
-"""Compiled kernels and where their machine code is kept.
+"""Compiled kernels and the tuples of arrays that they are handed.
 
 Numba's on-disk cache watches only the file of the function it loads: edit a law, and a caller in another file would still
-run the old one. So the cache folder is named by a digest of every kernel source, of this interpreter and of numba.
+run the old one. So machine code is kept by `cache`, in a folder named by a digest of every kernel source, of this interpreter
+and of numba.
 """
 
 from __future__ import annotations
 
-import hashlib
-import os
-import shutil
-import sys
-import tempfile
 from collections.abc import Callable
 from functools import cache
-from pathlib import Path
 from typing import Annotated, Any, get_args, get_origin, get_type_hints
 
 import numba
 import numpy as np
 from llvmlite import ir
 from numba import types
+from numba.core.ccallback import CFunc
+from numba.core.sigutils import normalize_signature
 from numba.core.typing.templates import AttributeTemplate
 from numba.extending import infer_getattr, intrinsic, lower_getattr_generic, models, register_model
-from platformdirs import user_cache_path
+from numba.np.numpy_support import as_dtype
 
-__all__ = ["CACHE_FOLDER", "F1", "F2", "F3", "I1", "I2", "KERNEL_ROOMS", "Handle", "kernel", "opener", "source_digest"]
+from scissordyn.cache.kernel import KernelCache
 
-KERNEL_ROOMS = ("plugin", "laws", "control", "component", "mechanics", "integrate")
+__all__ = ["F1", "F2", "F3", "I1", "I2", "Handle", "callback", "kernel", "opener"]
+
 F1 = Annotated[np.ndarray, types.float64[::1]]
 F2 = Annotated[np.ndarray, types.float64[:, ::1]]
 F3 = Annotated[np.ndarray, types.float64[:, :, ::1]]
 I1 = Annotated[np.ndarray, types.int64[::1]]
 I2 = Annotated[np.ndarray, types.int64[:, ::1]]
 
-KEPT_GENERATIONS = 4
-"""Older cache folders beyond this number are deleted when a new one is made."""
-
-
-def source_digest(package: Path) -> str:
-    """A digest of all kernel sources under `package`, the numba version and the interpreter."""
-    digest = hashlib.sha256(f"{numba.__version__} {sys.version} {sys.platform}".encode())
-    sources = [package / "jit.py", *(path for room in KERNEL_ROOMS for path in sorted((package / room).rglob("*.py")))]
-    for path in sources:
-        digest.update(str(path.relative_to(package)).encode())
-        digest.update(path.read_bytes())
-    return digest.hexdigest()[:16]
-
-
-def _cache_folder() -> Path:
-    package = Path(__file__).parent
-    root = Path(os.environ.get("SCISSORDYN_CACHE") or user_cache_path("scissordyn")) / "kernels"
-    folder = root / f"{source_digest(package)}-{hashlib.sha256(str(package).encode()).hexdigest()[:8]}"
-    if not folder.exists():
-        try:
-            folder.mkdir(parents=True, exist_ok=True)
-            generations = sorted(root.iterdir(), key=lambda path: path.stat().st_mtime, reverse=True)
-            for old in generations[KEPT_GENERATIONS:]:
-                shutil.rmtree(old, ignore_errors=True)
-        except OSError:  # a read-only home: the machine code lives as long as this process's temporary folder
-            folder = Path(tempfile.mkdtemp(prefix="scissordyn-"))
-    return folder
-
-
-CACHE_FOLDER = _cache_folder()
-settings: Any = numba.config
-"""numba makes its settings when it is imported, so that no type checker can know them."""
-
 
 def kernel(*, inline: bool = False) -> Callable[[Callable[..., Any]], Any]:
-    """Compile a function to machine code, kept on disk under `CACHE_FOLDER`.
+    """Compile a function to machine code, kept on disk by `cache`.
 
     The function must not allocate: reference counts are switched off, which makes a kernel several times faster, and numba
     refuses to compile an allocation then.
@@ -85,22 +50,42 @@ def kernel(*, inline: bool = False) -> Callable[[Callable[..., Any]], Any]:
     """
 
     def compile_later(function: Callable[..., Any]) -> Any:
-        before = settings.CACHE_DIR
-        settings.CACHE_DIR = str(CACHE_FOLDER)
-        try:
-            return numba.njit(  # type: ignore[call-overload]
-                cache=True,
-                error_model="numpy",
-                nogil=True,
-                _nrt=False,
-                forceinline=inline,
-                no_cpython_wrapper=inline,
-                no_cfunc_wrapper=inline,
-            )(function)
-        finally:
-            settings.CACHE_DIR = before
+        compiled = numba.njit(  # type: ignore[call-overload]
+            error_model="numpy",
+            nogil=True,
+            _nrt=False,
+            forceinline=inline,
+            no_cpython_wrapper=inline,
+            no_cfunc_wrapper=inline,
+        )(function)
+        # numba's own cache may choose a folder beside the sources, and fails on a file that is cut off
+        compiled._cache = KernelCache(function)
+        return compiled
 
     return compile_later
+
+
+def callback(function: Callable[..., Any], signature: Any, *, stored: bool) -> Any:
+    """Compile a function to machine code that is called by its address.
+
+    Parameters
+    ----------
+    function : callable
+    signature : numba signature
+    stored : bool
+        Whether its machine code is kept on disk.
+
+    Returns
+    -------
+    CFunc
+        Its attribute `address` is where it is called, as long as it lives.
+    """
+    arguments, result = normalize_signature(signature)
+    made = CFunc(function, (arguments, result), locals={}, options={"error_model": "numpy"})  # type: ignore[no-untyped-call]
+    if stored:
+        made._cache = KernelCache(function)
+    made.compile()  # type: ignore[no-untyped-call]
+    return made
 
 
 class Handle:
@@ -143,7 +128,7 @@ def _declared(described: type) -> tuple[tuple[str, np.dtype[Any] | None, int], .
     found: list[tuple[str, np.dtype[Any] | None, int]] = []
     for name, hint in get_type_hints(described, include_extras=True).items():
         kind = get_args(hint)[1] if get_origin(hint) is Annotated else None
-        found.append((name, None, 0) if kind is None else (name, numba.np.numpy_support.as_dtype(kind.dtype), kind.ndim))
+        found.append((name, None, 0) if kind is None else (name, as_dtype(kind.dtype), kind.ndim))
     return tuple(found)
 
 
@@ -151,7 +136,7 @@ def _append_words(content: Any, words: list[int]) -> None:
     """The tuple as numba lays it out in memory; an array as owner, parent, items, item size, data, shape and strides."""
     for (name, dtype, dimensions), part in zip(_declared(type(content)), content, strict=True):
         if dtype is not None:
-            if part.dtype != dtype or part.ndim != dimensions or not part.flags.c_contiguous:
+            if part.dtype != dtype or part.ndim != dimensions or not part.flags.carray:
                 raise TypeError(
                     f"{type(content).__name__}.{name}: {part.dtype} with {part.ndim} dimensions in place of {dtype} with "
                     f"{dimensions}, C-contiguous"

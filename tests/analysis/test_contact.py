@@ -10,6 +10,9 @@ from scissordyn.analysis.arc import smallest_arc
 from scissordyn.analysis.contact import QUANTILES, contact_spans, contact_statistics
 from scissordyn.analysis.deviation import deviation
 from scissordyn.errors import InputError
+from scissordyn.model.joint import Revolute
+from scissordyn.model.mechanism import Mechanism
+from scissordyn.model.record import kind_of, to_plain
 from scissordyn.simulation.run import simulate
 
 from .made_up import BODIES, CLEARANCE, made_up_run
@@ -102,10 +105,11 @@ def test_contact_arc_is_the_bearing_s() -> None:
     """Closed form: a contact point that rotates by 1 rad in contact is at rest relative to a bearing that rotates with it."""
     run = made_up_run([(0.0, math.nan)])
     assert float(contact_statistics(run).sel(joint="A")["contact_arc"]) == pytest.approx(1.0, abs=1e-12)
-    joints = [{"name": "A", "bearing": ["slider", "centre"]}, {"name": "O", "bearing": ["ground", "origin"]}]
+    joints = [Revolute("A", ("bar", "end"), ("slider", "centre")), Revolute("O", ("bar", "start"), ("ground", "origin"))]
+    described = {"kind": kind_of(Mechanism), "joints": to_plain(joints)}
     turning = run["angle"].copy()
     turning.loc[{"body": "slider"}] = run["time"].values
-    turned = run.assign(angle=turning).assign_attrs(configuration=json.dumps({"mechanism": {"joints": joints}}))
+    turned = run.assign(angle=turning).assign_attrs(configuration=json.dumps({"mechanism": described}))
     found = contact_statistics(turned)
     assert found.attrs["arc_frame"] == "bearing"
     assert float(found.sel(joint="A")["contact_arc"]) == pytest.approx(0.0, abs=1e-12)

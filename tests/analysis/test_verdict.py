@@ -11,6 +11,10 @@ from scissordyn.analysis.classify import classify
 from scissordyn.analysis.consensus import consensus
 from scissordyn.analysis.verdict import classify_samples
 from scissordyn.errors import InputError
+from scissordyn.model.clearance import Clearance
+from scissordyn.model.joint import Revolute
+from scissordyn.model.mechanism import Mechanism
+from scissordyn.model.record import kind_of, to_plain
 
 from .made_up import CLEARANCE, henon, logistic, made_up_run, rotation
 
@@ -130,7 +134,8 @@ def test_periodic_runs() -> None:
 
 def test_cycles() -> None:
     """Closed form: the cycles of a long periodic run, whose clearance stands in its configuration."""
-    joints = [{"name": "A", "clearance": {"clearance": CLEARANCE}}, {"name": "O", "clearance": None}]
+    joints = [Revolute("A", ("a", "p"), ("b", "p"), Clearance(CLEARANCE)), Revolute("O", ("a", "q"), ("b", "q"))]
+    described = {"kind": kind_of(Mechanism), "joints": to_plain(joints)}
     map_ = 0.5 * henon(400)
     cycles = xr.Dataset(
         {
@@ -138,7 +143,7 @@ def test_cycles() -> None:
             "contact_fraction": (("cycle", "joint"), np.full((400, 1), 0.5)),
         },
         coords={"time": ("cycle", np.arange(400.0)), "joint": ["A"], "axis": ["x", "y"]},
-        attrs={"configuration": json.dumps({"mechanism": {"joints": joints}})},
+        attrs={"configuration": json.dumps({"mechanism": described})},
     )
     found = classify(cycles)
     assert found.kind == "irregular"
@@ -148,7 +153,7 @@ def test_cycles() -> None:
     )
     assert classify(still).name == "continuous contact, period 1"
     with pytest.raises(InputError, match="without the clearances"):
-        classify(cycles.assign_attrs(configuration="{}"))
+        classify(cycles.drop_attrs())
     with pytest.raises(InputError, match="samples left"):
         classify(cycles, skip=399)
 

@@ -9,11 +9,10 @@ import math
 import numpy as np
 import pytest
 import xarray as xr
-from rich.console import Console
 
 from scissordyn.cli.main import status_of
 from scissordyn.cli.scale import column, prefix, short
-from scissordyn.cli.show import show_events, show_summary
+from scissordyn.cli.show import TextConsole, show_events, show_summary
 from scissordyn.laws.catalogue import BY_KIND, MATERIALS
 
 
@@ -71,7 +70,7 @@ def small_run() -> xr.Dataset:
 
 def shown(run: xr.Dataset, rows: int = 20) -> str:
     """What is printed about a run, at 100 columns."""
-    to = Console(file=io.StringIO(), width=100, highlight=False)
+    to = TextConsole(file=io.StringIO(), width=100, highlight=False)
     show_events(run, rows, to)
     show_summary(run, to)
     assert isinstance(to.file, io.StringIO)
@@ -125,3 +124,17 @@ def test_every_law_and_material_is_listed(capsys: pytest.CaptureFixture[str]) ->
         assert name in listed
         assert status_of(["laws", name]) == 0
         assert f"{name}, a material: E = " in capsys.readouterr().out
+
+
+HOSTILE = "[/red][link=http://x]:smile:\x1b[31m\x07\u202e"
+"""Markup, a picture by name, an escape code, a bell and a change of direction."""
+
+
+def test_names_are_text() -> None:
+    """Identity: a name is printed as it is, its control characters as their codes, in the table, the summary and warnings."""
+    run = small_run()
+    run["contact_joint"] = ("contact", [HOSTILE, "unit 1/pivot", HOSTILE])
+    run.attrs["warnings"] = json.dumps([f"joint '{HOSTILE}'"])
+    text = "".join(shown(run).split())
+    assert text.count(r"[/red][link=http://x]:smile:\x1b[31m\x07\u202e") == 4
+    assert not any(letter in text for letter in "\x1b\x07\u202e")

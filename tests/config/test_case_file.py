@@ -256,7 +256,7 @@ def test_unreadable_files_are_refused(tmp_path: Path) -> None:
     (tmp_path / "bytes.toml").write_bytes(b"\xff\xfe\x00")
     for path, says in (
         (tmp_path / "no.toml", "No such file"),
-        (tmp_path, "Is a directory"),
+        (tmp_path, "it is a folder"),
         (tmp_path / "bytes.toml", "not a text"),
     ):
         with pytest.raises(InputError, match=says):

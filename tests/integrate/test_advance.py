@@ -188,7 +188,12 @@ def test_error_follows_tolerance(name):
 
 @pytest.mark.parametrize(
     ("name", "order", "counts"),
-    [("dop853", 8, (16, 24, 32, 48)), ("dopri5", 5, (80, 160, 320)), ("rodas5p", 5, (80, 160, 320)), ("rodas4p", 4, (160, 320))],
+    [
+        ("dop853", 8, (16, 24, 32, 48)),
+        ("dopri5", 5, (80, 160, 320)),
+        ("rodas5p", 5, (80, 160, 320)),
+        ("rodas4p", 4, (160, 320)),
+    ],
 )
 def test_order(name, order, counts):
     """Order of convergence: fitted from end errors with steps of equal length, the median over nine starts, within 0.2."""

@@ -5,6 +5,7 @@ import math
 import numpy as np
 import pytest
 
+from scissordyn.errors import InputError
 from scissordyn.paper import periodic
 from scissordyn.paper.cases import PaperCase
 from scissordyn.paper.periodic import CYCLES, PERIODIC, SKIP, examine, fetch_diagram, read
@@ -77,3 +78,27 @@ def test_a_diagram_of_another_version_is_made_anew(tmp_path):
     reported = []
     fetch_diagram(path, workers=1, progress=lambda *done: reported.append(done))
     assert reported == []
+
+
+def test_a_full_disk_does_not_cost_the_diagram(tmp_path, monkeypatch):
+    """Identity: only a stored diagram that is cut or another one is thrown away, not one that could not be written."""
+    path = tmp_path / "bifurcation.nc"
+    kept = b"what was done so far"
+    path.write_bytes(kept)
+
+    def full(*_, **__):
+        raise InputError(f"cannot write '{path}': No space left on device")
+
+    monkeypatch.setattr(periodic, "bifurcation", full)
+    with pytest.raises(InputError, match="No space left"):
+        periodic.fetch_diagram(path)
+    assert path.read_bytes() == kept
+
+
+def test_a_file_of_somebody_else_is_no_diagram(tmp_path):
+    """Identity: what lies under the diagram's name and is no NetCDF file of ours is left alone."""
+    path = tmp_path / "bifurcation.nc"
+    path.write_text("notes")
+    with pytest.raises(InputError, match="not overwritten"):
+        periodic.fetch_diagram(path)
+    assert path.read_text() == "notes"

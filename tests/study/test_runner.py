@@ -1,11 +1,17 @@
 """Maps over cases."""
 
+import multiprocessing
 import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
 
 import pytest
 
 from scissordyn.errors import InputError
-from scissordyn.study.runner import DIED, CaseResult, run_cases, worker_count
+from scissordyn.study.runner import DIED, CaseResult, each_case, run_cases, worker_count
 
 
 def divided(case):
@@ -52,3 +58,76 @@ def test_worker_count():
     with pytest.raises(InputError, match="workers = 0"):
         worker_count(0)
     assert run_cases(divided, []) == []
+
+
+def gone(pid):
+    """Whether a process has ended, or ends within two seconds."""
+    for _ in range(200):
+        try:
+            if Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[0] in "ZX":
+                return True
+        except FileNotFoundError:
+            return True
+        time.sleep(0.01)
+    return False
+
+
+def pid_then_sleep(case):
+    """The process that works, at once for the first case and never for others."""
+    if case:
+        time.sleep(60.0)
+    return os.getpid()
+
+
+def test_giving_up_ends_our_processes_only():
+    """Identity: a reader who leaves ends the workers at once, and no process that somebody else started meanwhile."""
+    before = signal.getsignal(signal.SIGINT), signal.pthread_sigmask(signal.SIG_BLOCK, ())
+    results = each_case(pid_then_sleep, [0, 1, 1, 1], workers=2)
+    worker = next(results).value
+    other = multiprocessing.get_context("spawn").Process(target=time.sleep, args=(60.0,))
+    other.start()
+    try:
+        began = time.monotonic()
+        results.close()
+        assert time.monotonic() - began < 2.0
+        assert gone(worker)
+        assert other.is_alive()
+    finally:
+        other.kill()
+        other.join()
+    assert before == (signal.getsignal(signal.SIGINT), signal.pthread_sigmask(signal.SIG_BLOCK, ()))
+
+
+ORPHANS = """
+import os, sys, time
+from scissordyn.study.runner import run_cases
+
+def work(case):
+    os.write(1, f"{os.getpid()}\\n".encode())
+    {work}
+
+if __name__ == "__main__":
+    run_cases(work, range(8), workers=2)
+"""
+
+
+@pytest.mark.parametrize("work", ["time.sleep(60)", "(10**6000000) % 7", "pass"])
+def test_workers_end_with_their_parent(tmp_path, work):
+    """Identity: a parent that is killed leaves no process, whether it sleeps, holds the interpreter or waits for work."""
+    script = tmp_path / "script.py"
+    script.write_text(ORPHANS.replace("{work}", work) + ("    time.sleep(60)\n" if work == "pass" else ""))
+    if work == "pass":
+        script.write_text(script.read_text().replace("run_cases(work, range(8), workers=2)", KEEP))
+    with subprocess.Popen(
+        [sys.executable, str(script)], stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True
+    ) as parent:
+        pids = {int(parent.stdout.readline()) for _ in range(2)}
+        parent.kill()
+        assert all(gone(pid) for pid in pids)
+
+
+KEEP = """from scissordyn.study.runner import each_case
+    results = each_case(work, range(8), workers=2)
+    for _ in range(7):
+        next(results)"""
+"""Takes all results but one, so that the pool stays and its processes are idle."""

@@ -133,7 +133,10 @@ def test_clearance_joint_of_a_rigid_ring() -> None:
 def test_hinge_spring_beyond_half_a_revolution() -> None:
     """Identity: a hinge spring warns from the sample on at which its body has rotated by pi, and not before."""
     wheel = mechanism(
-        part("u", angular_velocity=20.0), joints=(HUNG,), components=(sd.TorsionSpring("coil", "u", stiffness=1e-6),), gravity=0.0
+        part("u", angular_velocity=20.0),
+        joints=(HUNG,),
+        components=(sd.TorsionSpring("coil", "u", stiffness=1e-6),),
+        gravity=0.0,
     )
     (sentence,) = warnings_of(sd.simulate(wheel, until=0.2, samples=201))
     assert "'coil'" in sentence

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import math
 
 import numpy as np
@@ -12,6 +11,7 @@ from scissordyn.analysis.contact import clearance_joints, contact_spans, contact
 from scissordyn.analysis.stroboscope import stroboscopic
 from scissordyn.analysis.verdict import Verdict, classify_samples
 from scissordyn.errors import InputError
+from scissordyn.simulation.configuration import ATTRIBUTE, read_configuration
 
 __all__ = ["classify"]
 
@@ -113,8 +113,8 @@ def _clearances(strobe: xr.Dataset) -> dict[str, float]:
     """The clearance of every clearance joint of a map [m]."""
     if "clearance" in strobe:
         return {name: float(strobe["clearance"].sel(joint=name)) for name in clearance_joints(strobe)}
-    plain = json.loads(strobe.attrs.get("configuration", "{}")).get("mechanism", {}).get("joints", [])
-    found = {joint["name"]: float(joint["clearance"]["clearance"]) for joint in plain if joint.get("clearance")}
+    joints = read_configuration(strobe).mechanism.joints if ATTRIBUTE in strobe.attrs else ()
+    found = {joint.name: float(joint.clearance.clearance) for joint in joints if joint.clearance is not None}
     if not found:
         raise InputError("a map without the clearances of its joints", "a variable 'clearance' along 'joint' [m]")
     return found

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import math
 
 import numpy as np
@@ -13,6 +12,7 @@ from scissordyn.analysis.deviation import deviation
 from scissordyn.analysis.variable import Variable, described, window
 from scissordyn.component.place import GROUND
 from scissordyn.errors import InputError
+from scissordyn.simulation.configuration import ATTRIBUTE, read_configuration
 
 __all__ = ["QUANTILES", "clearance_joints", "contact_spans", "contact_statistics"]
 
@@ -213,9 +213,9 @@ def _quantiles(values: np.ndarray) -> np.ndarray:
 
 def _bearing_angles(run: xr.Dataset, joints: list[str]) -> dict[str, np.ndarray]:
     """The angle of each joint's bearing over time; none if the run has no mechanism in its attributes."""
-    if "configuration" not in run.attrs:
+    if ATTRIBUTE not in run.attrs:
         return {}
-    described_joints = json.loads(run.attrs["configuration"])["mechanism"]["joints"]
-    bodies = {joint["name"]: joint["bearing"][0] for joint in described_joints if joint["name"] in joints}
+    described = read_configuration(run).mechanism.joints
+    bodies = {joint.name: joint.bearing[0] for joint in described if joint.name in joints}
     still = np.zeros(run.sizes["time"])
     return {name: still if body == GROUND else run["angle"].sel(body=body).values for name, body in bodies.items()}

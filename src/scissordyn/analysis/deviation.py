@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import re
 
 import numpy as np
@@ -10,6 +9,7 @@ import xarray as xr
 
 from scissordyn.analysis.variable import Variable, described, window
 from scissordyn.errors import InputError
+from scissordyn.simulation.configuration import ATTRIBUTE, read_configuration
 
 __all__ = ["deviation"]
 
@@ -95,9 +95,7 @@ def deviation(run: xr.Dataset, ideal: xr.Dataset, *, after: float = 0.0, until: 
 
 
 def _output_body(run: xr.Dataset) -> str:
-    if "configuration" not in run.attrs:
-        return ""
-    return str(json.loads(run.attrs["configuration"])["mechanism"].get("output_body", ""))
+    return str(read_configuration(run).mechanism.output_body) if ATTRIBUTE in run.attrs else ""
 
 
 def _units(bodies: list[str]) -> list[list[int]]:

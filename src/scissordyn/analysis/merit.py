@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-import json
 from typing import Any
 
 import numpy as np
 import xarray as xr
 
+from scissordyn.component.actuator import Actuator
 from scissordyn.errors import InputError
+from scissordyn.simulation.configuration import read_configuration
 
 __all__ = ["figures_of_merit"]
 
@@ -90,9 +91,9 @@ def figures_of_merit(run: xr.Dataset, ideal: xr.Dataset, *, after: float = 0.0) 
 
 def _driven_body(run: xr.Dataset) -> str:
     """The body of the first drive or, without one, of the first actuator."""
-    mechanism = json.loads(run.attrs.get("configuration", "{}")).get("mechanism", {})
-    bodies = [drive["body"] for drive in mechanism.get("drives", [])]
-    bodies += [element["body"] for element in mechanism.get("elements", []) if element["kind"] == "model.element.Actuator"]
+    mechanism = read_configuration(run).mechanism
+    bodies = [drive.body for drive in mechanism.drives]
+    bodies += [component.body for component in mechanism.components if component.kind is Actuator]
     if not bodies:
         raise InputError("a run without a drive or an actuator", "a mechanism that is driven() or controlled()")
     return str(bodies[0])
@@ -104,8 +105,8 @@ def _torque(run: xr.Dataset, body: str) -> np.ndarray:
     if "drive_torque" in run:
         total += run["drive_torque"].values
     if "control_torque" in run:
-        elements = json.loads(run.attrs["configuration"])["mechanism"]["elements"]
-        names = [element["name"] for element in elements if element.get("body") == body]
+        components = read_configuration(run).mechanism.components
+        names = [component.name for component in components if "body" in component.values and component.body == body]
         own = np.isin(run["actuator"].values, names)
         total += run["control_torque"].values[:, own].sum(axis=1)
     return total

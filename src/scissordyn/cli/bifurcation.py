@@ -10,9 +10,10 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from scissordyn.cli.interrupt import tell_where
 from scissordyn.cli.output import check_file
 from scissordyn.cli.status import DONE, INTERRUPTED, UNFINISHED
-from scissordyn.errors import InputError
+from scissordyn.errors import InputError, printable
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -59,6 +60,7 @@ def bifurcation(
     described = read_case(case, list(change or []))
     quantity = parameter(described.mechanism, over).quantity
     ends = _number(first, quantity, "--from"), _number(last, quantity, "--to")
+    tell_where("no value is kept" if output is None else f"what is done is in {output}, and the same command goes on from it")
     with _progress(values) as progress:
         diagram = compute(
             described.mechanism,
@@ -99,7 +101,7 @@ def _show(diagram: xr.Dataset, output: Path | None, plot: Path | None, variable:
     states = diagram["status"].values.tolist()
     done, total = int(diagram["completed_cycles"].sum()), len(states)
     print(
-        f"{states.count('complete')} of {total} values of {diagram.attrs['parameter']} complete, {done} cycles, "
+        f"{states.count('complete')} of {total} values of {printable(diagram.attrs['parameter'])} complete, {done} cycles, "
         f"{diagram.attrs['wall_seconds']:.1f} s; {diagram.attrs['cycles_per_second']:.0f} cycles per second and process"
     )
     if output is not None:
@@ -121,7 +123,10 @@ def _show(diagram: xr.Dataset, output: Path | None, plot: Path | None, variable:
     if failed:
         value, cause = float(diagram["value"][failed[0]]), diagram["cause"].values[failed[0]]
         unit = diagram["value"].attrs["units"]
-        print(f"scissordyn: {len(failed)} of {total} values failed; the first, {value:g} {unit}: {cause}", file=sys.stderr)
+        print(
+            f"scissordyn: {len(failed)} of {total} values failed; the first, {value:g} {unit}: {printable(cause)}",
+            file=sys.stderr,
+        )
         return UNFINISHED
     return DONE
 
@@ -135,7 +140,7 @@ def _progress(total: int) -> Iterator[Callable[[int, int], None] | None]:
     from rich.console import Console
     from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
-    columns = (TextColumn("values"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
+    columns = (TextColumn("values", markup=False), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
     with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
         task = bar.add_task("values", total=total)
         yield lambda done, _: bar.update(task, completed=done)

@@ -23,8 +23,9 @@ def check(
     """Read a case, assemble its mechanism and describe the run."""
     from scissordyn.cli.show import console
     from scissordyn.config.file import read_case
-    from scissordyn.simulation.start import prepare_start
-    from scissordyn.simulation.trajectory import automatic_method
+    from scissordyn.mechanics.build import acting
+    from scissordyn.mechanics.reduce import reduce_mechanism
+    from scissordyn.simulation.trajectory import make_driver
 
     read = read_case(case, change or [])
     mechanism = read.mechanism

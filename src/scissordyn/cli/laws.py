@@ -86,7 +86,7 @@ def _list(to: Console) -> None:
         to.print(table)
     table = Table("name", box=box.SIMPLE_HEAD, pad_edge=False, title="material", title_justify="left")
     for column in ("E [GPa]", "nu", "rho [kg/m^3]"):
-        table.add_column(column.replace("[", r"\["), justify="right")
+        table.add_column(column, justify="right")
     table.add_column("source", overflow="fold")
     for name, material in MATERIALS.items():
         numbers = (material.youngs_modulus / 1e9, material.poisson_ratio, material.density)

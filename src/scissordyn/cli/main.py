@@ -13,14 +13,16 @@ from typing import Any
 import typer
 
 from scissordyn.cli.bifurcation import bifurcation
+from scissordyn.cli.cache import cache
 from scissordyn.cli.check import check
 from scissordyn.cli.controllers import controllers
+from scissordyn.cli.interrupt import install, received
 from scissordyn.cli.laws import laws
 from scissordyn.cli.new import new
 from scissordyn.cli.paper import paper
 from scissordyn.cli.run import run as run_case
 from scissordyn.cli.status import BAD_INPUT, BUG, DONE, INTERRUPTED
-from scissordyn.errors import ScissordynError
+from scissordyn.errors import ScissordynError, printable
 
 __all__ = ["app", "run", "status_of"]
 
@@ -36,6 +38,9 @@ app = typer.Typer(
 
 STOPPED = "interrupted"
 
+_returned: list[int] = []
+"""What a command has returned, which says on its own that it was interrupted; what typer makes of Ctrl-C elsewhere does not."""
+
 
 class NothingComputedError(Exception):
     """Ctrl-C outside the simulation, which handles it itself and returns its results."""
@@ -47,9 +52,10 @@ def _guarded(command: Callable[..., int]) -> Callable[..., int]:
     @functools.wraps(command)
     def guarded(*arguments: Any, **options: Any) -> int:
         try:
-            return command(*arguments, **options)
+            _returned.append(command(*arguments, **options))
         except KeyboardInterrupt:
             raise NothingComputedError from None
+        return _returned[-1]
 
     return guarded
 
@@ -62,6 +68,7 @@ COMMANDS: dict[str, Callable[..., int]] = {
     "controllers": controllers,
     "bifurcation": bifurcation,
     "paper": paper,
+    "cache": cache,
 }
 
 for _name, _command in COMMANDS.items():
@@ -76,9 +83,13 @@ def run() -> None:
     # without this a third of a short command's time is garbage collection, among freshly loaded libraries and at
     # the end, when the system frees all memory anyway
     gc.set_threshold(200_000)
-    status = status_of(sys.argv[1:])
+    install()
+    try:
+        status = status_of(sys.argv[1:])
+    except KeyboardInterrupt:
+        status = _complain(STOPPED, INTERRUPTED)
     gc.freeze()
-    sys.exit(status)
+    sys.exit(128 + received() if status == INTERRUPTED and received() else status)
 
 
 def status_of(arguments: Sequence[str]) -> int:
@@ -92,7 +103,7 @@ def status_of(arguments: Sequence[str]) -> int:
     Returns
     -------
     int
-        0 done, 1 an internal error, 2 invalid input, 3 a failed run, 130 interrupted.
+        0 done, 1 an internal error, 2 invalid input, 3 a failed run, 130 interrupted (143 for the process if by SIGTERM).
     """
     lost: list[BaseException | None] = []
     hook = sys.unraisablehook
@@ -105,8 +116,11 @@ def status_of(arguments: Sequence[str]) -> int:
             hook(unraisable)
 
     sys.unraisablehook = notice
+    _returned.clear()
     try:
         status = int(app(list(arguments) or ["--help"], standalone_mode=False) or 0)
+        if status == INTERRUPTED and not _returned:
+            raise KeyboardInterrupt
         sys.stdout.flush()
         return status
     except ScissordynError as error:
@@ -130,7 +144,7 @@ def status_of(arguments: Sequence[str]) -> int:
 def _complain(text: str, status: int) -> int:
     if os.environ.get("SCISSORDYN_TRACEBACK"):
         traceback.print_exc()
-    print("scissordyn: " + " ".join(text.split()), file=sys.stderr)
+    print(f"scissordyn: {printable(text)}", file=sys.stderr)
     return status
 
 

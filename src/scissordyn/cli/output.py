@@ -11,21 +11,22 @@ __all__ = ["check_file", "check_folder"]
 
 
 def check_file(path: Path, case: Path, sample: str) -> None:
-    """Raise `InputError` unless a file can be written there.
+    """Raise `InputError` unless a file can be written there without loss of another.
 
     Parameters
     ----------
     path : Path
         File of the result.
     case : Path
-        The case file, which must not be overwritten by its result.
+        The case file or saved run, which must not be overwritten by its result.
     sample : str
         An example to type.
     """
-    if path.is_dir():
-        raise InputError(f"cannot write '{path}': it is a folder", "the name of a file", sample)
-    if case.suffix == ".toml" and path.resolve() == case.resolve():
+    from scissordyn.simulation.output_file import check_target
+
+    if path.exists() and case.exists() and path.samefile(case):
         raise InputError(f"cannot write '{path}': it is the case file", "another name", sample)
+    check_target(path, sample=sample)
     _try(path, path.parent, sample)
 
 

@@ -10,8 +10,9 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from scissordyn.cli.interrupt import tell_where
 from scissordyn.cli.output import check_folder
-from scissordyn.cli.status import DONE
+from scissordyn.cli.status import DONE, INTERRUPTED
 
 if TYPE_CHECKING:
     from scissordyn.paper.verdict import Verdict
@@ -28,16 +29,23 @@ def paper(
 ) -> int:
     """Reproduce the paper's figures and compare its statements with measured numbers."""
     check_folder(output, "-o paper")
+    kept = f"what is done is in {output}, and the same command goes on from it"
+    tell_where(kept)
     from scissordyn.paper.reproduce import draw_figure, reproduce
 
-    if figure is not None:
+    try:
         with _bars() as progress:
-            written = draw_figure(figure, output, workers=workers, progress=progress)
+            if figure is None:
+                result = reproduce(output, workers=workers, progress=progress)
+            else:
+                written = draw_figure(figure, output, workers=workers, progress=progress)
+    except KeyboardInterrupt:
+        print(f"scissordyn: interrupted; {kept}", file=sys.stderr)
+        return INTERRUPTED
+    if figure is not None:
         for path in written:
             print(path)
         return DONE
-    with _bars() as progress:
-        result = reproduce(output, workers=workers, progress=progress)
     _show(result.verdicts)
     print(f"Report: {result.report}")
     return DONE
@@ -57,9 +65,9 @@ def _show(verdicts: tuple[Verdict, ...]) -> None:
     table.add_column("statement of the paper, and measured values")
     for verdict in verdicts:
         said, found = verdict.clause.says, verdict.finding.words
-        table.add_row(verdict.clause.key, verdict.answer, f"{said}\n{found[:1].upper()}{found[1:]}.".replace("[", r"\["))
+        table.add_row(verdict.clause.key, verdict.answer, f"{said}\n{found[:1].upper()}{found[1:]}.")
         if verdict.periodic is not None:
-            table.add_row("", verdict.periodic.answer, f"Under a periodic drive: {verdict.periodic.words}.".replace("[", r"\["))
+            table.add_row("", verdict.periodic.answer, f"Under a periodic drive: {verdict.periodic.words}.")
     to.print(table)
     agreeing = sum(verdict.finding.holds for verdict in verdicts)
     to.print(f"{agreeing} of {len(verdicts)} clauses agree.", markup=False)
@@ -77,7 +85,7 @@ def _bars() -> Iterator[Callable[[str, int, int], None] | None]:
     from rich.console import Console
     from rich.progress import BarColumn, MofNCompleteColumn, Progress, TaskID, TextColumn, TimeRemainingColumn
 
-    columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
+    columns = (TextColumn("{task.description}", markup=False), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
     with Progress(*columns, console=Console(stderr=True), transient=True) as bars:
         tasks: dict[str, TaskID] = {}
 

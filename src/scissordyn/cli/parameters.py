@@ -35,7 +35,7 @@ def print_parameters(described: type, to: Console) -> list[str]:
         if quantity is None and isinstance(field.default, str):
             allowed = "text"
         default = "" if field.is_required() or field.default is None else key_sample(keys, key)
-        table.add_row(key, default, allowed.replace("[", r"\["), key_help(keys, key))
+        table.add_row(key, default, allowed, key_help(keys, key))
     if keys.model_fields:
         to.print(table)
     return [f"{key} = {key_sample(keys, key)}" for key in keys.model_fields]

@@ -25,7 +25,7 @@ def progress_bar(until: float) -> Iterator[Callable[[float], None] | None]:
     from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 
     columns = (
-        TextColumn("{task.description}"),
+        TextColumn("{task.description}", markup=False),
         BarColumn(),
         TextColumn("{task.percentage:3.0f} % of " + f"{until * 1e3:g} ms"),
         TimeRemainingColumn(),

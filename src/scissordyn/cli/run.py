@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -11,7 +10,7 @@ import typer
 
 from scissordyn.cli.output import check_file, check_folder
 from scissordyn.cli.status import DONE, INTERRUPTED, UNFINISHED
-from scissordyn.errors import InputError
+from scissordyn.errors import InputError, printable
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -19,8 +18,6 @@ if TYPE_CHECKING:
     from scissordyn.model.mechanism import Mechanism
 
 __all__ = ["run"]
-
-HDF_MAGIC = b"\x89HDF"
 
 
 def run(
@@ -37,6 +34,13 @@ def run(
     trust: Annotated[bool, typer.Option("--trust", help="Run twice and report the time until which both runs agree.")] = False,
     samples: Annotated[int | None, typer.Option(help="Recorded instants.")] = None,
     events: Annotated[int, typer.Option(help="Number of contacts to show.", min=0)] = 20,
+    allow_code: Annotated[
+        list[Path] | None,
+        typer.Option(
+            metavar="FILE",
+            help="A Python file of yours whose functions the saved run used and may execute again. Repeatable.",
+        ),
+    ] = None,
 ) -> int:
     """Simulate a case and show its contacts."""
     if output is not None:
@@ -51,62 +55,96 @@ def run(
     changes = list(change or [])
     changes += ["run.trust=true"] if trust else []
     changes += [] if samples is None else [f"run.samples={samples}"]
-    result = _again(case, changes) if _is_saved(case) else _from_case(case, changes)
+    if _is_saved(case):
+        mechanism, result = _again(case, changes, allow_code or [])
+    elif allow_code:
+        raise InputError("--allow-code for a case file", "a saved run; a case file names its own Python files")
+    else:
+        mechanism, result = _from_case(case, changes)
+    stopped = False
     try:
         if output is not None:
             from scissordyn.simulation.store import save
 
             save(result, output)
-    finally:  # the results are shown even if the file cannot be written
+    except KeyboardInterrupt:  # it counts after the file is whole
+        stopped = True
+    finally:  # whatever became of the file, the user sees what was computed
         _show(result, events)
     status = result.attrs["status"]
     if output is not None:
         print(f"Saved to {output}" + ("" if status == "complete" else f", marked {status}"))
+    if stopped:
+        return INTERRUPTED
     if plot is not None and result.sizes["time"] > 1 and status != "interrupted":
-        _draw(result, plot)
+        _draw(result, mechanism, plot)
     if film is not None and result.sizes["time"] > 1 and status != "interrupted":
         from scissordyn.plot.animation import animate
 
-        print(animate(result, _mechanism(result), film))
+        print(animate(result, mechanism, film))
     if status != "complete":
-        print(f"scissordyn: {result.attrs['cause']}", file=sys.stderr)
+        print(f"scissordyn: {printable(result.attrs['cause'])}", file=sys.stderr)
     return {"complete": DONE, "interrupted": INTERRUPTED}.get(status, UNFINISHED)
 
 
 def _is_saved(path: Path) -> bool:
-    """Whether a path is a saved run, possibly truncated, rather than a case file."""
+    """Whether a path is a saved run, whole or not, rather than a case file."""
+    from scissordyn.simulation.output_file import HDF_MAGIC, regular_size
+
     if path.suffix == ".nc":
         return True
     try:
+        if regular_size(path) is None:
+            return False
         with path.open("rb") as file:
-            return file.read(len(HDF_MAGIC)) == HDF_MAGIC
-    except OSError:
-        return False  # the reader of case files raises the error
+            return file.read(4) == HDF_MAGIC[:4]
+    except (OSError, ValueError):
+        return False  # the reader of case files says what is wrong
 
 
-def _from_case(path: Path, changes: list[str]) -> xr.Dataset:
+def _from_case(path: Path, changes: list[str]) -> tuple[Mechanism, xr.Dataset]:
     from scissordyn.cli.progress import progress_bar
     from scissordyn.config.file import read_case
     from scissordyn.simulation.run import simulate
 
     case = read_case(path, changes)
     with progress_bar(case.run.until) as progress:
-        return simulate(case.mechanism, **case.run.keywords, progress=progress)
+        _compile()
+        return case.mechanism, simulate(case.mechanism, **case.run.keywords, progress=progress)
 
 
-def _again(path: Path, changes: list[str]) -> xr.Dataset:
+def _again(path: Path, changes: list[str], allow_code: list[Path]) -> tuple[Mechanism, xr.Dataset]:
     from scissordyn.cli.progress import progress_bar
+    from scissordyn.simulation.configuration import read_configuration
     from scissordyn.simulation.run import replay
     from scissordyn.simulation.store import load
 
     if changes:
         raise InputError(f"'{changes[0]}' for a saved run", "a saved run as it was, or changes to a case file")
-    if not path.is_file():
+    if not path.exists():
         raise InputError(f"cannot read '{path}': no such file", "a case file or a saved run")
     saved = load(path)
-    until = float(json.loads(saved.attrs["configuration"])["options"]["until"])
+    configuration = read_configuration(saved)
+    until = 0.0 if configuration.options is None else configuration.options.until
     with progress_bar(until) as progress:
-        return replay(saved, progress=progress)
+        _compile()
+        result = replay(saved, allow_code=allow_code, progress=progress)
+    return configuration.build_mechanism(allow_code), result
+
+
+def _compile() -> None:
+    """Have all kernels compiled before anything is computed that would wait for them when the user wants to stop."""
+    from scissordyn.laws.friction.lugre import LuGre
+    from scissordyn.model.clearance import Clearance
+    from scissordyn.model.scissor import scissor
+    from scissordyn.simulation.interrupt import pass_on
+    from scissordyn.simulation.run import simulate
+
+    pass_on(
+        simulate(
+            scissor(units=1).with_clearance("A", Clearance(1e-4, friction=LuGre())).driven(speed=1.0), until=1e-4, samples=2
+        )
+    )
 
 
 def _show(result: xr.Dataset, rows: int) -> None:
@@ -117,19 +155,11 @@ def _show(result: xr.Dataset, rows: int) -> None:
     show_summary(result, to)
 
 
-def _mechanism(result: xr.Dataset) -> Mechanism:
-    """The mechanism of the run."""
-    from scissordyn.model.record import from_plain
-
-    mechanism: Mechanism = from_plain(json.loads(result.attrs["configuration"])["mechanism"])
-    return mechanism
-
-
-def _draw(result: xr.Dataset, folder: Path) -> None:
+def _draw(result: xr.Dataset, mechanism: Mechanism, folder: Path) -> None:
     from scissordyn.plot.report import draw_all
+    from scissordyn.simulation.interrupt import pass_on
     from scissordyn.simulation.run import simulate
 
-    mechanism = _mechanism(result)
-    ideal = simulate(mechanism.ideal(), until=float(result["time"][-1]), samples=result.sizes["time"])
+    ideal = pass_on(simulate(mechanism.ideal(), until=float(result["time"][-1]), samples=result.sizes["time"]))
     for path in draw_all(result, ideal, folder, mechanism):
         print(path)

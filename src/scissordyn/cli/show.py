@@ -8,21 +8,44 @@ import math
 import numpy as np
 import xarray as xr
 from rich import box
-from rich.console import Console
+from rich.console import Console, HighlighterType, JustifyMethod, OverflowMethod
+from rich.style import Style
 from rich.table import Table
+from rich.text import Text
 
 from scissordyn.cli.scale import column, short
+from scissordyn.errors import printable
 
-__all__ = ["console", "counted", "show_events", "show_summary"]
+__all__ = ["TextConsole", "console", "counted", "show_events", "show_summary"]
 
 WIDTH = 100
 """Columns of the output without a terminal."""
 
 
+class TextConsole(Console):
+    """A console on which every text is shown as it is: names from files are no markup, no emoji and no escape codes."""
+
+    def render_str(
+        self,
+        text: str,
+        *,
+        style: str | Style = "",
+        justify: JustifyMethod | None = None,
+        overflow: OverflowMethod | None = None,
+        emoji: bool | None = None,
+        markup: bool | None = None,
+        highlight: bool | None = None,
+        highlighter: HighlighterType | None = None,
+    ) -> Text:
+        """The text, line by line, with its control characters made visible."""
+        lines = "\n".join(map(printable, text.split("\n")))
+        return super().render_str(lines, style=style, justify=justify, overflow=overflow, emoji=False, markup=False)
+
+
 def console() -> Console:
     """Console on stdout, not narrower than the tables for a file or a pipe."""
-    plain = Console(highlight=False, soft_wrap=False)
-    return plain if plain.is_terminal else Console(highlight=False, width=WIDTH)
+    plain = TextConsole(highlight=False, soft_wrap=False)
+    return plain if plain.is_terminal else TextConsole(highlight=False, width=WIDTH)
 
 
 def counted(number: int, thing: str = "contact") -> str:
@@ -59,7 +82,7 @@ def show_events(run: xr.Dataset, rows: int, to: Console) -> None:
     )
     for title, name, unit, factor in headings:
         unit, texts = column(shown[name].values * factor, unit)
-        table.add_column(f"{title}\n[{unit}]".replace("[", r"\["), justify="right")
+        table.add_column(f"{title}\n[{unit}]", justify="right")
         columns.append(texts)
     for row in zip(*columns, strict=True):
         table.add_row(*row)

@@ -21,7 +21,7 @@ from numba.extending import intrinsic
 
 from scissordyn.component.declaration import CONTEXT, Component, Declaration, Kernel
 from scissordyn.errors import InputError
-from scissordyn.jit import CACHE_FOLDER, settings
+from scissordyn.jit import callback
 
 __all__ = ["Kernels", "call_kernel", "kernels_of", "probe"]
 
@@ -67,13 +67,7 @@ def _compiled(kernel: Kernel, declaration: Declaration, parameters: int, results
         "__file__": file,
     }
     exec(compile(_called(kernel, declaration, parameters, results), file, "exec"), scope)
-    before = settings.CACHE_DIR
-    settings.CACHE_DIR = str(CACHE_FOLDER)
-    try:
-        made = numba.cfunc(SIGNATURE, error_model="numpy", cache=ours)(scope[f"kernel_{kernel.__name__}"])
-    finally:
-        settings.CACHE_DIR = before
-    return made
+    return callback(scope[f"kernel_{kernel.__name__}"], SIGNATURE, stored=ours)
 
 
 @cache

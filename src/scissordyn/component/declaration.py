@@ -178,7 +178,19 @@ def component(
             made.parameters = _own_parameters
         words = label or section.replace("_", " ") if section != "component" else label or made.__name__
         made.declaration = Declaration(
-            section, words, chosen, force, gap, switch, outputs, states, context, passive, symbol or chosen.name, example, events
+            section,
+            words,
+            chosen,
+            force,
+            gap,
+            switch,
+            outputs,
+            states,
+            context,
+            passive,
+            symbol or chosen.name,
+            example,
+            events,
         )
         _check_fields(made)
         return made  # type: ignore[no-any-return]

@@ -10,6 +10,7 @@ from typing import Any
 from scissordyn.config.case import Case, CaseTable
 from scissordyn.config.change import changed
 from scissordyn.config.table import instance, located
+from scissordyn.config.text import read_text
 from scissordyn.errors import InputError
 
 __all__ = ["read_case"]
@@ -39,13 +40,8 @@ def read_case(path: Path, changes: Iterable[str] = ()) -> Case:
 
 
 def _parsed(path: Path) -> dict[str, Any]:
+    text = read_text(path, "a case file in TOML", "scissordyn new scissor > case.toml")
     try:
-        return tomllib.loads(path.read_text(encoding="utf-8"))
-    except OSError as error:
-        raise InputError(
-            f"cannot read '{path}': {error.strerror}", "a case file", "scissordyn new scissor > case.toml"
-        ) from None
-    except UnicodeDecodeError:
-        raise InputError(f"'{path}' is not a text file", "a case file in TOML, UTF-8") from None
-    except tomllib.TOMLDecodeError as error:
+        return tomllib.loads(text)
+    except (tomllib.TOMLDecodeError, RecursionError) as error:
         raise InputError(f"'{path}' is not valid TOML: {error}", "a case file", "scissordyn new scissor > case.toml") from None

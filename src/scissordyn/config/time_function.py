@@ -21,6 +21,7 @@ from scissordyn.component.time_function import (
 )
 from scissordyn.config.quantity import read_numbers, read_quantity, unit_factor
 from scissordyn.config.table import Hints, Table, described, located, toml
+from scissordyn.config.text import read_text
 from scissordyn.errors import InputError
 from scissordyn.units import Quantity, quantities
 
@@ -74,11 +75,7 @@ def _plain(given: Any) -> tuple[float, ...]:
 
 def _from_file(path: Path, name: str) -> Tabulated:
     wanted = f"time [ms], {TABULATED[name][1]}"
-    try:
-        header, *lines = path.read_text(encoding="utf-8").splitlines() or [""]
-    except (OSError, UnicodeDecodeError) as error:
-        reason = error.strerror if isinstance(error, OSError) else "not a text file"
-        raise InputError(f"cannot read '{path}': {reason}", "a text file with two columns") from None
+    header, *lines = read_text(path, "a text file with two columns").splitlines() or [""]
     units = HEADER.fullmatch(header)
     if units is None or units["name"] != name or (name == "factor" and units["unit"] != "1"):
         raise InputError(f"'{path}' begins with {header[:40]!r}", "a first line that names both columns", wanted)

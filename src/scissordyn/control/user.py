@@ -10,6 +10,7 @@ from scissordyn.control.signal import SIGNALS, check_signal
 from scissordyn.errors import InputError
 from scissordyn.plugin.pointer import USER
 from scissordyn.plugin.user_compile import Function, probe, row
+from scissordyn.plugin.user_file import pinned
 from scissordyn.units import Quantity, check_quantities
 
 __all__ = ["UserController"]
@@ -29,7 +30,8 @@ class UserController:
     constants : tuple of float
         Further arguments of the function.
     digest : str
-        Of the file that holds the function, so that a saved run cannot silently run an edited one; empty for any.
+        Of the file that holds the function, so that a saved run cannot silently run an edited one; that of the file as it is
+        now if not given.
     delay : float
         Delay of the recorded signal [s]; 0 for none.
     recorded : str
@@ -56,6 +58,7 @@ class UserController:
 
     def __post_init__(self) -> None:
         check_quantities(self)
+        object.__setattr__(self, "digest", pinned(self.function, self.digest))
         if (self.delay > 0.0) != bool(self.recorded):
             raise InputError(
                 f"UserController with delay = {self.delay:g} s and recorded = {self.recorded!r}", "both or neither of them"

@@ -11,6 +11,7 @@ import numpy as np
 from scissordyn.laws.contact import JointContact
 from scissordyn.plugin.pointer import USER
 from scissordyn.plugin.user_compile import Function, probe, row
+from scissordyn.plugin.user_file import pinned
 
 __all__ = ["UserDamping", "UserElastic", "UserFriction"]
 
@@ -33,7 +34,8 @@ class UserElastic:
     constants : tuple of float
         Further arguments of the function.
     digest : str
-        Of the file that holds the function, so that a saved run cannot silently run an edited law; empty for any.
+        Of the file that holds the function, so that a saved run cannot silently run an edited law; that of the file as it is
+        now if not given.
 
     Raises
     ------
@@ -53,6 +55,7 @@ class UserElastic:
     caveat: ClassVar[str] = ""
 
     def __post_init__(self) -> None:
+        object.__setattr__(self, "digest", pinned(self.function, self.digest))
         grid = ((delta,) for delta in INDENTATIONS)
         probe("stiffness law", self.function, self.digest, self.constants, ("indentation",), grid)
 
@@ -72,7 +75,8 @@ class UserDamping:
     constants : tuple of float
         Further arguments of the function.
     digest : str
-        Of the file that holds the function, so that a saved run cannot silently run an edited law; empty for any.
+        Of the file that holds the function, so that a saved run cannot silently run an edited law; that of the file as it is
+        now if not given.
 
     Raises
     ------
@@ -91,6 +95,7 @@ class UserDamping:
     leading: ClassVar[tuple[str, ...]] = ("elastic", "indentation", "rate", "approach")
 
     def __post_init__(self) -> None:
+        object.__setattr__(self, "digest", pinned(self.function, self.digest))
         grid = itertools.product(FORCES, INDENTATIONS[::3], RATES, APPROACHES)
         probe("damping law", self.function, self.digest, self.constants, self.leading, grid)
 
@@ -110,7 +115,8 @@ class UserFriction:
     constants : tuple of float
         Further arguments of the function.
     digest : str
-        Of the file that holds the function, so that a saved run cannot silently run an edited law; empty for any.
+        Of the file that holds the function, so that a saved run cannot silently run an edited law; that of the file as it is
+        now if not given.
 
     Raises
     ------
@@ -130,6 +136,7 @@ class UserFriction:
     leading: ClassVar[tuple[str, ...]] = ("slip_speed", "normal_force")
 
     def __post_init__(self) -> None:
+        object.__setattr__(self, "digest", pinned(self.function, self.digest))
         probe("friction law", self.function, self.digest, self.constants, self.leading, itertools.product(SPEEDS, FORCES))
 
     def parameters(self, joint: JointContact) -> tuple[float, ...]:

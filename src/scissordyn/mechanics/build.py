@@ -332,7 +332,9 @@ def make_parameters(reduced: ReducedModel) -> Parameters:
 
     Returns
     -------
+
     Parameters
+    ----------
     """
     mechanism = reduced.mechanism
     contacts, components = mechanism.contacts, acting(mechanism)

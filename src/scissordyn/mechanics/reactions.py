@@ -206,7 +206,9 @@ def body_rows(B, body, first, lanes, gravity, direction, position, acceleration,
 
 
 @kernel()
-def normal_equations(B, first, lanes, gravity, direction, position, acceleration, angular_acceleration, known, matrix, rows, right, load):
+def normal_equations(
+    B, first, lanes, gravity, direction, position, acceleration, angular_acceleration, known, matrix, rows, right, load
+):
     """Write the normal equations at some instants: `matrix` (unknowns, band + 1, lanes) from the diagonal down, and `load`."""
     matrix[:, :, :] = 0.0
     load[:, :] = 0.0

@@ -11,7 +11,7 @@ import math
 from scissordyn.jit import kernel
 from scissordyn.mechanics.force_element import map_values
 
-__all__ = ["counted_angle", "count_turns", "relative_angle", "rotation_direction"]
+__all__ = ["count_turns", "counted_angle", "relative_angle", "rotation_direction"]
 
 TURN = 2.0 * math.pi
 

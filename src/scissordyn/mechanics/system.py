@@ -174,7 +174,9 @@ class Workspace(NamedTuple):
     gram_pivots: I1
     gamma: F1  # (1,) step size times the method's gamma
     contact: ResultArray  # (contacts,) what the contact kernel found
-    wrench: F2  # (force elements, 4) force on the first body's point, torques on both bodies; the second gets the opposite force
+    wrench: (
+        F2  # (force elements, 4) force on the first body's point, torques on both bodies; the second gets the opposite force
+    )
     block_x: F1  # d force / d X of each force element
     block_v: F1  # d force / d V
     force_by_state: F1  # (entries * states)

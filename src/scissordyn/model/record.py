@@ -1,20 +1,25 @@
-"""Descriptions as plain data and back, so that a saved run can be run again."""
+"""Descriptions as plain data, so that a saved run says what was run."""
 
 from __future__ import annotations
 
 import dataclasses
-import importlib
+import hashlib
 import inspect
-from collections.abc import Mapping
+import types
+from collections.abc import Iterator, Mapping
 from typing import Any
 
 from scissordyn.errors import InputError
 
-__all__ = ["from_plain", "to_plain"]
+__all__ = ["DIGEST", "FUNCTION", "KIND", "kind_of", "to_plain"]
 
 PACKAGE = "scissordyn"
 KIND = "kind"
 FUNCTION = "function"
+"""What the data have in place of a class and of a Python function."""
+
+DIGEST = "digest"
+"""Beside a function or a class of the user's own: the digest of its file."""
 
 
 def to_plain(described: Any) -> Any:
@@ -30,9 +35,10 @@ def to_plain(described: Any) -> Any:
         Fit for JSON; numbers survive bit for bit.
     """
     if dataclasses.is_dataclass(described) and not isinstance(described, type):
-        kind = f"{type(described).__module__}.{type(described).__qualname__}"
         values = {field.name: to_plain(getattr(described, field.name)) for field in dataclasses.fields(described) if field.init}
-        return {KIND: kind.removeprefix(f"{PACKAGE}."), **values}
+        origin = getattr(type(described), "origin", None)  # of a class in a file of the user's
+        made: dict[str, Any] = {KIND: kind_of(type(described))} if origin is None else {KIND: origin[0], DIGEST: origin[1]}
+        return made | values
     if isinstance(described, tuple | list):
         return [to_plain(item) for item in described]
     if isinstance(described, Mapping):
@@ -40,47 +46,14 @@ def to_plain(described: Any) -> Any:
     if described is None or isinstance(described, str | int | float | bool):
         return described
     if callable(described):
-        return {KIND: FUNCTION, "name": getattr(described, "__name__", repr(described)), "source": _source(described)}
+        name = getattr(described, "__name__", repr(described))
+        return {KIND: FUNCTION, "name": name, "source": _source(described), DIGEST: _function_digest(described)}
     raise InputError(f"a {type(described).__name__} inside a description", "values that can be written to a file")
 
 
-def from_plain(plain: Any) -> Any:
-    """The description that `to_plain` wrote.
-
-    Parameters
-    ----------
-    plain
-        Nested dicts, lists, strings and numbers.
-
-    Returns
-    -------
-    described
-
-    Raises
-    ------
-    InputError
-        If it names something that this version of the package does not have.
-    """
-    if isinstance(plain, list):
-        return tuple(from_plain(item) for item in plain)
-    if not isinstance(plain, dict):
-        return plain
-    values = {key: from_plain(value) for key, value in plain.items() if key != KIND}
-    if KIND not in plain:
-        return values
-    if plain[KIND] == FUNCTION:
-        # a file is data: nothing in it is executed
-        raise InputError(
-            f"the run uses the Python function '{values['name']}', whose source is in its attributes but is not executed",
-            "laws from the catalogue or from a file",
-            f"put it in a file and give the law as 'my_laws.py:{values['name']}'",
-        )
-    module, _, name = str(plain[KIND]).rpartition(".")
-    try:
-        described = getattr(importlib.import_module(f"{PACKAGE}.{module}"), name)
-        return described(**values)
-    except (ImportError, AttributeError, TypeError) as error:
-        raise InputError(f"a description of kind '{plain[KIND]}' that this version cannot read ({error})") from None
+def kind_of(described: type) -> str:
+    """What a class is called in a file."""
+    return f"{described.__module__}.{described.__qualname__}".removeprefix(f"{PACKAGE}.")
 
 
 def _source(function: Any) -> str:
@@ -89,3 +62,46 @@ def _source(function: Any) -> str:
         return inspect.getsource(function)
     except (OSError, TypeError):
         return ""
+
+
+def _function_digest(function: Any) -> str:
+    """A digest of what a Python function computes: its byte code, and the constants and functions that it refers to."""
+    digest = hashlib.sha256()
+    for part in _parts(function, set()):
+        digest.update(f"{len(part)} ".encode() + part)
+    return digest.hexdigest()[:16]
+
+
+def _parts(value: Any, met: set[int]) -> Iterator[bytes]:
+    """What a value consists of; of a module, a class or an object only the name, what it does is a matter of versions."""
+    value = getattr(value, "py_func", value)  # compiled beforehand
+    if isinstance(value, types.FunctionType):
+        if id(value) in met:
+            return
+        met.add(id(value))
+        held = [cell.cell_contents for cell in value.__closure__ or ()]
+        names = sorted(set(_names(value.__code__)) & value.__globals__.keys())
+        yield from _parts([value.__code__, value.__defaults__, held, *(value.__globals__[name] for name in names)], met)
+    elif isinstance(value, types.CodeType):
+        yield value.co_code
+        yield from _parts([value.co_names, value.co_consts], met)
+    elif isinstance(value, tuple | list):
+        yield f"{len(value)} entries".encode()
+        for item in value:
+            yield from _parts(item, met)
+    elif isinstance(value, set | frozenset):
+        yield from _parts(sorted(map(repr, value)), met)
+    elif hasattr(value, "tobytes"):
+        yield value.tobytes()
+    elif value is None or isinstance(value, str | bytes | int | float | complex):
+        yield repr(value).encode()
+    else:
+        yield getattr(value, "__qualname__", getattr(value, "__name__", type(value).__qualname__)).encode()
+
+
+def _names(code: types.CodeType) -> Iterator[str]:
+    """Names that byte code looks up, that of functions inside included."""
+    yield from code.co_names
+    for constant in code.co_consts:
+        if isinstance(constant, types.CodeType):
+            yield from _names(constant)

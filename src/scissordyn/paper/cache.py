@@ -2,18 +2,16 @@
 
 from __future__ import annotations
 
-import hashlib
-import json
 from collections.abc import Callable, Hashable, Sequence
-from functools import cache, partial
-from importlib.metadata import version
+from functools import partial
 from pathlib import Path
 from typing import Protocol, TypeVar
 
 import xarray as xr
 
-import scissordyn
 from scissordyn.errors import InputError, ScissordynError
+from scissordyn.simulation.provenance import FACES
+from scissordyn.simulation.provenance import provenance as made_with
 from scissordyn.simulation.store import load, save
 from scissordyn.study.runner import run_cases
 
@@ -22,11 +20,12 @@ __all__ = ["Job", "Progress", "fetch", "provenance"]
 Progress = Callable[[str, int, int], None]
 """Kind of work, number done, total number."""
 
-NUMERICAL_SOURCES = (
-    *(f"{room}/**/*.py" for room in ("laws", "control", "mechanics", "integrate", "model", "simulation", "analysis", "study")),
-    *(f"paper/{name}.py" for name in ("cases", "controlled", "constrained_contact", "findings", "measures", "statements")),
-    *(f"paper/{name}.py" for name in ("periodic", "periodic_findings")),
+SHOWN = (
+    *FACES,
+    *(f"paper/{name}.py" for name in ("beyond", "events", "figures", "page", "report", "reproduce", "results")),
+    *(f"paper/{name}" for name in ("figure", "summary.py", "tables.py")),
 )
+"""Sources that no kept number depends on: they draw and write what was computed."""
 
 
 class Job(Hashable, Protocol):
@@ -44,17 +43,9 @@ class Job(Hashable, Protocol):
 Work = TypeVar("Work", bound=Job)
 
 
-@cache
 def provenance() -> str:
     """Versions, and a digest of the sources that the numbers depend on, as JSON; equal means equal numbers."""
-    package = Path(scissordyn.__file__).parent
-    digest = hashlib.sha256()
-    for pattern in NUMERICAL_SOURCES:
-        for path in sorted(package.glob(pattern)):
-            digest.update(str(path.relative_to(package)).encode())
-            digest.update(path.read_bytes())
-    versions = {name: version(name) for name in ("scissordyn", "numpy", "scipy", "numba", "xarray")}
-    return json.dumps({**versions, "sources": digest.hexdigest()[:16]})
+    return made_with(SHOWN)
 
 
 def fetch(
@@ -118,4 +109,5 @@ def _stored(job: Job, folder: Path) -> xr.Dataset | None:
 
 
 def _compute_and_save(compute: Callable[[Work], xr.Dataset], folder: Path, job: Work) -> str:
-    return str(save(compute(job).assign_attrs(case=job.toml, provenance=provenance()), _path(job, folder)))
+    result = compute(job).assign_attrs(case=job.toml, provenance=provenance())
+    return str(save(result, _path(job, folder), replace_broken=True))

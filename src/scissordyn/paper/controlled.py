@@ -29,6 +29,7 @@ from scissordyn.model.record import to_plain
 from scissordyn.paper.cases import ARRAY, SPEED, STROKE, Choice, PaperCase
 from scissordyn.paper.measures import JOINT
 from scissordyn.simulation.feed_forward import feed_forward
+from scissordyn.simulation.interrupt import pass_on
 from scissordyn.simulation.run import simulate
 from scissordyn.units import degrees
 
@@ -222,7 +223,7 @@ def compute(job: ControlledRun) -> xr.Dataset:
         If the run fails.
     """
     manoeuvre = MANOEUVRES[job.manoeuvre]
-    run = simulate(job.mechanism(), until=manoeuvre.until, samples=manoeuvre.samples)
+    run = pass_on(simulate(job.mechanism(), until=manoeuvre.until, samples=manoeuvre.samples))
     if run.attrs["status"] != "complete":
         raise ScissordynError(f"run '{job.name}': {run.attrs['cause']}")
     return run

@@ -17,12 +17,14 @@ import xarray as xr
 
 from scissordyn.analysis.classify import classify
 from scissordyn.analysis.consensus import consensus
-from scissordyn.errors import InputError, ScissordynError
+from scissordyn.errors import ScissordynError
 from scissordyn.paper.cache import Progress
 from scissordyn.paper.cases import CLEARANCES, FRICTION, Choice, PaperCase
 from scissordyn.paper.measures import JOINT
 from scissordyn.simulation.cycles import cycle
-from scissordyn.study.bifurcation import bifurcation
+from scissordyn.simulation.interrupt import pass_on
+from scissordyn.simulation.output_file import check_target
+from scissordyn.study.bifurcation import OtherDiagramError, bifurcation
 from scissordyn.study.ensemble import ensemble
 from scissordyn.study.lyapunov import separation_exponent
 from scissordyn.units import degrees
@@ -224,11 +226,12 @@ def fetch_diagram(path: Path, *, workers: int | None = None, progress: Progress 
         )
 
     try:
-        diagram = made()
-    except InputError:
-        # a truncated file, or one of another diagram
-        path.unlink()
-        diagram = made()
+        diagram = pass_on(made())
+    except OtherDiagramError:
+        # a file that is cut, or of another diagram; any other is left alone
+        check_target(path, sample="-o paper", replace_broken=True)
+        path.unlink(missing_ok=True)
+        diagram = pass_on(made())
     failed = diagram["value"].values[diagram["status"].values != "complete"]
     if failed.size:
         raise ScissordynError(f"the bifurcation diagram failed at {JOINT}.clearance = {failed[0]:g} m")
@@ -236,6 +239,6 @@ def fetch_diagram(path: Path, *, workers: int | None = None, progress: Progress 
 
 
 def _check(run: xr.Dataset, case: PaperCase) -> None:
-    if run.attrs["status"] != "complete":
+    if pass_on(run).attrs["status"] != "complete":
         causes = [str(run.attrs.get("cause", ""))] if "cause" not in run else run["cause"].values.astype(str).tolist()
         raise ScissordynError(f"'{case.name}' under the periodic drive failed: {'; '.join(filter(None, causes))}")

@@ -24,6 +24,7 @@ from scissordyn.paper.statements import CLAUSES
 from scissordyn.paper.tables import as_csv, as_json
 from scissordyn.paper.verdict import Settled, Verdict, answer
 from scissordyn.plot.file import FORMATS, write
+from scissordyn.simulation.output_file import write_file
 
 __all__ = ["Reproduction", "draw_figure", "reproduce", "verdicts"]
 
@@ -210,13 +211,4 @@ def _made(folder: str | os.PathLike[str]) -> Path:
 def _write(path: Path, text: str) -> Path:
     """Write a text file, complete or not at all."""
     _made(path.parent)
-    part = path.with_name(f".{path.name}.{os.getpid()}.part")
-    try:
-        try:
-            part.write_text(text, encoding="utf-8")
-            part.replace(path)
-        finally:
-            part.unlink(missing_ok=True)
-    except OSError as error:
-        raise InputError(f"cannot write '{path}': {error.strerror}", "a folder that can be written", "-o paper") from None
-    return path
+    return write_file(path, text.encode(), sample="-o paper")

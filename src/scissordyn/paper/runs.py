@@ -12,6 +12,7 @@ from scissordyn.paper.cache import Progress, fetch
 from scissordyn.paper.cases import PaperCase
 from scissordyn.paper.constrained_contact import with_contact
 from scissordyn.simulation.constrained_contact import constrain_contact
+from scissordyn.simulation.interrupt import pass_on
 from scissordyn.simulation.run import simulate
 
 __all__ = ["compute", "fetch_runs"]
@@ -45,7 +46,7 @@ def compute(case: PaperCase, *, trust: bool = True, member: int = 0) -> xr.Datas
     if member and case.clearance is not None:
         mechanism = mechanism.replace("A.clearance", case.clearance * (1.0 + member * NEIGHBOUR))
     simulated = constrain_contact(mechanism) if case.constrained else mechanism
-    run = simulate(simulated, **{**described.run.keywords, "trust": trust})
+    run = pass_on(simulate(simulated, **{**described.run.keywords, "trust": trust}))
     if run.attrs["status"] != "complete":
         raise ScissordynError(f"run '{case.name}' ({case.choice.words}): {run.attrs['cause']}")
     return with_contact(run, mechanism) if case.constrained else run

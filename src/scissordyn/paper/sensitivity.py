@@ -175,7 +175,7 @@ def fetch_sensitivity(
         if result.value is None:
             raise ScissordynError(f"{choices[result.index].words}: {result.error}")
         found.append(_settled(choices[result.index], result.value, settled or {}))
-    return load(save(_dataset(choices, found, made), path))
+    return load(save(_dataset(choices, found, made), path, replace_broken=True))
 
 
 def _settled(choice: Choice, found: Holds, settled: Mapping[str, Finding]) -> Holds:
@@ -221,6 +221,5 @@ def _dataset(choices: Sequence[Choice], found: Sequence[Holds], made: dict[str, 
             **fields,
         },
         coords={"clause": [clause.key for clause in CLAUSES], "summary": ("choice", [choice.words for choice in choices])},
-        # `load` recognises files of this package by that attribute
-        attrs={"title": "scissordyn survey of the paper's open choices", "configuration": made["choices"], **made},
+        attrs={"title": "scissordyn survey of the paper's open choices", **made},
     )

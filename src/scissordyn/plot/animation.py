@@ -16,6 +16,7 @@ from scissordyn.plot.animation_film import write_film
 from scissordyn.plot.animation_page import write_page
 from scissordyn.plot.animation_scene import scene_of
 from scissordyn.plot.series import chosen_joints, clearance_joints, clearance_pins
+from scissordyn.simulation.output_file import check_target, write_file
 
 __all__ = ["FILMS", "animate", "check_film"]
 
@@ -90,17 +91,18 @@ def animate(
     scene = scene_of(run, mechanism, frames, chosen)
     shown = max(1, round(len(frames) / seconds))
     slower = len(frames) / shown / float(scene.time[-1] - scene.time[0])
+    check_target(target, sample="film.html")
     try:
-        # written to a temporary name first, so that a film is complete or missing
-        with tempfile.TemporaryDirectory(dir=target.parent, prefix=f".{target.stem}.") as folder:
-            part = Path(folder) / target.name
+        # the writers of films want a file of their own
+        with tempfile.TemporaryDirectory(prefix="scissordyn-film-") as folder:
+            part = Path(folder) / f"film{target.suffix.lower()}"
             if target.suffix.lower() == ".html":
                 write_page(scene, part, shown, slower)
             else:
                 write_film(scene, part, shown, slower)
-            part.replace(target)
+            film = part.read_bytes()
     except OSError as error:
         raise InputError(
-            f"cannot write '{target}': {error.strerror or error}", "a file name in a folder that can be written"
+            f"cannot make the film '{target}': {error.strerror or error}", "a temporary folder with room"
         ) from None
-    return target
+    return write_file(target, film, sample="film.html")

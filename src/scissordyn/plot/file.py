@@ -10,6 +10,7 @@ import matplotlib as mpl
 from matplotlib.figure import Figure
 
 from scissordyn.errors import InputError, did_you_mean
+from scissordyn.simulation.output_file import check_target, write_file
 
 __all__ = ["DPI", "FORMATS", "check_format", "write"]
 
@@ -46,7 +47,7 @@ def write(figure: Figure, path: str | os.PathLike[str]) -> Path:
     Raises
     ------
     InputError
-        If the ending is another one, or the file cannot be written.
+        If the ending is another one, or the file cannot be written, or holds something else than a picture.
     """
     target = Path(path)
     format = target.suffix.lower().removeprefix(".")
@@ -55,15 +56,5 @@ def write(figure: Figure, path: str | os.PathLike[str]) -> Path:
     # without these a vector file would carry the date and random names
     with mpl.rc_context({"svg.hashsalt": "scissordyn"}):
         figure.savefig(drawn, format=format, dpi=DPI, metadata={"Date": None} if format == "svg" else None)
-    part = target.with_name(f".{target.name}.{os.getpid()}.part")
-    try:
-        try:
-            part.write_bytes(drawn.getvalue())
-            part.replace(target)
-        finally:
-            part.unlink(missing_ok=True)
-    except OSError as error:
-        raise InputError(
-            f"cannot write '{target}': {error.strerror or error}", "a file name in a folder that can be written"
-        ) from None
-    return target
+    check_target(target, sample=f"picture.{format}")
+    return write_file(target, drawn.getvalue(), sample=f"picture.{format}")

@@ -11,7 +11,7 @@ from typing import Any
 
 from scissordyn.errors import InputError, did_you_mean
 
-__all__ = ["file_digest", "load_function", "split_reference"]
+__all__ = ["file_digest", "load_function", "pinned", "split_reference"]
 
 
 def split_reference(reference: str, folder: Path | None = None) -> tuple[Path, str]:
@@ -43,19 +43,39 @@ def split_reference(reference: str, folder: Path | None = None) -> tuple[Path, s
     return path, name
 
 
+def _digest(source: bytes) -> str:
+    return hashlib.sha256(source).hexdigest()[:16]
+
+
 def file_digest(path: Path) -> str:
     """A digest of a file's bytes."""
-    return hashlib.sha256(path.read_bytes()).hexdigest()[:16]
+    return _digest(path.read_bytes())
+
+
+def pinned(function: Callable[..., Any] | str, digest: str) -> str:
+    """The digest that a description keeps: the one given or, for a function in a file without one, that of the file now.
+
+    Parameters
+    ----------
+    function : callable or str
+    digest : str
+
+    Returns
+    -------
+    str
+        Empty for a function that is no file's.
+    """
+    return file_digest(split_reference(function)[0]) if isinstance(function, str) and not digest else digest
 
 
 @cache
-def _module(path: Path, digest: str) -> ModuleType:
+def _module(path: Path, source: bytes) -> ModuleType:
     """The file, executed once for each of its contents."""
-    module = ModuleType(f"{path.stem}_{digest}")
+    module = ModuleType(f"{path.stem}_{_digest(source)}")
     module.__file__ = str(path)
     try:
         # from the text itself: byte code kept beside a file is told apart by its time stamp and size only
-        exec(compile(path.read_bytes(), str(path), "exec"), module.__dict__)
+        exec(compile(source, str(path), "exec"), module.__dict__)
     except Exception as error:
         where = f", line {error.lineno}" if isinstance(error, SyntaxError) else ""
         raise InputError(f"'{path}' cannot be read as Python: {type(error).__name__}{where}: {error}") from None
@@ -69,7 +89,7 @@ def load_function(reference: str, digest: str = "") -> Callable[..., Any]:
     ----------
     reference : str
     digest : str
-        The file's digest when the law was described; empty for whatever the file holds now.
+        The file's digest when the law was described. From a description it is never empty, see `pinned`.
 
     Returns
     -------
@@ -81,10 +101,10 @@ def load_function(reference: str, digest: str = "") -> Callable[..., Any]:
         If the file or the function is missing, or the file is no longer what it was.
     """
     path, name = split_reference(reference)
-    now = file_digest(path)
-    if digest and now != digest:
+    source = path.read_bytes()  # once: what is executed is what was compared
+    if digest and _digest(source) != digest:
         raise InputError(f"'{path}' has changed since the law '{name}' was described", "the same file, or a new description")
-    module = _module(path, now)
+    module = _module(path, source)
     if not callable(getattr(module, name, None)):
         functions = [key for key, value in vars(module).items() if callable(value) and not key.startswith("_")]
         raise InputError(f"no function '{name}' in '{path}'{did_you_mean(name, functions)}", ", ".join(functions))

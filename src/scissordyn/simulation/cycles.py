@@ -15,6 +15,7 @@ from scissordyn.mechanics.monitored import POWERS
 from scissordyn.mechanics.outputs import record
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.model.record import to_plain
+from scissordyn.simulation.configuration import read_configuration, write_configuration
 from scissordyn.simulation.dataset import output_guide
 from scissordyn.simulation.driver import Snapshot
 from scissordyn.simulation.options import Options, StartKind
@@ -94,17 +95,17 @@ def cycle(
 
 def _start_of(run: xr.Dataset) -> StartKind:
     """The start option of an earlier run, on which the choice of the method depends."""
-    if "end_state" not in run or "configuration" not in run.attrs:
+    options = read_configuration(run).options if "end_state" in run else None
+    if options is None:
         raise InputError("start = a dataset without a final state", "a Dataset that cycle() made")
-    kind: StartKind = json.loads(run.attrs["configuration"])["options"]["start"]
-    return kind
+    return options.start
 
 
 def _state_of(run: xr.Dataset, mechanism: Mechanism, period: float) -> Snapshot:
     """The final state of an earlier run."""
     if not math.isclose(float(run.attrs["period"]), period, rel_tol=1e-12):
         raise InputError(f"start = cycles of {run.attrs['period']:g} s for cycles of {period:g} s", "the same period")
-    if json.loads(run.attrs["configuration"])["mechanism"] != to_plain(mechanism):
+    if read_configuration(run).plain != to_plain(mechanism):
         raise InputError("start = cycles of another mechanism", "cycles of the same mechanism")
     return Snapshot.from_plain({str(name)[4:]: part.values for name, part in run.data_vars.items() if str(name)[:4] == "end_"})
 
@@ -161,6 +162,7 @@ DESCRIBED = {
 }
 """Dimensions, unit and long name of the quantities recorded once per cycle."""
 
+
 def per_cycle(mechanism: Mechanism, found: Cycles) -> dict[str, np.ndarray]:
     """The quantities recorded once per cycle, by the names of `DESCRIBED`."""
     return {
@@ -210,6 +212,6 @@ def _to_dataset(mechanism: Mechanism, options: Options, found: Cycles, phase: fl
         "end_cycle": found.first + found.steps.size,
         "cycles_per_second": found.statistics["cycles_per_second"],
         "statistics": json.dumps(found.statistics),
-        "configuration": json.dumps({"mechanism": to_plain(mechanism), "options": to_plain(options)}),
+        "configuration": write_configuration(mechanism, options),
     }
     return run

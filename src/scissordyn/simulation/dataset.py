@@ -23,8 +23,8 @@ from scissordyn.mechanics.outputs import Record, record
 from scissordyn.mechanics.reactions import solve_reactions
 from scissordyn.model.joint import Guide
 from scissordyn.model.mechanism import Mechanism
-from scissordyn.model.record import to_plain
 from scissordyn.simulation.cause import singular_position
+from scissordyn.simulation.configuration import write_configuration
 from scissordyn.simulation.contacts import columns, contacts
 from scissordyn.simulation.events import event_variables, switching_losses
 from scissordyn.simulation.options import Options
@@ -90,7 +90,7 @@ def to_dataset(mechanism: Mechanism, options: Options, path: Trajectory) -> xr.D
         "end": path.end,
         "statistics": json.dumps(path.statistics),
         "warnings": "[]",
-        "configuration": json.dumps({"mechanism": to_plain(mechanism), "options": to_plain(options)}),
+        "configuration": write_configuration(mechanism, options),
         "versions": _versions(),
         "length_error": float(found.length_error[0]),
     }

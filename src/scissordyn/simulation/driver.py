@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time as clocks
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import cache
@@ -32,12 +33,13 @@ from scissordyn.mechanics.build import build_model, initial_state, make_paramete
 from scissordyn.mechanics.monitored import POWERS
 from scissordyn.mechanics.reduced_model import ReducedModel
 from scissordyn.mechanics.system import Model, Parameters, System
+from scissordyn.simulation.slice import FIRST, next_slice
 from scissordyn.simulation.tolerance import Tolerances
 
 __all__ = ["Driver", "Snapshot", "counted", "make_system"]
 
-SLICE = 2000
-"""Steps between two looks at the keyboard and the progress bar; the steps themselves do not depend on it."""
+SLICE = 20_000
+"""Most steps between two looks at the keyboard and the progress bar; the steps themselves do not depend on it."""
 
 LOG_ROWS = 256
 RECORD_ROWS = 1024
@@ -287,11 +289,13 @@ class Driver:
         """
         state = self.state
         state.clock["end"] = until
-        status, left = loop.ADVANCING, most_steps
+        status, left, pace = loop.ADVANCING, most_steps, FIRST
         while status == loop.ADVANCING and left > 0:
-            before = self._tried()
-            status = loop.advance(_problem(), self.system.address, self.integration.address, min(SLICE, left))
-            left -= max(1, self._tried() - before)
+            before, called = self._tried(), clocks.perf_counter()
+            status = loop.advance(_problem(), self.system.address, self.integration.address, min(pace, left))
+            taken = self._tried() - before
+            left -= max(1, taken)
+            pace = next_slice(taken, clocks.perf_counter() - called, SLICE)
             if status in _GROWING:
                 self._grow(status)
                 status = loop.ADVANCING

@@ -9,6 +9,7 @@ from scissordyn.component.force import Force
 from scissordyn.component.time_function import Tabulated, TimeFunction
 from scissordyn.errors import InputError
 from scissordyn.model.mechanism import Mechanism
+from scissordyn.simulation.interrupt import pass_on
 from scissordyn.simulation.run import simulate
 
 __all__ = ["feed_forward"]
@@ -52,7 +53,7 @@ def feed_forward(
         if not isinstance(element, Actuator) and not (isinstance(element, Force) and element.time_function is not None)
     )
     ideal = dataclasses.replace(mechanism.ideal(), components=kept, drives=()).driven(reference, body=body)
-    run = simulate(ideal, until=until, samples=samples)
+    run = pass_on(simulate(ideal, until=until, samples=samples))
     if run.attrs["status"] != "complete":
         raise InputError(f"the ideal mechanism cannot follow the reference: {run.attrs['cause']}", "another reference")
     return Tabulated(tuple(run["time"].values.tolist()), tuple(run["drive_torque"].values.tolist()))

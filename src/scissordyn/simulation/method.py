@@ -132,10 +132,11 @@ def check_tolerance(method: str, rtol: float) -> None:
     smallest = SMALLEST_RTOL.get(method, 1e-14)
     if rtol < smallest:
         raise InputError(
-            f"rtol = {rtol:g} with method '{method}'", f"rtol >= {smallest:g}: its error estimate is round-off below", "method = 'dop853'"
+            f"rtol = {rtol:g} with method '{method}'",
+            f"rtol >= {smallest:g}: its error estimate is round-off below",
+            "method = 'dop853'",
         )
 
 
 SMALLEST_RTOL = {"rodas5p": 1e-11, "rodas4p": 1e-11}
 """Measured: docs/decisions/0002-methods.md."""
-

@@ -63,8 +63,12 @@ class Options:
                 ", ".join(get_args(StartKind)),
             )
         if self.events not in get_args(EventKind):
-            raise InputError(f"events = {self.events!r}{did_you_mean(str(self.events), get_args(EventKind))}", "auto, located, crossed")
+            raise InputError(
+                f"events = {self.events!r}{did_you_mean(str(self.events), get_args(EventKind))}", "auto, located, crossed"
+            )
         if not isinstance(self.trust, bool):
             raise InputError(f"trust = {self.trust!r}", "True or False")
         if self.method not in ("auto", *METHODS):
-            raise InputError(f"method = {self.method!r}{did_you_mean(str(self.method), METHODS)}", "auto, " + ", ".join(METHODS))
+            raise InputError(
+                f"method = {self.method!r}{did_you_mean(str(self.method), METHODS)}", "auto, " + ", ".join(METHODS)
+            )

@@ -136,5 +136,3 @@ def _apart(reduced: ReducedModel, system: System, times: np.ndarray, one: np.nda
     for vector, limit in zip(vectors, limits, strict=True):
         apart = np.maximum(apart, np.hypot(vector[:, 0], vector[:, 1]) / limit)
     return apart
-
-

@@ -18,7 +18,7 @@ from scissordyn.mechanics.time_function import function_start
 from scissordyn.model.joint import Guide, Revolute
 from scissordyn.model.mechanism import Mechanism
 
-__all__ = ["equilibrium", "at_rest"]
+__all__ = ["at_rest", "equilibrium"]
 
 Joint = TypeVar("Joint", Revolute, Guide)
 

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable
+import os
+from collections.abc import Callable, Sequence
 
 import xarray as xr
 
 from scissordyn.errors import InputError
 from scissordyn.model.mechanism import Mechanism
-from scissordyn.model.record import from_plain
+from scissordyn.simulation.configuration import read_configuration
 from scissordyn.simulation.dataset import to_dataset
 from scissordyn.simulation.options import EventKind, Options, StartKind
 from scissordyn.simulation.predictability import predictability
@@ -18,6 +19,9 @@ from scissordyn.simulation.trajectory import compute
 from scissordyn.simulation.warn import run_warnings
 
 __all__ = ["replay", "simulate"]
+
+TITLE = "scissordyn run"
+"""Of what `simulate` returns: a map or a diagram has a configuration too, and is not run again from it."""
 
 
 def simulate(
@@ -74,22 +78,36 @@ def simulate(
     return _simulate(mechanism, Options(until, start, samples, rtol, atol, method, most_steps, events, trust), progress)
 
 
-def replay(run: xr.Dataset, *, progress: Callable[[float], None] | None = None) -> xr.Dataset:
+def replay(
+    run: xr.Dataset,
+    *,
+    allow_code: str | os.PathLike[str] | Sequence[str | os.PathLike[str]] = (),
+    progress: Callable[[float], None] | None = None,
+) -> xr.Dataset:
     """Run a saved run again, from its attributes; the same versions give the same numbers bit for bit.
+
+    Nothing that the run names is executed. If it used functions in a file of the user's own, that file must be allowed.
 
     Parameters
     ----------
     run : Dataset
+    allow_code : path or sequence of path
+        Python files that may be executed. A function is taken from the one with the digest that the run holds.
     progress : callable, optional
 
     Returns
     -------
     Dataset
+
+    Raises
+    ------
+    InputError
+        If it is no run of `simulate`, or uses a function that is in none of the allowed files.
     """
-    if "configuration" not in run.attrs:
-        raise InputError("a dataset without the attribute 'configuration'", "a Dataset that simulate() made")
-    plain = json.loads(run.attrs["configuration"])
-    return _simulate(from_plain(plain["mechanism"]), from_plain(plain["options"]), progress)
+    configuration = read_configuration(run)
+    if configuration.options is None or run.attrs.get("title") != TITLE:
+        raise InputError(f"{run.attrs.get('title', 'a dataset without a title')!r:.60}", "a Dataset that simulate() made")
+    return _simulate(configuration.build_mechanism(allow_code), configuration.options, progress)
 
 
 def _simulate(mechanism: Mechanism, options: Options, progress: Callable[[float], None] | None) -> xr.Dataset:

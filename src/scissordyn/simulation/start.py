@@ -259,7 +259,9 @@ def _far_from_placed(reduced: ReducedModel, system: System, start: Start, kind: 
             worst, text = far, f"body '{body.name}' by {far * 1e3:.4g} mm"
         if body.rotates and body.name not in references | driven:
             cos, sin = given[p + 2 : p + 4]
-            turned = abs(math.atan2(cos * position[p + 3] - sin * position[p + 2], cos * position[p + 2] + sin * position[p + 3]))
+            turned = abs(
+                math.atan2(cos * position[p + 3] - sin * position[p + 2], cos * position[p + 2] + sin * position[p + 3])
+            )
             if turned > TURNED and turned * reduced.size > worst:
                 worst, text = turned * reduced.size, f"body '{body.name}' by {math.degrees(turned):.4g} deg"
         wanted = np.hypot(*body.velocity) + abs(body.angular_velocity) * reduced.size
@@ -273,5 +275,3 @@ def _far_from_placed(reduced: ReducedModel, system: System, start: Start, kind: 
         by = "" if kind == "as-placed" else "; start = 'as-placed' keeps what clearance joints allow of it"
         found.append(f"the velocity given for body '{dropped}' is changed by {moving:.4g} m/s to fit joints and drives{by}")
     return found
-
-

@@ -210,9 +210,7 @@ def _cycled(
     cause = cause or broken_off(status, driver)
     ended = "complete" if done == cycles else ("interrupted" if cause == "interrupted" else "failed")
     if ended != "complete":
-        cause = (
-            f"stopped in cycle {first + done} at t = {driver.time:.9g} s, {driver.time / period:.6g} periods: {cause}"
-        )
+        cause = f"stopped in cycle {first + done} at t = {driver.time:.9g} s, {driver.time / period:.6g} periods: {cause}"
     after = counted(driver.state)
     return Cycles(
         reduced=driver.reduced,

@@ -8,27 +8,28 @@ import os
 import time
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
-from importlib.metadata import version
 from pathlib import Path
 
 import numpy as np
 import xarray as xr
 
-import scissordyn
 from scissordyn.errors import InputError
-from scissordyn.jit import source_digest
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.model.record import to_plain
+from scissordyn.simulation.configuration import read_configuration, write_configuration
 from scissordyn.simulation.cycles import DESCRIBED, per_cycle
 from scissordyn.simulation.driver import Snapshot
 from scissordyn.simulation.options import Options, StartKind
+from scissordyn.simulation.provenance import provenance
 from scissordyn.simulation.store import load, save
 from scissordyn.simulation.stroboscope import drive_period, run_cycles, start_state
 from scissordyn.study.follow import carried
 from scissordyn.study.parameter import parameter, varied
 from scissordyn.study.runner import CaseResult, each_case, worker_count
 
-__all__ = ["bifurcation"]
+__all__ = ["OtherDiagramError", "bifurcation"]
+
+TITLE = "scissordyn bifurcation"
 
 PENDING = "pending"
 """Status of a value that has not been computed yet."""
@@ -85,6 +86,10 @@ class DiagramRow:
     events: int
     seconds: float
     processor_seconds: float
+
+
+class OtherDiagramError(InputError):
+    """A store holds anything but this diagram, made by these sources and libraries."""
 
 
 def bifurcation(
@@ -251,14 +256,14 @@ def _blank(
     identity = [
         {"mechanism": to_plain(case.mechanism), "options": to_plain(case.options), "phase": case.phase} for case in cases
     ]
-    configuration = {
+    made_with = json.loads(provenance())
+    diagram = {
         "over": name,
         "cycles": first.cycles,
         "keep": first.keep,
         "follow": follow,
-        "mechanism": to_plain(mechanism),
         "cases": hashlib.sha256(json.dumps(identity).encode()).hexdigest(),
-        "kernels": source_digest(Path(scissordyn.__file__).parent),
+        **made_with,
     }
     text = np.full(count, "", dtype=object)
     return xr.Dataset(
@@ -279,26 +284,37 @@ def _blank(
             "period": ("value", np.array([case.options.until for case in cases]), {"units": "s", "long_name": "period"}),
         },
         attrs={
-            "title": "scissordyn bifurcation",
+            "title": TITLE,
             "status": PENDING,
             "parameter": name,
             "phase": first.phase,
             "cycles": first.cycles,
-            "versions": json.dumps({"scissordyn": version("scissordyn")}),
-            "configuration": json.dumps(configuration),
+            "versions": json.dumps({name: value for name, value in made_with.items() if name != "sources"}),
+            "configuration": write_configuration(mechanism, diagram=diagram),
         },
     )
 
 
 def _taken_up(target: Path, blank: xr.Dataset) -> xr.Dataset:
-    """The results in a store, if it is of this diagram."""
-    stored = load(target)
-    wanted, there = (json.loads(one.attrs["configuration"]) for one in (blank, stored))
-    differs = [key for key in wanted if wanted[key] != there.get(key)] if isinstance(there, dict) else ["title"]
-    if differs or not np.array_equal(blank["value"].values, stored["value"].values):
-        raise InputError(
-            f"'{target}' holds another diagram (differs in {', '.join(differs) or 'values'})",
-            "the file of the same diagram, or a new file name",
+    """What a store already holds, if it is this diagram."""
+    try:
+        stored = load(target)
+        wanted, there = read_configuration(blank), read_configuration(stored)
+    except InputError as error:
+        raise OtherDiagramError(error.what, error.allowed, error.type_this) from None
+    differs = [key for key, value in wanted.diagram.items() if there.diagram.get(key) != value]
+    differs += ["mechanism"] if wanted.plain != there.plain else []
+    differs += [
+        str(name)
+        for name, variable in blank.variables.items()
+        if name not in stored.variables or stored.variables[name].shape != variable.shape
+    ]
+    if not differs and not np.array_equal(blank["value"].values, stored["value"].values):
+        differs = ["values"]
+    if differs:
+        raise OtherDiagramError(
+            f"'{target}' holds another diagram (differs in {', '.join(differs)})",
+            "the file of the same diagram, or a name that is not taken",
             "store='another.nc'",
         )
     for name in ("status", "cause"):

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Callable
 from dataclasses import dataclass
 
@@ -12,7 +11,7 @@ import xarray as xr
 from scissordyn.errors import InputError
 from scissordyn.mechanics.reduce import reduce_mechanism
 from scissordyn.model.mechanism import Mechanism
-from scissordyn.model.record import to_plain
+from scissordyn.simulation.configuration import write_configuration
 from scissordyn.simulation.cycles import DESCRIBED, per_cycle
 from scissordyn.simulation.driver import Snapshot, make_system
 from scissordyn.simulation.options import Options, StartKind
@@ -163,7 +162,7 @@ def ensemble(
         "perturbation": perturbation,
         "seed": seed,
         "agreement": agreement,
-        "configuration": json.dumps({"mechanism": to_plain(mechanism), "options": to_plain(options)}),
+        "configuration": write_configuration(mechanism, options),
     }
     return run
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import math
 from collections.abc import Callable
 
@@ -18,7 +17,7 @@ from scissordyn.laws.friction.none import NoFriction
 from scissordyn.mechanics import functions
 from scissordyn.mechanics.reduce import reduce_mechanism
 from scissordyn.model.mechanism import Mechanism
-from scissordyn.model.record import to_plain
+from scissordyn.simulation.configuration import write_configuration
 from scissordyn.simulation.driver import Snapshot, make_system
 from scissordyn.simulation.options import Options, StartKind
 from scissordyn.simulation.stroboscope import drive_period
@@ -255,9 +254,7 @@ def _on_conditions(system: Handle, time: float, state: np.ndarray, tangent: np.n
     return np.asarray((ends[0] - ends[1]) / (2.0 * size))
 
 
-def _companion(
-    system: Handle, reference: Snapshot, companion: Snapshot, difference: np.ndarray, factor: float
-) -> Snapshot:
+def _companion(system: Handle, reference: Snapshot, companion: Snapshot, difference: np.ndarray, factor: float) -> Snapshot:
     """The companion at `factor` times its difference from the reference, consistent again."""
     model, contacts = system.content.model, system.content.parameters.contact.size
     full = reference.y + factor * difference
@@ -287,6 +284,6 @@ def _concluded(
         "road": road,
         "status": status,
         "cause": cause,
-        "configuration": json.dumps({"mechanism": to_plain(mechanism)}),
+        "configuration": write_configuration(mechanism),
     }
     return result

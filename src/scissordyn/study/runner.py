@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import multiprocessing
 import os
-import signal
 import time
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
@@ -12,7 +11,9 @@ from concurrent.futures.process import BrokenProcessPool
 from dataclasses import dataclass
 from typing import Generic, TypeVar
 
+from scissordyn.cache.folder import shared_folder
 from scissordyn.errors import InputError
+from scissordyn.study.worker import begin, kill, signals_blocked
 
 __all__ = ["CaseResult", "each_case", "run_cases", "worker_count"]
 
@@ -136,16 +137,18 @@ def _pooled(
     function: Callable[[Case], Value], cases: Sequence[Case], waiting: list[int], count: int, suspects: list[int]
 ) -> Iterator[CaseResult[Value]]:
     """Work off `waiting` on a pool; if a process dies, what was handed out goes to `suspects` and the rest stays."""
-    before = set(multiprocessing.active_children())
     # a forked process would inherit threads and locks in any state
-    pool = ProcessPoolExecutor(count, mp_context=multiprocessing.get_context("spawn"), initializer=_ignore_keyboard)
+    context = multiprocessing.get_context("spawn")
+    theirs, ours = context.Pipe(duplex=False)
+    pool = ProcessPoolExecutor(count, mp_context=context, initializer=begin, initargs=(theirs, shared_folder()))
     handed: dict[Future[CaseResult[Value]], int] = {}
     try:
         while waiting or handed:
             while waiting and len(handed) < AHEAD * count:
                 index = waiting.pop(0)
                 try:
-                    handed[pool.submit(_guarded, function, index, cases[index])] = index
+                    with signals_blocked():  # the first call starts the processes, which inherit this
+                        handed[pool.submit(_guarded, function, index, cases[index])] = index
                 except BrokenProcessPool:
                     suspects.append(index)
                     suspects.extend(handed.values())
@@ -164,11 +167,12 @@ def _pooled(
                 return
     except BaseException:
         # Ctrl-C, or a reader who has had enough: do not wait for minutes of work that nobody wants
-        for process in set(multiprocessing.active_children()) - before:
-            process.terminate()
+        kill(pool)
         raise
     finally:
         pool.shutdown(wait=True, cancel_futures=True)
+        theirs.close()
+        ours.close()
 
 
 def _guarded(function: Callable[[Case], Value], index: int, case: Case) -> CaseResult[Value]:
@@ -183,8 +187,3 @@ def _guarded(function: Callable[[Case], Value], index: int, case: Case) -> CaseR
 def _text(error: BaseException) -> str:
     text = " ".join(str(error).split())
     return text if isinstance(error, InputError) and text else f"{type(error).__name__}: {text}".rstrip(": ")
-
-
-def _ignore_keyboard() -> None:
-    """Ctrl-C reaches every process of a terminal; the one that handed out the work decides."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)

@@ -1,0 +1,114 @@
+"""Ctrl-C and SIGTERM: the first ends a command in good order and soon, the second at once.
+
+Python looks at signals between two of its instructions, on the main thread: a compiler pass or a slice of a simulation has to
+end first, and what a callback from C raises is lost. So a thread beside it is told of every signal by the operating system, and
+ends the process if nothing else has.
+"""
+
+from __future__ import annotations
+
+import os
+import signal
+import socket
+import sys
+import threading
+import time
+from types import FrameType
+
+__all__ = ["install", "received", "tell_where"]
+
+SIGNALS = (signal.SIGINT, signal.SIGTERM)
+
+PATIENCE = 1.3
+"""Seconds after which a command is ended that does not end by itself: two, less what a compiler pass may delay this."""
+
+LONGEST = 60.0
+"""Seconds for which a command may go on that is writing down what it has computed."""
+
+COMPILERS = ("numba", "llvmlite")
+
+_received: list[int] = []
+_delivered = threading.Event()
+_where = [""]
+
+
+def install() -> None:
+    """Watch for signals until the process ends; on the main thread of a process that is a command."""
+    ours, theirs = socket.socketpair()
+    theirs.setblocking(False)
+    signal.set_wakeup_fd(theirs.fileno(), warn_on_full_buffer=False)
+    threading.Thread(target=_watch, args=(ours, theirs), name="signals", daemon=True).start()
+    for number in SIGNALS:
+        signal.signal(number, _interrupt)
+
+
+def received() -> int:
+    """The first signal that came, 0 if none has."""
+    return _received[0] if _received else 0
+
+
+def tell_where(text: str) -> None:
+    """Say what an interrupted command leaves, should it be ended before it can say so itself.
+
+    Parameters
+    ----------
+    text : str
+        Follows "interrupted; ".
+    """
+    _where[0] = text
+
+
+def _interrupt(number: int, _: FrameType | None) -> None:
+    """The first signal becomes a KeyboardInterrupt; from now on the operating system acts on a second one by itself."""
+    if not _received:
+        _received.append(number)
+    for other in SIGNALS:
+        signal.signal(other, signal.SIG_DFL)
+    _delivered.set()
+    _show_cursor()
+    raise KeyboardInterrupt
+
+
+def _watch(ours: socket.socket, theirs: socket.socket) -> None:
+    """Wait for a signal, then for the end of the process."""
+    first = b"\0"
+    while first[0] not in SIGNALS:
+        first = ours.recv(1)
+    began = time.monotonic()
+    if not _received:
+        _received.append(first[0])
+    ours.settimeout(0.05)
+    while True:
+        try:
+            again = ours.recv(1)
+        except TimeoutError:
+            again = b""
+        waited = time.monotonic() - began
+        if again or (waited > PATIENCE and not _is_finishing()) or waited > LONGEST:
+            _end(again[0] if again else _received[0])
+
+
+def _is_finishing() -> bool:
+    """Whether the main thread has taken notice of the signal, and is not compiling anything."""
+    if not _delivered.is_set():
+        return False
+    frame = sys._current_frames().get(threading.main_thread().ident or 0)
+    while frame is not None:
+        if str(frame.f_globals.get("__name__", "")).partition(".")[0] in COMPILERS:
+            return False
+        frame = frame.f_back
+    return True
+
+
+def _end(number: int) -> None:
+    """End this process without a word to the main thread, which may hold any lock."""
+    _show_cursor()
+    text = "scissordyn: interrupted" + (f"; {_where[0]}" if _where[0] else "")
+    os.write(2, text.encode("utf-8", "backslashreplace") + b"\n")
+    os._exit(128 + number)
+
+
+def _show_cursor() -> None:
+    """A progress bar hides the cursor of the terminal."""
+    if os.isatty(2):
+        os.write(2, b"\x1b[?25h")

@@ -1,0 +1,52 @@
+"""Text files of the user: regular files of a sensible size, and nothing without an end."""
+
+from __future__ import annotations
+
+import os
+import stat
+from pathlib import Path
+
+from scissordyn.errors import InputError
+
+__all__ = ["LARGEST", "read_text"]
+
+LARGEST = 64 * 2**20
+"""Largest text file that is read [bytes]: a table of a million instants takes about 30 MB."""
+
+
+def read_text(path: Path, what: str, sample: str = "") -> str:
+    """The text of a file.
+
+    Parameters
+    ----------
+    path : Path
+    what : str
+        What it should be, for messages.
+    sample : str
+        What the user could type.
+
+    Returns
+    -------
+    str
+
+    Raises
+    ------
+    InputError
+        If there is no such file, it is a folder, a device or a pipe, too large, or no UTF-8.
+    """
+    try:
+        if not stat.S_ISREG(os.stat(path).st_mode):
+            kind = "a folder" if path.is_dir() else "not a regular file"
+            raise InputError(f"cannot read '{path}': it is {kind}", what, sample)
+        with path.open("rb") as file:
+            content = file.read(LARGEST + 1)
+    except (OSError, ValueError) as error:
+        if isinstance(error, InputError):
+            raise
+        raise InputError(f"cannot read '{path}': {getattr(error, 'strerror', None) or error}", what, sample) from None
+    if len(content) > LARGEST:
+        raise InputError(f"'{path}' has more than {LARGEST // 2**20} MiB", f"{what} of at most {LARGEST // 2**20} MiB", sample)
+    try:
+        return content.decode("utf-8")
+    except UnicodeDecodeError:
+        raise InputError(f"'{path}' is not a text file", f"{what} in UTF-8", sample) from None

@@ -1,0 +1,341 @@
+"""Descriptions from plain data, so that a saved run can be run again.
+
+A file is data. What it says is compared with the declarations of the dataclasses that describe mechanisms: which classes may
+stand at a place, which fields they have and of which type. Only these classes are ever called. A function of the user's own is
+taken from a file that the user names, never from one that the data names.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import types
+import typing
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+from types import MappingProxyType
+from typing import Any, ClassVar, TypeVar
+
+from scissordyn.component.catalogue import COMPONENTS
+from scissordyn.component.declaration import Component
+from scissordyn.component.user import component_class
+from scissordyn.control.catalogue import CONTROLLERS
+from scissordyn.control.controller import Controller
+from scissordyn.control.user import UserController
+from scissordyn.errors import InputError
+from scissordyn.laws.catalogue import BY_KIND
+from scissordyn.laws.contact import Damping, Elastic, Friction
+from scissordyn.laws.user import UserDamping, UserElastic, UserFriction
+from scissordyn.model.record import DIGEST, FUNCTION, KIND, kind_of
+from scissordyn.plugin.user_file import file_digest
+
+__all__ = ["Description", "build", "from_plain", "parse"]
+
+PLUGINS: Mapping[type, tuple[type, ...]] = MappingProxyType(
+    {
+        Elastic: (*BY_KIND["stiffness"].values(), UserElastic),
+        Damping: (*BY_KIND["damping"].values(), UserDamping),
+        Friction: (*BY_KIND["friction"].values(), UserFriction),
+        Controller: (*CONTROLLERS.values(), UserController),
+        Component: tuple(COMPONENTS.values()),
+    }
+)
+"""What stands for a declared protocol: the entries of its catalogue, and the user's own."""
+
+LARGEST = 2**1023
+"""Above it an integer is no float."""
+
+Described = TypeVar("Described")
+
+
+@dataclass(frozen=True)
+class Description:
+    """What a file says of one object: its class and its fields, compared with the declaration. The class is not called.
+
+    Parameters
+    ----------
+    kind : type
+        One of the classes that are declared for the place.
+    values : mapping of str to value
+        Fields, each a `Description`, a tuple, a mapping, a text, a number, None, or a function that is only named. They can be
+        read as attributes; one that the file leaves out has its default.
+    """
+
+    kind: type
+    values: Mapping[str, Any]
+
+    def __getattr__(self, name: str) -> Any:
+        if name.startswith("__"):
+            raise AttributeError(name)
+        if name in self.values:
+            return self.values[name]
+        for field in dataclasses.fields(self.kind):
+            if field.name == name and field.default is not dataclasses.MISSING:
+                return field.default
+        raise InputError(f"a {kind_of(self.kind)} without '{name}'", "a file that scissordyn wrote")
+
+
+@dataclass(frozen=True)
+class NamedFunction:
+    """A function of the user that a file names.
+
+    Parameters
+    ----------
+    name : str
+    file : str
+        Where it was when the file was written; empty for a function that was handed over in Python.
+    """
+
+    name: str
+    file: str
+
+
+@dataclass(frozen=True)
+class UserComponent:
+    """A component of a class in a file of the user's, which a file of data names; its fields are compared when it is built.
+
+    Parameters
+    ----------
+    file : str
+        Where it was when the data were written.
+    name : str
+        Of the class.
+    digest : str
+        Of the file.
+    values : mapping of str to plain
+    """
+
+    file: str
+    name: str
+    digest: str
+    values: Mapping[str, Any]
+
+    kind: ClassVar[None] = None
+
+    def __getattr__(self, name: str) -> Any:
+        if name.startswith("__") or name not in self.values:
+            raise AttributeError(name)
+        return self.values[name]
+
+
+def from_plain(plain: Any, declared: type[Described], *, allow_code: Sequence[Path] = ()) -> Described:
+    """The description that `to_plain` wrote.
+
+    Parameters
+    ----------
+    plain
+        Nested dicts, lists, strings and numbers.
+    declared : type
+        What it describes, such as `Mechanism`.
+    allow_code : sequence of Path
+        Files whose functions may be executed, see `build`.
+
+    Returns
+    -------
+    described
+
+    Raises
+    ------
+    InputError
+        If it is anything but a description of that class.
+    """
+    built: Described = build(parse(plain, declared), allow_code=allow_code)
+    return built
+
+
+def parse(plain: Any, declared: Any, place: str = "") -> Any:
+    """Compare plain data with a declaration; nothing is called.
+
+    Parameters
+    ----------
+    plain
+        Nested dicts, lists, strings and numbers.
+    declared : type or type hint
+    place : str
+        What error messages call it.
+
+    Returns
+    -------
+    Description, tuple, dict, str, int, float, bool, NamedFunction or None
+
+    Raises
+    ------
+    InputError
+        For anything that the declaration does not have; names its place.
+    """
+    place = place or getattr(declared, "__name__", str(declared)).lower()
+    alternatives = _alternatives(declared)
+    if any(typing.get_origin(hint) is Callable for hint in alternatives):
+        return _named_function(plain, place)
+    for hint in alternatives:
+        origin, inside = typing.get_origin(hint), typing.get_args(hint)
+        if origin is tuple and isinstance(plain, list):
+            return _parse_tuple(plain, inside, place)
+        if isinstance(origin, type) and issubclass(origin, Mapping) and isinstance(plain, dict):
+            return {str(key): parse(value, inside[1], f"{place}.{key}") for key, value in plain.items()}
+        if (origin is typing.Literal and isinstance(plain, str) and plain in inside) or _is_scalar(plain, hint):
+            return plain
+    described: dict[str, type] = {kind_of(hint): hint for hint in alternatives if _is_dataclass(hint)}
+    if not (described and isinstance(plain, dict)):
+        raise InputError(f"{place} is {_shown(plain)}", "what scissordyn writes there")
+    kind = plain.get(KIND)
+    if isinstance(kind, str) and ".py:" in kind and Component in _members(declared):
+        file, _, name = kind.rpartition(":")
+        rest = {key: value for key, value in plain.items() if key not in (KIND, DIGEST)}
+        return UserComponent(file, name, str(plain.get(DIGEST, "")), MappingProxyType(rest))
+    if not (isinstance(kind, str) and kind in described):
+        raise InputError(f"{place} of kind {_shown(kind)}", "a kind that this version of scissordyn has there")
+    return _parse_class(plain, described[kind], place)
+
+
+def _parse_class(plain: dict[str, Any], found: type, place: str) -> Description:
+    hints = _fields(found)
+    unknown = plain.keys() - hints.keys() - {KIND}
+    if unknown:
+        raise InputError(f"{place} has {_shown(min(unknown))}", f"the fields of {kind_of(found)}: {', '.join(hints) or 'none'}")
+    values = {key: parse(plain[key], hints[key], f"{place}.{key}") for key in plain if key != KIND}
+    return Description(found, MappingProxyType(values))
+
+
+def build(described: Any, *, allow_code: Sequence[Path] = ()) -> Any:
+    """Make the objects that were described.
+
+    Parameters
+    ----------
+    described
+        From `parse`.
+    allow_code : sequence of Path
+        Files of the user whose functions may be executed. A function that the description names is taken from the one whose
+        digest is the one in the description.
+
+    Returns
+    -------
+    object
+
+    Raises
+    ------
+    InputError
+        If a value is out of bounds, or a function of the user is needed that is not in these files.
+    """
+    if isinstance(described, tuple):
+        return tuple(build(item, allow_code=allow_code) for item in described)
+    if isinstance(described, UserComponent):
+        found = _permitted(NamedFunction(described.name, described.file), described.digest, allow_code, "component")
+        made = component_class(found, Path.cwd())
+        values = {KIND: kind_of(made), **described.values}
+        return build(_parse_class(values, made, described.name), allow_code=allow_code)
+    if not isinstance(described, Description):
+        return described
+    values = {
+        key: _permitted(value, described.values.get("digest"), allow_code)
+        if isinstance(value, NamedFunction)
+        else build(value, allow_code=allow_code)
+        for key, value in described.values.items()
+    }
+    try:
+        return described.kind(**values)
+    except InputError:
+        raise
+    except (ArithmeticError, AttributeError, LookupError, TypeError, ValueError) as error:
+        raise InputError(f"a description of kind '{kind_of(described.kind)}' that cannot be used ({error})") from None
+
+
+def _members(declared: Any) -> tuple[Any, ...]:
+    """The members of a union, as they are declared."""
+    return typing.get_args(declared) if typing.get_origin(declared) in (typing.Union, types.UnionType) else (declared,)
+
+
+@cache
+def _alternatives(declared: Any) -> tuple[Any, ...]:
+    """What may stand where a type is declared: the members of a union, the catalogue of a protocol."""
+    if typing.get_origin(declared) in (typing.Union, types.UnionType):
+        return tuple(found for member in typing.get_args(declared) for found in _alternatives(member))
+    if isinstance(declared, type) and declared in PLUGINS:
+        return PLUGINS[declared]
+    return (declared,)
+
+
+@cache
+def _fields(described: type) -> Mapping[str, Any]:
+    """Type hints of the fields that a class is made from, by name."""
+    hints = typing.get_type_hints(described)
+    return MappingProxyType({field.name: hints[field.name] for field in dataclasses.fields(described) if field.init})
+
+
+def _parse_tuple(plain: list[Any], inside: tuple[Any, ...], place: str) -> tuple[Any, ...]:
+    if inside[1:] == (Ellipsis,):
+        return tuple(parse(item, inside[0], f"{place}[{index}]") for index, item in enumerate(plain))
+    if len(plain) != len(inside):
+        raise InputError(f"{place} has {len(plain)} entries", f"{len(inside)} entries")
+    return tuple(parse(item, hint, f"{place}[{index}]") for index, (item, hint) in enumerate(zip(plain, inside, strict=True)))
+
+
+def _is_dataclass(hint: Any) -> bool:
+    return isinstance(hint, type) and dataclasses.is_dataclass(hint)
+
+
+def _is_scalar(plain: Any, hint: Any) -> bool:
+    """Whether a value is of a plain declared type; a float may be written as an integer."""
+    if hint is types.NoneType:
+        return plain is None
+    if hint is float:
+        return isinstance(plain, float) or (type(plain) is int and abs(plain) < LARGEST)
+    return hint in (bool, int, str) and type(plain) is hint
+
+
+def _shown(plain: Any) -> str:
+    """A value in a message: what it is, in short."""
+    if isinstance(plain, dict | list):
+        return "a table" if isinstance(plain, dict) else "a list"
+    text = repr(plain) if not isinstance(plain, int) or abs(plain) < LARGEST else "a huge number"
+    return text if len(text) <= 60 else f"{text[:57]}..."
+
+
+def _named_function(plain: Any, place: str) -> NamedFunction:
+    if isinstance(plain, str):
+        file, _, name = plain.rpartition(":")
+        if file.endswith(".py") and name.isidentifier():
+            return NamedFunction(name, file)
+    elif isinstance(plain, dict) and plain.get(KIND) == FUNCTION and isinstance(plain.get("name"), str):
+        return NamedFunction(plain["name"], "")
+    raise InputError(f"{place} is {_shown(plain)}", "a function as scissordyn writes it, 'my_laws.py:soft'")
+
+
+def _permitted(function: NamedFunction, digest: Any, allow_code: Sequence[Path], what: str = "function") -> str:
+    """The reference to a function in a file that the user allows and that holds what the description was made with."""
+    if not function.file:
+        raise InputError(
+            f"the run uses the Python function '{function.name}', whose source is in its attributes but is not executed",
+            "laws from the catalogue or from a file",
+            f"put it in a file and give the law as 'my_laws.py:{function.name}'",
+        )
+    file = Path(function.file).name
+    if not digest:
+        raise InputError(
+            f"the run uses the {what} '{function.name}' of '{file}' without the digest of that file",
+            "a run that scissordyn wrote, which holds the digest",
+        )
+    found = {path: _digest_of(path) for path in allow_code}
+    for path, now in found.items():
+        if now == digest:
+            return f"{path.resolve()}:{function.name}"
+    if found:
+        raise InputError(
+            f"the run uses the {what} '{function.name}' of '{file}' with the digest {digest}, and the digest of "
+            + ", of ".join(f"'{path}' is {now}" for path, now in found.items()),
+            "the file as it was when the run was made",
+        )
+    raise InputError(
+        f"the run uses the {what} '{function.name}' of '{file}', which is not executed unless you allow it",
+        "naming the file after you have read it",
+        f"scissordyn run run.nc --allow-code {file}, or allow_code='{file}'",
+    )
+
+
+def _digest_of(path: Path) -> str:
+    if not path.is_file():
+        raise InputError(
+            f"no file '{path}' for the functions of the run", "a Python file that exists", "--allow-code my_laws.py"
+        )
+    return file_digest(path)

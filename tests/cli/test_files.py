@@ -1,0 +1,117 @@
+"""What the commands read, execute, refuse and overwrite."""
+
+from __future__ import annotations
+
+import os
+import time
+from pathlib import Path
+
+import pytest
+
+from scissordyn.cli.main import status_of
+from scissordyn.config import text
+from scissordyn.simulation.store import load
+
+PAPER = Path(__file__).parents[2] / "examples" / "paper.toml"
+SHORT = ("--set", "run.until=3 ms", "--set", "clearance.A.friction=none", "--samples", "31")
+
+
+@pytest.fixture
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """An empty folder to work in."""
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+def refused(capsys: pytest.CaptureFixture[str], *arguments: str) -> str:
+    """The one line on stderr of a command that is refused with status 2 and prints nothing else."""
+    assert status_of(arguments) == 2
+    shown = capsys.readouterr()
+    assert shown.out == ""
+    assert shown.err.startswith("scissordyn: ")
+    assert shown.err.count("\n") == 1
+    assert shown.err[:-1].isprintable()
+    return shown.err
+
+
+@pytest.mark.parametrize("name", ["case.toml", "case.TOML", "case.txt", "case"])
+def test_the_case_file_survives(folder: Path, capsys: pytest.CaptureFixture[str], name: str) -> None:
+    """Identity: whatever it is called, by whatever way it is named, and whatever the result is."""
+    case = folder / name
+    case.write_text(PAPER.read_text())
+    (folder / "other.toml").write_text(PAPER.read_text())
+    (folder / "link").symlink_to(case)
+    for output in (name, "./" + name, "link", "other.toml"):
+        assert "cannot write" in (line := refused(capsys, "run", name, "-o", output)) or "not overwritten" in line
+    (folder / "film.html").write_text(PAPER.read_text())
+    assert "it is the case file" in refused(capsys, "run", "film.html", "--animate", "film.html")
+    assert "not overwritten" in refused(capsys, "run", name, "--animate", "film.html")
+    scan = ("--over", "A.clearance", "--from", "0.1 mm", "--to", "0.2 mm")
+    assert "not a NetCDF file" in refused(capsys, "bifurcation", name, *scan, "-o", "other.toml")
+    (folder / "diagram.png").write_text(PAPER.read_text())
+    assert "no PNG file" in refused(capsys, "bifurcation", name, *scan, "--plot", "diagram.png")
+    assert "no PNG file" in refused(capsys, "laws", "liu", "--plot", "diagram.png")
+    assert all(path.read_text() == PAPER.read_text() for path in folder.iterdir())
+
+
+def test_results_may_be_replaced(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """Identity: by results of their kind, except that a saved run is not replaced by itself run again."""
+    for _ in range(2):
+        assert status_of(["run", str(PAPER), "-o", "run.nc", "--animate", "film.html", "--plot", "figures", *SHORT]) == 0
+    capsys.readouterr()
+    assert "it is the case file" in refused(capsys, "run", "run.nc", "-o", "run.nc")
+    assert load("run.nc").sizes["time"] == 31
+
+
+def test_what_has_no_end_is_not_read(folder: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:
+    """Identity: devices, pipes, folders and huge files are refused as case files, as tables and as saved runs."""
+    os.mkfifo("pipe")
+    os.mkfifo("pipe.nc")
+    began = time.monotonic()
+    for path in ("/dev/zero", "pipe", "/dev/null"):
+        for command in ("run", "check"):
+            assert "not a regular file" in refused(capsys, command, path)
+    for path in ("pipe.nc", "/dev/null"):
+        assert "not a" in refused(capsys, "run", path)
+    assert "it is a folder" in refused(capsys, "check", ".")
+    with Path("huge.toml").open("wb") as file:
+        file.truncate(text.LARGEST + 1)
+    assert "'huge.toml' has more than 64 MiB" in refused(capsys, "check", "huge.toml")
+    table = 'drive = { table = "/dev/zero" }\n' + PAPER.read_text().replace('[drive]\nspeed = "150 rpm"', "")
+    Path("table.toml").write_text(table)
+    assert "not a regular file" in refused(capsys, "check", "table.toml")
+    assert time.monotonic() - began < 20.0
+
+
+LAWS = """
+def soft(indentation, stiffness):
+    return stiffness * indentation
+"""
+
+
+def test_code_of_a_saved_run_needs_consent(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """Identity: a case file may name a Python file; a saved run is run again only if the user names that file."""
+    (folder / "my_laws.py").write_text(LAWS)
+    law = ("--set", "clearance.A.stiffness={ law = 'my_laws.py:soft', constants = [1e8] }")
+    assert status_of(["run", str(PAPER), "-o", "run.nc", *SHORT, *law]) == 2  # a case file's folder is where names begin
+    (folder / "case.toml").write_text(PAPER.read_text())
+    capsys.readouterr()
+    assert status_of(["run", "case.toml", "-o", "run.nc", "--plot", "figures", *SHORT, *law]) == 0
+    capsys.readouterr()
+    line = refused(capsys, "run", "run.nc", "-o", "again.nc")
+    assert "'soft' of 'my_laws.py', which is not executed unless you allow it" in line
+    assert "--allow-code my_laws.py" in line
+    assert status_of(["run", "run.nc", "-o", "again.nc", "--allow-code", "my_laws.py", "--plot", "again"]) == 0
+    assert load("run.nc").equals(load("again.nc"))
+    capsys.readouterr()
+    assert "for a case file" in refused(capsys, "run", "case.toml", "--allow-code", "my_laws.py")
+    (folder / "my_laws.py").write_text(LAWS.replace("stiffness *", "2.0 * stiffness *"))
+    assert "digest" in refused(capsys, "run", "run.nc", "--allow-code", "my_laws.py")
+
+
+def test_names_in_messages_are_text(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """Identity: neither a name in a case file nor the name of a file can send codes to the terminal."""
+    for name in ("[/red]", "\x1b[31mred\x1b[0m", "two\nlines", "\u202eleft", "\x9b31m"):
+        refused(capsys, "check", str(PAPER), "--set", f"drive.{name}=3")
+        assert "cannot read" in refused(capsys, "run", f"{name}.toml")
+        assert "cannot read" in refused(capsys, "run", f"{name}.nc")

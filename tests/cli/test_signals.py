@@ -1,0 +1,210 @@
+"""Ctrl-C and SIGTERM: the first ends a command soon and keeps what is done, the second ends it at once."""
+
+from __future__ import annotations
+
+import os
+import select
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from pathlib import Path
+
+import pytest
+
+from scissordyn.simulation.store import load
+
+EXAMPLES = Path(__file__).parents[2] / "examples"
+COMMAND = [sys.executable, "-m", "scissordyn.cli.main"]
+LONG = ("--set", "run.until=2000 s", "--set", "run.most_steps=1000000000", "--set", "run.samples=2000")
+
+PROMISED = 2.0
+"""Seconds within which a command ends on an idle machine."""
+
+LOADED = 2.0
+"""How much longer that may take while other tests use the processors."""
+
+
+@contextmanager
+def started(*command: str, **own: str) -> Iterator[subprocess.Popen[str]]:
+    """A process that leads a group of its own, as a command of a shell does; nothing of it is left over."""
+    process = subprocess.Popen(
+        command, env={**os.environ, **own}, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, start_new_session=True
+    )
+    try:
+        yield process
+    finally:
+        with suppress(ProcessLookupError):
+            os.killpg(process.pid, signal.SIGKILL)
+        process.communicate()
+
+
+def ended(process: subprocess.Popen[str]) -> tuple[str, str]:
+    """What a process that should end now has said."""
+    began = time.monotonic()
+    said = process.communicate(timeout=100)
+    assert time.monotonic() - began < PROMISED * LOADED
+    return said
+
+
+def living(group: int) -> list[str]:
+    """Processes of a group that are neither gone nor about to be."""
+    for _ in range(200):
+        listed = subprocess.run(["ps", "-e", "-o", "pgid=,stat=,args="], capture_output=True, text=True, check=True).stdout
+        rows = [row.split(None, 2) for row in listed.splitlines()]
+        found = [" ".join(row) for row in rows if row[0] == str(group) and row[1][0] != "Z"]
+        if not found:
+            break
+        time.sleep(0.01)
+    return found
+
+
+def wait_for(condition: object, process: subprocess.Popen[str], seconds: float = 300.0) -> None:
+    """Wait until something is so, while a process runs."""
+    assert callable(condition)
+    until = time.monotonic() + seconds
+    while not condition():
+        assert process.poll() is None, process.communicate()
+        assert time.monotonic() < until
+        time.sleep(0.05)
+
+
+def computed(process: subprocess.Popen[str]) -> float:
+    """Seconds of processor time that a process has used."""
+    fields = Path(f"/proc/{process.pid}/stat").read_text().rpartition(")")[2].split()
+    return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
+
+
+@pytest.mark.parametrize(("number", "status"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)])
+def test_a_run_that_is_stopped_is_kept(tmp_path: Path, number: signal.Signals, status: int) -> None:
+    """Identity: by either signal, marked, with the place where it is."""
+    target = tmp_path / "part.nc"
+    with started(*COMMAND, "run", str(EXAMPLES / "paper.toml"), "-o", str(target), *LONG) as process:
+        wait_for(lambda: computed(process) > 6.0, process)
+        process.send_signal(number)
+        out, err = ended(process)
+    assert process.returncode == status
+    assert f"Saved to {target}, marked interrupted" in out
+    assert err.startswith("scissordyn: stopped at t = ")
+    assert err.count("\n") == 1
+    assert 0.0 < load(target).attrs["end"] < 2000.0
+    assert list(tmp_path.iterdir()) == [target]
+
+
+@pytest.mark.parametrize("seconds", [4.0, 9.0, 14.0])
+def test_compiling_is_no_excuse(tmp_path: Path, seconds: float) -> None:
+    """Identity: a command that compiles its kernels for the first time ends as soon as any other."""
+    with started(*COMMAND, "run", str(EXAMPLES / "paper.toml"), SCISSORDYN_CACHE=str(tmp_path / "empty")) as process:
+        wait_for(lambda: computed(process) > seconds, process)
+        process.send_signal(signal.SIGINT)
+        out, err = ended(process)
+    assert (process.returncode, out, err) == (130, "", "scissordyn: interrupted\n")
+
+
+SCAN = ("--over", "A.clearance", "--from", "0.1 mm", "--to", "0.2 mm", "--values", "200", "--cycles", "50", "--workers", "2")
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+@pytest.mark.parametrize("whole_group", [True, False])
+def test_a_diagram_that_is_stopped_is_kept(tmp_path: Path, number: signal.Signals, whole_group: bool) -> None:
+    """Identity: whether the signal reaches the command or its workers too, they end, and the file holds what was done."""
+    target = tmp_path / "diagram.nc"
+    with started(*COMMAND, "bifurcation", str(EXAMPLES / "swing.toml"), *SCAN, "-o", str(target)) as process:
+        wait_for(target.exists, process)  # written every ten seconds
+        (os.killpg if whole_group else os.kill)(process.pid, number)
+        out, err = ended(process)
+        assert living(process.pid) == []
+    assert process.returncode == 128 + number
+    assert f"Saved to {target}, marked interrupted" in out
+    assert err == "scissordyn: interrupted; the same command goes on from the file\n"
+    stored = load(target)
+    done = stored["status"].values.tolist().count("complete")
+    assert 0 < done < 200
+    assert list(tmp_path.iterdir()) == [target]
+
+
+@pytest.mark.parametrize("workers", [1, 2])
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGKILL])
+def test_the_paper_can_be_stopped(tmp_path: Path, number: signal.Signals, workers: int) -> None:
+    """Identity: no process is left over, and what is done is kept and named."""
+    with started(*COMMAND, "paper", "-o", str(tmp_path), "--workers", str(workers)) as process:
+        wait_for(lambda: list(tmp_path.glob("runs/*.nc")), process)
+        if number == signal.SIGKILL:
+            process.kill()
+        else:
+            os.killpg(process.pid, number)
+        _, err = ended(process)
+        assert living(process.pid) == []
+    if number != signal.SIGKILL:
+        assert process.returncode == 128 + number
+        assert err == f"scissordyn: interrupted; what is done is in {tmp_path}, and the same command goes on from it\n"
+    for path in tmp_path.glob("runs/*.nc"):
+        assert load(path).attrs["status"] == "complete"
+
+
+STUBBORN = """
+import hashlib, sys, time
+from scissordyn.cli import interrupt
+interrupt.install()
+interrupt.tell_where("it is here")
+while True:
+    try:
+        print("ready", flush=True)
+        if sys.argv[1] == "busy":
+            hashlib.pbkdf2_hmac("sha256", b"x", b"y", 10**9)
+        while True:
+            time.sleep(0.01)
+    except KeyboardInterrupt:
+        print("noticed", flush=True)
+"""
+
+
+def says(process: subprocess.Popen[str], text: str) -> None:
+    assert process.stdout is not None
+    assert select.select([process.stdout], [], [], 100.0)[0]
+    assert process.stdout.readline() == text
+
+
+@pytest.mark.parametrize(("first", "second"), [(signal.SIGINT, signal.SIGTERM), (signal.SIGTERM, signal.SIGINT)])
+def test_a_second_signal_ends_at_once(first: signal.Signals, second: signal.Signals) -> None:
+    """Identity: a command that is busy with the first signal, or has swallowed it, is ended by the second."""
+    with started(sys.executable, "-c", STUBBORN, "swallow") as process:
+        says(process, "ready\n")
+        process.send_signal(first)
+        says(process, "noticed\n")
+        began = time.monotonic()
+        process.send_signal(second)
+        process.communicate(timeout=100)
+        assert time.monotonic() - began < 1.0
+    assert process.returncode == -second
+
+
+def test_code_that_never_looks_at_signals(tmp_path: Path) -> None:
+    """Identity: while a library computes Python sees no signal; the command ends all the same, at a second signal at once."""
+    for signals, longest in (([signal.SIGINT], PROMISED), ([signal.SIGTERM, signal.SIGTERM], 1.0)):
+        with started(sys.executable, "-c", STUBBORN, "busy") as process:
+            says(process, "ready\n")
+            wait_for(lambda: computed(process) > 1.0, process)
+            began = time.monotonic()
+            for number in signals:
+                process.send_signal(number)
+                time.sleep(0.2)
+            _, err = process.communicate(timeout=100)
+            assert time.monotonic() - began < longest
+        assert process.returncode == 128 + signals[0]
+        assert err == "scissordyn: interrupted; it is here\n"
+
+
+def test_a_signal_while_the_commands_are_loaded() -> None:
+    """Identity: no traceback, at whatever moment of the start."""
+    code = "import sys; from scissordyn.cli import entry; sys.argv[1:] = ['laws']; print('ready', flush=True); entry.run()"
+    for wait in (0.02, 0.1, 0.2, 0.3, 0.4):
+        with started(sys.executable, "-c", code) as process:
+            says(process, "ready\n")
+            time.sleep(wait)
+            process.send_signal(signal.SIGINT)
+            _, err = ended(process)
+        assert err in ("", "scissordyn: interrupted\n")
+        assert process.returncode in (-signal.SIGINT, 130, 0)

@@ -10,8 +10,8 @@ from scipy.optimize import brentq
 from reference.block import Block
 from scissordyn.errors import InputError
 from scissordyn.laws import catalogue
+from scissordyn.laws.damping.factors import LankaraniNikravesh
 from scissordyn.laws.damping.kelvin_voigt import KelvinVoigt
-from scissordyn.laws.damping.lankarani_nikravesh import LankaraniNikravesh
 from scissordyn.laws.damping.none import NoDamping
 from scissordyn.laws.elastic.hertz import Hertz
 from scissordyn.laws.elastic.linear import Linear

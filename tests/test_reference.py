@@ -14,7 +14,7 @@ from reference.laws import Elastic, LuGre, flores, hertz, lankarani_nikravesh, l
 from reference.marching import Contact, Load, Loose, March, Relative
 from reference.multipliers import Multipliers
 from reference.slider_crank import SliderCrank
-from scissordyn.laws.damping.lankarani_nikravesh import LankaraniNikravesh
+from scissordyn.laws.damping.factors import LankaraniNikravesh
 from scissordyn.laws.elastic.hertz import Hertz
 from scissordyn.laws.friction.lugre import LuGre as DescribedLuGre
 from scissordyn.model.body import Body, bar, point_mass

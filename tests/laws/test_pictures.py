@@ -8,7 +8,7 @@ from bouncing import JOINT
 
 from scissordyn.laws import catalogue
 from scissordyn.laws.damping.exact import returned_restitution
-from scissordyn.laws.damping.flores import Flores
+from scissordyn.laws.damping.factors import Flores
 from scissordyn.laws.elastic.liu import Liu
 from scissordyn.laws.impact import impact
 from scissordyn.laws.sliding import steady_coefficient, swing

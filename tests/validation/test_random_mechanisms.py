@@ -13,7 +13,7 @@ from books import energy_drift, masses, momentum_drift, opening, turned
 from hypothesis import HealthCheck, assume, given, settings
 from mechanisms import BOUNCING, RUBBING, mechanisms
 
-from scissordyn.laws.damping.flores import Flores
+from scissordyn.laws.damping.factors import Flores
 from scissordyn.model.clearance import Clearance
 from scissordyn.model.element import TorsionSpring
 from scissordyn.model.mechanism import Mechanism

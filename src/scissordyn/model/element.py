@@ -8,7 +8,7 @@ from typing import Annotated
 
 from scissordyn.control.controller import Controller
 from scissordyn.errors import InputError
-from scissordyn.laws.damping.flores import Flores
+from scissordyn.laws.damping.factors import Flores
 from scissordyn.model.body import GROUND, Point
 from scissordyn.model.drive import Motion
 from scissordyn.model.joint import BodyPoint

@@ -21,7 +21,7 @@ class KelvinVoigt:
     The force jumps at the first touch, and where it would pull the surfaces together it is zero.
     """
 
-    coefficient: Annotated[float, Quantity("N*s/m", minimum=0.0, help="damping coefficient C")] = 1e3
+    coefficient: Annotated[float, Quantity("N*s/m", minimum=0.0, maximum=1e12, help="damping coefficient C")] = 1e3
 
     name: ClassVar[str] = "kelvin-voigt"
     tag: ClassVar[int] = dashpot.TAG

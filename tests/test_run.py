@@ -76,12 +76,17 @@ def test_hidden_states_are_in_the_result(rubbing_run):
 
 @pytest.mark.parametrize("case", ["loose_run", "rubbing_run"])
 def test_energy_books_balance(case, request):
-    """Identity: T + U + V = work - losses within 1e-6 of the largest kinetic energy over 50 ms; losses never fall."""
+    """Identity: T + U + V = work - losses within 1e-6 of the largest kinetic energy over 50 ms.
+
+    Losses never fall by more than what bent bristles hold, F_n mu_s^2/(2 sigma_0), which they give back when slip reverses.
+    """
     run = request.getfixturevalue(case)
     assert float(np.max(np.abs(run["energy_residual"]))) < 1e-6 * float(run["kinetic_energy"].max())
     assert float(np.max(run["dissipated_energy"])) > 1e-4 * float(run["kinetic_energy"].max())
-    steps = np.diff(run["friction_loss"])
-    assert np.min(steps) >= -1e-6 * np.max(run["friction_loss"]) - 1e-12
+    loss = run["friction_loss"].values
+    held = float(run["normal_force"].max()) * 0.15**2 / (2.0 * 1e5)
+    assert np.max(np.maximum.accumulate(loss) - loss) <= held
+    assert case == "loose_run" or loss[-1] > 100.0 * held
 
 
 @pytest.mark.parametrize("case", ["loose_run", "rubbing_run"])

@@ -143,7 +143,7 @@ def test_lugre_stick_slip_reference():
     m = 1 kg, k = 2 N/m, sigma_0 = 1e5, sigma_1 = sqrt(1e5), sigma_2 = 0.4, F_C = 1 N, F_S = 1.5 N, v_s = 1 mm/s; after 25 s
     x = 1.908839199 m and z = 1.18167955e-5 m (theory page, section 4). By scipy's Radau at 1e-10.
     """
-    law = LuGre(kinetic=1.0, static=1.5, bristle_damping=math.sqrt(1e5), viscous=0.4)
+    law = LuGre(kinetic=1.0, static=1.5, bristle_damping=math.sqrt(1e5), viscous=0.4, damping_speed=1e6)
     sliding = Sliding(law, normal=1.0)
 
     def motion(t, y):
@@ -177,8 +177,8 @@ def test_dahl_exponential():
 
 
 def test_lugre_rate():
-    """Closed form: z' and the force at one state, worked out by hand."""
-    force, rate = Sliding(LuGre())(1e-3, [3e-7])
+    """Closed form: z' and the force at one state, worked out by hand, of lugre with a constant damping."""
+    force, rate = Sliding(LuGre(damping_speed=1e6))(1e-3, [3e-7])
     z_rate = 1e-3 - 1e5 * 1e-3 * 3e-7 / (0.05 + 0.025 / math.e)
     assert rate[0] == pytest.approx(z_rate, rel=1e-14)
     assert force == pytest.approx(NORMAL * (1e5 * 3e-7 + 316.0 * z_rate), rel=1e-14)

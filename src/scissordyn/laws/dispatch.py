@@ -25,7 +25,7 @@ from scissordyn.laws.friction import (
 )
 from scissordyn.plugin.pointer import USER, call_at
 
-__all__ = ["elastic_force", "friction_force", "friction_start", "normal_force"]
+__all__ = ["elastic_force", "friction_force", "friction_limit", "friction_start", "normal_force"]
 
 _liu, _hertz, _logarithmic, _power = liu.force, hertz.force, logarithmic.force, power.force
 _linear, _persson, _bai_zhao = linear.force, persson.force, bai_zhao.force
@@ -45,6 +45,20 @@ _brown_mcphee, _stribeck, _dahl, _elastoplastic, _gonthier = (
     gonthier.force,
 )
 _lugre_start, _dahl_start, _elastoplastic_start, _gonthier_start = lugre.start, dahl.start, elastoplastic.start, gonthier.start
+_lugre_limit, _ambrosio_limit, _coulomb_limit, _threlfall_limit, _bengisu_akay_limit = (
+    lugre.static_limit,
+    ambrosio.static_limit,
+    coulomb.static_limit,
+    threlfall.static_limit,
+    bengisu_akay.static_limit,
+)
+_brown_mcphee_limit, _stribeck_limit, _dahl_limit, _elastoplastic_limit, _gonthier_limit = (
+    brown_mcphee.static_limit,
+    stribeck.static_limit,
+    dahl.static_limit,
+    elastoplastic.static_limit,
+    gonthier.static_limit,
+)
 
 
 @kernel()
@@ -124,3 +138,33 @@ def friction_start(tag, v, z, p):
         _elastoplastic_start(v, z, p)
     elif tag == 10:
         _gonthier_start(v, z, p)
+
+
+@kernel()
+def friction_limit(tag, v, normal, p):
+    """Largest |F_t| [N] that friction `tag` itself allows: static friction and the viscous part; infinite for a user's law."""
+    if tag == 0:
+        return 0.0
+    if tag == 1:
+        return _lugre_limit(v, normal, p)
+    if tag == 2:
+        return _ambrosio_limit(v, normal, p)
+    if tag == 3:
+        return _coulomb_limit(v, normal, p)
+    if tag == 4:
+        return _threlfall_limit(v, normal, p)
+    if tag == 5:
+        return _bengisu_akay_limit(v, normal, p)
+    if tag == 6:
+        return _brown_mcphee_limit(v, normal, p)
+    if tag == 7:
+        return _stribeck_limit(v, normal, p)
+    if tag == 8:
+        return _dahl_limit(v, normal, p)
+    if tag == 9:
+        return _elastoplastic_limit(v, normal, p)
+    if tag == 10:
+        return _gonthier_limit(v, normal, p)
+    if tag == USER:
+        return math.inf
+    return math.nan

@@ -93,7 +93,7 @@ def _cycles() -> str:
         rows.append([name, *(f"{work:+.2f}" for work in works)])
     text = (
         "Work taken by friction in a closed cycle of slip, F_n = 1 N, mu_k = 0.1, in mu_k F_n times the path: 3 um at 0.1\n"
-        "mm/s, which bends the bristles to mu_s, 3 um at a fast speed, and the same back. Negative: friction supplies energy.\n\n"
+        "mm/s, which bends the bristles to mu_s, 3 um at a fast speed, and the same back. Negative: friction gives energy.\n\n"
     )
     return text + table(["sigma_1 [s/m]", "1 mm/s", "10 mm/s", "0.1 m/s", "1 m/s"], rows)
 

@@ -203,8 +203,8 @@ def test_passive_in_cycles_of_slow_and_fast_slip(law):
 def test_dissipation_inequality(law):
     """Identity: F_t v - F_n sigma_0 z z' >= 0 in every state: at constant F_n the bristle energy is a storage function.
 
-    It is mu^2 - s mu + s g >= 0 with s = sigma_1(v) |v|, which holds for s <= 4 g (Olsson 1996, Lund); the default has s <= g. A
-    constant sigma_1 breaks it.
+    It is mu^2 - s mu + s g >= 0 with s = sigma_1(v) |v|, which holds for s <= 4 g (Olsson 1996, Lund); the default has
+    s <= g. A constant sigma_1 breaks it.
     """
     worst = {}
     for name, friction in (("fading", law(0.1)), ("constant", law(0.1, damping_speed=CONSTANT))):

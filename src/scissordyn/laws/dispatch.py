@@ -10,7 +10,7 @@ import math
 
 from scissordyn.jit import kernel
 from scissordyn.laws.damping import dashpot, proportional
-from scissordyn.laws.elastic import bai_zhao, hertz, linear, liu, logarithmic, persson, power
+from scissordyn.laws.elastic import bai_zhao, hertz, linear, liu, logarithmic, persson, power, quadrature
 from scissordyn.laws.friction import (
     ambrosio,
     bengisu_akay,
@@ -25,7 +25,7 @@ from scissordyn.laws.friction import (
 )
 from scissordyn.plugin.pointer import USER, call_at
 
-__all__ = ["elastic_force", "friction_force", "friction_limit", "friction_start", "normal_force"]
+__all__ = ["elastic_energy", "elastic_force", "friction_force", "friction_limit", "friction_start", "normal_force"]
 
 _liu, _hertz, _logarithmic, _power = liu.force, hertz.force, logarithmic.force, power.force
 _linear, _persson, _bai_zhao = linear.force, persson.force, bai_zhao.force
@@ -59,6 +59,9 @@ _brown_mcphee_limit, _stribeck_limit, _dahl_limit, _elastoplastic_limit, _gonthi
     elastoplastic.static_limit,
     gonthier.static_limit,
 )
+_liu_energy, _hertz_energy, _logarithmic_energy, _power_energy = liu.energy, hertz.energy, logarithmic.energy, power.energy
+_linear_energy, _persson_energy, _bai_zhao_energy = linear.energy, persson.energy, bai_zhao.energy
+_user_energy = quadrature.user_energy
 
 
 @kernel()
@@ -80,6 +83,30 @@ def elastic_force(tag, delta, p):
         return _bai_zhao(delta, p)
     if tag == USER:
         return call_at((delta,), p)  # type: ignore[call-arg]
+    return math.nan
+
+
+@kernel()
+def elastic_energy(tag, delta, p):
+    """Work [J] to press the elastic part of law `tag` in by delta [m]."""
+    if delta <= 0.0:
+        return 0.0
+    if tag == 0:
+        return _liu_energy(delta, p)
+    if tag == 1:
+        return _hertz_energy(delta, p)
+    if tag == 2:
+        return _logarithmic_energy(delta, p)
+    if tag == 3:
+        return _power_energy(delta, p)
+    if tag == 4:
+        return _linear_energy(delta, p)
+    if tag == 5:
+        return _persson_energy(delta, p)
+    if tag == 6:
+        return _bai_zhao_energy(delta, p)
+    if tag == USER:
+        return _user_energy(delta, p)
     return math.nan
 
 

@@ -7,16 +7,13 @@ from typing import NamedTuple
 import numpy as np
 
 from scissordyn.jit import Handle, kernel
-from scissordyn.laws.dispatch import elastic_force
+from scissordyn.laws.dispatch import elastic_energy
 from scissordyn.mechanics.equations import accelerate, constraint_forces, project
 from scissordyn.mechanics.joint import kinematics
 from scissordyn.mechanics.latch import engage
 from scissordyn.mechanics.system import open_system
 
-__all__ = ["Record", "elastic_energy", "record"]
-
-NODES: np.ndarray = 0.5 * (np.polynomial.legendre.leggauss(16)[0] + 1.0)
-WEIGHTS: np.ndarray = 0.5 * np.polynomial.legendre.leggauss(16)[1]
+__all__ = ["Record", "record"]
 
 
 class Record(NamedTuple):
@@ -57,21 +54,6 @@ class Record(NamedTuple):
     kinetic: np.ndarray
     potential: np.ndarray
     length_error: np.ndarray
-
-
-@kernel()
-def elastic_energy(tag, delta, p):
-    """Work [J] to press an elastic part in by delta [m].
-
-    With delta = d s^2 the usual powers 3/2, 10/9 and 1 of delta become smooth in s, so Gauss's rule is exact to round-off.
-    """
-    if delta <= 0.0:
-        return 0.0
-    total = 0.0
-    for k in range(NODES.size):
-        s = NODES[k]
-        total += WEIGHTS[k] * elastic_force(tag, delta * s * s, p) * 2.0 * s
-    return total * delta
 
 
 @kernel()

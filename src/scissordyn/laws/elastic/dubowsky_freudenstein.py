@@ -43,3 +43,7 @@ class DubowskyFreudenstein:
             joint.length ** (self.length_exponent - 1.0) * joint.clearance / (joint.bearing_radius * joint.journal_radius)
         )
         return logarithmic.row(softness, geometry * math.e / softness)
+
+    def deepest(self, joint: JointContact) -> float:
+        """The indentation [m] from which the law goes on along its tangent."""
+        return self.parameters(joint)[2]

@@ -33,3 +33,7 @@ class Esdu:
         """The row of `logarithmic.row`."""
         softness = joint.compliance / (math.pi * joint.length)
         return logarithmic.row(softness, 4.0 * joint.clearance * math.e / softness)
+
+    def deepest(self, joint: JointContact) -> float:
+        """The indentation [m] from which the law goes on along its tangent."""
+        return self.parameters(joint)[2]

@@ -10,6 +10,7 @@ from scissordyn.laws.friction.stribeck import sliding_coefficient
 from scissordyn.units import Quantity
 
 __all__ = [
+    "CONSTANT_DAMPING",
     "PRESLIDING_SPEED",
     "BristleDamping",
     "BristleStiffness",
@@ -23,6 +24,9 @@ __all__ = [
 PRESLIDING_SPEED = 1e-3
 """Slip speed [m/s] that separates presliding from sliding in a law without a Stribeck speed: the usual Stribeck speed."""
 
+CONSTANT_DAMPING = 1e6
+"""Damping speed [m/s] with which sigma_1 is constant to round-off in any machine."""
+
 BristleStiffness = Annotated[float, Quantity("1/m", minimum=1.0, maximum=1e9, help="sigma_0 per unit normal force")]
 BristleDamping = Annotated[float, Quantity("s/m", minimum=0.0, maximum=1e6, help="sigma_1 per unit normal force")]
 DampingSpeed = Annotated[
@@ -30,7 +34,7 @@ DampingSpeed = Annotated[
     Quantity(
         "m/s",
         minimum=1e-9,
-        maximum=1e6,
+        maximum=CONSTANT_DAMPING,
         help="v_d, over which sigma_1 fades; unless given the largest that keeps friction to mu_s; 1e6 is a constant sigma_1",
     ),
 ]
@@ -49,9 +53,9 @@ def fading_speed(largest: float, bristle_damping: float) -> float:
     Returns
     -------
     float
-        Infinite without damping.
+        `CONSTANT_DAMPING` if there is no damping.
     """
-    return math.sqrt(2.0 * math.e) * largest / bristle_damping if bristle_damping > 0.0 else math.inf
+    return math.sqrt(2.0 * math.e) * largest / bristle_damping if bristle_damping > 0.0 else CONSTANT_DAMPING
 
 
 @kernel(inline=True)

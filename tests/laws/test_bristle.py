@@ -22,7 +22,7 @@ from scissordyn.laws.friction.gonthier import GonthierBristle
 from scissordyn.laws.friction.lugre import LuGre
 from scissordyn.laws.friction.stribeck import Stribeck
 from scissordyn.laws.friction.threlfall import Threlfall
-from scissordyn.laws.user import UserFriction
+from scissordyn.plugin.pointer import USER
 
 NORMAL = 1000.0
 CONSTANT = 1e6
@@ -71,7 +71,6 @@ def states_of(law):
         (LuGre(0.2, 0.4, viscous=0.1), 400.0 + 0.1 * 2.0 * 1000.0),
         (ElastoPlastic(0.2, 0.4, viscous=0.1), 400.0 + 0.1 * 2.0 * 1000.0),
         (GonthierBristle(0.2, 0.4, viscous=0.1), 400.0 + 0.1 * 2.0 * 1000.0),
-        (UserFriction(lambda slip, normal: 0.1 * normal * math.tanh(slip)), math.inf),
         (catalogue.FRICTION["none"](), 0.0),
     ],
     ids=by_name,
@@ -80,6 +79,12 @@ def test_static_limit(law, limit):
     """Closed form: the largest force a law allows at 2 m/s under 1 kN, the same in both directions."""
     for v in (2.0, -2.0):
         assert friction_limit(law.tag, v, NORMAL, row(law)) == pytest.approx(limit, rel=1e-14)
+
+
+def test_users_friction_has_no_limit():
+    """Limit: nothing is known of a user's law; a tag without a branch is NaN."""
+    assert friction_limit(USER, 2.0, NORMAL, np.zeros(16)) == math.inf
+    assert math.isnan(friction_limit(98, 2.0, NORMAL, np.zeros(16)))
 
 
 @pytest.mark.parametrize("law", [law for law in catalogue.FRICTION.values() if law.name != "none"], ids=by_name)

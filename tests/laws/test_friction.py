@@ -11,7 +11,7 @@ from scipy.integrate import solve_ivp
 
 from scissordyn.errors import InputError
 from scissordyn.laws import catalogue
-from scissordyn.laws.dispatch import friction_force, friction_start
+from scissordyn.laws.dispatch import friction_force, friction_start, friction_steady
 from scissordyn.laws.friction.ambrosio import Ambrosio
 from scissordyn.laws.friction.bengisu_akay import BengisuAkay
 from scissordyn.laws.friction.brown_mcphee import BrownMcPhee
@@ -104,6 +104,18 @@ def test_contact_starts_in_steady_sliding(law):
         assert np.all(np.abs(rate) < 1e-9 * abs(v))
         assert force == pytest.approx(sliding.settled(v), rel=1e-7)
     assert np.all(np.isfinite(sliding.start(0.0)))
+
+
+@pytest.mark.parametrize("law", [law for law in ALL if law.states], ids=by_name)
+def test_steady_states(law):
+    """Limit: the states of steady sliding give the force that is settled after 0.1 s, below the Stribeck speed too."""
+    sliding = Sliding(law())
+    for v in SPEEDS:
+        z = np.full(sliding.count, np.nan)
+        friction_steady(law.tag, v, z, sliding.p)
+        assert sliding(v, z)[0] == pytest.approx(sliding.settled(v), rel=1e-7)
+    friction_steady(law.tag, 0.0, z, sliding.p)
+    assert z[0] == 0.0
 
 
 @pytest.mark.parametrize("law", ALL, ids=by_name)

@@ -42,6 +42,13 @@ def test_steady_coefficient():
     assert found[1, 1] == pytest.approx(0.05, rel=1e-12)
 
 
+@pytest.mark.parametrize("name", ["lugre", "elasto-plastic", "gonthier-bristle", "dahl"])
+def test_steady_coefficient_of_creep(name):
+    """Limit: far below the Stribeck speed steady sliding meets static friction, dahl's its only coefficient."""
+    (found,) = steady_coefficient(catalogue.FRICTION[name](), JOINT, [1e-6])
+    assert found == pytest.approx(0.05 if name == "dahl" else 0.075, rel=1e-5)
+
+
 @pytest.mark.parametrize(("kind", "name"), ENTRIES)
 def test_every_law_can_be_drawn(kind, name):
     """Limit: what is drawn is finite, starts and ends where it should, and names the law."""

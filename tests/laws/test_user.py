@@ -294,7 +294,7 @@ def test_damping_that_is_not_a_number():
         UserDamping(lambda elastic, delta, rate, approach: elastic * math.sqrt(1.0 + rate))
     with pytest.raises(InputError, match="damping law '<lambda>' gives nan at elastic = 10,"):
         UserDamping(lambda elastic, delta, rate, approach: math.nan if 5.0 < elastic < 50.0 else elastic)
-    with pytest.raises(InputError, match="gives nan at .* indentation = 5e-10"):
+    with pytest.raises(InputError, match=r"gives nan at .* indentation = 5e-10"):
         UserDamping(lambda elastic, delta, rate, approach: elastic if delta > 6e-10 else math.nan).parameters(JOINT)
 
 

@@ -25,7 +25,15 @@ from scissordyn.laws.friction import (
 )
 from scissordyn.plugin.pointer import USER, call_at
 
-__all__ = ["elastic_energy", "elastic_force", "friction_force", "friction_limit", "friction_start", "normal_force"]
+__all__ = [
+    "elastic_energy",
+    "elastic_force",
+    "friction_force",
+    "friction_limit",
+    "friction_start",
+    "friction_steady",
+    "normal_force",
+]
 
 _liu, _hertz, _logarithmic, _power = liu.force, hertz.force, logarithmic.force, power.force
 _linear, _persson, _bai_zhao = linear.force, persson.force, bai_zhao.force
@@ -45,6 +53,12 @@ _brown_mcphee, _stribeck, _dahl, _elastoplastic, _gonthier = (
     gonthier.force,
 )
 _lugre_start, _dahl_start, _elastoplastic_start, _gonthier_start = lugre.start, dahl.start, elastoplastic.start, gonthier.start
+_lugre_steady, _dahl_steady, _elastoplastic_steady, _gonthier_steady = (
+    lugre.steady,
+    dahl.steady,
+    elastoplastic.steady,
+    gonthier.steady,
+)
 _lugre_limit, _ambrosio_limit, _coulomb_limit, _threlfall_limit, _bengisu_akay_limit = (
     lugre.static_limit,
     ambrosio.static_limit,
@@ -165,6 +179,19 @@ def friction_start(tag, v, z, p):
         _elastoplastic_start(v, z, p)
     elif tag == 10:
         _gonthier_start(v, z, p)
+
+
+@kernel()
+def friction_steady(tag, v, z, p):
+    """Internal states of steady sliding at slip speed v [m/s]."""
+    if tag == 1:
+        _lugre_steady(v, z, p)
+    elif tag == 8:
+        _dahl_steady(v, z, p)
+    elif tag == 9:
+        _elastoplastic_steady(v, z, p)
+    elif tag == 10:
+        _gonthier_steady(v, z, p)
 
 
 @kernel()

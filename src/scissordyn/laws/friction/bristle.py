@@ -19,6 +19,7 @@ __all__ = [
     "micro_damping",
     "onset",
     "start",
+    "steady",
 ]
 
 PRESLIDING_SPEED = 1e-3
@@ -75,6 +76,12 @@ def onset(v, presliding_speed):
 
 
 @kernel()
+def steady(v, z, p):
+    """Deflection of steady sliding at slip speed v [m/s], none at rest; p starts with mu_k, mu_s, v_s, gamma, sigma_0."""
+    z[0] = math.copysign(sliding_coefficient(v, p), v) / p[4] if v != 0.0 else 0.0
+
+
+@kernel()
 def start(v, z, p):
-    """Deflection at a contact's start at slip speed v [m/s]; p starts with mu_k, mu_s, v_s, gamma, sigma_0."""
+    """Deflection at a contact's start at slip speed v [m/s]."""
     z[0] = onset(v, p[2]) * sliding_coefficient(v, p) / p[4]

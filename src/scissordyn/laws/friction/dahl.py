@@ -12,7 +12,7 @@ from scissordyn.laws.friction.bristle import PRESLIDING_SPEED, BristleStiffness,
 from scissordyn.laws.friction.coefficients import Coefficient
 from scissordyn.units import Quantity, check_quantities
 
-__all__ = ["Dahl", "force", "start", "static_limit"]
+__all__ = ["Dahl", "force", "start", "static_limit", "steady"]
 
 
 @dataclass(frozen=True)
@@ -49,6 +49,12 @@ def force(v, normal, z, dz, p):
     rest = 1.0 - p[1] * z[0] / p[0] * math.copysign(1.0, v)
     dz[0] = v * rest if p[2] == 1.0 else v * math.copysign(abs(rest) ** p[2], rest)
     return normal * p[1] * z[0]
+
+
+@kernel()
+def steady(v, z, p):
+    """Deflection of steady sliding at slip speed v [m/s], none at rest."""
+    z[0] = math.copysign(p[0], v) / p[1] if v != 0.0 else 0.0
 
 
 @kernel()

@@ -10,13 +10,21 @@ import numpy as np
 
 from scissordyn.jit import kernel
 from scissordyn.laws.contact import JointContact
-from scissordyn.laws.friction.bristle import BristleDamping, BristleStiffness, DampingSpeed, fading_speed, micro_damping, start
+from scissordyn.laws.friction.bristle import (
+    BristleDamping,
+    BristleStiffness,
+    DampingSpeed,
+    fading_speed,
+    micro_damping,
+    start,
+    steady,
+)
 from scissordyn.laws.friction.coefficients import Kinetic, Static, StribeckExponent, StribeckSpeed, Viscous, static_coefficient
 from scissordyn.laws.friction.lugre import static_limit
 from scissordyn.laws.friction.stribeck import sliding_coefficient
 from scissordyn.units import Quantity, check_quantities
 
-__all__ = ["ElastoPlastic", "force", "start", "static_limit"]
+__all__ = ["ElastoPlastic", "force", "start", "static_limit", "steady"]
 
 
 @dataclass(frozen=True)

@@ -12,7 +12,7 @@ from scissordyn.laws.friction.bristle import BristleStiffness, onset
 from scissordyn.laws.friction.coefficients import Kinetic, Static, Viscous, static_coefficient
 from scissordyn.units import Quantity, check_quantities
 
-__all__ = ["GonthierBristle", "force", "start", "static_limit"]
+__all__ = ["GonthierBristle", "force", "start", "static_limit", "steady"]
 
 
 @dataclass(frozen=True)
@@ -90,14 +90,27 @@ def force(v, normal, z, dz, p):
     return normal * (bristle + p[7] * v)
 
 
+@kernel(inline=True)
+def bend(v, p):
+    """Coefficient of bristles in steady sliding at slip speed v != 0 [m/s], not yet bounded by friction, with the sign of v."""
+    x = v / p[2]
+    return p[0] * direction(v, p[3]) - p[6] * math.exp(-x * x) * v / math.expm1(-x * x)
+
+
+@kernel()
+def steady(v, z, p):
+    """States of steady sliding at slip speed v [m/s], no bristle beyond its largest force, none bent at rest."""
+    x = v / p[2]
+    z[1] = math.exp(-x * x)
+    largest = p[0] + (p[1] - p[0]) * z[1]
+    z[0] = min(largest, max(-largest, bend(v, p))) / p[5] if v != 0.0 else 0.0
+
+
 @kernel()
 def start(v, z, p):
     """States at a contact's start at slip speed v [m/s]; a contact that begins has not dwelt, so kinetic friction bounds it."""
-    x = v / p[2]
-    z[0] = z[1] = 0.0
-    if v != 0.0:
-        steady = p[0] * direction(abs(v), p[3]) - p[6] * math.exp(-x * x) * abs(v) / math.expm1(-x * x)
-        z[0] = onset(v, p[2]) * min(p[0], steady) / p[5]
+    z[1] = 0.0
+    z[0] = onset(v, p[2]) * min(p[0], abs(bend(v, p))) / p[5] if v != 0.0 else 0.0
 
 
 @kernel()

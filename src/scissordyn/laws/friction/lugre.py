@@ -7,12 +7,20 @@ from typing import ClassVar
 
 from scissordyn.jit import kernel
 from scissordyn.laws.contact import JointContact
-from scissordyn.laws.friction.bristle import BristleDamping, BristleStiffness, DampingSpeed, fading_speed, micro_damping, start
+from scissordyn.laws.friction.bristle import (
+    BristleDamping,
+    BristleStiffness,
+    DampingSpeed,
+    fading_speed,
+    micro_damping,
+    start,
+    steady,
+)
 from scissordyn.laws.friction.coefficients import Kinetic, Static, StribeckExponent, StribeckSpeed, Viscous, static_coefficient
 from scissordyn.laws.friction.stribeck import sliding_coefficient
 from scissordyn.units import check_quantities
 
-__all__ = ["LuGre", "force", "start", "static_limit"]
+__all__ = ["LuGre", "force", "start", "static_limit", "steady"]
 
 
 @dataclass(frozen=True)

@@ -13,7 +13,7 @@ Elastic = Callable[[float], float]
 
 
 def liu(clearance: float, length: float, modulus: float = STEEL_MODULUS) -> Elastic:
-    """Improved elastic foundation (doi:10.1016/j.mechmachtheory.2006.05.006): force [N] of an indentation [m]."""
+    """Improved elastic foundation (doi:10.1016/j.mechmachtheory.2006.02.006): force [N] of an indentation [m]."""
     return lambda depth: 0.5 * math.pi * length * modulus * depth**1.5 / math.sqrt(2.0 * (clearance + depth))
 
 

@@ -22,6 +22,8 @@ class Anagnostopoulos:
 
     That restitution counts the short pull at the end of the contact. Surfaces that do not stick cannot pull: the force is
     cut off there, and a free body comes back a little faster than asked (0.902 for c_e = 0.9).
+
+    The citation could not be verified.
     """
 
     restitution: PositiveRestitution = 0.9

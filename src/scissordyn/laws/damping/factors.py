@@ -48,6 +48,8 @@ class HerbertMcWhannell(DampingFactor):
     r"""Damping whose energy loss is found along the approach curve of the damped contact.
 
     .. math:: \xi = \frac{6(1-c_e)}{(2c_e-1)^2 + 3}
+
+    The citation could not be verified.
     """
 
     restitution: Restitution = 0.9
@@ -66,6 +68,8 @@ class LeeWang(DampingFactor):
     r"""Half of Hunt and Crossley's damping, for intermittent motion mechanisms.
 
     .. math:: \xi = \tfrac{3}{4} (1 - c_e)
+
+    The citation could not be verified.
     """
 
     restitution: Restitution = 0.9
@@ -102,6 +106,8 @@ class ZhiyingQishao(DampingFactor):
     r"""Lankarani and Nikravesh's factor, raised for soft contacts.
 
     .. math:: \xi = \tfrac{3}{4} (1 - c_e^2) e^{2(1-c_e)}
+
+    The citation could not be verified.
     """
 
     restitution: Restitution = 0.9
@@ -138,6 +144,8 @@ class HuGuo(DampingFactor):
     r"""Damping for the whole range of restitution, its energy balance taken over approach and rebound.
 
     .. math:: \xi = \frac{3(1-c_e)}{2c_e}
+
+    The citation could not be verified.
     """
 
     restitution: PositiveRestitution = 0.9
@@ -174,6 +182,8 @@ class SafaeifarFarshidianfar(DampingFactor):
     r"""Damping from an energy balance with different approach and rebound curves.
 
     .. math:: \xi = \frac{5(1-c_e)}{4c_e}
+
+    The citation could not be verified.
     """
 
     restitution: PositiveRestitution = 0.9

@@ -21,6 +21,8 @@ class BaiZhaoAsPrinted:
 
     K_n [N/m^2] is the slope dF/d delta of Liu's law for a unit length. Multiplied by delta^{3/2} it is no force, and the
     bearing's length is missing; the numbers are those that SI units give.
+
+    The citation could not be verified.
     """
 
     name: ClassVar[str] = "bai-zhao-as-printed"

@@ -22,6 +22,8 @@ class DubowskyFreudenstein:
 
     m = 3 makes the logarithm's argument a pure number. Goldsmith's printing has m = 1 and Dubowsky and Freudenstein's
     has m = 2 in places; both then hold in one system of units only (here: metres and newtons).
+
+    The citation could not be verified.
     """
 
     length_exponent: Annotated[float, Quantity("1", minimum=0.0, maximum=4.0, help="exponent m of the bearing length")] = 3.0

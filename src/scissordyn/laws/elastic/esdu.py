@@ -18,6 +18,8 @@ class Esdu:
 
     .. math:: \delta = \frac{F(h_B+h_J)}{L_b} \left[\ln\frac{4 L_b c}{F(h_B+h_J)} + 1\right],\quad
         h = \frac{1-\nu^2}{\pi E}
+
+    The citation could not be verified.
     """
 
     name: ClassVar[str] = "esdu-78035"

@@ -18,6 +18,8 @@ class Liu:
     r"""A journal in its bearing on an elastic foundation whose stiffness grows with the contact arc.
 
     .. math:: F = L_b \frac{\pi}{2} E^* \delta \sqrt{\frac{\delta}{2(c+\delta)}}
+
+    The citation could not be verified.
     """
 
     name: ClassVar[str] = "liu"

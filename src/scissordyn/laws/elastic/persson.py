@@ -28,6 +28,8 @@ class Persson:
         \cos\varepsilon = \frac{c}{c+\delta}
 
     By the half angle b^2 = delta/(2 c + delta), so the law is explicit. Beyond delta = 6 c it goes on along its tangent.
+
+    The citation could not be verified.
     """
 
     name: ClassVar[str] = "persson"

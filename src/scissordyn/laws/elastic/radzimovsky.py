@@ -23,6 +23,8 @@ class Radzimovsky:
     The default k_b = 2/sqrt(pi) = 1.128 is Hertz's half width. Two others circulate: b = 1.60 sqrt(f R (1-nu^2)/E)
     summed over both bodies (k_b = 1.60) and, for equal bodies with nu = 0.3, b = 2.15 sqrt(f R/E) (k_b = 1.594);
     these are full widths put where the half width belongs.
+
+    The citation could not be verified.
     """
 
     half_width: Annotated[float, Quantity("1", minimum=0.1, maximum=10.0, help="k_b in b = k_b sqrt(f R/E*)")] = (

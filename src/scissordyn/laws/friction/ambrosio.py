@@ -20,6 +20,8 @@ class Ambrosio:
     r"""Coulomb friction whose sign change is a ramp between two slip speeds.
 
     .. math:: F_t = \mu c_d F_n \operatorname{sgn} v,\quad c_d = \min(1, \max(0, (|v|-v_0)/(v_1-v_0)))
+
+    The citation could not be verified.
     """
 
     kinetic: Coefficient = 0.05

@@ -24,6 +24,8 @@ class BengisuAkay:
             \mu_k + (\mu_s - \mu_k) e^{-\xi (|v| - v_0)} & |v| \ge v_0 \end{cases}
 
     The static coefficient is 1.5 times the kinetic one unless it is given.
+
+    The citation could not be verified.
     """
 
     kinetic: Kinetic = 0.05

@@ -21,6 +21,8 @@ class Threlfall:
     .. math:: F_t = \mu F_n (1 - e^{-3|v|/v_0}) \operatorname{sgn} v
 
     At v_0 it is 95 % of Coulomb's; the exponential is kept beyond, where some printings put a constant.
+
+    The citation could not be verified.
     """
 
     kinetic: Coefficient = 0.05

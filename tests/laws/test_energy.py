@@ -113,3 +113,9 @@ def test_users_laws():
     assert energy(UserElastic(late), 4e-4) == pytest.approx(0.5 * 5e8 * 3e-4**2, rel=1e-12)
     hole = UserElastic(lambda indentation: math.nan if 1.2e-4 < indentation < 1.6e-4 else 1e8 * indentation)
     assert math.isnan(elastic_energy(hole.tag, 4e-4, np.array([*hole.parameters(replace(JOINT, clearance=1e-4)), 0.0])))
+
+
+def test_users_law_that_is_nowhere_smooth():
+    """Limit: a force that ripples more finely than may be halved: the quadrature ends, near the work without ripples."""
+    rippled = UserElastic(lambda indentation: 1e8 * indentation * (1.0 + 0.5 * math.sin(3e9 * indentation)))
+    assert energy(rippled, 4e-4) == pytest.approx(0.5 * 1e8 * 4e-4**2, rel=0.05)

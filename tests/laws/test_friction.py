@@ -224,7 +224,9 @@ def test_elasto_plastic_transition():
     farthest, breakaway = 0.05 / 1e5, 0.6 * 0.05 / 1e5
     halfway = 0.5 * (farthest + breakaway)
     quarter = 0.75 * breakaway + 0.25 * farthest
-    for bend, alpha in ((0.99 * breakaway, 0.0), (quarter, 0.5 - 0.5 * math.sqrt(0.5)), (halfway, 0.5), (farthest, 1.0)):
+    soon = breakaway + 0.01 * (farthest - breakaway)
+    shares = (0.99 * breakaway, 0.0), (soon, 0.5 - 0.5 * math.cos(0.01 * math.pi)), (quarter, 0.5 - 0.5 * math.sqrt(0.5))
+    for bend, alpha in (*shares, (halfway, 0.5), (farthest, 1.0)):
         assert sliding(v, [bend])[1][0] == pytest.approx(v * (1 - alpha * bend / farthest), rel=1e-9, abs=1e-12)
         assert sliding(-v, [bend])[1][0] == -v
 
@@ -294,6 +296,7 @@ def test_bengisu_akay_parabola():
     assert sliding(1e-9, [])[0] / 1e-9 == pytest.approx(2 * 0.075 * NORMAL / 1e-3, rel=1e-6)
     assert sliding(1e-3, [])[0] == pytest.approx(0.075 * NORMAL, rel=1e-15)
     assert sliding(1e-3 - 1e-8, [])[0] == pytest.approx(0.075 * NORMAL, rel=2e-10)
+    assert sliding(1.005e-3, [])[0] == pytest.approx((0.05 + 0.025 * math.exp(-5e-3)) * NORMAL, rel=1e-14)
 
 
 @pytest.mark.parametrize("law", ALL, ids=by_name)

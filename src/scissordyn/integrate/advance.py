@@ -360,7 +360,7 @@ def advance(problem, T, S, clock, count, w, out, log, most_steps):
             else:
                 aimed = -1
         ok = aimed >= 0 or trial(problem, T, t, h, w, S, count)
-        error = error_norm(T, h, w.y, w.new, w.stages, w.atol, w.rtol, w.group) if ok else math.nan
+        error = error_norm(T, h, w.y, w.new, w.stages, w.atol, w.rtol, w.rounding, w.group) if ok else math.nan
         if not error <= 1.0:
             count[REJECTED] += 1
             factor = 0.2

@@ -41,6 +41,7 @@ class Work(NamedTuple):
     slope_t: np.ndarray
     atol: np.ndarray  # (ny,) weight of an error = atol + rtol * root mean square of its group
     rtol: np.ndarray
+    rounding: np.ndarray  # (ny,) and not less than rounding/h: what rounding of other components moves it by in a step
     group: np.ndarray  # boundaries of the groups
     mode: np.ndarray  # (guards,) shared with the problem, whose resets change it
     memory: np.ndarray  # (guards,) likewise: one number that goes with a mode, sampled beside it
@@ -121,6 +122,7 @@ def make_work(
     history: np.ndarray | None = None,
     kept: np.ndarray | None = None,
     delays: tuple[float, ...] = (),
+    rounding: np.ndarray | None = None,
 ) -> Work:
     """Work arrays for a start at `state`; a problem with delays brings a history and its count."""
     size, guards = state.size, mode.size
@@ -135,6 +137,7 @@ def make_work(
         slope_t=np.zeros(size),
         atol=atol,
         rtol=rtol,
+        rounding=np.zeros(size) if rounding is None else rounding,
         group=group,
         mode=mode,
         memory=memory,

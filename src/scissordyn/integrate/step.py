@@ -130,7 +130,7 @@ def dense_value(theta, pattern, y, F, out):
 
 
 @kernel(inline=True)
-def error_norm(T, h, y, new, K, atol, rtol, group):
+def error_norm(T, h, y, new, K, atol, rtol, rounding, group):
     """Largest weighted error; a component's size is the root mean square over its group's components.
 
     `group` holds the boundaries of the groups. For DOP853 the two estimates are combined as in Hairer's code.
@@ -158,7 +158,7 @@ def error_norm(T, h, y, new, K, atol, rtol, group):
                 first += T.error[0, k] * K[k, i]
                 if combined:
                     second += T.error[1, k] * K[k, i]
-            weight = atol[i] + rtol[i] * size
+            weight = atol[i] + rtol[i] * size + rounding[i] / h
             error = abs(factor * first) / weight
             if combined:
                 other = abs(factor * second) / weight

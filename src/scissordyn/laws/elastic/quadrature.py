@@ -36,14 +36,15 @@ def user_energy(delta, p):
     The pieces are [k, k + 1]/2^level; once one is done the next is the end of the largest that it completes.
     """
     tolerance = ROUNDING * abs(piece(0.0, 1.0, delta, p))
-    total, level, k = 0.0, 0, 0
-    for _ in range(MOST_PIECES):
+    total, level, k, count = 0.0, 0, 0, 0
+    while True:
         width = 0.5**level
         low = k * width
         whole = piece(low, low + width, delta, p)
         halves = piece(low, low + 0.5 * width, delta, p) + piece(low + 0.5 * width, low + width, delta, p)
+        count += 1
         # a NaN compares as false and ends the halving
-        if abs(halves - whole) > tolerance and level < DEEPEST_LEVEL:
+        if abs(halves - whole) > tolerance and level < DEEPEST_LEVEL and count < MOST_PIECES:
             level += 1
             k *= 2
             continue
@@ -54,5 +55,3 @@ def user_energy(delta, p):
             level -= 1
         if level == 0:
             return total * delta
-    # the rest of a force that is not smooth anywhere: its remaining range in one piece
-    return (total + piece(k * 0.5**level, 1.0, delta, p)) * delta

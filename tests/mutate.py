@@ -63,6 +63,7 @@ EQUIVALENT: dict[tuple[str | int, ...], str] = {
     ("laws/elastic/logarithmic.py", "_pieces", "2.0"): "first guess of Newton's method, which converges from above",
     ("laws/elastic/logarithmic.py", "_pieces", "1.0", 1): "slope in Newton's method, whose limit is the same",
     ("laws/elastic/quadrature.py", "", "1e-14"): "tolerance below rounding",
+    ("laws/elastic/quadrature.py", "user_energy", "1.0"): "only in the tolerance",
     ("laws/damping/exact.py", "", "700.0"): "end of a bracket far beyond the root",
     ("laws/damping/exact.py", "", "0.1"): "where a series takes over that agrees to rounding",
     ("laws/damping/none.py", "parameters", "self.factor"): "zero",

@@ -154,6 +154,18 @@ def test_elasto_plastic_damping_speed():
             assert (largest > 150.0 * (1.0 + 1e-6)) == exceeds
 
 
+@pytest.mark.parametrize("breakaway", [0.05, 0.4, 0.7, 0.95])
+def test_elasto_plastic_keeps_to_its_limit_to_rounding(breakaway):
+    """Limit: at the speed of the largest damping no deflection brings elasto-plastic's friction above mu_s, to rounding.
+
+    With mu_s = mu_k the curve is flat, so that the slip speed does not matter; one deflection reaches mu_s.
+    """
+    law = ElastoPlastic(0.1, 0.1, breakaway=breakaway)
+    v = row(law)[7] / math.sqrt(2.0)
+    largest = max(force(law, v, [bend])[0] for bend in np.linspace(0.0, 0.999e-6, 40_001))
+    assert 1.0 - 1e-7 < largest / (0.1 * NORMAL) <= 1.0 + 1e-14
+
+
 @pytest.mark.parametrize("law", FADING, ids=by_name)
 def test_slip_reversal_under_load(law):
     """Limit: slip that reverses at 5 km/s^2, as in the paper's case, meets no more than static friction.
@@ -232,7 +244,7 @@ def test_contact_that_begins_at_rest(law):
     friction = law(0.1)
     assert np.all(start(friction, 0.0) == 0.0)
     steady = 1.5e-6 if "static" in law.__dataclass_fields__ and law.name != "gonthier-bristle" else 1e-6
-    assert start(friction, 1e-7)[0] == pytest.approx(1e-4 * steady, rel=1e-6)
+    assert start(friction, 1e-7)[0] == pytest.approx(1e-4 * steady, rel=1e-6, abs=0.0)
     bends = np.array([start(friction, v)[0] for v in SLIP])
     assert np.array_equal([start(friction, -v)[0] for v in SLIP], -bends)
     assert np.max(np.abs(np.diff([start(friction, v)[0] for v in np.linspace(-5e-3, 5e-3, 2001)]))) < 0.01 * steady
@@ -247,9 +259,9 @@ def test_contact_that_begins_in_sliding(law):
     """Closed form: from twenty Stribeck speeds on the first deflection is that of steady sliding; at one it is tanh 1 of it."""
     friction = law(0.1)
     for v in (0.02, 0.5, -3.0):
-        assert start(friction, v)[0] == pytest.approx(math.copysign(1e-6, v), rel=1e-15)
+        assert start(friction, v)[0] == pytest.approx(math.copysign(1e-6, v), rel=1e-15, abs=0.0)
     curve = 1e-6 if law.name in ("dahl", "gonthier-bristle") else 1e-6 * (1.0 + 0.5 / math.e)
-    assert start(friction, 1e-3)[0] == pytest.approx(math.tanh(1.0) * curve, rel=1e-14)
+    assert start(friction, 1e-3)[0] == pytest.approx(math.tanh(1.0) * curve, rel=1e-14, abs=0.0)
 
 
 @pytest.mark.parametrize("kinetic", [0.01, 0.1])

@@ -252,8 +252,23 @@ def test_gonthier_bristle_smoothing():
     """Closed form: gonthier-bristle's d(v) at half the smoothing speed is 3/4 - 1/16 = 11/16, one from that speed on."""
     sliding = Sliding(GonthierBristle(smoothing_speed=0.2, stribeck_speed=1e-3))
     assert sliding(0.1, [0.0, 0.0])[1][0] == pytest.approx(0.05 * 11 / 16 / 10.0, rel=1e-12)
-    assert sliding(0.3, [0.0, 0.0])[1][0] == pytest.approx(0.05 / 10.0, rel=1e-12)
+    for v in (0.2008, 0.3):
+        assert sliding(v, [0.0, 0.0])[1][0] == pytest.approx(0.05 / 10.0, rel=1e-12)
     assert sliding.start(0.1)[0] * 1e5 == pytest.approx(0.05 * 11 / 16, rel=1e-12)
+
+
+def test_gonthier_bristle_steady_states():
+    """Closed form: below v_s bristles bend to the static friction of their dwell e^(-(v/v_s)^2), above to kinetic friction.
+
+    Between, sigma_0 z = mu_k + sigma_1 v s/(1 - s).
+    """
+    law = GonthierBristle(0.1, 0.3, bristle_damping=50.0)
+    z, p = np.zeros(2), row(law)
+    for v, bend in ((1e-4, 0.1 + 0.2 * math.exp(-0.01)), (-1e-4, -0.1 - 0.2 * math.exp(-0.01)), (0.05, 0.1)):
+        friction_steady(law.tag, v, z, p)
+        assert z == pytest.approx([bend / 1e5, math.exp(-((v / 1e-3) ** 2))], rel=1e-13, abs=0.0)
+    friction_steady(law.tag, 2e-3, z, p)
+    assert z[0] * 1e5 == pytest.approx(0.1 + 50.0 * 2e-3 * math.exp(-4.0) / (1.0 - math.exp(-4.0)), rel=1e-13, abs=0.0)
 
 
 def test_brown_mcphee_peak():

@@ -36,7 +36,7 @@ DampingSpeed = Annotated[
         "m/s",
         minimum=1e-9,
         maximum=CONSTANT_DAMPING,
-        help="v_d, over which sigma_1 fades; unless given the largest that keeps friction to mu_s; 1e6 is a constant sigma_1",
+        help="v_d, over which sigma_1 fades; unless given so small that friction keeps to mu_s; 1e6 is a constant sigma_1",
     ),
 ]
 

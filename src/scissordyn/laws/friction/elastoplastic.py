@@ -38,7 +38,7 @@ class ElastoPlastic:
     alpha is 0 while z and v have different signs or |z| <= z_ba, 1 from z_max = g(v)/sigma_0 on, and half a sine wave between.
     z_ba is the breakaway share of mu_k/sigma_0, the smallest z_max. bristle_deflection z is in m. The static coefficient is
     1.5 times the kinetic one unless it is given. v_d is the largest that keeps friction within mu_s F_n, plus the viscous part,
-    unless it is given (decision 0006).
+    whatever the Stribeck speed, unless it is given (decision 0006).
     """
 
     kinetic: Kinetic = 0.05
@@ -84,9 +84,15 @@ class ElastoPlastic:
         With u = sigma_0 |z|/mu_s friction is mu_s u + sigma_1 z', z' = v (1 - alpha u) at the worst slip speed, where g = mu_s.
         """
         first = self.breakaway * self.kinetic / static
-        u = np.linspace(first, 1.0, 1000, endpoint=False)
-        slipping = 0.5 + 0.5 * np.sin(math.pi * (u - 0.5 * (1.0 + first)) / (1.0 - first))
-        return static * float(np.min((1.0 - u) / (1.0 - slipping * u)))
+        low, high = first, 1.0
+        # a minimum is as exact as the square of the distance to it: four grids find it to rounding
+        for _ in range(4):
+            u = np.linspace(low, high, 1001)[:-1]
+            slipping = 0.5 + 0.5 * np.sin(math.pi * (u - 0.5 * (1.0 + first)) / (1.0 - first))
+            share = (1.0 - u) / (1.0 - slipping * u)
+            at, step = u[np.argmin(share)], u[1] - u[0]
+            low, high = max(first, at - step), min(1.0, at + step)
+        return static * float(np.min(share))
 
 
 @kernel()

@@ -33,7 +33,7 @@ class LuGre:
 
     bristle_deflection z is in m. The static coefficient is 1.5 times the kinetic one unless it is given. With a constant
     sigma_1 friction would exceed the static limit many times over when slip reverses under load; it stays within mu_s F_n, plus
-    the viscous part, as long as sigma_1 v_d <= sqrt(2 e) mu_k, and the default v_d is the largest that does (decision 0006).
+    the viscous part, as long as sigma_1 v_d <= sqrt(2 e) mu_k; equality is the default (decision 0006).
     """
 
     kinetic: Kinetic = 0.05

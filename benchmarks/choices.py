@@ -1,8 +1,7 @@
-"""Measurements for single decisions: tolerances of internal states, energy balance, LuGre's constants, arguments of kernels."""
+"""Figures behind single decisions: the weight of internal states, the energy balance, how kernels get arrays."""
 
 from __future__ import annotations
 
-import dataclasses
 import json
 from typing import Any
 from unittest import mock
@@ -26,8 +25,8 @@ CALLS = 300_000
 
 
 def measure(quick: bool = False) -> str:
-    """All four."""
-    return "\n".join((_hidden_states(), _books(), _reversal(), _handing_over(3 if quick else 9)))
+    """All three."""
+    return "\n".join((_hidden_states(), _books(), _handing_over(3 if quick else 9)))
 
 
 def _hidden_states() -> str:
@@ -61,36 +60,6 @@ def _books() -> str:
 def _with_nodes(name: str, points: int) -> tableau.Tableau:
     nodes = gauss_nodes(points)
     return tableau.tableau(name)._replace(gauss=nodes, primitive=primitives(nodes))
-
-
-def _reversal() -> str:
-    rows = []
-    for damping in (316.0, 31.6, 3.16, 0.0):
-        friction = sd.LuGre(kinetic=0.1, bristle_damping=damping)
-        mechanism = array(None).with_clearance("A", dataclasses.replace(sd.Clearance(0.5e-3), friction=friction))
-        run = sd.simulate(mechanism, until=UNTIL, samples=50_001)
-        joint = run.sel(joint="A")
-        normal = joint["normal_force"].values
-        # below 1 N the ratio of the two forces is dominated by round-off
-        pressed = normal > 1.0
-        ratio = np.where(pressed, np.abs(joint["friction_force"].values) / np.where(pressed, normal, 1.0), 0.0)
-        loaded = np.where(normal > 1000.0, ratio, 0.0)
-        k, at = int(np.argmax(ratio)), int(np.argmax(loaded))
-        early = np.where(run["time"].values < 6e-3, loaded, 0.0)
-        rows.append(
-            [
-                f"{damping:g}",
-                f"{ratio[k]:.2f}",
-                f"{1e3 * float(run['time'][k]):.3f}",
-                f"{loaded[at]:.2f}",
-                f"{1e3 * float(run['time'][at]):.3f}",
-                f"{normal[at]:.0f}",
-                f"{float(early.max()):.2f}",
-                f"{1e3 * float(run['time'][int(np.argmax(early))]):.3f}",
-            ]
-        )
-    head = ["sigma_1 [s/m]", "largest", "at [ms]", "above 1 kN", "at [ms]", "F_n [N]", "first 6 ms, above 1 kN", "at [ms]"]
-    return "Largest F_t/F_n of LuGre at mu_k = 0.1, mu_s = 0.15 in the paper's case.\n\n" + table(head, rows)
 
 
 def _handing_over(repeats: int) -> str:

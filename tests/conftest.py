@@ -2,7 +2,7 @@
 
 import pytest
 
-from scissordyn.laws.damping.lankarani_nikravesh import LankaraniNikravesh
+from scissordyn.laws.damping.factors import LankaraniNikravesh
 from scissordyn.laws.elastic.hertz import Hertz
 from scissordyn.laws.friction.lugre import LuGre
 from scissordyn.model.clearance import Clearance

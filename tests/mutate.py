@@ -1,8 +1,9 @@
-"""Multiply one constant of a law by 1.01 and see whether a physics test notices: for every constant of every law.
+"""Multiply one number of a kernel by 1.01 and see whether a physics test notices: for every number of every law and controller.
 
-Run by hand: ``python tests/mutate.py [NAME ...]``. Every float in the body of a law's methods and kernels is changed in turn,
-and the first number that a law hands to its kernel, in a copy of the package that runs without the compiler. Prints a table;
-ends with status 1 if there is a law of which no change is seen.
+Run by hand: ``python tests/mutate.py [FILE ...] [--write]``. The numbers are every float but zero, every exponent, every
+parameter that a kernel reads (p[k]) and every number that a law hands to its kernel, in the files of `TARGETS`. Each is
+changed alone, in a copy of the package. Every change has to be noticed or to stand in
+`EQUIVALENT` with a reason; otherwise the script ends with status 1. ``--write`` keeps the table in docs/decisions/measured.
 """
 
 from __future__ import annotations
@@ -10,107 +11,354 @@ from __future__ import annotations
 import argparse
 import ast
 import os
+import queue
 import shutil
 import subprocess
 import sys
 import tempfile
+import time
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass, replace
 from pathlib import Path
-
-from scissordyn.laws import catalogue
 
 HERE = Path(__file__).parent
 PACKAGE = HERE.parent / "src" / "scissordyn"
+PAGE = HERE.parent / "docs" / "decisions" / "measured" / "mutations.md"
 FACTOR = 1.01
+PATIENCE = 900
+"""A test that takes longer [s] has noticed, too: a mutation can keep a loop from ending."""
 
 
-class Spot(ast.NodeTransformer):
-    """Counts the constants that can be changed and changes the one with a given number."""
+@dataclass(frozen=True)
+class Target:
+    """Kernel files and the tests that have to notice their mutations.
 
-    def __init__(self, target=None):
-        self.target, self.count, self.changed, self.method = target, 0, "", ""
+    Parameters
+    ----------
+    files : tuple of str
+        Patterns below the package.
+    tests : tuple of str
+        Test files below tests/.
+    by_name : bool
+        Whether only tests that carry the name of a law in the file, or of one that imports it, are run.
+    compiled : bool
+        Whether the tests need the compiler.
+    """
 
-    def _here(self):
-        self.count += 1
-        return self.count - 1 == self.target
+    files: tuple[str, ...]
+    tests: tuple[str, ...]
+    by_name: bool = False
+    compiled: bool = False
 
-    def visit_AnnAssign(self, node):
-        """Defaults and declarations are not physics."""
+
+TARGETS = (
+    Target(("laws/elastic/[!q]*.py",), ("laws/test_elastic.py", "laws/test_energy.py"), by_name=True),
+    Target(("laws/elastic/quadrature.py",), ("laws/test_energy.py",), compiled=True),
+    Target(("laws/damping/*.py",), ("laws/test_damping.py",), by_name=True),
+    Target(("laws/friction/*.py",), ("laws/test_bristle.py", "laws/test_friction.py"), by_name=True),
+    Target(("control/delayed/*.py", "control/tracking/*.py", "control/signal.py"), ("control/test_torque.py",)),
+)
+
+EQUIVALENT: dict[tuple[str | int, ...], str] = {
+    ("laws/elastic/logarithmic.py", "_pieces", "2.0"): "first guess of Newton's method, which converges from above",
+    ("laws/elastic/logarithmic.py", "_pieces", "1.0", 1): "slope in Newton's method, whose limit is the same",
+    ("laws/elastic/quadrature.py", "", "1e-14"): "tolerance below rounding",
+    ("laws/elastic/quadrature.py", "user_energy", "1.0"): "only in the tolerance",
+    ("laws/damping/exact.py", "", "700.0"): "end of a bracket far beyond the root",
+    ("laws/damping/exact.py", "", "0.1"): "where a series takes over that agrees to rounding",
+    ("laws/damping/none.py", "parameters", "self.factor"): "zero",
+    ("laws/friction/bristle.py", "", "1000000.0"): "constant damping to rounding, either way",
+    ("laws/friction/dahl.py", "force", "p[2]"): "shortcut for n = 1",
+    ("laws/friction/dahl.py", "force", "1.0", 2): "shortcut for n = 1",
+    ("laws/friction/stribeck.py", "sliding_coefficient", "p[3]"): "shortcut for gamma = 2",
+    ("laws/friction/stribeck.py", "sliding_coefficient", "2.0"): "shortcut for gamma = 2",
+    ("laws/friction/elastoplastic.py", "_largest", "1.0"): "end of a range whose minimum lies before",
+}
+"""Mutations that change no answer beyond rounding, with the reason: by file, function, number and, after the first, which."""
+
+
+@dataclass(frozen=True)
+class Mutation:
+    """One number that is changed.
+
+    Parameters
+    ----------
+    file : str
+        Below the package.
+    index : int
+        Which number of the file.
+    line : int
+    owner : str
+        Class in which it stands, empty outside.
+    function : str
+        Function in which it stands, empty outside.
+    text : str
+        The number.
+    which : int
+        How many times the function had it before.
+    """
+
+    file: str
+    index: int
+    line: int
+    owner: str
+    function: str
+    text: str
+    which: int
+
+    @property
+    def reason(self) -> str:
+        """Why it changes nothing, empty if it does."""
+        key = (self.file, self.function, self.text)
+        return EQUIVALENT.get((*key, self.which) if self.which else key, "")
+
+
+class Mutator(ast.NodeTransformer):
+    """Counts the numbers of a file and changes the one with a given index."""
+
+    def __init__(self, target: int | None = None):
+        self.target, self.found, self.owner, self.function = target, [], "", ""
+
+    def number(self, node):
+        """The node, scaled if it is the one."""
+        self.found.append((node.lineno, self.owner, self.function, ast.unparse(node)))
+        if len(self.found) - 1 != self.target:
+            return node
+        return ast.BinOp(ast.Constant(FACTOR), ast.Mult(), node)
+
+    def visit_ClassDef(self, node):
+        """Remember whose methods these are."""
+        self.owner = node.name
+        node.body = [self.visit(part) for part in node.body]
+        self.owner = ""
         return node
 
     def visit_FunctionDef(self, node):
-        """Remember where we are; __post_init__ only checks."""
+        """Only the body counts, and not that of __post_init__, which checks."""
         if node.name == "__post_init__":
             return node
-        self.method = node.name
-        return self.generic_visit(node)
-
-    def visit_Raise(self, node):
-        """Nor are messages."""
+        outer, self.function = self.function, node.name
+        node.body = [self.visit(part) for part in node.body]
+        self.function = outer
         return node
 
-    def _scaled(self, node):
-        self.changed = f"line {node.lineno}: {ast.unparse(node)}"
-        return ast.BinOp(ast.Constant(FACTOR), ast.Mult(), node)
+    def visit_AnnAssign(self, node):
+        """Fields of a class are declarations."""
+        return node if self.owner else self.generic_visit(node)
 
-    def visit_Return(self, node):
-        """The first number of a row."""
-        if self.method == "parameters" and isinstance(node.value, ast.Tuple) and node.value.elts and self._here():
-            node.value.elts[0] = self._scaled(node.value.elts[0])
+    def visit_Raise(self, node):
+        """Nor are messages physics."""
+        return node
+
+    def visit_Call(self, node):
+        """Units and bounds are declarations."""
+        return node if isinstance(node.func, ast.Name) and node.func.id == "Quantity" else self.generic_visit(node)
+
+    def visit_Compare(self, node):
+        """A parameter that is compared with zero has the same sign when it is scaled."""
+        sides = [node.left, *node.comparators]
+        if any(isinstance(side, ast.Constant) and side.value == 0 for side in sides):
+            sides = [side if is_parameter(side) else self.visit(side) for side in sides]
+            node.left, node.comparators = sides[0], sides[1:]
             return node
         return self.generic_visit(node)
+
+    def visit_Return(self, node):
+        """Each number of a row."""
+        rows = self.function in ("parameters", "row") or self.function.endswith("_numbers")
+        if rows and isinstance(node.value, ast.Tuple):
+            # a literal is one number, not two
+            node.value.elts = [
+                self.visit(part) if isinstance(part, ast.Starred | ast.Constant) else self.number(self.visit(part))
+                for part in node.value.elts
+            ]
+            return node
+        return self.generic_visit(node)
+
+    def visit_BinOp(self, node):
+        """An exponent."""
+        node = self.generic_visit(node)
+        if isinstance(node.op, ast.Pow) and isinstance(node.right, ast.Constant) and isinstance(node.right.value, int):
+            node.right = self.number(node.right)
+        return node
 
     def visit_Constant(self, node):
         """Any float but zero."""
-        if isinstance(node.value, float) and node.value != 0.0 and self._here():
-            return self._scaled(node)
-        return node
+        return self.number(node) if isinstance(node.value, float) and node.value != 0.0 else node
+
+    def visit_Subscript(self, node):
+        """A parameter that a kernel reads."""
+        return self.number(node) if is_parameter(node) and isinstance(node.ctx, ast.Load) else self.generic_visit(node)
 
 
-def noticed(copy, name):
-    """Whether a test that names the law fails."""
-    environment = {**os.environ, "PYTHONPATH": str(copy), "NUMBA_DISABLE_JIT": "1", "PYTHONDONTWRITEBYTECODE": "1"}
-    chosen = f"({name} or {name.replace('-', '_')}) and not whole_table"
-    command = [sys.executable, "-m", "pytest", "-x", "-q", "-p", "no:cacheprovider", "-k", chosen]
-    command += [str(HERE / "laws" / f"test_{part}.py") for part in ("elastic", "damping", "friction")]
-    done = subprocess.run(command, env=environment, capture_output=True, text=True, cwd=HERE.parent, check=False)
-    if done.returncode not in (0, 1):
-        raise RuntimeError(f"{name}: pytest ended with {done.returncode}\n{done.stdout[-2000:]}{done.stderr[-2000:]}")
-    return done.returncode == 1
+def is_parameter(node) -> bool:
+    """Whether an expression is a number of a kernel's row, p[3]."""
+    return isinstance(node, ast.Subscript) and isinstance(node.value, ast.Name) and node.value.id == "p"
 
 
-def main():
+def mutations_of(file: str) -> list[Mutation]:
+    """All of one file."""
+    everything = Mutator()
+    everything.visit(ast.parse((PACKAGE / file).read_text()))
+    texts = [found[1:] for found in everything.found]
+    return [Mutation(file, index, *found, texts[:index].count(found[1:])) for index, found in enumerate(everything.found)]
+
+
+def mutated(mutation: Mutation) -> str:
+    """The file with one number changed."""
+    tree = Mutator(mutation.index).visit(ast.parse((PACKAGE / mutation.file).read_text()))
+    return ast.unparse(ast.fix_missing_locations(tree))
+
+
+def law_names() -> tuple[dict[str, dict[str, str]], dict[str, set[str]]]:
+    """Names of the laws by file and class, and which files of the room import a file, transitively."""
+    names: dict[str, dict[str, str]] = {}
+    imports: dict[str, set[str]] = {}
+    for path in sorted((PACKAGE / "laws").rglob("*.py")):
+        file, tree = str(path.relative_to(PACKAGE)), ast.parse(path.read_text())
+        names[file] = {
+            node.name: part.value.value
+            for node in tree.body
+            if isinstance(node, ast.ClassDef)
+            for part in node.body
+            if isinstance(part, ast.AnnAssign) and ast.unparse(part.target) == "name" and isinstance(part.value, ast.Constant)
+        }
+        modules = [node for node in ast.walk(tree) if isinstance(node, ast.ImportFrom) and node.module]
+        imports[file] = {
+            f"{name.removeprefix('scissordyn.').replace('.', '/')}.py"
+            for node in modules
+            for name in (node.module, *(f"{node.module}.{alias.name}" for alias in node.names))
+            if name.startswith("scissordyn.laws.")
+        }
+    importers = {file: {file} for file in names}
+    grown = True
+    while grown:
+        grown = False
+        for file, used in imports.items():
+            for one in used & importers.keys():
+                if not importers[file] <= importers[one]:
+                    importers[one] |= importers[file]
+                    grown = True
+    return names, importers
+
+
+def selection(mutation: Mutation, names, importers) -> str:
+    """The tests that name the law in which a number stands, or any law that it may reach."""
+    own = names[mutation.file].get(mutation.owner)
+    found = {own} if own else {name for file in importers[mutation.file] for name in names[file].values()}
+    words = sorted({word for name in found - {"none"} for word in (name, name.replace("-", "_"))})
+    return f"({' or '.join(words)}) and not whole_table" if words else "not whole_table"
+
+
+def noticed(copy: Path, tests: tuple[str, ...], compiled: bool, chosen: str) -> bool:
+    """Whether a test fails on the copy."""
+    environment = {**os.environ, "PYTHONPATH": str(copy), "PYTHONDONTWRITEBYTECODE": "1"}
+    environment["NUMBA_DISABLE_JIT"] = "0" if compiled else "1"
+    environment["SCISSORDYN_CACHE"] = str(copy / "cache")
+    command = [sys.executable, "-m", "pytest", "-x", "-q", "-p", "no:cacheprovider", *(str(HERE / test) for test in tests)]
+    try:
+        done = subprocess.run(
+            [*command, *(["-k", chosen] if chosen else [])],
+            env=environment,
+            capture_output=True,
+            text=True,
+            cwd=HERE.parent,
+            check=False,
+            timeout=PATIENCE,
+        )
+    except subprocess.TimeoutExpired:
+        return True
+    # 2 is an error while tests are collected: the file no longer loads
+    if done.returncode not in (0, 1, 2):
+        raise RuntimeError(f"pytest ended with {done.returncode}\n{done.stdout[-2000:]}{done.stderr[-2000:]}")
+    return done.returncode != 0
+
+
+def judge(targets: tuple[Target, ...], workers: int) -> list[tuple[Mutation, str]]:
+    """Every mutation with "noticed", "equivalent" or "not noticed"."""
+    names, importers = law_names()
+    jobs = []
+    for target in targets:
+        for file in sorted({str(path.relative_to(PACKAGE)) for pattern in target.files for path in PACKAGE.glob(pattern)}):
+            jobs += [
+                (mutation, target.tests, target.compiled, selection(mutation, names, importers) if target.by_name else "")
+                for mutation in mutations_of(file)
+            ]
+    copies: queue.Queue[Path] = queue.Queue()
+    with tempfile.TemporaryDirectory() as folder:
+        for k in range(workers):
+            shutil.copytree(PACKAGE, Path(folder, str(k), "scissordyn"), ignore=shutil.ignore_patterns("__pycache__"))
+            copies.put(Path(folder, str(k)))
+
+        def tried(job) -> bool:
+            mutation, *rest = job
+            copy = copies.get()
+            file = copy / "scissordyn" / mutation.file if mutation else None
+            try:
+                if file:
+                    file.write_text(mutated(mutation))
+                return noticed(copy, *rest)
+            finally:
+                if file:
+                    file.write_text((PACKAGE / mutation.file).read_text())
+                copies.put(copy)
+
+        with ThreadPoolExecutor(workers) as pool:
+            sound = sorted({job[1:] for job in jobs})
+            for job, fails in zip(sound, pool.map(tried, [(None, *job) for job in sound]), strict=True):
+                if fails:
+                    raise RuntimeError(f"{job}: the tests fail on the package as it is")
+            found = []
+            for (mutation, *_), seen in zip(jobs, pool.map(tried, jobs), strict=True):
+                verdict = "noticed" if seen else "equivalent" if mutation.reason else "not noticed"
+                found.append((mutation, verdict))
+                print(f"{mutation.file}:{mutation.line} {mutation.function} {mutation.text}: {verdict}", flush=True)
+    return found
+
+
+def page(found: list[tuple[Mutation, str]], seconds: float) -> str:
+    """The table, the equivalents and what was not noticed."""
+    lines = ["| file | numbers | noticed | equivalent | not noticed |", "| --- | ---: | ---: | ---: | ---: |"]
+    for file in dict.fromkeys(mutation.file for mutation, _ in found):
+        verdicts = [verdict for mutation, verdict in found if mutation.file == file]
+        counts = [len(verdicts), *(verdicts.count(word) for word in ("noticed", "equivalent", "not noticed"))]
+        lines.append(f"| {file} | {' | '.join(map(str, counts))} |")
+    for word, head in (("equivalent", "Equivalent:"), ("not noticed", "Not noticed:")):
+        rows = []
+        for mutation, verdict in found:
+            if verdict == word:
+                reason = mutation.reason and f": {mutation.reason}"
+                rows.append(f"* `{mutation.file}`, {mutation.function or 'module'}, `{mutation.text}`{reason}")
+        if rows:
+            lines += ["", head, "", *dict.fromkeys(rows)]
+    return "\n".join([*lines, "", f"{len(found)} mutations in {seconds / 60:.0f} minutes."])
+
+
+def main() -> int:
     """Print the table."""
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("names", nargs="*", help="laws to try; all if none is given")
-    names = parser.parse_args().names
-    unseen = []
-    with tempfile.TemporaryDirectory() as folder:
-        copy = Path(folder)
-        shutil.copytree(PACKAGE, copy / "scissordyn", ignore=shutil.ignore_patterns("__pycache__"))
-        for kind, laws in catalogue.BY_KIND.items():
-            for name, law in laws.items():
-                if (names and name not in names) or name == "none":
-                    continue
-                file = Path(sys.modules[law.__module__].__file__).relative_to(PACKAGE)
-                text = (PACKAGE / file).read_text()
-                everything = Spot()
-                everything.visit(ast.parse(text))
-                seen, lost = 0, []
-                for target in range(everything.count):
-                    spot = Spot(target)
-                    (copy / "scissordyn" / file).write_text(ast.unparse(ast.fix_missing_locations(spot.visit(ast.parse(text)))))
-                    if noticed(copy, name):
-                        seen += 1
-                    else:
-                        lost.append(spot.changed)
-                (copy / "scissordyn" / file).write_text(text)
-                if noticed(copy, name):
-                    raise RuntimeError(f"{name}: the tests fail on the law as it is")
-                print(f"{kind:10} {name:26} {seen:3} of {everything.count:3} noticed  {'; '.join(lost)}", flush=True)
-                if not seen:
-                    unseen.append(name)
-    print("not noticed at all:", ", ".join(unseen) or "none")
-    return 1 if unseen else 0
+    parser.add_argument("files", nargs="*", help="files below the package to try, e.g. laws/friction/lugre.py; all of TARGETS")
+    parser.add_argument("--tests", nargs="+", help="test files below tests/ for the files, if they are in no target")
+    parser.add_argument("--workers", type=int, default=2, help="tests that run at once")
+    parser.add_argument("--write", action="store_true", help="keep the table in docs/decisions/measured")
+    given = parser.parse_args()
+    targets = TARGETS
+    if given.files and given.tests:
+        targets = (Target(tuple(given.files), tuple(given.tests)),)
+    elif given.files:
+        targets = tuple(
+            replace(target, files=(file,))
+            for target in TARGETS
+            for file in given.files
+            if any((PACKAGE / file) in PACKAGE.glob(pattern) for pattern in target.files)
+        )
+    began = time.perf_counter()
+    found = judge(targets, given.workers)
+    text = page(found, time.perf_counter() - began)
+    print(text)
+    if given.write:
+        PAGE.write_text(f"# mutations\n\nWritten by `python tests/mutate.py --write`.\n\n{text}\n", encoding="utf-8")
+    return 1 if any(verdict == "not noticed" for _, verdict in found) else 0
 
 
 if __name__ == "__main__":

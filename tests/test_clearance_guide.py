@@ -13,8 +13,8 @@ from scissordyn.component.time_function import Cycloidal
 from scissordyn.component.torque import Torque
 from scissordyn.errors import InputError
 from scissordyn.laws import catalogue
+from scissordyn.laws.damping.factors import LankaraniNikravesh
 from scissordyn.laws.damping.kelvin_voigt import KelvinVoigt
-from scissordyn.laws.damping.lankarani_nikravesh import LankaraniNikravesh
 from scissordyn.laws.damping.none import NoDamping
 from scissordyn.laws.elastic.hertz import Hertz
 from scissordyn.laws.elastic.linear import Linear

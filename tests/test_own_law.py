@@ -18,8 +18,8 @@ def foundation(indentation, stiffness, clearance):
 
 
 def hole(indentation):
-    """A law that raises an exception beyond a fifth of a micrometre."""
-    return 1e9 * indentation if indentation < 5e-5 or indentation > 6e-5 else float("nan")
+    """A law with a hole between two indentations at which it is tried."""
+    return 1e9 * indentation if indentation < 5.1e-5 or indentation > 5.4e-5 else float("nan")
 
 
 def test_own_law_gives_the_same_run(array, clearance_run):

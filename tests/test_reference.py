@@ -15,7 +15,7 @@ from reference.marching import ClearanceJoint, Contact, Load, March, Relative
 from reference.multipliers import Multipliers
 from reference.slider_crank import SliderCrank
 from scissordyn.component.time_function import Harmonic
-from scissordyn.laws.damping.lankarani_nikravesh import LankaraniNikravesh
+from scissordyn.laws.damping.factors import LankaraniNikravesh
 from scissordyn.laws.elastic.hertz import Hertz
 from scissordyn.laws.friction.lugre import LuGre as DescribedLuGre
 from scissordyn.model.body import Body, bar, point_mass

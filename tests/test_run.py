@@ -76,12 +76,17 @@ def test_hidden_states_are_in_the_result(frictional_run):
 
 @pytest.mark.parametrize("case", ["clearance_run", "frictional_run"])
 def test_energy_balance_closes(case, request):
-    """Identity: T + U + V = work - losses within 1e-6 of the largest kinetic energy over 50 ms; losses never fall."""
+    """Identity: T + U + V = work - losses within 1e-6 of the largest kinetic energy over 50 ms.
+
+    Losses never fall by more than what bent bristles hold, F_n mu_s^2/(2 sigma_0), which they give back when slip reverses.
+    """
     run = request.getfixturevalue(case)
     assert float(np.max(np.abs(run["energy_residual"]))) < 1e-6 * float(run["kinetic_energy"].max())
     assert float(np.max(run["dissipated_energy"])) > 1e-4 * float(run["kinetic_energy"].max())
-    steps = np.diff(run["friction_loss"])
-    assert np.min(steps) >= -1e-6 * np.max(run["friction_loss"]) - 1e-12
+    loss = run["friction_loss"].values
+    held = float(run["normal_force"].max()) * 0.15**2 / (2.0 * 1e5)
+    assert np.max(np.maximum.accumulate(loss) - loss) <= held
+    assert case == "clearance_run" or loss[-1] > 100.0 * held
 
 
 @pytest.mark.parametrize("case", ["clearance_run", "frictional_run"])
@@ -249,3 +254,34 @@ def test_any_joint_may_have_clearance(joint, driven_bar):
     assert run.sizes["contact"] >= 1
     assert float(np.max(np.abs(run["energy_residual"]))) < 1e-6 * float(run["kinetic_energy"].max())
     assert run.attrs["length_error"] < 1e-10
+
+
+def test_light_bodies_at_rest_in_contact():
+    """Limit: a standing chain of ten 1 g bars rests in a joint of 2 um clearance in some steps, not in tens of thousands.
+
+    Positions of 12 m round by 3e-15 m, which a stiff contact turns into 1e-12 m/s, ten times the weight of a velocity.
+    """
+    length, turn = 1.2, 1.573
+    along = length * np.array([np.cos(turn), np.sin(turn)])
+    bodies = tuple(
+        sd.Body(
+            f"bar {k}",
+            1e-3,
+            1e-3 * length**2 / 12.0,
+            {"low": (-length / 2, 0.0), "high": (length / 2, 0.0)},
+            position=tuple((k + 0.5) * along),
+            angle=turn,
+        )
+        for k in range(10)
+    )
+    last = sd.Clearance(1.8e-6, journal_radius=15e-3, bearing_length=2e-3, friction=sd.LuGre(0.1))
+    joints = tuple(
+        sd.Revolute(
+            f"pin {k}", (f"bar {k}", "low"), (f"bar {k - 1}", "high") if k else ("ground", "base"), last if k == 9 else None
+        )
+        for k in range(10)
+    )
+    chain = sd.Mechanism(bodies, joints=joints, ground=(("base", (0.0, 0.0)),), gravity=9.81)
+    run = simulate(chain, until=0.022, samples=11, start="in-contact", most_steps=1000)
+    assert run.attrs["status"] == "complete"
+    assert json.loads(run.attrs["statistics"])["steps"] < 200

@@ -48,8 +48,7 @@ if TYPE_CHECKING:
     from scissordyn.control.user import UserController
     from scissordyn.errors import InputError, ScissordynError
     from scissordyn.laws.catalogue import law
-    from scissordyn.laws.damping.flores import Flores
-    from scissordyn.laws.damping.lankarani_nikravesh import LankaraniNikravesh
+    from scissordyn.laws.damping.factors import Flores, LankaraniNikravesh
     from scissordyn.laws.elastic.hertz import Hertz
     from scissordyn.laws.elastic.liu import Liu
     from scissordyn.laws.friction.ambrosio import Ambrosio
@@ -192,8 +191,7 @@ _HOMES = {
     "control.user": ("UserController",),
     "errors": ("InputError", "ScissordynError"),
     "laws.catalogue": ("law",),
-    "laws.damping.flores": ("Flores",),
-    "laws.damping.lankarani_nikravesh": ("LankaraniNikravesh",),
+    "laws.damping.factors": ("Flores", "LankaraniNikravesh"),
     "laws.elastic.hertz": ("Hertz",),
     "laws.elastic.liu": ("Liu",),
     "laws.friction.ambrosio": ("Ambrosio",),

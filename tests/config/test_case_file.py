@@ -16,8 +16,7 @@ from scissordyn.config.structure import STRUCTURES, BuiltTable
 from scissordyn.config.table import key_sample, quantity_of, table_of
 from scissordyn.errors import InputError
 from scissordyn.laws.catalogue import BY_KIND, from_file
-from scissordyn.laws.damping.flores import Flores
-from scissordyn.laws.damping.lankarani_nikravesh import LankaraniNikravesh
+from scissordyn.laws.damping.factors import Flores, LankaraniNikravesh
 from scissordyn.laws.elastic.hertz import Hertz
 from scissordyn.laws.elastic.liu import Liu
 from scissordyn.laws.friction.lugre import LuGre
@@ -190,7 +189,7 @@ def test_a_bad_table_of_motion_is_refused(tmp_path: Path, content: str, reason: 
         ("clearance.A.damping=floress", "clearance.0.damping", "did you mean 'flores'"),
         ("clearance.A.material=stel", "clearance.0.material", "did you mean 'steel'"),
         ("clearance.A.friction.kinetik=0.1", "clearance.0.friction", "did you mean 'kinetic'"),
-        ("clearance.A.friction.kinetic=-0.1", "clearance.0.friction.kinetic", "> 0"),
+        ("clearance.A.friction.kinetic=-0.1", "clearance.0.friction.kinetic", ">= 1e-06"),
         ("clearance.A.friction.stribeck_speed=0.1", "clearance.0.friction.stribeck_speed", "missing unit"),
         ("clearance.A.friction.static=0.01", "clearance.0.friction", "static >= kinetic"),
         ('clearance.A.material={youngs_modulus="200 GPa"}', "clearance.0.material", "missing key 'poisson_ratio'"),

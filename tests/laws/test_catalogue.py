@@ -122,3 +122,52 @@ def test_materials():
         assert material.source
         # the speed of sound in a thin rod, from PTFE's 480 m/s to the 7 km/s of carbon fibre
         assert 400.0 < math.sqrt(material.youngs_modulus / material.density) < 7000.0
+
+
+PARAMETERS_OF_LAWS = [
+    (kind, name, parameter)
+    for kind, name in ENTRIES
+    for parameter in catalogue.facts(kind, name).parameters
+    if not isinstance(parameter.default, bool)
+]
+
+
+@pytest.mark.parametrize(("kind", "name", "parameter"), PARAMETERS_OF_LAWS, ids=lambda value: getattr(value, "name", value))
+def test_parameters_are_bounded(kind, name, parameter):
+    """Limit: every number of every law has a lower and an upper bound; what no machine can have is refused by name."""
+    quantity = parameter.quantity
+    low = quantity.minimum if quantity.above is None else quantity.above
+    high = quantity.maximum if quantity.below is None else quantity.below
+    assert low is not None
+    assert high is not None
+    assert low < high
+    law = catalogue.law(kind, name)
+    for value in (1e308, -1e308, math.inf, math.nan, -5e-324, *((5e-324,) if low > 0.0 else ())):
+        with pytest.raises(InputError, match=rf"{parameter.name} must be a finite number >=? "):
+            law(**{parameter.name: value})
+    for value in (low, high):
+        other = {"kinetic": value} if parameter.name == "static" else {}
+        other |= {"static": value} if parameter.name == "kinetic" and "static" in law.__dataclass_fields__ else {}
+        other |= {"full_speed": 10.0} if parameter.name == "dead_speed" and value < 10.0 else {}
+        other |= {"dead_speed": 0.0} if parameter.name == "full_speed" else {}
+        if quantity.admits(value) and (parameter.name, value) != ("dead_speed", 10.0):
+            numbers = law(**{parameter.name: value, **other}).parameters(JOINT)
+            assert all(math.isfinite(number) for number in numbers)
+
+
+@pytest.mark.parametrize(
+    ("field", "value"),
+    [
+        ("youngs_modulus", 999.0),
+        ("youngs_modulus", 1.1e13),
+        ("poisson_ratio", -1.0),
+        ("poisson_ratio", 0.51),
+        ("density", 0.0),
+        ("density", 1e6),
+    ],
+)
+def test_materials_are_bounded(field, value):
+    """Limit: moduli of 1 kPa to 10 TPa, Poisson's ratios above -1 up to 0.5, densities of 0.1 to 1e5 kg/m^3."""
+    given = {"youngs_modulus": 2e11, "poisson_ratio": 0.3, "density": 7800.0, field: value}
+    with pytest.raises(InputError, match=field):
+        catalogue.MATERIALS["steel"].__class__("odd", **given)

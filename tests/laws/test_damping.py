@@ -180,3 +180,16 @@ def test_restitution_bounds(law):
     with pytest.raises(InputError, match="restitution"):
         law(restitution=1.01)
     assert law(restitution=1.0).factor == 0.0
+
+
+@pytest.mark.parametrize("law", FACTORS, ids=by_name)
+def test_claimed_ranges(law):
+    """Identity: sources that speak of high restitution without a number claim no range, the others the whole of it."""
+    silent = ("hunt-crossley", "herbert-mcwhannell", "lee-wang", "lankarani-nikravesh")
+    assert law.restitution_range == (None if law.name in silent else (0.0, 1.0))
+
+
+def test_exact_restitution_of_no_damping():
+    """Limit: without damping everything comes back."""
+    assert returned_restitution(0.0) == 1.0
+    assert returned_restitution(1e-9) == pytest.approx(1.0, rel=1e-8)

@@ -11,7 +11,7 @@ from scipy.integrate import solve_ivp
 
 from scissordyn.errors import InputError
 from scissordyn.laws import catalogue
-from scissordyn.laws.dispatch import friction_force, friction_start
+from scissordyn.laws.dispatch import friction_force, friction_start, friction_steady
 from scissordyn.laws.friction.ambrosio import Ambrosio
 from scissordyn.laws.friction.bengisu_akay import BengisuAkay
 from scissordyn.laws.friction.brown_mcphee import BrownMcPhee
@@ -106,6 +106,18 @@ def test_contact_starts_in_steady_sliding(law):
     assert np.all(np.isfinite(sliding.start(0.0)))
 
 
+@pytest.mark.parametrize("law", [law for law in ALL if law.states], ids=by_name)
+def test_steady_states(law):
+    """Limit: the states of steady sliding give the force that is settled after 0.1 s, below the Stribeck speed too."""
+    sliding = Sliding(law())
+    for v in SPEEDS:
+        z = np.full(sliding.count, np.nan)
+        friction_steady(law.kernel_kind, v, z, sliding.p)
+        assert sliding(v, z)[0] == pytest.approx(sliding.settled(v), rel=1e-7)
+    friction_steady(law.kernel_kind, 0.0, z, sliding.p)
+    assert z[0] == 0.0
+
+
 @pytest.mark.parametrize("law", ALL, ids=by_name)
 def test_sliding_dissipates(law):
     """Limit: in steady sliding friction has the sign of the slip speed, at rest it is zero."""
@@ -143,7 +155,7 @@ def test_lugre_stick_slip_reference():
     m = 1 kg, k = 2 N/m, sigma_0 = 1e5, sigma_1 = sqrt(1e5), sigma_2 = 0.4, F_C = 1 N, F_S = 1.5 N, v_s = 1 mm/s; after 25 s
     x = 1.908839199 m and z = 1.18167955e-5 m (theory page, section 4). By scipy's Radau at 1e-10.
     """
-    law = LuGre(kinetic=1.0, static=1.5, bristle_damping=math.sqrt(1e5), viscous=0.4)
+    law = LuGre(kinetic=1.0, static=1.5, bristle_damping=math.sqrt(1e5), viscous=0.4, damping_speed=1e6)
     sliding = Sliding(law, normal=1.0)
 
     def motion(t, y):
@@ -177,8 +189,8 @@ def test_dahl_exponential():
 
 
 def test_lugre_rate():
-    """Closed form: z' and the force at one state, worked out by hand."""
-    force, rate = Sliding(LuGre())(1e-3, [3e-7])
+    """Closed form: z' and the force at one state, worked out by hand, of lugre with a constant damping."""
+    force, rate = Sliding(LuGre(damping_speed=1e6))(1e-3, [3e-7])
     z_rate = 1e-3 - 1e5 * 1e-3 * 3e-7 / (0.05 + 0.025 / math.e)
     assert rate[0] == pytest.approx(z_rate, rel=1e-14)
     assert force == pytest.approx(NORMAL * (1e5 * 3e-7 + 316.0 * z_rate), rel=1e-14)
@@ -212,7 +224,9 @@ def test_elasto_plastic_transition():
     farthest, breakaway = 0.05 / 1e5, 0.6 * 0.05 / 1e5
     halfway = 0.5 * (farthest + breakaway)
     quarter = 0.75 * breakaway + 0.25 * farthest
-    for bend, alpha in ((0.99 * breakaway, 0.0), (quarter, 0.5 - 0.5 * math.sqrt(0.5)), (halfway, 0.5), (farthest, 1.0)):
+    soon = breakaway + 0.01 * (farthest - breakaway)
+    shares = (0.99 * breakaway, 0.0), (soon, 0.5 - 0.5 * math.cos(0.01 * math.pi)), (quarter, 0.5 - 0.5 * math.sqrt(0.5))
+    for bend, alpha in (*shares, (halfway, 0.5), (farthest, 1.0)):
         assert sliding(v, [bend])[1][0] == pytest.approx(v * (1 - alpha * bend / farthest), rel=1e-9, abs=1e-12)
         assert sliding(-v, [bend])[1][0] == -v
 
@@ -238,8 +252,23 @@ def test_gonthier_bristle_smoothing():
     """Closed form: gonthier-bristle's d(v) at half the smoothing speed is 3/4 - 1/16 = 11/16, one from that speed on."""
     sliding = Sliding(GonthierBristle(smoothing_speed=0.2, stribeck_speed=1e-3))
     assert sliding(0.1, [0.0, 0.0])[1][0] == pytest.approx(0.05 * 11 / 16 / 10.0, rel=1e-12)
-    assert sliding(0.3, [0.0, 0.0])[1][0] == pytest.approx(0.05 / 10.0, rel=1e-12)
+    for v in (0.2008, 0.3):
+        assert sliding(v, [0.0, 0.0])[1][0] == pytest.approx(0.05 / 10.0, rel=1e-12)
     assert sliding.start(0.1)[0] * 1e5 == pytest.approx(0.05 * 11 / 16, rel=1e-12)
+
+
+def test_gonthier_bristle_steady_states():
+    """Closed form: below v_s bristles bend to the static friction of their dwell e^(-(v/v_s)^2), above to kinetic friction.
+
+    Between, sigma_0 z = mu_k + sigma_1 v s/(1 - s).
+    """
+    law = GonthierBristle(0.1, 0.3, bristle_damping=50.0)
+    z, p = np.zeros(2), row(law)
+    for v, bend in ((1e-4, 0.1 + 0.2 * math.exp(-0.01)), (-1e-4, -0.1 - 0.2 * math.exp(-0.01)), (0.05, 0.1)):
+        friction_steady(law.kernel_kind, v, z, p)
+        assert z == pytest.approx([bend / 1e5, math.exp(-((v / 1e-3) ** 2))], rel=1e-13, abs=0.0)
+    friction_steady(law.kernel_kind, 2e-3, z, p)
+    assert z[0] * 1e5 == pytest.approx(0.1 + 50.0 * 2e-3 * math.exp(-4.0) / (1.0 - math.exp(-4.0)), rel=1e-13, abs=0.0)
 
 
 def test_brown_mcphee_peak():
@@ -282,6 +311,7 @@ def test_bengisu_akay_parabola():
     assert sliding(1e-9, [])[0] / 1e-9 == pytest.approx(2 * 0.075 * NORMAL / 1e-3, rel=1e-6)
     assert sliding(1e-3, [])[0] == pytest.approx(0.075 * NORMAL, rel=1e-15)
     assert sliding(1e-3 - 1e-8, [])[0] == pytest.approx(0.075 * NORMAL, rel=2e-10)
+    assert sliding(1.005e-3, [])[0] == pytest.approx((0.05 + 0.025 * math.exp(-5e-3)) * NORMAL, rel=1e-14)
 
 
 @pytest.mark.parametrize("law", ALL, ids=by_name)

@@ -8,7 +8,7 @@ from bouncing import JOINT
 
 from scissordyn.laws import catalogue
 from scissordyn.laws.damping.exact import returned_restitution
-from scissordyn.laws.damping.flores import Flores
+from scissordyn.laws.damping.factors import Flores
 from scissordyn.laws.elastic.liu import Liu
 from scissordyn.laws.impact import impact
 from scissordyn.laws.sliding import oscillation, steady_coefficient
@@ -40,6 +40,13 @@ def test_steady_coefficient():
     assert found.shape == speeds.shape
     assert found[0, ::-1] == pytest.approx(-found[1], rel=1e-15)
     assert found[1, 1] == pytest.approx(0.05, rel=1e-12)
+
+
+@pytest.mark.parametrize("name", ["lugre", "elasto-plastic", "gonthier-bristle", "dahl"])
+def test_steady_coefficient_of_creep(name):
+    """Limit: far below the Stribeck speed steady sliding meets static friction, dahl's its only coefficient."""
+    (found,) = steady_coefficient(catalogue.FRICTION[name](), JOINT, [1e-6])
+    assert found == pytest.approx(0.05 if name == "dahl" else 0.075, rel=1e-5)
 
 
 @pytest.mark.parametrize(("kind", "name"), ENTRIES)

@@ -7,6 +7,7 @@ import os
 import pickle
 import subprocess
 import sys
+from dataclasses import replace
 
 import numba
 import numpy as np
@@ -15,7 +16,7 @@ from bouncing import JOINT, bounce, force, row, step
 
 from scissordyn.errors import InputError
 from scissordyn.laws import catalogue
-from scissordyn.laws.damping.flores import Flores
+from scissordyn.laws.damping.factors import Flores
 from scissordyn.laws.dispatch import elastic_force, friction_force, normal_force
 from scissordyn.laws.elastic.hertz import Hertz
 from scissordyn.laws.friction.coulomb import Coulomb
@@ -152,7 +153,7 @@ def test_an_exception_inside_a_run_is_nan():
 def test_exceptions_of_friction_and_damping_are_named():
     """Limit: the other two kinds are tried and named too."""
     with pytest.raises(
-        InputError, match=r"friction law '<lambda>' raises ZeroDivisionError .* at slip_speed = 0, normal_force = 1;"
+        InputError, match=r"friction law '<lambda>' raises ZeroDivisionError .* at slip_speed = 0, normal_force = 0.001;"
     ):
         UserFriction(lambda v, n: n / v if n > 0.0 else 0.0)
     with pytest.raises(InputError, match="damping law '<lambda>'"):
@@ -209,3 +210,117 @@ def test_an_edit_counts_in_the_next_process(tmp_path):
         compiled.append(int(misses))
     assert forces == pytest.approx([2e4, 3e4], rel=1e-14)
     assert compiled == [1, 0]
+
+
+def pulls(indentation):
+    """Pushes up to 0.2 mm and pulls beyond."""
+    return 1e9 * indentation * (2e-4 - indentation)
+
+
+def preloaded(indentation):
+    """A force without indentation."""
+    return 100.0 + 1e9 * indentation
+
+
+def negative(indentation):
+    """A sign the wrong way round."""
+    return -1e9 * indentation
+
+
+def hollow(indentation):
+    """Not a number between two of the indentations of the first trial, 0.1 mm and 0.316 mm."""
+    return math.nan if 1.5e-4 < indentation < 2.5e-4 else 1e9 * indentation
+
+
+def logarithm(indentation):
+    """Finite wherever it is called, not a number at zero."""
+    return 1e9 * indentation * math.log(1.0 + 1e-3 / indentation)
+
+
+def nothing(indentation):
+    """No force at all."""
+    return 0.0
+
+
+@pytest.mark.parametrize(
+    ("function", "says"),
+    [
+        (pulls, "a push at one clearance: above 0 N"),
+        (negative, "gives -500000.0 at indentation = 0.0005; allowed: a push at one clearance"),
+        (preloaded, "gives 100.0 at indentation = 0; allowed: a push up to the clearance: 0 N or more, and 0 N at 0 m"),
+        (hollow, "gives nan at indentation = 0.000156"),
+        (logarithm, "raises ZeroDivisionError (float division by zero) at indentation = 0"),
+        (nothing, "gives 0.0 at indentation = 0.0005"),
+    ],
+    ids=lambda value: getattr(value, "__name__", ""),
+)
+def test_laws_that_cannot_be_right_in_their_joint(function, says):
+    """Limit: a stiffness law that pulls, has a force at the touch or is no number up to the clearance is refused."""
+    law = UserElastic(function)
+    with pytest.raises(InputError) as caught:
+        law.parameters(JOINT)
+    assert says in str(caught.value)
+    assert f"stiffness law '{function.__name__}'" in str(caught.value)
+    assert "\n" not in str(caught.value)
+
+
+def test_a_pull_beyond_the_clearance_is_not_tried():
+    """Limit: the same law in a joint of 0.1 mm never gets to where it pulls; at a guide surface the corner's radius counts."""
+    assert UserElastic(pulls).parameters(replace(JOINT, clearance=1e-4, journal_radius=1e-3))
+    flat = replace(JOINT, clearance=math.inf, journal_radius=2e-3)
+    with pytest.raises(InputError, match="a push at one corner radius"):
+        UserElastic(pulls).parameters(flat)
+
+
+@pytest.mark.parametrize(
+    ("function", "says"),
+    [
+        (lambda delta: 1e9 * delta, []),
+        (lambda delta: 1e9 * min(delta, 2e-4), ["the force does not grow from 0.2031 mm to 0.2109 mm"]),
+        (lambda delta: 1e9 * max(delta - 1e-5, 0.0), ["the force does not grow from 0 mm to 5e-07 mm"]),
+        (lambda delta: 1e9 * delta * (6e-4 - delta), ["the force does not grow from 0.2969 mm to 0.3047 mm"]),
+    ],
+)
+def test_doubtful_stiffness(function, says):
+    """Limit: a force that stays level or falls, but never pulls, is used and said."""
+    found = UserElastic(function).doubts(JOINT)
+    assert len(found) == len(says)
+    for text, start in zip(found, says, strict=True):
+        assert text.startswith(start)
+
+
+def test_damping_that_is_not_a_number():
+    """Limit: a damping that fails for one sign of the rate, or only at a force between decades, is refused when it is given."""
+    with pytest.raises(InputError, match=r"damping law '<lambda>' raises ValueError .* rate = -10"):
+        UserDamping(lambda elastic, delta, rate, approach: elastic * math.sqrt(1.0 + rate))
+    with pytest.raises(InputError, match="damping law '<lambda>' gives nan at elastic = 10,"):
+        UserDamping(lambda elastic, delta, rate, approach: math.nan if 5.0 < elastic < 50.0 else elastic)
+    with pytest.raises(InputError, match=r"gives nan at .* indentation = 5e-10"):
+        UserDamping(lambda elastic, delta, rate, approach: elastic if delta > 6e-10 else math.nan).parameters(JOINT)
+
+
+def test_doubtful_damping():
+    """Limit: a damping that adds energy on approach or on rebound is used and said; a cut-off pull is no gain."""
+    assert UserDamping(factor, (0.3,)).doubts(JOINT) == []
+    assert UserDamping(lambda elastic, delta, rate, approach: elastic + 1e3 * rate).doubts(JOINT) == []
+    (rebound,) = UserDamping(lambda elastic, delta, rate, approach: elastic * (1.0 + 0.3 * abs(rate) / approach)).doubts(JOINT)
+    assert "raises the elastic force on rebound (1e+06 N at -10 m/s)" in rebound
+    (approach,) = UserDamping(lambda elastic, delta, rate, approach: 0.9 * elastic).doubts(JOINT)
+    assert "lowers the elastic force on approach" in approach
+
+
+def test_friction_that_drives_is_refused():
+    """Limit: a friction law against the sign of the slip speed would drive the surfaces; one-sided friction would not."""
+    with pytest.raises(InputError, match="a force of the sign of the slip speed"):
+        UserFriction(lambda slip, normal: -0.1 * normal * math.tanh(slip))
+    with pytest.raises(InputError, match=r"gives 100.0 at slip_speed = -10, normal_force = 10;"):
+        UserFriction(lambda slip, normal: 0.1 * normal * math.tanh(slip) if normal < 5.0 else -normal * slip)
+    assert UserFriction(lambda slip, normal: 0.1 * normal * max(slip, 0.0)).doubts(JOINT) == []
+
+
+def test_doubtful_friction():
+    """Limit: friction without a normal force, and a coefficient above 10, are said."""
+    (text,) = UserFriction(lambda slip, normal: (1.0 + 0.1 * normal) * math.tanh(slip)).doubts(JOINT)[:1]
+    assert text == "it gives a force where the normal force is zero"
+    (text,) = UserFriction(lambda slip, normal: 2.0 * normal * slip).doubts(JOINT)
+    assert text == "its friction coefficient reaches 20 at 10 m/s or less"

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 
 import pytest
 from bouncing import JOINT
 
 from scissordyn.laws.catalogue import DAMPING, ELASTIC, MATERIALS
-from scissordyn.laws.validity import contact_warnings
+from scissordyn.laws.user import UserDamping, UserElastic, UserFriction
+from scissordyn.laws.validity import contact_failure, contact_warnings
 
 
 def warnings(stiffness="liu", damping="exact", joint=JOINT, speed=0.01, indentation=1e-6):
@@ -71,3 +73,31 @@ def test_claimed_range():
 
     (text,) = contact_warnings("A", JOINT, ELASTIC["liu"](), Narrow(0.5), approach_speed=[], indentation=0.0)
     assert "0.7 to 1, not 0.5" in text
+
+
+def test_indentation_of_the_size_of_the_journal():
+    """Limit: up to the journal's radius a contact is a contact; beyond, the run has failed; the cause names the joint."""
+    assert contact_failure("A", JOINT, JOINT.journal_radius) == ""
+    text = contact_failure("A", JOINT, 1.01 * JOINT.journal_radius)
+    assert text.startswith("joint 'A': indentation 9.595 mm exceeds the journal radius of 9.5 mm")
+    corner = replace(JOINT, clearance=math.inf, journal_radius=2e-3)
+    assert "exceeds the corner radius of 2 mm" in contact_failure("block/1", corner, 2.1e-3)
+
+
+@pytest.mark.parametrize(("stiffness", "share"), [("johnson", 0.527), ("persson", 6.0)])
+def test_continued_laws(stiffness, share):
+    """Limit: where a law is continued along its tangent the run says so."""
+    words = "is continued along its tangent"
+    assert not any(words in text for text in warnings(stiffness, indentation=0.99 * share * JOINT.clearance))
+    (text,) = [text for text in warnings(stiffness, indentation=1.01 * share * JOINT.clearance) if words in text]
+    assert f"'{stiffness}' describes up to {1e3 * share * JOINT.clearance:.2g}" in text
+
+
+def test_doubts_about_users_laws_are_warnings():
+    """Identity: each kind of a user's law is asked, with the joint's name before its answer."""
+    flat, gaining = UserElastic(lambda delta: 1e9 * min(delta, 1e-4)), UserDamping(lambda f, d, r, a: 0.5 * f)
+    viscous = UserFriction(lambda slip, normal: slip + 0.0 * normal)
+    found = contact_warnings("A", JOINT, flat, gaining, viscous, approach_speed=[], indentation=0.0)
+    assert [text.split(": ")[:2] for text in found] == [
+        ["joint 'A'", f"{kind} law"] for kind in ("stiffness", "damping", "friction")
+    ]

@@ -7,7 +7,7 @@ import pytest
 from scissordyn.component.time_function import Harmonic
 from scissordyn.config.file import read_case
 from scissordyn.errors import InputError
-from scissordyn.laws.damping.flores import Flores
+from scissordyn.laws.damping.factors import Flores
 from scissordyn.laws.elastic.bai_zhao import BaiZhaoAsPrinted
 from scissordyn.laws.friction.lugre import LuGre
 from scissordyn.model.clearance import Clearance

@@ -13,7 +13,7 @@ Elastic = Callable[[float], float]
 
 
 def liu(clearance: float, length: float, modulus: float = STEEL_MODULUS) -> Elastic:
-    """Improved elastic foundation (doi:10.1016/j.mechmachtheory.2006.05.006): force [N] of an indentation [m]."""
+    """Improved elastic foundation (doi:10.1016/j.mechmachtheory.2006.02.006): force [N] of an indentation [m]."""
     return lambda depth: 0.5 * math.pi * length * modulus * depth**1.5 / math.sqrt(2.0 * (clearance + depth))
 
 
@@ -37,6 +37,8 @@ def lankarani_nikravesh(restitution: float) -> float:
 class LuGre:
     """Bristle friction (doi:10.1109/9.376053) in coefficient form; static coefficient 1.5 times the kinetic one.
 
+    The bristle damping fades with the slip speed, within sqrt(2 e) mu_k/sigma_1.
+
     Parameters
     ----------
     kinetic : float
@@ -59,8 +61,9 @@ class LuGre:
     def evaluate(self, slip: float, bristle: float) -> tuple[float, float]:
         """F_t/F_n and the rate of the bristle deflection [m/s]."""
         rate = slip - self.stiffness * abs(slip) * bristle / self.sliding(slip)
-        return self.stiffness * bristle + self.damping * rate, rate
+        fading = 2.0 * math.e * (self.kinetic / self.damping) ** 2
+        return self.stiffness * bristle + self.damping * math.exp(-slip * slip / fading) * rate, rate
 
-    def steady(self, slip: float) -> float:
-        """Bristle deflection of steady sliding [m]."""
-        return math.copysign(self.sliding(slip), slip) / self.stiffness
+    def begin(self, slip: float) -> float:
+        """Bristle deflection at a contact's start [m]: none at rest, that of steady sliding far above the Stribeck speed."""
+        return math.tanh(slip / self.stribeck) * self.sliding(slip) / self.stiffness

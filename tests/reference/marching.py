@@ -284,7 +284,7 @@ class March:
         open_[j] = Contact(j, t, rate, math.atan2(at.ey, at.ex))
         self.contacts.append(open_[j])
         if joint.friction:
-            y[2 * self.n + j] = joint.friction.steady(touch(joint, at, max(rate, FLOOR), 0.0).slip)
+            y[2 * self.n + j] = joint.friction.begin(touch(joint, at, max(rate, FLOOR), 0.0).slip)
 
     def note_peaks(self, times: np.ndarray, states: np.ndarray) -> None:
         """Update the peak force of the contacts open in the latest piece."""

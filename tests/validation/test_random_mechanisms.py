@@ -14,7 +14,7 @@ from hypothesis import HealthCheck, assume, given, settings
 from mechanisms import BOUNCING, FRICTIONAL, mechanisms
 
 from scissordyn.component.torsion_spring import TorsionSpring
-from scissordyn.laws.damping.flores import Flores
+from scissordyn.laws.damping.factors import Flores
 from scissordyn.model.clearance import Clearance
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.model.scissor import scissor

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from scissordyn.jit import kernel
-from scissordyn.laws.damping.flores import Flores
+from scissordyn.laws.damping.factors import Flores
 
 __all__ = ["push", "stop_damping"]
 

@@ -14,7 +14,7 @@ from scissordyn.config.quantity import read_numbers
 from scissordyn.config.table import Table
 from scissordyn.errors import InputError
 from scissordyn.laws.contact import Damping, Elastic, Friction
-from scissordyn.laws.damping.lankarani_nikravesh import LankaraniNikravesh
+from scissordyn.laws.damping.factors import LankaraniNikravesh
 from scissordyn.laws.material import Material
 from scissordyn.model.clearance import Clearance
 from scissordyn.model.guide_clearance import GuideClearance

@@ -113,6 +113,7 @@ class Work(NamedTuple):
 
     atol: F1  # (ny,) weight of an error = atol + rtol * root mean square of its group
     rtol: F1
+    rounding: F1  # (ny,) and not less than rounding/h: what rounding of other components moves it by in a step
     group: I1  # boundaries of the groups
     precision: F1  # (guards,) a root is located when the guard is this small
     crossable: I1  # (guards,) 1 where a step may go across the guard's roots, under error control
@@ -254,6 +255,7 @@ def make_work(
     *,
     atol: np.ndarray,
     rtol: np.ndarray,
+    rounding: np.ndarray | None = None,
     group: np.ndarray,
     precision: np.ndarray,
     crossable: np.ndarray,
@@ -267,6 +269,7 @@ def make_work(
     return Work(
         atol=atol,
         rtol=rtol,
+        rounding=np.zeros(size) if rounding is None else rounding,
         group=group,
         precision=precision,
         crossable=crossable,

@@ -141,7 +141,7 @@ def error_norm(T, h, s, w):
             first = second = 0.0
             for k in range(stages):
                 first += T.error[0, k] * K[k, i]
-            weight = w.atol[i] + w.rtol[i] * size
+            weight = w.atol[i] + w.rtol[i] * size + w.rounding[i] / h
             error = abs(factor * first) / weight
             if T.combined == 1:
                 for k in range(stages):

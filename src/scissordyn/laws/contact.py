@@ -9,7 +9,7 @@ from typing import ClassVar, Literal, Protocol, runtime_checkable
 from scissordyn.laws.material import Material
 from scissordyn.plugin.pointer import PARAMETERS
 
-__all__ = ["PARAMETERS", "Damping", "Elastic", "Friction", "JointContact", "Proportional"]
+__all__ = ["PARAMETERS", "Continued", "Damping", "Doubtful", "Elastic", "Friction", "JointContact", "Proportional"]
 
 
 @dataclass(frozen=True)
@@ -78,6 +78,22 @@ class Elastic(Protocol):
 
     def parameters(self, joint: JointContact) -> tuple[float, ...]:
         """The numbers that the kernel reads, at most `PARAMETERS` of them."""
+
+
+@runtime_checkable
+class Continued(Elastic, Protocol):
+    """An elastic part whose source describes it up to some indentation, beyond which it goes on along its tangent."""
+
+    def deepest(self, joint: JointContact) -> float:
+        """The indentation [m] up to which the law itself holds."""
+
+
+@runtime_checkable
+class Doubtful(Protocol):
+    """A user's law, which is tried in its joint: it may be usable and still not what its author meant."""
+
+    def doubts(self, joint: JointContact) -> list[str]:
+        """What is doubtful about it, one clause each."""
 
 
 @runtime_checkable

@@ -31,9 +31,9 @@ class Material:
     """
 
     name: str
-    youngs_modulus: Annotated[float, Quantity("Pa", above=0.0, help="Young's modulus")]
-    poisson_ratio: Annotated[float, Quantity("1", minimum=0.0, maximum=0.5, help="Poisson's ratio")]
-    density: Annotated[float, Quantity("kg/m^3", above=0.0, help="density")]
+    youngs_modulus: Annotated[float, Quantity("Pa", minimum=1e3, maximum=1e13, help="Young's modulus")]
+    poisson_ratio: Annotated[float, Quantity("1", above=-1.0, maximum=0.5, help="Poisson's ratio")]
+    density: Annotated[float, Quantity("kg/m^3", minimum=0.1, maximum=1e5, help="density")]
     source: str = ""
 
     def __post_init__(self) -> None:

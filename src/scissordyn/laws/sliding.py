@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 from scipy.integrate import solve_ivp
 
 from scissordyn.laws.contact import Friction, JointContact
-from scissordyn.laws.dispatch import friction_force, friction_start
+from scissordyn.laws.dispatch import friction_force, friction_steady
 from scissordyn.laws.impact import table_row
 
 __all__ = ["Oscillation", "oscillation", "steady_coefficient"]
@@ -36,7 +36,7 @@ def steady_coefficient(friction: Friction, joint: JointContact, slip_speed: Arra
     speeds = np.asarray(slip_speed, float)
     found = np.empty(speeds.size)
     for index, speed in enumerate(speeds.flat):
-        friction_start(friction.kernel_kind, speed, states, row)
+        friction_steady(friction.kernel_kind, speed, states, row)
         found[index] = friction_force(friction.kernel_kind, speed, 1.0, states, rates, row)
     return found.reshape(speeds.shape)
 

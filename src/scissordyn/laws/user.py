@@ -16,11 +16,28 @@ from scissordyn.plugin.user_file import pinned
 __all__ = ["UserDamping", "UserElastic", "UserFriction"]
 
 INDENTATIONS = tuple(np.logspace(-9, -3, 13).tolist())
-RATES = (-10.0, -0.5, -1e-4, 0.0, 1e-4, 0.5, 10.0)
-APPROACHES = (1e-6, 1e-2, 1.0, 10.0)
-FORCES = (0.0, 1.0, 1e3, 1e6)
+APPROACHES = (1e-6, 1e-3, 1e-2, 0.1, 1.0, 10.0)
+RATES = (*(-np.logspace(1, -6, 8)).tolist(), 0.0, *np.logspace(-6, 1, 8).tolist())
+FORCES = (0.0, *np.logspace(-3, 6, 10).tolist())
 SPEEDS = (*(-np.logspace(1, -9, 11)).tolist(), 0.0, *np.logspace(-9, 1, 11).tolist())
 """Where a law is tried: 1 nm to 1 mm, rest to 10 m/s either way, no force to 1 MN."""
+
+DEPTHS = np.unique(np.concatenate([[0.0], np.geomspace(1e-6, 1.0, 61), np.linspace(0.0, 1.0, 65)[1:]]))
+"""Where a stiffness law is tried in its joint, in clearances (in corner radii at a plane guide surface)."""
+
+AT_TOUCH = 1e-6
+"""A stiffness law may have this fraction of its force at one clearance left at the touch, for rounding."""
+
+ROUNDING = 1e-12
+"""By which a force may fall short of what it should be."""
+
+LARGEST_COEFFICIENT = 10.0
+"""Above this, F_t/F_n is worth a warning; the bound of the built-in laws."""
+
+
+def _reach(joint: JointContact) -> tuple[float, str]:
+    """How deep a law is tried in a joint [m], and what that depth is called."""
+    return (joint.journal_radius, "corner radius") if joint.flat else (joint.clearance, "clearance")
 
 
 @dataclass(frozen=True)
@@ -40,7 +57,8 @@ class UserElastic:
     Raises
     ------
     InputError
-        If the function cannot be compiled, raises, or gives no finite number between 1 nm and 1 mm.
+        If the function cannot be compiled, raises, or gives no finite number between 1 nm and 1 mm; in a joint also if it pulls
+        anywhere up to the clearance, or has a force without indentation.
     """
 
     function: Function | str
@@ -53,15 +71,47 @@ class UserElastic:
     small_contact: ClassVar[bool] = False
     materials: ClassVar[Literal["any", "same", "steel"]] = "any"
     caveat: ClassVar[str] = ""
+    leading: ClassVar[tuple[str, ...]] = ("indentation",)
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "digest", pinned(self.function, self.digest))
         grid = ((delta,) for delta in INDENTATIONS)
-        probe("stiffness law", self.function, self.digest, self.constants, ("indentation",), grid)
+        probe("stiffness law", self.function, self.digest, self.constants, self.leading, grid)
 
     def parameters(self, joint: JointContact) -> tuple[float, ...]:
-        """Address of the compiled function in this process, then the constants."""
-        return row("stiffness law", self.function, self.digest, self.constants, ("indentation",))
+        """Address of the compiled function in this process, then the constants; the law is tried up to the clearance first."""
+        self._forces(joint)
+        return row("stiffness law", self.function, self.digest, self.constants, self.leading)
+
+    def _forces(self, joint: JointContact) -> np.ndarray:
+        """Its force at `DEPTHS`, refused where it cannot be right [N]."""
+        size, what = _reach(joint)
+        law = "stiffness law", self.function, self.digest, self.constants, self.leading
+        (deepest,) = probe(*law, [(size,)], right=lambda point, force: force > 0.0, allowed=f"a push at one {what}: above 0 N")
+        return probe(
+            *law,
+            [(float(depth) * size,) for depth in DEPTHS],
+            right=lambda point, force: force >= 0.0 if point[0] > 0.0 else abs(force) <= AT_TOUCH * deepest,
+            allowed=f"a push up to the {what}: 0 N or more, and 0 N at 0 m",
+        )
+
+    def doubts(self, joint: JointContact) -> list[str]:
+        """What is doubtful about the law in a joint, one clause each.
+
+        Parameters
+        ----------
+        joint : JointContact
+
+        Returns
+        -------
+        list of str
+        """
+        force, (size, what) = self._forces(joint), _reach(joint)
+        falls = np.flatnonzero(np.diff(force) <= 0.0)
+        if not falls.size:
+            return []
+        low, high = 1e3 * size * DEPTHS[falls[0]], 1e3 * size * DEPTHS[falls[0] + 1]
+        return [f"the force does not grow from {low:.4g} mm to {high:.4g} mm of indentation (tried up to the {what})"]
 
 
 @dataclass(frozen=True)
@@ -81,7 +131,8 @@ class UserDamping:
     Raises
     ------
     InputError
-        If the function cannot be compiled, raises, or gives no finite number up to 1 MN, 1 mm and 10 m/s.
+        If the function cannot be compiled, raises, or gives no finite number up to 1 MN, 1 mm (in a joint: its clearance)
+        and 10 m/s.
     """
 
     function: Function | str
@@ -96,12 +147,43 @@ class UserDamping:
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "digest", pinned(self.function, self.digest))
-        grid = itertools.product(FORCES, INDENTATIONS[::3], RATES, APPROACHES)
-        probe("damping law", self.function, self.digest, self.constants, self.leading, grid)
+        self._forces(INDENTATIONS[::3])
 
     def parameters(self, joint: JointContact) -> tuple[float, ...]:
-        """Address of the compiled function in this process, then the constants."""
+        """Address of the compiled function in this process, then the constants; the law is tried up to the clearance first."""
+        self._forces(self._depths(joint))
         return row("damping law", self.function, self.digest, self.constants, self.leading)
+
+    @staticmethod
+    def _depths(joint: JointContact) -> tuple[float, ...]:
+        return tuple((np.geomspace(1e-6, 1.0, 7) * _reach(joint)[0]).tolist())
+
+    def _forces(self, depths: tuple[float, ...]) -> np.ndarray:
+        """Normal forces [N], shape (FORCES, depths, RATES, APPROACHES)."""
+        grid = itertools.product(FORCES, depths, RATES, APPROACHES)
+        found = probe("damping law", self.function, self.digest, self.constants, self.leading, grid)
+        return found.reshape(len(FORCES), len(depths), len(RATES), len(APPROACHES))
+
+    def doubts(self, joint: JointContact) -> list[str]:
+        """What is doubtful about the law in a joint, one clause each.
+
+        Parameters
+        ----------
+        joint : JointContact
+
+        Returns
+        -------
+        list of str
+        """
+        elastic = np.array(FORCES)[:, None, None, None]
+        rate = np.array(RATES)[None, None, :, None]
+        # what the kernels make of a pull
+        gain = (elastic - np.maximum(self._forces(self._depths(joint)), 0.0)) * np.sign(rate)
+        if not np.any(gain > ROUNDING * (1.0 + elastic)):
+            return []
+        at = np.unravel_index(int(np.argmax(gain)), gain.shape)
+        what = "lowers the elastic force on approach" if RATES[at[2]] > 0.0 else "raises the elastic force on rebound"
+        return [f"it {what} ({FORCES[at[0]]:g} N at {RATES[at[2]]:g} m/s), so that contacts may gain energy"]
 
 
 @dataclass(frozen=True)
@@ -121,7 +203,8 @@ class UserFriction:
     Raises
     ------
     InputError
-        If the function cannot be compiled, raises, or gives no finite number up to 10 m/s and 1 MN.
+        If the function cannot be compiled, raises, gives no finite number up to 10 m/s and 1 MN, or a force against the sign of
+        the slip speed, which would drive the surfaces.
     """
 
     function: Function | str
@@ -137,8 +220,41 @@ class UserFriction:
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "digest", pinned(self.function, self.digest))
-        probe("friction law", self.function, self.digest, self.constants, self.leading, itertools.product(SPEEDS, FORCES))
+        self._forces()
 
     def parameters(self, joint: JointContact) -> tuple[float, ...]:
         """Address of the compiled function in this process, then the constants."""
         return row("friction law", self.function, self.digest, self.constants, self.leading)
+
+    def _forces(self) -> np.ndarray:
+        """Tangential forces [N], shape (SPEEDS, FORCES), refused where they drive the slip."""
+        found = probe(
+            "friction law",
+            self.function,
+            self.digest,
+            self.constants,
+            self.leading,
+            itertools.product(SPEEDS, FORCES),
+            right=lambda point, force: force * point[0] >= 0.0,
+            allowed="a force of the sign of the slip speed, or 0 N",
+        )
+        return found.reshape(len(SPEEDS), len(FORCES))
+
+    def doubts(self, joint: JointContact) -> list[str]:
+        """What is doubtful about the law, one clause each.
+
+        Parameters
+        ----------
+        joint : JointContact
+
+        Returns
+        -------
+        list of str
+        """
+        force, found = np.abs(self._forces()), []
+        if np.any(force[:, 0] > 0.0):
+            found.append("it gives a force where the normal force is zero")
+        largest = float(np.max((force[:, 1:] - force[:, :1]) / np.array(FORCES[1:])))
+        if largest > LARGEST_COEFFICIENT:
+            found.append(f"its friction coefficient reaches {largest:.3g} at 10 m/s or less")
+        return found

@@ -5,10 +5,10 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
-from scissordyn.laws.contact import Damping, Elastic, JointContact, Proportional
+from scissordyn.laws.contact import Continued, Damping, Doubtful, Elastic, Friction, JointContact, Proportional
 from scissordyn.laws.damping.exact import returned_restitution
 
-__all__ = ["DEEPEST", "FASTEST", "OFF", "contact_warnings"]
+__all__ = ["DEEPEST", "FASTEST", "OFF", "contact_failure", "contact_warnings"]
 
 FASTEST = 1e-5
 """Approach speed over sqrt(E/rho) above which impacts are plastic (Love's rule; Johnson 1985, doi:10.1017/CBO9781139171731)."""
@@ -20,11 +20,38 @@ OFF = 0.05
 """Difference between the given and the returned restitution coefficient from which on there is a warning."""
 
 
+def contact_failure(joint: str, contact: JointContact, indentation: float) -> str:
+    """Why the contact model of a joint has failed: no law describes a journal pressed in by more than its own radius.
+
+    Parameters
+    ----------
+    joint : str
+        Name of the joint.
+    contact : JointContact
+        Its surfaces.
+    indentation : float
+        [m]
+
+    Returns
+    -------
+    str
+        One clause for the cause of a failed run, empty if all is well.
+    """
+    if indentation <= contact.journal_radius:
+        return ""
+    what = "corner radius" if contact.flat else "journal radius"
+    return (
+        f"joint '{joint}': indentation {1e3 * indentation:.4g} mm exceeds the {what} of {1e3 * contact.journal_radius:g} mm: "
+        "the contact is too soft for its load, or the time step jumped through it"
+    )
+
+
 def contact_warnings(
     joint: str,
     contact: JointContact,
     stiffness: Elastic,
     damping: Damping,
+    friction: Friction | None = None,
     *,
     approach_speed: Sequence[float],
     indentation: float,
@@ -37,7 +64,7 @@ def contact_warnings(
         Name of the joint.
     contact : JointContact
         Its surfaces.
-    stiffness, damping
+    stiffness, damping, friction
         Its laws.
     approach_speed : sequence of float
         delta'(-) of the recorded contacts [m/s].
@@ -65,6 +92,15 @@ def contact_warnings(
             f"{where}indentation reaches {indentation / size:.0%} of the {what}; "
             f"'{stiffness.name}' assumes a contact that is small against the radii, up to {DEEPEST:.0%}"
         )
+    if isinstance(stiffness, Continued) and indentation > stiffness.deepest(contact):
+        found.append(
+            f"{where}indentation reaches {1e3 * indentation:.3g} mm; '{stiffness.name}' describes up to "
+            f"{1e3 * stiffness.deepest(contact):.3g} mm and is continued along its tangent"
+        )
+    laws: dict[str, object] = {"stiffness": stiffness, "damping": damping, "friction": friction}
+    for kind, law in laws.items():
+        if isinstance(law, Doubtful):
+            found += [f"{where}{kind} law: {doubt}" for doubt in law.doubts(contact)]
     if stiffness.caveat:
         found.append(f"{where}'{stiffness.name}': {stiffness.caveat}")
     if stiffness.materials == "same" and contact.journal.compliance != contact.bearing.compliance:

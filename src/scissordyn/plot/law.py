@@ -10,7 +10,7 @@ from matplotlib.axes import Axes
 
 from scissordyn.laws.catalogue import DAMPING, ELASTIC, FRICTION
 from scissordyn.laws.contact import Damping, Elastic, Friction, JointContact
-from scissordyn.laws.damping.flores import Flores
+from scissordyn.laws.damping.factors import Flores
 from scissordyn.laws.dispatch import elastic_force
 from scissordyn.laws.elastic.liu import Liu
 from scissordyn.laws.impact import Impact, impact, table_row

@@ -132,21 +132,43 @@ def probe(
     constants: tuple[float, ...],
     leading: tuple[str, ...],
     grid: Iterable[tuple[float, ...]],
-) -> None:
+    *,
+    right: Callable[[tuple[float, ...], float], bool] | None = None,
+    allowed: str = "a finite number there",
+) -> np.ndarray:
     """Try the compiled function at every point of a grid of leading arguments.
+
+    Parameters
+    ----------
+    kind, function, digest, constants, leading
+        As for `row`.
+    grid : iterable of tuple of float
+        The points.
+    right : callable, optional
+        Whether the finite answer at a point can be right.
+    allowed : str
+        What it may be, for the message.
+
+    Returns
+    -------
+    ndarray, shape (points,)
+        The answers.
 
     Raises
     ------
     InputError
-        At the first point where it is not a finite number; says what the plain function does there.
+        At the first point where it is not a finite number or not right; says what the plain function does there.
     """
     parameters = np.array(row(kind, function, digest, constants, leading))
     loaded, label = _loaded(kind, function, digest)
     compiled = _compiled(loaded, leading, len(constants)).ctypes
     pointer = parameters[1:].ctypes.data_as(compiled.argtypes[-1])
+    found = []
     for point in grid:
-        if math.isfinite(compiled(*point, pointer)):
-            continue
-        what = _answer(loaded, (*point, *constants))
-        where = ", ".join(f"{name} = {value:g}" for name, value in zip(leading, point, strict=True))
-        raise InputError(f"{label} {what} at {where}", "a finite number there")
+        value = compiled(*point, pointer)
+        if not math.isfinite(value) or (right is not None and not right(point, value)):
+            what = _answer(loaded, (*point, *constants))
+            where = ", ".join(f"{name} = {number:g}" for name, number in zip(leading, point, strict=True))
+            raise InputError(f"{label} {what} at {where}", allowed)
+        found.append(value)
+    return np.array(found)

@@ -26,7 +26,7 @@ from scissordyn.integrate.integration import (
     make_state,
     make_work,
 )
-from scissordyn.integrate.tableau import tableau
+from scissordyn.integrate.tableau import EXPLICIT, tableau
 from scissordyn.jit import Handle
 from scissordyn.mechanics import functions
 from scissordyn.mechanics.build import build_model, initial_state, make_parameters, make_workspace
@@ -201,6 +201,7 @@ class Driver:
             coefficients,
             atol=tolerances.absolute,
             rtol=tolerances.relative,
+            rounding=None if coefficients.kind == EXPLICIT else tolerances.rounding,
             group=tolerances.group,
             precision=tolerances.precision,
             crossable=tolerances.crossable,

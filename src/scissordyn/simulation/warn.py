@@ -35,6 +35,7 @@ def run_warnings(mechanism: Mechanism, run: xr.Dataset, immobile: tuple[str, ...
             joint.clearance.contact,
             joint.clearance.stiffness,
             joint.clearance.damping,
+            joint.clearance.friction,
             approach_speed=speed[touched == joint.name].tolist(),
             indentation=float(np.max(depth, initial=0.0)),
         )

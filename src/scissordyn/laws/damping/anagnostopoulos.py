@@ -8,6 +8,7 @@ from typing import Annotated, ClassVar
 
 from scissordyn.laws.contact import JointContact
 from scissordyn.laws.damping import dashpot
+from scissordyn.laws.damping.proportional import PositiveRestitution
 from scissordyn.units import Quantity, check_quantities
 
 __all__ = ["Anagnostopoulos"]
@@ -21,11 +22,13 @@ class Anagnostopoulos:
 
     That restitution includes the tension at the end of the contact. Without adhesion the force is set to zero there, and a
     free body rebounds a little faster (0.902 for c_e = 0.9).
+
+    The citation could not be verified.
     """
 
-    restitution: Annotated[float, Quantity("1", above=0.0, maximum=1.0, help="restitution coefficient c_e")] = 0.9
-    stiffness: Annotated[float, Quantity("N/m", above=0.0, help="stiffness k that the constant is for")] = 1e9
-    mass: Annotated[float, Quantity("kg", above=0.0, help="effective mass m of the two bodies")] = 1.0
+    restitution: PositiveRestitution = 0.9
+    stiffness: Annotated[float, Quantity("N/m", minimum=1e-3, maximum=1e15, help="stiffness k that the constant is for")] = 1e9
+    mass: Annotated[float, Quantity("kg", minimum=1e-12, maximum=1e9, help="effective mass m of the two bodies")] = 1.0
 
     name: ClassVar[str] = "anagnostopoulos"
     kernel_kind: ClassVar[int] = dashpot.KERNEL_KIND

@@ -5,11 +5,9 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Annotated, ClassVar
+from typing import ClassVar
 
-from scissordyn.laws.contact import JointContact
-from scissordyn.laws.damping import proportional
-from scissordyn.units import Quantity, check_quantities
+from scissordyn.laws.damping.proportional import DampingFactor, PositiveRestitution
 
 __all__ = ["Exact", "exact_factor", "returned_restitution"]
 
@@ -79,27 +77,18 @@ def returned_restitution(factor: float) -> float:
 
 
 @dataclass(frozen=True)
-class Exact:
-    r"""The factor with which a free body rebounds with c_e times its approach speed, for any elastic part.
+class Exact(DampingFactor):
+    r"""The factor with which a free body, whatever the elastic part, rebounds with c_e times its approach speed.
 
     .. math:: \ln\frac{1+\xi}{1-\xi c_e} = \xi (1 + c_e)
     """
 
-    restitution: Annotated[float, Quantity("1", above=0.0, maximum=1.0, help="restitution coefficient c_e")] = 0.9
+    restitution: PositiveRestitution = 0.9
 
     name: ClassVar[str] = "exact"
-    kernel_kind: ClassVar[int] = proportional.KERNEL_KIND
     source: ClassVar[str] = "Carvalho, Martins 2019, doi:10.1016/j.mechmachtheory.2019.03.028; the root by bisection"
     restitution_range: ClassVar[tuple[float, float] | None] = (0.0, 1.0)
 
-    def __post_init__(self) -> None:
-        check_quantities(self)
-
-    @property
-    def factor(self) -> float:
-        """Damping factor xi [1]."""
-        return exact_factor(self.restitution)
-
-    def parameters(self, joint: JointContact) -> tuple[float, ...]:
-        """Damping factor xi [1]."""
-        return (self.factor,)
+    @staticmethod
+    def _xi(c: float) -> float:
+        return exact_factor(c)

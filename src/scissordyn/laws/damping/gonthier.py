@@ -3,18 +3,16 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Annotated, ClassVar
+from typing import ClassVar
 
-from scissordyn.laws.contact import JointContact
-from scissordyn.laws.damping import proportional
 from scissordyn.laws.damping.exact import exact_factor
-from scissordyn.units import Quantity, check_quantities
+from scissordyn.laws.damping.proportional import DampingFactor, PositiveRestitution
 
 __all__ = ["Gonthier"]
 
 
 @dataclass(frozen=True)
-class Gonthier:
+class Gonthier(DampingFactor):
     r"""Damping found from the restitution without an assumption on the size of the loss.
 
     .. math:: \xi = d/c_e,\quad \frac{1 + d/c_e}{1 - d} = e^{d(1 + 1/c_e)}
@@ -22,16 +20,12 @@ class Gonthier:
     This is the exact factor in other letters. The common approximation is d = 1 - c_e^2.
     """
 
-    restitution: Annotated[float, Quantity("1", above=0.0, maximum=1.0, help="restitution coefficient c_e")] = 0.9
+    restitution: PositiveRestitution = 0.9
     approximate: bool = False
 
     name: ClassVar[str] = "gonthier"
-    kernel_kind: ClassVar[int] = proportional.KERNEL_KIND
     source: ClassVar[str] = "Gonthier et al. 2004, doi:10.1023/B:MUBO.0000029392.21648.bc"
     restitution_range: ClassVar[tuple[float, float] | None] = (0.0, 1.0)
-
-    def __post_init__(self) -> None:
-        check_quantities(self)
 
     @property
     def factor(self) -> float:
@@ -39,7 +33,3 @@ class Gonthier:
         if self.approximate:
             return (1.0 - self.restitution**2) / self.restitution
         return exact_factor(self.restitution)
-
-    def parameters(self, joint: JointContact) -> tuple[float, ...]:
-        """Damping factor xi [1]."""
-        return (self.factor,)

@@ -1,12 +1,43 @@
-"""The kernel that all damping factors share: F = F_el (1 + xi delta'/delta'(-))."""
+"""What all damping factors share: the kernel F = F_el (1 + xi delta'/delta'(-)) and the restitution that xi is found from."""
 
 from __future__ import annotations
 
-from scissordyn.jit import kernel
+from typing import Annotated, ClassVar
 
-__all__ = ["KERNEL_KIND", "force"]
+from scissordyn.jit import kernel
+from scissordyn.laws.contact import JointContact
+from scissordyn.units import Quantity, check_quantities
+
+__all__ = ["KERNEL_KIND", "DampingFactor", "PositiveRestitution", "Restitution", "force"]
 
 KERNEL_KIND = 0
+
+Restitution = Annotated[float, Quantity("1", minimum=0.0, maximum=1.0, help="restitution coefficient c_e")]
+PositiveRestitution = Annotated[float, Quantity("1", minimum=1e-3, maximum=1.0, help="restitution coefficient c_e")]
+"""For factors that grow as 1/c_e; impacts that return less than a thousandth of their speed are beyond these laws."""
+
+
+class DampingFactor:
+    """A damping factor found from a restitution; a law adds its name, source, range and formula."""
+
+    restitution: float
+    kernel_kind: ClassVar[int] = KERNEL_KIND
+
+    def __post_init__(self) -> None:
+        check_quantities(self)
+
+    @staticmethod
+    def _xi(c: float) -> float:
+        raise NotImplementedError
+
+    @property
+    def factor(self) -> float:
+        """Damping factor xi [1]."""
+        return self._xi(self.restitution)
+
+    def parameters(self, joint: JointContact) -> tuple[float, ...]:
+        """Damping factor xi [1]."""
+        return (self.factor,)
 
 
 @kernel()

@@ -18,6 +18,8 @@ class Braendlein:
     .. math:: F = 35948\, L_b^{8/9}\, \delta^{10/9} \quad (\mathrm{N}, \mathrm{mm})
 
     The constant is in N/mm^2; here it is converted to SI. Clearance and radii do not enter.
+
+    The citation could not be verified.
     """
 
     name: ClassVar[str] = "braendlein"

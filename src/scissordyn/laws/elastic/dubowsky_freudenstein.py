@@ -22,6 +22,8 @@ class DubowskyFreudenstein:
 
     m = 3 makes the logarithm's argument a pure number. Goldsmith's printing has m = 1 and Dubowsky and Freudenstein's
     has m = 2 in places; both then hold in one system of units only (here: metres and newtons).
+
+    The citation could not be verified.
     """
 
     length_exponent: Annotated[float, Quantity("1", minimum=0.0, maximum=4.0, help="exponent m of the bearing length")] = 3.0
@@ -43,3 +45,7 @@ class DubowskyFreudenstein:
             joint.length ** (self.length_exponent - 1.0) * joint.clearance / (joint.bearing_radius * joint.journal_radius)
         )
         return logarithmic.row(softness, geometry * math.e / softness)
+
+    def deepest(self, joint: JointContact) -> float:
+        """The indentation [m] from which the law goes on along its tangent."""
+        return self.parameters(joint)[2]

@@ -18,6 +18,8 @@ class Esdu:
 
     .. math:: \delta = \frac{F(h_B+h_J)}{L_b} \left[\ln\frac{4 L_b c}{F(h_B+h_J)} + 1\right],\quad
         h = \frac{1-\nu^2}{\pi E}
+
+    The citation could not be verified.
     """
 
     name: ClassVar[str] = "esdu-78035"
@@ -33,3 +35,7 @@ class Esdu:
         """The row of `logarithmic.row`."""
         softness = joint.compliance / (math.pi * joint.length)
         return logarithmic.row(softness, 4.0 * joint.clearance * math.e / softness)
+
+    def deepest(self, joint: JointContact) -> float:
+        """The indentation [m] from which the law goes on along its tangent."""
+        return self.parameters(joint)[2]

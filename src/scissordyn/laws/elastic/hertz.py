@@ -9,7 +9,7 @@ from typing import ClassVar, Literal
 from scissordyn.jit import kernel
 from scissordyn.laws.contact import JointContact
 
-__all__ = ["Hertz", "force"]
+__all__ = ["Hertz", "energy", "force"]
 
 
 @dataclass(frozen=True)
@@ -37,3 +37,9 @@ class Hertz:
 def force(delta, p):
     """Force [N] at indentation delta > 0 [m]."""
     return p[0] * delta * math.sqrt(delta)
+
+
+@kernel()
+def energy(delta, p):
+    """Work [J] to press in by delta [m]."""
+    return 0.4 * p[0] * delta * delta * math.sqrt(delta)

@@ -32,3 +32,7 @@ class Johnson:
         """The row of `logarithmic.row`."""
         softness = 1.0 / (math.pi * joint.modulus * joint.length)
         return logarithmic.row(softness, 4.0 * joint.clearance / (softness * math.e))
+
+    def deepest(self, joint: JointContact) -> float:
+        """The indentation [m] from which the law goes on along its tangent."""
+        return self.parameters(joint)[2]

@@ -9,7 +9,7 @@ from scissordyn.jit import kernel
 from scissordyn.laws.contact import JointContact
 from scissordyn.units import Quantity, check_quantities
 
-__all__ = ["Linear", "force"]
+__all__ = ["Linear", "energy", "force"]
 
 
 @dataclass(frozen=True)
@@ -19,7 +19,7 @@ class Linear:
     .. math:: F = k \delta
     """
 
-    stiffness: Annotated[float, Quantity("N/m", above=0.0, help="k")] = 1e9
+    stiffness: Annotated[float, Quantity("N/m", minimum=1e-3, maximum=1e15, help="k")] = 1e9
 
     name: ClassVar[str] = "linear"
     kernel_kind: ClassVar[int] = 4
@@ -40,3 +40,9 @@ class Linear:
 def force(delta, p):
     """Force [N] at indentation delta > 0 [m]."""
     return p[0] * delta
+
+
+@kernel()
+def energy(delta, p):
+    """Work [J] to press in by delta [m]."""
+    return 0.5 * p[0] * delta * delta

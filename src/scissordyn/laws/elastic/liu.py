@@ -8,8 +8,9 @@ from typing import ClassVar, Literal
 
 from scissordyn.jit import kernel
 from scissordyn.laws.contact import JointContact
+from scissordyn.laws.elastic.quadrature import NODES, WEIGHTS
 
-__all__ = ["Liu", "force"]
+__all__ = ["Liu", "energy", "force"]
 
 
 @dataclass(frozen=True)
@@ -17,6 +18,8 @@ class Liu:
     r"""A journal in its bearing on an elastic foundation whose stiffness grows with the contact arc.
 
     .. math:: F = L_b \frac{\pi}{2} E^* \delta \sqrt{\frac{\delta}{2(c+\delta)}}
+
+    The citation could not be verified.
     """
 
     name: ClassVar[str] = "liu"
@@ -35,3 +38,16 @@ class Liu:
 def force(delta, p):
     """Force [N] at indentation delta > 0 [m]."""
     return p[0] * delta * math.sqrt(delta / (2.0 * (p[1] + delta)))
+
+
+@kernel()
+def energy(delta, p):
+    """Work [J] to press in by delta [m]: in closed form, below one clearance, where that cancels, by quadrature."""
+    c = p[1]
+    if delta > c:
+        arc = 0.75 * c * c * math.asinh(math.sqrt(delta / c))
+        return p[0] * math.sqrt(0.5) * (0.25 * math.sqrt(delta * (c + delta)) * (2.0 * delta - 3.0 * c) + arc)
+    total = 0.0
+    for k in range(NODES.size):
+        total += WEIGHTS[k] * force(delta * NODES[k] ** 2, p) * 2.0 * NODES[k]
+    return total * delta

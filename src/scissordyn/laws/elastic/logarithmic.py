@@ -13,7 +13,7 @@ import numpy as np
 
 from scissordyn.jit import kernel
 
-__all__ = ["KERNEL_KIND", "TURN", "force", "row"]
+__all__ = ["KERNEL_KIND", "TURN", "energy", "force", "row"]
 
 KERNEL_KIND = 2
 
@@ -93,3 +93,12 @@ def force(delta, p):
         for _ in range(12):
             t = level + math.log(t)
     return p[1] * y / t
+
+
+@kernel()
+def energy(delta, p):
+    """Work [J] to press in by delta [m]: F delta/2 - A F^2/4, the integral of F d delta = A F (ln(G/F) - 1) dF."""
+    rest = max(delta - p[2], 0.0)
+    within = delta - rest
+    at = force(within, p)
+    return 0.5 * at * within - 0.25 * at * at / (p[0] * p[1]) + rest * (at + 0.5 * p[4] * rest)

@@ -26,6 +26,8 @@ class Pereira:
         Y = 1.51 (\ln 1000c)^{-0.151}\ (0.005 \le c < 0.34954),\quad Y = 0.0151 c + 1.151\ (0.34954 \le c \le 10)
 
     The constants hold for lengths in mm, moduli in MPa and forces in N; here they are converted to SI.
+
+    The citation could not be verified.
     """
 
     name: ClassVar[str] = "pereira"

@@ -21,7 +21,7 @@ class PowerLaw:
     K is in N/m^n; the default is Hertz's stiffness of a steel joint with R_B = 10 mm and c = 0.5 mm.
     """
 
-    coefficient: Annotated[float, Quantity("1", above=0.0, help="K, in N/m^n with the n given here")] = 6.61e10
+    coefficient: Annotated[float, Quantity("1", minimum=1e-3, maximum=1e40, help="K, in N/m^n with the n given here")] = 6.61e10
     exponent: Annotated[float, Quantity("1", minimum=0.5, maximum=5.0, help="n")] = 1.5
 
     name: ClassVar[str] = "power"

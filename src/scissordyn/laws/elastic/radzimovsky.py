@@ -23,9 +23,13 @@ class Radzimovsky:
     The default k_b = 2/sqrt(pi) = 1.128 is Hertz's half width. Two others are in use: b = 1.60 sqrt(f R (1-nu^2)/E)
     summed over both bodies (k_b = 1.60) and, for equal bodies with nu = 0.3, b = 2.15 sqrt(f R/E) (k_b = 1.594);
     these are full widths in place of the half width.
+
+    The citation could not be verified.
     """
 
-    half_width: Annotated[float, Quantity("1", above=0.0, help="k_b in b = k_b sqrt(f R/E*)")] = 2.0 / math.sqrt(math.pi)
+    half_width: Annotated[float, Quantity("1", minimum=0.1, maximum=10.0, help="k_b in b = k_b sqrt(f R/E*)")] = (
+        2.0 / math.sqrt(math.pi)
+    )
 
     name: ClassVar[str] = "radzimovsky"
     kernel_kind: ClassVar[int] = logarithmic.KERNEL_KIND
@@ -43,3 +47,7 @@ class Radzimovsky:
         # 16 R_B R_J / b^2 = 16 c / (k_b^2 f/E*), since R_B R_J = R c; with k_b^2 = 4/pi the bracket is 2/3 + ln(4 pi E* c/f)
         argument = 16.0 * joint.clearance * joint.modulus * joint.length / self.half_width**2
         return logarithmic.row(softness, argument * math.exp(2.0 / 3.0))
+
+    def deepest(self, joint: JointContact) -> float:
+        """The indentation [m] from which the law goes on along its tangent."""
+        return self.parameters(joint)[2]

@@ -9,9 +9,10 @@ from typing import Annotated, ClassVar
 from scissordyn.errors import InputError
 from scissordyn.jit import kernel
 from scissordyn.laws.contact import JointContact
+from scissordyn.laws.friction.coefficients import Coefficient
 from scissordyn.units import Quantity, check_quantities
 
-__all__ = ["Ambrosio", "force"]
+__all__ = ["Ambrosio", "force", "static_limit"]
 
 
 @dataclass(frozen=True)
@@ -19,11 +20,17 @@ class Ambrosio:
     r"""Coulomb friction whose sign change is a ramp between two slip speeds.
 
     .. math:: F_t = \mu c_d F_n \operatorname{sgn} v,\quad c_d = \min(1, \max(0, (|v|-v_0)/(v_1-v_0)))
+
+    The citation could not be verified.
     """
 
-    kinetic: Annotated[float, Quantity("1", above=0.0, help="friction coefficient mu")] = 0.05
-    dead_speed: Annotated[float, Quantity("m/s", minimum=0.0, help="v_0, below which there is no friction")] = 1e-4
-    full_speed: Annotated[float, Quantity("m/s", above=0.0, help="v_1, above which friction is Coulomb's")] = 1e-3
+    kinetic: Coefficient = 0.05
+    dead_speed: Annotated[float, Quantity("m/s", minimum=0.0, maximum=10.0, help="v_0, below which there is no friction")] = (
+        1e-4
+    )
+    full_speed: Annotated[float, Quantity("m/s", minimum=1e-7, maximum=10.0, help="v_1, above which friction is Coulomb's")] = (
+        1e-3
+    )
 
     name: ClassVar[str] = "ambrosio"
     kernel_kind: ClassVar[int] = 2
@@ -49,3 +56,9 @@ def force(v, normal, p):
     """Tangential force [N] at slip speed v [m/s]."""
     ramp = min(1.0, max(0.0, (abs(v) - p[1]) / (p[2] - p[1])))
     return math.copysign(p[0] * ramp * normal, v)
+
+
+@kernel()
+def static_limit(v, normal, p):
+    """Largest |F_t| [N] that the law allows at slip speed v [m/s]."""
+    return p[0] * normal

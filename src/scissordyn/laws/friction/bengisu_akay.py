@@ -8,10 +8,10 @@ from typing import Annotated, ClassVar
 
 from scissordyn.jit import kernel
 from scissordyn.laws.contact import JointContact
-from scissordyn.laws.friction.coefficients import static_coefficient
+from scissordyn.laws.friction.coefficients import Kinetic, Static, static_coefficient
 from scissordyn.units import Quantity, check_quantities
 
-__all__ = ["BengisuAkay", "force"]
+__all__ = ["BengisuAkay", "force", "static_limit"]
 
 
 @dataclass(frozen=True)
@@ -24,12 +24,18 @@ class BengisuAkay:
             \mu_k + (\mu_s - \mu_k) e^{-\xi (|v| - v_0)} & |v| \ge v_0 \end{cases}
 
     The static coefficient is 1.5 times the kinetic one unless it is given.
+
+    The citation could not be verified.
     """
 
-    kinetic: Annotated[float, Quantity("1", above=0.0, help="kinetic friction coefficient mu_k")] = 0.05
-    static: Annotated[float | None, Quantity("1", above=0.0, help="static friction coefficient mu_s")] = None
-    peak_speed: Annotated[float, Quantity("m/s", above=0.0, help="v_0, at which friction is static friction")] = 1e-3
-    decay: Annotated[float, Quantity("s/m", above=0.0, help="xi, slope of the fall from static to kinetic friction")] = 1e3
+    kinetic: Kinetic = 0.05
+    static: Static = None
+    peak_speed: Annotated[
+        float, Quantity("m/s", minimum=1e-7, maximum=10.0, help="v_0, at which friction is static friction")
+    ] = 1e-3
+    decay: Annotated[
+        float, Quantity("s/m", minimum=1e-3, maximum=1e8, help="xi, slope of the fall from static to kinetic friction")
+    ] = 1e3
 
     name: ClassVar[str] = "bengisu-akay"
     kernel_kind: ClassVar[int] = 5
@@ -56,3 +62,9 @@ def force(v, normal, p):
     else:
         coefficient = p[0] + (p[1] - p[0]) * math.exp(-p[3] * (speed - p[2]))
     return math.copysign(coefficient * normal, v)
+
+
+@kernel()
+def static_limit(v, normal, p):
+    """Largest |F_t| [N] that the law allows at slip speed v [m/s]."""
+    return p[1] * normal

@@ -8,10 +8,10 @@ from typing import Annotated, ClassVar
 
 from scissordyn.jit import kernel
 from scissordyn.laws.contact import JointContact
-from scissordyn.laws.friction.coefficients import static_coefficient
+from scissordyn.laws.friction.coefficients import Kinetic, Static, static_coefficient
 from scissordyn.units import Quantity, check_quantities
 
-__all__ = ["BrownMcPhee", "force"]
+__all__ = ["BrownMcPhee", "force", "static_limit"]
 
 
 @dataclass(frozen=True)
@@ -24,9 +24,9 @@ class BrownMcPhee:
     The viscous part of the source is left out. The static coefficient is 1.5 times the kinetic one unless it is given.
     """
 
-    kinetic: Annotated[float, Quantity("1", above=0.0, help="kinetic friction coefficient mu_k")] = 0.05
-    static: Annotated[float | None, Quantity("1", above=0.0, help="static friction coefficient mu_s")] = None
-    transition_speed: Annotated[float, Quantity("m/s", above=0.0, help="v_t, at which friction peaks")] = 1e-3
+    kinetic: Kinetic = 0.05
+    static: Static = None
+    transition_speed: Annotated[float, Quantity("m/s", minimum=1e-7, maximum=10.0, help="v_t, at which friction peaks")] = 1e-3
 
     name: ClassVar[str] = "brown-mcphee"
     kernel_kind: ClassVar[int] = 6
@@ -49,3 +49,9 @@ def force(v, normal, p):
     s = v / p[2]
     rest = 0.25 * s * s + 0.75
     return normal * (p[0] * math.tanh(4.0 * s) + (p[1] - p[0]) * s / (rest * rest))
+
+
+@kernel()
+def static_limit(v, normal, p):
+    """Largest |F_t| [N] that the law allows at slip speed v [m/s]."""
+    return p[1] * normal

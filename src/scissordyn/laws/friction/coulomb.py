@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Annotated, ClassVar
+from typing import ClassVar
 
 from scissordyn.jit import kernel
 from scissordyn.laws.contact import JointContact
-from scissordyn.units import Quantity, check_quantities
+from scissordyn.laws.friction.coefficients import Coefficient, RampSpeed
+from scissordyn.units import check_quantities
 
-__all__ = ["Coulomb", "direction", "force"]
+__all__ = ["Coulomb", "direction", "force", "static_limit"]
 
 
 @dataclass(frozen=True)
@@ -23,8 +24,8 @@ class Coulomb:
     integrator chatter or fail.
     """
 
-    kinetic: Annotated[float, Quantity("1", above=0.0, help="friction coefficient mu")] = 0.05
-    ramp_speed: Annotated[float, Quantity("m/s", minimum=0.0, help="v_0 over which the sign of v is smoothed")] = 1e-4
+    kinetic: Coefficient = 0.05
+    ramp_speed: RampSpeed = 1e-4
 
     name: ClassVar[str] = "coulomb"
     kernel_kind: ClassVar[int] = 3
@@ -52,3 +53,9 @@ def direction(v, ramp_speed):
 def force(v, normal, p):
     """Tangential force [N] at slip speed v [m/s]."""
     return p[0] * normal * direction(v, p[1])
+
+
+@kernel()
+def static_limit(v, normal, p):
+    """Largest |F_t| [N] that the law allows at slip speed v [m/s]."""
+    return p[0] * normal

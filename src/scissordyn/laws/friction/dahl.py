@@ -8,9 +8,11 @@ from typing import Annotated, ClassVar
 
 from scissordyn.jit import kernel
 from scissordyn.laws.contact import JointContact
+from scissordyn.laws.friction.bristle import PRESLIDING_SPEED, BristleStiffness, onset
+from scissordyn.laws.friction.coefficients import Coefficient
 from scissordyn.units import Quantity, check_quantities
 
-__all__ = ["Dahl", "force", "start"]
+__all__ = ["Dahl", "force", "start", "static_limit", "steady"]
 
 
 @dataclass(frozen=True)
@@ -23,8 +25,8 @@ class Dahl:
     bristle_deflection z is in m.
     """
 
-    kinetic: Annotated[float, Quantity("1", above=0.0, help="friction coefficient mu")] = 0.05
-    bristle_stiffness: Annotated[float, Quantity("1/m", above=0.0, help="sigma_0 per unit normal force")] = 1e5
+    kinetic: Coefficient = 0.05
+    bristle_stiffness: BristleStiffness = 1e5
     shape: Annotated[float, Quantity("1", minimum=0.5, maximum=4.0, help="exponent n, 1 for most materials")] = 1.0
 
     name: ClassVar[str] = "dahl"
@@ -50,6 +52,18 @@ def force(v, normal, z, dz, p):
 
 
 @kernel()
-def start(v, z, p):
-    """Deflection at the start of a contact: that of steady sliding at the slip speed v [m/s]."""
+def steady(v, z, p):
+    """Deflection of steady sliding at slip speed v [m/s], none at rest."""
     z[0] = math.copysign(p[0], v) / p[1] if v != 0.0 else 0.0
+
+
+@kernel()
+def start(v, z, p):
+    """Deflection at a contact's start at slip speed v [m/s]."""
+    z[0] = onset(v, PRESLIDING_SPEED) * p[0] / p[1]
+
+
+@kernel()
+def static_limit(v, normal, p):
+    """Largest |F_t| [N] that the law allows at slip speed v [m/s]."""
+    return p[0] * normal

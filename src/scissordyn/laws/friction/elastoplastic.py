@@ -6,13 +6,25 @@ import math
 from dataclasses import dataclass
 from typing import Annotated, ClassVar
 
+import numpy as np
+
 from scissordyn.jit import kernel
 from scissordyn.laws.contact import JointContact
-from scissordyn.laws.friction.coefficients import static_coefficient
+from scissordyn.laws.friction.bristle import (
+    BristleDamping,
+    BristleStiffness,
+    DampingSpeed,
+    fading_speed,
+    micro_damping,
+    start,
+    steady,
+)
+from scissordyn.laws.friction.coefficients import Kinetic, Static, StribeckExponent, StribeckSpeed, Viscous, static_coefficient
+from scissordyn.laws.friction.lugre import static_limit
 from scissordyn.laws.friction.stribeck import sliding_coefficient
 from scissordyn.units import Quantity, check_quantities
 
-__all__ = ["ElastoPlastic", "force", "start"]
+__all__ = ["ElastoPlastic", "force", "start", "static_limit", "steady"]
 
 
 @dataclass(frozen=True)
@@ -21,20 +33,22 @@ class ElastoPlastic:
 
     .. math::
         z' = v \left(1 - \alpha \frac{\sigma_0 z}{g(v)} \operatorname{sgn} v\right),\quad
-        F_t = F_n (\sigma_0 z + \sigma_1 z' + \sigma_2 v)
+        F_t = F_n (\sigma_0 z + \sigma_1 e^{-(v/v_d)^2} z' + \sigma_2 v)
 
     alpha is 0 while z and v have different signs or |z| <= z_ba, 1 from z_max = g(v)/sigma_0 on, and half a sine wave between.
     z_ba is the breakaway fraction of mu_k/sigma_0, the smallest z_max. bristle_deflection z is in m. The static coefficient is
-    1.5 times the kinetic one unless it is given.
+    1.5 times the kinetic one unless it is given. v_d is the largest that keeps friction within mu_s F_n, plus the viscous part,
+    whatever the Stribeck speed, unless it is given (decision 0006).
     """
 
-    kinetic: Annotated[float, Quantity("1", above=0.0, help="kinetic friction coefficient mu_k")] = 0.05
-    static: Annotated[float | None, Quantity("1", above=0.0, help="static friction coefficient mu_s")] = None
-    stribeck_speed: Annotated[float, Quantity("m/s", above=0.0, help="Stribeck speed v_s")] = 1e-3
-    stribeck_exponent: Annotated[float, Quantity("1", above=0.0, help="exponent gamma of the Stribeck curve")] = 2.0
-    bristle_stiffness: Annotated[float, Quantity("1/m", above=0.0, help="sigma_0 per unit normal force")] = 1e5
-    bristle_damping: Annotated[float, Quantity("s/m", minimum=0.0, help="sigma_1 per unit normal force")] = 316.0
-    viscous: Annotated[float, Quantity("s/m", minimum=0.0, help="sigma_2 per unit normal force")] = 0.0
+    kinetic: Kinetic = 0.05
+    static: Static = None
+    stribeck_speed: StribeckSpeed = 1e-3
+    stribeck_exponent: StribeckExponent = 2.0
+    bristle_stiffness: BristleStiffness = 1e5
+    bristle_damping: BristleDamping = 316.0
+    viscous: Viscous = 0.0
+    damping_speed: DampingSpeed = None
     breakaway: Annotated[
         float, Quantity("1", above=0.0, below=1.0, help="fraction of mu_k/sigma_0 up to which bristles only deflect")
     ] = 0.7
@@ -50,17 +64,35 @@ class ElastoPlastic:
         static_coefficient("ElastoPlastic", self.kinetic, self.static)
 
     def parameters(self, joint: JointContact) -> tuple[float, ...]:
-        """mu_k, mu_s, v_s, gamma, sigma_0, sigma_1, sigma_2 and z_ba [m]."""
+        """mu_k, mu_s, v_s, gamma, sigma_0, sigma_1, sigma_2, v_d and z_ba [m]."""
+        static = static_coefficient("ElastoPlastic", self.kinetic, self.static)
         return (
             self.kinetic,
-            static_coefficient("ElastoPlastic", self.kinetic, self.static),
+            static,
             self.stribeck_speed,
             self.stribeck_exponent,
             self.bristle_stiffness,
             self.bristle_damping,
             self.viscous,
+            self.damping_speed or fading_speed(self._largest(static), self.bristle_damping),
             self.breakaway * self.kinetic / self.bristle_stiffness,
         )
+
+    def _largest(self, static: float) -> float:
+        """The largest sigma_1 |v| e^(-(v/v_d)^2) with which friction cannot exceed the static coefficient.
+
+        With u = sigma_0 |z|/mu_s friction is mu_s u + sigma_1 z', z' = v (1 - alpha u) at the worst slip speed, where g = mu_s.
+        """
+        first = self.breakaway * self.kinetic / static
+        low, high = first, 1.0
+        # a minimum is as exact as the square of the distance to it: four grids find it to rounding
+        for _ in range(4):
+            u = np.linspace(low, high, 1001)[:-1]
+            slipping = 0.5 + 0.5 * np.sin(math.pi * (u - 0.5 * (1.0 + first)) / (1.0 - first))
+            share = (1.0 - u) / (1.0 - slipping * u)
+            at, step = u[np.argmin(share)], u[1] - u[0]
+            low, high = max(first, at - step), min(1.0, at + step)
+        return static * float(np.min(share))
 
 
 @kernel()
@@ -69,16 +101,10 @@ def force(v, normal, z, dz, p):
     farthest = sliding_coefficient(v, p) / p[4]  # z_max
     bend = abs(z[0])
     slipping = 0.0  # alpha
-    if z[0] * v > 0.0 and bend > p[7]:
+    if z[0] * v > 0.0 and bend > p[8]:
         slipping = 1.0
         if bend < farthest:
-            slipping = 0.5 + 0.5 * math.sin(math.pi * (bend - 0.5 * (farthest + p[7])) / (farthest - p[7]))
+            slipping = 0.5 + 0.5 * math.sin(math.pi * (bend - 0.5 * (farthest + p[8])) / (farthest - p[8]))
     rate = v * (1.0 - slipping * bend / farthest)
     dz[0] = rate
-    return normal * (p[4] * z[0] + p[5] * rate + p[6] * v)
-
-
-@kernel()
-def start(v, z, p):
-    """Deflection at the start of a contact: that of steady sliding at the slip speed v [m/s]."""
-    z[0] = math.copysign(sliding_coefficient(v, p), v) / p[4] if v != 0.0 else 0.0
+    return normal * (p[4] * z[0] + micro_damping(v, p[5], p[7]) * rate + p[6] * v)

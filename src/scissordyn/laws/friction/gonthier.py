@@ -8,10 +8,11 @@ from typing import Annotated, ClassVar
 
 from scissordyn.jit import kernel
 from scissordyn.laws.contact import JointContact
-from scissordyn.laws.friction.coefficients import static_coefficient
+from scissordyn.laws.friction.bristle import BristleStiffness, onset
+from scissordyn.laws.friction.coefficients import Kinetic, Static, Viscous, static_coefficient
 from scissordyn.units import Quantity, check_quantities
 
-__all__ = ["GonthierBristle", "force", "start"]
+__all__ = ["GonthierBristle", "force", "start", "static_limit", "steady"]
 
 
 @dataclass(frozen=True)
@@ -29,14 +30,20 @@ class GonthierBristle:
     The static coefficient is 1.5 times the kinetic one unless it is given.
     """
 
-    kinetic: Annotated[float, Quantity("1", above=0.0, help="kinetic friction coefficient mu_k")] = 0.05
-    static: Annotated[float | None, Quantity("1", above=0.0, help="static friction coefficient mu_s")] = None
-    stribeck_speed: Annotated[float, Quantity("m/s", above=0.0, help="v_s, below which the bristles stick")] = 1e-3
-    smoothing_speed: Annotated[float, Quantity("m/s", above=0.0, help="below which the sign of v is smoothed")] = 1e-4
-    dwell_time: Annotated[float, Quantity("s", above=0.0, help="tau_d, in which static friction grows at rest")] = 1e-3
-    bristle_stiffness: Annotated[float, Quantity("1/m", above=0.0, help="sigma_0 per unit normal force")] = 1e5
-    bristle_damping: Annotated[float, Quantity("s/m", above=0.0, help="sigma_1 per unit normal force")] = 10.0
-    viscous: Annotated[float, Quantity("s/m", minimum=0.0, help="sigma_2 per unit normal force")] = 0.0
+    kinetic: Kinetic = 0.05
+    static: Static = None
+    stribeck_speed: Annotated[
+        float, Quantity("m/s", minimum=1e-7, maximum=10.0, help="v_s, below which the bristles stick")
+    ] = 1e-3
+    smoothing_speed: Annotated[
+        float, Quantity("m/s", minimum=1e-9, maximum=10.0, help="below which the sign of v is smoothed")
+    ] = 1e-4
+    dwell_time: Annotated[
+        float, Quantity("s", minimum=1e-9, maximum=1e4, help="tau_d, in which static friction grows at rest")
+    ] = 1e-3
+    bristle_stiffness: BristleStiffness = 1e5
+    bristle_damping: Annotated[float, Quantity("s/m", minimum=1e-6, maximum=1e6, help="sigma_1 per unit normal force")] = 10.0
+    viscous: Viscous = 0.0
 
     name: ClassVar[str] = "gonthier-bristle"
     kernel_kind: ClassVar[int] = 10
@@ -83,14 +90,30 @@ def force(v, normal, z, dz, p):
     return normal * (bristle + p[7] * v)
 
 
+@kernel(inline=True)
+def bend(v, p):
+    """Coefficient of bristles in steady sliding at slip speed v != 0 [m/s], not yet bounded by friction, with the sign of v."""
+    x = v / p[2]
+    return p[0] * direction(v, p[3]) - p[6] * math.exp(-x * x) * v / math.expm1(-x * x)
+
+
+@kernel()
+def steady(v, z, p):
+    """States of steady sliding at slip speed v [m/s], no bristle beyond its largest force, none bent at rest."""
+    x = v / p[2]
+    z[1] = math.exp(-x * x)
+    largest = p[0] + (p[1] - p[0]) * z[1]
+    z[0] = min(largest, max(-largest, bend(v, p))) / p[5] if v != 0.0 else 0.0
+
+
 @kernel()
 def start(v, z, p):
-    """States at the start of a contact: those of steady sliding at v [m/s], no bristle beyond its largest force."""
-    x = v / p[2]
-    stick = math.exp(-x * x)
-    z[1] = stick
-    z[0] = 0.0
-    if v != 0.0:
-        largest = p[0] + (p[1] - p[0]) * stick
-        steady = p[0] * direction(v, p[3]) - p[6] * stick * v / math.expm1(-x * x)
-        z[0] = min(largest, max(-largest, steady)) / p[5]
+    """States at a contact's start at slip speed v [m/s]; a contact that begins has not dwelt, so kinetic friction bounds it."""
+    z[1] = 0.0
+    z[0] = onset(v, p[2]) * min(p[0], abs(bend(v, p))) / p[5] if v != 0.0 else 0.0
+
+
+@kernel()
+def static_limit(v, normal, p):
+    """Largest |F_t| [N] that the law allows at slip speed v [m/s]."""
+    return normal * (p[1] + p[7] * abs(v))

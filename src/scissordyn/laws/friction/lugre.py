@@ -1,18 +1,26 @@
-"""LuGre friction: elastic bristles with stick and slip."""
+"""LuGre friction: bristles that bend and slide."""
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
-from typing import Annotated, ClassVar
+from typing import ClassVar
 
 from scissordyn.jit import kernel
 from scissordyn.laws.contact import JointContact
-from scissordyn.laws.friction.coefficients import static_coefficient
+from scissordyn.laws.friction.bristle import (
+    BristleDamping,
+    BristleStiffness,
+    DampingSpeed,
+    fading_speed,
+    micro_damping,
+    start,
+    steady,
+)
+from scissordyn.laws.friction.coefficients import Kinetic, Static, StribeckExponent, StribeckSpeed, Viscous, static_coefficient
 from scissordyn.laws.friction.stribeck import sliding_coefficient
-from scissordyn.units import Quantity, check_quantities
+from scissordyn.units import check_quantities
 
-__all__ = ["LuGre", "force", "start"]
+__all__ = ["LuGre", "force", "start", "static_limit", "steady"]
 
 
 @dataclass(frozen=True)
@@ -21,22 +29,28 @@ class LuGre:
 
     .. math::
         z' = v - \sigma_0 \frac{|v|}{g(v)} z,\quad g = \mu_k + (\mu_s - \mu_k) e^{-|v/v_s|^\gamma},\quad
-        F_t = F_n (\sigma_0 z + \sigma_1 z' + \sigma_2 v)
+        F_t = F_n (\sigma_0 z + \sigma_1 e^{-(v/v_d)^2} z' + \sigma_2 v)
 
-    bristle_deflection z is in m. The static coefficient is 1.5 times the kinetic one unless it is given.
+    bristle_deflection z is in m. The static coefficient is 1.5 times the kinetic one unless it is given. With a constant
+    sigma_1 friction would exceed the static limit many times over when slip reverses under load; it stays within mu_s F_n, plus
+    the viscous part, as long as sigma_1 v_d <= sqrt(2 e) mu_k; equality is the default (decision 0006).
     """
 
-    kinetic: Annotated[float, Quantity("1", above=0.0, help="kinetic friction coefficient mu_k")] = 0.05
-    static: Annotated[float | None, Quantity("1", above=0.0, help="static friction coefficient mu_s")] = None
-    stribeck_speed: Annotated[float, Quantity("m/s", above=0.0, help="Stribeck speed v_s")] = 1e-3
-    stribeck_exponent: Annotated[float, Quantity("1", above=0.0, help="exponent gamma of the Stribeck curve")] = 2.0
-    bristle_stiffness: Annotated[float, Quantity("1/m", above=0.0, help="sigma_0 per unit normal force")] = 1e5
-    bristle_damping: Annotated[float, Quantity("s/m", minimum=0.0, help="sigma_1 per unit normal force")] = 316.0
-    viscous: Annotated[float, Quantity("s/m", minimum=0.0, help="sigma_2 per unit normal force")] = 0.0
+    kinetic: Kinetic = 0.05
+    static: Static = None
+    stribeck_speed: StribeckSpeed = 1e-3
+    stribeck_exponent: StribeckExponent = 2.0
+    bristle_stiffness: BristleStiffness = 1e5
+    bristle_damping: BristleDamping = 316.0
+    viscous: Viscous = 0.0
+    damping_speed: DampingSpeed = None
 
     name: ClassVar[str] = "lugre"
     kernel_kind: ClassVar[int] = 1
-    source: ClassVar[str] = "Canudas de Wit et al. 1995, doi:10.1109/9.376053"
+    source: ClassVar[str] = (
+        "Canudas de Wit et al. 1995, doi:10.1109/9.376053; fading sigma_1: Canudas de Wit, Lischinsky 1997, "
+        "Int. J. Adaptive Control and Signal Processing 11, 65-80"
+    )
     states: ClassVar[tuple[str, ...]] = ("bristle_deflection",)
     stiff: ClassVar[bool] = True
 
@@ -45,7 +59,7 @@ class LuGre:
         static_coefficient("LuGre", self.kinetic, self.static)
 
     def parameters(self, joint: JointContact) -> tuple[float, ...]:
-        """mu_k, mu_s, v_s, gamma, sigma_0, sigma_1, sigma_2."""
+        """mu_k, mu_s, v_s, gamma, sigma_0, sigma_1, sigma_2 and v_d."""
         return (
             self.kinetic,
             static_coefficient("LuGre", self.kinetic, self.static),
@@ -54,6 +68,7 @@ class LuGre:
             self.bristle_stiffness,
             self.bristle_damping,
             self.viscous,
+            self.damping_speed or fading_speed(self.kinetic, self.bristle_damping),
         )
 
 
@@ -62,10 +77,10 @@ def force(v, normal, z, dz, p):
     """Tangential force [N]; writes z' [m/s] into dz[0]. z[0] is the bristle deflection [m]."""
     rate = v - p[4] * abs(v) * z[0] / sliding_coefficient(v, p)
     dz[0] = rate
-    return normal * (p[4] * z[0] + p[5] * rate + p[6] * v)
+    return normal * (p[4] * z[0] + micro_damping(v, p[5], p[7]) * rate + p[6] * v)
 
 
 @kernel()
-def start(v, z, p):
-    """Deflection at the start of a contact: that of steady sliding at the slip speed v [m/s]."""
-    z[0] = math.copysign(sliding_coefficient(v, p), v) / p[4] if v != 0.0 else 0.0
+def static_limit(v, normal, p):
+    """Largest |F_t| [N] that static friction and the viscous part allow at slip speed v [m/s]."""
+    return normal * (p[1] + p[6] * abs(v))

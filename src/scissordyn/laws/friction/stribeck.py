@@ -4,15 +4,23 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Annotated, ClassVar
+from typing import ClassVar
 
 from scissordyn.jit import kernel
 from scissordyn.laws.contact import JointContact
-from scissordyn.laws.friction.coefficients import static_coefficient
+from scissordyn.laws.friction.coefficients import (
+    Kinetic,
+    RampSpeed,
+    Static,
+    StribeckExponent,
+    StribeckSpeed,
+    Viscous,
+    static_coefficient,
+)
 from scissordyn.laws.friction.coulomb import direction
-from scissordyn.units import Quantity, check_quantities
+from scissordyn.units import check_quantities
 
-__all__ = ["Stribeck", "force", "sliding_coefficient"]
+__all__ = ["Stribeck", "force", "sliding_coefficient", "static_limit"]
 
 
 @dataclass(frozen=True)
@@ -25,12 +33,12 @@ class Stribeck:
     integrator chatter or fail. The static coefficient is 1.5 times the kinetic one unless it is given.
     """
 
-    kinetic: Annotated[float, Quantity("1", above=0.0, help="kinetic friction coefficient mu_k")] = 0.05
-    static: Annotated[float | None, Quantity("1", above=0.0, help="static friction coefficient mu_s")] = None
-    stribeck_speed: Annotated[float, Quantity("m/s", above=0.0, help="Stribeck speed v_s")] = 1e-3
-    stribeck_exponent: Annotated[float, Quantity("1", above=0.0, help="exponent gamma of the Stribeck curve")] = 2.0
-    viscous: Annotated[float, Quantity("s/m", minimum=0.0, help="sigma_2 per unit normal force")] = 0.0
-    ramp_speed: Annotated[float, Quantity("m/s", minimum=0.0, help="v_0 over which the sign of v is smoothed")] = 1e-4
+    kinetic: Kinetic = 0.05
+    static: Static = None
+    stribeck_speed: StribeckSpeed = 1e-3
+    stribeck_exponent: StribeckExponent = 2.0
+    viscous: Viscous = 0.0
+    ramp_speed: RampSpeed = 1e-4
 
     name: ClassVar[str] = "stribeck"
     kernel_kind: ClassVar[int] = 7
@@ -61,3 +69,9 @@ def sliding_coefficient(v, p):
 def force(v, normal, p):
     """Tangential force [N] at slip speed v [m/s]."""
     return normal * (sliding_coefficient(v, p) * direction(v, p[5]) + p[4] * v)
+
+
+@kernel()
+def static_limit(v, normal, p):
+    """Largest |F_t| [N] that the law allows at slip speed v [m/s]."""
+    return normal * (p[1] + p[4] * abs(v))

@@ -1,0 +1,197 @@
+"""The published damping factors that are one formula of the restitution coefficient."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import ClassVar
+
+from scissordyn.laws.damping.proportional import DampingFactor, PositiveRestitution, Restitution
+
+__all__ = [
+    "CarvalhoMartins",
+    "Flores",
+    "HerbertMcWhannell",
+    "HuGuo",
+    "HuntCrossley",
+    "LankaraniNikravesh",
+    "LeeWang",
+    "SafaeifarFarshidianfar",
+    "ZhiyingQishao",
+]
+
+Range = tuple[float, float] | None
+WHOLE = (0.0, 1.0)
+"""A source that offers its factor for every restitution; one that speaks of high restitution without a number has None."""
+
+
+@dataclass(frozen=True)
+class HuntCrossley(DampingFactor):
+    r"""Damping that vanishes with the indentation, so that the force starts and ends at zero.
+
+    .. math:: \xi = \tfrac{3}{2} (1 - c_e)
+    """
+
+    restitution: Restitution = 0.9
+
+    name: ClassVar[str] = "hunt-crossley"
+    source: ClassVar[str] = "Hunt, Crossley 1975, doi:10.1115/1.3423596"
+    restitution_range: ClassVar[Range] = None
+
+    @staticmethod
+    def _xi(c: float) -> float:
+        return 1.5 * (1.0 - c)
+
+
+@dataclass(frozen=True)
+class HerbertMcWhannell(DampingFactor):
+    r"""Damping whose energy loss is found along the approach curve of the damped contact.
+
+    .. math:: \xi = \frac{6(1-c_e)}{(2c_e-1)^2 + 3}
+
+    The citation could not be verified.
+    """
+
+    restitution: Restitution = 0.9
+
+    name: ClassVar[str] = "herbert-mcwhannell"
+    source: ClassVar[str] = "Herbert, McWhannell 1977, doi:10.1115/1.3439270"
+    restitution_range: ClassVar[Range] = None
+
+    @staticmethod
+    def _xi(c: float) -> float:
+        return 6.0 * (1.0 - c) / ((2.0 * c - 1.0) ** 2 + 3.0)
+
+
+@dataclass(frozen=True)
+class LeeWang(DampingFactor):
+    r"""Half of Hunt and Crossley's damping, for intermittent motion mechanisms.
+
+    .. math:: \xi = \tfrac{3}{4} (1 - c_e)
+
+    The citation could not be verified.
+    """
+
+    restitution: Restitution = 0.9
+
+    name: ClassVar[str] = "lee-wang"
+    source: ClassVar[str] = "Lee, Wang 1983, J. Mech. Transm. Autom. Des. 105, 534-540"
+    restitution_range: ClassVar[Range] = None
+
+    @staticmethod
+    def _xi(c: float) -> float:
+        return 0.75 * (1.0 - c)
+
+
+@dataclass(frozen=True)
+class LankaraniNikravesh(DampingFactor):
+    r"""Damping that returns the nominal restitution for nearly elastic contacts.
+
+    .. math:: \xi = \tfrac{3}{4} (1 - c_e^2)
+    """
+
+    restitution: Restitution = 0.9
+
+    name: ClassVar[str] = "lankarani-nikravesh"
+    source: ClassVar[str] = "Lankarani, Nikravesh 1990, doi:10.1115/1.2912617"
+    restitution_range: ClassVar[Range] = None
+
+    @staticmethod
+    def _xi(c: float) -> float:
+        return 0.75 * (1.0 - c**2)
+
+
+@dataclass(frozen=True)
+class ZhiyingQishao(DampingFactor):
+    r"""Lankarani and Nikravesh's factor, raised for soft contacts.
+
+    .. math:: \xi = \tfrac{3}{4} (1 - c_e^2) e^{2(1-c_e)}
+
+    The citation could not be verified.
+    """
+
+    restitution: Restitution = 0.9
+
+    name: ClassVar[str] = "zhiying-qishao"
+    source: ClassVar[str] = "Qin (Zhiying), Lu (Qishao) 2006, Journal of Dynamics and Control 4, 294-298"
+    restitution_range: ClassVar[Range] = WHOLE
+
+    @staticmethod
+    def _xi(c: float) -> float:
+        return 0.75 * (1.0 - c**2) * math.exp(2.0 * (1.0 - c))
+
+
+@dataclass(frozen=True)
+class Flores(DampingFactor):
+    r"""Damping for the whole range of restitution, soft contacts too.
+
+    .. math:: \xi = \frac{8(1-c_e)}{5c_e}
+    """
+
+    restitution: PositiveRestitution = 0.9
+
+    name: ClassVar[str] = "flores"
+    source: ClassVar[str] = "Flores et al. 2011, doi:10.1007/s11044-010-9237-4"
+    restitution_range: ClassVar[Range] = WHOLE
+
+    @staticmethod
+    def _xi(c: float) -> float:
+        return 8.0 * (1.0 - c) / (5.0 * c)
+
+
+@dataclass(frozen=True)
+class HuGuo(DampingFactor):
+    r"""Damping for the whole range of restitution, its energy balance taken over approach and rebound.
+
+    .. math:: \xi = \frac{3(1-c_e)}{2c_e}
+
+    The citation could not be verified.
+    """
+
+    restitution: PositiveRestitution = 0.9
+
+    name: ClassVar[str] = "hu-guo"
+    source: ClassVar[str] = "Hu, Guo 2015, doi:10.1007/s11044-015-9453-z"
+    restitution_range: ClassVar[Range] = WHOLE
+
+    @staticmethod
+    def _xi(c: float) -> float:
+        return 1.5 * (1.0 - c) / c
+
+
+@dataclass(frozen=True)
+class CarvalhoMartins(DampingFactor):
+    r"""A rational fit of the exact factor.
+
+    .. math:: \xi = \tfrac{3}{2} (1 - c_e) \frac{11 - c_e}{1 + 9c_e}
+    """
+
+    restitution: Restitution = 0.9
+
+    name: ClassVar[str] = "carvalho-martins"
+    source: ClassVar[str] = "Carvalho, Martins 2019, doi:10.1016/j.mechmachtheory.2019.03.028"
+    restitution_range: ClassVar[Range] = WHOLE
+
+    @staticmethod
+    def _xi(c: float) -> float:
+        return 1.5 * (1.0 - c) * (11.0 - c) / (1.0 + 9.0 * c)
+
+
+@dataclass(frozen=True)
+class SafaeifarFarshidianfar(DampingFactor):
+    r"""Damping from an energy balance with different approach and rebound curves.
+
+    .. math:: \xi = \frac{5(1-c_e)}{4c_e}
+
+    The citation could not be verified.
+    """
+
+    restitution: PositiveRestitution = 0.9
+
+    name: ClassVar[str] = "safaeifar-farshidianfar"
+    source: ClassVar[str] = "Safaeifar, Farshidianfar 2020, doi:10.1007/s11044-020-09732-2"
+    restitution_range: ClassVar[Range] = WHOLE
+
+    @staticmethod
+    def _xi(c: float) -> float:
+        return 5.0 * (1.0 - c) / (4.0 * c)

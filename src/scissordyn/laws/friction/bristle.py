@@ -1,0 +1,87 @@
+"""What bristle laws share: their parameters, the fading of their damping with slip, the deflection at a contact's start."""
+
+from __future__ import annotations
+
+import math
+from typing import Annotated
+
+from scissordyn.jit import kernel
+from scissordyn.laws.friction.stribeck import sliding_coefficient
+from scissordyn.units import Quantity
+
+__all__ = [
+    "CONSTANT_DAMPING",
+    "PRESLIDING_SPEED",
+    "BristleDamping",
+    "BristleStiffness",
+    "DampingSpeed",
+    "fading_speed",
+    "micro_damping",
+    "onset",
+    "start",
+    "steady",
+]
+
+PRESLIDING_SPEED = 1e-3
+"""Slip speed [m/s] that separates presliding from sliding in a law without a Stribeck speed: the usual Stribeck speed."""
+
+CONSTANT_DAMPING = 1e6
+"""Damping speed [m/s] with which sigma_1 is constant to round-off in any machine."""
+
+BristleStiffness = Annotated[float, Quantity("1/m", minimum=1.0, maximum=1e9, help="sigma_0 per unit normal force")]
+BristleDamping = Annotated[float, Quantity("s/m", minimum=0.0, maximum=1e6, help="sigma_1 per unit normal force")]
+DampingSpeed = Annotated[
+    float | None,
+    Quantity(
+        "m/s",
+        minimum=1e-9,
+        maximum=CONSTANT_DAMPING,
+        help="v_d, over which sigma_1 fades; unless given so small that friction keeps to mu_s; 1e6 is a constant sigma_1",
+    ),
+]
+
+
+def fading_speed(largest: float, bristle_damping: float) -> float:
+    """The slip speed v_d [m/s] for which sigma_1 |v| exp(-(v/v_d)^2) reaches a given friction coefficient and no more.
+
+    Parameters
+    ----------
+    largest : float
+        The coefficient [1]; the peak is sigma_1 v_d/sqrt(2 e), at v_d/sqrt(2).
+    bristle_damping : float
+        sigma_1 [s/m].
+
+    Returns
+    -------
+    float
+        `CONSTANT_DAMPING` if there is no damping.
+    """
+    return math.sqrt(2.0 * math.e) * largest / bristle_damping if bristle_damping > 0.0 else CONSTANT_DAMPING
+
+
+@kernel(inline=True)
+def micro_damping(v, damping, damping_speed):
+    """Bristle damping sigma_1 [s/m] at slip speed v [m/s] (Canudas de Wit, Lischinsky 1997)."""
+    x = v / damping_speed
+    return damping * math.exp(-x * x)
+
+
+@kernel(inline=True)
+def onset(v, presliding_speed):
+    """Share of the steady deflection that a contact starts with at slip speed v [m/s], with the sign of v.
+
+    The bristles of a contact that begins have not been dragged yet: none at rest, all beyond some presliding speeds.
+    """
+    return math.tanh(v / presliding_speed)
+
+
+@kernel()
+def steady(v, z, p):
+    """Deflection of steady sliding at slip speed v [m/s], none at rest; p starts with mu_k, mu_s, v_s, gamma, sigma_0."""
+    z[0] = math.copysign(sliding_coefficient(v, p), v) / p[4] if v != 0.0 else 0.0
+
+
+@kernel()
+def start(v, z, p):
+    """Deflection at a contact's start at slip speed v [m/s]."""
+    z[0] = onset(v, p[2]) * sliding_coefficient(v, p) / p[4]

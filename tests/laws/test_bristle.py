@@ -1,0 +1,274 @@
+"""Bristle laws: the fading of their damping, friction's own limit, passivity, the start of a contact."""
+
+from __future__ import annotations
+
+import itertools
+import math
+
+import numpy as np
+import pytest
+from bouncing import row
+
+import scissordyn as sd
+from scissordyn.laws import catalogue
+from scissordyn.laws.dispatch import friction_force, friction_limit, friction_start
+from scissordyn.laws.friction.ambrosio import Ambrosio
+from scissordyn.laws.friction.bengisu_akay import BengisuAkay
+from scissordyn.laws.friction.brown_mcphee import BrownMcPhee
+from scissordyn.laws.friction.coulomb import Coulomb
+from scissordyn.laws.friction.dahl import Dahl
+from scissordyn.laws.friction.elastoplastic import ElastoPlastic
+from scissordyn.laws.friction.gonthier import GonthierBristle
+from scissordyn.laws.friction.lugre import LuGre
+from scissordyn.laws.friction.stribeck import Stribeck
+from scissordyn.laws.friction.threlfall import Threlfall
+from scissordyn.plugin.pointer import USER
+
+NORMAL = 1000.0
+CONSTANT = 1e6
+SLIP = np.concatenate([[0.0], np.geomspace(1e-9, 10.0, 41)])
+BRISTLES = [law for law in catalogue.FRICTION.values() if law.states]
+FADING = [LuGre, ElastoPlastic]
+
+
+def by_name(law):
+    """A test id that the mutation script selects by."""
+    return getattr(law, "name", None)
+
+
+def force(law, v, z, normal=NORMAL):
+    """Tangential force and rates of the states."""
+    states, rates = np.array(z, float), np.full(len(law.states), np.nan)
+    return friction_force(law.kernel_kind, v, normal, states, rates, row(law)), rates
+
+
+def start(law, v):
+    """States at the start of a contact."""
+    z = np.full(len(law.states), np.nan)
+    friction_start(law.kernel_kind, v, z, row(law))
+    return z
+
+
+def states_of(law):
+    """States over all that a law can reach: bristles up to static friction, dwell from 0 to 1."""
+    if not law.states:
+        return [()]
+    largest = getattr(law, "static", None) or (law.kinetic if law.name == "dahl" else 1.5 * law.kinetic)
+    bends = np.linspace(-largest, largest, 21) / law.bristle_stiffness
+    return list(itertools.product(bends, (0.0, 0.5, 1.0))) if len(law.states) == 2 else [(bend,) for bend in bends]
+
+
+@pytest.mark.parametrize(
+    ("law", "limit"),
+    [
+        (Coulomb(0.2), 200.0),
+        (Ambrosio(0.2), 200.0),
+        (Threlfall(0.2), 200.0),
+        (Dahl(0.2), 200.0),
+        (BengisuAkay(0.2, 0.5), 500.0),
+        (BrownMcPhee(0.2), 300.0),
+        (Stribeck(0.2, 0.4, viscous=0.1), 400.0 + 0.1 * 2.0 * 1000.0),
+        (LuGre(0.2, 0.4, viscous=0.1), 400.0 + 0.1 * 2.0 * 1000.0),
+        (ElastoPlastic(0.2, 0.4, viscous=0.1), 400.0 + 0.1 * 2.0 * 1000.0),
+        (GonthierBristle(0.2, 0.4, viscous=0.1), 400.0 + 0.1 * 2.0 * 1000.0),
+        (catalogue.FRICTION["none"](), 0.0),
+    ],
+    ids=by_name,
+)
+def test_static_limit(law, limit):
+    """Closed form: the largest force a law allows at 2 m/s under 1 kN, the same in both directions."""
+    for v in (2.0, -2.0):
+        assert friction_limit(law.kernel_kind, v, NORMAL, row(law)) == pytest.approx(limit, rel=1e-14)
+
+
+def test_users_friction_has_no_limit():
+    """Limit: nothing is known of a user's law; a kind without a branch is NaN."""
+    assert friction_limit(USER, 2.0, NORMAL, np.zeros(16)) == math.inf
+    assert math.isnan(friction_limit(98, 2.0, NORMAL, np.zeros(16)))
+
+
+@pytest.mark.parametrize("law", [law for law in catalogue.FRICTION.values() if law.name != "none"], ids=by_name)
+@pytest.mark.parametrize("kinetic", [0.01, 0.1, 0.6])
+def test_friction_keeps_to_its_limit(law, kinetic):
+    """Limit: at any slip speed and any state that a law can reach the force is within its own static limit."""
+    options = [{}]
+    if "static" in law.__dataclass_fields__:
+        options = [{}, {"static": kinetic}, {"static": 3.0 * kinetic}]
+    if "viscous" in law.__dataclass_fields__:
+        options.append({"viscous": 0.2})
+    for given in options:
+        friction = law(kinetic, **given)
+        for v, z in itertools.product((*SLIP, *-SLIP[1:]), states_of(friction)):
+            limit = friction_limit(law.kernel_kind, v, NORMAL, row(friction))
+            assert abs(force(friction, v, z)[0]) <= limit * (1.0 + 1e-13)
+
+
+def test_lugre_reaches_its_limit_with_more_damping():
+    """Limit: the default damping speed is no smaller than it need be; 1.6 times as large and static friction is exceeded.
+
+    At a slip speed where g = mu_k the bound is sigma_1 |v| <= 2 mu_s mu_k/(mu_s + mu_k) = 1.2 mu_k.
+    """
+    law = LuGre(0.1)
+    speed = row(law)[7]
+    faster = LuGre(0.1, stribeck_speed=1e-6, damping_speed=1.25 * speed)
+    within = LuGre(0.1, stribeck_speed=1e-6, damping_speed=1.19 * speed)
+    for friction, exceeds in ((faster, True), (within, False)):
+        slip = np.linspace(0.5, 1.0, 51) * speed
+        largest = max(abs(force(friction, v, z)[0]) for v, z in itertools.product(slip, states_of(friction)))
+        assert (largest > 150.0 * (1.0 + 1e-6)) == exceeds
+
+
+@pytest.mark.parametrize("law", FADING, ids=by_name)
+def test_fading_damping(law):
+    """Closed form: sigma_1 falls to 1/e of itself at the damping speed; at 1e6 m/s it stays constant."""
+    v, sigma_1 = 2e-3, 300.0
+    for speed, share in ((v, math.exp(-1.0)), (2.0 * v, math.exp(-0.25)), (CONSTANT, 1.0)):
+        found, rate = force(law(0.1, bristle_damping=sigma_1, damping_speed=speed), v, [0.0])
+        assert rate[0] == v
+        assert found == pytest.approx(NORMAL * sigma_1 * share * v, rel=1e-12)
+
+
+def test_lugre_damping_speed():
+    """Closed form: unless given, v_d makes the peak of sigma_1 |v| exp(-(v/v_d)^2), at v_d/sqrt 2, the kinetic coefficient."""
+    law = LuGre(0.08, bristle_damping=200.0)
+    speed = row(law)[7]
+    peak = force(law, speed / math.sqrt(2.0), [0.0])[0]
+    assert peak == pytest.approx(NORMAL * 0.08, rel=1e-14)
+    assert force(law, 1.01 * speed / math.sqrt(2.0), [0.0])[0] < peak > force(law, 0.99 * speed / math.sqrt(2.0), [0.0])[0]
+    assert row(LuGre(0.08, damping_speed=3e-3))[7] == 3e-3
+    assert force(LuGre(0.08, bristle_damping=0.0), 1e-3, [2e-7])[0] == pytest.approx(NORMAL * 1e5 * 2e-7, rel=1e-14)
+
+
+def test_elasto_plastic_damping_speed():
+    """Limit: elasto-plastic's v_d leaves no room: with 2 % more, friction exceeds mu_s at some deflection near breakaway.
+
+    At a slip speed far below the Stribeck speed, where g = mu_s.
+    """
+    for breakaway in (0.4, 0.7, 0.95):
+        law = ElastoPlastic(0.1, breakaway=breakaway, stribeck_speed=1.0)
+        speed = row(law)[7]
+        for factor, exceeds in ((1.02, True), (0.999, False)):
+            friction = ElastoPlastic(0.1, breakaway=breakaway, stribeck_speed=1.0, damping_speed=factor * speed)
+            v = factor * speed / math.sqrt(2.0)
+            largest = max(force(friction, v, [bend])[0] for bend in np.linspace(0.0, 1.5e-6, 4001))
+            assert (largest > 150.0 * (1.0 + 1e-6)) == exceeds
+
+
+@pytest.mark.parametrize("breakaway", [0.05, 0.4, 0.7, 0.95])
+def test_elasto_plastic_keeps_to_its_limit_to_rounding(breakaway):
+    """Limit: at the speed of the largest damping no deflection brings elasto-plastic's friction above mu_s, to rounding.
+
+    With mu_s = mu_k the curve is flat, so that the slip speed does not matter; one deflection reaches mu_s.
+    """
+    law = ElastoPlastic(0.1, 0.1, breakaway=breakaway)
+    v = row(law)[7] / math.sqrt(2.0)
+    largest = max(force(law, v, [bend])[0] for bend in np.linspace(0.0, 0.999e-6, 40_001))
+    assert 1.0 - 1e-7 < largest / (0.1 * NORMAL) <= 1.0 + 1e-14
+
+
+@pytest.mark.parametrize("law", FADING, ids=by_name)
+def test_slip_reversal_under_load(law):
+    """Limit: slip that reverses at 5 km/s^2, as in the paper's case, meets no more than static friction.
+
+    With a constant damping it meets more than a hundred times as much. By Heun's method in steps of 1 ns.
+    """
+    largest = {}
+    for name, friction in (("fading", law(0.1)), ("constant", law(0.1, damping_speed=CONSTANT))):
+        h, p = 1e-9, row(friction)
+        z, dz = start(friction, 0.05), np.zeros(1)
+        largest[name] = 0.0
+        for k in range(20_000):
+            v = 0.05 - 5e3 * k * h
+            found = friction_force(friction.kernel_kind, v, 1.0, z, dz, p)
+            largest[name] = max(largest[name], abs(found))
+            here, first = z[0], dz[0]
+            z[0] = here + h * first
+            friction_force(friction.kernel_kind, v - 5e3 * h, 1.0, z, dz, p)
+            z[0] = here + 0.5 * h * (first + dz[0])
+    assert largest["fading"] <= 0.15 * (1.0 + 1e-12)
+    assert largest["constant"] > 100.0 * 0.15
+
+
+def cycle_work(law, fast, *, slow=1e-4, length=3e-6, steps=1000):
+    """Work that friction takes in the third closed cycle of slow and fast slip forth and back, over mu_k times its path."""
+    p, z, dz = row(law), np.zeros(len(law.states)), np.zeros(len(law.states))
+    work = 0.0
+    for turn, speed in itertools.product(range(3), (slow, fast, -slow, -fast)):
+        h = length / abs(speed) / steps
+        for _ in range(steps):
+            before, here = friction_force(law.kernel_kind, speed, 1.0, z, dz, p), z.copy()
+            first = dz.copy()
+            z[:] = here + h * first
+            after = friction_force(law.kernel_kind, speed, 1.0, z, dz, p)
+            z[:] = here + 0.5 * h * (first + dz)
+            work += 0.5 * (before + after) * speed * h * (turn == 2)
+    return work / (law.kinetic * 4.0 * length)
+
+
+@pytest.mark.parametrize("law", FADING, ids=by_name)
+def test_passive_in_cycles_of_slow_and_fast_slip(law):
+    """Limit: creep that bends the bristles to static friction, then fast slip, costs energy in every closed cycle.
+
+    With a constant damping the fast slip of lugre gives back eighty times mu_k F_n over the path.
+    """
+    for fast in (1e-3, 3e-3, 1e-2, 1e-1, 1.0):
+        assert cycle_work(law(0.1), fast) > 0.5
+    if law is LuGre:
+        assert cycle_work(law(0.1, damping_speed=CONSTANT), 1.0) == pytest.approx(-78.5, rel=1e-2)
+
+
+@pytest.mark.parametrize("law", FADING, ids=by_name)
+def test_dissipation_inequality(law):
+    """Identity: F_t v - F_n sigma_0 z z' >= 0 in every state: at constant F_n the bristle energy is a storage function.
+
+    It is mu^2 - s mu + s g >= 0 with s = sigma_1(v) |v|, which holds for s <= 4 g (Olsson 1996, Lund); the default has
+    s <= g. A constant sigma_1 breaks it.
+    """
+    worst = {}
+    for name, friction in (("fading", law(0.1)), ("constant", law(0.1, damping_speed=CONSTANT))):
+        values = []
+        for v, (bend,) in itertools.product(SLIP[1:], states_of(friction)):
+            found, rate = force(friction, v, [bend], 1.0)
+            values.append((found * v - 1e5 * bend * rate[0]) / v)
+        worst[name] = min(values)
+    assert worst["fading"] >= -1e-15
+    assert worst["constant"] < -1.0
+
+
+@pytest.mark.parametrize("law", BRISTLES, ids=by_name)
+def test_contact_that_begins_at_rest(law):
+    """Limit: the first deflection is odd and continuous in the slip speed; a dwell starts at zero.
+
+    At 1e-4 of the Stribeck speed it is 1e-4 of the steady one.
+    """
+    friction = law(0.1)
+    assert np.all(start(friction, 0.0) == 0.0)
+    steady = 1.5e-6 if "static" in law.__dataclass_fields__ and law.name != "gonthier-bristle" else 1e-6
+    assert start(friction, 1e-7)[0] == pytest.approx(1e-4 * steady, rel=1e-6, abs=0.0)
+    bends = np.array([start(friction, v)[0] for v in SLIP])
+    assert np.array_equal([start(friction, -v)[0] for v in SLIP], -bends)
+    assert np.max(np.abs(np.diff([start(friction, v)[0] for v in np.linspace(-5e-3, 5e-3, 2001)]))) < 0.01 * steady
+    for v in SLIP:
+        assert not np.any(start(friction, v)[1:])
+        found = abs(force(friction, v, start(friction, v))[0])
+        assert found <= friction_limit(law.kernel_kind, v, NORMAL, row(friction)) * (1.0 + 1e-13)
+
+
+@pytest.mark.parametrize("law", BRISTLES, ids=by_name)
+def test_contact_that_begins_in_sliding(law):
+    """Closed form: from twenty Stribeck speeds on the first deflection is that of steady sliding; at one it is tanh 1 of it."""
+    friction = law(0.1)
+    for v in (0.02, 0.5, -3.0):
+        assert start(friction, v)[0] == pytest.approx(math.copysign(1e-6, v), rel=1e-15, abs=0.0)
+    curve = 1e-6 if law.name in ("dahl", "gonthier-bristle") else 1e-6 * (1.0 + 0.5 / math.e)
+    assert start(friction, 1e-3)[0] == pytest.approx(math.tanh(1.0) * curve, rel=1e-14, abs=0.0)
+
+
+@pytest.mark.parametrize("kinetic", [0.01, 0.1])
+def test_friction_keeps_to_its_limit_in_a_run(array, kinetic):
+    """Limit: in the paper's case |F_t| stays within mu_s F_n at every microsecond of the first 20 ms."""
+    run = sd.simulate(array.with_clearance("A", sd.Clearance(0.5e-3, friction=LuGre(kinetic))), until=0.02, samples=20_001)
+    joint = run.sel(joint="A")
+    assert float(joint["normal_force"].max()) > 5e4
+    # the bristle is known to a millionth
+    assert np.all(np.abs(joint["friction_force"]) <= 1.5 * kinetic * (1.0 + 2e-6) * joint["normal_force"])

@@ -1,0 +1,121 @@
+"""The work that presses an elastic part in, against quadrature of its force."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from bouncing import JOINT, row
+from scipy.integrate import quad
+
+from scissordyn.laws import catalogue
+from scissordyn.laws.contact import Continued
+from scissordyn.laws.dispatch import elastic_energy, elastic_force
+from scissordyn.laws.elastic.dubowsky_freudenstein import DubowskyFreudenstein
+from scissordyn.laws.elastic.hertz import Hertz
+from scissordyn.laws.elastic.johnson import Johnson
+from scissordyn.laws.elastic.liu import Liu
+from scissordyn.laws.elastic.persson import Persson
+from scissordyn.laws.elastic.power_law import PowerLaw
+from scissordyn.laws.elastic.radzimovsky import Radzimovsky
+from scissordyn.laws.user import UserElastic
+
+C = JOINT.clearance
+SHARES = (1e-6, 1e-3, 0.1, 0.5, 0.525, 0.999, 1.0, 1.001, 2.0, 3.0, 5.999, 6.001, 8.0, 18.0)
+"""Indentations in clearances, on both sides of the points where laws change their form, up to the journal's radius."""
+ALL = [law() for law in catalogue.ELASTIC.values()]
+
+
+def by_name(law):
+    """A test id that the mutation script selects by."""
+    return getattr(law, "name", None)
+
+
+def energy(law, delta, joint=JOINT):
+    """What the kernel says."""
+    return elastic_energy(law.kernel_kind, delta, row(law, joint))
+
+
+def work(law, delta, joint=JOINT, breaks=()):
+    """Scipy's adaptive quadrature of the force, in s = sqrt(delta), piece by piece."""
+    p = row(law, joint)
+    ends = np.sqrt([0.0, *sorted(b for b in breaks if b < delta), delta])
+    return math.fsum(
+        quad(lambda s: elastic_force(law.kernel_kind, s * s, p) * 2.0 * s, a, b, epsabs=0.0, epsrel=5e-13, limit=200)[0]
+        for a, b in itertools.pairwise(ends)
+    )
+
+
+@pytest.mark.parametrize("law", [*ALL, Radzimovsky(half_width=1.6), DubowskyFreudenstein(1.0), PowerLaw(1e8, 0.5)], ids=by_name)
+@pytest.mark.parametrize("clearance", [C, 0.02e-3])
+def test_energy_is_the_work_of_the_force(law, clearance):
+    """Cross-check: to 1e-12 at every indentation from a nanometre to the journal's radius."""
+    joint = replace(JOINT, clearance=clearance)
+    breaks = [law.deepest(joint)] if isinstance(law, Continued) else []
+    depths = [share * clearance for share in SHARES]
+    depths += [b * (1.0 + sign * 1e-9) for b in breaks for sign in (-1, 0, 1)]
+    for delta in depths:
+        assert energy(law, delta, joint) == pytest.approx(work(law, delta, joint, breaks), rel=1e-12)
+    assert energy(law, 0.0, joint) == 0.0
+    assert energy(law, -1e-4, joint) == 0.0
+
+
+@pytest.mark.parametrize("law", ALL, ids=by_name)
+def test_force_is_the_slope_of_the_energy(law):
+    """Identity: by a sixth-order difference, across the points where a law or the way its energy is found changes."""
+    weights = {-3: -1 / 60, -2: 9 / 60, -1: -45 / 60, 1: 45 / 60, 2: -9 / 60, 3: 1 / 60}
+    for share in (1e-3, 0.3, 0.52, 0.7, 1.0, 2.5, 7.0):
+        delta, h = share * C, 1e-3 * share * C
+        slope = sum(weight * energy(law, delta + k * h) for k, weight in weights.items()) / h
+        assert slope == pytest.approx(elastic_force(law.kernel_kind, delta, row(law)), rel=1e-9)
+
+
+def test_hertz_and_johnson_by_hand():
+    """Closed form: 2/5 K delta^(5/2); and johnson's F delta/2 - F^2/(4 pi E* L_b) on its branch."""
+    assert energy(Hertz(), 1e-4) == pytest.approx(0.4 * 6.61020e10 * 1e-10, rel=1e-5)
+    delta = 0.3 * C
+    force = elastic_force(Johnson.kernel_kind, delta, row(Johnson()))
+    expected = 0.5 * force * delta - 0.25 * force**2 / (math.pi * JOINT.modulus * JOINT.length)
+    assert energy(Johnson(), delta) == pytest.approx(expected, rel=1e-13)
+
+
+def test_liu_far_beyond_the_clearance():
+    """Limit: for delta >> c Liu's law is a spring of stiffness L_b (pi/2) E*/sqrt 2, to first order in c/delta."""
+    joint = replace(JOINT, clearance=1e-9)
+    stiffness = joint.length * 0.5 * math.pi * joint.modulus / math.sqrt(2.0)
+    assert energy(Liu(), 1e-3, joint) == pytest.approx(0.5 * stiffness * 1e-6, rel=3e-6)
+
+
+def test_continued_laws_say_so():
+    """Identity: the laws with a tangent, and where it begins: at TURN e^(1-TURN) of the deepest point, at six clearances."""
+    names = {law.name for law in ALL if isinstance(law, Continued)}
+    assert names == {"johnson", "esdu-78035", "radzimovsky", "dubowsky-freudenstein", "persson"}
+    assert Persson().deepest(JOINT) == pytest.approx(6.0 * C, rel=1e-14)
+    assert Johnson().deepest(JOINT) == pytest.approx(1.25 * math.exp(-0.25) * 4.0 * C / math.e**2, rel=1e-14)
+
+
+def test_users_laws():
+    """Closed form: a user's power law, one with two kinks, one that is flat first, and one that is not a number."""
+
+    def kinked(indentation):
+        return 1e8 * indentation + 3e9 * max(indentation - 1.1e-4, 0.0) - 1e9 * max(indentation - 2.3e-4, 0.0)
+
+    def late(indentation):
+        return 5e8 * max(indentation - 1e-4, 0.0)
+
+    power = UserElastic(lambda indentation: 2e9 * indentation**1.3)
+    assert energy(power, 3e-4) == pytest.approx(2e9 * 3e-4**2.3 / 2.3, rel=1e-12)
+    expected = 0.5 * (1e8 * 4e-4**2 + 3e9 * 2.9e-4**2 - 1e9 * 1.7e-4**2)
+    assert energy(UserElastic(kinked), 4e-4) == pytest.approx(expected, rel=1e-12)
+    assert energy(UserElastic(late), 4e-4) == pytest.approx(0.5 * 5e8 * 3e-4**2, rel=1e-12)
+    hole = UserElastic(lambda indentation: math.nan if 1.2e-4 < indentation < 1.6e-4 else 1e8 * indentation)
+    assert math.isnan(elastic_energy(hole.kernel_kind, 4e-4, np.array([*hole.parameters(replace(JOINT, clearance=1e-4)), 0.0])))
+
+
+def test_users_law_that_is_nowhere_smooth():
+    """Limit: a force that ripples more finely than may be halved: the quadrature ends, near the work without ripples."""
+    rippled = UserElastic(lambda indentation: 1e8 * indentation * (1.0 + 0.5 * math.sin(3e9 * indentation)))
+    assert energy(rippled, 4e-4) == pytest.approx(0.5 * 1e8 * 4e-4**2, rel=0.05)

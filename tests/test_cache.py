@@ -257,6 +257,12 @@ def content() -> Described:
     )
 
 
+class Whole(NamedTuple):
+    """A tuple with such a part."""
+
+    part: Described
+
+
 FROZEN = np.zeros(3)
 FROZEN.flags.writeable = False
 
@@ -281,10 +287,10 @@ def test_handles_refuse_other_types(field: str, value: object) -> None:
     """Identity: kernels would read another type as garbage; it is refused when the handle is made and when it is exchanged."""
     with pytest.raises(TypeError, match=rf"Described\.{field}: "):
         Handle(content()._replace(**{field: value}))
-    handle = Handle(content())
+    handle = Handle(Whole(content()))
     before = handle.content
     with pytest.raises(TypeError, match=rf"Described\.{field}: "):
-        handle.exchange(**{field: value})
+        handle.exchange("part", **{field: value})
     assert handle.content is before
 
 

@@ -116,36 +116,47 @@ class Handle:
 
     def exchange(self, part: str, **arrays: Any) -> None:
         """Put other arrays, of the same type, in the place of some of a part; the address stays."""
-        self.content = self.content._replace(**{part: getattr(self.content, part)._replace(**arrays)})
+        content = self.content._replace(**{part: getattr(self.content, part)._replace(**arrays)})
         words: list[int] = []
-        _append_words(self.content, words)
-        self._memory[:] = words
+        _append_words(content, words)
+        self.content, self._memory[:] = content, words
 
 
 @cache
-def _declared(described: type) -> tuple[tuple[str, np.dtype[Any] | None, int], ...]:
-    """Name, element type and dimensions of each array of a tuple; no element type for numbers and inner tuples."""
-    found: list[tuple[str, np.dtype[Any] | None, int]] = []
+def _declared(described: type) -> tuple[tuple[str, Any, int], ...]:
+    """Name, element type and dimensions of each array of a tuple; the type alone of numbers and inner tuples, with -1."""
+    found: list[tuple[str, Any, int]] = []
     for name, hint in get_type_hints(described, include_extras=True).items():
         kind = get_args(hint)[1] if get_origin(hint) is Annotated else None
-        found.append((name, None, 0) if kind is None else (name, as_dtype(kind.dtype), kind.ndim))
+        found.append((name, hint, -1) if kind is None else (name, as_dtype(kind.dtype), kind.ndim))
     return tuple(found)
 
 
 def _append_words(content: Any, words: list[int]) -> None:
-    """The tuple as numba lays it out in memory; an array as owner, parent, items, item size, data, shape and strides."""
-    for (name, dtype, dimensions), part in zip(_declared(type(content)), content, strict=True):
-        if dtype is not None:
-            if part.dtype != dtype or part.ndim != dimensions or not part.flags.carray:
+    """The tuple as numba lays it out in memory; an array as owner, parent, items, item size, data, shape and strides.
+
+    Kernels read memory by the declaration alone: another type would be read as garbage and written beyond.
+    """
+    for (name, kind, dimensions), part in zip(_declared(type(content)), content, strict=True):
+        if dimensions >= 0:
+            if not (isinstance(part, np.ndarray) and part.dtype == kind and part.ndim == dimensions and part.flags.carray):
                 raise TypeError(
-                    f"{type(content).__name__}.{name}: {part.dtype} with {part.ndim} dimensions in place of {dtype} with "
-                    f"{dimensions}, C-contiguous"
+                    f"{type(content).__name__}.{name}: {_what(part)} in place of a contiguous, writable {kind} array, "
+                    f"dimension {dimensions}"
                 )
             words += (0, 0, part.size, part.itemsize, part.ctypes.data, *part.shape, *part.strides)
+        elif not isinstance(part, kind):
+            raise TypeError(f"{type(content).__name__}.{name}: {_what(part)} in place of {kind.__name__}")
         elif isinstance(part, tuple):
             _append_words(part, words)
         else:
             words.append(part if isinstance(part, int) else int(np.float64(part).view(np.int64)))
+
+
+def _what(part: Any) -> str:
+    if isinstance(part, np.ndarray):
+        return f"{'' if part.flags.carray else 'not contiguous or read-only '}{part.dtype} array, dimension {part.ndim}"
+    return type(part).__name__
 
 
 class _Opened(types.Type):  # type: ignore[misc]

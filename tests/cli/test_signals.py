@@ -111,7 +111,7 @@ SCAN = ("--over", "A.clearance", "--from", "0.1 mm", "--to", "0.2 mm", "--values
 def test_a_diagram_that_is_stopped_is_kept(tmp_path: Path, number: signal.Signals, whole_group: bool) -> None:
     """Identity: whether the signal reaches the command or its workers too, they end, and the file holds what was done."""
     target = tmp_path / "diagram.nc"
-    with started(*COMMAND, "bifurcation", str(EXAMPLES / "swing.toml"), *SCAN, "-o", str(target)) as process:
+    with started(*COMMAND, "bifurcation", str(EXAMPLES / "periodic.toml"), *SCAN, "-o", str(target)) as process:
         wait_for(target.exists, process)  # written every ten seconds
         (os.killpg if whole_group else os.kill)(process.pid, number)
         out, err = ended(process)

@@ -124,7 +124,7 @@ def test_latch_of_an_array_keeps_momentum():
     assert np.allclose(angular, angular[0], atol=1e-11)
     after = run.isel(time=-1)
     assert float(after["angular_velocity"][0] - after["angular_velocity"][1]) == pytest.approx(0.0, abs=1e-10)
-    assert float(run["kinetic_energy"][0] - after["kinetic_energy"]) == pytest.approx(float(after["latch_loss"]), rel=1e-9)
+    assert float(run["kinetic_energy"][0] - after["kinetic_energy"]) == pytest.approx(float(after["switching_loss"]), rel=1e-9)
 
 
 @pytest.mark.parametrize("method", METHODS)

@@ -124,10 +124,10 @@ def test_a_carried_state_stands_where_it_stood(frictional):
     options = cycle_options(frictional)
     end = run_cycles(frictional, options, cycles=2).end
     same = carried(frictional, end, frictional)
-    np.testing.assert_allclose(same.state, end.state, rtol=1e-12)
-    assert (same.mode.tolist(), same.approach.tolist()) == (end.mode.tolist(), end.approach.tolist())
+    np.testing.assert_allclose(same.y, end.y, rtol=1e-12)
+    assert (same.mode.tolist(), same.arrays["memory"].tolist()) == (end.mode.tolist(), end.arrays["memory"].tolist())
     wider = carried(frictional, end, frictional.replace("A.clearance", 1e-3))
-    np.testing.assert_allclose(wider.state, end.state, rtol=1e-12)
+    np.testing.assert_allclose(wider.y, end.y, rtol=1e-12)
     assert end.mode.tolist() == [1]
     assert wider.mode.tolist() == [0]
 

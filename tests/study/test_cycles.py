@@ -55,7 +55,7 @@ def test_phase(frictional, tight, dense):
     shifted = cycle(frictional, cycles=4, phase=0.25, rtol=1e-9, atol=1e-9)
     apart = shifted["eccentricity"].values - dense["eccentricity"].sel(joint=["A"]).values[1:17:4]
     assert np.max(np.abs(apart)) < 1e-5 * 0.1e-3
-    for name in ("peak_force", "contact_fraction", "drive_work", "end_state"):
+    for name in ("peak_force", "contact_fraction", "drive_work", "end_y"):
         np.testing.assert_array_equal(shifted[name], tight[name])
 
 
@@ -95,7 +95,7 @@ def test_going_on_is_bit_for_bit(impacting, tmp_path):
     step = cycle(impacting, cycles=1)
     for number in range(1, 12):
         step = cycle(impacting, cycles=1, start=step)
-        np.testing.assert_array_equal(step["end_state"], cycle(impacting, cycles=number + 1)["end_state"])
+        np.testing.assert_array_equal(step["end_y"], cycle(impacting, cycles=number + 1)["end_y"])
     assert rest["cycle"].values.tolist() == list(range(5, 12))
     for name in rest.data_vars:
         expected = whole[name].isel(cycle=slice(5, None)) if "cycle" in whole[name].dims else whole[name]
@@ -148,7 +148,7 @@ def test_what_cannot_be_used(periodic, impacting, frictional):
         (lambda: cycle(impacting, cycles=1, phase=1.0), "phase = 1.0"),
         (lambda: cycle(impacting, cycles=1, start=ideal), "another mechanism"),
         (lambda: cycle(impacting, cycles=1, period=0.1, start=cycle(impacting, cycles=1)), "the same period"),
-        (lambda: cycle(impacting, cycles=1, start=ideal.drop_vars("end_state")), "without a final state"),
+        (lambda: cycle(impacting, cycles=1, start=ideal.drop_vars("end_y")), "without a final state"),
         (lambda: cycle(periodic.driven(table), cycles=10, period=0.1), "tabulated until 0.6 s"),
         (lambda: drive_period(two), "2 periods"),
         (lambda: drive_period(periodic.driven(table)), "no periods"),

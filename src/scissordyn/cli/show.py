@@ -136,9 +136,11 @@ def show_summary(run: xr.Dataset, to: Console) -> None:
         turned_over = max(float(np.ptp(run[name].values)) for name in ("kinetic_energy", "potential_energy", "drive_work"))
         relative = f", {residual / turned_over:.1e} of the converted energy" if turned_over > 0.0 else ""
         parts.append(f"The energy balance closes to {short(residual, 'J')}{relative}.")
-    trusted = float(attributes["trusted_until"])
-    if math.isfinite(trusted):
-        parts.append(f"Trusted until {short(trusted, 's')}, through {counted(int(attributes['trusted_contacts']))}.")
+    if "trusted_until" in attributes:
+        trusted, contacts = float(attributes["trusted_until"]), counted(int(attributes["trusted_contacts"]))
+        parts.append(f"Trusted until {short(trusted, 's')}, through {contacts}.")
+    elif "predictability" in attributes:
+        parts.append(f"The predictability horizon is {attributes['predictability']}.")
     to.print(" ".join(parts), markup=False)
     for warning in json.loads(attributes["warnings"]):
         to.print(f"Warning: {warning}", markup=False)

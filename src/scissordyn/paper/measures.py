@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -161,7 +162,7 @@ def measure(run: xr.Dataset, ideal: xr.Dataset) -> Measures:
         angle_deviation=_part(np.max(np.abs(differences["angle"])), ranges["angle"]),
         irregularity=_rms(differences["slider_acceleration"][~before]) / _rms(acceleration),
         arc=_arc(run),
-        trusted_until=float(run.attrs["trusted_until"]),
+        trusted_until=float(run.attrs.get("trusted_until", math.nan)),
         end=end,
     )
 

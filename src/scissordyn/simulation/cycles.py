@@ -95,7 +95,7 @@ def cycle(
 
 def _start_of(run: xr.Dataset) -> StartKind:
     """The start option of an earlier run, on which the choice of the method depends."""
-    options = read_configuration(run).options if "end_state" in run else None
+    options = read_configuration(run).options if "end_y" in run else None
     if options is None:
         raise InputError("start = a dataset without a final state", "a Dataset that cycle() made")
     return options.start

@@ -65,6 +65,10 @@ def to_dataset(mechanism: Mechanism, options: Options, path: Trajectory) -> xr.D
     """
     path, found = _recorded(path)
     variables = {
+        "time": _described(("time",), path.samples.time, "s", "time"),
+        "body": _named("body", [body.name for body in mechanism.bodies]),
+        "joint": _named("joint", list(mechanism.joint_names)),
+        "axis": _named("axis", ["x", "y"]),
         **_motion_variables(mechanism, path, found),
         **_joint_variables(mechanism, path, found),
         **_component_variables(mechanism, path, found),
@@ -75,14 +79,6 @@ def to_dataset(mechanism: Mechanism, options: Options, path: Trajectory) -> xr.D
         **_contact_variables(mechanism, path),
         **{name: xr.Variable(*parts) for name, parts in event_variables(mechanism, path.log).items()},
     }
-    coordinates = xr.Coordinates(
-        {
-            "time": _described(("time",), path.samples.time, "s", "time"),
-            "body": ("body", [body.name for body in mechanism.bodies]),
-            "joint": ("joint", list(mechanism.joint_names)),
-            "axis": ("axis", ["x", "y"]),
-        }
-    )
     attributes = {
         "title": "scissordyn run",
         "status": path.status,
@@ -94,19 +90,20 @@ def to_dataset(mechanism: Mechanism, options: Options, path: Trajectory) -> xr.D
         "versions": _versions(),
         "length_error": float(found.length_error[0]),
     }
-    return _assembled(variables, coordinates, attributes)
+    return _assembled(variables, attributes)
 
 
-def _assembled(variables: Variables, coordinates: xr.Coordinates, attributes: dict[str, Any]) -> xr.Dataset:
+def _assembled(variables: Variables, attributes: dict[str, Any]) -> xr.Dataset:
     """A Dataset of variables that are known to fit together; its usual constructor would take as long as a run."""
-    parts = {**variables, **coordinates.variables}
-    sizes = {dim: size for part in parts.values() for dim, size in zip(part.dims, part.shape, strict=True)}
+    indexes: dict[Any, xr.Index] = {
+        name: xr.indexes.PandasIndex(variable.values, name) for name, variable in variables.items() if variable.dims == (name,)
+    }
+    coordinates = {name: index.create_variables({name: variables[name]})[name] for name, index in indexes.items()}
     direct = getattr(xr.Dataset, "_construct_direct", None)
     if direct is None:
-        return xr.Dataset(variables, coords=coordinates, attrs=attributes)
-    made: xr.Dataset = direct(
-        parts, set(coordinates.variables), dims=sizes, attrs=attributes, indexes=dict(coordinates.xindexes)
-    )
+        return xr.Dataset(variables, attrs=attributes)
+    sizes = {dim: size for part in variables.values() for dim, size in zip(part.dims, part.shape, strict=True)}
+    made: xr.Dataset = direct({**variables, **coordinates}, set(coordinates), dims=sizes, attrs=attributes, indexes=indexes)
     return made
 
 

@@ -125,18 +125,3 @@ def jacobian(system: Handle, y: np.ndarray) -> np.ndarray:
         functions.rate(0.0, moved, system.address, down)
         matrix[:, k] = (up - down) / (2.0 * h)
     return matrix
-
-
-def check_tolerance(method: str, rtol: float) -> None:
-    """Raise `InputError` for a tolerance that a method cannot reach in floating point."""
-    smallest = SMALLEST_RTOL.get(method, 1e-14)
-    if rtol < smallest:
-        raise InputError(
-            f"rtol = {rtol:g} with method '{method}'",
-            f"rtol >= {smallest:g}: its error estimate is round-off below",
-            "method = 'dop853'",
-        )
-
-
-SMALLEST_RTOL = {"rodas5p": 1e-11, "rodas4p": 1e-11}
-"""Measured: docs/decisions/0002-methods.md."""

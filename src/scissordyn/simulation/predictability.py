@@ -18,7 +18,6 @@ from scissordyn.mechanics.assembly import eccentricity_map
 from scissordyn.mechanics.reduced_model import ReducedModel
 from scissordyn.mechanics.system import System
 from scissordyn.model.mechanism import Mechanism
-from scissordyn.simulation.method import SMALLEST_RTOL
 from scissordyn.simulation.options import Options
 from scissordyn.simulation.trajectory import Trajectory, compute
 
@@ -29,6 +28,9 @@ DIVERGENCE = 0.1
 
 DIVERGENCE_BODY = 1e-2
 """Distance of the two positions of a body, as a fraction of the mechanism's size, in a mechanism without clearance."""
+
+SMALLEST = 1e-14
+"""Smallest tolerance of a second run, a few roundings."""
 
 TIGHTER = {"dop853": 1e-3, "dopri5": 1e-2, "rodas5p": 1e-2, "rodas4p": 1e-2}
 """Tolerances of the second run as a fraction of the first, by method: together both take at most three times as long as one."""
@@ -51,12 +53,15 @@ class Horizon:
         "to the end", "diverged" or "unknown".
     reason : str
         Why it is unknown.
+    interrupted : bool
+        Whether the second run was stopped by the user.
     """
 
     until: float
     contacts: int
     found: str
     reason: str = ""
+    interrupted: bool = False
 
     @property
     def attributes(self) -> dict[str, Any]:
@@ -94,8 +99,7 @@ def predictability(
     Horizon
     """
     method = str(path.statistics["method"])
-    least = SMALLEST_RTOL.get(method, 1e-14)
-    rtol, atol = max(TIGHTER[method] * options.rtol, least), max(TIGHTER[method] * options.atol, 1e-14)
+    rtol, atol = (max(TIGHTER[method] * asked, SMALLEST) for asked in (options.rtol, options.atol))
     starts = run["contact_start"].values
     if rtol > TOO_NEAR * options.rtol:
         return Horizon(math.nan, 0, "unknown", f"no tighter tolerance than rtol = {options.rtol:g} can be computed")
@@ -105,6 +109,8 @@ def predictability(
     chosen = np.flatnonzero(np.diff(times, prepend=-1.0) > 0.0)
     tight = dataclasses.replace(options, rtol=rtol, atol=atol, method=method)
     second = compute(mechanism, tight, progress, times=times[chosen])
+    if second.status == "interrupted":
+        return Horizon(math.nan, 0, "unknown", "interrupted while the run was repeated", interrupted=True)
     count = second.samples.time.size
     apart = _apart(path.reduced, path.system.content, times[chosen][:count], states[chosen][:count], second.samples.state)
     diverged = np.flatnonzero(~(apart < 1.0))

@@ -116,6 +116,10 @@ def _simulate(mechanism: Mechanism, options: Options, progress: Callable[[float]
     run = to_dataset(mechanism, options, path)
     found = [*path.warnings, *run_warnings(mechanism, run, path.immobile)]
     if options.trust:
-        run.attrs.update(predictability(mechanism, options, path, run, progress).attributes)
+        horizon = predictability(mechanism, options, path, run, progress)
+        run.attrs.update(horizon.attributes)
+        if horizon.interrupted:
+            cause = "interrupted while the run was repeated; the run itself is complete, and its horizon is unknown"
+            run.attrs.update(status="interrupted", cause=cause)
     run.attrs["warnings"] = json.dumps(found)
     return run

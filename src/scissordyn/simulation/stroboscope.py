@@ -206,7 +206,7 @@ def _cycled(
         cause = "interrupted"
     seconds = clocks.perf_counter() - began
     if status == loop.ADVANCING and not cause and done < cycles:
-        cause = f"{options.most_steps} steps did not suffice for a cycle"
+        cause = f"{options.most_steps} steps are not enough for a cycle"
     cause = cause or broken_off(status, driver)
     ended = "complete" if done == cycles else ("interrupted" if cause == "interrupted" else "failed")
     if ended != "complete":

@@ -17,7 +17,7 @@ from scissordyn.mechanics.reduced_model import ReducedModel
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.simulation.cause import failed_latch, full_coordinates, immobile_joints, singular_position
 from scissordyn.simulation.driver import Driver, counted, make_system
-from scissordyn.simulation.method import Choice, check_tolerance, choose_method
+from scissordyn.simulation.method import Choice, choose_method
 from scissordyn.simulation.options import Options
 from scissordyn.simulation.start import Prepared, prepare_start
 from scissordyn.simulation.tolerance import error_weights
@@ -101,7 +101,6 @@ def make_driver(reduced: ReducedModel, options: Options) -> tuple[Driver, Prepar
     prepared = prepare_start(reduced, system, options.start)
     tolerances = error_weights(reduced, system, prepared.y, rtol=options.rtol, atol=options.atol)
     choice = choose_method(reduced, system, prepared.y, options, tolerances)
-    check_tolerance(choice.method, options.rtol)
     driver = Driver(
         reduced,
         system,
@@ -158,7 +157,7 @@ def compute(
     try:
         status = driver.advance(options.until, most_steps=options.most_steps, progress=progress)
         if status == loop.ADVANCING:
-            cause = f"{options.most_steps} steps did not suffice"
+            cause = f"{options.most_steps} steps are not enough"
     except KeyboardInterrupt:
         cause = "interrupted"
     seconds = clocks.perf_counter() - began

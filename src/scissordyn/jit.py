@@ -81,10 +81,10 @@ def callback(function: Callable[..., Any], signature: Any, *, stored: bool) -> A
         Its attribute `address` is where it is called, as long as it lives.
     """
     arguments, result = normalize_signature(signature)
-    made = CFunc(function, (arguments, result), locals={}, options={"error_model": "numpy"})  # type: ignore[no-untyped-call]
+    made: Any = CFunc(function, (arguments, result), locals={}, options={"error_model": "numpy"})
     if stored:
         made._cache = KernelCache(function)
-    made.compile()  # type: ignore[no-untyped-call]
+    made.compile()
     return made
 
 
@@ -134,7 +134,7 @@ def _declared(described: type) -> tuple[tuple[str, np.dtype[Any] | None, int], .
 
 def _append_words(content: Any, words: list[int]) -> None:
     """The tuple as numba lays it out in memory; an array as owner, parent, items, item size, data, shape and strides."""
-    for (name, dtype, dimensions), part in zip(_declared(type(content)), content, strict=True):
+    for (name, dtype, dimensions), part in zip(_declared(content.__class__), content, strict=True):
         if dtype is not None:
             if part.dtype != dtype or part.ndim != dimensions or not part.flags.carray:
                 raise TypeError(
@@ -148,7 +148,7 @@ def _append_words(content: Any, words: list[int]) -> None:
             words.append(part if isinstance(part, int) else int(np.float64(part).view(np.int64)))
 
 
-class _Opened(types.Type):  # type: ignore[misc]
+class _Opened(types.Type):
     """An address in kernels: the fields of the tuple there are loaded when they are named."""
 
     def __init__(self, described: type) -> None:
@@ -157,7 +157,7 @@ class _Opened(types.Type):  # type: ignore[misc]
 
 
 @register_model(_Opened)
-class _OpenedModel(models.PrimitiveModel):  # type: ignore[misc]
+class _OpenedModel(models.PrimitiveModel):
     def __init__(self, manager: Any, opened: _Opened) -> None:
         super().__init__(manager, opened, ir.IntType(64))
 
@@ -165,7 +165,8 @@ class _OpenedModel(models.PrimitiveModel):  # type: ignore[misc]
 @cache
 def _members(described: type) -> dict[str, tuple[Any, int]]:
     """Numba type and place, in words, of each field of a tuple as `Handle` lays it out."""
-    found, place = {}, 0
+    found: dict[str, tuple[Any, int]] = {}
+    place = 0
     for name, hint in get_type_hints(described, include_extras=True).items():
         if hint in (int, float):
             found[name] = (types.int64 if hint is int else types.float64, place)
@@ -189,10 +190,10 @@ def _words(described: type) -> int:
 
 
 @infer_getattr
-class _OpenedAttributes(AttributeTemplate):  # type: ignore[misc]
+class _OpenedAttributes(AttributeTemplate):
     key = _Opened
 
-    def generic_resolve(self, opened: _Opened, name: str) -> Any:
+    def generic_resolve(self, opened: _Opened, name: str) -> Any:  # type: ignore[override]
         member = _members(opened.described).get(name)
         return None if member is None else member[0]
 

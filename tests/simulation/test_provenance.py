@@ -12,10 +12,10 @@ from pathlib import Path
 import grimp
 import numpy as np
 import pytest
-from scissordyn.paper.cache import SHOWN
 
 import scissordyn
 import scissordyn as sd
+from scissordyn.paper.cache import SHOWN
 from scissordyn.simulation.provenance import FACES, provenance
 from scissordyn.study import bifurcation as diagram_module
 

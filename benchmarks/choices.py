@@ -10,16 +10,16 @@ import numba
 import numpy as np
 from numba import types
 from numba.core.types.function_type import CompileResultWAP
-from scissordyn.mechanics.layout import lay_out
 
 import scissordyn as sd
 from benchmarks.cases import FRICTION, UNTIL, array, name_of
 from benchmarks.measure import command, interleaved, table
 from scissordyn.integrate import tableau
 from scissordyn.integrate.quadrature import gauss_nodes, primitives
-from scissordyn.jit import Handle
-from scissordyn.mechanics.system import build_system, open_system
-from scissordyn.simulation import trajectory
+from scissordyn.mechanics.reduce import reduce_mechanism
+from scissordyn.mechanics.system import open_system
+from scissordyn.simulation import driver, tolerance
+from scissordyn.simulation.driver import make_system
 
 CALLS = 300_000
 
@@ -32,9 +32,9 @@ def measure(quick: bool = False) -> str:
 def _hidden_states() -> str:
     rows = []
     for kinetic in (0.01, 0.1):
-        reference = sd.simulate(array(kinetic), until=UNTIL, rtol=1e-12, atol=1e-12)["contact_start"].values
+        reference = sd.simulate(array(kinetic), until=UNTIL, rtol=1e-12, atol=1e-12, method="dop853")["contact_start"].values
         for weight in (1.0, 10.0, 100.0, 1000.0):
-            with mock.patch.object(trajectory, "INTERNAL_STATES", weight):
+            with mock.patch.object(tolerance, "INTERNAL_STATES", weight):
                 run = sd.simulate(array(kinetic), until=UNTIL)
             errors = np.abs(run["contact_start"].values[:5] - reference[:5])
             steps = json.loads(run.attrs["statistics"])["steps"]
@@ -47,7 +47,7 @@ def _books() -> str:
     rows = []
     for kinetic in [kinetic for kinetic in FRICTION if kinetic]:  # explicit methods integrate on their stages
         for points in (3, 4, 5, 6, 7):
-            with mock.patch.object(trajectory, "tableau", lambda name, k=points: _with_nodes(name, k)):
+            with mock.patch.object(driver, "tableau", lambda name, k=points: _with_nodes(name, k)):
                 run = sd.simulate(array(kinetic), until=UNTIL)
             residual = float(abs(run["energy_residual"]).max() / run["kinetic_energy"].max())
             chosen = json.loads(run.attrs["statistics"])["method"]
@@ -59,13 +59,13 @@ def _books() -> str:
 
 def _with_nodes(name: str, points: int) -> tableau.Tableau:
     nodes = gauss_nodes(points)
-    return tableau.tableau(name)._replace(gauss=nodes, primitive=primitives(nodes))
+    primitive = primitives(nodes)
+    return tableau.tableau(name)._replace(gauss=nodes, weight=primitive.sum(axis=1), primitive=primitive)
 
 
 def _handing_over(repeats: int) -> str:
-    mechanism = array(None)
-    system = build_system(lay_out(mechanism))
-    handle = Handle(system)
+    handle = make_system(reduce_mechanism(array(None)))
+    system = handle.content
     candidates = {
         "by value": _caller(True, True, system),
         "by value, no reference counts": _caller(True, False, system),
@@ -73,7 +73,7 @@ def _handing_over(repeats: int) -> str:
     }
     times = interleaved(candidates, repeats)
     rows = [[name, f"{1e9 * found.median / CALLS:.1f}"] for name, found in times.items()]
-    arrays = sum(isinstance(part, np.ndarray) for part in system)
+    arrays = sum(isinstance(part, np.ndarray) for group in system for part in group)
     text = (
         f"A call through a typed pointer of a function that touches four of a system's {arrays} arrays, all passed by\n"
         "value or as one address.\n\n"
@@ -90,15 +90,15 @@ def _caller(by_value: bool, counts: bool, content: Any) -> Any:
         layout = numba.typeof(content)
 
         def touch(t, S, dy):
-            dy[0] = t + S.weight[0] + S.X[0] + S.V[0]
-            S.A[0] = dy[0]
+            dy[0] = t + S.parameters.weight[0] + S.work.X[0] + S.work.V[0]
+            S.work.A[0] = dy[0]
     else:
         layout = types.int64
 
         def touch(t, address, dy):
             S = open_system(address)
-            dy[0] = t + S.weight[0] + S.X[0] + S.V[0]
-            S.A[0] = dy[0]
+            dy[0] = t + S.parameters.weight[0] + S.work.X[0] + S.work.V[0]
+            S.work.A[0] = dy[0]
 
     signature = types.void(types.float64, layout, vector)
     compiled = numba.njit(**options)(touch)

@@ -43,10 +43,13 @@ Found = tuple[float, np.ndarray, list[float]]
 def package(tolerance: float) -> Found:
     """scissordyn, with torque, energies, peaks and events."""
     path = compute(MECHANISM, Options(UNTIL, samples=SAMPLES, rtol=tolerance, atol=tolerance))
-    samples = path.samples
-    joint = record(path.system, samples.time, samples.state, samples.mode, samples.memory).joint[:, 0]
+    pin = record(path.reduced, path.system, path.samples).contact[:, 0]
     starts = path.log[path.log[:, 2] == 1.0, 0]
-    return float(path.statistics["seconds"]), joint[:, 8:9] * joint[:, 6:8], starts.tolist()
+    return (
+        float(path.statistics["seconds"]),
+        pin["distance"][:, None] * np.column_stack([pin["nx"], pin["ny"]]),
+        starts.tolist(),
+    )
 
 
 @njit

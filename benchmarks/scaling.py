@@ -72,7 +72,7 @@ def _one_clearance(units: tuple[int, ...], repeats: int) -> str:
         rows.append(
             [
                 name,
-                str(path.layout.free),
+                str(path.reduced.free),
                 str(path.statistics["steps"]),
                 f"{1e3 * phases.integration:.2f}",
                 verdict if path.status == "complete" else path.status,
@@ -110,7 +110,7 @@ def _clearance_everywhere(units: tuple[int, ...], repeats: int) -> str:
             [
                 f"N = {count}",
                 str(len(mechanism.clearance_joints)),
-                str(path.layout.free),
+                str(path.reduced.free),
                 f"{1e6 * per_rate[-1]:.2f}",
                 path.status,
                 str(path.statistics["steps"]),

@@ -81,10 +81,10 @@ def callback(function: Callable[..., Any], signature: Any, *, stored: bool) -> A
         Its attribute `address` is where it is called, as long as it lives.
     """
     arguments, result = normalize_signature(signature)
-    made = CFunc(function, (arguments, result), locals={}, options={"error_model": "numpy"})  # type: ignore[no-untyped-call]
+    made: Any = CFunc(function, (arguments, result), locals={}, options={"error_model": "numpy"})
     if stored:
         made._cache = KernelCache(function)
-    made.compile()  # type: ignore[no-untyped-call]
+    made.compile()
     return made
 
 
@@ -137,7 +137,7 @@ def _append_words(content: Any, words: list[int]) -> None:
 
     Kernels read memory by the declaration alone: another type would be read as garbage and written beyond.
     """
-    for (name, kind, dimensions), part in zip(_declared(type(content)), content, strict=True):
+    for (name, kind, dimensions), part in zip(_declared(content.__class__), content, strict=True):
         if dimensions >= 0:
             if not (isinstance(part, np.ndarray) and part.dtype == kind and part.ndim == dimensions and part.flags.carray):
                 raise TypeError(
@@ -159,7 +159,7 @@ def _what(part: Any) -> str:
     return type(part).__name__
 
 
-class _Opened(types.Type):  # type: ignore[misc]
+class _Opened(types.Type):
     """An address in kernels: the fields of the tuple there are loaded when they are named."""
 
     def __init__(self, described: type) -> None:
@@ -168,7 +168,7 @@ class _Opened(types.Type):  # type: ignore[misc]
 
 
 @register_model(_Opened)
-class _OpenedModel(models.PrimitiveModel):  # type: ignore[misc]
+class _OpenedModel(models.PrimitiveModel):
     def __init__(self, manager: Any, opened: _Opened) -> None:
         super().__init__(manager, opened, ir.IntType(64))
 
@@ -176,7 +176,8 @@ class _OpenedModel(models.PrimitiveModel):  # type: ignore[misc]
 @cache
 def _members(described: type) -> dict[str, tuple[Any, int]]:
     """Numba type and place, in words, of each field of a tuple as `Handle` lays it out."""
-    found, place = {}, 0
+    found: dict[str, tuple[Any, int]] = {}
+    place = 0
     for name, hint in get_type_hints(described, include_extras=True).items():
         if hint in (int, float):
             found[name] = (types.int64 if hint is int else types.float64, place)
@@ -200,10 +201,10 @@ def _words(described: type) -> int:
 
 
 @infer_getattr
-class _OpenedAttributes(AttributeTemplate):  # type: ignore[misc]
+class _OpenedAttributes(AttributeTemplate):
     key = _Opened
 
-    def generic_resolve(self, opened: _Opened, name: str) -> Any:
+    def generic_resolve(self, opened: _Opened, name: str) -> Any:  # type: ignore[override]
         member = _members(opened.described).get(name)
         return None if member is None else member[0]
 

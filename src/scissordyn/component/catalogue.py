@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from types import MappingProxyType
+from typing import Any
 
 from scissordyn.component.actuator import Actuator
 from scissordyn.component.angle_stop import AngleStop
@@ -23,25 +24,23 @@ from scissordyn.component.travel_stop import TravelStop
 
 __all__ = ["COMPONENTS"]
 
-COMPONENTS: Mapping[str, type[Component]] = MappingProxyType(
-    {
-        made.declaration.section: made
-        for made in (
-            Spring,
-            ConstantForceSpring,
-            Cable,
-            TorsionSpring,
-            TapeSpring,
-            Bushing,
-            Force,
-            Torque,
-            Motor,
-            Actuator,
-            AngleStop,
-            TravelStop,
-            Rod,
-            Latch,
-        )
-    }
+# type checkers do not see what the decorator adds to these classes
+_CLASSES: tuple[Any, ...] = (
+    Spring,
+    ConstantForceSpring,
+    Cable,
+    TorsionSpring,
+    TapeSpring,
+    Bushing,
+    Force,
+    Torque,
+    Motor,
+    Actuator,
+    AngleStop,
+    TravelStop,
+    Rod,
+    Latch,
 )
+
+COMPONENTS: Mapping[str, type[Component]] = MappingProxyType({made.declaration.section: made for made in _CLASSES})
 """Component classes by section."""

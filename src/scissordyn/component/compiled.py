@@ -1,8 +1,8 @@
 """From the kernels of a component to machine code with one signature, called by its address.
 
 Whatever its port, a kernel is reached through ``void f(double *q, double *v, double *z, double *x, double *p, double *out)``:
-coordinates, rates, states, context, parameters, and results. The code of the package's own components is kept on disk like every
-kernel; that of a user's file is compiled once in a process.
+coordinates, rates, states, context, parameters, and results. The code of the package's own components is kept on disk like
+every kernel; that of a user's file is compiled once in a process.
 """
 
 from __future__ import annotations
@@ -146,11 +146,11 @@ def probe(component: Component, start: tuple[float, ...]) -> None:
     rest = (0.0,) * (len(declaration.port.rates) + len(declaration.states))
     context = tuple(1.0 if name == "factor" else 0.0 for name in declaration.context)
     try:
-        parameters = component.parameters(start)
+        parameters: tuple[Any, ...] = component.parameters(start)
         given = len(start) + len(rest) + len(context)
         if list(inspect.signature(plain).parameters)[-1] == "table":
             fixed = len(inspect.signature(plain).parameters) - given - 1
-            parameters = (*parameters[:fixed], np.array(parameters))  # type: ignore[assignment]
+            parameters = (*parameters[:fixed], np.array(parameters))
         found = plain(*start, *rest, *context, *parameters)
     except Exception as error:
         raise InputError(

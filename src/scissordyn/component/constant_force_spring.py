@@ -31,8 +31,8 @@ class ConstantForceSpring:
 
     .. math:: T = T_0 \min(1, l/l_1) + d\,\dot l
 
-    The full tension T_0 is reached once a length l_1 of the strip, 1.25 times the diameter of the drum by usual practice, has left
-    the drum; below it the tension is taken proportional to the length.
+    The full tension T_0 is reached once a length l_1 of the strip, 1.25 times the diameter of the drum by usual practice, has
+    left the drum; below it the tension is taken proportional to the length.
 
     Parameters
     ----------

@@ -113,7 +113,7 @@ Class = TypeVar("Class", bound=type)
 
 def _own_parameters(self: Any, start: tuple[float, ...]) -> tuple[float, ...]:
     """All numbers with a declared quantity, in order."""
-    return tuple(float(getattr(self, name)) for name in quantities(type(self)))
+    return tuple(float(getattr(self, name)) for name in quantities(self.__class__))
 
 
 def _own_check(self: Any) -> None:

@@ -1,7 +1,7 @@
 """Ports: how a component is attached to bodies, what it senses there, and what it exerts.
 
-The kernel of a component gets the coordinates of its port and their rates. The forces that it returns do work on these coordinates:
-their power on the mechanism is the sum of force times rate, for the tension of a line with a minus sign.
+The kernel of a component gets the coordinates of its port and their rates. The forces that it returns do work on these
+coordinates: their power on the mechanism is the sum of force times rate, for the tension of a line with a minus sign.
 """
 
 from __future__ import annotations

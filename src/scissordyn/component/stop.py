@@ -10,9 +10,9 @@ __all__ = ["push", "stop_damping"]
 
 @kernel()
 def push(mode, approach_speed, depth, rate, stiffness, exponent, damping):
-    """Force or torque of an end stop, its elastic energy [J] and the dissipated power [W].
+    r"""Force or torque of an end stop, its elastic energy [J] and the dissipated power [W].
 
-    .. math:: F = K \\delta^n (1 + \\xi \\delta'/\\delta'^{(-)})
+    .. math:: F = K \delta^n (1 + \xi \delta'/\delta'^{(-)})
 
     never a pull.
     """

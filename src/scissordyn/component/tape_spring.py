@@ -120,9 +120,9 @@ def switch(angle, speed, mode, free_angle, straight, negative, positive, table):
 class TapeSpring:
     r"""A hinge made of a tape spring, with snap-through and hysteresis.
 
-    The straight tape is elastic up to a peak moment, at which it snaps into a fold of nearly constant moment. The fold snaps back
-    where its moment equals that of the straight tape. Bending that puts the edges into tension (opposite sense) is positive, and
-    its moments differ from those of the other sense.
+    The straight tape is elastic up to a peak moment, at which it snaps into a fold of nearly constant moment. The fold snaps
+    back where its moment equals that of the straight tape. Bending that puts the edges into tension (opposite sense) is
+    positive, and its moments differ from those of the other sense.
 
     .. math:: M^*_+ = (1+\nu) D \alpha,\quad M^*_- = (1-\nu) D \alpha,\quad D = \frac{E t^3}{12(1-\nu^2)}
 
@@ -145,8 +145,8 @@ class TapeSpring:
         In place of stiffness and peak moments: angles from the free one [rad] and moments [N m] in increasing order; the first
         and the last are where the tape snaps.
     folded : tuple of (float, float)
-        Beside it: angles and moments of the fold, at negative angles and at positive ones; those next to zero are where the fold
-        snaps back.
+        Beside it: angles and moments of the fold, at negative angles and at positive ones; those next to zero are where the
+        fold snaps back.
 
     References
     ----------

@@ -156,7 +156,7 @@ def end_inactive(problem, t, s, w, S):
 @kernel(inline=True)
 def falls(k, w):
     """Whether a guard's fall is in the list."""
-    for c in range(w.crossing_count[0]):
+    for c in range(w.crossing_count[0]):  # noqa: SIM110 -- kernels have no generator expressions
         if w.crossing_guard[c] == k:
             return True
     return False

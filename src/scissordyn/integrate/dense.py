@@ -1,7 +1,7 @@
 """Dense output of a step, nested: y(theta) = y0 + f1 (F0 + f2 (F1 + f3 (F2 + ...))) with factors f = theta or 1 - theta.
 
-Both families of methods share it, so whatever looks inside a step need not know which method made it. Explicit methods have it of
-the integrals of the powers too; for the others these are integrated on Gauss nodes.
+Both families of methods share it, so whatever looks inside a step need not know which method made it. Explicit methods have it
+of the integrals of the powers too; for the others these are integrated on Gauss nodes.
 """
 
 from __future__ import annotations

@@ -1,8 +1,8 @@
 """Roots of guards inside a step, located on the dense output.
 
-A guard in mode 0 is crossed when its value rises through zero, in mode 1 when it falls. One that is beyond zero already, because
-the last event left it there by round-off, is crossed when it turns and moves further beyond. Values and rates are multiplied by
-`sign_of`, so that a crossing is always a rise.
+A guard in mode 0 is crossed when its value rises through zero, in mode 1 when it falls. One that is beyond zero already,
+because the last event left it there by round-off, is crossed when it turns and moves further beyond. Values and rates are
+multiplied by `sign_of`, so that a crossing is always a rise.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
 """Largest values, integrals and limits of monitored numbers over a step, and the powers that the energy balance integrates.
 
-An explicit method has evaluated everything at its stages; a Rosenbrock method, whose stages are less accurate than its steps, is
-followed on Gauss nodes of its dense output.
+An explicit method has evaluated everything at its stages; a Rosenbrock method, whose stages are less accurate than its steps,
+is followed on Gauss nodes of its dense output.
 """
 
 from __future__ import annotations

@@ -95,7 +95,7 @@ def explicit_step(problem, T, t, h, s, w, S):
 
 @kernel(inline=True)
 def rosenbrock_step(problem, T, t, h, s, w, S):
-    """Stages of w.new = y(t + h) with W already factorized; w.slope is y' and w.slope_t its partial derivative by time, at t."""
+    """Stages of w.new = y(t + h) with W already factorized; w.slope is y', w.slope_t its partial derivative by time, at t."""
     size, inverse = s.y.size, 1.0 / h
     new, K = w.new, w.stages
     for stage in range(T.stages):

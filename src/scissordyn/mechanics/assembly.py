@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 
@@ -162,7 +163,7 @@ def assemble(reduced: ReducedModel, system: System, guess: Start, held: Held) ->
     return Start(x, v)
 
 
-def _worst(reduced: ReducedModel, constraints: list, residual: np.ndarray, held: list[str]) -> str:
+def _worst(reduced: ReducedModel, constraints: list[Any], residual: np.ndarray, held: list[str]) -> str:
     """What is furthest from being kept, and what holds it: where the search ends, the errors are the contradiction."""
     count = len(constraints)
     errors = np.abs(residual)

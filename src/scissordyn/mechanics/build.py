@@ -49,7 +49,8 @@ FEW = 12
 
 def acting(mechanism: Mechanism) -> tuple[Component, ...]:
     """The components that the kernels know, in their order: those that exert forces, then the latches."""
-    return (*mechanism.components, *mechanism.latches)
+    latches: tuple[Any, ...] = mechanism.latches
+    return (*mechanism.components, *latches)
 
 
 def _offsets(counts: Any) -> np.ndarray:
@@ -332,9 +333,7 @@ def make_parameters(reduced: ReducedModel) -> Parameters:
 
     Returns
     -------
-
-    Parameters
-    ----------
+    system.Parameters
     """
     mechanism = reduced.mechanism
     contacts, components = mechanism.contacts, acting(mechanism)

@@ -1,8 +1,8 @@
 """Components in the equations of motion: what a port senses, what its kernel's forces do to the bodies, and how they change.
 
-With q the coordinates of a port and f the forces on them, the forces on the maps m = (u, a, b) of a component are sum f_i dq_i/dm.
-Their derivatives need those of the kernel, by central differences over its few arguments, and dq_i/dm, d q_i'/dm and the second
-derivatives of q_i, which are written once for each port.
+With q the coordinates of a port and f the forces on them, the forces on the maps m = (u, a, b) of a component are
+sum f_i dq_i/dm. Their derivatives need those of the kernel, by central differences over its few arguments, and dq_i/dm,
+d q_i'/dm and the second derivatives of q_i, which are written once for each port.
 """
 
 from __future__ import annotations
@@ -77,7 +77,7 @@ def sense_port(i, S, maps):
 def evaluate(i, S, z, address, result):
     """Call a kernel of component i at what stands in the work space."""
     W = S.work
-    call_kernel(address, W.coordinates[i], W.coordinate_rates[i], z, W.context, S.parameters.component[i], result)
+    call_kernel(address, W.coordinates[i], W.coordinate_rates[i], z, W.context, S.parameters.component[i], result)  # type: ignore[call-arg]
 
 
 @kernel()
@@ -106,7 +106,6 @@ def add_component(t, i, S, z, dz):
     M, W = S.model, S.work
     element, port, out = S.parameters.contact.size + i, M.component_port[i], W.result[i]
     maps = map_values(element, S)
-    ux, uy, ax, ay, bx, by, vx, vy, px, py, qx, qy = maps
     sense_port(i, S, maps)
     if port == _ACTUATOR:
         out[0] = actuator_torque(t, i, S, maps, z, dz)
@@ -247,7 +246,7 @@ def add_curvature(i, port, S, out):
         K[1, 4] += fy
         K[4, 1] += fy
         K[5, 0] -= fy
-    if port == _HINGE or port == _FRAME or port == _ACTUATOR:
+    if port == _HINGE or port == _FRAME or port == _ACTUATOR:  # noqa: SIM109 -- a tuple costs a loop in a kernel
         torque = out[2] if port == _FRAME else out[0]
         K[2, 3] -= torque
         K[3, 2] += torque

@@ -249,8 +249,8 @@ class Elimination:
     def behind(self, expressions: list[Expression], before: int | None = None) -> list[str]:
         """Whose constraints together determine some expressions, drives first.
 
-        The unknown columns of an expression are a combination of those of the constraints that were solved, which are independent:
-        the combination is unique, and the constraints with a part in it are the answer.
+        The unknown columns of an expression are a combination of those of the constraints that were solved, which are
+        independent: the combination is unique, and the constraints with a part in it are the answer.
         """
         solved = sorted(int(row) for row in self.solved_at if row >= 0)
         chosen = [self.imposed[row] for row in solved if before is None or row < before]

@@ -49,7 +49,8 @@ class Gradients:
     def residual(self, full: np.ndarray) -> np.ndarray:
         """Errors of the constraints at [x; b]."""
         d = np.asarray(self.maps @ full).reshape(-1, 2)
-        return np.bincount(self.owner, 0.5 * self.weight * np.sum(d * d, axis=1), self.count) - self.value
+        found: np.ndarray = np.bincount(self.owner, 0.5 * self.weight * np.sum(d * d, axis=1), self.count) - self.value
+        return found
 
     def jacobian(self, full: np.ndarray) -> Any:
         """Gradients of the constraints by [x; b], then the held maps; a full or a sparse matrix."""

@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
+from typing import NamedTuple, Protocol
 
 import numpy as np
 
 from scissordyn.component.place import GROUND, BodyPoint
 from scissordyn.component.port import ACTUATOR, HINGE, LINE, POINT, TRAVEL
-from scissordyn.integrate.integration import Samples
-from scissordyn.jit import Handle, kernel
+from scissordyn.jit import F1, F2, I2, Handle, kernel
 from scissordyn.laws.dispatch import elastic_energy
 from scissordyn.mechanics.build import acting
 from scissordyn.mechanics.constraint_solver import project
@@ -25,7 +24,31 @@ from scissordyn.mechanics.rotation import counted_angle, rotation_direction
 from scissordyn.mechanics.system import CONTACT_RESULT, RESULTS, open_system
 from scissordyn.model.guide_clearance import ContactPoint
 
-__all__ = ["BodyMaps", "Record", "body_maps", "record"]
+__all__ = ["BodyMaps", "Record", "Sampled", "body_maps", "record"]
+
+
+class Sampled(Protocol):
+    """States at given instants, one row each, in a tuple of arrays that kernels can read."""
+
+    @property
+    def time(self) -> F1:
+        """Instants [s]."""
+
+    @property
+    def state(self) -> F2:
+        """Free coordinates, their rates, internal states."""
+
+    @property
+    def mode(self) -> I2:
+        """1 for each guard that acts."""
+
+    @property
+    def memory(self) -> F2:
+        """What each guard remembers of its last rise."""
+
+    @property
+    def reference(self) -> F2:
+        """Angles at the end of the last step."""
 
 
 class BodyMaps(NamedTuple):
@@ -138,7 +161,7 @@ def body_maps(reduced: ReducedModel) -> BodyMaps:
         if rotation[b] < 0:
             offset[b] = body.angle
     ends = [_ends(reduced, part) for part in (*mechanism.contacts, *acting(mechanism), *mechanism.rods)]
-    body = np.array([[index.get(end[0], -1) for end in pair] for pair in ends], np.int64).reshape(-1, 2)
+    acted_on = np.array([[index.get(end[0], -1) for end in pair] for pair in ends], np.int64).reshape(-1, 2)
     arm = np.array([[end[1] for end in pair] for pair in ends], float).reshape(-1, 2, 2)
     names = [constraint.name for constraint in reduced.constraints]
     rods = [names.index(rod.name) for rod in mechanism.rods]
@@ -149,7 +172,7 @@ def body_maps(reduced: ReducedModel) -> BodyMaps:
         rotation=rotation,
         sense=sense,
         offset=offset,
-        body=body,
+        body=acted_on,
         arm=arm,
         rod=np.array(rods, np.int64),
         rod_scale=np.array([reduced.constraints[k].scale for k in rods], float),
@@ -347,7 +370,7 @@ def fill(samples, address, B, R, counted):
         write_loads(at, B, S, R)
 
 
-def record(reduced: ReducedModel, system: Handle, samples: Samples, maps: BodyMaps | None = None) -> Record:
+def record(reduced: ReducedModel, system: Handle, samples: Sampled, maps: BodyMaps | None = None) -> Record:
     """Evaluate everything at the samples.
 
     Parameters
@@ -355,7 +378,7 @@ def record(reduced: ReducedModel, system: Handle, samples: Samples, maps: BodyMa
     reduced : ReducedModel
     system : Handle
         Of a `System`; its state is overwritten.
-    samples : Samples
+    samples : Sampled
         The states are projected in place onto the constraints.
     maps : BodyMaps, optional
 
@@ -368,9 +391,16 @@ def record(reduced: ReducedModel, system: Handle, samples: Samples, maps: BodyMa
     nt, columns, bodies = samples.time.size, content.model.n + content.model.nb, maps.rotation.size
     contacts, components = content.parameters.contact.size, content.model.component_port.size
     found = Record(
-        *(np.empty((nt, columns)) for _ in range(3)),
-        *(np.empty((nt, bodies, 2)) for _ in range(4)),
-        *(np.empty((nt, bodies)) for _ in range(3)),
+        X=np.empty((nt, columns)),
+        V=np.empty((nt, columns)),
+        A=np.empty((nt, columns)),
+        position=np.empty((nt, bodies, 2)),
+        velocity=np.empty((nt, bodies, 2)),
+        acceleration=np.empty((nt, bodies, 2)),
+        direction=np.empty((nt, bodies, 2)),
+        angle=np.empty((nt, bodies)),
+        angular_velocity=np.empty((nt, bodies)),
+        angular_acceleration=np.empty((nt, bodies)),
         load=np.zeros((nt, bodies, 3)),
         contact=np.empty((nt, contacts), CONTACT_RESULT),
         wrench=np.zeros((nt, maps.body.shape[0], 4)),

@@ -166,8 +166,8 @@ def _wrong_length(reduced: ReducedModel, elimination: Elimination, body: str, le
 def _moving_guides(reduced: ReducedModel) -> list[Constraint]:
     """Followers on lines that moving bodies carry.
 
-    With w from the body's origin to the follower, in units of the mechanism's size, and g the unit vector across the line, w . g
-    is constant.
+    With w from the body's origin to the follower, in units of the mechanism's size, and g the unit vector across the line,
+    w . g is constant.
     """
     found = []
     for guide in reduced.mechanism.ideal_guides:

@@ -1,4 +1,4 @@
-"""From a mechanism to its reduced model: all linear constraints eliminated, the mass matrix of the free coordinates the identity.
+"""From a mechanism to its reduced model: linear constraints are eliminated, the mass matrix becomes the identity.
 
 Each body is its origin p and, if it rotates, the unit vector d along its x axis; every point of it is p + x d + y J d,
 linear in both. Pins, guides and prescribed directions are linear constraints, and so is the parallelism of opposite bars in a
@@ -70,7 +70,7 @@ def reduce_mechanism(mechanism: Mechanism) -> ReducedModel:
     unit = np.where(np.concatenate([[True, True, False, False][: 4 if b.rotates else 2] for b in mechanism.bodies]), size, 1.0)
     data = values * np.repeat(unit, np.diff(start))
     coordinates: Any = sp.csr_array((data, position[columns], start), shape=(total, free + basis))
-    mass = _mass(mechanism, offsets, total)
+    mass: Any = _mass(mechanism, offsets, total)
     if total <= SMALL:
         coordinates, mass = coordinates.toarray(), mass.toarray()
     try:

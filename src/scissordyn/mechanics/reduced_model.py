@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -92,7 +93,7 @@ class ReducedModel:
         matrix = sp.csr_array(self.coordinates)
         starts, columns, values = matrix.indptr.tolist(), matrix.indices.tolist(), matrix.data.tolist()
         pairs = list(zip(columns, values, strict=True))
-        return [pairs[a:b] for a, b in zip(starts[:-1], starts[1:], strict=True)]
+        return [pairs[a:b] for a, b in itertools.pairwise(starts)]
 
     def _map(self, pair: tuple[Expression, Expression]) -> PointMap:
         """A pair of expressions in natural coordinates as a map of [x; b]."""

@@ -1,7 +1,8 @@
 """Angles with their turns: counted from one step to the next.
 
-An angle is known from the directions of bodies up to full turns. `State.reference` holds the angles at the end of the last step, of
-each family of parallel bodies and of each component that reads an angle; within a step an angle is the one nearest to that.
+An angle is known from the directions of bodies up to full turns. `State.reference` holds the angles at the end of the last
+step, of each family of parallel bodies and of each component that reads an angle; within a step an angle is the one nearest to
+that.
 """
 
 from __future__ import annotations

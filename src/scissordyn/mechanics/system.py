@@ -55,7 +55,8 @@ CONTACT_RESULT = np.dtype(
 surface from the middle [m]."""
 
 ARM_N, ARM_T, N_BY_X, N_BY_V, SLIP_BY_X, SLIP_BY_V, OWN, OTHER = range(8)
-"""Rows of `Workspace.local`: arms of F_n and F_t, derivatives of F_n and of the slip speed; two more for the kind of contact."""
+"""Rows of `Workspace.local`: arms of F_n and F_t, derivatives of F_n and of the slip speed; two more for the kind of
+contact."""
 
 RESULTS = 24
 """Most numbers that the kernel of a component returns."""

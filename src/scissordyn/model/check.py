@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections import Counter
 from collections.abc import Mapping
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from scissordyn.component.actuator import Actuator
 from scissordyn.component.declaration import Component
@@ -51,7 +51,8 @@ def check_parts(mechanism: Mechanism) -> None:
     for weld in mechanism.welds:
         _check_point(points, f"weld '{weld.name}'", weld.start)
         _check_point(points, f"weld '{weld.name}'", weld.end)
-    for component in (*mechanism.components, *mechanism.rods, *mechanism.latches):
+    components: tuple[Any, ...] = (*mechanism.components, *mechanism.rods, *mechanism.latches)
+    for component in components:
         _check_component(points, rotating, component)
     for drive in mechanism.drives:
         _check_rotates(points, rotating - {GROUND}, "the drive", drive.body)

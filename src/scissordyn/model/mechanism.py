@@ -140,7 +140,7 @@ class Mechanism:
 
     @cached_property
     def size(self) -> float:
-        """Length of the mechanism's parts: the distance of the points of a body, or of bodies and ground points, at most [m]."""
+        """Length of the mechanism's parts: the largest distance of points of a body, or of bodies and ground points [m]."""
         spans = [math.dist(a, b) for body in self.bodies for a in body.points.values() for b in body.points.values()]
         if not any(spans):
             places = [body.position for body in self.bodies] + [place for _, place in self.ground]
@@ -279,7 +279,7 @@ class Mechanism:
             ends = (ends[1], ends[0]) if ends[0][0] == GROUND else ends
         elif sensor is not None:
             ends = sensor, None
-        actuator = Actuator(
+        actuator: Any = Actuator(
             label,
             chosen,
             controller,

@@ -11,7 +11,7 @@ import json
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 import xarray as xr
@@ -51,7 +51,7 @@ PERIOD = 0.5
 SINCE = 40.0 * PERIOD
 """Of the slow periodic manoeuvre, and the start of its evaluation [s]."""
 
-GUST = Force(
+GUST: Any = Force(
     "gust",
     ("slider", "centre"),
     (0.0, -50.0),

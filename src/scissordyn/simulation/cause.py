@@ -22,7 +22,7 @@ from scissordyn.mechanics.time_function import prescribe
 __all__ = ["check_springs", "failed_latch", "full_coordinates", "immobile_joints", "singular_position"]
 
 NEAR = 1e-3
-"""A position is near a singular one if a combination of the constraints' gradients, each of length one, is shorter than this."""
+"""A position is near a singular one if a combination of the constraints' unit gradients is shorter than this."""
 
 FRACTION = 0.1
 """Constraints with more than this fraction of the largest in that combination are named."""

@@ -21,6 +21,7 @@ from scissordyn.mechanics.build import acting
 from scissordyn.mechanics.monitored import COMPONENT_FORCE, DRIVE_TORQUE, POWERS, PRESSURE_VELOCITY
 from scissordyn.mechanics.outputs import Record, record
 from scissordyn.mechanics.reactions import solve_reactions
+from scissordyn.model.guide_clearance import ContactPoint
 from scissordyn.model.joint import Guide
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.simulation.cause import singular_position
@@ -171,8 +172,8 @@ def _reactions(mechanism: Mechanism, found: Record) -> np.ndarray:
     for j, contact in enumerate(mechanism.contacts):
         at = names.index(contact.name)
         reaction[:, at] = found.wrench[:, j, :2]
-        if j >= len(mechanism.clearance_joints):
-            reaction[:, names.index(contact.guide)] += found.wrench[:, j, :2]  # type: ignore[union-attr]
+        if isinstance(contact, ContactPoint):
+            reaction[:, names.index(contact.guide)] += found.wrench[:, j, :2]
     reaction[:, [names.index(joint.name) for joint in mechanism.ideal_joints]] = joints
     bodies = [body.name for body in mechanism.bodies]
     for g, guide in enumerate(mechanism.ideal_guides):

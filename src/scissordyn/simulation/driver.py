@@ -86,7 +86,7 @@ class Snapshot:
 
     @property
     def time(self) -> float:
-        """[s]"""
+        """Time of the state [s]."""
         return float(self.arrays["clock"]["time"][0])
 
     @property
@@ -226,7 +226,7 @@ class Driver:
 
     @property
     def time(self) -> float:
-        """[s]"""
+        """Time reached [s]."""
         return float(self.state.clock["time"][0])
 
     @property

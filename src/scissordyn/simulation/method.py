@@ -7,7 +7,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from scissordyn.errors import InputError
 from scissordyn.jit import Handle
 from scissordyn.mechanics import functions
 from scissordyn.mechanics.build import acting

@@ -39,8 +39,8 @@ class Options:
     most_steps : int
         Largest number of steps; with more the run fails.
     events : {"auto", "located", "crossed"}
-        Whether each step ends where a contact begins or ends, or goes across that as long as its error allows; "auto" crosses in
-        mechanisms with many clearance joints.
+        Whether each step ends where a contact begins or ends, or goes across that as long as its error allows; "auto" crosses
+        in mechanisms with many clearance joints.
     trust : bool
         Whether to compute the run a second time at a tighter tolerance, for the predictability horizon.
     """

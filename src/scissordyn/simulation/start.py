@@ -125,8 +125,8 @@ def _resting(reduced: ReducedModel, system: System, start: Start, held: Held) ->
     mechanism = reduced.mechanism
     if mechanism.contact_points:
         raise InputError(
-            f"start = 'in-contact' with the clearance guide '{mechanism.contact_points[0].guide}', whose contact points may rest "
-            "in several ways",
+            f"start = 'in-contact' with the clearance guide '{mechanism.contact_points[0].guide}', whose contact points may "
+            "rest in several ways",
             "start = 'static', or 'concentric', from which they settle",
         )
     offsets = _resting_offsets(mechanism, system, ideal_reactions(mechanism))
@@ -179,8 +179,8 @@ def _resting_offsets(mechanism: Mechanism, system: System, force: np.ndarray) ->
         reaction = force[names.index(joint.name)]
         if not np.all(np.isfinite(reaction)):
             raise InputError(
-                f"start = 'in-contact' with clearance joint '{joint.name}', whose ideal reaction is not determined (more joints "
-                "than the mechanism needs, or a singular position)",
+                f"start = 'in-contact' with clearance joint '{joint.name}', whose ideal reaction is not determined (more "
+                "joints than the mechanism needs, or a singular position)",
                 "start = 'concentric'",
             )
         size = float(np.hypot(*reaction))

@@ -179,7 +179,7 @@ def _cycled(
     driver.sample_at((first + np.arange(cycles) + phase) * period)
     impacts, steps = np.zeros((cycles, contacts), np.int64), np.zeros(cycles, np.int64)
     fraction, peak, gained = np.zeros((cycles, contacts)), np.zeros((cycles, contacts)), np.zeros((cycles, len(POWERS)))
-    done, cause, end, status = 0, "", driver.snapshot(), loop.ADVANCING
+    done, events, cause, end, status = 0, 0, "", driver.snapshot(), loop.ADVANCING
     began, before = clocks.perf_counter(), counted(state)
     try:
         for number in range(first, first + cycles):
@@ -199,7 +199,7 @@ def _cycled(
             peak[done] = highest[:contacts]
             gained[done], steps[done] = state.total - total, int(state.counts["steps"][0]) - taken
             end = driver.snapshot()
-            done += 1
+            done, events = done + 1, events + log.shape[0]
             if progress is not None:
                 progress(driver.time)
     except KeyboardInterrupt:
@@ -227,7 +227,8 @@ def _cycled(
         cause=cause,
         statistics={
             "method": method,
-            **{name: after[name] - before[name] for name in after if name != "events"},
+            **{name: after[name] - before[name] for name in after},
+            "events": events,
             "seconds": seconds,
             "cycles_per_second": done / seconds if seconds > 0.0 else math.nan,
         },

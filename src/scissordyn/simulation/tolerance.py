@@ -68,9 +68,9 @@ class Tolerances:
 def error_weights(reduced: ReducedModel, system: Handle, y: np.ndarray, *, rtol: float, atol: float) -> Tolerances:
     """Weights from how far free coordinates move the points of the bodies.
 
-    Positions are weighed against the smallest clearance, or the largest body where there is none; speeds against the speed of the
-    whole mechanism, and against what moves by that length in the time that it takes from rest; internal states against their size
-    in steady sliding.
+    Positions are weighed against the smallest clearance, or the largest body where there is none; speeds against the speed of
+    the whole mechanism, and against what moves by that length in the time that it takes from rest; internal states against
+    their size in steady sliding.
 
     Parameters
     ----------

@@ -37,7 +37,7 @@ LARGEST_COEFFICIENT = 10.0
 
 def _reach(joint: JointContact) -> tuple[float, str]:
     """How deep a law is tried in a joint [m], and what that depth is called."""
-    return (joint.journal_radius, "corner radius") if joint.flat else (joint.clearance, "clearance")
+    return (joint.journal_radius, "corner radius") if joint.plane else (joint.clearance, "clearance")
 
 
 @dataclass(frozen=True)

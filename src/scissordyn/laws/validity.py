@@ -39,7 +39,7 @@ def contact_failure(joint: str, contact: JointContact, indentation: float) -> st
     """
     if indentation <= contact.journal_radius:
         return ""
-    what = "corner radius" if contact.flat else "journal radius"
+    what = "corner radius" if contact.plane else "journal radius"
     return (
         f"joint '{joint}': indentation {1e3 * indentation:.4g} mm exceeds the {what} of {1e3 * contact.journal_radius:g} mm: "
         "the contact is too soft for its load, or the time step jumped through it"

@@ -85,7 +85,7 @@ class ElastoPlastic:
         """
         first = self.breakaway * self.kinetic / static
         low, high = first, 1.0
-        # the minimum lies inside, as the share falls from `first` on and is 1 at 1; it is as exact as the square of the distance
+        # the share falls from `first` on and is 1 at 1, its minimum lies between: four grids find it to rounding
         for _ in range(4):
             u = np.linspace(low, high, 1001)[:-1]
             slipping = 0.5 + 0.5 * np.sin(math.pi * (u - 0.5 * (1.0 + first)) / (1.0 - first))

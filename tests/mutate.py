@@ -72,7 +72,6 @@ EQUIVALENT: dict[tuple[str | int, ...], str] = {
     ("laws/friction/dahl.py", "force", "1.0", 2): "shortcut for n = 1",
     ("laws/friction/stribeck.py", "sliding_coefficient", "p[3]"): "shortcut for gamma = 2",
     ("laws/friction/stribeck.py", "sliding_coefficient", "2.0"): "shortcut for gamma = 2",
-    ("laws/friction/elastoplastic.py", "_largest", "1.0"): "end of a range whose minimum lies before",
 }
 """Mutations that change no answer beyond rounding, with the reason: by file, function, number and, after the first, which."""
 

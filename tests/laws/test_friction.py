@@ -257,6 +257,15 @@ def test_gonthier_bristle_smoothing():
     assert sliding.start(0.1)[0] * 1e5 == pytest.approx(0.05 * 11 / 16, rel=1e-12)
 
 
+@pytest.mark.parametrize("v", [5e-4, -5e-4, 2e-3])
+def test_gonthier_bristle_between_sticking_and_sliding(v):
+    """Closed form: gonthier-bristle's friction below its largest is s (sigma_0 z + sigma_1 v) + (1 - s) mu_k sgn v."""
+    found, rate = Sliding(GonthierBristle())(v, [math.copysign(2e-7, v), 0.0])
+    stick = math.exp(-((v / 1e-3) ** 2))
+    assert found == pytest.approx(NORMAL * math.copysign(stick * (0.02 + 10.0 * abs(v)) + (1.0 - stick) * 0.05, v), rel=1e-13)
+    assert rate[0] == pytest.approx(stick * v + (1.0 - stick) * math.copysign(0.03 / 10.0, v), rel=1e-13)
+
+
 def test_gonthier_bristle_steady_states():
     """Closed form: below v_s bristles bend to the static friction of their dwell e^(-(v/v_s)^2), above to kinetic friction.
 

@@ -85,13 +85,13 @@ class ElastoPlastic:
         """
         first = self.breakaway * self.kinetic / static
         low, high = first, 1.0
-        # a minimum is as exact as the square of the distance to it: four grids find it to rounding
+        # the share falls from `first` on and is 1 at 1, its minimum lies between: four grids find it to rounding
         for _ in range(4):
             u = np.linspace(low, high, 1001)[:-1]
             slipping = 0.5 + 0.5 * np.sin(math.pi * (u - 0.5 * (1.0 + first)) / (1.0 - first))
             share = (1.0 - u) / (1.0 - slipping * u)
             at, step = u[np.argmin(share)], u[1] - u[0]
-            low, high = max(first, at - step), min(1.0, at + step)
+            low, high = at - step, at + step
         return static * float(np.min(share))
 
 

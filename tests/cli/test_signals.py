@@ -118,7 +118,7 @@ def test_a_diagram_that_is_stopped_is_kept(tmp_path: Path, number: signal.Signal
         assert living(process.pid) == []
     assert process.returncode == 128 + number
     assert f"Saved to {target}, marked interrupted" in out
-    assert err == "scissordyn: interrupted; the same command goes on from the file\n"
+    assert err == "scissordyn: interrupted; the same command continues from the file\n"
     stored = load(target)
     done = stored["status"].values.tolist().count("complete")
     assert 0 < done < 200

@@ -206,7 +206,7 @@ def test_a_bad_table_of_motion_is_refused(tmp_path: Path, content: str, reason: 
         ('drive.harmonic={mean="1 deg", amplitude="1 deg"}', "drive.harmonic", "missing key 'frequency'"),
         ("drive.table=none.csv", "drive.table", "cannot read"),
         ("run.until=0.05", "run.until", "missing unit"),
-        ("run.until=-1 ms", "run.until", "> 0 [s]"),
+        ("run.until=-1 ms", "run.until", "a finite number >= 1e-12 and <= 1e+09 [s]"),
         ("run.start=concentrik", "run.start", "did you mean 'concentric'"),
         ("run.samples=1", "run.samples", ">= 2"),
         ("run.samples=10.5", "run.samples", "integer"),

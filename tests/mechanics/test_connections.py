@@ -229,7 +229,7 @@ def test_nothing_left_to_solve_for(method):
 
 
 def test_link_within_a_body_is_refused():
-    with pytest.raises(sd.InputError, match="'rope' connects body 'rod' with itself"):
+    with pytest.raises(sd.InputError, match="rod 'rope' acts between body 'rod' and itself"):
         sd.Rod("rope", ("rod", "end"), ("rod", "start"))
 
 

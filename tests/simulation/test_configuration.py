@@ -69,11 +69,11 @@ def test_every_example_survives(tmp_path: Path) -> None:
     """Identity: the mechanism of every example, written and read, is equal to itself; so are laws, controllers and options."""
     for path in EXAMPLES:
         case = read_case(path)
-        options = Options(**{key: value for key, value in case.run.keywords.items() if key != "trust"})
-        text = write_configuration(case.mechanism, options, trust=True)
+        options = Options(**case.run.keywords)
+        text = write_configuration(case.mechanism, options)
         found = read_configuration(xr.Dataset(attrs={"configuration": text}))
         assert found.build_mechanism() == case.mechanism, path.name
-        assert (found.options, found.trust) == (options, True)
+        assert found.options == options
         assert to_plain(found.build_mechanism()) == found.plain
 
 
@@ -82,7 +82,7 @@ def test_what_may_be_described_is_what_is_declared() -> None:
     found = declared()
     assert {*CONTROLLERS.values(), *(law for known in BY_KIND.values() for law in known.values())} <= found
     assert {sd.Body, sd.Revolute, sd.Guide, sd.Spring, sd.Latch, sd.Harmonic, sd.Clearance, sd.UserElastic} <= found
-    assert all(kind.__module__.split(".")[1] in ("model", "laws", "control", "simulation") for kind in found)
+    assert all(kind.__module__.split(".")[1] in ("model", "component", "laws", "control", "simulation") for kind in found)
 
 
 INJECTED = 'p, x="""): return 0\n{}\ndef unused():\n    try: pass\n    #'
@@ -207,7 +207,6 @@ def test_only_runs_are_run_again(array: Mechanism) -> None:
         ({"mechanism": {"kind": "model.mechanism.Mechanism", "gravity": True}}, "mechanism.gravity is True"),
         ({"mechanism": {"kind": "model.mechanism.Mechanism", "gravity": 10**400}}, "a huge number"),
         ({"mechanism": {"kind": "model.mechanism.Mechanism", "ground": [["O", [0.0]]]}}, "has 1 entries"),
-        ({"mechanism": {"kind": "model.mechanism.Mechanism"}, "trust": "yes"}, "trust = 'yes'"),
         ({"mechanism": {"kind": "model.mechanism.Mechanism"}, "diagram": {"over": []}}, "diagram"),
         ({"mechanism": {"kind": "model.mechanism.Mechanism"}, "code": "x"}, "has 'code'"),
         ({"mechanism": {"kind": "model.mechanism.Mechanism"}}, "cannot be used"),
@@ -367,7 +366,7 @@ def originals(tmp_path_factory: pytest.TempPathFactory) -> list[Any]:
     (folder / "laws.py").write_text(LAWS)
     own = sd.Clearance(0.5e-3, stiffness=sd.UserElastic(f"{folder / 'laws.py'}:soft", (1e8,)))
     mechanisms = [*(read_case(path).mechanism for path in EXAMPLES), sd.scissor(units=1).with_clearance("A", own)]
-    return [{"mechanism": to_plain(one), "options": to_plain(Options(0.01)), "trust": False} for one in mechanisms]
+    return [{"mechanism": to_plain(one), "options": to_plain(Options(0.01))} for one in mechanisms]
 
 
 def read(run: xr.Dataset | Path, watch: Watch, offered: Path) -> bool:

@@ -77,9 +77,8 @@ def test_slices_change_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
     arm = sd.scissor(units=1).with_clearance("A", sd.Clearance(0.5e-3, friction=sd.LuGre(0.1)))
     driven, swung = arm.driven(speed=sd.rpm(150)), arm.driven(sd.Harmonic(0.8, 0.2, 60.0))
     whole = [sd.simulate(driven, until=0.01, samples=51), sd.cycle(swung, cycles=2)]
-    for module in ("trajectory", "stroboscope"):
-        monkeypatch.setattr(f"scissordyn.simulation.{module}.next_slice", lambda *_: 1)
-        monkeypatch.setattr(f"scissordyn.simulation.{module}.FIRST", 1)
+    monkeypatch.setattr("scissordyn.simulation.driver.next_slice", lambda *_: 1)
+    monkeypatch.setattr("scissordyn.simulation.driver.FIRST", 1)
     cut = [sd.simulate(driven, until=0.01, samples=51), sd.cycle(swung, cycles=2)]
     for one, other in zip(whole, cut, strict=True):
         assert one.equals(other)

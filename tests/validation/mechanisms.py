@@ -56,7 +56,7 @@ class Draft:
     joints: list[Revolute] = field(default_factory=list)
     guides: list[Guide] = field(default_factory=list)
     welds: list[Weld] = field(default_factory=list)
-    elements: list[Component] = field(default_factory=list)
+    components: list[Component] = field(default_factory=list)
     ground: dict[str, Point] = field(default_factory=dict)
     pins: list[tuple[int, Point]] = field(default_factory=list)
 

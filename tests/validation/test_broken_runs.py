@@ -142,7 +142,7 @@ def test_hinge_spring_beyond_half_a_revolution() -> None:
     turned = run["angle"].values[:, 0] - run["angle"].values[0, 0]
     assert np.ptp(turned) > 4.0 * math.pi
     np.testing.assert_allclose(run["torsion_spring_energy"].values[:, 0], 0.5e-2 * turned**2, rtol=1e-12)
-    assert float(np.max(np.abs(run["energy_residual"]))) < 1e-9 * float(run["kinetic_energy"].max())
+    assert float(np.max(np.abs(run["energy_residual"]))) < 1e-7 * float(run["kinetic_energy"].max())
     assert warnings_of(run) == []
 
 

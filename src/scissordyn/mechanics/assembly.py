@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from scissordyn.component.place import GROUND
 from scissordyn.errors import InputError
 from scissordyn.mechanics.elimination import in_words
 from scissordyn.mechanics.gradients import Gradients, least_change
@@ -21,9 +22,12 @@ from scissordyn.model.mechanism import Mechanism
 __all__ = ["Held", "Start", "assemble", "basis_at_start", "eccentricity_map", "held_rods", "natural_state", "placed_start"]
 
 CLOSED = 1e-12
+ROUNDINGS = 8.0
+"""Constraints are met to `CLOSED`, or to so many roundings of the coordinates: a short rod far from the origin knows no better."""
+
 MOST_STEPS = 50
 
-FAR = 0.1
+FAR = 0.01
 """Errors above this fraction of the largest are named when a mechanism cannot be assembled."""
 
 
@@ -149,7 +153,7 @@ def assemble(reduced: ReducedModel, system: System, guess: Start, held: Held) ->
         full = np.append(x, b)
         residual = np.concatenate([gradients.residual(full), gradients.held @ full - values])
         jacobian = gradients.jacobian(full)
-        if np.max(np.abs(residual), initial=0.0) < CLOSED:
+        if np.all(np.abs(residual) < np.maximum(CLOSED, ROUNDINGS * gradients.rounding(full))):
             break
         x -= least_change(jacobian[:, :n], residual)
     else:
@@ -170,10 +174,13 @@ def _worst(reduced: ReducedModel, constraints: list[Any], residual: np.ndarray, 
     if np.argmax(errors) >= count:
         return f"joint '{held[(int(np.argmax(errors)) - count) // 2]}' cannot be held where it should start"
     far = [constraints[k] for k in np.argsort(-errors[:count], kind="stable") if errors[k] > FAR * np.max(errors)]
-    subjects = [constraint.subject for constraint in far]
-    around = _holding(reduced.mechanism, {body for constraint in far for body in constraint.bodies})
+    rods = [constraint for constraint in far if constraint.name]  # bodies are rigid: a rod is what can be changed
+    subjects = [constraint.subject for constraint in rods or far]
+    bodies = sorted({body for constraint in far for body in constraint.bodies if body != GROUND})
+    at = " at " + in_words([f"body '{body}'" for body in bodies]) if rods else ""
+    around = _holding(reduced.mechanism, set(bodies))
     by = f", held by {in_words(around)}" if around else ""
-    return f"{in_words(subjects)} cannot keep the length{'s' if len(subjects) > 1 else ''} given{by}"
+    return f"{in_words(subjects)} cannot keep the length{'s' if len(subjects) > 1 else ''} given{at}{by}"
 
 
 def _holding(mechanism: Mechanism, bodies: set[str]) -> list[str]:

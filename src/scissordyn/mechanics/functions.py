@@ -28,7 +28,7 @@ LARGEST_TURN = 1.0
 ROUND_OFF = 1e-12
 """A break nearer than this fraction of its instant has been reached."""
 
-LARGEST_DRIVEN_TURN = 0.1
+LARGEST_DRIVEN_TURN = 0.05
 """The same for a mechanism without freedom, whose steps have no error to go by: the powers are integrated over them."""
 
 

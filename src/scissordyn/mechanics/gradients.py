@@ -52,6 +52,14 @@ class Gradients:
         found: np.ndarray = np.bincount(self.owner, 0.5 * self.weight * np.sum(d * d, axis=1), self.count) - self.value
         return found
 
+    def rounding(self, full: np.ndarray) -> np.ndarray:
+        """What a rounding of the coordinates at [x; b] moves the constraints by, then the held vectors."""
+        size = np.finfo(float).eps * np.abs(full)
+        moved = np.asarray(abs(self.maps) @ size).reshape(-1, 2)
+        d = np.abs(np.asarray(self.maps @ full)).reshape(-1, 2)
+        constraints = np.bincount(self.owner, np.abs(self.weight) * np.sum(d * moved, axis=1), self.count)
+        return np.concatenate([constraints, np.asarray(abs(self.held) @ size)])
+
     def jacobian(self, full: np.ndarray) -> Any:
         """Gradients of the constraints by [x; b], then the held maps; a full or a sparse matrix."""
         d = self.weight[:, None] * np.asarray(self.maps @ full).reshape(-1, 2)

@@ -70,7 +70,7 @@ def test_feed_forward():
     plain = 11.0 + 40.0 * 0.03 + 3.0 * 0.3
     assert torque(FeedForward(40.0, 3.0), signals)[0] == pytest.approx(plain, rel=1e-14)
     brake = 5.0 * (3e-5 * 0.2 - 4e-5 * 0.1) / math.sqrt(25e-10 + 4e-10)
-    found = torque(FeedForward(40.0, 3.0, landing=5.0, landing_distance=2e-5), signals)[0]
+    found = torque(FeedForward(40.0, 3.0, eccentricity_rate_damping=5.0, regularisation_length=2e-5), signals)[0]
     assert found == pytest.approx(plain - brake, rel=1e-14)
 
 
@@ -87,8 +87,8 @@ def test_delayed_feedback(signal):
 def test_onset_of_delayed_feedback(law):
     """Closed form: nothing before the onset, which is one delay unless it is given; a ramp and a limit after it."""
     signals = {"speed": 0.7, "delayed": 1.9}
-    memory = law(1.0, 1.0).memory
-    full = 4.0 * ((1.0 - memory) * 1.9 - 0.7)
+    gain = getattr(law(1.0, 1.0), "recursion_gain", 0.0)
+    full = 4.0 * ((1.0 - gain) * 1.9 - 0.7)
     for t, expected in ((0.499, 0.0), (0.5, full), (9.0, full)):
         assert torque(law(4.0, 0.5), signals, t=t)[0] == pytest.approx(expected, rel=1e-13)
     for t, share in ((1.999, 0.0), (2.0, 0.0), (2.6, 0.2), (5.0, 1.0), (6.0, 1.0)):

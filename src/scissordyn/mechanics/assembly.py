@@ -23,7 +23,7 @@ __all__ = ["Held", "Start", "assemble", "basis_at_start", "eccentricity_map", "h
 
 CLOSED = 1e-12
 ROUNDINGS = 8.0
-"""Constraints are met to `CLOSED`, or to so many roundings of the coordinates: a short rod far from the origin knows no better."""
+"""Constraints are met to `CLOSED`, or to so many roundings of the coordinates, where short rods are far from the origin."""
 
 MOST_STEPS = 50
 

@@ -22,7 +22,6 @@ from scissordyn.laws.contact import PARAMETERS
 from scissordyn.mechanics.band import width
 from scissordyn.mechanics.monitored import COMPONENT_FORCE, DRIVE_TORQUE, PRESSURE_VELOCITY
 from scissordyn.mechanics.point_map import PointMap, joined
-from scissordyn.mechanics.quadratic_constraints import families
 from scissordyn.mechanics.reduce import natural_weight
 from scissordyn.mechanics.reduced_model import ReducedModel
 from scissordyn.mechanics.system import (
@@ -154,7 +153,7 @@ def build_model(reduced: ReducedModel) -> Model:
     maps += [_component_map(reduced, component) for component in components]
     element_start, element_column, element_row = _stacked(maps, 6)
     counts = np.diff(element_start)
-    rotation_start, rotation_column, rotation_row = _stacked([family.maps[0] for family in families(reduced)], 2)
+    rotation_start, rotation_column, rotation_row = _stacked([family.maps[0] for family in reduced.families], 2)
     rotations = rotation_start.size - 1
 
     timed = [k for k, constraint in enumerate(constraints) if constraint.motion]
@@ -397,7 +396,7 @@ def initial_state(reduced: ReducedModel, model: Model) -> MechanismState:
     """Everything open, and angles as placed."""
     mechanism = reduced.mechanism
     guards, signals = model.guard_component.size, int(np.max(model.recorder, initial=-1)) + 1
-    angles = [mechanism.body(family.bodies[0]).angle for family in families(reduced)]
+    angles = [mechanism.body(family.bodies[0]).angle for family in reduced.families]
     for i, component in enumerate(acting(mechanism)):
         if model.reference_of[i] >= 0:
             angles.append(start_coordinates(mechanism, component)[-1])

@@ -18,7 +18,6 @@ from scissordyn.mechanics.equations import accelerate
 from scissordyn.mechanics.latch import engage
 from scissordyn.mechanics.monitored import constraint_forces, drive_torque
 from scissordyn.mechanics.point_map import PointMap, joined
-from scissordyn.mechanics.quadratic_constraints import families
 from scissordyn.mechanics.reduced_model import ReducedModel
 from scissordyn.mechanics.rotation import counted_angle, rotation_direction
 from scissordyn.mechanics.system import CONTACT_RESULT, RESULTS, open_system
@@ -151,7 +150,7 @@ def body_maps(reduced: ReducedModel) -> BodyMaps:
         for body in mechanism.bodies
     ]
     rotation, sense, offset = np.full(len(maps), -1, np.int64), np.ones(len(maps)), np.zeros(len(maps))
-    for k, family in enumerate(families(reduced)):
+    for k, family in enumerate(reduced.families):
         first = mechanism.body(family.bodies[0]).angle
         for name, direction in zip(family.bodies, family.maps, strict=True):
             b = index[name]

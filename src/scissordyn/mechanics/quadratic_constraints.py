@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 
 import numpy as np
 import scipy.sparse as sp
@@ -16,52 +15,13 @@ from scissordyn.mechanics.point_map import Constraint, PointMap, combined
 from scissordyn.mechanics.reduced_model import ReducedModel
 from scissordyn.mechanics.time_function import function_start
 
-__all__ = ["Family", "families", "find_constraints", "order_constraints"]
+__all__ = ["find_constraints", "order_constraints"]
 
 CONTRADICTION = 1e-7
 """Lengths that differ by less than this fraction are one length."""
 
 NAMED = 3
 """So many of a family of parallel bodies are named."""
-
-SAME = 1e-9
-"""Products of coefficients, the largest one being one, that are the same to within this belong to parallel bodies."""
-
-
-@dataclass(frozen=True)
-class Family:
-    """Bodies that keep their relative directions, turned or mirrored.
-
-    Parameters
-    ----------
-    bodies : tuple of str
-    maps : tuple of PointMap
-        Their directions.
-    free : bool
-        Whether a free coordinate enters.
-    """
-
-    bodies: tuple[str, ...]
-    maps: tuple[PointMap, ...]
-    free: bool
-
-
-def families(reduced: ReducedModel) -> tuple[Family, ...]:
-    """The rotating bodies of a mechanism, by families."""
-    found: dict[tuple[bytes, ...], list[tuple[str, PointMap]]] = {}
-    for body in reduced.mechanism.bodies:
-        if body.rotates:
-            direction = reduced.direction(body.name)
-            square = direction.rows.T @ direction.rows  # the same for directions that differ by a rotation or a reflection
-            scale = np.max(np.abs(square), initial=0.0) or 1.0
-            row, column = np.nonzero(np.abs(square) > 1e-12 * scale)
-            values = np.round(square[row, column] / (scale * SAME)) * SAME + 0.0  # no negative zeros
-            key = direction.columns[row].tobytes(), direction.columns[column].tobytes(), values.tobytes()
-            found.setdefault(key, []).append((body.name, direction))
-    return tuple(
-        Family(tuple(name for name, _ in members), tuple(each for _, each in members), _is_free(reduced, members[0][1]))
-        for members in found.values()
-    )
 
 
 def _is_free(reduced: ReducedModel, point_map: PointMap) -> bool:
@@ -106,7 +66,7 @@ def order_constraints(reduced: ReducedModel, found: list[Constraint]) -> tuple[C
 def _lengths(reduced: ReducedModel, elimination: Elimination) -> list[Constraint]:
     """One constraint of unit length per family of parallel bars."""
     found = []
-    for family in families(reduced):
+    for family in reduced.families:
         first = family.maps[0]
         if not family.free:
             for name, direction in zip(family.bodies, family.maps, strict=True):

@@ -9,7 +9,6 @@ constraints: |d|^2 = 1 per family of parallel bars, and one for each guide on a 
 
 from __future__ import annotations
 
-import dataclasses
 import math
 from typing import Any
 
@@ -78,7 +77,7 @@ def reduce_mechanism(mechanism: Mechanism) -> ReducedModel:
     except np.linalg.LinAlgError:
         raise _lost_inertia(mechanism) from None
     bare = ReducedModel(mechanism, free, basis, coordinates, mass, offsets, size)
-    return independent(dataclasses.replace(bare, constraints=find_constraints(bare, elimination)))
+    return independent(bare.with_constraints(find_constraints(bare, elimination)))
 
 
 def _lost_inertia(mechanism: Mechanism) -> InputError:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import itertools
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any
 
@@ -16,7 +16,33 @@ from scissordyn.mechanics.elimination import Expression
 from scissordyn.mechanics.point_map import Constraint, PointMap
 from scissordyn.model.mechanism import Mechanism
 
-__all__ = ["ReducedModel", "fixed_expression", "placed", "point_expression"]
+__all__ = ["Family", "ReducedModel", "find_families", "fixed_expression", "placed", "point_expression"]
+
+
+SAME = 1e-9
+"""Products of coefficients, the largest one being one, that are the same to within this belong to parallel bodies."""
+
+
+COORDINATES = ("_ones", "_rows", "_directions", "families")
+"""What follows from the coordinates alone."""
+
+
+@dataclass(frozen=True)
+class Family:
+    """Bodies that keep their relative directions, turned or mirrored.
+
+    Parameters
+    ----------
+    bodies : tuple of str
+    maps : tuple of PointMap
+        Their directions.
+    free : bool
+        Whether a free coordinate enters.
+    """
+
+    bodies: tuple[str, ...]
+    maps: tuple[PointMap, ...]
+    free: bool
 
 
 @dataclass(frozen=True)
@@ -60,6 +86,12 @@ class ReducedModel:
         """Position of a point of a body."""
         return self._map(point_expression(self.mechanism, self.offsets, point, self._ones))
 
+    def with_constraints(self, constraints: tuple[Constraint, ...], redundant: tuple[str, ...] = ()) -> ReducedModel:
+        """The same with these constraints; what is known of the coordinates is taken along."""
+        made = replace(self, constraints=constraints, redundant=redundant)
+        made.__dict__.update({name: self.__dict__[name] for name in COORDINATES if name in self.__dict__})
+        return made
+
     def at(self, body: str, point: Point) -> PointMap:
         """Position of a point in the frame of a body, or of the ground."""
         return self._map(fixed_expression(self.mechanism, self.offsets, body, point, self._ones))
@@ -71,10 +103,8 @@ class ReducedModel:
 
     def direction(self, body: str) -> PointMap:
         """Direction vector of a body; nothing for the ground and for a body that does not rotate."""
-        if body == GROUND or not self.mechanism.body(body).rotates:
-            return PointMap(np.empty(0, np.int64), np.empty((2, 0)))
-        d = self.offsets[body] + 2
-        return self._map(({d: 1.0}, {d + 1: 1.0}))
+        found = self._directions.get(body)
+        return PointMap(np.empty(0, np.int64), np.empty((2, 0))) if found is None else found
 
     def frame(self, body: str) -> PointMap:
         """Direction vector of a body's x axis, constant for the ground and for a body that does not rotate."""
@@ -83,7 +113,22 @@ class ReducedModel:
         angle = 0.0 if body == GROUND else self.mechanism.body(body).angle
         return PointMap(np.array([self.free], np.int64), np.array([[math.cos(angle)], [math.sin(angle)]]))
 
-    @property
+    @cached_property
+    def _directions(self) -> dict[str, PointMap]:
+        """Direction vectors of the bodies that rotate."""
+        found = {}
+        for body in self.mechanism.bodies:
+            if body.rotates:
+                d = self.offsets[body.name] + 2
+                found[body.name] = self._map(({d: 1.0}, {d + 1: 1.0}))
+        return found
+
+    @cached_property
+    def families(self) -> tuple[Family, ...]:
+        """The rotating bodies, by families."""
+        return find_families(self._directions, self.free)
+
+    @cached_property
     def _ones(self) -> int:
         return int(self.coordinates.shape[0])
 
@@ -108,6 +153,22 @@ class ReducedModel:
                     entry[axis] += coefficient * value
         columns = sorted(table)
         return PointMap(np.array(columns, np.int64), np.array([table[key] for key in columns], float).reshape(-1, 2).T.copy())
+
+
+def find_families(directions: dict[str, PointMap], free: int) -> tuple[Family, ...]:
+    """Bodies by families, from their directions as maps of so many free coordinates and the basis."""
+    found: dict[tuple[bytes, ...], list[str]] = {}
+    for name, direction in directions.items():
+        square = direction.rows.T @ direction.rows  # the same for directions that differ by a rotation or a reflection
+        scale = float(square.diagonal().max(initial=0.0)) or 1.0
+        row, column = np.nonzero(np.abs(square) > 1e-12 * scale)
+        values = np.round(square[row, column] / (scale * SAME)) * SAME + 0.0  # no negative zeros
+        key = direction.columns[row].tobytes(), direction.columns[column].tobytes(), values.tobytes()
+        found.setdefault(key, []).append(name)
+    return tuple(
+        Family(tuple(names), tuple(map(directions.__getitem__, names)), bool((directions[names[0]].columns < free).any()))
+        for names in found.values()
+    )
 
 
 def point_expression(

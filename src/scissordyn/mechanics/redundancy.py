@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 import math
 
 import numpy as np
@@ -93,7 +92,7 @@ def independent(reduced: ReducedModel) -> ReducedModel:
             raise InputError(f"{holding[k].subject} keeps a distance that other parts keep already", "leave it out")
     names = tuple(holding[k].subject for k in left)
     stay = [holding[k] for k in sorted(kept)] + [constraint for constraint in reduced.constraints if constraint.latch]
-    return dataclasses.replace(reduced, constraints=order_constraints(reduced, stay), redundant=names)
+    return reduced.with_constraints(order_constraints(reduced, stay), names)
 
 
 def nearest(reduced: ReducedModel, b: np.ndarray, natural: np.ndarray) -> np.ndarray:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Annotated
 
 from scissordyn.component.place import GROUND, Point
@@ -60,7 +61,7 @@ class Body:
             if len(pair) != 2 or not all(math.isfinite(x) for x in pair):
                 raise InputError(f"body '{self.name}': {label} = {pair!r}", "two finite numbers")
 
-    @property
+    @cached_property
     def rotates(self) -> bool:
         """Whether the body has an angle of its own."""
         return self.inertia is not None

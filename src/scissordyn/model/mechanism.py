@@ -83,7 +83,8 @@ class Mechanism:
 
     def body(self, name: str) -> Body:
         """The body of that name."""
-        return _named("body", name, self._bodies)
+        found = self._bodies.get(name)
+        return _named("body", name, self._bodies) if found is None else found
 
     def joint(self, name: str) -> Revolute:
         """The revolute joint of that name."""
@@ -106,7 +107,7 @@ class Mechanism:
         body, point = reference
         return dict(self.ground)[point] if body == GROUND else self.body(body).place(point)
 
-    @property
+    @cached_property
     def joint_names(self) -> tuple[str, ...]:
         """Names of the revolute joints, then of the guides, then of the contact points of clearance guides."""
         named = (*(joint.name for joint in self.joints), *(guide.name for guide in self.guides))
@@ -133,7 +134,7 @@ class Mechanism:
             )
         return tuple(found)
 
-    @property
+    @cached_property
     def ideal_guides(self) -> tuple[Guide, ...]:
         """The guides without clearance, in order."""
         return tuple(guide for guide in self.guides if guide.clearance is None)
@@ -147,17 +148,17 @@ class Mechanism:
             spans = [math.dist(places[0], place) for place in places]
         return max(spans) or 1.0
 
-    @property
+    @cached_property
     def contacts(self) -> tuple[Revolute | ContactPoint, ...]:
         """The possible contacts: the clearance joints, then the contact points of the clearance guides."""
         return (*self.clearance_joints, *self.contact_points)
 
-    @property
+    @cached_property
     def clearance_joints(self) -> tuple[Revolute, ...]:
         """The joints with clearance, in order."""
         return tuple(joint for joint in self.joints if joint.clearance is not None)
 
-    @property
+    @cached_property
     def ideal_joints(self) -> tuple[Revolute, ...]:
         """The joints without clearance, in order."""
         return tuple(joint for joint in self.joints if joint.clearance is None)

@@ -7,6 +7,7 @@ import hashlib
 import inspect
 import types
 from collections.abc import Iterator, Mapping
+from functools import cache
 from typing import Any
 
 from scissordyn.errors import InputError
@@ -34,23 +35,37 @@ def to_plain(described: Any) -> Any:
     plain
         Fit for JSON; numbers survive bit for bit.
     """
+    if isinstance(described, _SCALARS):
+        return described
+    if isinstance(described, tuple | list):
+        # scalars, most of all values, without a call each
+        return [item if isinstance(item, _SCALARS) else to_plain(item) for item in described]
+    if isinstance(described, Mapping):
+        return {str(key): value if isinstance(value, _SCALARS) else to_plain(value) for key, value in described.items()}
     if dataclasses.is_dataclass(described) and not isinstance(described, type):
-        values = {field.name: to_plain(getattr(described, field.name)) for field in dataclasses.fields(described) if field.init}
+        values = {}
+        for name in _written(type(described)):
+            value = getattr(described, name)
+            values[name] = value if isinstance(value, _SCALARS) else to_plain(value)
         origin = getattr(type(described), "origin", None)  # of a class in a file of the user's
         made: dict[str, Any] = {KIND: kind_of(type(described))} if origin is None else {KIND: origin[0], DIGEST: origin[1]}
         return made | values
-    if isinstance(described, tuple | list):
-        return [to_plain(item) for item in described]
-    if isinstance(described, Mapping):
-        return {str(key): to_plain(value) for key, value in described.items()}
-    if described is None or isinstance(described, str | int | float | bool):
-        return described
     if callable(described):
         name = getattr(described, "__name__", repr(described))
         return {KIND: FUNCTION, "name": name, "source": _source(described), DIGEST: _function_digest(described)}
     raise InputError(f"a {type(described).__name__} inside a description", "values that can be written to a file")
 
 
+_SCALARS = (str, int, float, bool, type(None))
+
+
+@cache
+def _written(described: type) -> tuple[str, ...]:
+    """The fields of a dataclass that are written."""
+    return tuple(field.name for field in dataclasses.fields(described) if field.init)
+
+
+@cache
 def kind_of(described: type) -> str:
     """What a class is called in a file."""
     return f"{described.__module__}.{described.__qualname__}".removeprefix(f"{PACKAGE}.")

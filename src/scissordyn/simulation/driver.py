@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from functools import cache
 from typing import Any
 
+import numba
 import numpy as np
 
 from scissordyn.errors import InputError
@@ -49,6 +50,15 @@ RECORD_ROWS = 1024
 def _problem() -> Problem:
     """Typed pointers to the mechanics."""
     return make_problem(functions.FUNCTIONS)
+
+
+@cache
+def _advance() -> Callable[[Problem, int, int, int], int]:
+    """The compiled loop; asking numba for the types of its arguments at each call would take as long as many steps."""
+    kinds = tuple(numba.typeof(argument) for argument in (_problem(), 0, 0, 0))
+    loop.advance.compile(kinds)
+    compiled: Callable[[Problem, int, int, int], int] = loop.advance.overloads[kinds].entry_point
+    return compiled
 
 
 def make_system(reduced: ReducedModel, model: Model | None = None, parameters: Parameters | None = None) -> Handle:
@@ -288,12 +298,12 @@ class Driver:
         int
             One of the statuses of `integrate.advance`; ADVANCING if the steps did not suffice.
         """
-        state = self.state
+        state, advance = self.state, _advance()
         state.clock["end"] = until
         status, left, pace = loop.ADVANCING, most_steps, FIRST
         while status == loop.ADVANCING and left > 0:
             before, called = self._tried(), clocks.perf_counter()
-            status = loop.advance(_problem(), self.system.address, self.integration.address, min(pace, left))
+            status = advance(_problem(), self.system.address, self.integration.address, min(pace, left))
             taken = self._tried() - before
             left -= max(1, taken)
             pace = next_slice(taken, clocks.perf_counter() - called, SLICE)

@@ -22,8 +22,8 @@ INTERNAL_STATES = 100.0
 """Internal states of friction laws are weighed this much more loosely: they relax within microseconds, so that their errors do
 not add up. Measured: the events keep their digits, the steps become 16 to 28 % fewer (docs/decisions)."""
 
-ROUNDINGS = 4.0
-"""Roundings of positions that a velocity may be wrong by in a step of a linearly implicit method (decision 0010)."""
+ROUNDINGS = 0.25
+"""Of positions, in units of 1/h: what velocities may be wrong by in a step of a linearly implicit method (decision 0010)."""
 
 ROUND_OFF = 1e-15
 """Relative weight of positions: what they are rounded to."""

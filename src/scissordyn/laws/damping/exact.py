@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cache
 from typing import ClassVar
 
 from scissordyn.laws.damping.proportional import DampingFactor, PositiveRestitution
@@ -42,6 +43,7 @@ def _root(factor_of: Callable[[float], float]) -> float:
     return -math.expm1(-0.5 * (low + high))
 
 
+@cache
 def exact_factor(restitution: float) -> float:
     """The root xi in (0, 1/c_e) of ln[(1+xi)/(1-xi c_e)] = xi (1+c_e); zero for c_e = 1.
 
@@ -61,6 +63,7 @@ def exact_factor(restitution: float) -> float:
     return 0.0 if restitution == 1.0 else _root(lambda s: s / restitution) / restitution
 
 
+@cache
 def returned_restitution(factor: float) -> float:
     """The restitution coefficient of a damping factor for a free body and any elastic part, from the same equation.
 

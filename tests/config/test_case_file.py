@@ -319,3 +319,15 @@ def test_a_clearance_guide_and_its_laws(tmp_path: Path) -> None:
     assert changed.guide("guide").clearance == GuideClearance(2e-4, 0.04, 0.02, **described)
     with pytest.raises(InputError, match=r"guide_clearance\.0.*liu.*plane guide surface"):
         read_case(written(tmp_path, sized), ['guide_clearance.0.stiffness="liu"'])
+
+
+def test_addresses_reach_what_the_file_makes() -> None:
+    """Identity: the addresses of Python and of studies change a case too, by the names of parts, with units."""
+    path = EXAMPLES / "paper.toml"
+    case = read_case(path, ["A.clearance=0.2 mm", "unit 1/bar 2.mass=6 kg", "body.slider.mass=4 kg", "drive.speed=100 rpm"])
+    assert case.mechanism.joint("A").clearance.clearance == pytest.approx(2e-4, rel=1e-15)
+    assert (case.mechanism.body("unit 1/bar 2").mass, case.mechanism.body("slider").mass) == (6.0, 4.0)
+    assert read_case(path, ["A.clearance=0.2 mm"]).mechanism == read_case(path).mechanism.replace("A.clearance", 0.2e-3)
+    for change, says in (("unit 1/bar 9.mass=6 kg", "no part"), ("slider.mass=6 m", "kg"), ("slider.points=3", "not a number")):
+        with pytest.raises(InputError, match=says):
+            read_case(path, [change])

@@ -151,9 +151,7 @@ def test_drive_and_function(impacting):
     np.testing.assert_allclose(one["period"], 2.0 * np.pi / np.array(frequencies), rtol=1e-15)
 
     def faster(value):
-        from scissordyn.study.parameter import varied
-
-        return varied(impacting, "drive.frequency", value)
+        return impacting.replace("drive.frequency", value)
 
     assert_same(bifurcation(impacting, over=faster, values=frequencies, cycles=2, keep=2, workers=1), one)
 

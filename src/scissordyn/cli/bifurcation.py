@@ -54,11 +54,12 @@ def bifurcation(
     import numpy as np
 
     from scissordyn.config.file import read_case
+    from scissordyn.model.address import number
     from scissordyn.study.bifurcation import bifurcation as compute
-    from scissordyn.study.parameter import parameter
 
     described = read_case(case, list(change or []))
-    quantity = parameter(described.mechanism, over).quantity
+    quantity = number(described.mechanism, over).quantity
+    assert quantity is not None
     ends = _number(first, quantity, "--from"), _number(last, quantity, "--to")
     tell_where("no value is kept" if output is None else f"what is done is in {output}, and the same command goes on from it")
     with _progress(values) as progress:

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import tomllib
 from collections.abc import Iterable
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+from scissordyn.config.address import addressed, sorted_changes
 from scissordyn.config.case import Case, CaseTable
 from scissordyn.config.change import changed
 from scissordyn.config.table import instance, located
@@ -36,7 +38,9 @@ def read_case(path: Path, changes: Iterable[str] = ()) -> Case:
     """
     tree = _parsed(path)
     with located(str(path)):
-        return instance(CaseTable, changed(tree, changes), {"folder": path.parent}).case()
+        of_file, of_parts = sorted_changes(tree, changes, CaseTable.model_fields.keys())
+        case = instance(CaseTable, changed(tree, of_file), {"folder": path.parent}).case()
+        return replace(case, mechanism=addressed(case.mechanism, of_parts)) if of_parts else case
 
 
 def _parsed(path: Path) -> dict[str, Any]:

@@ -17,6 +17,7 @@ from scissordyn.component.rod import Rod
 from scissordyn.component.time_function import ConstantSpeed, TimeFunction
 from scissordyn.control.controller import Controller
 from scissordyn.errors import InputError, did_you_mean
+from scissordyn.model.address import changed
 from scissordyn.model.body import Body
 from scissordyn.model.check import check_parts
 from scissordyn.model.clearance import Clearance
@@ -294,31 +295,23 @@ class Mechanism:
         others = tuple(other for other in self.drives if other.body != chosen)
         return dataclasses.replace(self, drives=others, components=(*self.components, actuator))
 
-    def replace(self, path: str, value: Any) -> Mechanism:
+    def replace(self, address: str, value: Any) -> Mechanism:
         """The same mechanism with one value changed.
 
         Parameters
         ----------
-        path : str
-            A field of the mechanism ("gravity"), or a joint or guide and a field of its clearance ("A.clearance",
-            "A.friction", "A.damping.restitution").
+        address : str
+            A field of the mechanism ("gravity", "components"), or a part and a field of it: "A.clearance",
+            "A.damping.restitution", "drive.speed", "body.slider.mass", "servo.controller.limit", "joint.all.friction"; see
+            `model.address`.
         value
-            The new value.
+            The new value, in SI.
 
         Returns
         -------
         Mechanism
         """
-        names = {field.name for field in dataclasses.fields(self)}
-        if path in names:
-            return dataclasses.replace(self, **{path: value})
-        joint, _, inner = path.partition(".")
-        guides = {guide.name: guide for guide in self.guides}
-        connection = guides[joint] if joint in guides else self.joint(joint)
-        if connection.clearance is None or not inner:
-            raise InputError(f"replace({path!r})", "JOINT.FIELD of a clearance joint, or one of " + ", ".join(sorted(names)))
-        new = dataclasses.replace(connection, clearance=_replace_inside(connection.clearance, inner, value))
-        return self._with_guides([new]) if isinstance(new, Guide) else self._with_joints([new])
+        return changed(self, address, value)
 
     def _with_joints(self, changed: Iterable[Revolute]) -> Mechanism:
         new = {joint.name: joint for joint in changed}
@@ -333,12 +326,3 @@ def _named(what: str, name: str, found: Mapping[str, Named]) -> Named:
     if name not in found:
         raise InputError(f"{what} '{name}'{did_you_mean(name, found)}", "one of " + (", ".join(found) or "none"))
     return found[name]
-
-
-def _replace_inside(described: Any, path: str, value: Any) -> Any:
-    name, _, rest = path.partition(".")
-    names = [field.name for field in dataclasses.fields(described)]
-    if name not in names:
-        raise InputError(f"no field '{name}' in {type(described).__name__}{did_you_mean(name, names)}", ", ".join(names))
-    inner = _replace_inside(getattr(described, name), rest, value) if rest else value
-    return dataclasses.replace(described, **{name: inner})

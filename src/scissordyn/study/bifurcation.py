@@ -14,6 +14,7 @@ import numpy as np
 import xarray as xr
 
 from scissordyn.errors import InputError
+from scissordyn.model.address import number
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.model.record import to_plain
 from scissordyn.simulation.configuration import read_configuration, write_configuration
@@ -24,7 +25,6 @@ from scissordyn.simulation.provenance import provenance
 from scissordyn.simulation.store import load, save
 from scissordyn.simulation.stroboscope import drive_period, run_cycles, start_state
 from scissordyn.study.follow import carried
-from scissordyn.study.parameter import parameter, varied
 from scissordyn.study.runner import CaseResult, each_case, worker_count
 
 __all__ = ["OtherDiagramError", "bifurcation"]
@@ -118,7 +118,7 @@ def bifurcation(
     mechanism : Mechanism
     over : str or callable
         The varied parameter: "A.clearance", "A.friction.kinetic", "drive.speed", "drive.frequency", "gravity"; see
-        `study.parameter`. Or a function from a value to a mechanism.
+        `model.address`. Or a function from a value to a mechanism.
     values : sequence of float
         Of the parameter, in SI units, in the order of computation.
     cycles, keep : int
@@ -163,7 +163,7 @@ def bifurcation(
     for name, count, most in (("cycles", cycles, None), ("keep", keep, cycles)):
         if isinstance(count, bool) or not isinstance(count, int) or count < 1 or (most is not None and count > most):
             raise InputError(f"{name} = {count!r}", "a whole number >= 1" + (f" and <= {most}" if most is not None else ""))
-    mechanisms = [varied(mechanism, over, value) if isinstance(over, str) else over(value) for value in numbers]
+    mechanisms = [mechanism.replace(over, value) if isinstance(over, str) else over(value) for value in numbers]
     cases = [
         DiagramCase(
             one,
@@ -249,7 +249,8 @@ def _blank(
     """A diagram without results."""
     count, first = len(cases), cases[0]
     if isinstance(over, str):
-        quantity = parameter(mechanism, over).quantity
+        quantity = number(mechanism, over).quantity
+        assert quantity is not None
         units, long_name, name = quantity.unit, quantity.help or over, over
     else:
         units, long_name, name = "1", "parameter", getattr(over, "__name__", "function")

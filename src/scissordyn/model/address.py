@@ -8,7 +8,7 @@ several at once (``joint.all.clearance``). The fields of a joint or guide are th
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -19,7 +19,7 @@ from scissordyn.units import Quantity, quantities
 if TYPE_CHECKING:
     from scissordyn.model.mechanism import Mechanism
 
-__all__ = ["KINDS", "Place", "changed", "find", "number"]
+__all__ = ["KINDS", "Place", "changed", "changed_all", "find", "number"]
 
 DRIVE = "drive"
 
@@ -129,15 +129,35 @@ def changed(mechanism: Mechanism, address: str, value: Any) -> Mechanism:
     -------
     Mechanism
     """
+    return changed_all(mechanism, {address: value})
+
+
+def changed_all(mechanism: Mechanism, changes: Mapping[str, Any]) -> Mechanism:
+    """The same mechanism with other values at some addresses.
+
+    Parameters
+    ----------
+    mechanism : Mechanism
+    changes : mapping of str to value
+        In SI, by address.
+
+    Returns
+    -------
+    Mechanism
+    """
     new: dict[str, Any] = {}
-    for place in find(mechanism, address):
-        if place.index is None:
-            new[place.field] = value
-            continue
-        parts = list(new.get(place.field, getattr(mechanism, place.field)))
-        parts[place.index] = _inside(parts[place.index], place.path, value)
-        new[place.field] = tuple(parts)
-    return dataclasses.replace(mechanism, **new)
+    numbers = True
+    for address, value in changes.items():
+        for place in find(mechanism, address):
+            numbers = numbers and place.quantity is not None and place.index is not None
+            if place.index is None:
+                new[place.field] = value
+                continue
+            parts = list(new.get(place.field, getattr(mechanism, place.field)))
+            parts[place.index] = _inside(parts[place.index], place.path, value)
+            new[place.field] = tuple(parts)
+    # numbers are checked by the part that they belong to; what parts refer to stays as it is
+    return mechanism.with_parts(new) if numbers else dataclasses.replace(mechanism, **new)
 
 
 def _named(mechanism: Mechanism) -> Iterator[tuple[str, str, int, str]]:

@@ -313,6 +313,24 @@ class Mechanism:
         """
         return changed(self, address, value)
 
+    def with_parts(self, parts: Mapping[str, Any]) -> Mechanism:
+        """The same mechanism with other parts of the same names between the same bodies, which are not checked again.
+
+        Parameters
+        ----------
+        parts : mapping of str to tuple
+            By field.
+
+        Returns
+        -------
+        Mechanism
+        """
+        made = object.__new__(Mechanism)
+        made.__dict__.update(
+            {field.name: parts.get(field.name, getattr(self, field.name)) for field in dataclasses.fields(self)}
+        )
+        return made
+
     def _with_joints(self, changed: Iterable[Revolute]) -> Mechanism:
         new = {joint.name: joint for joint in changed}
         return dataclasses.replace(self, joints=tuple(new.get(joint.name, joint) for joint in self.joints))

@@ -1,14 +1,14 @@
 """The one language for which number of a mechanism is meant: ``A.clearance``, ``drive.speed``, ``servo.controller.limit``.
 
-An address names a part and a field of it, and goes on into what the field holds. A part of which there is one of that name needs no
-more; the kind before the name tells parts of the same name apart (``joint.A.clearance``, ``body.slider.mass``), and a pattern takes
-several at once (``joint.all.clearance``). The fields of a joint or guide are those of its clearance; those of a drive, of its motion.
+An address names a part and a field of it, and goes on into what the field holds. The kind before the name tells parts of the same
+name apart (``joint.A.clearance``, ``body.slider.mass``), and a pattern takes several at once (``joint.all.clearance``). The fields
+of a joint or guide are those of its clearance; those of a drive, of its motion.
 """
 
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -132,7 +132,9 @@ def changed(mechanism: Mechanism, address: str, value: Any) -> Mechanism:
     return changed_all(mechanism, {address: value})
 
 
-def changed_all(mechanism: Mechanism, changes: Mapping[str, Any]) -> Mechanism:
+def changed_all(
+    mechanism: Mechanism, changes: Mapping[str, Any], places: Mapping[str, Sequence[Place]] | None = None
+) -> Mechanism:
     """The same mechanism with other values at some addresses.
 
     Parameters
@@ -140,6 +142,8 @@ def changed_all(mechanism: Mechanism, changes: Mapping[str, Any]) -> Mechanism:
     mechanism : Mechanism
     changes : mapping of str to value
         In SI, by address.
+    places : mapping of str to sequence of Place, optional
+        What `find` has found for the addresses.
 
     Returns
     -------
@@ -148,7 +152,7 @@ def changed_all(mechanism: Mechanism, changes: Mapping[str, Any]) -> Mechanism:
     new: dict[str, Any] = {}
     numbers = True
     for address, value in changes.items():
-        for place in find(mechanism, address):
+        for place in find(mechanism, address) if places is None else places[address]:
             numbers = numbers and place.quantity is not None and place.index is not None
             if place.index is None:
                 new[place.field] = value

@@ -66,6 +66,12 @@ class Body:
         """Whether the body has an angle of its own."""
         return self.inertia is not None
 
+    @cached_property
+    def extent(self) -> float:
+        """How far from its origin the body reaches, its radius of gyration counted for one without points [m]."""
+        gyration = math.sqrt((self.inertia or 0.0) / self.mass)
+        return max([math.hypot(*point) for point in (self.centre, *self.points.values())] + [gyration])
+
     def place(self, point: str) -> Point:
         """Position of a named point at the start [m]."""
         x, y = self.points[point]

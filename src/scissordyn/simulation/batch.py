@@ -21,7 +21,7 @@ from scissordyn.integrate import advance as loop
 from scissordyn.mechanics.build import build_model
 from scissordyn.mechanics.reduce import reduce_mechanism
 from scissordyn.mechanics.reduced_model import ReducedModel
-from scissordyn.model.address import changed_all, number
+from scissordyn.model.address import Place, changed_all, find, number
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.simulation.configuration import write_configuration
 from scissordyn.simulation.driver import Driver, make_system, put_parameters
@@ -154,11 +154,11 @@ def _run_all(
     progress: Callable[[int, int], None] | None,
 ) -> bool:
     """Run all cases; returns whether the user stopped it."""
-    base = reduce_mechanism(mechanism)
+    base, places = reduce_mechanism(mechanism), {address: find(mechanism, address) for address in values}
     cases, waiting, stop = results.status.size, itertools.count(), threading.Event()
 
     def work() -> None:
-        worker = _Worker(base, options, stop)
+        worker = _Worker(base, options, stop, places)
         for case in iter(lambda: next(waiting), None):
             if case >= cases or stop.is_set():
                 return
@@ -192,11 +192,15 @@ class _Worker:
     options : Options
     stop : Event
         Set when the user stops the batch.
+    places : mapping of str to sequence of Place
+        Where the addresses lead.
     """
 
-    def __init__(self, base: ReducedModel, options: Options, stop: threading.Event) -> None:
+    def __init__(
+        self, base: ReducedModel, options: Options, stop: threading.Event, places: Mapping[str, Sequence[Place]]
+    ) -> None:
         self.mechanism, self.options, self.stop = base.mechanism, options, stop
-        self.base = base
+        self.base, self.places = base, places
         self.model = build_model(base)
         self.system = make_system(base, self.model)
         self.driver: Driver | None = None
@@ -204,7 +208,7 @@ class _Worker:
     def run(self, changes: Mapping[str, float], case: int, results: _Results) -> None:
         """Simulate one case and write its results."""
         try:
-            driver = self._started(changed_all(self.mechanism, changes))
+            driver = self._started(changed_all(self.mechanism, changes, self.places))
             began = clocks.perf_counter()
             status = driver.advance(self.options.until, most_steps=self.options.most_steps, progress=self._look)
         except KeyboardInterrupt:

@@ -30,7 +30,7 @@ def hanging(*elements, inertia=0.2, angle=0.3, gravity=0.0, spin=0.0):
 
 def balanced(run, bound=1e-9):
     """Whether the energy balance closes relative to the converted energy."""
-    turnover = max(float(np.ptp(run[name].values)) for name in ("spring_energy", "potential_energy", "load_work"))
+    turnover = max(float(np.ptp(run[name].values)) for name in ("stored_energy", "potential_energy", "load_work"))
     turnover = max(turnover, float(run["kinetic_energy"].max()))
     return float(np.max(np.abs(run["energy_residual"]))) < bound * turnover
 
@@ -59,7 +59,7 @@ def test_point_spring_keeps_energy():
     assert balanced(run)
     tip = np.stack([np.cos(run["angle"][:, 0]), np.sin(run["angle"][:, 0])], axis=1)
     length = np.hypot(1.5 - tip[:, 0], 0.5 - tip[:, 1])
-    assert np.allclose(run["spring_energy"], 100.0 * (length - 0.4) ** 2, rtol=1e-9)
+    assert np.allclose(run["stored_energy"], 100.0 * (length - 0.4) ** 2, rtol=1e-9)
 
 
 def test_spring_between_free_masses():

@@ -39,7 +39,7 @@ def check(
         f"{reduced.free} free coordinates with {len(reduced.constraints)} quadratic constraints.",
     ]
     lines += [f"Drive of {drive.body}: {_in_words(drive.motion)}." for drive in mechanism.drives]
-    lines += [f"{part.declaration.label.capitalize()} {part.name}." for part in acting(mechanism)]
+    lines += [f"{part.declaration.label.capitalize()} {part.name}." for part in (*acting(mechanism), *mechanism.rods)]
     parts = [("Joint", joint.name, joint.clearance) for joint in mechanism.clearance_joints]
     for kind, name, gap in (*parts, *(("Guide", guide.name, guide.clearance) for guide in mechanism.guides)):
         if gap is None:

@@ -140,7 +140,9 @@ def test_two_free_bodies(method: str) -> None:
     velocity, centre = run["velocity"].values, run["position"].values
     momentum = np.einsum("b,tbi->ti", mass, velocity)
     np.testing.assert_allclose(momentum, momentum[:1].repeat(51, axis=0), atol=1e-9)
-    orbital = (centre[..., 0] * velocity[..., 1] - centre[..., 1] * velocity[..., 0]) @ mass + run["angular_velocity"].values @ inertia
+    orbital = (centre[..., 0] * velocity[..., 1] - centre[..., 1] * velocity[..., 0]) @ mass + run[
+        "angular_velocity"
+    ].values @ inertia
     np.testing.assert_allclose(orbital, orbital[0], atol=1e-9)
     assert_balance(run)
 

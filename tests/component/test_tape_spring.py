@@ -136,8 +136,8 @@ def test_hysteresis_loop(method: str) -> None:
     loop = float(np.trapezoid(torque, turned))
     step = float(np.max(np.abs(np.diff(turned))))
     assert loop == pytest.approx(sum(area), abs=step * (PEAK + PEAK_EQUAL))
-    if method == "dop853":  # inside the steps of a stiff method the work of a drive is less accurate than at their ends
-        assert_balance(run)
+    # without freedom no error controls the steps; inside those of a stiff method the work of a drive is a cubic
+    assert_balance(run, 1e-8 if method == "dop853" else 1e-6)
 
 
 def test_branches_and_energy() -> None:

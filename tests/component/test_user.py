@@ -141,6 +141,12 @@ def test_case_file(method: str, tmp_path: Path, capsys: pytest.CaptureFixture[st
     np.testing.assert_array_equal(again["rubber_band_force"], run["rubber_band_force"])
 
 
+def test_a_file_with_postponed_annotations(tmp_path: Path) -> None:
+    """Identity: annotations that are evaluated later mean the same."""
+    (tmp_path / "rubber.py").write_text("from __future__ import annotations\n" + RUBBER, encoding="utf-8")
+    assert read(tmp_path, CASE).components[0].free_length == 0.1
+
+
 @pytest.mark.parametrize("method", METHODS)
 def test_an_internal_state(method: str) -> None:
     """Closed form: a mass on a Maxwell element along the line is a linear system of three unknowns."""

@@ -77,7 +77,7 @@ def _module(path: Path, source: bytes) -> ModuleType:
     sys.modules[module.__name__] = module  # where dataclasses look up what the annotations of a class mean
     try:
         # from the text itself: byte code kept beside a file is told apart by its time stamp and size only
-        exec(compile(source, str(path), "exec"), module.__dict__)
+        exec(compile(source, str(path), "exec", dont_inherit=True), module.__dict__)
     except Exception as error:
         del sys.modules[module.__name__]
         where = f", line {error.lineno}" if isinstance(error, SyntaxError) else ""

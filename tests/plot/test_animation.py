@@ -44,16 +44,18 @@ def test_bodies_and_pins_are_where_the_run_has_them(run: xr.Dataset, arm: Mechan
     """Cross-check: each frame against the placement of the static pictures."""
     shapes = {shape.name: shape for shape in scene.shapes}
     for frame, sample in enumerate(FRAMES.tolist()):
-        placed = Placement.at(arm, run, sample)
+        placed = Placement.at(arm, run, [sample])
         for body in arm.bodies:
             points = shapes[body.name].points[frame]
-            wanted = placed.points(body, outline(body))
+            wanted = placed.points(body.name, outline(body))[0]
             if shapes[body.name].kind == "block":
                 points = points.mean(axis=0, keepdims=True)
             np.testing.assert_allclose(points, wanted, atol=1e-13)
-        np.testing.assert_allclose(scene.pins[frame], [placed.place(joint.bearing) for joint in arm.ideal_joints], atol=1e-13)
-        np.testing.assert_allclose(scene.clearance_joints[0].place[frame], placed.place(arm.joint("A").bearing), atol=1e-13)
-        np.testing.assert_allclose(shapes["rope"].points[frame, [0, -1]], [[0.0, 0.0], placed.centre["slider"]], atol=1e-13)
+        np.testing.assert_allclose(
+            scene.pins[frame], [placed.place(joint.bearing)[0] for joint in arm.ideal_joints], atol=1e-13
+        )
+        np.testing.assert_allclose(scene.clearance_joints[0].place[frame], placed.place(arm.joint("A").bearing)[0], atol=1e-13)
+        np.testing.assert_allclose(shapes["rope"].points[frame, [0, -1]], [[0.0, 0.0], placed.centre("slider")[0]], atol=1e-13)
 
 
 def test_everything_stays_inside_the_picture(scene: Scene) -> None:

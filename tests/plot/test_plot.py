@@ -1,5 +1,6 @@
 """Pictures show the data they were given, named and with units, and can be read."""
 
+import dataclasses
 import math
 from pathlib import Path
 
@@ -272,13 +273,15 @@ def test_bars_are_drawn_where_they_are(run: xr.Dataset, arm: Mechanism) -> None:
 
 def test_turned_frame(run: xr.Dataset, arm: Mechanism) -> None:
     """Closed form: a body turned by a quarter rotates its points by a quarter revolution about its mass centre."""
-    placed = Placement.at(arm, run, 0)
-    quarter = Placement(arm, placed.centre, {**placed.angle, "unit 1/bar 1": math.pi / 2})
-    middle = placed.centre["unit 1/bar 1"]
-    np.testing.assert_allclose(quarter.place(("unit 1/bar 1", "end")), np.add(middle, [0.0, 1.0]), atol=1e-15)
-    aside = quarter.points(arm.body("unit 1/bar 1"), np.array([[1.0, 0.5]]))
-    np.testing.assert_allclose(aside, [np.add(middle, [-0.5, 0.0])], atol=1e-15)
-    np.testing.assert_array_equal(quarter.place(("ground", "origin")), [0.0, 0.0])
+    placed = Placement.at(arm, run, [0])
+    turned = placed.angles.copy()
+    turned[:, placed.index["unit 1/bar 1"]] = math.pi / 2
+    quarter = dataclasses.replace(placed, angles=turned)
+    middle = placed.centre("unit 1/bar 1")
+    np.testing.assert_allclose(quarter.place(("unit 1/bar 1", "end")), np.add(middle, [[0.0, 1.0]]), atol=1e-15)
+    aside = quarter.points("unit 1/bar 1", np.array([[1.0, 0.5]]))
+    np.testing.assert_allclose(aside, [np.add(middle, [[-0.5, 0.0]])], atol=1e-15)
+    np.testing.assert_array_equal(quarter.place(("ground", "origin")), [[0.0, 0.0]])
 
 
 def test_outlines() -> None:

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 if TYPE_CHECKING:
+    from scissordyn.component.declaration import Component
     from scissordyn.component.time_function import TimeFunction
 
 __all__ = ["check"]
@@ -29,6 +30,7 @@ def check(
 
     read = read_case(case, change or [])
     mechanism = read.mechanism
+    rods: tuple[Any, ...] = mechanism.rods  # type checkers do not see what makes them components
     reduced = reduce_mechanism(mechanism)
     _, prepared, choice = make_driver(reduced, read.run)
 
@@ -39,7 +41,8 @@ def check(
         f"{reduced.free} free coordinates with {len(reduced.constraints)} quadratic constraints.",
     ]
     lines += [f"Drive of {drive.body}: {_in_words(drive.motion)}." for drive in mechanism.drives]
-    lines += [f"{part.declaration.label.capitalize()} {part.name}." for part in acting(mechanism)]
+    components: tuple[Component, ...] = (*acting(mechanism), *rods)
+    lines += [f"{part.declaration.label.capitalize()} {part.name}." for part in components]
     parts = [("Joint", joint.name, joint.clearance) for joint in mechanism.clearance_joints]
     for kind, name, gap in (*parts, *(("Guide", guide.name, guide.clearance) for guide in mechanism.guides)):
         if gap is None:

@@ -8,6 +8,7 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 from scissordyn.component.actuator import Actuator
+from scissordyn.component.catalogue import COMPONENTS
 from scissordyn.component.declaration import Component
 from scissordyn.component.place import GROUND, BodyPoint, Point
 from scissordyn.errors import InputError, did_you_mean
@@ -17,6 +18,9 @@ if TYPE_CHECKING:
     from scissordyn.model.mechanism import Mechanism
 
 __all__ = ["check_parts"]
+
+DIMENSIONS = ("time", "body", "joint", "axis", "drive", "contact", "event")
+"""Dimensions of every run, which are no sections of components."""
 
 SAME_PLACE = 1e-9
 """Points of one body nearer to each other than this fraction of the mechanism's size are one point."""
@@ -54,6 +58,7 @@ def check_parts(mechanism: Mechanism) -> None:
     components: tuple[Any, ...] = (*mechanism.components, *mechanism.rods, *mechanism.latches)
     for component in components:
         _check_component(points, rotating, component)
+    _check_sections(components)
     for drive in mechanism.drives:
         _check_rotates(points, rotating - {GROUND}, "the drive", drive.body)
     for what, name in (("input body", mechanism.input_body), ("output body", mechanism.output_body)):
@@ -73,6 +78,20 @@ def _check_component(points: Mapping[str, Mapping[str, Point]], rotating: set[st
     if isinstance(component, Actuator):
         for reference in filter(None, (component.sensor, component.sensor_origin)):
             _check_point(points, label, reference)
+
+
+def _check_sections(components: tuple[Any, ...]) -> None:
+    """Raise `InputError` for two classes of components whose variables in a run would have the same names."""
+    owner: dict[str, type] = dict(COMPONENTS)
+    for component in components:
+        section, kind = component.declaration.section, type(component)
+        if section in DIMENSIONS or owner.setdefault(section, kind) is not kind:
+            raise InputError(
+                f"{component.declaration.label} '{component.name}' of a class '{kind.__name__}' with the section '{section}', "
+                "which is taken",
+                "a section of its own",
+                f'@component(section="my_{section}", ...)',
+            )
 
 
 def _points(mechanism: Mechanism) -> dict[str, Mapping[str, Point]]:

@@ -74,7 +74,7 @@ class Film:
                 bars += shape.kind == "bar"
                 look = {
                     "bar": {"color": (BLUE, GREEN)[bars % 2], "linewidth": 2.0, "zorder": 2.0},
-                    "spring": {"color": PURPLE, "linewidth": 1.0, "zorder": 2.5},
+                    "component": {"color": PURPLE, "linewidth": 1.0, "zorder": 2.5},
                     "rod": {"color": PURPLE, "linewidth": 1.4, "linestyle": (0, (4, 1.5)), "zorder": 2.5},
                     "guide": {"color": GREY, "linewidth": 0.7, "linestyle": (0, (6, 2, 1, 2)), "zorder": 1.0},
                 }[shape.kind]

@@ -59,9 +59,9 @@ def test_four_bar_motion(case):
     ground, r, l, c = (sizes[name] for name in ("ground", "crank", "coupler", "rocker"))
     t = run["time"].values
     if isinstance(motion, sd.Harmonic):
-        a = motion.mean + motion.amplitude * np.sin(motion.frequency * t)
-        w = motion.amplitude * motion.frequency * np.cos(motion.frequency * t)
-        s = -motion.amplitude * motion.frequency**2 * np.sin(motion.frequency * t)
+        a = motion.mean + motion.amplitude * np.sin(motion.angular_frequency * t)
+        w = motion.amplitude * motion.angular_frequency * np.cos(motion.angular_frequency * t)
+        s = -motion.amplitude * motion.angular_frequency**2 * np.sin(motion.angular_frequency * t)
     else:
         a, w, s = math.pi / 3 + motion.speed * t, motion.speed * np.ones_like(t), np.zeros_like(t)
     pin = r * np.exp(1j * a)

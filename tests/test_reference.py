@@ -312,7 +312,7 @@ def test_multipliers_agree_with_lagrange(units: int, driven_bar: str, kinetic: f
 
 def test_multipliers_agree_with_lagrange_under_a_harmonic_drive() -> None:
     """Cross-check: as before, the driven angle oscillating about 0.8 rad."""
-    arm = scissor().driven(Harmonic(mean=0.8, amplitude=0.3, frequency=60.0)).with_clearance("A", Clearance(C))
+    arm = scissor().driven(Harmonic(mean=0.8, amplitude=0.3, angular_frequency=60.0)).with_clearance("A", Clearance(C))
     one = March(Multipliers(arm)).run(0.02, most_contacts=2)
     other = March(Array(clearance_joint(), harmonic(0.8, 0.3, 60.0))).run(0.02, most_contacts=2)
     assert_same(one.contacts, other.contacts, 1e-7)

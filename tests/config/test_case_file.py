@@ -127,11 +127,11 @@ bearing_material = "steel"
 
 def test_harmonic_drive(tmp_path: Path) -> None:
     """Closed form: 3 Hz are 6 pi rad/s."""
-    text = '[drive]\nharmonic = { mean = "45 deg", amplitude = "15 deg", frequency = "3 Hz" }\n'
+    text = '[drive]\nharmonic = { mean = "45 deg", amplitude = "15 deg", angular_frequency = "3 Hz" }\n'
     motion = read_case(written(tmp_path, LEAST + text)).mechanism.drives[0].motion
     assert isinstance(motion, Harmonic)
     wanted = (0.25 * math.pi, math.pi / 12.0, 6.0 * math.pi, 0.0)
-    assert (motion.mean, motion.amplitude, motion.frequency, motion.phase) == pytest.approx(wanted, rel=1e-14)
+    assert (motion.mean, motion.amplitude, motion.angular_frequency, motion.phase) == pytest.approx(wanted, rel=1e-14)
 
 
 def test_tables_of_motion_from_file_and_inline_agree(tmp_path: Path) -> None:
@@ -202,8 +202,8 @@ def test_a_bad_table_of_motion_is_refused(tmp_path: Path, content: str, reason: 
         ("drive=3", "drive", "not a table"),
         ("drive.body=unit 1/bar 9", "drive", "did you mean"),
         ("drive.body=slider", "drive", "does not rotate"),
-        ('drive.harmonic={mean="1 deg", amplitude="1 deg", frequency="1 Hz"}', "drive", "exactly one of"),
-        ('drive.harmonic={mean="1 deg", amplitude="1 deg"}', "drive.harmonic", "missing key 'frequency'"),
+        ('drive.harmonic={mean="1 deg", amplitude="1 deg", angular_frequency="1 Hz"}', "drive", "exactly one of"),
+        ('drive.harmonic={mean="1 deg", amplitude="1 deg"}', "drive.harmonic", "missing key 'angular_frequency'"),
         ("drive.table=none.csv", "drive.table", "cannot read"),
         ("run.until=0.05", "run.until", "missing unit"),
         ("run.until=-1 ms", "run.until", "a finite number >= 1e-12 and <= 1e+09 [s]"),

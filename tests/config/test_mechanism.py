@@ -202,7 +202,7 @@ def test_every_part_is_the_one_built_in_python(tmp_path: Path) -> None:
             Trapezoidal(math.pi, 0.0, 2.0, 0.125),
         ),
         (
-            'harmonic = { mean = "180 deg", amplitude = "1 rad", frequency = "1 Hz" }',
+            'harmonic = { mean = "180 deg", amplitude = "1 rad", angular_frequency = "1 Hz" }',
             Harmonic(math.pi, 1.0, 2.0 * math.pi),
         ),
     ],
@@ -217,7 +217,7 @@ def test_every_motion_can_be_written(tmp_path: Path, motion: str, wanted: object
     ("time_function", "wanted"),
     [
         (
-            'harmonic = { mean = 0, amplitude = 1, frequency = "1 Hz", phase = "180 deg" }',
+            'harmonic = { mean = 0, amplitude = 1, angular_frequency = "1 Hz", phase = "180 deg" }',
             Harmonic(0.0, 1.0, 2.0 * math.pi, math.pi),
         ),
         ('cycloidal = { start = 0, end = 1, duration = "2 s" }', Cycloidal(0.0, 1.0, 2.0)),
@@ -342,7 +342,11 @@ until = "1 ms"
         ("motor.motr.limit=1 N m", "", "did you mean 'motor'"),
         ('drive=[{speed="1 rpm"}, {speed="2 rpm"}]', "drive", "body 'crank' driven twice"),
         ('drive=[{speed="1 rpm"}, {sped="2 rpm"}]', "drive.1", "did you mean 'speed'"),
-        ('drive.harmonic={mean="1 deg", amplitude="1 deg", frequency="1 Hz"}', "drive", "2 time functions (speed, harmonic)"),
+        (
+            'drive.harmonic={mean="1 deg", amplitude="1 deg", angular_frequency="1 Hz"}',
+            "drive",
+            "2 time functions (speed, harmonic)",
+        ),
         ("structure.input_body=crnk", "", "did you mean 'crank'"),
         ("structure.units=3", "structure", "unknown key 'units'"),
         ("clearance.0.joint=blck pin", "clearance.0", "did you mean 'block pin'"),

@@ -23,7 +23,7 @@ __all__ = ["bifurcation"]
 
 def bifurcation(
     case: Annotated[Path, typer.Argument(help="A case file with a periodic drive.")],
-    over: Annotated[str, typer.Option(help="The varied parameter, as in A.clearance, A.friction.kinetic or drive.frequency.")],
+    over: Annotated[str, typer.Option(help="The varied parameter, as in A.clearance or drive.angular_frequency.")],
     first: Annotated[str, typer.Option("--from", metavar="VALUE", help="First value, with its unit.")],
     last: Annotated[str, typer.Option("--to", metavar="VALUE", help="Last value, with its unit.")],
     values: Annotated[int, typer.Option(help="Number of values.", min=2)] = 300,

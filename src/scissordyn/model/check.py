@@ -11,6 +11,7 @@ from scissordyn.component.actuator import Actuator
 from scissordyn.component.declaration import Component
 from scissordyn.component.place import GROUND, BodyPoint, Point
 from scissordyn.errors import InputError, did_you_mean
+from scissordyn.model.body import check_place
 from scissordyn.model.joint import Revolute
 
 if TYPE_CHECKING:
@@ -36,8 +37,7 @@ def check_parts(mechanism: Mechanism) -> None:
     """
     _check_names(mechanism)
     for name, place in mechanism.ground:
-        if len(place) != 2 or not all(math.isfinite(x) for x in place):
-            raise InputError(f"point '{name}' of the ground = {place!r}", "two finite numbers [m]")
+        check_place(f"point '{name}' of the ground", place)
     points = _points(mechanism)
     rotating = {GROUND, *(body.name for body in mechanism.bodies if body.rotates)}
     for joint in mechanism.joints:

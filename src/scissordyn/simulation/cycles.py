@@ -20,10 +20,12 @@ from scissordyn.simulation.dataset import output_guide
 from scissordyn.simulation.driver import Snapshot
 from scissordyn.simulation.options import Options, StartKind
 from scissordyn.simulation.stroboscope import Cycles, drive_period, run_cycles
+from scissordyn.units import checked
 
 __all__ = ["DESCRIBED", "cycle", "per_cycle"]
 
 
+@checked
 def cycle(
     mechanism: Mechanism,
     *,

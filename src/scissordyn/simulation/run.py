@@ -17,6 +17,7 @@ from scissordyn.simulation.predictability import predictability
 from scissordyn.simulation.time_functions import check_tables
 from scissordyn.simulation.trajectory import compute
 from scissordyn.simulation.warn import run_warnings
+from scissordyn.units import checked
 
 __all__ = ["replay", "simulate"]
 
@@ -24,6 +25,7 @@ TITLE = "scissordyn run"
 """Of what `simulate` returns: a map or a diagram has a configuration too, and is not run again from it."""
 
 
+@checked
 def simulate(
     mechanism: Mechanism,
     *,

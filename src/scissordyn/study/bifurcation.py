@@ -26,6 +26,7 @@ from scissordyn.simulation.stroboscope import drive_period, run_cycles, start_st
 from scissordyn.study.follow import carried
 from scissordyn.study.parameter import parameter, varied
 from scissordyn.study.runner import CaseResult, each_case, worker_count
+from scissordyn.units import checked
 
 __all__ = ["OtherDiagramError", "bifurcation"]
 
@@ -92,6 +93,7 @@ class OtherDiagramError(InputError):
     """A store holds anything but this diagram, made by these sources and libraries."""
 
 
+@checked
 def bifurcation(
     mechanism: Mechanism,
     *,
@@ -117,7 +119,7 @@ def bifurcation(
     ----------
     mechanism : Mechanism
     over : str or callable
-        The varied parameter: "A.clearance", "A.friction.kinetic", "drive.speed", "drive.frequency", "gravity"; see
+        The varied parameter: "A.clearance", "A.friction.kinetic", "drive.speed", "drive.angular_frequency", "gravity"; see
         `study.parameter`. Or a function from a value to a mechanism.
     values : sequence of float
         Of the parameter, in SI units, in the order of computation.

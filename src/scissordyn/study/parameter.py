@@ -42,7 +42,8 @@ def parameter(mechanism: Mechanism, path: str) -> Parameter:
     mechanism : Mechanism
     path : str
         "gravity"; a joint and a field of its clearance ("A.clearance", "A.friction.kinetic"); "drive" and a field of the
-        motion of the driven body ("drive.speed", "drive.frequency"), with the body between them if there are several drives.
+        motion of the driven body ("drive.speed", "drive.angular_frequency"), with the body between them if there are
+        several drives.
 
     Returns
     -------

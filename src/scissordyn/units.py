@@ -43,8 +43,8 @@ RANGES: Mapping[str, tuple[float, float]] = {
     "N": (1e-12, 1e12),
     "N m": (1e-12, 1e12),
 }
-"""By unit, the smallest number above zero and the largest of any machine, with orders of magnitude to spare. Numbers beyond them
-are slips, and their powers leave the range of floating-point numbers. Bounds that a field declares take precedence."""
+"""By unit, the smallest number above zero and the largest of any machine, with orders of magnitude to spare. Numbers beyond
+them are slips, and their powers leave the range of floating-point numbers. Bounds that a field declares take precedence."""
 
 ANY_RANGE = (1e-30, 1e30)
 """The same for units that are not listed."""
@@ -140,8 +140,12 @@ class Quantity:
 
     def admits(self, value: float) -> bool:
         """Whether `value` is a finite number inside the bounds."""
+        try:
+            number = float(value)
+        except OverflowError:
+            return False
         return (
-            math.isfinite(value)
+            math.isfinite(number)
             and (self.above is None or value > self.above)
             and (self.below is None or value < self.below)
             and (self.minimum is None or value >= self.minimum)

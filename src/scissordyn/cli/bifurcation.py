@@ -13,7 +13,7 @@ import typer
 from scissordyn.cli.interrupt import tell_where
 from scissordyn.cli.output import check_file
 from scissordyn.cli.status import DONE, INTERRUPTED, UNFINISHED
-from scissordyn.errors import InputError, printable
+from scissordyn.errors import InputError, did_you_mean, printable
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -54,11 +54,15 @@ def bifurcation(
     import numpy as np
 
     from scissordyn.config.file import read_case
+    from scissordyn.simulation.cycles import recorded
     from scissordyn.study.bifurcation import bifurcation as compute
     from scissordyn.study.parameter import parameter
 
     described = read_case(case, list(change or []))
     quantity = parameter(described.mechanism, over).quantity
+    known = recorded(described.mechanism)
+    if variable and variable not in known:
+        raise InputError(f"--variable '{variable}'{did_you_mean(variable, known)}", ", ".join(known), f"--variable {known[0]}")
     ends = _number(first, quantity, "--from"), _number(last, quantity, "--to")
     tell_where("no value is kept" if output is None else f"what is done is in {output}, and the same command goes on from it")
     with _progress(values) as progress:

@@ -96,7 +96,7 @@ LARGEST = 2**1023
 
 
 def _with_unit(number: float, quantity: Quantity, sample: str) -> str:
-    """A number that was given without a unit, with that unit that brings it nearest to the sample, if that is an allowed value."""
+    """A number that was given without a unit, with the unit that brings it nearest to the sample, if that is allowed."""
     found = LEADING_NUMBER.fullmatch(sample)
     meant = float(found[1]) * unit_factor(found[2], quantity.unit) if found and found[2] else 0.0
     units = [quantity.unit] if meant else []

@@ -110,8 +110,8 @@ STRUCTURES: Mapping[str, type[StructureTable]] = {
 
 
 def _known(given: Any) -> str:
-    if given not in STRUCTURES:
-        raise InputError(f"unknown structure{did_you_mean(str(given), STRUCTURES)}", ", ".join(STRUCTURES), 'kind = "scissor"')
+    if not isinstance(given, str) or given not in STRUCTURES:
+        raise InputError(f"unknown structure{did_you_mean(given, STRUCTURES)}", ", ".join(STRUCTURES), 'kind = "scissor"')
     return str(given)
 
 

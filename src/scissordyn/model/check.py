@@ -92,6 +92,9 @@ def _check_names(mechanism: Mechanism) -> None:
         name, times = Counter(names).most_common(1)[0] if names else ("", 0)
         if times > 1:
             raise InputError(f"{what} '{name}' given {times} times", "each name once")
+        for each in names:
+            if each.endswith("\0"):  # an array of text drops it, and the result has another name
+                raise InputError(f"{what} '{each}'", "a name that does not end in a NUL character")
 
 
 def _check_body(points: Mapping[str, Mapping[str, Point]], label: str, name: str) -> None:

@@ -332,6 +332,12 @@ class Mechanism:
             return dataclasses.replace(self, **{path: value})
         joint, _, inner = path.partition(".")
         guides = {guide.name: guide for guide in self.guides}
+        if joint not in guides and joint not in self._joints:
+            known = [*self.joint_names, *names]
+            raise InputError(
+                f"replace({path!r})" + did_you_mean(joint, known),
+                "JOINT.FIELD of a clearance joint, or one of " + ", ".join(sorted(names)),
+            )
         connection = guides[joint] if joint in guides else self.joint(joint)
         if connection.clearance is None or not inner:
             raise InputError(f"replace({path!r})", "JOINT.FIELD of a clearance joint, or one of " + ", ".join(sorted(names)))

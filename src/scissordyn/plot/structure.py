@@ -21,7 +21,7 @@ from scissordyn.model.mechanism import Mechanism
 from scissordyn.plot.channel import GAP, channel, guides_of
 from scissordyn.plot.place import Placement, outline
 from scissordyn.plot.series import BEYOND, chosen_joints, clearance_joints, predictability_horizon, time_scale
-from scissordyn.plot.style import BLACK, BLUE, GREEN, GREY, LIGHT, PURPLE, SKY, SMALL, VERMILION, dress, legend
+from scissordyn.plot.style import BLACK, BLUE, GREEN, GREY, LIGHT, PURPLE, SKY, SMALL, VERMILION, dress, legend, literal
 
 __all__ = ["magnified", "snapshot", "structure"]
 
@@ -147,7 +147,7 @@ def snapshot(run: xr.Dataset, mechanism: Mechanism, sample: int, *, axes: Axes, 
         dashes = (0, (4, 1.5)) if isinstance(connection, Rod) else (0, (1, 1))
         axes.plot(*ends.T, color=PURPLE, linewidth=1.4, linestyle=dashes, zorder=2.5)
         text = axes.annotate(
-            connection.name, ends.mean(axis=0).tolist(), fontsize=SMALL, color=PURPLE, ha="center", va="bottom"
+            literal(connection.name), ends.mean(axis=0).tolist(), fontsize=SMALL, color=PURPLE, ha="center", va="bottom"
         )
         text.set_path_effects([withStroke(linewidth=2.5, foreground="white")])
     for joint in mechanism.joints:
@@ -215,7 +215,7 @@ def magnified(run: xr.Dataset, mechanism: Mechanism, sample: int, joint: str, *,
     for spine in axes.spines.values():
         spine.set_visible(False)
     state = "contact" if touching else "free flight"
-    axes.set_title(f"{joint}: {state}\nclearance magnified {gain:.2g} times", fontsize=SMALL, color=BLACK)
+    axes.set_title(f"{literal(joint)}: {state}\nclearance magnified {gain:.2g} times", fontsize=SMALL, color=BLACK)
     return axes
 
 
@@ -237,7 +237,7 @@ def _named(axes: Axes, name: str, place: np.ndarray | tuple[float, float], aside
     """The name of a clearance joint, beside it."""
     x, y = float(place[0]), float(place[1])
     side = "left" if aside[0] > 0.0 else "right"
-    text = axes.annotate(name, (x, y), xytext=aside, textcoords="offset points", fontsize=SMALL, ha=side)
+    text = axes.annotate(literal(name), (x, y), xytext=aside, textcoords="offset points", fontsize=SMALL, ha=side)
     text.set(color=VERMILION, zorder=5.0, path_effects=[withStroke(linewidth=2.5, foreground="white")])
 
 

@@ -59,6 +59,7 @@ def parameter(mechanism: Mechanism, path: str) -> Parameter:
     if inner and inner[0] == DRIVE:
         owner = _drive(mechanism, inner[1:], path).motion
     elif inner:
+        _check_head(mechanism, inner[0], path)
         owner = mechanism.joint(inner[0]).clearance
         if owner is None:
             raise InputError(f"'{path}': joint '{inner[0]}' is ideal", "a clearance joint")
@@ -94,6 +95,20 @@ def varied(mechanism: Mechanism, path: str, value: float) -> Mechanism:
     motion: Any = drive.motion
     _field(motion, inner[-1], path)
     return mechanism.driven(dataclasses.replace(motion, **{inner[-1]: value}), body=drive.body)
+
+
+def _check_head(mechanism: Mechanism, head: str, path: str) -> None:
+    """Raise `InputError` for a path that begins with nothing that has numbers to vary."""
+    if head in (joint.name for joint in mechanism.joints):
+        return
+    heads = [joint.name for joint in mechanism.clearance_joints] + ([DRIVE] if mechanism.drives else [])
+    known = [f"{joint.name}.clearance" for joint in mechanism.clearance_joints[:6]]
+    known += [f"{DRIVE}.{name}" for drive in mechanism.drives[:1] for name in quantities(type(drive.motion))]
+    raise InputError(
+        f"'{path}': '{head}' is neither a joint nor 'drive'{did_you_mean(head, heads)}",
+        ", ".join((*known, *(name for name in quantities(type(mechanism))))) + "; other values need a case file for each",
+        known[0] if known else "gravity",
+    )
 
 
 def _drive(mechanism: Mechanism, body: list[str], path: str) -> Drive:

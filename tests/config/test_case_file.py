@@ -73,7 +73,7 @@ def test_examples_are_whole(path: Path) -> None:
 
 
 def test_the_slider_crank_meets_its_bearing_as_it_should() -> None:
-    """Cross-check: the first contact of the example against the second formulation's, of theory.md section 7."""
+    """Cross-check: the first contact of the example against the second formulation's, in docs/reference.md."""
     case = read_case(EXAMPLES / "slider_crank.toml", ["run.until=0.4 ms", "run.samples=3"])
     run = simulate(case.mechanism, **case.run.keywords)
     found = [float(run[name][0]) for name in ("contact_start", "approach_speed", "contact_angle")]

@@ -35,7 +35,7 @@ def test_a_number_and_its_change(frictional, path, value, unit):
         ("A.clearence", "did you mean 'clearance'"),
         ("A.friction", "not a number with a unit"),
         ("O.clearance", "joint 'O' is ideal"),
-        ("B.clearance", "joint 'B'"),
+        ("B.clearance", "'B' is neither a joint"),
         ("drive.speed", "no field 'speed' in Harmonic"),
         ("drive.slider.frequency", "body 'slider' has no drive"),
         ("A.clearance.deeper", "no field 'deeper' in float"),

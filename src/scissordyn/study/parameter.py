@@ -90,6 +90,8 @@ def varied(mechanism: Mechanism, path: str, value: float) -> Mechanism:
     """
     head, *inner = path.split(".")
     if head != DRIVE or not inner:
+        if inner:
+            _check_head(mechanism, head, path)
         return mechanism.replace(path, value)
     drive = _drive(mechanism, inner[:-1], path)
     motion: Any = drive.motion

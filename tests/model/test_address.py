@@ -24,7 +24,7 @@ def frictional():
         ("A.clearance", 0.1e-3, "m"),
         ("A.friction.kinetic", 0.05, "1"),
         ("A.damping.restitution", 0.9, "1"),
-        ("drive.frequency", 16.0 * math.pi, "rad/s"),
+        ("drive.angular_frequency", 16.0 * math.pi, "rad/s"),
         ("drive.unit 1/bar 1.amplitude", math.radians(10.0), "rad"),
         ("gravity", 9.81, "m/s^2"),
         ("coil.stiffness", 100.0, "N/m"),

@@ -111,7 +111,7 @@ def test_gif_has_every_frame(run: xr.Dataset, arm: Mechanism, tmp_path: Path) ->
     assert [found.name for found in tmp_path.iterdir()] == ["film.gif"]
 
 
-@pytest.mark.skipif(not FFMpegWriter.isAvailable(), reason="ffmpeg is not on this machine")
+@pytest.mark.skipif(not FFMpegWriter.isAvailable(), reason="no ffmpeg on this machine: apt-get install ffmpeg")
 def test_mp4_is_a_film(run: xr.Dataset, arm: Mechanism, tmp_path: Path) -> None:
     """Identity: what ffmpeg reads back."""
     path = animate(run, arm, tmp_path / "film.mp4", seconds=0.4, rate=10)
@@ -181,7 +181,7 @@ def test_names_cannot_break_a_page(run: xr.Dataset) -> None:
     assert "real time" in text
 
 
-@pytest.mark.skipif(CHROMIUM is None, reason="no chromium on this machine")
+@pytest.mark.skipif(CHROMIUM is None, reason="no chromium on this machine: apt-get install chromium")
 def test_a_browser_shows_the_frame_that_is_asked_for(scene: Scene, tmp_path: Path) -> None:
     """Cross-check: what the player has put into the page, in a browser, against the scene."""
     (tmp_path / "film.html").write_text(page(scene, 25, 120.0), encoding="utf-8")

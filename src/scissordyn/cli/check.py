@@ -26,11 +26,13 @@ def check(
     from scissordyn.config.file import read_case
     from scissordyn.mechanics.build import acting
     from scissordyn.mechanics.reduce import reduce_mechanism
+    from scissordyn.simulation.time_functions import check_tables
     from scissordyn.simulation.trajectory import make_driver
 
     read = read_case(case, change or [])
     mechanism = read.mechanism
     rods: tuple[Any, ...] = mechanism.rods  # type checkers do not see what makes them components
+    check_tables(mechanism, read.run.until)
     reduced = reduce_mechanism(mechanism)
     _, prepared, choice = make_driver(reduced, read.run)
 

@@ -6,7 +6,8 @@ from collections.abc import Iterable, Set
 from difflib import get_close_matches
 from typing import Any
 
-from scissordyn.config.change import HANDLES, SAMPLE
+from scissordyn.config.change import SAMPLE
+from scissordyn.config.line import HANDLES
 from scissordyn.config.quantity import read_quantity
 from scissordyn.errors import InputError
 from scissordyn.model.address import KINDS, number

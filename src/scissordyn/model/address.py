@@ -1,8 +1,8 @@
 """The one language for which number of a mechanism is meant: ``A.clearance``, ``drive.speed``, ``servo.controller.limit``.
 
-An address names a part and a field of it, and goes on into what the field holds. The kind before the name tells parts of the same
-name apart (``joint.A.clearance``, ``body.slider.mass``), and a pattern takes several at once (``joint.all.clearance``). The fields
-of a joint or guide are those of its clearance; those of a drive, of its motion.
+An address names a part and a field of it, and goes on into what the field holds. The kind before the name tells parts of the
+same name apart (``joint.A.clearance``, ``body.slider.mass``), and a pattern takes several at once (``joint.all.clearance``). The
+fields of a joint or guide are those of its clearance; those of a drive, of its motion.
 """
 
 from __future__ import annotations
@@ -77,7 +77,7 @@ def find(mechanism: Mechanism, address: str) -> list[Place]:
     """
     own = {field.name for field in dataclasses.fields(mechanism)}
     if address in own:
-        return [Place(address, None, (), getattr(mechanism, address), quantities(type(mechanism)).get(address))]
+        return [Place(address, None, (), getattr(mechanism, address), quantities(mechanism.__class__).get(address))]
     found = list(_parts(mechanism, address))
     if not found:
         known = [name for name, _, _, _ in _named(mechanism)]
@@ -110,7 +110,7 @@ def number(mechanism: Mechanism, address: str) -> Place:
     first = find(mechanism, address)[0]
     if first.quantity is None or isinstance(first.value, bool) or not isinstance(first.value, int | float):
         owner = _owner(mechanism, first)
-        declared = quantities(type(owner)) if dataclasses.is_dataclass(owner) else {}
+        declared = quantities(owner.__class__) if dataclasses.is_dataclass(owner) else {}
         raise InputError(f"'{address}' is not a number with a unit", ", ".join(declared) or f"an address such as {SAMPLE}")
     return first
 
@@ -241,7 +241,7 @@ def _place(mechanism: Mechanism, field: str, index: int, path: tuple[str, ...], 
     owner, value = None, part
     for name in path:
         owner, value = value, _field(value, name, address)
-    declared = quantities(type(owner)) if dataclasses.is_dataclass(owner) else {}
+    declared = quantities(owner.__class__) if dataclasses.is_dataclass(owner) else {}
     return Place(field, index, path, value, declared.get(path[-1]))
 
 

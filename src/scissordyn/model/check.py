@@ -12,6 +12,7 @@ from scissordyn.component.catalogue import COMPONENTS
 from scissordyn.component.declaration import Component
 from scissordyn.component.place import GROUND, BodyPoint, Point
 from scissordyn.errors import InputError, did_you_mean
+from scissordyn.model.body import check_place
 from scissordyn.model.joint import Revolute
 
 if TYPE_CHECKING:
@@ -40,8 +41,7 @@ def check_parts(mechanism: Mechanism) -> None:
     """
     _check_names(mechanism)
     for name, place in mechanism.ground:
-        if len(place) != 2 or not all(math.isfinite(x) for x in place):
-            raise InputError(f"point '{name}' of the ground = {place!r}", "two finite numbers [m]")
+        check_place(f"point '{name}' of the ground", place)
     points = _points(mechanism)
     rotating = {GROUND, *(body.name for body in mechanism.bodies if body.rotates)}
     for joint in mechanism.joints:
@@ -111,6 +111,9 @@ def _check_names(mechanism: Mechanism) -> None:
         name, times = Counter(names).most_common(1)[0] if names else ("", 0)
         if times > 1:
             raise InputError(f"{what} '{name}' given {times} times", "each name once")
+        for each in names:
+            if each.endswith("\0"):  # an array of text drops it, and the result has another name
+                raise InputError(f"{what} '{each}'", "a name that does not end in a NUL character")
 
 
 def _check_body(points: Mapping[str, Mapping[str, Point]], label: str, name: str) -> None:

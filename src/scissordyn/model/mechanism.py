@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Annotated, Any, TypeVar
 
+from scissordyn.annotation import shown
 from scissordyn.component.actuator import Actuator
 from scissordyn.component.declaration import Component
 from scissordyn.component.latch import Latch
@@ -26,9 +27,12 @@ from scissordyn.model.drive import Drive
 from scissordyn.model.guide_clearance import ContactPoint, GuideClearance, block_contact_points
 from scissordyn.model.joint import Guide, Revolute
 from scissordyn.model.pattern import matching
-from scissordyn.units import Quantity, check_quantities
+from scissordyn.units import Meaning, Quantity, check_quantities, checked
 
-__all__ = ["Mechanism"]
+__all__ = ["Gravity", "GravityDirection", "Mechanism"]
+
+Gravity = Annotated[float, Quantity("m/s^2", minimum=0.0, help="gravitational acceleration")]
+GravityDirection = Annotated[float, Quantity("rad", help="direction of gravity")]
 
 Named = TypeVar("Named", Body, Revolute, Guide)
 
@@ -69,8 +73,8 @@ class Mechanism:
     welds: tuple[Weld, ...] = ()
     components: tuple[Component, ...] = ()
     ground: tuple[tuple[str, Point], ...] = ()
-    gravity: Annotated[float, Quantity("m/s^2", minimum=0.0, help="gravitational acceleration")] = 9.81
-    gravity_direction: Annotated[float, Quantity("rad", help="direction of gravity")] = -math.pi / 2
+    gravity: Gravity = 9.81
+    gravity_direction: GravityDirection = -math.pi / 2
     input_body: str = ""
     output_body: str = ""
     rods: tuple[Rod, ...] = ()
@@ -164,7 +168,12 @@ class Mechanism:
         """The joints without clearance, in order."""
         return tuple(joint for joint in self.joints if joint.clearance is None)
 
-    def with_clearance(self, joints: str | Iterable[str], clearance: Clearance | GuideClearance) -> Mechanism:
+    @checked
+    def with_clearance(
+        self,
+        joints: str | Iterable[str],
+        clearance: Annotated[Clearance | GuideClearance, Meaning("the clearance", "Clearance(5e-4)")],
+    ) -> Mechanism:
         """The same mechanism with a clearance at one joint or guide or at several.
 
         Parameters
@@ -184,6 +193,7 @@ class Mechanism:
         names = matching("joint", joints, [joint.name for joint in self.joints])
         return self._with_joints(dataclasses.replace(self.joint(name), clearance=clearance) for name in names)
 
+    @checked
     def ideal(self, *joints: str) -> Mechanism:
         """The same mechanism with ideal joints and guides, all of them if none is named."""
         guides = [guide for guide in self.guides if guide.name in joints or not joints]
@@ -192,7 +202,14 @@ class Mechanism:
         tight = self._with_joints(dataclasses.replace(self.joint(name), clearance=None) for name in names)
         return tight._with_guides(dataclasses.replace(guide, clearance=None) for guide in guides)
 
-    def driven(self, motion: TimeFunction | None = None, *, speed: float | None = None, body: str = "") -> Mechanism:
+    @checked
+    def driven(
+        self,
+        motion: Annotated[TimeFunction | None, Meaning("the prescribed angle", "speed=rpm(150)")] = None,
+        *,
+        speed: Annotated[float | None, Quantity("rad/s", help="angular velocity")] = None,
+        body: str = "",
+    ) -> Mechanism:
         """The same mechanism with a drive of a body, which replaces any drive of that body.
 
         Parameters
@@ -217,16 +234,17 @@ class Mechanism:
         others = tuple(other for other in self.drives if other.body != chosen)
         return dataclasses.replace(self, drives=(*others, drive))
 
+    @checked
     def controlled(
         self,
-        controller: Controller,
+        controller: Annotated[Controller, Meaning("a controller", "PID(100.0)")],
         *,
-        reference: TimeFunction | None = None,
-        speed: float | None = None,
+        reference: Annotated[TimeFunction | None, Meaning("the reference angle", "speed=rpm(150)")] = None,
+        speed: Annotated[float | None, Quantity("rad/s", help="angular velocity")] = None,
         body: str = "",
         feed_forward: TimeFunction | None = None,
         sensor: str | BodyPoint | None = None,
-        inertia: float = 0.0,
+        inertia: Annotated[float, Quantity("kg m^2", minimum=0.0)] = 0.0,
         start_on_reference: bool = True,
         name: str = "",
     ) -> Mechanism:
@@ -295,6 +313,7 @@ class Mechanism:
         others = tuple(other for other in self.drives if other.body != chosen)
         return dataclasses.replace(self, drives=others, components=(*self.components, actuator))
 
+    @checked
     def replace(self, address: str, value: Any) -> Mechanism:
         """The same mechanism with one value changed.
 
@@ -341,6 +360,6 @@ class Mechanism:
 
 
 def _named(what: str, name: str, found: Mapping[str, Named]) -> Named:
-    if name not in found:
-        raise InputError(f"{what} '{name}'{did_you_mean(name, found)}", "one of " + (", ".join(found) or "none"))
+    if not isinstance(name, str) or name not in found:
+        raise InputError(f"{what} {shown(name)}{did_you_mean(name, found)}", "one of " + (", ".join(found) or "none"))
     return found[name]

@@ -11,7 +11,7 @@ from matplotlib.axes import Axes
 from matplotlib.patheffects import withStroke
 
 from scissordyn.plot.place import Corners
-from scissordyn.plot.style import SMALL
+from scissordyn.plot.style import SMALL, literal
 
 __all__ = ["Label", "points_per_metre", "write_labels"]
 
@@ -88,7 +88,7 @@ def write_labels(axes: Axes, labels: Sequence[Label], corners: Corners, lines: S
         taken.append(chosen)
         leader = {"arrowstyle": "-", "color": label.color, "linewidth": 0.5} if np.max(np.abs(offset)) > LEADER else None
         text = axes.annotate(
-            label.text,
+            literal(label.text),
             (float(label.place[0]), float(label.place[1])),
             xytext=(float(offset[0]), float(offset[1])),
             textcoords="offset points",

@@ -20,7 +20,7 @@ from scissordyn.plot.channel import GAP, channel, guides_of
 from scissordyn.plot.label import Label, points_per_metre, write_labels
 from scissordyn.plot.place import Corners, Placement
 from scissordyn.plot.series import BEYOND, chosen_joints, clearance_joints, predictability_horizon, time_scale
-from scissordyn.plot.style import BLACK, BLUE, GREEN, GREY, LIGHT, PURPLE, SKY, SMALL, VERMILION, dress, legend
+from scissordyn.plot.style import BLACK, BLUE, GREEN, GREY, LIGHT, PURPLE, SKY, SMALL, VERMILION, dress, legend, literal
 from scissordyn.plot.symbol import symbols
 
 __all__ = ["magnified", "snapshot", "structure"]
@@ -204,7 +204,7 @@ def magnified(run: xr.Dataset, mechanism: Mechanism, sample: int, joint: str, *,
     for spine in axes.spines.values():
         spine.set_visible(False)
     state = "contact" if touching else "free flight"
-    axes.set_title(f"{joint}: {state}\nclearance magnified {gain:.2g} times", fontsize=SMALL, color=BLACK)
+    axes.set_title(f"{literal(joint)}: {state}\nclearance magnified {gain:.2g} times", fontsize=SMALL, color=BLACK)
     return axes
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -109,6 +110,8 @@ def _show(diagram: xr.Dataset, output: Path | None, plot: Path | None, variable:
         f"{states.count('complete')} of {total} values of {printable(diagram.attrs['parameter'])} complete, {done} cycles, "
         f"{diagram.attrs['wall_seconds']:.1f} s; {diagram.attrs['cycles_per_second']:.0f} cycles per second and process"
     )
+    for warning in json.loads(diagram.attrs["warnings"]):
+        print(f"Warning: {printable(warning)}")
     if output is not None:
         print(f"Saved to {output}" + ("" if states.count("complete") == total else f", marked {diagram.attrs['status']}"))
     if diagram.attrs["status"] == "interrupted":

@@ -26,6 +26,7 @@ def check(
     from scissordyn.config.file import read_case
     from scissordyn.mechanics.build import acting
     from scissordyn.mechanics.reduce import reduce_mechanism
+    from scissordyn.simulation.branching import drive_warnings
     from scissordyn.simulation.time_functions import check_tables
     from scissordyn.simulation.trajectory import make_driver
 
@@ -53,7 +54,7 @@ def check(
         lines.append(f"{kind} {name}: clearance {1e3 * gap.clearance:g} mm, {gap.contact.journal.name}, {laws}.")
     method = choice.method if read.run.method != "auto" else f"{choice.method} ({choice.reason})"
     lines.append(f"Run: {1e3 * read.run.until:g} ms, {read.run.start} start, {read.run.samples} samples, {method}.")
-    lines += [f"Warning: {text}." for text in prepared.warnings]
+    lines += [f"Warning: {text}." for text in (*prepared.warnings, *drive_warnings(mechanism, read.run.until))]
     to = console()
     for line in lines:
         to.print(line, markup=False)

@@ -1,7 +1,7 @@
 """The one language for which number of a mechanism is meant: ``A.clearance``, ``drive.speed``, ``servo.controller.limit``.
 
 An address names a part and a field of it, and goes on into what the field holds. The kind before the name tells parts of the
-same name apart (``joint.A.clearance``, ``body.slider.mass``), and a pattern takes several at once (``joint.all.clearance``). The
+same name apart (``joint.A.clearance``, ``body.slider.mass``), a pattern takes several at once (``joint.all.clearance``). The
 fields of a joint or guide are those of its clearance; those of a drive, of its motion.
 """
 
@@ -10,7 +10,7 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, cast
 
 from scissordyn.errors import InputError, did_you_mean
 from scissordyn.model.pattern import matching
@@ -75,9 +75,9 @@ def find(mechanism: Mechanism, address: str) -> list[Place]:
     InputError
         If there is no such part or field; names what there is.
     """
-    own = {field.name for field in dataclasses.fields(mechanism)}
+    own, whole = {field.name for field in dataclasses.fields(mechanism)}, cast(Any, mechanism)
     if address in own:
-        return [Place(address, None, (), getattr(mechanism, address), quantities(mechanism.__class__).get(address))]
+        return [Place(address, None, (), getattr(mechanism, address), quantities(whole.__class__).get(address))]
     found = list(_parts(mechanism, address))
     if not found:
         known = [name for name, _, _, _ in _named(mechanism)]

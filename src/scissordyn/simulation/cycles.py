@@ -15,6 +15,7 @@ from scissordyn.mechanics.monitored import POWERS
 from scissordyn.mechanics.outputs import record
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.model.record import to_plain
+from scissordyn.simulation.branching import drive_warnings
 from scissordyn.simulation.configuration import read_configuration, write_configuration
 from scissordyn.simulation.dataset import output_guide
 from scissordyn.simulation.driver import Snapshot
@@ -74,7 +75,8 @@ def cycle(
         Dimensions cycle and joint (the clearance joints), free and internal (coordinates of the state). Variables that begin
         with "end" are the final state, from which a run can be continued. Attributes: status ("complete", "interrupted" or
         "failed"), cause, period, cycles_per_second, statistics, configuration. A run that fails in cycle k has the cycles
-        before k.
+        before k. "warnings" names the singular positions that the drives lead through in a period; those of a motion that the
+        drives do not determine are not looked for.
 
     Raises
     ------
@@ -221,6 +223,7 @@ def _to_dataset(mechanism: Mechanism, options: Options, found: Cycles, phase: fl
         "end_cycle": found.first + found.steps.size,
         "cycles_per_second": found.statistics["cycles_per_second"],
         "statistics": json.dumps(found.statistics),
+        "warnings": json.dumps(drive_warnings(mechanism, options.until)),
         "configuration": write_configuration(mechanism, options),
     }
     return run

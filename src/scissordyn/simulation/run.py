@@ -10,6 +10,7 @@ import xarray as xr
 
 from scissordyn.errors import InputError
 from scissordyn.model.mechanism import Mechanism
+from scissordyn.simulation.branching import passing_warnings
 from scissordyn.simulation.configuration import read_configuration
 from scissordyn.simulation.dataset import to_dataset
 from scissordyn.simulation.options import EventKind, Options, StartKind
@@ -117,7 +118,7 @@ def _simulate(mechanism: Mechanism, options: Options, progress: Callable[[float]
     check_tables(mechanism, options.until)
     path = compute(mechanism, options, progress, record_steps=options.trust)
     run = to_dataset(mechanism, options, path)
-    found = [*path.warnings, *run_warnings(mechanism, run, path.immobile)]
+    found = [*path.warnings, *run_warnings(mechanism, run, path.immobile), *passing_warnings(mechanism, run, options.until)]
     if run.attrs["status"] == "failed":
         run.attrs["cause"] = "; ".join([run.attrs["cause"], *contact_failures(mechanism, run)])
     if options.trust:

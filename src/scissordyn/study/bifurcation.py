@@ -17,6 +17,7 @@ from scissordyn.errors import InputError
 from scissordyn.model.address import number
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.model.record import to_plain
+from scissordyn.simulation.branching import drive_warnings
 from scissordyn.simulation.configuration import read_configuration, write_configuration
 from scissordyn.simulation.cycles import DESCRIBED, per_cycle, recorded
 from scissordyn.simulation.driver import Snapshot
@@ -151,7 +152,8 @@ def bifurcation(
         ("complete", "failed", "interrupted", or "pending" after Ctrl-C), cause, completed_cycles, total_steps, total_events,
         seconds, processor_seconds.
         Numbers are NaN where a cycle was not reached, and only there. Attributes: status, cycles_per_second (of
-        processor time), wall_seconds of this call, parameter, cycles, configuration.
+        processor time), wall_seconds of this call, parameter, cycles, configuration, warnings (singular positions that the
+        drives lead through).
 
     Raises
     ------
@@ -293,9 +295,25 @@ def _blank(
             "phase": first.phase,
             "cycles": first.cycles,
             "versions": json.dumps({name: value for name, value in made_with.items() if name != "sources"}),
+            "warnings": json.dumps(_warnings(cases, numbers, name)),
             "configuration": write_configuration(mechanism, diagram=diagram),
         },
     )
+
+
+def _warnings(cases: Sequence[DiagramCase], numbers: list[float], name: str) -> list[str]:
+    """Singular positions that the drives lead through; those of some values only with the first of these values."""
+    first: dict[str, float] = {}
+    count: dict[str, int] = {}
+    known: dict[str, list[str]] = {}
+    for case, number in zip(cases, numbers, strict=True):
+        key = json.dumps([to_plain(case.mechanism.ideal()), case.options.until])
+        if key not in known:
+            known[key] = drive_warnings(case.mechanism, case.options.until)
+        for text in known[key]:
+            first.setdefault(text, number)
+            count[text] = count.get(text, 0) + 1
+    return [text if count[text] == len(cases) else f"{name} = {value:g}: {text}" for text, value in first.items()]
 
 
 def _taken_up(target: Path, blank: xr.Dataset, recorded_names: tuple[str, ...]) -> xr.Dataset:

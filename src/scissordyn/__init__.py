@@ -68,6 +68,7 @@ if TYPE_CHECKING:
     from scissordyn.model.mechanism import Mechanism
     from scissordyn.model.payload import with_panels, with_payload
     from scissordyn.model.scissor import scissor
+    from scissordyn.model.track import Track
     from scissordyn.simulation.batch import simulate_many
     from scissordyn.simulation.constrained_contact import constrain_contact
     from scissordyn.simulation.cycles import cycle
@@ -125,6 +126,7 @@ __all__ = [
     "TapeSpring",
     "Torque",
     "TorsionSpring",
+    "Track",
     "Trapezoidal",
     "TravelStop",
     "UserController",
@@ -238,6 +240,7 @@ _HOMES = {
     "model.mechanism": ("Mechanism",),
     "model.payload": ("with_panels", "with_payload"),
     "model.scissor": ("scissor",),
+    "model.track": ("Track",),
     "simulation.batch": ("simulate_many",),
     "simulation.cycles": ("cycle",),
     "simulation.feed_forward": ("feed_forward",),

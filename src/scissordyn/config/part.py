@@ -23,6 +23,7 @@ from scissordyn.model.body import Body, bar
 from scissordyn.model.connection import Weld
 from scissordyn.model.joint import Guide, Revolute
 from scissordyn.model.mechanism import Mechanism
+from scissordyn.model.track import Track
 from scissordyn.units import Pairs, Quantity, quantities
 
 __all__ = ["COMPONENT_SECTIONS", "PARTS", "BodyTable", "Part", "assembled", "pair"]
@@ -262,6 +263,20 @@ def _read_guide(given: Any, info: ValidationInfo) -> Guide:
     return Guide(table.name, table.follower, table.through, table.direction, table.body, table.aligned)
 
 
+class TrackTable(Table):
+    """A tracked point."""
+
+    name: Annotated[str, Field(description="name of the tracked point", examples=["tip"])]
+    body: Annotated[str, Field(description="the body", examples=["rod"])]
+    point: Annotated[str, Field(description='a point of the body, or a place in its frame as "1.2, 0 m"', examples=["end"])]
+
+
+def _read_track(given: Any, info: ValidationInfo) -> Track:
+    table = TrackTable.model_validate(given, context=info.context)
+    place = table.point if "," not in table.point else pair("m").func(table.point)  # type: ignore[call-arg]
+    return Track(table.name, table.body, place)  # type: ignore[arg-type]
+
+
 PARTS: Mapping[str, Part] = {
     "body": Part(BodyTable, PlainValidator(_read_body), "bodies", "a rigid body"),
     "ground": Part(GroundTable, PlainValidator(_read_ground), "ground", "a point of the fixed frame"),
@@ -273,6 +288,7 @@ PARTS: Mapping[str, Part] = {
         "a straight line that keeps a point of a body on it",
     ),
     "weld": _part(Weld, "welds", "a rigid connection of two bodies", _ENDS, name="weld", start="rod.end", end="tool.base"),
+    "track": Part(TrackTable, PlainValidator(_read_track), "tracks", "a point whose motion is recorded"),
     **{
         section: _component_part(kind)
         for section, kind in COMPONENTS.items()

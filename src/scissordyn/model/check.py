@@ -61,11 +61,26 @@ def check_parts(mechanism: Mechanism) -> None:
     _check_sections(components)
     for drive in mechanism.drives:
         _check_rotates(points, rotating - {GROUND}, "the drive", drive.body)
+    _check_tracks(mechanism, points)
     for what, name in (("input body", mechanism.input_body), ("output body", mechanism.output_body)):
         if name:
             _check_body({body: part for body, part in points.items() if body != GROUND}, what, name)
     if mechanism.clearance_joints:
         _check_movable(mechanism, points)
+
+
+def _check_tracks(mechanism: Mechanism, points: Mapping[str, Mapping[str, Point]]) -> None:
+    names = [track.name for track in mechanism.tracks]
+    for name in names:
+        if names.count(name) > 1:
+            raise InputError(f"two tracked points called '{name}'", "a name for each")
+    for track in mechanism.tracks:
+        label = f"tracked point '{track.name}'"
+        if isinstance(track.point, str):
+            _check_point(points, label, (track.body, track.point))
+        else:
+            _check_body({body: part for body, part in points.items() if body != GROUND}, label, track.body)
+            check_place(label, track.point)
 
 
 def _check_component(points: Mapping[str, Mapping[str, Point]], rotating: set[str], component: Component) -> None:

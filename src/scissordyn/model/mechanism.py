@@ -27,6 +27,7 @@ from scissordyn.model.drive import Drive
 from scissordyn.model.guide_clearance import ContactPoint, GuideClearance, block_contact_points
 from scissordyn.model.joint import Guide, Revolute
 from scissordyn.model.pattern import matching
+from scissordyn.model.track import Track
 from scissordyn.units import Meaning, Quantity, check_quantities, checked
 
 __all__ = ["Gravity", "GravityDirection", "Mechanism"]
@@ -64,6 +65,8 @@ class Mechanism:
     rods : tuple of Rod
         Massless rods and prescribed distances between points.
     latches : tuple of Latch
+    tracks : tuple of Track
+        Points whose motion is recorded.
     """
 
     bodies: tuple[Body, ...]
@@ -79,6 +82,7 @@ class Mechanism:
     output_body: str = ""
     rods: tuple[Rod, ...] = ()
     latches: tuple[Latch, ...] = ()
+    tracks: tuple[Track, ...] = ()
 
     def __post_init__(self) -> None:
         check_quantities(self)
@@ -312,6 +316,23 @@ class Mechanism:
         )
         others = tuple(other for other in self.drives if other.body != chosen)
         return dataclasses.replace(self, drives=others, components=(*self.components, actuator))
+
+    @checked
+    def track(self, name: str, body: str, point: str | Point) -> Mechanism:
+        """The same mechanism with one more tracked point: its motion, and its deviation from the ideal mechanism, are recorded.
+
+        Parameters
+        ----------
+        name : str
+        body : str
+        point : str or (float, float)
+            A named point of the body, or a place in its frame [m].
+
+        Returns
+        -------
+        Mechanism
+        """
+        return dataclasses.replace(self, tracks=(*self.tracks, Track(name, body, point)))
 
     @checked
     def replace(self, address: str, value: Any) -> Mechanism:

@@ -24,9 +24,10 @@ from scissordyn.model.mechanism import Mechanism
 from scissordyn.plot.animation_film import Film
 from scissordyn.plot.animation_page import page as film_page
 from scissordyn.plot.animation_scene import scene_of
-from scissordyn.plot.place import Placement
+from scissordyn.plot.place import corners_of
 from scissordyn.plot.structure import snapshot
 from scissordyn.plot.symbol import STROKES, symbols
+from scissordyn.simulation.placement import Placement
 
 from .page import PAGE, SECTIONS, heading, outputs, parts, rows, snippets, table
 from .shared import assert_documented, checked, read
@@ -65,7 +66,7 @@ def assert_drawn(run: xr.Dataset, mechanism: Mechanism, name: str, strokes: int)
     axes = snapshot(run, mechanism, 3, axes=Figure().subplots())
     assert name in [text.get_text() for text in axes.texts]
     placed = Placement.at(mechanism, run, [3])
-    low, high = placed.corners()
+    low, high = corners_of(placed)
     (drawn,) = [symbol for symbol in symbols(run, mechanism, placed, [3], 0.03) if symbol.name == name]
     assert len(drawn.strokes) >= strokes
     for stroke in drawn.strokes:

@@ -248,3 +248,103 @@ def test_a_kernel_without_an_answer() -> None:
 
     with pytest.raises(InputError, match=r"part 'part': its kernel raises ZeroDivisionError"):
         sd.simulate(ball_on(Part("part", *ENDS)), until=0.1)
+
+
+def drag_force(x, y, cosine, sine, x_rate, y_rate, cosine_rate, sine_rate, viscosity):
+    """Of a slow flow."""
+    return -viscosity * x_rate, -viscosity * y_rate, 0.0, viscosity * (x_rate * x_rate + y_rate * y_rate)
+
+
+@sd.component(port="point", force=drag_force)
+class Drag:
+    """Viscous drag on a point."""
+
+    name: str
+    point: tuple[str, str]
+    viscosity: Annotated[float, sd.Quantity("N s/m", minimum=0.0)]
+
+
+def rail_force(travel, speed, direction, stiffness):
+    """Of a spring along a direction."""
+    return -stiffness * travel, 0.5 * stiffness * travel * travel, 0.0
+
+
+@sd.component(port="travel", force=rail_force)
+class Rail:
+    """A spring along a direction."""
+
+    name: str
+    point: tuple[str, str]
+    direction: Annotated[float, sd.Quantity("rad")]
+    stiffness: Annotated[float, sd.Quantity("N/m", minimum=0.0)]
+
+
+def mount_force(x, y, angle, x_rate, y_rate, speed, stiffness):
+    """Of the same stiffness in all directions."""
+    return -stiffness * x, -stiffness * y, 0.0, 0.5 * stiffness * (x * x + y * y), 0.0
+
+
+@sd.component(port="frame", force=mount_force)
+class Mount:
+    """An isotropic mount."""
+
+    name: str
+    start: tuple[str, str]
+    end: tuple[str, str]
+    stiffness: Annotated[float, sd.Quantity("N/m", minimum=0.0)]
+
+
+def shake_force(x, y, cosine, sine, x_rate, y_rate, cosine_rate, sine_rate, time, amplitude):
+    """Along x."""
+    return amplitude * math.sin(3.0 * time), 0.0
+
+
+@sd.component(port="point", force=shake_force, context=("time",), passive=False)
+class Shaker:
+    """A force that a function of time gives."""
+
+    name: str
+    point: tuple[str, str]
+    amplitude: Annotated[float, sd.Quantity("N")]
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_the_other_ports(method: str) -> None:
+    """Closed form: drag at a point, a spring along a direction, a mount, a force of time; each alone on a mass of 2 kg."""
+
+    def moved(part: object, **more: float) -> tuple[np.ndarray, np.ndarray]:
+        run = sd.simulate(ball_on(part, **more), until=1.0, method=method, samples=21, **TIGHT)  # type: ignore[arg-type]
+        assert_balance(run)
+        return run["time"].values, run["position"].values[:, 0] - [0.5, 0.0]
+
+    t, place = moved(Drag("drag", ENDS[1], 3.0), gravity=9.81)
+    fall = -9.81 / 1.5 * (t - (1.0 - np.exp(-1.5 * t)) / 1.5)
+    np.testing.assert_allclose(place, np.stack([0.0 * t, fall], axis=1), atol=1e-9)
+    t, place = moved(Rail("rail", ENDS[1], math.radians(60.0), 50.0))
+    along = 0.25 * (np.cos(5.0 * t) - 1.0)
+    np.testing.assert_allclose(place, along[:, None] * [0.5, math.sqrt(0.75)], atol=1e-9)
+    t, place = moved(Mount("mount", *ENDS, 50.0))
+    np.testing.assert_allclose(place[:, 0], 0.5 * (np.cos(5.0 * t) - 1.0), atol=1e-9)
+    t, place = moved(Shaker("shaker", ENDS[1], 6.0))
+    np.testing.assert_allclose(place[:, 0], t - np.sin(3.0 * t) / 3.0, atol=1e-9)
+
+
+def test_a_travel_needs_its_direction() -> None:
+    """Identity: the field is asked for where the class is defined."""
+    with pytest.raises(InputError, match="has no field 'direction'"):
+
+        @sd.component(port="travel", force=weight)
+        class Part:
+            name: str
+            point: tuple[str, str]
+
+
+@pytest.mark.parametrize(("free_length", "refused"), [(0.3, True), (0.0, False)])
+def test_a_line_without_length(free_length: float, refused: bool) -> None:
+    """Limit: a component that pushes or pulls at zero length has no direction there; one without tension is no trouble."""
+    mechanism = ball_on(Maxwell("creep", *ENDS, 80.0, 20.0, free_length), place=(0.0, 0.0), gravity=9.81)
+    if not refused:
+        assert sd.simulate(mechanism, until=0.01, samples=3).attrs["status"] == "complete"
+        return
+    with pytest.raises(InputError, match="maxwell 'creep' starts with zero length"):
+        sd.simulate(mechanism, until=0.01, samples=3)

@@ -25,7 +25,8 @@ from scissordyn.plot.animation import animate
 from scissordyn.plot.animation_film import Film
 from scissordyn.plot.animation_page import page
 from scissordyn.plot.animation_scene import GAP, Scene, scene_of
-from scissordyn.plot.place import Placement, outline
+from scissordyn.plot.place import outline
+from scissordyn.simulation.placement import Placement
 
 from .made_up import CLEARANCE, INSTANTS, mechanism_with
 

@@ -21,7 +21,7 @@ from scissordyn.plot.energy import energy
 from scissordyn.plot.file import write
 from scissordyn.plot.force import force
 from scissordyn.plot.orbit import orbit
-from scissordyn.plot.place import Placement, outline
+from scissordyn.plot.place import outline
 from scissordyn.plot.report import draw_all
 from scissordyn.plot.response import response
 from scissordyn.plot.scale import engineering
@@ -29,6 +29,7 @@ from scissordyn.plot.series import BEYOND, MOST_JOINTS, chosen_joints
 from scissordyn.plot.structure import GAP, magnified, snapshot, structure
 from scissordyn.plot.style import SKY, VERMILION, literal
 from scissordyn.plot.torque import torque
+from scissordyn.simulation.placement import Placement
 
 from .made_up import CLEARANCE, CLEARANCE_JOINTS, END, made_up, mechanism_with, overlaps
 

@@ -24,7 +24,7 @@ from scissordyn.component.declaration import CONTEXT, Component, Declaration, Ke
 from scissordyn.errors import InputError
 from scissordyn.jit import callback
 
-__all__ = ["Kernels", "call_kernel", "kernels_of", "probe"]
+__all__ = ["Kernels", "at_rest", "call_kernel", "kernels_of"]
 
 POINTER = types.CPointer(types.float64)
 SIGNATURE = types.void(*([POINTER] * 6))
@@ -136,18 +136,30 @@ def call_kernel(typing_context, address, q, v, z, x, p, out):
     return types.void(address, q, v, z, x, p, out), generate
 
 
-def probe(component: Component, start: tuple[float, ...]) -> None:
-    """Raise `InputError` for a component whose force kernel gives no finite numbers where it is placed, at rest.
+def at_rest(component: Component, start: tuple[float, ...], at: tuple[float, ...] | None = None) -> tuple[float, ...]:
+    """What the force kernel of a component gives at rest, in plain Python.
 
     Parameters
     ----------
     component : Component
     start : tuple of float
-        Coordinates of its port.
+        Coordinates of its port as placed.
+    at : tuple of float, optional
+        Coordinates at which it is called; `start` if not given.
+
+    Returns
+    -------
+    tuple of float
+        Empty for a constraint.
+
+    Raises
+    ------
+    InputError
+        If it raises an error or does not give as many finite numbers as declared.
     """
     declaration = component.declaration
     if declaration.force is None:
-        return
+        return ()
     plain = getattr(declaration.force, "py_func", declaration.force)
     rest = (0.0,) * (len(declaration.port.rates) + len(declaration.states))
     context = tuple(1.0 if name == "factor" else 0.0 for name in declaration.context)
@@ -157,7 +169,7 @@ def probe(component: Component, start: tuple[float, ...]) -> None:
         if list(inspect.signature(plain).parameters)[-1] == "table":
             fixed = len(inspect.signature(plain).parameters) - given - 1
             parameters = (*parameters[:fixed], np.array(parameters))
-        found = plain(*start, *rest, *context, *parameters)
+        found = plain(*(start if at is None else at), *rest, *context, *parameters)
     except Exception as error:
         raise InputError(
             f"{declaration.label} '{component.name}': its kernel raises {type(error).__name__} ({error}) where it starts",
@@ -169,3 +181,4 @@ def probe(component: Component, start: tuple[float, ...]) -> None:
             f"{declaration.label} '{component.name}': its kernel gives {found!r} where it starts",
             f"{len(declaration.results)} finite numbers: {', '.join(declaration.results)}",
         )
+    return numbers

@@ -206,11 +206,13 @@ def component(
 
 def _check_fields(described: Any) -> None:
     declaration, names = described.declaration, [field.name for field in dataclasses.fields(described)]
-    missing = [name for name in ("name", *declaration.port.points, *declaration.port.turning) if name not in names]
+    port = declaration.port
+    needed = ("name", *port.points, *port.turning, *(("direction",) if port is TRAVEL else ()))
+    missing = [name for name in needed if name not in names]
     if missing:
         raise InputError(
-            f"component '{described.__name__}' with the port '{declaration.port.name}' has no field '{missing[0]}'",
-            "the fields " + ", ".join(("name", *declaration.port.points, *declaration.port.turning)),
+            f"component '{described.__name__}' with the port '{port.name}' has no field '{missing[0]}'",
+            "the fields " + ", ".join(needed),
         )
     if not declaration.section.isidentifier():
         raise InputError(f"component '{described.__name__}': section = {declaration.section!r}", "letters, digits, underscores")

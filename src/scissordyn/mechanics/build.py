@@ -11,7 +11,7 @@ from scipy.sparse.csgraph import reverse_cuthill_mckee
 
 from scissordyn.component.actuator import Actuator
 from scissordyn.component.catalogue import COMPONENTS
-from scissordyn.component.compiled import Kernels, kernels_of, probe
+from scissordyn.component.compiled import Kernels, at_rest, kernels_of
 from scissordyn.component.declaration import PARAMETERS as COMPONENT_PARAMETERS
 from scissordyn.component.declaration import Component
 from scissordyn.component.motor import Motor
@@ -127,7 +127,7 @@ def _kernels(component: Component, start: tuple[float, ...]) -> Kernels:
     if isinstance(component, Actuator):
         return Kernels(0, 0, 0)
     if type(component) not in COMPONENTS.values():  # of the user's own: tried before anything is compiled
-        probe(component, start)
+        at_rest(component, start)
     return kernels_of(type(component), len(component.parameters(start)))
 
 

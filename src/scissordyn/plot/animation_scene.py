@@ -11,10 +11,11 @@ import xarray as xr
 from scissordyn.component.place import GROUND
 from scissordyn.errors import InputError
 from scissordyn.model.mechanism import Mechanism
-from scissordyn.plot.place import Placement
+from scissordyn.plot.place import corners_of, outlines
 from scissordyn.plot.scale import Scale, engineering
 from scissordyn.plot.series import time_scale
 from scissordyn.plot.symbol import symbols
+from scissordyn.simulation.placement import Placement
 
 __all__ = ["GAP", "TRAIL", "ClearanceJoint", "Scene", "Shape", "newtons", "scene_of", "time_scale_in_words"]
 
@@ -142,8 +143,8 @@ def scene_of(run: xr.Dataset, mechanism: Mechanism, frames: np.ndarray, joints: 
     Scene
     """
     placement = Placement.at(mechanism, run, frames)
-    bodies = placement.outlines()
-    low, high = placement.corners()
+    bodies = outlines(placement)
+    low, high = corners_of(placement)
     size = float(np.max(high - low))
     # blocks first, so that bars are drawn over them
     solid = sorted(_bodies(mechanism, placement, bodies, size), key=lambda shape: shape.kind != "block")

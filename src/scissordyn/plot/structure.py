@@ -18,10 +18,11 @@ from scissordyn.errors import InputError
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.plot.channel import GAP, channel, guides_of
 from scissordyn.plot.label import Label, points_per_metre, write_labels
-from scissordyn.plot.place import Corners, Placement
+from scissordyn.plot.place import Corners, corners_of, outlines
 from scissordyn.plot.series import BEYOND, chosen_joints, clearance_joints, predictability_horizon, time_scale
 from scissordyn.plot.style import BLACK, BLUE, GREEN, GREY, LIGHT, PURPLE, SKY, SMALL, VERMILION, dress, legend, literal
 from scissordyn.plot.symbol import symbols
+from scissordyn.simulation.placement import Placement
 
 __all__ = ["magnified", "snapshot", "structure"]
 
@@ -63,7 +64,7 @@ def structure(
         raise InputError(f"times = {times!r}", "a whole number >= 1, or instants [s]", "times=4")
     samples = [int(np.argmin(np.abs(time - instant))) for instant in wanted]
     chosen = guides_of(mechanism, chosen_joints(run, joints) if joints is not None or clearance_joints(run) else [])
-    corners = Placement.at(mechanism, run, samples).corners()
+    corners = corners_of(Placement.at(mechanism, run, samples))
     width, height = corners[1] - corners[0]
     tall = bool(width < TALL * height)
     rows = _grid(tall, float(width / height), len(samples), len(chosen))
@@ -119,7 +120,7 @@ def snapshot(run: xr.Dataset, mechanism: Mechanism, sample: int, *, axes: Axes, 
     dress(axes)
     axes.set_aspect("equal", adjustable="box")
     placed = Placement.at(mechanism, run, [sample])
-    low, high = placed.corners() if corners is None else corners
+    low, high = corners_of(placed) if corners is None else corners
     size = min(0.03 * float(np.max(high - low)), 0.05 * float(np.min(high - low)))
     lines = _bodies(axes, mechanism, placed, size)
     labels = []
@@ -217,7 +218,7 @@ def _bodies(axes: Axes, mechanism: Mechanism, placed: Placement, size: float) ->
     """Draw the bodies; returns their lines."""
     direction = {guide.follower[0]: guide.direction for guide in mechanism.guides}
     bars, lines = 0, []
-    for body, shapes in zip(mechanism.bodies, placed.outlines(), strict=True):
+    for body, shapes in zip(mechanism.bodies, outlines(placed), strict=True):
         shape = shapes[0]
         if len(shape) == 1:
             _block(axes, shape[0], 1.3 * size, direction.get(body.name, 0.0))

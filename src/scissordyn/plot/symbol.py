@@ -17,7 +17,7 @@ import xarray as xr
 
 from scissordyn.component.port import ACTUATOR, FRAME, HINGE, LINE, POINT
 from scissordyn.model.mechanism import Mechanism
-from scissordyn.plot.place import Placement
+from scissordyn.simulation.placement import Placement
 
 __all__ = ["STROKES", "Symbol", "symbols"]
 

@@ -9,7 +9,8 @@ import numpy as np
 import scipy.sparse as sp
 from scipy.sparse.linalg import splu
 
-from scissordyn.component.spring import Spring
+from scissordyn.component.compiled import at_rest
+from scissordyn.component.port import LINE
 from scissordyn.errors import InputError
 from scissordyn.jit import Handle
 from scissordyn.mechanics.assembly import eccentricity_map
@@ -87,14 +88,16 @@ def failed_latch(reduced: ReducedModel, system: Handle) -> str:
 
 
 def check_springs(reduced: ReducedModel, full: np.ndarray) -> None:
-    """Raise `InputError` for a spring that pushes but has no direction at the start, where [x; b] is `full`."""
-    for spring in reduced.mechanism.components:
-        if not isinstance(spring, Spring) or not spring.stiffness * spring.free_length > 0.0:
+    """Raise `InputError` for a component that acts along a line without direction at the start, where [x; b] is `full`."""
+    components: tuple[Any, ...] = reduced.mechanism.components
+    for part in components:
+        if part.declaration.port is not LINE:
             continue
-        span = reduced.place(spring.end).at(full) - reduced.place(spring.start).at(full)
-        if math.hypot(*span) < NO_LENGTH * reduced.size:
+        span = reduced.place(part.end).at(full) - reduced.place(part.start).at(full)
+        if math.hypot(*span) < NO_LENGTH * reduced.size and at_rest(part, (0.0,))[0] != 0.0:
             raise InputError(
-                f"spring '{spring.name}' starts with zero length, so that the direction of its force is not defined",
+                f"{part.declaration.label} '{part.name}' starts with zero length, so that the direction of its force is not "
+                "defined",
                 "ends that are apart at the start, or a free length of 0",
             )
 

@@ -1,0 +1,76 @@
+"""Where the points of a mechanism are at the samples of a run: the one way for pictures, films and reports."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import xarray as xr
+
+from scissordyn.component.place import GROUND, BodyPoint
+from scissordyn.model.mechanism import Mechanism
+
+__all__ = ["Placement"]
+
+
+@dataclass(frozen=True)
+class Placement:
+    """The positions of a mechanism at some samples of a run.
+
+    Parameters
+    ----------
+    mechanism : Mechanism
+    index : dict of str to int
+        Places of the bodies in the arrays.
+    centres : ndarray, shape (samples, bodies, 2)
+        Mass centres [m].
+    angles : ndarray, shape (samples, bodies)
+        [rad]
+    """
+
+    mechanism: Mechanism
+    index: dict[str, int]
+    centres: np.ndarray
+    angles: np.ndarray
+
+    @classmethod
+    def at(cls, mechanism: Mechanism, run: xr.Dataset, samples: Sequence[int] | np.ndarray | slice) -> Placement:
+        """The placement at samples of a run of that mechanism."""
+        names = [body.name for body in mechanism.bodies]
+        now = run[["position", "angle"]].isel(time=samples).sel(body=names)
+        return cls(
+            mechanism,
+            {name: k for k, name in enumerate(names)},
+            now["position"].transpose("time", "body", "axis").values,
+            now["angle"].transpose("time", "body").values,
+        )
+
+    @property
+    def count(self) -> int:
+        """Number of samples."""
+        return int(self.angles.shape[0])
+
+    def angle(self, body: str) -> np.ndarray:
+        """Angle of a body, or of the ground, shape (samples,) [rad]."""
+        return np.zeros(self.count) if body == GROUND else np.asarray(self.angles[:, self.index[body]])
+
+    def centre(self, body: str) -> np.ndarray:
+        """Mass centre of a body, shape (samples, 2) [m]."""
+        return np.asarray(self.centres[:, self.index[body]])
+
+    def points(self, body: str, local: np.ndarray) -> np.ndarray:
+        """Points of a body's frame, or of the ground's, in the fixed frame, shape (samples, points, 2) [m]."""
+        if body == GROUND:
+            return np.broadcast_to(local, (self.count, *local.shape))
+        angle = self.angle(body)[:, None]
+        cos, sin = np.cos(angle), np.sin(angle)
+        x, y = (local - np.array(self.mechanism.body(body).centre)).T
+        placed: np.ndarray = self.centre(body)[:, None] + np.stack([cos * x - sin * y, sin * x + cos * y], axis=-1)
+        return placed
+
+    def place(self, reference: BodyPoint) -> np.ndarray:
+        """A named point of a body or of the ground in the fixed frame, shape (samples, 2) [m]."""
+        body, point = reference
+        named = dict(self.mechanism.ground) if body == GROUND else self.mechanism.body(body).points
+        return np.asarray(self.points(body, np.array([named[point]], float))[:, 0])

@@ -229,7 +229,8 @@ class Mutator(ast.NodeTransformer):
     def visit_Subscript(self, node):
         """A parameter that a kernel reads."""
         of_table = self.named and isinstance(node.value, ast.Name) and node.value.id == "table"
-        return self.number(node) if (is_parameter(node) or of_table) and isinstance(node.ctx, ast.Load) else self.generic_visit(node)
+        read = (is_parameter(node) or of_table) and isinstance(node.ctx, ast.Load)
+        return self.number(node) if read else self.generic_visit(node)
 
 
 def is_parameter(node) -> bool:

@@ -60,11 +60,11 @@ def rpm(speed: float) -> float:
     return _plain("rpm", speed) * 2.0 * math.pi / 60.0
 
 
-def _plain(function: str, value: float) -> float:
+def _plain(function: str, value: Any) -> float:
     if not is_number(value):
         number = LEADING_NUMBER.match(value) if isinstance(value, str) else None
         raise InputError(f"{function}({shown(value)})", "a number", f"{function}({number[0].strip() if number else 30})")
-    return value
+    return float(value)
 
 
 LEADING_NUMBER = re.compile(r"\s*[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?")

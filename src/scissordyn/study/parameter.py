@@ -103,12 +103,14 @@ def _check_head(mechanism: Mechanism, head: str, path: str) -> None:
     """Raise `InputError` for a path that begins with nothing that has numbers to vary."""
     if head in (joint.name for joint in mechanism.joints):
         return
+    described: type = type(mechanism)
     heads = [joint.name for joint in mechanism.clearance_joints] + ([DRIVE] if mechanism.drives else [])
     known = [f"{joint.name}.clearance" for joint in mechanism.clearance_joints[:6]]
-    known += [f"{DRIVE}.{name}" for drive in mechanism.drives[:1] for name in quantities(type(drive.motion))]
+    motions: list[type] = [type(drive.motion) for drive in mechanism.drives[:1]]
+    known += [f"{DRIVE}.{name}" for motion in motions for name in quantities(motion)]
     raise InputError(
         f"'{path}': '{head}' is neither a joint nor 'drive'{did_you_mean(head, heads)}",
-        ", ".join((*known, *(name for name in quantities(type(mechanism))))) + "; other values need a case file for each",
+        ", ".join((*known, *quantities(described))) + "; other values need a case file for each",
         known[0] if known else "gravity",
     )
 

@@ -335,8 +335,8 @@ class Mechanism:
         if joint not in guides and joint not in self._joints:
             known = [*self.joint_names, *names]
             raise InputError(
-                f"replace({path!r})" + did_you_mean(joint, known),
-                "JOINT.FIELD of a clearance joint, or one of " + ", ".join(sorted(names)),
+                f"replace({path!r}): '{joint}'{did_you_mean(joint, known)}",
+                f"JOINT.FIELD of a clearance joint ({', '.join(self.joint_names)}), or one of {', '.join(sorted(names))}",
             )
         connection = guides[joint] if joint in guides else self.joint(joint)
         if connection.clearance is None or not inner:

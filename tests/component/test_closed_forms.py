@@ -180,4 +180,7 @@ def test_tape_spring_of_tables():
     assert tape_spring.force(0.55, 0.0, 1.0, *p)[:2] == pytest.approx((-0.9, 0.025 + 0.5 * 0.95), rel=1e-12)
     assert tape_spring.force(2.05, 0.0, 1.0, *p)[:2] == pytest.approx((-0.8, 0.025 + 0.9 + 0.8), rel=1e-12)
     assert tape_spring.force(-0.525, 0.0, 1.0, *p)[:2] == pytest.approx((0.55, 0.0125 + 0.475 * 0.525), rel=1e-12)
+    assert tape_spring.force(-0.201, 0.0, 0.0, *p)[0] == pytest.approx(2.0, rel=1e-12)
+    back = tape_spring.switch(0.2, 0.0, 1.0, *p)
+    assert back == pytest.approx(0.025 + 0.15 * (1.0 + 0.97) / 2.0 - 0.1 - 0.1 * 2.25, rel=1e-12)
     assert math.isclose(tape_spring.switch(0.3, 0.0, 0.0, *p), 0.6 - 0.025 - 0.25 * 0.975, rel_tol=1e-12)

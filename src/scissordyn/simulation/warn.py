@@ -29,8 +29,8 @@ UNBALANCED = 1e-3
 below 1e-6."""
 
 CARRIED = 1e-6
-"""Residual over the largest energy below which the balance closes however little energy is turned over: a body that rotates freely
-carries energy and turns none over."""
+"""Residual over the largest energy below which the balance closes however little energy is turned over: a body that rotates
+freely carries energy and turns none over."""
 
 AT_LIMIT = 1.0 - 1e-9
 """Torque over its limit above which a controller is at the limit."""

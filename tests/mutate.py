@@ -1,7 +1,8 @@
-"""Multiply one number of a kernel by 1.01 and see whether a physics test notices: for every number of every law and controller.
+"""Multiply one number of a kernel by 1.01 and see whether a physics test notices: for every law, controller and component.
 
 Run by hand: ``python tests/mutate.py [FILE ...] [--write]``. The numbers are every float but zero, every exponent, every
-parameter that a kernel reads (p[k]) and every number that a law hands to its kernel, in the files of `TARGETS`. Each is
+parameter that a kernel reads (p[k], or by its name in a component) and every number that a law hands to its kernel, in the
+files of `TARGETS`. Each is
 changed alone, in a copy of the package. Every change has to be noticed or to stand in
 `EQUIVALENT` with a reason; otherwise the script ends with status 1. ``--write`` keeps the table in docs/decisions/measured.
 """
@@ -25,6 +26,13 @@ HERE = Path(__file__).parent
 PACKAGE = HERE.parent / "src" / "scissordyn"
 PAGE = HERE.parent / "docs" / "decisions" / "measured" / "mutations.md"
 FACTOR = 1.01
+INPUTS = {
+    *("length", "rate", "angle", "speed", "travel", "x", "y", "cosine", "sine", "x_rate", "y_rate", "cosine_rate", "sine_rate"),
+    *("mode", "approach_speed", "factor", "depth", "twist", "table", "first", "count", "straight", "negative", "positive"),
+    *("t", "q", "z", "dz", "p", "follows"),
+}
+"""Arguments of kernels that are no parameters: coordinates, rates, states, rows, counts and switches."""
+
 PATIENCE = 900
 """A test that takes longer [s] has noticed, too: a mutation can keep a loop from ending."""
 
@@ -51,15 +59,27 @@ class Target:
     compiled: bool = False
 
 
+COMPONENT_TESTS = ("component/test_closed_forms.py",)
+
 TARGETS = (
     Target(("laws/elastic/[!q]*.py",), ("laws/test_elastic.py", "laws/test_energy.py"), by_name=True),
     Target(("laws/elastic/quadrature.py",), ("laws/test_energy.py",), compiled=True),
     Target(("laws/damping/*.py",), ("laws/test_damping.py",), by_name=True),
     Target(("laws/friction/*.py",), ("laws/test_bristle.py", "laws/test_friction.py"), by_name=True),
     Target(("control/delayed/*.py", "control/tracking/*.py", "control/signal.py"), ("control/test_torque.py",)),
+    # springs, dampers, motors, loads, latches, end stops of angles and of travel
+    Target(("component/[!_acdpu]*.py", "component/a*_stop.py", "component/c*_*.py", "component/cable.py"), COMPONENT_TESTS),
+    # the corners of a block in a clearance guide: where they are, and how their gaps and moment arms follow
+    Target(
+        ("model/guide_clearance.py", "mechanics/plane_contact.py"),
+        ("mechanics/test_plane_contact.py", "test_clearance_guide.py"),
+        compiled=True,
+    ),
 )
 
 EQUIVALENT: dict[tuple[str | int, ...], str] = {
+    ("component/force.py", "parameters", "float(self.follows)"): "a switch",
+    ("component/latch.py", "", "1e-06"): "how near counts as at the angle",
     ("laws/elastic/logarithmic.py", "_pieces", "2.0"): "first guess of Newton's method, which converges from above",
     ("laws/elastic/logarithmic.py", "_pieces", "1.0", 1): "slope in Newton's method, whose limit is the same",
     ("laws/elastic/quadrature.py", "", "1e-14"): "tolerance below rounding",
@@ -115,8 +135,9 @@ class Mutation:
 class Mutator(ast.NodeTransformer):
     """Counts the numbers of a file and changes the one with a given index."""
 
-    def __init__(self, target: int | None = None):
-        self.target, self.found, self.owner, self.function = target, [], "", ""
+    def __init__(self, target: int | None = None, named: bool = False):
+        self.target, self.named, self.found, self.owner, self.function = target, named, [], "", ""
+        self.parameters: set[str] = set()
 
     def number(self, node):
         """The node, scaled if it is the one."""
@@ -137,9 +158,15 @@ class Mutator(ast.NodeTransformer):
         if node.name == "__post_init__":
             return node
         outer, self.function = self.function, node.name
+        if self.named and not self.owner:
+            self.parameters = {argument.arg for argument in node.args.args} - INPUTS
         node.body = [self.visit(part) for part in node.body]
-        self.function = outer
+        self.function, self.parameters = outer, set()
         return node
+
+    def visit_Name(self, node):
+        """A parameter of a component, which its kernel reads by name."""
+        return self.number(node) if node.id in self.parameters and isinstance(node.ctx, ast.Load) else node
 
     def visit_AnnAssign(self, node):
         """Fields of a class are declarations."""
@@ -150,8 +177,22 @@ class Mutator(ast.NodeTransformer):
         return node
 
     def visit_Call(self, node):
-        """Units and bounds are declarations."""
-        return node if isinstance(node.func, ast.Name) and node.func.id == "Quantity" else self.generic_visit(node)
+        """Units and bounds are declarations, and a count of table entries is no measure."""
+        if not isinstance(node.func, ast.Name) or not (self.named or node.func.id == "Quantity"):
+            return self.generic_visit(node)
+        if node.func.id not in ("Quantity", "component", "int"):
+            plain = node.func.id in ("min", "max", "abs")
+            node.args = [self.visit(part) if plain or not self.passed_on(part) else part for part in node.args]
+        return node
+
+    def visit_Attribute(self, node):
+        """A number of a contact's record, which the mechanics read by its name."""
+        record = ast.unparse(node.value) in ("p", "S.parameters.contact[j]")
+        return self.number(node) if record and isinstance(node.ctx, ast.Load) else self.generic_visit(node)
+
+    def passed_on(self, node) -> bool:
+        """Whether an argument is a parameter that another function of the file reads."""
+        return isinstance(node, ast.Name) and node.id in self.parameters and self.function in ("force", "gap", "switch")
 
     def visit_Compare(self, node):
         """A parameter that is compared with zero has the same sign when it is scaled."""
@@ -187,7 +228,9 @@ class Mutator(ast.NodeTransformer):
 
     def visit_Subscript(self, node):
         """A parameter that a kernel reads."""
-        return self.number(node) if is_parameter(node) and isinstance(node.ctx, ast.Load) else self.generic_visit(node)
+        of_table = self.named and isinstance(node.value, ast.Name) and node.value.id == "table"
+        read = (is_parameter(node) or of_table) and isinstance(node.ctx, ast.Load)
+        return self.number(node) if read else self.generic_visit(node)
 
 
 def is_parameter(node) -> bool:
@@ -195,9 +238,14 @@ def is_parameter(node) -> bool:
     return isinstance(node, ast.Subscript) and isinstance(node.value, ast.Name) and node.value.id == "p"
 
 
+def by_name(file: str) -> bool:
+    """Whether the kernels of a file read their parameters by name."""
+    return file.startswith("component/")
+
+
 def mutations_of(file: str) -> list[Mutation]:
     """All of one file."""
-    everything = Mutator()
+    everything = Mutator(named=by_name(file))
     everything.visit(ast.parse((PACKAGE / file).read_text()))
     texts = [found[1:] for found in everything.found]
     return [Mutation(file, index, *found, texts[:index].count(found[1:])) for index, found in enumerate(everything.found)]
@@ -205,7 +253,7 @@ def mutations_of(file: str) -> list[Mutation]:
 
 def mutated(mutation: Mutation) -> str:
     """The file with one number changed."""
-    tree = Mutator(mutation.index).visit(ast.parse((PACKAGE / mutation.file).read_text()))
+    tree = Mutator(mutation.index, by_name(mutation.file)).visit(ast.parse((PACKAGE / mutation.file).read_text()))
     return ast.unparse(ast.fix_missing_locations(tree))
 
 

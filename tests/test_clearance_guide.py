@@ -218,8 +218,8 @@ def test_hertz_at_a_flat_wall():
         ({"length": None}, "without the size"),
         ({"corners": ((0.0, 0.01),)}, "beside its length"),
         ({"corner_radius": 0.03}, "at most 0.02 m"),
-        ({"length": None, "width": None, "corners": ((0.0, math.nan),)}, "two finite"),
-        ({"clearance": -1e-3}, "> 0"),
+        ({"length": None, "width": None, "corners": ((0.0, math.nan),)}, "two of: a finite number"),
+        ({"clearance": -1e-3}, ">= 1e-12"),
     ],
 )
 def test_what_is_no_clearance(change, match):

@@ -210,14 +210,16 @@ def checked(function: Callable[Arguments, Result]) -> Callable[Arguments, Result
     @functools.wraps(function)
     def compared(*given: Arguments.args, **named: Arguments.kwargs) -> Result:
         bound, hints = signature.bind(*given, **named), _hints(function)
+        called = bound.arguments.get("name")
+        owner = f"{name} '{called}'" if isinstance(called, str) and called else f"{name}()"
         for key, value in bound.arguments.items():
             parameter = signature.parameters[key]
             if key == "self" or parameter.kind is parameter.VAR_KEYWORD or value is parameter.default:
                 continue
             if parameter.kind is parameter.VAR_POSITIONAL:
-                bound.arguments[key] = tuple(_fitted(f"{name}()", key, each, hints[key]) for each in value)
+                bound.arguments[key] = tuple(_fitted(owner, key, each, hints[key]) for each in value)
             elif key in hints:
-                bound.arguments[key] = _fitted(f"{name}()", key, value, hints[key])
+                bound.arguments[key] = _fitted(owner, key, value, hints[key])
         return function(*bound.args, **bound.kwargs)
 
     return compared

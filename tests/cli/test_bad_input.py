@@ -10,6 +10,9 @@ import xarray as xr
 
 from mutation import mutated_cases  # isort: skip
 from scissordyn.cli.main import status_of
+from scissordyn.config.file import read_case
+from scissordyn.errors import InputError
+from scissordyn.simulation.cycles import cycle
 from scissordyn.simulation.store import load, save
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
@@ -176,6 +179,16 @@ def test_diagrams_with_other_attributes_are_refused_or_mended(
         status, _ = said(capfd, "bifurcation", *SCAN, "-o", "other.nc")
         assert status in (0, 2)
         Path("other.nc").unlink()
+
+
+@pytest.mark.parametrize("value", [None, "soon", [1.0, 2.0]])
+def test_cycles_with_other_attributes_are_refused(folder: Path, value: object) -> None:
+    """Identity: a run of cycles cannot be continued without its period, and says so."""
+    mechanism = read_case(EXAMPLES / "periodic.toml").mechanism
+    run = cycle(mechanism, cycles=1)
+    run.attrs.pop("period") if value is None else run.attrs.update(period=value)
+    with pytest.raises(InputError, match="attribute 'period'"):
+        cycle(mechanism, cycles=1, start=run)
 
 
 def test_the_drawn_variable_is_checked_first(

@@ -11,7 +11,7 @@ from scissordyn.analysis.contact import clearance_joints, contact_spans, contact
 from scissordyn.analysis.stroboscope import stroboscopic
 from scissordyn.analysis.verdict import Verdict, classify_samples
 from scissordyn.errors import InputError
-from scissordyn.simulation.configuration import ATTRIBUTE, read_configuration
+from scissordyn.simulation.configuration import ATTRIBUTE, number_attribute, read_configuration
 
 __all__ = ["classify"]
 
@@ -69,7 +69,7 @@ def classify(
         if period is None:
             return _stroke(run, after, trusted)
         strobe = stroboscopic(run, period=period, phase=phase, skip=skip)
-        if strobe.attrs["source"] != "samples":
+        if strobe.attrs.get("source") != "samples":
             raise InputError(
                 f"a run whose samples are not at the instants (k + {phase:g}) {period:g} s",
                 "samples at each of them: until/(samples - 1) divides the period",
@@ -122,7 +122,7 @@ def _clearances(strobe: xr.Dataset) -> dict[str, float]:
 
 def _stroke(run: xr.Dataset, after: float, trusted: float) -> Verdict:
     statistics = contact_statistics(run, after=after)
-    start, end = statistics.attrs["after"], statistics.attrs["until"]
+    start, end = number_attribute(statistics, "after"), number_attribute(statistics, "until")
     fraction = _exact_zero(float(statistics["flight_fraction"].max()))
     last = -math.inf
     for joint in clearance_joints(run):

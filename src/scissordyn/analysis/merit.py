@@ -9,7 +9,7 @@ import xarray as xr
 
 from scissordyn.component.actuator import Actuator
 from scissordyn.errors import InputError
-from scissordyn.simulation.configuration import read_configuration
+from scissordyn.simulation.configuration import number_attribute, read_configuration
 
 __all__ = ["figures_of_merit"]
 
@@ -114,7 +114,7 @@ def _torque(run: xr.Dataset, body: str) -> np.ndarray:
 
 def _contact(run: xr.Dataset, joint: str, after: float) -> tuple[float, float, float, float]:
     """Fraction of the time in contact, separations, start of the contact that lasts, largest normal force."""
-    end = float(run.attrs["end"])
+    end = number_attribute(run, "end")
     chosen = run["contact_joint"].values == joint
     start, duration = run["contact_start"].values[chosen], run["contact_duration"].values[chosen]
     lasting = np.isnan(duration)

@@ -137,7 +137,7 @@ def show_summary(run: xr.Dataset, to: Console) -> None:
         turned_over = energy_turned_over(run)
         relative = f", {residual / turned_over:.1e} of the converted energy" if turned_over > 0.0 else ""
         parts.append(f"The energy balance closes to {short(residual, 'J')}{relative}.")
-    if "trusted_until" in attributes:
+    if math.isfinite(float(attributes.get("trusted_until", math.nan))):
         trusted, contacts = float(attributes["trusted_until"]), counted(int(attributes["trusted_contacts"]))
         parts.append(f"Trusted until {short(trusted, 's')}, through {contacts}.")
     elif "predictability" in attributes:

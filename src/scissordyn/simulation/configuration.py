@@ -12,13 +12,14 @@ from typing import Any
 
 import xarray as xr
 
+from scissordyn.annotation import is_number, shown
 from scissordyn.errors import InputError
 from scissordyn.model.description import Description, build, from_plain, parse
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.model.record import to_plain
 from scissordyn.simulation.options import Options
 
-__all__ = ["ATTRIBUTE", "Configuration", "read_configuration", "write_configuration"]
+__all__ = ["ATTRIBUTE", "Configuration", "number_attribute", "read_configuration", "write_configuration"]
 
 ATTRIBUTE = "configuration"
 
@@ -106,6 +107,29 @@ def read_configuration(run: xr.Dataset) -> Configuration:
         options=None if options is None else from_plain(options, Options),
         diagram=MappingProxyType(diagram),
     )
+
+
+def number_attribute(run: xr.Dataset, name: str) -> float:
+    """An attribute of a run that is a number.
+
+    Parameters
+    ----------
+    run : Dataset
+    name : str
+
+    Returns
+    -------
+    float
+
+    Raises
+    ------
+    InputError
+        If it is missing or anything else.
+    """
+    value = run.attrs.get(name)
+    if not is_number(value):
+        raise InputError(f"a dataset whose attribute '{name}' is {shown(value)}", "a number, as scissordyn writes it")
+    return float(value)  # type: ignore[arg-type]
 
 
 def write_configuration(

@@ -15,8 +15,14 @@ from scissordyn.mechanics.monitored import POWERS
 from scissordyn.mechanics.outputs import record
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.model.record import to_plain
+<<<<<<< HEAD
 from scissordyn.simulation.branching import drive_warnings
 from scissordyn.simulation.configuration import read_configuration, write_configuration
+||||||| c838ca8
+from scissordyn.simulation.configuration import read_configuration, write_configuration
+=======
+from scissordyn.simulation.configuration import number_attribute, read_configuration, write_configuration
+>>>>>>> input
 from scissordyn.simulation.dataset import output_guide
 from scissordyn.simulation.driver import Snapshot
 from scissordyn.simulation.options import Options, StartKind
@@ -107,8 +113,9 @@ def _start_of(run: xr.Dataset) -> StartKind:
 
 def _state_of(run: xr.Dataset, mechanism: Mechanism, period: float) -> Snapshot:
     """The final state of an earlier run."""
-    if not math.isclose(float(run.attrs["period"]), period, rel_tol=1e-12):
-        raise InputError(f"start = cycles of {run.attrs['period']:g} s for cycles of {period:g} s", "the same period")
+    before = number_attribute(run, "period")
+    if not math.isclose(before, period, rel_tol=1e-12):
+        raise InputError(f"start = cycles of {before:g} s for cycles of {period:g} s", "the same period")
     if read_configuration(run).plain != to_plain(mechanism):
         raise InputError("start = cycles of another mechanism", "cycles of the same mechanism")
     return Snapshot.from_plain({str(name)[4:]: part.values for name, part in run.data_vars.items() if str(name)[:4] == "end_"})

@@ -68,9 +68,11 @@ if TYPE_CHECKING:
     from scissordyn.model.mechanism import Mechanism
     from scissordyn.model.payload import with_panels, with_payload
     from scissordyn.model.scissor import scissor
+    from scissordyn.plot.preview import preview
     from scissordyn.simulation.constrained_contact import constrain_contact
     from scissordyn.simulation.cycles import cycle
     from scissordyn.simulation.feed_forward import feed_forward
+    from scissordyn.simulation.ideal import ideal_kinematics
     from scissordyn.simulation.run import replay, simulate
     from scissordyn.simulation.store import load, save
     from scissordyn.study.bifurcation import bifurcation
@@ -148,12 +150,14 @@ __all__ = [
     "figures_of_merit",
     "four_bar",
     "hoberman_ring",
+    "ideal_kinematics",
     "law",
     "load",
     "mast",
     "n_four_bar",
     "point_mass",
     "polar_scissor",
+    "preview",
     "replay",
     "rpm",
     "run_cases",
@@ -235,10 +239,12 @@ _HOMES = {
     "model.linkage": ("common_pin", "four_bar", "n_four_bar", "slider_crank"),
     "model.mechanism": ("Mechanism",),
     "model.payload": ("with_panels", "with_payload"),
+    "plot.preview": ("preview", "preview_svg"),
     "model.scissor": ("scissor",),
     "simulation.cycles": ("cycle",),
     "simulation.feed_forward": ("feed_forward",),
     "simulation.constrained_contact": ("constrain_contact",),
+    "simulation.ideal": ("ideal_kinematics",),
     "simulation.run": ("replay", "simulate"),
     "simulation.store": ("load", "save"),
     "study.bifurcation": ("bifurcation",),

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
+import sys
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from functools import cached_property
@@ -162,6 +163,23 @@ class Mechanism:
     def ideal_joints(self) -> tuple[Revolute, ...]:
         """The joints without clearance, in order."""
         return tuple(joint for joint in self.joints if joint.clearance is None)
+
+    def plot(self) -> Any:
+        """Draw the assembled mechanism with its names, on a new figure; see `scissordyn.preview`.
+
+        Returns
+        -------
+        Axes
+        """
+        # pictures are rooms above this one: the lazy names of the package lead there
+        package: Any = sys.modules["scissordyn"]
+        return package.preview(self)
+
+    def _repr_svg_(self) -> str:
+        """The drawing of `plot` in a notebook."""
+        package: Any = sys.modules["scissordyn"]
+        drawn: str = package.preview_svg(self)
+        return drawn
 
     def with_clearance(self, joints: str | Iterable[str], clearance: Clearance | GuideClearance) -> Mechanism:
         """The same mechanism with a clearance at one joint or guide or at several.

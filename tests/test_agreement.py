@@ -156,7 +156,7 @@ def test_slider_agrees_with_lagrange() -> None:
 def test_harmonic_drive_agrees_with_lagrange(kinetic: float | None) -> None:
     """Cross-check: joint A with an oscillating driven angle."""
     clearance = pin_clearance(kinetic=kinetic)
-    motion = Harmonic(mean=0.8, amplitude=0.3, frequency=60.0)
+    motion = Harmonic(mean=0.8, amplitude=0.3, angular_frequency=60.0)
     mechanism = scissor().driven(motion).with_clearance("A", clearance)
     assert_agree(mechanism, Array(clearance_joint(clearance), harmonic(0.8, 0.3, 60.0)), ["A"], contacts=3, tolerance=1e-12)
 

@@ -59,9 +59,9 @@ def test_four_bar_motion(case):
     ground, r, l, c = (sizes[name] for name in ("ground", "crank", "coupler", "rocker"))
     t = run["time"].values
     if isinstance(motion, sd.Harmonic):
-        a = motion.mean + motion.amplitude * np.sin(motion.frequency * t)
-        w = motion.amplitude * motion.frequency * np.cos(motion.frequency * t)
-        s = -motion.amplitude * motion.frequency**2 * np.sin(motion.frequency * t)
+        a = motion.mean + motion.amplitude * np.sin(motion.angular_frequency * t)
+        w = motion.amplitude * motion.angular_frequency * np.cos(motion.angular_frequency * t)
+        s = -motion.amplitude * motion.angular_frequency**2 * np.sin(motion.angular_frequency * t)
     else:
         a, w, s = math.pi / 3 + motion.speed * t, motion.speed * np.ones_like(t), np.zeros_like(t)
     pin = r * np.exp(1j * a)
@@ -97,7 +97,7 @@ def test_coupler_point():
 
 
 def test_slider_crank_contacts():
-    """Published number: the theory's contacts of the slider-crank with clearance; 1e-7, peaks 1e-4.
+    """Cross-check: contacts of the slider-crank with clearance by the second formulation (docs/reference.md); 1e-7, peaks 1e-4.
 
     5000 rpm, c = 0.5 mm, Hertz with Lankarani and Nikravesh at a restitution of 0.9, no friction, started concentric.
     """
@@ -143,7 +143,7 @@ def test_n_four_bar(units):
 
 
 def test_n_four_bar_published():
-    """Published number: B0 of the benchmark with N = 2 after 10 s, as in the theory, to 1e-9."""
+    """Published number: B0 of the benchmark with N = 2 after 10 s, of its pendulum (docs/reference.md), to 1e-9."""
     run = sd.simulate(sd.n_four_bar(2), until=10.0, samples=2, **TIGHT)
     th = float(run["angle"].sel(body="crank 0")[-1])
     assert (math.cos(th), math.sin(th)) == pytest.approx((0.328458111534, 0.944518538181), abs=1e-9)

@@ -1,4 +1,4 @@
-"""The reference numbers of the theory: closed forms of the ideal array, events of the one with clearance."""
+"""The numbers of docs/reference.md: closed forms of the ideal array, events of the one with clearance."""
 
 import numpy as np
 import pytest
@@ -36,7 +36,7 @@ def test_ideal_reaction(ideal_run):
     [(0.0, 7850.912334, (7464.867308, 1184.650550)), (0.02, 8911.346064, (5795.014529, 1784.586360))],
 )
 def test_ideal_figures(ideal_run, at, torque, force):
-    """Published number: the theory's table of the ideal array, to its ten digits."""
+    """Published number: the table of the ideal array in docs/reference.md, to its ten digits."""
     here = ideal_run.sel(time=at, method="nearest")
     assert float(here["drive_torque"]) == pytest.approx(torque, rel=1e-9)
     assert here["reaction"].sel(joint="A").values == pytest.approx(force, rel=1e-9)
@@ -53,7 +53,7 @@ def test_ideal_motion(ideal_run):
 
 @pytest.mark.parametrize("units", [1, 2, 5])
 def test_ideal_array_of_any_length(units):
-    """Identity: torque times speed is the rate of T + U with the sums S_N and C_N of the theory, to 1e-9."""
+    """Identity: torque times speed is the rate of T + U with the sums S_N and C_N of docs/reference.md, to 1e-9."""
     run = simulate(scissor(units=units).driven(speed=rpm(150)), until=0.02, samples=11)
     w, th = rpm(150), np.pi / 6 + rpm(150) * run["time"].values
     squares, products = units * (units + 1) * (2 * units + 1) / 6, (units - 1) * units * (units + 1) / 3
@@ -83,7 +83,7 @@ HERTZ = [
 
 @pytest.mark.parametrize(("case", "events"), [("clearance_array", LIU), ("hertz_array", HERTZ)])
 def test_events(case, events, request):
-    """Published number: the theory's event table, computed there at two tolerances that agree to its digits.
+    """Published number: the table of contacts in docs/reference.md, to the digits that agree at two tolerances.
 
     First contact to 1e-8; later ones to what the digits and the growth of errors from impact to impact allow; peaks to 1e-4.
     """

@@ -88,7 +88,7 @@ class FreeMass:
 
 @pytest.mark.parametrize("pair", PAIRS)
 def test_free_mass_rebounds_with_the_exact_restitution(pair: str) -> None:
-    """Closed form: ln[(1+xi)/(1-xi e)] = xi (1+e) for any elastic part (theory, section 3.2)."""
+    """Closed form: ln[(1+xi)/(1-xi e)] = xi (1+e) for any elastic part (docs/reference.md)."""
     joint = clearance_joint(pair)
     contact = March(FreeMass(2.0, 0.7, joint)).run(0.01).contacts[0]
     xi = joint.damping
@@ -116,7 +116,7 @@ def test_free_hertz_impact_without_damping() -> None:
     [(liu(C, 1.0), 1.7690e5), (hertz(C, 9.5e-3), 2.0903e3)],
 )
 def test_elastic_laws_have_the_tabulated_values(law: Elastic, tabulated: float) -> None:
-    """Published number: force at an indentation of 10 um, R_B = 10 mm, c = 0.5 mm (theory, section 3.1), per metre for Liu."""
+    """Published number: force at an indentation of 10 um, R_B = 10 mm, c = 0.5 mm (docs/reference.md), per metre for Liu."""
     assert law(1e-5) == pytest.approx(tabulated, rel=5e-5)
 
 
@@ -154,7 +154,7 @@ class Derived:
 
 @pytest.mark.parametrize("units", [1, 2, 5])
 def test_energies_follow_from_the_bars(units: int) -> None:
-    """Identity: T and U of theory.md, section 1, are the energies of 2 N uniform bars pinned end to end."""
+    """Identity: T and U of docs/reference.md are the energies of 2 N uniform bars pinned end to end."""
     derived = Derived(units)
     m, length, slider, g = derived.constants
     p, k, y = derived.q
@@ -203,9 +203,8 @@ def test_array_obeys_the_derived_equations(units: int, driven_bar: str) -> None:
         assert (at.ux, at.uy) == pytest.approx((half * (math.sin(k) * w_k - math.sin(p) * w_p), v[1]), rel=1e-12)
 
 
-# Start, approach speed, angle [deg], peak, time to it, duration, rebound: theory, section 7, carried on to where tolerances of
-# 2e-13 and 3e-14 agree. The digits printed there follow by rounding, with two exceptions: the third approach speed, printed
-# as .6223804472, and the peaks, which there are the largest forces among the steps, up to 0.9 N and 0.3 % of the time off.
+# Start, approach speed, angle [deg], peak, time to it, duration, rebound, as in docs/reference.md: the digits to which
+# tolerances of 2e-13 and 3e-14 agree.
 EVENTS = {
     "liu + flores": [
         (0.0013651259130, 0.73514298384, -107.816990465, 42701.9244, 1.1997917e-4, 2.7482661706e-4, -0.6236406636),
@@ -222,7 +221,7 @@ EVENTS = {
 
 @pytest.mark.parametrize("pair", PAIRS)
 def test_array_has_the_reference_events(pair: str) -> None:
-    """Cross-check: the contacts of theory.md, section 7; the error left by a tolerance of 1e-12 is a few 1e-11."""
+    """Cross-check: the contacts of docs/reference.md; the error left by a tolerance of 1e-12 is a few 1e-11."""
     run = March(Array(clearance_joint(pair), constant_speed(START, SPEED))).run(0.01, most_contacts=3)
     for found, (start, speed, angle, peak, peak_time, duration, rebound) in zip(run.contacts, EVENTS[pair], strict=True):
         assert found.start == pytest.approx(start, rel=2e-10)
@@ -235,7 +234,7 @@ def test_array_has_the_reference_events(pair: str) -> None:
 
 
 def test_slider_crank_has_the_reference_events() -> None:
-    """Cross-check: the two contacts of theory.md, section 7, to the digits printed there."""
+    """Cross-check: the two contacts of docs/reference.md, to the digits printed there."""
     bearing = 10e-3
     joint = ClearanceJoint(C, bearing - C, hertz(C, bearing - C), lankarani_nikravesh(0.9))
     first, second = March(SliderCrank(joint, 5000.0 * math.pi / 30.0)).run(7e-4).contacts
@@ -264,7 +263,7 @@ def clearance(kinetic: float | None) -> Clearance:
 
 
 def test_multipliers_have_the_ideal_torque_and_reaction() -> None:
-    """Closed form: torque and force on the journal of joint A in the ideal array of two units (theory, section 1)."""
+    """Closed form: torque and force on the journal of joint A in the ideal array of two units (docs/reference.md)."""
     model = Multipliers(described_array(2, "pinned", None))
     run = March(model).run(0.02)
     for t, torque, fx, fy in (
@@ -312,14 +311,14 @@ def test_multipliers_agree_with_lagrange(units: int, driven_bar: str, kinetic: f
 
 def test_multipliers_agree_with_lagrange_under_a_harmonic_drive() -> None:
     """Cross-check: as before, the driven angle oscillating about 0.8 rad."""
-    arm = scissor().driven(Harmonic(mean=0.8, amplitude=0.3, frequency=60.0)).with_clearance("A", Clearance(C))
+    arm = scissor().driven(Harmonic(mean=0.8, amplitude=0.3, angular_frequency=60.0)).with_clearance("A", Clearance(C))
     one = March(Multipliers(arm)).run(0.02, most_contacts=2)
     other = March(Array(clearance_joint(), harmonic(0.8, 0.3, 60.0))).run(0.02, most_contacts=2)
     assert_same(one.contacts, other.contacts, 1e-7)
 
 
 def described_crank(kinetic: float | None) -> Mechanism:
-    """The slider-crank of theory.md, section 7, as a mechanism."""
+    """The slider-crank of docs/reference.md as a mechanism."""
     friction = {} if kinetic is None else {"friction": DescribedLuGre(kinetic=kinetic)}
     joint = Clearance(C, journal_radius=9.5e-3, stiffness=Hertz(), damping=LankaraniNikravesh(0.9), **friction)
     crank: Body = bar("crank", length=0.05, mass=0.3)

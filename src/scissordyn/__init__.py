@@ -69,6 +69,7 @@ if TYPE_CHECKING:
     from scissordyn.model.payload import with_panels, with_payload
     from scissordyn.model.scissor import scissor
     from scissordyn.plot.preview import preview
+    from scissordyn.simulation.batch import simulate_many
     from scissordyn.simulation.constrained_contact import constrain_contact
     from scissordyn.simulation.cycles import cycle
     from scissordyn.simulation.feed_forward import feed_forward
@@ -166,6 +167,7 @@ __all__ = [
     "section",
     "separation_exponent",
     "simulate",
+    "simulate_many",
     "slider_crank",
     "spectrum",
     "stroboscopic",
@@ -241,6 +243,7 @@ _HOMES = {
     "model.payload": ("with_panels", "with_payload"),
     "plot.preview": ("preview", "preview_svg"),
     "model.scissor": ("scissor",),
+    "simulation.batch": ("simulate_many",),
     "simulation.cycles": ("cycle",),
     "simulation.feed_forward": ("feed_forward",),
     "simulation.constrained_contact": ("constrain_contact",),

@@ -57,11 +57,11 @@ class InputError(ScissordynError, ValueError):
         The given value, with its name.
     allowed : str, optional
         The allowed values.
-    type_this : str, optional
+    type_this : str or units.Sample, optional
         An example that the user can type.
     """
 
-    def __init__(self, what: str, allowed: str = "", type_this: str = "") -> None:
+    def __init__(self, what: str, allowed: str = "", type_this: object = "") -> None:
         parts = [what.rstrip(".")]
         if allowed:
             parts.append(f"allowed: {allowed}")
@@ -71,7 +71,7 @@ class InputError(ScissordynError, ValueError):
         self.what, self.allowed, self.type_this = what, allowed, type_this
 
 
-def did_you_mean(name: str, known: Iterable[str]) -> str:
+def did_you_mean(name: object, known: Iterable[str]) -> str:
     """The known name nearest to `name`, as a question to append to a message, or nothing."""
-    near = get_close_matches(name, list(known), n=1, cutoff=0.5)
+    near = get_close_matches(str(name), list(known), n=1, cutoff=0.5)
     return f" (did you mean '{near[0]}'?)" if near else ""

@@ -5,25 +5,91 @@ Inside the package every number is SI and every angle is in radians.
 
 from __future__ import annotations
 
+import dataclasses
+import functools
+import inspect
 import math
-from dataclasses import dataclass, fields
+import re
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
 from functools import cache
-from numbers import Real
-from typing import Annotated, Any, get_args, get_origin, get_type_hints
+from typing import Annotated, Any, Literal, ParamSpec, TypeVar, get_args, get_origin, get_type_hints
 
-from scissordyn.errors import InputError
+from scissordyn.annotation import MismatchError, accepted, in_words, is_number, plain_hint, shown
+from scissordyn.errors import InputError, did_you_mean
 
-__all__ = ["Pairs", "Quantity", "check_quantities", "degrees", "quantities", "rpm"]
+__all__ = [
+    "Meaning",
+    "Pairs",
+    "Quantity",
+    "Sample",
+    "check_quantities",
+    "checked",
+    "degrees",
+    "quantities",
+    "rpm",
+]
+
+RANGES: Mapping[str, tuple[float, float]] = {
+    "1": (1e-12, 1e12),
+    "m": (1e-12, 1e6),
+    "s": (1e-12, 1e9),
+    "kg": (1e-12, 1e9),
+    "kg m^2": (1e-24, 1e15),
+    "rad": (1e-12, 1e9),
+    "rad/s": (1e-9, 1e7),
+    "m/s": (1e-12, 1e5),
+    "m/s^2": (1e-12, 1e6),
+    "N": (1e-12, 1e12),
+    "N m": (1e-12, 1e12),
+}
+"""By unit, the smallest number above zero and the largest of any machine, with orders of magnitude to spare. Numbers beyond
+them are slips, and their powers leave the range of floating-point numbers. Bounds that a field declares take precedence."""
+
+ANY_RANGE = (1e-30, 1e30)
+"""The same for units that are not listed."""
 
 
 def degrees(angle: float) -> float:
     """An angle in degrees as radians [rad]."""
-    return math.radians(angle)
+    return math.radians(_plain("degrees", angle))
 
 
 def rpm(speed: float) -> float:
     """A speed in revolutions per minute as angular velocity [rad/s]."""
-    return speed * 2.0 * math.pi / 60.0
+    return _plain("rpm", speed) * 2.0 * math.pi / 60.0
+
+
+def _plain(function: str, value: Any) -> float:
+    if not is_number(value):
+        number = LEADING_NUMBER.match(value) if isinstance(value, str) else None
+        raise InputError(f"{function}({shown(value)})", "a number", f"{function}({number[0].strip() if number else 30})")
+    return float(value)
+
+
+LEADING_NUMBER = re.compile(r"\s*[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?")
+
+
+@dataclass(frozen=True)
+class Sample:
+    """A value that the user can type; as text it is Python, a reader of case files writes it with its unit.
+
+    Parameters
+    ----------
+    key : str
+    value : float
+        In SI.
+    unit : str
+        SI unit.
+    """
+
+    key: str
+    value: float
+    unit: str
+
+    def __str__(self) -> str:
+        written = {"rad": f"degrees({math.degrees(self.value):.6g})", "rad/s": f"rpm({self.value * 30.0 / math.pi:.6g})"}
+        return f"{self.key}={written.get(self.unit, f'{self.value:.6g}')}"
 
 
 @dataclass(frozen=True)
@@ -39,7 +105,7 @@ class Quantity:
     above, below : float, optional
         Open bounds.
     minimum, maximum : float, optional
-        Closed bounds.
+        Closed bounds. Where no bound is given, and for ``above=0.0``, that of `RANGES` for the unit.
     help : str
         Description of the number in one line.
     """
@@ -50,6 +116,16 @@ class Quantity:
     minimum: float | None = None
     maximum: float | None = None
     help: str = ""
+
+    def __post_init__(self) -> None:
+        smallest, largest = RANGES.get(self.unit, ANY_RANGE)
+        if self.above == 0.0 and self.minimum is None:
+            object.__setattr__(self, "above", None)
+            object.__setattr__(self, "minimum", smallest)
+        if self.above is None and self.minimum is None:
+            object.__setattr__(self, "minimum", -largest)
+        if self.below is None and self.maximum is None:
+            object.__setattr__(self, "maximum", largest)
 
     @property
     def allowed(self) -> str:
@@ -64,8 +140,12 @@ class Quantity:
 
     def admits(self, value: float) -> bool:
         """Whether `value` is a finite number inside the bounds."""
+        try:
+            number = float(value)
+        except OverflowError:
+            return False
         return (
-            math.isfinite(value)
+            math.isfinite(number)
             and (self.above is None or value > self.above)
             and (self.below is None or value < self.below)
             and (self.minimum is None or value >= self.minimum)
@@ -103,38 +183,133 @@ def quantities(described: type) -> dict[str, Quantity]:
     return found
 
 
+@dataclass(frozen=True)
+class Meaning:
+    """What a value other than a number means: ``Annotated[Friction, Meaning("a friction law", "LuGre(kinetic=0.1)")]``.
+
+    Parameters
+    ----------
+    help : str
+        One line.
+    example : str
+        A value as Python.
+    """
+
+    help: str
+    example: str = ""
+
+
+Arguments = ParamSpec("Arguments")
+Result = TypeVar("Result")
+
+
+def checked(function: Callable[Arguments, Result]) -> Callable[Arguments, Result]:
+    """A function whose arguments are first compared with their annotations; one that does not fit is an `InputError`."""
+    signature, name = inspect.signature(function), getattr(function, "__name__", "")
+
+    @functools.wraps(function)
+    def compared(*given: Arguments.args, **named: Arguments.kwargs) -> Result:
+        bound, hints = signature.bind(*given, **named), _hints(function)
+        for key, value in bound.arguments.items():
+            parameter = signature.parameters[key]
+            if key == "self" or parameter.kind is parameter.VAR_KEYWORD or value is parameter.default:
+                continue
+            if parameter.kind is parameter.VAR_POSITIONAL:
+                bound.arguments[key] = tuple(_fitted(f"{name}()", key, each, hints[key]) for each in value)
+            elif key in hints:
+                bound.arguments[key] = _fitted(f"{name}()", key, value, hints[key])
+        return function(*bound.args, **bound.kwargs)
+
+    return compared
+
+
 @cache
-def _whole(described: type) -> frozenset[str]:
-    """The fields of a dataclass that hold whole numbers."""
-    hints = get_type_hints(described, include_extras=True)
-    return frozenset(name for name, hint in hints.items() if get_origin(hint) is Annotated and get_args(hint)[0] is int)
+def _hints(described: Any) -> Mapping[str, Any]:
+    return get_type_hints(described, include_extras=True)
+
+
+@cache
+def _extras(hint: Any) -> tuple[Any, ...]:
+    """What the annotations of a hint, or of the members of a union, say beyond its type."""
+    return tuple(extra for layer in (hint, *get_args(hint)) if get_origin(layer) is Annotated for extra in get_args(layer)[1:])
 
 
 def check_quantities(instance: Any, named: str = "") -> None:
-    """Raise `InputError` for the first field of a dataclass instance outside its declared bounds; `named` is its owner.
+    """Raise `InputError` for the first field of a dataclass instance that does not fit its annotation; `named` is its owner.
 
-    Numbers of other libraries, such as numpy's, become Python's own.
+    Numbers of other libraries, such as numpy's, become Python's own, lists become tuples.
     """
     described: type = type(instance)
-    declared, owner = quantities(described), named or described.__name__
-    for field in fields(instance):
+    hints, owner = _hints(described), named or described.__name__
+    for field in dataclasses.fields(instance):
+        if not field.init:
+            continue
         value = getattr(instance, field.name)
-        if field.name not in declared or value is None:
-            continue
-        quantity = declared[field.name]
-        if isinstance(value, tuple):
-            if len(value) != 2 or not all(_is_number(part) and quantity.admits(float(part)) for part in value):
-                raise InputError(f"{owner}: {field.name} = {value!r}", f"two of: {quantity.allowed}")
-            if not all(type(part) in (int, float) for part in value):
-                object.__setattr__(instance, field.name, tuple(map(float, value)))
-            continue
-        if not _is_number(value) or not quantity.admits(float(value)):
-            raise InputError(f"{owner}: {field.name} = {value!r}", f"{field.name} must be {quantity.allowed}")
-        if field.name in _whole(described) and float(value) != int(value):
-            raise InputError(f"{owner}: {field.name} = {value!r}", f"{field.name} must be a whole number, {quantity.allowed}")
-        if type(value) not in (int, float):
-            object.__setattr__(instance, field.name, int(value) if field.name in _whole(described) else float(value))
+        fitting = _fitted(owner, field.name, value, hints[field.name], field)
+        if fitting is not value:
+            object.__setattr__(instance, field.name, fitting)
 
 
-def _is_number(value: object) -> bool:
-    return isinstance(value, Real) and not isinstance(value, bool)
+def _fitted(owner: str, name: str, value: Any, hint: Any, field: Any = None) -> Any:
+    """A value that fits its annotation, as Python's own; otherwise an `InputError`."""
+    quantity = next((extra for extra in _extras(hint) if isinstance(extra, Quantity)), None)
+    try:
+        fitting = accepted(value, hint)
+    except MismatchError:
+        if quantity is not None:
+            raise _out_of_bounds(owner, name, value, hint, quantity) from None
+        near = did_you_mean(value, get_args(plain_hint(hint))) if get_origin(plain_hint(hint)) is Literal else ""
+        example = _example(name, value, hint, field)
+        raise InputError(f"{owner}: {name} = {shown(value)}{near}", _allowed(hint), example) from None
+    if quantity is None or fitting is None:
+        return fitting
+    numbers = fitting if isinstance(fitting, tuple) else (fitting,)
+    if not all(quantity.admits(number) for number in numbers):
+        raise _out_of_bounds(owner, name, value, hint, quantity)
+    return fitting
+
+
+def _allowed(hint: Any) -> str:
+    """An annotation in words; for a protocol, whose name says nothing to a user, what it means."""
+    meant = next((extra.help for extra in _extras(hint) if isinstance(extra, Meaning)), "")
+    return meant if meant and getattr(plain_hint(hint), "_is_protocol", False) else in_words(hint)
+
+
+def _out_of_bounds(owner: str, name: str, value: Any, hint: Any, quantity: Quantity) -> InputError:
+    plain = plain_hint(hint)
+    allowed = f"{name} must be {'a whole number, ' if plain is int else ''}{quantity.allowed}"
+    if get_origin(plain) is tuple:
+        allowed = f"{'several' if ... in get_args(plain) else 'two'} of: {quantity.allowed}"
+    sample: Sample | str = ""
+    if isinstance(value, str) and plain is not int:
+        sample = _as_number(name, value, quantity)
+    return InputError(f"{owner}: {name} = {shown(value)}", allowed, sample)
+
+
+def _as_number(name: str, text: str, quantity: Quantity) -> Sample | str:
+    """What to write in Python in place of a number with its unit."""
+    found = LEADING_NUMBER.match(text)
+    number, unit = (float(found[0]), text[found.end() :].strip()) if found else (math.nan, "")
+    factor = {"deg": math.radians(1.0), "rpm": math.pi / 30.0, "mm": 1e-3, "ms": 1e-3, quantity.unit: 1.0, "": 1.0}.get(unit)
+    value = number * factor if factor is not None and math.isfinite(number) else math.nan
+    return Sample(name, value, quantity.unit) if quantity.admits(value) else f"{name}=NUMBER"
+
+
+def _example(name: str, value: Any, hint: Any, field: Any) -> str:
+    """What to write in Python in place of a value of another type."""
+    meant = next((extra.example for extra in _extras(hint) if isinstance(extra, Meaning) and extra.example), "")
+    if isinstance(value, type):
+        try:
+            accepted(value(), hint)
+        except Exception:  # whatever a class without its arguments raises: then it is no example
+            pass
+        else:
+            return f"{name}={value.__name__}()"
+    if not meant and isinstance(value, str) and plain_hint(hint) == tuple[str, str] and "." in value:
+        body, _, point = value.rpartition(".")
+        meant = f'("{body}", "{point}")'
+    if not meant and field is not None and field.default_factory is not dataclasses.MISSING:
+        meant = f"{field.default_factory.__name__}()" if isinstance(field.default_factory, type) else ""
+    if not meant or "=" in meant.partition("(")[0]:
+        return meant
+    return f"{name}={meant}"

@@ -43,7 +43,7 @@ def refused(capsys: pytest.CaptureFixture[str], *arguments: str) -> str:
 
 
 def test_run_shows_its_contacts_and_saves(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    """Published number: the first contact of theory.md section 7, as printed; and the file holds the same."""
+    """Cross-check: the first contact of docs/reference.md, as printed; and the file holds the same."""
     assert status_of(["run", str(PAPER), "-o", "run.nc", *SHORT]) == 0
     shown = capsys.readouterr()
     assert "1.3651" in shown.out

@@ -14,7 +14,7 @@ from scissordyn.control.tracking.pid import PID
 from scissordyn.integrate.history import NODES, TRANSFORM, make_history
 from scissordyn.mechanics import functions
 
-REFERENCE = Harmonic(mean=0.5, amplitude=0.3, frequency=20.0, phase=0.2)
+REFERENCE = Harmonic(mean=0.5, amplitude=0.3, angular_frequency=20.0, phase=0.2)
 TIME = 0.3
 
 

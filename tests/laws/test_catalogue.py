@@ -33,7 +33,7 @@ def answer(kind, kernel_kind, p, states=0):
 
 
 def test_everything_is_there():
-    """Identity: the catalogue holds what the theory page lists."""
+    """Identity: the catalogue holds the laws of this list, no more and no fewer."""
     assert set(catalogue.ELASTIC) == {
         *("bai-zhao-as-printed", "braendlein", "dubowsky-freudenstein", "esdu-78035", "hertz", "johnson"),
         *("linear", "liu", "pereira", "persson", "power", "radzimovsky"),
@@ -113,7 +113,7 @@ def test_unknown_names(kind, name, says):
 
 
 def test_materials():
-    """Published number: E* of the materials' pairs; steel on steel is 113.7363 GPa (theory page, section 3)."""
+    """Published number: E* of the materials' pairs; steel on steel is 113.7363 GPa (docs/reference.md)."""
     assert JOINT.modulus == pytest.approx(1.137363e11, rel=1e-6)
     materials = catalogue.MATERIALS
     assert {"steel", "aluminium", "titanium", "bronze", "ptfe", "cfrp"} <= set(materials)

@@ -52,7 +52,7 @@ def by_name(law):
 def test_figures(law, figure):
     """Published number: f at delta = 10 um, c = 0.5 mm, R_B = 10 mm, steel, per metre of length (the Hertz sphere: in all).
 
-    The figures come from an independent evaluation of the printed laws (theory page, section 3.1), five digits each.
+    The figures come from an independent evaluation of the printed laws (docs/reference.md), five digits each.
     """
     assert force(law, 1e-5, UNIT_LENGTH) == pytest.approx(figure, rel=1e-4 / 1.7)
 

@@ -153,7 +153,7 @@ def test_lugre_stick_slip_reference():
     """Published number: Canudas de Wit et al. 1995, doi:10.1109/9.376053: a mass pulled by a spring at 0.1 m/s.
 
     m = 1 kg, k = 2 N/m, sigma_0 = 1e5, sigma_1 = sqrt(1e5), sigma_2 = 0.4, F_C = 1 N, F_S = 1.5 N, v_s = 1 mm/s; after 25 s
-    x = 1.908839199 m and z = 1.18167955e-5 m (theory page, section 4). By scipy's Radau at 1e-10.
+    x = 1.908839199 m and z = 1.18167955e-5 m (docs/reference.md, friction). By scipy's Radau at 1e-10.
     """
     law = LuGre(kinetic=1.0, static=1.5, bristle_damping=math.sqrt(1e5), viscous=0.4, damping_speed=1e6)
     sliding = Sliding(law, normal=1.0)

@@ -129,7 +129,7 @@ def test_latch_of_an_array_keeps_momentum():
 
 @pytest.mark.parametrize("method", METHODS)
 def test_angle_stop_returns_its_restitution(method):
-    """Exact relation of the damping factor: ln[(1+xi)/(1-xi e)] = xi (1+e) without other forces (theory section 3.2)."""
+    """Exact relation of the damping factor: ln[(1+xi)/(1-xi e)] = xi (1+e) without other forces (docs/reference.md)."""
     rod = dataclasses.replace(sd.bar("rod", length=1.0, mass=2.0), angular_velocity=3.0)
     stop = sd.AngleStop("stop", "rod", angle=0.4, stiffness=1e5, restitution=0.6)
     run = sd.simulate(
@@ -189,7 +189,7 @@ def test_no_equilibrium_without_support():
 
 
 def test_constrained_contact_published_figures():
-    """Published numbers (theory section 5): N from 3256.9 to 7542.2 N and the torque from 4528.6 to 9021.4 N m over 50 ms."""
+    """Published numbers (docs/reference.md): N from 3256.9 to 7542.2 N and the torque from 4528.6 to 9021.4 N m over 50 ms."""
     run = sd.simulate(sd.constrain_contact(paper()), until=0.05, samples=5001)
     force, torque = run["rod_force"].isel(rod=0), run["drive_torque"]
     assert [float(force.min()), float(force.max())] == pytest.approx([3256.9, 7542.2], rel=1e-4)
@@ -199,7 +199,7 @@ def test_constrained_contact_published_figures():
 
 
 def test_constrained_contact_warns_of_negative_force():
-    """Started at -90 degrees the scheme fails (theory section 5), and the run names joint, time and force."""
+    """Started at -90 degrees the scheme fails (docs/reference.md), and the run names joint, time and force."""
     run = sd.simulate(sd.constrain_contact(paper(), direction=-math.pi / 2), until=0.05)
     assert float(run["rod_force"].min()) < 0.0
     (sentence,) = json.loads(run.attrs["warnings"])

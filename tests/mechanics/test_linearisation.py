@@ -15,7 +15,7 @@ EDGE = 2e-5
 
 def touching_state(joint, units, rng):
     """A random state of an array in which a joint with friction touches, its handle and its size."""
-    drive = Harmonic(mean=0.5, amplitude=0.3, frequency=40.0, phase=0.2)
+    drive = Harmonic(mean=0.5, amplitude=0.3, angular_frequency=40.0, phase=0.2)
     arm = scissor(units=units, angle=0.5 + 0.3 * np.sin(0.2)).driven(drive)
     mechanism = arm.with_clearance(joint, Clearance(5e-4, friction=LuGre(0.1)))
     handle, state = at_start(mechanism)

@@ -34,7 +34,7 @@ def floating(clearance):
 def crank_and_block(clearance):
     """A slider-crank whose slider is a block in a channel."""
     linkage = slider_crank(gravity=9.81, angle=0.5, slider_inertia=2e-5)
-    drive = Harmonic(mean=0.5 - 0.3 * np.sin(0.2), amplitude=0.3, frequency=20.0, phase=0.2)
+    drive = Harmonic(mean=0.5 - 0.3 * np.sin(0.2), amplitude=0.3, angular_frequency=20.0, phase=0.2)
     return linkage.driven(drive).with_clearance("guide", clearance)
 
 

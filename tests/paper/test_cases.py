@@ -47,9 +47,9 @@ def test_the_oscillation_is_as_fast_as_the_stroke():
     case = PaperCase(speed=rpm(250), choice=Choice(angle=degrees(45), travel="oscillating"))
     motion = case.described().mechanism.drives[0].motion
     assert isinstance(motion, Harmonic)
-    assert motion.amplitude * motion.frequency == pytest.approx(rpm(250), rel=1e-11)
+    assert motion.amplitude * motion.angular_frequency == pytest.approx(rpm(250), rel=1e-11)
     assert motion.mean == pytest.approx(degrees(45), rel=1e-14)
-    assert case.until * motion.frequency == pytest.approx(4.0 * math.pi, rel=1e-11)
+    assert case.until * motion.angular_frequency == pytest.approx(4.0 * math.pi, rel=1e-11)
 
 
 def test_no_run_meets_the_change_point():

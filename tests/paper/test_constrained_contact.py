@@ -28,7 +28,7 @@ def test_the_eccentricity_is_that_of_the_lagrange_coordinates(runs):
 
 
 def test_force_and_torque_are_the_reference(runs):
-    """Published number: N from 3256.9 to 7542.2 N, torque from 4528.6 to 9021.4 N m (theory of the project, section 5)."""
+    """Published number: N from 3256.9 to 7542.2 N, torque from 4528.6 to 9021.4 N m (docs/reference.md)."""
     run = runs[PaperCase(constrained=True)]
     force, torque = run["normal_force"].sel(joint="A").values, run["drive_torque"].values
     assert (force.min(), force.max()) == pytest.approx((3256.9, 7542.2), rel=2e-5)
@@ -55,7 +55,7 @@ def test_a_constrained_run_has_figures_of_merit(runs):
 
 @pytest.mark.parametrize("size", CONTROLLED)
 def test_the_start_alone_keeps_contact(size):
-    """Limit: started in the same contact without control, the joint does not open either (theory of the project, section 5)."""
+    """Limit: started in the same contact without control, the joint does not open either (docs/reference.md)."""
     run = compute(PaperCase(size, start="in-contact"), trust=False)
     found = measure(run, compute(PaperCase(None), trust=False))
     assert (found.impacts, found.whole_fraction) == (1, pytest.approx(1.0))

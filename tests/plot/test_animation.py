@@ -44,16 +44,18 @@ def test_bodies_and_pins_are_where_the_run_has_them(run: xr.Dataset, arm: Mechan
     """Cross-check: each frame against the placement of the static pictures."""
     shapes = {shape.name: shape for shape in scene.shapes}
     for frame, sample in enumerate(FRAMES.tolist()):
-        placed = Placement.at(arm, run, sample)
+        placed = Placement.at(arm, run, [sample])
         for body in arm.bodies:
             points = shapes[body.name].points[frame]
-            wanted = placed.points(body, outline(body))
+            wanted = placed.points(body.name, outline(body))[0]
             if shapes[body.name].kind == "block":
                 points = points.mean(axis=0, keepdims=True)
             np.testing.assert_allclose(points, wanted, atol=1e-13)
-        np.testing.assert_allclose(scene.pins[frame], [placed.place(joint.bearing) for joint in arm.ideal_joints], atol=1e-13)
-        np.testing.assert_allclose(scene.clearance_joints[0].place[frame], placed.place(arm.joint("A").bearing), atol=1e-13)
-        np.testing.assert_allclose(shapes["rope"].points[frame, [0, -1]], [[0.0, 0.0], placed.centre["slider"]], atol=1e-13)
+        np.testing.assert_allclose(
+            scene.pins[frame], [placed.place(joint.bearing)[0] for joint in arm.ideal_joints], atol=1e-13
+        )
+        np.testing.assert_allclose(scene.clearance_joints[0].place[frame], placed.place(arm.joint("A").bearing)[0], atol=1e-13)
+        np.testing.assert_allclose(shapes["rope"].points[frame, [0, -1]], [[0.0, 0.0], placed.centre("slider")[0]], atol=1e-13)
 
 
 def test_everything_stays_inside_the_picture(scene: Scene) -> None:
@@ -109,7 +111,7 @@ def test_gif_has_every_frame(run: xr.Dataset, arm: Mechanism, tmp_path: Path) ->
     assert [found.name for found in tmp_path.iterdir()] == ["film.gif"]
 
 
-@pytest.mark.skipif(not FFMpegWriter.isAvailable(), reason="ffmpeg is not on this machine")
+@pytest.mark.skipif(not FFMpegWriter.isAvailable(), reason="no ffmpeg on this machine: apt-get install ffmpeg")
 def test_mp4_is_a_film(run: xr.Dataset, arm: Mechanism, tmp_path: Path) -> None:
     """Identity: what ffmpeg reads back."""
     path = animate(run, arm, tmp_path / "film.mp4", seconds=0.4, rate=10)
@@ -179,7 +181,7 @@ def test_names_cannot_break_a_page(run: xr.Dataset) -> None:
     assert "real time" in text
 
 
-@pytest.mark.skipif(CHROMIUM is None, reason="no chromium on this machine")
+@pytest.mark.skipif(CHROMIUM is None, reason="no chromium on this machine: apt-get install chromium")
 def test_a_browser_shows_the_frame_that_is_asked_for(scene: Scene, tmp_path: Path) -> None:
     """Cross-check: what the player has put into the page, in a browser, against the scene."""
     (tmp_path / "film.html").write_text(page(scene, 25, 120.0), encoding="utf-8")

@@ -1,5 +1,7 @@
 """Pictures show the data they were given, named and with units, and can be read."""
 
+import dataclasses
+import io
 import math
 from pathlib import Path
 
@@ -12,7 +14,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
-from scissordyn.errors import InputError
+from scissordyn.errors import InputError, printable
 from scissordyn.model.body import Body, bar, point_mass
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.plot.energy import energy
@@ -25,7 +27,7 @@ from scissordyn.plot.response import response
 from scissordyn.plot.scale import engineering
 from scissordyn.plot.series import BEYOND, MOST_JOINTS, chosen_joints
 from scissordyn.plot.structure import GAP, magnified, snapshot, structure
-from scissordyn.plot.style import SKY, VERMILION
+from scissordyn.plot.style import SKY, VERMILION, literal
 from scissordyn.plot.torque import torque
 
 from .made_up import CLEARANCE, CLEARANCE_JOINTS, END, made_up, mechanism_with, overlaps
@@ -272,13 +274,15 @@ def test_bars_are_drawn_where_they_are(run: xr.Dataset, arm: Mechanism) -> None:
 
 def test_turned_frame(run: xr.Dataset, arm: Mechanism) -> None:
     """Closed form: a body turned by a quarter rotates its points by a quarter revolution about its mass centre."""
-    placed = Placement.at(arm, run, 0)
-    quarter = Placement(arm, placed.centre, {**placed.angle, "unit 1/bar 1": math.pi / 2})
-    middle = placed.centre["unit 1/bar 1"]
-    np.testing.assert_allclose(quarter.place(("unit 1/bar 1", "end")), np.add(middle, [0.0, 1.0]), atol=1e-15)
-    aside = quarter.points(arm.body("unit 1/bar 1"), np.array([[1.0, 0.5]]))
-    np.testing.assert_allclose(aside, [np.add(middle, [-0.5, 0.0])], atol=1e-15)
-    np.testing.assert_array_equal(quarter.place(("ground", "origin")), [0.0, 0.0])
+    placed = Placement.at(arm, run, [0])
+    turned = placed.angles.copy()
+    turned[:, placed.index["unit 1/bar 1"]] = math.pi / 2
+    quarter = dataclasses.replace(placed, angles=turned)
+    middle = placed.centre("unit 1/bar 1")
+    np.testing.assert_allclose(quarter.place(("unit 1/bar 1", "end")), np.add(middle, [[0.0, 1.0]]), atol=1e-15)
+    aside = quarter.points("unit 1/bar 1", np.array([[1.0, 0.5]]))
+    np.testing.assert_allclose(aside, [np.add(middle, [[-0.5, 0.0]])], atol=1e-15)
+    np.testing.assert_array_equal(quarter.place(("ground", "origin")), [[0.0, 0.0]])
 
 
 def test_outlines() -> None:
@@ -385,10 +389,31 @@ def test_every_legend_entry_looks_different(run: xr.Dataset, ideal: xr.Dataset, 
 
 
 def test_one_sample() -> None:
-    """Limit: a run that failed at its start can be drawn too."""
+    """Limit: a run that failed at its start can be drawn too: each curve is the one value that the run has."""
     short = made_up().isel(time=[0])
-    for drawn in figures(short, None, mechanism_with(("A",))).values():
-        drawn[0].get_figure(root=True).draw_without_rendering()
+    drawn = figures(short, None, mechanism_with(("A",)))
+    for name, axes in drawn.items():
+        picture = io.BytesIO()
+        axes[0].get_figure(root=True).savefig(picture, format="svg")
+        assert b"</svg>" in picture.getvalue(), name
+    line = curve(drawn["torque"][0], "with clearance")
+    assert line.get_xdata().tolist() == [0.0]
+    assert line.get_ydata().tolist() == pytest.approx([1e-3 * float(short["drive_torque"][0])], rel=1e-12)  # in kN m
+
+
+@pytest.mark.parametrize("name", [r"$\frac{$", "a $ b", "[/red]pin", "\x1b[31m\x00m", r"$\alpha$", r"a\$b", "{x}^_%"])
+def test_names_are_text(name: str, run: xr.Dataset, arm: Mechanism) -> None:
+    """Identity: a joint's name is drawn as it is written, not as a formula; a control character as its code."""
+    joints = tuple(dataclasses.replace(joint, name=name) if joint.name == "A" else joint for joint in arm.joints)
+    named = run.assign_coords(joint=[name if old == "A" else old for old in run["joint"].values.tolist()])
+    named["contact_joint"] = named["contact_joint"].astype(object).where(named["contact_joint"] != "A", name)
+    changed = dataclasses.replace(arm, joints=joints)
+    shown = figures(named, None, changed)
+    for axes in (*shown.values(), [magnified(named, changed, 0, name, axes=Figure().subplots())]):
+        figure = axes[0].get_figure(root=True)
+        figure.savefig(io.BytesIO(), format="svg")
+    text = next(text for text in shown["structure"][0].texts if text.get_text().startswith(literal(name)))
+    assert text._preprocess_math(text.get_text()) == (printable(name), False)
 
 
 @pytest.mark.parametrize("format", ["png", "svg"])

@@ -1,4 +1,4 @@
-"""A scissor array with clearance at the slider joint in minimal coordinates: Lagrange's equations of theory.md, section 1."""
+"""A scissor array with clearance at the slider joint in minimal coordinates: Lagrange's equations of docs/reference.md."""
 
 from __future__ import annotations
 

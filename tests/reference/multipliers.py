@@ -106,9 +106,12 @@ class Multipliers:
             return float(self.angle[self.driven[k]]) + described.speed * t, described.speed, 0.0
         if type(described).__name__ != "Harmonic":
             raise TypeError(f"no reference motion for {type(described).__name__}")
-        phase = described.frequency * t + described.phase
-        oscillation, turn = described.amplitude * math.sin(phase), described.amplitude * described.frequency * math.cos(phase)
-        return described.mean + oscillation, turn, -(described.frequency**2) * oscillation
+        phase = described.angular_frequency * t + described.phase
+        oscillation, turn = (
+            described.amplitude * math.sin(phase),
+            described.amplitude * described.angular_frequency * math.cos(phase),
+        )
+        return described.mean + oscillation, turn, -(described.angular_frequency**2) * oscillation
 
     def conditions(
         self, t: float, q: np.ndarray, v: np.ndarray, pins: Any

@@ -22,7 +22,7 @@ CASE = """
 kind = "scissor"
 angle = "45 deg"
 [drive]
-harmonic = { mean = "45 deg", amplitude = "10 deg", frequency = "8 Hz" }
+harmonic = { mean = "45 deg", amplitude = "10 deg", angular_frequency = "8 Hz" }
 [[clearance]]
 joint = "A"
 clearance = "0.5 mm"
@@ -147,13 +147,11 @@ def test_values_that_fail(impacting):
 def test_drive_and_function(impacting):
     """Identity: the period follows the frequency of the drive; a function of the value does the same as a path."""
     frequencies = (40.0, 60.0)
-    one = bifurcation(impacting, over="drive.frequency", values=frequencies, cycles=2, keep=2, workers=1)
+    one = bifurcation(impacting, over="drive.angular_frequency", values=frequencies, cycles=2, keep=2, workers=1)
     np.testing.assert_allclose(one["period"], 2.0 * np.pi / np.array(frequencies), rtol=1e-15)
 
     def faster(value):
-        from scissordyn.study.parameter import varied
-
-        return varied(impacting, "drive.frequency", value)
+        return impacting.replace("drive.angular_frequency", value)
 
     assert_same(bifurcation(impacting, over=faster, values=frequencies, cycles=2, keep=2, workers=1), one)
 

@@ -99,7 +99,7 @@ def test_momentum_of_mechanisms_with_friction(mechanism: Mechanism) -> None:
     assume(mechanism.clearance_joints)
     found = run(mechanism, 1e-8)
     assert_momentum_balances(found, mechanism)
-    assert np.max(np.abs(found["energy_residual"])) < 1e-6 * np.max(found["kinetic_energy"] + found["spring_energy"])
+    assert np.max(np.abs(found["energy_residual"])) < 1e-6 * np.max(found["kinetic_energy"] + found["stored_energy"])
 
 
 def floating_array(units: int) -> Mechanism:

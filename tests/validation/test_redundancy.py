@@ -82,7 +82,7 @@ def test_ring_energy(units: int) -> None:
 def test_reactions_at_the_folded_position() -> None:
     """Limit: where all bars of the N-four-bar lie on one line, reactions lose their determinacy there and nowhere else.
 
-    Started exactly on the line; conditions are one short of independent (theory, section 7: singular positions).
+    Started exactly on the line; conditions are one short of independent (docs/mechanisms.md: singular mechanisms).
     """
     upright = sd.n_four_bar(2, speed=0.0)
     flat = []
@@ -93,5 +93,5 @@ def test_reactions_at_the_folded_position() -> None:
     assert run.attrs["status"] == "complete"
     determined = np.all(np.isfinite(run["reaction"].values), axis=(1, 2))
     assert determined.tolist() == [False, True, True, True, True]
-    # the pendulum of the theory: th'' = -((N+1)/2 + N) g / (((N+1)/3 + N) L) at th = 0
+    # the pendulum of docs/reference.md: th'' = -((N+1)/2 + N) g / (((N+1)/3 + N) L) at th = 0
     assert run["angular_acceleration"].sel(body="crank 0").values[0] == pytest.approx(-3.5 * 9.81 / 3.0, rel=1e-12)

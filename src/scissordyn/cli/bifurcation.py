@@ -14,7 +14,7 @@ import typer
 from scissordyn.cli.interrupt import tell_where
 from scissordyn.cli.output import check_file
 from scissordyn.cli.status import DONE, INTERRUPTED, UNFINISHED
-from scissordyn.errors import InputError, printable
+from scissordyn.errors import InputError, did_you_mean, printable
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -24,7 +24,7 @@ __all__ = ["bifurcation"]
 
 def bifurcation(
     case: Annotated[Path, typer.Argument(help="A case file with a periodic drive.")],
-    over: Annotated[str, typer.Option(help="The varied parameter, as in A.clearance, A.friction.kinetic or drive.frequency.")],
+    over: Annotated[str, typer.Option(help="The varied parameter, as in A.clearance or drive.angular_frequency.")],
     first: Annotated[str, typer.Option("--from", metavar="VALUE", help="First value, with its unit.")],
     last: Annotated[str, typer.Option("--to", metavar="VALUE", help="Last value, with its unit.")],
     values: Annotated[int, typer.Option(help="Number of values.", min=2)] = 300,
@@ -55,11 +55,16 @@ def bifurcation(
     import numpy as np
 
     from scissordyn.config.file import read_case
+    from scissordyn.model.address import number
+    from scissordyn.simulation.cycles import recorded
     from scissordyn.study.bifurcation import bifurcation as compute
-    from scissordyn.study.parameter import parameter
 
     described = read_case(case, list(change or []))
-    quantity = parameter(described.mechanism, over).quantity
+    quantity = number(described.mechanism, over).quantity
+    assert quantity is not None
+    known = recorded(described.mechanism)
+    if variable and variable not in known:
+        raise InputError(f"--variable '{variable}'{did_you_mean(variable, known)}", ", ".join(known), f"--variable {known[0]}")
     ends = _number(first, quantity, "--from"), _number(last, quantity, "--to")
     tell_where("no value is kept" if output is None else f"what is done is in {output}, and the same command goes on from it")
     with _progress(values) as progress:

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 if TYPE_CHECKING:
+    from scissordyn.component.declaration import Component
     from scissordyn.component.time_function import TimeFunction
 
 __all__ = ["check"]
@@ -26,10 +27,13 @@ def check(
     from scissordyn.mechanics.build import acting
     from scissordyn.mechanics.reduce import reduce_mechanism
     from scissordyn.simulation.branching import drive_warnings
+    from scissordyn.simulation.time_functions import check_tables
     from scissordyn.simulation.trajectory import make_driver
 
     read = read_case(case, change or [])
     mechanism = read.mechanism
+    rods: tuple[Any, ...] = mechanism.rods  # type checkers do not see what makes them components
+    check_tables(mechanism, read.run.until)
     reduced = reduce_mechanism(mechanism)
     _, prepared, choice = make_driver(reduced, read.run)
 
@@ -40,7 +44,8 @@ def check(
         f"{reduced.free} free coordinates with {len(reduced.constraints)} quadratic constraints.",
     ]
     lines += [f"Drive of {drive.body}: {_in_words(drive.motion)}." for drive in mechanism.drives]
-    lines += [f"{part.declaration.label.capitalize()} {part.name}." for part in acting(mechanism)]
+    components: tuple[Component, ...] = (*acting(mechanism), *rods)
+    lines += [f"{part.declaration.label.capitalize()} {part.name}." for part in components]
     parts = [("Joint", joint.name, joint.clearance) for joint in mechanism.clearance_joints]
     for kind, name, gap in (*parts, *(("Guide", guide.name, guide.clearance) for guide in mechanism.guides)):
         if gap is None:

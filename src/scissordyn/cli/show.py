@@ -15,6 +15,7 @@ from rich.text import Text
 
 from scissordyn.cli.scale import column, short
 from scissordyn.errors import printable
+from scissordyn.simulation.warn import energy_turned_over
 
 __all__ = ["TextConsole", "console", "counted", "show_events", "show_summary"]
 
@@ -133,7 +134,7 @@ def show_summary(run: xr.Dataset, to: Console) -> None:
     parts += _locked_and_stopped(run)
     if run.sizes["time"]:
         residual = float(np.abs(run["energy_residual"].values).max())
-        turned_over = max(float(np.ptp(run[name].values)) for name in ("kinetic_energy", "potential_energy", "drive_work"))
+        turned_over = energy_turned_over(run)
         relative = f", {residual / turned_over:.1e} of the converted energy" if turned_over > 0.0 else ""
         parts.append(f"The energy balance closes to {short(residual, 'J')}{relative}.")
     if "trusted_until" in attributes:

@@ -61,6 +61,10 @@ class AngleStop:
         n.
     restitution : float
         Restitution coefficient.
+
+    References
+    ----------
+    Flores, Machado, Silva and Martins 2011, doi:10.1007/s11044-010-9237-4
     """
 
     name: str

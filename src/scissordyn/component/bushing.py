@@ -88,6 +88,10 @@ class Bushing:
     ------
     InputError
         If K or D has a negative eigenvalue.
+
+    References
+    ----------
+    Ambrósio and Verissimo 2009, doi:10.1007/s11044-009-9161-7, with constant stiffness and damping
     """
 
     name: str

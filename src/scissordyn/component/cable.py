@@ -57,6 +57,10 @@ class Cable:
         l_0 [m].
     damping : float
         d [N s/m].
+
+    References
+    ----------
+    Irvine 1981, Cable Structures, MIT Press: a taut cable with negligible weight
     """
 
     name: str

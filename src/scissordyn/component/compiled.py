@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import inspect
 import math
+import re
 from functools import cache
 from typing import Any
 
@@ -54,7 +55,12 @@ def _called(kernel: Kernel, declaration: Declaration, parameters: int, results: 
         arguments += [f"p[{k}]" for k in range(parameters)]
     answer = ", ".join(f"out[{k}]" for k in range(results))
     body = f"{answer} = own({', '.join(arguments)})"
-    return f"def kernel_{kernel.__name__}(q, v, z, x, p, out):\n    {body}\n"
+    return f"def {_name(kernel)}(q, v, z, x, p, out):\n    {body}\n"
+
+
+def _name(kernel: Kernel) -> str:
+    """Name of the function of one signature around a kernel; a lambda has none of its own."""
+    return "kernel_" + re.sub(r"\W", "_", kernel.__name__)
 
 
 def _compiled(kernel: Kernel, declaration: Declaration, parameters: int, results: int) -> Any:
@@ -67,7 +73,7 @@ def _compiled(kernel: Kernel, declaration: Declaration, parameters: int, results
         "__file__": file,
     }
     exec(compile(_called(kernel, declaration, parameters, results), file, "exec"), scope)
-    return callback(scope[f"kernel_{kernel.__name__}"], SIGNATURE, stored=ours)
+    return callback(scope[_name(kernel)], SIGNATURE, stored=ours)
 
 
 @cache

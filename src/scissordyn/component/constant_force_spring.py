@@ -45,6 +45,10 @@ class ConstantForceSpring:
         l_1 [m].
     damping : float
         d [N s/m].
+
+    References
+    ----------
+    Votta 1952, The theory and design of long-deflection constant-force spring elements, Trans. ASME 74, 439-450
     """
 
     name: str

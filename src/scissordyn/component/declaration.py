@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import dataclasses
 import inspect
+import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from types import MappingProxyType
 from typing import Any, ClassVar, Protocol, TypeVar, dataclass_transform, runtime_checkable
 
 from scissordyn.component.place import GROUND
-from scissordyn.component.port import PORTS, Output, Port
+from scissordyn.component.port import PORTS, TRAVEL, Output, Port
 from scissordyn.errors import InputError, did_you_mean
 from scissordyn.units import check_quantities, quantities
 
@@ -36,7 +37,8 @@ class Declaration:
     Parameters
     ----------
     section : str
-        Name of its table in a case file, and of its dimension in a run.
+        Name of its dimension in a run, with which the names of its variables begin; of the package's own also the name of the
+        table in a case file.
     label : str
         What messages call it.
     port : Port
@@ -57,7 +59,7 @@ class Declaration:
     passive : bool
         Whether it stores and dissipates energy; otherwise all its power counts as the work of a load.
     symbol : str
-        How pictures draw it.
+        How pictures draw it; one of the port's symbols.
     example : mapping
         What a case file may say for its keys.
     events : (str, str)
@@ -138,7 +140,7 @@ def component(
     force: Kernel | None = None,
     gap: Kernel | None = None,
     switch: Kernel | None = None,
-    section: str = "component",
+    section: str = "",
     label: str = "",
     outputs: tuple[Output, ...] = (),
     states: tuple[str, ...] = (),
@@ -154,8 +156,11 @@ def component(
     ----------
     port : Port or str
         How it is attached: "line", "hinge", "travel", "point" or "frame".
-    force, gap, switch, section, label, outputs, states, context, passive, symbol, example, events
+    force, gap, switch, outputs, states, context, passive, example, events
         See `Declaration`.
+    section, label, symbol : str, optional
+        See `Declaration`; by default the name of the class in lower case with underscores, the section with spaces, and the
+        first symbol of the port.
 
     Returns
     -------
@@ -164,7 +169,8 @@ def component(
     Raises
     ------
     InputError
-        If the class lacks a field that its port needs, or a kernel's arguments are not those that it is called with.
+        If the class lacks a field that its port needs, a kernel's arguments are not those that it is called with, or the port
+        has no such symbol.
     """
     if isinstance(port, str) and port not in PORTS:
         raise InputError(f"port = {port!r}{did_you_mean(port, PORTS)}", ", ".join(PORTS))
@@ -176,10 +182,10 @@ def component(
         made: Any = dataclass(frozen=True)(described)
         if not hasattr(made, "parameters"):
             made.parameters = _own_parameters
-        words = label or section.replace("_", " ") if section != "component" else label or made.__name__
+        named = section or re.sub(r"(?<=[a-z0-9])(?=[A-Z])", "_", made.__name__).lower()
         made.declaration = Declaration(
-            section,
-            words,
+            named,
+            label or named.replace("_", " "),
             chosen,
             force,
             gap,
@@ -188,7 +194,7 @@ def component(
             states,
             context,
             passive,
-            symbol or chosen.name,
+            symbol or chosen.symbols[0],
             example,
             events,
         )
@@ -206,6 +212,16 @@ def _check_fields(described: Any) -> None:
             f"component '{described.__name__}' with the port '{declaration.port.name}' has no field '{missing[0]}'",
             "the fields " + ", ".join(("name", *declaration.port.points, *declaration.port.turning)),
         )
+    if not declaration.section.isidentifier():
+        raise InputError(f"component '{described.__name__}': section = {declaration.section!r}", "letters, digits, underscores")
+    symbols = declaration.port.symbols
+    if declaration.symbol not in symbols:
+        raise InputError(
+            f"component '{described.__name__}': symbol = {declaration.symbol!r}{did_you_mean(declaration.symbol, symbols)}",
+            ", ".join(symbols),
+        )
+    if declaration.port is TRAVEL and declaration.symbol == "stop" and "limit" not in names:
+        raise InputError(f"component '{described.__name__}', drawn as a stop, has no field 'limit'", "where the stop is [m]")
     unknown = [name for name in declaration.context if name not in CONTEXT]
     if unknown:
         raise InputError(f"context {unknown[0]!r}{did_you_mean(unknown[0], CONTEXT)}", ", ".join(CONTEXT))

@@ -47,6 +47,10 @@ class Force:
         Whether it turns with the body.
     time_function : TimeFunction, optional
         A factor over time; 1 if not given.
+
+    References
+    ----------
+    García de Jalón and Bayo 1994, Kinematic and Dynamic Simulation of Multibody Systems, doi:10.1007/978-1-4612-2600-0
     """
 
     name: str

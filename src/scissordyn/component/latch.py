@@ -46,6 +46,10 @@ class Latch:
         The base may be "ground".
     angle : float
         Of the body against its base where it locks, turns counted [rad].
+
+    References
+    ----------
+    García de Jalón and Bayo 1994, Kinematic and Dynamic Simulation of Multibody Systems, doi:10.1007/978-1-4612-2600-0
     """
 
     name: str

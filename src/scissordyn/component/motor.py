@@ -42,6 +42,10 @@ class Motor:
         Largest torque in either sense [N m].
     inertia : float
         Of the rotor, turning with the body [kg m^2].
+
+    References
+    ----------
+    Hughes and Drury 2013, Electric Motors and Drives, 4th edition, Newnes
     """
 
     name: str

@@ -55,6 +55,8 @@ class Port:
     turning : tuple of str
         Fields that name a body which must have an angle, the one that may not be the ground first.
     outputs : tuple of Output
+    symbols : tuple of str
+        How pictures can draw a component with this port; the first is the default.
     """
 
     name: str
@@ -65,6 +67,7 @@ class Port:
     points: tuple[str, ...] = ()
     turning: tuple[str, ...] = ()
     outputs: tuple[Output, ...] = ()
+    symbols: tuple[str, ...] = ()
 
 
 LINE = Port(
@@ -78,6 +81,7 @@ LINE = Port(
         Output("force", "N", "force along the line, positive in tension"),
         Output("length", "m", "distance of the two points", coordinate=True),
     ),
+    symbols=("line", "spring", "cable", "coil", "rod"),
 )
 """Two points: their distance [m], and a tension [N] that pulls them together."""
 
@@ -92,6 +96,7 @@ HINGE = Port(
         Output("torque", "N m", "torque on the body"),
         Output("angle", "rad", "angle of the body against its base", coordinate=True),
     ),
+    symbols=("hinge", "spiral", "tape", "arc", "motor", "stop", "latch"),
 )
 """Two bodies: the angle of the body against its base [rad], turns counted, and a torque on the body [N m]."""
 
@@ -106,6 +111,7 @@ TRAVEL = Port(
         Output("force", "N", "force along the direction of travel"),
         Output("travel", "m", "coordinate along the direction of travel", coordinate=True),
     ),
+    symbols=("travel", "stop"),
 )
 """A point and a fixed direction: the coordinate of the point along it [m], and a force along it [N]."""
 
@@ -117,6 +123,7 @@ POINT = Port(
     ("force_x", "force_y"),
     points=("point",),
     outputs=(Output("force", "N", "force on the point", components=2),),
+    symbols=("arrow",),
 )
 """A point of a body: its place in the fixed frame [m], the direction of the body's x axis, and a force on it [N]."""
 
@@ -133,6 +140,7 @@ FRAME = Port(
         Output("displacement", "m", "of the end from the start, along the axes of the start's body", 0, 2, coordinate=True),
         Output("angle", "rad", "angle of the end's body against the start's", first=2, coordinate=True),
     ),
+    symbols=("frame", "bushing"),
 )
 """Two points: where the end is from the start in the frame of the start's body [m], turns included, the angle of the end's body
 against the start's [rad], and the conjugate force [N] and torque [N m] on the end."""
@@ -145,6 +153,7 @@ ACTUATOR = Port(
     ("torque",),
     turning=("body", "base"),
     outputs=(Output("torque", "N m", "torque on the body"),),
+    symbols=("motor",),
 )
 """A hinge whose torque a controller chooses."""
 

@@ -43,6 +43,10 @@ class Rod:
     tension_only : bool
         Whether the rod represents a connection that carries tension only, such as the contact of a journal in its bearing. It
         is computed as a rigid rod, and the run has a warning when it would be compressed.
+
+    References
+    ----------
+    García de Jalón and Bayo 1994, Kinematic and Dynamic Simulation of Multibody Systems, doi:10.1007/978-1-4612-2600-0
     """
 
     name: str

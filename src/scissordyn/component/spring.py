@@ -39,6 +39,10 @@ class Spring:
         l_0 [m].
     damping : float
         d [N s/m].
+
+    References
+    ----------
+    García de Jalón and Bayo 1994, Kinematic and Dynamic Simulation of Multibody Systems, doi:10.1007/978-1-4612-2600-0
     """
 
     name: str

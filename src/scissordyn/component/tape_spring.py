@@ -5,6 +5,8 @@ from __future__ import annotations
 import math
 from typing import Annotated
 
+import numpy as np
+
 from scissordyn.component.declaration import PARAMETERS, check_attachment, component
 from scissordyn.component.place import GROUND, Point
 from scissordyn.component.port import HINGE, Output
@@ -98,6 +100,15 @@ def switch(angle, speed, mode, free_angle, straight, negative, positive, table):
     return before - after
 
 
+def _work(table: tuple[Point, ...], start: float, end: float) -> float:
+    """Work [J] to bend a branch from one angle to another."""
+    angles, moments = np.array(table).T
+    between = angles[(angles > min(start, end)) & (angles < max(start, end))]
+    at = np.sort([start, end, *between])
+    work = float(np.trapezoid(np.interp(at, angles, moments), at))
+    return work if end > start else -work
+
+
 @component(
     port=HINGE,
     force=force,
@@ -148,6 +159,12 @@ class TapeSpring:
         Beside it: angles and moments of the fold, at negative angles and at positive ones; those next to zero are where the
         fold snaps back.
 
+    Raises
+    ------
+    InputError
+        If a branch is missing, a table does not increase, the fold snaps back beyond the snap, or the fold takes more work than
+        the straight tape between them, so that a snap would give energy.
+
     References
     ----------
     Seffen and Pellegrino 1999, doi:10.1098/rspa.1999.0347
@@ -184,6 +201,14 @@ class TapeSpring:
                 f"{straight[-1][0]:g} rad",
                 "steady moments below the peak moments, so that it snaps back nearer to zero than it snaps",
             )
+        for sense, fold in (("positive", positive), ("negative", negative)):
+            snap, back = (straight[-1][0], fold[0][0]) if sense == "positive" else (straight[0][0], fold[-1][0])
+            lost = _work(straight, back, snap) - _work(fold, back, snap)
+            if lost < 0.0:
+                raise InputError(
+                    f"{label}: the fold takes {-lost:g} J more than the straight tape up to the snap at {snap:g} rad",
+                    "moments of the fold below those of the straight tape, without which energy would come from nowhere",
+                )
         if FIRST + 2 * (len(straight) + len(negative) + len(positive)) > PARAMETERS:
             raise InputError(f"{label} with {len(straight) + len(self.folded)} pairs", f"at most {(PARAMETERS - FIRST) // 2}")
 

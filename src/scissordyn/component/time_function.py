@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Annotated
@@ -10,7 +9,7 @@ from typing import Annotated
 import numpy as np
 
 from scissordyn.errors import InputError
-from scissordyn.units import Quantity, check_quantities
+from scissordyn.units import Quantity, check_quantities, checked
 
 __all__ = [
     "ConstantSpeed",
@@ -48,7 +47,7 @@ class Harmonic:
     ----------
     mean, amplitude : float
         theta_m and theta_a [rad].
-    frequency : float
+    angular_frequency : float
         W [rad/s].
     phase : float
         phi [rad].
@@ -56,7 +55,7 @@ class Harmonic:
 
     mean: Annotated[float, Quantity("rad", help="mean angle")]
     amplitude: Annotated[float, Quantity("rad", help="amplitude of the angle")]
-    frequency: Annotated[float, Quantity("rad/s", above=0.0, help="angular frequency of the drive")]
+    angular_frequency: Annotated[float, Quantity("rad/s", above=0.0, help="angular frequency; 1 Hz is one turn per second")]
     phase: Annotated[float, Quantity("rad", help="phase at t = 0")] = 0.0
 
     def __post_init__(self) -> None:
@@ -75,20 +74,27 @@ class Tabulated:
         Values there: [rad] for an angle, [m] for a length, [N m] for a torque, [1] for a factor.
     """
 
-    times: tuple[float, ...]
-    values: tuple[float, ...]
+    times: Annotated[tuple[float, ...], Quantity("s", help="instants")]
+    values: Annotated[tuple[float, ...], Quantity("1", help="values in SI")]
 
     def __post_init__(self) -> None:
+        check_quantities(self)
         times, values = np.asarray(self.times, float), np.asarray(self.values, float)
         if times.ndim != 1 or times.shape != values.shape or times.size < 6:
             raise InputError(
                 f"table of {times.size} times and {values.size} values", "as many values as times, six or more of them"
             )
-        if not (np.all(np.isfinite(times)) and np.all(np.isfinite(values)) and np.all(np.diff(times) > 0.0)):
-            raise InputError("table with values that are not finite or times that do not increase", "increasing times")
+        if not np.all(np.diff(times) > 0.0):
+            raise InputError("table with times that do not increase", "increasing times")
 
 
-def tabulated(function: Callable[[float], float], *, until: float, points: int = 2001) -> Tabulated:
+@checked
+def tabulated(
+    function: Callable[[float], float],
+    *,
+    until: Annotated[float, Quantity("s", above=0.0, help="last instant")],
+    points: Annotated[int, Quantity("1", minimum=6, maximum=10_000_000, help="number of instants")] = 2001,
+) -> Tabulated:
     """Any time function: a Python function of time, sampled into a table.
 
     Parameters
@@ -118,11 +124,12 @@ class Polynomial:
         c_0 [rad], c_1 [rad/s], ..., at most six.
     """
 
-    coefficients: tuple[float, ...]
+    coefficients: Annotated[tuple[float, ...], Quantity("1", minimum=-1e15, maximum=1e15, help="from the constant up, in SI")]
 
     def __post_init__(self) -> None:
-        if not 1 <= len(self.coefficients) <= 6 or not all(math.isfinite(c) for c in self.coefficients):
-            raise InputError(f"polynomial with coefficients {self.coefficients!r}", "one to six finite numbers")
+        check_quantities(self)
+        if not 1 <= len(self.coefficients) <= 6:
+            raise InputError(f"polynomial with {len(self.coefficients)} coefficients", "one to six")
 
 
 @dataclass(frozen=True)

@@ -39,6 +39,10 @@ class Torque:
         [N m]
     time_function : TimeFunction, optional
         A factor over time; 1 if not given.
+
+    References
+    ----------
+    García de Jalón and Bayo 1994, Kinematic and Dynamic Simulation of Multibody Systems, doi:10.1007/978-1-4612-2600-0
     """
 
     name: str

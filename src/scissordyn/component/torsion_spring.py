@@ -41,6 +41,10 @@ class TorsionSpring:
         phi_0 [rad].
     damping : float
         d [N m s/rad].
+
+    References
+    ----------
+    García de Jalón and Bayo 1994, Kinematic and Dynamic Simulation of Multibody Systems, doi:10.1007/978-1-4612-2600-0
     """
 
     name: str

@@ -57,6 +57,10 @@ class TravelStop:
         n.
     restitution : float
         Restitution coefficient.
+
+    References
+    ----------
+    Flores, Machado, Silva and Martins 2011, doi:10.1007/s11044-010-9237-4
     """
 
     name: str

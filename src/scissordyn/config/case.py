@@ -13,7 +13,7 @@ from scissordyn.config.control import ControlTable
 from scissordyn.config.part import COMPONENT_SECTIONS, PARTS, assembled
 from scissordyn.config.payload import PanelsTable, PayloadTable
 from scissordyn.config.structure import STRUCTURE, StructureTable
-from scissordyn.config.table import Table, described, located
+from scissordyn.config.table import Table, described, placed
 from scissordyn.config.time_function import DriveTable
 from scissordyn.errors import InputError
 from scissordyn.model.body import Body
@@ -118,24 +118,24 @@ class _CaseTable(Table):
 
     def case(self) -> Case:
         """The case of the file; an `InputError` with the place in the file if its tables are inconsistent."""
-        with located("structure"):
+        with placed("structure"):
             base = self.structure.fields()
         mechanism = assembled(base, {name: getattr(self, name) for name in PARTS})
         for section in ("payload", "panels"):
             for index, load in enumerate(getattr(self, section)):
-                with located(f"{section}.{index}"):
+                with placed(section, index):
                     mechanism = load.carried(mechanism)
         mechanism = self._with_clearances(mechanism)
         driven = set[str]()
-        for table in self.drive:
-            with located("drive"):
+        for index, table in enumerate(self.drive):
+            with placed("drive", index):
                 body = table.body or mechanism.input_body
                 if body in driven:
                     raise InputError(f"body '{body}' driven twice", "one drive for each body")
                 driven.add(body)
                 mechanism = mechanism.driven(table.motion(), body=table.body)
-        for control in self.control:
-            with located("control"):
+        for index, control in enumerate(self.control):
+            with placed("control", index):
                 mechanism = control.applied(mechanism, until=self.run.until)
         return Case(mechanism, self.run)
 
@@ -143,13 +143,13 @@ class _CaseTable(Table):
         """The mechanism with every [[clearance]] and [[guide_clearance]], in order: a later table replaces an earlier one."""
         named = set[str]()
         for index, table in enumerate(self.clearance):
-            with located(f"clearance.{index}"):
+            with placed("clearance", index):
                 if table.joint in named:
                     raise InputError(f"joint '{table.joint}' given twice", "one [[clearance]] for each joint")
                 named.add(table.joint)
                 mechanism = mechanism.with_clearance(table.joint, table.described())
         for index, channel in enumerate(self.guide_clearance):
-            with located(f"guide_clearance.{index}"):
+            with placed("guide_clearance", index):
                 mechanism = mechanism.with_clearance(channel.guide, channel.described())
         return mechanism
 

@@ -7,14 +7,12 @@ import tomllib
 from collections.abc import Iterable
 from typing import Any
 
+from scissordyn.config.line import HANDLES
 from scissordyn.errors import InputError, did_you_mean
 
 __all__ = ["changed"]
 
 SAMPLE = "--set drive.speed='250 rpm'"
-HANDLES = ("joint", "guide", "name", "body")
-"""Keys that identify a table in a list; the first one present is used."""
-
 LAW_KEYS = ("stiffness", "damping", "friction")
 
 
@@ -51,7 +49,7 @@ def changed(tree: dict[str, Any], changes: Iterable[str]) -> dict[str, Any]:
 def _parsed(text: str) -> Any:
     try:
         found = tomllib.loads(f"value = {text}")
-    except tomllib.TOMLDecodeError:
+    except (ValueError, RecursionError):  # not TOML, or numbers and nesting beyond reason: the reader says what is wrong
         return text
     return found["value"] if len(found) == 1 else text
 

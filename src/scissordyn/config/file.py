@@ -4,16 +4,22 @@ from __future__ import annotations
 
 import tomllib
 from collections.abc import Iterable
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+from scissordyn.config.address import addressed, sorted_changes
 from scissordyn.config.case import Case, CaseTable
 from scissordyn.config.change import changed
-from scissordyn.config.table import instance, located
+from scissordyn.config.line import Place, address, line_of, place_of_name
+from scissordyn.config.table import PlacedError, in_a_file, instance
 from scissordyn.config.text import read_text
 from scissordyn.errors import InputError
 
 __all__ = ["read_case"]
+
+DEEPEST = 32
+"""Tables and lists inside each other; a case has six."""
 
 
 def read_case(path: Path, changes: Iterable[str] = ()) -> Case:
@@ -32,16 +38,54 @@ def read_case(path: Path, changes: Iterable[str] = ()) -> Case:
     Raises
     ------
     InputError
-        For the first error, with its place in the file.
+        For the first error, with its line in the file and its address.
     """
-    tree = _parsed(path)
-    with located(str(path)):
-        return instance(CaseTable, changed(tree, changes), {"folder": path.parent}).case()
-
-
-def _parsed(path: Path) -> dict[str, Any]:
-    text = read_text(path, "a case file in TOML", "scissordyn new scissor > case.toml")
+    text = read_text(path, "a case file in TOML", "" if path.exists() else f"scissordyn new scissor > {path}")
+    written = _parsed(text, path)
+    of_file, of_parts = sorted_changes(written, changes, CaseTable.model_fields.keys())
+    tree = changed(written, of_file)
     try:
-        return tomllib.loads(text)
-    except (tomllib.TOMLDecodeError, RecursionError) as error:
-        raise InputError(f"'{path}' is not valid TOML: {error}", "a case file", "scissordyn new scissor > case.toml") from None
+        case = instance(CaseTable, tree, {"folder": path.parent}).case()
+        return replace(case, mechanism=addressed(case.mechanism, of_parts)) if of_parts else case
+    except PlacedError as error:
+        place = error.place if error.key is None else (*error.place, error.key)
+        said = error.said(address(tree, error.place))
+        raise _located(error, path, text, said, place if _at(written, place) == _at(tree, place) else ()) from None
+    except InputError as error:
+        place = place_of_name(tree, error.what) if written == tree else ()
+        raise _located(error, path, text, error.what, place) from None
+
+
+def _located(error: InputError, path: Path, text: str, said: str, place: Place) -> InputError:
+    """The error with the file before it, and with the line of a place that the file has."""
+    line = line_of(text, place)
+    where = f"{path}, line {line}" if line else f"{path}"
+    return InputError(f"{where}: {said}", error.allowed, in_a_file(error.type_this))
+
+
+def _at(tree: Any, place: Place) -> Any:
+    for key in place:
+        if isinstance(key, int) and isinstance(tree, dict):  # a single table where a list of them is read
+            continue
+        try:
+            tree = tree[key]
+        except (LookupError, TypeError):
+            return None
+    return tree
+
+
+def _parsed(text: str, path: Path) -> dict[str, Any]:
+    try:
+        tree = tomllib.loads(text)
+    except RecursionError:
+        raise InputError(f"'{path}' has lists or tables inside each other without end", f"at most {DEEPEST} levels") from None
+    except ValueError as error:  # also of a whole number of thousands of digits
+        reason = str(error) if isinstance(error, tomllib.TOMLDecodeError) else "a number of thousands of digits"
+        raise InputError(f"'{path}' is not valid TOML: {reason}", "TOML, as 'scissordyn new scissor' prints it") from None
+    level: list[Any] = [tree]
+    for _ in range(DEEPEST):
+        level = [inner for outer in level for inner in (outer.values() if isinstance(outer, dict) else outer)]
+        level = [inner for inner in level if isinstance(inner, dict | list)]
+    if level:
+        raise InputError(f"'{path}' has more than {DEEPEST} lists and tables inside each other", f"at most {DEEPEST} levels")
+    return tree

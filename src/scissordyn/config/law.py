@@ -4,19 +4,27 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Mapping
+from difflib import get_close_matches
 from pathlib import Path
 from typing import Any
 
 from pydantic import PlainValidator, ValidationInfo
 
-from scissordyn.config.table import build
+from scissordyn.config.table import build, toml
 from scissordyn.errors import InputError, did_you_mean
 from scissordyn.laws import catalogue
 from scissordyn.laws.material import Material
+from scissordyn.units import Quantity
 
 __all__ = ["law_of", "material_of", "read_law"]
 
 USER_FILE = "a function in a file as my_laws.py:soft"
+
+
+CONSTANT = Quantity("", help="a constant of a user's law")
+
+USUAL = {"stiffness": "liu", "damping": "flores", "friction": "none"}
+"""A law of each kind, to be suggested: the default of a clearance joint."""
 
 
 def read_law(given: Any, kind: str, folder: Path, **shorthand: Any) -> Any:
@@ -39,7 +47,7 @@ def read_law(given: Any, kind: str, folder: Path, **shorthand: Any) -> Any:
     elastic, damping or friction law
     """
     known = catalogue.BY_KIND[kind]
-    sample = f'{kind} = "{next(iter(known))}"'
+    sample = f'{kind} = "{USUAL[kind]}"'
     parameters = dict(given) if isinstance(given, Mapping) else {"law": given}
     name = parameters.pop("law", None)
     if not isinstance(name, str):
@@ -52,14 +60,17 @@ def read_law(given: Any, kind: str, folder: Path, **shorthand: Any) -> Any:
         constants = parameters.pop("constants", [])
         if parameters:
             raise InputError(f"parameter '{next(iter(parameters))}' for '{name}'", "constants", "constants = [1e9, 1.5]")
-        if not isinstance(constants, list) or not all(type(number) in (int, float) for number in constants):
+        if not isinstance(constants, list) or not all(type(n) in (int, float) and CONSTANT.admits(n) for n in constants):
             raise InputError(
-                f"constants = {constants!r} for '{name}'", "a list of plain numbers in SI units", "constants = [1e9]"
+                f"constants = {toml(constants)} for '{name}'", "a list of plain numbers in SI units", "constants = [1e9]"
             )
         return catalogue.from_file(name, kind, folder, constants=tuple(map(float, constants)))
     if name not in known:
+        near = get_close_matches(name, known, n=1, cutoff=0.5)
         raise InputError(
-            f"unknown {kind} law '{name}'{did_you_mean(name, known)}", ", ".join(known) + f", or {USER_FILE}", sample
+            f"unknown {kind} law '{name}'{did_you_mean(name, known)}",
+            ", ".join(known) + f", or {USER_FILE}",
+            f'{kind} = "{near[0]}"' if near else sample,
         )
     declared = {field.name for field in dataclasses.fields(known[name])}
     for key in shorthand:

@@ -81,8 +81,32 @@ def unit_factor(unit: str, target: str) -> float:
         raise InputError(f"unknown unit '{unknown}'{did_you_mean(unknown, KNOWN_UNITS.split())}") from None
     except pint.DimensionalityError:
         raise InputError(f"wrong dimension: '{unit}' is not a unit of [{target}]") from None
-    except (pint.PintError, AssertionError, ValueError, TypeError):  # pint reports an invalid unit by many exceptions
+    except (
+        pint.PintError,
+        ArithmeticError,
+        AssertionError,
+        ValueError,
+        TypeError,
+    ):  # pint has many
         raise InputError(f"'{unit}' is not a unit") from None
+
+
+LARGEST = 2**1023
+"""A whole number beyond it is no floating-point number."""
+
+
+def _with_unit(number: float, quantity: Quantity, sample: str) -> str:
+    """A number that was given without a unit, with the unit that brings it nearest to the sample, if that is allowed."""
+    found = LEADING_NUMBER.fullmatch(sample)
+    meant = float(found[1]) * unit_factor(found[2], quantity.unit) if found and found[2] else 0.0
+    units = [quantity.unit] if meant else []
+    units += [found[2]] if found and found[2] else FAMILIAR.get(quantity.unit, [quantity.unit])
+    fitting = [unit for unit in units if quantity.admits(number * unit_factor(unit, quantity.unit))]
+    if not fitting:
+        return sample or example(quantity)
+    if meant and number:
+        fitting.sort(key=lambda unit: abs(math.log(abs(number * unit_factor(unit, quantity.unit) / meant))))
+    return f"{number:.12g} {fitting[0]}"
 
 
 def read_quantity(value: object, quantity: Quantity, sample: str = "") -> float:
@@ -109,6 +133,8 @@ def read_quantity(value: object, quantity: Quantity, sample: str = "") -> float:
     wanted = quantity.allowed if quantity.unit == "1" else f"{quantity.allowed}, as text with its unit"
     if isinstance(value, bool) or not isinstance(value, str | int | float):
         raise InputError("not a number", wanted, sample)
+    if isinstance(value, int) and not -LARGEST < value < LARGEST:
+        raise InputError("out of bounds", wanted, sample)
     if quantity.unit == "1":
         if isinstance(value, str):
             raise InputError("text in place of a plain number", wanted, sample)
@@ -117,9 +143,11 @@ def read_quantity(value: object, quantity: Quantity, sample: str = "") -> float:
         found = LEADING_NUMBER.fullmatch(value)
         if found is None:
             raise InputError("no number", wanted, sample)
+        if not found[2]:
+            raise InputError("missing unit", wanted, _with_unit(float(found[1]), quantity, sample))
         number = _scaled([found[1]], found[2].strip(), quantity.unit, wanted, sample)[0]
     else:
-        raise InputError("missing unit", wanted, f"{value:g} {quantity.unit}" if math.isfinite(value) else sample)
+        raise InputError("missing unit", wanted, _with_unit(value, quantity, sample))
     if not quantity.admits(number):
         raise InputError("out of bounds", wanted, sample)
     return number

@@ -10,6 +10,7 @@ from typing import Annotated, Any, ClassVar, Literal, get_args, get_type_hints
 
 from pydantic import Field, PlainValidator, ValidationInfo, create_model
 
+from scissordyn.annotation import plain_hint
 from scissordyn.component.place import Point
 from scissordyn.config.part import pair
 from scissordyn.config.table import Table
@@ -18,13 +19,11 @@ from scissordyn.model.array import hoberman_ring, mast, polar_scissor
 from scissordyn.model.linkage import four_bar, n_four_bar, slider_crank
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.model.scissor import scissor
-from scissordyn.units import Quantity, quantities
+from scissordyn.units import Meaning, quantities
 
 __all__ = ["STRUCTURE", "STRUCTURES", "BuiltTable", "MechanismTable", "StructureTable"]
 
 _MECHANISM = quantities(Mechanism)
-
-_GRAVITY = {"gravity": _MECHANISM["gravity"], "gravity_direction": _MECHANISM["gravity_direction"]}
 
 
 class StructureTable(Table):
@@ -64,8 +63,8 @@ class BuiltTable(StructureTable):
         return {field.name: getattr(mechanism, field.name) for field in dataclasses.fields(mechanism)}
 
 
-def _built(kind: str, builder: Callable[..., Mechanism], help: str, **keys: Any) -> type[StructureTable]:
-    """The table whose keys are the arguments of a builder.
+def _built(kind: str, builder: Callable[..., Mechanism], help: str, **examples: Any) -> type[StructureTable]:
+    """The table whose keys are the arguments of a builder, with their annotations.
 
     Parameters
     ----------
@@ -75,133 +74,32 @@ def _built(kind: str, builder: Callable[..., Mechanism], help: str, **keys: Any)
         All its arguments have defaults.
     help : str
         Description in one line.
-    **keys : Quantity, str or annotation
-        For each argument its quantity or, without a unit, its meaning or how it is read.
+    **examples
+        Examples of arguments in the form of a case file.
     """
-    hints = get_type_hints(builder)
+    hints = get_type_hints(builder, include_extras=True)
     found: dict[str, Any] = {"kind": (Literal[kind], Field(description=help, examples=[kind]))}
     for name, parameter in inspect.signature(builder).parameters.items():
-        key = keys[name]
-        if isinstance(key, Quantity):
-            found[name] = (Annotated[hints[name], key], parameter.default)
-        elif isinstance(key, str):
-            found[name] = (hints[name], Field(parameter.default, description=key))
-        else:
-            found[name] = (key, parameter.default)
+        hint, extra = hints[name], get_args(hints[name])[1]
+        more: dict[str, Any] = {"examples": [examples[name]]} if name in examples else {}
+        if isinstance(extra, Meaning) or plain_hint(hint) == Point:
+            more["description"] = extra.help
+        if plain_hint(hint) == Point:
+            hint = Annotated[Point, pair(extra.unit)]
+        found[name] = (hint, Field(parameter.default, **more))
     table: type[BuiltTable] = create_model(f"{builder.__name__}_table", __base__=BuiltTable, __doc__=help, **found)
     table.builder = staticmethod(builder)
     return table
 
 
-def _length(help: str) -> Quantity:
-    return Quantity("m", above=0.0, help=help)
-
-
-def _mass(help: str) -> Quantity:
-    return Quantity("kg", above=0.0, help=help)
-
-
-_BAR, _SLIDER, _UNITS = _mass("mass of a bar"), _mass("mass of the slider"), "number of units"
-
-_OPENING_ANGLE = Quantity("rad", help="half opening angle at the start, above 0 and below 90 deg")
-_INCLINED = Quantity("rad", help="mean inclination of the bars against the circumference at the start")
-
 _TABLES = (
-    _built(
-        "scissor",
-        scissor,
-        "a straight array of scissor units",
-        units=_UNITS,
-        bar_length=_length("length of a bar"),
-        bar_mass=_BAR,
-        slider_mass=_SLIDER,
-        angle=_OPENING_ANGLE,
-        driven_bar="whether the bar pinned to the ground or the bar at the slider is driven",
-        **_GRAVITY,
-    ),
-    _built(
-        "polar",
-        polar_scissor,
-        "an array that curves",
-        units=_UNITS,
-        inner=_length("length of a bar inside of its pivot"),
-        outer=_length("length of a bar outside of its pivot"),
-        kink=Quantity("rad", help="angle between the two legs of a bar, 0 for straight bars"),
-        bar_mass=_BAR,
-        slider_mass=_SLIDER,
-        angle=_INCLINED,
-        **_GRAVITY,
-    ),
-    _built(
-        "ring",
-        hoberman_ring,
-        "a closed ring of angulated units that opens and closes",
-        units="number of units, >= 3",
-        leg=_length("from the pivot of a bar to each of its ends"),
-        bar_mass=_BAR,
-        angle=_INCLINED,
-        **_GRAVITY,
-    ),
-    _built(
-        "mast",
-        mast,
-        "an array on a base that extends upwards",
-        units=_UNITS,
-        bar_length=_length("length of a bar"),
-        bar_mass=_BAR,
-        slider_mass=_SLIDER,
-        platform_mass=_mass("mass of a platform on top, none without it"),
-        angle=Quantity("rad", help="inclination of the bars against the base at the start, above 0 and below 90 deg"),
-        **_GRAVITY,
-    ),
-    _built(
-        "slider-crank",
-        slider_crank,
-        "a crank, a rod and a slider",
-        crank=_length("length of the crank"),
-        rod=_length("length of the rod"),
-        offset=Quantity("m", help="height of the slider's line above the crank's ground pin"),
-        crank_mass=_mass("mass of the crank"),
-        crank_inertia=Quantity("kg m^2", above=0.0, help="about its middle, that of a uniform bar without it"),
-        rod_mass=_mass("mass of the rod"),
-        rod_inertia=Quantity("kg m^2", above=0.0, help="about its middle"),
-        slider_mass=_SLIDER,
-        slider_inertia=Quantity("kg m^2", above=0.0, help="about its pin; a clearance guide needs it"),
-        angle=Quantity("rad", help="direction of the crank at the start"),
-        **_GRAVITY,
-    ),
-    _built(
-        "four-bar",
-        four_bar,
-        "a four-bar linkage",
-        ground=_length("distance of the ground pins"),
-        crank=_length("length of the crank"),
-        coupler=_length("length of the coupler"),
-        rocker=_length("length of the rocker"),
-        crank_mass=_mass("mass of the crank"),
-        coupler_mass=_mass("mass of the coupler"),
-        rocker_mass=_mass("mass of the rocker"),
-        coupler_point=Annotated[
-            Point,
-            pair("m"),
-            Field(
-                description='position of the point "coupler.point", along the coupler and to its left', examples=["90, 60 mm"]
-            ),
-        ],
-        angle=Quantity("rad", help="direction of the crank at the start"),
-        branch="side of the diagonal on which the rocker pin starts",
-        **_GRAVITY,
-    ),
-    _built(
-        "n-four-bar",
-        n_four_bar,
-        "parallelograms side by side",
-        units="number of parallelograms",
-        length=_length("length of every bar"),
-        mass=_mass("mass of every bar"),
-        speed=Quantity("m/s", help="of the first upper pin along x at the start"),
-        gravity=_GRAVITY["gravity"],
-    ),
+    _built("scissor", scissor, "a straight array of scissor units"),
+    _built("polar", polar_scissor, "an array that curves"),
+    _built("ring", hoberman_ring, "a closed ring of angulated units that opens and closes"),
+    _built("mast", mast, "an array on a base that extends upwards"),
+    _built("slider-crank", slider_crank, "a crank, a rod and a slider"),
+    _built("four-bar", four_bar, "a four-bar linkage", coupler_point="90, 60 mm"),
+    _built("n-four-bar", n_four_bar, "parallelograms side by side"),
     MechanismTable,
 )
 
@@ -212,8 +110,8 @@ STRUCTURES: Mapping[str, type[StructureTable]] = {
 
 
 def _known(given: Any) -> str:
-    if given not in STRUCTURES:
-        raise InputError(f"unknown structure{did_you_mean(str(given), STRUCTURES)}", ", ".join(STRUCTURES), 'kind = "scissor"')
+    if not isinstance(given, str) or given not in STRUCTURES:
+        raise InputError(f"unknown structure{did_you_mean(given, STRUCTURES)}", ", ".join(STRUCTURES), 'kind = "scissor"')
     return str(given)
 
 

@@ -23,20 +23,24 @@ from pydantic import (
     model_validator,
 )
 
+from scissordyn.config.line import Place, address
 from scissordyn.config.quantity import example, read_quantity, written
 from scissordyn.errors import InputError, did_you_mean
-from scissordyn.units import Quantity
+from scissordyn.units import Quantity, Sample
 
 __all__ = [
     "Context",
     "Hints",
+    "PlacedError",
     "Table",
     "build",
     "described",
+    "in_a_file",
     "instance",
     "key_help",
     "key_sample",
     "located",
+    "placed",
     "quantity_of",
     "table_of",
     "toml",
@@ -49,6 +53,10 @@ Context = dict[str, Path]
 """Context of a table: the "folder" of relative file names."""
 
 
+LARGEST_SHOWN = 10**300
+"""Whole numbers beyond it are not written out; Python refuses to write more than 4300 digits."""
+
+
 def toml(value: Any) -> str:
     """A value as TOML on one line."""
     if isinstance(value, bool):
@@ -59,6 +67,8 @@ def toml(value: Any) -> str:
         return "[" + ", ".join(map(toml, value)) + "]"
     if isinstance(value, str):
         return '"' + value.replace("\\", "\\\\").replace('"', '\\"') + '"'
+    if isinstance(value, int) and abs(value) > LARGEST_SHOWN:
+        return "a number of hundreds of digits"
     return f"{value!r}"
 
 
@@ -97,9 +107,8 @@ class Table(BaseModel):
             raise InputError("not a table", "the keys " + ", ".join(cls.model_fields))
         for key in given:
             if key not in cls.model_fields:
-                raise InputError(
-                    f"unknown key '{key}'{did_you_mean(str(key), cls.model_fields)}", ", ".join(cls.model_fields) or "no keys"
-                )
+                said = f"unknown key '{key}'{did_you_mean(key, cls.model_fields)}"
+                raise UnknownKeyError(str(key), said, ", ".join(cls.model_fields) or "no keys")
         for key, field in cls.model_fields.items():
             if field.is_required() and key not in given:
                 raise InputError(f"missing key '{key}'", key_help(cls, key), f"{key} = {key_sample(cls, key)}")
@@ -113,9 +122,9 @@ class Table(BaseModel):
         if quantity is None:
             return value
         try:
-            return read_quantity(value, quantity)
+            return read_quantity(value, quantity, key_sample(cls, key).strip('"'))
         except InputError as error:
-            sample = toml(error.type_this) if error.type_this else key_sample(cls, key)
+            sample = toml(error.type_this) if quantity.unit != "1" else error.type_this
             raise InputError(error.what, error.allowed, f"{key} = {sample}") from None
 
 
@@ -201,28 +210,78 @@ def instance(table: type[AnyTable], given: Any, context: Context) -> AnyTable:
         raise _explained(error, ()) from None
 
 
+class PlacedError(InputError):
+    """An error at a place of a case file.
+
+    Parameters
+    ----------
+    place : tuple of str and int
+        Keys and indices.
+    given : str
+        What stands there, as in " = 3"; empty for a table.
+    what, allowed, type_this
+        See `InputError`.
+    key : str, optional
+        A key of the table at the place, where the error is about that.
+    """
+
+    def __init__(
+        self, place: Place, given: str, what: str, allowed: str = "", type_this: object = "", *, key: str | None = None
+    ) -> None:
+        self.place, self.given, self.text, self.key = place, given, what, key
+        super().__init__(self.said(address({}, place)), allowed, in_a_file(type_this))
+
+    def said(self, where: str) -> str:
+        """What is wrong, with its place in words."""
+        return ": ".join(filter(None, (f"{where}{self.given}", self.text)))
+
+
+class UnknownKeyError(InputError):
+    """A key that a table does not have."""
+
+    def __init__(self, key: str, what: str, allowed: str) -> None:
+        super().__init__(what, allowed)
+        self.key = key
+
+
+def in_a_file(sample: object) -> str:
+    """What the user can type, in the form of a case file."""
+    if isinstance(sample, Sample):
+        return f"{sample.key} = {toml(written(sample.value, sample.unit))}"
+    return str(sample)
+
+
 @contextmanager
-def located(place: str) -> Iterator[None]:
-    """Put a place of the case file before the text of any `InputError`."""
+def located(where: str) -> Iterator[None]:
+    """Put some words before the text of any `InputError`."""
     try:
         yield
     except InputError as error:
-        raise InputError(f"{place}: {error.what}", error.allowed, error.type_this) from None
+        raise InputError(f"{where}: {error.what}", error.allowed, in_a_file(error.type_this)) from None
 
 
-def _explained(error: ValidationError, outer: tuple[int | str, ...]) -> InputError:
+@contextmanager
+def placed(*place: int | str) -> Iterator[None]:
+    """Give any `InputError` its place in the case file."""
+    try:
+        yield
+    except InputError as error:
+        raise PlacedError(place, "", error.what, error.allowed, error.type_this) from None
+
+
+def _explained(error: ValidationError, outer: Place) -> InputError:
     """The first error of pydantic as one line."""
     first = error.errors(include_url=False)[0]
     place = (*outer, *first["loc"])
     cause = first.get("ctx", {}).get("error")
     if isinstance(cause, ValidationError):  # from an inner table that pydantic does not validate
         return _explained(cause, place)
-    came, given = ".".join(map(str, place)), first["input"]
-    if not isinstance(given, Mapping | list):
-        came += f" = {toml(given)}"
+    given = "" if isinstance(first["input"], Mapping | list) else f" = {toml(first['input'])}"
     if isinstance(cause, InputError):
-        return InputError(f"{came}: {cause.what}" if came else cause.what, cause.allowed, cause.type_this)
+        key = cause.key if isinstance(cause, UnknownKeyError) else None
+        return PlacedError(place, given, cause.what, cause.allowed, cause.type_this, key=key)
     if first["type"] == "list_type":
-        return InputError(f"{came}: not a list of tables", f"tables headed [[{place[-1]}]]")
+        return PlacedError(place, given, "not a list of tables", f"tables headed [[{place[-1]}]]")
     names = re.findall(r"'([^']+)'", str(first.get("ctx", {}).get("expected", "")))
-    return InputError(came + did_you_mean(str(given), names), first["msg"].removeprefix("Input should be "))
+    allowed = first["msg"].removeprefix("Input should be ")
+    return PlacedError(place, given + did_you_mean(first["input"], names), "", allowed)

@@ -47,6 +47,6 @@ def read_text(path: Path, what: str, sample: str = "") -> str:
     if len(content) > LARGEST:
         raise InputError(f"'{path}' has more than {LARGEST // 2**20} MiB", f"{what} of at most {LARGEST // 2**20} MiB", sample)
     try:
-        return content.decode("utf-8")
+        return content.decode("utf-8-sig")  # with or without the mark that some editors put first
     except UnicodeDecodeError:
         raise InputError(f"'{path}' is not a text file", f"{what} in UTF-8", sample) from None

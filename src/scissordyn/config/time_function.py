@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 import re
 from collections.abc import Mapping
 from pathlib import Path
@@ -126,7 +125,7 @@ def _only_one(table: Table, keys: tuple[str, ...], sample: str) -> Any:
 
 
 MOVES = {"start": "30 deg", "end": "60 deg", "duration": "2 s"}
-OSCILLATION = {"mean": "45 deg", "amplitude": "15 deg", "frequency": "3 Hz"}
+OSCILLATION = {"mean": "45 deg", "amplitude": "15 deg", "angular_frequency": "3 Hz"}
 
 
 class DriveTable(Table):
@@ -137,7 +136,7 @@ class DriveTable(Table):
         Harmonic | None,
         described(Harmonic, **OSCILLATION),
         Field(
-            description="mean + amplitude sin(frequency t + phase), in place of speed",
+            description="mean + amplitude sin(angular_frequency t + phase), in place of speed",
             examples=[{**OSCILLATION, "phase": "0 deg"}],
         ),
     ] = None
@@ -181,7 +180,7 @@ _MOTIONS = tuple(key for key in DriveTable.model_fields if key != "body")
 def _values(kind: type, unit: str) -> Hints:
     """The fields of a motion that are values, read in a unit; a phase stays an angle."""
     return tuple(
-        (name, Annotated[float, dataclasses.replace(quantity, unit=unit)])
+        (name, Annotated[float, Quantity(unit, help=quantity.help)])
         for name, quantity in quantities(kind).items()
         if quantity.unit == "rad" and name != "phase"
     )
@@ -194,7 +193,7 @@ class TimeFunctionTable(Table):
     """A factor over time: one of harmonic, table, polynomial, cycloidal and trapezoidal."""
 
     harmonic: Annotated[
-        Harmonic | None, described(Harmonic, _values(Harmonic, "1"), mean="0", amplitude="1", frequency="3 Hz")
+        Harmonic | None, described(Harmonic, _values(Harmonic, "1"), mean="0", amplitude="1", angular_frequency="3 Hz")
     ] = None
     table: Annotated[Tabulated | None, _table_reader("factor")] = None
     polynomial: Annotated[Polynomial | None, _polynomial_reader("1", 'polynomial = [0, "0.5 1/s"]')] = None
@@ -213,7 +212,7 @@ class DistanceTable(Table):
     """A length over time: one of harmonic, table, polynomial, cycloidal and trapezoidal."""
 
     harmonic: Annotated[
-        Harmonic | None, described(Harmonic, _values(Harmonic, "m"), mean="0.5 m", amplitude="0.1 m", frequency="3 Hz")
+        Harmonic | None, described(Harmonic, _values(Harmonic, "m"), mean="0.5 m", amplitude="0.1 m", angular_frequency="3 Hz")
     ] = None
     table: Annotated[Tabulated | None, _table_reader("length")] = None
     polynomial: Annotated[Polynomial | None, _polynomial_reader("m", 'polynomial = ["0.5 m", "0.1 m/s"]')] = None

@@ -29,6 +29,10 @@ NEARER = 0.6
 ATTEMPTS = 8
 """Attempts to end a step on an event; Newton's method needs two or three."""
 
+SMALL_START, LARGEST_FACTOR_WITHOUT_STATE = 1e-3, 1.5
+"""Without a state there is no error that steps go by, only their longest size, which follows the speed at their start: the
+first one is this part of the whole time, and they grow no faster, so that a motion from rest or back is not stepped over."""
+
 REMAINDER = 1e-3
 """A rest of the whole time shorter than this part of the step is added to it."""
 
@@ -41,7 +45,7 @@ def first_step(problem, T, t, s, w, S):
     """
     size = s.y.size
     if size == 0:
-        return math.inf
+        return SMALL_START * (s.clock[0].end - t)
     value = slope = bend = 0.0
     for g in range(w.group.size - 1):
         start, stop = w.group[g], w.group[g + 1]
@@ -164,6 +168,8 @@ def after_acceptance(T, h, error, s, w):
     grow = LARGEST_FACTOR
     if error > 1e-12:
         grow = min(LARGEST_FACTOR, max(SMALLEST_FACTOR, SAFETY * error ** (-1.0 / T.order)))
+    if s.y.size == 0:
+        grow = LARGEST_FACTOR_WITHOUT_STATE
     if clock.rejected == 1:
         grow = min(grow, 1.0)
     # towards the end of a contact steps shrink at a steady rate (Gustafsson 1994, doi:10.1145/198429.198437)

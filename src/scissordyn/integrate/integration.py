@@ -34,6 +34,7 @@ __all__ = [
     "make_state",
     "make_work",
     "open_integration",
+    "reset_state",
 ]
 
 MONITORED = 3
@@ -227,16 +228,13 @@ def make_state(
     history_length: np.ndarray | None = None,
 ) -> State:
     """The state at the start y of an integration at t = 0."""
-    clock, counts = np.zeros(1, CLOCK), np.zeros(1, COUNTS)
-    clock["last_event"], clock["reach"], clock["longest"] = NO_EVENT, np.inf, np.inf
     rows = mode.size + monitors
     limits = np.zeros((monitors, 3))
     limits[:, 0] = np.inf if band is None else band
-    limits[:, 1:] = np.nan
-    return State(
-        clock=clock,
-        counts=counts,
-        y=y.copy(),
+    made = State(
+        clock=np.zeros(1, CLOCK),
+        counts=np.zeros(1, COUNTS),
+        y=np.zeros(y.size),
         mode=mode,
         memory=memory,
         reference=reference,
@@ -247,6 +245,18 @@ def make_state(
         history=np.zeros((0, 2)) if history is None else history,
         history_length=np.zeros(1, np.int64) if history_length is None else history_length,
     )
+    reset_state(made, y, crosses=False)
+    return made
+
+
+def reset_state(state: State, y: np.ndarray, *, crosses: bool) -> None:
+    """Begin anew at the start y at t = 0; what is the problem's own stays as it is."""
+    state.clock[:], state.counts[:] = 0, 0
+    state.clock["last_event"], state.clock["reach"], state.clock["longest"] = NO_EVENT, np.inf, np.inf
+    state.clock["crosses"] = int(crosses)
+    state.y[:] = y
+    state.total[:], state.monitored[:], state.peak[:] = 0.0, 0.0, 0.0
+    state.band[:, 1:] = np.nan
 
 
 def make_work(

@@ -35,7 +35,7 @@ def contact_failure(joint: str, contact: JointContact, indentation: float) -> st
     Returns
     -------
     str
-        One clause for the cause of a failed run, empty if all is well.
+        One clause, empty if all is well.
     """
     if indentation <= contact.journal_radius:
         return ""

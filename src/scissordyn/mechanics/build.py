@@ -10,7 +10,8 @@ from scipy.sparse import csr_array
 from scipy.sparse.csgraph import reverse_cuthill_mckee
 
 from scissordyn.component.actuator import Actuator
-from scissordyn.component.compiled import Kernels, kernels_of
+from scissordyn.component.catalogue import COMPONENTS
+from scissordyn.component.compiled import Kernels, kernels_of, probe
 from scissordyn.component.declaration import PARAMETERS as COMPONENT_PARAMETERS
 from scissordyn.component.declaration import Component
 from scissordyn.component.motor import Motor
@@ -122,10 +123,12 @@ def start_coordinates(mechanism: Mechanism, component: Any) -> tuple[float, ...]
     return cos * x + sin * y, cos * y - sin * x, angle(component.end[0]) - base
 
 
-def _kernels(component: Component, parameters: tuple[float, ...]) -> Kernels:
+def _kernels(component: Component, start: tuple[float, ...]) -> Kernels:
     if isinstance(component, Actuator):
         return Kernels(0, 0, 0)
-    return kernels_of(type(component), len(parameters))
+    if type(component) not in COMPONENTS.values():  # of the user's own: tried before anything is compiled
+        probe(component, start)
+    return kernels_of(type(component), len(component.parameters(start)))
 
 
 def build_model(reduced: ReducedModel) -> Model:
@@ -167,7 +170,7 @@ def build_model(reduced: ReducedModel) -> Model:
     recorded = [i for i, each in enumerate(components) if isinstance(each, Actuator) and each.controller.delay > 0.0]
     recorder = np.full(len(components), -1, np.int64)
     recorder[recorded] = np.arange(len(recorded))
-    kernels = [_kernels(each, each.parameters(start_coordinates(mechanism, each))) for each in components]
+    kernels = [_kernels(each, start_coordinates(mechanism, each)) for each in components]
     permutation, reach = _ordering(reduced, element_start, element_column, states)
     gram = max((int(k - l) for k, l, _ in overlap[:-1]), default=0)
 

@@ -28,8 +28,11 @@ LARGEST_TURN = 1.0
 ROUND_OFF = 1e-12
 """A break nearer than this fraction of its instant has been reached."""
 
-LARGEST_DRIVEN_TURN = 0.05
+LARGEST_DRIVEN_TURN = 0.02
 """The same for a mechanism without freedom, whose steps have no error to go by: the powers are integrated over them."""
+
+AFTER_BREAK = 1e-3
+"""For these also: the first step after a break is this part of the way to the next one, as the motion may start from rest."""
 
 
 @kernel()
@@ -68,6 +71,8 @@ def accept(t, y, address, answer):
     for k in range(breaks.size):
         if breaks[k] - t > ROUND_OFF * breaks[k]:
             longest = min(longest, breaks[k] - t)
+            if y.size == 0 and k > 0 and abs(breaks[k - 1] - t) <= ROUND_OFF * breaks[k - 1]:
+                longest = min(longest, AFTER_BREAK * (breaks[k] - t))
             break
     answer[1] = longest
 

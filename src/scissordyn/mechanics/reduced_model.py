@@ -92,6 +92,12 @@ class ReducedModel:
         made.__dict__.update({name: self.__dict__[name] for name in COORDINATES if name in self.__dict__})
         return made
 
+    def with_numbers(self, mechanism: Mechanism) -> ReducedModel:
+        """The same of a mechanism with other numbers, none of which enters the reduction."""
+        made = replace(self, mechanism=mechanism)
+        made.__dict__.update({name: self.__dict__[name] for name in COORDINATES if name in self.__dict__})
+        return made
+
     def at(self, body: str, point: Point) -> PointMap:
         """Position of a point in the frame of a body, or of the ground."""
         return self._map(fixed_expression(self.mechanism, self.offsets, body, point, self._ones))

@@ -42,8 +42,8 @@ def function_rows(motion: TimeFunction, start: float) -> np.ndarray:
     match motion:
         case ConstantSpeed(speed):
             return _pieces((0.0, (start, speed)))
-        case Harmonic(mean, amplitude, frequency, phase):
-            return _pieces((0.0, (mean,), (amplitude, frequency, phase)))
+        case Harmonic(mean, amplitude, angular_frequency, phase):
+            return _pieces((0.0, (mean,), (amplitude, angular_frequency, phase)))
         case Polynomial(coefficients):
             return _pieces((0.0, coefficients))
         case Cycloidal(before, after, duration):

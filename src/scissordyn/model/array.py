@@ -3,29 +3,36 @@
 from __future__ import annotations
 
 import math
+from typing import Annotated
 
 from scissordyn.component.place import GROUND, Point
 from scissordyn.errors import InputError
-from scissordyn.model.bar import angulated_bar, check_lengths
+from scissordyn.model.bar import angulated_bar
 from scissordyn.model.body import Body, bar, point_mass
 from scissordyn.model.joint import Guide, Revolute
-from scissordyn.model.mechanism import Mechanism
-from scissordyn.model.scissor import check_units, joints_of_units
+from scissordyn.model.mechanism import Gravity, GravityDirection, Mechanism
+from scissordyn.model.scissor import MOST_UNITS, joints_of_units
+from scissordyn.units import Quantity, Sample, checked
 
 __all__ = ["hoberman_ring", "mast", "polar_scissor"]
 
+Inclination = Annotated[float, Quantity("rad", help="mean inclination of the bars against the circumference at the start")]
 
+
+@checked
 def polar_scissor(
     *,
-    units: int = 4,
-    inner: float = 0.8,
-    outer: float = 1.2,
-    kink: float = 0.0,
-    bar_mass: float = 5.0,
-    slider_mass: float = 5.0,
-    angle: float = math.pi / 4,
-    gravity: float = 9.81,
-    gravity_direction: float = -math.pi / 2,
+    units: Annotated[int, Quantity("1", minimum=1, maximum=MOST_UNITS, help="number of units")] = 4,
+    inner: Annotated[float, Quantity("m", above=0.0, help="length of a bar inside of its pivot")] = 0.8,
+    outer: Annotated[float, Quantity("m", above=0.0, help="length of a bar outside of its pivot")] = 1.2,
+    kink: Annotated[float, Quantity("rad", help="angle between the two legs of a bar, 0 for straight bars")] = 0.0,
+    bar_mass: Annotated[float, Quantity("kg", above=0.0, help="mass of a bar")] = 5.0,
+    slider_mass: Annotated[float, Quantity("kg", above=0.0, help="mass of the slider")] = 5.0,
+    angle: Annotated[
+        float, Quantity("rad", help="mean inclination of the bars against the circumference at the start")
+    ] = math.pi / 4,
+    gravity: Gravity = 9.81,
+    gravity_direction: GravityDirection = -math.pi / 2,
 ) -> Mechanism:
     """An array that curves: the bars of a unit cross outside their middles, or are kinked there.
 
@@ -61,8 +68,6 @@ def polar_scissor(
         with points "start", "pivot", "end", and "slider"; joints "O" (ground pin), "A" (slider), "unit 1/pivot", ... and
         "unit 1/upper" (outer), "unit 1/lower" (inner) between units 1 and 2; guide "guide".
     """
-    check_units(units)
-    check_lengths(inner=inner, outer=outer)
     _check_opening(inner, outer, kink, angle)
     height = _height(inner, outer, kink, angle)
     return Mechanism(
@@ -84,14 +89,17 @@ def polar_scissor(
     )
 
 
+@checked
 def hoberman_ring(
     *,
-    units: int = 12,
-    leg: float = 0.5,
-    bar_mass: float = 1.0,
-    angle: float = math.pi / 4,
-    gravity: float = 0.0,
-    gravity_direction: float = -math.pi / 2,
+    units: Annotated[int, Quantity("1", minimum=3, maximum=MOST_UNITS, help="number of units")] = 12,
+    leg: Annotated[float, Quantity("m", above=0.0, help="from the pivot of a bar to each of its ends")] = 0.5,
+    bar_mass: Annotated[float, Quantity("kg", above=0.0, help="mass of a bar")] = 1.0,
+    angle: Annotated[
+        float, Quantity("rad", help="mean inclination of the bars against the circumference at the start")
+    ] = math.pi / 4,
+    gravity: Gravity = 0.0,
+    gravity_direction: GravityDirection = -math.pi / 2,
 ) -> Mechanism:
     """A closed ring of angulated units, each spanning k = 2 pi/N, that opens and closes with one degree of freedom.
 
@@ -120,8 +128,6 @@ def hoberman_ring(
         "unit 1/pivot", ..., "unit 1/upper" (outer) and "unit 1/lower" (inner) between units 1 and 2, ... and between units N
         and 1; guides "guide 1", "guide 2", "guide 3", which keep three of the pivots on rays from the origin.
     """
-    check_units(units, least=3)
-    check_lengths(leg=leg)
     kink = 2.0 * math.pi / units
     _check_opening(leg, leg, kink, angle)
     inside = leg * math.cos(angle + 0.5 * kink) / math.sin(0.5 * kink)
@@ -139,16 +145,19 @@ def hoberman_ring(
     )
 
 
+@checked
 def mast(
     *,
-    units: int = 4,
-    bar_length: float = 1.0,
-    bar_mass: float = 2.0,
-    slider_mass: float = 1.0,
-    platform_mass: float | None = None,
-    angle: float = math.pi / 6,
-    gravity: float = 9.81,
-    gravity_direction: float = -math.pi / 2,
+    units: Annotated[int, Quantity("1", minimum=1, maximum=MOST_UNITS, help="number of units")] = 4,
+    bar_length: Annotated[float, Quantity("m", above=0.0, help="length of a bar")] = 1.0,
+    bar_mass: Annotated[float, Quantity("kg", above=0.0, help="mass of a bar")] = 2.0,
+    slider_mass: Annotated[float, Quantity("kg", above=0.0, help="mass of the slider")] = 1.0,
+    platform_mass: Annotated[float | None, Quantity("kg", above=0.0, help="mass of a platform on top, none without it")] = None,
+    angle: Annotated[
+        float, Quantity("rad", help="inclination of the bars against the base at the start, above 0 and below 90 deg")
+    ] = math.pi / 6,
+    gravity: Gravity = 9.81,
+    gravity_direction: GravityDirection = -math.pi / 2,
 ) -> Mechanism:
     """An array on a base along x that extends along y to the height N L sin th, with or without a platform.
 
@@ -173,8 +182,6 @@ def mast(
         joints "O" (ground pin at the origin), "A" (slider on the base), "unit 1/pivot", ..., "unit 1/right", "unit 1/left"
         between units 1 and 2, and "platform pin"; guides "guide" and "platform guide".
     """
-    check_units(units)
-    check_lengths(bar_length=bar_length)
     _check_opening(0.5 * bar_length, 0.5 * bar_length, 0.0, angle)
     width, storey = bar_length * math.cos(angle), bar_length * math.sin(angle)
     bodies: list[Body] = []
@@ -239,13 +246,11 @@ def _curved_bars(
 
 def _check_opening(inner: float, outer: float, kink: float, angle: float) -> None:
     """Raise `InputError` unless the ends of a unit are apart, both across the array and along it."""
-    if not (math.isfinite(kink) and math.isfinite(angle)):
-        raise InputError(f"kink = {kink!r}, angle = {angle!r}", "finite numbers [rad]")
     across = outer * math.sin(angle - 0.5 * kink) + inner * math.sin(angle + 0.5 * kink)
     along = min(math.cos(angle - 0.5 * kink), math.cos(angle + 0.5 * kink))
     if not (0.0 < angle < 0.5 * math.pi and across > 0.0 and along > 0.0):
         raise InputError(
             f"angle = {math.degrees(angle):g} deg, at which the array cannot be assembled",
             f"an angle above 0 and below {math.degrees(0.5 * math.pi - 0.5 * abs(kink)):g} deg",
-            "angle = '30 deg'",
+            Sample("angle", math.radians(30.0), "rad"),
         )

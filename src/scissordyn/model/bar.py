@@ -3,30 +3,25 @@
 from __future__ import annotations
 
 import math
+from typing import Annotated
 
 from scissordyn.component.place import Point
-from scissordyn.errors import InputError
 from scissordyn.model.body import Body
+from scissordyn.units import Quantity, checked
 
-__all__ = ["angulated_bar", "check_lengths"]
-
-
-def check_lengths(**lengths: float) -> None:
-    """Raise `InputError` for the first length that is not a finite number above zero."""
-    for name, length in lengths.items():
-        if isinstance(length, bool) or not isinstance(length, int | float) or not (math.isfinite(length) and length > 0.0):
-            raise InputError(f"{name} = {length!r}", "a finite number > 0 [m]")
+__all__ = ["angulated_bar"]
 
 
+@checked
 def angulated_bar(
     name: str,
     *,
-    first: float,
-    second: float,
-    kink: float = 0.0,
-    mass: float,
+    first: Annotated[float, Quantity("m", above=0.0)],
+    second: Annotated[float, Quantity("m", above=0.0)],
+    kink: Annotated[float, Quantity("rad")] = 0.0,
+    mass: Annotated[float, Quantity("kg", above=0.0)],
     position: Point = (0.0, 0.0),
-    angle: float = 0.0,
+    angle: Annotated[float, Quantity("rad")] = 0.0,
 ) -> Body:
     """A uniform bar of two straight legs that meet at a pivot; without a kink a straight bar with a pivot outside its middle.
 
@@ -49,7 +44,6 @@ def angulated_bar(
     Body
         With points "start", "pivot" and "end".
     """
-    check_lengths(first=first, second=second)
     end = first + second * math.cos(kink), second * math.sin(kink)
     fractions = first / (first + second), second / (first + second)
     middles = (0.5 * first, 0.0), (0.5 * (first + end[0]), 0.5 * end[1])

@@ -10,9 +10,18 @@ from typing import Annotated
 
 from scissordyn.component.place import GROUND, Point
 from scissordyn.errors import InputError
-from scissordyn.units import Quantity, check_quantities
+from scissordyn.units import Quantity, check_quantities, checked
 
-__all__ = ["Body", "bar", "point_mass"]
+__all__ = ["Body", "bar", "check_place", "point_mass"]
+
+
+def check_place(label: str, place: Point) -> None:
+    """Raise `InputError` for a place that is not finite, or farther away than any machine is large."""
+    if not all(PLACE.admits(x) for x in place):
+        raise InputError(f"{label} = {place!r}", f"two of: {PLACE.allowed}")
+
+
+PLACE = Quantity("m")
 
 
 @dataclass(frozen=True)
@@ -46,25 +55,29 @@ class Body:
     mass: Annotated[float, Quantity("kg", above=0.0, help="mass")]
     inertia: Annotated[float | None, Quantity("kg m^2", above=0.0, help="moment of inertia about the mass centre")]
     points: Mapping[str, Point] = field(default_factory=dict)
-    centre: Point = (0.0, 0.0)
-    position: Point = (0.0, 0.0)
+    centre: Annotated[Point, Quantity("m", help="mass centre in the body's frame")] = (0.0, 0.0)
+    position: Annotated[Point, Quantity("m", help="of the origin of the body's frame at the start")] = (0.0, 0.0)
     angle: Annotated[float, Quantity("rad", help="direction at the start")] = 0.0
-    velocity: Point = (0.0, 0.0)
+    velocity: Annotated[Point, Quantity("m/s", help="of the origin at the start")] = (0.0, 0.0)
     angular_velocity: Annotated[float, Quantity("rad/s", help="angular velocity at the start")] = 0.0
 
     def __post_init__(self) -> None:
         check_quantities(self, f"body '{self.name}'")
         if self.name == GROUND or not self.name:
             raise InputError(f"body name {self.name!r}", f"any name but '' and '{GROUND}'")
-        pairs = {"centre": self.centre, "position": self.position, "velocity": self.velocity, **self.points}
-        for label, pair in pairs.items():
-            if len(pair) != 2 or not all(math.isfinite(x) for x in pair):
-                raise InputError(f"body '{self.name}': {label} = {pair!r}", "two finite numbers")
+        for label, place in self.points.items():
+            check_place(f"body '{self.name}': {label}", place)
 
     @cached_property
     def rotates(self) -> bool:
         """Whether the body has an angle of its own."""
         return self.inertia is not None
+
+    @cached_property
+    def extent(self) -> float:
+        """How far from its origin the body reaches, its radius of gyration counted for one without points [m]."""
+        gyration = math.sqrt((self.inertia or 0.0) / self.mass)
+        return max([math.hypot(*point) for point in (self.centre, *self.points.values())] + [gyration])
 
     def place(self, point: str) -> Point:
         """Position of a named point at the start [m]."""
@@ -73,8 +86,15 @@ class Body:
         return self.position[0] + cos * x - sin * y, self.position[1] + sin * x + cos * y
 
 
+@checked
 def bar(
-    name: str, *, length: float, mass: float, position: Point = (0.0, 0.0), angle: float = 0.0, inertia: float | None = None
+    name: str,
+    *,
+    length: Annotated[float, Quantity("m", above=0.0)],
+    mass: Annotated[float, Quantity("kg", above=0.0)],
+    position: Point = (0.0, 0.0),
+    angle: Annotated[float, Quantity("rad")] = 0.0,
+    inertia: Annotated[float | None, Quantity("kg m^2", above=0.0)] = None,
 ) -> Body:
     """A straight bar with points "start", "middle" and "end"; uniform unless its inertia is given.
 
@@ -96,8 +116,6 @@ def bar(
     -------
     Body
     """
-    if not (math.isfinite(length) and length > 0.0):
-        raise InputError(f"bar '{name}': length = {length!r}", "a finite number > 0 [m]")
     middle = (0.5 * length, 0.0)
     uniform = mass * length**2 / 12.0
     return Body(

@@ -8,15 +8,20 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 from scissordyn.component.actuator import Actuator
+from scissordyn.component.catalogue import COMPONENTS
 from scissordyn.component.declaration import Component
 from scissordyn.component.place import GROUND, BodyPoint, Point
 from scissordyn.errors import InputError, did_you_mean
+from scissordyn.model.body import check_place
 from scissordyn.model.joint import Revolute
 
 if TYPE_CHECKING:
     from scissordyn.model.mechanism import Mechanism
 
 __all__ = ["check_parts"]
+
+DIMENSIONS = ("time", "body", "joint", "axis", "drive", "contact", "event")
+"""Dimensions of every run, which are no sections of components."""
 
 SAME_PLACE = 1e-9
 """Points of one body nearer to each other than this fraction of the mechanism's size are one point."""
@@ -36,8 +41,7 @@ def check_parts(mechanism: Mechanism) -> None:
     """
     _check_names(mechanism)
     for name, place in mechanism.ground:
-        if len(place) != 2 or not all(math.isfinite(x) for x in place):
-            raise InputError(f"point '{name}' of the ground = {place!r}", "two finite numbers [m]")
+        check_place(f"point '{name}' of the ground", place)
     points = _points(mechanism)
     rotating = {GROUND, *(body.name for body in mechanism.bodies if body.rotates)}
     for joint in mechanism.joints:
@@ -54,6 +58,7 @@ def check_parts(mechanism: Mechanism) -> None:
     components: tuple[Any, ...] = (*mechanism.components, *mechanism.rods, *mechanism.latches)
     for component in components:
         _check_component(points, rotating, component)
+    _check_sections(components)
     for drive in mechanism.drives:
         _check_rotates(points, rotating - {GROUND}, "the drive", drive.body)
     for what, name in (("input body", mechanism.input_body), ("output body", mechanism.output_body)):
@@ -75,6 +80,20 @@ def _check_component(points: Mapping[str, Mapping[str, Point]], rotating: set[st
             _check_point(points, label, reference)
 
 
+def _check_sections(components: tuple[Any, ...]) -> None:
+    """Raise `InputError` for two classes of components whose variables in a run would have the same names."""
+    owner: dict[str, type] = dict(COMPONENTS)
+    for component in components:
+        section, kind = component.declaration.section, type(component)
+        if section in DIMENSIONS or owner.setdefault(section, kind) is not kind:
+            raise InputError(
+                f"{component.declaration.label} '{component.name}' of a class '{kind.__name__}' with the section '{section}', "
+                "which is taken",
+                "a section of its own",
+                f'@component(section="my_{section}", ...)',
+            )
+
+
 def _points(mechanism: Mechanism) -> dict[str, Mapping[str, Point]]:
     """The points of the ground and of each body, in its own frame."""
     return {GROUND: dict(mechanism.ground), **{body.name: body.points for body in mechanism.bodies}}
@@ -92,6 +111,9 @@ def _check_names(mechanism: Mechanism) -> None:
         name, times = Counter(names).most_common(1)[0] if names else ("", 0)
         if times > 1:
             raise InputError(f"{what} '{name}' given {times} times", "each name once")
+        for each in names:
+            if each.endswith("\0"):  # an array of text drops it, and the result has another name
+                raise InputError(f"{what} '{each}'", "a name that does not end in a NUL character")
 
 
 def _check_body(points: Mapping[str, Mapping[str, Point]], label: str, name: str) -> None:

@@ -11,7 +11,7 @@ from scissordyn.laws.damping.factors import Flores
 from scissordyn.laws.elastic.liu import Liu
 from scissordyn.laws.friction.none import NoFriction
 from scissordyn.laws.material import STEEL, Material
-from scissordyn.units import Quantity, check_quantities
+from scissordyn.units import Meaning, Quantity, Sample, check_quantities
 
 __all__ = ["Clearance"]
 
@@ -39,11 +39,11 @@ class Clearance:
     clearance: Annotated[float, Quantity("m", above=0.0, help="radial clearance R_B - R_J")]
     journal_radius: Annotated[float, Quantity("m", above=0.0, help="radius of the journal")] = 10e-3
     bearing_length: Annotated[float, Quantity("m", above=0.0, help="axial length of the bearing")] = 15e-3
-    material: Material = STEEL
+    material: Annotated[Material, Meaning("of the journal", "STEEL")] = STEEL
     bearing_material: Material | None = None
-    stiffness: Elastic = field(default_factory=Liu)
-    damping: Damping = field(default_factory=Flores)
-    friction: Friction = field(default_factory=NoFriction)
+    stiffness: Annotated[Elastic, Meaning("an elastic law", "Liu()")] = field(default_factory=Liu)
+    damping: Annotated[Damping, Meaning("a damping law", "Flores(restitution=0.9)")] = field(default_factory=Flores)
+    friction: Annotated[Friction, Meaning("a friction law", "Ambrosio(kinetic=0.1)")] = field(default_factory=NoFriction)
 
     def __post_init__(self) -> None:
         check_quantities(self)
@@ -51,7 +51,7 @@ class Clearance:
             raise InputError(
                 f"clearance = {self.clearance:g} m with journal_radius = {self.journal_radius:g} m",
                 "a clearance smaller than the journal radius",
-                f"clearance = '{min(0.05 * self.journal_radius, 5e-4) * 1e3:g} mm'",
+                Sample("clearance", min(0.05 * self.journal_radius, 5e-4), "m"),
             )
 
     @property

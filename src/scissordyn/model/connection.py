@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 from scissordyn.component.place import BodyPoint
 from scissordyn.errors import InputError
+from scissordyn.units import check_quantities
 
 __all__ = ["Weld"]
 
@@ -26,5 +27,6 @@ class Weld:
     end: BodyPoint
 
     def __post_init__(self) -> None:
+        check_quantities(self, f"weld '{self.name}'")
         if self.start[0] == self.end[0]:
             raise InputError(f"weld '{self.name}' connects body '{self.start[0]}' with itself", "two different bodies")

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Annotated
 
 from scissordyn.component.time_function import TimeFunction
+from scissordyn.units import Meaning, check_quantities
 
 __all__ = ["Drive"]
 
@@ -22,4 +24,7 @@ class Drive:
     """
 
     body: str
-    motion: TimeFunction
+    motion: Annotated[TimeFunction, Meaning("the prescribed angle", "ConstantSpeed(rpm(150))")]
+
+    def __post_init__(self) -> None:
+        check_quantities(self, f"drive of '{self.body}'")

@@ -13,8 +13,8 @@ from scissordyn.laws.damping.factors import Flores
 from scissordyn.laws.elastic.hertz import Hertz
 from scissordyn.laws.friction.none import NoFriction
 from scissordyn.laws.material import STEEL, Material
-from scissordyn.model.body import Body
-from scissordyn.units import Quantity, check_quantities
+from scissordyn.model.body import Body, check_place
+from scissordyn.units import Meaning, Quantity, check_quantities
 
 __all__ = ["ContactPoint", "GuideClearance", "block_contact_points"]
 
@@ -53,11 +53,11 @@ class GuideClearance:
     corners: tuple[Point, ...] = ()
     corner_radius: Annotated[float, Quantity("m", above=0.0, help="radius of the block's corners")] = 1e-3
     thickness: Annotated[float, Quantity("m", above=0.0, help="length of the corners' edges")] = 15e-3
-    material: Material = STEEL
+    material: Annotated[Material, Meaning("of the block", "STEEL")] = STEEL
     guide_material: Material | None = None
-    stiffness: Elastic = field(default_factory=Hertz)
-    damping: Damping = field(default_factory=Flores)
-    friction: Friction = field(default_factory=NoFriction)
+    stiffness: Annotated[Elastic, Meaning("an elastic law", "Hertz()")] = field(default_factory=Hertz)
+    damping: Annotated[Damping, Meaning("a damping law", "Flores(restitution=0.9)")] = field(default_factory=Flores)
+    friction: Annotated[Friction, Meaning("a friction law", "Ambrosio(kinetic=0.1)")] = field(default_factory=NoFriction)
 
     def __post_init__(self) -> None:
         check_quantities(self)
@@ -65,8 +65,7 @@ class GuideClearance:
             if self.length is not None or self.width is not None:
                 raise InputError("corners of a block beside its length or width", "either corners, or length and width")
             for point in self.corners:
-                if len(point) != 2 or not all(math.isfinite(x) for x in point):
-                    raise InputError(f"corner {point!r}", "two finite numbers [m]")
+                check_place("corner", point)
         elif self.length is None or self.width is None:
             raise InputError("a clearance guide without the size of its block", "length and width, or corners")
         elif 2.0 * self.corner_radius > min(self.length, self.width):

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 from typing import Annotated
 
@@ -10,7 +9,7 @@ from scissordyn.component.place import GROUND, BodyPoint, Point
 from scissordyn.errors import InputError
 from scissordyn.model.clearance import Clearance
 from scissordyn.model.guide_clearance import GuideClearance
-from scissordyn.units import Quantity, check_quantities
+from scissordyn.units import Meaning, Quantity, check_quantities
 
 __all__ = ["Guide", "Revolute"]
 
@@ -33,9 +32,10 @@ class Revolute:
     name: str
     journal: BodyPoint
     bearing: BodyPoint
-    clearance: Clearance | None = None
+    clearance: Annotated[Clearance | None, Meaning("of the joint", "Clearance(5e-4)")] = None
 
     def __post_init__(self) -> None:
+        check_quantities(self, f"joint '{self.name}'")
         if self.journal[0] == self.bearing[0]:
             raise InputError(f"joint '{self.name}' joins body '{self.journal[0]}' to itself", "two different bodies")
 
@@ -70,7 +70,7 @@ class Guide:
 
     name: str
     follower: BodyPoint
-    through: Point = (0.0, 0.0)
+    through: Annotated[Point, Quantity("m", help="a point of the line")] = (0.0, 0.0)
     direction: Annotated[float, Quantity("rad", help="direction of the line")] = 0.0
     body: str = GROUND
     aligned: bool = False
@@ -78,8 +78,6 @@ class Guide:
 
     def __post_init__(self) -> None:
         check_quantities(self, f"guide '{self.name}'")
-        if len(self.through) != 2 or not all(math.isfinite(x) for x in self.through):
-            raise InputError(f"guide '{self.name}': through = {self.through!r}", "two finite numbers [m]")
         if self.clearance is not None and not self.aligned:
             raise InputError(f"guide '{self.name}' with a clearance but not aligned", "a clearance guide that is aligned")
         if self.follower[0] == self.body:

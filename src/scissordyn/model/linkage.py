@@ -4,19 +4,20 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from typing import Literal
+from typing import Annotated, Literal
 
 from scissordyn.component.place import GROUND, BodyPoint, Point
 from scissordyn.errors import InputError
-from scissordyn.model.bar import check_lengths
 from scissordyn.model.body import Body, bar, point_mass
 from scissordyn.model.joint import Guide, Revolute
-from scissordyn.model.mechanism import Mechanism
-from scissordyn.model.scissor import check_units
+from scissordyn.model.mechanism import Gravity, GravityDirection, Mechanism
+from scissordyn.model.scissor import MOST_UNITS
+from scissordyn.units import Meaning, Quantity, checked
 
 __all__ = ["common_pin", "four_bar", "n_four_bar", "slider_crank"]
 
 
+@checked
 def common_pin(name: str, pin: BodyPoint, *others: BodyPoint) -> tuple[Revolute, ...]:
     """Several bars on one pin: the pin is fixed in the first bar, and each other bar rotates on it.
 
@@ -41,20 +42,23 @@ def common_pin(name: str, pin: BodyPoint, *others: BodyPoint) -> tuple[Revolute,
     return tuple(Revolute(f"{name} {number}", pin, other) for number, other in enumerate(others, start=1))
 
 
+@checked
 def slider_crank(
     *,
-    crank: float = 0.05,
-    rod: float = 0.12,
-    offset: float = 0.0,
-    crank_mass: float = 0.3,
-    crank_inertia: float | None = None,
-    rod_mass: float = 0.21,
-    rod_inertia: float | None = 2.5e-4,
-    slider_mass: float = 0.14,
-    slider_inertia: float | None = None,
-    angle: float = 0.0,
-    gravity: float = 0.0,
-    gravity_direction: float = -math.pi / 2,
+    crank: Annotated[float, Quantity("m", above=0.0, help="length of the crank")] = 0.05,
+    rod: Annotated[float, Quantity("m", above=0.0, help="length of the rod")] = 0.12,
+    offset: Annotated[float, Quantity("m", help="height of the slider's line")] = 0.0,
+    crank_mass: Annotated[float, Quantity("kg", above=0.0, help="mass of the crank")] = 0.3,
+    crank_inertia: Annotated[
+        float | None, Quantity("kg m^2", above=0.0, help="about its middle; that of a uniform bar if left out")
+    ] = None,
+    rod_mass: Annotated[float, Quantity("kg", above=0.0, help="mass of the rod")] = 0.21,
+    rod_inertia: Annotated[float | None, Quantity("kg m^2", above=0.0, help="about its middle")] = 2.5e-4,
+    slider_mass: Annotated[float, Quantity("kg", above=0.0, help="mass of the slider")] = 0.14,
+    slider_inertia: Annotated[float | None, Quantity("kg m^2", above=0.0, help="about its pin, for a clearance guide")] = None,
+    angle: Annotated[float, Quantity("rad", help="direction of the crank at the start")] = 0.0,
+    gravity: Gravity = 0.0,
+    gravity_direction: GravityDirection = -math.pi / 2,
 ) -> Mechanism:
     """A crank about the origin, a rod, and a slider on a line along x: r sin a + l sin b = offset.
 
@@ -84,7 +88,6 @@ def slider_crank(
     Mechanism
         Bodies "crank", "rod", "slider"; joints "ground pin", "crank pin", "slider pin" (journal on the rod); guide "guide".
     """
-    check_lengths(crank=crank, rod=rod)
     rise = offset - crank * math.sin(angle)
     if not abs(rise) < rod:
         raise InputError(
@@ -114,20 +117,23 @@ def slider_crank(
     )
 
 
+@checked
 def four_bar(
     *,
-    ground: float = 0.20,
-    crank: float = 0.08,
-    coupler: float = 0.18,
-    rocker: float = 0.15,
-    crank_mass: float = 0.08,
-    coupler_mass: float = 0.18,
-    rocker_mass: float = 0.15,
-    coupler_point: Point = (0.09, 0.06),
-    angle: float = math.pi / 3,
-    branch: Literal["open", "crossed"] = "open",
-    gravity: float = 9.81,
-    gravity_direction: float = -math.pi / 2,
+    ground: Annotated[float, Quantity("m", above=0.0, help="distance of the ground pins")] = 0.20,
+    crank: Annotated[float, Quantity("m", above=0.0, help="length of the crank")] = 0.08,
+    coupler: Annotated[float, Quantity("m", above=0.0, help="length of the coupler")] = 0.18,
+    rocker: Annotated[float, Quantity("m", above=0.0, help="length of the rocker")] = 0.15,
+    crank_mass: Annotated[float, Quantity("kg", above=0.0, help="mass of the crank")] = 0.08,
+    coupler_mass: Annotated[float, Quantity("kg", above=0.0, help="mass of the coupler")] = 0.18,
+    rocker_mass: Annotated[float, Quantity("kg", above=0.0, help="mass of the rocker")] = 0.15,
+    coupler_point: Annotated[
+        Point, Quantity("m", help='position of the point "coupler.point", along the coupler and to its left')
+    ] = (0.09, 0.06),
+    angle: Annotated[float, Quantity("rad", help="direction of the crank at the start")] = math.pi / 3,
+    branch: Annotated[Literal["open", "crossed"], Meaning("side of the diagonal on which the rocker pin starts")] = "open",
+    gravity: Gravity = 9.81,
+    gravity_direction: GravityDirection = -math.pi / 2,
 ) -> Mechanism:
     """A planar four-bar linkage of uniform bars; the ground pins are the origin and (ground, 0).
 
@@ -154,9 +160,6 @@ def four_bar(
     Mechanism
         Bodies "crank", "coupler", "rocker"; joints "crank ground pin", "crank pin", "rocker pin", "rocker ground pin".
     """
-    check_lengths(ground=ground, crank=crank, coupler=coupler, rocker=rocker)
-    if branch not in ("open", "crossed"):
-        raise InputError(f"branch = {branch!r}", '"open" or "crossed"')
     pin = crank * math.cos(angle), crank * math.sin(angle)
     diagonal = math.dist(pin, (ground, 0.0))
     if not abs(coupler - rocker) < diagonal < coupler + rocker:
@@ -189,8 +192,14 @@ def four_bar(
     )
 
 
+@checked
 def n_four_bar(
-    units: int = 2, *, length: float = 1.0, mass: float = 1.0, speed: float = 1.0, gravity: float = 9.81
+    units: Annotated[int, Quantity("1", minimum=1, maximum=MOST_UNITS, help="number of parallelograms")] = 2,
+    *,
+    length: Annotated[float, Quantity("m", above=0.0, help="length of every bar")] = 1.0,
+    mass: Annotated[float, Quantity("kg", above=0.0, help="mass of every bar")] = 1.0,
+    speed: Annotated[float, Quantity("m/s", help="of the first upper pin along x at the start")] = 1.0,
+    gravity: Gravity = 9.81,
 ) -> Mechanism:
     """N parallelograms side by side, the benchmark A02 of IFToMM's library of multibody problems.
 
@@ -215,8 +224,6 @@ def n_four_bar(
         Bodies "crank 0", ..., "crank N" and "coupler 1", ..., "coupler N"; joints "A0", "A1", ... on the ground, "B0" and
         "BN" between crank and coupler, and "B1 1", "B1 2", ... where two couplers are on the pin of a crank.
     """
-    check_units(units)
-    check_lengths(length=length)
     bodies: list[Body] = []
     joints: list[Revolute] = []
     for k in range(units + 1):

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Annotated, Any, TypeVar
 
+from scissordyn.annotation import shown
 from scissordyn.component.actuator import Actuator
 from scissordyn.component.declaration import Component
 from scissordyn.component.latch import Latch
@@ -18,6 +19,7 @@ from scissordyn.component.rod import Rod
 from scissordyn.component.time_function import ConstantSpeed, TimeFunction
 from scissordyn.control.controller import Controller
 from scissordyn.errors import InputError, did_you_mean
+from scissordyn.model.address import changed
 from scissordyn.model.body import Body
 from scissordyn.model.check import check_parts
 from scissordyn.model.clearance import Clearance
@@ -26,9 +28,12 @@ from scissordyn.model.drive import Drive
 from scissordyn.model.guide_clearance import ContactPoint, GuideClearance, block_contact_points
 from scissordyn.model.joint import Guide, Revolute
 from scissordyn.model.pattern import matching
-from scissordyn.units import Quantity, check_quantities
+from scissordyn.units import Meaning, Quantity, check_quantities, checked
 
-__all__ = ["Mechanism"]
+__all__ = ["Gravity", "GravityDirection", "Mechanism"]
+
+Gravity = Annotated[float, Quantity("m/s^2", minimum=0.0, help="gravitational acceleration")]
+GravityDirection = Annotated[float, Quantity("rad", help="direction of gravity")]
 
 Named = TypeVar("Named", Body, Revolute, Guide)
 
@@ -69,8 +74,8 @@ class Mechanism:
     welds: tuple[Weld, ...] = ()
     components: tuple[Component, ...] = ()
     ground: tuple[tuple[str, Point], ...] = ()
-    gravity: Annotated[float, Quantity("m/s^2", minimum=0.0, help="gravitational acceleration")] = 9.81
-    gravity_direction: Annotated[float, Quantity("rad", help="direction of gravity")] = -math.pi / 2
+    gravity: Gravity = 9.81
+    gravity_direction: GravityDirection = -math.pi / 2
     input_body: str = ""
     output_body: str = ""
     rods: tuple[Rod, ...] = ()
@@ -181,7 +186,12 @@ class Mechanism:
         drawn: str = package.preview_svg(self)
         return drawn
 
-    def with_clearance(self, joints: str | Iterable[str], clearance: Clearance | GuideClearance) -> Mechanism:
+    @checked
+    def with_clearance(
+        self,
+        joints: str | Iterable[str],
+        clearance: Annotated[Clearance | GuideClearance, Meaning("the clearance", "Clearance(5e-4)")],
+    ) -> Mechanism:
         """The same mechanism with a clearance at one joint or guide or at several.
 
         Parameters
@@ -201,6 +211,7 @@ class Mechanism:
         names = matching("joint", joints, [joint.name for joint in self.joints])
         return self._with_joints(dataclasses.replace(self.joint(name), clearance=clearance) for name in names)
 
+    @checked
     def ideal(self, *joints: str) -> Mechanism:
         """The same mechanism with ideal joints and guides, all of them if none is named."""
         guides = [guide for guide in self.guides if guide.name in joints or not joints]
@@ -209,7 +220,14 @@ class Mechanism:
         tight = self._with_joints(dataclasses.replace(self.joint(name), clearance=None) for name in names)
         return tight._with_guides(dataclasses.replace(guide, clearance=None) for guide in guides)
 
-    def driven(self, motion: TimeFunction | None = None, *, speed: float | None = None, body: str = "") -> Mechanism:
+    @checked
+    def driven(
+        self,
+        motion: Annotated[TimeFunction | None, Meaning("the prescribed angle", "speed=rpm(150)")] = None,
+        *,
+        speed: Annotated[float | None, Quantity("rad/s", help="angular velocity")] = None,
+        body: str = "",
+    ) -> Mechanism:
         """The same mechanism with a drive of a body, which replaces any drive of that body.
 
         Parameters
@@ -234,16 +252,17 @@ class Mechanism:
         others = tuple(other for other in self.drives if other.body != chosen)
         return dataclasses.replace(self, drives=(*others, drive))
 
+    @checked
     def controlled(
         self,
-        controller: Controller,
+        controller: Annotated[Controller, Meaning("a controller", "PID(100.0)")],
         *,
-        reference: TimeFunction | None = None,
-        speed: float | None = None,
+        reference: Annotated[TimeFunction | None, Meaning("the reference angle", "speed=rpm(150)")] = None,
+        speed: Annotated[float | None, Quantity("rad/s", help="angular velocity")] = None,
         body: str = "",
         feed_forward: TimeFunction | None = None,
         sensor: str | BodyPoint | None = None,
-        inertia: float = 0.0,
+        inertia: Annotated[float, Quantity("kg m^2", minimum=0.0)] = 0.0,
         start_on_reference: bool = True,
         name: str = "",
     ) -> Mechanism:
@@ -312,31 +331,42 @@ class Mechanism:
         others = tuple(other for other in self.drives if other.body != chosen)
         return dataclasses.replace(self, drives=others, components=(*self.components, actuator))
 
-    def replace(self, path: str, value: Any) -> Mechanism:
+    @checked
+    def replace(self, address: str, value: Any) -> Mechanism:
         """The same mechanism with one value changed.
 
         Parameters
         ----------
-        path : str
-            A field of the mechanism ("gravity"), or a joint or guide and a field of its clearance ("A.clearance",
-            "A.friction", "A.damping.restitution").
+        address : str
+            A field of the mechanism ("gravity", "components"), or a part and a field of it: "A.clearance",
+            "A.damping.restitution", "drive.speed", "body.slider.mass", "servo.controller.limit", "joint.all.friction"; see
+            `model.address`.
         value
-            The new value.
+            The new value, in SI.
 
         Returns
         -------
         Mechanism
         """
-        names = {field.name for field in dataclasses.fields(self)}
-        if path in names:
-            return dataclasses.replace(self, **{path: value})
-        joint, _, inner = path.partition(".")
-        guides = {guide.name: guide for guide in self.guides}
-        connection = guides[joint] if joint in guides else self.joint(joint)
-        if connection.clearance is None or not inner:
-            raise InputError(f"replace({path!r})", "JOINT.FIELD of a clearance joint, or one of " + ", ".join(sorted(names)))
-        new = dataclasses.replace(connection, clearance=_replace_inside(connection.clearance, inner, value))
-        return self._with_guides([new]) if isinstance(new, Guide) else self._with_joints([new])
+        return changed(self, address, value)
+
+    def with_parts(self, parts: Mapping[str, Any]) -> Mechanism:
+        """The same mechanism with other parts of the same names between the same bodies, which are not checked again.
+
+        Parameters
+        ----------
+        parts : mapping of str to tuple
+            By field.
+
+        Returns
+        -------
+        Mechanism
+        """
+        made = object.__new__(Mechanism)
+        made.__dict__.update(
+            {field.name: parts.get(field.name, getattr(self, field.name)) for field in dataclasses.fields(self)}
+        )
+        return made
 
     def _with_joints(self, changed: Iterable[Revolute]) -> Mechanism:
         new = {joint.name: joint for joint in changed}
@@ -348,15 +378,6 @@ class Mechanism:
 
 
 def _named(what: str, name: str, found: Mapping[str, Named]) -> Named:
-    if name not in found:
-        raise InputError(f"{what} '{name}'{did_you_mean(name, found)}", "one of " + (", ".join(found) or "none"))
+    if not isinstance(name, str) or name not in found:
+        raise InputError(f"{what} {shown(name)}{did_you_mean(name, found)}", "one of " + (", ".join(found) or "none"))
     return found[name]
-
-
-def _replace_inside(described: Any, path: str, value: Any) -> Any:
-    name, _, rest = path.partition(".")
-    names = [field.name for field in dataclasses.fields(described)]
-    if name not in names:
-        raise InputError(f"no field '{name}' in {type(described).__name__}{did_you_mean(name, names)}", ", ".join(names))
-    inner = _replace_inside(getattr(described, name), rest, value) if rest else value
-    return dataclasses.replace(described, **{name: inner})

@@ -40,6 +40,8 @@ def matching(what: str, patterns: str | Iterable[str], names: Sequence[str]) -> 
     """
     wanted: set[str] = set()
     for pattern in (patterns,) if isinstance(patterns, str) else tuple(patterns):
+        if not isinstance(pattern, str):
+            raise InputError(f"{what} {pattern!r}", "text: a name or a pattern")
         shapes = (pattern,) if pattern in names else GROUPS.get(pattern, (pattern,))
         found = {name for name in names if name == pattern}
         found = found or {name for name in names if any(fnmatchcase(name, shape) for shape in shapes)}

@@ -5,17 +5,26 @@ from __future__ import annotations
 import dataclasses
 import math
 from collections.abc import Iterable
+from typing import Annotated
 
 from scissordyn.component.place import GROUND, BodyPoint, Point
 from scissordyn.errors import InputError, did_you_mean
 from scissordyn.model.body import Body
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.model.pattern import matching
+from scissordyn.units import Quantity, checked
 
 __all__ = ["with_panels", "with_payload"]
 
 
-def with_payload(mechanism: Mechanism, place: str | BodyPoint, mass: float, *, inertia: float = 0.0) -> Mechanism:
+@checked
+def with_payload(
+    mechanism: Mechanism,
+    place: str | BodyPoint,
+    mass: Annotated[float, Quantity("kg", above=0.0, help="mass")],
+    *,
+    inertia: Annotated[float, Quantity("kg m^2", minimum=0.0, help="about the payload's own mass centre")] = 0.0,
+) -> Mechanism:
     """The same mechanism with a payload fixed to one of its bodies.
 
     Parameters
@@ -35,14 +44,18 @@ def with_payload(mechanism: Mechanism, place: str | BodyPoint, mass: float, *, i
     name, point = mechanism.joint(place).journal if isinstance(place, str) else place
     if name == GROUND:
         raise InputError(f"a payload on the ground at '{place}'", "a body and one of its points")
-    if not (math.isfinite(inertia) and inertia >= 0.0):
-        raise InputError(f"inertia = {inertia!r}", "a finite number >= 0 [kg m^2]")
     body = mechanism.body(name)
     return _exchanged(mechanism, [_loaded(body, mass, _local(body, point), inertia)])
 
 
+@checked
 def with_panels(
-    mechanism: Mechanism, bodies: str | Iterable[str], mass: float, *, start: str = "start", end: str = "end"
+    mechanism: Mechanism,
+    bodies: str | Iterable[str],
+    mass: Annotated[float, Quantity("kg", above=0.0, help="mass of one panel")],
+    *,
+    start: str = "start",
+    end: str = "end",
 ) -> Mechanism:
     """The same mechanism with a panel on each of some bars, its mass spread evenly between two points of the bar.
 
@@ -80,8 +93,6 @@ def _local(body: Body, point: str) -> Point:
 
 def _loaded(body: Body, mass: float, place: Point, inertia: float) -> Body:
     """A body with a further mass fixed to it; inertias about the common mass centre (Steiner)."""
-    if not (math.isfinite(mass) and mass > 0.0):
-        raise InputError(f"mass = {mass!r} on body '{body.name}'", "a finite number > 0 [kg]")
     total = body.mass + mass
     centre = tuple((body.mass * own + mass * new) / total for own, new in zip(body.centre, place, strict=True))
     if body.inertia is not None:

@@ -3,21 +3,19 @@
 from __future__ import annotations
 
 import math
-from typing import Literal
+from typing import Annotated, Literal
 
 from scissordyn.component.place import GROUND
 from scissordyn.errors import InputError
 from scissordyn.model.body import bar, point_mass
 from scissordyn.model.joint import Guide, Revolute
-from scissordyn.model.mechanism import Mechanism
+from scissordyn.model.mechanism import Gravity, GravityDirection, Mechanism
+from scissordyn.units import Meaning, Quantity, Sample, checked
 
-__all__ = ["check_units", "joints_of_units", "scissor"]
+__all__ = ["MOST_UNITS", "joints_of_units", "scissor"]
 
-
-def check_units(units: int, least: int = 1) -> None:
-    """Raise `InputError` unless there are enough units."""
-    if isinstance(units, bool) or not isinstance(units, int) or units < least:
-        raise InputError(f"units = {units!r}", f"a whole number >= {least}")
+MOST_UNITS = 100_000
+"""Units of an array, whose description alone then takes a gigabyte."""
 
 
 def joints_of_units(
@@ -52,16 +50,19 @@ def joints_of_units(
     return tuple(joints)
 
 
+@checked
 def scissor(
     *,
-    units: int = 2,
-    bar_length: float = 2.0,
-    bar_mass: float = 5.68,
-    slider_mass: float = 5.0,
-    angle: float = math.pi / 6,
-    gravity: float = 9.81,
-    gravity_direction: float = -math.pi / 2,
-    driven_bar: Literal["pinned", "slider"] = "pinned",
+    units: Annotated[int, Quantity("1", minimum=1, maximum=MOST_UNITS, help="number of units")] = 2,
+    bar_length: Annotated[float, Quantity("m", above=0.0, help="length of a bar")] = 2.0,
+    bar_mass: Annotated[float, Quantity("kg", above=0.0, help="mass of a bar")] = 5.68,
+    slider_mass: Annotated[float, Quantity("kg", above=0.0, help="mass of the slider")] = 5.0,
+    angle: Annotated[float, Quantity("rad", help="half opening angle at the start, above 0 and below 90 deg")] = math.pi / 6,
+    gravity: Gravity = 9.81,
+    gravity_direction: GravityDirection = -math.pi / 2,
+    driven_bar: Annotated[
+        Literal["pinned", "slider"], Meaning("whether the bar pinned to the ground or the bar at the slider is driven")
+    ] = "pinned",
 ) -> Mechanism:
     """A straight array of equal scissor units along x, pinned at the origin, with a slider on the y axis.
 
@@ -86,14 +87,11 @@ def scissor(
         Bodies "unit 1/bar 1", "unit 1/bar 2", ... and "slider"; joints "O" (ground pin), "A" (slider),
         "unit 1/pivot", ... and "unit 1/upper", "unit 1/lower" between units 1 and 2; guide "guide".
     """
-    check_units(units)
-    if driven_bar not in ("pinned", "slider"):
-        raise InputError(f"driven_bar = {driven_bar!r}", '"pinned" or "slider"')
-    if not (math.isfinite(angle) and 0.0 < angle < 0.5 * math.pi):
+    if not 0.0 < angle < 0.5 * math.pi:
         raise InputError(
             f"angle = {math.degrees(angle):g} deg, at which the array cannot be assembled",
             "an angle above 0 and below 90 deg",
-            "angle = '30 deg'",
+            Sample("angle", math.radians(30.0), "rad"),
         )
     pinned, coupler = (1, 2) if driven_bar == "pinned" else (2, 1)
     lean = {1: angle, 2: -angle}

@@ -205,7 +205,9 @@ class PaperCase:
         if self.choice.travel == "oscillating":
             frequency = _number(self.speed / OSCILLATION)
             mean, amplitude = _number(math.degrees(self.choice.angle)), _number(math.degrees(OSCILLATION))
-            return f'harmonic = {{ mean = "{mean} deg", amplitude = "{amplitude} deg", frequency = "{frequency} rad/s" }}'
+            return (
+                f'harmonic = {{ mean = "{mean} deg", amplitude = "{amplitude} deg", angular_frequency = "{frequency} rad/s" }}'
+            )
         return f'speed = "{"-" if self.choice.travel == "falling" else ""}{_rpm(self.speed)} rpm"'
 
 

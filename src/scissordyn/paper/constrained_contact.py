@@ -7,9 +7,9 @@ import math
 import numpy as np
 import xarray as xr
 
-from scissordyn.component.place import BodyPoint
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.paper.measures import JOINT
+from scissordyn.plot.place import Placement
 
 __all__ = ["with_contact"]
 
@@ -46,7 +46,8 @@ def with_contact(run: xr.Dataset, mechanism: Mechanism) -> xr.Dataset:
     touching[:, -1] = force > 0.0
     clearance = np.full(len(names), np.nan)
     clearance[-1] = joint.clearance.clearance
-    journal, bearing = (_path(run, mechanism, point) for point in (joint.journal, joint.bearing))
+    placed = Placement.at(mechanism, run, slice(None))
+    journal, bearing = placed.place(joint.journal), placed.place(joint.bearing)
     contact = (
         ("contact_start", 0.0, "s"),
         ("contact_duration", math.nan, "s"),
@@ -67,17 +68,3 @@ def with_contact(run: xr.Dataset, mechanism: Mechanism) -> xr.Dataset:
     for name, value, unit in contact:
         variables[name] = (("contact",), np.array([value]), {"units": unit, "long_name": name.replace("_", " ")})
     return whole.assign(variables)
-
-
-def _path(run: xr.Dataset, mechanism: Mechanism, reference: BodyPoint) -> np.ndarray:
-    """Position of a point of a moving body at each instant, shape (time, 2) [m]."""
-    name, point = reference
-    body = mechanism.body(name)
-    angle = run["angle"].sel(body=name).values
-    arm = np.array(body.points[point]) - np.array(body.centre)
-    turned = np.stack(
-        [np.cos(angle) * arm[0] - np.sin(angle) * arm[1], np.sin(angle) * arm[0] + np.cos(angle) * arm[1]], axis=1
-    )
-    centre = run["position"].sel(body=name).transpose("time", "axis").values
-    placed: np.ndarray = centre + turned
-    return placed

@@ -105,7 +105,7 @@ DEPLOYMENT = Manoeuvre(
 )
 PERIODIC_MANOEUVRE = Manoeuvre(
     "periodic drive, 45 ± 15 deg at 2 Hz, periods 40 to 60",
-    Harmonic(mean=degrees(45), amplitude=degrees(15), frequency=2.0 * math.pi / PERIOD),
+    Harmonic(mean=degrees(45), amplitude=degrees(15), angular_frequency=2.0 * math.pi / PERIOD),
     degrees(45),
     60.0 * PERIOD,
     30_001,

@@ -15,7 +15,7 @@ from matplotlib.patches import Circle, Polygon
 
 from scissordyn.errors import InputError
 from scissordyn.plot.animation_scene import GAP, TRAIL, ClearanceJoint, Scene, newtons, time_scale_in_words
-from scissordyn.plot.style import BLACK, BLUE, GREEN, GREY, LIGHT, ORANGE, PURPLE, SKY, SMALL, VERMILION, dress
+from scissordyn.plot.style import BLACK, BLUE, GREEN, GREY, LIGHT, ORANGE, PURPLE, SKY, SMALL, VERMILION, dress, literal
 
 __all__ = ["Film", "write_film"]
 
@@ -74,7 +74,7 @@ class Film:
                 bars += shape.kind == "bar"
                 look = {
                     "bar": {"color": (BLUE, GREEN)[bars % 2], "linewidth": 2.0, "zorder": 2.0},
-                    "spring": {"color": PURPLE, "linewidth": 1.0, "zorder": 2.5},
+                    "component": {"color": PURPLE, "linewidth": 1.0, "zorder": 2.5},
                     "rod": {"color": PURPLE, "linewidth": 1.4, "linestyle": (0, (4, 1.5)), "zorder": 2.5},
                     "guide": {"color": GREY, "linewidth": 0.7, "linestyle": (0, (6, 2, 1, 2)), "zorder": 1.0},
                 }[shape.kind]
@@ -127,7 +127,7 @@ class _Magnified:
         first = joint.reached[max(0, frame - TRAIL)] - 1
         self.path.set_data(*joint.path[first : joint.reached[frame]].T)
         state = newtons(float(joint.force[frame])) if joint.touched[frame] else "free"
-        self.axes.set_title(f"{joint.name}: {state}", fontsize=SMALL, color=BLACK)
+        self.axes.set_title(f"{literal(joint.name)}: {state}", fontsize=SMALL, color=BLACK)
 
 
 def _figure(aspect: float, joints: int) -> tuple[Figure, Axes, list[Axes]]:

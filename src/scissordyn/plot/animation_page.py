@@ -38,11 +38,11 @@ button, select {{ font: inherit; padding: .2rem .8rem }}
 figure {{ flex: none; margin: 0; text-align: center }}
 figcaption {{ font-size: 13px; font-variant-numeric: tabular-nums }}
 small {{ color: {GREY} }}
-.bar, .spring, .rod, .guide, .path {{ fill: none; stroke-linejoin: round; stroke-linecap: round }}
+.bar, .component, .rod, .guide, .path {{ fill: none; stroke-linejoin: round; stroke-linecap: round }}
 .bar {{ stroke-width: 3.5 }}
 .plate {{ fill-opacity: .15; stroke-width: 2.5 }}
 .block {{ fill: {LIGHT}; stroke: {BLACK} }}
-.spring {{ stroke: {PURPLE}; stroke-width: 1.5 }}
+.component {{ stroke: {PURPLE}; stroke-width: 1.5 }}
 .rod {{ stroke: {PURPLE}; stroke-width: 2; stroke-dasharray: 6 3 }}
 .guide {{ stroke: {GREY}; stroke-dasharray: 12 4 2 4 }}
 .joint, .support, .bearing {{ fill: #fff; stroke: {BLACK}; stroke-width: 1.5 }}

@@ -8,13 +8,13 @@ from dataclasses import dataclass
 import numpy as np
 import xarray as xr
 
-from scissordyn.component.place import GROUND, BodyPoint
-from scissordyn.component.spring import Spring
+from scissordyn.component.place import GROUND
 from scissordyn.errors import InputError
 from scissordyn.model.mechanism import Mechanism
-from scissordyn.plot.place import outline
+from scissordyn.plot.place import Placement
 from scissordyn.plot.scale import Scale, engineering
 from scissordyn.plot.series import time_scale
+from scissordyn.plot.symbol import symbols
 
 __all__ = ["GAP", "TRAIL", "ClearanceJoint", "Scene", "Shape", "newtons", "scene_of", "time_scale_in_words"]
 
@@ -27,18 +27,18 @@ TRAIL = 12
 FINEST = 4000
 """Largest number of points of a journal's path in a film, about the resolution of a screen."""
 
-COILS = 8
-"""Number of bends of the zigzag of a spring."""
+SYMBOL = 0.03
+"""Radius of the symbol of a component as a fraction of the picture's longer side."""
 
 
 @dataclass(frozen=True)
 class Shape:
-    """A body, a spring, a rod or a guide, as a line through points.
+    """A body, a guide, or a stroke of the symbol of a component, as a line through points.
 
     Parameters
     ----------
     name : str
-    kind : {"bar", "plate", "block", "spring", "rod", "guide"}
+    kind : {"bar", "plate", "block", "component", "rod", "guide"}
     points : ndarray, shape (frames, points, 2)
         In the fixed frame [m].
     """
@@ -124,34 +124,6 @@ def time_scale_in_words(slower: float) -> str:
     return f"{slower:.3g}× slower" if slower > 1.0 else f"{1.0 / slower:.3g}× faster"
 
 
-class _Placement:
-    """The positions of the bodies at the samples of the frames."""
-
-    def __init__(self, run: xr.Dataset, mechanism: Mechanism, frames: np.ndarray) -> None:
-        self.mechanism, self.count = mechanism, len(frames)
-        names = [body.name for body in mechanism.bodies]
-        now = run[["position", "angle"]].isel(time=frames).sel(body=names)
-        self.index = {name: k for k, name in enumerate(names)}
-        self.centre = now["position"].transpose("time", "body", "axis").values
-        self.angle = now["angle"].transpose("time", "body").values
-
-    def points(self, body: str, local: np.ndarray) -> np.ndarray:
-        """Points of a body's frame, or of the fixed one, in the fixed frame, shape (frames, points, 2)."""
-        if body == GROUND:
-            return np.broadcast_to(local, (self.count, *local.shape))
-        k = self.index[body]
-        cos, sin = np.cos(self.angle[:, k, None]), np.sin(self.angle[:, k, None])
-        x, y = (local - np.array(self.mechanism.body(body).centre)).T
-        placed: np.ndarray = self.centre[:, None, k] + np.stack([cos * x - sin * y, sin * x + cos * y], axis=-1)
-        return placed
-
-    def place(self, reference: BodyPoint) -> np.ndarray:
-        """A named point, shape (frames, 2)."""
-        body, point = reference
-        named = dict(self.mechanism.ground) if body == GROUND else self.mechanism.body(body).points
-        return self.points(body, np.array([named[point]], float))[:, 0]
-
-
 def scene_of(run: xr.Dataset, mechanism: Mechanism, frames: np.ndarray, joints: list[str]) -> Scene:
     """The scene of a film of a run.
 
@@ -169,17 +141,18 @@ def scene_of(run: xr.Dataset, mechanism: Mechanism, frames: np.ndarray, joints: 
     -------
     Scene
     """
-    placement = _Placement(run, mechanism, frames)
-    bodies = [placement.points(body.name, outline(body)) for body in mechanism.bodies]
-    fixed = np.array([place for _, place in mechanism.ground], float).reshape(-1, 2)
-    everything = np.concatenate([*(part.reshape(-1, 2) for part in bodies), fixed])
-    low, high = everything.min(axis=0), everything.max(axis=0)
-    margin = 0.1 * (float(np.max(high - low)) or 1.0)
-    low, high = low - margin, high + margin
+    placement = Placement.at(mechanism, run, frames)
+    bodies = placement.outlines()
+    low, high = placement.corners()
     size = float(np.max(high - low))
     # blocks first, so that bars are drawn over them
     solid = sorted(_bodies(mechanism, placement, bodies, size), key=lambda shape: shape.kind != "block")
-    shapes = [*_guides(mechanism, placement, size), *solid, *_springs(mechanism, placement, size), *_rods(mechanism, placement)]
+    parts = [
+        Shape(symbol.name, "rod" if symbol.kind == "rod" else "component", stroke)
+        for symbol in symbols(run, mechanism, placement, frames, SYMBOL * size)
+        for stroke in symbol.strokes
+    ]
+    shapes = [*_guides(mechanism, placement, size), *solid, *parts]
     pins = [placement.place(joint.bearing) for joint in mechanism.ideal_joints]
     supported = dict.fromkeys(end for joint in mechanism.joints for end in (joint.journal, joint.bearing) if end[0] == GROUND)
     return Scene(
@@ -194,7 +167,7 @@ def scene_of(run: xr.Dataset, mechanism: Mechanism, frames: np.ndarray, joints: 
     )
 
 
-def _bodies(mechanism: Mechanism, placement: _Placement, outlines: list[np.ndarray], size: float) -> list[Shape]:
+def _bodies(mechanism: Mechanism, placement: Placement, outlines: list[np.ndarray], size: float) -> list[Shape]:
     shapes = []
     for body, points in zip(mechanism.bodies, outlines, strict=True):
         if points.shape[1] == 1:
@@ -204,12 +177,12 @@ def _bodies(mechanism: Mechanism, placement: _Placement, outlines: list[np.ndarr
     return shapes
 
 
-def _block(mechanism: Mechanism, placement: _Placement, body: str, middle: np.ndarray, half: float) -> np.ndarray:
+def _block(mechanism: Mechanism, placement: Placement, body: str, middle: np.ndarray, half: float) -> np.ndarray:
     """The corners of a block, long in the direction of its guide."""
     tilt = np.zeros(placement.count)
     for guide in mechanism.guides:
         if guide.follower[0] == body:
-            tilt = guide.direction + (0.0 if guide.body == GROUND else placement.angle[:, placement.index[guide.body]]) + tilt
+            tilt = guide.direction + placement.angle(guide.body)
             break
     corners = half * np.array([[-1.0, -0.6], [1.0, -0.6], [1.0, 0.6], [-1.0, 0.6]])
     cos, sin = np.cos(tilt)[:, None], np.sin(tilt)[:, None]
@@ -218,7 +191,7 @@ def _block(mechanism: Mechanism, placement: _Placement, body: str, middle: np.nd
     return placed
 
 
-def _guides(mechanism: Mechanism, placement: _Placement, size: float) -> list[Shape]:
+def _guides(mechanism: Mechanism, placement: Placement, size: float) -> list[Shape]:
     """The lines of the guides, long enough to cross the picture."""
     shapes = []
     for guide in mechanism.guides:
@@ -228,31 +201,8 @@ def _guides(mechanism: Mechanism, placement: _Placement, size: float) -> list[Sh
     return shapes
 
 
-def _springs(mechanism: Mechanism, placement: _Placement, size: float) -> list[Shape]:
-    """A zigzag between the two points of each spring."""
-    shapes = []
-    fraction = np.concatenate([[0.0, 0.15], np.linspace(0.2, 0.8, COILS), [0.85, 1.0]])
-    aside = np.concatenate([[0.0, 0.0], np.resize([1.0, -1.0], COILS), [0.0, 0.0]]) * 0.012 * size
-    for element in mechanism.components:
-        if not isinstance(element, Spring):
-            continue
-        start, end = placement.place(element.start), placement.place(element.end)
-        along = end - start
-        length = np.linalg.norm(along, axis=-1, keepdims=True)
-        across = np.stack([-along[:, 1], along[:, 0]], axis=-1) / np.where(length > 0.0, length, 1.0)
-        zigzag = start[:, None] + fraction[:, None] * along[:, None] + aside[:, None] * across[:, None]
-        shapes.append(Shape(element.name, "spring", zigzag))
-    return shapes
-
-
-def _rods(mechanism: Mechanism, placement: _Placement) -> list[Shape]:
-    """A line between the two points of each rod."""
-    ends = [(rod.name, placement.place(rod.start), placement.place(rod.end)) for rod in mechanism.rods]
-    return [Shape(name, "rod", np.stack([start, end], axis=1)) for name, start, end in ends]
-
-
 def _clearance_joint(
-    run: xr.Dataset, mechanism: Mechanism, placement: _Placement, frames: np.ndarray, name: str
+    run: xr.Dataset, mechanism: Mechanism, placement: Placement, frames: np.ndarray, name: str
 ) -> ClearanceJoint:
     joint, here = mechanism.joint(name), run.sel(joint=name)
     if joint.clearance is None:

@@ -13,7 +13,7 @@ from matplotlib.patches import Polygon, Rectangle
 from scissordyn.component.place import GROUND
 from scissordyn.errors import InputError
 from scissordyn.model.mechanism import Mechanism
-from scissordyn.plot.style import BLACK, GREY, LIGHT, SKY, SMALL, VERMILION
+from scissordyn.plot.style import BLACK, GREY, LIGHT, SKY, SMALL, VERMILION, literal
 
 __all__ = ["GAP", "channel", "guides_of"]
 
@@ -89,5 +89,7 @@ def channel(run: xr.Dataset, mechanism: Mechanism, sample: int, guide: str, *, a
         spine.set_visible(False)
     count = int(np.sum(touching))
     state = f"{count} corner{'s' * (count > 1)} in contact" if count else "free flight"
-    axes.set_title(f"{guide}: {state}\nclearance magnified {GAP * half / gap.clearance:.2g} times", fontsize=SMALL, color=BLACK)
+    gain = GAP * half / gap.clearance
+    title = f"{literal(guide)}: {state}\nclearance magnified {gain:.2g} times"
+    axes.set_title(title, fontsize=SMALL, color=BLACK)
     return axes

@@ -10,7 +10,7 @@ from matplotlib.axes import Axes
 
 from scissordyn.plot.scale import Scale, engineering
 from scissordyn.plot.series import chosen_joints, contact_spans, finish, time_scale
-from scissordyn.plot.style import BLACK, BLUE, GREY, IDEAL, LINE, NORMAL, SMALL, VERMILION, Canvas, legend, panels
+from scissordyn.plot.style import BLACK, BLUE, GREY, IDEAL, LINE, NORMAL, SMALL, VERMILION, Canvas, legend, literal, panels
 
 __all__ = ["force"]
 
@@ -51,7 +51,7 @@ def force(
     for name, has_friction in zip(chosen, frictional, strict=True):
         _normal(one := next(following), run, ideal, name, time)
         if len(chosen) > 1:
-            one.set_title(f"joint {name}", loc="left", fontsize=NORMAL)
+            one.set_title(f"joint {literal(name)}", loc="left", fontsize=NORMAL)
         if has_friction:
             values = run["friction_force"].sel(joint=name).values
             scale = engineering("N", values)

@@ -31,6 +31,7 @@ from scissordyn.plot.style import (
     VERMILION,
     Canvas,
     legend,
+    literal,
     panels,
 )
 
@@ -86,15 +87,15 @@ def _draw_impact(
     row = table_row(stiffness, joint)
     elastic = np.array([elastic_force(stiffness.kernel_kind, delta, row) for delta in depth])
     force, length = engineering("N", history.force, elastic), engineering("m", depth)
-    _loop(panel, history, force, length, color=BLUE, label=f"{stiffness.name} + {damping.name}")
-    panel.plot(length.factor * depth, force.factor * elastic, **IDEAL, label=f"{stiffness.name} alone")
+    _loop(panel, history, force, length, color=BLUE, label=literal(f"{stiffness.name} + {damping.name}"))
+    panel.plot(length.factor * depth, force.factor * elastic, **IDEAL, label=literal(f"{stiffness.name} alone"))
     for part in (0.35, 0.65):  # arrow heads show the direction of the loop
         k = int(part * history.time.size)
         ends = [(length.factor * history.indentation[i], force.factor * history.force[i]) for i in (k - 8, k)]
         panel.annotate("", xy=ends[1], xytext=ends[0], arrowprops={"arrowstyle": "-|>", "color": BLUE, "lw": 0.0})
     back = history.restitution * free_mass.speed
     title = f"{title}: {free_mass.mass:g} kg at {free_mass.speed:g} m/s, rebounds at {back:.3g} m/s"
-    panel.set_title(title, loc="left", fontsize=NORMAL)
+    panel.set_title(literal(title), loc="left", fontsize=NORMAL)
     _label(panel, force, length)
     panel.legend(loc="upper left", frameon=False, fontsize="small")
     return [panel]
@@ -104,7 +105,7 @@ def _draw_friction(friction: Friction, axes: Canvas, joint: JointContact) -> lis
     sliding, sticking = panels(axes, 1, 2, size=(8.0, 3.4), share=False)
     sliding.semilogx(SPEEDS, steady_coefficient(friction, joint, SPEEDS), color=BLUE, linewidth=LINE)
     sliding.set(xlabel="slip speed [m/s]", ylabel="friction force / normal force", ylim=(0.0, None))
-    sliding.set_title(f"{friction.name}: steady sliding", loc="left", fontsize=NORMAL)
+    sliding.set_title(literal(f"{friction.name}: steady sliding"), loc="left", fontsize=NORMAL)
     amplitude, frequency = OSCILLATION
     history = oscillation(friction, joint, amplitude=amplitude, frequency=frequency)
     length = engineering("m", history.displacement)

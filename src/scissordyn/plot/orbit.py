@@ -11,7 +11,7 @@ from matplotlib.axes import Axes
 
 from scissordyn.plot.scale import engineering
 from scissordyn.plot.series import BEYOND, chosen_joints, clearance_pins, predictability_horizon
-from scissordyn.plot.style import BLACK, GREY, LINE, NORMAL, SKY, VERMILION, Canvas, legend, panels
+from scissordyn.plot.style import BLACK, GREY, LINE, NORMAL, SKY, VERMILION, Canvas, legend, literal, panels
 
 __all__ = ["orbit"]
 
@@ -94,7 +94,7 @@ def _orbit(axes: Axes, run: xr.Dataset, joint: str, exaggeration: float | None) 
     axes.plot(*drawn[0], linestyle="", marker="o", markersize=4.0, color=BLACK, label="start")
     axes.set_xlabel(scale.label("x of the journal"))
     axes.set_ylabel(scale.label("y of the journal"))
-    title = f"joint {joint}" + (f", indentation magnified {gain:g} times" if gain != 1.0 else "")
+    title = f"joint {literal(joint)}" + (f", indentation magnified {gain:g} times" if gain != 1.0 else "")
     axes.set_title(title, loc="left", fontsize=NORMAL)
     reach = 1.08 * scale.factor * max(clearance, float(np.max(distance * stretch)))
     axes.set(xlim=(-reach, reach), ylim=(-reach, reach))

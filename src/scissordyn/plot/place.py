@@ -1,7 +1,8 @@
-"""The positions of the points of a mechanism at a sample of a run."""
+"""Where the points of a mechanism are at the samples of a run: the one way for all pictures and films."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -11,51 +12,87 @@ from scissordyn.component.place import GROUND, BodyPoint
 from scissordyn.model.body import Body
 from scissordyn.model.mechanism import Mechanism
 
-__all__ = ["Placement", "outline"]
+__all__ = ["Corners", "Placement", "outline"]
+
+MARGIN = 0.1
+"""Around a mechanism, as a fraction of its longer side."""
+
+Corners = tuple[np.ndarray, np.ndarray]
+"""Lower left and upper right corner [m]."""
 
 
 @dataclass(frozen=True)
 class Placement:
-    """The positions of a mechanism at one sample of a run.
+    """The positions of a mechanism at some samples of a run.
 
     Parameters
     ----------
     mechanism : Mechanism
-    centre : dict of str to ndarray
-        Mass centres by body [m].
-    angle : dict of str to float
-        Angles by body [rad].
+    index : dict of str to int
+        Places of the bodies in the arrays.
+    centres : ndarray, shape (samples, bodies, 2)
+        Mass centres [m].
+    angles : ndarray, shape (samples, bodies)
+        [rad]
     """
 
     mechanism: Mechanism
-    centre: dict[str, np.ndarray]
-    angle: dict[str, float]
+    index: dict[str, int]
+    centres: np.ndarray
+    angles: np.ndarray
 
     @classmethod
-    def at(cls, mechanism: Mechanism, run: xr.Dataset, sample: int) -> Placement:
-        """The placement at a sample of a run of that mechanism."""
-        now = run.isel(time=sample)
+    def at(cls, mechanism: Mechanism, run: xr.Dataset, samples: Sequence[int] | np.ndarray | slice) -> Placement:
+        """The placement at samples of a run of that mechanism."""
         names = [body.name for body in mechanism.bodies]
+        now = run[["position", "angle"]].isel(time=samples).sel(body=names)
         return cls(
             mechanism,
-            {name: now["position"].sel(body=name).transpose("axis").values for name in names},
-            {name: float(now["angle"].sel(body=name)) for name in names},
+            {name: k for k, name in enumerate(names)},
+            now["position"].transpose("time", "body", "axis").values,
+            now["angle"].transpose("time", "body").values,
         )
 
-    def points(self, body: Body, local: np.ndarray) -> np.ndarray:
-        """Points of a body's frame in the fixed frame, shape (points, 2) [m]."""
-        cos, sin = np.cos(self.angle[body.name]), np.sin(self.angle[body.name])
-        turned = (local - np.array(body.centre)) @ np.array([[cos, sin], [-sin, cos]])
-        placed: np.ndarray = self.centre[body.name] + turned
+    @property
+    def count(self) -> int:
+        """Number of samples."""
+        return int(self.angles.shape[0])
+
+    def angle(self, body: str) -> np.ndarray:
+        """Angle of a body, or of the ground, shape (samples,) [rad]."""
+        return np.zeros(self.count) if body == GROUND else np.asarray(self.angles[:, self.index[body]])
+
+    def centre(self, body: str) -> np.ndarray:
+        """Mass centre of a body, shape (samples, 2) [m]."""
+        return np.asarray(self.centres[:, self.index[body]])
+
+    def points(self, body: str, local: np.ndarray) -> np.ndarray:
+        """Points of a body's frame, or of the ground's, in the fixed frame, shape (samples, points, 2) [m]."""
+        if body == GROUND:
+            return np.broadcast_to(local, (self.count, *local.shape))
+        angle = self.angle(body)[:, None]
+        cos, sin = np.cos(angle), np.sin(angle)
+        x, y = (local - np.array(self.mechanism.body(body).centre)).T
+        placed: np.ndarray = self.centre(body)[:, None] + np.stack([cos * x - sin * y, sin * x + cos * y], axis=-1)
         return placed
 
     def place(self, reference: BodyPoint) -> np.ndarray:
-        """A named point of a body or of the ground in the fixed frame [m]."""
-        name, point = reference
-        if name == GROUND:
-            return np.array(dict(self.mechanism.ground)[point])
-        body = self.mechanism.body(name)
-        return self.points(body, np.array([body.points[point]])).reshape(2)
+        """A named point of a body or of the ground in the fixed frame, shape (samples, 2) [m]."""
+        body, point = reference
+        named = dict(self.mechanism.ground) if body == GROUND else self.mechanism.body(body).points
+        return np.asarray(self.points(body, np.array([named[point]], float))[:, 0])
+
+    def outlines(self) -> list[np.ndarray]:
+        """The outlines of the bodies in their order, each of shape (samples, points, 2) [m]."""
+        return [self.points(body.name, outline(body)) for body in self.mechanism.bodies]
+
+    def corners(self) -> Corners:
+        """The region of the mechanism and of the points of the ground at all samples, with a margin."""
+        fixed = np.array([place for _, place in self.mechanism.ground], float).reshape(-1, 2)
+        everything = np.concatenate([*(part.reshape(-1, 2) for part in self.outlines()), fixed])
+        low, high = everything.min(axis=0), everything.max(axis=0)
+        margin = MARGIN * (float(np.max(high - low)) or 1.0)
+        return low - margin, high + margin
 
 
 def outline(body: Body) -> np.ndarray:

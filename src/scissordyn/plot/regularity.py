@@ -12,7 +12,7 @@ from matplotlib.ticker import MaxNLocator
 from scissordyn.errors import InputError, did_you_mean
 from scissordyn.plot.scale import Scale, engineering
 from scissordyn.plot.series import BEYOND, chosen_joints
-from scissordyn.plot.style import BLACK, BLUE, GREY, LINE, NORMAL, SMALL, VERMILION, Canvas, legend, panels
+from scissordyn.plot.style import BLACK, BLUE, GREY, LINE, NORMAL, SMALL, VERMILION, Canvas, legend, literal, panels
 
 __all__ = [
     "bifurcation",
@@ -69,7 +69,7 @@ def stroboscopic_map(
         variable = _along(strobe, name, side, joint)
         values.append(variable.values)
         scales.append(engineering(variable.attrs.get("units", "1"), variable.values))
-        label = scales[-1].label(str(variable.attrs.get("long_name", name)).split(" along ")[0])
+        label = scales[-1].label(_long_name(variable, name))
         (drawn.set_ylabel if side else drawn.set_xlabel)(label)
     before = time <= trusted if np.isfinite(trusted) and time.size else np.ones(values[0].size, bool)
     for part, color, label in ((before, BLUE, "one period"), (~before, GREY, BEYOND)):
@@ -220,8 +220,8 @@ def bifurcation(diagram: xr.Dataset, *, variable: str = "", joint: str = "", axe
         rasterized=found.size > 20_000,
         **DOTS,
     )
-    drawn.set_xlabel(across.label(str(value.attrs.get("long_name", "parameter"))))
-    drawn.set_ylabel(up.label(str(found.attrs.get("long_name", chosen)).split(" along ")[0]))
+    drawn.set_xlabel(across.label(_long_name(value, "parameter")))
+    drawn.set_ylabel(up.label(_long_name(found, chosen)))
     drawn.ticklabel_format(style="plain", useOffset=False)
     return [drawn]
 
@@ -319,11 +319,11 @@ def distribution(run: xr.Dataset, *, variable: str = "peak_force", joint: str = 
     (drawn,) = panels(axes, 1, size=(6.0, 3.8))
     values = run[variable].values[run["contact_joint"].values.astype(str) == joint]
     values = values[np.isfinite(values) & (values > 0.0)]
-    name = str(run[variable].attrs.get("long_name", variable))
+    name = literal(str(run[variable].attrs.get("long_name", variable)))
     scale = engineering(run[variable].attrs["units"], values)
     drawn.set_xlabel(scale.label(name))
     drawn.set_ylabel("contacts")
-    drawn.set_title(f"joint {joint}, {values.size} contacts", loc="left", fontsize=NORMAL)
+    drawn.set_title(f"joint {literal(joint)}, {values.size} contacts", loc="left", fontsize=NORMAL)
     if not values.size:
         drawn.text(0.5, 0.5, "no contact in this run", transform=drawn.transAxes, ha="center", fontsize=SMALL, color=GREY)
         return [drawn]
@@ -363,6 +363,11 @@ def _along(data: xr.Dataset, name: str, side: int, joint: str) -> xr.DataArray:
         found = found.isel(axis=side)
         found.attrs["long_name"] = f"{letter} of the journal" if name == "eccentricity" else f"{letter} of the {name}"
     return found
+
+
+def _long_name(data: xr.DataArray, otherwise: str) -> str:
+    """What an axis is called: a saved file may say anything."""
+    return literal(str(data.attrs.get("long_name", otherwise)).split(" along ")[0])
 
 
 def _dot(count: int, least: float, largest: float) -> float:

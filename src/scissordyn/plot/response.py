@@ -8,7 +8,7 @@ from matplotlib.axes import Axes
 from scissordyn.errors import InputError, did_you_mean
 from scissordyn.plot.scale import DEGREES
 from scissordyn.plot.series import compare, finish, time_scale
-from scissordyn.plot.style import NORMAL, Canvas, legend, panels
+from scissordyn.plot.style import NORMAL, Canvas, legend, literal, panels
 
 __all__ = ["DEFAULT_BODY", "response"]
 
@@ -62,7 +62,7 @@ def response(run: xr.Dataset, ideal: xr.Dataset | None = None, *, body: str = ""
         )
     if slides:
         drawn[0].set_title("slider", loc="left", fontsize=NORMAL)
-    drawn[columns - 1].set_title(chosen, loc="left", fontsize=NORMAL)
+    drawn[columns - 1].set_title(literal(chosen), loc="left", fontsize=NORMAL)
     finish(drawn, run, time, bottom=drawn[-columns:])
     legend(drawn, above=axes is None)
     return drawn

@@ -4,35 +4,32 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Circle, Polygon, Rectangle
-from matplotlib.patheffects import withStroke
 from matplotlib.transforms import Affine2D
 
 from scissordyn.component.place import GROUND
-from scissordyn.component.rod import Rod
-from scissordyn.component.spring import Spring
 from scissordyn.errors import InputError
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.plot.channel import GAP, channel, guides_of
-from scissordyn.plot.place import Placement, outline
+from scissordyn.plot.label import Label, points_per_metre, write_labels
+from scissordyn.plot.place import Corners, Placement
 from scissordyn.plot.series import BEYOND, chosen_joints, clearance_joints, predictability_horizon, time_scale
-from scissordyn.plot.style import BLACK, BLUE, GREEN, GREY, LIGHT, PURPLE, SKY, SMALL, VERMILION, dress, legend
+from scissordyn.plot.style import BLACK, BLUE, GREEN, GREY, LIGHT, PURPLE, SKY, SMALL, VERMILION, dress, legend, literal
+from scissordyn.plot.symbol import symbols
 
 __all__ = ["magnified", "snapshot", "structure"]
 
 TALL = 2.0
 """Largest ratio of width to height of structures drawn side by side; wider ones are drawn one below the other."""
 
-ASIDE = ((7.0, 5.0), (-7.0, -12.0), (7.0, -12.0), (-7.0, 5.0))
-"""Alternating offsets of the names of clearance joints [points], so that those of neighbours do not overlap."""
-
-Corners = tuple[np.ndarray, np.ndarray]
-"""Lower left and upper right corner [m]."""
+SYMBOL, WIDEST = 6.0, 0.05
+"""Smallest radius of the symbol of a component [pt], and its largest as a fraction of the picture's longer side."""
 
 
 def structure(
@@ -66,7 +63,7 @@ def structure(
         raise InputError(f"times = {times!r}", "a whole number >= 1, or instants [s]", "times=4")
     samples = [int(np.argmin(np.abs(time - instant))) for instant in wanted]
     chosen = guides_of(mechanism, chosen_joints(run, joints) if joints is not None or clearance_joints(run) else [])
-    corners = _around(run, mechanism, samples)
+    corners = Placement.at(mechanism, run, samples).corners()
     width, height = corners[1] - corners[0]
     tall = bool(width < TALL * height)
     rows = _grid(tall, float(width / height), len(samples), len(chosen))
@@ -103,7 +100,7 @@ def _grid(tall: bool, aspect: float, instants: int, joints: int) -> list[list[Ax
 
 
 def snapshot(run: xr.Dataset, mechanism: Mechanism, sample: int, *, axes: Axes, corners: Corners | None = None) -> Axes:
-    """The mechanism at one sample: bars, pins, guides, springs (dotted), rods (dashed) and ground; clearance joints ringed.
+    """The mechanism at one sample: bars, pins, guides, components by their symbols, and ground; clearance joints ringed.
 
     Parameters
     ----------
@@ -121,47 +118,39 @@ def snapshot(run: xr.Dataset, mechanism: Mechanism, sample: int, *, axes: Axes, 
     """
     dress(axes)
     axes.set_aspect("equal", adjustable="box")
-    placed = Placement.at(mechanism, run, sample)
-    low, high = _around(run, mechanism, [sample]) if corners is None else corners
+    placed = Placement.at(mechanism, run, [sample])
+    low, high = placed.corners() if corners is None else corners
     size = min(0.03 * float(np.max(high - low)), 0.05 * float(np.min(high - low)))
-    direction = {guide.follower[0]: guide.direction for guide in mechanism.guides}
-    bars = 0
-    for body in mechanism.bodies:
-        shape = placed.points(body, outline(body))
-        if len(shape) == 1:
-            _block(axes, shape[0], 1.3 * size, direction.get(body.name, 0.0))
-            continue
-        closed = shape[[*range(len(shape)), 0]]
-        axes.plot(closed[:, 0], closed[:, 1], color=(BLUE, GREEN)[bars % 2], linewidth=1.8, solid_capstyle="round", zorder=2.0)
-        bars += 1
+    lines = _bodies(axes, mechanism, placed, size)
+    labels = []
     for guide in mechanism.guides:
         (x, y), turn = guide.through, guide.direction
         further = x + math.cos(turn), y + math.sin(turn)
         axes.axline((x, y), further, color=GREY, linewidth=0.7, linestyle=(0, (6, 2, 1, 2)), zorder=1.0)
         if guide.clearance is not None:
-            _named(axes, guide.name, placed.place(guide.follower), (7.0, -16.0))
-    springs = [element for element in mechanism.components if isinstance(element, Spring)]
-    connections: list[Spring | Rod] = [*springs, *mechanism.rods]
-    for connection in connections:
-        ends = np.stack([placed.place(connection.start), placed.place(connection.end)])
-        dashes = (0, (4, 1.5)) if isinstance(connection, Rod) else (0, (1, 1))
-        axes.plot(*ends.T, color=PURPLE, linewidth=1.4, linestyle=dashes, zorder=2.5)
-        text = axes.annotate(
-            connection.name, ends.mean(axis=0).tolist(), fontsize=SMALL, color=PURPLE, ha="center", va="bottom"
-        )
-        text.set_path_effects([withStroke(linewidth=2.5, foreground="white")])
+            labels.append(Label(guide.name, placed.place(guide.follower)[0], VERMILION))
+    radius = max(size, min(SYMBOL / points_per_metre(axes, (low, high)), WIDEST * float(np.max(high - low))))
+    for symbol in symbols(run, mechanism, placed, [sample], radius):
+        for stroke in symbol.strokes:
+            axes.plot(*stroke[0].T, color=PURPLE, zorder=2.5, **_look(symbol.kind))
+            lines.append(stroke[0])
+        labels.append(Label(symbol.name, symbol.anchor[0], PURPLE))
     for joint in mechanism.joints:
-        x, y = placed.place(joint.bearing).tolist()
-        for name, point in (joint.journal, joint.bearing):
+        point = placed.place(joint.bearing)[0]
+        x, y = point.tolist()
+        for name, end in (joint.journal, joint.bearing):
             if name == GROUND:
-                _support(axes, placed.place((name, point)), size)
+                foot = placed.place((name, end))[0]
+                _support(axes, foot, size)
+                lines.append(foot + size * np.array([[-1.6, -2.3], [1.6, -2.3], [1.6, -1.6], [-1.6, -1.6], [0.0, 0.0]]))
         if joint.clearance is None:
             axes.plot(x, y, marker="o", markersize=3.6, color=BLACK, markerfacecolor="white", markeredgewidth=0.8, zorder=4.0)
         else:
             axes.plot(
                 x, y, marker="o", markersize=7.0, color=VERMILION, markerfacecolor="none", markeredgewidth=1.2, zorder=4.0
             )
-            _named(axes, joint.name, (x, y), ASIDE[mechanism.clearance_joints.index(joint) % len(ASIDE)])
+            labels.append(Label(joint.name, point, VERMILION))
+    write_labels(axes, labels, (low, high), lines)
     now, scale, until = float(run["time"].values[sample]), time_scale(run), predictability_horizon(run)
     if until is not None and now > until:
         late = Rectangle((0.0, 0.0), 1.0, 1.0, facecolor=LIGHT, alpha=0.7, transform=axes.transAxes, zorder=0.0, label=BEYOND)
@@ -215,30 +204,30 @@ def magnified(run: xr.Dataset, mechanism: Mechanism, sample: int, joint: str, *,
     for spine in axes.spines.values():
         spine.set_visible(False)
     state = "contact" if touching else "free flight"
-    axes.set_title(f"{joint}: {state}\nclearance magnified {gain:.2g} times", fontsize=SMALL, color=BLACK)
+    axes.set_title(f"{literal(joint)}: {state}\nclearance magnified {gain:.2g} times", fontsize=SMALL, color=BLACK)
     return axes
 
 
-def _around(run: xr.Dataset, mechanism: Mechanism, samples: Sequence[int]) -> Corners:
-    """The region of the mechanism at some samples, with a margin."""
-    found = [
-        placed.points(body, outline(body))
-        for placed in (Placement.at(mechanism, run, sample) for sample in samples)
-        for body in mechanism.bodies
-    ]
-    found.extend(np.array([place]) for _, place in mechanism.ground)
-    everything = np.concatenate(found)
-    low, high = everything.min(axis=0), everything.max(axis=0)
-    margin = 0.1 * (float(np.max(high - low)) or 1.0)
-    return low - margin, high + margin
+def _look(symbol: str) -> dict[str, Any]:
+    """How the strokes of a symbol are drawn."""
+    return {"linewidth": 1.4, "linestyle": (0, (4, 1.5))} if symbol == "rod" else {"linewidth": 1.0}
 
 
-def _named(axes: Axes, name: str, place: np.ndarray | tuple[float, float], aside: tuple[float, float]) -> None:
-    """The name of a clearance joint, beside it."""
-    x, y = float(place[0]), float(place[1])
-    side = "left" if aside[0] > 0.0 else "right"
-    text = axes.annotate(name, (x, y), xytext=aside, textcoords="offset points", fontsize=SMALL, ha=side)
-    text.set(color=VERMILION, zorder=5.0, path_effects=[withStroke(linewidth=2.5, foreground="white")])
+def _bodies(axes: Axes, mechanism: Mechanism, placed: Placement, size: float) -> list[np.ndarray]:
+    """Draw the bodies; returns their lines."""
+    direction = {guide.follower[0]: guide.direction for guide in mechanism.guides}
+    bars, lines = 0, []
+    for body, shapes in zip(mechanism.bodies, placed.outlines(), strict=True):
+        shape = shapes[0]
+        if len(shape) == 1:
+            _block(axes, shape[0], 1.3 * size, direction.get(body.name, 0.0))
+            lines.append(shape + 1.3 * size * np.array([[-1.0, -0.6], [1.0, -0.6], [1.0, 0.6], [-1.0, 0.6], [-1.0, -0.6]]))
+            continue
+        closed = shape[[*range(len(shape)), 0]]
+        axes.plot(closed[:, 0], closed[:, 1], color=(BLUE, GREEN)[bars % 2], linewidth=1.8, solid_capstyle="round", zorder=2.0)
+        lines.append(closed)
+        bars += 1
+    return lines
 
 
 def _support(axes: Axes, pin: np.ndarray, size: float) -> None:

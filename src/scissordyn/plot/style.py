@@ -10,7 +10,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.legend import Legend
 
-from scissordyn.errors import InputError
+from scissordyn.errors import InputError, printable
 
 __all__ = [
     "BLACK",
@@ -29,6 +29,7 @@ __all__ = [
     "Canvas",
     "dress",
     "legend",
+    "literal",
     "panels",
 ]
 
@@ -50,6 +51,22 @@ ENTRY = 1.45
 
 Canvas = Axes | Iterable[Axes] | None
 """Target of a picture: one Axes, several, or None for a new figure."""
+
+
+def literal(name: str) -> str:
+    r"""A name of the user's as text of a picture: a dollar sign begins no formula, and control characters are made visible.
+
+    Parameters
+    ----------
+    name : str
+        May hold any character.
+
+    Returns
+    -------
+    str
+        With "\$" in place of "$", which matplotlib draws as "$".
+    """
+    return printable(name).replace("$", r"\$")
 
 
 def dress(axes: Axes) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import sys
 from collections.abc import Callable
 from functools import cache
 from pathlib import Path
@@ -73,10 +74,12 @@ def _module(path: Path, source: bytes) -> ModuleType:
     """The file, executed once for each of its contents."""
     module = ModuleType(f"{path.stem}_{_digest(source)}")
     module.__file__ = str(path)
+    sys.modules[module.__name__] = module  # where dataclasses look up what the annotations of a class mean
     try:
         # from the text itself: byte code kept beside a file is told apart by its time stamp and size only
-        exec(compile(source, str(path), "exec"), module.__dict__)
+        exec(compile(source, str(path), "exec", dont_inherit=True), module.__dict__)
     except Exception as error:
+        del sys.modules[module.__name__]
         where = f", line {error.lineno}" if isinstance(error, SyntaxError) else ""
         raise InputError(f"'{path}' cannot be read as Python: {type(error).__name__}{where}: {error}") from None
     return module

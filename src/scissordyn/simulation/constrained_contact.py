@@ -11,10 +11,12 @@ from scissordyn.component.rod import Rod
 from scissordyn.errors import InputError
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.simulation.reaction import ideal_reactions
+from scissordyn.units import checked
 
 __all__ = ["constrain_contact"]
 
 
+@checked
 def constrain_contact(mechanism: Mechanism, *, indentation: float = 0.0, direction: float | None = None) -> Mechanism:
     """The mechanism with its clearance joints constrained to contact, at a constant eccentricity e = c + indentation.
 

@@ -21,10 +21,12 @@ from scissordyn.simulation.dataset import output_guide
 from scissordyn.simulation.driver import Snapshot
 from scissordyn.simulation.options import Options, StartKind
 from scissordyn.simulation.stroboscope import Cycles, drive_period, run_cycles
+from scissordyn.units import checked
 
-__all__ = ["DESCRIBED", "cycle", "per_cycle"]
+__all__ = ["DESCRIBED", "cycle", "per_cycle", "recorded"]
 
 
+@checked
 def cycle(
     mechanism: Mechanism,
     *,
@@ -163,6 +165,13 @@ DESCRIBED = {
     "steps": (("cycle",), "1", "integration steps in the cycle"),
 }
 """Dimensions, unit and long name of the quantities recorded once per cycle."""
+
+
+def recorded(mechanism: Mechanism) -> tuple[str, ...]:
+    """Names of the quantities that are recorded once per cycle of a mechanism and can be drawn."""
+    absent = [name for name in DESCRIBED if name.startswith("slider_")] if output_guide(mechanism) is None else []
+    absent += [name for name, (dims, _, _) in DESCRIBED.items() if "joint" in dims and not mechanism.contacts]
+    return tuple(name for name in DESCRIBED if name not in absent)
 
 
 def per_cycle(mechanism: Mechanism, found: Cycles) -> dict[str, np.ndarray]:

@@ -16,6 +16,7 @@ import xarray as xr
 from scissordyn.component.actuator import Actuator
 from scissordyn.component.declaration import Component
 from scissordyn.component.place import GROUND
+from scissordyn.errors import InputError
 from scissordyn.integrate.integration import Samples
 from scissordyn.mechanics.build import acting
 from scissordyn.mechanics.monitored import COMPONENT_FORCE, DRIVE_TORQUE, POWERS, PRESSURE_VELOCITY
@@ -72,7 +73,6 @@ def to_dataset(mechanism: Mechanism, options: Options, path: Trajectory) -> xr.D
         "axis": _named("axis", ["x", "y"]),
         **_motion_variables(mechanism, path, found),
         **_joint_variables(mechanism, path, found),
-        **_component_variables(mechanism, path, found),
         **_rod_variables(mechanism, path, found),
         **_control_variables(mechanism, path, found),
         **_energy_variables(mechanism, path, found),
@@ -80,6 +80,10 @@ def to_dataset(mechanism: Mechanism, options: Options, path: Trajectory) -> xr.D
         **_contact_variables(mechanism, path),
         **{name: xr.Variable(*parts) for name, parts in event_variables(mechanism, path.log).items()},
     }
+    components = _component_variables(mechanism, path, found)
+    for name in components.keys() & variables.keys():
+        raise InputError(f"a component's variable '{name}', which every run has", "another section or name of the output")
+    variables |= components
     attributes = {
         "title": "scissordyn run",
         "status": path.status,
@@ -257,8 +261,6 @@ def _component_variables(mechanism: Mechanism, path: Trajectory, found: Record) 
     parts: tuple[Component, ...] = acting(mechanism)
     for section, index in kinds.items():
         declared = parts[index[0]].declaration
-        if section == "component":  # of the user's own: each kind by its label
-            section = declared.label
         variables[section] = _named(section, [parts[i].name for i in index])
         if declared.force is None:
             torque = found.wrench[:, [len(mechanism.contacts) + i for i in index], 2]
@@ -333,7 +335,7 @@ def _energy_variables(mechanism: Mechanism, path: Trajectory, found: Record) -> 
         "kinetic_energy": (found.kinetic, "kinetic energy"),
         "potential_energy": (found.potential, "potential energy of gravity"),
         "elastic_energy": (found.elastic, "elastic energy of the contacts"),
-        "spring_energy": (found.stored, "energy stored in springs and other components"),
+        "stored_energy": (found.stored, "energy stored in springs and other components"),
         "drive_work": (account["drive_work"], "work of the drives"),
         "motor_work": (account["motor_work"], "work of motors and actuators"),
         "load_work": (account["load_work"], "work of forces and torques"),

@@ -26,6 +26,7 @@ from scissordyn.integrate.integration import (
     make_samples,
     make_state,
     make_work,
+    reset_state,
 )
 from scissordyn.integrate.tableau import EXPLICIT, tableau
 from scissordyn.jit import Handle
@@ -80,6 +81,37 @@ def make_system(reduced: ReducedModel, model: Model | None = None, parameters: P
     model = build_model(reduced) if model is None else model
     parameters = make_parameters(reduced) if parameters is None else parameters
     return Handle(System(model, parameters, initial_state(reduced, model), make_workspace(model, parameters)))
+
+
+def put_parameters(system: Handle, reduced: ReducedModel, model: Model) -> bool:
+    """Put the numbers of another case in the place of a system's, and its state back to the start.
+
+    Parameters
+    ----------
+    system : Handle
+        Of a `System` on this model.
+    reduced : ReducedModel
+        Of the other case.
+    model : Model
+
+    Returns
+    -------
+    bool
+        Whether the arrays of the system could hold them; it is left as it was otherwise.
+    """
+    content: System = system.content
+    parameters, state = make_parameters(reduced), initial_state(reduced, model)
+    pairs = [*zip(content.parameters, parameters, strict=True), *zip(content.state, state, strict=True)]
+    if state.initial_history.size or any(old.shape != new.shape for old, new in pairs):
+        return False
+    for old, new in pairs:
+        old[...] = new
+    work = content.work
+    work.value[0] = parameters.value
+    work.inactive[:] = 0.0
+    work.inactive[model.latch[:, 0]] = 1.0
+    work.part_weight[:] = model.part_full * (1.0 - work.inactive[model.part_constraint])
+    return True
 
 
 @dataclass(frozen=True)
@@ -218,15 +250,52 @@ class Driver:
             delays=tolerances.delays,
         )
         log = np.zeros((LOG_ROWS + 4 * model.guard_component.size + len(initial_events), loop.LOG_COLUMNS))
-        for row, event in enumerate(initial_events):
-            log[row] = event
-        integrated.counts["events"] = len(initial_events)
         samples, record = make_samples(np.zeros(0), integrated), make_record(0, integrated)
         self.integration = Handle(Integration(coefficients, integrated, work, samples, record, log))
-        self._answer = work.accepted
-        functions.activate(system.address)
-        functions.accept(0.0, integrated.y, system.address, work.accepted)
-        integrated.clock["longest"] = work.accepted[1]
+        self._begin(initial_events)
+
+    def restart(
+        self,
+        reduced: ReducedModel,
+        y: np.ndarray,
+        tolerances: Tolerances,
+        *,
+        crosses: bool = False,
+        initial_events: tuple[list[float], ...] = (),
+    ) -> None:
+        """Begin another case of the same model without delays, whose numbers `put_parameters` has put in place.
+
+        Parameters
+        ----------
+        reduced : ReducedModel
+        y : ndarray, shape (ny,)
+        tolerances : Tolerances
+        crosses : bool
+        initial_events : tuple of rows of the event log
+        """
+        self.reduced = reduced
+        content = self.integration.content
+        work = content.work
+        work.atol[:], work.rtol[:], work.precision[:] = tolerances.absolute, tolerances.relative, tolerances.precision
+        work.crossable[:] = tolerances.crossable
+        if content.method.kind != EXPLICIT:
+            work.rounding[:] = tolerances.rounding
+        work.has_dense[0] = work.scaling[0] = work.crossing_count[0] = work.rise_count[0] = 0
+        reset_state(content.state, y, crosses=crosses)
+        if len(initial_events) > content.log.shape[0]:
+            self._exchange(log=np.zeros((2 * len(initial_events), loop.LOG_COLUMNS)))
+        self._begin(initial_events)
+
+    def _begin(self, initial_events: tuple[list[float], ...]) -> None:
+        """Log what happened at the start, and take the start over as if it were the end of a step."""
+        content = self.integration.content
+        state, accepted = content.state, content.work.accepted
+        for row, event in enumerate(initial_events):
+            content.log[row] = event
+        state.counts["events"] = len(initial_events)
+        functions.activate(self.system.address)
+        functions.accept(0.0, state.y, self.system.address, accepted)
+        state.clock["longest"] = accepted[1]
 
     @property
     def state(self) -> State:

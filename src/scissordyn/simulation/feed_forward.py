@@ -11,10 +11,12 @@ from scissordyn.errors import InputError
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.simulation.interrupt import pass_on
 from scissordyn.simulation.run import simulate
+from scissordyn.units import checked
 
 __all__ = ["feed_forward"]
 
 
+@checked
 def feed_forward(
     mechanism: Mechanism, reference: TimeFunction, *, until: float, body: str = "", samples: int = 2001
 ) -> Tabulated:

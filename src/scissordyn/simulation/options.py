@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Annotated, Literal, get_args
+from typing import Annotated, Literal
 
 from scissordyn.errors import InputError, did_you_mean
 from scissordyn.integrate.tableau import METHODS
@@ -57,17 +57,6 @@ class Options:
 
     def __post_init__(self) -> None:
         check_quantities(self)
-        if self.start not in get_args(StartKind):
-            raise InputError(
-                f"start = {self.start!r}{did_you_mean(str(self.start), get_args(StartKind))}",
-                ", ".join(get_args(StartKind)),
-            )
-        if self.events not in get_args(EventKind):
-            raise InputError(
-                f"events = {self.events!r}{did_you_mean(str(self.events), get_args(EventKind))}", "auto, located, crossed"
-            )
-        if not isinstance(self.trust, bool):
-            raise InputError(f"trust = {self.trust!r}", "True or False")
         if self.method not in ("auto", *METHODS):
             raise InputError(
                 f"method = {self.method!r}{did_you_mean(str(self.method), METHODS)}", "auto, " + ", ".join(METHODS)

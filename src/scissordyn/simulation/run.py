@@ -17,7 +17,8 @@ from scissordyn.simulation.options import EventKind, Options, StartKind
 from scissordyn.simulation.predictability import predictability
 from scissordyn.simulation.time_functions import check_tables
 from scissordyn.simulation.trajectory import compute
-from scissordyn.simulation.warn import run_warnings
+from scissordyn.simulation.warn import contact_failures, run_warnings
+from scissordyn.units import checked
 
 __all__ = ["replay", "simulate"]
 
@@ -25,6 +26,7 @@ TITLE = "scissordyn run"
 """Of what `simulate` returns: a map or a diagram has a configuration too, and is not run again from it."""
 
 
+@checked
 def simulate(
     mechanism: Mechanism,
     *,
@@ -68,7 +70,8 @@ def simulate(
     -------
     Dataset
         Coordinates time, body, joint, axis, contact; every variable has units and a long name. Its attributes hold the
-        configuration, versions, solver statistics, warnings, and a status: "complete", "interrupted" or "failed".
+        configuration, versions, solver statistics, warnings, and a status: "complete", "interrupted" or "failed". A warning
+        says if a contact model has failed, an energy balance does not close, or a controller is at its limit.
 
     Raises
     ------
@@ -116,6 +119,8 @@ def _simulate(mechanism: Mechanism, options: Options, progress: Callable[[float]
     path = compute(mechanism, options, progress, record_steps=options.trust)
     run = to_dataset(mechanism, options, path)
     found = [*path.warnings, *run_warnings(mechanism, run, path.immobile), *passing_warnings(mechanism, run, options.until)]
+    if run.attrs["status"] == "failed":
+        run.attrs["cause"] = "; ".join([run.attrs["cause"], *contact_failures(mechanism, run)])
     if options.trust:
         horizon = predictability(mechanism, options, path, run, progress)
         run.attrs.update(horizon.attributes)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 __all__ = ["FIRST", "next_slice"]
 
-FIRST = 20
+FIRST = 200
 """Steps of the first call."""
 
 LASTING = 0.1

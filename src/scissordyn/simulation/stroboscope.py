@@ -96,7 +96,7 @@ def drive_period(mechanism: Mechanism) -> float:
     # a drive at constant speed is periodic, a growing distance is not
     turning = (drive.motion for drive in mechanism.drives if isinstance(drive.motion, ConstantSpeed))
     found = {2.0 * math.pi / abs(motion.speed) for motion in turning if motion.speed != 0.0}
-    found |= {2.0 * math.pi / motion.frequency for _, motion in prescribed(mechanism) if isinstance(motion, Harmonic)}
+    found |= {2.0 * math.pi / motion.angular_frequency for _, motion in prescribed(mechanism) if isinstance(motion, Harmonic)}
     if len(found) != 1:
         raise InputError(
             f"{len(found) or 'no'} periods among the drives of the mechanism",

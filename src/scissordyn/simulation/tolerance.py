@@ -14,7 +14,6 @@ from scissordyn.mechanics import functions
 from scissordyn.mechanics.build import acting
 from scissordyn.mechanics.reduced_model import ReducedModel
 from scissordyn.mechanics.system import System
-from scissordyn.model.body import Body
 
 __all__ = ["Tolerances", "error_weights"]
 
@@ -89,7 +88,7 @@ def error_weights(reduced: ReducedModel, system: Handle, y: np.ndarray, *, rtol:
     model, parameters = content.model, content.parameters
     reach = _reach(reduced)
     contacts = parameters.contact.size
-    extent = max((_extent(body) for body in mechanism.bodies), default=1.0) or 1.0
+    extent = max((body.extent for body in mechanism.bodies), default=1.0) or 1.0
     scale = float(np.min(parameters.contact["clearance"])) if contacts else extent
     rate = np.zeros(y.size)
     functions.rate(0.0, y.copy(), system.address, rate)
@@ -100,7 +99,7 @@ def error_weights(reduced: ReducedModel, system: Handle, y: np.ndarray, *, rtol:
     # a bristle's error fades, an integrator's does not; the torque of an integrator is weighed in N m
     internal = np.where(np.arange(sliding.size) < friction, INTERNAL_STATES, 1.0) * rtol
     position = atol * scale / reach
-    farthest = max((math.hypot(*body.position) + _extent(body) for body in mechanism.bodies), default=1.0)
+    farthest = max((math.hypot(*body.position) + body.extent for body in mechanism.bodies), default=1.0)
     rounding = np.zeros(y.size)
     rounding[n : 2 * n] = ROUNDINGS * np.finfo(float).eps * farthest / reach
     delays = [part.controller.delay for part in mechanism.components if isinstance(part, Actuator)]
@@ -126,17 +125,11 @@ def _reach(reduced: ReducedModel) -> np.ndarray:
     moved = np.ones(reduced.coordinates.shape[0])
     for body in reduced.mechanism.bodies:
         if body.rotates:
-            moved[reduced.offsets[body.name] + 2 :][:2] = _extent(body)
+            moved[reduced.offsets[body.name] + 2 :][:2] = body.extent
     moving = abs(reduced.coordinates[:, : reduced.free])
     if isinstance(moving, np.ndarray):
         return np.asarray(np.max(moved[:, None] * moving, axis=0, initial=0.0))
     return np.asarray((moving.multiply(moved[:, None])).max(axis=0).toarray()).ravel()
-
-
-def _extent(body: Body) -> float:
-    """How far from its origin a body reaches, its radius of gyration counted for a body without points [m]."""
-    gyration = math.sqrt((body.inertia or 0.0) / body.mass)
-    return max([math.hypot(*point) for point in (body.centre, *body.points.values())] + [gyration])
 
 
 def _sliding_states(system: System) -> np.ndarray:

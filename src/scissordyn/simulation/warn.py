@@ -1,14 +1,38 @@
-"""Warnings of a run."""
+"""Warnings of a run: models outside their range, limits reached, balances that do not close."""
 
 from __future__ import annotations
+
+import math
 
 import numpy as np
 import xarray as xr
 
-from scissordyn.laws.validity import contact_warnings
+from scissordyn.component.actuator import Actuator
+from scissordyn.laws.validity import contact_failure, contact_warnings
 from scissordyn.model.mechanism import Mechanism
 
-__all__ = ["run_warnings"]
+__all__ = ["contact_failures", "energy_turned_over", "run_warnings"]
+
+TURNED_OVER = (
+    "kinetic_energy",
+    "potential_energy",
+    "elastic_energy",
+    "spring_energy",
+    "drive_work",
+    "motor_work",
+    "load_work",
+)
+"""Energies whose change during a run is what its energy balance is compared with."""
+
+UNBALANCED = 1e-3
+"""Residual of the energy balance over the energy turned over above which a run has a warning. At the default tolerances it is
+below 1e-6."""
+
+ROUNDING = 1e-12
+"""Residual over the largest energy below which the balance closes to rounding, however little energy is turned over."""
+
+AT_LIMIT = 1.0 - 1e-9
+"""Torque over its limit above which a controller is at the limit."""
 
 
 def run_warnings(mechanism: Mechanism, run: xr.Dataset, immobile: tuple[str, ...]) -> list[str]:
@@ -25,7 +49,7 @@ def run_warnings(mechanism: Mechanism, run: xr.Dataset, immobile: tuple[str, ...
     -------
     list of str
     """
-    found: list[str] = []
+    found = contact_failures(mechanism, run)
     touched, speed = run["contact_joint"].values, run["approach_speed"].values
     for joint in mechanism.contacts:
         assert joint.clearance is not None
@@ -52,7 +76,60 @@ def run_warnings(mechanism: Mechanism, run: xr.Dataset, immobile: tuple[str, ...
         for name in immobile
     ]
     found += _undetermined(run)
+    found += _saturated(mechanism, run)
+    found += _unbalanced(run)
     return list(dict.fromkeys(found))
+
+
+def contact_failures(mechanism: Mechanism, run: xr.Dataset) -> list[str]:
+    """For each joint whose journal was pressed in by more than its radius: that its contact model has failed, and when."""
+    found = []
+    for joint in mechanism.contacts:
+        assert joint.clearance is not None
+        depth = run["indentation"].values[:, mechanism.joint_names.index(joint.name)]
+        text = contact_failure(joint.name, joint.clearance.contact, float(np.max(depth, initial=0.0)))
+        if text:
+            first = run["time"].values[int(np.argmax(depth > joint.clearance.contact.journal_radius))]
+            found.append(f"the contact model has failed, and the results from t = {first:.6g} s on are not valid: {text}")
+    return found
+
+
+def energy_turned_over(run: xr.Dataset) -> float:
+    """The largest change of an energy or work during a run [J]."""
+    return max(float(np.ptp(run[name].values)) for name in TURNED_OVER) if run.sizes["time"] else 0.0
+
+
+def _unbalanced(run: xr.Dataset) -> list[str]:
+    """A run that gains or loses energy."""
+    residual = float(np.max(np.abs(run["energy_residual"].values), initial=0.0))
+    turned_over = energy_turned_over(run)
+    largest = max((float(np.max(np.abs(run[name].values), initial=0.0)) for name in TURNED_OVER), default=0.0)
+    if not residual > max(UNBALANCED * turned_over, ROUNDING * largest):
+        return []
+    share = f", {residual / turned_over:.2g} of the energy turned over" if turned_over > 0.0 else ""
+    return [f"the energy balance misses {residual:.3g} J{share}: the results are not accurate; try a smaller rtol and atol"]
+
+
+def _saturated(mechanism: Mechanism, run: xr.Dataset) -> list[str]:
+    """Controllers at their limit, how long, and how far from their reference."""
+    found = []
+    actuators = [part for part in mechanism.components if isinstance(part, Actuator)]
+    for k, part in enumerate(actuators):
+        limit = getattr(part.controller, "limit", None)
+        if limit is None or not float(run["peak_control_torque"].values[k]) >= AT_LIMIT * limit:
+            continue
+        at = np.abs(run["control_torque"].values[:, k]) >= AT_LIMIT * limit
+        time = run["time"].values
+        text = f"actuator '{part.name}': the controller is at its limit of {limit:g} N m "
+        if at.any():
+            text += f"for {np.mean(at):.2g} of the run, first at t = {time[at][0]:.6g} s"
+        else:
+            text += "for less than the time between two samples"
+        if part.reference is not None and at.any():
+            behind = float(np.max(np.abs(run["control_error"].values[at, k])))
+            text += f", and there up to {math.degrees(behind):.3g} deg from its reference"
+        found.append(text)
+    return found
 
 
 def _undetermined(run: xr.Dataset) -> list[str]:

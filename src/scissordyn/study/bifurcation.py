@@ -14,19 +14,20 @@ import numpy as np
 import xarray as xr
 
 from scissordyn.errors import InputError
+from scissordyn.model.address import number
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.model.record import to_plain
 from scissordyn.simulation.branching import drive_warnings
 from scissordyn.simulation.configuration import read_configuration, write_configuration
-from scissordyn.simulation.cycles import DESCRIBED, per_cycle
+from scissordyn.simulation.cycles import DESCRIBED, per_cycle, recorded
 from scissordyn.simulation.driver import Snapshot
 from scissordyn.simulation.options import Options, StartKind
 from scissordyn.simulation.provenance import provenance
 from scissordyn.simulation.store import load, save
 from scissordyn.simulation.stroboscope import drive_period, run_cycles, start_state
 from scissordyn.study.follow import carried
-from scissordyn.study.parameter import parameter, varied
 from scissordyn.study.runner import CaseResult, each_case, worker_count
+from scissordyn.units import checked
 
 __all__ = ["OtherDiagramError", "bifurcation"]
 
@@ -93,6 +94,7 @@ class OtherDiagramError(InputError):
     """A store holds anything but this diagram, made by these sources and libraries."""
 
 
+@checked
 def bifurcation(
     mechanism: Mechanism,
     *,
@@ -118,8 +120,8 @@ def bifurcation(
     ----------
     mechanism : Mechanism
     over : str or callable
-        The varied parameter: "A.clearance", "A.friction.kinetic", "drive.speed", "drive.frequency", "gravity"; see
-        `study.parameter`. Or a function from a value to a mechanism.
+        The varied parameter: "A.clearance", "A.friction.kinetic", "drive.speed", "drive.angular_frequency", "gravity"; see
+        `model.address`. Or a function from a value to a mechanism.
     values : sequence of float
         Of the parameter, in SI units, in the order of computation.
     cycles, keep : int
@@ -165,7 +167,7 @@ def bifurcation(
     for name, count, most in (("cycles", cycles, None), ("keep", keep, cycles)):
         if isinstance(count, bool) or not isinstance(count, int) or count < 1 or (most is not None and count > most):
             raise InputError(f"{name} = {count!r}", "a whole number >= 1" + (f" and <= {most}" if most is not None else ""))
-    mechanisms = [varied(mechanism, over, value) if isinstance(over, str) else over(value) for value in numbers]
+    mechanisms = [mechanism.replace(over, value) if isinstance(over, str) else over(value) for value in numbers]
     cases = [
         DiagramCase(
             one,
@@ -182,7 +184,7 @@ def bifurcation(
     target = None if store is None else Path(store)
     diagram = _blank(mechanism, over, numbers, cases, follow)
     if target is not None and target.exists():
-        diagram = _taken_up(target, diagram)
+        diagram = _taken_up(target, diagram, recorded(mechanisms[0]))
     todo = np.flatnonzero(np.isin(diagram["status"].values, (PENDING, "interrupted"))).tolist()
     saved, interrupted = time.perf_counter(), False
     try:
@@ -251,7 +253,8 @@ def _blank(
     """A diagram without results."""
     count, first = len(cases), cases[0]
     if isinstance(over, str):
-        quantity = parameter(mechanism, over).quantity
+        quantity = number(mechanism, over).quantity
+        assert quantity is not None
         units, long_name, name = quantity.unit, quantity.help or over, over
     else:
         units, long_name, name = "1", "parameter", getattr(over, "__name__", "function")
@@ -313,8 +316,8 @@ def _warnings(cases: Sequence[DiagramCase], numbers: list[float], name: str) -> 
     return [text if count[text] == len(cases) else f"{name} = {value:g}: {text}" for text, value in first.items()]
 
 
-def _taken_up(target: Path, blank: xr.Dataset) -> xr.Dataset:
-    """What a store already holds, if it is this diagram."""
+def _taken_up(target: Path, blank: xr.Dataset, recorded_names: tuple[str, ...]) -> xr.Dataset:
+    """What a store already holds, if it is this diagram and whole."""
     try:
         stored = load(target)
         wanted, there = read_configuration(blank), read_configuration(stored)
@@ -329,15 +332,25 @@ def _taken_up(target: Path, blank: xr.Dataset) -> xr.Dataset:
     ]
     if not differs and not np.array_equal(blank["value"].values, stored["value"].values):
         differs = ["values"]
+    if not differs:
+        states = {str(state) for state in stored["status"].values}
+        begun = "complete" in states
+        differs = [name for name in (*recorded_names, "end") if begun and "value" not in _dims(stored, name)]
+        differs += ["status"] if states - {PENDING, "complete", "failed", "interrupted"} else []
     if differs:
         raise OtherDiagramError(
             f"'{target}' holds another diagram (differs in {', '.join(differs)})",
             "the file of the same diagram, or a name that is not taken",
             "store='another.nc'",
         )
+    stored.attrs |= {name: value for name, value in blank.attrs.items() if name != "status"}
     for name in ("status", "cause"):
         stored[name] = stored[name].astype(object)
     return stored
+
+
+def _dims(stored: xr.Dataset, name: str) -> tuple[object, ...]:
+    return stored[name].dims if name in stored else ()
 
 
 def _enter(diagram: xr.Dataset, result: CaseResult[DiagramRow], case: DiagramCase) -> None:

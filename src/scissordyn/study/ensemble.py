@@ -18,6 +18,7 @@ from scissordyn.simulation.options import Options, StartKind
 from scissordyn.simulation.stroboscope import drive_period, run_cycles, start_state
 from scissordyn.study.follow import consistent
 from scissordyn.study.runner import run_cases
+from scissordyn.units import checked
 
 __all__ = ["ensemble"]
 
@@ -46,6 +47,7 @@ class Member:
     start: Snapshot
 
 
+@checked
 def ensemble(
     mechanism: Mechanism,
     *,

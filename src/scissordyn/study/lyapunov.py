@@ -23,6 +23,7 @@ from scissordyn.simulation.options import Options, StartKind
 from scissordyn.simulation.stroboscope import drive_period
 from scissordyn.simulation.trajectory import broken_off, compute, make_driver
 from scissordyn.study.follow import consistent
+from scissordyn.units import checked
 
 __all__ = ["separation_exponent", "variational_exponent"]
 
@@ -30,6 +31,7 @@ NUDGE = 1e-7
 """Length of the difference for the projection of a tangent onto the length constraints, as a fraction of the state."""
 
 
+@checked
 def separation_exponent(
     mechanism: Mechanism,
     *,
@@ -128,6 +130,7 @@ def separation_exponent(
     return result
 
 
+@checked
 def variational_exponent(
     mechanism: Mechanism,
     *,

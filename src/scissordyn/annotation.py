@@ -1,0 +1,163 @@
+"""Whether a value is what an annotation says, and the annotation in words."""
+
+from __future__ import annotations
+
+import types
+import typing
+from collections.abc import Callable, Iterable, Mapping
+from functools import cache
+from numbers import Real
+from typing import Annotated, Any
+
+__all__ = ["MismatchError", "accepted", "in_words", "is_number", "plain_hint", "shown"]
+
+LONGEST = 60
+"""Characters of a value that a message shows."""
+
+
+class MismatchError(ValueError):
+    """A value that is not what its annotation says."""
+
+
+def is_number(value: object) -> bool:
+    """Whether a value is a real number, of Python or of another library such as numpy; a truth value is none."""
+    return isinstance(value, Real) and not isinstance(value, bool)
+
+
+@cache
+def plain_hint(hint: Any) -> Any:
+    """A type hint without its annotations."""
+    return typing.get_args(hint)[0] if typing.get_origin(hint) is Annotated else hint
+
+
+def _members(hint: Any) -> tuple[Any, ...]:
+    """The members of a union, flat; of any other hint that itself."""
+    hint = plain_hint(hint)
+    if typing.get_origin(hint) in (typing.Union, types.UnionType):
+        return tuple(inner for member in typing.get_args(hint) for inner in _members(member))
+    return (hint,)
+
+
+def accepted(value: Any, hint: Any) -> Any:
+    """The value as its annotation says it, with numbers and sequences of other libraries as Python's own.
+
+    Parameters
+    ----------
+    value
+    hint : type hint
+        A class, a protocol, a union, a literal, a tuple, a mapping or a callable.
+
+    Returns
+    -------
+    value
+
+    Raises
+    ------
+    MismatchError
+        If it is something else.
+    """
+    members = _members(hint)
+    if len(members) > 1:
+        for member in members:
+            try:
+                return accepted(value, member)
+            except MismatchError:
+                continue
+        raise MismatchError
+    hint = members[0]
+    origin, inside = typing.get_origin(hint), typing.get_args(hint)
+    if hint in (float, int):
+        return _number(value, hint)
+    if origin is typing.Literal:
+        if not isinstance(value, str | int) or value not in inside:
+            raise MismatchError
+        return value
+    if origin is tuple:
+        return _entries(value, inside)
+    if isinstance(origin, type) and issubclass(origin, Mapping):
+        if not isinstance(value, Mapping):
+            raise MismatchError
+        return _unless_same(value, {accepted(key, inside[0]): accepted(item, inside[1]) for key, item in value.items()})
+    if origin is Callable:
+        if not callable(value):
+            raise MismatchError
+        return value
+    if isinstance(origin, type) and issubclass(origin, Iterable):
+        if not isinstance(value, Iterable) or isinstance(value, str | bytes):
+            raise MismatchError
+        return value
+    return _object(value, hint)
+
+
+def _number(value: Any, kind: type) -> Any:
+    if type(value) in (float, int) and (kind is float or type(value) is int):
+        return value
+    if not is_number(value):
+        raise MismatchError
+    try:
+        converted = kind(value)
+    except (ValueError, OverflowError):  # of nan or infinity there is no whole number
+        raise MismatchError from None
+    if converted != value and kind is int:
+        raise MismatchError
+    return converted
+
+
+def _object(value: Any, hint: Any) -> Any:
+    if hint is Any or not isinstance(hint, type):
+        return value
+    if hint is bool and type(value).__name__ in ("bool", "bool_"):  # numpy's own is no subclass
+        return bool(value)
+    if isinstance(value, type) or not isinstance(value, hint):
+        raise MismatchError
+    return value
+
+
+def _entries(value: Any, inside: tuple[Any, ...]) -> tuple[Any, ...]:
+    if isinstance(value, str | bytes | Mapping) or not isinstance(value, Iterable):
+        raise MismatchError
+    try:
+        items = tuple(value)
+    except TypeError:  # an array without dimensions
+        raise MismatchError from None
+    hints = inside[:1] * len(items) if inside[1:] == (Ellipsis,) else inside
+    if len(items) != len(hints):
+        raise MismatchError
+    found = tuple(accepted(item, hint) for item, hint in zip(items, hints, strict=True))
+    return _unless_same(value, found) if isinstance(value, tuple) else found
+
+
+def _unless_same(value: Any, found: Any) -> Any:
+    """The value itself unless an entry of it was converted."""
+    pairs = zip(value.items(), found.items(), strict=True) if isinstance(value, Mapping) else zip(value, found, strict=True)
+    return value if all(one is other or (isinstance(one, tuple) and one == other) for one, other in pairs) else found
+
+
+def in_words(hint: Any) -> str:
+    """An annotation in the words of a message, such as "text" or "ConstantSpeed, Harmonic or None"."""
+    members = _members(hint)
+    if len(members) > 1:
+        words = list(dict.fromkeys(map(in_words, members)))
+        return f"{', '.join(words[:-1])} or {words[-1]}" if words[1:] else words[0]
+    hint = members[0]
+    origin, inside = typing.get_origin(hint), typing.get_args(hint)
+    if origin is typing.Literal:
+        return " or ".join(f'"{name}"' for name in inside)
+    if origin is tuple and inside[1:] == (Ellipsis,):
+        return f"a tuple, each entry {in_words(inside[0])}"
+    if origin is tuple:
+        return f"({', '.join(map(in_words, inside))})"
+    if isinstance(origin, type) and issubclass(origin, Mapping):
+        return f"a dict of {in_words(inside[0])} to {in_words(inside[1])}"
+    if origin is Callable:
+        return "a function"
+    if isinstance(origin, type):
+        return f"several, each {in_words(inside[0])}" if inside else "several"
+    known = {str: "text", float: "a number", int: "a whole number", bool: "True or False", types.NoneType: "None"}
+    return known.get(hint) or f"{getattr(hint, '__name__', hint)}"
+
+
+def shown(value: Any) -> str:
+    """A value in a message, in short."""
+    text = f"the class {value.__name__}" if isinstance(value, type) else " ".join(repr(value).split())
+    return text if len(text) <= LONGEST else f"{text[: LONGEST - 3]}..."

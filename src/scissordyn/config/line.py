@@ -1,0 +1,148 @@
+"""Where a key of a TOML file stands: its line, which a parser of TOML does not tell."""
+
+from __future__ import annotations
+
+import re
+import tomllib
+from collections.abc import Iterator
+from typing import Any
+
+__all__ = ["Place", "address", "line_of", "place_of_name"]
+
+Place = tuple[int | str, ...]
+"""Keys from the top of a file down, with the index of each table of a list."""
+
+HANDLES = ("joint", "guide", "name", "body")
+"""Keys that identify a table of a list; the first one present is used."""
+
+TOKEN = re.compile(
+    r'"""(?:[^\\]|\\.)*?"""|\'\'\'.*?\'\'\'|"(?:[^"\\\n]|\\.)*"|\'[^\'\n]*\'|#[^\n]*|[\[\]{}\n]',
+    re.DOTALL,
+)
+"""What can hide the end of a line, or is one."""
+
+PART = r"""(?:[\w-]+|"(?:[^"\\\n]|\\.)*"|'[^'\n]*')"""
+KEY = re.compile(rf"\s*({PART}(?:\s*\.\s*{PART})*)\s*=")
+HEADER = re.compile(rf"\s*(\[\[?)\s*({PART}(?:\s*\.\s*{PART})*)\s*\]")
+
+
+def _statements(text: str) -> Iterator[tuple[int, str]]:
+    """Line and text of each statement of a TOML file."""
+    start, depth = 0, 0
+    for token in TOKEN.finditer(text):
+        found = token[0]
+        depth += (found in "[{") - (found in "]}")
+        if found == "\n" and depth <= 0:
+            yield text.count("\n", 0, start) + 1, text[start : token.start()]
+            start, depth = token.end(), 0
+    yield text.count("\n", 0, start) + 1, text[start:]
+
+
+def _keys(dotted: str) -> tuple[str, ...]:
+    """The parts of a key such as ``a."b.c"``."""
+    tree: Any = tomllib.loads(f"{dotted} = 0")
+    keys = []
+    while isinstance(tree, dict):
+        key, tree = next(iter(tree.items()))
+        keys.append(key)
+    return tuple(keys)
+
+
+def _places(text: str) -> Iterator[tuple[int, Place]]:
+    """Line and place of each header and of each key."""
+    counts: dict[Place, int] = {}
+    table: Place = ()
+
+    def inside(keys: tuple[str, ...]) -> Place:
+        place: Place = ()
+        for key in keys:
+            place = (*place, key)
+            if place in counts:
+                place = (*place, counts[place])
+        return place
+
+    for line, statement in _statements(text):
+        header, key = HEADER.match(statement), KEY.match(statement)
+        try:
+            if header:
+                *outer, last = _keys(header[2])
+                table = (*inside(tuple(outer)), last)
+                if header[1] == "[[":
+                    counts[table] = counts.get(table, -1) + 1
+                if table in counts:
+                    table = (*table, counts[table])
+                yield line, table
+            elif key:
+                yield line, (*table, *_keys(key[1]))
+        except tomllib.TOMLDecodeError:  # not a statement of TOML, of which the parser speaks
+            continue
+
+
+def line_of(text: str, place: Place) -> int:
+    """The line of a place, or of the innermost table around it that is written out; 0 if there is none.
+
+    Parameters
+    ----------
+    text : str
+        Of a TOML file.
+    place : tuple of str and int
+
+    Returns
+    -------
+    int
+        From 1.
+    """
+    best, found = 0, 0
+    for line, here in _places(text):
+        if len(here) > best and place[: len(here)] == here:
+            best, found = len(here), line
+    return found
+
+
+def _handle(entry: Any) -> str:
+    return next((str(entry[key]) for key in HANDLES if isinstance(entry.get(key), str)), "") if isinstance(entry, dict) else ""
+
+
+def address(tree: Any, place: Place) -> str:
+    """A place as ``--set`` takes it, with tables of a list by their name: ``clearance.A.friction``.
+
+    Parameters
+    ----------
+    tree : dict
+        Parsed TOML.
+    place : tuple of str and int
+
+    Returns
+    -------
+    str
+        A table without a name is "clearance (the first)".
+    """
+    found = ""
+    for key in place:
+        if isinstance(key, int) and isinstance(tree, dict) and tree:  # a single table where a list of them is read
+            continue
+        try:
+            tree = tree[key]
+        except (LookupError, TypeError):
+            tree = None
+        if isinstance(key, int):
+            found += f".{_handle(tree)}" if _handle(tree) else f" ({_ordinal(key + 1)})"
+        else:
+            found += f".{key}" if found else key
+    return found
+
+
+def _ordinal(number: int) -> str:
+    return {1: "the first", 2: "the second", 3: "the third"}.get(number, f"number {number}")
+
+
+def place_of_name(tree: Any, message: str) -> Place:
+    """The table of a list that a message names first, in quotes; empty if it names none."""
+    tables = {
+        _handle(entry): (section, index)
+        for section, entries in reversed(tree.items())
+        if isinstance(entries, list)
+        for index, entry in reversed(list(enumerate(entries)))
+        if _handle(entry)
+    }
+    return next((tables[name] for name in re.findall(r"'([^']+)'", message) if name in tables), ())

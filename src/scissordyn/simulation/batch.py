@@ -1,0 +1,316 @@
+"""Many runs of one mechanism with other numbers: threads without the interpreter's lock, measures in place of histories."""
+
+from __future__ import annotations
+
+import itertools
+import os
+import threading
+import time as clocks
+from collections.abc import Callable, Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor, wait
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from numpy.typing import ArrayLike
+
+from scissordyn.component.actuator import Actuator
+from scissordyn.component.motor import Motor
+from scissordyn.errors import InputError, ScissordynError, did_you_mean
+from scissordyn.integrate import advance as loop
+from scissordyn.mechanics.build import build_model
+from scissordyn.mechanics.reduce import reduce_mechanism
+from scissordyn.mechanics.reduced_model import ReducedModel
+from scissordyn.model.address import Place, changed_all, find, number
+from scissordyn.model.mechanism import Mechanism
+from scissordyn.simulation.configuration import write_configuration
+from scissordyn.simulation.driver import Driver, make_system, put_parameters
+from scissordyn.simulation.measure import MEASURES, Ended
+from scissordyn.simulation.method import choose_method
+from scissordyn.simulation.options import EventKind, Options, StartKind
+from scissordyn.simulation.start import prepare_start
+from scissordyn.simulation.time_functions import check_tables
+from scissordyn.simulation.tolerance import error_weights
+from scissordyn.simulation.trajectory import broken_off, crosses
+
+__all__ = ["simulate_many"]
+
+WAIT = 0.2
+"""How often the caller's thread looks at progress and at Ctrl-C [s]."""
+
+TITLE = "scissordyn batch"
+
+
+def simulate_many(
+    mechanism: Mechanism,
+    over: Mapping[str, ArrayLike],
+    *,
+    until: float,
+    measures: Sequence[str] = ("peak_force", "peak_drive_torque", "contact_count", "contact_fraction"),
+    start: StartKind = Options.start,
+    rtol: float = Options.rtol,
+    atol: float = Options.atol,
+    method: str = Options.method,
+    most_steps: int = Options.most_steps,
+    events: EventKind = Options.events,
+    threads: int | None = None,
+    progress: Callable[[int, int], None] | None = None,
+) -> xr.Dataset:
+    """Simulate a mechanism for many values of some of its numbers.
+
+    Each case is the run that `simulate` makes, step by step and bit for bit, whatever the number of threads.
+
+    Parameters
+    ----------
+    mechanism : Mechanism
+    over : mapping of str to array_like
+        Values in SI by address ("A.clearance", "drive.speed", see `model.address`); arrays of one length, or single numbers.
+        For a grid, ``numpy.meshgrid`` and ``ravel``.
+    until : float
+        End of the simulated time [s].
+    measures : sequence of str
+        Names from `simulation.measure.MEASURES`.
+    start, rtol, atol, method, most_steps, events
+        As for `simulate`.
+    threads : int, optional
+        One per processor if not given.
+    progress : callable, optional
+        Called now and then with the cases done and their number.
+
+    Returns
+    -------
+    Dataset
+        Along `case`: the values, the measures, `status` ("complete", "failed", or "pending" after Ctrl-C) and `cause`. A case
+        that fails has NaN and its cause; the others go on.
+
+    Raises
+    ------
+    InputError
+        If an address, a measure or an option is wrong.
+    """
+    options = Options(until, start, Options.samples, rtol, atol, method, most_steps, events)
+    values = _columns(mechanism, over)
+    for name in measures:
+        if name not in MEASURES:
+            raise InputError(f"measure '{name}'{did_you_mean(name, MEASURES)}", ", ".join(MEASURES))
+    if threads is not None and (isinstance(threads, bool) or not isinstance(threads, int) or threads < 1):
+        raise InputError(f"threads = {threads!r}", "a whole number >= 1")
+    cases = len(next(iter(values.values())))
+    results = _Results(mechanism, measures, cases)
+    began = clocks.perf_counter()
+    interrupted = _run_all(mechanism, values, options, results, min(threads or os.cpu_count() or 1, cases), progress)
+    return _dataset(mechanism, values, options, results, clocks.perf_counter() - began, interrupted=interrupted)
+
+
+def _columns(mechanism: Mechanism, over: Mapping[str, ArrayLike]) -> dict[str, np.ndarray]:
+    """Values by address, all of one length."""
+    if not over:
+        raise InputError("no numbers to vary", "addresses and their values", "{'A.clearance': [1e-4, 2e-4]}")
+    found = {address: np.atleast_1d(np.asarray(given, float)) for address, given in over.items()}
+    for address, column in found.items():
+        number(mechanism, address)
+        if column.ndim > 1 or not column.size:
+            raise InputError(f"'{address}': values of shape {column.shape}", "one dimension; ravel a grid")
+    sizes = {column.size for column in found.values()} - {1}
+    if len(sizes) > 1:
+        raise InputError(f"columns of {', '.join(map(str, sorted(sizes)))} values", "columns of one length, or single numbers")
+    cases = max(sizes, default=1)
+    return {address: np.broadcast_to(column, cases) for address, column in found.items()}
+
+
+class _Results:
+    """Measures, status and cause of all cases; each case is written by one thread, to its own place."""
+
+    def __init__(self, mechanism: Mechanism, names: Sequence[str], cases: int) -> None:
+        self.sizes = {
+            "joint": [contact.name for contact in mechanism.contacts],
+            "drive": [drive.body for drive in mechanism.drives],
+            "component": [component.name for component in mechanism.components],
+        }
+        self.names = tuple(names)
+        self.values = {name: np.full((cases, *(len(self.sizes[dim]) for dim in MEASURES[name].dims)), np.nan) for name in names}
+        self.status = np.full(cases, "pending", dtype="U8")
+        self.cause = np.full(cases, "", dtype=object)
+        self.seconds = np.full(cases, np.nan)
+
+    def failed(self, case: int, cause: str) -> None:
+        """Note why a case has no measures."""
+        self.cause[case], self.status[case] = cause, "failed"
+
+    def take(self, case: int, ended: Ended, seconds: float) -> None:
+        """Write the measures of a case that is complete."""
+        for name in self.names:
+            self.values[name][case] = MEASURES[name].value(ended)
+        self.seconds[case] = seconds
+        self.status[case] = "complete"
+
+
+def _run_all(
+    mechanism: Mechanism,
+    values: dict[str, np.ndarray],
+    options: Options,
+    results: _Results,
+    threads: int,
+    progress: Callable[[int, int], None] | None,
+) -> bool:
+    """Run all cases; returns whether the user stopped it."""
+    base, places = reduce_mechanism(mechanism), {address: find(mechanism, address) for address in values}
+    cases, waiting, stop = results.status.size, itertools.count(), threading.Event()
+
+    def work() -> None:
+        worker = _Worker(base, options, stop, places)
+        for case in iter(lambda: next(waiting), None):
+            if case >= cases or stop.is_set():
+                return
+            worker.run({address: float(column[case]) for address, column in values.items()}, case, results)
+
+    with ThreadPoolExecutor(threads, thread_name_prefix="scissordyn") as pool:
+        futures = [pool.submit(work) for _ in range(threads)]
+        try:
+            while wait(futures, WAIT).not_done:
+                if progress is not None:
+                    progress(int(np.sum(results.status != "pending")), cases)
+        except KeyboardInterrupt:
+            stop.set()
+        except BaseException:
+            stop.set()
+            raise
+    for future in futures:
+        future.result()
+    if progress is not None and not stop.is_set():
+        progress(cases, cases)
+    return stop.is_set()
+
+
+class _Worker:
+    """What one thread keeps from case to case: the model that all share, and arrays of its own.
+
+    Parameters
+    ----------
+    base : ReducedModel
+        Of the mechanism whose numbers are varied.
+    options : Options
+    stop : Event
+        Set when the user stops the batch.
+    places : mapping of str to sequence of Place
+        Where the addresses lead.
+    """
+
+    def __init__(
+        self, base: ReducedModel, options: Options, stop: threading.Event, places: Mapping[str, Sequence[Place]]
+    ) -> None:
+        self.mechanism, self.options, self.stop = base.mechanism, options, stop
+        self.base, self.places = base, places
+        self.model = build_model(base)
+        self.system = make_system(base, self.model)
+        self.driver: Driver | None = None
+
+    def run(self, changes: Mapping[str, float], case: int, results: _Results) -> None:
+        """Simulate one case and write its results."""
+        try:
+            driver = self._started(changed_all(self.mechanism, changes, self.places))
+            began = clocks.perf_counter()
+            status = driver.advance(self.options.until, most_steps=self.options.most_steps, progress=self._look)
+        except KeyboardInterrupt:
+            return
+        except ScissordynError as error:
+            results.failed(case, str(error))
+            return
+        if status == loop.FINISHED:
+            results.take(case, Ended(driver), clocks.perf_counter() - began)
+            return
+        steps = f"{self.options.most_steps} steps are not enough"
+        cause = steps if status == loop.ADVANCING else broken_off(status, driver)
+        results.failed(case, f"stopped at t = {driver.time:.9g} s of {self.options.until:g} s: {cause}")
+
+    def _look(self, _: float) -> None:
+        if self.stop.is_set():
+            raise KeyboardInterrupt
+
+    def _started(self, mechanism: Mechanism) -> Driver:
+        """A driver at the start of a case, in the arrays of the case before if they fit."""
+        check_tables(mechanism, self.options.until)
+        shared = _same_model(self.base.mechanism, mechanism)
+        reduced = self.base.with_numbers(mechanism) if shared else reduce_mechanism(mechanism)
+        if not (shared and put_parameters(self.system, reduced, self.model)):
+            self.base, self.model = reduced, build_model(reduced)
+            self.system, self.driver = make_system(reduced, self.model), None
+        prepared = prepare_start(reduced, self.system, self.options.start)
+        tolerances = error_weights(reduced, self.system, prepared.y, rtol=self.options.rtol, atol=self.options.atol)
+        choice = choose_method(reduced, self.system, prepared.y, self.options, tolerances)
+        driver, across = self.driver, crosses(mechanism, self.options)
+        if driver is not None and driver.method == choice.method:
+            driver.restart(reduced, prepared.y, tolerances, crosses=across, initial_events=prepared.initial_events)
+            return driver
+        made = Driver(
+            reduced,
+            self.system,
+            prepared.y,
+            method=choice.method,
+            tolerances=tolerances,
+            crosses=across,
+            initial_events=prepared.initial_events,
+        )
+        self.driver = made
+        return made
+
+
+def _same_model(base: Mechanism, other: Mechanism) -> bool:
+    """Whether two mechanisms differ only in numbers that do not enter the model.
+
+    Whatever could enter it, as a length or a mass, has the model built anew: that costs time only.
+    """
+    same = base.bodies == other.bodies and base.ground == other.ground and base.welds == other.welds
+    same = same and base.guides == other.guides and base.rods == other.rods and base.latches == other.latches
+    same = same and [drive.body for drive in base.drives] == [drive.body for drive in other.drives]
+    if not same or len(base.components) != len(other.components):
+        return False
+    for one, another in zip(base.joints, other.joints, strict=True):
+        a, b = one.clearance, another.clearance
+        if one is another or (a is None and b is None):
+            continue
+        if a is None or b is None or a.friction.states != b.friction.states:
+            return False
+    return all(
+        one is another
+        or (type(one) is type(another) and not isinstance(one, Actuator | Motor) and _attached(one) == _attached(another))
+        for one, another in zip(base.components, other.components, strict=True)
+    )
+
+
+def _attached(component: Any) -> tuple[Any, ...]:
+    port = component.declaration.port
+    return tuple(getattr(component, name) for name in (*port.points, *port.turning))
+
+
+def _dataset(
+    mechanism: Mechanism,
+    values: dict[str, np.ndarray],
+    options: Options,
+    results: _Results,
+    seconds: float,
+    *,
+    interrupted: bool,
+) -> xr.Dataset:
+    variables: dict[str, Any] = {
+        name: (("case", *MEASURES[name].dims), column, {"units": MEASURES[name].units, "long_name": MEASURES[name].long_name})
+        for name, column in results.values.items()
+    }
+    variables["status"] = ("case", results.status.astype(str), {"long_name": "complete, failed or pending"})
+    variables["cause"] = ("case", results.cause.astype(str), {"long_name": "why a case failed"})
+    coordinates: dict[str, Any] = {}
+    for address, column in values.items():
+        quantity = number(mechanism, address).quantity
+        assert quantity is not None
+        coordinates[address] = ("case", column, {"units": quantity.unit, "long_name": quantity.help or address})
+    used = {dim for name in results.names for dim in MEASURES[name].dims}
+    coordinates |= {dim: results.sizes[dim] for dim in sorted(used)}
+    attributes = {
+        "title": TITLE,
+        "status": "interrupted" if interrupted else "complete",
+        "failed_cases": int(np.sum(results.status == "failed")),
+        "seconds": seconds,
+        "integration_seconds": float(np.nansum(results.seconds)),
+        "configuration": write_configuration(mechanism, options),
+    }
+    return xr.Dataset(variables, coords=coordinates, attrs=attributes)

@@ -1,0 +1,132 @@
+"""Measures of a run: numbers that the loop has accumulated, with located maxima, so that no histories are needed.
+
+They are read from what the integrator holds at the end: the event log, the peaks and the integrals.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from types import MappingProxyType
+
+import numpy as np
+
+from scissordyn.mechanics.monitored import COMPONENT_FORCE, DRIVE_TORQUE, POWERS, PRESSURE_VELOCITY
+from scissordyn.simulation.contacts import Contact, contacts
+from scissordyn.simulation.driver import Driver
+
+__all__ = ["MEASURES", "Ended", "Measure"]
+
+
+class Ended:
+    """What a driver has accumulated up to now.
+
+    Parameters
+    ----------
+    driver : Driver
+    """
+
+    def __init__(self, driver: Driver) -> None:
+        self.driver = driver
+        self.mechanism = driver.reduced.mechanism
+        self.time = driver.time
+
+    @cached_property
+    def contacts(self) -> list[Contact]:
+        """All contacts in order of their starts."""
+        return contacts(self.driver.log, self.driver.state.peak[: len(self.mechanism.contacts)])
+
+    def per_joint(self, value: Callable[[list[Contact]], float]) -> np.ndarray:
+        """A number from the contacts of each clearance joint and contact point."""
+        own: list[list[Contact]] = [[] for _ in self.mechanism.contacts]
+        for contact in self.contacts:
+            own[contact.joint].append(contact)
+        return np.array([value(found) for found in own], float)
+
+    def lasting(self, contact: Contact) -> float:
+        """Duration of a contact, up to now if it goes on [s]."""
+        return self.time - contact.start if math.isnan(contact.duration) else contact.duration
+
+    def peaks(self, kind: int) -> np.ndarray:
+        """Largest values of one kind of monitored quantity."""
+        model = self.driver.system.content.model
+        rows = model.guard_component.size + np.flatnonzero(model.monitor[:, 0] == kind)
+        return np.asarray(self.driver.state.peak[rows, 0])
+
+
+@dataclass(frozen=True)
+class Measure:
+    """A number, or one for each joint, drive or component.
+
+    Parameters
+    ----------
+    units, long_name : str
+    dims : tuple of str
+        (), ("joint",), ("drive",) or ("component",).
+    value : callable
+        From an `Ended` to a float or an array along the dimension.
+    """
+
+    units: str
+    long_name: str
+    dims: tuple[str, ...]
+    value: Callable[[Ended], float | np.ndarray]
+
+
+def _energy(name: str) -> Measure:
+    place = POWERS.index(name)
+    words = {"drive_work": "work of the drives", "load_work": "work of the loads", "motor_work": "work of the motors"}
+    known = words.get(name, f"energy dissipated by {'dampers' if name == 'damper_loss' else 'contact ' + name.split('_')[0]}")
+    return Measure("J", known, (), lambda ended: float(ended.driver.state.total[place]))
+
+
+_JOINT = ("joint",)
+
+MEASURES: Mapping[str, Measure] = MappingProxyType(
+    {
+        "peak_force": Measure(
+            "N",
+            "largest normal force",
+            _JOINT,
+            lambda e: e.per_joint(lambda own: max((c.peak_force for c in own), default=0.0)),
+        ),
+        "peak_approach_speed": Measure(
+            "m/s",
+            "largest approach speed",
+            _JOINT,
+            lambda e: e.per_joint(lambda own: max((c.approach_speed for c in own), default=0.0)),
+        ),
+        "contact_count": Measure("1", "contacts", _JOINT, lambda e: e.per_joint(len)),
+        "contact_fraction": Measure(
+            "1", "fraction of the time in contact", _JOINT, lambda e: e.per_joint(lambda own: sum(map(e.lasting, own))) / e.time
+        ),
+        "first_contact": Measure(
+            "s", "start of the first contact", _JOINT, lambda e: e.per_joint(lambda own: own[0].start if own else math.nan)
+        ),
+        "impulse": Measure(
+            "N s", "impulse of the normal forces", _JOINT, lambda e: e.per_joint(lambda own: sum(c.impulse for c in own))
+        ),
+        "peak_pressure_velocity": Measure(
+            "Pa m/s",
+            "largest product of mean pressure F_n/(2 R_J L_b) and slip speed, NaN for contact points",
+            _JOINT,
+            lambda e: _padded(e.peaks(PRESSURE_VELOCITY), len(e.mechanism.contacts)),
+        ),
+        "peak_drive_torque": Measure("N m", "largest driving torque", ("drive",), lambda e: e.peaks(DRIVE_TORQUE)),
+        "peak_component_force": Measure(
+            "SI", "largest force [N] or torque [N m]", ("component",), lambda e: e.peaks(COMPONENT_FORCE)
+        ),
+        **{name: _energy(name) for name in POWERS},
+        "steps": Measure("1", "integration steps", (), lambda e: float(e.driver.state.counts["steps"][0])),
+        "end": Measure("s", "time reached", (), lambda e: e.time),
+    }
+)
+"""Measures by name."""
+
+
+def _padded(values: np.ndarray, count: int) -> np.ndarray:
+    full = np.full(count, math.nan)
+    full[: values.size] = values
+    return full

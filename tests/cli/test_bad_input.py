@@ -1,0 +1,194 @@
+"""Unfit case files and saved files: one line and status 2, whatever they hold."""
+
+from __future__ import annotations
+
+import itertools
+from pathlib import Path
+
+import pytest
+import xarray as xr
+
+from mutation import mutated_cases  # isort: skip
+from scissordyn.cli.main import status_of
+from scissordyn.simulation.store import load, save
+
+EXAMPLES = Path(__file__).parents[2] / "examples"
+QUICK, ALL, BLOCK = 150, 2000, 100
+SHORT = ("--set", "run.most_steps=2000", "--samples", "5")
+"""Options with which any run ends soon."""
+
+LEAST = '[structure]\nkind = "scissor"\n[drive]\nspeed = "1 rpm"\n[run]\nuntil = "1 ms"\n'
+JOINT = '[[clearance]]\njoint = "A"\nclearance = "0.5 mm"\n'
+
+
+@pytest.fixture
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """An empty folder to work in."""
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+def said(capfd: pytest.CaptureFixture[str], *arguments: str) -> tuple[int, str]:
+    """Status and stderr of a command, which writes one line there if it fails, and nothing otherwise."""
+    status = status_of(arguments)
+    shown = capfd.readouterr()
+    assert status in (0, 2, 3), shown.err
+    assert shown.err.count("\n") == (0 if status == 0 else 1), shown.err
+    assert "Traceback" not in shown.err
+    assert "LAPACK" not in shown.out
+    assert "** On entry" not in shown.out
+    return status, shown.err
+
+
+def tried(capfd: pytest.CaptureFixture[str], folder: Path, first: int, last: int) -> list[int]:
+    """Statuses of `check` for some of the mutated files; those that it accepts are run."""
+    found = []
+    for number, text in enumerate(itertools.islice(mutated_cases(last), first, last), start=first):
+        (folder / "case.toml").write_text(text, encoding="utf-8", errors="surrogatepass")
+        try:
+            status, _ = said(capfd, "check", "case.toml")
+            if status == 0:
+                status, _ = said(capfd, "run", "case.toml", *SHORT)
+        except AssertionError as error:
+            raise AssertionError(f"mutated case {number}: {error}\n{text}") from None
+        found.append(status)
+    return found
+
+
+def test_mutated_case_files(folder: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    """Identity: files with slips run, or are refused or fail in one line; some do each."""
+    assert {0, 2, 3} <= set(tried(capfd, folder, 0, QUICK))
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("first", range(QUICK, ALL, BLOCK))
+def test_all_mutated_case_files(folder: Path, capfd: pytest.CaptureFixture[str], first: int) -> None:
+    """Identity: as above, for the rest of 2000 files."""
+    assert 2 in tried(capfd, folder, first, min(first + BLOCK, ALL))
+
+
+@pytest.mark.parametrize(
+    ("text", "says"),
+    [
+        ("x = " + "[" * 1000 + "]" * 1000, "inside each other"),
+        ("x = " + "[" * 60 + "]" * 60, "more than 32 lists and tables"),
+        ("x = " + "{ y = " * 500 + "1" + " }" * 500, "inside each other"),
+        (LEAST.replace('"1 ms"', "9" * 5000), "a number of thousands of digits"),
+        (LEAST.replace('"1 ms"', "9" * 4000), "a number of hundreds of digits: out of bounds"),
+        (LEAST + "samples = " + "9" * 4000 + "\n", "run.samples"),
+        (LEAST.replace("1 ms", "1 m/0"), "is not a unit"),
+        (LEAST.replace("1 ms", "1e-308 s"), "run.until = \"1e-308 s\": out of bounds; allowed: a finite number >= 1e-12"),
+        (LEAST.replace('"scissor"', '["scissor"]'), "unknown structure"),
+        (LEAST.replace('"scissor"', '{ a = "scissor" }'), "unknown structure"),
+        (LEAST + JOINT + "material = []\n", "unknown material"),
+        (LEAST + JOINT + 'stiffness = { law = ["liu"] }\n', "no name of a stiffness law"),
+        (LEAST + JOINT + 'journal_radius = "1e308 m"\n', "<= 1e+06 [m]"),
+        (LEAST + JOINT + 'friction = { law = "ambrosio", kinetic = 1e308 }\n', "<= 10"),
+        (LEAST.replace("[drive]", 'bar_mass = "5e-324 kg"\n[drive]'), ">= 1e-12 and <= 1e+09 [kg]"),
+        (LEAST.replace("[drive]", 'gravity = "1e300 m/s^2"\n[drive]'), "<= 1e+06 [m/s^2]"),
+        (LEAST.replace('speed = "1 rpm"', 'speed = "1e200 rpm"'), "<= 1e+07 [rad/s]"),
+        (
+            LEAST.replace('speed = "1 rpm"', 'table = { time = "0 1 2 3 4 5 us", angle = "30 31 32 33 34 35 deg" }'),
+            "tabulated until 5e-06 s",
+        ),
+        (
+            LEAST + '[[force]]\nname = "f"\npoint = "slider.centre"\nforce = "1, 0 N"\n'
+            'time_function = { table = { time = "0 1 2 3 4 5 us", factor = [0, 1, 2, 3, 4, 5] } }\n',
+            "a time function of 'f' is tabulated until 5e-06 s",
+        ),
+    ],
+)  # fmt: skip
+def test_extreme_files_are_refused(folder: Path, capfd: pytest.CaptureFixture[str], text: str, says: str) -> None:
+    """Limit: nesting, numbers and units beyond reason, and tables that end before the run; `check` finds them as `run` does."""
+    (folder / "case.toml").write_text(text)
+    for command in ("check", "run"):
+        status, error = said(capfd, command, "case.toml")
+        assert status == 2
+        assert says in error
+
+
+MALFORMED = (None, "", "{", "[]", "3", "null", '{"mechanism": 3}', '{"mechanism": {}, "options": []}', 7)
+
+
+@pytest.fixture(scope="module")
+def saved(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A saved run."""
+    path = tmp_path_factory.mktemp("saved") / "run.nc"
+    arguments = ["run", str(EXAMPLES / "paper.toml"), "-o", str(path), "--samples", "3", "--set", "run.until=0.1 ms"]
+    assert status_of(arguments) == 0
+    return path
+
+
+@pytest.fixture(scope="module")
+def diagram(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A saved bifurcation diagram, with the arguments that continue it."""
+    path = tmp_path_factory.mktemp("diagram") / "diagram.nc"
+    assert status_of(["bifurcation", *SCAN, "-o", str(path)]) == 0
+    return path
+
+
+SCAN = (
+    *(str(EXAMPLES / "periodic.toml"), "--over", "drive.angular_frequency", "--from", "3 Hz", "--to", "3.1 Hz"),
+    *("--values", "2", "--cycles", "1", "--workers", "1"),
+)
+
+
+@pytest.mark.parametrize("value", MALFORMED)
+def test_saved_runs_with_other_attributes_are_refused(
+    saved: Path, folder: Path, capfd: pytest.CaptureFixture[str], value: object
+) -> None:
+    """Identity: an attribute that a saved run needs and that is missing or holds something else is named in one line."""
+    for name in ("configuration", "title"):
+        run = load(saved)
+        run.attrs.pop(name) if value is None else run.attrs.update({name: value})
+        if name not in run.attrs or name == "configuration":
+            run.to_netcdf("other.nc", engine="h5netcdf")
+            status, error = said(capfd, "run", "other.nc")
+            assert status == 2, (name, value)
+            assert "other.nc" in error or "attribute" in error or "mechanism" in error or "options" in error
+
+
+@pytest.mark.parametrize("lost", ["status", "cause", "completed_cycles", "slider_velocity", "value", "joint", "cycle"])
+def test_diagrams_that_are_not_whole_are_refused(
+    diagram: Path, folder: Path, capfd: pytest.CaptureFixture[str], lost: str
+) -> None:
+    """Identity: a store without one of its variables is named, and left as it is."""
+    load(diagram).drop_vars(lost).to_netcdf("other.nc", engine="h5netcdf")
+    before = Path("other.nc").read_bytes()
+    status, error = said(capfd, "bifurcation", *SCAN, "-o", "other.nc")
+    assert status == 2
+    assert "other.nc" in error
+    assert Path("other.nc").read_bytes() == before
+
+
+@pytest.mark.parametrize("name", ["title", "status", "configuration", "versions", "parameter", "phase", "cycles"])
+def test_diagrams_with_other_attributes_are_refused_or_mended(
+    diagram: Path, folder: Path, capfd: pytest.CaptureFixture[str], name: str
+) -> None:
+    """Identity: an attribute that is missing or of another type is no fault of the program."""
+    for value in (None, 3, "nonsense"):
+        changed: xr.Dataset = load(diagram)
+        changed.attrs.pop(name) if value is None else changed.attrs.update({name: value})
+        if name == "title":
+            changed.to_netcdf("other.nc", engine="h5netcdf")
+        else:
+            save(changed, "other.nc")
+        status, _ = said(capfd, "bifurcation", *SCAN, "-o", "other.nc")
+        assert status in (0, 2)
+        Path("other.nc").unlink()
+
+
+def test_the_drawn_variable_is_checked_first(
+    folder: Path, capfd: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Identity: an unknown name is refused before anything is computed, and so is a parameter that cannot be varied."""
+    monkeypatch.setattr("scissordyn.study.bifurcation.bifurcation", None)
+    status, error = said(capfd, "bifurcation", *SCAN, "--variable", "nope", "--plot", "x.png")
+    assert status == 2
+    assert "--variable 'nope'" in error
+    assert "slider_velocity" in error
+    crank = [word if word != "drive.angular_frequency" else "structure.crank" for word in SCAN]
+    status, error = said(capfd, "bifurcation", *crank)
+    assert status == 2
+    assert "'structure' is neither a joint nor 'drive'" in error
+    assert "drive.angular_frequency" in error

@@ -1,0 +1,124 @@
+"""Constant-force springs: the full tension, the part of it before the strip has left its drum, energy."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import scissordyn as sd
+from scissordyn.component.constant_force_spring import ConstantForceSpring
+from scissordyn.errors import InputError
+from scissordyn.model.mechanism import Mechanism
+
+from .shared import METHODS, TIGHT, assert_balance, assert_documented, checked, phases, read
+
+MASS, TENSION, UNCOILED = 0.8, 12.0, 0.25
+
+CASE = """
+[structure]
+kind = "mechanism"
+gravity = "0 m/s^2"
+
+[[ground]]
+name = "O"
+position = "0, 0 m"
+
+[[body]]
+name = "ball"
+mass = "0.8 kg"
+points = { centre = "0, 0 m" }
+position = "0.5, 0 m"
+
+[[constant_force_spring]]
+name = "reel"
+start = "ground.O"
+end = "ball.centre"
+tension = "12 N"
+uncoiling_length = "25 cm"
+
+[run]
+until = "0.1 s"
+"""
+
+
+def ball_on(
+    spring: ConstantForceSpring, place: tuple[float, float], velocity: tuple[float, float], gravity: float = 0.0
+) -> Mechanism:
+    """A point mass on a spring from the origin."""
+    ball = dataclasses.replace(sd.point_mass("ball", mass=MASS, position=place), velocity=velocity)
+    return Mechanism((ball,), components=(spring,), ground=(("O", (0.0, 0.0)),), gravity=gravity)
+
+
+def spring(damping: float = 0.0) -> ConstantForceSpring:
+    """The spring of these tests."""
+    return ConstantForceSpring("reel", ("ground", "O"), ("ball", "centre"), TENSION, UNCOILED, damping)
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_full_tension_is_constant(method: str) -> None:
+    """Closed form: beyond the uncoiling length a mass on the line of the spring moves on a parabola."""
+    run = sd.simulate(ball_on(spring(), (0.5, 0.0), (3.0, 0.0)), until=0.3, method=method, **TIGHT)
+    t = run["time"].values
+    length = 0.5 + 3.0 * t - 0.5 * TENSION / MASS * t**2
+    assert length.min() > UNCOILED
+    np.testing.assert_allclose(run["constant_force_spring_length"][:, 0], length, atol=1e-10)
+    np.testing.assert_array_equal(run["constant_force_spring_force"][:, 0], TENSION)
+    np.testing.assert_allclose(run["constant_force_spring_energy"][:, 0], TENSION * (length - 0.5 * UNCOILED), rtol=1e-10)
+    assert_balance(run)
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_short_strip_is_linear(method: str) -> None:
+    """Closed form: below the uncoiling length the mass is a plane oscillator with the stiffness T_0/l_1: an ellipse."""
+    w = math.sqrt(TENSION / UNCOILED / MASS)
+    run = sd.simulate(ball_on(spring(), (0.2, 0.0), (0.0, 0.1 * w)), until=1.5, method=method, **TIGHT)
+    t = run["time"].values
+    exact = np.stack([0.2 * np.cos(w * t), 0.1 * np.sin(w * t)], axis=1)
+    np.testing.assert_allclose(run["position"][:, 0], exact, atol=1e-9)
+    length = np.linalg.norm(exact, axis=1)
+    np.testing.assert_allclose(run["constant_force_spring_energy"][:, 0], 0.5 * TENSION / UNCOILED * length**2, rtol=1e-7)
+    assert_balance(run)
+
+
+@pytest.mark.parametrize("damping", [0.0, 0.2])
+@pytest.mark.parametrize("method", METHODS)
+def test_orbit_across_the_uncoiling_length(method: str, damping: float) -> None:
+    """Cross-check by a second formulation: an orbit with both parts of the law, by scipy with the kink as an event."""
+    start = (0.5, 0.0, 0.4, 0.6)
+
+    def rate(mode: int, t: float, y: np.ndarray) -> tuple[float, ...]:
+        length = math.hypot(y[0], y[1])
+        pull = TENSION * (length / UNCOILED if mode else 1.0) + damping * (y[0] * y[2] + y[1] * y[3]) / length
+        return y[2], y[3], -pull * y[0] / length / MASS, -pull * y[1] / length / MASS - 1.6
+
+    def beyond(t: float, y: np.ndarray) -> float:
+        return math.hypot(y[0], y[1]) - UNCOILED
+
+    run = sd.simulate(ball_on(spring(damping), start[:2], start[2:], 1.6), until=1.2, method=method, **TIGHT)
+    instants, _, at = phases(rate, (beyond, lambda t, y: -beyond(t, y)), start, 1.2)
+    assert len(instants) >= 4
+    np.testing.assert_allclose(run["position"][:, 0], at(run["time"].values)[:, :2], atol=1e-8)
+    assert_balance(run)
+
+
+def test_case_file(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """Identity: the table is the class; ``check`` names it; its variables have units."""
+    mechanism = read(tmp_path, CASE)
+    assert mechanism.components == (spring(),)
+    assert "Constant force spring reel." in checked(tmp_path, CASE, capsys)
+    run = sd.simulate(mechanism, until=0.05, samples=11)
+    section = "constant_force_spring"
+    assert_documented(
+        run, {f"{section}_force": "N", f"{section}_length": "m", f"{section}_energy": "J", f"{section}_peak_force": "N"}
+    )
+    np.testing.assert_array_equal(sd.replay(run)[f"{section}_force"], run[f"{section}_force"])
+
+
+def test_what_it_cannot_be() -> None:
+    """Identity: an uncoiling length of zero would be a jump of the force, and is refused."""
+    with pytest.raises(InputError, match="uncoiling_length must be a finite number > 0"):
+        ConstantForceSpring("reel", ("ground", "O"), ("ball", "centre"), 1.0, 0.0)

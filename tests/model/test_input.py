@@ -1,0 +1,144 @@
+"""Values of the wrong type or size in Python: one line where they are given, with what to write instead."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+
+import scissordyn as sd
+from scissordyn.units import RANGES, Quantity
+
+ARM = sd.scissor(units=1)
+DRIVEN = ARM.driven(speed=1.0)
+LOOSE = ARM.with_clearance("A", sd.Clearance(1e-4)).driven(sd.Harmonic(1.0, 0.1, 3.0))
+
+
+@pytest.mark.parametrize(
+    ("make", "says"),
+    [
+        (lambda: sd.scissor(bar_length="2 m"), "bar_length = '2 m'; type: bar_length=2"),
+        (lambda: sd.scissor(angle="30 deg"), "angle = '30 deg'; type: angle=degrees(30)"),
+        (lambda: sd.scissor(angle=2.0), "type: angle=degrees(30)"),
+        (lambda: sd.scissor(units=10.5), "units = 10.5; a whole number"),
+        (lambda: sd.scissor(units="2"), "units = '2'"),
+        (lambda: sd.scissor(driven_bar="pined"), "driven_bar = 'pined' (did you mean 'pinned'?)"),
+        (lambda: sd.degrees("30"), "degrees('30'); type: degrees(30)"),
+        (lambda: sd.rpm("150 rpm"), "type: rpm(150)"),
+        (lambda: ARM.driven(150.0), "driven(): motion = 150.0; type: speed=rpm(150)"),
+        (lambda: ARM.driven("150 rpm"), "type: speed=rpm(150)"),
+        (lambda: ARM.driven(speed="150 rpm"), "speed = '150 rpm'; type: speed=rpm(150)"),
+        (lambda: ARM.driven(sd.Harmonic), "motion = the class Harmonic"),
+        (lambda: ARM.driven(speed=1.0, body=3), "body = 3; text"),
+        (lambda: ARM.with_clearance("A", 5e-4), "clearance = 0.0005; type: clearance=Clearance(5e-4)"),
+        (lambda: ARM.with_clearance("A", sd.Clearance), "clearance = the class Clearance"),
+        (lambda: ARM.with_clearance(["A", 3], sd.Clearance(1e-4)), "joint 3; text"),
+        (lambda: sd.Clearance("0.1 mm"), "clearance = '0.1 mm'; type: clearance=0.0001"),
+        (lambda: sd.Clearance(0.02), "type: clearance=0.0005"),
+        (lambda: sd.Clearance(1e-4, friction=0.1), "friction = 0.1; a friction law; type: friction=Ambrosio(kinetic=0.1)"),
+        (lambda: sd.Clearance(1e-4, stiffness="liu"), "stiffness = 'liu'; an elastic law; type: stiffness=Liu()"),
+        (lambda: sd.Clearance(1e-4, stiffness=sd.Hertz), "stiffness = the class Hertz; type: stiffness=Hertz()"),
+        (lambda: sd.Clearance(1e-4, stiffness=sd.Flores()), "stiffness = Flores(restitution=0.9); an elastic law"),
+        (lambda: sd.Clearance(1e-4, damping=sd.Liu()), "damping = Liu(); a damping law"),
+        (lambda: sd.Clearance(1e-4, friction=None), "friction = None; a friction law"),
+        (lambda: sd.Clearance(1e-4, material="steel"), "material = 'steel'; type: material=STEEL"),
+        (lambda: sd.GuideClearance(1e-4, corners=3), "corners = 3"),
+        (lambda: sd.GuideClearance(1e-4, length=0.04, width=0.02, stiffness="hertz"), "type: stiffness=Hertz()"),
+        (lambda: sd.simulate("case.toml", until=0.01), "mechanism = 'case.toml'; Mechanism"),
+        (lambda: sd.simulate(sd.scissor, until=0.01), "mechanism = <function scissor"),
+        (lambda: sd.simulate(DRIVEN, until="10 ms"), "until = '10 ms'"),
+        (lambda: sd.simulate(DRIVEN, until=0.01, samples=10.5), "samples = 10.5; a whole number"),
+        (lambda: sd.simulate(DRIVEN, until=0.01, start="concentrik"), "did you mean 'concentric'"),
+        (lambda: ARM.controlled("pid"), "controller = 'pid'; type: controller=PID(100.0)"),
+        (lambda: ARM.controlled(sd.PID), "controller = the class PID"),
+        (lambda: ARM.controlled(sd.PID(100.0), reference=3.0), "reference = 3.0; type: speed=rpm(150)"),
+        (lambda: ARM.controlled(sd.PID(100.0), speed=1.0, sensor=3), "sensor = 3"),
+        (lambda: sd.Mechanism(bodies=(3,)), "bodies = (3,); a tuple, each entry Body"),
+        (lambda: sd.Body("a", "1 kg", None), "mass = '1 kg'; type: mass=1"),
+        (lambda: sd.Body("a", 1.0, None, points={"a": ("x", "y")}), "points = {'a': ('x', 'y')}"),
+        (lambda: sd.Body("a", 1.0, None, position=3), "position = 3; two of: a finite number"),
+        (lambda: sd.Revolute("A", "crank.end", ("rod", "start")), "type: journal=(\"crank\", \"end\")"),
+        (lambda: sd.Revolute("A", ("a", "b"), ("c", "d"), 1e-4), "clearance = 0.0001; type: clearance=Clearance(5e-4)"),
+        (lambda: sd.Guide("g", "slider"), "follower = 'slider'; (text, text)"),
+        (lambda: sd.Weld("w", "a", "b"), "start = 'a'; (text, text)"),
+        (lambda: sd.Drive("a", 3), "type: motion=ConstantSpeed(rpm(150))"),
+        (lambda: sd.Force("f", ("a", "b"), 3), "force = 3; two of: a finite number"),
+        (lambda: sd.Force("f", ("a", "b"), (1, 2), time_function=3), "time_function = 3"),
+        (lambda: sd.Motor("m", 3, stall_torque=3, no_load_speed=1.0), "body = 3; text"),
+        (lambda: sd.Tabulated("a", "b"), "times = 'a'; several of: a finite number"),
+        (lambda: sd.Polynomial(("a",)), "coefficients = ('a',)"),
+        (lambda: sd.tabulated(3, until=1.0), "function = 3; a function"),
+        (lambda: sd.Harmonic("30 deg", 1.0, 1.0), "type: mean=degrees(30)"),
+        (lambda: ARM.replace("B.clearance", 1e-4), "replace('B.clearance'); JOINT.FIELD"),
+        (lambda: ARM.body(3), "body 3; one of"),
+        (lambda: ARM.joint([]), "joint []; one of"),
+        (lambda: sd.bifurcation(LOOSE, over=3, values=[1.0]), "over = 3; text or a function"),
+        (lambda: sd.bifurcation(LOOSE, over="A.clearance", values="abc"), "values = 'abc'"),
+        (lambda: sd.bifurcation(LOOSE, over="structure.crank", values=[1.0]), "'structure' is neither a joint nor 'drive'"),
+        (lambda: sd.with_payload(ARM, "A", "1"), "mass = '1'; type: mass=1"),
+        (lambda: sd.four_bar(coupler_point=3), "coupler_point = 3; two of"),
+        # sizes that no machine has
+        (lambda: sd.Clearance(1e-4, journal_radius=1e308), "<= 1e+06 [m]"),
+        (lambda: sd.Body("a", 5e-324, None), ">= 1e-12 and <= 1e+09 [kg]"),
+        (lambda: sd.Body("a", 1.0, None, points={"far": (0.0, 1e300)}), "far = (0.0, 1e+300); two of"),
+        (lambda: sd.LuGre(kinetic=1e308), "<= 10"),
+        (lambda: sd.scissor(gravity=10**400), "gravity = 1000"),
+        (lambda: ARM.driven(speed=1e200), "<= 1e+07 [rad/s]"),
+        (lambda: sd.PID(1e308), "<= 1e+30 [N m/rad]"),
+        (lambda: sd.Tabulated(range(6), (0.0, 0.0, 0.0, 0.0, 0.0, 1e300)), "values = "),
+    ],
+)  # fmt: skip
+def test_unfit_values_are_refused_where_they_are_given(make: Callable[[], object], says: str) -> None:
+    """Identity: one line at construction that says what came, what is allowed and what to write in Python."""
+    with pytest.raises(sd.InputError) as caught:
+        make()
+    message = str(caught.value)
+    assert all(part in message for part in says.split("; ")), message
+    assert "allowed: " in message
+    assert "\n" not in message
+    assert " deg'" not in message.partition("type: ")[2]
+
+
+def test_numbers_of_numpy_are_numbers() -> None:
+    """Identity: numpy's numbers, arrays, truth values and lists give the description that Python's own give."""
+    ours = sd.scissor(units=2, bar_length=2.0, angle=0.5)
+    assert sd.scissor(units=np.int64(2), bar_length=np.float32(2.0), angle=np.float64(0.5)) == ours
+    assert sd.scissor(units=2.0, bar_length=2, angle=0.5) == ours
+    assert sd.Clearance(np.float32(0.5) * np.float32(1e-3), journal_radius=np.int32(1)).journal_radius == 1.0
+    force = sd.Force("f", ("slider", "centre"), np.array([1, 2]), follows=np.bool_(True))
+    assert force == sd.Force("f", ("slider", "centre"), (1.0, 2.0), follows=True)
+    assert [type(x) for x in (*force.force, force.follows)] == [float, float, bool] or force.force == (1.0, 2.0)
+    assert sd.Polynomial([1.0, np.float32(2.0)]).coefficients == (1.0, 2.0)
+    assert sd.Tabulated(np.arange(6.0), np.arange(6)).values == (0.0, 1.0, 2.0, 3.0, 4.0, 5.0)
+    assert sd.simulate(DRIVEN, until=np.float32(1e-3), samples=np.int64(3)).sizes["time"] == 3
+
+
+def test_every_quantity_has_bounds() -> None:
+    """Identity: a quantity that declares none has those of its unit, and a positive one is no smaller than any machine's."""
+    for unit, (smallest, largest) in {**RANGES, "N/m^7": (1e-30, 1e30)}.items():
+        free, positive = Quantity(unit), Quantity(unit, above=0.0)
+        assert free.admits(-largest)
+        assert free.admits(largest)
+        assert not free.admits(1.01 * largest)
+        assert positive.admits(smallest)
+        assert not positive.admits(0.99 * smallest)
+        assert not free.admits(10**400)
+    assert Quantity("m", above=0.1, below=0.2).allowed == "a finite number > 0.1 and < 0.2 [m]"
+
+
+def test_one_name_for_one_meaning_of_a_frequency(tmp_path) -> None:
+    """Identity: angular_frequency is in rad/s in Python and has any unit of it in a file, where 1 Hz is one turn per second."""
+    from scissordyn.config.file import read_case
+
+    text = '[structure]\nkind = "scissor"\n[run]\nuntil = "1 ms"\n[drive.harmonic]\nmean = "45 deg"\namplitude = "1 deg"\n%s\n'
+    found = []
+    for given in ("3 Hz", "180 rpm", f"{6.0 * np.pi!r} rad/s"):
+        (tmp_path / "case.toml").write_text(text % f'angular_frequency = "{given}"')
+        found.append(read_case(tmp_path / "case.toml").mechanism.drives[0].motion.angular_frequency)
+    assert found == pytest.approx(3 * [6.0 * np.pi], rel=1e-12)
+    (tmp_path / "case.toml").write_text(text % 'frequency = "3 Hz"')
+    with pytest.raises(sd.InputError, match="did you mean 'angular_frequency'"):
+        read_case(tmp_path / "case.toml")
+    with pytest.raises(TypeError, match="frequency"):
+        sd.Harmonic(mean=0.0, amplitude=1.0, frequency=3.0)

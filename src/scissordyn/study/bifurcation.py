@@ -306,12 +306,12 @@ def _warnings(cases: Sequence[DiagramCase], numbers: list[float], name: str) -> 
     first: dict[str, float] = {}
     count: dict[str, int] = {}
     known: dict[str, list[str]] = {}
-    for case, number in zip(cases, numbers, strict=True):
+    for case, value in zip(cases, numbers, strict=True):
         key = json.dumps([to_plain(case.mechanism.ideal()), case.options.until])
         if key not in known:
             known[key] = drive_warnings(case.mechanism, case.options.until)
         for text in known[key]:
-            first.setdefault(text, number)
+            first.setdefault(text, value)
             count[text] = count.get(text, 0) + 1
     return [text if count[text] == len(cases) else f"{name} = {value:g}: {text}" for text, value in first.items()]
 

@@ -35,7 +35,7 @@ APART = 1.5
 INK = 3.0
 """Lines are looked at in points so far apart [pt]."""
 
-HIDDEN, FAR, CROSSED = 1.0, 0.06, 4.0
+HIDDEN, FAR, CROSSED = 1.6, 0.06, 4.0
 """What a hidden point of a line, a point of distance, and a leader across a name weigh."""
 
 

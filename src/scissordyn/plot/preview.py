@@ -34,6 +34,9 @@ PER_NAME = 0.11
 MOST = 160
 """So many names are written at most; names of joints with clearance, drives and components come first."""
 
+NARROWEST = 0.55
+"""Shorter side of the region over the mechanism's longer side, at least: names need room beside a line of bars."""
+
 MARGIN = 0.16
 """Around the mechanism, as a fraction of its longer side."""
 
@@ -144,8 +147,9 @@ class _Drawing:
             ]
         )
         low, high = everything.min(axis=0), everything.max(axis=0)
-        margin = MARGIN * (float(np.max(high - low)) or 1.0)
-        return low - margin, high + margin
+        longer = float(np.max(high - low)) or 1.0
+        aside = np.maximum(MARGIN * longer, 0.5 * (NARROWEST * longer - (high - low)))
+        return low - aside, high + aside
 
     def names(self) -> list[Name]:
         """All names, the most important ones first."""

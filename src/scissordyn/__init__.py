@@ -6,6 +6,8 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from scissordyn.analysis.classify import classify
     from scissordyn.analysis.consensus import consensus
     from scissordyn.analysis.contact import contact_statistics
@@ -68,7 +70,6 @@ if TYPE_CHECKING:
     from scissordyn.model.mechanism import Mechanism
     from scissordyn.model.payload import with_panels, with_payload
     from scissordyn.model.scissor import scissor
-    from scissordyn.plot.preview import preview
     from scissordyn.simulation.batch import simulate_many
     from scissordyn.simulation.constrained_contact import constrain_contact
     from scissordyn.simulation.cycles import cycle
@@ -81,6 +82,9 @@ if TYPE_CHECKING:
     from scissordyn.study.lyapunov import separation_exponent, variational_exponent
     from scissordyn.study.runner import run_cases
     from scissordyn.units import Pairs, Quantity, degrees, rpm
+
+    # named without an import: pictures enter no number, and what imports the package for its numbers does not depend on them
+    preview: Callable[..., Any]
 
 __all__ = [
     "PID",

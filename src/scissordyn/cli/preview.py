@@ -7,7 +7,6 @@ import math
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
-import numpy as np
 import typer
 
 if TYPE_CHECKING:
@@ -101,6 +100,8 @@ def _assembled(mechanism: Mechanism, ideal: xr.Dataset) -> str:
 
 def _range(mechanism: Mechanism, ideal: xr.Dataset) -> list[str]:
     """The stroke of the only drive and where it locks."""
+    import numpy as np
+
     low, high, unit = (ideal.attrs[f"range_{name}"] for name in ("low", "high", "unit"))
     if not unit:
         return [] if mechanism.drives else ["No drive prescribes the motion."]
@@ -117,6 +118,8 @@ def _range(mechanism: Mechanism, ideal: xr.Dataset) -> list[str]:
 
 def _forces(ideal: xr.Dataset) -> list[str]:
     """Transmission angle, torque and reactions at their worst."""
+    import numpy as np
+
     from scissordyn.cli.scale import short
 
     lines, time = [], ideal["time"].values

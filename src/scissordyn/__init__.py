@@ -6,6 +6,8 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from scissordyn.analysis.classify import classify
     from scissordyn.analysis.consensus import consensus
     from scissordyn.analysis.contact import contact_statistics
@@ -73,6 +75,7 @@ if TYPE_CHECKING:
     from scissordyn.simulation.constrained_contact import constrain_contact
     from scissordyn.simulation.cycles import cycle
     from scissordyn.simulation.feed_forward import feed_forward
+    from scissordyn.simulation.ideal import ideal_kinematics
     from scissordyn.simulation.run import replay, simulate
     from scissordyn.simulation.store import load, save
     from scissordyn.study.bifurcation import bifurcation
@@ -80,6 +83,9 @@ if TYPE_CHECKING:
     from scissordyn.study.lyapunov import separation_exponent, variational_exponent
     from scissordyn.study.runner import run_cases
     from scissordyn.units import Pairs, Quantity, degrees, rpm
+
+    # named without an import: pictures enter no number, and what imports the package for its numbers does not depend on them
+    preview: Callable[..., Any]
 
 __all__ = [
     "PID",
@@ -151,12 +157,14 @@ __all__ = [
     "figures_of_merit",
     "four_bar",
     "hoberman_ring",
+    "ideal_kinematics",
     "law",
     "load",
     "mast",
     "n_four_bar",
     "point_mass",
     "polar_scissor",
+    "preview",
     "replay",
     "rpm",
     "run_cases",
@@ -239,12 +247,14 @@ _HOMES = {
     "model.linkage": ("common_pin", "four_bar", "n_four_bar", "slider_crank"),
     "model.mechanism": ("Mechanism",),
     "model.payload": ("with_panels", "with_payload"),
+    "plot.preview": ("preview", "preview_svg"),
     "model.scissor": ("scissor",),
     "model.track": ("Track",),
     "simulation.batch": ("simulate_many",),
     "simulation.cycles": ("cycle",),
     "simulation.feed_forward": ("feed_forward",),
     "simulation.constrained_contact": ("constrain_contact",),
+    "simulation.ideal": ("ideal_kinematics",),
     "simulation.run": ("replay", "simulate"),
     "simulation.store": ("load", "save"),
     "study.bifurcation": ("bifurcation",),

@@ -201,6 +201,30 @@ def test_free_motion_is_judged_by_its_samples() -> None:
     assert not singular_warnings(sd.simulate(turning, until=0.2, samples=301).attrs["warnings"])
 
 
+def test_redundant_joints_are_no_change_point() -> None:
+    """Closed form: three free parallel cranks with a platform, as many equations as unknowns, pass one only when flat."""
+    cranks = [
+        sd.Body(
+            f"crank {k}",
+            1.0,
+            0.1,
+            {"foot": (0.0, 0.0), "tip": (0.5, 0.0)},
+            position=(float(k), 0.0),
+            angle=1.0,
+            angular_velocity=0.5,
+        )
+        for k in range(3)
+    ]
+    tip = 0.5 * math.cos(1.0), 0.5 * math.sin(1.0)
+    platform = sd.Body("platform", 1.0, 0.1, {str(k): (float(k), 0.0) for k in range(3)}, position=tip)
+    joints = [sd.Revolute(f"foot {k}", (f"crank {k}", "foot"), ("ground", str(k))) for k in range(3)]
+    joints += [sd.Revolute(f"tip {k}", (f"crank {k}", "tip"), ("platform", str(k))) for k in range(3)]
+    ground = tuple((str(k), (float(k), 0.0)) for k in range(3))
+    free = sd.Mechanism((*cranks, platform), tuple(joints), ground=ground, gravity=0.0)
+    assert not singular_warnings(sd.simulate(free, until=1.0, samples=201).attrs["warnings"])
+    assert singular_warnings(sd.simulate(free, until=10.0, samples=401).attrs["warnings"])
+
+
 def test_map_and_diagram_are_warned() -> None:
     """Identity: a map and a diagram of an array in constant rotation say that it passes its flat positions."""
     array = (

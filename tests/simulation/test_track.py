@@ -41,7 +41,8 @@ def test_deviation_from_the_ideal_mechanism() -> None:
 def test_in_a_case_file(tmp_path: Path) -> None:
     """Identity: [[track]] is mechanism.track."""
     case = '[structure]\nkind = "scissor"\n[drive]\nspeed = "150 rpm"\n[run]\nuntil = "1 ms"\n'
-    tracks = '[[track]]\nname = "P"\nbody = "slider"\npoint = "10, -20 mm"\n[[track]]\nname = "E"\nbody = "unit 1/bar 1"\npoint = "end"\n'
+    tracks = '[[track]]\nname = "P"\nbody = "slider"\npoint = "10, -20 mm"\n'
+    tracks += '[[track]]\nname = "E"\nbody = "unit 1/bar 1"\npoint = "end"\n'
     path = tmp_path / "case.toml"
     path.write_text(case + tracks)
     found = read_case(path).mechanism.tracks

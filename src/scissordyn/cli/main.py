@@ -20,6 +20,7 @@ from scissordyn.cli.interrupt import install, received
 from scissordyn.cli.laws import laws
 from scissordyn.cli.new import new
 from scissordyn.cli.paper import paper
+from scissordyn.cli.preview import preview
 from scissordyn.cli.run import run as run_case
 from scissordyn.cli.status import BAD_INPUT, BUG, DONE, INTERRUPTED
 from scissordyn.errors import ScissordynError, printable
@@ -63,6 +64,7 @@ def _guarded(command: Callable[..., int]) -> Callable[..., int]:
 COMMANDS: dict[str, Callable[..., int]] = {
     "run": run_case,
     "check": check,
+    "preview": preview,
     "new": new,
     "laws": laws,
     "controllers": controllers,

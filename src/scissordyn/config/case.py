@@ -20,6 +20,7 @@ from scissordyn.model.body import Body
 from scissordyn.model.connection import Weld
 from scissordyn.model.joint import Guide, Revolute
 from scissordyn.model.mechanism import Mechanism
+from scissordyn.model.track import Track
 from scissordyn.simulation.options import Options
 
 __all__ = ["Case", "CaseTable", "Run"]
@@ -108,6 +109,7 @@ class _CaseTable(Table):
     joint: list[Annotated[Revolute, PARTS["joint"].reader]] = _listed()
     guide: list[Annotated[Guide, PARTS["guide"].reader]] = _listed()
     weld: list[Annotated[Weld, PARTS["weld"].reader]] = _listed()
+    track: list[Annotated[Track, PARTS["track"].reader]] = _listed()
     payload: Annotated[
         list[PayloadTable], Field(description="a mass fixed to a body; one table for each", default_factory=list)
     ]

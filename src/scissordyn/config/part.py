@@ -274,7 +274,7 @@ class TrackTable(Table):
 def _read_track(given: Any, info: ValidationInfo) -> Track:
     table = TrackTable.model_validate(given, context=info.context)
     place = table.point if "," not in table.point else pair("m").func(table.point)  # type: ignore[call-arg]
-    return Track(table.name, table.body, place)  # type: ignore[arg-type]
+    return Track(table.name, table.body, place)
 
 
 PARTS: Mapping[str, Part] = {

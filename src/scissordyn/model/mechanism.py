@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
+import sys
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from functools import cached_property
@@ -172,6 +173,23 @@ class Mechanism:
         """The joints without clearance, in order."""
         return tuple(joint for joint in self.joints if joint.clearance is None)
 
+    def plot(self) -> Any:
+        """Draw the assembled mechanism with its names, on a new figure; see `scissordyn.preview`.
+
+        Returns
+        -------
+        Axes
+        """
+        # pictures are rooms above this one: the lazy names of the package lead there
+        package: Any = sys.modules["scissordyn"]
+        return package.preview(self)
+
+    def _repr_svg_(self) -> str:
+        """The drawing of `plot` in a notebook."""
+        package: Any = sys.modules["scissordyn"]
+        drawn: str = package.preview_svg(self)
+        return drawn
+
     @checked
     def with_clearance(
         self,
@@ -332,7 +350,6 @@ class Mechanism:
         -------
         Mechanism
         """
-<<<<<<< HEAD
         return dataclasses.replace(self, tracks=(*self.tracks, Track(name, body, point)))
 
     @checked
@@ -371,41 +388,6 @@ class Mechanism:
             {field.name: parts.get(field.name, getattr(self, field.name)) for field in dataclasses.fields(self)}
         )
         return made
-||||||| c838ca8
-        names = {field.name for field in dataclasses.fields(self)}
-        if path in names:
-            return dataclasses.replace(self, **{path: value})
-        joint, _, inner = path.partition(".")
-        guides = {guide.name: guide for guide in self.guides}
-        if joint not in guides and joint not in self._joints:
-            known = [*self.joint_names, *names]
-            raise InputError(
-                f"replace({path!r})" + did_you_mean(joint, known),
-                "JOINT.FIELD of a clearance joint, or one of " + ", ".join(sorted(names)),
-            )
-        connection = guides[joint] if joint in guides else self.joint(joint)
-        if connection.clearance is None or not inner:
-            raise InputError(f"replace({path!r})", "JOINT.FIELD of a clearance joint, or one of " + ", ".join(sorted(names)))
-        new = dataclasses.replace(connection, clearance=_replace_inside(connection.clearance, inner, value))
-        return self._with_guides([new]) if isinstance(new, Guide) else self._with_joints([new])
-=======
-        names = {field.name for field in dataclasses.fields(self)}
-        if path in names:
-            return dataclasses.replace(self, **{path: value})
-        joint, _, inner = path.partition(".")
-        guides = {guide.name: guide for guide in self.guides}
-        if joint not in guides and joint not in self._joints:
-            known = [*self.joint_names, *names]
-            raise InputError(
-                f"replace({path!r}): '{joint}'{did_you_mean(joint, known)}",
-                f"JOINT.FIELD of a clearance joint ({', '.join(self.joint_names)}), or one of {', '.join(sorted(names))}",
-            )
-        connection = guides[joint] if joint in guides else self.joint(joint)
-        if connection.clearance is None or not inner:
-            raise InputError(f"replace({path!r})", "JOINT.FIELD of a clearance joint, or one of " + ", ".join(sorted(names)))
-        new = dataclasses.replace(connection, clearance=_replace_inside(connection.clearance, inner, value))
-        return self._with_guides([new]) if isinstance(new, Guide) else self._with_joints([new])
->>>>>>> input
 
     def _with_joints(self, changed: Iterable[Revolute]) -> Mechanism:
         new = {joint.name: joint for joint in changed}

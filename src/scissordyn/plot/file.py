@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 from scissordyn.errors import InputError, did_you_mean
 from scissordyn.simulation.output_file import check_target, write_file
 
-__all__ = ["DPI", "FORMATS", "check_format", "write"]
+__all__ = ["DPI", "FORMATS", "check_format", "svg", "write"]
 
 FORMATS = ("png", "svg")
 
@@ -52,9 +52,29 @@ def write(figure: Figure, path: str | os.PathLike[str]) -> Path:
     target = Path(path)
     format = target.suffix.lower().removeprefix(".")
     check_format(format)
+    drawn = _drawn(figure, format)
+    check_target(target, sample=f"picture.{format}")
+    return write_file(target, drawn, sample=f"picture.{format}")
+
+
+def svg(figure: Figure) -> str:
+    """The text of the SVG file of a figure.
+
+    Parameters
+    ----------
+    figure : Figure
+
+    Returns
+    -------
+    str
+    """
+    return _drawn(figure, "svg").decode()
+
+
+def _drawn(figure: Figure, format: str) -> bytes:
+    """The content of a picture file."""
     drawn = io.BytesIO()
     # without these a vector file would carry the date and random names
     with mpl.rc_context({"svg.hashsalt": "scissordyn"}):
         figure.savefig(drawn, format=format, dpi=DPI, metadata={"Date": None} if format == "svg" else None)
-    check_target(target, sample=f"picture.{format}")
-    return write_file(target, drawn.getvalue(), sample=f"picture.{format}")
+    return drawn.getvalue()

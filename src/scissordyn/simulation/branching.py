@@ -59,7 +59,8 @@ def passing_warnings(mechanism: Mechanism, run: xr.Dataset, until: float) -> lis
     driven = bool(closure.inputs.count)
     if driven and (np.max(rotation, initial=0.0) > COARSE or len(angle) < FEWEST):
         return drive_warnings(mechanism, until, closure)
-    if closure.chosen.size != closure.free.shape[1] and start_of(closure) is None:
+    square = closure.chosen.size == closure.free.shape[1]
+    if not square and start_of(closure) is None:
         return []
     count = max(FEWEST, int(rotated[-1] / ROTATED))
     wanted = np.linspace(0.0, rotated[-1], count) if rotated[-1] > 0.0 else np.zeros(1)
@@ -67,6 +68,9 @@ def passing_warnings(mechanism: Mechanism, run: xr.Dataset, until: float) -> lis
     position = run["position"].values
     z = closure.of_motion(position[chosen], angle[chosen])
     near = suspects(measure(closure, z))
+    if near and square:
+        # a redundant constraint and a free coordinate make as many equations as unknowns, dependent everywhere
+        near = [] if start_of(closure) is None else suspects(measure(closure, z))
     if not near:
         return []
     if driven and closure.mobility == 0:

@@ -15,14 +15,8 @@ from scissordyn.mechanics.monitored import POWERS
 from scissordyn.mechanics.outputs import record
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.model.record import to_plain
-<<<<<<< HEAD
 from scissordyn.simulation.branching import drive_warnings
-from scissordyn.simulation.configuration import read_configuration, write_configuration
-||||||| c838ca8
-from scissordyn.simulation.configuration import read_configuration, write_configuration
-=======
 from scissordyn.simulation.configuration import number_attribute, read_configuration, write_configuration
->>>>>>> input
 from scissordyn.simulation.dataset import output_guide
 from scissordyn.simulation.driver import Snapshot
 from scissordyn.simulation.options import Options, StartKind

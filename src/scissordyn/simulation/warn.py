@@ -17,7 +17,7 @@ TURNED_OVER = (
     "kinetic_energy",
     "potential_energy",
     "elastic_energy",
-    "spring_energy",
+    "stored_energy",
     "drive_work",
     "motor_work",
     "load_work",

@@ -1,0 +1,174 @@
+"""Names in a drawing: beside what they name, on top of nothing, and not on one another."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.patheffects import withStroke
+from matplotlib.text import Text
+
+from scissordyn.errors import printable
+
+__all__ = ["Name", "plain", "write_names"]
+
+SIZE = 7.0
+"""Of the letters [pt]."""
+
+DISTANCES = (7.0, 11.0, 16.0, 23.0, 32.0, 44.0, 60.0, 82.0, 112.0, 150.0)
+"""Of a name from what it names, the nearest one first [pt]."""
+
+DIRECTIONS = 24
+"""So many directions are tried at each distance."""
+
+LEADER = 13.0
+"""Names further away than this have a line to what they name [pt]."""
+
+APART = 1.5
+"""Least distance of two names [pt]."""
+
+INK = 3.0
+"""Lines are looked at in points so far apart [pt]."""
+
+HIDDEN, FAR, CROSSED = 1.6, 0.06, 4.0
+"""What a hidden point of a line, a point of distance, and a leader across a name weigh."""
+
+
+@dataclass(frozen=True)
+class Name:
+    """A name and where it belongs.
+
+    Parameters
+    ----------
+    text : str
+        Shown letter by letter; it is no markup.
+    place : ndarray, shape (2,)
+        [m]
+    color : str
+    """
+
+    text: str
+    place: np.ndarray
+    color: str
+
+
+def plain(text: Text) -> Text:
+    """A text that is shown as it is: dollar signs are no formulas, control characters are made visible."""
+    text.set_parse_math(False)
+    text.set_text("\n".join(map(printable, text.get_text().split("\n"))))
+    return text
+
+
+def write_names(axes: Axes, names: Sequence[Name]) -> list[str]:
+    """Write names into a drawing whose limits and size are final.
+
+    Parameters
+    ----------
+    axes : Axes
+    names : sequence of Name
+        The most important ones first: they get the best places.
+
+    Returns
+    -------
+    list of str
+        Names for which there was no room.
+    """
+    figure = axes.get_figure(root=True)
+    assert figure is not None
+    canvas = FigureCanvasAgg(figure) if not hasattr(figure.canvas, "get_renderer") else figure.canvas
+    figure.draw_without_rendering()
+    renderer = canvas.get_renderer()
+    dot = figure.dpi / 72.0
+    frame = axes.get_window_extent(renderer)
+    low, high = np.array([frame.x0, frame.y0]), np.array([frame.x1, frame.y1])
+    anchors = np.array([axes.transData.transform(name.place) for name in names]).reshape(-1, 2)
+    ink = np.concatenate([*(_sampled(line, INK * dot) for line in _drawn(axes)), anchors])
+    boxes: list[np.ndarray] = []
+    leaders: list[np.ndarray] = []
+    left: list[str] = []
+    for name, anchor in zip(names, anchors, strict=True):
+        text = plain(
+            axes.text(
+                float(name.place[0]),
+                float(name.place[1]),
+                name.text,
+                fontsize=SIZE,
+                color=name.color,
+                ha="center",
+                va="center",
+                zorder=6.0,
+            )
+        )
+        text.set_path_effects([withStroke(linewidth=2.0, foreground="white")])
+        extent = text.get_window_extent(renderer)
+        half = 0.5 * np.array([extent.width, extent.height]) + 0.5 * APART * dot
+        centre = _best(anchor, half, dot, (low, high), ink, boxes, leaders)
+        if centre is None:
+            text.remove()
+            left.append(name.text)
+            continue
+        boxes.append(np.stack([centre - half, centre + half]))
+        text.set_position(tuple(axes.transData.inverted().transform(centre)))
+        near = np.clip(anchor, centre - half, centre + half)
+        if math.dist(near, anchor) > LEADER * dot:
+            leaders.append(_sampled(np.stack([anchor, near]), INK * dot))
+            ends = axes.transData.inverted().transform(np.stack([anchor, near]))
+            axes.plot(*ends.T, color=name.color, linewidth=0.4, zorder=3.0)
+    return left
+
+
+def _best(
+    anchor: np.ndarray,
+    half: np.ndarray,
+    dot: float,
+    frame: tuple[np.ndarray, np.ndarray],
+    ink: np.ndarray,
+    boxes: list[np.ndarray],
+    leaders: list[np.ndarray],
+) -> np.ndarray | None:
+    """The centre of the best free place for a name of a size; None if there is none."""
+    turn = 2.0 * math.pi * (np.arange(DIRECTIONS) + 0.5) / DIRECTIONS
+    ray = np.stack([np.cos(turn), np.sin(turn)], axis=1)
+    # the box touches the circle about the anchor from outside
+    reach = np.concatenate(
+        [(distance * dot) * ray + np.sign(ray) * half * np.minimum(1.0, np.abs(ray) * 1.5) for distance in DISTANCES]
+    )
+    distance = np.repeat(DISTANCES, DIRECTIONS)
+    centre = anchor + reach
+    first, last = centre - half, centre + half
+    free = np.all((first >= frame[0]) & (last <= frame[1]), axis=1)
+    cost = FAR * distance**1.2
+    for box in boxes:
+        free &= ~np.all((first < box[1]) & (last > box[0]), axis=1)
+        # a leader that would run through another name
+        for fraction in (0.25, 0.5, 0.75):
+            point = anchor + fraction * reach
+            cost = cost + CROSSED * (np.all((point > box[0]) & (point < box[1]), axis=1) & (distance > LEADER))
+    everything = np.concatenate([ink, *leaders])
+    for k in np.flatnonzero(free):
+        cost[k] += HIDDEN * float(np.sum(np.all((everything > first[k]) & (everything < last[k]), axis=1)))
+    if not free.any():
+        return None
+    return np.asarray(centre[int(np.argmin(np.where(free, cost, np.inf)))])
+
+
+def _drawn(axes: Axes) -> list[np.ndarray]:
+    """The lines and outlines in a drawing, in dots."""
+    paths = [line.get_transform().transform_path(line.get_path()) for line in axes.lines]
+    paths += [patch.get_transform().transform_path(patch.get_path()) for patch in axes.patches]
+    found = [np.asarray(points) for path in paths for points in path.to_polygons(closed_only=False)]
+    return [points[np.all(np.isfinite(points), axis=1)] for points in found if len(points)]
+
+
+def _sampled(line: np.ndarray, step: float) -> np.ndarray:
+    """Points along a line, about so far apart."""
+    parts = [line[-1:]]
+    for start, end in itertools.pairwise(line):
+        count = max(1, int(math.dist(start, end) / step))
+        parts.append(start + np.arange(count)[:, None] / count * (end - start))
+    return np.concatenate(parts)

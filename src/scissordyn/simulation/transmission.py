@@ -1,0 +1,146 @@
+"""Transmission angles of the dyads of a mechanism: how well each pair of bodies passes on the force of the drive.
+
+A dyad is a pair of bodies that a joint connects and that are connected, each by one more joint or guide, to bodies whose motion
+is known before (an Assur group of class II). Its transmission angle is that between the lines from the inner joint to the outer
+ones; with a guide, that between the line and the normal of the guide. Forces grow as 1/sin of it, and at 0 the dyad is in a
+singular position.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from scissordyn.component.place import GROUND, BodyPoint
+from scissordyn.model.mechanism import Mechanism
+
+__all__ = ["Dyad", "dyads", "transmission_angle"]
+
+
+@dataclass(frozen=True)
+class Dyad:
+    """A dyad of a mechanism.
+
+    Parameters
+    ----------
+    joint : str
+        The inner joint.
+    inner : (str, str)
+        Body and point of that joint.
+    outer : tuple of (str, str)
+        Body and point of the outer joints, one or two.
+    guide : float, optional
+        Direction of the guide that stands for the second outer joint [rad].
+    """
+
+    joint: str
+    inner: BodyPoint
+    outer: tuple[BodyPoint, ...]
+    guide: float | None = None
+
+
+def dyads(mechanism: Mechanism) -> list[Dyad]:
+    """The dyads of a mechanism, in the order in which its drives determine them.
+
+    Parameters
+    ----------
+    mechanism : Mechanism
+        Its clearances are ignored.
+
+    Returns
+    -------
+    list of Dyad
+        Empty without drives. Bodies that are held in another way, and all behind them, belong to none.
+    """
+    known = {GROUND}
+    for drive in mechanism.drives:
+        if _pin(mechanism, drive.body, "", known) is not None:
+            known.add(drive.body)
+    slides = {guide.follower[0]: guide.direction for guide in mechanism.guides if guide.body == GROUND}
+    sliding = {guide.follower[0] for guide in mechanism.guides if guide.aligned}
+    sliding |= {name for name in slides if not mechanism.body(name).rotates}
+    for rod in mechanism.rods:  # a jack that moves a slider
+        ends = {rod.start[0], rod.end[0]}
+        if rod.motion is not None and GROUND in ends:
+            known |= {body for body in ends if body in slides and not mechanism.body(body).rotates}
+    if len(known) == 1:
+        return []
+    found: list[Dyad] = []
+    while True:
+        new = _next(mechanism, known, slides, sliding)
+        if new is None:
+            return found
+        dyad, bodies = new
+        found.append(dyad)
+        known |= bodies
+
+
+def _next(mechanism: Mechanism, known: set[str], slides: dict[str, float], sliding: set[str]) -> tuple[Dyad, set[str]] | None:
+    """A further dyad on the known bodies, and its bodies; all points of bodies that are `sliding` move along their guides."""
+    for joint in mechanism.joints:
+        one, other = joint.bodies
+        if one in known or other in known:
+            continue
+        pins = [_pin(mechanism, body, joint.name, known) for body in (one, other)]
+        if pins[0] is not None and pins[1] is not None:
+            return Dyad(joint.name, joint.journal, (pins[0], pins[1])), {one, other}
+        for slider, pin in ((one, pins[1]), (other, pins[0])):
+            if slider in slides and slider in sliding and pin is not None:
+                return Dyad(joint.name, joint.journal, (pin,), slides[slider]), {one, other}
+    for body, direction in slides.items():  # a body that a pin and a guide hold
+        follower = next(guide.follower for guide in mechanism.guides if guide.follower[0] == body)
+        pin = None if body in known else _pin(mechanism, body, "", known)
+        if pin is not None:
+            name = next(guide.name for guide in mechanism.guides if guide.follower == follower)
+            return Dyad(name, follower, (pin,), direction), {body}
+    return None
+
+
+def _pin(mechanism: Mechanism, body: str, but: str, known: set[str]) -> BodyPoint | None:
+    """The point at which a body is joined to a known one, by another joint than `but`."""
+    for joint in mechanism.joints:
+        if joint.name != but and body in joint.bodies:
+            here, there = (joint.journal, joint.bearing) if joint.journal[0] == body else (joint.bearing, joint.journal)
+            if there[0] in known:
+                return here
+    return None
+
+
+def transmission_angle(mechanism: Mechanism, dyad: Dyad, position: np.ndarray, angle: np.ndarray) -> np.ndarray:
+    """Transmission angle of a dyad, folded into 0 to 90 deg.
+
+    Parameters
+    ----------
+    mechanism : Mechanism
+    dyad : Dyad
+    position : ndarray, shape (samples, bodies, 2)
+        Of the mass centres [m].
+    angle : ndarray, shape (samples, bodies)
+        [rad]
+
+    Returns
+    -------
+    ndarray, shape (samples,)
+        [rad]
+    """
+    inner = _place(mechanism, dyad.inner, position, angle)
+    first = inner - _place(mechanism, dyad.outer[0], position, angle)
+    if dyad.guide is None:
+        second = inner - _place(mechanism, dyad.outer[1], position, angle)
+    else:
+        second = np.broadcast_to([-math.sin(dyad.guide), math.cos(dyad.guide)], first.shape)
+    across = np.abs(first[:, 0] * second[:, 1] - first[:, 1] * second[:, 0])
+    return np.asarray(np.arctan2(across, np.abs(np.sum(first * second, axis=1))))
+
+
+def _place(mechanism: Mechanism, reference: BodyPoint, position: np.ndarray, angle: np.ndarray) -> np.ndarray:
+    """A point of a body over the samples, shape (samples, 2)."""
+    name, point = reference
+    k = [body.name for body in mechanism.bodies].index(name)
+    body = mechanism.bodies[k]
+    x, y = np.array(body.points[point]) - np.array(body.centre)
+    cos, sin = np.cos(angle[:, k]), np.sin(angle[:, k])
+    found: np.ndarray = position[:, k] + np.stack([cos * x - sin * y, sin * x + cos * y], axis=1)
+    return found

@@ -1,0 +1,176 @@
+"""The preview of a mechanism and of its ideal kinematics: names, text, pictures."""
+
+from __future__ import annotations
+
+import dataclasses
+import itertools
+import math
+from pathlib import Path
+from xml.etree import ElementTree
+
+import numpy as np
+import pytest
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.text import Text
+
+import scissordyn as sd
+from scissordyn.cli.main import status_of
+from scissordyn.config.file import read_case
+from scissordyn.plot.kinematics import kinematics
+from scissordyn.plot.preview import preview
+from scissordyn.simulation.ideal import ideal_kinematics, motion_range
+from scissordyn.simulation.transmission import dyads
+
+EXAMPLES = sorted((Path(__file__).parents[2] / "examples").glob("*.toml"))
+PAPER = str(EXAMPLES[0].with_name("paper.toml"))
+
+
+def written(texts: list[Text]) -> list[str]:
+    """The texts that are not empty."""
+    return [text.get_text() for text in texts if text.get_text()]
+
+
+@pytest.mark.parametrize("case", EXAMPLES, ids=lambda path: path.stem)
+def test_names_are_all_there_and_apart(case: Path) -> None:
+    """Identity: every body, joint, drive and component of every example has its name, and no two names overlap."""
+    mechanism = read_case(case, []).mechanism
+    axes = preview(mechanism)
+    named = [
+        *mechanism.bodies,
+        *mechanism.joints,
+        *mechanism.guides,
+        *mechanism.components,
+        *mechanism.rods,
+        *mechanism.latches,
+    ]
+    shown = written(axes.texts)
+    assert sorted(text.split(" (clearance")[0] for text in shown) == sorted(
+        [part.name for part in named] + [f"drive of {drive.body}" for drive in mechanism.drives]
+    )
+    assert sum("(clearance" in text for text in shown) == len(mechanism.clearance_joints) + sum(
+        guide.clearance is not None for guide in mechanism.guides
+    )
+    figure = axes.get_figure(root=True)
+    assert figure is not None
+    renderer = FigureCanvasAgg(figure).get_renderer()
+    boxes = [text.get_window_extent(renderer) for text in axes.texts if text.get_text()]
+    assert not [pair for pair in itertools.combinations(boxes, 2) if pair[0].overlaps(pair[1])]
+    frame = axes.get_window_extent(renderer)
+    assert all(frame.x0 <= box.x0 and box.x1 <= frame.x1 and frame.y0 <= box.y0 and box.y1 <= frame.y1 for box in boxes)
+
+
+def hostile() -> sd.Mechanism:
+    """A slider-crank with names that are markup, formulas and control characters elsewhere."""
+    plain = sd.slider_crank(crank=0.05, rod=0.12, angle=0.4)
+    names = {"crank pin": r"$\frac{$", "slider pin": "<script>alert(1)</script>"}
+    joints = tuple(dataclasses.replace(joint, name=names.get(joint.name, joint.name)) for joint in plain.joints)
+    joints = tuple(dataclasses.replace(joint, name="a\x1b[31mb") if joint.name == "ground pin" else joint for joint in joints)
+    return dataclasses.replace(plain, joints=joints).driven(speed=1.0)
+
+
+def test_names_are_text() -> None:
+    """Identity: names show letter by letter, and an SVG is well-formed without a script."""
+    shown = written(preview(hostile()).texts)
+    assert r"$\frac{$" in shown
+    assert "<script>alert(1)</script>" in shown
+    assert not any("\x1b" in text for text in shown)
+    drawn = hostile()._repr_svg_()
+    tree = ElementTree.fromstring(drawn)
+    assert tree.tag.endswith("svg")
+    assert not [each for each in tree.iter() if str(each.tag).endswith("script")]
+    assert "<script" not in drawn
+    figure = kinematics(ideal_kinematics(hostile(), until=1.0))[0].get_figure(root=True)
+    assert figure is not None
+    figure.draw_without_rendering()
+
+
+def test_more_names_than_room_are_counted() -> None:
+    """Limit: a long array keeps the names that matter most, and says how many are left out."""
+    long = sd.scissor(units=40).with_clearance("unit 33/pivot", sd.Clearance(1e-4)).driven(speed=1.0)
+    axes = preview(long)
+    shown = written(axes.texts)
+    assert "unit 33/pivot (clearance 0.1 mm)" in shown
+    said = axes.get_title(loc="right")
+    assert int(said.split()[0]) == len(long.bodies) + len(long.joints) + len(long.guides) + 1 - len(shown)
+
+
+def test_mechanism_draws_itself() -> None:
+    """Identity: plot() gives Axes, a notebook gets the same as SVG."""
+    arm = sd.scissor(units=1).driven(speed=1.0)
+    assert "drive of unit 1/bar 1" in written(arm.plot().texts)
+    assert arm._repr_svg_() == arm._repr_svg_()
+
+
+def test_transmission_angle_of_a_four_bar() -> None:
+    """Closed form: cos mu = (c^2 + r^2 - g^2 - k^2 + 2 g k cos th) / (2 c r), by the law of cosines in both triangles."""
+    ground, crank, coupler, rocker = 0.2, 0.06, 0.18, 0.12
+    ideal = ideal_kinematics(
+        sd.four_bar(ground=ground, crank=crank, coupler=coupler, rocker=rocker, angle=0.3).driven(speed=1.0), until=6.0
+    )
+    th = ideal["angle"].sel(body="crank").values
+    cosine = (coupler**2 + rocker**2 - ground**2 - crank**2 + 2.0 * ground * crank * np.cos(th)) / (2.0 * coupler * rocker)
+    assert np.allclose(ideal["transmission_angle"].sel(dyad="rocker pin").values, np.arccos(np.abs(cosine)), atol=1e-8)
+
+
+def test_transmission_angle_of_a_slider_crank() -> None:
+    """Closed form: the cosine of the angle between rod and normal of the guide is that inclination's sine, k sin(th)/l."""
+    ideal = ideal_kinematics(sd.slider_crank(crank=0.05, rod=0.12).driven(speed=1.0), until=6.0)
+    th = ideal["angle"].sel(body="crank").values
+    assert np.allclose(np.cos(ideal["transmission_angle"].values[:, 0]), np.abs(0.05 * np.sin(th)) / 0.12, atol=1e-8)
+
+
+def test_every_body_of_an_array_is_in_a_dyad() -> None:
+    """Identity: behind the driven bar an array of N units has N dyads, for a jack at the slider too; a ring has none."""
+    for units in (1, 2, 5):
+        assert len(dyads(sd.scissor(units=units).driven(speed=1.0))) == units
+    lift = read_case(EXAMPLES[0].with_name("lift.toml"), []).mechanism
+    assert [dyad.joint for dyad in dyads(lift)] == ["unit 1/pivot", "unit 2/pivot", "unit 3/pivot"]
+    assert not dyads(sd.hoberman_ring(units=6).driven(speed=1.0))
+
+
+def test_range_of_motion() -> None:
+    """Closed form: a double rocker locks at the angles of the law of cosines, a lift when its bars are upright."""
+    linkage = sd.four_bar(ground=0.2, crank=0.15, coupler=0.12, rocker=0.1).driven(speed=1.0)
+    angle = math.acos((0.2**2 + 0.15**2 - 0.22**2) / (2.0 * 0.2 * 0.15))
+    low, high, unit = motion_range(linkage)
+    assert (low, high) == pytest.approx((-angle, angle), abs=1e-6)
+    assert unit == "rad"
+    lift = read_case(EXAMPLES[0].with_name("lift.toml"), []).mechanism
+    assert motion_range(lift)[1:] == (pytest.approx(1.0, abs=1e-6), "m")
+    crank = sd.slider_crank(crank=0.05, rod=0.12).driven(speed=1.0)
+    assert all(map(math.isnan, motion_range(crank)[:2]))
+
+
+def test_ideal_kinematics_marks_singular_positions() -> None:
+    """Closed form: the paper's array at 250 rpm is flat after 40 ms; the transmission angle is zero there, and it is drawn."""
+    case = read_case(Path(PAPER), ["drive.speed='250 rpm'"])
+    ideal = ideal_kinematics(case.mechanism, until=case.run.until)
+    assert ideal["singular_time"].values == pytest.approx([0.04], abs=1e-8)
+    assert ideal["singular_input"].values == pytest.approx([math.pi / 2], abs=1e-6)
+    at = ideal.sel(time=0.04, method="nearest")
+    assert float(at["transmission_angle"].sel(dyad="unit 2/pivot")) == pytest.approx(0.0, abs=1e-9)
+    for axes in kinematics(ideal):
+        assert any(np.allclose(line.get_xdata(), 40.0) for line in axes.lines if line.get_label() == "change point")
+
+
+def test_preview_command(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """Identity: the command says what it found and writes what it is asked for."""
+    picture, curves = tmp_path / "picture.svg", tmp_path / "curves.png"
+    assert status_of(["preview", PAPER, "-o", str(picture), "--curves", str(curves), "--set", "drive.speed='250 rpm'"]) == 0
+    said = " ".join(capsys.readouterr().out.split())
+    assert "closes as it is placed" in said
+    assert "goes from 30 to 105 deg" in said
+    assert "change point at t = 0.04 s (drive of 'unit 1/bar 1' at 90 deg)" in said
+    assert "transmission angle: 0 deg at joint 'unit 2/pivot'" in said
+    ElementTree.parse(picture)
+    assert curves.read_bytes().startswith(b"\x89PNG")
+    assert status_of(["preview", PAPER, "-o", str(tmp_path / "picture.gif")]) == 2
+
+
+def test_preview_says_what_assembly_moved(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """Closed form: a press whose ram is placed 2 mm too low is brought back onto the rod's end by its joint."""
+    text = EXAMPLES[0].with_name("press.toml").read_text().replace("60, -150.787840283 mm", "60, -152.787840283 mm")
+    case = tmp_path / "moved.toml"
+    case.write_text(text)
+    assert status_of(["preview", str(case)]) == 0
+    assert "Assembly moves the mass centre of body" in capsys.readouterr().out

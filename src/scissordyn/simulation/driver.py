@@ -332,7 +332,7 @@ class Driver:
 
     def sample_at(self, times: np.ndarray) -> None:
         """Write samples at these instants from here on."""
-        self._exchange(samples=make_samples(np.asarray(times, float), self.state))
+        self._exchange(samples=make_samples(np.array(times, float), self.state))
         self.state.counts["samples"] = 0
 
     def record_steps(self) -> None:

@@ -211,7 +211,7 @@ while True:
 
 
 def test_code_that_goes_on_simulating() -> None:
-    """Identity: a command that has lost the signal, as in a callback of a library, is ended as soon as one that never saw it."""
+    """Identity: a command that lost the signal, as in a callback of a library, is ended as soon as one that never saw it."""
     with started(sys.executable, "-c", DEAF) as process:
         says(process, "ready\n")
         time.sleep(0.5)

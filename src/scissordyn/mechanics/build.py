@@ -16,6 +16,7 @@ from scissordyn.component.compiled import Kernels, at_rest, kernels_of
 from scissordyn.component.declaration import Component
 from scissordyn.component.motor import Motor
 from scissordyn.component.port import ACTUATOR, FRAME, HINGE, LINE, POINT, TRAVEL
+from scissordyn.kept import kept
 from scissordyn.mechanics.acting import acting, component_states, friction_states, offsets, start_coordinates, time_functions
 from scissordyn.mechanics.monitored import (
     COMPONENT_FORCE,
@@ -89,6 +90,7 @@ def _kernels(component: Component, start: tuple[float, ...]) -> Kernels:
     return kernels_of(type(component), len(component.parameters(start)))
 
 
+@kept
 def build_model(reduced: ReducedModel) -> Model:
     """Everything that follows from topology and lengths.
 

@@ -10,6 +10,7 @@ import numpy as np
 from scissordyn.component.place import GROUND, BodyPoint
 from scissordyn.component.port import ACTUATOR, HINGE, LINE, POINT, TRAVEL
 from scissordyn.jit import F1, F2, I2, Handle, kernel
+from scissordyn.kept import kept
 from scissordyn.laws.dispatch import elastic_energy
 from scissordyn.mechanics.acting import acting
 from scissordyn.mechanics.constraint_solver import project
@@ -141,6 +142,7 @@ class Record(NamedTuple):
     length_error: np.ndarray
 
 
+@kept
 def body_maps(reduced: ReducedModel) -> BodyMaps:
     """Maps of the bodies of a mechanism."""
     mechanism = reduced.mechanism
@@ -369,7 +371,7 @@ def fill(samples, address, B, R, counted):
         write_loads(at, B, S, R)
 
 
-def record(reduced: ReducedModel, system: Handle, samples: Sampled, maps: BodyMaps | None = None) -> Record:
+def record(reduced: ReducedModel, system: Handle, samples: Sampled) -> Record:
     """Evaluate everything at the samples.
 
     Parameters
@@ -379,14 +381,13 @@ def record(reduced: ReducedModel, system: Handle, samples: Sampled, maps: BodyMa
         Of a `System`; its state is overwritten.
     samples : Sampled
         The states are projected in place onto the constraints.
-    maps : BodyMaps, optional
 
     Returns
     -------
     Record
     """
     content = system.content
-    maps = body_maps(reduced) if maps is None else maps
+    maps = body_maps(reduced)
     nt, columns, bodies = samples.time.size, content.model.n + content.model.nb, maps.rotation.size
     contacts, components = content.parameters.contact.size, content.model.component_port.size
     found = Record(

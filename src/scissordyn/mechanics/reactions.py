@@ -15,6 +15,7 @@ from scipy.sparse.csgraph import reverse_cuthill_mckee
 
 from scissordyn.component.place import GROUND, Point
 from scissordyn.jit import kernel
+from scissordyn.kept import kept
 from scissordyn.mechanics import band
 from scissordyn.mechanics.band import width
 from scissordyn.mechanics.reduce import body_inertia
@@ -92,6 +93,7 @@ class Balance(NamedTuple):
     band: int
 
 
+@kept
 def balance(mechanism: Mechanism) -> Balance:
     """Set up the balances of all bodies.
 

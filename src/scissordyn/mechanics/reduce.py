@@ -20,6 +20,7 @@ from scissordyn.component.actuator import Actuator
 from scissordyn.component.motor import Motor
 from scissordyn.component.place import GROUND
 from scissordyn.errors import InputError
+from scissordyn.kept import kept
 from scissordyn.mechanics.elimination import Elimination, add, scaled
 from scissordyn.mechanics.parallelogram import parallel_bodies
 from scissordyn.mechanics.quadratic_constraints import find_constraints
@@ -35,6 +36,7 @@ SMALL = 200
 """Up to so many natural coordinates full matrices are quicker to handle than sparse ones."""
 
 
+@kept
 def reduce_mechanism(mechanism: Mechanism) -> ReducedModel:
     """Eliminate all linear constraints of a mechanism.
 

@@ -19,6 +19,7 @@ from scissordyn.component.rod import Rod
 from scissordyn.component.time_function import ConstantSpeed, TimeFunction
 from scissordyn.control.controller import Controller
 from scissordyn.errors import InputError, did_you_mean
+from scissordyn.kept import without_kept
 from scissordyn.model.address import changed
 from scissordyn.model.body import Body
 from scissordyn.model.check import check_parts
@@ -91,6 +92,9 @@ class Mechanism:
             raise InputError("a mechanism without bodies", "at least one body")
         check_parts(self)
 
+    def __getstate__(self) -> dict[str, Any]:
+        return without_kept(self)
+
     def body(self, name: str) -> Body:
         """The body of that name."""
         found = self._bodies.get(name)
@@ -103,6 +107,15 @@ class Mechanism:
     def guide(self, name: str) -> Guide:
         """The guide of that name."""
         return _named("guide", name, {guide.name: guide for guide in self.guides})
+
+    @cached_property
+    def _ideal(self) -> Mechanism:
+        """The same mechanism with ideal joints and guides; itself if they are."""
+        parts = {
+            field: tuple(dataclasses.replace(part, clearance=None) if part.clearance is not None else part for part in found)
+            for field, found in (("joints", self.joints), ("guides", self.guides))
+        }
+        return self if parts == {"joints": self.joints, "guides": self.guides} else self.with_parts(parts)
 
     @cached_property
     def _bodies(self) -> dict[str, Body]:
@@ -218,10 +231,11 @@ class Mechanism:
     @checked
     def ideal(self, *joints: str) -> Mechanism:
         """The same mechanism with ideal joints and guides, all of them if none is named."""
-        guides = [guide for guide in self.guides if guide.name in joints or not joints]
+        if not joints:
+            return self._ideal
+        guides = [guide for guide in self.guides if guide.name in joints]
         named = {self.joint(name).name for name in joints if name not in {guide.name for guide in guides}}
-        names = {joint.name for joint in self.clearance_joints} if not joints else named
-        tight = self._with_joints(dataclasses.replace(self.joint(name), clearance=None) for name in names)
+        tight = self._with_joints(dataclasses.replace(self.joint(name), clearance=None) for name in named)
         return tight._with_guides(dataclasses.replace(guide, clearance=None) for guide in guides)
 
     @checked

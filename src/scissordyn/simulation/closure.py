@@ -14,6 +14,7 @@ import numpy as np
 import scipy.sparse as sp
 
 from scissordyn.component.place import GROUND, BodyPoint
+from scissordyn.kept import kept
 from scissordyn.mechanics.elimination import Elimination, Expression
 from scissordyn.mechanics.reduce import impose_all
 from scissordyn.mechanics.time_function import function_at, function_rows
@@ -53,7 +54,6 @@ class Inputs:
         self.rods = [name for name, _ in timed]
         self._rows = [function_rows(drive.motion, mechanism.body(drive.body).angle) for drive in mechanism.drives]
         self._rows += [function_rows(motion, 0.0) for _, motion in timed]
-        self._value = np.zeros(4)
 
     @property
     def count(self) -> int:
@@ -62,10 +62,10 @@ class Inputs:
 
     def at(self, time: float) -> np.ndarray:
         """Angles of the driven bodies [rad], then lengths of the timed rods [m]."""
-        found = np.empty(self.count)
+        found, value = np.empty(self.count), np.zeros(4)
         for k, rows in enumerate(self._rows):
-            function_at(time, rows, self._value)
-            found[k] = self._value[0]
+            function_at(time, rows, value)
+            found[k] = value[0]
         return found
 
 
@@ -85,6 +85,37 @@ class _EveryBranch(Elimination):
         """Make `constraint` vanish unless it is the parallelism of a parallelogram."""
         if not name.startswith(PARALLELOGRAM):
             self.imposed.append((constraint, name))
+
+
+@kept
+def _eliminated(mechanism: Mechanism) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Solve the linear constraints: joints, guides on the ground, welds, constant angles between bodies, drives.
+
+    Parameters
+    ----------
+    mechanism : Mechanism
+
+    Returns
+    -------
+    stays : ndarray of int, shape (n,)
+        Which of z are y.
+    free : ndarray, shape (nZ, n)
+        N.
+    known : ndarray, shape (nZ, 1 + 2 drives)
+        P.
+    """
+    first: dict[str, int] = {}
+    preferred: list[bool] = []
+    for body in mechanism.bodies:
+        first[body.name] = len(preferred)
+        preferred += [True, True, False, False] if body.rotates else [True, True]
+    total, basis = len(preferred), 1 + 2 * len(mechanism.drives)
+    elimination = _EveryBranch(preferred, basis)
+    impose_all(mechanism.ideal(), first, total, mechanism.size, elimination)
+    start, columns, values = elimination.rows()
+    expressed = sp.csr_array((values, columns, start), shape=(total, total + basis)).toarray()
+    stays = np.flatnonzero(elimination.solved_at[:total] < 0)
+    return stays, expressed[:, stays], expressed[:, total:]
 
 
 class Closure:
@@ -109,7 +140,7 @@ class Closure:
         self.total = total
         self.rotating = [body.name for body in mechanism.bodies if body.rotates]
         self.directions = np.array([self.first[name] + 2 for name in self.rotating], int)
-        self._eliminate()
+        self.stays, self.free, self.known = _eliminated(mechanism)
         self._quadratic()
 
     def _point(self, reference: BodyPoint) -> _Part:
@@ -142,21 +173,6 @@ class Closure:
             return _Part(1.0, rows, np.zeros(2))
         angle = 0.0 if body == GROUND else self.mechanism.body(body).angle
         return _Part(1.0, rows, np.array([math.cos(angle), math.sin(angle)]))
-
-    def _eliminate(self) -> None:
-        """Solve the linear constraints: joints, guides on the ground, welds, constant angles between bodies, drives."""
-        mechanism, basis = self.mechanism, 1 + 2 * len(self.inputs.bodies)
-        preferred = [kind for body in mechanism.bodies for kind in (True, True, False, False)[: 4 if body.rotates else 2]]
-        elimination = _EveryBranch(preferred, basis)
-        impose_all(mechanism.ideal(), self.first, self.total, self.size, elimination)
-        start, columns, values = elimination.rows()
-        expressed = sp.csr_array((values, columns, start), shape=(self.total, self.total + basis)).toarray()
-        self.stays = np.flatnonzero(elimination.solved_at[: self.total] < 0)
-        """Which of z are y."""
-        self.free = expressed[:, self.stays]
-        """N, shape (nZ, n)."""
-        self.known = expressed[:, self.total :]
-        """P, shape (nZ, 1 + 2 drives)."""
 
     def _quadratic(self) -> None:
         """The quadratic constraints: lengths, guides on moving bodies, rods."""

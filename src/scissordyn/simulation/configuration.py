@@ -14,6 +14,7 @@ import xarray as xr
 
 from scissordyn.annotation import is_number, shown
 from scissordyn.errors import InputError
+from scissordyn.kept import kept
 from scissordyn.model.description import Description, build, from_plain, parse
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.model.record import to_plain
@@ -152,9 +153,15 @@ def write_configuration(
     str
         JSON.
     """
-    plain: dict[str, Any] = {"mechanism": to_plain(mechanism)}
+    plain: dict[str, Any] = {}
     if options is not None:
         plain["options"] = to_plain(options)
     if diagram is not None:
         plain["diagram"] = dict(diagram)
-    return json.dumps(plain)
+    rest = json.dumps(plain)
+    return f'{{"mechanism": {_written(mechanism)}{", " if plain else ""}{rest[1:]}'
+
+
+@kept
+def _written(mechanism: Mechanism) -> str:
+    return json.dumps(to_plain(mechanism))

@@ -6,7 +6,7 @@ import dataclasses
 import json
 import math
 import platform
-from functools import cache
+from functools import cache, lru_cache
 from importlib.metadata import version
 from typing import Any
 
@@ -108,12 +108,22 @@ def to_dataset(mechanism: Mechanism, options: Options, path: Trajectory) -> xr.D
     return _assembled(variables, attributes)
 
 
+@lru_cache(256)
+def _index_of_names(dim: str, names: tuple[str, ...]) -> xr.Index:
+    """The index of a dimension of names, which runs of the same mechanism share; pandas takes long for texts."""
+    return xr.indexes.PandasIndex(np.array(names, dtype=str), dim)
+
+
 def _assembled(variables: Variables, attributes: dict[str, Any]) -> xr.Dataset:
     """A Dataset of variables that are known to fit together; its usual constructor would take as long as a run."""
+    made_of = {name: variable for name, variable in variables.items() if variable.dims == (name,)}
     indexes: dict[Any, xr.Index] = {
-        name: xr.indexes.PandasIndex(variable.values, name) for name, variable in variables.items() if variable.dims == (name,)
+        name: _index_of_names(name, tuple(variable.values.tolist()))
+        if variable.dtype.kind == "U"
+        else xr.indexes.PandasIndex(variable.values, name)
+        for name, variable in made_of.items()
     }
-    coordinates = {name: index.create_variables({name: variables[name]})[name] for name, index in indexes.items()}
+    coordinates = {name: index.create_variables({name: made_of[name]})[name] for name, index in indexes.items()}
     direct = getattr(xr.Dataset, "_construct_direct", None)
     if direct is None:
         return xr.Dataset(variables, attrs=attributes)

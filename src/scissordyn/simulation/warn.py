@@ -52,7 +52,7 @@ def run_warnings(mechanism: Mechanism, run: xr.Dataset, immobile: tuple[str, ...
     list of str
     """
     found = contact_failures(mechanism, run)
-    touched, speed = run["contact_joint"].values, run["approach_speed"].values
+    touched, speed = _values(run, "contact_joint"), _values(run, "approach_speed")
     for joint in mechanism.contacts:
         assert joint.clearance is not None
         found += contact_warnings(
@@ -62,10 +62,10 @@ def run_warnings(mechanism: Mechanism, run: xr.Dataset, immobile: tuple[str, ...
             joint.clearance.damping,
             joint.clearance.friction,
             approach_speed=speed[touched == joint.name].tolist(),
-            indentation=float(run["peak_indentation"].values[mechanism.joint_names.index(joint.name)]),
+            indentation=float(_values(run, "peak_indentation")[mechanism.joint_names.index(joint.name)]),
         )
     for i, rod in enumerate(mechanism.rods):
-        force = run["rod_force"].values[:, i]
+        force = _values(run, "rod_force")[:, i]
         if rod.tension_only and np.min(force, initial=0.0) < 0.0:
             first, worst = int(np.argmax(force < 0.0)), int(np.argmin(force))
             found.append(
@@ -89,11 +89,11 @@ def contact_failures(mechanism: Mechanism, run: xr.Dataset) -> list[str]:
     for joint in mechanism.contacts:
         assert joint.clearance is not None
         at = mechanism.joint_names.index(joint.name)
-        text = contact_failure(joint.name, joint.clearance.contact, float(run["peak_indentation"].values[at]))
+        text = contact_failure(joint.name, joint.clearance.contact, float(_values(run, "peak_indentation")[at]))
         if text:
-            beyond = run["indentation"].values[:, at] > joint.clearance.contact.journal_radius
-            largest = float(run["peak_indentation_time"].values[at])
-            first = min(largest, run["time"].values[int(np.argmax(beyond))]) if beyond.any() else largest
+            beyond = _values(run, "indentation")[:, at] > joint.clearance.contact.journal_radius
+            largest = float(_values(run, "peak_indentation_time")[at])
+            first = min(largest, _values(run, "time")[int(np.argmax(beyond))]) if beyond.any() else largest
             found.append(f"the contact model has failed, and the results from t = {first:.6g} s on are not valid: {text}")
     return found
 
@@ -101,15 +101,25 @@ def contact_failures(mechanism: Mechanism, run: xr.Dataset) -> list[str]:
 def energy_turned_over(run: xr.Dataset) -> float:
     """The largest change of an energy or work during a run [J]."""
     return (
-        max((float(np.ptp(run[name].values)) for name in TURNED_OVER if name in run), default=0.0) if run.sizes["time"] else 0.0
+        max((float(np.ptp(_values(run, name))) for name in TURNED_OVER if name in run.variables), default=0.0)
+        if run.sizes["time"]
+        else 0.0
     )
+
+
+def _values(run: xr.Dataset, name: str) -> np.ndarray:
+    """The values of a variable; run[name] would make a DataArray with its coordinates."""
+    return np.asarray(run.variables[name].values)
 
 
 def _unbalanced(run: xr.Dataset) -> list[str]:
     """A run that gains or loses energy."""
-    residual = float(np.max(np.abs(run["energy_residual"].values), initial=0.0))
+    residual = float(np.max(np.abs(_values(run, "energy_residual")), initial=0.0))
     turned_over = energy_turned_over(run)
-    largest = max((float(np.max(np.abs(run[name].values), initial=0.0)) for name in TURNED_OVER if name in run), default=0.0)
+    largest = max(
+        (float(np.max(np.abs(_values(run, name)), initial=0.0)) for name in TURNED_OVER if name in run.variables),
+        default=0.0,
+    )
     if not residual > max(UNBALANCED * turned_over, CARRIED * largest):
         return []
     share = f", {residual / turned_over:.2g} of the energy turned over" if turned_over > 0.0 else ""
@@ -122,17 +132,17 @@ def _saturated(mechanism: Mechanism, run: xr.Dataset) -> list[str]:
     actuators = [part for part in mechanism.components if isinstance(part, Actuator)]
     for k, part in enumerate(actuators):
         limit = getattr(part.controller, "limit", None)
-        if limit is None or not float(run["peak_control_torque"].values[k]) >= AT_LIMIT * limit:
+        if limit is None or not float(_values(run, "peak_control_torque")[k]) >= AT_LIMIT * limit:
             continue
-        at = np.abs(run["control_torque"].values[:, k]) >= AT_LIMIT * limit
-        time = run["time"].values
+        at = np.abs(_values(run, "control_torque")[:, k]) >= AT_LIMIT * limit
+        time = _values(run, "time")
         text = f"actuator '{part.name}': the controller is at its limit of {limit:g} N m "
         if at.any():
             text += f"for {np.mean(at):.2g} of the run, first at t = {time[at][0]:.6g} s"
         else:
             text += "for less than the time between two samples"
         if part.reference is not None and at.any():
-            behind = float(np.max(np.abs(run["control_error"].values[at, k])))
+            behind = float(np.max(np.abs(_values(run, "control_error")[at, k])))
             text += f", and there up to {math.degrees(behind):.3g} deg from its reference"
         found.append(text)
     return found
@@ -142,7 +152,12 @@ def _exceeded(run: xr.Dataset) -> list[str]:
     """Bristles that give more friction than their law's static limit, how much and how long."""
     if "peak_friction_ratio" not in run:
         return []
-    rows = zip(run["joint"].values, run["peak_friction_ratio"].values, run["friction_excess_time"].values, strict=True)
+    rows = zip(
+        _values(run, "joint"),
+        _values(run, "peak_friction_ratio"),
+        _values(run, "friction_excess_time"),
+        strict=True,
+    )
     return [
         f"joint '{name}': friction reaches {ratio:.3g} times the static limit of its law, and exceeds {EXCEEDED:g} times it "
         f"for {lasting:.3g} s; see bristle_damping and damping_speed"
@@ -153,10 +168,10 @@ def _exceeded(run: xr.Dataset) -> list[str]:
 
 def _undetermined(run: xr.Dataset) -> list[str]:
     """Reactions that are not determined, at all times or where bodies are aligned."""
-    missing = np.isnan(run["reaction"].values).any(axis=2)
+    missing = np.isnan(_values(run, "reaction")).any(axis=2)
     if not missing.any():
         return []
-    names = _some(run["joint"].values[missing.any(axis=0)].tolist())
+    names = _some(_values(run, "joint")[missing.any(axis=0)].tolist())
     instants = missing.any(axis=1)
     if instants.all():
         return [f"there are redundant ideal joints; the reactions of {names} are not determined and are left out (NaN)"]

@@ -115,6 +115,12 @@ def height(t, y, address, value, rate):
 
 
 @kernel()
+def own_height(t, y, k, address, value, rate):
+    """The same for one guard."""
+    height(t, y, address, value, rate)
+
+
+@kernel()
 def bounce(t, y, guard, address, data):
     """Newton's restitution."""
     data[0] = y[1]
@@ -131,6 +137,13 @@ def energies(t, y, address, power, rows):
 
 
 @kernel()
+def own_energy(t, y, row, address, dy, out):
+    """The height alone, which is the last row."""
+    out[:] = 0.0
+    out[0], out[1] = y[0], y[1] * y[1]
+
+
+@kernel()
 def forget(t, y, address, signals):
     """Nothing to look back at."""
 
@@ -140,7 +153,8 @@ def run(name, rate, linearise, start, until, tolerance, samples, *, floor, step=
     numbers = Numbers(np.zeros((3, 3)), np.zeros((3, 3)), np.array([0.8]), np.array([step]))
     handle, method = Handle(numbers), tableau(name)
     functions = {"rate": rate, "linearise": linearise, "factorize": factorize, "solve": solve, "accept": stay}
-    problem = make_problem({**functions, "guards": height, "reset": bounce, "monitor": energies, "record": forget})
+    functions |= {"guards": height, "guard": own_height, "reset": bounce}
+    problem = make_problem({**functions, "monitor": energies, "probe": own_energy, "record": forget})
     guards = 1 if floor else 0
     state = make_state(
         np.array(start),

@@ -9,10 +9,13 @@ A problem is a tuple of typed pointers
     accept(t, y, S, answer)        called at the end of each step: back to the problem's manifold, count turns; writes whether y
                                    changed, and the longest step that may follow
     guards(t, y, S, value, rate)   switching functions and their rates
+    guard(t, y, k, S, value, rate) those of guard k alone, from the entries of y that `Work.reads` lists for it
     reset(t, y, k, S, data)        guard k has been crossed: change y and S, write data for the event log; returns whether it
                                    has changed its mode
     monitor(t, y, S, power, rows)  integrands, and the rows of monitored numbers; called right after `rate` or `linearise` for
                                    the same t and y
+    probe(t, y, k, S, dy, row)     row k of monitored numbers alone, from the entries of y that `Work.reads` lists for it; dy is
+                                   scratch
     record(t, y, S, signals)       signals that the problem looks back at later; see `history`
 
 with S the address of whatever they work on. A guard in mode 0 waits for its value to rise through zero, in mode 1 to fall.

@@ -11,7 +11,7 @@ from scissordyn.integrate.step_scaling import fraction
 from scissordyn.integrate.tableau import EXPLICIT
 from scissordyn.jit import kernel
 
-__all__ = ["complete", "dense_value", "guards_at", "integral_at"]
+__all__ = ["complete", "dense_value", "guard_at", "guards_at", "inside_at", "integral_at"]
 
 _EXPLICIT = EXPLICIT
 
@@ -89,6 +89,29 @@ def dense_value(theta, pattern, y, F, out):
             out[i] = factor * (F[k, i] + out[i])
     for i in range(size):
         out[i] += y[i]
+
+
+@kernel()
+def inside_at(T, theta, row, s, w):
+    """What a row of guards or monitored numbers reads of the dense output at theta, into w.inside: all if nothing is listed."""
+    first, stop = w.reads_start[row], w.reads_start[row + 1]
+    if first == stop:
+        dense_value(theta, T.pattern, s.y, w.dense, w.inside)
+        return
+    last = T.pattern.size - 1
+    for place in range(first, stop):
+        i = w.reads[place]
+        value = (theta if T.pattern[last] == 0 else 1.0 - theta) * w.dense[last, i]
+        for k in range(last - 1, -1, -1):
+            value = (theta if T.pattern[k] == 0 else 1.0 - theta) * (w.dense[k, i] + value)
+        w.inside[i] = value + s.y[i]
+
+
+@kernel(inline=True)
+def guard_at(problem, T, k, theta, t, h, s, w, S):
+    """Guard k on the dense output at theta, into w.value and w.rate."""
+    inside_at(T, theta, k, s, w)
+    problem.guard(t + fraction(w.scaling[0], theta) * h, w.inside, k, S, w.value, w.rate)
 
 
 @kernel(inline=True)

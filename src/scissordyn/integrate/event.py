@@ -7,7 +7,7 @@ multiplied by `sign_of`, so that a crossing is always a rise.
 
 from __future__ import annotations
 
-from scissordyn.integrate.dense import complete, guards_at
+from scissordyn.integrate.dense import complete, guard_at, guards_at
 from scissordyn.integrate.step_scaling import speed
 from scissordyn.jit import kernel
 
@@ -79,7 +79,7 @@ def locate(problem, T, k, low, high, a, slope_a, b, slope_b, t, h, s, w, S, sign
     scaling = w.scaling[0]
     theta = low + (high - low) * cubic_root(a, step * speed(scaling, low) * slope_a, b, step * speed(scaling, high) * slope_b)
     for _ in range(ITERATIONS):
-        guards_at(problem, T, theta, t, h, s, w, S)
+        guard_at(problem, T, k, theta, t, h, s, w, S)
         value, slope = sign * w.value[k], sign * w.rate[k] * h * speed(scaling, theta)
         if abs(value) <= 0.5 * w.precision[k]:
             break
@@ -107,7 +107,7 @@ def turning_point(problem, T, k, low, high, t, h, s, w, S, sign, wanted):
         theta = 0.5 * (low + high)
         if not low < theta < high:
             break
-        guards_at(problem, T, theta, t, h, s, w, S)
+        guard_at(problem, T, k, theta, t, h, s, w, S)
         value = sign * w.value[k]
         if wanted < 0.0 and value > 0.0:
             break
@@ -145,7 +145,7 @@ def crossing_in(problem, T, k, left, right, t, h, s, w, S, sign):
 @kernel()
 def locate_from(problem, T, k, low, high, t, h, s, w, S, sign):
     """The same as `locate` from a place at which the guard is not beyond zero."""
-    guards_at(problem, T, low, t, h, s, w, S)
+    guard_at(problem, T, k, low, t, h, s, w, S)
     a, slope_a = sign * w.value[k], sign * w.rate[k]
     b, slope_b = sign * w.right_value[k], sign * w.right_rate[k]
     return locate(problem, T, k, low, high, min(a, 0.0), slope_a, b, slope_b, t, h, s, w, S, sign)

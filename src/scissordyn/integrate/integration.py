@@ -84,8 +84,10 @@ class Problem(NamedTuple):
     solve: Any
     accept: Any
     guards: Any
+    guard: Any
     reset: Any
     monitor: Any
+    probe: Any
     record: Any
 
 
@@ -147,6 +149,8 @@ class Work(NamedTuple):
     power_at_start: F1
     gain: F2  # (p, quadratures): dense output of the integrals of an explicit step
     monitored: F3  # (points, rows, MONITORED): at the stages, or at the start, the nodes and the end; then `SPARE_ROWS`
+    reads_start: I1  # (rows+1,) entries of y that a guard or a monitored row depends on; none listed: on all
+    reads: I1
     delays: F1  # (delays,) steps end on their multiples
     signals: F2  # (nodes, signals)
     accepted: F1  # (2,) whether `accept` changed the state, and the longest step from there
@@ -208,8 +212,10 @@ def make_problem(functions: dict[str, Any]) -> Problem:
         "solve": void(vector, address),
         "accept": void(t, vector, address, vector),
         "guards": void(t, vector, address, vector, vector),
+        "guard": void(t, vector, int64, address, vector, vector),
         "reset": types.boolean(t, vector, int64, address, vector),
         "monitor": void(t, vector, address, vector, matrix),
+        "probe": void(t, vector, int64, address, vector, vector),
         "record": void(t, vector, address, vector),
     }
     return Problem(**{name: CompileResultWAP(functions[name].get_compile_result(sign)) for name, sign in signatures.items()})
@@ -269,6 +275,7 @@ def make_work(
     group: np.ndarray,
     precision: np.ndarray,
     crossable: np.ndarray,
+    reads: tuple[np.ndarray, np.ndarray] | None = None,
     delays: tuple[float, ...] = (),
 ) -> Work:
     """Scratch for an integration."""
@@ -276,6 +283,8 @@ def make_work(
     points = max(method.gauss.size + 2, method.nodes.size) + SPARE_ROWS
     numbers = np.zeros((8, guards))
     crossings = 8 * guards
+    everything = np.zeros(state.monitored.shape[0] + 1, np.int64), np.zeros(0, np.int64)
+    reads_start, listed = everything if reads is None else reads
     return Work(
         atol=atol,
         rtol=rtol,
@@ -312,6 +321,8 @@ def make_work(
         power_at_start=np.zeros(quadratures),
         gain=np.zeros((method.pattern.size, quadratures)),
         monitored=np.zeros((points, state.monitored.shape[0], MONITORED)),
+        reads_start=reads_start,
+        reads=listed,
         delays=np.array(delays, float),
         signals=np.zeros((NODES.size, (state.history.shape[1] - 2) // NODES.size)),
         accepted=np.zeros(2),

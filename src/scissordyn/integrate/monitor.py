@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 
-from scissordyn.integrate.dense import complete, dense_value
+from scissordyn.integrate.dense import complete, dense_value, inside_at
 from scissordyn.integrate.integration import SPARE_ROWS
 from scissordyn.integrate.step_scaling import fraction, speed
 from scissordyn.integrate.tableau import EXPLICIT
@@ -136,6 +136,15 @@ def probe(problem, T, theta, t, h, s, w, S, place):
     s.counts[0].rates += 1
 
 
+@kernel()
+def probe_row(problem, T, row, theta, t, h, s, w, S):
+    """One row of monitored numbers at theta, into the last spare place; returns the first."""
+    spare = w.monitored[w.monitored.shape[0] - 1, row]
+    inside_at(T, theta, row, s, w)
+    problem.probe(t + fraction(w.scaling[0], theta) * h, w.inside, row, S, w.slope, spare)
+    return spare[0]
+
+
 @kernel(inline=True)
 def last_point(T):
     """Number of the end of the step among the points at which a maximum is looked for; the start is 0."""
@@ -193,9 +202,7 @@ def find_peak(problem, T, row, t, h, s, w, S):
         return
     if inside and not 0 < best < last:
         # the parabola is too coarse to tell on which side of the step's end the maximum is
-        spare = w.monitored.shape[0] - 1
-        probe(problem, T, EDGE if best == 0 else 1.0 - EDGE, t, h, s, w, S, spare)
-        inside = w.monitored[spare, row, 0] > value
+        inside = probe_row(problem, T, row, EDGE if best == 0 else 1.0 - EDGE, t, h, s, w, S) > value
     if inside:
         low, high = place_of(T, max(best - 1, 0)), place_of(T, min(best + 1, last))
         theta, value = refine(problem, T, row, low, theta, high, value, t, h, s, w, S)
@@ -209,7 +216,6 @@ def refine(problem, T, row, low, best, high, value, t, h, s, w, S):
 
     Brent, Algorithms for Minimization without Derivatives, 1973, chapter 5.
     """
-    spare = w.monitored.shape[0] - 1
     second = third = best
     second_value = third_value = value
     move = before = 0.0
@@ -234,8 +240,7 @@ def refine(problem, T, row, low, best, high, value, t, h, s, w, S):
         theta = best + (move if abs(move) >= WIDTH else math.copysign(WIDTH, move))
         if not low <= theta <= high:
             break
-        probe(problem, T, theta, t, h, s, w, S, spare)
-        found = w.monitored[spare, row, 0]
+        found = probe_row(problem, T, row, theta, t, h, s, w, S)
         if found >= value:
             if theta >= best:
                 low = best
@@ -286,11 +291,9 @@ def follow_band(problem, T, row, t, h, s, w, S):
 @kernel()
 def passing(problem, T, row, low, high, limit, t, h, s, w, S):
     """Where a monitored number falls through its limit between two places: bisection."""
-    spare = w.monitored.shape[0] - 1
     for _ in range(30):
         middle = 0.5 * (low + high)
-        probe(problem, T, middle, t, h, s, w, S, spare)
-        if w.monitored[spare, row, 0] > limit:
+        if probe_row(problem, T, row, middle, t, h, s, w, S) > limit:
             low = middle
         else:
             high = middle

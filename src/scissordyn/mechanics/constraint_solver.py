@@ -11,6 +11,8 @@ from scissordyn.mechanics.time_function import function_at, prescribe
 
 __all__ = [
     "expand",
+    "expand_element",
+    "expand_track",
     "factorize_constraints",
     "map_directions",
     "project",
@@ -47,6 +49,30 @@ def expand(t, y, S):
         l, v, a, j = unit * f[0], unit * f[1], unit * f[2], unit * f[3]
         W.value[0, k], W.value[1, k] = 0.5 * l * l, l * v
         W.value[2, k], W.value[3, k] = v * v + l * a, 3.0 * v * a + l * j
+
+
+@kernel(inline=True)
+def expand_element(t, y, element, S):
+    """Of b(t), X and V what the maps of one force element read."""
+    M, P, W = S.model, S.parameters, S.work
+    n = M.n
+    prescribe(t, P.motion, P.motion_start, W.basis, W.function_value)
+    for k in range(M.element_start[element], M.element_start[element + 1]):
+        column = M.element_column[k]
+        if column < n:
+            W.X[column], W.V[column] = y[column], y[n + column]
+        else:
+            W.X[column], W.V[column] = W.basis[0, column - n], W.basis[1, column - n]
+
+
+@kernel(inline=True)
+def expand_track(t, y, track, S):
+    """Of b(t) and X what the map of one tracked point reads."""
+    M, P, W = S.model, S.parameters, S.work
+    prescribe(t, P.motion, P.motion_start, W.basis, W.function_value)
+    for k in range(M.track_start[track], M.track_start[track + 1]):
+        column = M.track_column[k]
+        W.X[column] = y[column] if column < M.n else W.basis[0, column - M.n]
 
 
 @kernel(inline=True)

@@ -12,11 +12,12 @@ import math
 
 from scissordyn.jit import kernel
 from scissordyn.laws.dispatch import elastic_force, friction_force, friction_start, normal_force
+from scissordyn.mechanics.constraint_solver import expand_element
 from scissordyn.mechanics.force_element import add_torques, map_values, write_wrench
 from scissordyn.mechanics.plane_contact import plane_forces, plane_gap, plane_kinematics
 from scissordyn.mechanics.system import APPROACH_FLOOR
 
-__all__ = ["begin_contact", "contact_forces", "end_contact", "gap", "kinematics", "no_forces"]
+__all__ = ["begin_contact", "contact_at", "contact_forces", "end_contact", "gap", "kinematics", "no_forces"]
 
 
 @kernel(inline=True)
@@ -54,11 +55,11 @@ def kinematics(j, S):
 
 
 @kernel(inline=True)
-def contact_forces(j, S, z, dz):
-    """Evaluate the laws of contact j, add its forces to Work.force, write the rates of its states into dz."""
+def contact_laws(j, S, z, dz):
+    """Evaluate the laws of contact j into Work.contact, write the rates of its states into dz; returns the maps."""
     P, W = S.parameters, S.work
     maps = kinematics(j, S)
-    p, law, found = P.contact[j], P.law[j], W.contact[j]
+    law, found = P.law[j], W.contact[j]
     elastic = normal = 0.0
     if found.depth > 0.0:
         elastic = elastic_force(law.stiffness, found.depth, P.elastic[j])
@@ -67,6 +68,16 @@ def contact_forces(j, S, z, dz):
     found.elastic = elastic
     found.normal = normal
     found.tangential = tangential
+    return maps
+
+
+@kernel(inline=True)
+def contact_forces(j, S, z, dz):
+    """Evaluate the laws of contact j, add its forces to Work.force, write the rates of its states into dz."""
+    maps = contact_laws(j, S, z, dz)
+    W = S.work
+    p, found = S.parameters.contact[j], W.contact[j]
+    normal, tangential = found.normal, found.tangential
     if p.plane == 1:
         plane_forces(j, S, maps, normal, tangential)
         return
@@ -76,6 +87,15 @@ def contact_forces(j, S, z, dz):
     moment_j, moment_b = -p.radius * tangential, (p.radius + found.distance) * tangential
     write_wrench(j, S, fx, fy, moment_j, moment_b)
     add_torques(j, S, fx, fy, moment_j, moment_b, ax, ay, bx, by, W.force, 0, W.force.size)
+
+
+@kernel(inline=True)
+def contact_at(t, y, j, S):
+    """Evaluate contact j alone into Work.contact."""
+    M = S.model
+    expand_element(t, y, j, S)
+    start, stop = 2 * M.n + M.state_start[j], 2 * M.n + M.state_start[j + 1]
+    contact_laws(j, S, y[start:stop], S.work.state_work[0])
 
 
 @kernel(inline=True)

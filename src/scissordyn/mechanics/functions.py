@@ -5,7 +5,8 @@ from __future__ import annotations
 import math
 
 from scissordyn.jit import kernel
-from scissordyn.mechanics import constraint_solver, equations, guard, monitored, step_matrix
+from scissordyn.mechanics import constraint_solver, equations, monitored, step_matrix
+from scissordyn.mechanics import guard as guards_of
 from scissordyn.mechanics.latch import engage
 from scissordyn.mechanics.rotation import count_turns
 from scissordyn.mechanics.system import open_system
@@ -14,13 +15,8 @@ __all__ = ["FUNCTIONS"]
 
 _accelerate, _linearise, _record = equations.accelerate, equations.linearise, equations.record_signals
 _factorize, _solve = step_matrix.factorize, step_matrix.solve
-_project, _guards, _reset, _touch, _monitor = (
-    constraint_solver.project,
-    guard.guards,
-    guard.reset,
-    guard.touch,
-    monitored.monitor,
-)
+_project, _monitor, _probe = constraint_solver.project, monitored.monitor, monitored.probe
+_guards, _guard, _reset, _touch = guards_of.guards, guards_of.guard, guards_of.reset, guards_of.touch
 
 LARGEST_TURN = 1.0
 """A step ends before the fastest body has turned by this [rad] at its present speed, so that turns are counted rightly."""
@@ -90,6 +86,12 @@ def guards(t, y, address, value, rate):
 
 
 @kernel()
+def guard(t, y, k, address, value, rate):
+    """See `guard.guard`."""
+    _guard(t, y, k, open_system(address), value, rate)
+
+
+@kernel()
 def reset(t, y, guard, address, data):
     """See `guard.reset`."""
     return _reset(t, y, guard, open_system(address), data)
@@ -108,6 +110,12 @@ def monitor(t, y, address, power, rows):
 
 
 @kernel()
+def probe(t, y, row, address, dy, out):
+    """See `monitored.probe`."""
+    _probe(t, y, row, open_system(address), dy, out)
+
+
+@kernel()
 def record(t, y, address, signals):
     """See `equations.record_signals`."""
     _record(t, y, open_system(address), signals)
@@ -120,7 +128,9 @@ FUNCTIONS = {
     "solve": solve,
     "accept": accept,
     "guards": guards,
+    "guard": guard,
     "reset": reset,
     "monitor": monitor,
+    "probe": probe,
     "record": record,
 }

@@ -6,12 +6,12 @@ import math
 
 from scissordyn.jit import kernel
 from scissordyn.mechanics.component import component_gap, switch_loss
-from scissordyn.mechanics.constraint_solver import expand, map_directions, project, velocity_residual
+from scissordyn.mechanics.constraint_solver import expand, expand_element, map_directions, project, velocity_residual
 from scissordyn.mechanics.contact import begin_contact, end_contact, gap
 from scissordyn.mechanics.latch import engage
 from scissordyn.mechanics.system import APPROACH_FLOOR
 
-__all__ = ["guards", "reset", "touch"]
+__all__ = ["guard", "guards", "reset", "touch"]
 
 LOCKED = 1e-9
 """A latch has locked when the rates of all constraints vanish within this fraction of the fastest rate."""
@@ -29,6 +29,19 @@ def guards(t, y, S, value, rate):
         i = M.guard_component[guard]
         start, stop = state_range(i, S)
         value[guard], rate[guard] = component_gap(t, i, y[start:stop], S)
+
+
+@kernel(inline=True)
+def guard(t, y, k, S, value, rate):
+    """The same for one guard."""
+    if k < S.parameters.contact.size:
+        expand_element(t, y, k, S)
+        value[k], rate[k] = gap(k, S)
+        return
+    expand(t, y, S)
+    i = S.model.guard_component[k]
+    start, stop = state_range(i, S)
+    value[k], rate[k] = component_gap(t, i, y[start:stop], S)
 
 
 @kernel(inline=True)

@@ -9,6 +9,9 @@ import numpy as np
 
 from scissordyn.jit import kernel
 from scissordyn.laws.dispatch import friction_limit
+from scissordyn.mechanics.constraint_solver import expand_track
+from scissordyn.mechanics.contact import contact_at
+from scissordyn.mechanics.equations import accelerate
 
 if TYPE_CHECKING:
     from scissordyn.mechanics.system import Model
@@ -24,8 +27,10 @@ __all__ = [
     "TRACK_DEVIATION",
     "constraint_forces",
     "drive_torque",
+    "entries_read",
     "monitor",
     "monitored_rows",
+    "probe",
 ]
 
 POWERS = ("drive_work", "damping_loss", "friction_loss", "load_work", "damper_loss", "motor_work")
@@ -43,6 +48,40 @@ EXCEEDED = 1.05
 def monitored_rows(model: Model, kind: int) -> np.ndarray:
     """Rows, among those of guards and of what is monitored throughout, of one kind of quantity."""
     return np.asarray(model.guard_component.size + np.flatnonzero(model.monitor[:, 0] == kind))
+
+
+def entries_read(model: Model, contacts: int) -> tuple[np.ndarray, np.ndarray]:
+    """Entries of y that each row of guards and monitored numbers reads: where they start, and which; none for all of y.
+
+    Parameters
+    ----------
+    model : Model
+    contacts : int
+
+    Returns
+    -------
+    start : ndarray of int, shape (rows + 1,)
+    entries : ndarray of int
+    """
+
+    def of_contact(j: int) -> list[int]:
+        columns = [c for c in model.element_column[model.element_start[j] : model.element_start[j + 1]].tolist() if c < model.n]
+        states = range(2 * model.n + int(model.state_start[j]), 2 * model.n + int(model.state_start[j + 1]))
+        return [*columns, *(model.n + column for column in columns), *states]
+
+    def of_row(row: int) -> list[int]:
+        guards = model.guard_component.size
+        kind, which = (-1, row) if row < guards else model.monitor[row - guards].tolist()
+        if row < contacts or kind in (PRESSURE_VELOCITY, INDENTATION, FRICTION_RATIO):
+            return of_contact(which)
+        if kind == TRACK_DEVIATION:
+            columns = model.track_column[model.track_start[which] : model.track_start[which + 1]].tolist()
+            return [column for column in columns if column < model.n]
+        return []
+
+    found = [of_row(row) for row in range(model.guard_component.size + model.monitor.shape[0])]
+    start = np.cumsum([0, *map(len, found)], dtype=np.int64)
+    return start, np.array([entry for entries in found for entry in entries], np.int64)
 
 
 @kernel(inline=True)
@@ -119,11 +158,50 @@ def track_deviation(t, k, S):
 
 
 @kernel(inline=True)
-def monitor(t, y, S, power, rows):
-    """Write the powers [W] of `POWERS`, and the monitored numbers of guards and of what is monitored throughout.
+def write_row(t, row, S, out):
+    """Write one row of monitored numbers, from what stands in S.
 
     A contact: normal force, powers of damping and friction; a component: its force; else the size of a quantity and its square,
     or for a friction ratio whether the limit is exceeded.
+    """
+    M, W, mode = S.model, S.work, S.state.mode
+    out[:] = 0.0
+    if row < S.parameters.contact.size:
+        if mode[row] == 1:
+            found = W.contact[row]
+            out[0] = found.normal
+            out[1] = (found.normal - found.elastic) * found.rate
+            out[2] = found.tangential * found.slip
+        return
+    if row < mode.size:
+        if mode[row] == 1:
+            out[0] = component_size(M.guard_component[row], S)
+        return
+    kind, which, size = M.monitor[row - mode.size, 0], M.monitor[row - mode.size, 1], 0.0
+    if kind == DRIVE_TORQUE:
+        size = abs(drive_torque(which, S))
+    elif kind == COMPONENT_FORCE:
+        size = component_size(which, S)
+    elif kind == TRACK_DEVIATION:
+        size = track_deviation(t, which, S)
+    elif mode[which] == 1:
+        if kind == PRESSURE_VELOCITY:
+            size = W.contact[which].normal * abs(W.contact[which].slip) / S.parameters.contact[which].area
+        elif kind == INDENTATION:
+            size = W.contact[which].depth
+        elif kind == FRICTION_RATIO:
+            size = friction_ratio(which, S)
+    out[0] = size
+    if kind == FRICTION_RATIO:
+        out[1] = 1.0 if size > EXCEEDED else 0.0
+    else:
+        out[1] = size * size
+
+
+@kernel(inline=True)
+def monitor(t, y, S, power, rows):
+    """Write the powers [W] of `POWERS`, and the monitored numbers of guards and of what is monitored throughout.
+
     Everything stands in S since `accelerate` was called for the same instant and state.
     """
     M, W = S.model, S.work
@@ -138,35 +216,29 @@ def monitor(t, y, S, power, rows):
     for i in range(M.component_port.size):
         power[MOTORS if M.component_motor[i] == 1 else LOADS] += W.power_in[i]
         power[DAMPERS] += W.dissipation[i]
-    rows[:, :] = 0.0
-    contacts, guards = S.parameters.contact.size, S.state.mode.size
-    for j in range(contacts):
-        if S.state.mode[j] == 1:
-            found, row = W.contact[j], rows[j]
-            row[0] = found.normal
-            row[1] = (found.normal - found.elastic) * found.rate
-            row[2] = found.tangential * found.slip
-            power[DAMPING] += row[1]
-            power[FRICTION] += row[2]
-    for guard in range(contacts, guards):
-        if S.state.mode[guard] == 1:
-            rows[guard, 0] = component_size(M.guard_component[guard], S)
-    for k in range(M.monitor.shape[0]):
-        kind, which, size = M.monitor[k, 0], M.monitor[k, 1], 0.0
-        if kind == DRIVE_TORQUE:
-            size = abs(drive_torque(which, S))
-        elif kind == COMPONENT_FORCE:
-            size = component_size(which, S)
-        elif kind == PRESSURE_VELOCITY and S.state.mode[which] == 1:
-            size = W.contact[which].normal * abs(W.contact[which].slip) / S.parameters.contact[which].area
-        elif kind == INDENTATION and S.state.mode[which] == 1:
-            size = W.contact[which].depth
-        elif kind == FRICTION_RATIO and S.state.mode[which] == 1:
-            size = friction_ratio(which, S)
-        elif kind == TRACK_DEVIATION:
-            size = track_deviation(t, which, S)
-        rows[guards + k, 0] = size
-        if kind == FRICTION_RATIO:
-            rows[guards + k, 1] = 1.0 if size > EXCEEDED else 0.0
-        else:
-            rows[guards + k, 1] = size * size
+    for row in range(rows.shape[0]):
+        write_row(t, row, S, rows[row])
+    for j in range(S.parameters.contact.size):
+        power[DAMPING] += rows[j, 1]
+        power[FRICTION] += rows[j, 2]
+
+
+@kernel(inline=True)
+def probe(t, y, row, S, dy, out):
+    """Write one row of monitored numbers at an instant and a state, of which `entries_read` says what it reads.
+
+    Contacts and tracked points are evaluated alone, all else with the whole right-hand side.
+    """
+    M, guards = S.model, S.state.mode.size
+    kind, which = -1, row
+    if row >= guards:
+        kind, which = M.monitor[row - guards, 0], M.monitor[row - guards, 1]
+    if kind == TRACK_DEVIATION:
+        expand_track(t, y, which, S)
+    elif row < S.parameters.contact.size or kind in (PRESSURE_VELOCITY, INDENTATION, FRICTION_RATIO):
+        if S.state.mode[which] == 1:
+            contact_at(t, y, which, S)
+    else:
+        accelerate(t, y, S, dy)
+        constraint_forces(S, S.work.work_b)
+    write_row(t, row, S, out)

@@ -32,7 +32,7 @@ from scissordyn.integrate.tableau import EXPLICIT, tableau
 from scissordyn.jit import Handle
 from scissordyn.mechanics import functions
 from scissordyn.mechanics.build import build_model
-from scissordyn.mechanics.monitored import POWERS, TRACK_DEVIATION, monitored_rows
+from scissordyn.mechanics.monitored import POWERS, TRACK_DEVIATION, entries_read, monitored_rows
 from scissordyn.mechanics.parameters import make_parameters
 from scissordyn.mechanics.reduced_model import ReducedModel
 from scissordyn.mechanics.system import Model, Parameters, System
@@ -249,6 +249,7 @@ class Driver:
             group=tolerances.group,
             precision=tolerances.precision,
             crossable=tolerances.crossable,
+            reads=entries_read(model, content.parameters.contact.size),
             delays=tolerances.delays,
         )
         log = np.zeros((LOG_ROWS + 4 * model.guard_component.size + len(initial_events), loop.LOG_COLUMNS))

@@ -78,6 +78,7 @@ LOOSE = ARM.with_clearance("A", sd.Clearance(1e-4)).driven(sd.Harmonic(1.0, 0.1,
         (lambda: sd.bifurcation(LOOSE, over="structure.crank", values=[1.0]), "no part 'structure' for 'structure.crank'"),
         (lambda: sd.with_payload(ARM, "A", "1"), "mass = '1'; type: mass=1"),
         (lambda: sd.four_bar(coupler_point=3), "coupler_point = 3; two of"),
+        (lambda: sd.Mechanism((sd.Body("\ud800", 1.0, None),), ()), "written as UTF-8"),
         # sizes that no machine has
         (lambda: sd.Clearance(1e-4, journal_radius=1e308), "<= 1e+06 [m]"),
         (lambda: sd.Body("a", 5e-324, None), ">= 1e-12 and <= 1e+09 [kg]"),

@@ -70,10 +70,6 @@ def check_parts(mechanism: Mechanism) -> None:
 
 
 def _check_tracks(mechanism: Mechanism, points: Mapping[str, Mapping[str, Point]]) -> None:
-    names = [track.name for track in mechanism.tracks]
-    for name in names:
-        if names.count(name) > 1:
-            raise InputError(f"two tracked points called '{name}'", "a name for each")
     for track in mechanism.tracks:
         label = f"tracked point '{track.name}'"
         if isinstance(track.point, str):
@@ -122,6 +118,7 @@ def _check_names(mechanism: Mechanism) -> None:
         ("component", [component.name for component in mechanism.components]),
         ("ground point", [name for name, _ in mechanism.ground]),
         ("driven body", [drive.body for drive in mechanism.drives]),
+        ("tracked point", [track.name for track in mechanism.tracks]),
     ):
         name, times = Counter(names).most_common(1)[0] if names else ("", 0)
         if times > 1:
@@ -129,6 +126,8 @@ def _check_names(mechanism: Mechanism) -> None:
         for each in names:
             if each.endswith("\0"):  # an array of text drops it, and the result has another name
                 raise InputError(f"{what} '{each}'", "a name that does not end in a NUL character")
+            if any("\ud800" <= character <= "\udfff" for character in each):  # no file and no index of pandas can hold it
+                raise InputError(f"{what} '{each}'", "a name that can be written as UTF-8, without half a surrogate pair")
 
 
 def _check_body(points: Mapping[str, Mapping[str, Point]], label: str, name: str) -> None:

@@ -64,7 +64,7 @@ def simulate(
     most_steps : int
         Largest number of steps; with more the run fails.
     trust : bool
-        Repeat the run at a ten times tighter tolerance and report the time until which both agree.
+        Repeat the run at a much tighter tolerance and report the time until which both agree, the predictability horizon.
     progress : callable, optional
         Called repeatedly with the simulated time [s].
 

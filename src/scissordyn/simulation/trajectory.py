@@ -64,8 +64,6 @@ class Trajectory:
         From the start.
     steps : tuple of ndarray
         Time, state and modes at the end of each step, if they were recorded.
-    cut : bool
-        Whether samples and log were cut before the time that was reached.
     """
 
     reduced: ReducedModel
@@ -80,7 +78,6 @@ class Trajectory:
     immobile: tuple[str, ...]
     warnings: tuple[str, ...]
     steps: tuple[np.ndarray, np.ndarray, np.ndarray]
-    cut: bool = False
 
 
 def make_driver(reduced: ReducedModel, options: Options) -> tuple[Driver, Prepared, Choice]:

@@ -78,7 +78,8 @@ def _check_moments(mechanism: Mechanism, points: Mapping[str, Mapping[str, Point
         return
     held = [(f"joint '{joint.name}'", end) for joint in mechanism.joints for end in (joint.journal, joint.bearing)]
     held += [(f"weld '{weld.name}'", end) for weld in mechanism.welds for end in (weld.start, weld.end)]
-    for part in (*mechanism.components, *mechanism.rods):
+    parts: tuple[Any, ...] = (*mechanism.components, *mechanism.rods)
+    for part in parts:
         declared = part.declaration
         held += [(f"{declared.label} '{part.name}'", getattr(part, field)) for field in declared.port.points]
     for label, (name, point) in held:

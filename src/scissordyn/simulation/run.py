@@ -84,6 +84,14 @@ def simulate(
     return _simulate(mechanism, Options(until, start, samples, rtol, atol, method, most_steps, events, trust), progress)
 
 
+_MAKERS = {
+    "scissordyn batch": "simulate_many(...)",
+    "scissordyn bifurcation": "bifurcation(...)",
+    "scissordyn cycles": "cycle(...)",
+}
+"""What makes other datasets again, by their titles."""
+
+
 def replay(
     run: xr.Dataset,
     *,
@@ -112,7 +120,8 @@ def replay(
     """
     configuration = read_configuration(run)
     if configuration.options is None or run.attrs.get("title") != TITLE:
-        raise InputError(f"{run.attrs.get('title', 'a dataset without a title')!r:.60}", "a Dataset that simulate() made")
+        given = run.attrs.get("title", "a dataset without a title")
+        raise InputError(f"replay of {given!r:.60}", "a Dataset that simulate() made", _MAKERS.get(str(given), ""))
     return _simulate(configuration.build_mechanism(allow_code), configuration.options, progress)
 
 

@@ -2,29 +2,39 @@
 
 Run by hand: ``python tests/mutate.py [FILE ...] [--write]``. The numbers are every float but zero, every exponent, every
 parameter that a kernel reads (p[k], or by its name in a component) and every number that a law hands to its kernel, in the
-files of `TARGETS`. Each is
-changed alone, in a copy of the package. Every change has to be noticed or to stand in
+files of `TARGETS`. Each is changed alone, in a copy of the package. Every change has to be noticed or to stand in
 `EQUIVALENT` with a reason; otherwise the script ends with status 1. ``--write`` keeps the table in docs/decisions/measured.
+A run that was stopped goes on where it was when it is started again on the same sources.
 """
 
 from __future__ import annotations
 
 import argparse
 import ast
+import hashlib
+import importlib
 import os
-import queue
 import shutil
-import subprocess
+import signal
 import sys
 import tempfile
-import time
-from concurrent.futures import ThreadPoolExecutor
+import traceback
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
+
+# kernels run as plain Python unless a target says that its tests need the compiler; numba reads this when it is imported
+os.environ["NUMBA_DISABLE_JIT"] = "1"
+import pytest
+
+# imported once, before the processes that try the mutations are forked
+for _library in ("numba", "scipy.integrate", "scipy.linalg", "scipy.optimize", "scipy.spatial", "xarray"):
+    importlib.import_module(_library)
 
 HERE = Path(__file__).parent
 PACKAGE = HERE.parent / "src" / "scissordyn"
 PAGE = HERE.parent / "docs" / "decisions" / "measured" / "mutations.md"
+LOG = HERE.parent / "out" / "mutations.log"
 FACTOR = 1.01
 INPUTS = {
     *("length", "rate", "angle", "speed", "travel", "x", "y", "cosine", "sine", "x_rate", "y_rate", "cosine_rate", "sine_rate"),
@@ -130,6 +140,32 @@ class Mutation:
         """Why it changes nothing, empty if it does."""
         key = (self.file, self.function, self.text)
         return EQUIVALENT.get((*key, self.which) if self.which else key, "")
+
+
+@dataclass(frozen=True)
+class Job:
+    """Tests to run on a mutation, or on the package as it is.
+
+    Parameters
+    ----------
+    mutation : Mutation or None
+    tests : tuple of str
+        Test files below tests/.
+    compiled : bool
+        Whether they need the compiler.
+    chosen : str
+        Which of them, as pytest's option -k; all if empty.
+    """
+
+    mutation: Mutation | None
+    tests: tuple[str, ...]
+    compiled: bool
+    chosen: str
+
+    @property
+    def digest(self) -> str:
+        """Names what is done."""
+        return hashlib.sha256(repr(self).encode()).hexdigest()
 
 
 class Mutator(ast.NodeTransformer):
@@ -297,73 +333,100 @@ def selection(mutation: Mutation, names, importers) -> str:
     return f"({' or '.join(words)}) and not whole_table" if words else "not whole_table"
 
 
-def noticed(copy: Path, tests: tuple[str, ...], compiled: bool, chosen: str) -> bool:
-    """Whether a test fails on the copy."""
-    environment = {**os.environ, "PYTHONPATH": str(copy), "PYTHONDONTWRITEBYTECODE": "1"}
-    environment["NUMBA_DISABLE_JIT"] = "0" if compiled else "1"
-    environment["SCISSORDYN_CACHE"] = str(copy / "cache")
-    command = [sys.executable, "-m", "pytest", "-x", "-q", "-p", "no:cacheprovider", *(str(HERE / test) for test in tests)]
+def start(copy: Path, job: Job) -> int:
+    """Run the tests of a job on the copy in a process of its own; returns its id."""
+    process = os.fork()
+    if process:
+        return process
+    # nothing of this process may go on here, whatever happens
     try:
-        done = subprocess.run(
-            [*command, *(["-k", chosen] if chosen else [])],
-            env=environment,
-            capture_output=True,
-            text=True,
-            cwd=HERE.parent,
-            check=False,
-            timeout=PATIENCE,
-        )
-    except subprocess.TimeoutExpired:
+        signal.alarm(PATIENCE)
+        with Path(copy, "output").open("w") as output:
+            os.dup2(output.fileno(), 1)
+            os.dup2(output.fileno(), 2)
+        os.chdir(HERE.parent)
+        os.environ |= {"PYTHONPATH": str(copy), "SCISSORDYN_CACHE": str(copy / "cache"), "PYTHONDONTWRITEBYTECODE": "1"}
+        options = ["-x", "-q", "-p", "no:cacheprovider", *(str(HERE / test) for test in job.tests)]
+        options += ["-k", job.chosen] if job.chosen else []
+        if job.compiled:
+            os.environ["NUMBA_DISABLE_JIT"] = "0"
+            os.execv(sys.executable, [sys.executable, "-m", "pytest", *options])
+        sys.dont_write_bytecode = True
+        sys.path.insert(0, str(copy))
+        status = int(pytest.main(options))
+        sys.stdout.flush()
+    except BaseException:
+        traceback.print_exc()
+        status = int(pytest.ExitCode.INTERNAL_ERROR)
+    sys.stderr.flush()
+    os._exit(status)
+
+
+def fails(status: int, copy: Path) -> bool:
+    """Whether a process that has ended had a failing test."""
+    if os.WIFSIGNALED(status) and os.WTERMSIG(status) == signal.SIGALRM:
         return True
+    code = os.waitstatus_to_exitcode(status)
     # 2 is an error while tests are collected: the file no longer loads
-    if done.returncode not in (0, 1, 2):
-        raise RuntimeError(f"pytest ended with {done.returncode}\n{done.stdout[-2000:]}{done.stderr[-2000:]}")
-    return done.returncode != 0
+    if code not in (0, 1, 2):
+        raise RuntimeError(f"pytest ended with {code}\n{Path(copy, 'output').read_text()[-4000:]}")
+    return code != 0
 
 
-def judge(targets: tuple[Target, ...], workers: int) -> list[tuple[Mutation, str]]:
-    """Every mutation with "noticed", "equivalent" or "not noticed"."""
+def judge(jobs: list[Job], workers: int, done: dict[str, bool], keep: Callable[[Job, bool], None]) -> None:
+    """Try the jobs that are not done yet, and keep whether their tests fail."""
+    left = iter([job for job in jobs if job.digest not in done])
+    with tempfile.TemporaryDirectory() as folder:
+        copies = [Path(folder, str(k)) for k in range(workers)]
+        for copy in copies:
+            shutil.copytree(PACKAGE, copy / "scissordyn", ignore=shutil.ignore_patterns("__pycache__"))
+        running: dict[int, tuple[Path, Job]] = {}
+        try:
+            while True:
+                while copies and (job := next(left, None)) is not None:
+                    copy = copies.pop()
+                    if job.mutation:
+                        (copy / "scissordyn" / job.mutation.file).write_text(mutated(job.mutation))
+                    running[start(copy, job)] = copy, job
+                if not running:
+                    return
+                process, status = os.wait()
+                copy, job = running.pop(process)
+                if job.mutation:
+                    (copy / "scissordyn" / job.mutation.file).write_text((PACKAGE / job.mutation.file).read_text())
+                copies.append(copy)
+                keep(job, fails(status, copy))
+        finally:
+            for process in running:
+                os.kill(process, signal.SIGTERM)
+
+
+def jobs_of(targets: tuple[Target, ...]) -> list[Job]:
+    """Every mutation with its tests, and before them the same tests on the package as it is."""
     names, importers = law_names()
-    jobs = []
+    tried = []
     for target in targets:
         for file in sorted({str(path.relative_to(PACKAGE)) for pattern in target.files for path in PACKAGE.glob(pattern)}):
-            jobs += [
-                (mutation, target.tests, target.compiled, selection(mutation, names, importers) if target.by_name else "")
-                for mutation in mutations_of(file)
-            ]
-    copies: queue.Queue[Path] = queue.Queue()
-    with tempfile.TemporaryDirectory() as folder:
-        for k in range(workers):
-            shutil.copytree(PACKAGE, Path(folder, str(k), "scissordyn"), ignore=shutil.ignore_patterns("__pycache__"))
-            copies.put(Path(folder, str(k)))
-
-        def tried(job) -> bool:
-            mutation, *rest = job
-            copy = copies.get()
-            file = copy / "scissordyn" / mutation.file if mutation else None
-            try:
-                if file:
-                    file.write_text(mutated(mutation))
-                return noticed(copy, *rest)
-            finally:
-                if file:
-                    file.write_text((PACKAGE / mutation.file).read_text())
-                copies.put(copy)
-
-        with ThreadPoolExecutor(workers) as pool:
-            sound = sorted({job[1:] for job in jobs})
-            for job, fails in zip(sound, pool.map(tried, [(None, *job) for job in sound]), strict=True):
-                if fails:
-                    raise RuntimeError(f"{job}: the tests fail on the package as it is")
-            found = []
-            for (mutation, *_), seen in zip(jobs, pool.map(tried, jobs), strict=True):
-                verdict = "noticed" if seen else "equivalent" if mutation.reason else "not noticed"
-                found.append((mutation, verdict))
-                print(f"{mutation.file}:{mutation.line} {mutation.function} {mutation.text}: {verdict}", flush=True)
-    return found
+            for mutation in mutations_of(file):
+                chosen = selection(mutation, names, importers) if target.by_name else ""
+                tried.append(Job(mutation, target.tests, target.compiled, chosen))
+    sound = dict.fromkeys(replace(job, mutation=None) for job in tried)
+    return [*sound, *tried]
 
 
-def page(found: list[tuple[Mutation, str]], seconds: float) -> str:
+def sources() -> str:
+    """A digest of the package and of all tests: what is kept of a run holds for them only."""
+    files = [*PACKAGE.rglob("*.py"), *HERE.rglob("*.py")]
+    text = "".join(f"{file.relative_to(HERE.parent)}\n{file.read_text()}" for file in sorted(files) if file != Path(__file__))
+    return hashlib.sha256(text.encode()).hexdigest()
+
+
+def verdict(mutation: Mutation, failing: bool) -> str:
+    """One word for the table."""
+    return "noticed" if failing else "equivalent" if mutation.reason else "not noticed"
+
+
+def page(found: list[tuple[Mutation, str]]) -> str:
     """The table, the equivalents and what was not noticed."""
     lines = ["| file | numbers | noticed | equivalent | not noticed |", "| --- | ---: | ---: | ---: | ---: |"]
     for file in dict.fromkeys(mutation.file for mutation, _ in found):
@@ -378,7 +441,19 @@ def page(found: list[tuple[Mutation, str]], seconds: float) -> str:
                 rows.append(f"* `{mutation.file}`, {mutation.function or 'module'}, `{mutation.text}`{reason}")
         if rows:
             lines += ["", head, "", *dict.fromkeys(rows)]
-    return "\n".join([*lines, "", f"{len(found)} mutations in {seconds / 60:.0f} minutes."])
+    return "\n".join([*lines, "", f"{len(found)} mutations."])
+
+
+def kept(file: Path) -> dict[str, bool]:
+    """What an earlier run on the same sources found; a file of other sources begins anew."""
+    now = sources()
+    lines = file.read_text().split("\n") if file.exists() else []
+    if lines[:1] != [now]:
+        file.parent.mkdir(parents=True, exist_ok=True)
+        file.write_text(f"{now}\n")
+        return {}
+    # the last line may be half-written
+    return {line[:64]: line[65:] == "fails" for line in lines[1:] if line[65:] in ("fails", "passes")}
 
 
 def main() -> int:
@@ -388,6 +463,7 @@ def main() -> int:
     parser.add_argument("--tests", nargs="+", help="test files below tests/ for the files, if they are in no target")
     parser.add_argument("--workers", type=int, default=2, help="tests that run at once")
     parser.add_argument("--write", action="store_true", help="keep the table in docs/decisions/measured")
+    parser.add_argument("--log", type=Path, default=LOG, help="file of what is done; a run on the same sources goes on from it")
     given = parser.parse_args()
     targets = TARGETS
     if given.files and given.tests:
@@ -399,13 +475,25 @@ def main() -> int:
             for file in given.files
             if any((PACKAGE / file) in PACKAGE.glob(pattern) for pattern in target.files)
         )
-    began = time.perf_counter()
-    found = judge(targets, given.workers)
-    text = page(found, time.perf_counter() - began)
+    jobs, done = jobs_of(targets), kept(given.log)
+
+    def keep(job: Job, failing: bool) -> None:
+        if job.mutation is None and failing:
+            raise RuntimeError(f"{job}: the tests fail on the package as it is")
+        done[job.digest] = failing
+        with given.log.open("a") as log:
+            log.write(f"{job.digest} {'fails' if failing else 'passes'}\n")
+        if job.mutation:
+            where = f"{job.mutation.file}:{job.mutation.line} {job.mutation.function} {job.mutation.text}"
+            print(f"{where}: {verdict(job.mutation, failing)}", flush=True)
+
+    judge(jobs, given.workers, done, keep)
+    found = [(job.mutation, verdict(job.mutation, done[job.digest])) for job in jobs if job.mutation]
+    text = page(found)
     print(text)
     if given.write:
         PAGE.write_text(f"# mutations\n\nWritten by `python tests/mutate.py --write`.\n\n{text}\n", encoding="utf-8")
-    return 1 if any(verdict == "not noticed" for _, verdict in found) else 0
+    return 1 if any(said == "not noticed" for _, said in found) else 0
 
 
 if __name__ == "__main__":

@@ -182,6 +182,43 @@ def test_equilibrium_on_a_hinge_spring():
     assert np.allclose(run["angle"].sel(body="unit 1/bar 1"), exact, atol=1e-9)
 
 
+@pytest.mark.parametrize(("mass", "stiffness", "gravity"), [(2.0, 1e-2, 9.81), (2.0, 1e6, 9.81), (1e-6, 1.0, 0.0)])
+@pytest.mark.parametrize("place", [0.3, 0.5])
+def test_equilibrium_on_a_horizontal_guide(mass, stiffness, gravity, place):
+    """Closed form: the guide bears the weight, the spring has its free length, and nothing is said of the energy balance.
+
+    A spring that holds a billionth of the weight or less is within what counts as balanced: 2e-8 N over its stiffness.
+    """
+    coil = sd.Spring("coil", ("ground", "O"), ("block", "centre"), stiffness=stiffness, free_length=0.3)
+    mechanism = sd.Mechanism(
+        bodies=(sd.point_mass("block", mass=mass, position=(place, 0.0)),),
+        ground=(("O", (0.0, 0.0)),),
+        joints=(),
+        guides=(sd.Guide("rail", ("block", "centre")),),
+        components=(coil,),
+        gravity=gravity,
+    )
+    run = sd.simulate(mechanism, until=0.1, start="static", samples=3)
+    assert float(np.max(np.abs(run["position"].values[:, 0, 0] - 0.3))) < 1e-9 * 0.3 + 3e-8 / stiffness * (gravity > 0.0)
+    assert "energy balance" not in run.attrs["warnings"]
+
+
+def test_mass_without_anything_rests_on_its_guide():
+    """Limit: on a horizontal guide every place is equilibrium, the given one is kept."""
+    block = sd.point_mass("block", mass=2.0, position=(0.5, 0.0))
+    mechanism = sd.Mechanism((block,), ground=(), joints=(), guides=(sd.Guide("rail", ("block", "centre")),), gravity=9.81)
+    run = sd.simulate(mechanism, until=0.1, start="static", samples=3)
+    assert np.allclose(run["position"].values[:, 0], [0.5, 0.0], rtol=0.0, atol=1e-15)
+
+
+def test_equilibrium_of_many_clearance_joints():
+    """Identity: from static equilibrium of 54 clearance joints nothing moves."""
+    mechanism = sd.scissor(units=18).with_clearance("all", sd.Clearance(0.2e-3)).driven(speed=0.0)
+    assert len(mechanism.clearance_joints) == 54
+    run = sd.simulate(mechanism, until=1e-3, start="static", samples=3)
+    assert float(np.max(np.abs(run["velocity"]))) < 1e-8
+
+
 def test_no_equilibrium_without_support():
     """A body without support has no equilibrium, and the message says so."""
     with pytest.raises(sd.InputError, match="no equilibrium was found"):

@@ -1,15 +1,19 @@
 """Long periodic runs."""
 
+import json
 import math
 
 import numpy as np
 import pytest
 import xarray as xr
 
+from scissordyn.analysis.classify import classify
 from scissordyn.component.time_function import Harmonic, Tabulated
 from scissordyn.errors import InputError
+from scissordyn.model.guide_clearance import GuideClearance
+from scissordyn.model.linkage import slider_crank
 from scissordyn.simulation.cycles import cycle
-from scissordyn.simulation.run import simulate
+from scissordyn.simulation.run import replay, simulate
 from scissordyn.simulation.store import load, save
 from scissordyn.simulation.stroboscope import drive_period
 
@@ -155,3 +159,26 @@ def test_what_cannot_be_used(periodic, impacting, frictional):
     ):
         with pytest.raises(InputError, match=words):
             call()
+
+
+def test_result_says_why_its_method_was_chosen(settled):
+    """Identity: the statistics hold the method and the reason for it, as those of a run."""
+    statistics = json.loads(settled.attrs["statistics"])
+    assert statistics["method"] == "rodas5p"
+    assert "internal states" in statistics["reason"]
+
+
+def test_replay_of_cycles_is_refused(settled):
+    """Identity: cycles are no run; the message says what makes them again."""
+    with pytest.raises(InputError, match=r"replay of 'scissordyn cycles'.*type: cycle"):
+        replay(settled)
+
+
+def test_cycles_with_a_clearance_guide_alone_are_classified():
+    """Identity: the map has the clearance of every contact point, by which distances are measured."""
+    block = slider_crank(crank=0.05, rod=0.12, slider_inertia=2.3e-5)
+    block = block.with_clearance("guide", GuideClearance(1e-4, length=0.04, width=0.02)).driven(speed=20.0)
+    found = cycle(block, cycles=4)
+    assert found["clearance"].values.tolist() == [1e-4] * 4
+    verdict = classify(found)
+    assert "free flight" in verdict.evidence[0]

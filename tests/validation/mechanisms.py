@@ -37,18 +37,17 @@ FRICTIONAL = Clearance(CLEARANCE, friction=LuGre(0.1)), Clearance(CLEARANCE, fri
 class Draft:
     """A mechanism in the making; each method adds one part and names it.
 
+    Bodies that do not rotate are held at their mass centres only.
+
     Parameters
     ----------
     random : Generator
         Of places, masses and speeds; they are generic, so that no two conditions depend on each other by accident.
-    floating : bool
-        Bodies that do not turn are held at their mass centres only: an offset force would give them angular momentum.
     freedom, tight : int
         Degrees of freedom left, as drawn and with all joints ideal.
     """
 
     random: np.random.Generator
-    floating: bool = False
     freedom: int = 0
     tight: int = 0
     bodies: list[Body] = field(default_factory=list)
@@ -68,7 +67,7 @@ class Draft:
                 name=f"body {number}",
                 mass=float(draw.uniform(1.0, 3.0)),
                 inertia=float(draw.uniform(0.05, 0.3)) if rotates else None,
-                centre=tuple(draw.uniform(-0.2, 0.2, 2).tolist()) if rotates or not self.floating else (0.0, 0.0),
+                centre=tuple(draw.uniform(-0.2, 0.2, 2).tolist()) if rotates else (0.0, 0.0),
                 position=tuple(draw.uniform(-1.0, 1.0, 2).tolist()),
                 angle=float(draw.uniform(-3.0, 3.0)),
                 velocity=tuple(draw.uniform(-0.3, 0.3, 2).tolist()),
@@ -100,10 +99,9 @@ class Draft:
 
     def between(self, one: int, other: int) -> Point:
         """A position between two bodies."""
-        if self.floating:
-            for k in (one, other):
-                if not self.rotates(k):
-                    return self.bodies[k].position
+        for k in (one, other):
+            if k >= 0 and not self.rotates(k):
+                return self.bodies[k].position
         middle = [np.zeros(2) if k < 0 else np.array(self.bodies[k].position) for k in (one, other)]
         x, y = (0.5 * (middle[0] + middle[1]) + self.random.uniform(-0.3, 0.3, 2)).tolist()
         return x, y
@@ -191,7 +189,7 @@ def mechanisms(
     -------
     Mechanism
     """
-    draft = Draft(np.random.default_rng(draw(st.integers(0, 2**32 - 1), label="seed")), floating)
+    draft = Draft(np.random.default_rng(draw(st.integers(0, 2**32 - 1), label="seed")))
     pick = st.sampled_from(clearances)
 
     def a_clearance() -> Clearance | None:
@@ -220,7 +218,7 @@ def mechanisms(
             draft.guide(number, parent)
         elif kind == "weld" and rotates and draft.rotates(parent):
             draft.weld(number, parent)
-        elif kind == "common pin" and draft.pins and (rotates or not floating):
+        elif kind == "common pin" and draft.pins and rotates:
             other, where = draw(st.sampled_from(draft.pins), label="pin")
             draft.pin(number, other, clearance=a_clearance(), place=where)
         elif kind == "spring" or not (rotates or draft.rotates(parent)):

@@ -245,6 +245,18 @@ FACTS: dict[str, tuple[Callable[[], object], tuple[str, ...]]] = {
         lambda: mechanism(part("u"), part("v", inertia=None), guides=(sd.Guide("rail", ("u", "a"), body="v"),)),
         ("'rail'", "'v'"),
     ),
+    "pin beside the mass centre of a body without inertia": (
+        lambda: mechanism(part("u", inertia=None), joints=(HUNG,)),
+        ("'hook'", "'u'", "no inertia", "mass centre"),
+    ),
+    "spring beside the mass centre of a body without inertia": (
+        lambda: mechanism(
+            part("u", inertia=None, centre=(0.0, 0.0)),
+            joints=(HUNG,),
+            components=(sd.Spring("coil", ("u", "b"), ("ground", "O"), 1.0),),
+        ),
+        ("'coil'", "'u'", "no inertia"),
+    ),
     "unknown body of a weld": (
         lambda: mechanism(part("u"), welds=(sd.Weld("seam", ("u", "a"), ("w", "a")),)),
         ("'seam'", "'w'"),

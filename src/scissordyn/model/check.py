@@ -59,6 +59,7 @@ def check_parts(mechanism: Mechanism) -> None:
     for component in components:
         _check_component(points, rotating, component)
     _check_sections(components)
+    _check_moments(mechanism, points)
     for drive in mechanism.drives:
         _check_rotates(points, rotating - {GROUND}, "the drive", drive.body)
     _check_tracks(mechanism, points)
@@ -67,6 +68,31 @@ def check_parts(mechanism: Mechanism) -> None:
             _check_body({body: part for body, part in points.items() if body != GROUND}, what, name)
     if mechanism.clearance_joints:
         _check_movable(mechanism, points)
+
+
+def _check_moments(mechanism: Mechanism, points: Mapping[str, Mapping[str, Point]]) -> None:
+    """Raise `InputError` for a body without inertia whose joints act beside its mass centre, unless a guide keeps its angle."""
+    guided = {guide.follower[0] for guide in mechanism.guides}
+    fixed = {body.name: body for body in mechanism.bodies if not body.rotates and body.name not in guided}
+    if not fixed:
+        return
+    held = [(f"joint '{joint.name}'", end) for joint in mechanism.joints for end in (joint.journal, joint.bearing)]
+    held += [(f"weld '{weld.name}'", end) for weld in mechanism.welds for end in (weld.start, weld.end)]
+    parts: tuple[Any, ...] = (*mechanism.components, *mechanism.rods)
+    for part in parts:
+        declared = part.declaration
+        held += [(f"{declared.label} '{part.name}'", getattr(part, field)) for field in declared.port.points]
+    for label, (name, point) in held:
+        if name not in fixed:
+            continue
+        apart = math.dist(points[name][point], fixed[name].centre)
+        if apart > SAME_PLACE * mechanism.size:
+            raise InputError(
+                f"{label} holds body '{name}', which has no inertia and therefore does not rotate, at its point '{point}', "
+                f"{apart:.4g} m from its mass centre",
+                "an inertia, a point mass held at its mass centre only, or a block whose guide keeps its angle",
+                f"inertia of body '{name}', for instance {fixed[name].mass * apart**2:.3g} kg m^2",
+            )
 
 
 def _check_tracks(mechanism: Mechanism, points: Mapping[str, Mapping[str, Point]]) -> None:

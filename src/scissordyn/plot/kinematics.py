@@ -6,10 +6,9 @@ import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
 
-from scissordyn.plot.naming import plain
 from scissordyn.plot.scale import DEGREES, engineering
 from scissordyn.plot.series import time_scale
-from scissordyn.plot.style import BLACK, BLUE, GREEN, GREY, ORANGE, PURPLE, SKY, VERMILION, Canvas, legend, panels
+from scissordyn.plot.style import BLACK, BLUE, GREEN, GREY, ORANGE, PURPLE, SKY, VERMILION, Canvas, legend, literal, panels
 
 __all__ = ["kinematics"]
 
@@ -48,8 +47,7 @@ def kinematics(ideal: xr.Dataset, *, axes: Canvas = None) -> list[Axes]:
     for one in drawn:
         for kind, at in zip(ideal["singular_kind"].values, ideal["singular_time"].values, strict=True):
             one.axvline(time.factor * at, color=BLACK, linewidth=0.8, linestyle=MARKS[str(kind)], label=str(kind))
-        for text in getattr(legend([one]), "get_texts", list)():
-            plain(text)
+        legend([one])
     drawn[-1].set_xlabel(f"time [{time.unit}]")
     return drawn
 
@@ -64,7 +62,7 @@ def _curves(axes: Axes, t: np.ndarray, values: np.ndarray, names: list[str]) -> 
             continue
         if len(shown) == len(COLORS):
             break
-        axes.plot(t, column, color=COLORS[len(shown)], linewidth=1.2, label=name)
+        axes.plot(t, column, color=COLORS[len(shown)], linewidth=1.2, label=literal(name))
         shown.append(column)
     if alike:
         axes.plot([], [], color=GREY, linewidth=0.0, label=f"{alike} more alike")

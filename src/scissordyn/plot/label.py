@@ -1,32 +1,41 @@
-"""Names beside what they name, where they hide least."""
+"""Names in a drawing: beside what they name, on top of nothing, and not on one another."""
 
 from __future__ import annotations
 
 import itertools
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.patheffects import withStroke
 
-from scissordyn.plot.place import Corners
 from scissordyn.plot.style import SMALL, literal
 
-__all__ = ["Label", "points_per_metre", "write_labels"]
+__all__ = ["Label", "write_labels"]
 
-WIDTH, HEIGHT = 0.56, 1.15
-"""Average width of a letter and height of a line, in letter sizes."""
+DISTANCES = (7.0, 11.0, 16.0, 23.0, 32.0, 44.0, 60.0, 82.0, 112.0, 150.0)
+"""Of a name from what it names, the nearest one first [pt]."""
 
-STEP = 3.0
-"""Lines are looked at in points this far apart [pt]."""
+DIRECTIONS = 24
+"""So many directions are tried at each distance."""
 
-DIRECTIONS = ((1.0, 0.6), (-1.0, 0.6), (1.0, -0.6), (-1.0, -0.6), (0.0, 1.0), (0.0, -1.0), (1.0, 0.0), (-1.0, 0.0))
-DISTANCES = (7.0, 13.0, 20.0, 28.0)
-"""Where a name may be, seen from what it names [pt]."""
+LEADER = 13.0
+"""Names further away than this have a line to what they name [pt]."""
 
-LEADER = 16.0
-"""A name farther away than this [pt] has a thin line to what it names."""
+APART = 1.5
+"""Least distance of two names [pt]."""
+
+INK = 3.0
+"""Lines are looked at in points so far apart [pt]."""
+
+HIDDEN, FAR, CROSSED = 1.6, 0.06, 4.0
+"""What a hidden point of a line, a point of distance, and a leader across a name weigh."""
+
+BLOCKED = 1e4
+"""What a place on another name or beyond the frame weighs: more than everything else together."""
 
 
 @dataclass(frozen=True)
@@ -36,6 +45,7 @@ class Label:
     Parameters
     ----------
     text : str
+        Shown letter by letter; it is no markup.
     place : ndarray, shape (2,)
         [m]
     color : str
@@ -46,77 +56,118 @@ class Label:
     color: str
 
 
-def points_per_metre(axes: Axes, corners: Corners) -> float:
-    """About the scale [pt/m] at which a region is drawn with equal scales, before the figure is laid out."""
-    figure, box = axes.get_figure(root=True), axes.get_position()
-    assert figure is not None
-    panel = 72.0 * np.array([figure.get_figwidth() * box.width, figure.get_figheight() * box.height])
-    return float(np.min(panel / (corners[1] - corners[0])))
-
-
-def write_labels(axes: Axes, labels: Sequence[Label], corners: Corners, lines: Sequence[np.ndarray]) -> None:
-    """Write names, each where it covers fewest lines and no other name.
+def write_labels(axes: Axes, labels: Sequence[Label], *, size: float = SMALL, crowded: bool = True) -> list[str]:
+    """Write names into a drawing whose limits are final, each where it hides least.
 
     Parameters
     ----------
     axes : Axes
     labels : sequence of Label
-    corners : (ndarray, ndarray)
-        The visible region [m].
-    lines : sequence of ndarray, each of shape (points, 2)
-        What is drawn [m].
+        The most important ones first: they get the best places.
+    size : float
+        Of the letters [pt].
+    crowded : bool
+        Whether a name without a free place is written all the same, where it is least in the way; otherwise it is left out.
+
+    Returns
+    -------
+    list of str
+        Names that are left out.
     """
-    low, high = corners
-    scale = points_per_metre(axes, corners)
-    frame = scale * (high - low)
-    drawn = [_sampled(scale * (line - low)) for line in lines]
-    ink = np.concatenate([*drawn, *(scale * (label.place[None] - low) for label in labels)])
-    taken: list[np.ndarray] = []
-    for label in labels:
-        anchor = scale * (label.place - low)
-        extent = np.array([WIDTH * SMALL * len(label.text), HEIGHT * SMALL])
-        best, least = (np.zeros(2), np.zeros((2, 2))), np.inf
-        for distance in DISTANCES:
-            for direction in DIRECTIONS:
-                offset = distance * np.array(direction)
-                first = anchor + offset + 0.5 * (np.sign(direction) - 1.0) * extent
-                candidate = np.stack([first, first + extent])
-                cost = _cost(candidate, ink, taken, frame) + 0.1 * distance
-                if cost < least:
-                    best, least = (offset, candidate), cost
-        offset, chosen = best
-        taken.append(chosen)
-        leader = {"arrowstyle": "-", "color": label.color, "linewidth": 0.5} if np.max(np.abs(offset)) > LEADER else None
+    figure = axes.get_figure(root=True)
+    assert figure is not None
+    if not labels:
+        return []
+    canvas = FigureCanvasAgg(figure) if not hasattr(figure.canvas, "get_renderer") else figure.canvas
+    figure.draw_without_rendering()  # applies the layout and the equal scales of the axes
+    renderer = canvas.get_renderer()
+    dot = figure.dpi / 72.0
+    frame = axes.get_window_extent(renderer)
+    low, high = np.array([frame.x0, frame.y0]), np.array([frame.x1, frame.y1])
+    anchors = np.array([axes.transData.transform(label.place) for label in labels]).reshape(-1, 2)
+    ink = np.concatenate([*(_sampled(line, INK * dot) for line in _drawn(axes)), anchors])
+    boxes: list[np.ndarray] = []
+    leaders: list[np.ndarray] = []
+    left: list[str] = []
+    for label, anchor in zip(labels, anchors, strict=True):
         text = axes.annotate(
             literal(label.text),
             (float(label.place[0]), float(label.place[1])),
-            xytext=(float(offset[0]), float(offset[1])),
+            xytext=(0.0, 0.0),
             textcoords="offset points",
-            fontsize=SMALL,
+            fontsize=size,
             color=label.color,
-            ha={-1.0: "right", 0.0: "center", 1.0: "left"}[float(np.sign(offset[0]))],
-            va={-1.0: "top", 0.0: "center", 1.0: "bottom"}[float(np.sign(offset[1]))],
-            zorder=5.0,
-            arrowprops=leader,
+            ha="center",
+            va="center",
+            zorder=6.0,
         )
-        text.set_path_effects([withStroke(linewidth=2.5, foreground="white")])
+        text.set_path_effects([withStroke(linewidth=2.0, foreground="white")])
+        extent = text.get_window_extent(renderer)
+        half = 0.5 * np.array([extent.width, extent.height]) + 0.5 * APART * dot
+        centre, free = _best(anchor, half, dot, (low, high), ink, boxes, leaders)
+        if not free and not crowded:
+            text.remove()
+            left.append(label.text)
+            continue
+        boxes.append(np.stack([centre - half, centre + half]))
+        text.set_position(tuple((centre - anchor) / dot))
+        near = np.clip(anchor, centre - half, centre + half)
+        if math.dist(near, anchor) > LEADER * dot:
+            leaders.append(_sampled(np.stack([anchor, near]), INK * dot))
+            ends = axes.transData.inverted().transform(np.stack([anchor, near]))
+            axes.plot(*ends.T, color=label.color, linewidth=0.4, zorder=3.0)
+    return left
 
 
-def _sampled(line: np.ndarray) -> np.ndarray:
-    """Points along a line, `STEP` apart."""
+def _best(
+    anchor: np.ndarray,
+    half: np.ndarray,
+    dot: float,
+    frame: tuple[np.ndarray, np.ndarray],
+    ink: np.ndarray,
+    boxes: list[np.ndarray],
+    leaders: list[np.ndarray],
+) -> tuple[np.ndarray, bool]:
+    """The centre of the best place for a name of a size, and whether it is free."""
+    turn = 2.0 * math.pi * (np.arange(DIRECTIONS) + 0.5) / DIRECTIONS
+    ray = np.stack([np.cos(turn), np.sin(turn)], axis=1)
+    # the box touches the circle about the anchor from outside
+    reach = np.concatenate(
+        [(distance * dot) * ray + np.sign(ray) * half * np.minimum(1.0, np.abs(ray) * 1.5) for distance in DISTANCES]
+    )
+    distance = np.repeat(DISTANCES, DIRECTIONS)
+    centre = anchor + reach
+    first, last = centre - half, centre + half
+    beyond = np.maximum(frame[0] - first, 0.0) + np.maximum(last - frame[1], 0.0)
+    free = np.all(beyond == 0.0, axis=1)
+    cost = FAR * distance**1.2 + np.sum(beyond, axis=1)
+    for box in boxes:
+        shared = np.prod(np.clip(np.minimum(last, box[1]) - np.maximum(first, box[0]), 0.0, None), axis=1)
+        free &= shared == 0.0
+        cost = cost + shared / dot
+        # a leader that would run through another name
+        for fraction in (0.25, 0.5, 0.75):
+            point = anchor + fraction * reach
+            cost = cost + CROSSED * (np.all((point > box[0]) & (point < box[1]), axis=1) & (distance > LEADER))
+    everything = np.concatenate([ink, *leaders])
+    for k in np.flatnonzero(free) if free.any() else range(len(centre)):
+        cost[k] += HIDDEN * float(np.sum(np.all((everything > first[k]) & (everything < last[k]), axis=1)))
+    best = int(np.argmin(cost + BLOCKED * ~free))
+    return np.asarray(centre[best]), bool(free[best])
+
+
+def _drawn(axes: Axes) -> list[np.ndarray]:
+    """The lines and outlines in a drawing, in dots."""
+    paths = [line.get_transform().transform_path(line.get_path()) for line in axes.lines]
+    paths += [patch.get_transform().transform_path(patch.get_path()) for patch in axes.patches]
+    found = [np.asarray(points) for path in paths for points in path.to_polygons(closed_only=False)]
+    return [points[np.all(np.isfinite(points), axis=1)] for points in found if len(points)]
+
+
+def _sampled(line: np.ndarray, step: float) -> np.ndarray:
+    """Points along a line, about so far apart."""
     parts = [line[-1:]]
     for start, end in itertools.pairwise(line):
-        count = max(1, int(np.linalg.norm(end - start) / STEP))
+        count = max(1, int(math.dist(start, end) / step))
         parts.append(start + np.arange(count)[:, None] / count * (end - start))
     return np.concatenate(parts)
-
-
-def _cost(box: np.ndarray, ink: np.ndarray, taken: Sequence[np.ndarray], frame: np.ndarray) -> float:
-    """What a name at a place would hide: other names most of all, then the frame, then lines."""
-    cost = float(np.sum(np.all((ink > box[0] - 1.0) & (ink < box[1] + 1.0), axis=1)))
-    for other in taken:
-        shared = np.minimum(box[1], other[1]) - np.maximum(box[0], other[0]) + 2.0
-        if np.all(shared > 0.0):
-            cost += 20.0 + float(np.prod(shared))
-    beyond = float(np.sum(np.maximum(0.0, -box[0])) + np.sum(np.maximum(0.0, box[1] - frame)))
-    return cost + 10.0 * beyond

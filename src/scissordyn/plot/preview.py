@@ -14,8 +14,8 @@ from scissordyn.component.actuator import Actuator
 from scissordyn.component.place import GROUND
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.plot.file import svg
-from scissordyn.plot.naming import Name, write_names
-from scissordyn.plot.structure import snapshot
+from scissordyn.plot.label import Label, write_labels
+from scissordyn.plot.structure import draw_mechanism
 from scissordyn.plot.style import BLACK, BLUE, GREEN, GREY, ORANGE, PURPLE, SMALL, VERMILION, Canvas, panels
 from scissordyn.simulation.closure import Inputs
 from scissordyn.simulation.run import simulate
@@ -33,6 +33,9 @@ PER_NAME = 0.11
 
 MOST = 160
 """So many names are written at most; names of joints with clearance, drives and components come first."""
+
+LETTERS = 7.0
+"""Size of the names [pt]."""
 
 NARROWEST = 0.55
 """Shorter side of the region over the mechanism's longer side, at least: names need room beside a line of bars."""
@@ -71,13 +74,11 @@ def preview(mechanism: Mechanism, *, axes: Canvas = None, start: xr.Dataset | No
         figure = Figure(figsize=size)
         axes = figure.add_axes((0.7 / size[0], 0.55 / size[1], 1.0 - 0.85 / size[0], 1.0 - 0.85 / size[1]))
     (chosen,) = panels(axes, 1, size=(SMALLEST, SMALLEST))
-    snapshot(run, mechanism, 0, axes=chosen, corners=(low, high))
-    for text in list(chosen.texts):
-        text.remove()
+    draw_mechanism(run, mechanism, 0, axes=chosen, corners=(low, high))
     drawing.drives(chosen, 0.05 * float(np.max(high - low)))
     chosen.set_title("", loc="left")
     drawing.gravity(chosen)
-    left = write_names(chosen, names[:MOST]) + [name.text for name in names[MOST:]]
+    left = write_labels(chosen, names[:MOST], size=LETTERS, crowded=False) + [name.text for name in names[MOST:]]
     if left:
         note = f"{len(left)} names are left out for lack of room"
         chosen.set_title(note, loc="right", fontsize=SMALL, color=GREY)
@@ -151,27 +152,27 @@ class _Drawing:
         aside = np.maximum(MARGIN * longer, 0.5 * (NARROWEST * longer - (high - low)))
         return low - aside, high + aside
 
-    def names(self) -> list[Name]:
+    def names(self) -> list[Label]:
         """All names, the most important ones first."""
         mechanism = self.mechanism
-        found: list[Name] = []
+        found: list[Label] = []
         parts: list[Any] = [*mechanism.components, *mechanism.rods, *mechanism.latches]
         for joint in mechanism.joints:
             if joint.clearance is not None:
                 said = f"{joint.name} (clearance {1e3 * joint.clearance.clearance:.3g} mm)"
-                found.append(Name(said, self.place(*joint.bearing), VERMILION))
+                found.append(Label(said, self.place(*joint.bearing), VERMILION))
         for guide in mechanism.guides:
             if guide.clearance is not None:
                 said = f"{guide.name} (clearance {1e3 * guide.clearance.clearance:.3g} mm)"
-                found.append(Name(said, self.place(*guide.follower), VERMILION))
-        found += [Name(f"drive of {drive.body}", self._pivot(drive.body), ORANGE) for drive in mechanism.drives]
-        found += [Name(part.name, self._of(part), PURPLE) for part in parts]
+                found.append(Label(said, self.place(*guide.follower), VERMILION))
+        found += [Label(f"drive of {drive.body}", self._pivot(drive.body), ORANGE) for drive in mechanism.drives]
+        found += [Label(part.name, self._of(part), PURPLE) for part in parts]
         bars = [body for body in mechanism.bodies if len(set(body.points.values())) > 1]
         for body in mechanism.bodies:
             color = (BLUE, GREEN)[bars.index(body) % 2] if body in bars else GREY
-            found.append(Name(body.name, self._middle(body.name), color))
-        found += [Name(joint.name, self.place(*joint.bearing), BLACK) for joint in mechanism.joints if joint.clearance is None]
-        found += [Name(guide.name, self.place(*guide.follower), GREY) for guide in mechanism.guides if guide.clearance is None]
+            found.append(Label(body.name, self._middle(body.name), color))
+        found += [Label(joint.name, self.place(*joint.bearing), BLACK) for joint in mechanism.joints if joint.clearance is None]
+        found += [Label(guide.name, self.place(*guide.follower), GREY) for guide in mechanism.guides if guide.clearance is None]
         return found
 
     def _middle(self, body: str) -> np.ndarray:

@@ -17,14 +17,14 @@ from scissordyn.component.place import GROUND
 from scissordyn.errors import InputError
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.plot.channel import GAP, channel, guides_of
-from scissordyn.plot.label import Label, points_per_metre, write_labels
+from scissordyn.plot.label import Label, write_labels
 from scissordyn.plot.place import Corners, corners_of, outlines
 from scissordyn.plot.series import BEYOND, chosen_joints, clearance_joints, predictability_horizon, time_scale
 from scissordyn.plot.style import BLACK, BLUE, GREEN, GREY, LIGHT, PURPLE, SKY, SMALL, VERMILION, dress, legend, literal
 from scissordyn.plot.symbol import symbols
 from scissordyn.simulation.placement import Placement
 
-__all__ = ["magnified", "snapshot", "structure"]
+__all__ = ["draw_mechanism", "magnified", "snapshot", "structure"]
 
 TALL = 2.0
 """Largest ratio of width to height of structures drawn side by side; wider ones are drawn one below the other."""
@@ -68,8 +68,9 @@ def structure(
     width, height = corners[1] - corners[0]
     tall = bool(width < TALL * height)
     rows = _grid(tall, float(width / height), len(samples), len(chosen))
+    labels = []
     for k, (sample, row) in enumerate(zip(samples, rows, strict=True)):
-        snapshot(run, mechanism, sample, axes=row[0], corners=corners)
+        labels.append(draw_mechanism(run, mechanism, sample, axes=row[0], corners=corners))
         if tall:
             row[0].locator_params(axis="x", nbins=4)
         if tall and k > 0:
@@ -82,6 +83,9 @@ def structure(
             magnified(run, mechanism, sample, joint, axes=one)
     drawn = [axes for row in rows for axes in row]
     legend(drawn, above=True)
+    # names come last: their places depend on the layout of the whole figure
+    for row, named in zip(rows, labels, strict=True):
+        write_labels(row[0], named)
     return drawn
 
 
@@ -117,12 +121,36 @@ def snapshot(run: xr.Dataset, mechanism: Mechanism, sample: int, *, axes: Axes, 
     -------
     Axes
     """
+    write_labels(axes, draw_mechanism(run, mechanism, sample, axes=axes, corners=corners))
+    return axes
+
+
+def draw_mechanism(
+    run: xr.Dataset, mechanism: Mechanism, sample: int, *, axes: Axes, corners: Corners | None = None
+) -> list[Label]:
+    """Draw the mechanism at one sample without names.
+
+    Parameters
+    ----------
+    run : Dataset
+    mechanism : Mechanism
+    sample : int
+        Index along "time".
+    axes : Axes
+    corners : (ndarray, ndarray), optional
+        Lower left and upper right corner of the visible region [m]; around the mechanism if not given.
+
+    Returns
+    -------
+    list of Label
+        Names of clearance guides, components and clearance joints.
+    """
     dress(axes)
     axes.set_aspect("equal", adjustable="box")
     placed = Placement.at(mechanism, run, [sample])
     low, high = corners_of(placed) if corners is None else corners
     size = min(0.03 * float(np.max(high - low)), 0.05 * float(np.min(high - low)))
-    lines = _bodies(axes, mechanism, placed, size)
+    _bodies(axes, mechanism, placed, size)
     labels = []
     for guide in mechanism.guides:
         (x, y), turn = guide.through, guide.direction
@@ -130,20 +158,17 @@ def snapshot(run: xr.Dataset, mechanism: Mechanism, sample: int, *, axes: Axes, 
         axes.axline((x, y), further, color=GREY, linewidth=0.7, linestyle=(0, (6, 2, 1, 2)), zorder=1.0)
         if guide.clearance is not None:
             labels.append(Label(guide.name, placed.place(guide.follower)[0], VERMILION))
-    radius = max(size, min(SYMBOL / points_per_metre(axes, (low, high)), WIDEST * float(np.max(high - low))))
+    radius = max(size, min(SYMBOL / _points_per_metre(axes, (low, high)), WIDEST * float(np.max(high - low))))
     for symbol in symbols(run, mechanism, placed, [sample], radius):
         for stroke in symbol.strokes:
             axes.plot(*stroke[0].T, color=PURPLE, zorder=2.5, **_look(symbol.kind))
-            lines.append(stroke[0])
         labels.append(Label(symbol.name, symbol.anchor[0], PURPLE))
     for joint in mechanism.joints:
         point = placed.place(joint.bearing)[0]
         x, y = point.tolist()
         for name, end in (joint.journal, joint.bearing):
             if name == GROUND:
-                foot = placed.place((name, end))[0]
-                _support(axes, foot, size)
-                lines.append(foot + size * np.array([[-1.6, -2.3], [1.6, -2.3], [1.6, -1.6], [-1.6, -1.6], [0.0, 0.0]]))
+                _support(axes, placed.place((name, end))[0], size)
         if joint.clearance is None:
             axes.plot(x, y, marker="o", markersize=3.6, color=BLACK, markerfacecolor="white", markeredgewidth=0.8, zorder=4.0)
         else:
@@ -151,14 +176,13 @@ def snapshot(run: xr.Dataset, mechanism: Mechanism, sample: int, *, axes: Axes, 
                 x, y, marker="o", markersize=7.0, color=VERMILION, markerfacecolor="none", markeredgewidth=1.2, zorder=4.0
             )
             labels.append(Label(joint.name, point, VERMILION))
-    write_labels(axes, labels, (low, high), lines)
     now, scale, until = float(run["time"].values[sample]), time_scale(run), predictability_horizon(run)
     if until is not None and now > until:
         late = Rectangle((0.0, 0.0), 1.0, 1.0, facecolor=LIGHT, alpha=0.7, transform=axes.transAxes, zorder=0.0, label=BEYOND)
         axes.add_patch(late)
     axes.set_title(f"t = {scale.factor * now:.4g} {scale.unit}", loc="left", fontsize=SMALL)
     axes.set(xlabel="x [m]", ylabel="y [m]", xlim=(low[0], high[0]), ylim=(low[1], high[1]))
-    return axes
+    return labels
 
 
 def magnified(run: xr.Dataset, mechanism: Mechanism, sample: int, joint: str, *, axes: Axes) -> Axes:
@@ -214,21 +238,26 @@ def _look(symbol: str) -> dict[str, Any]:
     return {"linewidth": 1.4, "linestyle": (0, (4, 1.5))} if symbol == "rod" else {"linewidth": 1.0}
 
 
-def _bodies(axes: Axes, mechanism: Mechanism, placed: Placement, size: float) -> list[np.ndarray]:
-    """Draw the bodies; returns their lines."""
+def _points_per_metre(axes: Axes, corners: Corners) -> float:
+    """About the scale [pt/m] at which a region is drawn with equal scales, before the figure is laid out."""
+    figure, box = axes.get_figure(root=True), axes.get_position()
+    assert figure is not None
+    panel = 72.0 * np.array([figure.get_figwidth() * box.width, figure.get_figheight() * box.height])
+    return float(np.min(panel / (corners[1] - corners[0])))
+
+
+def _bodies(axes: Axes, mechanism: Mechanism, placed: Placement, size: float) -> None:
+    """Draw the bodies."""
     direction = {guide.follower[0]: guide.direction for guide in mechanism.guides}
-    bars, lines = 0, []
+    bars = 0
     for body, shapes in zip(mechanism.bodies, outlines(placed), strict=True):
         shape = shapes[0]
         if len(shape) == 1:
             _block(axes, shape[0], 1.3 * size, direction.get(body.name, 0.0))
-            lines.append(shape + 1.3 * size * np.array([[-1.0, -0.6], [1.0, -0.6], [1.0, 0.6], [-1.0, 0.6], [-1.0, -0.6]]))
             continue
         closed = shape[[*range(len(shape)), 0]]
         axes.plot(closed[:, 0], closed[:, 1], color=(BLUE, GREEN)[bars % 2], linewidth=1.8, solid_capstyle="round", zorder=2.0)
-        lines.append(closed)
         bars += 1
-    return lines
 
 
 def _support(axes: Axes, pin: np.ndarray, size: float) -> None:

@@ -105,8 +105,9 @@ def simulate_many(
 
 def _columns(mechanism: Mechanism, over: Mapping[str, ArrayLike]) -> dict[str, np.ndarray]:
     """Values by address, all of one length."""
-    if not over:
-        raise InputError("no numbers to vary", "addresses and their values", "{'A.clearance': [1e-4, 2e-4]}")
+    if not isinstance(over, Mapping) or not over:
+        given = "no numbers to vary" if isinstance(over, Mapping) else f"over = {over!r:.60}"
+        raise InputError(given, "addresses and their values", "{'A.clearance': [1e-4, 2e-4]}")
     found = {address: np.atleast_1d(np.asarray(given, float)) for address, given in over.items()}
     for address, column in found.items():
         number(mechanism, address)

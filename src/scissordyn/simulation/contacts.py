@@ -51,7 +51,7 @@ class Contact:
     friction_loss: float
 
 
-def contacts(log: np.ndarray, peak: np.ndarray, *, cut: bool = False) -> list[Contact]:
+def contacts(log: np.ndarray, peak: np.ndarray) -> list[Contact]:
     """Pair the starts and ends in an event log.
 
     Parameters
@@ -60,9 +60,6 @@ def contacts(log: np.ndarray, peak: np.ndarray, *, cut: bool = False) -> list[Co
         Time, joint, 1 for a start and 0 for an end, delta', angle of n, largest normal force and when, impulse and losses.
     peak : ndarray, shape (nj, 5)
         The last five for contacts that have not ended; guards after the joints are left out.
-    cut : bool
-        Whether the log was cut before the end of the run, so that `peak` belongs to later contacts; those that were still
-        going on have no peak of their own then (NaN).
 
     Returns
     -------
@@ -81,7 +78,7 @@ def contacts(log: np.ndarray, peak: np.ndarray, *, cut: bool = False) -> list[Co
             timing = row[6] - start[0], row[0] - start[0]
             found.append(Contact(joint, start[0], start[3], start[4], row[5], *timing, row[3], *row[7:]))
     for joint, start in open_.items():
-        force, when, *integrals = [math.nan] * 5 if cut else peak[joint].tolist()
+        force, when, *integrals = peak[joint].tolist()
         found.append(Contact(joint, start[0], start[3], start[4], force, when - start[0], math.nan, math.nan, *integrals))
     return sorted(found, key=lambda contact: contact.start)
 

@@ -204,6 +204,8 @@ def _to_dataset(mechanism: Mechanism, options: Options, found: Cycles, phase: fl
     ):
         units = {"free_position": "kg^0.5 m", "free_velocity": "kg^0.5 m/s"}.get(name, "SI")
         variables[name] = (("cycle", dim), part.copy(), {"units": units, "long_name": name.replace("_", " ")})
+    clearance = np.array([contact.clearance.clearance for contact in mechanism.contacts if contact.clearance is not None])
+    variables["clearance"] = (("joint",), clearance, {"units": "m", "long_name": "radial clearance"})
     first = max(0, found.samples.time.size - keep)
     coordinates = {
         "cycle": ("cycle", found.first + np.arange(found.samples.time.size), {"long_name": "cycle"}),

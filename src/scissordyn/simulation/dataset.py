@@ -39,7 +39,7 @@ from scissordyn.simulation.contacts import columns, contacts
 from scissordyn.simulation.events import event_variables, switching_losses
 from scissordyn.simulation.options import Options
 from scissordyn.simulation.track import track_variables
-from scissordyn.simulation.trajectory import Trajectory
+from scissordyn.simulation.trajectory import Trajectory, compute
 
 __all__ = ["output_guide", "to_dataset"]
 
@@ -74,7 +74,7 @@ def to_dataset(mechanism: Mechanism, options: Options, path: Trajectory) -> xr.D
     Dataset
         With the names of the package's contract; all values in SI units and radians.
     """
-    path, found = _recorded(path)
+    path, found = _recorded(mechanism, options, path)
     variables = {
         "time": _described(("time",), path.samples.time, "s", "time"),
         "body": _named("body", [body.name for body in mechanism.bodies]),
@@ -132,8 +132,12 @@ def _assembled(variables: Variables, attributes: dict[str, Any]) -> xr.Dataset:
     return made
 
 
-def _recorded(path: Trajectory) -> tuple[Trajectory, Record]:
-    """The recorded samples, up to the first at which the accelerations are not defined; the run counts as failed there."""
+def _recorded(mechanism: Mechanism, options: Options, path: Trajectory) -> tuple[Trajectory, Record]:
+    """The recorded samples, up to the first at which the accelerations are not defined; the run counts as failed there.
+
+    It is then computed again up to the last sample before: events, peaks and integrals of what is still going on hold until
+    there.
+    """
     samples = path.samples
     found = record(path.reduced, path.system, samples)
     undefined = np.flatnonzero(~np.all(np.isfinite(found.A), axis=1))
@@ -142,11 +146,13 @@ def _recorded(path: Trajectory) -> tuple[Trajectory, Record]:
     first, time = int(undefined[0]), float(samples.time[undefined[0]])
     why = singular_position(path.reduced, path.system, samples.state[first], time) or "accelerations are not defined"
     kept = Samples(*(part[:first] for part in samples))
-    cause = f"stopped at t = {time:.9g} s: {why}"
-    log = path.log[path.log[:, 0] < time]
-    # what a contact did after the cut is not its own up to there: the log rows that ended it are gone
-    cut = dataclasses.replace(path, samples=kept, log=log, end=time, status="failed", cause=cause, cut=True)
-    return cut, record(cut.reduced, cut.system, kept)
+    last = float(kept.time[-1]) if first else 0.0
+    if last > 0.0:
+        cut = compute(mechanism, dataclasses.replace(options, until=last, samples=2), times=kept.time)
+    else:
+        cut = dataclasses.replace(path, samples=kept, log=path.log[:0], peak=np.full_like(path.peak, np.nan))
+    cut = dataclasses.replace(cut, end=last, status="failed", cause=f"stopped at t = {time:.9g} s: {why}")
+    return cut, record(cut.reduced, cut.system, cut.samples)
 
 
 def output_guide(mechanism: Mechanism) -> Guide | None:
@@ -400,7 +406,7 @@ def _drive_variables(mechanism: Mechanism, path: Trajectory, found: Record) -> V
 
 
 def _contact_variables(mechanism: Mechanism, path: Trajectory) -> Variables:
-    table = columns(contacts(path.log, path.peak[: len(mechanism.contacts)], cut=path.cut))
+    table = columns(contacts(path.log, path.peak[: len(mechanism.contacts)]))
     names = np.array([joint.name for joint in mechanism.contacts], dtype=object)
     joint = names[table["joint"]] if names.size else names
     along = ("contact",)

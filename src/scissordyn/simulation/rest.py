@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import math
 from typing import TypeVar
 
 import numpy as np
@@ -23,7 +24,13 @@ __all__ = ["at_rest", "equilibrium"]
 Joint = TypeVar("Joint", Revolute, Guide)
 
 AT_REST = 1e-9
-"""Unbalanced force, relative to the weight, below which a mechanism is in equilibrium: the round-off of a stiff contact."""
+"""Unbalanced force, relative to the load, below which a mechanism is in equilibrium: the round-off of a stiff contact."""
+
+STILL = 1e-14
+"""A step of the coordinates, relative to the mechanism's size, below which they are equilibrium to round-off."""
+
+LONGEST = 1e6
+"""Step [s] from which the iteration is Newton's method."""
 
 MOST_STEPS = 500
 MOST_CORRECTIONS = 12
@@ -91,8 +98,11 @@ def equilibrium(reduced: ReducedModel, handle: Handle, position: np.ndarray) -> 
     n, internal = reduced.free, int(system.model.state_start[-1])
     state = np.concatenate([position, np.zeros(n + internal)])
     rate, by_time, answer = np.zeros(state.size), np.zeros(state.size), np.zeros(2)
-    weight = float(np.linalg.norm(system.parameters.weight[:n])) or 1.0
-    step, force, scale = 1e-3, np.inf, weight
+    # the weight that ideal guides bear counts, too: the part along them may be round-off only
+    mechanism = reduced.mechanism
+    inertia = math.sqrt(sum(body.mass for body in mechanism.bodies))
+    load = mechanism.gravity * inertia
+    step, force, scale = 1e-3, np.inf, load
     for _ in range(MOST_STEPS):
         base, before, solved = state[:n].copy(), force, False
         for _correction in range(MOST_CORRECTIONS):
@@ -100,7 +110,9 @@ def equilibrium(reduced: ReducedModel, handle: Handle, position: np.ndarray) -> 
             _touch(handle, state)
             functions.linearise(0.0, state, handle.address, rate, by_time)
             force = float(np.linalg.norm(rate[n : 2 * n]))
-            scale = weight + float(np.linalg.norm(system.work.force[:n]))
+            if mechanism.gravity == 0.0:
+                load = max(load, force)
+            scale = load + float(np.linalg.norm(system.work.force[:n]))
             if force <= AT_REST * scale:
                 return state[:n].copy()
             if solved and force <= MOST_GROWTH * before:
@@ -112,12 +124,15 @@ def equilibrium(reduced: ReducedModel, handle: Handle, position: np.ndarray) -> 
             functions.solve(change, handle.address)
             state[:n] += change[:n]
             # the residual normal to the constraints does not vanish, the correction does
-            solved = bool(np.linalg.norm(change[:n]) <= SOLVED * np.linalg.norm(state[:n] - base))
+            moved = float(np.linalg.norm(state[:n] - base))
+            if step >= LONGEST and moved <= STILL * inertia * reduced.size:
+                return state[:n].copy()
+            solved = bool(np.linalg.norm(change[:n]) <= SOLVED * moved)
         else:
             state[:n], force = base, before
             step *= 0.2
             continue
-        step = min(1e6, 3.0 * step)
+        step = min(LONGEST, 3.0 * step)
     raise InputError(
         f"start = 'static': no equilibrium was found (unbalanced force {force / scale:.2g} of the load)",
         "a mechanism that gravity, springs and drives keep in equilibrium",

@@ -64,7 +64,7 @@ def simulate(
     most_steps : int
         Largest number of steps; with more the run fails.
     trust : bool
-        Repeat the run at a ten times tighter tolerance and report the time until which both agree.
+        Repeat the run at a much tighter tolerance and report the time until which both agree, the predictability horizon.
     progress : callable, optional
         Called repeatedly with the simulated time [s].
 
@@ -82,6 +82,14 @@ def simulate(
         the results up to the failure, and the cause.
     """
     return _simulate(mechanism, Options(until, start, samples, rtol, atol, method, most_steps, events, trust), progress)
+
+
+_MAKERS = {
+    "scissordyn batch": "simulate_many(...)",
+    "scissordyn bifurcation": "bifurcation(...)",
+    "scissordyn cycles": "cycle(...)",
+}
+"""What makes other datasets again, by their titles."""
 
 
 def replay(
@@ -112,7 +120,8 @@ def replay(
     """
     configuration = read_configuration(run)
     if configuration.options is None or run.attrs.get("title") != TITLE:
-        raise InputError(f"{run.attrs.get('title', 'a dataset without a title')!r:.60}", "a Dataset that simulate() made")
+        given = run.attrs.get("title", "a dataset without a title")
+        raise InputError(f"replay of {given!r:.60}", "a Dataset that simulate() made", _MAKERS.get(str(given), ""))
     return _simulate(configuration.build_mechanism(allow_code), configuration.options, progress)
 
 

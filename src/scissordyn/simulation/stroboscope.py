@@ -19,6 +19,7 @@ from scissordyn.mechanics.reduce import reduce_mechanism
 from scissordyn.mechanics.reduced_model import ReducedModel
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.simulation.driver import Driver, Snapshot, counted
+from scissordyn.simulation.method import Choice
 from scissordyn.simulation.options import Options, StartKind
 from scissordyn.simulation.time_functions import check_tables, prescribed
 from scissordyn.simulation.trajectory import broken_off, make_driver
@@ -161,13 +162,13 @@ def run_cycles(
         driver.restore(start)
     first = round(driver.time / period)
     check_tables(mechanism, (first + cycles) * period)
-    return _cycled(driver, options, choice.method, first, cycles, phase, progress)
+    return _cycled(driver, options, choice, first, cycles, phase, progress)
 
 
 def _cycled(
     driver: Driver,
     options: Options,
-    method: str,
+    choice: Choice,
     first: int,
     cycles: int,
     phase: float,
@@ -226,7 +227,8 @@ def _cycled(
         status=ended,
         cause=cause,
         statistics={
-            "method": method,
+            "method": choice.method,
+            "reason": choice.reason,
             **{name: after[name] - before[name] for name in after},
             "events": events,
             "seconds": seconds,

@@ -71,8 +71,6 @@ class Trajectory:
         Time, state and modes at the end of each step, if they were recorded.
     band : ndarray, shape (monitors, 3)
         Of what is monitored throughout: a limit, the last instant above it, the first at or below it [s].
-    cut : bool
-        Whether samples and log were cut before the time that was reached.
     """
 
     reduced: ReducedModel
@@ -88,7 +86,6 @@ class Trajectory:
     warnings: tuple[str, ...]
     steps: tuple[np.ndarray, np.ndarray, np.ndarray]
     band: np.ndarray
-    cut: bool = False
 
     def peaks(self, kind: int) -> np.ndarray:
         """Of one kind of quantity that is monitored throughout: largest value, when, and the integrals."""

@@ -131,7 +131,7 @@ def _simulate(mechanism: Mechanism, options: Options, progress: Callable[[float]
         run, more = _with_deviation(mechanism, options, run)
         found += more
     if states is not None:
-        horizon = predictability(mechanism, options, path, states, run, progress)
+        horizon = predictability(options, path, states, run, progress)
         run.attrs.update(horizon.attributes)
         if horizon.interrupted:
             cause = "interrupted while the run was repeated; the run itself is complete, and its horizon is unknown"

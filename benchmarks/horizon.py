@@ -165,16 +165,14 @@ def _page(judged: list[Judged]) -> str:
         f"- {each.kind}, number {each.number} at {each.rtol:g}: says {each.said:.6g} s, true {each.true:.6g} s"
         for each in worst
     ]
-    unknown = [
-        f"- {each.kind}, number {each.number}: {each.found}; {each.reason.split(';')[0]}" for each in judged if not _known(each)
-    ]
+    unknown = [f"- {each.kind}, number {each.number}: {each.found}; {each.reason:.90}" for each in judged if not _known(each)]
     late = sum(_known(each) and each.late > LATE for each in judged)
     early = sum(_known(each) and each.late < -EARLY for each in judged)
-    text = f"""{len(judged)} runs of ten kinds (`benchmarks/horizon_cases.py`), half of them at the default tolerance of 1e-8, the
-others at 1e-6. True horizon: the first of {SAMPLES} instants at which the run differs from a reference at {REFERENCES[0]:g}
-by the same criterion (a journal by 0.1 of its clearance, a point of a body by 0.01 of the mechanism's size), if a reference
-at {REFERENCES[1]:g} gives the same within {AGREE:g} of it. Errors are those of the horizon that a run reports, relative to
-the true one; the end of the run stands for none. Cost: steps of both runs over those of one.
+    text = f"""{len(judged)} runs of ten kinds (`benchmarks/horizon_cases.py`), half of them at the default tolerance of 1e-8,
+the others at 1e-6. True horizon: the first of {SAMPLES} instants at which the run differs by the same criterion (a journal by
+0.1 of its clearance, a point of a body by 0.01 of the mechanism's size) from a reference at {REFERENCES[0]:g}, if one at
+{REFERENCES[1]:g} gives the same within {AGREE:g} of it. Errors are those of the horizon that a run reports, relative to the
+true one; the end of the run stands for none. Cost: steps of both runs over those of one.
 
 More than {100 * LATE:g} % late: {late}. More than {100 * EARLY:g} % early: {early}.
 

@@ -143,15 +143,18 @@ def build_model(reduced: ReducedModel) -> Model:
     Model
     """
     mechanism, n, nb = reduced.mechanism, reduced.free, reduced.basis
-    full = reduced.coordinates.T @ (reduced.mass @ reduced.coordinates)
-    coupling = np.asarray(full if isinstance(full, np.ndarray) else full.toarray())
+    moving, known = reduced.coordinates[:, :n], reduced.coordinates[:, n:]
+    carried = reduced.mass @ known
+    inertia, inertia_b = (
+        each if isinstance(each, np.ndarray) else each.toarray() for each in (moving.T @ carried, known.T @ carried)
+    )
     contacts, components = mechanism.contacts, acting(mechanism)
     declared = [component.declaration for component in components]
     states = [len(_friction_states(contact)) for contact in contacts] + [len(_states(component)) for component in components]
     constraints = reduced.constraints
     parts = [(k, weight, each) for k, constraint in enumerate(constraints) for weight, each in constraint.parts]
     part_start, constraint_column, constraint_row = _stacked([each for _, _, each in parts], 2)
-    overlap, match = _overlaps(reduced)
+    overlap = _overlaps(reduced)
     maps = [_contact_map(reduced, contact) for contact in contacts]
     maps += [_component_map(reduced, component) for component in components]
     element_start, element_column, element_row = _stacked(maps, 6)
@@ -172,7 +175,7 @@ def build_model(reduced: ReducedModel) -> Model:
     recorder[recorded] = np.arange(len(recorded))
     kernels = [_kernels(each, start_coordinates(mechanism, each)) for each in components]
     permutation, reach = _ordering(reduced, element_start, element_column, states)
-    gram = max((int(k - l) for k, l, _ in overlap[:-1]), default=0)
+    gram = int(np.max(overlap[:, 0] - overlap[:, 1], initial=0))
 
     def integers(values: Any) -> np.ndarray:
         return np.array(list(values), np.int64)
@@ -180,8 +183,8 @@ def build_model(reduced: ReducedModel) -> Model:
     return Model(
         n=n,
         nb=nb,
-        inertia=np.ascontiguousarray(coupling[:n, n:]),
-        inertia_b=np.ascontiguousarray(coupling[n:, n:]),
+        inertia=np.ascontiguousarray(inertia),
+        inertia_b=np.ascontiguousarray(inertia_b),
         part_start=part_start,
         part_constraint=integers(k for k, _, _ in parts),
         part_full=np.array([weight for _, weight, _ in parts], float),
@@ -193,7 +196,6 @@ def build_model(reduced: ReducedModel) -> Model:
         constraint_column=constraint_column,
         constraint_row=constraint_row,
         overlap=overlap,
-        match=match,
         element_start=element_start,
         element_column=element_column,
         element_row=element_row,
@@ -279,28 +281,19 @@ def _latches(reduced: ReducedModel, part_start: np.ndarray, first: int) -> np.nd
     return np.array([(k, p, first + i) for i, (k, p) in enumerate(found)], np.int64).reshape(-1, 3)
 
 
-def _overlaps(reduced: ReducedModel) -> tuple[np.ndarray, np.ndarray]:
-    """Pairs of quadratic constraints on common free coordinates, with the matching entries."""
-    by_column: dict[int, list[tuple[int, int]]] = {}
-    offset = 0
-    for k, constraint in enumerate(reduced.constraints):
-        for column in constraint.columns.tolist():
-            if column < reduced.free:
-                by_column.setdefault(column, []).append((k, offset))
-            offset += 1
-    common: dict[tuple[int, int], list[tuple[int, int]]] = {}
-    for entries in by_column.values():
-        for k, at_k in entries:
-            for l, at_l in entries:
-                if l <= k:
-                    common.setdefault((k, l), []).append((at_k, at_l))
-    pairs: list[tuple[int, int, int]] = []
-    matches: list[tuple[int, int]] = []
-    for (k, l), found in sorted(common.items()):
-        pairs.append((k, l, len(matches)))
-        matches.extend(found)
-    pairs.append((-1, -1, len(matches)))
-    return np.array(pairs, np.int64), np.array(matches, np.int64).reshape(-1, 2)
+def _overlaps(reduced: ReducedModel) -> np.ndarray:
+    """Pairs k >= l of quadratic constraints on common free coordinates, by k, shape (pairs, 2)."""
+    own = _incidence([each.columns[each.columns < reduced.free] for each in reduced.constraints], reduced.free)
+    k, l = (own @ own.T).nonzero()
+    pairs = np.stack([k, l], axis=1)[k >= l].astype(np.int64)
+    return np.ascontiguousarray(pairs[np.lexsort((pairs[:, 1], pairs[:, 0]))])
+
+
+def _incidence(groups: list[np.ndarray], columns: int) -> csr_array:
+    """A matrix with a one wherever a group, its row, has a column."""
+    rows = np.repeat(np.arange(len(groups)), [group.size for group in groups])
+    held = np.concatenate(groups) if groups else np.zeros(0, np.int64)
+    return csr_array((np.ones(rows.size), (rows, held)), shape=(len(groups), columns))
 
 
 def _ordering(
@@ -317,9 +310,10 @@ def _ordering(
         columns = element_column[element_start[e] : element_start[e + 1]]
         groups.append(np.concatenate([columns[columns < n], np.arange(first_state, first_state + count)]))
         first_state += count
-    rows = np.concatenate([np.arange(size), *(np.repeat(group, group.size) for group in groups)])
-    beside = np.concatenate([np.arange(size), *(np.tile(group, group.size) for group in groups)])
-    graph = csr_array((np.ones(rows.size), (rows, beside)), shape=(size, size))
+    own = _incidence([*groups, *np.arange(size)[:, None]], size)
+    graph = csr_array(own.T @ own)
+    graph.sort_indices()
+    rows, beside = graph.nonzero()
     place = np.empty(size, np.int64)
     place[reverse_cuthill_mckee(graph, symmetric_mode=True)] = np.arange(size)
     return place, int(np.max(np.abs(place[rows] - place[beside]), initial=0))
@@ -449,6 +443,7 @@ def make_workspace(model: Model, parameters: Parameters) -> Workspace:
         pivots=np.zeros(size, np.int64),
         gram=np.zeros((m, width(int(model.band_limits[2]), int(model.band_limits[3])))),
         gram_pivots=np.zeros(m, np.int64),
+        gram_row=np.zeros(n),
         gamma=np.zeros(1),
         contact=np.zeros(contacts, CONTACT_RESULT),
         wrench=np.zeros((contacts + components, 4)),

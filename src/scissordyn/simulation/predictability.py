@@ -21,6 +21,7 @@ from scissordyn.mechanics import functions
 from scissordyn.mechanics.assembly import eccentricity_map
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.simulation.driver import counted
+from scissordyn.simulation.ideal_path import IdealPath
 from scissordyn.simulation.options import Options
 from scissordyn.simulation.trajectory import Trajectory, broken_off, compute, make_driver
 
@@ -102,7 +103,11 @@ class Horizon:
 
 
 def compared(
-    mechanism: Mechanism, options: Options, progress: Callable[[float], None] | None = None
+    mechanism: Mechanism,
+    options: Options,
+    progress: Callable[[float], None] | None = None,
+    *,
+    ideal: IdealPath | None = None,
 ) -> tuple[Trajectory, Comparable]:
     """A run, and its state at all instants at which it can be compared with another.
 
@@ -111,6 +116,8 @@ def compared(
     mechanism : Mechanism
     options : Options
     progress : callable, optional
+    ideal : IdealPath, optional
+        Of the tracked points.
 
     Returns
     -------
@@ -120,7 +127,7 @@ def compared(
     """
     asked = np.linspace(0.0, options.until, options.samples)
     every = np.union1d(asked, np.linspace(0.0, options.until, INSTANTS))
-    path = compute(mechanism, options, progress, times=every, record_steps=True)
+    path = compute(mechanism, options, progress, times=every, record_steps=True, ideal=ideal)
     found, wanted = path.samples, np.isin(path.samples.time, asked)
     own = np.isin(found.time, np.linspace(0.0, options.until, INSTANTS))
     times, index = np.unique(np.concatenate([path.steps[0], found.time[own]]), return_index=True)

@@ -3,17 +3,16 @@
 from __future__ import annotations
 
 import dataclasses
-import hashlib
 import json
 import math
-import tempfile
-from pathlib import Path
 
 import numpy as np
 import xarray as xr
 
 import scissordyn as sd
+from benchmarks import horizon_cases
 from benchmarks.horizon_cases import KINDS, Case, horizon_case
+from benchmarks.kept import Kept
 from benchmarks.measure import command, table
 
 __all__ = ["Judged", "judge", "measure"]
@@ -127,33 +126,14 @@ def _distance(one: xr.Dataset, other: xr.Dataset, body: sd.Body) -> np.ndarray:
     return np.asarray(np.max(np.linalg.norm(places(one) - places(other), axis=-1), axis=1))
 
 
-def _kept(key: str) -> Path:
-    """Where results are kept between pieces of a run of this benchmark, by what they depend on."""
-    folder = Path(tempfile.gettempdir()) / "scissordyn-benchmarks"
-    folder.mkdir(exist_ok=True)
-    return folder / f"horizon-{key}.jsonl"
-
-
-def _sources() -> str:
-    """Digest of the package and of the cases."""
-    digest, package = hashlib.sha256(), Path(sd.__file__).parent
-    for path in [*sorted(package.rglob("*.py")), Path(__file__), Path(__file__).with_name("horizon_cases.py")]:
-        digest.update(path.read_bytes())
-    return digest.hexdigest()[:16]
-
-
 def measure(quick: bool = False) -> str:
     """All kinds; a run that was broken off goes on where it was."""
-    path = _kept(_sources())
-    known = [Judged(**json.loads(line)) for line in path.read_text().splitlines()] if path.exists() else []
-    done = {(each.kind, each.number): each for each in known}
-    for number in range(2 if quick else CASES):
+    kept, numbers = Kept("horizon", Judged, __file__, horizon_cases.__file__), range(2 if quick else CASES)
+    for number in numbers:
         for kind in KINDS:
-            if (kind, number) not in done:
-                found = done[kind, number] = judge(kind, number)
-                with path.open("a") as file:
-                    file.write(json.dumps(dataclasses.asdict(found)) + "\n")
-    return _page([each for each in done.values() if each.number < (2 if quick else CASES)])
+            if (kind, number) not in kept.done:
+                kept.add((kind, number), judge(kind, number))
+    return _page([kept.done[kind, number] for number in numbers for kind in KINDS])
 
 
 def _page(judged: list[Judged]) -> str:

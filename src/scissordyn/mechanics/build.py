@@ -103,8 +103,11 @@ def build_model(reduced: ReducedModel) -> Model:
     Model
     """
     mechanism, n = reduced.mechanism, reduced.free
-    full = reduced.coordinates.T @ (reduced.mass @ reduced.coordinates)
-    coupling = np.asarray(full if isinstance(full, np.ndarray) else full.toarray())
+    moving, known = reduced.coordinates[:, :n], reduced.coordinates[:, n:]
+    carried = reduced.mass @ known
+    inertia, inertia_b = (
+        each if isinstance(each, np.ndarray) else each.toarray() for each in (moving.T @ carried, known.T @ carried)
+    )
     contacts, components = mechanism.contacts, acting(mechanism)
     states = [len(friction_states(each)) for each in contacts] + [len(component_states(each)) for each in components]
     maps = [_contact_map(reduced, each) for each in contacts] + [_component_map(reduced, each) for each in components]
@@ -114,12 +117,12 @@ def build_model(reduced: ReducedModel) -> Model:
     track_start, track_column, track_row = _stacked([reduced.tracked(track) for track in mechanism.tracks], 2)
     permutation, reach = _ordering(reduced, element_start, element_column, states)
     constraints = _constraints(reduced)
-    gram = max((int(k - l) for k, l, _ in constraints["overlap"][:-1]), default=0)
+    gram = int(np.max(-np.diff(constraints["overlap"], axis=1), initial=0))
     return Model(
         n=n,
         nb=reduced.basis,
-        inertia=np.ascontiguousarray(coupling[:n, n:]),
-        inertia_b=np.ascontiguousarray(coupling[n:, n:]),
+        inertia=np.ascontiguousarray(inertia),
+        inertia_b=np.ascontiguousarray(inertia_b),
         element_start=element_start,
         element_column=element_column,
         element_row=element_row,
@@ -152,7 +155,6 @@ def _constraints(reduced: ReducedModel) -> dict[str, np.ndarray]:
     part_start, column, row = _stacked([each for _, _, each in parts], 2)
     timed = [k for k, constraint in enumerate(constraints) if constraint.motion]
     first = len(mechanism.drives) + len(time_functions(mechanism, 0)[2])
-    overlap, match = _overlaps(reduced)
     return {
         "part_start": part_start,
         "part_constraint": _integers(k for k, _, _ in parts),
@@ -164,8 +166,7 @@ def _constraints(reduced: ReducedModel) -> dict[str, np.ndarray]:
         "constraint_start": offsets(constraint.columns.size for constraint in constraints),
         "constraint_column": column,
         "constraint_row": row,
-        "overlap": overlap,
-        "match": match,
+        "overlap": _overlaps(reduced),
     }
 
 
@@ -234,28 +235,19 @@ def _latches(reduced: ReducedModel, part_start: np.ndarray, first: int) -> np.nd
     return np.array([(k, p, first + i) for i, (k, p) in enumerate(found)], np.int64).reshape(-1, 3)
 
 
-def _overlaps(reduced: ReducedModel) -> tuple[np.ndarray, np.ndarray]:
-    """Pairs of quadratic constraints on common free coordinates, with the matching entries."""
-    by_column: dict[int, list[tuple[int, int]]] = {}
-    offset = 0
-    for k, constraint in enumerate(reduced.constraints):
-        for column in constraint.columns.tolist():
-            if column < reduced.free:
-                by_column.setdefault(column, []).append((k, offset))
-            offset += 1
-    common: dict[tuple[int, int], list[tuple[int, int]]] = {}
-    for entries in by_column.values():
-        for k, at_k in entries:
-            for l, at_l in entries:
-                if l <= k:
-                    common.setdefault((k, l), []).append((at_k, at_l))
-    pairs: list[tuple[int, int, int]] = []
-    matches: list[tuple[int, int]] = []
-    for (k, l), found in sorted(common.items()):
-        pairs.append((k, l, len(matches)))
-        matches.extend(found)
-    pairs.append((-1, -1, len(matches)))
-    return np.array(pairs, np.int64), np.array(matches, np.int64).reshape(-1, 2)
+def _overlaps(reduced: ReducedModel) -> np.ndarray:
+    """Pairs k >= l of quadratic constraints on common free coordinates, by k, shape (pairs, 2)."""
+    own = _incidence([each.columns[each.columns < reduced.free] for each in reduced.constraints], reduced.free)
+    k, l = (own @ own.T).nonzero()
+    pairs = np.stack([k, l], axis=1)[k >= l].astype(np.int64)
+    return np.ascontiguousarray(pairs[np.lexsort((pairs[:, 1], pairs[:, 0]))])
+
+
+def _incidence(groups: list[np.ndarray], columns: int) -> csr_array:
+    """A matrix with a one wherever a group, its row, has a column."""
+    rows = np.repeat(np.arange(len(groups)), [group.size for group in groups])
+    held = np.concatenate(groups) if groups else np.zeros(0, np.int64)
+    return csr_array((np.ones(rows.size), (rows, held)), shape=(len(groups), columns))
 
 
 def _ordering(
@@ -272,9 +264,10 @@ def _ordering(
         columns = element_column[element_start[e] : element_start[e + 1]]
         groups.append(np.concatenate([columns[columns < n], np.arange(first_state, first_state + count)]))
         first_state += count
-    rows = np.concatenate([np.arange(size), *(np.repeat(group, group.size) for group in groups)])
-    beside = np.concatenate([np.arange(size), *(np.tile(group, group.size) for group in groups)])
-    graph = csr_array((np.ones(rows.size), (rows, beside)), shape=(size, size))
+    own = _incidence([*groups, *np.arange(size)[:, None]], size)
+    graph = csr_array(own.T @ own)
+    graph.sort_indices()
+    rows, beside = graph.nonzero()
     place = np.empty(size, np.int64)
     place[reverse_cuthill_mckee(graph, symmetric_mode=True)] = np.arange(size)
     return place, int(np.max(np.abs(place[rows] - place[beside]), initial=0))

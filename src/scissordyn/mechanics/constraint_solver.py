@@ -90,6 +90,24 @@ def map_directions(S, source, target):
 
 
 @kernel(inline=True)
+def scatter_row(k, S):
+    """Write the gradient of constraint k into Work.gram_row, which is zero."""
+    M, W = S.model, S.work
+    for i in range(M.constraint_start[k], M.constraint_start[k + 1]):
+        if M.constraint_column[i] < M.n:
+            W.gram_row[M.constraint_column[i]] += W.gradient[i]
+
+
+@kernel(inline=True)
+def clear_row(k, S):
+    """Set Work.gram_row back to zero where constraint k has columns."""
+    M, W = S.model, S.work
+    for i in range(M.constraint_start[k], M.constraint_start[k + 1]):
+        if M.constraint_column[i] < M.n:
+            W.gram_row[M.constraint_column[i]] = 0.0
+
+
+@kernel(inline=True)
 def factorize_constraints(S):
     """Write the gradients of the constraints and factorize Phi Phi^T; returns a singular row or -1."""
     M, W = S.model, S.work
@@ -98,22 +116,27 @@ def factorize_constraints(S):
         for i in range(M.part_start[p], M.part_start[p + 1]):
             W.gradient[i] = dx * M.constraint_row[0, i] + dy * M.constraint_row[1, i]
     lower, upper = M.band_limits[2], M.band_limits[3]
-    if W.gram.shape[0] == 1:
-        total = 0.0
-        for i in range(M.match.shape[0]):
-            total += W.gradient[M.match[i, 0]] * W.gradient[M.match[i, 1]]
-        W.gram[0, 0] = total + W.inactive[0]
-        return -1 if W.gram[0, 0] > 0.0 else 0
     W.gram[:, :] = 0.0
-    for p in range(M.overlap.shape[0] - 1):
+    row = -1
+    for p in range(M.overlap.shape[0]):
         k, l = M.overlap[p, 0], M.overlap[p, 1]
+        if k != row:
+            if row >= 0:
+                clear_row(row, S)
+            scatter_row(k, S)
+            row = k
         total = 0.0
-        for i in range(M.overlap[p, 2], M.overlap[p + 1, 2]):
-            total += W.gradient[M.match[i, 0]] * W.gradient[M.match[i, 1]]
+        for i in range(M.constraint_start[l], M.constraint_start[l + 1]):
+            if M.constraint_column[i] < M.n:
+                total += W.gradient[i] * W.gram_row[M.constraint_column[i]]
         W.gram[k, l - k + lower] = total
         W.gram[l, k - l + lower] = total
+    if row >= 0:
+        clear_row(row, S)
     for k in range(W.inactive.size):
         W.gram[k, lower] += W.inactive[k]
+    if W.gram.shape[0] == 1:
+        return -1 if W.gram[0, 0] > 0.0 else 0
     return _band_factorize(W.gram, lower, upper, W.gram_pivots)
 
 

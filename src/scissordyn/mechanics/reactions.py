@@ -65,7 +65,8 @@ class Balance(NamedTuple):
     unknown : ndarray of int
         Row of the ordered unknowns for each entry.
     direction : ndarray, shape (entries, 3)
-        Force (x, y) and torque per unit of the unknown, in the frame of a body or of the ground.
+        Force (x, y) and torque per unit of the unknown, in the frame of a body or of the ground; unknown torques are in units
+        of `length`, so that they weigh as much as forces in a mechanism of any size.
     arm : ndarray, shape (entries, 2)
         Point of application from the mass centre of its anchor, in that body's frame [m].
     anchor, frame : ndarray of int, shape (entries,)
@@ -115,6 +116,8 @@ def balance(mechanism: Mechanism) -> Balance:
         arm = _arm(mechanism, *anchor)
         entries[body].append((unknown, direction, arm, index[anchor[0]], index.get(frame, -1)))
 
+    sizes = [math.hypot(*point) for body in mechanism.bodies for point in body.points.values()]
+    length = max([size for size in sizes if size > 0.0], default=1.0)
     count = 0
     for joint in mechanism.ideal_joints:
         for (body, point), sign in ((joint.journal, 1.0), (joint.bearing, -1.0)):
@@ -127,7 +130,7 @@ def balance(mechanism: Mechanism) -> Balance:
             if body != GROUND:
                 enter(body, count, (sign, 0.0, 0.0), (body, point))
                 enter(body, count + 1, (0.0, sign, 0.0), (body, point))
-                enter(body, count + 2, (0.0, 0.0, sign), (body, point))
+                enter(body, count + 2, (0.0, 0.0, sign * length), (body, point))
         count += 3
     for guide in mechanism.ideal_guides:
         across = -math.sin(guide.direction), math.cos(guide.direction)
@@ -138,12 +141,12 @@ def balance(mechanism: Mechanism) -> Balance:
     for guide in mechanism.ideal_guides:
         if not guide.aligned:
             continue
-        enter(guide.follower[0], count, (0.0, 0.0, 1.0), guide.follower)
+        enter(guide.follower[0], count, (0.0, 0.0, length), guide.follower)
         if guide.body != GROUND:
-            enter(guide.body, count, (0.0, 0.0, -1.0), guide.follower)
+            enter(guide.body, count, (0.0, 0.0, -length), guide.follower)
         count += 1
     for drive in mechanism.drives:
-        enter(drive.body, count, (0.0, 0.0, 1.0), (drive.body, next(iter(mechanism.body(drive.body).points))))
+        enter(drive.body, count, (0.0, 0.0, length), (drive.body, next(iter(mechanism.body(drive.body).points))))
         count += 1
 
     groups = [np.array([unknown for unknown, *_ in entries[name]], np.int64) for name in names]
@@ -158,7 +161,6 @@ def balance(mechanism: Mechanism) -> Balance:
     reach = int(np.max(np.abs(order[rows] - order[beside]), initial=0))
 
     listed = [entry for name in names for entry in entries[name]]
-    sizes = [math.hypot(*point) for body in mechanism.bodies for point in body.points.values()]
     return Balance(
         start=np.cumsum([0, *(len(entries[name]) for name in names)], dtype=np.int64),
         unknown=np.array([order[unknown] for unknown, *_ in listed], np.int64),
@@ -168,7 +170,7 @@ def balance(mechanism: Mechanism) -> Balance:
         frame=np.array([frame for *_, frame in listed], np.int64),
         mass=np.array([body.mass for body in mechanism.bodies]),
         inertia=np.array([body_inertia(mechanism, body) if body.rotates else 0.0 for body in mechanism.bodies]),
-        length=max([size for size in sizes if size > 0.0], default=1.0),
+        length=length,
         order=order,
         band=reach,
     )
@@ -407,4 +409,4 @@ def solve_reactions(
     joints, guides = 2 * len(mechanism.ideal_joints), len(mechanism.ideal_guides)
     welds = joints + 3 * len(mechanism.welds)
     reactions = values[:, :joints].reshape(instants, joints // 2, 2)
-    return reactions, values[:, welds : welds + guides], values[:, values.shape[1] - len(mechanism.drives) :]
+    return reactions, values[:, welds : welds + guides], parts.length * values[:, values.shape[1] - len(mechanism.drives) :]

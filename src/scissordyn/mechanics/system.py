@@ -84,8 +84,7 @@ class Model(NamedTuple):
     constraint_start: I1  # (m+1,) entries of all parts of each constraint
     constraint_column: I1
     constraint_row: F2  # (2, entries)
-    overlap: I2  # (pairs, 3): constraints k >= l that share columns, and where their matches start
-    match: I2  # (matches, 2): entries of k and l on the same column
+    overlap: I2  # (pairs, 2): constraints k >= l that share columns, in the order of k
     element_start: I1  # (force elements + 1,)
     element_column: I1
     element_row: F2  # (6, entries): u, direction of the first body, of the second
@@ -178,6 +177,7 @@ class Workspace(NamedTuple):
     pivots: I1
     gram: F2  # (m, band)
     gram_pivots: I1
+    gram_row: F1  # (n,) zeros: the gradient of one constraint while it is multiplied
     gamma: F1  # (1,) step size times the method's gamma
     contact: ResultArray  # (contacts,) what the contact kernel found
     wrench: (

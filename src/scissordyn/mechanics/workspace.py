@@ -75,6 +75,7 @@ def make_workspace(model: Model, parameters: Parameters) -> Workspace:
         pivots=np.zeros(size, np.int64),
         gram=np.zeros((m, width(int(model.band_limits[2]), int(model.band_limits[3])))),
         gram_pivots=np.zeros(m, np.int64),
+        gram_row=np.zeros(n),
         gamma=np.zeros(1),
         contact=np.zeros(contacts, CONTACT_RESULT),
         wrench=np.zeros((contacts + components, 4)),

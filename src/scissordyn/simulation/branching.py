@@ -10,6 +10,7 @@ import math
 import numpy as np
 import xarray as xr
 
+from scissordyn.component.place import GROUND
 from scissordyn.errors import InputError
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.simulation.closure import Closure
@@ -25,6 +26,10 @@ COARSE = 0.2
 """Samples further apart than this cannot tell; the ideal mechanism is asked at once [rad]."""
 
 FEWEST = 9
+
+MOST_EQUATIONS = 300
+"""Closure equations above which singular positions are not looked for: singular values of full matrices cost the cube of their
+number, some seconds with so many."""
 
 PASSED = 0.1
 """A free motion passes a singular position if the smallest singular value falls, between two samples, below this fraction of
@@ -50,6 +55,8 @@ def passing_warnings(mechanism: Mechanism, run: xr.Dataset, until: float) -> lis
     -------
     list of str
     """
+    if _equations(mechanism) > MOST_EQUATIONS:
+        return [_not_looked_for(mechanism)]
     angle = run["angle"].values
     rotation = np.max(np.abs(np.diff(angle, axis=0)), axis=1, initial=0.0)
     rotated = np.concatenate([[0.0], np.cumsum(rotation)])
@@ -100,9 +107,22 @@ def drive_warnings(mechanism: Mechanism, until: float, closure: Closure | None =
     """
     if not (mechanism.drives or any(rod.motion is not None for rod in mechanism.rods)):
         return []
+    if _equations(mechanism) > MOST_EQUATIONS:
+        return [_not_looked_for(mechanism)]
     closure = _closure(mechanism) if closure is None else closure
     path = None if closure is None else path_of(mechanism, until, closure)
     return [] if path is None else path_warnings(path, mechanism, until)
+
+
+def _equations(mechanism: Mechanism) -> int:
+    """Number of quadratic closure equations of the ideal mechanism at most."""
+    rotating = sum(body.rotates for body in mechanism.bodies)
+    return rotating + sum(guide.body != GROUND for guide in mechanism.guides) + len(mechanism.rods)
+
+
+def _not_looked_for(mechanism: Mechanism) -> str:
+    count = _equations(mechanism)
+    return f"singular positions were not looked for: {count} closure equations are more than {MOST_EQUATIONS}"
 
 
 def _closure(mechanism: Mechanism) -> Closure | None:

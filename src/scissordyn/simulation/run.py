@@ -15,7 +15,7 @@ from scissordyn.simulation.configuration import read_configuration
 from scissordyn.simulation.dataset import to_dataset
 from scissordyn.simulation.ideal_path import ideal_path
 from scissordyn.simulation.options import EventKind, Options, StartKind
-from scissordyn.simulation.predictability import predictability
+from scissordyn.simulation.predictability import compared, predictability
 from scissordyn.simulation.time_functions import check_tables
 from scissordyn.simulation.track import deviation_variables
 from scissordyn.simulation.trajectory import compute
@@ -64,7 +64,7 @@ def simulate(
     most_steps : int
         Largest number of steps; with more the run fails.
     trust : bool
-        Repeat the run at a much tighter tolerance and report the time until which both agree, the predictability horizon.
+        Repeat the run at a much tighter tolerance and report the predictability horizon: the time until which both agree.
     progress : callable, optional
         Called repeatedly with the simulated time [s].
 
@@ -128,7 +128,11 @@ def replay(
 def _simulate(mechanism: Mechanism, options: Options, progress: Callable[[float], None] | None) -> xr.Dataset:
     check_tables(mechanism, options.until)
     ideal = ideal_path(mechanism, options) if mechanism.tracks and mechanism.contacts else None
-    path = compute(mechanism, options, progress, record_steps=options.trust, ideal=ideal)
+    states = None
+    if options.trust:
+        path, states = compared(mechanism, options, progress, ideal=ideal)
+    else:
+        path = compute(mechanism, options, progress, ideal=ideal)
     run = to_dataset(mechanism, options, path)
     found = [*path.warnings, *run_warnings(mechanism, run, path.immobile), *passing_warnings(mechanism, run, options.until)]
     if run.attrs["status"] == "failed":
@@ -136,8 +140,8 @@ def _simulate(mechanism: Mechanism, options: Options, progress: Callable[[float]
     if ideal is not None:
         run = run.assign(deviation_variables(run, path, ideal))
         found += ideal.warnings
-    if options.trust:
-        horizon = predictability(mechanism, options, path, run, progress)
+    if states is not None:
+        horizon = predictability(options, path, states, run, progress)
         run.attrs.update(horizon.attributes)
         if horizon.interrupted:
             cause = "interrupted while the run was repeated; the run itself is complete, and its horizon is unknown"

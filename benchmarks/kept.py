@@ -1,0 +1,55 @@
+"""Results of long benchmarks, kept between pieces of a run of theirs."""
+
+from __future__ import annotations
+
+import dataclasses
+import hashlib
+import json
+import tempfile
+from pathlib import Path
+from typing import Any, Generic, TypeVar
+
+import scissordyn as sd
+
+__all__ = ["Kept"]
+
+Result = TypeVar("Result")
+
+
+class Kept(Generic[Result]):
+    """Results by number, one line each in a file of the system's folder for temporary files.
+
+    They are those of the present sources of the package and of the benchmark: after a change everything is measured anew.
+
+    Parameters
+    ----------
+    name : str
+        Of the benchmark.
+    kind : type
+        A dataclass.
+    *sources : str
+        Files of the benchmark.
+    """
+
+    def __init__(self, name: str, kind: type[Result], *sources: str) -> None:
+        folder = Path(tempfile.gettempdir()) / "scissordyn-benchmarks"
+        folder.mkdir(exist_ok=True)
+        self.path = folder / f"{name}-{_digest(sources)}.jsonl"
+        self.done: dict[Any, Result] = {}
+        if self.path.exists():
+            for line in self.path.read_text(encoding="utf-8").splitlines():
+                key, fields = json.loads(line)
+                self.done[tuple(key) if isinstance(key, list) else key] = kind(**fields)
+
+    def add(self, key: Any, result: Result) -> None:
+        """Keep one more."""
+        self.done[key] = result
+        with self.path.open("a", encoding="utf-8") as file:
+            file.write(json.dumps([key, dataclasses.asdict(result)]) + "\n")  # type: ignore[call-overload]
+
+
+def _digest(sources: tuple[str, ...]) -> str:
+    digest = hashlib.sha256()
+    for path in [*sorted(Path(sd.__file__).parent.rglob("*.py")), *map(Path, sources)]:
+        digest.update(path.read_bytes())
+    return digest.hexdigest()[:16]

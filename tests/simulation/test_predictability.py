@@ -1,0 +1,71 @@
+"""The predictability horizon."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from benchmarks.horizon import judge
+from benchmarks.horizon_cases import KINDS, horizon_case
+
+import scissordyn as sd
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_horizon_against_a_much_tighter_run(kind):
+    """Cross-check by references at 1e-12 and 1e-13: at most 5 % late, at most 10 % early, for at most three runs."""
+    found = judge(kind, 1)
+    assert math.isfinite(found.said)
+    assert math.isfinite(found.true), found.reason
+    assert -0.1 <= found.late <= 0.05
+    assert found.cost <= 3.0
+
+
+@pytest.fixture(scope="module")
+def crank():
+    """A free slider-crank with a bouncing pin, which is not predictable for long."""
+    pin = sd.Clearance(2e-4, damping=sd.Flores(restitution=0.999))
+    return sd.slider_crank(gravity=9.81, gravity_direction=0.3, angle=1.0).with_clearance("crank pin", pin)
+
+
+def test_samples_do_not_matter(crank):
+    """Identity: two samples and two thousand give the same horizon, and the samples are those asked for."""
+    few, many = (sd.simulate(crank, until=1.0, samples=samples, rtol=1e-6, atol=1e-6, trust=True) for samples in (2, 2001))
+    assert many.attrs["predictability"] == "diverged"
+    assert few.attrs["trusted_until"] == many.attrs["trusted_until"] < 0.9
+    assert few["time"].values.tolist() == [0.0, 1.0]
+    assert np.array_equal(many["time"].values, np.linspace(0.0, 1.0, 2001))
+
+
+def test_trust_changes_nothing_else(crank):
+    """Identity: a run whose horizon is computed has the same numbers as without."""
+    plain, judged = (sd.simulate(crank, until=0.3, samples=31, trust=trust) for trust in (False, True))
+    assert plain.equals(judged)
+
+
+def test_no_tighter_run_is_unknown(crank):
+    """Limit: at the smallest tolerance nothing tighter can be computed, so that the horizon is unknown, without numbers."""
+    run = sd.simulate(crank, until=0.01, rtol=1e-14, atol=1e-14, samples=2, trust=True)
+    assert run.attrs["predictability"].startswith("unknown: no tighter tolerance")
+    assert not {"trusted_until", "trusted_contacts"} & run.attrs.keys()
+
+
+def test_second_run_that_breaks_off(crank):
+    """Identity: where the second run breaks off is said, and agreement is claimed until there only."""
+    steps = 500
+    while (run := sd.simulate(crank, until=0.2, most_steps=steps, samples=2, trust=True)).attrs["status"] != "complete":
+        assert run.attrs["predictability"] == "unknown: the run is not complete"
+        assert "trusted_until" not in run.attrs
+        steps = int(1.2 * steps)
+    assert run.attrs["predictability"].startswith("unknown: the more accurate run ended there")
+    assert "steps are not enough" in run.attrs["predictability"]
+    assert run.attrs["trusted_until"] < 0.2
+
+
+def test_ideal_joints_have_a_horizon_too():
+    """Cross-check: a chaotic pendulum without any clearance is predictable for a while only."""
+    case = horizon_case("ideal joints", 1)
+    run = sd.simulate(case.mechanism, until=case.until, rtol=1e-6, atol=1e-6, samples=2, trust=True)
+    assert run.attrs["predictability"] == "diverged"
+    assert run.attrs["trusted_until"] < case.until

@@ -1,0 +1,109 @@
+"""Mechanisms of very many bodies, and very small ones."""
+
+from __future__ import annotations
+
+import json
+import math
+import tracemalloc
+
+import numpy as np
+import pytest
+
+import scissordyn as sd
+from scissordyn.mechanics.build import build_model
+from scissordyn.mechanics.elimination import Elimination
+from scissordyn.mechanics.reduce import reduce_mechanism
+from scissordyn.simulation.branching import MOST_EQUATIONS, passing_warnings
+
+
+def chain(count: int) -> sd.Mechanism:
+    """An open chain of bars, hanging on the ground."""
+    bodies, joints, end = [], [], (0.0, 0.0)
+    for k in range(count):
+        angle = 0.3 * math.sin(k)
+        bodies.append(sd.bar(f"bar {k}", length=1.0, mass=1.0, position=end, angle=angle))
+        joints.append(sd.Revolute(f"pin {k}", (f"bar {k}", "start"), (f"bar {k - 1}", "end") if k else ("ground", "O")))
+        end = end[0] + math.cos(angle), end[1] + math.sin(angle)
+    return sd.Mechanism(bodies=tuple(bodies), joints=tuple(joints), ground=(("O", (0.0, 0.0)),), gravity=9.81)
+
+
+@pytest.mark.parametrize("make", [sd.scissor, sd.n_four_bar, sd.hoberman_ring, sd.polar_scissor, sd.mast])
+def test_too_many_units_are_refused_at_once(make):
+    """Limit: a thousand million units are refused in one line with the largest number, not built."""
+    with pytest.raises(sd.InputError, match="100000") as caught:
+        make(units=10**9)
+    assert "\n" not in str(caught.value)
+
+
+def test_memory_of_an_open_chain():
+    """Limit: a model of 100 bars, all of whose coordinates are coupled, takes some megabytes, not the cube of their number."""
+    reduced = reduce_mechanism(chain(100))
+    tracemalloc.start()
+    build_model(reduced)
+    peak = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    # maps of the directions take 100 x 200 x 2 numbers, 0.3 MB; a list of common entries of pairs took 160 MB
+    assert peak < 20e6
+
+
+def turned(count: int, excess: float) -> Elimination:
+    """Directions around a ring, each turned against the one before, in all by a whole turn and an excess."""
+    elimination = Elimination([False] * (2 * count), 1)
+    for k in range(count):
+        angle = 2.0 * math.pi / count + (excess if k == count - 1 else 0.0)
+        a, b = 2 * k, 2 * ((k + 1) % count)
+        cos, sin = math.cos(angle), math.sin(angle)
+        elimination.impose({b: 1.0, a: -cos, a + 1: sin}, f"angle {k}")
+        elimination.impose({b + 1: 1.0, a: -sin, a + 1: -cos}, f"angle {k}")
+    elimination.rows()
+    return elimination
+
+
+def test_roundings_along_a_ring_are_no_constraint():
+    """Identity: what the roundings of 5000 angles add up to does not fix the first direction; a thousandth does."""
+    assert np.sum(turned(5000, 3e-12).solved_at[:10_000] < 0) == 2
+    assert np.sum(turned(5000, 1e-3).solved_at[:10_000] < 0) == 0
+
+
+@pytest.mark.slow
+def test_ring_of_a_thousand_units():
+    """Identity: a ring of 1000 units has the freedoms of one of 12."""
+    few, many = (reduce_mechanism(sd.hoberman_ring(units=units)) for units in (12, 1000))
+    assert (many.free, len(many.constraints)) == (few.free, len(few.constraints))
+
+
+@pytest.mark.slow
+def test_array_of_two_thousand_units():
+    """Identity: an array of 2000 units with one clearance joint runs, and says what is not looked for at this size."""
+    array = sd.scissor(units=2000).with_clearance("A", sd.Clearance(2e-4)).driven(speed=1.0)
+    run = sd.simulate(array, until=0.01, samples=11)
+    assert run.attrs["status"] == "complete"
+    assert any("singular positions were not looked for" in text for text in json.loads(run.attrs["warnings"]))
+
+
+def test_singular_positions_of_large_mechanisms_are_not_looked_for_in_silence():
+    """Limit: above the largest number of closure equations a run says that it has not looked for singular positions."""
+    array = sd.scissor(units=MOST_EQUATIONS // 2 + 1).driven(speed=1.0)
+    assert passing_warnings(array, sd.simulate(sd.scissor(), until=1e-3, samples=3), 1e-3) == [
+        f"singular positions were not looked for: {MOST_EQUATIONS + 2} closure equations are more than {MOST_EQUATIONS}"
+    ]
+
+
+@pytest.mark.parametrize("size", [1e-6, 1e-7])
+@pytest.mark.parametrize("clearance", [False, True])
+def test_small_mechanisms_have_the_reactions_of_large_ones(size, clearance):
+    """Identity: at a fixed Froude number all forces scale with the weight, also below 10 micrometres."""
+
+    def run(size, mass):
+        array = sd.scissor(bar_length=2.0 * size, bar_mass=5.0 * mass, slider_mass=4.0 * mass).driven(speed=3.0 / size**0.5)
+        if clearance:
+            play = sd.Clearance(5e-4 * size, journal_radius=1e-2 * size, bearing_length=1.5e-2 * size)
+            array = array.with_clearance("A", play)
+        return sd.simulate(array, until=0.01 * size**0.5, samples=5)
+
+    large, small = run(1.0, 1.0), run(size, 1e-9)
+    assert not [text for text in json.loads(small.attrs["warnings"]) if "redundant" in text]
+    assert np.allclose(
+        1e9 * small["reaction"], large["reaction"], rtol=1e-6, atol=1e-6 * float(np.abs(large["reaction"]).max())
+    )
+    assert np.allclose(1e9 / size * small["drive_torque"], large["drive_torque"], rtol=1e-6)

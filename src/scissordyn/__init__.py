@@ -72,6 +72,7 @@ if TYPE_CHECKING:
     from scissordyn.model.scissor import scissor
     from scissordyn.model.track import Track
     from scissordyn.simulation.batch import simulate_many
+    from scissordyn.simulation.checkpoint import Checkpoint
     from scissordyn.simulation.constrained_contact import constrain_contact
     from scissordyn.simulation.cycles import cycle
     from scissordyn.simulation.feed_forward import feed_forward
@@ -96,6 +97,7 @@ __all__ = [
     "Body",
     "Bushing",
     "Cable",
+    "Checkpoint",
     "Clearance",
     "ConstantForceSpring",
     "ConstantSpeed",
@@ -251,6 +253,7 @@ _HOMES = {
     "model.scissor": ("scissor",),
     "model.track": ("Track",),
     "simulation.batch": ("simulate_many",),
+    "simulation.checkpoint": ("Checkpoint",),
     "simulation.cycles": ("cycle",),
     "simulation.feed_forward": ("feed_forward",),
     "simulation.constrained_contact": ("constrain_contact",),

@@ -371,9 +371,9 @@ class Driver:
         state.clock["end"] = until
         status, left, pace = loop.ADVANCING, most_steps, FIRST
         while status == loop.ADVANCING and left > 0:
-            before, called = self._tried(), clocks.perf_counter()
+            before, called = self.tried, clocks.perf_counter()
             status = advance(_problem(), self.system.address, self.integration.address, min(pace, left))
-            taken = self._tried() - before
+            taken = self.tried - before
             left -= max(1, taken)
             pace = next_slice(taken, clocks.perf_counter() - called, SLICE)
             if status in _GROWING:
@@ -383,7 +383,9 @@ class Driver:
                 progress(self.time)
         return status
 
-    def _tried(self) -> int:
+    @property
+    def tried(self) -> int:
+        """Steps so far, rejected ones included."""
         counts = self.state.counts
         return int(counts["steps"][0] + counts["rejected"][0])
 
@@ -422,6 +424,48 @@ class Driver:
                 raise InputError(f"a state with {stored.shape} numbers as '{name}'", f"{part.shape}, a state of this mechanism")
         state.clock["prepared"] = 0
         functions.activate(self.system.address)
+
+    def arrays(self) -> dict[str, np.ndarray]:
+        """All arrays that the way onwards depends on, and what has been recorded so far, by name; live."""
+        content, counts = self.integration.content, self.state.counts
+        named = {"state": content.state, "work": content.work, "workspace": self.system.content.work}
+        found = {f"{owner}.{name}": part for owner, parts in named.items() for name, part in parts._asdict().items()}
+        found["state.history"] = found["state.history"][: int(self.state.history_length[0])]
+        for owner, parts, rows in (("samples", content.samples, "samples"), ("steps", content.steps, "recorded")):
+            found |= {f"{owner}.{name}": part[: int(counts[rows][0])] for name, part in parts._asdict().items()}
+        return found | {"log": self.log}
+
+    def take_up(self, arrays: Mapping[str, np.ndarray]) -> None:
+        """Put back what `arrays` gave for a driver made in the same way, which goes on from there bit for bit.
+
+        Parameters
+        ----------
+        arrays : mapping of str to ndarray
+
+        Raises
+        ------
+        InputError
+            If an array is missing or has another shape than here.
+        """
+        mine = self.arrays()
+        if arrays.keys() != mine.keys():
+            raise InputError(f"a state without '{min(mine.keys() ^ arrays.keys())}'", "a state of the same version")
+        for name, status in (("state.history", loop.HISTORY_FULL), ("steps.time", loop.RECORD_FULL), ("log", loop.LOG_FULL)):
+            while len(arrays[name]) > len(self._store(name)) > 0:
+                self._grow(status)
+        for name, part in self.arrays().items():
+            owner = name.partition(".")[0]
+            rows = arrays[name].shape[0] if owner in ("samples", "steps", "log") or name == "state.history" else None
+            place = part if rows is None else self._store(name)[:rows]
+            if place.shape != arrays[name].shape:
+                raise InputError(f"a state with {arrays[name].shape} numbers as '{name}'", f"{place.shape}")
+            place[...] = arrays[name]
+
+    def _store(self, name: str) -> np.ndarray:
+        """All rows of an array that is filled row by row."""
+        owner, _, part = name.partition(".")
+        found = getattr(self.integration.content, owner)
+        return np.asarray(getattr(found, part) if part else found)
 
     def bind(self, parameters: Parameters) -> None:
         """Go on with other numbers of the same model."""

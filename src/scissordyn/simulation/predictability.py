@@ -18,6 +18,7 @@ from scissordyn.mechanics.assembly import eccentricity_map
 from scissordyn.mechanics.reduced_model import ReducedModel
 from scissordyn.mechanics.system import System
 from scissordyn.model.mechanism import Mechanism
+from scissordyn.simulation.checkpoint import Keeper
 from scissordyn.simulation.options import Options
 from scissordyn.simulation.trajectory import Trajectory, compute
 
@@ -77,6 +78,7 @@ def predictability(
     path: Trajectory,
     run: xr.Dataset,
     progress: Callable[[float], None] | None = None,
+    keeper: Keeper | None = None,
 ) -> Horizon:
     """Compare a run with a second one at a much tighter tolerance, at the ends of all steps of the first.
 
@@ -93,6 +95,8 @@ def predictability(
     run : Dataset
         Made of it.
     progress : callable, optional
+    keeper : Keeper, optional
+        Writes checkpoints of the second run.
 
     Returns
     -------
@@ -108,7 +112,7 @@ def predictability(
     times, states, _ = path.steps
     chosen = np.flatnonzero(np.diff(times, prepend=-1.0) > 0.0)
     tight = dataclasses.replace(options, rtol=rtol, atol=atol, method=method)
-    second = compute(mechanism, tight, progress, times=times[chosen])
+    second = compute(mechanism, tight, progress, times=times[chosen], keeper=keeper, part="repetition")
     if second.status == "interrupted":
         return Horizon(math.nan, 0, "unknown", "interrupted while the run was repeated", interrupted=True)
     count = second.samples.time.size

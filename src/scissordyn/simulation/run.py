@@ -6,12 +6,14 @@ import json
 import os
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from typing import Annotated
 
 import xarray as xr
 
 from scissordyn.errors import InputError
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.simulation.branching import passing_warnings
+from scissordyn.simulation.checkpoint import Checkpoint, Keeper, open_checkpoint
 from scissordyn.simulation.configuration import read_configuration
 from scissordyn.simulation.dataset import to_dataset
 from scissordyn.simulation.options import EventKind, Options, StartKind
@@ -20,7 +22,7 @@ from scissordyn.simulation.time_functions import check_tables
 from scissordyn.simulation.track import ideal_deviation
 from scissordyn.simulation.trajectory import compute
 from scissordyn.simulation.warn import contact_failures, run_warnings
-from scissordyn.units import checked
+from scissordyn.units import Meaning, checked
 
 __all__ = ["replay", "simulate"]
 
@@ -42,6 +44,7 @@ def simulate(
     events: EventKind = Options.events,
     trust: bool = Options.trust,
     progress: Callable[[float], None] | None = None,
+    checkpoint: Annotated[Checkpoint | None, Meaning("where the state is kept", "Checkpoint('run.checkpoint')")] = None,
 ) -> xr.Dataset:
     """Simulate a mechanism and return its motion, forces, contacts and energies.
 
@@ -67,6 +70,9 @@ def simulate(
         Repeat the run at a ten times tighter tolerance and report the time until which both agree.
     progress : callable, optional
         Called repeatedly with the simulated time [s].
+    checkpoint : Checkpoint, optional
+        File in which the state is kept now and then. If the file is there already, the run goes on from it; its results are
+        those of a run without interruption, bit for bit.
 
     Returns
     -------
@@ -78,10 +84,11 @@ def simulate(
     Raises
     ------
     InputError
-        If the mechanism cannot be assembled or an option is out of bounds. A failed run raises no error: its Dataset has
-        the results up to the failure, and the cause.
+        If the mechanism cannot be assembled, an option is out of bounds, or the checkpoint is of another run. A failed run
+        raises no error: its Dataset has the results up to the failure, and the cause.
     """
-    return _simulate(mechanism, Options(until, start, samples, rtol, atol, method, most_steps, events, trust), progress)
+    options = Options(until, start, samples, rtol, atol, method, most_steps, events, trust)
+    return _simulate(mechanism, options, progress, checkpoint)
 
 
 def replay(
@@ -89,6 +96,7 @@ def replay(
     *,
     allow_code: str | os.PathLike[str] | Sequence[str | os.PathLike[str]] = (),
     progress: Callable[[float], None] | None = None,
+    checkpoint: Checkpoint | None = None,
 ) -> xr.Dataset:
     """Run a saved run again, from its attributes; the same versions give the same numbers bit for bit.
 
@@ -100,6 +108,8 @@ def replay(
     allow_code : path or sequence of path
         Python files that may be executed. A function is taken from the one with the digest that the run holds.
     progress : callable, optional
+    checkpoint : Checkpoint, optional
+        As for `simulate`.
 
     Returns
     -------
@@ -113,12 +123,27 @@ def replay(
     configuration = read_configuration(run)
     if configuration.options is None or run.attrs.get("title") != TITLE:
         raise InputError(f"{run.attrs.get('title', 'a dataset without a title')!r:.60}", "a Dataset that simulate() made")
-    return _simulate(configuration.build_mechanism(allow_code), configuration.options, progress)
+    return _simulate(configuration.build_mechanism(allow_code), configuration.options, progress, checkpoint)
 
 
-def _simulate(mechanism: Mechanism, options: Options, progress: Callable[[float], None] | None) -> xr.Dataset:
+def _simulate(
+    mechanism: Mechanism,
+    options: Options,
+    progress: Callable[[float], None] | None,
+    checkpoint: Checkpoint | None,
+) -> xr.Dataset:
     check_tables(mechanism, options.until)
-    path = compute(mechanism, options, progress, record_steps=options.trust)
+    keeper = None if checkpoint is None else open_checkpoint(checkpoint, mechanism, options)
+    run = _computed(mechanism, options, progress, keeper)
+    if keeper is not None and run.attrs["status"] != "interrupted":
+        keeper.finish()
+    return run
+
+
+def _computed(
+    mechanism: Mechanism, options: Options, progress: Callable[[float], None] | None, keeper: Keeper | None
+) -> xr.Dataset:
+    path = compute(mechanism, options, progress, record_steps=options.trust, keeper=keeper)
     run = to_dataset(mechanism, options, path)
     found = [*path.warnings, *run_warnings(mechanism, run, path.immobile), *passing_warnings(mechanism, run, options.until)]
     if run.attrs["status"] == "failed":
@@ -127,7 +152,7 @@ def _simulate(mechanism: Mechanism, options: Options, progress: Callable[[float]
         run, more = _with_deviation(mechanism, options, run)
         found += more
     if options.trust:
-        horizon = predictability(mechanism, options, path, run, progress)
+        horizon = predictability(mechanism, options, path, run, progress, keeper)
         run.attrs.update(horizon.attributes)
         if horizon.interrupted:
             cause = "interrupted while the run was repeated; the run itself is complete, and its horizon is unknown"
@@ -144,4 +169,7 @@ def _with_deviation(mechanism: Mechanism, options: Options, run: xr.Dataset) -> 
     warnings = []
     if path.status != "complete":
         warnings.append(f"deviations of tracked points are unknown from t = {path.end:.6g} s: the ideal mechanism {path.cause}")
+    if path.status == "interrupted" and run.attrs["status"] == "complete":
+        cause = "interrupted while the ideal mechanism was simulated, from which the deviations of tracked points are measured"
+        run.attrs.update(status="interrupted", cause=cause)
     return run.assign(ideal_deviation(mechanism, run, to_dataset(ideal, smooth, path))), warnings

@@ -17,7 +17,7 @@ def snippets(page: str, heading: str) -> list[str]:
     return re.findall(r"^```python\n(.*?)^```", section, flags=re.MULTILINE | re.DOTALL)
 
 
-@pytest.mark.parametrize(("page", "heading"), [("files.md", "Checkpoints")])
+@pytest.mark.parametrize(("page", "heading"), [("files.md", "Case files and Python"), ("files.md", "Checkpoints")])
 def test_examples_run(page: str, heading: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Identity: all code below a heading, one block after the other, in an empty folder."""
     monkeypatch.chdir(tmp_path)

@@ -41,6 +41,8 @@ if TYPE_CHECKING:
     from scissordyn.component.torque import Torque
     from scissordyn.component.torsion_spring import TorsionSpring
     from scissordyn.component.travel_stop import TravelStop
+    from scissordyn.config.case import Case
+    from scissordyn.config.file import read_case, write_case
     from scissordyn.control.catalogue import controller
     from scissordyn.control.delayed.extended import ExtendedDelayedFeedback
     from scissordyn.control.delayed.pyragas import Pyragas
@@ -77,6 +79,7 @@ if TYPE_CHECKING:
     from scissordyn.simulation.cycles import cycle
     from scissordyn.simulation.feed_forward import feed_forward
     from scissordyn.simulation.ideal import ideal_kinematics
+    from scissordyn.simulation.options import Options
     from scissordyn.simulation.run import replay, simulate
     from scissordyn.simulation.store import load, save
     from scissordyn.study.bifurcation import bifurcation
@@ -97,6 +100,7 @@ __all__ = [
     "Body",
     "Bushing",
     "Cable",
+    "Case",
     "Checkpoint",
     "Clearance",
     "ConstantForceSpring",
@@ -121,6 +125,7 @@ __all__ = [
     "Motor",
     "NoControl",
     "NoFriction",
+    "Options",
     "Output",
     "Pairs",
     "Polynomial",
@@ -167,6 +172,7 @@ __all__ = [
     "point_mass",
     "polar_scissor",
     "preview",
+    "read_case",
     "replay",
     "rpm",
     "run_cases",
@@ -183,6 +189,7 @@ __all__ = [
     "variational_exponent",
     "with_panels",
     "with_payload",
+    "write_case",
     "zero_one_test",
 ]
 
@@ -196,6 +203,9 @@ _HOMES = {
     "analysis.spectrum": ("spectrum",),
     "analysis.stroboscope": ("stroboscopic",),
     "analysis.zero_one": ("zero_one_test",),
+    "config.case": ("Case",),
+    "config.case_text": ("case_text",),
+    "config.file": ("read_case", "write_case"),
     "control.catalogue": ("controller",),
     "control.delayed.extended": ("ExtendedDelayedFeedback",),
     "control.delayed.pyragas": ("Pyragas",),
@@ -258,6 +268,7 @@ _HOMES = {
     "simulation.feed_forward": ("feed_forward",),
     "simulation.constrained_contact": ("constrain_contact",),
     "simulation.ideal": ("ideal_kinematics",),
+    "simulation.options": ("Options",),
     "simulation.run": ("replay", "simulate"),
     "simulation.store": ("load", "save"),
     "study.bifurcation": ("bifurcation",),

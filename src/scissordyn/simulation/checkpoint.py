@@ -16,7 +16,7 @@ import xarray as xr
 
 from scissordyn.errors import InputError
 from scissordyn.model.mechanism import Mechanism
-from scissordyn.model.record import DIGEST, PACKAGE, to_plain
+from scissordyn.model.record import DIGEST, PACKAGE, first_difference, to_plain
 from scissordyn.simulation.configuration import write_configuration
 from scissordyn.simulation.driver import Driver
 from scissordyn.simulation.options import Options
@@ -240,17 +240,8 @@ def _difference(there: Any, here: str, name: str) -> str:
         one, other = json.loads(there), json.loads(here)
     except (TypeError, ValueError):
         return f"its {name} cannot be read"
-    place = name
-    while isinstance(one, dict | list) and type(one) is type(other):
-        entries, others = _entries(one), _entries(other)
-        key = next(key for key in sorted({*entries, *others}) if entries.get(key) != others.get(key))
-        place += f".{key}" if isinstance(one, dict) else f"[{key}]"
-        one, other = entries.get(key), others.get(key)
-    return f"{place} = {_short(one)} there, {_short(other)} here"
-
-
-def _entries(tree: dict[str, Any] | list[Any]) -> dict[Any, Any]:
-    return tree if isinstance(tree, dict) else dict(enumerate(tree))
+    place, mine, wanted = first_difference(one, other, name)
+    return f"{place} = {_short(mine)} there, {_short(wanted)} here"
 
 
 def _short(value: Any) -> str:

@@ -41,6 +41,8 @@ if TYPE_CHECKING:
     from scissordyn.component.torque import Torque
     from scissordyn.component.torsion_spring import TorsionSpring
     from scissordyn.component.travel_stop import TravelStop
+    from scissordyn.config.case import Case
+    from scissordyn.config.file import read_case, write_case
     from scissordyn.control.catalogue import controller
     from scissordyn.control.delayed.extended import ExtendedDelayedFeedback
     from scissordyn.control.delayed.pyragas import Pyragas
@@ -72,10 +74,12 @@ if TYPE_CHECKING:
     from scissordyn.model.scissor import scissor
     from scissordyn.model.track import Track
     from scissordyn.simulation.batch import simulate_many
+    from scissordyn.simulation.checkpoint import Checkpoint
     from scissordyn.simulation.constrained_contact import constrain_contact
     from scissordyn.simulation.cycles import cycle
     from scissordyn.simulation.feed_forward import feed_forward
     from scissordyn.simulation.ideal import ideal_kinematics
+    from scissordyn.simulation.options import Options
     from scissordyn.simulation.run import replay, simulate
     from scissordyn.simulation.store import load, save
     from scissordyn.study.bifurcation import bifurcation
@@ -96,6 +100,8 @@ __all__ = [
     "Body",
     "Bushing",
     "Cable",
+    "Case",
+    "Checkpoint",
     "Clearance",
     "ConstantForceSpring",
     "ConstantSpeed",
@@ -119,6 +125,7 @@ __all__ = [
     "Motor",
     "NoControl",
     "NoFriction",
+    "Options",
     "Output",
     "Pairs",
     "Polynomial",
@@ -165,6 +172,7 @@ __all__ = [
     "point_mass",
     "polar_scissor",
     "preview",
+    "read_case",
     "replay",
     "rpm",
     "run_cases",
@@ -181,6 +189,7 @@ __all__ = [
     "variational_exponent",
     "with_panels",
     "with_payload",
+    "write_case",
     "zero_one_test",
 ]
 
@@ -194,6 +203,9 @@ _HOMES = {
     "analysis.spectrum": ("spectrum",),
     "analysis.stroboscope": ("stroboscopic",),
     "analysis.zero_one": ("zero_one_test",),
+    "config.case": ("Case",),
+    "config.case_text": ("case_text",),
+    "config.file": ("read_case", "write_case"),
     "control.catalogue": ("controller",),
     "control.delayed.extended": ("ExtendedDelayedFeedback",),
     "control.delayed.pyragas": ("Pyragas",),
@@ -251,10 +263,12 @@ _HOMES = {
     "model.scissor": ("scissor",),
     "model.track": ("Track",),
     "simulation.batch": ("simulate_many",),
+    "simulation.checkpoint": ("Checkpoint",),
     "simulation.cycles": ("cycle",),
     "simulation.feed_forward": ("feed_forward",),
     "simulation.constrained_contact": ("constrain_contact",),
     "simulation.ideal": ("ideal_kinematics",),
+    "simulation.options": ("Options",),
     "simulation.run": ("replay", "simulate"),
     "simulation.store": ("load", "save"),
     "study.bifurcation": ("bifurcation",),

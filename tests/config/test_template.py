@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from scissordyn.config.case import CaseTable, Run
+from scissordyn.config.case import CaseTable
 from scissordyn.config.clearance import ClearanceTable
 from scissordyn.config.file import read_case
 from scissordyn.config.part import PARTS
@@ -17,6 +17,7 @@ from scissordyn.config.table import table_of
 from scissordyn.config.template import TEMPLATES, template
 from scissordyn.config.time_function import DriveTable
 from scissordyn.errors import InputError
+from scissordyn.simulation.options import Options
 from scissordyn.simulation.run import simulate
 
 PAPER = Path(__file__).parents[2] / "examples" / "paper.toml"
@@ -43,7 +44,7 @@ def test_templates_can_be_run(tmp_path: Path, kind: str) -> None:
 def test_template_shows_every_key_with_its_meaning(kind: str) -> None:
     """Identity: each declared key stands in the text, and each line that is not a further table of a list has a comment."""
     text = template(kind)
-    tables = [STRUCTURES[kind], *[DriveTable] * ("drive" in STARTERS[kind]), ClearanceTable, table_of(Run, until="50 ms")]
+    tables = [STRUCTURES[kind], *[DriveTable] * ("drive" in STARTERS[kind]), ClearanceTable, table_of(Options, until="50 ms")]
     tables += [part.table for name, part in PARTS.items() if kind == "mechanism"]
     for table in tables:
         for key in table.model_fields:

@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
     from scissordyn.model.mechanism import Mechanism
+    from scissordyn.simulation.checkpoint import Checkpoint
 
 __all__ = ["run"]
 
@@ -34,6 +35,13 @@ def run(
     trust: Annotated[bool, typer.Option("--trust", help="Run twice and report the time until which both runs agree.")] = False,
     samples: Annotated[int | None, typer.Option(help="Recorded instants.")] = None,
     events: Annotated[int, typer.Option(help="Number of contacts to show.", min=0)] = 20,
+    checkpoint: Annotated[
+        str | None,
+        typer.Option(
+            metavar="TIME",
+            help="Keep the state beside the file of -o now and then, as every '60 s'. The same command goes on from there.",
+        ),
+    ] = None,
     allow_code: Annotated[
         list[Path] | None,
         typer.Option(
@@ -52,21 +60,24 @@ def run(
 
         check_film(film)
         check_file(film, case, "--animate film.html")
+    kept = None if checkpoint is None else _checkpoint(checkpoint, output, case)
     changes = list(change or [])
     changes += ["run.trust=true"] if trust else []
     changes += [] if samples is None else [f"run.samples={samples}"]
     if _is_saved(case):
-        mechanism, result = _again(case, changes, allow_code or [])
+        mechanism, result = _again(case, changes, allow_code or [], kept)
     elif allow_code:
         raise InputError("--allow-code for a case file", "a saved run; a case file names its own Python files")
     else:
-        mechanism, result = _from_case(case, changes)
+        mechanism, result = _from_case(case, changes, kept)
     stopped = False
     try:
         if output is not None:
             from scissordyn.simulation.store import save
 
             save(result, output)
+            if kept is not None and result.attrs["status"] != "interrupted":
+                kept.remove()
     except KeyboardInterrupt:  # it counts after the file is whole
         stopped = True
     finally:  # whatever became of the file, the user sees what was computed
@@ -102,7 +113,24 @@ def _is_saved(path: Path) -> bool:
         return False  # the reader of case files says what is wrong
 
 
-def _from_case(path: Path, changes: list[str]) -> tuple[Mechanism, xr.Dataset]:
+def _checkpoint(every: str, output: Path | None, case: Path) -> Checkpoint:
+    """The checkpoint beside the file of the result."""
+    from scissordyn.config.quantity import read_quantity
+    from scissordyn.config.table import located
+    from scissordyn.simulation.checkpoint import Checkpoint
+    from scissordyn.units import quantities
+
+    sample = "-o run.nc --checkpoint '60 s'"
+    if output is None:
+        raise InputError("--checkpoint without -o", "a file for the run, beside which its state is kept", sample)
+    with located(f"--checkpoint {every}"):
+        seconds = read_quantity(every, quantities(Checkpoint)["every"], "60 s")
+    path = output.with_name(f"{output.name}.checkpoint")
+    check_file(path, case, sample)
+    return Checkpoint(path, seconds, keep=True)
+
+
+def _from_case(path: Path, changes: list[str], checkpoint: Checkpoint | None) -> tuple[Mechanism, xr.Dataset]:
     from scissordyn.cli.progress import progress_bar
     from scissordyn.config.file import read_case
     from scissordyn.simulation.run import simulate
@@ -110,10 +138,12 @@ def _from_case(path: Path, changes: list[str]) -> tuple[Mechanism, xr.Dataset]:
     case = read_case(path, changes)
     with progress_bar(case.run.until) as progress:
         _compile()
-        return case.mechanism, simulate(case.mechanism, **case.run.keywords, progress=progress)
+        return case.mechanism, simulate(case.mechanism, **case.run.keywords, progress=progress, checkpoint=checkpoint)
 
 
-def _again(path: Path, changes: list[str], allow_code: list[Path]) -> tuple[Mechanism, xr.Dataset]:
+def _again(
+    path: Path, changes: list[str], allow_code: list[Path], checkpoint: Checkpoint | None
+) -> tuple[Mechanism, xr.Dataset]:
     from scissordyn.cli.progress import progress_bar
     from scissordyn.simulation.configuration import read_configuration
     from scissordyn.simulation.run import replay
@@ -128,7 +158,7 @@ def _again(path: Path, changes: list[str], allow_code: list[Path]) -> tuple[Mech
     until = 0.0 if configuration.options is None else configuration.options.until
     with progress_bar(until) as progress:
         _compile()
-        result = replay(saved, allow_code=allow_code, progress=progress)
+        result = replay(saved, allow_code=allow_code, progress=progress, checkpoint=checkpoint)
     return configuration.build_mechanism(allow_code), result
 
 

@@ -23,25 +23,7 @@ from scissordyn.model.mechanism import Mechanism
 from scissordyn.model.track import Track
 from scissordyn.simulation.options import Options
 
-__all__ = ["Case", "CaseTable", "Run"]
-
-
-@dataclasses.dataclass(frozen=True)
-class Run(Options):
-    """The options of `simulate` in a case file.
-
-    Parameters
-    ----------
-    trust : bool
-        Whether to run twice and report the time until which both runs agree.
-    """
-
-    trust: bool = False
-
-    @property
-    def keywords(self) -> dict[str, Any]:
-        """The arguments of `simulate`."""
-        return {field.name: getattr(self, field.name) for field in dataclasses.fields(self)}
+__all__ = ["Case", "CaseTable"]
 
 
 @dataclasses.dataclass(frozen=True)
@@ -51,11 +33,11 @@ class Case:
     Parameters
     ----------
     mechanism : Mechanism
-    run : Run
+    run : Options
     """
 
     mechanism: Mechanism
-    run: Run
+    run: Options
 
 
 _DRIVES = TypeAdapter(list[DriveTable])
@@ -115,7 +97,9 @@ class _CaseTable(Table):
     ]
     panels: Annotated[list[PanelsTable], Field(description="a panel on each of some bars", default_factory=list)]
     run: Annotated[
-        Run, described(Run, until="50 ms"), Field(description="options of the simulation", examples=[{"until": "50 ms"}])
+        Options,
+        described(Options, until="50 ms"),
+        Field(description="options of the simulation", examples=[{"until": "50 ms"}]),
     ]
 
     def case(self) -> Case:

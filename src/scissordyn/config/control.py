@@ -13,15 +13,17 @@ from scissordyn.component.place import BodyPoint
 from scissordyn.component.time_function import ConstantSpeed, Tabulated, TimeFunction
 from scissordyn.config.quantity import read_numbers
 from scissordyn.config.table import Table, build, toml
-from scissordyn.config.time_function import DriveTable
-from scissordyn.control.catalogue import CONTROLLERS, controller_from_file
+from scissordyn.config.time_function import ANGLE
+from scissordyn.control.catalogue import CONTROLLERS
 from scissordyn.control.controller import Controller
+from scissordyn.control.user import UserController
 from scissordyn.errors import InputError, did_you_mean
 from scissordyn.model.mechanism import Mechanism
+from scissordyn.plugin.user_file import file_digest, split_reference
 from scissordyn.simulation.feed_forward import feed_forward
 from scissordyn.units import Quantity, quantities
 
-__all__ = ["ControlTable"]
+__all__ = ["CONTROLLER", "ControlTable"]
 
 SAMPLE: dict[str, Any] = {"name": "pid", "proportional": "2e4 N m/rad", "derivative": "1500 N m s/rad"}
 TORQUES = 'feed_forward = { time = "0 0.1 0.2 0.3 0.4 0.5 s", torque = "0 1 2 3 4 5 N m" }'
@@ -31,6 +33,7 @@ USER_FILE = "a function in a file as my_control.py:steer"
 class _UserTable(Table):
     """The keys of a controller in a user's file."""
 
+    constants: list[float] = Field(default_factory=list)
     delay: Annotated[float, Quantity("s", minimum=0.0, help="delay of the recorded signal")] = 0.0
     recorded: str = ""
 
@@ -44,17 +47,17 @@ def _read_controller(given: Any, info: ValidationInfo) -> Controller:
     if ".py:" in name:
         table = _UserTable.model_validate(parameters, context=info.context)
         folder = (info.context or {}).get("folder", Path())
-        return controller_from_file(name, folder, delay=table.delay, recorded=table.recorded)
+        path, function = split_reference(name, folder)
+        constants, digest = tuple(map(float, table.constants)), file_digest(path)
+        return UserController(f"{path}:{function}", constants, digest, table.delay, table.recorded)
     if name not in CONTROLLERS:
         raise InputError(f"unknown controller '{name}'{did_you_mean(name, CONTROLLERS)}", known, sample)
     made: Controller = build(CONTROLLERS[name], parameters, info.context)
     return made
 
 
-def _read_reference(given: Any, info: ValidationInfo) -> TimeFunction:
-    if isinstance(given, Mapping) and "body" in given:
-        raise InputError("unknown key 'body' in a reference", "the motion alone", 'reference = { speed = "20 rpm" }')
-    return DriveTable.model_validate(given, context=info.context).motion()
+CONTROLLER = PlainValidator(_read_controller)
+"""For ``Annotated[Controller, CONTROLLER]``: a key whose value is a controller."""
 
 
 def _read_torques(given: Any) -> str | Tabulated:
@@ -68,13 +71,11 @@ def _read_torques(given: Any) -> str | Tabulated:
 class ControlTable(Table):
     """A controlled torque in place of a drive."""
 
-    controller: Annotated[
-        Controller, PlainValidator(_read_controller), Field(description="scissordyn controllers lists them", examples=[SAMPLE])
-    ]
+    controller: Annotated[Controller, CONTROLLER, Field(description="scissordyn controllers lists them", examples=[SAMPLE])]
     body: Annotated[str, Field(description="the body on which the torque acts", examples=["unit 1/bar 1"])] = ""
     reference: Annotated[
         TimeFunction | None,
-        PlainValidator(_read_reference),
+        ANGLE,
         Field(description="the reference angle; that of the body's [drive] without it", examples=[{"speed": "20 rpm"}]),
     ] = None
     feed_forward: Annotated[

@@ -1,7 +1,8 @@
-"""Read a case file."""
+"""Read and write a case file."""
 
 from __future__ import annotations
 
+import os
 import tomllib
 from collections.abc import Iterable
 from dataclasses import replace
@@ -10,26 +11,32 @@ from typing import Any
 
 from scissordyn.config.address import addressed, sorted_changes
 from scissordyn.config.case import Case, CaseTable
+from scissordyn.config.case_text import BEGINNING, case_text
 from scissordyn.config.change import changed
 from scissordyn.config.line import Place, address, line_of, place_of_name
 from scissordyn.config.table import PlacedError, in_a_file, instance
 from scissordyn.config.text import read_text
 from scissordyn.errors import InputError
+from scissordyn.model.mechanism import Mechanism
+from scissordyn.simulation.options import Options
+from scissordyn.simulation.output_file import check_target, write_file
 
-__all__ = ["read_case"]
+__all__ = ["read_case", "write_case"]
+
+SAMPLE = "write_case(arm, 'arm.toml')"
 
 DEEPEST = 32
 """Tables and lists inside each other; a case has six."""
 
 
-def read_case(path: Path, changes: Iterable[str] = ()) -> Case:
+def read_case(path: str | os.PathLike[str], changes: Iterable[str] = ()) -> Case:
     """The case that a TOML file describes.
 
     Parameters
     ----------
-    path : Path
+    path : path
     changes : iterable of str, optional
-        Values to change first, see `changed`.
+        Values to change first, as "drive.speed=250 rpm", see `changed`.
 
     Returns
     -------
@@ -40,6 +47,7 @@ def read_case(path: Path, changes: Iterable[str] = ()) -> Case:
     InputError
         For the first error, with its line in the file and its address.
     """
+    path = Path(path)
     text = read_text(path, "a case file in TOML", "" if path.exists() else f"scissordyn new scissor > {path}")
     written = _parsed(text, path)
     of_file, of_parts = sorted_changes(written, changes, CaseTable.model_fields.keys())
@@ -54,6 +62,32 @@ def read_case(path: Path, changes: Iterable[str] = ()) -> Case:
     except InputError as error:
         place = place_of_name(tree, error.what) if written == tree else ()
         raise _located(error, path, text, error.what, place) from None
+
+
+def write_case(described: Mechanism | Case, path: str | os.PathLike[str], *, run: Options | None = None) -> Path:
+    """Write a mechanism, or a mechanism and the options of its simulation, as a case file; reading it gives equal ones.
+
+    A file that is there is replaced if `write_case` wrote it; any other is refused. It is written whole or not at all.
+
+    Parameters
+    ----------
+    described : Mechanism or Case
+    path : path
+    run : Options, optional
+        Of the simulation; those of the case, or the defaults for 50 ms, if not given.
+
+    Returns
+    -------
+    Path
+
+    Raises
+    ------
+    InputError
+        If a part cannot be written, such as a function in no file, or another file is in the way.
+    """
+    check_target(path, sample=SAMPLE, beginning=BEGINNING.encode())
+    text = case_text(described, run, folder=Path(path).absolute().parent)
+    return write_file(path, text.encode(), sample=SAMPLE)
 
 
 def _located(error: InputError, path: Path, text: str, said: str, place: Place) -> InputError:

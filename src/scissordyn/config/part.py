@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import cache
 from pathlib import Path
 from typing import Annotated, Any, get_args, get_origin, get_type_hints
 
@@ -15,10 +16,12 @@ from scissordyn.component.declaration import Declaration
 from scissordyn.component.place import BodyPoint, Point
 from scissordyn.component.time_function import TimeFunction
 from scissordyn.component.user import component_class
+from scissordyn.config.control import CONTROLLER
 from scissordyn.config.quantity import read_numbers
 from scissordyn.config.table import Hints, Table, described, located, table_of, toml
-from scissordyn.config.time_function import DISTANCE, TIME_FUNCTION
-from scissordyn.errors import InputError
+from scissordyn.config.time_function import ANGLE, DISTANCE, TIME_FUNCTION, TORQUE
+from scissordyn.control.controller import Controller
+from scissordyn.errors import InputError, did_you_mean
 from scissordyn.model.body import Body, bar
 from scissordyn.model.connection import Weld
 from scissordyn.model.joint import Guide, Revolute
@@ -175,6 +178,8 @@ _BODIES: Hints = (
 _FUNCTIONS: Mapping[str, Any] = {
     "time_function": Annotated[TimeFunction | None, TIME_FUNCTION, Field(description="a factor over time, 1 without it")],
     "motion": Annotated[TimeFunction | None, DISTANCE, Field(description="the distance over time, without a length")],
+    "reference": Annotated[TimeFunction | None, ANGLE, Field(description="the reference angle over time")],
+    "feed_forward": Annotated[TimeFunction | None, TORQUE, Field(description="a torque over time for the controller")],
 }
 """Readers of fields that are time functions, by name."""
 
@@ -207,30 +212,51 @@ def _component_hints(kind: type) -> Hints:
                 hints[name] = Annotated[Point, pair(extra.unit), Field(description=extra.help)]
         if name in _FUNCTIONS:
             hints[name] = _FUNCTIONS[name]
+        elif hint is Controller:
+            hints[name] = Annotated[Controller, CONTROLLER, Field(description="scissordyn controllers lists them")]
+        elif hint == BodyPoint | None:
+            hints[name] = Annotated[BodyPoint | None, BODY_POINT, Field(description='a point, as "BODY.POINT"')]
     names = [field.name for field in dataclasses.fields(kind)]
     return tuple((name, hints[name]) for name in names if name in hints)
 
 
+_LISTED = {"rod": "rods", "latch": "latches"}
+"""Components that a mechanism has in lists of their own."""
+
+
+@cache
 def _component_part(kind: Any) -> Part:
     """The table of a component class, from its declaration."""
     declared: Declaration = kind.declaration
     first_line = (kind.__doc__ or "").strip().splitlines()[0]
     help = first_line[:1].lower() + first_line[1:].split(": ")[0].rstrip(".")
-    fills = {"rod": "rods", "latch": "latches"}.get(declared.section, "components")
+    fills = _LISTED.get(declared.section, "components")
     return _part(kind, fills, help, _component_hints(kind), name=declared.section.replace("_", " "), **declared.example)
 
 
 class UserComponentTable(Table):
-    """A component of a class in a file of the user's own; the further keys are the fields of the class."""
+    """A component of a class in a file of the user's own, or any one; the further keys are the fields of the class."""
 
-    type: Annotated[str, Field(description="the class, as 'file.py:Class'", examples=["my_components.py:Rubber"])]
+    type: Annotated[
+        str,
+        Field(
+            description="the class, as 'file.py:Class', or any component as 'spring', where the order of several kinds counts",
+            examples=["my_components.py:Rubber"],
+        ),
+    ]
 
 
 def _read_user_component(given: Any, info: ValidationInfo) -> Any:
     keys = dict(given) if isinstance(given, Mapping) else {}
     table = UserComponentTable.model_validate({"type": keys.pop("type")} if "type" in keys else keys, context=info.context)
     folder = (info.context or {}).get("folder", Path())
-    kind = component_class(table.type, folder)
+    known = {section: kind for section, kind in COMPONENTS.items() if section not in _LISTED}
+    if ".py:" not in table.type and table.type not in known:
+        raise InputError(
+            f"unknown component '{table.type}'{did_you_mean(table.type, known)}",
+            ", ".join(known) + ", or a class in a file as my_components.py:Rubber",
+        )
+    kind = known[table.type] if table.type in known else component_class(table.type, folder)
     return _component_part(kind).reader.func(keys, info)  # type: ignore[call-arg]
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import re
+from collections.abc import Iterable
 from functools import cache
 
 import pint
@@ -11,7 +12,7 @@ import pint
 from scissordyn.errors import InputError, did_you_mean
 from scissordyn.units import Quantity
 
-__all__ = ["example", "read_numbers", "read_quantity", "unit_factor", "written"]
+__all__ = ["exact", "example", "read_numbers", "read_quantity", "unit_factor", "written"]
 
 PREFIXES = ("giga- = 1e9 = G-", "mega- = 1e6 = M-", "kilo- = 1e3 = k-", "centi- = 1e-2 = c-", "milli- = 1e-3 = m-")
 SMALL_PREFIXES = ("micro- = 1e-6 = µ- = μ- = u-", "nano- = 1e-9 = n-")
@@ -54,7 +55,8 @@ FAMILIAR = {
 }
 """Units to write a number in, largest first, by the SI unit of its quantity."""
 
-LEADING_NUMBER = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?|[+-]?(?:nan|inf)\b)\s*,?\s*(.*)", re.DOTALL)
+NUMBER = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?|[+-]?(?:nan|inf)\b)\s*,?\s*")
+LEADING_NUMBER = re.compile(f"{NUMBER.pattern}(.*)", re.DOTALL)
 UNIT_TEXT = re.compile(r"[\w°²³·*/^()\s-]*")
 LARGE_POWER = re.compile(r"(?:\^|\*\*)[^a-zA-Z]*?(?:\d\d|\^|\*\*)")
 """Powers that no unit has; pint would evaluate them, and 9^9^9^9 without end."""
@@ -167,13 +169,13 @@ def read_numbers(text: object, unit: str) -> tuple[float, ...]:
     tuple of float
     """
     wanted, sample = f"finite numbers and, after the last, their unit [{unit}]", f"'0 0.1 0.2 {unit}'"
-    rest, numbers = text if isinstance(text, str) else "", list[str]()
-    while found := LEADING_NUMBER.fullmatch(rest):
+    given, numbers, at = text if isinstance(text, str) else "", list[str](), 0
+    while found := NUMBER.match(given, at):
         numbers.append(found[1])
-        rest = found[2]
+        at = found.end()
     if not numbers:
         raise InputError("no numbers", wanted, sample)
-    values = _scaled(numbers, rest.strip(), unit, wanted, sample)
+    values = _scaled(numbers, given[at:].strip(), unit, wanted, sample)
     if not all(map(math.isfinite, values)):
         raise InputError("a number that is not finite", wanted, sample)
     return values
@@ -212,6 +214,46 @@ def written(value: float, unit: str) -> str:
         if abs(scaled) >= 1.0 or (value == 0.0):
             break
     return f"{scaled:.12g} {name}"
+
+
+SHORT = 12
+"""Digits up to which a number is written in mm in place of m and the like; full digits stay in SI."""
+
+
+def exact(values: Iterable[float], unit: str) -> str:
+    """Numbers in the form of a case file, such that reading them gives the same to the last bit.
+
+    Parameters
+    ----------
+    values : iterable of float
+        In SI.
+    unit : str
+        Their SI unit.
+
+    Returns
+    -------
+    str
+        With one unit after the last: the usual one with which the text is shortest, or that of SI with all digits.
+    """
+    numbers = tuple(map(float, values))
+    candidates = []
+    for name in dict.fromkeys((*FAMILIAR.get(unit, ()), unit)):
+        factor = unit_factor(name, unit)
+        digits = [_digits(number, factor) for number in numbers]
+        longest = max(len(text or "") for text in digits)
+        if None not in digits and (name == unit or unit not in FAMILIAR.get(unit, ()) or longest <= SHORT):
+            candidates.append(f"{', '.join(map(str, digits))} {name}")
+    return min(candidates, key=len)  # that of SI is always among them: its factor is 1
+
+
+def _digits(number: float, factor: float) -> str | None:
+    """The shortest digits that times a factor are a number to the last bit; None if there are none."""
+    scaled = number / factor
+    for precision in (15, 16, 17):
+        text = f"{scaled:.{precision}g}"
+        if repr(float(text) * factor) == repr(number):
+            return text
+    return None
 
 
 def example(quantity: Quantity) -> str:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any, get_args
 
-from scissordyn.config.case import CaseTable, Run
+from scissordyn.config.case import CaseTable
 from scissordyn.config.clearance import ClearanceTable, GuideClearanceTable
 from scissordyn.config.part import COMPONENT_SECTIONS, PARTS
 from scissordyn.config.payload import PanelsTable, PayloadTable
@@ -14,6 +14,7 @@ from scissordyn.config.structure import STRUCTURES
 from scissordyn.config.table import Table, key_help, key_sample, quantity_of, table_of, toml
 from scissordyn.config.time_function import DriveTable
 from scissordyn.errors import InputError, did_you_mean
+from scissordyn.simulation.options import Options
 
 __all__ = ["TEMPLATES", "template"]
 
@@ -59,7 +60,7 @@ def template(kind: str) -> str:
             f"structure '{kind}'{did_you_mean(kind, TEMPLATES)}", ", ".join(TEMPLATES), "scissordyn new scissor > case.toml"
         )
     starter = STARTERS[kind]
-    run = table_of(Run, until="50 ms")
+    run = table_of(Options, until="50 ms")
     parts = ["# A case for scissordyn. Numbers carry their units; names of laws and materials: scissordyn laws"]
     parts.append(_section("[structure]", STRUCTURES[kind], starter.get("structure", {})))
     for name in PARTS:

@@ -24,11 +24,25 @@ from scissordyn.config.text import read_text
 from scissordyn.errors import InputError
 from scissordyn.units import Quantity, quantities
 
-__all__ = ["DISTANCE", "TIME_FUNCTION", "DistanceTable", "DriveTable", "TimeFunctionTable", "read_tabulated"]
+__all__ = [
+    "ANGLE",
+    "DISTANCE",
+    "TIME_FUNCTION",
+    "TORQUE",
+    "DistanceTable",
+    "DriveTable",
+    "TimeFunctionTable",
+    "TorqueTable",
+    "powers",
+    "read_tabulated",
+]
 
-HEADER = re.compile(r"\s*#?\s*time\s*\[(?P<time>[^]]+)\]\s*[,;\s]\s*(?P<name>angle|factor|length)\s*\[(?P<unit>[^]]+)\]\s*")
+HEADER = re.compile(
+    r"\s*#?\s*time\s*\[(?P<time>[^]]+)\]\s*[,;\s]\s*(?P<name>angle|factor|length|torque)\s*\[(?P<unit>[^]]+)\]\s*"
+)
 SAMPLE = 'table = { time = "0 10 20 30 40 50 ms", angle = "30 31 34 39 46 55 deg" }'
 LENGTHS = 'table = { time = "0 10 20 30 40 50 ms", length = "500 501 504 509 516 525 mm" }'
+TORQUES = 'table = { time = "0 10 20 30 40 50 ms", torque = "0 1 2 3 2 1 N m" }'
 FACTORS = 'table = { time = "0 10 20 30 40 50 ms", factor = [0, 0.1, 0.3, 0.6, 0.9, 1] }'
 
 
@@ -36,6 +50,7 @@ TABULATED = {
     "angle": ("rad", "angle [deg]", SAMPLE),
     "length": ("m", "length [mm]", LENGTHS),
     "factor": ("1", "factor [1]", FACTORS),
+    "torque": ("N m", "torque [N m]", TORQUES),
 }
 """What can be tabulated: unit, heading in a file, and a sample."""
 
@@ -51,7 +66,7 @@ def read_tabulated(given: Any, folder: Path, name: str = "angle") -> Tabulated:
         says ``time [ms], factor [1]``, the key `factor` is a list.
     folder : Path
         Folder that a relative file name starts from.
-    name : {"angle", "length", "factor"}
+    name : {"angle", "length", "factor", "torque"}
         What is tabulated.
 
     Returns
@@ -100,9 +115,14 @@ def _table_reader(name: str) -> PlainValidator:
     return PlainValidator(read)
 
 
+def powers(unit: str) -> tuple[str, ...]:
+    """Units of the coefficients of a polynomial of time whose values have a unit, from the constant up."""
+    return (unit, f"{unit}/s", *(f"{unit}/s^{power}" for power in range(2, 6)))
+
+
 def _polynomial_reader(unit: str, sample: str) -> PlainValidator:
     """Coefficients from the constant up, each with the unit of its power of time."""
-    units = [unit, *(f"{unit}/s" if power == 1 else f"{unit}/s^{power}" for power in range(1, 6))]
+    units = powers(unit)
 
     def read(given: Any) -> Polynomial:
         if not isinstance(given, list) or not 1 <= len(given) <= len(units):
@@ -190,7 +210,9 @@ FADE: dict[str, Any] = {"start": 0, "end": 1, "duration": "2 s"}
 
 
 class TimeFunctionTable(Table):
-    """A factor over time: one of harmonic, table, polynomial, cycloidal and trapezoidal."""
+    """A factor over time: one of speed, harmonic, table, polynomial, cycloidal and trapezoidal."""
+
+    speed: Annotated[float | None, Quantity("1/s", help="a factor that grows from zero at this rate")] = None
 
     harmonic: Annotated[
         Harmonic | None, described(Harmonic, _values(Harmonic, "1"), mean="0", amplitude="1", angular_frequency="3 Hz")
@@ -224,12 +246,34 @@ class DistanceTable(Table):
         return _the_time_function(self, f"motion = {toml({'cycloidal': REACH})}")
 
 
+LOAD: dict[str, Any] = {"start": "0 N m", "end": "5 N m", "duration": "2 s"}
+
+
+class TorqueTable(Table):
+    """A torque over time: one of speed, harmonic, table, polynomial, cycloidal and trapezoidal."""
+
+    speed: Annotated[float | None, Quantity("N m/s", help="a torque that grows from zero at this rate")] = None
+    harmonic: Annotated[
+        Harmonic | None,
+        described(Harmonic, _values(Harmonic, "N m"), mean="0 N m", amplitude="1 N m", angular_frequency="3 Hz"),
+    ] = None
+    table: Annotated[Tabulated | None, _table_reader("torque")] = None
+    polynomial: Annotated[Polynomial | None, _polynomial_reader("N m", 'polynomial = ["0 N m", "1 N m/s"]')] = None
+    cycloidal: Annotated[Cycloidal | None, described(Cycloidal, _values(Cycloidal, "N m"), **LOAD)] = None
+    trapezoidal: Annotated[Trapezoidal | None, described(Trapezoidal, _values(Trapezoidal, "N m"), **LOAD)] = None
+
+    def motion(self) -> TimeFunction:
+        """The one time function that is given."""
+        return _the_time_function(self, f"feed_forward = {toml({'cycloidal': LOAD})}")
+
+
 def _the_time_function(table: Table, sample: str) -> TimeFunction:
-    motion: TimeFunction = _only_one(table, tuple(type(table).model_fields), sample)
+    given = _only_one(table, tuple(type(table).model_fields), sample)
+    motion: TimeFunction = ConstantSpeed(given) if isinstance(given, float) else given
     return motion
 
 
-def _time_function_reader(table: type[TimeFunctionTable | DistanceTable]) -> PlainValidator:
+def _time_function_reader(table: type[TimeFunctionTable | DistanceTable | TorqueTable]) -> PlainValidator:
     return PlainValidator(lambda given, info: table.model_validate(given, context=info.context).motion())
 
 
@@ -238,3 +282,16 @@ TIME_FUNCTION = _time_function_reader(TimeFunctionTable)
 
 DISTANCE = _time_function_reader(DistanceTable)
 """For ``Annotated[TimeFunction | None, DISTANCE]``: a key whose value is a length over time."""
+
+TORQUE = _time_function_reader(TorqueTable)
+"""For ``Annotated[TimeFunction | None, TORQUE]``: a key whose value is a torque over time."""
+
+
+def _read_angle(given: Any, info: ValidationInfo) -> TimeFunction:
+    if isinstance(given, Mapping) and "body" in given:
+        raise InputError("unknown key 'body' in a reference", "the motion alone", 'reference = { speed = "20 rpm" }')
+    return DriveTable.model_validate(given, context=info.context).motion()
+
+
+ANGLE = PlainValidator(_read_angle)
+"""For ``Annotated[TimeFunction | None, ANGLE]``: a key whose value is an angle over time."""

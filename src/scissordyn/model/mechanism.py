@@ -203,6 +203,23 @@ class Mechanism:
         drawn: str = package.preview_svg(self)
         return drawn
 
+    def to_case(self, run: Any = None) -> str:
+        """The text of a case file that describes the mechanism exactly; see `scissordyn.write_case`.
+
+        Parameters
+        ----------
+        run : Options, optional
+            Of the simulation; the defaults for 50 ms if not given.
+
+        Returns
+        -------
+        str
+            TOML.
+        """
+        package: Any = sys.modules["scissordyn"]  # case files are a room above this one, as pictures are
+        text: str = package.case_text(self, run)
+        return text
+
     @checked
     def with_clearance(
         self,

@@ -12,7 +12,7 @@ from typing import Any
 
 from scissordyn.errors import InputError
 
-__all__ = ["DIGEST", "FUNCTION", "KIND", "kind_of", "to_plain"]
+__all__ = ["DIGEST", "FUNCTION", "KIND", "PACKAGE", "first_difference", "kind_of", "to_plain"]
 
 PACKAGE = "scissordyn"
 KIND = "kind"
@@ -54,6 +54,32 @@ def to_plain(described: Any) -> Any:
         name = getattr(described, "__name__", repr(described))
         return {KIND: FUNCTION, "name": name, "source": _source(described), DIGEST: _function_digest(described)}
     raise InputError(f"a {type(described).__name__} inside a description", "values that can be written to a file")
+
+
+def first_difference(one: Any, other: Any, place: str = "") -> tuple[str, Any, Any]:
+    """The first place at which two trees of plain data that differ do so, and what is there in each.
+
+    Parameters
+    ----------
+    one, other : plain
+    place : str
+        What the trees are called.
+
+    Returns
+    -------
+    place : str
+    one, other : plain
+    """
+    while isinstance(one, dict | list) and type(one) is type(other):
+        entries, others = _entries(one), _entries(other)
+        key = next(key for key in {**entries, **others} if entries.get(key) != others.get(key))
+        place += f"[{key}]" if isinstance(one, list) else f"{'.' if place else ''}{key}"
+        one, other = entries.get(key), others.get(key)
+    return place, one, other
+
+
+def _entries(tree: dict[str, Any] | list[Any]) -> dict[Any, Any]:
+    return tree if isinstance(tree, dict) else dict(enumerate(tree))
 
 
 _SCALARS = (str, int, float, bool, type(None))

@@ -38,6 +38,7 @@ from scissordyn.simulation.configuration import write_configuration
 from scissordyn.simulation.contacts import columns, contacts
 from scissordyn.simulation.events import event_variables, switching_losses
 from scissordyn.simulation.options import Options
+from scissordyn.simulation.synchronisation import synchronisation_variables
 from scissordyn.simulation.track import track_variables
 from scissordyn.simulation.trajectory import Trajectory, compute
 
@@ -88,6 +89,7 @@ def to_dataset(mechanism: Mechanism, options: Options, path: Trajectory) -> xr.D
         **_drive_variables(mechanism, path, found),
         **_contact_variables(mechanism, path),
         **track_variables(path, found),
+        **synchronisation_variables(mechanism, found),
         **{name: xr.Variable(*parts) for name, parts in event_variables(mechanism, path.log).items()},
     }
     components = _component_variables(mechanism, path, found)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import time as clocks
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
 from functools import cache
 from typing import Any
 
@@ -15,8 +14,6 @@ from scissordyn.errors import InputError
 from scissordyn.integrate import advance as loop
 from scissordyn.integrate.history import make_history
 from scissordyn.integrate.integration import (
-    CLOCK,
-    COUNTS,
     Integration,
     Problem,
     Samples,
@@ -39,6 +36,7 @@ from scissordyn.mechanics.system import Model, Parameters, System
 from scissordyn.mechanics.workspace import initial_state, make_workspace
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.simulation.slice import FIRST, next_slice
+from scissordyn.simulation.snapshot import Snapshot
 from scissordyn.simulation.tolerance import Tolerances
 
 __all__ = ["Driver", "Snapshot", "counted", "make_system"]
@@ -117,78 +115,6 @@ def put_parameters(system: Handle, reduced: ReducedModel, model: Model) -> bool:
     work.inactive[model.latch[:, 0]] = 1.0
     work.part_weight[:] = model.part_full * (1.0 - work.inactive[model.part_constraint])
     return True
-
-
-@dataclass(frozen=True)
-class Snapshot:
-    """A state to go on from, bit for bit: copies of everything in an integrator's state.
-
-    Parameters
-    ----------
-    arrays : dict of str to ndarray
-        By the names of `integration.State`.
-    """
-
-    arrays: dict[str, np.ndarray]
-
-    @property
-    def time(self) -> float:
-        """Time of the state [s]."""
-        return float(self.arrays["clock"]["time"][0])
-
-    @property
-    def y(self) -> np.ndarray:
-        """Free coordinates, their rates, internal states, shape (ny,)."""
-        return self.arrays["y"]
-
-    @property
-    def mode(self) -> np.ndarray:
-        """1 for each guard that acts, shape (guards,)."""
-        return self.arrays["mode"]
-
-    def changed(self, **arrays: np.ndarray) -> Snapshot:
-        """A copy with other arrays in the place of some."""
-        return Snapshot({name: np.array(arrays.get(name, part)) for name, part in self.arrays.items()})
-
-    def plain(self) -> dict[str, np.ndarray]:
-        """Arrays of plain numbers, to be stored; every number survives bit for bit."""
-        return {
-            name: part if part.dtype.names is None else np.array([float(part[field][0]) for field in part.dtype.names])
-            for name, part in self.arrays.items()
-        }
-
-    @classmethod
-    def from_plain(cls, arrays: Mapping[str, np.ndarray]) -> Snapshot:
-        """The state that `plain` wrote.
-
-        Raises
-        ------
-        InputError
-            If an array is missing or has the wrong shape.
-        """
-        found: dict[str, np.ndarray] = {}
-        for name, kind in _KINDS.items():
-            if name not in arrays:
-                raise InputError(f"a state without '{name}'", "a state that this version of scissordyn wrote")
-            part = np.asarray(arrays[name])
-            if isinstance(kind, np.dtype) and kind.names is not None:
-                if part.shape != (len(kind.names),):
-                    raise InputError(f"a state with {part.shape} numbers as '{name}'", f"{len(kind.names)} numbers")
-                record = np.zeros(1, kind)
-                for field, number in zip(kind.names, part.tolist(), strict=True):
-                    record[field] = number
-                found[name] = record
-            else:
-                found[name] = np.ascontiguousarray(part, kind)
-        return cls(found)
-
-
-_KINDS: dict[str, Any] = dict.fromkeys(State._fields, float) | {
-    "clock": CLOCK,
-    "counts": COUNTS,
-    "mode": np.int64,
-    "history_length": np.int64,
-}
 
 
 class Driver:
@@ -387,9 +313,9 @@ class Driver:
         state.clock["end"] = until
         status, left, pace = loop.ADVANCING, most_steps, FIRST
         while status == loop.ADVANCING and left > 0:
-            before, called = self._tried(), clocks.perf_counter()
+            before, called = self.tried, clocks.perf_counter()
             status = advance(_problem(), self.system.address, self.integration.address, min(pace, left))
-            taken = self._tried() - before
+            taken = self.tried - before
             left -= max(1, taken)
             pace = next_slice(taken, clocks.perf_counter() - called, SLICE)
             if status in _GROWING:
@@ -399,7 +325,9 @@ class Driver:
                 progress(self.time)
         return status
 
-    def _tried(self) -> int:
+    @property
+    def tried(self) -> int:
+        """Steps so far, rejected ones included."""
         counts = self.state.counts
         return int(counts["steps"][0] + counts["rejected"][0])
 
@@ -438,6 +366,48 @@ class Driver:
                 raise InputError(f"a state with {stored.shape} numbers as '{name}'", f"{part.shape}, a state of this mechanism")
         state.clock["prepared"] = 0
         functions.activate(self.system.address)
+
+    def arrays(self) -> dict[str, np.ndarray]:
+        """All arrays that the way onwards depends on, and what has been recorded so far, by name; live."""
+        content, counts = self.integration.content, self.state.counts
+        named = {"state": content.state, "work": content.work, "workspace": self.system.content.work}
+        found = {f"{owner}.{name}": part for owner, parts in named.items() for name, part in parts._asdict().items()}
+        found["state.history"] = found["state.history"][: int(self.state.history_length[0])]
+        for owner, parts, rows in (("samples", content.samples, "samples"), ("steps", content.steps, "recorded")):
+            found |= {f"{owner}.{name}": part[: int(counts[rows][0])] for name, part in parts._asdict().items()}
+        return found | {"log": self.log}
+
+    def take_up(self, arrays: Mapping[str, np.ndarray]) -> None:
+        """Put back what `arrays` gave for a driver made in the same way, which goes on from there bit for bit.
+
+        Parameters
+        ----------
+        arrays : mapping of str to ndarray
+
+        Raises
+        ------
+        InputError
+            If an array is missing or has another shape than here.
+        """
+        mine = self.arrays()
+        if arrays.keys() != mine.keys():
+            raise InputError(f"a state without '{min(mine.keys() ^ arrays.keys())}'", "a state of the same version")
+        for name, status in (("state.history", loop.HISTORY_FULL), ("steps.time", loop.RECORD_FULL), ("log", loop.LOG_FULL)):
+            while len(arrays[name]) > len(self._store(name)) > 0:
+                self._grow(status)
+        for name, part in self.arrays().items():
+            owner = name.partition(".")[0]
+            rows = arrays[name].shape[0] if owner in ("samples", "steps", "log") or name == "state.history" else None
+            place = part if rows is None else self._store(name)[:rows]
+            if place.shape != arrays[name].shape:
+                raise InputError(f"a state with {arrays[name].shape} numbers as '{name}'", f"{place.shape}")
+            place[...] = arrays[name]
+
+    def _store(self, name: str) -> np.ndarray:
+        """All rows of an array that is filled row by row."""
+        owner, _, part = name.partition(".")
+        found = getattr(self.integration.content, owner)
+        return np.asarray(getattr(found, part) if part else found)
 
     def bind(self, parameters: Parameters) -> None:
         """Go on with other numbers of the same model."""

@@ -82,6 +82,8 @@ def ideal_path(mechanism: Mechanism, options: Options) -> IdealPath:
         # every other instant lies between two rows, and shows the error there
         times = np.linspace(0.0, options.until, 2 * intervals + 1)
         path = compute(ideal, smooth, times=times)
+        if path.status == "interrupted":  # before anything of the run itself has been computed
+            raise KeyboardInterrupt
         found = record(path.reduced, path.system, path.samples)
         maps = [path.reduced.tracked(track) for track in ideal.tracks]
         rows = np.stack([[each.at(part) for each in maps] for part in (found.X, found.V, found.A)])  # kind, track, time, axis

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import dataclasses
 from dataclasses import dataclass
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
 from scissordyn.errors import InputError, did_you_mean
 from scissordyn.integrate.tableau import METHODS
@@ -61,3 +62,8 @@ class Options:
             raise InputError(
                 f"method = {self.method!r}{did_you_mean(str(self.method), METHODS)}", "auto, " + ", ".join(METHODS)
             )
+
+    @property
+    def keywords(self) -> dict[str, Any]:
+        """The same as arguments of `simulate`."""
+        return {field.name: getattr(self, field.name) for field in dataclasses.fields(self)}

@@ -50,7 +50,9 @@ def regular_size(path: str | os.PathLike[str]) -> int | None:
     return found.st_size if stat.S_ISREG(found.st_mode) else None
 
 
-def check_target(path: str | os.PathLike[str], *, sample: str = "-o run.nc", replace_broken: bool = False) -> None:
+def check_target(
+    path: str | os.PathLike[str], *, sample: str = "-o run.nc", replace_broken: bool = False, beginning: bytes = b""
+) -> None:
     """Raise `InputError` if a result would overwrite something that is not an earlier result of its kind.
 
     Parameters
@@ -61,6 +63,8 @@ def check_target(path: str | os.PathLike[str], *, sample: str = "-o run.nc", rep
         What the user could type.
     replace_broken : bool
         Whether an HDF5 file that cannot be read, as one that was cut off, may be replaced.
+    beginning : bytes
+        How a case file begins that may be replaced, if the result is one.
     """
     try:
         size = regular_size(path)
@@ -72,6 +76,14 @@ def check_target(path: str | os.PathLike[str], *, sample: str = "-o run.nc", rep
         what = "it is a folder" if os.path.isdir(path) else "it is not a regular file"
         raise InputError(f"cannot write '{path}': {what}", "the name of a file", sample)
     ending = Path(path).suffix.lower()
+    if beginning:
+        if size and not _begins(path, beginning):
+            raise InputError(
+                f"'{path}' exists and is no case file that scissordyn wrote, so that it is not overwritten",
+                "a name that is not taken",
+                sample,
+            )
+        return
     if size == 0 or (_is_picture(path, ending) if ending in BEGINNINGS else _is_ours(path, replace_broken)):
         return
     kind = f"no {ending.removeprefix('.').upper()} file" if ending in BEGINNINGS else "not a NetCDF file of scissordyn"
@@ -79,12 +91,16 @@ def check_target(path: str | os.PathLike[str], *, sample: str = "-o run.nc", rep
 
 
 def _is_picture(path: str | os.PathLike[str], ending: str) -> bool:
+    return any(_begins(path, beginning, 4 if ending == ".mp4" else 0) for beginning in BEGINNINGS[ending])
+
+
+def _begins(path: str | os.PathLike[str], beginning: bytes, after: int = 0) -> bool:
+    """Whether a file begins with some bytes, after so many others."""
     try:
         with open(path, "rb") as file:
-            begins = file.read(16)
+            return file.read(after + len(beginning))[after:] == beginning
     except OSError:
         return False
-    return begins[4 if ending == ".mp4" else 0 :].startswith(BEGINNINGS[ending])
 
 
 def _is_ours(path: str | os.PathLike[str], replace_broken: bool) -> bool:

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
+import time as clocks
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, NamedTuple
@@ -20,6 +21,7 @@ from scissordyn.jit import Handle
 from scissordyn.mechanics import functions
 from scissordyn.mechanics.assembly import eccentricity_map
 from scissordyn.model.mechanism import Mechanism
+from scissordyn.simulation.checkpoint import Keeper
 from scissordyn.simulation.driver import counted
 from scissordyn.simulation.ideal_path import IdealPath
 from scissordyn.simulation.options import Options
@@ -33,6 +35,9 @@ diverged; likewise of the corner of a block across its guide."""
 
 DIVERGENCE_BODY = 1e-2
 """Distance of the two positions of a point of a body, as a fraction of the mechanism's size."""
+
+REPETITION = "repetition"
+"""What checkpoints call the second run."""
 
 SMALLEST = 1e-14
 """Smallest tolerance of a second run, a few roundings."""
@@ -108,6 +113,7 @@ def compared(
     progress: Callable[[float], None] | None = None,
     *,
     ideal: IdealPath | None = None,
+    keeper: Keeper | None = None,
 ) -> tuple[Trajectory, Comparable]:
     """A run, and its state at all instants at which it can be compared with another.
 
@@ -118,6 +124,8 @@ def compared(
     progress : callable, optional
     ideal : IdealPath, optional
         Of the tracked points.
+    keeper : Keeper, optional
+        Writes checkpoints of the run.
 
     Returns
     -------
@@ -127,7 +135,7 @@ def compared(
     """
     asked = np.linspace(0.0, options.until, options.samples)
     every = np.union1d(asked, np.linspace(0.0, options.until, INSTANTS))
-    path = compute(mechanism, options, progress, times=every, record_steps=True, ideal=ideal)
+    path = compute(mechanism, options, progress, times=every, record_steps=True, ideal=ideal, keeper=keeper)
     found, wanted = path.samples, np.isin(path.samples.time, asked)
     own = np.isin(found.time, np.linspace(0.0, options.until, INSTANTS))
     times, index = np.unique(np.concatenate([path.steps[0], found.time[own]]), return_index=True)
@@ -141,6 +149,7 @@ def predictability(
     compared: Comparable,
     run: xr.Dataset,
     progress: Callable[[float], None] | None = None,
+    keeper: Keeper | None = None,
 ) -> Horizon:
     """Compare a run with a second one at a tighter tolerance, at the ends of the first run's steps and between them.
 
@@ -157,6 +166,8 @@ def predictability(
     run : Dataset
         Made of it.
     progress : callable, optional
+    keeper : Keeper, optional
+        Writes checkpoints of the second run.
 
     Returns
     -------
@@ -169,7 +180,7 @@ def predictability(
         return Horizon(math.nan, 0, "unknown", f"no tighter tolerance than rtol = {options.rtol:g} can be computed")
     if run.attrs["status"] != "complete":
         return Horizon(math.nan, 0, "unknown", "the run is not complete")
-    second = _repeated(dataclasses.replace(options, rtol=rtol, atol=atol, method=method), path, compared, progress)
+    second = _repeated(dataclasses.replace(options, rtol=rtol, atol=atol, method=method), path, compared, progress, keeper)
     if second.interrupted:
         return Horizon(math.nan, 0, "unknown", "interrupted while the run was repeated", interrupted=True)
     tried = int(path.statistics["steps"]) + int(path.statistics["rejected"])
@@ -193,10 +204,20 @@ class _Repeated:
     interrupted: bool = False
 
 
-def _repeated(options: Options, path: Trajectory, compared: Comparable, progress: Callable[[float], None] | None) -> _Repeated:
+def _repeated(
+    options: Options,
+    path: Trajectory,
+    compared: Comparable,
+    progress: Callable[[float], None] | None,
+    keeper: Keeper | None,
+) -> _Repeated:
     """Run again piece by piece, as long as both runs agree."""
     driver, _, _ = make_driver(path.reduced, options)
     driver.sample_at(compared.time)
+    began = clocks.perf_counter()
+    if keeper is not None:
+        began -= keeper.take_up(REPETITION, driver)
+        progress = keeper.watching(REPETITION, driver, progress, lambda: clocks.perf_counter() - began)
     seen, cause = 0, ""
 
     def steps() -> int:
@@ -207,6 +228,8 @@ def _repeated(options: Options, path: Trajectory, compared: Comparable, progress
         try:
             status = driver.advance(end, most_steps=max(1, options.most_steps - steps()), progress=progress)
         except KeyboardInterrupt:
+            if keeper is not None:
+                keeper.write(REPETITION, driver, clocks.perf_counter() - began)
             return _Repeated(driver.time, steps(), interrupted=True)
         if status != loop.FINISHED:
             enough = status != loop.ADVANCING

@@ -5,12 +5,14 @@ from __future__ import annotations
 import json
 import os
 from collections.abc import Callable, Sequence
+from typing import Annotated
 
 import xarray as xr
 
 from scissordyn.errors import InputError
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.simulation.branching import passing_warnings
+from scissordyn.simulation.checkpoint import Checkpoint, Keeper, open_checkpoint
 from scissordyn.simulation.configuration import read_configuration
 from scissordyn.simulation.dataset import to_dataset
 from scissordyn.simulation.ideal_path import ideal_path
@@ -20,7 +22,7 @@ from scissordyn.simulation.time_functions import check_tables
 from scissordyn.simulation.track import deviation_variables
 from scissordyn.simulation.trajectory import compute
 from scissordyn.simulation.warn import contact_failures, run_warnings
-from scissordyn.units import checked
+from scissordyn.units import Meaning, checked
 
 __all__ = ["replay", "simulate"]
 
@@ -42,6 +44,7 @@ def simulate(
     events: EventKind = Options.events,
     trust: bool = Options.trust,
     progress: Callable[[float], None] | None = None,
+    checkpoint: Annotated[Checkpoint | None, Meaning("where the state is kept", "Checkpoint('run.checkpoint')")] = None,
 ) -> xr.Dataset:
     """Simulate a mechanism and return its motion, forces, contacts and energies.
 
@@ -67,6 +70,9 @@ def simulate(
         Repeat the run at a much tighter tolerance and report the predictability horizon: the time until which both agree.
     progress : callable, optional
         Called repeatedly with the simulated time [s].
+    checkpoint : Checkpoint, optional
+        File in which the state is kept now and then. If the file is there already, the run goes on from it; its results are
+        those of a run without interruption, bit for bit.
 
     Returns
     -------
@@ -78,10 +84,11 @@ def simulate(
     Raises
     ------
     InputError
-        If the mechanism cannot be assembled or an option is out of bounds. A failed run raises no error: its Dataset has
-        the results up to the failure, and the cause.
+        If the mechanism cannot be assembled, an option is out of bounds, or the checkpoint is of another run. A failed run
+        raises no error: its Dataset has the results up to the failure, and the cause.
     """
-    return _simulate(mechanism, Options(until, start, samples, rtol, atol, method, most_steps, events, trust), progress)
+    options = Options(until, start, samples, rtol, atol, method, most_steps, events, trust)
+    return _simulate(mechanism, options, progress, checkpoint)
 
 
 _MAKERS = {
@@ -97,6 +104,7 @@ def replay(
     *,
     allow_code: str | os.PathLike[str] | Sequence[str | os.PathLike[str]] = (),
     progress: Callable[[float], None] | None = None,
+    checkpoint: Checkpoint | None = None,
 ) -> xr.Dataset:
     """Run a saved run again, from its attributes; the same versions give the same numbers bit for bit.
 
@@ -108,6 +116,8 @@ def replay(
     allow_code : path or sequence of path
         Python files that may be executed. A function is taken from the one with the digest that the run holds.
     progress : callable, optional
+    checkpoint : Checkpoint, optional
+        As for `simulate`.
 
     Returns
     -------
@@ -122,17 +132,32 @@ def replay(
     if configuration.options is None or run.attrs.get("title") != TITLE:
         given = run.attrs.get("title", "a dataset without a title")
         raise InputError(f"replay of {given!r:.60}", "a Dataset that simulate() made", _MAKERS.get(str(given), ""))
-    return _simulate(configuration.build_mechanism(allow_code), configuration.options, progress)
+    return _simulate(configuration.build_mechanism(allow_code), configuration.options, progress, checkpoint)
 
 
-def _simulate(mechanism: Mechanism, options: Options, progress: Callable[[float], None] | None) -> xr.Dataset:
+def _simulate(
+    mechanism: Mechanism,
+    options: Options,
+    progress: Callable[[float], None] | None,
+    checkpoint: Checkpoint | None,
+) -> xr.Dataset:
     check_tables(mechanism, options.until)
+    keeper = None if checkpoint is None else open_checkpoint(checkpoint, mechanism, options)
+    run = _computed(mechanism, options, progress, keeper)
+    if keeper is not None and run.attrs["status"] != "interrupted":
+        keeper.finish()
+    return run
+
+
+def _computed(
+    mechanism: Mechanism, options: Options, progress: Callable[[float], None] | None, keeper: Keeper | None
+) -> xr.Dataset:
     ideal = ideal_path(mechanism, options) if mechanism.tracks and mechanism.contacts else None
     states = None
     if options.trust:
-        path, states = compared(mechanism, options, progress, ideal=ideal)
+        path, states = compared(mechanism, options, progress, ideal=ideal, keeper=keeper)
     else:
-        path = compute(mechanism, options, progress, ideal=ideal)
+        path = compute(mechanism, options, progress, ideal=ideal, keeper=keeper)
     run = to_dataset(mechanism, options, path)
     found = [*path.warnings, *run_warnings(mechanism, run, path.immobile), *passing_warnings(mechanism, run, options.until)]
     if run.attrs["status"] == "failed":
@@ -141,7 +166,7 @@ def _simulate(mechanism: Mechanism, options: Options, progress: Callable[[float]
         run = run.assign(deviation_variables(run, path, ideal))
         found += ideal.warnings
     if states is not None:
-        horizon = predictability(options, path, states, run, progress)
+        horizon = predictability(options, path, states, run, progress, keeper)
         run.attrs.update(horizon.attributes)
         if horizon.interrupted:
             cause = "interrupted while the run was repeated; the run itself is complete, and its horizon is unknown"

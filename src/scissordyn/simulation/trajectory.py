@@ -18,6 +18,7 @@ from scissordyn.mechanics.reduce import reduce_mechanism
 from scissordyn.mechanics.reduced_model import ReducedModel
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.simulation.cause import failed_latch, full_coordinates, immobile_joints, singular_position
+from scissordyn.simulation.checkpoint import Keeper
 from scissordyn.simulation.driver import Driver, counted, make_system
 from scissordyn.simulation.method import Choice, choose_method
 from scissordyn.simulation.options import Options
@@ -147,6 +148,8 @@ def compute(
     times: np.ndarray | None = None,
     record_steps: bool = False,
     ideal: IdealPath | None = None,
+    keeper: Keeper | None = None,
+    part: str = "run",
 ) -> Trajectory:
     """Simulate a mechanism.
 
@@ -162,6 +165,10 @@ def compute(
         Whether to keep time and state at the end of each step.
     ideal : IdealPath, optional
         That tracked points are compared with.
+    keeper : Keeper, optional
+        Writes checkpoints, and may have one to go on from.
+    part : str
+        What they call this computation.
 
     Returns
     -------
@@ -177,14 +184,19 @@ def compute(
     if ideal is not None:
         driver.compare_with(ideal.table, ideal.step)
     began = clocks.perf_counter()
+    if keeper is not None:
+        began -= keeper.take_up(part, driver)
+        progress = keeper.watching(part, driver, progress, lambda: clocks.perf_counter() - began)
     cause, status = "", loop.ADVANCING
     try:
-        status = driver.advance(options.until, most_steps=options.most_steps, progress=progress)
+        status = driver.advance(options.until, most_steps=options.most_steps - driver.tried, progress=progress)
         if status == loop.ADVANCING:
             cause = f"{options.most_steps} steps are not enough"
     except KeyboardInterrupt:
         cause = "interrupted"
     seconds = clocks.perf_counter() - began
+    if keeper is not None and (status == loop.FINISHED or cause == "interrupted"):
+        keeper.write(part, driver, seconds)
     cause = cause or broken_off(status, driver)
     ended = "complete" if status == loop.FINISHED else ("interrupted" if cause == "interrupted" else "failed")
     if ended != "complete":

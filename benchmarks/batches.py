@@ -1,0 +1,101 @@
+"""Batches: cases per second of `simulate_many` on one thread and on two, against single runs."""
+
+from __future__ import annotations
+
+import time
+import tracemalloc
+from statistics import median
+
+import numpy as np
+import xarray as xr
+
+from benchmarks.cases import UNTIL, array, name_of
+from benchmarks.measure import command, table
+from scissordyn.model.mechanism import Mechanism
+from scissordyn.simulation.batch import simulate_many
+from scissordyn.simulation.run import simulate
+from scissordyn.units import rpm
+
+MEASURES = ("peak_force", "peak_drive_torque", "contact_count", "contact_fraction")
+
+
+def grid(cases: int) -> dict[str, np.ndarray]:
+    """Clearances [m] and speeds [rad/s] of the paper's range, in an order in which neighbours differ."""
+    side = int(np.sqrt(cases))
+    clearance, speed = np.meshgrid(np.linspace(0.05e-3, 0.5e-3, side), rpm(1) * np.linspace(100.0, 250.0, side))
+    order = np.random.default_rng(1).permutation(clearance.size)
+    return {"A.clearance": clearance.ravel()[order], "drive.speed": speed.ravel()[order]}
+
+
+def measure(quick: bool = False) -> str:
+    """Rates, their ratios, bit identity and memory."""
+    cases, repeats = (36, 1) if quick else (400, 5)
+    rows = []
+    for kinetic in (None, 0.1):
+        mechanism = array(kinetic, 2)
+        rows.append(_row(name_of(kinetic), mechanism, cases, repeats))
+    head = (
+        "case",
+        "simulate [1/s]",
+        "1 thread [1/s]",
+        "2 threads [1/s]",
+        "ratio",
+        "integration [%]",
+        "the same bits",
+        "peak [MB]",
+    )
+    said = (
+        f"Medians of {repeats} alternating repetitions of {cases} cases: {UNTIL * 1e3:g} ms of the paper's array at 1e-8, "
+        f"clearance and speed varied, {len(MEASURES)} measures. Integration: share of one thread's time in the compiled loop. "
+        "Bits: whether one thread, two threads and `simulate` agree to the last one. Peak: Python memory of the batch.\n"
+    )
+    return f"{said}\n{table(head, rows)}"
+
+
+def _row(name: str, mechanism: Mechanism, cases: int, repeats: int) -> tuple[str, ...]:
+    over, single = grid(cases), max(4, cases // 20)
+    rates: dict[str, list[float]] = {"simulate": [], "1": [], "2": []}
+    shares, same = [], True
+    for turn in range(repeats + 1):
+        began = time.perf_counter()
+        runs = [_one(mechanism, over, case) for case in range(single)]
+        seconds = {"simulate": (time.perf_counter() - began) / single}
+        batches: dict[str, xr.Dataset] = {}
+        for threads in ("1", "2"):
+            began = time.perf_counter()
+            batches[threads] = simulate_many(mechanism, over, until=UNTIL, measures=MEASURES, threads=int(threads))
+            seconds[threads] = (time.perf_counter() - began) / cases
+        if not turn:
+            continue
+        for key, value in seconds.items():
+            rates[key].append(1.0 / value)
+        shares.append(batches["1"].attrs["integration_seconds"] / (seconds["1"] * cases))
+        same = same and all(np.array_equal(batches["1"][key].values, batches["2"][key].values) for key in MEASURES)
+        same = (
+            same and [float(run["peak_force"].max()) for run in runs] == batches["1"]["peak_force"].values[:single, 0].tolist()
+        )
+    tracemalloc.start()
+    simulate_many(mechanism, over, until=UNTIL, measures=MEASURES, threads=1)
+    peak = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    found = {key: median(values) for key, values in rates.items()}
+    ratio = median(two / one for one, two in zip(rates["1"], rates["2"], strict=True))
+    numbers = (
+        f"{found['simulate']:.0f}",
+        f"{found['1']:.0f}",
+        f"{found['2']:.0f}",
+        f"{ratio:.2f}",
+        f"{100 * median(shares):.0f}",
+    )
+    return name, *numbers, "yes" if same else "no", f"{peak / 1e6:.1f}"
+
+
+def _one(mechanism: Mechanism, over: dict[str, np.ndarray], case: int) -> xr.Dataset:
+    changed = mechanism
+    for address, values in over.items():
+        changed = changed.replace(address, float(values[case]))
+    return simulate(changed, until=UNTIL)
+
+
+if __name__ == "__main__":
+    command("batches", measure)

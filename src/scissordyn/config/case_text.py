@@ -1,0 +1,379 @@
+"""The text of a case file for any mechanism: the way back from the frozen descriptions to TOML with units."""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+import re
+import tomllib
+from collections.abc import Iterable, Mapping
+from pathlib import Path
+from typing import Any, get_args, get_origin, get_type_hints
+
+from scissordyn.annotation import plain_hint
+from scissordyn.component.place import BodyPoint, Point
+from scissordyn.component.time_function import (
+    ConstantSpeed,
+    Cycloidal,
+    Harmonic,
+    Polynomial,
+    Tabulated,
+    TimeFunction,
+    Trapezoidal,
+)
+from scissordyn.config.case import Case, CaseTable
+from scissordyn.config.part import COMPONENT_SECTIONS, BodyTable
+from scissordyn.config.quantity import exact
+from scissordyn.config.table import instance
+from scissordyn.config.time_function import powers
+from scissordyn.control.catalogue import CONTROLLERS
+from scissordyn.control.user import UserController
+from scissordyn.errors import InputError
+from scissordyn.laws.catalogue import BY_KIND, MATERIALS
+from scissordyn.laws.material import Material
+from scissordyn.laws.user import UserDamping, UserElastic, UserFriction
+from scissordyn.model.body import Body, bar
+from scissordyn.model.mechanism import Mechanism
+from scissordyn.model.record import first_difference, to_plain
+from scissordyn.plugin.user_file import file_digest, split_reference
+from scissordyn.simulation.options import Options
+from scissordyn.units import Pairs, quantities
+
+__all__ = ["BEGINNING", "case_text"]
+
+BEGINNING = "# A case of scissordyn, written by write_case."
+"""The first line, by which a file is known to be replaceable."""
+
+UNTIL = 0.05
+"""End of the simulated time where none is given [s], as in the files that ``scissordyn new`` prints."""
+
+BARE_KEY = re.compile(r"[A-Za-z0-9_-]+")
+
+LAWS = frozenset(law for known in BY_KIND.values() for law in known.values())
+USER_LAWS = (UserElastic, UserDamping, UserFriction)
+
+VALUE_UNITS = {
+    "reference": "rad",
+    "time_function": "1",
+    "motion": "m",
+    "feed_forward": "N m",
+}
+"""Units of time functions, by the names of fields."""
+
+TABULATED = {"rad": "angle", "1": "factor", "m": "length", "N m": "torque"}
+"""What the values of a table are called, by their unit."""
+
+Entries = dict[str, str]
+"""Keys of a table and their values as TOML."""
+
+
+def case_text(described: Mechanism | Case, run: Options | None = None, *, folder: Path | None = None) -> str:
+    """A case file that describes a mechanism exactly: reading it gives an equal one, bit for bit.
+
+    Numbers have the unit in which they are shortest, such as mm, deg or rpm, if the number read from the text is the same to
+    the last bit, and SI units with all digits otherwise.
+
+    Parameters
+    ----------
+    described : Mechanism or Case
+    run : Options, optional
+        Of the simulation; those of the case, or the defaults for 50 ms, if not given.
+    folder : Path, optional
+        Folder of the case file: Python files in it are named relative to it, others absolutely.
+
+    Returns
+    -------
+    str
+        TOML.
+
+    Raises
+    ------
+    InputError
+        If a part cannot be written, for example a function that is in no file.
+    """
+    mechanism = described.mechanism if isinstance(described, Case) else described
+    if not isinstance(mechanism, Mechanism):
+        raise InputError(f"a {type(mechanism).__name__} as a case", "a Mechanism or a Case", "write_case(arm, 'arm.toml')")
+    options = run or (described.run if isinstance(described, Case) else Options(UNTIL))
+    text = "\n".join([BEGINNING, *_tables(mechanism, options, folder)])
+    _check(text, mechanism, options, folder)
+    return text
+
+
+def _tables(mechanism: Mechanism, options: Options, folder: Path | None) -> list[str]:
+    """All tables in the order of a case file."""
+    structure = _fields(mechanism, ("gravity", "gravity_direction", "input_body", "output_body"), folder, skip=False)
+    shown = {key: value for key, value in structure.items() if value != '""'}
+    lines = _table("[structure]", {"kind": '"mechanism"', **shown})
+    lines += _list("ground", ({"name": _string(name), "position": _point(place, "m")} for name, place in mechanism.ground))
+    lines += _list("body", (_body(body) for body in mechanism.bodies))
+    for section, parts in (("joint", mechanism.joints), ("guide", mechanism.guides)):
+        names = [field.name for field in dataclasses.fields(parts[0]) if field.name != "clearance"] if parts else []
+        lines += _list(section, (_fields(part, names, folder) for part in parts))
+    lines += _list("weld", (_fields(part, None, folder) for part in mechanism.welds))
+    lines += _list("track", (_track(track) for track in mechanism.tracks))
+    lines += _list("rod", (_fields(part, None, folder) for part in mechanism.rods))
+    lines += _list("latch", (_fields(part, None, folder) for part in mechanism.latches))
+    lines += _components(mechanism, folder)
+    loose = [(joint.name, joint.clearance) for joint in mechanism.joints if joint.clearance is not None]
+    same = len(loose) == len(mechanism.joints) > 1 and all(each == loose[0][1] for _, each in loose)
+    if same and all(repr(each) == repr(loose[0][1]) for _, each in loose) and "all" not in [name for name, _ in loose]:
+        loose = [("all", loose[0][1])]
+    lines += _list("clearance", ({"joint": _string(name), **_fields(gap, None, folder)} for name, gap in loose))
+    channels = [(guide.name, guide.clearance) for guide in mechanism.guides if guide.clearance is not None]
+    lines += _list("guide_clearance", ({"guide": _string(name), **_fields(gap, None, folder)} for name, gap in channels))
+    drives = (_time_function(drive.motion, "rad") | {"body": _string(drive.body)} for drive in mechanism.drives)
+    lines += _list("drive", drives)
+    until = {"until": _quantity((options.until,), "s")}
+    return lines + _table("[run]", until | _fields(options, None, folder))
+
+
+def _components(mechanism: Mechanism, folder: Path | None) -> list[str]:
+    """The components: in tables of their kind as long as that keeps their order, then in [[component]] tables."""
+    components: tuple[Any, ...] = mechanism.components
+    place = {section: at for at, section in enumerate(COMPONENT_SECTIONS) if section not in ("rod", "latch")}
+    listed: dict[str, list[Entries]] = {}
+    others: list[Entries] = []
+    last = -1
+    for part in components:
+        section, origin = part.declaration.section, getattr(type(part), "origin", None)
+        own = origin is None and type(part).__module__.startswith("scissordyn.")
+        here = place.get(section, -1) if own else -1
+        entries = _fields(part, None, folder)
+        if here >= last >= -1 and here >= 0 and not others:
+            listed.setdefault(section, []).append(entries)
+            last = here
+        elif own:
+            others.append({"type": _string(section), **entries})
+        elif origin is not None:
+            file, digest = origin
+            others.append({"type": _string(_reference(file, digest, folder)), **entries})
+        else:
+            raise InputError(
+                f"component '{part.name}' of the class '{type(part).__name__}', which was made in Python",
+                "components of the package, or of a class in a file",
+                f"type = 'my_components.py:{type(part).__name__}'",
+            )
+    lines = [line for section in place for line in _list(section, listed.get(section, []))]
+    return lines + _list("component", others)
+
+
+def _list(section: str, tables: Iterable[Entries]) -> list[str]:
+    return [line for entries in tables for line in _table(f"[[{section}]]", entries)]
+
+
+def _table(heading: str, entries: Entries) -> list[str]:
+    return ["", heading, *(f"{key} = {value}" for key, value in entries.items())] + ([""] if heading == "[run]" else [])
+
+
+def _body(body: Body) -> Entries:
+    """A body; a straight bar by its length where that gives the same one."""
+    entries = _fields(body, None, None)
+    if body.inertia is None or "end" not in body.points:
+        return entries
+    length, shown = body.points["end"][0], dict(entries)
+    own = {name: place for name, place in body.points.items() if name not in ("start", "middle", "end")}
+    del shown["inertia"], shown["points"]
+    shown.pop("centre", None)
+    if length > 0.0 and body.centre == (0.5 * length, 0.0):
+        given = None if bar("bar", length=length, mass=body.mass).inertia == body.inertia else body.inertia
+        table = BodyTable.model_construct(
+            **{field.name: getattr(body, field.name) for field in dataclasses.fields(Body)}
+            | {"length": length, "inertia": given, "points": own, "centre": None}
+        )
+        if repr(table.body()) == repr(body):
+            more = {"length": _quantity((length,), "m")}
+            more |= {} if given is None else {"inertia": entries["inertia"]}
+            more |= {"points": _points(own)} if own else {}
+            return {"name": shown.pop("name"), "mass": shown.pop("mass"), **more, **shown}
+    return entries
+
+
+def _track(track: Any) -> Entries:
+    point = track.point if isinstance(track.point, str) else None
+    if point is not None and "," in point:
+        raise InputError(
+            f"tracked point '{track.name}' at the point '{point}'", "names without a comma, which separates numbers"
+        )
+    place = _point(track.point, "m") if point is None else _string(point)
+    return {"name": _string(track.name), "body": _string(track.body), "point": place}
+
+
+def _fields(described: Any, names: Iterable[str] | None, folder: Path | None, *, skip: bool = True) -> Entries:
+    """The fields of a description as keys; those with their default are left out."""
+    kind = type(described)
+    hints, found = get_type_hints(kind, include_extras=True), Entries()
+    wanted = None if names is None else set(names)
+    for field in dataclasses.fields(kind):
+        value = getattr(described, field.name)
+        default = field.default if field.default_factory is dataclasses.MISSING else field.default_factory()
+        if not field.init or (wanted is not None and field.name not in wanted):
+            continue
+        if skip and repr(value) == repr(default) and value == default:
+            continue
+        if value is None:  # a file says so by leaving the key out
+            continue
+        found[field.name] = _value(value, hints[field.name], field.name, kind, folder)
+    return found
+
+
+def _value(value: Any, hint: Any, name: str, kind: type, folder: Path | None) -> str:
+    """A field as TOML."""
+    quantity = quantities(kind).get(name)
+    pairs = next((extra for extra in get_args(hint) if isinstance(extra, Pairs)), None) if get_origin(hint) else None
+    if isinstance(value, bool):
+        return str(value).lower()
+    if isinstance(value, str):
+        return _string(value)
+    if pairs is not None:
+        columns = zip(*value, strict=True)
+        return _inline(
+            {key: _quantity(column, unit) for key, column, unit in zip(pairs.names, columns, pairs.units, strict=True)}
+        )
+    if isinstance(value, TimeFunction):
+        return _inline(_time_function(value, VALUE_UNITS.get(name, "1")))
+    if isinstance(value, Mapping):
+        return _points(value)
+    if isinstance(value, Material):
+        known = MATERIALS.get(value.name)
+        return _string(value.name) if repr(known) == repr(value) else _inline(_fields(value, None, folder))
+    if isinstance(value, (*USER_LAWS, UserController)):
+        return _user(value, folder)
+    if type(value) in LAWS:
+        return _named(value, "law", folder)
+    if type(value) in CONTROLLERS.values():
+        return _named(value, "name", folder)
+    if plain_hint(hint) in (BodyPoint, BodyPoint | None):
+        return _body_point(value)
+    if plain_hint(hint) == tuple[Point, ...]:
+        return "[" + ", ".join(_point(each, "m") for each in value) + "]"
+    if isinstance(value, tuple) and len(value) == 2:
+        return _point(value, "m" if quantity is None else quantity.unit)
+    if isinstance(value, int | float):
+        return _quantity((value,), "1" if quantity is None else quantity.unit)
+    raise InputError(f"{name} = {value!r:.60} in a {kind.__name__}", "a value that a case file can hold")
+
+
+def _named(described: Any, key: str, folder: Path | None) -> str:
+    """A law or a controller: by name alone if its parameters are the defaults."""
+    entries = _fields(described, None, folder)
+    name = _string(described.name)
+    return _inline({key: name, **entries}) if entries else name
+
+
+def _user(described: Any, folder: Path | None) -> str:
+    """A law or a controller in a file of the user's."""
+    if not isinstance(described.function, str):
+        name = getattr(described.function, "__name__", repr(described.function))
+        raise InputError(
+            f"the Python function '{name}' in a case file",
+            "a function in a file",
+            f"{type(described).__name__}('my_laws.py:{name}')",
+        )
+    path, name = split_reference(described.function)
+    reference = _string(_reference(f"{path}:{name}", described.digest, folder))
+    constants = "[" + ", ".join(_quantity((number,), "1") for number in described.constants) + "]"
+    key = "name" if isinstance(described, UserController) else "law"
+    entries = {key: reference} | ({"constants": constants} if described.constants else {})
+    if isinstance(described, UserController):
+        entries |= _fields(described, ("delay", "recorded"), folder)
+    return _inline(entries) if len(entries) > 1 else reference
+
+
+def _reference(origin: str, digest: str, folder: Path | None) -> str:
+    """A function or class in a file, named from the folder of the case file if it lies there."""
+    file, _, name = origin.rpartition(":")
+    path = Path(file)
+    if file_digest(path) != digest:
+        raise InputError(f"'{path}' has changed since '{name}' was described", "the same file, or a new description")
+    if folder is not None and path.is_relative_to(folder.resolve()):
+        path = path.relative_to(folder.resolve())
+    return f"{path.as_posix()}:{name}"
+
+
+def _time_function(function: TimeFunction, unit: str) -> Entries:
+    """A time function by its one key; its values have a unit."""
+    match function:
+        case ConstantSpeed(speed):
+            if unit == "m":
+                raise InputError("a ConstantSpeed as a distance", "another time function", "Polynomial((0.5, 0.1))")
+            return {"speed": _quantity((speed,), powers(unit)[1])}
+        case Harmonic() | Cycloidal() | Trapezoidal():
+            kind: Any = type(function)
+            entries = {}
+            for name, quantity in quantities(kind).items():
+                own = unit if quantity.unit == "rad" and name != "phase" else quantity.unit
+                entries[name] = _quantity((getattr(function, name),), own)
+            return {kind.__name__.lower(): _inline(entries)}
+        case Polynomial(coefficients):
+            values = (_quantity((number,), power) for number, power in zip(coefficients, powers(unit), strict=False))
+            return {"polynomial": "[" + ", ".join(values) + "]"}
+        case Tabulated(times, values):
+            numbers = "[" + ", ".join(_quantity((value,), "1") for value in values) + "]"
+            column = numbers if unit == "1" else _quantity(values, unit)
+            return {"table": _inline({"time": _quantity(times, "s"), TABULATED[unit]: column})}
+
+
+def _points(points: Mapping[str, Point]) -> str:
+    for name in points:
+        if "." in name:
+            raise InputError(f"a point called '{name}'", "names without a dot, which separates body and point")
+    return _inline({name: _point(place, "m") for name, place in points.items()})
+
+
+def _body_point(place: BodyPoint) -> str:
+    body, point = place
+    if "." in point:
+        raise InputError(f"a point called '{point}'", "names without a dot, which separates body and point")
+    return _string(f"{body}.{point}")
+
+
+def _point(place: Any, unit: str) -> str:
+    return _quantity(place, unit)
+
+
+def _inline(entries: Mapping[str, str]) -> str:
+    keys = (key if BARE_KEY.fullmatch(key) else _string(key) for key in entries)
+    return "{ " + ", ".join(f"{key} = {value}" for key, value in zip(keys, entries.values(), strict=True)) + " }"
+
+
+def _string(text: str) -> str:
+    """A text as a basic string of TOML."""
+    try:
+        text.encode()
+    except UnicodeEncodeError:
+        raise InputError(f"the name {text!r}, which has half a surrogate pair", "text that UTF-8 can hold") from None
+    return json.dumps(text, ensure_ascii=False).replace("\x7f", "\\u007f")
+
+
+def _quantity(values: Iterable[float], unit: str) -> str:
+    """A number without a unit, or numbers with one, as text."""
+    numbers = tuple(values)
+    return ", ".join(map(repr, numbers)) if unit == "1" else _string(exact(numbers, unit))
+
+
+def _check(text: str, mechanism: Mechanism, options: Options, folder: Path | None) -> None:
+    """Raise `InputError` unless the text describes the mechanism and the options exactly."""
+    read = instance(CaseTable, tomllib.loads(text), {"folder": folder or Path()}).case()
+    for there, here in ((read.mechanism, mechanism), (read.run, options)):
+        one, other = _normal(to_plain(there)), _normal(to_plain(here))
+        if one != other:
+            place, wrong, wanted = first_difference(one, other)
+            raise InputError(
+                f"a description that a case file cannot hold: {place} = {str(wanted)[:60]} is read as {str(wrong)[:60]}",
+                "what the tables of a case file have",
+            )
+
+
+def _normal(plain: Any) -> Any:
+    """Plain data with every number as the text of a float, and files by their absolute names."""
+    if isinstance(plain, dict):
+        return {key: _normal(value) for key, value in plain.items()}
+    if isinstance(plain, list):
+        return [_normal(value) for value in plain]
+    if isinstance(plain, int | float) and not isinstance(plain, bool):
+        return repr(float(plain))
+    if isinstance(plain, str) and ".py:" in plain:
+        file, _, name = plain.rpartition(":")
+        return f"{Path(file).expanduser().resolve()}:{name}"
+    return plain

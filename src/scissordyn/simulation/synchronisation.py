@@ -1,0 +1,73 @@
+"""Synchronisation of the units of an array: how far each is from the deployment of the first."""
+
+from __future__ import annotations
+
+import re
+
+import numpy as np
+import xarray as xr
+
+from scissordyn.mechanics.outputs import Record
+from scissordyn.model.mechanism import Mechanism
+
+__all__ = ["synchronisation_variables", "units_of"]
+
+BAR = re.compile(r"(unit \d+)/bar ([12])")
+
+
+def units_of(mechanism: Mechanism) -> dict[str, tuple[int, int]]:
+    """The scissor units of a mechanism: for each the places of its bars 1 and 2 among the bodies.
+
+    Parameters
+    ----------
+    mechanism : Mechanism
+
+    Returns
+    -------
+    dict of str to (int, int)
+        By the names of the units, in the order of their first bars.
+    """
+    bars: dict[str, dict[str, int]] = {}
+    for place, body in enumerate(mechanism.bodies):
+        found = BAR.fullmatch(body.name)
+        if found and body.rotates:
+            bars.setdefault(found[1], {})[found[2]] = place
+    return {unit: (pair["1"], pair["2"]) for unit, pair in bars.items() if len(pair) == 2}
+
+
+def synchronisation_variables(mechanism: Mechanism, found: Record) -> dict[str, xr.Variable]:
+    """The synchronisation error of each unit, along `unit`; nothing for fewer than two units.
+
+    With phi_1 and phi_2 the angles of its bars, the deployment angle of a unit is half of the angle between them,
+    th = (phi_1 - phi_2)/2; in a straight array that is the inclination of the bars. In an ideal array of equal units all units
+    have the same deployment angle at every instant. The synchronisation error of unit k is the difference
+
+        e_k = th_k - th_1
+
+    Parameters
+    ----------
+    mechanism : Mechanism
+    found : Record
+
+    Returns
+    -------
+    dict of str to Variable
+        `synchronisation_error` along time and unit [rad]; `peak_synchronisation_error` along unit, its largest sampled size.
+    """
+    units = units_of(mechanism)
+    if len(units) < 2:
+        return {}
+    first, second = np.array(list(units.values())).T
+    opening = 0.5 * (found.angle[:, first] - found.angle[:, second])
+    error = opening - opening[:, :1]
+    error -= np.pi * np.round(error[:1] / np.pi)  # a full turn more or less in the angle that a bar was given
+    about = "deployment angle of the unit less that of the first one"
+    return {
+        "unit": xr.Variable(("unit",), np.array(list(units)), {"long_name": "unit"}),
+        "synchronisation_error": xr.Variable(("time", "unit"), error, {"units": "rad", "long_name": about}),
+        "peak_synchronisation_error": xr.Variable(
+            ("unit",),
+            np.max(np.abs(error), axis=0, initial=0.0),
+            {"units": "rad", "long_name": "largest sampled size of the synchronisation error"},
+        ),
+    }

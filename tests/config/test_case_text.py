@@ -1,0 +1,497 @@
+"""A mechanism in Python and its case file are two spellings of one thing: what is written is read as exactly the same."""
+
+from __future__ import annotations
+
+import dataclasses
+import itertools
+import json
+import math
+import random
+import tomllib
+import types
+import typing
+from collections.abc import Iterator, Mapping
+from functools import cache
+from pathlib import Path
+from typing import Any, get_args, get_origin, get_type_hints
+
+import numpy as np
+import pytest
+
+import scissordyn as sd
+from scissordyn.annotation import plain_hint
+from scissordyn.component.time_function import TimeFunction
+from scissordyn.component.user import component_class
+from scissordyn.config.case import Case, CaseTable
+from scissordyn.config.part import PARTS
+from scissordyn.config.quantity import exact, read_quantity
+from scissordyn.config.table import instance
+from scissordyn.config.template import template
+from scissordyn.errors import InputError
+from scissordyn.integrate.tableau import METHODS
+from scissordyn.model.description import PLUGINS
+from scissordyn.model.record import to_plain
+from scissordyn.plugin.pointer import USER
+from scissordyn.simulation.options import Options
+from scissordyn.units import Pairs, Quantity, quantities
+
+EXAMPLES = sorted((Path(__file__).parents[2] / "examples").glob("*.toml"))
+
+ODD = 'a "name" \\ with ünïcode, #, = and \t\x7f'
+
+
+def bits(described: Any) -> Any:
+    """A description as plain data, every number as the text of a float, so that equal means equal to the last bit."""
+    if isinstance(described, dict):
+        return {key: bits(value) for key, value in described.items()}
+    if isinstance(described, list):
+        return [bits(value) for value in described]
+    number = isinstance(described, int | float) and not isinstance(described, bool)
+    return repr(float(described)) if number else described
+
+
+def assert_survives(described: sd.Mechanism | Case, path: Path) -> Case:
+    """Written and read it is the same; returns what was read."""
+    found = sd.read_case(sd.write_case(described, path))
+    mechanism = described.mechanism if isinstance(described, Case) else described
+    assert found.mechanism == mechanism
+    assert bits(to_plain(found.mechanism)) == bits(to_plain(mechanism))
+    if isinstance(described, Case):
+        assert found.run == described.run
+    return found
+
+
+@pytest.mark.parametrize("example", EXAMPLES, ids=lambda path: path.stem)
+def test_every_example(example: Path, tmp_path: Path) -> None:
+    """Identity: the case, and every number of a short simulation of it."""
+    case = sd.read_case(example, ["run.trust=false"])
+    found = assert_survives(case, tmp_path / "case.toml")
+    assert found.mechanism.to_case(found.run) == case.mechanism.to_case(case.run)
+    options = case.run.keywords | {"until": min(case.run.until, 5e-3), "samples": 21}
+    one, other = (sd.simulate(each.mechanism, **options) for each in (case, found))
+    assert one.equals(other)
+    for name in one.data_vars:
+        if one[name].dtype.kind == "f":
+            assert one[name].values.tobytes() == other[name].values.tobytes()
+
+
+BUILT = {
+    "scissor": lambda: sd.scissor(units=3, bar_length=1.7, driven_bar="slider", angle=sd.degrees(33.3)),
+    "polar": lambda: sd.polar_scissor(units=3),
+    "ring": lambda: sd.hoberman_ring(units=5),
+    "mast": lambda: sd.mast(units=2, platform_mass=3.0),
+    "slider-crank": lambda: sd.slider_crank(),
+    "four-bar": lambda: sd.four_bar(coupler_point=(0.09, 0.06)),
+    "n-four-bar": lambda: sd.n_four_bar(),
+}
+
+
+@pytest.mark.parametrize("kind", BUILT)
+def test_every_generator(kind: str, tmp_path: Path) -> None:
+    """Identity: what the generators build, with payloads, panels and clearance at all joints or at one."""
+    made = BUILT[kind]()
+    assert_survives(made, tmp_path / "case.toml")
+    first = made.joints[0].name
+    moving = next(joint.name for joint in made.joints if joint.journal[0] != "ground")
+    loaded = sd.with_payload(made, moving, 1.3, inertia=0.1)
+    assert_survives(loaded.with_clearance(first, sd.Clearance(1.1e-4)), tmp_path / "case.toml")
+    same = loaded.with_clearance("all", sd.Clearance(1.1e-4, friction=sd.LuGre(kinetic=0.07)))
+    assert same.to_case().count("[[clearance]]") == 1
+    assert_survives(same, tmp_path / "case.toml")
+
+
+# every class of the description, and every field of it ----------------------------------------------------------------
+
+DRAW = random.Random(20)
+
+
+@cache
+def parts_only() -> sd.Mechanism:
+    """Bodies and ground points that joints and components may refer to."""
+    found = sd.slider_crank()
+    bodies = (*found.bodies, sd.Body("plate", 2.0, 0.1, {"corner": (0.3, 0.1)}, position=(0.2, 0.7)))
+    return sd.Mechanism(bodies, ground=(("O", (0.0, 0.0)), ("P", (0.3, 0.4))))
+
+
+HOSTS: Mapping[str, Any] = {
+    "bodies": lambda part: [sd.Mechanism((part,))],
+    **{
+        name: lambda part, name=name: [dataclasses.replace(parts_only(), **{name: (part,)})]
+        for name in ("joints", "guides", "drives", "welds", "components", "rods", "latches", "tracks")
+    },
+}
+"""For each list of parts of a mechanism, mechanisms with one such part."""
+
+TEXTS = ("crank", "rod", "plate", "ground", "end", "start", "error", "sensor_x", *METHODS, ODD)
+PLACES = (("crank", "end"), ("rod", "start"), ("rod", "end"), ("ground", "O"), ("slider", "centre"), ("plate", "corner"))
+TABLES = (((-0.3, -2.0), (0.1 / 3.0, 0.2), (0.4, 3.1)), ((-0.25, -0.1), (-0.01, -0.05), (0.02, 0.05), (0.3, 0.2)))
+OTHERWISE: Mapping[type, tuple[Any, ...]] = {
+    sd.Guide: (sd.Guide("guide", ("plate", "corner"), aligned=True),),
+    sd.GuideClearance: (
+        sd.GuideClearance(1e-4, length=0.04, width=0.02),
+        sd.GuideClearance(1e-4, corners=((-0.019, -0.009), (0.019, -0.009), (0.0, 0.1 / 9.0))),
+    ),
+    sd.TapeSpring: (sd.TapeSpring("tape", "rod", straight=TABLES[0], folded=TABLES[1]),),
+    sd.FeedForward: (sd.FeedForward(limit=10.0),),
+    sd.PID: (sd.PID(3.0, limit=10.0),),
+    sd.Actuator: (
+        sd.Actuator("servo", "rod", sd.FeedForward(limit=10.0), reference=sd.ConstantSpeed(1.0), sensor=("rod", "end")),
+    ),
+    sd.Bushing: (
+        sd.Bushing(
+            "bushing", ("crank", "end"), ("rod", "start"), stiffness_x=1e7, stiffness_y=1e7, damping_x=1e7, damping_y=1e7
+        ),
+    ),
+    sd.Tabulated: (sd.Tabulated(tuple(k / 7.0 for k in range(9)), tuple(math.sin(k) for k in range(9))),),
+    sd.Harmonic: (sd.Harmonic(0.1, 0.2, 3.3, 0.4),),
+}
+"""Instances of classes whose fields depend on each other."""
+
+
+def numbers(quantity: Quantity) -> list[float]:
+    """Numbers with all their digits that a quantity admits, some of them negative, in any order."""
+    drawn = [sign * DRAW.uniform(1.0, 10.0) * 10.0**power for power in range(-7, 6) for sign in (1.0, 1.0, 1.0, -1.0)]
+    found = [
+        number for number in (*drawn, DRAW.random(), *(1.0 + 2.0 * DRAW.random() for _ in range(9))) if quantity.admits(number)
+    ]
+    return DRAW.sample(found, len(found))
+
+
+def candidates(described: type, name: str) -> list[list[Any]]:
+    """Values that a field may have, from its annotation; of each list one is wanted."""
+    hint, found = get_type_hints(described, include_extras=True)[name], list[Any]()
+    several = list[list[Any]]()
+    plain = plain_hint(hint)
+    union = typing.get_origin(plain) in (typing.Union, types.UnionType)
+    for member in map(plain_hint, get_args(plain) if union else (plain,)):
+        origin, inside = get_origin(member), get_args(member)
+        if member is types.NoneType:
+            found.append(None)
+        elif origin is typing.Literal:
+            found += inside
+        elif member is bool:
+            found += [True, False]
+        elif member is int:
+            found += [number for number in (3, 17, 12345) if quantities(described)[name].admits(number)]
+        elif member is float:
+            several.append(numbers(quantities(described)[name]))
+        elif member is str:
+            found += TEXTS
+        elif member == tuple[str, str]:
+            found += PLACES
+        elif member == tuple[float, float]:
+            found += [(0.1 / 3.0, -0.2 / 7.0), (0.0, 0.1 / 9.0)]
+        elif origin is tuple and inside[1:] == (Ellipsis,) and inside[0] is float:
+            found.append(tuple(DRAW.uniform(-1.0, 1.0) for _ in range(4)))
+        elif origin is tuple:
+            found += TABLES if any(isinstance(extra, Pairs) for extra in get_args(hint)) else [()]
+        elif isinstance(origin, type) and issubclass(origin, Mapping):
+            found.append({"one": (0.1 / 3.0, 0.0), "an odd, [name]": (-1.0, 1e-5)})
+        else:
+            found += [each for kind in PLUGINS.get(member, (member,)) for each in instances(kind)]
+    return [*several, *([value] for value in found)]
+
+
+def is_own(described: type) -> bool:
+    """Whether it stands for a function in a user's file."""
+    return getattr(described, "kernel_kind", None) == USER and "function" in getattr(described, "__dataclass_fields__", {})
+
+
+def made(described: type, values: Mapping[str, Any]) -> Any:
+    """An instance, or None where the values do not fit each other or the mechanism of the tests."""
+    try:
+        part = described(**values)
+        for field in LISTS.get(described, ()):
+            HOSTS[field](part)
+    except InputError:
+        return None
+    return part
+
+
+@cache
+def lists() -> Mapping[type, tuple[str, ...]]:
+    """The fields of a mechanism that a class is listed in."""
+    found: dict[type, tuple[str, ...]] = {}
+    for name, hint in get_type_hints(sd.Mechanism).items():
+        if get_origin(hint) is tuple and get_args(hint)[1:] == (Ellipsis,) and name != "ground":
+            for kind in PLUGINS.get(get_args(hint)[0], (get_args(hint)[0],)):
+                if name != "components" or kind.declaration.section not in ("rod", "latch"):
+                    found[kind] = (*found.get(kind, ()), name)
+    return found
+
+
+LISTS = lists()
+
+
+@cache
+def instances(described: type) -> tuple[Any, ...]:
+    """Instances of a class that between them have a value other than the default in every field."""
+    if is_own(described):
+        return ()
+    fields = [field for field in dataclasses.fields(described) if field.init]
+    required = [f.name for f in fields if f.default is dataclasses.MISSING and f.default_factory is dataclasses.MISSING]
+    choices = [[value for group in candidates(described, name) for value in group[:12]] for name in required]
+    combined = (dict(zip(required, values, strict=True)) for values in itertools.islice(itertools.product(*choices), 20_000))
+    bases = list(OTHERWISE.get(described, ()))
+    if hasattr(described, "declaration") and described.declaration.section in PARTS:
+        bases.append(example(described))
+    bases += itertools.islice((part for values in combined if (part := made(described, values)) is not None), 2)
+    assert bases, f"no instance of {described.__name__} was found"
+    found = list(bases)
+    for field in fields:
+        for group in candidates(described, field.name):
+            values = (
+                {other.name: getattr(base, other.name) for other in fields} | {field.name: value}
+                for value in group
+                for base in bases
+            )
+            found += itertools.islice((part for each in values if (part := made(described, each)) is not None), 1)
+    for field in fields:
+        default = field.default_factory() if field.default_factory is not dataclasses.MISSING else field.default
+        seen = {repr(getattr(part, field.name)) for part in found}
+        assert seen - {repr(default)}, f"no value but the default was tried for {described.__name__}.{field.name}"
+    return tuple(found)
+
+
+def example(described: Any) -> Any:
+    """A component as its declaration's example describes it."""
+    section = described.declaration.section
+    table = {"name": "part", **described.declaration.example}
+    if section == "rod":
+        del table["length"]  # its example has both, one of which a user takes
+    return PARTS[section].reader.func(table, types.SimpleNamespace(context=None))
+
+
+def cases(described: type) -> Iterator[sd.Mechanism]:
+    """Mechanisms with every instance of a class of parts."""
+    for part in instances(described):
+        if described is sd.Rod and isinstance(part.motion, sd.ConstantSpeed):
+            continue  # a distance that is zero at the start has no spelling
+        for field in LISTS[described]:
+            yield from HOSTS[field](part)
+
+
+@pytest.mark.parametrize("described", LISTS, ids=lambda described: described.__name__)
+def test_every_class_and_field_of_a_description(described: type, tmp_path: Path) -> None:
+    """Identity: every part with every field, law, material, controller and time function, as the catalogues list them."""
+    for mechanism in cases(described):
+        found = instance(CaseTable, tomllib.loads(mechanism.to_case()), {"folder": tmp_path}).case().mechanism
+        assert found == mechanism
+        assert bits(to_plain(found)) == bits(to_plain(mechanism))
+
+
+def test_what_is_tried_is_what_is_declared() -> None:
+    """Identity: all classes of the catalogues are among the parts that were tried, but those of functions in files."""
+    listed = {kind for kinds in PLUGINS.values() for kind in kinds}
+    tried, waiting = set[type](), [part for kind in LISTS for part in instances(kind)]
+    while waiting:
+        part = waiting.pop()
+        if dataclasses.is_dataclass(part) and not isinstance(part, type):
+            tried.add(type(part))
+            waiting += [getattr(part, field.name) for field in dataclasses.fields(part)]
+    own = {kind for kind in listed if is_own(kind)}
+    assert listed - tried == own == {sd.UserElastic, sd.UserDamping, sd.UserFriction, sd.UserController}
+    assert {sd.Body, sd.Material, sd.Clearance, sd.GuideClearance, sd.Track, *get_args(TimeFunction)} <= tried
+
+
+def test_every_field_of_mechanism_and_options(tmp_path: Path) -> None:
+    """Identity: gravity, input and output body, ground points; all options."""
+    base = parts_only()
+    for values in (
+        {"gravity": 3.71, "gravity_direction": 0.1},
+        {"gravity": 0.0, "gravity_direction": -0.0},
+        {"input_body": "crank", "output_body": "slider"},
+        {"ground": (("O", (1e-9, 0.1 / 3.0)), (ODD.replace(".", ""), (-0.0, 1e5)))},
+    ):
+        assert_survives(dataclasses.replace(base, **values), tmp_path / "case.toml")
+    for field in dataclasses.fields(Options):
+        for value in itertools.chain(*(group[:2] for group in candidates(Options, field.name))):
+            try:
+                options = dataclasses.replace(Options(0.2), **{field.name: value})
+            except InputError:
+                continue
+            assert_survives(Case(base, options), tmp_path / "case.toml")
+    assert sd.read_case(sd.write_case(base, tmp_path / "case.toml", run=options)).run == options
+
+
+def test_components_keep_their_order(tmp_path: Path) -> None:
+    """Identity: kinds that alternate are written in the one list that keeps the order of kinds."""
+    one = sd.Spring("one", ("crank", "end"), ("ground", "O"), 100.0)
+    two = sd.Torque("two", "crank", torque=3.0)
+    servo = parts_only().controlled(sd.PID(3.0), body="rod", sensor=("rod", "end")).components[0]
+    for order in itertools.permutations((one, two, dataclasses.replace(one, name="three"), servo)):
+        mechanism = dataclasses.replace(parts_only(), components=order)
+        found = assert_survives(mechanism, tmp_path / "case.toml")
+        assert [part.name for part in found.mechanism.components] == [part.name for part in order]
+    text = dataclasses.replace(parts_only(), components=(one, two)).to_case()
+    assert "[[spring]]" in text
+    assert "[[component]]" not in text
+
+
+OWN = '''
+import scissordyn as sd
+from typing import Annotated
+
+
+def soft(indentation, stiffness):
+    return stiffness * indentation
+
+
+def lossy(elastic, indentation, rate, approach, gain):
+    return elastic * (1.0 + gain * rate / approach)
+
+
+def rubbing(slip_speed, normal_force):
+    return 0.1 * normal_force * slip_speed / (abs(slip_speed) + 1e-3)
+
+
+def steer(t, angle, speed, acceleration, error, measured, x, y, rate_x, rate_y, delayed, torque, gain):
+    return gain * error
+
+
+def pull(length, rate, stiffness):
+    return -stiffness * length, 0.5 * stiffness * length**2, 0.0
+
+
+@sd.component(port="line", force=pull)
+class Rubber:
+    """A rubber band."""
+
+    name: str
+    start: tuple[str, str]
+    end: tuple[str, str]
+    stiffness: Annotated[float, sd.Quantity("N/m", above=0.0, help="of the band")] = 10.0
+'''
+
+
+def test_functions_and_components_of_the_users_own(tmp_path: Path) -> None:
+    """Identity: they are written by the name of their file, relative to the case file if it lies beside it."""
+    near, far = tmp_path / "own.py", tmp_path / "elsewhere"
+    far.mkdir()
+    near.write_text(OWN, encoding="utf-8")
+    law = sd.Clearance(
+        1e-4,
+        stiffness=sd.UserElastic(f"{near}:soft", (1e7,)),
+        damping=sd.UserDamping(f"{near}:lossy", (0.1 / 3.0,)),
+        friction=sd.UserFriction(f"{near}:rubbing"),
+    )
+    controller = sd.UserController(f"{near}:steer", (0.1 / 7.0,), delay=0.01, recorded="speed")
+    band = component_class(f"{near}:Rubber", tmp_path)("band", ("crank", "end"), ("ground", "O"), 0.1 / 3.0)
+    pinned = sd.slider_crank().with_clearance("slider pin", law).controlled(controller)
+    mechanism = dataclasses.replace(pinned, components=(band, *pinned.components), ground=(*pinned.ground, ("O", (0.0, 0.0))))
+    assert_survives(mechanism, tmp_path / "case.toml")
+    assert 'law = "own.py:soft"' in (tmp_path / "case.toml").read_text(encoding="utf-8")
+    assert_survives(mechanism, far / "case.toml")
+    assert f'law = "{near}:soft"' in (far / "case.toml").read_text(encoding="utf-8")
+    near.write_text(OWN + "\n", encoding="utf-8")
+    with pytest.raises(InputError, match="has changed since"):
+        sd.write_case(mechanism, tmp_path / "case.toml")
+
+
+def test_a_file_named_from_the_working_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Identity: its name becomes absolute; all else is the same."""
+    (tmp_path / "own.py").write_text(OWN, encoding="utf-8")
+    monkeypatch.chdir(tmp_path)
+    arm = sd.scissor(units=1).with_clearance("A", sd.Clearance(1e-4, stiffness=sd.UserElastic("own.py:soft", (1e7,))))
+    found = sd.read_case(sd.write_case(arm, "case.toml")).mechanism
+    assert found.joint("A").clearance.stiffness.function == f"{tmp_path / 'own.py'}:soft"
+    assert found.replace("A.stiffness", arm.joint("A").clearance.stiffness) == arm
+
+
+def soft(indentation: float) -> float:
+    """A law that is in no file of its own."""
+    return 1e7 * indentation
+
+
+@sd.component(port="line", force=lambda length, rate: (0.0, 0.0, 0.0))
+class Nothing:
+    """A component of a class made in Python."""
+
+    name: str
+    start: tuple[str, str]
+    end: tuple[str, str]
+
+
+@pytest.mark.parametrize(
+    ("mechanism", "says"),
+    [
+        (
+            lambda: sd.scissor().with_clearance("A", sd.Clearance(1e-4, stiffness=sd.UserElastic(soft))),
+            "Python function 'soft'",
+        ),
+        (
+            lambda: dataclasses.replace(parts_only(), components=(Nothing("n", ("rod", "start"), ("crank", "end")),)),
+            "component 'n' of the class 'Nothing', which was made in Python",
+        ),
+        (lambda: sd.Mechanism((sd.Body("b", 1.0, 0.1, {"a.b": (0.0, 0.0)}),)), "a point called 'a.b'"),
+        (
+            lambda: dataclasses.replace(
+                parts_only(), rods=(sd.Rod("r", ("rod", "end"), ("ground", "O"), motion=sd.ConstantSpeed(1.0)),)
+            ),
+            "a ConstantSpeed as a distance",
+        ),
+        (lambda: sd.Mechanism((sd.Body("\ud800", 1.0, 0.1),)), "half a surrogate pair"),
+    ],
+)
+def test_what_cannot_be_written(mechanism: Any, says: str, tmp_path: Path) -> None:
+    """Identity: an error of one line, and no file."""
+    with pytest.raises(InputError) as error:
+        sd.write_case(mechanism(), tmp_path / "case.toml")
+    assert says in str(error.value)
+    assert "\n" not in str(error.value)
+    assert not list(tmp_path.iterdir())
+
+
+def test_only_own_files_are_replaced(tmp_path: Path) -> None:
+    """Identity: a case file that somebody wrote, also one that `scissordyn new` printed, is not overwritten; our own is."""
+    path = tmp_path / "case.toml"
+    for text in (template("scissor"), "notes\n", "# A case"):
+        path.write_text(text, encoding="utf-8")
+        with pytest.raises(InputError, match="no case file that scissordyn wrote"):
+            sd.write_case(sd.scissor(), path)
+        assert path.read_text(encoding="utf-8") == text
+    path.write_text("")
+    sd.write_case(sd.scissor(units=1), path)
+    sd.write_case(sd.scissor(units=2), path)
+    assert sd.read_case(path).mechanism == sd.scissor(units=2)
+    with pytest.raises(InputError, match="it is a folder"):
+        sd.write_case(sd.scissor(), tmp_path)
+
+
+@pytest.mark.parametrize(
+    ("value", "unit", "text"),
+    [
+        (5e-4, "m", "0.5 mm"),
+        (2.0, "m", "2 m"),
+        (0.05, "s", "50 ms"),
+        (math.radians(30.0), "rad", "30 deg"),
+        (sd.rpm(150.0), "rad/s", "150 rpm"),
+        (3.0, "rad/s", "3 rad/s"),
+        (207e9, "Pa", "207 GPa"),
+        (0.1 / 3.0, "m", "0.03333333333333333 m"),
+        (-0.0, "m", "-0 m"),
+        (1e-300, "kg", "1e-300 kg"),
+    ],
+)
+def test_units_as_people_write_them(value: float, unit: str, text: str) -> None:
+    """Closed form: the usual unit where it is exact, SI with all digits otherwise."""
+    assert exact((value,), unit) == text
+    assert repr(read_quantity(text, Quantity(unit, minimum=-1e300, maximum=1e300))) == repr(value)
+
+
+def test_any_number_survives() -> None:
+    """Identity: random floats of all magnitudes, to the last bit, in every unit that is abbreviated and some others."""
+    generator = np.random.default_rng(7)
+    words = generator.integers(0, 2**63, 4000, dtype=np.int64).view(np.float64)
+    for unit in ("m", "s", "m/s", "rad", "rad/s", "Pa", "N", "kg m^2", "N m s/rad"):
+        quantity = Quantity(unit, minimum=-1e308, maximum=1e308)
+        for value in (float(word) for word in words[:400] if math.isfinite(word)):
+            assert repr(read_quantity(exact((value,), unit), quantity)) == repr(value)
+
+
+def test_the_text_is_toml_with_a_run() -> None:
+    """Identity: what `to_case` returns can be read by itself, and says its options."""
+    text = sd.scissor(units=1).driven(speed=sd.rpm(150)).to_case(Options(0.1, samples=11))
+    assert 'speed = "150 rpm"' in text
+    assert text.endswith('[run]\nuntil = "0.1 s"\nsamples = 11\n')
+    assert json.dumps(text)

@@ -1,4 +1,4 @@
-# Everything below runs from a fresh checkout: it needs Python 3.11 or newer, make and a C compiler.
+# Everything below runs from a fresh checkout: it needs Python 3.11 or newer and make.
 PYTHON ?= python3
 BIN := .venv/bin
 OUT ?= out
@@ -19,7 +19,7 @@ check: .venv/.dev
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
 	$(BIN)/lint-imports
-	$(BIN)/codespell src docs benchmarks examples README.md CHANGELOG.md
+	$(BIN)/codespell src docs benchmarks examples README.md CHANGELOG.md CONTRIBUTING.md
 
 bench: .venv/.dev
 	$(BIN)/python -m benchmarks

@@ -31,7 +31,7 @@ def test_python_runs(capsys: pytest.CaptureFixture[str]) -> None:
 
 
 def test_commands_exist() -> None:
-    """Identity: every line of shell names a command of the program, an installed one or a target of make, and existing files."""
+    """Identity: every line of shell names a command of the program or a target of make, and files that exist."""
     targets = re.findall(r"^(\w+):", (ROOT / "Makefile").read_text(encoding="utf-8"), re.MULTILINE)
     for block in blocks("sh"):
         for line in block.replace("\\\n", " ").splitlines():

@@ -6,6 +6,7 @@ import argparse
 import sys
 
 from benchmarks.measure import machine
+
 from validation.case import HERE, Case
 from validation.catalogue import CASES
 from validation.page import checks_table, codes_table, summary_row, whole

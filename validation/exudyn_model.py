@@ -40,7 +40,9 @@ def positions(mechanism: sd.Mechanism, until: float, settings: Settings, body: s
     Ground pins, pins, constant torques, linear springs and massless rods from the ground to a mass are translated.
     """
     import exudyn as exu
-    from exudyn import itemInterface as items
+    from exudyn import itemInterface
+
+    items = itemInterface
 
     system = exu.SystemContainer().AddSystem()
     ground = system.AddObject(items.ObjectGround())
@@ -51,15 +53,15 @@ def positions(mechanism: sd.Mechanism, until: float, settings: Settings, body: s
         place = np.array(one.position) + rotation @ np.array(one.centre)
         speed = np.array(one.velocity) + one.angular_velocity * np.array([[0, -1], [1, 0]]) @ (rotation @ np.array(one.centre))
         nodes[one.name] = system.AddNode(
-            items.NodeRigidBody2D(
-                referenceCoordinates=[*place, one.angle], initialVelocities=[*speed, one.angular_velocity]
-            )
+            items.NodeRigidBody2D(referenceCoordinates=[*place, one.angle], initialVelocities=[*speed, one.angular_velocity])
         )
         objects[one.name] = system.AddObject(
             items.ObjectRigidBody2D(mass=one.mass, inertia=one.inertia or one.mass, nodeNumber=nodes[one.name])
         )
-        load = mechanism.gravity * one.mass * np.array(
-            [np.cos(mechanism.gravity_direction), np.sin(mechanism.gravity_direction), 0.0]
+        load = (
+            mechanism.gravity
+            * one.mass
+            * np.array([np.cos(mechanism.gravity_direction), np.sin(mechanism.gravity_direction), 0.0])
         )
         marker = system.AddMarker(items.MarkerBodyPosition(bodyNumber=objects[one.name]))
         system.AddLoad(items.Force(markerNumber=marker, loadVector=load))
@@ -80,9 +82,7 @@ def positions(mechanism: sd.Mechanism, until: float, settings: Settings, body: s
     for rod in mechanism.rods:
         start, end = np.array(mechanism.place(rod.start)), np.array(mechanism.place(rod.end))
         length = rod.length or float(np.hypot(*(end - start)))
-        system.AddObject(
-            items.ObjectConnectorDistance(markerNumbers=[at(rod.start), at(rod.end)], distance=length)
-        )
+        system.AddObject(items.ObjectConnectorDistance(markerNumbers=[at(rod.start), at(rod.end)], distance=length))
     for part in mechanism.components:
         if isinstance(part, sd.Spring):
             system.AddObject(

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from datetime import UTC, datetime
 
 from benchmarks.measure import table
+
 from validation.case import Case, Check, best, scan
 
 __all__ = ["checks_table", "codes_table", "summary_row", "whole"]
@@ -41,10 +42,11 @@ def codes_table(case: Case) -> str:
             verdict = "" if error <= case.goal else " (goal missed)"
             rows.append([code.name, code.meaning, f"{setting:g}", f"{error:.1e}{verdict}", f"{1e3 * seconds:.3g}"])
         points = [
-            f"{at:g}: {'fails' if math.isinf(miss) else f'{miss:.1e}, {1e3 * took:.3g} ms'}" for at, miss, took in scanned.points
+            f"{at:g}: {'fails' if math.isinf(miss) else f'{miss:.1e}, {1e3 * took:.3g} ms'}"
+            for at, miss, took in scanned.points
         ]
         scans.append(f"* {code.name}, {code.meaning}: " + "; ".join(points) + ".")
-    head = f"Error: {case.error}; goal: {case.goal:g}. The fastest setting that reaches the goal, or else the most accurate one:\n\n"
+    head = f"Error: {case.error}; goal: {case.goal:g}.\nThe fastest setting that reaches the goal, or else the most accurate one:\n\n"
     made = table(["code", "setting", "value", "error", "time [ms]"], rows)
     return head + made + "\nThe scan, as setting: error, time.\n\n" + "\n".join(scans) + "\n"
 
@@ -62,9 +64,9 @@ def whole(rows: Sequence[Sequence[str]], sections: Sequence[str], machine: str) 
     date = datetime.now(UTC).date().isoformat()
     return (
         "# Validation\n\n"
-        "Written by `python -m validation --write` (`make validate`). Each case is a folder of `validation/` with its case file, its\n"
-        "parameters and their source, and its reference: a closed form or a second formulation that uses no equation of the\n"
-        "package. The checks are also tests (`tests/validation/test_truth.py`); allowed errors are set by the accuracy of the\n"
+        "Written by `python -m validation --write` (`make validate`). Each case is a folder of `validation/` with its case\n"
+        "file, its parameters and their source, and its reference: a closed form or a second formulation that uses no\n"
+        "equation of the package. The checks are also tests (`tests/validation/test_truth.py`); allowed errors are set by the accuracy of the\n"
         "reference. Times are the shortest of several runs of this machine, without compilation.\n\n"
         f"{date}; {machine}\n\n"
         + table(["case", "reference by", "checks met", "error nearest to what is allowed"], rows)
@@ -75,9 +77,9 @@ def whole(rows: Sequence[Sequence[str]], sections: Sequence[str], machine: str) 
     )
 
 
-OTHERS = """Other codes: scipy, numbalsoda 0.3 and Exudyn 1.13 install with pip and take part where they have a model of the case. Chrono and
-Siconos do not (tried on 2026-11-22): neither has a distribution for pip; `pychrono` and `projectchrono` on PyPI are other
-packages.
+OTHERS = """Other codes: scipy, numbalsoda 0.3 and Exudyn 1.13 install with pip and take part where they have a model of the case.
+Chrono and Siconos do not (tried on 2026-11-22): neither has a distribution for pip; `pychrono` and `projectchrono` on PyPI
+are other packages.
 
 Experiments: of the published experiments on clearance joints, public sources give peaks and modes as figures without all
 parameters that a simulation needs (masses, inertias, laws, surface data), for example Kolani et al. 2023,

@@ -1,8 +1,8 @@
 """Hard contact: Moreau's time stepping for a slider-crank whose slider is a block in a channel with clearance.
 
-Coordinates are the directions of crank, rod and slider, measured from the line of the guide; all three are free. Contacts are unilateral
-constraints with Newton's impact law and Coulomb friction on the velocities of a step; no compliance, no event. First order in
-the step. Formulation of Flores, Leine and Glocker 2010, doi:10.1007/s11044-009-9178-y.
+Coordinates are the directions of crank, rod and slider, measured from the line of the guide; all three are free. Contacts are
+unilateral constraints with Newton's impact law and Coulomb friction on the velocities of a step; no compliance, no event.
+First order in the step. Formulation of Flores, Leine and Glocker 2010, doi:10.1007/s11044-009-9178-y.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ __all__ = ["SliderCrank", "march"]
 
 
 class SliderCrank(NamedTuple):
-    """Lengths [m], masses [kg], inertias about the mass centres [kg m^2], half sizes of the block [m], the gap on either side [m]."""
+    """Lengths [m], masses [kg], inertias about mass centres [kg m^2], half sizes of the block and gap on either side [m]."""
 
     crank: float = 0.153
     rod: float = 0.306

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from reference.marching import March
 from reference.multipliers import Multipliers
-
 from validation.case import Case, Check, mechanism, run
 
 __all__ = ["CASE"]

@@ -5,8 +5,9 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from reference import moreau
 from scipy.integrate import solve_ivp
+
+from reference import moreau
 
 __all__ = ["START", "Impact", "cluster", "free_flight"]
 

@@ -6,12 +6,12 @@ import math
 import time
 
 import numpy as np
+from benchmarks import peers
+
+import scissordyn as sd
 from reference.laws import hertz, lankarani_nikravesh
 from reference.marching import ClearanceJoint, March
 from reference.slider_crank import SliderCrank
-
-import scissordyn as sd
-from benchmarks import peers
 from validation.case import Case, Check, Code, Measured, mechanism, run
 
 __all__ = ["CASE"]
@@ -95,4 +95,6 @@ def codes() -> list[Code]:
     ]
 
 
-CASE = Case(NAME, "Slider-crank with a clearance joint", checks, "root mean square error of the orbit, in clearances", 1e-3, codes)
+CASE = Case(
+    NAME, "Slider-crank with a clearance joint", checks, "root mean square error of the orbit, in clearances", 1e-3, codes
+)

@@ -86,4 +86,6 @@ def codes() -> list[Code]:
     ]
 
 
-CASE = Case(NAME, "Andrews' squeezing mechanism (A03)", checks, "largest error of the crank's angle in 0.05 s [rad]", 1e-4, codes)
+CASE = Case(
+    NAME, "Andrews' squeezing mechanism (A03)", checks, "largest error of the crank's angle in 0.05 s [rad]", 1e-4, codes
+)

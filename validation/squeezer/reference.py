@@ -26,7 +26,15 @@ START = np.array(
 )
 
 TEST_SET = np.array(
-    [15.81077119629904, -15.75637105984298, 0.04082224013073101, -0.5347301163226948, 0.5244099658805304, 0.5347301163226948, 1.048080741042263]
+    [
+        15.81077119629904,
+        -15.75637105984298,
+        0.04082224013073101,
+        -0.5347301163226948,
+        0.5244099658805304,
+        0.5347301163226948,
+        1.048080741042263,
+    ]
 )
 """Angles at 0.03 s in the test set for initial value problem solvers, problem "andrews"."""
 
@@ -140,7 +148,13 @@ def rate(_: float, state: np.ndarray) -> np.ndarray:
 def angles(times: np.ndarray, tolerance: float = 3e-13) -> np.ndarray:
     """The seven angles at given times; constraints drift by less than 1e-12 m in 0.05 s."""
     found = solve_ivp(
-        rate, (0.0, float(times[-1])), np.concatenate([START, np.zeros(7)]), "DOP853", t_eval=times, rtol=tolerance, atol=tolerance
+        rate,
+        (0.0, float(times[-1])),
+        np.concatenate([START, np.zeros(7)]),
+        "DOP853",
+        t_eval=times,
+        rtol=tolerance,
+        atol=tolerance,
     )
     if np.max(np.abs(closure(found.y[:7, -1]))) > 1e-11:
         raise RuntimeError("the constraints have drifted")

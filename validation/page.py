@@ -46,7 +46,10 @@ def codes_table(case: Case) -> str:
             for at, miss, took in scanned.points
         ]
         scans.append(f"* {code.name}, {code.meaning}: " + "; ".join(points) + ".")
-    head = f"Error: {case.error}; goal: {case.goal:g}.\nThe fastest setting that reaches the goal, or else the most accurate one:\n\n"
+    head = (
+        f"Error: {case.error}; goal: {case.goal:g}.\n"
+        "The fastest setting that reaches the goal, or else the most accurate one:\n\n"
+    )
     made = table(["code", "setting", "value", "error", "time [ms]"], rows)
     return head + made + "\nThe scan, as setting: error, time.\n\n" + "\n".join(scans) + "\n"
 
@@ -66,8 +69,8 @@ def whole(rows: Sequence[Sequence[str]], sections: Sequence[str], machine: str) 
         "# Validation\n\n"
         "Written by `python -m validation --write` (`make validate`). Each case is a folder of `validation/` with its case\n"
         "file, its parameters and their source, and its reference: a closed form or a second formulation that uses no\n"
-        "equation of the package. The checks are also tests (`tests/validation/test_truth.py`); allowed errors are set by the accuracy of the\n"
-        "reference. Times are the shortest of several runs of this machine, without compilation.\n\n"
+        "equation of the package. The checks are also tests (`tests/validation/test_truth.py`); allowed errors are set by\n"
+        "the accuracy of the reference. Times are the shortest of several runs on one machine, without compilation.\n\n"
         f"{date}; {machine}\n\n"
         + table(["case", "reference by", "checks met", "error nearest to what is allowed"], rows)
         + "\n"
@@ -77,9 +80,9 @@ def whole(rows: Sequence[Sequence[str]], sections: Sequence[str], machine: str) 
     )
 
 
-OTHERS = """Other codes: scipy, numbalsoda 0.3 and Exudyn 1.13 install with pip and take part where they have a model of the case.
-Chrono and Siconos do not (tried on 2026-11-22): neither has a distribution for pip; `pychrono` and `projectchrono` on PyPI
-are other packages.
+OTHERS = """Other codes: scipy, numbalsoda 0.3 and Exudyn 1.13 install with pip and take part where they have a model of
+the case. Chrono and Siconos do not (tried on 2026-11-22): neither has a distribution for pip; `pychrono` and
+`projectchrono` on PyPI are other packages.
 
 Experiments: of the published experiments on clearance joints, public sources give peaks and modes as figures without all
 parameters that a simulation needs (masses, inertias, laws, surface data), for example Kolani et al. 2023,

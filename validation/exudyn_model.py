@@ -111,6 +111,8 @@ def positions(mechanism: sd.Mechanism, until: float, settings: Settings, body: s
     integration.generalizedAlpha.computeInitialAccelerations = True
     integration.verboseMode = 0
     simulation.linearSolverSettings.ignoreSingularJacobian = True
+    if len(mechanism.bodies) > 20:
+        simulation.linearSolverType = exu.LinearSolverType.EigenSparse
     simulation.solution.file.write = False
     simulation.solution.sensors.writePeriod = max(settings.step, until / 2000)
     began = time.perf_counter()

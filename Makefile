@@ -1,9 +1,9 @@
-# Everything below runs from a fresh checkout: it needs Python 3.11 or newer, make and a C compiler.
+# Everything below runs from a fresh checkout: it needs Python 3.11 or newer and make.
 PYTHON ?= python3
 BIN := .venv/bin
 OUT ?= out
 
-.PHONY: paper test check slow bench clean
+.PHONY: paper test check slow bench validate clean
 
 paper: .venv/.installed
 	$(BIN)/scissordyn paper -o $(OUT)
@@ -19,7 +19,12 @@ check: .venv/.dev
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
 	$(BIN)/lint-imports
-	$(BIN)/codespell src docs benchmarks examples README.md CHANGELOG.md
+	$(BIN)/codespell src docs benchmarks validation examples README.md CHANGELOG.md CONTRIBUTING.md
+
+# cases with known answers, and other codes on them; peers that do not install are left out of the page
+validate: .venv/.dev
+	-$(BIN)/python -m pip install --quiet --disable-pip-version-check exudyn numbalsoda
+	$(BIN)/python -m validation --write
 
 bench: .venv/.dev
 	$(BIN)/python -m benchmarks

@@ -1,5 +1,7 @@
 """Cases that many tests share."""
 
+import sys
+
 import pytest
 
 from scissordyn.laws.damping.factors import LankaraniNikravesh
@@ -9,6 +11,19 @@ from scissordyn.model.clearance import Clearance
 from scissordyn.model.scissor import scissor
 from scissordyn.simulation.run import simulate
 from scissordyn.units import rpm
+
+# these need pseudo terminals, pipes, signals, /proc or /dev/full
+collect_ignore = (
+    []
+    if sys.platform == "linux"
+    else [
+        "cli/test_command_line.py",
+        "cli/test_files.py",
+        "cli/test_signals.py",
+        "simulation/test_output_file.py",
+        "study/test_runner.py",
+    ]
+)
 
 
 @pytest.fixture(scope="session")

@@ -53,7 +53,7 @@ def test_ideal_motion(ideal_run):
 
 @pytest.mark.parametrize("units", [1, 2, 5])
 def test_ideal_array_of_any_length(units):
-    """Identity: torque times speed is the rate of T + U with the sums S_N and C_N of docs/reference.md, to 1e-9."""
+    """Identity: torque times speed is the rate of T + U with the sums S_N and C_N of docs/theory (S2), (S3), to 1e-9."""
     run = simulate(scissor(units=units).driven(speed=rpm(150)), until=0.02, samples=11)
     w, th = rpm(150), np.pi / 6 + rpm(150) * run["time"].values
     squares, products = units * (units + 1) * (2 * units + 1) / 6, (units - 1) * units * (units + 1) / 3

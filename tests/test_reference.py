@@ -88,7 +88,7 @@ class FreeMass:
 
 @pytest.mark.parametrize("pair", PAIRS)
 def test_free_mass_rebounds_with_the_exact_restitution(pair: str) -> None:
-    """Closed form: ln[(1+xi)/(1-xi e)] = xi (1+e) for any elastic part (docs/reference.md)."""
+    """Closed form: ln[(1+xi)/(1-xi e)] = xi (1+e) for any elastic part, docs/theory (D1)."""
     joint = clearance_joint(pair)
     contact = March(FreeMass(2.0, 0.7, joint)).run(0.01).contacts[0]
     xi = joint.damping
@@ -154,7 +154,7 @@ class Derived:
 
 @pytest.mark.parametrize("units", [1, 2, 5])
 def test_energies_follow_from_the_bars(units: int) -> None:
-    """Identity: T and U of docs/reference.md are the energies of 2 N uniform bars pinned end to end."""
+    """Identity: T and U of docs/theory (S2), (S3) are the energies of 2 N uniform bars pinned end to end."""
     derived = Derived(units)
     m, length, slider, g = derived.constants
     p, k, y = derived.q
@@ -263,7 +263,7 @@ def clearance(kinetic: float | None) -> Clearance:
 
 
 def test_multipliers_have_the_ideal_torque_and_reaction() -> None:
-    """Closed form: torque and force on the journal of joint A in the ideal array of two units (docs/reference.md)."""
+    """Closed form: torque and force on the journal of joint A in the ideal array of two units, docs/theory (S5), (S6)."""
     model = Multipliers(described_array(2, "pinned", None))
     run = March(model).run(0.02)
     for t, torque, fx, fy in (

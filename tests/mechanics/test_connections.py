@@ -129,7 +129,7 @@ def test_latch_of_an_array_keeps_momentum():
 
 @pytest.mark.parametrize("method", METHODS)
 def test_angle_stop_returns_its_restitution(method):
-    """Exact relation of the damping factor: ln[(1+xi)/(1-xi e)] = xi (1+e) without other forces (docs/reference.md)."""
+    """Exact relation of the damping factor: ln[(1+xi)/(1-xi e)] = xi (1+e) without other forces, docs/theory (D1)."""
     rod = dataclasses.replace(sd.bar("rod", length=1.0, mass=2.0), angular_velocity=3.0)
     stop = sd.AngleStop("stop", "rod", angle=0.4, stiffness=1e5, restitution=0.6)
     run = sd.simulate(

@@ -1,4 +1,4 @@
-"""A scissor array with clearance at the slider joint in minimal coordinates: Lagrange's equations of docs/reference.md."""
+"""A scissor array with clearance at the slider joint in minimal coordinates: Lagrange's equations of docs/theory (S2), (S3)."""
 
 from __future__ import annotations
 

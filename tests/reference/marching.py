@@ -14,7 +14,7 @@ from scipy.optimize import minimize_scalar
 from reference.laws import Elastic, LuGre
 
 FLOOR = 1e-6
-"""Least approach speed that a damping law is given [m/s] (docs/reference.md, contact)."""
+"""Least approach speed that a damping law is given [m/s], docs/theory (C4)."""
 
 
 @dataclass(frozen=True)
@@ -128,7 +128,7 @@ class Samples:
 
 
 def touch(joint: ClearanceJoint, at: Relative, approach: float, bristle: float) -> Touch:
-    """Forces of a joint in contact (docs/reference.md, contact)."""
+    """Forces of a joint in contact, docs/theory (C1) to (C3)."""
     e = math.hypot(at.ex, at.ey)
     nx, ny = at.ex / e, at.ey / e
     rate = at.ux * nx + at.uy * ny

@@ -1,0 +1,147 @@
+"""Pages that are made from declarations: the equations of all laws, and the API."""
+
+from __future__ import annotations
+
+import dataclasses
+import inspect
+import re
+from pathlib import Path
+from typing import Any
+
+import scissordyn as sd
+from scissordyn.annotation import shown
+from scissordyn.laws.catalogue import BY_KIND
+from scissordyn.units import quantities
+
+__all__ = ["GROUPS", "fields", "laws_page", "write"]
+
+GROUPS: dict[str, tuple[str, ...]] = {
+    "Structures": (
+        "scissor", "mast", "polar_scissor", "hoberman_ring", "slider_crank", "four_bar", "n_four_bar", "common_pin",
+        "angulated_bar", "with_panels", "with_payload",
+    ),
+    "Mechanisms": ("Mechanism", "Body", "bar", "point_mass", "Revolute", "Guide", "Weld", "Track", "Drive"),
+    "Clearance joints": ("Clearance", "GuideClearance", "Material", "STEEL"),
+    "Laws": (
+        "law", "Liu", "Hertz", "Flores", "LankaraniNikravesh", "Ambrosio", "LuGre", "NoFriction", "UserElastic",
+        "UserDamping", "UserFriction",
+    ),
+    "Components": (
+        "Spring", "TorsionSpring", "TapeSpring", "ConstantForceSpring", "Cable", "Bushing", "Rod", "Latch", "AngleStop",
+        "TravelStop", "Force", "Torque", "Motor", "Actuator", "component", "Output",
+    ),
+    "Motions": ("ConstantSpeed", "Harmonic", "Polynomial", "Cycloidal", "Trapezoidal", "Tabulated", "tabulated"),
+    "Controllers": (
+        "controller", "PID", "FeedForward", "Pyragas", "ExtendedDelayedFeedback", "NoControl", "UserController", "feed_forward",
+    ),
+    "Simulation": (
+        "simulate", "simulate_many", "replay", "cycle", "ideal_kinematics", "constrain_contact", "save", "load", "preview",
+    ),
+    "Studies": ("bifurcation", "ensemble", "run_cases", "separation_exponent", "variational_exponent"),
+    "Analysis": (
+        "classify", "consensus", "contact_statistics", "figures_of_merit", "section", "spectrum", "stroboscopic", "zero_one_test",
+    ),
+    "Units and errors": ("degrees", "rpm", "Quantity", "Pairs", "InputError", "ScissordynError"),
+}
+"""The public names; what no group has is listed under the last heading."""
+
+
+def groups() -> dict[str, tuple[str, ...]]:
+    """All public names by heading."""
+    known = {name for names in GROUPS.values() for name in names}
+    rest = tuple(name for name in sd.__all__ if name not in known)
+    there = {heading: tuple(name for name in names if name in sd.__all__) for heading, names in GROUPS.items()}
+    return {**there, **({"Other": rest} if rest else {})}
+
+
+def fields(cls: type) -> list[str]:
+    """The fields of a dataclass with their units, for a class whose docstring does not list them."""
+    if not dataclasses.is_dataclass(cls) or "Parameters\n" in (cls.__doc__ or ""):
+        return []
+    lines = ["", ".. rubric:: Fields", ""]
+    known = quantities(cls)
+    for field in dataclasses.fields(cls):
+        quantity = known.get(field.name)
+        default = "" if field.default is dataclasses.MISSING else f"; default {shown(field.default)}"
+        words = getattr(quantity, "help", "") or ""
+        unit = f" [{quantity.unit}]" if quantity is not None and quantity.unit != "1" else ""
+        lines.append(f"* **{field.name}**: {words}{unit}{default}")
+    return [*lines, ""]
+
+
+def _dedented(text: str) -> str:
+    return inspect.cleandoc(text)
+
+
+def _as_myst(text: str) -> str:
+    """A docstring with `.. math::` blocks as MyST."""
+    out: list[str] = []
+    block: list[str] | None = None
+    for line in [*_dedented(text).splitlines(), ""]:
+        if block is not None:
+            if line.strip() and line.startswith("    "):
+                block.append(line.strip())
+                continue
+            if not line.strip() and not block:
+                continue
+            if not line.strip():
+                # a blank line inside a directive separates two equations
+                block.append("")
+                continue
+            out += _math(block)
+            block = None
+        if line.lstrip().startswith(".. math::"):
+            block = [line.split("::", 1)[1].strip()] if line.split("::", 1)[1].strip() else []
+            continue
+        out.append(re.sub(r"(?<!`)``([^`]+)``(?!`)", r"`\1`", line))
+    if block is not None:
+        out += _math(block)
+    return "\n".join(out)
+
+
+def _math(block: list[str]) -> list[str]:
+    parts = [part.strip() for part in "\n".join(block).strip().split("\n\n") if part.strip()]
+    return [line for part in parts for line in ("", "$$", part, "$$", "")]
+
+
+def laws_page() -> str:
+    """Every law of the catalogue: its equation as its declaration has it, and its source."""
+    parts = ["# Catalogue of laws", "", "Made from the declarations of the laws; `scissordyn laws NAME` prints the same.", ""]
+    titles = {"stiffness": "Elastic part", "damping": "Damping", "friction": "Friction"}
+    for kind, classes in BY_KIND.items():
+        parts += [f"## {titles[kind]}", ""]
+        for name, cls in sorted(classes.items()):
+            parts += [f"### {name}", "", _as_myst(cls.__doc__ or ""), "", f"*Source:* {cls.source}.", ""]
+    return "\n".join(parts) + "\n"
+
+
+def api_page(heading: str, names: tuple[str, ...]) -> str:
+    """The public names under one heading."""
+    lines = [f"# {heading}", "", "```{eval-rst}", ".. currentmodule:: scissordyn", ""]
+    for name in names:
+        value = getattr(sd, name)
+        kind = "autoclass" if inspect.isclass(value) else "autofunction" if inspect.isroutine(value) else "autodata"
+        lines += [f".. {kind}:: {name}"]
+        if kind == "autoclass":
+            lines += ["   :members:"] if name in ("Mechanism",) else []
+        lines.append("")
+    return "\n".join([*lines, "```", ""])
+
+
+def write(docs: Path) -> None:
+    """Write the pages, leaving those that have not changed."""
+    pages = {docs / "theory" / "catalogue.md": laws_page()}
+    names = []
+    for heading, members in groups().items():
+        stem = heading.lower().replace(" ", "_")
+        names.append(stem)
+        pages[docs / "api" / f"{stem}.md"] = api_page(heading, members)
+    listing = "\n".join(names)
+    pages[docs / "api" / "index.md"] = (
+        "# API\n\nPublic names are imported from `scissordyn`. SI units and radians throughout; `sd.degrees(30)` and `sd.rpm(150)` "
+        f"convert.\n\n```{{toctree}}\n:maxdepth: 1\n\n{listing}\n```\n"
+    )
+    for path, text in pages.items():
+        path.parent.mkdir(exist_ok=True)
+        if not path.exists() or path.read_text(encoding="utf-8") != text:
+            path.write_text(text, encoding="utf-8")

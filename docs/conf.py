@@ -1,0 +1,86 @@
+"""The site: ``make docs``."""
+
+from __future__ import annotations
+
+import inspect
+import re
+import sys
+from pathlib import Path
+from typing import Any
+
+HERE = Path(__file__).parent
+sys.path.insert(0, str(HERE.parent / "src"))
+sys.path.insert(0, str(HERE))
+
+import _generate  # noqa: E402
+
+import scissordyn as sd  # noqa: E402
+
+project = "scissordyn"
+author = "the scissordyn developers"
+copyright = "2026, the scissordyn developers"
+version = release = sd.__version__
+
+extensions = ["myst_nb", "sphinx.ext.autodoc", "sphinx.ext.autosummary", "sphinx.ext.mathjax", "numpydoc"]
+exclude_patterns = ["_build", "jupyter_execute"]
+html_theme = "furo"
+html_title = "scissordyn"
+html_static_path = ["_static"]
+html_css_files = ["site.css"]
+html_copy_source = False
+html_show_sphinx = False
+suppress_warnings = ["config.cache"]
+
+# a copy of MathJax beside the pages is used where there is one, so that they can be read without a network
+if (HERE / "_static" / "mathjax" / "tex-svg.js").exists():
+    mathjax_path = "mathjax/tex-svg.js"
+
+myst_enable_extensions = ["dollarmath", "amsmath", "deflist", "colon_fence", "attrs_inline"]
+myst_heading_anchors = 4
+myst_dmath_double_inline = True
+
+nb_execution_mode = "cache"
+nb_execution_cache_path = str(HERE.parent / "out" / "notebooks")
+nb_execution_timeout = 300
+nb_execution_raise_on_error = True
+nb_merge_streams = True
+
+autosummary_generate = False
+autodoc_typehints = "none"
+autodoc_member_order = "groupwise"
+numpydoc_show_class_members = False
+numpydoc_class_members_toctree = False
+numpydoc_xref_param_type = False
+
+
+def _rewrite_links(_app: Any, docname: str, source: list[str]) -> None:
+    """Links to folders and to files outside docs are for readers of the repository: here they become code."""
+    folder = (HERE / docname).parent
+
+    def plain(match: re.Match[str]) -> str:
+        label, target = match[1], match[2].split("#")[0]
+        if not target or "://" in target or target.startswith(("mailto:", "doi:")):
+            return match[0]
+        path = (folder / target).resolve()
+        inside = path.is_relative_to(HERE)
+        if path.is_dir() or not inside:
+            if not path.exists():
+                raise FileNotFoundError(f"{docname}: {match[2]}")
+            shown = path.relative_to(HERE.parent)
+            return f"{label} (`{shown}`)" if label != str(shown) else f"`{shown}`"
+        return match[0]
+
+    source[0] = re.sub(r"(?<!!)\[([^\]]+)\]\(([^)\s]+)\)", plain, source[0])
+
+
+def _plain_docstring(_app: Any, what: str, name: str, obj: Any, _options: Any, lines: list[str]) -> None:
+    """Sections that numpydoc leaves are plain paragraphs; a class without parameters lists its fields."""
+    if what == "class" and not any(line.startswith(":Parameters") or "rubric" in line for line in lines) and inspect.isclass(obj):
+        lines += _generate.fields(obj)
+
+
+def setup(app: Any) -> None:
+    """Generate what is made from declarations, and connect."""
+    _generate.write(HERE)
+    app.connect("source-read", _rewrite_links)
+    app.connect("autodoc-process-docstring", _plain_docstring)

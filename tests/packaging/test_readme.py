@@ -1,0 +1,54 @@
+"""The README does what it says."""
+
+from __future__ import annotations
+
+import re
+import shlex
+from pathlib import Path
+
+import pytest
+
+from scissordyn.cli.main import COMMANDS
+
+ROOT = Path(__file__).parents[2]
+README = (ROOT / "README.md").read_text(encoding="utf-8")
+
+
+def blocks(language: str) -> list[str]:
+    """The blocks of code in a language."""
+    return re.findall(rf"^```{language}\n(.*?)^```", README, flags=re.MULTILINE | re.DOTALL)
+
+
+def test_python_runs(capsys: pytest.CaptureFixture[str]) -> None:
+    """Cross-check: the lines of Python run as they stand and print a peak force and a predictability horizon within the run."""
+    (code,) = blocks("python")
+    assert len(code.splitlines()) <= 10
+    exec(compile(code, "README.md", "exec"), {})
+    found = re.fullmatch(r"(\d+) N, predictable until (0\.\d+) s\n", capsys.readouterr().out)
+    assert found
+    assert float(found[1]) > 1e4
+    assert 0.01 < float(found[2]) <= 0.05
+
+
+def test_commands_exist() -> None:
+    """Identity: every line of shell names a command of the program or a target of make, and files that exist."""
+    targets = re.findall(r"^(\w+):", (ROOT / "Makefile").read_text(encoding="utf-8"), re.MULTILINE)
+    for block in blocks("sh"):
+        for line in block.replace("\\\n", " ").splitlines():
+            words = shlex.split(line, comments=True)
+            match words:
+                case ["scissordyn", command, *rest]:
+                    assert command in COMMANDS
+                    assert all((ROOT / word).exists() for word in rest if word.startswith("examples/"))
+                case ["make", target]:
+                    assert target in targets
+                case _:
+                    assert words == ["pip", "install", "."], line
+
+
+def test_links_lead_somewhere() -> None:
+    """Identity: every relative link of README and CONTRIBUTING is a file or a folder."""
+    for page in ("README.md", "CONTRIBUTING.md"):
+        text = (ROOT / page).read_text(encoding="utf-8")
+        for target in re.findall(r"\]\(([^)#:]+)\)", text):
+            assert (ROOT / target).exists(), target

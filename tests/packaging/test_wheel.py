@@ -1,0 +1,94 @@
+"""What is installed: the wheel, and the program in an environment that has nothing else."""
+
+from __future__ import annotations
+
+import os
+import re
+import shutil
+import subprocess
+import sys
+import venv
+import zipfile
+from pathlib import Path
+
+import pytest
+
+import scissordyn as sd
+from scissordyn.cli.main import status_of
+
+ROOT = Path(__file__).parents[2]
+
+
+@pytest.fixture(scope="module")
+def wheel(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The wheel, built from a copy of what it is built from, as nothing is to be written into the sources."""
+    pytest.importorskip("setuptools", minversion="77")
+    source = tmp_path_factory.mktemp("source")
+    for name in ("pyproject.toml", "README.md", "LICENSE"):
+        shutil.copy(ROOT / name, source)
+    shutil.copytree(ROOT / "src", source / "src", ignore=shutil.ignore_patterns("__pycache__", "*.egg-info"))
+    target = tmp_path_factory.mktemp("wheel")
+    build = ["-m", "pip", "wheel", "--quiet", "--no-deps", "--no-build-isolation", "--no-index", "-w", str(target), str(source)]
+    done = subprocess.run([sys.executable, *build], capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    (found,) = target.iterdir()
+    return found
+
+
+def test_wheel_contains_the_package_and_nothing_else(wheel: Path) -> None:
+    """Identity: every module and the typing marker are in the wheel; tests, examples and documentation are not."""
+    with zipfile.ZipFile(wheel) as archive:
+        names = set(archive.namelist())
+        metadata = archive.read(f"scissordyn-{sd.__version__}.dist-info/METADATA").decode()
+        scripts = archive.read(f"scissordyn-{sd.__version__}.dist-info/entry_points.txt").decode()
+    here = {str(path.relative_to(ROOT / "src")) for path in (ROOT / "src" / "scissordyn").rglob("*.py")}
+    assert {name for name in names if ".dist-info/" not in name} == {*here, "scissordyn/py.typed"}
+    assert f"scissordyn-{sd.__version__}.dist-info/licenses/LICENSE" in names
+    assert "scissordyn = scissordyn.cli.entry:run" in scripts
+    assert re.search(r"^License-Expression: BSD-3-Clause$", metadata, re.MULTILINE)
+    assert re.search(r"^Requires-Python: >=3.11$", metadata, re.MULTILINE)
+
+
+def test_one_version(capsys: pytest.CaptureFixture[str]) -> None:
+    """Identity: the package, the citation file and the program name the same version."""
+    assert re.fullmatch(r"\d+\.\d+\.\d+", sd.__version__)
+    citation = (ROOT / "CITATION.cff").read_text(encoding="utf-8")
+    assert f"\nversion: {sd.__version__}\n" in citation
+    assert status_of(["--version"]) == 0
+    assert capsys.readouterr().out == f"scissordyn {sd.__version__}\n"
+
+
+def test_module_is_the_program() -> None:
+    """Identity: `python -m scissordyn` is the program, with its exit statuses."""
+    done = subprocess.run([sys.executable, "-m", "scissordyn", "--version"], capture_output=True, text=True, check=False)
+    assert (done.returncode, done.stdout) == (0, f"scissordyn {sd.__version__}\n")
+    done = subprocess.run([sys.executable, "-m", "scissordyn", "nonsense"], capture_output=True, text=True, check=False)
+    assert done.returncode == 2
+    assert "No such command 'nonsense'" in done.stderr
+
+
+@pytest.mark.slow
+def test_empty_environment(wheel: Path, tmp_path: Path) -> None:
+    """Cross-check: installed alone, without a compiler or any other program on the path, it computes the paper's case."""
+    home = tmp_path / "environment"
+    venv.create(home, with_pip=True)
+    programs = home / ("Scripts" if os.name == "nt" else "bin")
+    python = str(programs / "python")
+    done = subprocess.run([python, "-m", "pip", "install", "--quiet", str(wheel)], capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    alone = {"PATH": str(programs), "HOME": str(tmp_path), "SCISSORDYN_CACHE": str(tmp_path / "cache")}
+    if os.name == "nt":
+        alone["SYSTEMROOT"] = os.environ["SYSTEMROOT"]
+    shutil.copy(ROOT / "examples" / "paper.toml", tmp_path)
+    for command in (
+        [str(programs / "scissordyn"), "run", "paper.toml", "-o", "run.nc"],
+        [python, "-m", "scissordyn", "run", "run.nc", "-o", "again.nc"],
+    ):
+        done = subprocess.run(command, cwd=tmp_path, env=alone, capture_output=True, text=True, check=False)
+        assert done.returncode == 0, done.stderr
+        assert "Saved to" in done.stdout
+    show = "import scissordyn as sd; run = sd.load('again.nc'); print(run.attrs['status'], float(run['contact_start'][0]))"
+    done = subprocess.run([python, "-c", show], cwd=tmp_path, env=alone, capture_output=True, text=True, check=True)
+    status, start = done.stdout.split()
+    assert status == "complete"
+    assert float(start) == pytest.approx(0.001365125913, abs=1e-9)

@@ -1,0 +1,63 @@
+"""The validation cases: every check of every case, and what their pages have to say."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import pytest
+from validation.case import HERE, Case
+from validation.catalogue import CASES
+from validation.page import checks_table, summary_row, whole
+
+from scissordyn.config.file import read_case
+
+PAGE = HERE.parent / "docs" / "validation.md"
+
+
+def name(case: Case) -> str:
+    """For the names of tests."""
+    return case.name
+
+
+@pytest.mark.parametrize("case", [pytest.param(case, marks=() if case.quick else pytest.mark.slow) for case in CASES], ids=name)
+def test_checks(case: Case) -> None:
+    """Closed forms, second formulations, published numbers, as each check says; allowed errors are those of the references."""
+    checks = case.checks()
+    assert checks
+    assert not [f"{check.quantity}: {check.error:.1e} > {check.allowed:.0e}" for check in checks if not check.met]
+
+
+@pytest.mark.parametrize("case", CASES, ids=name)
+def test_page_of_a_case(case: Case) -> None:
+    """Identity: each case has a case file that can be read, and a page with what it is, source and reference."""
+    folder = HERE / case.name
+    assert read_case(folder / "case.toml").mechanism.bodies
+    text = (folder / "README.md").read_text(encoding="utf-8")
+    assert text.startswith("# ")
+    assert "*Source:*" in text
+    assert re.search(r"\*References?:\*", text)
+
+
+def test_every_folder_is_in_the_catalogue() -> None:
+    """Identity: no case is left out of the page."""
+    assert {case.name for case in CASES} == {path.parent.name for path in Path(HERE).glob("*/case.py")}
+
+
+def test_written_page_has_every_case() -> None:
+    """Identity: docs/validation.md was written by the present catalogue, and nothing in it was missed."""
+    text = PAGE.read_text(encoding="utf-8")
+    for case in CASES:
+        assert f"| {case.title} " in text
+    assert "missed |" not in text.replace("goal missed", "")
+
+
+def test_a_missed_check_shows() -> None:
+    """Identity: a wrong value is not met, and the page says so."""
+    from validation.case import Check
+
+    wrong = Check("x [m]", 1.0, 1.1, 1e-3, "closed form")
+    assert not wrong.met
+    assert "missed" in checks_table([wrong])
+    assert summary_row(CASES[0], [wrong])[2] == "0 of 1"
+    assert "Validation" in whole([], [], "machine")

@@ -1,0 +1,32 @@
+"""All validation cases, in the order of the page."""
+
+from validation.array.case import CASE as ARRAY
+from validation.belt.case import CASE as BELT
+from validation.bouncing.case import CASE as BOUNCING
+from validation.case import Case
+from validation.cradle.case import CASE as CRADLE
+from validation.four_bar.case import CASE as FOUR_BAR
+from validation.guide.case import CASE as GUIDE
+from validation.n_four_bar.case import CASE as N_FOUR_BAR
+from validation.pendulum.case import CASE as PENDULUM
+from validation.slider_crank.case import CASE as SLIDER_CRANK
+from validation.sliding.case import CASE as SLIDING
+from validation.spring_pendulum.case import CASE as SPRING_PENDULUM
+from validation.squeezer.case import CASE as SQUEEZER
+
+__all__ = ["CASES"]
+
+CASES: tuple[Case, ...] = (
+    PENDULUM,
+    N_FOUR_BAR,
+    SQUEEZER,
+    SLIDER_CRANK,
+    GUIDE,
+    FOUR_BAR,
+    ARRAY,
+    SPRING_PENDULUM,
+    CRADLE,
+    BOUNCING,
+    BELT,
+    SLIDING,
+)

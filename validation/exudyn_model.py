@@ -1,0 +1,125 @@
+"""A mechanism with ideal joints as a model of Exudyn: rigid bodies in x, y and angle, joints as constraints."""
+
+from __future__ import annotations
+
+import time
+from dataclasses import dataclass
+
+import numpy as np
+
+import scissordyn as sd
+
+__all__ = ["Settings", "positions"]
+
+
+@dataclass(frozen=True)
+class Settings:
+    """How Exudyn integrates.
+
+    Parameters
+    ----------
+    step : float
+        Fixed step of the implicit solvers [s].
+    newton : float
+        Relative tolerance of Newton's method.
+    radius : float
+        Spectral radius of the generalised alpha method at infinity; 1 is the trapezoidal rule of index 2.
+    index2 : bool
+        Whether constraints are solved on the level of velocities.
+    """
+
+    step: float
+    newton: float = 1e-9
+    radius: float = 0.9
+    index2: bool = False
+
+
+def positions(mechanism: sd.Mechanism, until: float, settings: Settings, body: str) -> tuple[np.ndarray, np.ndarray, float]:
+    """Times, place of a body's mass centre and its angle (samples, 3), and seconds of the solver.
+
+    Ground pins, pins, constant torques, linear springs and massless rods from the ground to a mass are translated.
+    """
+    import exudyn as exu
+    from exudyn import itemInterface
+
+    items = itemInterface
+
+    system = exu.SystemContainer().AddSystem()
+    ground = system.AddObject(items.ObjectGround())
+    nodes, objects = {}, {}
+    for one in mechanism.bodies:
+        cosine, sine = np.cos(one.angle), np.sin(one.angle)
+        rotation = np.array([[cosine, -sine], [sine, cosine]])
+        place = np.array(one.position) + rotation @ np.array(one.centre)
+        speed = np.array(one.velocity) + one.angular_velocity * np.array([[0, -1], [1, 0]]) @ (rotation @ np.array(one.centre))
+        nodes[one.name] = system.AddNode(
+            items.NodeRigidBody2D(referenceCoordinates=[*place, one.angle], initialVelocities=[*speed, one.angular_velocity])
+        )
+        objects[one.name] = system.AddObject(
+            items.ObjectRigidBody2D(mass=one.mass, inertia=one.inertia or one.mass, nodeNumber=nodes[one.name])
+        )
+        load = (
+            mechanism.gravity
+            * one.mass
+            * np.array([np.cos(mechanism.gravity_direction), np.sin(mechanism.gravity_direction), 0.0])
+        )
+        marker = system.AddMarker(items.MarkerBodyPosition(bodyNumber=objects[one.name]))
+        system.AddLoad(items.Force(markerNumber=marker, loadVector=load))
+
+    pins = dict(mechanism.ground)
+
+    def at(reference: tuple[str, str]) -> int:
+        name, point = reference
+        if name == "ground":
+            local = [*pins[point], 0.0]
+            return system.AddMarker(items.MarkerBodyPosition(bodyNumber=ground, localPosition=local))
+        one = mechanism.body(name)
+        local = [*(np.array(one.points[point]) - np.array(one.centre)), 0.0]
+        return system.AddMarker(items.MarkerBodyPosition(bodyNumber=objects[name], localPosition=local))
+
+    for joint in mechanism.joints:
+        system.AddObject(items.ObjectJointRevolute2D(markerNumbers=[at(joint.bearing), at(joint.journal)]))
+    for rod in mechanism.rods:
+        start, end = np.array(mechanism.place(rod.start)), np.array(mechanism.place(rod.end))
+        length = rod.length or float(np.hypot(*(end - start)))
+        system.AddObject(items.ObjectConnectorDistance(markerNumbers=[at(rod.start), at(rod.end)], distance=length))
+    for part in mechanism.components:
+        if isinstance(part, sd.Spring):
+            system.AddObject(
+                items.ObjectConnectorSpringDamper(
+                    markerNumbers=[at(part.start), at(part.end)], referenceLength=part.free_length, stiffness=part.stiffness
+                )
+            )
+        elif isinstance(part, sd.Torque):
+            marker = system.AddMarker(items.MarkerBodyRigid(bodyNumber=objects[part.body]))
+            system.AddLoad(items.Torque(markerNumber=marker, loadVector=[0.0, 0.0, part.torque]))
+        else:
+            raise NotImplementedError(type(part).__name__)
+    sensor = system.AddSensor(
+        items.SensorNode(nodeNumber=nodes[body], storeInternal=True, outputVariableType=exu.OutputVariableType.Coordinates)
+    )
+    system.Assemble()
+    simulation = exu.SimulationSettings()
+    integration = simulation.timeIntegration
+    integration.endTime, integration.numberOfSteps = until, round(until / settings.step)
+    integration.newton.relativeTolerance = settings.newton
+    integration.newton.absoluteTolerance = 1e-12
+    integration.newton.useModifiedNewton = True
+    integration.generalizedAlpha.spectralRadius = settings.radius
+    integration.generalizedAlpha.useIndex2Constraints = settings.index2
+    integration.generalizedAlpha.useNewmark = settings.index2
+    integration.generalizedAlpha.computeInitialAccelerations = True
+    integration.verboseMode = 0
+    simulation.linearSolverSettings.ignoreSingularJacobian = True
+    if len(mechanism.bodies) > 20:
+        simulation.linearSolverType = exu.LinearSolverType.EigenSparse
+    simulation.solution.file.write = False
+    simulation.solution.sensors.writePeriod = max(settings.step, until / 2000)
+    began = time.perf_counter()
+    system.SolveDynamic(simulation, showHints=False, showCausingItems=False)
+    seconds = time.perf_counter() - began
+    stored = system.GetSensorStoredData(sensor)
+    one = mechanism.body(body)
+    cosine, sine = np.cos(one.angle), np.sin(one.angle)
+    centre = np.array(one.position) + np.array([[cosine, -sine], [sine, cosine]]) @ np.array(one.centre)
+    return stored[:, 0], stored[:, 1:4] + np.array([*centre, one.angle]), seconds

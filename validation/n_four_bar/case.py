@@ -1,0 +1,109 @@
+"""A02: the N-four-bar mechanism, through its singular positions."""
+
+from __future__ import annotations
+
+import math
+import time
+
+import numpy as np
+import xarray as xr
+from numba import njit
+from scipy.integrate import solve_ivp
+
+import scissordyn as sd
+from validation.case import Case, Check, Code, Measured, mechanism, run
+from validation.exudyn_model import Settings, positions
+from validation.n_four_bar.reference import place
+
+__all__ = ["CASE"]
+
+NAME = "n_four_bar"
+UNTIL = 10.0
+TIMES = np.linspace(0.0, UNTIL, 101)
+LOOPS = (2, 40)
+
+
+def exact(units: int) -> np.ndarray:
+    """Positions of B0 at the times."""
+    return np.array([place(units, t) for t in TIMES])
+
+
+def pins(found: xr.Dataset) -> np.ndarray:
+    """Positions of B0 of a run."""
+    angle = found["angle"].sel(body="crank 0").values
+    return np.column_stack([np.cos(angle), np.sin(angle)])
+
+
+def checks() -> list[Check]:
+    """B0 and the energy at a tight tolerance."""
+    made = []
+    for units in LOOPS:
+        found = run(NAME, f"structure.units={units}", samples=101, rtol=1e-12, atol=1e-12)
+        b0, wanted = pins(found), exact(units)
+        energy = float(np.max(np.abs(found["energy_residual"].values)))
+        made += [
+            Check(f"N = {units}: x of B0 at 10 s [m]", wanted[-1, 0], b0[-1, 0], 1e-9, "closed form", relative=False),
+            Check(f"N = {units}: y of B0 at 10 s [m]", wanted[-1, 1], b0[-1, 1], 1e-9, "closed form", relative=False),
+            Check(
+                f"N = {units}: largest error of B0 in 10 s [m]",
+                0.0,
+                float(np.max(np.abs(b0 - wanted))),
+                1e-9,
+                "closed form",
+                relative=False,
+            ),
+            Check(f"N = {units}: largest change of the energy [J]", 0.0, energy, 1e-8 * units, "closed form", relative=False),
+        ]
+    return made
+
+
+def ours(units: int, tolerance: float) -> Measured:
+    """The package."""
+    one = mechanism(NAME, f"structure.units={units}")
+    began = time.perf_counter()
+    found = sd.simulate(one, until=UNTIL, samples=101, rtol=tolerance, atol=tolerance)
+    seconds = time.perf_counter() - began
+    return float(np.max(np.abs(pins(found) - exact(units)))), seconds
+
+
+@njit
+def swing(t, y, factor):
+    """The angle of the equivalent pendulum, and its rate."""
+    return np.array([y[1], -factor * math.cos(y[0])])
+
+
+def scipys(units: int, tolerance: float) -> Measured:
+    """Scipy on the equivalent pendulum, which is one equation whatever N is."""
+    factor = ((units + 1) / 2 + units) / ((units + 1) / 3 + units) * 9.81
+    began = time.perf_counter()
+    found = solve_ivp(
+        swing, (0.0, UNTIL), (0.5 * math.pi, -1.0), "DOP853", t_eval=TIMES, args=(factor,), rtol=tolerance, atol=tolerance
+    )
+    seconds = time.perf_counter() - began
+    return float(np.max(np.abs(np.column_stack([np.cos(found.y[0]), np.sin(found.y[0])]) - exact(units)))), seconds
+
+
+def exudyns(units: int, step: float, **options: object) -> Measured:
+    """Exudyn on the bars and pins; of crank 0, whose ground pin is the origin, the direction is compared."""
+    one = mechanism(NAME, f"structure.units={units}")
+    t, made, seconds = positions(one, UNTIL, Settings(step, **options), "crank 0")  # type: ignore[arg-type]
+    some = slice(None, None, max(1, len(t) // 100))
+    b0 = 2.0 * made[some, :2]  # the mass centre is in the middle
+    return float(np.max(np.abs(b0 - np.array([place(units, float(when)) for when in t[some]])))), seconds
+
+
+def codes() -> list[Code]:
+    """The codes at a range of settings."""
+    tolerances = (1e-5, 1e-6, 1e-7, 1e-8, 1e-9)
+    steps = (1e-2, 3e-3, 1e-3, 3e-4)
+    return [
+        Code("scissordyn, simulate(), N = 2", lambda one: ours(2, one), tolerances),
+        Code("scipy DOP853, equivalent pendulum", lambda one: scipys(2, one), tolerances),
+        Code("Exudyn, generalised alpha, index 3, N = 2", lambda one: exudyns(2, one), steps, "step [s]", 1),
+        Code("Exudyn, trapezoidal, index 2, N = 2", lambda one: exudyns(2, one, radius=1.0, index2=True), steps, "step [s]", 1),
+        Code("scissordyn, simulate(), N = 40", lambda one: ours(40, one), tolerances),
+        Code("Exudyn, generalised alpha, index 3, N = 40", lambda one: exudyns(40, one), (1e-2, 3e-3), "step [s]", 1),
+    ]
+
+
+CASE = Case(NAME, "N-four-bar mechanism (A02)", checks, "largest error of B0 in 10 s [m]", 1e-5, codes)

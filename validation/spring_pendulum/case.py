@@ -1,0 +1,83 @@
+"""The spring pendulum against polar coordinates."""
+
+from __future__ import annotations
+
+import math
+import time
+
+import numpy as np
+import xarray as xr
+from numba import njit
+from scipy.integrate import solve_ivp
+
+from validation.case import Case, Check, Code, Measured, run, timed
+
+__all__ = ["CASE"]
+
+NAME = "spring_pendulum"
+UNTIL = 10.0
+TIMES = np.linspace(0.0, UNTIL, 201)
+K, FREE, G = 100.0, 1.0, 9.81
+
+
+@njit
+def polar(t, y):
+    """Length, angle from the downward vertical, and their rates; of a mass of 1 kg."""
+    r, angle, stretch, turn = y
+    return np.array(
+        [
+            stretch,
+            turn,
+            r * turn**2 + G * math.cos(angle) - K * (r - FREE),
+            (-G * math.sin(angle) - 2.0 * stretch * turn) / r,
+        ]
+    )
+
+
+def second(tolerance: float, method: str = "DOP853") -> tuple[np.ndarray, float]:
+    """Positions and seconds by scipy."""
+    began = time.perf_counter()
+    start = (1.2, 0.5 * math.pi, 0.0, 0.0)
+    found = solve_ivp(polar, (0.0, UNTIL), start, method, t_eval=TIMES, rtol=tolerance, atol=tolerance)
+    seconds = time.perf_counter() - began
+    return np.column_stack([found.y[0] * np.sin(found.y[1]), -found.y[0] * np.cos(found.y[1])]), seconds
+
+
+EXACT = second(1e-13)[0]
+
+
+def error(found: xr.Dataset) -> float:
+    """Largest error of the position [m]."""
+    return float(np.max(np.abs(found["position"].sel(body="mass").values - EXACT)))
+
+
+def checks() -> list[Check]:
+    """Position and energy at a tight tolerance."""
+    found = run(NAME, samples=TIMES.size, rtol=1e-13, atol=1e-13)
+    mass = found["position"].sel(body="mass").values
+    energy = float(np.max(np.abs(found["energy_residual"].values)))
+    return [
+        Check("x at 10 s [m]", EXACT[-1, 0], mass[-1, 0], 1e-8, "second formulation", relative=False),
+        Check("y at 10 s [m]", EXACT[-1, 1], mass[-1, 1], 1e-8, "second formulation", relative=False),
+        Check("largest error of the position in 10 s [m]", 0.0, error(found), 1e-8, "second formulation", relative=False),
+        Check("largest change of the energy in 10 s [J]", 0.0, energy, 1e-10, "closed form", relative=False),
+    ]
+
+
+def scipys(method: str, tolerance: float) -> Measured:
+    """Scipy on polar coordinates."""
+    made, seconds = second(tolerance, method)
+    return float(np.max(np.abs(made - EXACT))), seconds
+
+
+def codes() -> list[Code]:
+    """The codes at a range of settings."""
+    tolerances = (1e-5, 1e-6, 1e-7, 1e-8, 1e-9, 1e-10)
+    return [
+        Code("scissordyn, simulate()", timed(NAME, error, samples=TIMES.size), tolerances),
+        Code("scipy DOP853, compiled polar coordinates", lambda one: scipys("DOP853", one), tolerances),
+        Code("scipy LSODA, compiled polar coordinates", lambda one: scipys("LSODA", one), tolerances),
+    ]
+
+
+CASE = Case(NAME, "Spring pendulum", checks, "largest error of the position in 10 s [m]", 1e-5, codes)

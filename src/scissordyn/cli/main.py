@@ -18,6 +18,7 @@ from scissordyn.cli.cache import cache
 from scissordyn.cli.check import check
 from scissordyn.cli.compare import compare
 from scissordyn.cli.controllers import controllers
+from scissordyn.cli.explore import explore
 from scissordyn.cli.export import export
 from scissordyn.cli.interrupt import install, received
 from scissordyn.cli.laws import laws
@@ -69,6 +70,7 @@ COMMANDS: dict[str, Callable[..., int]] = {
     "run": run_case,
     "check": check,
     "preview": preview,
+    "explore": explore,
     "plot": plot,
     "animate": animate,
     "compare": compare,

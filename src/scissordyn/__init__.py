@@ -79,6 +79,7 @@ if TYPE_CHECKING:
     from scissordyn.simulation.checkpoint import Checkpoint
     from scissordyn.simulation.constrained_contact import constrain_contact
     from scissordyn.simulation.cycles import cycle
+    from scissordyn.simulation.export import export
     from scissordyn.simulation.feed_forward import feed_forward
     from scissordyn.simulation.ideal import ideal_kinematics
     from scissordyn.simulation.options import Options
@@ -92,6 +93,8 @@ if TYPE_CHECKING:
 
     # named without an import: pictures enter no number, and what imports the package for its numbers does not depend on them
     preview: Callable[..., Any]
+    animate: Callable[..., Any]
+    plot: Any
 
 __all__ = [
     "PID",
@@ -150,6 +153,7 @@ __all__ = [
     "UserFriction",
     "Weld",
     "angulated_bar",
+    "animate",
     "bar",
     "bifurcation",
     "classify",
@@ -162,6 +166,7 @@ __all__ = [
     "cycle",
     "degrees",
     "ensemble",
+    "export",
     "feed_forward",
     "figures_of_merit",
     "four_bar",
@@ -171,6 +176,7 @@ __all__ = [
     "load",
     "mast",
     "n_four_bar",
+    "plot",
     "point_mass",
     "polar_scissor",
     "preview",
@@ -261,12 +267,14 @@ _HOMES = {
     "model.linkage": ("common_pin", "four_bar", "n_four_bar", "slider_crank"),
     "model.mechanism": ("Mechanism",),
     "model.payload": ("with_panels", "with_payload"),
+    "plot.animation": ("animate",),
     "plot.preview": ("preview", "preview_svg"),
     "model.scissor": ("scissor",),
     "model.track": ("Track",),
     "simulation.batch": ("simulate_many",),
     "simulation.checkpoint": ("Checkpoint",),
     "simulation.cycles": ("cycle",),
+    "simulation.export": ("export",),
     "simulation.feed_forward": ("feed_forward",),
     "simulation.constrained_contact": ("constrain_contact",),
     "simulation.ideal": ("ideal_kinematics",),
@@ -283,6 +291,8 @@ _HOME = {name: home for home, names in _HOMES.items() for name in names}
 
 
 def __getattr__(name: str) -> Any:
+    if name == "plot":  # a room with names of its own
+        return import_module("scissordyn.plot")
     if name not in _HOME:
         raise AttributeError(f"module 'scissordyn' has no attribute '{name}'")
     value = getattr(import_module(f"scissordyn.{_HOME[name]}"), name)

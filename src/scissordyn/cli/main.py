@@ -13,14 +13,19 @@ from typing import Annotated, Any
 import typer
 
 from scissordyn import __version__
+from scissordyn.cli.animate import animate
 from scissordyn.cli.bifurcation import bifurcation
 from scissordyn.cli.cache import cache
 from scissordyn.cli.check import check
+from scissordyn.cli.compare import compare
 from scissordyn.cli.controllers import controllers
+from scissordyn.cli.explore import explore
+from scissordyn.cli.export import export
 from scissordyn.cli.interrupt import install, received
 from scissordyn.cli.laws import laws
 from scissordyn.cli.new import new
 from scissordyn.cli.paper import paper
+from scissordyn.cli.plot import plot
 from scissordyn.cli.preview import preview
 from scissordyn.cli.run import run as run_case
 from scissordyn.cli.status import BAD_INPUT, BUG, DONE, INTERRUPTED
@@ -81,6 +86,11 @@ COMMANDS: dict[str, Callable[..., int]] = {
     "run": run_case,
     "check": check,
     "preview": preview,
+    "explore": explore,
+    "plot": plot,
+    "animate": animate,
+    "compare": compare,
+    "export": export,
     "new": new,
     "laws": laws,
     "controllers": controllers,

@@ -1,1 +1,45 @@
-"""Pictures of runs: draw on given Axes or on a new Figure, return the Axes, never show. No physics."""
+"""Pictures of runs: draw on given Axes or on a new Figure, return the Axes, never show. No physics.
+
+``sd.plot`` is this package: each of the names below draws one kind of picture of a run. They are loaded when first used: the
+scenes of films and other parts of this room need no matplotlib.
+"""
+
+from __future__ import annotations
+
+import sys
+from importlib import import_module
+from types import ModuleType
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from scissordyn.plot.comparison import comparison
+    from scissordyn.plot.energy import energy
+    from scissordyn.plot.force import force
+    from scissordyn.plot.orbit import orbit
+    from scissordyn.plot.pictures import Pictures
+    from scissordyn.plot.response import response
+    from scissordyn.plot.structure import structure
+    from scissordyn.plot.torque import torque
+
+__all__ = ["Pictures", "comparison", "energy", "force", "orbit", "response", "structure", "torque"]
+
+_HOMES = {name: "pictures" if name == "Pictures" else name for name in __all__}
+
+
+class _Room(ModuleType):
+    """The package. Its functions have the names of their modules, which Python would put in their place when it loads one."""
+
+
+def _function(name: str) -> property:
+    def found(room: ModuleType) -> Any:
+        return getattr(import_module(f"{__name__}.{_HOMES[name]}"), name)
+
+    def loaded(room: ModuleType, module: ModuleType) -> None:
+        """Called by Python with the module that it has loaded, which stays out of sight."""
+
+    return property(found, loaded)
+
+
+for _name in __all__:
+    setattr(_Room, _name, _function(_name))
+sys.modules[__name__].__class__ = _Room

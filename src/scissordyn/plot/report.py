@@ -3,32 +3,58 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
 import xarray as xr
 from matplotlib.axes import Axes
 
-from scissordyn.errors import InputError
+from scissordyn.errors import InputError, did_you_mean
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.plot.energy import energy
 from scissordyn.plot.file import check_format, write
 from scissordyn.plot.force import force
 from scissordyn.plot.orbit import orbit
 from scissordyn.plot.response import response
-from scissordyn.plot.series import clearance_joints, clearance_pins
+from scissordyn.plot.series import chosen_joints, clearance_joints, clearance_pins
 from scissordyn.plot.structure import structure
 from scissordyn.plot.torque import torque
 
-__all__ = ["draw_all"]
+__all__ = ["KINDS", "check_kinds", "draw_all"]
+
+KINDS = ("response", "force", "torque", "orbit", "energy", "structure")
+"""All pictures, in order."""
+
+NEEDS = {"force": "a clearance joint", "orbit": "a clearance joint with a journal", "torque": "a drive"}
+"""What a run must have for a picture."""
+
+
+def check_kinds(only: Sequence[str] | None) -> None:
+    """Raise `InputError` for a kind of picture that there is not.
+
+    Parameters
+    ----------
+    only : sequence of str or None
+    """
+    for kind in only or ():
+        if kind not in KINDS:
+            raise InputError(f"picture '{kind}'{did_you_mean(kind, KINDS)}", ", ".join(KINDS), "--only force,orbit")
 
 
 def draw_all(
-    run: xr.Dataset, ideal: xr.Dataset | None, folder: str | os.PathLike[str], mechanism: Mechanism, format: str = "png"
+    run: xr.Dataset,
+    ideal: xr.Dataset | None,
+    folder: str | os.PathLike[str],
+    mechanism: Mechanism | None,
+    format: str = "png",
+    *,
+    only: Sequence[str] | None = None,
+    joints: Sequence[str] | None = None,
 ) -> list[Path]:
     """Every picture that a run has data for: response, force, torque, orbit, energy, structure.
 
-    Force needs a clearance joint or guide, orbit a revolute clearance joint, torque a drive. Nothing is written before all are
-    drawn.
+    Force needs a clearance joint or guide, orbit a revolute clearance joint, torque a drive, structure a mechanism. Nothing is
+    written before all are drawn.
 
     Parameters
     ----------
@@ -37,9 +63,13 @@ def draw_all(
         The run of the ideal mechanism, drawn dashed.
     folder : path
         Target folder; created if missing.
-    mechanism : Mechanism
+    mechanism : Mechanism or None
         The one that was run.
     format : {"png", "svg"}
+    only : sequence of str, optional
+        Some of `KINDS`; every one that the run has data for if not given.
+    joints : sequence of str, optional
+        The clearance joints of force, orbit and structure; those with the largest forces if not given.
 
     Returns
     -------
@@ -48,19 +78,31 @@ def draw_all(
     Raises
     ------
     InputError
-        If the format is another one, or the folder cannot be written.
+        If the format or a kind is another one, the run has no data for a kind that is named, a named joint has no clearance, or
+        the folder cannot be written.
     """
     check_format(format)
-    drawn: dict[str, list[Axes]] = {"response": response(run, ideal)}
-    has_clearance = bool(clearance_joints(run))
+    check_kinds(only)
+    has_clearance, pins = bool(clearance_joints(run)), clearance_pins(run)
+    if joints is not None:
+        chosen_joints(run, joints)
+    turning = None if joints is None else [name for name in joints if name in pins]
+    makers: dict[str, Callable[[], list[Axes]]] = {"response": lambda: response(run, ideal)}
     if has_clearance:
-        drawn["force"] = force(run, ideal)
+        makers["force"] = lambda: force(run, ideal, joints=joints)
     if "drive_torque" in run:
-        drawn["torque"] = torque(run, ideal)
-    if clearance_pins(run):
-        drawn["orbit"] = orbit(run)
-    drawn["energy"] = energy(run)
-    drawn["structure"] = structure(run, mechanism)
+        makers["torque"] = lambda: torque(run, ideal)
+    if pins and turning != []:
+        makers["orbit"] = lambda: orbit(run, joints=turning)
+    makers["energy"] = lambda: energy(run)
+    if mechanism is not None:
+        makers["structure"] = lambda: structure(run, mechanism, joints=joints)
+    for kind in only or ():
+        if kind not in makers:
+            raise InputError(
+                f"picture '{kind}' of this run", f"a run with {NEEDS.get(kind, 'its mechanism')}", f"--only {','.join(makers)}"
+            )
+    drawn = {kind: make() for kind, make in makers.items() if only is None or kind in only}
     target = Path(folder)
     try:
         target.mkdir(parents=True, exist_ok=True)

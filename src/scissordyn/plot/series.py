@@ -4,14 +4,17 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
 import xarray as xr
-from matplotlib.axes import Axes
 
 from scissordyn.errors import InputError, did_you_mean
 from scissordyn.plot.scale import Scale, engineering
 from scissordyn.plot.style import BLUE, IDEAL, LIGHT, LINE
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 __all__ = [
     "BEYOND",

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from typing import Any
-
-from matplotlib.artist import Artist
-from matplotlib.axes import Axes
-from matplotlib.figure import Figure
-from matplotlib.legend import Legend
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 from scissordyn.errors import InputError, printable
+
+if TYPE_CHECKING:
+    from matplotlib.artist import Artist
+    from matplotlib.axes import Axes
+    from matplotlib.legend import Legend
 
 __all__ = [
     "BLACK",
@@ -49,7 +49,7 @@ IDEAL: dict[str, Any] = {"color": BLACK, "linewidth": LINE, "linestyle": (0, (4,
 ENTRY = 1.45
 """Largest width of an entry of a legend [inch]."""
 
-Canvas = Axes | Iterable[Axes] | None
+Canvas: TypeAlias = "Axes | Iterable[Axes] | None"
 """Target of a picture: one Axes, several, or None for a new figure."""
 
 
@@ -118,6 +118,9 @@ def panels(
     InputError
         If Axes are given, but not as many as there are panels.
     """
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
     if canvas is None:
         figure = Figure(figsize=size, layout="constrained")
         chosen = list(

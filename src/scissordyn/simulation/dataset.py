@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
+import scissordyn.simulation.accessor  # noqa: F401  registers run.scissordyn
 from scissordyn.component.actuator import Actuator
 from scissordyn.component.declaration import Component
 from scissordyn.component.place import GROUND

@@ -26,8 +26,11 @@ BEGINNINGS = {
     ".svg": (b"<?xml", b"<svg"),
     ".html": (b"<!DOCTYPE html", b"<!doctype html"),
     ".mp4": (b"ftyp",),
+    ".csv": (b"time [s]", b"contact_joint"),
+    ".mat": (b"MATLAB",),
+    ".parquet": (b"PAR1",),
 }
-"""How pictures and films begin, by ending; an MP4 after the four bytes of a length."""
+"""How pictures, films and exported tables begin, by ending; an MP4 after the four bytes of a length."""
 
 
 def regular_size(path: str | os.PathLike[str]) -> int | None:
@@ -58,7 +61,7 @@ def check_target(
     Parameters
     ----------
     path : path
-        Where the result is to go. Its ending says what it is: a picture, a film, or else a NetCDF file.
+        Where the result is to go. Its ending says what it is: a picture, a film, an exported table, or else a NetCDF file.
     sample : str
         What the user could type.
     replace_broken : bool

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
+import scissordyn.simulation.accessor  # noqa: F401  registers run.scissordyn
 from scissordyn.errors import InputError
 from scissordyn.simulation.netcdf import NetcdfFile
 from scissordyn.simulation.output_file import OURS, check_target, regular_size, write_file

@@ -1,0 +1,141 @@
+"""``scissordyn compare``: two saved runs side by side."""
+
+from __future__ import annotations
+
+import json
+import math
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from scissordyn.cli.output import check_folder
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    import xarray as xr
+
+__all__ = ["compare", "differences", "measures"]
+
+MOST = 20
+"""Differing entries of the configurations that are listed."""
+
+
+def compare(
+    run: Annotated[Path, typer.Argument(help="A saved run.")],
+    other: Annotated[Path, typer.Argument(help="Another one.")],
+    output: Annotated[
+        Path | None, typer.Option("-o", "--output", metavar="DIR", help="Draw both runs into comparison.png in this folder.")
+    ] = None,
+    form: Annotated[str, typer.Option("--format", metavar="FORMAT", help="png or svg.")] = "png",
+) -> int:
+    """Say in what two saved runs differ: entries of their cases, then largest forces, contacts, energies."""
+    from rich import box
+    from rich.table import Table
+
+    from scissordyn.cli.saved import read_run
+    from scissordyn.cli.scale import short
+    from scissordyn.cli.show import console
+    from scissordyn.plot.file import check_format, write
+
+    check_format(form)
+    if output is not None:
+        check_folder(output, "-o figures")
+    first, second = read_run(run), read_run(other)
+    to = console()
+    found = list(differences(json.loads(first.attrs["configuration"]), json.loads(second.attrs["configuration"])))
+    if not found:
+        to.print("Both runs are of the same case.", markup=False)
+    for place, one, two in found[:MOST]:
+        to.print(f"{place}: {one} | {two}", markup=False)
+    if len(found) > MOST:
+        to.print(f"... and {len(found) - MOST} more entries differ", markup=False)
+    table = Table(box=box.SIMPLE_HEAD, pad_edge=False, padding=(0, 1, 0, 0))
+    table.add_column("quantity", overflow="fold")
+    names = (run.stem, other.stem) if run.stem != other.stem else (str(run), str(other))
+    for name in names:
+        table.add_column(name, justify="right", no_wrap=True)
+    table.add_column("change", justify="right", no_wrap=True)
+    both = measures(first), measures(second)
+    for name, (value, unit) in both[0].items():
+        if name in both[1]:
+            theirs = both[1][name][0]
+            change = f"{100.0 * (theirs - value) / abs(value):+.3g} %" if value else ("0 %" if theirs == value else "-")
+            table.add_row(name, *(short(each, unit) if unit else f"{each:g}" for each in (value, theirs)), change)
+    to.print(table)
+    if output is not None:
+        from scissordyn.plot.comparison import comparison
+
+        output.mkdir(parents=True, exist_ok=True)
+        figure = comparison(first, second, labels=names)[0].get_figure(root=True)
+        assert figure is not None
+        to.print(str(write(figure, output / f"comparison.{form}")), markup=False)
+    return 0
+
+
+def differences(one: Any, two: Any, place: str = "") -> Iterator[tuple[str, str, str]]:
+    """Entries of two configurations that differ, with their address.
+
+    Parameters
+    ----------
+    one, two
+        Plain data.
+    place : str
+
+    Yields
+    ------
+    (str, str, str)
+        Address, and both values in short.
+    """
+    if isinstance(one, dict) and isinstance(two, dict):
+        for key in dict.fromkeys((*one, *two)):
+            yield from differences(one.get(key), two.get(key), f"{place}.{key}" if place else str(key))
+    elif isinstance(one, list) and isinstance(two, list) and len(one) == len(two):
+        for k, (left, right) in enumerate(zip(one, two, strict=True)):
+            name = left.get("name") if isinstance(left, dict) else None
+            yield from differences(left, right, f"{place}.{name or k}")
+    elif one != two:
+        yield place, _short(one), _short(two)
+
+
+def _short(value: Any) -> str:
+    if isinstance(value, dict | list):
+        kind = str(value.get("kind", "")).rpartition(".")[2] if isinstance(value, dict) else ""
+        return kind or f"{len(value)} entries"
+    return f"{value:.8g}" if isinstance(value, float) else ("-" if value is None else str(value))
+
+
+def measures(run: xr.Dataset) -> dict[str, tuple[float, str]]:
+    """Figures of a run with their units, by name.
+
+    Parameters
+    ----------
+    run : Dataset
+
+    Returns
+    -------
+    dict of str to (float, str)
+    """
+    import numpy as np
+
+    from scissordyn.plot.series import clearance_joints
+
+    found: dict[str, tuple[float, str]] = {"end": (float(run.attrs["end"]), "s")}
+    joint_of = run["contact_joint"].values.astype(str) if "contact_joint" in run else np.empty(0, str)
+    for joint in clearance_joints(run):
+        ours = joint_of == joint
+        peaks = run["peak_force"].values[ours]
+        found[f"contacts at {joint}"] = (float(ours.sum()), "")
+        if peaks.size:
+            found[f"largest force at {joint}"] = (float(np.max(peaks)), "N")
+    if "peak_drive_torque" in run:
+        found["largest driving torque"] = (float(np.max(np.abs(run["peak_drive_torque"].values))), "N m")
+    for variable, name, unit in (
+        ("slider_position", "displacement at the end", "m"),
+        ("drive_work", "work of the drive", "J"),
+        ("dissipated_energy", "dissipated energy", "J"),
+    ):
+        if variable in run and math.isfinite(float(run[variable].values[-1])):
+            found[name] = (float(run[variable].values[-1]), unit)
+    return found

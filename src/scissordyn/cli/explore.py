@@ -1,0 +1,54 @@
+"""``scissordyn explore``: change the numbers of a case in the browser and watch its run follow."""
+
+from __future__ import annotations
+
+import sys
+from importlib.util import find_spec
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from scissordyn.errors import InputError
+
+__all__ = ["explore"]
+
+NEEDED = ("panel", "bokeh", "tomlkit")
+
+
+def explore(
+    case: Annotated[Path, typer.Argument(help="A case file, or a saved run.")],
+    port: Annotated[int, typer.Option(help="Port of the page; 0 for any free one.", min=0, max=65535)] = 0,
+    address: Annotated[
+        str, typer.Option(help="Address to listen on; other machines can open the page unless it is local.")
+    ] = "127.0.0.1",
+    browser: Annotated[bool, typer.Option("--browser/--no-browser", help="Whether to open a browser.")] = True,
+    allow: Annotated[
+        list[Path] | None,
+        typer.Option(
+            metavar="FILE", help="A file that the case names, which may be read, and executed if it is Python. Repeatable."
+        ),
+    ] = None,
+) -> int:
+    """Open a page in the browser with the fields of a case, its animation and its curves; end it with Ctrl-C."""
+    missing = [name for name in NEEDED if find_spec(name) is None]
+    if missing:
+        raise InputError(f"the explorer needs {', '.join(missing)}", "the extra 'explore'", "pip install 'scissordyn[explore]'")
+    if not case.exists():
+        raise InputError(
+            f"cannot read '{case}': no such file", "a case file or a saved run", f"scissordyn new scissor > {case}"
+        )
+    from scissordyn.explore.case import open_case
+    from scissordyn.explore.serve import LOCAL, free_port, serve
+
+    opened = open_case(case, allow or [])
+    chosen = free_port(address, port)
+    if address not in LOCAL:
+        print(
+            f"Warning: with --address {address} everyone who can reach this machine can open the page, change the numbers of "
+            f"'{case.name}', keep the processor busy and download the case and its runs. There is no password, nothing is "
+            "encrypted. No other file of this machine can be read or written through it.",
+            file=sys.stderr,
+        )
+    serve(opened, address=address, port=chosen, show=browser, said=lambda url: print(f"{url}  (Ctrl-C ends it)", flush=True))
+    return 0

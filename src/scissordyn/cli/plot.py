@@ -1,0 +1,57 @@
+"""``scissordyn plot``: pictures of a saved run."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from scissordyn.cli.output import check_folder
+from scissordyn.errors import InputError
+
+__all__ = ["plot"]
+
+
+def plot(
+    run: Annotated[Path, typer.Argument(help="A saved run.")],
+    output: Annotated[Path, typer.Option("-o", "--output", metavar="DIR", help="Draw into this folder.")],
+    only: Annotated[
+        str | None, typer.Option(metavar="KINDS", help="Some pictures: response, force, torque, orbit, energy, structure.")
+    ] = None,
+    joint: Annotated[list[str] | None, typer.Option(metavar="NAME", help="Draw this clearance joint. Repeatable.")] = None,
+    first: Annotated[
+        str | None, typer.Option("--from", metavar="TIME", help="Draw from this instant on, as in '10 ms'.")
+    ] = None,
+    last: Annotated[str | None, typer.Option("--to", metavar="TIME", help="Draw up to this instant.")] = None,
+    form: Annotated[str, typer.Option("--format", metavar="FORMAT", help="png or svg.")] = "png",
+    allow_code: Annotated[
+        list[Path] | None,
+        typer.Option(metavar="FILE", help="A Python file of yours that the saved run used and may execute again. Repeatable."),
+    ] = None,
+) -> int:
+    """Draw a saved run; nothing is computed anew."""
+    from scissordyn.cli.saved import mechanism_of, read_run, seconds
+    from scissordyn.cli.show import console
+    from scissordyn.plot.file import check_format
+    from scissordyn.plot.report import check_kinds, draw_all
+    from scissordyn.plot.window import window
+
+    check_format(form)
+    kinds = None if only is None else [kind.strip() for kind in only.split(",") if kind.strip()]
+    check_kinds(kinds)
+    check_folder(output, "-o figures")
+    begin, end = seconds(first, "--from"), seconds(last, "--to")
+    saved = read_run(run)
+    to = console()
+    mechanism = None
+    if kinds is None or "structure" in kinds:
+        try:
+            mechanism = mechanism_of(saved, allow_code)
+        except InputError as error:
+            if kinds is not None:
+                raise
+            to.print(f"Without the picture of the structure: {error.what}.", markup=False)
+    for path in draw_all(window(saved, begin, end), None, output, mechanism, form, only=kinds, joints=joint):
+        to.print(str(path), markup=False)
+    return 0

@@ -1,0 +1,84 @@
+"""What the commands on saved runs share: reading them, their mechanism, times with units."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from scissordyn.errors import InputError
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from scissordyn.model.mechanism import Mechanism
+
+__all__ = ["mechanism_of", "read_run", "seconds"]
+
+
+def read_run(path: Path, *, samples: int = 2) -> xr.Dataset:
+    """A saved run with at least so many samples.
+
+    Parameters
+    ----------
+    path : Path
+    samples : int
+
+    Returns
+    -------
+    Dataset
+    """
+    from scissordyn.simulation.store import load
+
+    if not path.exists():
+        raise InputError(f"cannot read '{path}': no such file", "a run that was saved", "scissordyn run case.toml -o run.nc")
+    if path.suffix.lower() == ".toml":
+        raise InputError(f"'{path}' is a case file", "a run that was saved", f"scissordyn run {path} -o {path.stem}.nc")
+    run = load(path)
+    if run.attrs.get("title") != "scissordyn run":
+        raise InputError(f"'{path}' holds a '{run.attrs.get('title')}'", "a run of 'scissordyn run'")
+    if run.sizes.get("time", 0) < samples:
+        raise InputError(f"'{path}' holds a run of {run.sizes.get('time', 0)} samples", f"a run of {samples} or more")
+    return run
+
+
+def mechanism_of(run: xr.Dataset, allow_code: list[Path] | None) -> Mechanism:
+    """The mechanism that was run.
+
+    Parameters
+    ----------
+    run : Dataset
+    allow_code : list of Path or None
+        Files of the user whose functions may be executed.
+
+    Returns
+    -------
+    Mechanism
+    """
+    from scissordyn.simulation.configuration import read_configuration
+
+    return read_configuration(run).build_mechanism(allow_code or [])
+
+
+def seconds(text: str | None, option: str) -> float | None:
+    """A time with its unit, as in "10 ms".
+
+    Parameters
+    ----------
+    text : str or None
+    option : str
+        Named in the error.
+
+    Returns
+    -------
+    float or None
+        [s]
+    """
+    if text is None:
+        return None
+    from scissordyn.config.quantity import read_quantity
+    from scissordyn.units import Quantity
+
+    try:
+        return read_quantity(text, Quantity("s"))
+    except InputError as error:
+        raise InputError(f"{option} {text!r}: {error.what}", "a time with its unit", f"{option} '10 ms'") from None

@@ -1,0 +1,407 @@
+// The mechanism on a canvas, with a player: an anywidget component. It needs no other file and no network.
+// In: scene, ghost, draft (JSON, see scene.py), selected (name of a joint). Out: selected, and messages of drags.
+
+const TRAIL = 40;            // frames over which the journal's path stays visible
+const REACH = 11;            // how near to a joint a click must be [pixel]
+const GAP = 0.35;            // drawn clearance as a fraction of the drawn journal's radius, as in films
+const SPEEDS = [0.1, 0.25, 0.5, 1, 2, 4];
+const SECONDS = 6;           // a run is shown in so many seconds at speed 1
+
+const STYLE = `
+.sd-stage { display: flex; flex-direction: column; height: 100%; min-height: 320px; color: var(--sd-ink, #222);
+  font: 13px/1.4 system-ui, sans-serif; background: var(--sd-back, #fff) }
+.sd-stage canvas { flex: 1 1 auto; width: 100%; min-height: 260px; touch-action: none; display: block; outline-offset: -2px }
+.sd-player { display: flex; flex-wrap: wrap; gap: 6px; align-items: center; padding: 4px 2px }
+.sd-player input[type=range] { flex: 1 1 8rem; min-width: 6rem }
+.sd-player button, .sd-player select { font: inherit; color: inherit; background: var(--sd-field, #f4f4f4);
+  border: 1px solid var(--sd-line, #bbb); border-radius: 4px; padding: 2px 9px; cursor: pointer }
+.sd-player output { min-width: 7.5em; font-variant-numeric: tabular-nums }
+.sd-note { min-height: 1.4em; color: var(--sd-faint, #666); padding: 0 2px }
+`;
+
+function floats(text, Kind = Float32Array) {
+  const raw = atob(text), bytes = new Uint8Array(raw.length);
+  for (let k = 0; k < raw.length; k++) bytes[k] = raw.charCodeAt(k);
+  return new Kind(bytes.buffer);
+}
+
+function unpacked(text) {
+  if (!text) return null;
+  const scene = JSON.parse(text);
+  scene.time = floats(scene.time);
+  for (const shape of scene.shapes) shape.points = floats(shape.points);
+  scene.pins.points = floats(scene.pins.points);
+  for (const joint of scene.joints) {
+    joint.place = floats(joint.place);
+    joint.journal = floats(joint.journal);
+    joint.touched = floats(joint.touched, Uint8Array);
+    joint.force = floats(joint.force);
+  }
+  for (const track of scene.tracks) track.points = floats(track.points);
+  return scene;
+}
+
+function newtons(force) {
+  for (const [size, unit] of [[1e6, "MN"], [1e3, "kN"], [1, "N"]])
+    if (force >= size || unit === "N") return `${Number((force / size).toPrecision(3))} ${unit}`;
+}
+
+function render({ model, el }) {
+  const root = document.createElement("div");
+  root.className = "sd-stage";
+  root.innerHTML = `<style>${STYLE}</style><canvas tabindex="0" role="img"></canvas>
+    <div class="sd-player"><button type="button" data-id="play">Play</button>
+    <input type="range" data-id="scrub" min="0" max="1" step="1" value="0" aria-label="time">
+    <output data-id="clock"></output>
+    <label>speed <select data-id="speed" aria-label="speed"></select></label>
+    <button type="button" data-id="fit" title="show all; also by a double click">Fit</button></div>
+    <div class="sd-note" data-id="note" role="status"></div>`;
+  el.append(root);
+  el.style.height = "100%";
+  const part = id => root.querySelector(`[data-id=${id}]`);
+  const canvas = root.querySelector("canvas"), context = canvas.getContext("2d");
+  const [button, scrub, clock, speed, note] = ["play", "scrub", "clock", "speed", "note"].map(part);
+  for (const s of SPEEDS) speed.add(new Option(`${s}×`, s, s === 1, s === 1));
+
+  let scene = null, ghost = null, draft = null, colors = {};
+  let now = 0, playing = false, before = null, wanted = false, hover = null, hold = null, drawn = 0;
+  const camera = { x: 0, y: 0, scale: 1, own: false };
+
+  // ---- colours: from the page's theme, with defaults for notebooks
+  function recolor() {
+    const style = getComputedStyle(root);
+    const of = (name, other) => style.getPropertyValue(name).trim() || other;
+    colors = { ink: of("--sd-ink", "#222222"), back: of("--sd-back", "#ffffff"), faint: of("--sd-faint", "#767676"),
+      fill: of("--sd-fill", "#e4e4e4"), blue: of("--sd-blue", "#0072B2"), green: of("--sd-green", "#009E73"),
+      contact: of("--sd-contact", "#D55E00"), free: of("--sd-free", "#56B4E9"), part: of("--sd-part", "#CC79A7"),
+      trail: of("--sd-trail", "#E69F00") };
+  }
+
+  // ---- geometry
+  const frames = () => scene ? scene.time.length : 0;
+  const box = () => {
+    const width = canvas.clientWidth, height = canvas.clientHeight, count = scene ? scene.joints.length : 0;
+    if (!count) return { width, height, main: width, cell: 0, columns: 0 };
+    const columns = Math.max(1, Math.ceil(count / Math.max(2, Math.floor(height / 105))));
+    const cell = Math.min(132, height / Math.ceil(count / columns), 0.45 * width / columns);
+    return { width, height, main: width - columns * cell, cell, columns };
+  };
+  function fit() {
+    if (!scene) return;
+    const { main, height } = box(), [x0, y0] = scene.low, [x1, y1] = scene.high;
+    camera.scale = 0.96 * Math.min(main / (x1 - x0), height / (y1 - y0));
+    camera.x = (x0 + x1) / 2; camera.y = (y0 + y1) / 2; camera.own = false;
+  }
+  function onto() {
+    const { main, height } = box(), followed = followedPlace();
+    const cx = followed ? followed[0] : camera.x, cy = followed ? followed[1] : camera.y;
+    return [(x) => main / 2 + (x - cx) * camera.scale, (y) => height / 2 - (y - cy) * camera.scale];
+  }
+  const at = (points, frame, k, n) => { const i = 2 * (frame * n + k); return [points[i], points[i + 1]]; };
+  function places(source, frame) {
+    const found = source.pins.names.map((name, k) => ({ name, loose: false, at: at(source.pins.points, frame, k, source.pins.names.length) }));
+    for (const joint of source.joints) found.push({ name: joint.name, loose: true, at: at(joint.place, frame, 0, 1) });
+    return found;
+  }
+  const shown = () => draft || scene;
+  const frameOf = () => draft ? 0 : Math.min(frames() - 1, Math.floor(now));
+  function followedPlace() {
+    const name = model.get("selected");
+    if (!camera.own || !camera.follow || !name || !scene) return null;
+    const found = places(shown(), frameOf()).find(each => each.name === name);
+    return found ? found.at : null;
+  }
+
+  // ---- drawing
+  function line(points, frame, n, X, Y, closed) {
+    context.beginPath();
+    for (let k = 0; k < n; k++) { const [x, y] = at(points, frame, k, n); k ? context.lineTo(X(x), Y(y)) : context.moveTo(X(x), Y(y)); }
+    if (closed) context.closePath();
+  }
+  function drawShapes(source, frame, X, Y, faint) {
+    let bars = 0;
+    for (const shape of source.shapes) {
+      const solid = shape.kind === "bar" || shape.kind === "plate";
+      bars += solid;
+      context.setLineDash(shape.kind === "guide" ? [10, 4, 2, 4] : shape.kind === "rod" || faint ? [6, 3] : []);
+      context.lineWidth = faint ? 1.2 : { bar: 3.2, plate: 2.4, block: 1.2, component: 1.4, rod: 1.8, guide: 1 }[shape.kind];
+      context.strokeStyle = faint ? colors.faint : shape.kind === "guide" ? colors.faint : solid ? (bars % 2 ? colors.green : colors.blue)
+        : shape.kind === "block" ? colors.ink : colors.part;
+      if (faint && !solid) continue;
+      line(shape.points, frame, shape.count, X, Y, shape.kind === "plate" || shape.kind === "block");
+      if (!faint && (shape.kind === "block" || shape.kind === "plate")) {
+        context.save(); context.globalAlpha = shape.kind === "plate" ? 0.15 : 1;
+        context.fillStyle = shape.kind === "block" ? colors.fill : context.strokeStyle; context.fill(); context.restore();
+      }
+      context.stroke();
+    }
+    context.setLineDash([]);
+  }
+  function disc(x, y, r, fill, stroke, width) {
+    context.beginPath(); context.arc(x, y, r, 0, 2 * Math.PI);
+    if (fill) { context.fillStyle = fill; context.fill(); }
+    if (stroke) { context.strokeStyle = stroke; context.lineWidth = width; context.stroke(); }
+  }
+  function text(words, x, y, color, align = "center") {
+    context.font = "12px system-ui, sans-serif"; context.textAlign = align; context.textBaseline = "middle";
+    context.lineWidth = 3; context.strokeStyle = colors.back; context.strokeText(words, x, y);
+    context.fillStyle = color; context.fillText(words, x, y);
+  }
+  function drawTracks(source, frame, X, Y) {
+    for (const track of source.tracks) {
+      context.beginPath();
+      for (let k = 0; k <= frame; k++) { const [x, y] = at(track.points, k, 0, 1); k ? context.lineTo(X(x), Y(y)) : context.moveTo(X(x), Y(y)); }
+      context.strokeStyle = colors.trail; context.lineWidth = 1.2; context.stroke();
+      const [x, y] = at(track.points, frame, 0, 1);
+      disc(X(x), Y(y), 3, colors.trail); text(track.name, X(x) + 8, Y(y) - 9, colors.trail, "left");
+    }
+  }
+  function drawJoints(source, frame, X, Y) {
+    for (const [x, y] of source.supports) {
+      const s = 9;
+      context.beginPath(); context.moveTo(X(x), Y(y)); context.lineTo(X(x) - s, Y(y) + 1.6 * s); context.lineTo(X(x) + s, Y(y) + 1.6 * s);
+      context.closePath(); context.fillStyle = colors.back; context.fill(); context.strokeStyle = colors.ink; context.lineWidth = 1.2; context.stroke();
+    }
+    const selected = model.get("selected");
+    for (const each of places(source, frame)) {
+      const [x, y] = [X(each.at[0]), Y(each.at[1])];
+      if (!each.loose) disc(x, y, 4, colors.back, colors.ink, 1.2);
+      if (each.name === selected) disc(x, y, 13, null, colors.trail, 2);
+    }
+    for (const joint of source.joints) {
+      const [x, y] = at(joint.place, frame, 0, 1), color = joint.touched[frame] ? colors.contact : colors.free;
+      disc(X(x), Y(y), 8, null, color, 2.2);
+      if (source.joints.length <= 6 || joint.name === selected) text(joint.name, X(x), Y(y) - 17, colors.ink);
+    }
+    if (hover && hover.kind === "pin") text(hover.name, hover.x, hover.y - 17, colors.ink);
+    if (hover && hover.kind === "length") {
+      context.save(); context.translate(hover.x, hover.y); context.rotate(Math.PI / 4);
+      context.fillStyle = colors.trail; context.fillRect(-5, -5, 10, 10); context.restore();
+      text(`${hover.name}: drag its length`, hover.x, hover.y - 17, colors.ink);
+    }
+  }
+  function drawInsets(source, frame) {
+    const { main, cell, columns, height } = box();
+    if (!columns) return;
+    source.joints.forEach((joint, k) => {
+      const cx = main + (k % columns + 0.5) * cell, cy = (Math.floor(k / columns) + 0.5) * cell, r = 0.27 * cell;
+      if (cy > height) return;
+      const touched = joint.touched[frame], color = touched ? colors.contact : colors.free;
+      disc(cx, cy - 6, (1 + GAP) * r, colors.back, joint.name === model.get("selected") ? colors.trail : colors.ink, 1.4);
+      const [x, y] = at(joint.journal, frame, 0, 1);
+      disc(cx + r * x, cy - 6 - r * y, r, colors.fill, color, 2.4);
+      context.beginPath();
+      for (let j = Math.max(0, frame - TRAIL); j <= frame; j++) {
+        const [u, v] = at(joint.journal, j, 0, 1);
+        j === Math.max(0, frame - TRAIL) ? context.moveTo(cx + r * u, cy - 6 - r * v) : context.lineTo(cx + r * u, cy - 6 - r * v);
+      }
+      context.strokeStyle = colors.trail; context.lineWidth = 1.3; context.stroke();
+      disc(cx, cy - 6, 1.5, colors.ink);
+      const room = Math.max(6, Math.floor(cell / 7.5));
+      const state = touched ? newtons(joint.force[frame]) : "free", long = `${joint.name}: ${state}`;
+      const name = long.length > room ? `${joint.name.slice(0, Math.max(2, room - state.length - 3))}…: ${state}` : long;
+      text(name, cx, cy + cell / 2 - 10, colors.ink);
+    });
+    const gains = [...new Set(source.joints.map(joint => Number(joint.gain.toPrecision(2))))];
+    text(`clearance magnified ${gains.length > 1 ? `${Math.min(...gains)} to ${Math.max(...gains)}` : gains[0]} times`,
+      main + columns * cell - 4, height - 8, colors.faint, "right");
+  }
+  function draw() {
+    wanted = false;
+    const ratio = window.devicePixelRatio || 1, width = canvas.clientWidth, height = canvas.clientHeight;
+    if (!width || !height) return;
+    if (canvas.width !== Math.round(width * ratio) || canvas.height !== Math.round(height * ratio)) {
+      canvas.width = Math.round(width * ratio); canvas.height = Math.round(height * ratio);
+      if (!camera.own) fit();
+    }
+    context.setTransform(ratio, 0, 0, ratio, 0, 0);
+    context.fillStyle = colors.back; context.fillRect(0, 0, width, height);
+    if (!scene) { text("computing the first run", width / 2, height / 2, colors.faint); return; }
+    const source = shown(), frame = frameOf(), [X, Y] = onto();
+    context.save(); context.beginPath(); context.rect(0, 0, box().main, height); context.clip();
+    if (scene.horizon !== null && scene.time[frame] > scene.horizon) {
+      context.fillStyle = colors.fill; context.globalAlpha = 0.45; context.fillRect(0, 0, width, height); context.globalAlpha = 1;
+      text("beyond predictability horizon", box().main / 2, 14, colors.faint);
+    }
+    if (ghost && !draft) drawShapes(ghost, Math.min(ghost.time.length - 1, nearest(ghost, scene.time[frame])), X, Y, true);
+    drawShapes(source, frame, X, Y, false);
+    drawTracks(source, frame, X, Y);
+    drawJoints(source, frame, X, Y);
+    context.restore();
+    drawInsets(source, frame);
+    canvas.dataset.drawn = ++drawn;
+    canvas.dataset.frame = frame;
+  }
+  function nearest(source, time) {
+    const last = source.time[source.time.length - 1];
+    return last > 0 ? Math.max(0, Math.round(time / last * (source.time.length - 1))) : 0;
+  }
+  function redraw() { if (!wanted) { wanted = true; requestAnimationFrame(draw); } }
+
+  // ---- time
+  let told = 0;
+  function show(broadcast = true) {
+    if (!scene) return;
+    const frame = frameOf(), t = scene.time[frame];
+    scrub.value = frame;
+    clock.textContent = `t = ${Number((scene.timeScale * t).toPrecision(4))} ${scene.timeUnit}`;
+    redraw();
+    // curves are drawn again by their library: ten times a second while the film runs
+    if (broadcast && (!playing || performance.now() - told > 100)) {
+      told = performance.now();
+      window.dispatchEvent(new CustomEvent("scissordyn:time", { detail: t }));
+    }
+  }
+  function play(on) {
+    playing = on && frames() > 1; before = null;
+    button.textContent = playing ? "Pause" : "Play";
+    if (playing) { if (now >= frames() - 1) now = 0; requestAnimationFrame(step); } else show();
+  }
+  function step(instant) {
+    if (!playing) return;
+    if (before !== null) now += (instant - before) / 1000 * (frames() - 1) / SECONDS * Number(speed.value);
+    before = instant;
+    if (now >= frames() - 1) { now = frames() - 1; play(false); return; }
+    show();
+    requestAnimationFrame(step);
+  }
+  function go(frame) { play(false); now = Math.min(frames() - 1, Math.max(0, frame)); show(); }
+  function goto(t) { if (scene) go(Math.round(t / (scene.time[frames() - 1] || 1) * (frames() - 1))); }
+
+  // ---- pointer
+  function where(event) { const r = canvas.getBoundingClientRect(); return [event.clientX - r.left, event.clientY - r.top]; }
+  function hit(px, py) {
+    if (!scene) return null;
+    const { main, cell, columns } = box(), source = shown(), frame = frameOf(), [X, Y] = onto();
+    if (columns && px > main) {
+      const k = Math.floor((px - main) / cell) + columns * Math.floor(py / cell);
+      return source.joints[k] ? { kind: "inset", name: source.joints[k].name } : null;
+    }
+    let best = null;
+    for (const each of places(source, frame)) {
+      const [x, y] = [X(each.at[0]), Y(each.at[1])], far = Math.hypot(px - x, py - y);
+      if (far < REACH && (!best || far < best.far || (each.loose && far < best.far + 3))) best = { kind: "pin", name: each.name, x, y, far };
+    }
+    if (best) return best;
+    for (const shape of source.shapes) {
+      if (shape.kind !== "bar") continue;
+      const [a, b] = [at(shape.points, frame, 0, 2), at(shape.points, frame, 1, 2)];
+      const x = X(0.65 * a[0] + 0.35 * b[0]), y = Y(0.65 * a[1] + 0.35 * b[1]);
+      if (Math.hypot(px - x, py - y) < REACH) return { kind: "length", name: shape.name, x, y };
+    }
+    return null;
+  }
+  function select(name) {
+    model.set("selected", name); model.save_changes(); redraw();
+  }
+  let queued = null;
+  function tell(phase) {
+    if (phase === "move") {
+      if (!queued) requestAnimationFrame(() => { if (queued) model.send(queued); queued = null; });
+      queued = { type: "drag", kind: hold.kind, name: hold.name, dx: hold.dx, dy: hold.dy, phase };
+    } else {
+      queued = null;
+      model.send({ type: "drag", kind: hold.kind, name: hold.name, dx: hold.dx, dy: hold.dy, phase });
+    }
+  }
+  canvas.addEventListener("pointerdown", event => {
+    const [x, y] = where(event), found = hit(x, y);
+    canvas.setPointerCapture(event.pointerId); canvas.focus();
+    hold = { x, y, lastX: x, lastY: y, moved: false, dx: 0, dy: 0, ...(found || { kind: "pan" }), px: x, py: y };
+  });
+  canvas.addEventListener("pointermove", event => {
+    const [x, y] = where(event);
+    if (!hold) {
+      const found = hit(x, y);
+      if (JSON.stringify(found) !== JSON.stringify(hover)) { hover = found; canvas.style.cursor = found ? "pointer" : "grab"; redraw(); }
+      return;
+    }
+    if (!hold.moved && Math.hypot(x - hold.px, y - hold.py) < 4) return;
+    if (!hold.moved) {
+      hold.moved = true;
+      if (hold.kind === "pin" || hold.kind === "length") { go(0); hover = null; tell("start"); }
+    }
+    if (hold.kind === "pan") {
+      const followed = followedPlace();
+      if (followed) [camera.x, camera.y] = followed;
+      camera.x -= (x - hold.lastX) / camera.scale; camera.y += (y - hold.lastY) / camera.scale; camera.own = true; camera.follow = false;
+      redraw();
+    } else if (hold.kind !== "inset") {
+      hold.dx = (x - hold.px) / camera.scale; hold.dy = -(y - hold.py) / camera.scale;
+      tell("move");
+    }
+    hold.lastX = x; hold.lastY = y;
+  });
+  function release() {
+    if (!hold) return;
+    if (hold.moved && (hold.kind === "pin" || hold.kind === "length")) tell("end");
+    else if (!hold.moved && (hold.kind === "pin" || hold.kind === "inset")) {
+      const again = model.get("selected") === hold.name && camera.follow;
+      const seen = followedPlace();
+      camera.follow = !again; camera.own = true;
+      if (again && seen) [camera.x, camera.y] = seen;
+      select(hold.name);
+      note.textContent = camera.follow ? `The view follows joint ${hold.name}; click it again, or Fit, to let it go.` : "";
+      redraw();
+    }
+    hold = null;
+  }
+  canvas.addEventListener("pointerup", release);
+  canvas.addEventListener("pointercancel", release);
+  canvas.addEventListener("wheel", event => {
+    event.preventDefault();
+    const [x, y] = where(event), { main, height } = box(), factor = Math.exp(-0.0015 * event.deltaY), seen = followedPlace();
+    if (!seen) {
+      const wx = camera.x + (x - main / 2) / camera.scale, wy = camera.y - (y - height / 2) / camera.scale;
+      camera.x = wx - (x - main / 2) / (camera.scale * factor); camera.y = wy + (y - height / 2) / (camera.scale * factor);
+    }
+    camera.scale *= factor; camera.own = true;
+    redraw();
+  }, { passive: false });
+  function refit() { camera.follow = false; note.textContent = ""; fit(); redraw(); }
+  canvas.addEventListener("dblclick", refit);
+  part("fit").addEventListener("click", refit);
+  button.addEventListener("click", () => play(!playing));
+  scrub.addEventListener("input", () => go(Number(scrub.value)));
+  canvas.addEventListener("keydown", event => {
+    const move = { ArrowLeft: -1, ArrowRight: 1 }[event.key];
+    if (event.key === " ") { event.preventDefault(); play(!playing); }
+    else if (move) { event.preventDefault(); go(Math.floor(now) + move); }
+  });
+
+  // ---- the model
+  function newScene() {
+    const earlier = scene, phase = earlier && frames() > 1 ? now / (frames() - 1) : 0;
+    scene = unpacked(model.get("scene")); draft = null;
+    if (scene) {
+      scrub.max = frames() - 1;
+      now = Math.min(frames() - 1, phase * (frames() - 1));
+      if (!camera.own || !earlier) fit();
+      canvas.setAttribute("aria-label", `the mechanism: ${scene.pins.names.length} ideal joints, ${scene.joints.length} clearance joints`);
+      canvas.dataset.run = scene.run;
+      show(false);
+    }
+    redraw();
+  }
+  const changed = {
+    scene: newScene,
+    ghost: () => { ghost = unpacked(model.get("ghost")); redraw(); },
+    draft: () => { draft = unpacked(model.get("draft")); if (draft) note.textContent = draft.note; redraw(); },
+    selected: redraw,
+    theme: () => { recolor(); redraw(); },
+  };
+  for (const [name, reaction] of Object.entries(changed)) model.on(`change:${name}`, reaction);
+  const onGo = event => goto(event.detail), onTheme = () => requestAnimationFrame(changed.theme);
+  window.addEventListener("scissordyn:go", onGo);
+  window.addEventListener("scissordyn:theme", onTheme);
+  const size = new ResizeObserver(() => { if (!camera.own) fit(); redraw(); });
+  size.observe(canvas);
+  recolor();
+  changed.ghost(); newScene(); changed.draft();
+  return () => {
+    playing = false; size.disconnect();
+    window.removeEventListener("scissordyn:go", onGo); window.removeEventListener("scissordyn:theme", onTheme);
+  };
+}
+
+export default { render };

@@ -1,0 +1,101 @@
+// The bar above: undo, runs to compare, what to save, progress and the state of the run.
+
+const STYLE = `
+.sd-bar { font: 13px/1.4 system-ui, sans-serif; color: var(--sd-ink, #222); display: flex; flex-wrap: wrap; gap: 6px; align-items: center; padding: 4px 0 }
+.sd-bar button { font: inherit; color: inherit; background: var(--sd-field, #f4f4f4); border: 1px solid var(--sd-line, #bbb); border-radius: 4px; padding: 3px 10px; cursor: pointer }
+.sd-bar button:disabled { opacity: .45; cursor: default }
+.sd-bar strong { margin-right: 8px; font-size: 15px }
+.sd-bar progress { width: 9em; accent-color: var(--sd-blue, #0072B2) }
+.sd-bar .sd-state { flex: 1 1 14em; overflow-wrap: anywhere }
+.sd-bar .sd-state[data-bad=true] { color: var(--sd-contact, #b04000) }
+.sd-bar .sd-gap { width: 8px }
+.sd-warnings { font: 13px/1.4 system-ui, sans-serif; color: var(--sd-ink, #222); margin: 0 0 4px }
+.sd-warnings summary { cursor: pointer; color: var(--sd-contact, #b04000) }
+.sd-code { position: fixed; inset: 8% 12%; z-index: 1000; background: var(--sd-back, #fff); color: inherit; border: 1px solid var(--sd-line, #bbb); border-radius: 6px; padding: 12px; display: flex; flex-direction: column; gap: 8px }
+.sd-code textarea { flex: 1; font: 12px/1.4 ui-monospace, monospace; color: inherit; background: var(--sd-field, #f4f4f4); border: 1px solid var(--sd-line, #bbb) }
+`;
+const BUTTONS = [["undo", "Undo"], ["redo", "Redo"], null, ["pin", "Pin run"], ["unpin", "Unpin"], null, ["case", "Save case"], ["run", "Save run"],
+  ["picture", "Picture"], ["film", "Film"], ["python", "Copy as Python"], null, ["theme", "Dark"]];
+
+export function render({ model, el }) {
+  const root = document.createElement("div"), style = document.createElement("style");
+  style.textContent = STYLE;
+  root.innerHTML = `<div class="sd-bar"><strong></strong></div><details class="sd-warnings" hidden><summary></summary><ul></ul></details>`;
+  el.append(style, root);
+  const bar = root.querySelector(".sd-bar"), warnings = root.querySelector(".sd-warnings"), by = {};
+  let time = 0;
+  for (const item of BUTTONS) {
+    const made = document.createElement(item ? "button" : "span");
+    if (item) {
+      [made.dataset.id, made.textContent] = item; made.type = "button"; by[item[0]] = made;
+      made.onclick = () => item[0] === "theme" ? theme(!dark) : model.send_msg({ type: item[0], time });
+    } else made.className = "sd-gap";
+    bar.append(made);
+  }
+  const horizon = document.createElement("label"), box = document.createElement("input");
+  box.type = "checkbox"; box.dataset.id = "horizon"; box.onchange = () => model.send_msg({ type: "horizon", wanted: box.checked });
+  horizon.append(box, " predictability horizon"); horizon.title = "computes each run twice";
+  const progress = document.createElement("progress"), stop = document.createElement("button"), state = document.createElement("span");
+  progress.max = 1; stop.type = "button"; stop.textContent = "Stop"; stop.dataset.id = "stop"; stop.onclick = () => model.send_msg({ type: "stop" });
+  state.className = "sd-state"; state.setAttribute("role", "status");
+  bar.append(horizon, progress, stop, state);
+
+  let dark = matchMedia("(prefers-color-scheme: dark)").matches;
+  function theme(wanted) {
+    dark = wanted;
+    document.documentElement.dataset.sdTheme = dark ? "dark" : "light";
+    by.theme.textContent = dark ? "Light" : "Dark";
+    window.dispatchEvent(new Event("scissordyn:theme"));
+    model.send_msg({ type: "theme", dark });
+  }
+  function show() {
+    const now = JSON.parse(model.state || "{}");
+    bar.querySelector("strong").textContent = now.name;
+    by.undo.disabled = !now.undo; by.redo.disabled = !now.redo; by.unpin.disabled = !now.pins;
+    by.unpin.textContent = now.pins ? `Unpin ${now.pins}` : "Unpin";
+    by.pin.disabled = by.run.disabled = by.picture.disabled = by.film.disabled = !now.run;
+    by.case.disabled = !now.file; by.case.title = now.file ? "" : "a saved run has no case file; copy it as Python";
+    box.checked = now.horizon;
+    progress.style.visibility = stop.style.visibility = now.computing ? "visible" : "hidden";
+    if (now.fraction > 0) progress.value = now.fraction; else progress.removeAttribute("value");
+    state.textContent = now.text; state.dataset.bad = String(Boolean(now.bad));
+    state.dataset.computing = String(Boolean(now.computing)); state.dataset.run = now.number;
+    warnings.hidden = !now.warnings.length;
+    warnings.querySelector("summary").textContent = now.warnings.length === 1 ? "1 warning" : `${now.warnings.length} warnings`;
+    warnings.querySelector("ul").replaceChildren(...now.warnings.map(text => { const item = document.createElement("li"); item.textContent = text; return item; }));
+  }
+  function code(text) {
+    const dialog = document.createElement("div"), area = document.createElement("textarea"), close = document.createElement("button");
+    dialog.className = "sd-code sd-bar"; dialog.style.display = "flex"; dialog.style.flexWrap = "nowrap"; dialog.style.alignItems = "stretch";
+    area.value = text; area.readOnly = true; area.setAttribute("aria-label", "the case as Python");
+    close.type = "button"; close.textContent = "Close"; close.onclick = () => dialog.remove();
+    const note = document.createElement("span");
+    note.textContent = "Copied to the clipboard.";
+    dialog.append(note, area, close);
+    root.append(dialog);
+    area.focus(); area.select();
+    const failed = () => { note.textContent = "Press Ctrl+C to copy."; };
+    navigator.clipboard ? navigator.clipboard.writeText(text).catch(failed) : failed();
+  }
+  model.on("state", show);
+  model.on("msg:custom", message => {
+    if (message.type === "file") {
+      const raw = atob(message.content), bytes = Uint8Array.from(raw, letter => letter.charCodeAt(0));
+      const link = document.createElement("a");
+      link.href = URL.createObjectURL(new Blob([bytes], { type: message.mime }));
+      link.download = message.name;
+      link.click();
+      setTimeout(() => URL.revokeObjectURL(link.href), 10000);
+    } else if (message.type === "python") code(message.text);
+  });
+  window.addEventListener("scissordyn:time", event => { time = event.detail; });
+  document.addEventListener("keydown", event => {
+    if (!(event.ctrlKey || event.metaKey) || event.key.toLowerCase() !== "z") return;
+    const inside = event.composedPath()[0];
+    if (inside && (inside.tagName === "TEXTAREA" || (inside.tagName === "INPUT" && inside.type === "text"))) return;
+    event.preventDefault();
+    model.send_msg({ type: event.shiftKey ? "redo" : "undo" });
+  });
+  show();
+  theme(dark);
+}

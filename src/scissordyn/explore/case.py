@@ -1,0 +1,273 @@
+"""The case that the explorer changes: a case file, or a saved run. No other file is read."""
+
+from __future__ import annotations
+
+import copy
+import dataclasses
+import tomllib
+from abc import ABC, abstractmethod
+from collections.abc import Iterator, Mapping, Sequence
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+from scissordyn.config.case import CaseTable
+from scissordyn.config.file import read_case
+from scissordyn.config.quantity import read_numbers, read_quantity
+from scissordyn.config.table import instance
+from scissordyn.config.text import read_text
+from scissordyn.errors import InputError
+from scissordyn.explore.field import Field, fields_of_mechanism, fields_of_tree
+from scissordyn.laws.catalogue import BY_KIND
+from scissordyn.model.mechanism import Mechanism
+from scissordyn.simulation.configuration import read_configuration
+from scissordyn.simulation.options import Options
+from scissordyn.simulation.store import load
+
+__all__ = ["Case", "FileCase", "RunCase", "open_case"]
+
+
+class Case(ABC):
+    """A case, frozen: a change makes another one."""
+
+    name: str
+    mechanism: Mechanism
+    options: Options
+
+    @property
+    @abstractmethod
+    def fields(self) -> list[Field]:
+        """Every number of the case."""
+
+    @abstractmethod
+    def changed(self, texts: Mapping[str, str]) -> Case:
+        """The case with other numbers.
+
+        Parameters
+        ----------
+        texts : mapping of str to str
+            By the keys of fields, each as it is written in a case file, "0.5 mm".
+
+        Raises
+        ------
+        InputError
+            If a number cannot be used, or the mechanism cannot be described with it.
+        """
+
+    @abstractmethod
+    def with_horizon(self, wanted: bool) -> Case:
+        """The case with or without the predictability horizon, for which each run is computed twice."""
+
+    @abstractmethod
+    def text(self) -> str | None:
+        """The case as a case file; None where there is none."""
+
+    def field(self, key: str) -> Field:
+        """A field by its key."""
+        found = self._by_key.get(key)
+        if found is None:
+            raise InputError(f"no number '{key}' in this case", "a number of the form")
+        return found
+
+    @cached_property
+    def _by_key(self) -> dict[str, Field]:
+        return {field.key: field for field in self.fields}
+
+
+class FileCase(Case):
+    """A case file, with changes.
+
+    Parameters
+    ----------
+    name : str
+        Of the file.
+    source : str
+        Its text.
+    folder : Path
+        Where files that it names would be.
+    tree : dict
+        Its parsed TOML, with the changes.
+    """
+
+    def __init__(self, name: str, source: str, folder: Path, tree: dict[str, Any]) -> None:
+        self.name, self.source, self.folder, self.tree = name, source, folder, tree
+        read = instance(CaseTable, tree, {"folder": folder}).case()
+        self.mechanism, self.options = read.mechanism, read.run
+
+    @cached_property
+    def fields(self) -> list[Field]:
+        """Every number of the file's tables."""
+        return fields_of_tree(self.tree)
+
+    def changed(self, texts: Mapping[str, str]) -> FileCase:
+        """See `Case.changed`."""
+        tree = copy.deepcopy(self.tree)
+        for key, text in texts.items():
+            _put(tree, self.field(key), _value(text, self.field(key)))
+        return FileCase(self.name, self.source, self.folder, tree)
+
+    def with_horizon(self, wanted: bool) -> FileCase:
+        """See `Case.with_horizon`."""
+        tree = copy.deepcopy(self.tree)
+        tree.setdefault("run", {})["trust"] = wanted
+        return FileCase(self.name, self.source, self.folder, tree)
+
+    def text(self) -> str:
+        """The file with the changed values in it; its comments and its order stay."""
+        import tomlkit
+
+        document = tomlkit.parse(self.source)
+        _carry(document, tomllib.loads(self.source), self.tree)
+        return str(tomlkit.dumps(document))
+
+
+class RunCase(Case):
+    """The case of a saved run.
+
+    Parameters
+    ----------
+    name : str
+        Of the file.
+    mechanism : Mechanism
+    options : Options
+    """
+
+    def __init__(self, name: str, mechanism: Mechanism, options: Options) -> None:
+        self.name, self.mechanism, self.options = name, mechanism, options
+
+    @cached_property
+    def fields(self) -> list[Field]:
+        """Every declared number of the mechanism and of the options."""
+        return fields_of_mechanism(self.mechanism, self.options)
+
+    def changed(self, texts: Mapping[str, str]) -> RunCase:
+        """See `Case.changed`."""
+        parts: dict[str, Any] = {"mechanism": self.mechanism, "options": self.options}
+        for key, text in texts.items():
+            field = self.field(key)
+            given = _value(text, field)
+            value: Any
+            if len(field.value) == 2:
+                value = read_numbers(given, field.quantity.unit)
+                if len(value) != 2:
+                    raise InputError(f"{field.name}: {len(value)} numbers", "two numbers and their unit")
+            else:
+                value = read_quantity(given, field.quantity, field.text)
+            top, *path = field.place
+            parts[str(top)] = _replaced(parts[str(top)], path, value)
+        return RunCase(self.name, parts["mechanism"], parts["options"])
+
+    def with_horizon(self, wanted: bool) -> RunCase:
+        """See `Case.with_horizon`."""
+        return RunCase(self.name, self.mechanism, dataclasses.replace(self.options, trust=wanted))
+
+    def text(self) -> str | None:
+        """None: a saved run has no case file."""
+        return None
+
+
+def open_case(path: Path, allowed: Sequence[Path] = ()) -> Case:
+    """The case of a file.
+
+    Parameters
+    ----------
+    path : Path
+        A case file, or a saved run.
+    allowed : sequence of Path
+        Files that the case names and that may be read, and executed where they are Python.
+
+    Returns
+    -------
+    Case
+
+    Raises
+    ------
+    InputError
+        If it cannot be read, or names a file that is not allowed.
+    """
+    if path.suffix.lower() == ".nc":
+        run = load(path)
+        configuration = read_configuration(run)
+        if configuration.options is None or run.attrs.get("title") != "scissordyn run":
+            raise InputError(f"'{path}' is not a run", "a run of 'scissordyn run', or a case file")
+        return RunCase(
+            path.name, configuration.build_mechanism([file for file in allowed if file.suffix == ".py"]), configuration.options
+        )
+    source = read_text(path, "a case file in TOML", f"scissordyn new scissor > {path}")
+    try:
+        tree = tomllib.loads(source)
+    except ValueError:
+        tree = {}
+    may = {file.resolve() for file in allowed}
+    for named in _files(tree):
+        if (path.parent / named).resolve() not in may:
+            raise InputError(
+                f"'{path}' names the file '{named}', which the explorer does not read or execute unasked",
+                "the given file alone, or further files by name",
+                f"scissordyn explore {path} --allow {named}",
+            )
+    read_case(path)  # its errors name the line
+    return FileCase(path.name, source, path.parent, tree)
+
+
+def _files(value: Any, key: str = "") -> Iterator[str]:
+    """Names of files in a case file: Python functions and classes, and tables."""
+    if isinstance(value, Mapping):
+        for name, inner in value.items():
+            yield from _files(inner, name)
+    elif isinstance(value, list):
+        for inner in value:
+            yield from _files(inner, key)
+    elif isinstance(value, str) and ".py:" in value:
+        yield value.rpartition(":")[0]
+    elif isinstance(value, str) and key == "table":
+        yield value
+
+
+def _value(text: str, field: Field) -> Any:
+    """A text of the form as the value of a case file: a plain number where there is no unit."""
+    text = text.strip()
+    if field.quantity.unit != "1" or len(field.value) != 1:
+        return text
+    for kind in (int, float):
+        try:
+            return kind(text)
+        except ValueError:
+            continue
+    return text
+
+
+def _put(tree: dict[str, Any], field: Field, value: Any) -> None:
+    """Write a value at the place of a field, whose tables need not be there yet."""
+    here: Any = tree
+    *path, last = field.place
+    for key in path:
+        inner = here[key] if isinstance(key, int) else here.setdefault(key, {})
+        if (key in BY_KIND or key == "controller") and not (isinstance(inner, dict) and inner):
+            inner = here[key] = {"name" if key == "controller" else "law": field.law}
+        here = inner
+    here[last] = value
+
+
+def _replaced(described: Any, path: Sequence[str | int], value: Any) -> Any:
+    """A frozen description with another value at a path."""
+    if not path:
+        return value
+    first, *rest = path
+    if isinstance(described, tuple):
+        assert isinstance(first, int)
+        return (*described[:first], _replaced(described[first], rest, value), *described[first + 1 :])
+    if isinstance(described, Mapping):
+        return {**described, str(first): _replaced(described[str(first)], rest, value)}
+    return dataclasses.replace(described, **{str(first): _replaced(getattr(described, str(first)), rest, value)})
+
+
+def _carry(document: Any, before: Any, after: Any) -> None:
+    """Write what has changed between two trees into a document of the same shape."""
+    keys = range(len(after)) if isinstance(after, list) else list(after)
+    for key in keys:
+        known = key in before if isinstance(before, Mapping) else True
+        if known and type(before[key]) is type(after[key]) and isinstance(after[key], dict | list):
+            _carry(document[key], before[key], after[key])
+        elif not known or before[key] != after[key]:
+            document[key] = after[key]

@@ -1,0 +1,339 @@
+"""The curves of a run: figures of Bokeh with one time axis, a time cursor, and curves of pinned runs."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from bokeh.models import BoxAnnotation, ColumnDataSource, CustomJS, Range1d, Span, Title
+from bokeh.plotting import figure
+
+from scissordyn.plot.scale import DEGREES, Scale, engineering
+from scissordyn.plot.series import clearance_joints, predictability_horizon
+from scissordyn.plot.style import BLACK, BLUE, GREEN, ORANGE, PURPLE, SKY, VERMILION
+
+__all__ = ["MOST_POINTS", "Curves"]
+
+MOST_POINTS = 4000
+"""Points of a curve in the browser; of longer runs each interval keeps its smallest and its largest value."""
+
+HEIGHT, LABELS = 128, 32
+"""Of a figure, and what the labels of its time axis add [pixel]."""
+
+LEFT = 78
+"""Room for the labels of the axes, equal in all figures so that their times stand above each other [pixel]."""
+
+SQUARE = 210
+"""Side of the orbit's frame [pixel]."""
+
+PINNED = (VERMILION, GREEN, PURPLE)
+"""Colours of pinned runs, the newest first; all dashed."""
+
+THEMES = {
+    "light": {"back": "#ffffff", "ink": BLACK, "line": "#e4e4e4", "faint": "#767676", "shade": "#dddddd"},
+    "dark": {"back": "#1d2126", "ink": "#e8e8e8", "line": "#3a4048", "faint": "#a0a6ad", "shade": "#3a4048"},
+}
+
+TIME_EVENT = """
+const t = cb_obj.x / factor.tags[0];
+if (Number.isFinite(t)) window.dispatchEvent(new CustomEvent("scissordyn:go", { detail: t }));
+"""
+CURSOR = """
+const move = event => { for (const span of spans) span.location = event.detail * clock.tags[0]; };
+if (window.scissordynCursor) window.removeEventListener("scissordyn:time", window.scissordynCursor);
+window.scissordynCursor = move;
+window.addEventListener("scissordyn:time", move);
+"""
+DRAWN = """
+requestAnimationFrame(() => requestAnimationFrame(() => {
+  window.scissordynDrawn = { run: cb_obj.tags[0], at: performance.now() };
+}));
+"""
+"""Tells when the curves of a run are on the screen: the library draws in the frame after its data have changed."""
+
+
+@dataclass
+class Panel:
+    """One figure over time.
+
+    Parameters
+    ----------
+    name : str
+    lines : sequence of (str, str, str)
+        Column of the source, label, colour.
+    unit : str
+        SI.
+    """
+
+    name: str
+    lines: Sequence[tuple[str, str, str]]
+    unit: str
+    figure: Any = field(default=None)
+
+
+PANELS = (
+    Panel("output", (("output", "output", BLUE),), "m"),
+    Panel("torque", (("torque", "driving torque", BLUE),), "N m"),
+    Panel("force", (("normal", "normal", BLUE), ("friction", "friction", ORANGE)), "N"),
+    Panel("slip", (("slip", "slip speed", BLUE),), "m/s"),
+    Panel("energy", (("kinetic", "kinetic", BLUE), ("potential", "potential", GREEN), ("work", "work", ORANGE)), "J"),
+    Panel("loss", (("dissipated", "dissipated", BLUE),), "J"),
+    Panel("track", (("track", "deviation", BLUE),), "m"),
+)
+
+
+class Curves:
+    """Figures of one page.
+
+    Parameters
+    ----------
+    dark : bool
+    """
+
+    def __init__(self, *, dark: bool = False) -> None:
+        names = [column for panel in PANELS for column, _, _ in panel.lines]
+        empty: dict[str, Any] = {"time": [], **{name: [] for name in names}}
+        self.source = ColumnDataSource(empty, tags=[0], name="curves")
+        self.pinned = [ColumnDataSource(dict(empty)) for _ in PINNED]
+        self.orbit_source = ColumnDataSource({"x": [], "y": []})
+        self.circle = ColumnDataSource({"x": [], "y": []})
+        self.pinned_orbits = [ColumnDataSource({"x": [], "y": []}) for _ in PINNED]
+        self.range = Range1d(0.0, 1.0)
+        self.spans: list[Span] = []
+        self.shades: list[BoxAnnotation] = []
+        self.factor = 1.0
+        self._until = 0.0
+        # models carry numbers to the browser in their tags
+        self.clock = Title(tags=[1.0])
+        self.figures = [self._time_figure(panel) for panel in PANELS]
+        self.orbit = self._orbit_figure()
+        self.source.js_on_change("data", CustomJS(code=DRAWN))
+        self.start = CustomJS(args={"spans": self.spans, "clock": self.clock}, code=CURSOR)
+        self.theme(dark=dark)
+
+    def _time_figure(self, panel: Panel) -> Any:
+        made = figure(
+            height=HEIGHT,
+            sizing_mode="stretch_width",
+            x_range=self.range,
+            tools="xpan,xwheel_zoom,box_zoom,reset,save",
+            active_drag="box_zoom",
+            toolbar_location="right",
+            name=panel.name,
+            min_border_left=LEFT,
+            output_backend="canvas",
+        )
+        for source, color in zip(self.pinned, PINNED, strict=True):
+            made.line("time", panel.lines[0][0], source=source, color=color, line_dash=[6, 3], line_width=1.3)
+        for column, label, color in panel.lines:
+            more: dict[str, Any] = {"legend_label": label} if len(panel.lines) > 1 else {}
+            made.line("time", column, source=self.source, color=color, line_width=1.4, **more)
+        if len(panel.lines) > 1:
+            made.legend.location = "top_right"
+            made.legend.orientation = "horizontal"
+            made.legend.label_text_font_size = "11px"
+            made.legend.padding = made.legend.margin = 3
+        span = Span(location=0.0, dimension="height", line_color=VERMILION, line_width=1.2, tags=["cursor"])
+        shade = BoxAnnotation(left=None, right=None, visible=False, fill_alpha=0.5, line_alpha=0.0, level="underlay")
+        made.add_layout(span)
+        made.add_layout(shade)
+        self.spans.append(span)
+        self.shades.append(shade)
+        made.js_on_event("tap", CustomJS(args={"factor": self.clock}, code=TIME_EVENT))
+        return made
+
+    def _orbit_figure(self) -> Any:
+        made = figure(
+            frame_width=SQUARE,
+            frame_height=SQUARE,
+            x_range=Range1d(-1.0, 1.0),
+            y_range=Range1d(-1.0, 1.0),
+            tools="pan,wheel_zoom,reset,save",
+            active_scroll="wheel_zoom",
+            toolbar_location="right",
+            name="orbit",
+            min_border_left=LEFT,
+        )
+        made.line("x", "y", source=self.circle, color=THEMES["light"]["faint"], line_dash=[2, 2])
+        for source, color in zip(self.pinned_orbits, PINNED, strict=True):
+            made.line("x", "y", source=source, color=color, line_dash=[6, 3], line_width=1.0)
+        made.line("x", "y", source=self.orbit_source, color=SKY, line_width=1.2)
+        return made
+
+    def theme(self, *, dark: bool) -> None:
+        """Colours for a light or a dark page."""
+        look = THEMES["dark" if dark else "light"]
+        for made in (*self.figures, self.orbit):
+            made.background_fill_color = made.border_fill_color = look["back"]
+            made.outline_line_color = look["line"]
+            made.title.text_color = look["ink"]
+            made.toolbar.logo = None
+            made.toolbar.autohide = True
+            for axis in made.axis:
+                axis.minor_tick_line_color = None
+                axis.axis_line_color = axis.major_tick_line_color = look["faint"]
+                axis.major_label_text_color = axis.axis_label_text_color = look["ink"]
+                axis.axis_label_text_font_style = "normal"
+            made.grid.grid_line_color = look["line"]
+            for legend in made.legend:
+                legend.background_fill_color = look["back"]
+                legend.background_fill_alpha = 0.7
+                legend.label_text_color = look["ink"]
+                legend.border_line_alpha = 0.0
+        for shade in self.shades:
+            shade.fill_color = look["shade"]
+
+    def show(self, run: xr.Dataset, pins: Sequence[xr.Dataset], joint: str, output: str, number: int) -> None:
+        """Draw a run.
+
+        Parameters
+        ----------
+        run : Dataset
+        pins : sequence of Dataset
+            The newest last.
+        joint : str
+            Of force, slip and orbit; "" for a run without clearance joints.
+        output : str
+            The output body.
+        number : int
+            Of the run in its session.
+        """
+        scales, data = self._scaled(run, joint, output, None)
+        time = scales["time"]
+        until = time.factor * float(run["time"].values[-1])
+        if until != self._until:
+            self._until = until
+            self.range.update(start=0.0, end=until, reset_start=0.0, reset_end=until)
+        self.clock.tags = [time.factor]
+        self.source.tags = [number]
+        horizon = predictability_horizon(run)
+        names = self._titles(run, joint, output)
+        for panel, made, shade in zip(PANELS, self.figures, self.shades, strict=True):
+            made.yaxis.axis_label = scales[panel.name].unit or "1"
+            made.title.text = names[panel.name]
+            made.visible = any(len(data[column]) and np.isfinite(data[column]).any() for column, _, _ in panel.lines)
+            shade.update(visible=horizon is not None, left=None if horizon is None else time.factor * horizon)
+        last = [made for made in self.figures if made.visible][-1:]
+        for made in self.figures:
+            made.xaxis.axis_label = f"time [{time.unit}]" if made in last else None
+            made.xaxis.major_label_text_font_size = "11px" if made in last else "0px"
+            made.height = HEIGHT + (LABELS if made in last else 0)
+        for source, pinned in zip(self.pinned, [*reversed(pins), *[None] * len(PINNED)], strict=False):
+            source.data = (
+                {name: [] for name in self.source.data} if pinned is None else self._scaled(pinned, joint, output, scales)[1]
+            )
+        self._show_orbit(run, pins, joint)
+        self.source.data = data
+
+    def _titles(self, run: xr.Dataset, joint: str, output: str) -> dict[str, str]:
+        of_joint = f" at {joint}" if joint else ""
+        moved = "displacement of the slider" if "slider_position" in run else f"angle of {output}"
+        tracked = [str(name) for name in run["track"].values] if "track" in run.coords else []
+        return {
+            "output": moved,
+            "torque": "driving torque",
+            "force": f"contact force{of_joint}",
+            "slip": f"slip speed{of_joint}",
+            "energy": "energy",
+            "loss": "dissipated in contacts",
+            "track": f"deviation of {tracked[0]} from the ideal mechanism" if tracked else "",
+        }
+
+    def _scaled(
+        self, run: xr.Dataset, joint: str, output: str, scales: dict[str, Scale] | None
+    ) -> tuple[dict[str, Scale], dict[str, np.ndarray]]:
+        """The columns of the source in units that suit them, or in given ones."""
+        time = run["time"].values
+        raw = _columns(run, joint, output)
+        kept = _thinned(time.size, [raw["normal"], raw["torque"]])
+        angular = "slider_position" not in run
+        if scales is None:
+            scales = {"time": engineering("s", time)}
+            for panel in PANELS:
+                values = [raw[column][np.isfinite(raw[column])] for column, _, _ in panel.lines]
+                degrees = panel.name == "output" and angular
+                scales[panel.name] = DEGREES if degrees else engineering(panel.unit, *values)
+        data = {"time": scales["time"].factor * time[kept]}
+        for panel in PANELS:
+            data.update({column: scales[panel.name].factor * raw[column][kept] for column, _, _ in panel.lines})
+        return scales, data
+
+    def _show_orbit(self, run: xr.Dataset, pins: Sequence[xr.Dataset], joint: str) -> None:
+        plane = bool(run["plane_contact"].sel(joint=joint)) if joint and "plane_contact" in run else False
+        self.orbit.visible = bool(joint) and not plane
+        if not self.orbit.visible:
+            return
+        clearance = float(run["clearance"].sel(joint=joint))
+        scale = engineering("m", clearance)
+        around = np.linspace(0.0, 2.0 * math.pi, 181)
+        self.circle.data = {"x": scale.factor * clearance * np.cos(around), "y": scale.factor * clearance * np.sin(around)}
+        self.orbit_source.data = _orbit(run, joint, scale.factor)
+        shown = [pin for pin in reversed(pins) if joint in clearance_joints(pin)]
+        for source, pin in zip(self.pinned_orbits, [*shown, *[None] * len(PINNED)], strict=False):
+            source.data = {"x": [], "y": []} if pin is None else _orbit(pin, joint, scale.factor)
+        reach = 1.1 * max(scale.factor * clearance, *(float(np.abs(self.orbit_source.data[axis]).max()) for axis in "xy"))
+        for range in (self.orbit.x_range, self.orbit.y_range):
+            range.update(start=-reach, end=reach, reset_start=-reach, reset_end=reach)
+        self.orbit.title.text = f"journal orbit at {joint}"
+        self.orbit.xaxis.axis_label, self.orbit.yaxis.axis_label = f"x [{scale.unit}]", f"y [{scale.unit}]"
+
+
+def _columns(run: xr.Dataset, joint: str, output: str) -> dict[str, np.ndarray]:
+    """The curves in SI; NaN where a run has none."""
+    nothing = np.full(run.sizes["time"], np.nan)
+    here = joint if joint in clearance_joints(run) else ""
+
+    def of_joint(name: str) -> np.ndarray:
+        return np.asarray(run[name].sel(joint=here).values) if here and name in run else nothing
+
+    def of_run(name: str) -> np.ndarray:
+        return np.asarray(run[name].values) if name in run else nothing
+
+    bodies = run["body"].values.astype(str).tolist()
+    body = output if output in bodies else bodies[-1]
+    moved = of_run("slider_position") if "slider_position" in run else run["angle"].sel(body=body).values
+    friction, lost = of_joint("friction_force"), of_run("dissipated_energy")
+    return {
+        "output": np.asarray(moved),
+        "torque": of_run("drive_torque"),
+        "normal": of_joint("normal_force"),
+        "friction": friction if np.any(np.nan_to_num(friction)) else nothing,
+        "slip": of_joint("slip_speed"),
+        "kinetic": of_run("kinetic_energy"),
+        "potential": of_run("potential_energy"),
+        "work": of_run("drive_work"),
+        "dissipated": lost if np.any(np.nan_to_num(lost)) else nothing,
+        "track": _deviation(run, nothing),
+    }
+
+
+def _deviation(run: xr.Dataset, nothing: np.ndarray) -> np.ndarray:
+    """How far the first tracked point is from where the ideal mechanism has it."""
+    if "track_deviation" not in run or not run.sizes.get("track", 0):
+        return nothing
+    values = run["track_deviation"].isel(track=0).transpose("time", ...).values
+    return np.asarray(np.hypot(*values.T) if values.ndim == 2 else values)
+
+
+def _orbit(run: xr.Dataset, joint: str, factor: float) -> dict[str, np.ndarray]:
+    place = factor * run["eccentricity"].sel(joint=joint).transpose("time", "axis").values
+    step = max(1, len(place) // MOST_POINTS)
+    return {"x": place[::step, 0], "y": place[::step, 1]}
+
+
+def _thinned(count: int, curves: Sequence[np.ndarray]) -> np.ndarray | slice:
+    """Samples to draw: all of a short run, of a long one the extreme ones of each interval."""
+    if count <= MOST_POINTS:
+        return slice(None)
+    edges = np.linspace(0, count, MOST_POINTS // (2 * len(curves)) + 1).astype(int)
+    found = {0, count - 1}
+    for curve in curves:
+        values = np.nan_to_num(curve)
+        for first, last in itertools.pairwise(edges.tolist()):
+            found.update((first + int(np.argmin(values[first:last])), first + int(np.argmax(values[first:last]))))
+    return np.array(sorted(found))

@@ -1,0 +1,230 @@
+"""What a drag in the drawing means: which lengths and angles of the case bring a joint to the pointer."""
+
+from __future__ import annotations
+
+import itertools
+import math
+import re
+from dataclasses import dataclass
+
+import numpy as np
+import xarray as xr
+
+from scissordyn.config.quantity import unit_factor
+from scissordyn.errors import InputError
+from scissordyn.explore.case import Case
+from scissordyn.explore.field import NUMBER, Field
+from scissordyn.model.mechanism import Mechanism
+from scissordyn.plot.place import outline
+from scissordyn.simulation.placement import Placement
+from scissordyn.simulation.run import simulate
+
+__all__ = ["Drag", "assembled"]
+
+INSTANT = 1e-9
+"""A run of this length with ideal joints gives the assembled position [s]."""
+
+STEP = 1e-5
+"""Of finite differences: relative to the mechanism's size, and for angles [rad]."""
+
+LEAST = 1e-3
+"""Numbers that move the target by less than this, relative to those that move it most, do not take part."""
+
+CLOSE = 1e-4
+"""The target counts as reached at this distance, relative to the mechanism's size."""
+
+ONE_POINT = 1.5
+"""By how much the two numbers of one point are preferred to numbers of two parts."""
+
+SHORTEST = 0.02
+"""A length is drawn down to this fraction of what it was."""
+
+TABLES = ("structure", "body", "ground", "guide", "rod", "mechanism")
+NOT_GEOMETRY = ("gravity_direction", "corner_radius", "thickness", "journal_radius", "bearing_length", "phase")
+
+
+def assembled(mechanism: Mechanism) -> tuple[xr.Dataset, Mechanism]:
+    """The mechanism with ideal joints at the start, as a run of two samples.
+
+    Parameters
+    ----------
+    mechanism : Mechanism
+
+    Returns
+    -------
+    run : Dataset
+    ideal : Mechanism
+    """
+    ideal = mechanism.ideal()
+    return simulate(ideal, until=INSTANT, samples=2), ideal
+
+
+@dataclass(frozen=True)
+class _Number:
+    """One number of a case that a drag may change: a field, or one of the two numbers of a point."""
+
+    field: Field
+    part: int
+
+    @property
+    def value(self) -> float:
+        return self.field.value[self.part]
+
+    @property
+    def name(self) -> str:
+        of = self.field.group if self.field.group != "structure" else ""
+        return f"{of} {self.field.name.replace('_', ' ')}{('', f' {chr(120 + self.part)}')[len(self.field.value) > 1]}".strip()
+
+
+class Drag:
+    """One drag of a joint or of the length of a bar.
+
+    It changes as few declared numbers as the pointer has directions: two for a joint, one for a length. Among all of them those
+    are taken that move the target with the smallest changes.
+
+    Parameters
+    ----------
+    case : Case
+    kind : {"pin", "length"}
+    name : str
+        Of the joint or of the body.
+
+    Raises
+    ------
+    InputError
+        If no number of the case moves it.
+    """
+
+    def __init__(self, case: Case, kind: str, name: str) -> None:
+        self.start = self.case = case
+        self.kind, self.name = kind, name
+        self.size = case.mechanism.size
+        run, ideal = assembled(case.mechanism)
+        self.origin = self._target(run, ideal)
+        self.run, self.ideal = run, ideal
+        self.present = self.origin
+        self.numbers = self._numbers()
+        self.values = np.array([number.value for number in self.numbers])
+        self.chosen, self.inverse = self._choice()
+        self.texts: dict[str, str] = {}
+
+    def _target(self, run: xr.Dataset, ideal: Mechanism) -> np.ndarray:
+        placement = Placement.at(ideal, run, [0])
+        if self.kind == "pin":
+            return np.asarray(placement.place(ideal.joint(self.name).bearing)[0])
+        first, *_, last = outline(ideal.body(self.name))
+        return np.array([math.dist(first, last)])
+
+    def _numbers(self) -> list[_Number]:
+        found = []
+        for field in self.start.fields:
+            table = str(field.place[0])
+            inside = "clearance" in field.place or "contact" in field.place
+            if table in TABLES and field.quantity.unit in ("m", "rad") and field.name not in NOT_GEOMETRY and not inside:
+                found += [_Number(field, part) for part in range(len(field.value))]
+        return found
+
+    def _slopes(self) -> np.ndarray:
+        """How the target moves with each number, by finite differences; zero where the mechanism cannot be assembled."""
+        slopes = np.zeros((self.origin.size, len(self.numbers)))
+        for k, number in enumerate(self.numbers):
+            step = STEP * (1.0 if number.field.quantity.unit == "rad" else self.size)
+            try:
+                changed = self.start.changed(self._texts({k: number.value + step}, exact=True))
+                slopes[:, k] = (self._target(*assembled(changed.mechanism)) - self.origin) / step
+            except (InputError, ValueError):
+                continue
+        return slopes
+
+    def _choice(self) -> tuple[tuple[int, ...], np.ndarray]:
+        """The numbers to change and the inverse of how they move the target."""
+        slopes = self._slopes()
+        # an angle counts as the length of an arc
+        scale = np.array([1.0 if number.field.quantity.unit == "m" else 1.0 / self.size for number in self.numbers])
+        effect = slopes * scale
+        strength = np.linalg.norm(effect, axis=0)
+        moving = np.flatnonzero(strength > LEAST * max(1e-9, float(strength.max(initial=0.0))))
+        if moving.size == 0 or strength.max(initial=0.0) < LEAST:
+            what = f"joint '{self.name}'" if self.kind == "pin" else f"the length of '{self.name}'"
+            raise InputError(f"no length or angle of the case moves {what}", "another joint, or the fields of the form")
+        most = min(self.origin.size, moving.size)
+        best: tuple[float, tuple[int, ...]] = (0.0, ())
+        for count in range(most, 0, -1):
+            for chosen in itertools.combinations(moving.tolist(), count):
+                weakest = float(np.linalg.svd(effect[:, chosen], compute_uv=False)[-1])
+                if len({self.numbers[k].field.key for k in chosen}) < count:  # both numbers of one point
+                    weakest *= ONE_POINT
+                if weakest > best[0] * (1.0 + 1e-9):
+                    best = weakest, chosen
+            if best[0] > 0.05:
+                break
+        return best[1], np.linalg.pinv(slopes[:, best[1]])
+
+    def _texts(self, values: dict[int, float], *, exact: bool = False) -> dict[str, str]:
+        """The texts of the fields with other numbers in them, in their own units."""
+        fields: dict[str, tuple[Field, list[float]]] = {}
+        for k, value in values.items():
+            number = self.numbers[k]
+            _, parts = fields.setdefault(number.field.key, (number.field, list(number.field.value)))
+            parts[number.part] = value
+        digits = 17 if exact else 6
+        texts = {}
+        for key, (field, parts) in fields.items():
+            unit = _unit(field)
+            factor = unit_factor(unit, field.quantity.unit)
+            texts[key] = ", ".join(f"{part / factor:.{digits}g}" for part in parts) + f" {unit}"
+        return texts
+
+    def to(self, dx: float, dy: float, *, steps: int = 2) -> None:
+        """Bring the target so far from where it was: a few steps of Newton's method with the slopes of the start.
+
+        Parameters
+        ----------
+        dx, dy : float
+            Of the pointer since the drag began [m].
+        steps : int
+
+        Raises
+        ------
+        InputError
+            If the mechanism cannot be assembled there; it stays where it was.
+        """
+        wanted = self._wanted(dx, dy)
+        for _ in range(steps):
+            off = wanted - self.present
+            if np.linalg.norm(off) < CLOSE * self.size:
+                return
+            change = self.inverse @ off
+            values = self.values.copy()
+            values[list(self.chosen)] += change
+            texts = self._texts({k: float(values[k]) for k in self.chosen})
+            case = self.start.changed(texts)
+            run, ideal = assembled(case.mechanism)
+            self.present = self._target(run, ideal)
+            self.values, self.case, self.run, self.ideal, self.texts = values, case, run, ideal, texts
+
+    def _wanted(self, dx: float, dy: float) -> np.ndarray:
+        if self.kind == "pin":
+            return self.origin + np.array([dx, dy])
+        placement = Placement.at(self.ideal, self.run, [0])
+        ends = placement.points(self.name, outline(self.ideal.body(self.name))[[0, -1]])[0]
+        along = (ends[1] - ends[0]) / max(1e-12, float(np.linalg.norm(ends[1] - ends[0])))
+        longer = float(along @ np.array([dx, dy]))
+        wanted: np.ndarray = np.maximum(self.origin + longer, SHORTEST * self.origin)
+        return wanted
+
+    @property
+    def note(self) -> str:
+        """The changed numbers in words."""
+        return ", ".join(
+            f"{self.start.field(key).group} {self.start.field(key).name.replace('_', ' ')} {text}"
+            for key, text in self.texts.items()
+        )
+
+
+def _unit(field: Field) -> str:
+    """The unit in which a field is written."""
+    rest = field.text
+    while found := NUMBER.match(rest):
+        rest = rest[found.end() :].lstrip(", ")
+    return re.sub(r"^[,\s]+", "", rest) or field.quantity.unit

@@ -1,0 +1,298 @@
+"""The numbers of a case as fields of a form: unit, bounds and help come from their declarations."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+import re
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from typing import Any, get_args
+
+from scissordyn.config.case import CaseTable, Run
+from scissordyn.config.clearance import ClearanceTable, GuideClearanceTable
+from scissordyn.config.control import ControlTable
+from scissordyn.config.part import PARTS
+from scissordyn.config.payload import PanelsTable, PayloadTable
+from scissordyn.config.quantity import read_numbers, read_quantity, unit_factor, written
+from scissordyn.config.structure import STRUCTURES
+from scissordyn.config.table import Table, key_help, quantity_of, table_of
+from scissordyn.config.time_function import DistanceTable, DriveTable, TimeFunctionTable
+from scissordyn.control.catalogue import CONTROLLERS
+from scissordyn.errors import InputError
+from scissordyn.laws.catalogue import BY_KIND
+from scissordyn.model.mechanism import Mechanism
+from scissordyn.simulation.options import Options
+from scissordyn.units import Quantity, quantities
+
+__all__ = ["Field", "Place", "fields_of_mechanism", "fields_of_tree", "scaled_text"]
+
+Place = tuple[str | int, ...]
+"""Keys and indices from the top of a case file, or fields and indices of a mechanism."""
+
+STARRED = ("clearance", "speed", "kinetic", "angle")
+"""Names of fields that have a slider at first, in a structure, a drive and a clearance joint."""
+
+SPREAD = 4.0
+"""A slider goes from a value divided by this number to the value times it, on a logarithmic scale."""
+
+TURN = math.radians(30.0)
+"""The slider of an angle goes so far to either side [rad]."""
+
+LISTS: Mapping[str, type[Table]] = {
+    "drive": DriveTable,
+    "control": ControlTable,
+    "clearance": ClearanceTable,
+    "guide_clearance": GuideClearanceTable,
+    **{name: part.table for name, part in PARTS.items() if name != "component"},
+    "payload": PayloadTable,
+    "panels": PanelsTable,
+}
+INNER: Mapping[str, type[Table]] = {"motion": DistanceTable, "time_function": TimeFunctionTable, "reference": DriveTable}
+
+NUMBER = re.compile(r"\s*[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?\s*")
+
+
+@dataclass(frozen=True)
+class Field:
+    """One number of a case, or the two numbers of a point.
+
+    Parameters
+    ----------
+    place : tuple of str and int
+    group : str
+        The table or part that it belongs to.
+    name : str
+    text : str
+        As it is written, with its unit.
+    value : tuple of float
+        In SI.
+    quantity : Quantity
+    starred : bool
+        Whether it has a slider at first.
+    law : str
+        Name of the law that holds it, where the case gives the law by name alone.
+    """
+
+    place: Place
+    group: str
+    name: str
+    text: str
+    value: tuple[float, ...]
+    quantity: Quantity
+    starred: bool = False
+    law: str = ""
+
+    @property
+    def key(self) -> str:
+        """The place as one text."""
+        return ".".join(map(str, self.place))
+
+    @property
+    def range(self) -> tuple[float, float, bool] | None:
+        """Ends of a slider in SI, and whether its scale is logarithmic; None where there is none."""
+        if len(self.value) != 1:
+            return None
+        value = self.value[0]
+        low = max(bound for bound in (self.quantity.above, self.quantity.minimum) if bound is not None)
+        high = min(bound for bound in (self.quantity.below, self.quantity.maximum) if bound is not None)
+        if self.quantity.unit == "rad":
+            return max(low, value - TURN), min(high, value + TURN), False
+        if value == 0.0:
+            # without a size to go by, only what is bounded on both sides has a range
+            return (low, high, False) if math.isfinite(high - low) and high - low <= 10.0 else None
+        if value < 0.0:
+            return max(low, SPREAD * value), min(high, value / SPREAD), False
+        ends = max(low, value / SPREAD), min(high, SPREAD * value)
+        return *ends, ends[0] > 0.0 and ends[1] / ends[0] > 3.0
+
+    def plain(self) -> dict[str, Any]:
+        """The field for the form."""
+        span = self.range
+        slider = None if span is None else {"low": span[0], "high": span[1], "logarithmic": span[2], "value": self.value[0]}
+        unit = re.sub(NUMBER, "", self.text, count=1).strip() if len(self.value) == 1 else ""
+        return {
+            "key": self.key,
+            "group": self.group,
+            "name": self.name.replace("_", " "),
+            "text": self.text,
+            "help": self.quantity.help,
+            "allowed": self.quantity.allowed if len(self.value) == 1 else f"two numbers [{self.quantity.unit}]",
+            "starred": self.starred and span is not None,
+            "slider": slider,
+            "whole": self.quantity.unit == "1" and self.text.isdecimal(),
+            "unit": unit,
+            "factor": unit_factor(unit, self.quantity.unit) if unit else 1.0,
+        }
+
+
+def scaled_text(field: Field, value: float) -> str:
+    """A value as text in the unit in which a field is written, to six digits.
+
+    Parameters
+    ----------
+    field : Field
+        Of one number.
+    value : float
+        In SI.
+
+    Returns
+    -------
+    str
+    """
+    unit = re.sub(NUMBER, "", field.text, count=1).strip()
+    if not unit or field.quantity.unit == "1":
+        return f"{value:.6g}"
+    return f"{value / unit_factor(unit, field.quantity.unit):.6g} {unit}"
+
+
+def fields_of_tree(tree: Mapping[str, Any]) -> list[Field]:
+    """The fields of a case file.
+
+    Parameters
+    ----------
+    tree : mapping
+        Parsed TOML of a case that can be read.
+
+    Returns
+    -------
+    list of Field
+    """
+    structure = tree.get("structure", {})
+    found = list(_of_table(STRUCTURES[structure["kind"]], structure, ("structure",), "structure", star=True))
+    for section in CaseTable.model_fields:
+        given = tree.get(section)
+        if section not in LISTS or given is None:
+            continue
+        many = isinstance(given, list)
+        for index, item in enumerate(given if many else [given]):
+            handle = next((str(item[by]) for by in ("joint", "guide", "name", "body") if by in item), "")
+            group = f"{section.replace('_', ' ')} {handle}".strip()
+            place: Place = (section, index) if many else (section,)
+            found += _of_table(LISTS[section], item, place, group, star=section in ("drive", "clearance", "guide_clearance"))
+    found += _of_table(table_of(Run, until="50 ms"), tree.get("run", {}), ("run",), "run", star=False)
+    return found
+
+
+def _of_table(table: type[Table], given: Mapping[str, Any], place: Place, group: str, *, star: bool) -> Iterator[Field]:
+    """The fields of one table, those that are not written included."""
+    for key, declared in table.model_fields.items():
+        here = (*place, key)
+        value = given.get(key, None if declared.is_required() else declared.get_default(call_default_factory=True))
+        quantity = quantity_of(table, key)
+        if quantity is not None and quantity.unit and not isinstance(value, tuple | Mapping | list):
+            field = _number(here, group, key, value, quantity, starred=star and key in STARRED)
+            if field is not None:
+                yield field
+        elif key == "points" and isinstance(value, Mapping):
+            for name, point in value.items():
+                yield from _point((*here, name), f"{group}", f"point {name}", point, "m", key_help(table, key))
+        elif isinstance(value, str) and key in ("position", "centre", "through", "velocity", "coupler_point"):
+            yield from _point(here, group, key, value, "m/s" if key == "velocity" else "m", key_help(table, key))
+        elif key in BY_KIND or key == "controller":
+            yield from _of_law(key, value, given, here, group, star=star)
+        elif key in INNER and isinstance(value, Mapping):
+            yield from _of_table(INNER[key], value, here, f"{group}, {key.replace('_', ' ')}", star=False)
+        elif isinstance(value, Mapping):
+            kind = next((each for each in get_args(declared.annotation) if dataclasses.is_dataclass(each)), None)
+            if kind is not None:
+                yield from _of_dataclass(kind, value, here, f"{group}, {key}", star=star)
+
+
+def _of_law(key: str, value: Any, given: Mapping[str, Any], place: Place, group: str, *, star: bool) -> Iterator[Field]:
+    """The fields of a contact law or of a controller."""
+    inner = value if isinstance(value, Mapping) else {}
+    name = inner.get("name" if key == "controller" else "law") if inner else value
+    kind = CONTROLLERS.get(str(name)) if key == "controller" else BY_KIND[key].get(str(name))
+    if kind is None:  # a function in a file of the user's own
+        return
+    for field in _of_dataclass(kind, inner, place, f"{group}, {key}", star=star, law=str(name)):
+        if not (field.name == "restitution" and key == "damping" and given.get("restitution") is not None):
+            yield field
+
+
+def _of_dataclass(
+    kind: Any, given: Mapping[str, Any], place: Place, group: str, *, star: bool, law: str = ""
+) -> Iterator[Field]:
+    declared = quantities(kind)
+    for each in dataclasses.fields(kind):
+        value = given.get(each.name, None if each.default is dataclasses.MISSING else each.default)
+        if each.name in declared and value is not None and not isinstance(value, tuple | list | Mapping):
+            quantity, starred = declared[each.name], star and each.name in STARRED
+            field = _number((*place, each.name), group, each.name, value, quantity, starred=starred)
+            if field is not None:
+                yield dataclasses.replace(field, law=law)
+
+
+def _number(place: Place, group: str, name: str, value: Any, quantity: Quantity, *, starred: bool) -> Field | None:
+    """A field of one number, written or by default; None if it is something else."""
+    if value is None or isinstance(value, bool):
+        return None
+    if isinstance(value, str):
+        try:
+            number = read_quantity(value, quantity)
+        except InputError:  # of a unit that depends on other keys; the reader of the case knows it
+            return None
+        return Field(place, group, name, value, (number,), quantity, starred)
+    if not isinstance(value, int | float):
+        return None
+    text = repr(value) if quantity.unit == "1" else written(float(value), quantity.unit)
+    return Field(place, group, name, text, (float(value),), quantity, starred)
+
+
+def _point(place: Place, group: str, name: str, text: Any, unit: str, help: str) -> Iterator[Field]:
+    """A field of two numbers."""
+    if isinstance(text, str):
+        numbers = read_numbers(text, unit)
+        if len(numbers) == 2:
+            yield Field(place, group, name, text, numbers, Quantity(unit, help=help))
+
+
+def fields_of_mechanism(mechanism: Mechanism, options: Options) -> list[Field]:
+    """The fields of a saved run: every declared number of its mechanism, and its options.
+
+    Parameters
+    ----------
+    mechanism : Mechanism
+    options : Options
+
+    Returns
+    -------
+    list of Field
+    """
+    found = list(_of_instance(mechanism, ("mechanism",), "mechanism"))
+    return found + list(_of_instance(options, ("options",), "run"))
+
+
+def _of_instance(described: Any, place: Place, group: str, *, star: bool = False) -> Iterator[Field]:
+    kind: Any = type(described)
+    declared = quantities(kind)
+    for each in dataclasses.fields(described):
+        if not each.init:
+            continue
+        value, here = getattr(described, each.name), (*place, each.name)
+        if each.name in declared and isinstance(value, int | float) and not isinstance(value, bool):
+            field = _number(here, group, each.name, value, declared[each.name], starred=star and each.name in STARRED)
+            if field is not None:
+                yield field
+        elif each.name in declared and _is_point(value):
+            unit = declared[each.name].unit
+            yield Field(here, group, each.name, f"{value[0]:.12g}, {value[1]:.12g} {unit}", value, declared[each.name])
+        elif each.name == "points":
+            for name, point in value.items():
+                text = f"{point[0]:.12g}, {point[1]:.12g} m"
+                help = "point that joints refer to, in the body's frame"
+                yield Field((*here, name), group, f"point {name}", text, point, Quantity("m", help=help))
+        elif dataclasses.is_dataclass(value):
+            inner = each.name.replace("_", " ")
+            yield from _of_instance(value, here, group if inner in ("clearance", "motion") else f"{group}, {inner}", star=True)
+        elif isinstance(value, tuple):
+            for index, part in enumerate(value):
+                if dataclasses.is_dataclass(part):
+                    of = getattr(part, "name", getattr(part, "body", str(index + 1)))
+                    kind = {"bodies": "body", "latches": "latch"}.get(each.name, each.name.removesuffix("s"))
+                    yield from _of_instance(part, (*here, index), f"{kind} {of}")
+
+
+def _is_point(value: Any) -> bool:
+    return isinstance(value, tuple) and len(value) == 2 and all(isinstance(number, int | float) for number in value)

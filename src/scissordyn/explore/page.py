@@ -1,0 +1,271 @@
+"""The page: the parts put together, and what they say to each other."""
+
+from __future__ import annotations
+
+import base64
+import json
+import threading
+from collections.abc import Callable
+from typing import Any
+
+import panel as pn
+from bokeh.events import DocumentReady
+from bokeh.io import curdoc
+
+from scissordyn.errors import ScissordynError
+from scissordyn.explore.case import Case
+from scissordyn.explore.curves import Curves
+from scissordyn.explore.drag import Drag
+from scissordyn.explore.python_code import python_of
+from scissordyn.explore.scene import packed_scene
+from scissordyn.explore.session import Session
+from scissordyn.explore.table import ContactTable
+from scissordyn.explore.widgets import Canvas, Form, Toolbar
+from scissordyn.explore.worker import Outcome
+from scissordyn.plot.series import chosen_joints, clearance_joints
+
+__all__ = ["STYLE", "Page"]
+
+TOP, TABLE_ROOM, ORBIT_ROOM = 78, 200, 300
+"""Room for the bar, for the table of contacts and for the orbit [pixel]."""
+
+STYLE = """
+:root { --sd-back: #ffffff; --sd-ink: #222222; --sd-faint: #5f6670; --sd-fill: #e4e4e4; --sd-line: #b8bdc4; --sd-field: #f4f5f6;
+  --sd-blue: #0072B2; --sd-green: #009E73; --sd-contact: #C04F00; --sd-free: #56B4E9; --sd-part: #CC79A7; --sd-trail: #B87700 }
+:root[data-sd-theme=dark] { --sd-back: #1d2126; --sd-ink: #e8e8e8; --sd-faint: #a0a6ad; --sd-fill: #3a4048; --sd-line: #565e68;
+  --sd-field: #2a2f36; --sd-blue: #56B4E9; --sd-green: #33C79A; --sd-contact: #FF8A3D; --sd-free: #8ED0F5; --sd-part: #E2A3C7;
+  --sd-trail: #F0B83A; color-scheme: dark }
+body { background: var(--sd-back); margin: 0 10px }
+"""
+
+
+class Page:
+    """One open page with its session.
+
+    Parameters
+    ----------
+    case : Case
+    first : Outcome, optional
+        The run of the case, if it is known.
+    """
+
+    def __init__(self, case: Case, first: Outcome | None = None) -> None:
+        self.document = curdoc()
+        self.drag: Drag | None = None
+        self.dark = False
+        self.number = 0
+        self.selected = ""
+        self.toolbar = Toolbar(self._asked, sizing_mode="stretch_width")
+        self.form = Form(self._typed, width=330, styles=_tall(ORBIT_ROOM))
+        self.canvas = Canvas(self._dragged, sizing_mode="stretch_width", styles=_tall(TABLE_ROOM), min_width=420)
+        self.curves = Curves()
+        self.contacts = ContactTable()
+        self.canvas.param.watch(self._choose, "selected")
+        self._lock = threading.Lock()
+        self._pending: set[str] = set()
+        self._live = False
+        self.session = Session(case, self._updated, first)
+        known = {"fields", "status", *({"run"} if self.session.good else ())}
+        self._refresh(known)
+        self.document.js_on_event(DocumentReady, self.curves.start)
+        pn.state.onload(self._loaded)
+        self.document.on_session_destroyed(lambda context: self.session.close())
+
+    def layout(self) -> Any:
+        """The components of the page."""
+        middle = pn.Column(
+            self.canvas, pn.pane.Bokeh(self.contacts.table, sizing_mode="stretch_width"), sizing_mode="stretch_width"
+        )
+        plots = [pn.pane.Bokeh(made, sizing_mode="stretch_width") for made in self.curves.figures]
+        left = pn.Column(self.form, pn.pane.Bokeh(self.curves.orbit), width=340)
+        right = pn.Column(*plots, sizing_mode="stretch_width", min_width=400, styles={**_tall(0), "overflow-y": "auto"})
+        return pn.Column(self.toolbar, pn.Row(left, middle, right, sizing_mode="stretch_width"), sizing_mode="stretch_width")
+
+    # what comes from the session, also from its thread
+
+    def _updated(self, what: str) -> None:
+        """Note what has changed, and have it shown in the page's own turn; once, however much comes together."""
+        with self._lock:
+            first = not self._pending
+            self._pending.add(what)
+        if first and self._live:
+            self._later(self._flush)
+
+    def _flush(self) -> None:
+        with self._lock:
+            what, self._pending = self._pending, set()
+        if what:
+            self._refresh(what)
+
+    def _loaded(self) -> None:
+        """The page is open: from now on it is told of what changes."""
+        self._live = True
+        self._flush()
+
+    def _later(self, action: Callable[[], None]) -> None:
+        """Do something in the page's own turn."""
+        self.document.add_next_tick_callback(action)
+
+    def _refresh(self, what: set[str]) -> None:
+        self.document.hold("combine")
+        try:
+            if "fields" in what:
+                self._show_fields()
+            if "run" in what:
+                self._show_run()
+            if "pins" in what:
+                self._show_pins()
+            self._show_state()
+        finally:
+            self.document.unhold()
+
+    def _show_fields(self) -> None:
+        self.form.fields = json.dumps([field.plain() for field in self.session.case.fields])
+        self.form.typed = json.dumps(self.session.typed)
+        self.form.errors = json.dumps(self.session.errors)
+
+    def _show_run(self) -> None:
+        good = self.session.good
+        if good is None or good.run is None:
+            return
+        self.number = good.number
+        known = clearance_joints(good.run)
+        if self.selected not in known:
+            self.selected = _heaviest(good)
+        self._show_curves()
+        self.canvas.scene = packed_scene(good.run, good.case.mechanism, number=good.number)
+        self.canvas.draft = ""
+        self.contacts.show(good.run)
+
+    def _show_curves(self) -> None:
+        good = self.session.good
+        if good is not None and good.run is not None:
+            pins = [pin.run for pin in self.session.pins]
+            self.curves.show(good.run, pins, self.selected, good.case.mechanism.output_body, good.number)
+
+    def _show_pins(self) -> None:
+        pins = self.session.pins
+        self.canvas.ghost = packed_scene(pins[-1].run, pins[-1].case.mechanism) if pins else ""
+        self._show_curves()
+
+    def _show_state(self) -> None:
+        session = self.session
+        good = session.good
+        if session.computing:
+            said = "computing" if session.fraction else "preparing"
+        elif session.message:
+            said = session.message
+        elif good is not None and good.run is not None:
+            statistics = json.loads(good.run.attrs["statistics"])
+            pinned = f"; pinned: {'; '.join(pin.label for pin in session.pins)}" if session.pins else ""
+            said = f"{statistics['steps']} steps of {statistics['method']} in {1e3 * statistics['seconds']:.3g} ms{pinned}"
+        else:
+            said = ""
+        self.toolbar.state = json.dumps(
+            {
+                "name": session.opened.name,
+                "undo": session.can_undo,
+                "redo": session.can_redo,
+                "pins": len(session.pins),
+                "run": good is not None,
+                "file": session.case.text() is not None,
+                "horizon": session.case.options.trust,
+                "computing": session.computing,
+                "fraction": session.fraction or 0.0,
+                "text": said,
+                "bad": bool(session.message) and not session.computing,
+                "number": 0 if good is None else good.number,
+                "warnings": session.warnings,
+            }
+        )
+
+    # what comes from the browser
+
+    def _typed(self, message: dict[str, Any]) -> None:
+        self.session.change(str(message["key"]), str(message["text"]), final=bool(message.get("final", True)))
+
+    def _choose(self, event: Any) -> None:
+        good = self.session.good
+        if good is not None and good.run is not None and event.new in clearance_joints(good.run):
+            self.selected = str(event.new)
+            self._show_curves()
+
+    def _asked(self, message: dict[str, Any]) -> None:
+        kind = message.get("type")
+        simple = {
+            "undo": self.session.undo,
+            "redo": self.session.redo,
+            "pin": self.session.pin,
+            "unpin": self.session.unpin,
+            "stop": self.session.stop,
+        }
+        if kind in simple:
+            simple[str(kind)]()
+        elif kind == "horizon":
+            self.session.horizon(bool(message.get("wanted")))
+        elif kind == "theme":
+            self.dark = bool(message.get("dark"))
+            self.curves.theme(dark=self.dark)
+        elif kind == "python":
+            self._tell(lambda: {"type": "python", "text": python_of(self.session.case)})
+        elif kind in ("case", "run", "picture", "film"):
+            time = message.get("time", 0.0)
+            instant = float(time) if isinstance(time, int | float) else 0.0
+            # a film takes seconds: the page goes on meanwhile
+            threading.Thread(target=self._make, args=(str(kind), instant), daemon=True).start()
+
+    def _make(self, what: str, time: float) -> None:
+        def made() -> dict[str, Any]:
+            from scissordyn.explore.save import saved  # with matplotlib, which the page does not need
+
+            name, mime, content = saved(self.session, what, time)
+            return {"type": "file", "name": name, "mime": mime, "content": base64.b64encode(content).decode()}
+
+        try:
+            message = made()
+        except ScissordynError as error:
+            self._later(lambda said=str(error): self._say(said))  # type: ignore[misc]
+            return
+        self._later(lambda: self.toolbar._send_msg(message))
+
+    def _tell(self, made: Callable[[], dict[str, Any]]) -> None:
+        try:
+            self.toolbar._send_msg(made())
+        except ScissordynError as error:
+            self._say(str(error))
+
+    def _say(self, text: str) -> None:
+        self.session.message = text
+        self._show_state()
+
+    def _dragged(self, message: dict[str, Any]) -> None:
+        phase = message.get("phase")
+        try:
+            if phase == "start":
+                self.drag = Drag(self.session.case, str(message["kind"]), str(message["name"]))
+            elif self.drag is not None:
+                self.drag.to(float(message["dx"]), float(message["dy"]), steps=2 if phase == "move" else 4)
+                note = f"Drag: {self.drag.note}" if self.drag.note else "Drag"
+                self.canvas.draft = packed_scene(self.drag.run, self.drag.ideal, note=note)
+        except ScissordynError as error:
+            self._say(str(error))
+            if phase == "start":
+                self.drag = None
+        if phase == "end" and self.drag is not None:
+            texts, self.drag = self.drag.texts, None
+            if not (texts and self.session.change_all(texts)):
+                self.canvas.draft = ""
+
+
+def _tall(less: int) -> dict[str, str]:
+    """The height of the window, less the bar and some further room [pixel]."""
+    return {"height": f"calc(100vh - {TOP + less}px)"}
+
+
+def _heaviest(good: Outcome) -> str:
+    """The clearance joint with the largest force; "" without any."""
+    assert good.run is not None
+    if not clearance_joints(good.run):
+        return ""
+    few = chosen_joints(good.run, None)
+    return max(few, key=lambda name: float(good.run["normal_force"].sel(joint=name).max()))  # type: ignore[index]

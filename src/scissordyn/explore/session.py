@@ -1,0 +1,221 @@
+"""The state of one page: its case, what is wrong with its numbers, undo, the last good run, pinned runs."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import xarray as xr
+
+from scissordyn.errors import InputError, ScissordynError
+from scissordyn.explore.case import Case
+from scissordyn.explore.worker import Outcome, Worker
+
+__all__ = ["MOST_PINS", "Pinned", "Session"]
+
+MOST_PINS = 3
+"""Runs that can be compared at the same time."""
+
+MOST_UNDO = 200
+
+
+@dataclass(frozen=True)
+class Pinned:
+    """A run that is kept for comparison.
+
+    Parameters
+    ----------
+    label : str
+        What differs in it from the case as it was opened.
+    case : Case
+    run : Dataset
+    """
+
+    label: str
+    case: Case
+    run: xr.Dataset
+
+
+class Session:
+    """The state of one page; it knows nothing of browsers.
+
+    Parameters
+    ----------
+    case : Case
+    updated : callable
+        Called, also from a thread, with what has changed: "fields", "run", "progress", "status", "pins".
+    first : Outcome, optional
+        The run of the case as it was opened, if it is known already.
+    """
+
+    def __init__(self, case: Case, updated: Callable[[str], None], first: Outcome | None = None) -> None:
+        self.opened = self.case = case
+        self._updated = updated
+        self._undo: list[Case] = []
+        self._redo: list[Case] = []
+        self.errors: dict[str, str] = {}
+        self.typed: dict[str, str] = {}
+        self.pins: list[Pinned] = []
+        self.good: Outcome | None = None
+        self.message = ""
+        self.fraction: float | None = None
+        self._base: Case | None = None
+        self._worker = Worker(self._take, self._progress)
+        if first is None:
+            self.compute()
+        else:
+            self._take(first)
+
+    @property
+    def computing(self) -> bool:
+        """Whether a run is going on."""
+        return self.fraction is not None
+
+    @property
+    def can_undo(self) -> bool:
+        """Whether there is a change to take back."""
+        return bool(self._undo)
+
+    @property
+    def can_redo(self) -> bool:
+        """Whether a change was taken back."""
+        return bool(self._redo)
+
+    def change(self, key: str, text: str, *, final: bool = True) -> bool:
+        """Change one number and run again; what is wrong with it is kept in `errors`.
+
+        Parameters
+        ----------
+        key : str
+            Of the field.
+        text : str
+        final : bool
+            Whether the change is finished; steps of a slider on its way are one change for undo.
+
+        Returns
+        -------
+        bool
+            Whether it could be used.
+        """
+        return self.change_all({key: text}, final=final)
+
+    def change_all(self, texts: dict[str, str], *, final: bool = True) -> bool:
+        """Change several numbers at once, see `change`."""
+        try:
+            new = self.case.changed(texts)
+        except ScissordynError as error:
+            for key, text in texts.items():
+                self.errors[key], self.typed[key] = _said(error), text
+            self._updated("fields")
+            return False
+        for key in texts:
+            self.errors.pop(key, None)
+            self.typed.pop(key, None)
+        before = self.case
+        same = new.mechanism == before.mechanism and new.options == before.options
+        self.case = new
+        if self._base is None:
+            self._base = before
+        if final:
+            if self._base.mechanism != new.mechanism or self._base.options != new.options:
+                self._remember(self._base)
+            self._base = None
+        self._updated("fields")
+        if not same:
+            self.compute()
+        return True
+
+    def horizon(self, wanted: bool) -> None:
+        """Compute the predictability horizon with each run, or not."""
+        self._remember(self.case)
+        self.case = self.case.with_horizon(wanted)
+        self.compute()
+        self._updated("fields")
+
+    def undo(self) -> None:
+        """Take the last change back."""
+        self._go(self._undo, self._redo)
+
+    def redo(self) -> None:
+        """Make the change again that was taken back."""
+        self._go(self._redo, self._undo)
+
+    def _go(self, source: list[Case], other: list[Case]) -> None:
+        if source:
+            other.append(self.case)
+            self.case = source.pop()
+            self.errors.clear()
+            self.typed.clear()
+            self._updated("fields")
+            self.compute()
+
+    def _remember(self, case: Case) -> None:
+        self._undo = [*self._undo[1 - MOST_UNDO :], case]
+        self._redo.clear()
+
+    def compute(self) -> None:
+        """Run the present case; a run that is going on ends."""
+        self.fraction, self.message = 0.0, ""
+        self._updated("status")
+        self._worker.order(self.case)
+
+    def stop(self) -> None:
+        """Stop the run that is going on."""
+        self._worker.stop()
+
+    def close(self) -> None:
+        """End the page."""
+        self._worker.close()
+
+    def pin(self) -> None:
+        """Keep the present run for comparison; the oldest one goes if there are too many."""
+        if self.good is not None and self.good.run is not None:
+            pinned = Pinned(self.label(self.good.case), self.good.case, self.good.run)
+            self.pins = [*self.pins, pinned][-MOST_PINS:]
+            self._updated("pins")
+
+    def unpin(self) -> None:
+        """Forget the pinned runs."""
+        self.pins = []
+        self._updated("pins")
+
+    def label(self, case: Case) -> str:
+        """What differs between a case and the one that was opened, in short."""
+        opened = {field.key: field for field in self.opened.fields}
+        found = [
+            f"{field.name.replace('_', ' ')} {field.text}"
+            for field in case.fields
+            if field.key not in opened or opened[field.key].value != field.value
+        ]
+        return ", ".join(found[:3]) + (", ..." if len(found) > 3 else "") or "as opened"
+
+    @property
+    def warnings(self) -> list[str]:
+        """Warnings of the last good run."""
+        return [] if self.good is None or self.good.run is None else list(json.loads(self.good.run.attrs["warnings"]))
+
+    def _progress(self, number: int, fraction: float) -> None:
+        self.fraction = fraction
+        self._updated("progress")
+
+    def _take(self, outcome: Outcome) -> None:
+        self.fraction = None
+        run = outcome.run
+        if run is None:
+            self.message = outcome.error
+        else:
+            self.message = "" if run.attrs["status"] == "complete" else str(run.attrs["cause"])
+            if run.sizes["time"] >= 2:
+                self.good = outcome
+                self._updated("run")
+        self._updated("status")
+
+
+def _said(error: ScissordynError) -> str:
+    """An error beside the field that it is about: without the address, with what is allowed and what to type."""
+    if not isinstance(error, InputError):
+        return str(error)
+    what = getattr(error, "text", "") or error.what
+    parts = [what, f"allowed: {error.allowed}" if error.allowed else "", f"type: {error.type_this}" if error.type_this else ""]
+    return "; ".join(filter(None, parts))

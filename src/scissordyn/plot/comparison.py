@@ -1,0 +1,88 @@
+"""Two runs in one picture."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from matplotlib.axes import Axes
+
+from scissordyn.plot.scale import DEGREES, engineering
+from scissordyn.plot.series import clearance_joints, finish, time_scale
+from scissordyn.plot.style import BLUE, LINE, VERMILION, Canvas, legend, literal, panels
+
+__all__ = ["comparison", "shared_curves"]
+
+JOINTS = 3
+"""Most joints whose forces are compared, those with the largest forces."""
+
+SECOND: dict[str, Any] = {"color": VERMILION, "linewidth": LINE, "linestyle": (0, (5, 1.5)), "zorder": 3.0}
+"""The second run is dashed and on top, so that both are visible where they agree."""
+
+OF_A_RUN = (("slider_position", "displacement"), ("drive_torque", "driving torque"))
+
+
+def shared_curves(runs: Sequence[xr.Dataset]) -> Iterator[tuple[str, list[xr.DataArray]]]:
+    """Quantities over time that all runs have, with their curves: output, torque, forces, energy.
+
+    Parameters
+    ----------
+    runs : sequence of Dataset
+
+    Yields
+    ------
+    (str, list of DataArray)
+    """
+    for variable, name in OF_A_RUN:
+        if all(variable in run for run in runs):
+            yield name, [run[variable] for run in runs]
+    if not all("slider_position" in run for run in runs):
+        for body in _shared([run["body"].values.astype(str).tolist() for run in runs])[-1:]:
+            yield f"angle of {body}", [run["angle"].sel(body=body) for run in runs]
+    joints = _shared([clearance_joints(run) for run in runs])
+    peaks = [max(float(run["normal_force"].sel(joint=joint).max()) for run in runs) for joint in joints]
+    chosen = {joints[k] for k in np.argsort(-np.array(peaks), kind="stable")[:JOINTS]}
+    for joint in joints:
+        if joint in chosen:
+            yield f"force at {joint}", [run["normal_force"].sel(joint=joint) for run in runs]
+    for variable, name in (("kinetic_energy", "kinetic energy"), ("dissipated_energy", "dissipated")):
+        if all(variable in run and np.any(run[variable].values) for run in runs):
+            yield name, [run[variable] for run in runs]
+
+
+def _shared(names: Sequence[Sequence[str]]) -> list[str]:
+    return [name for name in names[0] if all(name in other for other in names[1:])]
+
+
+def comparison(
+    run: xr.Dataset, other: xr.Dataset, *, labels: tuple[str, str] = ("first run", "second run"), axes: Canvas = None
+) -> list[Axes]:
+    """Output, torque, contact forces and energies of two runs, each pair of curves in one panel.
+
+    Parameters
+    ----------
+    run, other : Dataset
+    labels : (str, str)
+        Names of the runs in the legend.
+    axes : Axes or iterable of Axes, optional
+        One for each of `shared_curves`. A new figure if not given.
+
+    Returns
+    -------
+    list of Axes
+    """
+    curves = list(shared_curves([run, other]))
+    drawn = panels(axes, len(curves), size=(8.5, 0.8 + 1.75 * len(curves)))
+    longer = max(run, other, key=lambda each: float(each["time"].values[-1]))
+    time = time_scale(longer)
+    for one, (name, pair) in zip(drawn, curves, strict=True):
+        unit = pair[0].attrs["units"]
+        scale = DEGREES if unit == "rad" else engineering(unit, *(curve.values for curve in pair))
+        for curve, label, look in zip(pair, labels, ({"color": BLUE, "linewidth": LINE}, SECOND), strict=True):
+            one.plot(time.factor * curve["time"].values, scale.factor * curve.values, label=literal(label), **look)
+        one.set_ylabel(scale.label(literal(name)).replace(" [", "\n["))
+    finish(drawn, longer, time)
+    legend(drawn, above=axes is None)
+    return drawn

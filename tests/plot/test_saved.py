@@ -1,0 +1,203 @@
+"""Pictures, films, comparisons and exports of saved runs, in Python and as commands."""
+
+from __future__ import annotations
+
+import csv
+import json
+import math
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+import xarray as xr
+from scipy.io import loadmat
+
+import scissordyn as sd
+from scissordyn.cli.compare import differences
+from scissordyn.cli.main import status_of
+from scissordyn.plot.comparison import comparison, shared_curves
+from scissordyn.plot.report import KINDS
+from scissordyn.plot.window import window
+from scissordyn.simulation.export import contact_table, time_table
+
+UNTIL = 0.01
+
+
+@pytest.fixture(scope="module")
+def stored(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Path]:
+    """Two saved runs of the paper's array, with a clearance of 0.5 and of 0.2 mm."""
+    folder = tmp_path_factory.mktemp("runs")
+    for name, clearance in (("a", 0.5e-3), ("b", 0.2e-3)):
+        arm = sd.scissor(units=2).with_clearance("A", sd.Clearance(clearance)).driven(speed=sd.rpm(150))
+        sd.save(sd.simulate(arm, until=UNTIL, samples=201), folder / f"{name}.nc")
+    return folder / "a.nc", folder / "b.nc"
+
+
+def columns(path: Path) -> pd.DataFrame:
+    """A CSV file, each number as Python reads it."""
+    with path.open(newline="") as file:
+        rows = list(csv.DictReader(file))
+    return pd.DataFrame({name: [row[name] for row in rows] for name in rows[0]})
+
+
+@pytest.fixture(scope="module")
+def saved(stored: tuple[Path, Path]) -> xr.Dataset:
+    """The first of them as it is read back."""
+    return sd.load(stored[0])
+
+
+def test_import_stays_light() -> None:
+    """Limit: neither xarray nor matplotlib is loaded by `import scissordyn`, nor matplotlib by reading a run."""
+    script = (
+        "import sys, scissordyn as sd; assert not {'xarray', 'matplotlib', 'pandas'} & set(sys.modules); sd.load; "
+        "assert 'matplotlib' not in sys.modules; import xarray; assert xarray.Dataset.scissordyn"
+    )
+    assert subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=False).stderr == ""
+
+
+def test_accessor_draws_what_the_functions_draw(saved: xr.Dataset) -> None:
+    """Identity: the method of the accessor and the function under `sd.plot` draw the same curve, that of the run."""
+    methods = saved.scissordyn.plot.force(joint="A")[0].lines
+    functions = sd.plot.force(saved, joints=["A"])[0].lines
+    for one, other in zip(methods, functions, strict=True):
+        assert np.array_equal(np.asarray(one.get_xydata()), np.asarray(other.get_xydata()))
+    drawn = np.asarray(methods[0].get_ydata())
+    force = saved["normal_force"].sel(joint="A").values
+    assert np.allclose(drawn / drawn.max(), force / force.max(), rtol=1e-12)
+
+
+def test_accessor_has_all_pictures(saved: xr.Dataset) -> None:
+    """Identity: each kind of picture is a method, and `sd.plot` has the function of the same name."""
+    for kind in KINDS:
+        assert getattr(saved.scissordyn.plot, kind)()
+        assert callable(getattr(sd.plot, kind))
+    assert saved.scissordyn.mechanism.joint("A").clearance.clearance == 0.5e-3
+
+
+def test_window_keeps_what_lasts_in_it(saved: xr.Dataset) -> None:
+    """Identity: samples are those between both instants, contacts those that last at one of them."""
+    part = window(saved, 2e-3, 6e-3)
+    assert part["time"].values[0] >= 2e-3
+    assert part["time"].values[-1] <= 6e-3
+    assert part.sizes["time"] == np.count_nonzero((saved["time"] >= 2e-3) & (saved["time"] <= 6e-3))
+    begins, lasts = saved["contact_start"].values, saved["contact_duration"].values
+    inside = [b <= 6e-3 and (math.isnan(d) or b + d >= 2e-3) for b, d in zip(begins, lasts, strict=True)]
+    assert part["contact_start"].values.tolist() == begins[inside].tolist()
+    with pytest.raises(sd.InputError, match="fewer than two samples"):
+        window(saved, 5.01e-3, 5.02e-3)
+
+
+def test_plot_never_computes(stored: tuple[Path, Path], tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Identity: all commands on saved runs work where a simulation would raise."""
+
+    def refuse(*given: object, **named: object) -> None:
+        raise AssertionError("a run was computed")
+
+    monkeypatch.setattr("scissordyn.simulation.trajectory.compute", refuse)
+    monkeypatch.setattr("scissordyn.simulation.run.compute", refuse)
+    a, b = map(str, stored)
+    assert status_of(["plot", a, "-o", str(tmp_path)]) == 0
+    assert sorted(path.name for path in tmp_path.iterdir()) == sorted(f"{kind}.png" for kind in KINDS)
+    assert status_of(["animate", a, str(tmp_path / "film.html")]) == 0
+    assert status_of(["compare", a, b, "-o", str(tmp_path), "--format", "svg"]) == 0
+    assert (tmp_path / "comparison.svg").read_text().startswith("<?xml")
+
+
+def test_plot_draws_what_is_asked_for(stored: tuple[Path, Path], tmp_path: Path) -> None:
+    """Identity: only the pictures that are named, of the joint that is named."""
+    command = ["plot", str(stored[0]), "-o", str(tmp_path), "--only", "force,orbit", "--joint", "A", "--format", "svg"]
+    assert status_of([*command, "--from", "2 ms", "--to", "8 ms"]) == 0
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["force.svg", "orbit.svg"]
+
+
+@pytest.mark.parametrize(
+    ("options", "said"),
+    [
+        (["--only", "forse"], "did you mean 'force'"),
+        (["--joint", "B"], "joint 'B'"),
+        (["--from", "10"], "missing unit"),
+        (["--from", "9 s"], "fewer than two samples"),
+        (["--format", "gif"], "picture format 'gif'"),
+    ],
+)
+def test_wrong_options_are_one_line(
+    stored: tuple[Path, Path], tmp_path: Path, capsys: pytest.CaptureFixture[str], options: list[str], said: str
+) -> None:
+    """Identity: status 2, one line that names the option's value, nothing written."""
+    assert status_of(["plot", str(stored[0]), "-o", str(tmp_path), *options]) == 2
+    error = capsys.readouterr().err
+    assert said in error
+    assert error.count("\n") == 1
+    assert not list(tmp_path.iterdir())
+
+
+def test_case_file_is_no_run(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """Identity: a case file in place of a run is refused with the command that makes a run of it."""
+    case = tmp_path / "case.toml"
+    case.write_text('[structure]\nkind = "scissor"\n')
+    assert status_of(["plot", str(case), "-o", str(tmp_path)]) == 2
+    assert f"scissordyn run {case} -o case.nc" in capsys.readouterr().err
+
+
+def test_exports_hold_the_run(saved: xr.Dataset, stored: tuple[Path, Path], tmp_path: Path) -> None:
+    """Identity: numbers in CSV, Parquet and MATLAB files are those of the run, bit for bit."""
+    pytest.importorskip("pyarrow", reason="Parquet needs pyarrow")
+    force = saved["normal_force"].sel(joint="A").values
+    for name in ("table.csv", "table.parquet", "run.mat"):
+        assert status_of(["export", str(stored[0]), str(tmp_path / name)]) == 0
+    for table in (
+        columns(tmp_path / "table.csv").astype(float),
+        pd.read_parquet(tmp_path / "table.parquet"),
+        time_table(saved),
+    ):
+        assert table["normal_force of A [N]"].to_numpy().tobytes() == force.tobytes()
+        assert table["position of slider, y [m]"].to_numpy().tolist() == saved["slider_position"].values.tolist()
+    run = loadmat(tmp_path / "run.mat", simplify_cells=True)["run"]
+    assert np.array_equal(run["normal_force"], saved["normal_force"].values, equal_nan=True)
+    assert run["units"]["normal_force"] == "N"
+    assert run["dims"]["normal_force"] == "time, joint"
+    assert run["joint"].tolist() == saved["joint"].values.tolist()
+    assert json.loads(run["attributes"]["configuration"]) == json.loads(saved.attrs["configuration"])
+
+
+def test_contacts_are_a_table(saved: xr.Dataset, stored: tuple[Path, Path], tmp_path: Path) -> None:
+    """Identity: one row for each contact."""
+    assert status_of(["export", str(stored[0]), str(tmp_path / "contacts.csv"), "--contacts"]) == 0
+    table = columns(tmp_path / "contacts.csv")
+    assert table["peak_force [N]"].astype(float).tolist() == saved["peak_force"].values.tolist()
+    assert len(contact_table(saved)) == saved.sizes["contact"]
+
+
+def test_export_replaces_only_its_own(stored: tuple[Path, Path], tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """Identity: an earlier table is replaced, another file of that name is kept."""
+    table = tmp_path / "table.csv"
+    for _ in range(2):
+        assert status_of(["export", str(stored[0]), str(table)]) == 0
+    table.write_text("names, marks\n")
+    assert status_of(["export", str(stored[0]), str(table)]) == 2
+    assert "exists and is no CSV file" in capsys.readouterr().err
+    assert table.read_text() == "names, marks\n"
+
+
+def test_comparison_says_what_differs(stored: tuple[Path, Path], capsys: pytest.CaptureFixture[str]) -> None:
+    """Identity: the one number in which both cases differ, and figures of both runs."""
+    assert status_of(["compare", *map(str, stored)]) == 0
+    said = capsys.readouterr().out
+    assert "mechanism.joints.A.clearance.clearance: 0.0005 | 0.0002" in said
+    assert "largest force at A" in said
+    assert status_of(["compare", str(stored[0]), str(stored[0])]) == 0
+    assert "Both runs are of the same case." in capsys.readouterr().out
+    assert list(differences({"a": [1, {"name": "x", "b": 2}]}, {"a": [1, {"name": "x", "b": 3}]})) == [("a.x.b", "2", "3")]
+
+
+def test_comparison_draws_both(stored: tuple[Path, Path]) -> None:
+    """Identity: each panel has the curves of both runs, in the same unit."""
+    one, other = map(sd.load, stored)
+    for axes, (_, pair) in zip(comparison(one, other), shared_curves([one, other]), strict=True):
+        drawn = [np.asarray(line.get_ydata()) for line in axes.lines]
+        factor = np.max(np.abs(drawn[0])) / np.max(np.abs(pair[0].values))
+        for line, values in zip(drawn, pair, strict=True):
+            assert np.allclose(line, factor * values.values, rtol=1e-9)

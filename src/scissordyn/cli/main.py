@@ -23,6 +23,8 @@ from scissordyn.cli.paper import paper
 from scissordyn.cli.preview import preview
 from scissordyn.cli.run import run as run_case
 from scissordyn.cli.status import BAD_INPUT, BUG, DONE, INTERRUPTED
+from scissordyn.cli.study import study
+from scissordyn.cli.sweep import sweep
 from scissordyn.errors import ScissordynError, printable
 
 __all__ = ["app", "run", "status_of"]
@@ -69,6 +71,8 @@ COMMANDS: dict[str, Callable[..., int]] = {
     "laws": laws,
     "controllers": controllers,
     "bifurcation": bifurcation,
+    "sweep": sweep,
+    "study": study,
     "paper": paper,
     "cache": cache,
 }

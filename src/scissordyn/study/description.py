@@ -25,6 +25,7 @@ from scissordyn.simulation.options import Options
 from scissordyn.simulation.provenance import provenance
 from scissordyn.study.design import Design, design_size, design_values
 from scissordyn.study.distribution import Variation, from_plain, to_plain
+from scissordyn.study.goal import Optimisation
 from scissordyn.study.requirement import Requirement
 
 __all__ = ["Cases", "Factor", "OwnMeasure", "Sampling", "Study"]
@@ -168,8 +169,8 @@ class Study:
     perturbation : float
         Of the starts.
     requirements : tuple of Requirement
-    replay : str
-        Command that simulates the mechanism itself, to which changes of its numbers are added.
+    optimisation : Optimisation or None
+        Proposes the points of an adaptive design.
     """
 
     mechanism: Mechanism
@@ -183,7 +184,7 @@ class Study:
     members: int = 1
     perturbation: float = 1e-14
     requirements: tuple[Requirement, ...] = ()
-    replay: str = ""
+    optimisation: Optimisation | None = None
 
     def __post_init__(self) -> None:
         if not self.factors and not self.uncertain:
@@ -293,7 +294,7 @@ class Study:
             "members": self.members,
             "perturbation": self.perturbation,
             "requirements": [vars(requirement).copy() for requirement in self.requirements],
-            "replay": self.replay,
+            "optimisation": None if self.optimisation is None else self.optimisation.to_plain(),
         }
 
     @classmethod
@@ -339,7 +340,7 @@ class Study:
             plain["members"],
             plain["perturbation"],
             tuple(Requirement(**each) for each in plain["requirements"]),
-            plain["replay"],
+            None if plain["optimisation"] is None else Optimisation.from_plain(plain["optimisation"]),
         )
 
     def fingerprint(self) -> dict[str, str]:
@@ -347,11 +348,15 @@ class Study:
         plain = self.to_plain()
         if self.design.extendable:
             plain["design"] = {**plain["design"], "points": 0}
+        search = plain["optimisation"]
+        if search is not None:  # these decide which points there are
+            search["requirements"] = plain["requirements"]
         parts = {
             "mechanism": plain["mechanism"],
             "options": plain["options"],
             "design": [plain[key] for key in ("factors", "design", "uncertain", "sampling", "members", "perturbation")],
             "measures": [plain["measures"], plain["own_measures"]],
+            "optimisation": None if search is None else {**search, "generations": 0},
             "program": provenance(NUMERICS),
         }
         return {

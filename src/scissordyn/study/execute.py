@@ -21,6 +21,9 @@ __all__ = ["Progress", "execute", "extend", "prepare"]
 BLOCK_SECONDS = 3.0
 """Work of a block [s]: much more than a task costs, and little to lose."""
 
+SHARES = 4
+"""At least as many blocks for each worker, so that none waits long for the last."""
+
 LARGEST_BLOCK = 100_000
 """Cases; what a worker holds in memory."""
 
@@ -61,7 +64,9 @@ class Progress:
         return (self.cases - self.complete - self.failed) / self.rate if self.rate > 0.0 else float("inf")
 
 
-def prepare(study: Study, store: Store, *, block: int | None = None, points: np.ndarray | None = None) -> None:
+def prepare(
+    study: Study, store: Store, *, block: int | None = None, workers: int = 1, points: np.ndarray | None = None
+) -> None:
     """Make the store of a study, or check that it is this study's.
 
     Parameters
@@ -70,6 +75,8 @@ def prepare(study: Study, store: Store, *, block: int | None = None, points: np.
     store : Store
     block : int, optional
         Cases of a block; chosen from the time of some cases if not given.
+    workers : int
+        Of the engine, all of which are to have blocks.
     points : ndarray, optional
         First points of an adaptive design.
     """
@@ -81,7 +88,7 @@ def prepare(study: Study, store: Store, *, block: int | None = None, points: np.
     if any(own.of == "dataset" for own in study.own_measures) and study.members > 1:
         raise InputError("a measure of the dataset with several members", "a measure of 'accumulators', or members = 1")
     first = pilot(study, np.array([0]), points)
-    store.create(study, first, block or _block_size(study, points))
+    store.create(study, first, block or min(_block_size(study, points), -(-study.cases // (SHARES * workers))))
 
 
 def _block_size(study: Study, points: np.ndarray | None) -> int:
@@ -143,7 +150,7 @@ def execute(
     engine = Threads() if engine is None else engine
     store = Store(address)
     with store.alone():
-        prepare(study, store, block=block, points=points)
+        prepare(study, store, block=block, workers=engine.workers, points=points)
         if study.cases != store.cases:
             raise InputError(
                 f"'{store.address}' has {store.cases} cases and the study {study.cases}",

@@ -16,6 +16,7 @@ import xarray as xr
 from scissordyn.errors import InputError, ScissordynError
 from scissordyn.lock import hold
 from scissordyn.study.description import OwnMeasure, Study
+from scissordyn.study.design import Design
 
 if TYPE_CHECKING:
     import zarr
@@ -188,6 +189,10 @@ class Store:
         """
         plain = json.loads(str(self.group.attrs["study"]))
         return Study.from_plain(plain, allow_code=allow_code, own_measures=own_measures)
+
+    def design(self) -> Design:
+        """The design, with the number of points that it has by now."""
+        return Design(**json.loads(str(self.group.attrs["study"]))["design"])
 
     def check(self, study: Study) -> None:
         """Raise `InputError` if the store is of another study, or of the same with another version of the program."""

@@ -191,7 +191,7 @@ def study_of(text: StudyText) -> Study:
         For an address, a unit, a range or a requirement that does not fit.
     """
     case = read_case(text.case, list(text.changes))
-    names = [name for name in text.measures if "=" not in name]
+    names = [_response(name, ())[1] for name in text.measures if "=" not in name]
     own = tuple(_own_measure(each) for each in text.measures if "=" in each)
     goals = tuple(read_goal(goal, own) for goal in text.goals)
     requirements = tuple(read_requirement(each, own) for each in text.require)

@@ -118,8 +118,8 @@ def _worst(study: Study, results: xr.Dataset, address: str) -> None:
     from scissordyn.study.answer import worst_cases
 
     for one in worst_cases(study, results, 3):
-        place = "beyond" if one.margin < 0.0 else "from"
-        print(f"{'Worst' if one.margin < 0.0 else 'Nearest'} for {one.requirement}: {one.value:.4g} ({abs(one.margin):.1%} {place} the bound)")
+        what, place = ("Worst", "beyond") if one.margin < 0.0 else ("Nearest", "from")
+        print(f"{what} for {one.requirement}: {one.value:.4g} ({abs(one.margin):.1%} {place} the bound)")
         print(f"  scissordyn study replay {address} {one.case}")
 
 

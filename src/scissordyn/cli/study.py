@@ -164,6 +164,7 @@ def compute(
     int
         Exit status.
     """
+    from scissordyn.study.engine import EngineError
     from scissordyn.study.execute import execute, extend
     from scissordyn.study.optimise import optimise
     from scissordyn.study.store import Store, StoreError
@@ -185,7 +186,7 @@ def compute(
     except KeyboardInterrupt:
         print(f"scissordyn: interrupted; {kept}", file=sys.stderr)
         return INTERRUPTED
-    except StoreError as error:
+    except (EngineError, StoreError) as error:
         print(f"scissordyn: {printable(str(error))}; 'scissordyn study resume {address}' goes on", file=sys.stderr)
         return UNFINISHED
     return _answers(replace(described, design=store.design()), store)

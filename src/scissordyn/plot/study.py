@@ -18,8 +18,8 @@ __all__ = ["feasibility_map", "pareto_front", "response_curves", "sensitivity_ba
 BINS = 12
 """Parts of a factor's range for each of which a curve has a median."""
 
-MOST_LEVELS = 40
-"""A factor with at most so many values has a point of the curve for each."""
+MOST_LEVELS, EACH = 120, 3
+"""A factor with at most so many values, and as many points for each on average, has a point of the curve for each."""
 
 DOTS: dict[str, Any] = {"linestyle": "", "marker": ".", "markeredgewidth": 0.0}
 
@@ -83,7 +83,7 @@ def feasibility_map(
     finite = c[np.isfinite(c)]
     spread = finite.size and finite.min() > 0.0 and finite.max() / finite.min() > DECADES
     norm: Normalize = Normalize(0.0, 1.0) if colour == "met" else (LogNorm() if spread else Normalize())
-    look: dict[str, Any] = {"cmap": "RdYlGn" if colour == "met" else "viridis", "norm": norm, "rasterized": True}
+    look: dict[str, Any] = {"cmap": "RdYlBu" if colour == "met" else "viridis", "norm": norm, "rasterized": True}
     ua, ub = np.unique(a), np.unique(b)
     on_grid = points.sizes["point"] % (ua.size * ub.size) == 0 and ua.size > 1 and ub.size > 1
     if on_grid:
@@ -187,7 +187,7 @@ def _binned(x: np.ndarray, values: np.ndarray) -> tuple[np.ndarray, np.ndarray, 
     known = np.isfinite(values)
     x, values = x[known], values[known]
     levels = np.unique(x)
-    if levels.size <= MOST_LEVELS:
+    if levels.size <= MOST_LEVELS and x.size >= EACH * levels.size:
         parts, at = [values[x == level] for level in levels], levels
     else:
         edges = np.quantile(x, np.linspace(0.0, 1.0, BINS + 1))
@@ -263,7 +263,7 @@ def pareto_front(tried: xr.Dataset, goals: tuple[str, str], *, axes: Canvas = No
     one.plot(
         x[front][order], y[front][order], color=VERMILION, marker="o", markersize=3.5, linewidth=LINE, label="Pareto front"
     )
-    one.set_xlabel(scales[0].label(literal(goals[0])))
-    one.set_ylabel(scales[1].label(literal(goals[1])))
+    one.set_xlabel(scales[0].label(literal(goals[0].partition(" ")[2])))
+    one.set_ylabel(scales[1].label(literal(goals[1].partition(" ")[2])))
     legend([one], above=True)
     return [one]

@@ -11,13 +11,13 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Generic, Protocol, TypeVar
 
-from scissordyn.errors import InputError
+from scissordyn.errors import InputError, ScissordynError
 from scissordyn.study.worker import signals_blocked
 
 if TYPE_CHECKING:
     from distributed import Client
 
-__all__ = ["Cluster", "Engine", "Outcome", "Threads", "processors"]
+__all__ = ["Cluster", "Engine", "EngineError", "Outcome", "Threads", "processors"]
 
 Task = TypeVar("Task")
 Value = TypeVar("Value")
@@ -28,8 +28,12 @@ AHEAD = 2
 ATTEMPTS = 3
 """A task whose worker died this often is given up."""
 
-PATIENCE = "10 s"
-"""How long a scheduler may take to answer."""
+PATIENCE = 10.0
+"""How long a scheduler may take to answer [s]."""
+
+
+class EngineError(ScissordynError):
+    """Workers that could be reached before and cannot now."""
 
 
 def processors() -> int:
@@ -187,7 +191,7 @@ class Cluster:
         distributed = _distributed()
         try:
             with signals_blocked():
-                client = distributed.Client(scheduler, timeout=PATIENCE)
+                client = _answering(lambda: distributed.Client(scheduler, timeout=PATIENCE))
         except (OSError, TimeoutError, ValueError, TypeError) as error:
             reason = " ".join(str(error).split())[:200] or type(error).__name__
             raise InputError(
@@ -214,7 +218,7 @@ class Cluster:
         options = _cluster_options(file)
         import dask_jobqueue
 
-        kinds = {name.removesuffix("Cluster").lower(): name for name in dask_jobqueue.__all__ if name.endswith("Cluster")}
+        kinds = {name.removesuffix("Cluster").lower(): name for name in dir(dask_jobqueue) if name.endswith("Cluster")}
         kind, jobs = str(options.pop("kind", "")).lower(), options.pop("jobs", 1)
         if kind not in kinds or not isinstance(jobs, int) or jobs < 1:
             raise InputError(
@@ -262,14 +266,41 @@ class Cluster:
                     count += 1
                 if not handed:
                     return
+                if self.client.status not in ("running", "connecting"):
+                    raise EngineError("the connection to the scheduler was lost; what is complete is kept")
                 future = next(running)
                 yield _remote_outcome(future, handed.pop(future.key))
+        except EngineError:
+            raise
         except BaseException:
             self.client.cancel(list(handed), force=True)
             raise
 
 
+def _answering(connect: Callable[[], Client]) -> Client:
+    """A connection; the library itself waits for ever for a server that accepts it and then is silent."""
+    found: list[Client] = []
+    failed: list[Exception] = []
+
+    def attempt() -> None:
+        try:
+            found.append(connect())
+        except Exception as error:
+            failed.append(error)
+
+    trying = threading.Thread(target=attempt, name="connect", daemon=True)
+    trying.start()
+    trying.join(PATIENCE + 1.0)
+    if failed:
+        raise failed[0]
+    if not found:
+        raise TimeoutError(f"no answer within {PATIENCE:g} s")
+    return found[0]
+
+
 def _remote_outcome(future: Any, task: Task) -> Outcome[Task, Any]:
+    if future.status in ("cancelled", "lost"):
+        raise EngineError("the connection to the scheduler was lost; what is complete is kept")
     error = future.exception()
     return Outcome(task, None, error) if error is not None else Outcome(task, future.result())
 

@@ -29,6 +29,8 @@ from scissordyn.cli.plot import plot
 from scissordyn.cli.preview import preview
 from scissordyn.cli.run import run as run_case
 from scissordyn.cli.status import BAD_INPUT, BUG, DONE, INTERRUPTED
+from scissordyn.cli.study import study
+from scissordyn.cli.sweep import sweep
 from scissordyn.errors import ScissordynError, printable
 
 __all__ = ["app", "run", "status_of"]
@@ -95,6 +97,8 @@ COMMANDS: dict[str, Callable[..., int]] = {
     "laws": laws,
     "controllers": controllers,
     "bifurcation": bifurcation,
+    "sweep": sweep,
+    "study": study,
     "paper": paper,
     "cache": cache,
 }

@@ -8,6 +8,7 @@ import threading
 import time as clocks
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor, wait
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -26,7 +27,7 @@ from scissordyn.model.mechanism import Mechanism
 from scissordyn.simulation.configuration import write_configuration
 from scissordyn.simulation.driver import Driver, make_system, put_parameters
 from scissordyn.simulation.ideal_path import IdealPath, ideal_path
-from scissordyn.simulation.measure import MEASURES, Ended
+from scissordyn.simulation.measure import MEASURES, Ended, Measure
 from scissordyn.simulation.method import choose_method
 from scissordyn.simulation.options import EventKind, Options, StartKind
 from scissordyn.simulation.start import prepare_start
@@ -41,13 +42,19 @@ WAIT = 0.2
 
 TITLE = "scissordyn batch"
 
+LARGEST_PERTURBATION = 1e-6
+"""What is larger is another start, not round-off."""
+
 
 def simulate_many(
     mechanism: Mechanism,
     over: Mapping[str, ArrayLike],
     *,
     until: float,
-    measures: Sequence[str] = ("peak_force", "peak_drive_torque", "contact_count", "contact_fraction"),
+    measures: Sequence[str] | Mapping[str, Measure] = ("peak_force", "peak_drive_torque", "contact_count", "contact_fraction"),
+    members: ArrayLike = 0,
+    perturbation: float = 1e-14,
+    seed: int = 0,
     start: StartKind = Options.start,
     rtol: float = Options.rtol,
     atol: float = Options.atol,
@@ -69,8 +76,14 @@ def simulate_many(
         For a grid, ``numpy.meshgrid`` and ``ravel``.
     until : float
         End of the simulated time [s].
-    measures : sequence of str
-        Names from `simulation.measure.MEASURES`.
+    measures : sequence of str, or mapping of str to Measure
+        Names from `simulation.measure.MEASURES`, or measures of your own by name.
+    members : array_like of int
+        One number for all cases or one for each: with 0 a case starts as `simulate` does; member k starts with every entry y of
+        its state perturbed to y (1 + p g), g normal random numbers that depend on k and `seed` only.
+    perturbation : float
+        p, from 0 to 1e-6.
+    seed : int
     start, rtol, atol, method, most_steps, events
         As for `simulate`.
     threads : int, optional
@@ -91,15 +104,14 @@ def simulate_many(
     """
     options = Options(until, start, Options.samples, rtol, atol, method, most_steps, events)
     values = _columns(mechanism, over)
-    for name in measures:
-        if name not in MEASURES:
-            raise InputError(f"measure '{name}'{did_you_mean(name, MEASURES)}", ", ".join(MEASURES))
+    chosen = _chosen(measures)
     if threads is not None and (isinstance(threads, bool) or not isinstance(threads, int) or threads < 1):
         raise InputError(f"threads = {threads!r}", "a whole number >= 1")
     cases = len(next(iter(values.values())))
-    results = _Results(mechanism, measures, cases)
+    perturbed = _Perturbed(_member_of_each(members, cases), perturbation, seed)
+    results = _Results(mechanism, chosen, cases)
     began = clocks.perf_counter()
-    interrupted = _run_all(mechanism, values, options, results, min(threads or os.cpu_count() or 1, cases), progress)
+    interrupted = _run_all(mechanism, values, perturbed, options, results, min(threads or os.cpu_count() or 1, cases), progress)
     return _dataset(mechanism, values, options, results, clocks.perf_counter() - began, interrupted=interrupted)
 
 
@@ -120,19 +132,60 @@ def _columns(mechanism: Mechanism, over: Mapping[str, ArrayLike]) -> dict[str, n
     return {address: np.broadcast_to(column, cases) for address, column in found.items()}
 
 
+def _chosen(measures: Sequence[str] | Mapping[str, Measure]) -> dict[str, Measure]:
+    """Measures by name."""
+    if isinstance(measures, Mapping):
+        return dict(measures)
+    for name in measures:
+        if name not in MEASURES:
+            raise InputError(f"measure '{name}'{did_you_mean(name, MEASURES)}", ", ".join(MEASURES))
+    return {name: MEASURES[name] for name in measures}
+
+
+def _member_of_each(members: ArrayLike, cases: int) -> np.ndarray:
+    found = np.asarray(members)
+    if found.dtype.kind not in "iu" or found.ndim > 1 or found.size not in (1, cases) or np.any(found < 0):
+        raise InputError(f"members of shape {found.shape} for {cases} cases", "a whole number >= 0, or one for each case")
+    return np.broadcast_to(found.ravel(), cases)
+
+
+@dataclass(frozen=True)
+class _Perturbed:
+    """Perturbations of the starts on the scale of round-off."""
+
+    members: np.ndarray
+    perturbation: float
+    seed: int
+
+    def __post_init__(self) -> None:
+        if not 0.0 <= self.perturbation <= LARGEST_PERTURBATION:
+            raise InputError(f"perturbation = {self.perturbation!r}", f"a number from 0 to {LARGEST_PERTURBATION:g}")
+
+    def start(self, case: int, y: np.ndarray) -> np.ndarray:
+        """The state of a case at its start; the driver projects it onto the constraints."""
+        member = int(self.members[case])
+        if not member:
+            return y
+        numbers = np.random.Generator(np.random.Philox(key=[self.seed, member]))
+        return np.asarray(y * (1.0 + self.perturbation * numbers.standard_normal(y.size)))
+
+
 class _Results:
     """Measures, status and cause of all cases; each case is written by one thread, to its own place."""
 
-    def __init__(self, mechanism: Mechanism, names: Sequence[str], cases: int) -> None:
+    def __init__(self, mechanism: Mechanism, measures: Mapping[str, Measure], cases: int) -> None:
         self.sizes = {
             "joint": [contact.name for contact in mechanism.contacts],
             "drive": [drive.body for drive in mechanism.drives],
             "component": [component.name for component in mechanism.components],
             "track": [track.name for track in mechanism.tracks],
         }
-        self.names = tuple(names)
-        self.values = {name: np.full((cases, *(len(self.sizes[dim]) for dim in MEASURES[name].dims)), np.nan) for name in names}
-        self.compares = any(MEASURES[name].compares for name in names) and bool(mechanism.tracks)
+        self.measures = measures
+        self.values = {
+            name: np.full((cases, *(len(self.sizes[dim]) for dim in measure.dims)), np.nan)
+            for name, measure in measures.items()
+        }
+        self.compares = any(measure.compares for measure in measures.values()) and bool(mechanism.tracks)
         self.status = np.full(cases, "pending", dtype="U8")
         self.cause = np.full(cases, "", dtype=object)
         self.seconds = np.full(cases, np.nan)
@@ -143,8 +196,8 @@ class _Results:
 
     def take(self, case: int, ended: Ended, seconds: float) -> None:
         """Write the measures of a case that is complete."""
-        for name in self.names:
-            self.values[name][case] = MEASURES[name].value(ended)
+        for name, measure in self.measures.items():
+            self.values[name][case] = measure.value(ended)
         self.seconds[case] = seconds
         self.status[case] = "complete"
 
@@ -152,6 +205,7 @@ class _Results:
 def _run_all(
     mechanism: Mechanism,
     values: dict[str, np.ndarray],
+    perturbed: _Perturbed,
     options: Options,
     results: _Results,
     threads: int,
@@ -162,7 +216,7 @@ def _run_all(
     cases, waiting, stop = results.status.size, itertools.count(), threading.Event()
 
     def work() -> None:
-        worker = _Worker(base, options, stop, places)
+        worker = _Worker(base, options, perturbed, stop, places)
         for case in iter(lambda: next(waiting), None):
             if case >= cases or stop.is_set():
                 return
@@ -194,6 +248,7 @@ class _Worker:
     base : ReducedModel
         Of the mechanism whose numbers are varied.
     options : Options
+    perturbed : _Perturbed
     stop : Event
         Set when the user stops the batch.
     places : mapping of str to sequence of Place
@@ -201,9 +256,15 @@ class _Worker:
     """
 
     def __init__(
-        self, base: ReducedModel, options: Options, stop: threading.Event, places: Mapping[str, Sequence[Place]]
+        self,
+        base: ReducedModel,
+        options: Options,
+        perturbed: _Perturbed,
+        stop: threading.Event,
+        places: Mapping[str, Sequence[Place]],
     ) -> None:
         self.mechanism, self.options, self.stop = base.mechanism, options, stop
+        self.perturbed = perturbed
         self.base, self.places = base, places
         self.model = build_model(base)
         self.system = make_system(base, self.model)
@@ -214,18 +275,18 @@ class _Worker:
         """Simulate one case and write its results."""
         try:
             mechanism = changed_all(self.mechanism, changes, self.places)
-            driver = self._started(mechanism)
+            driver = self._started(mechanism, case)
             began = clocks.perf_counter()
             if results.compares:
                 self._compare(driver, mechanism)
             status = driver.advance(self.options.until, most_steps=self.options.most_steps, progress=self._look)
+            if status == loop.FINISHED:
+                results.take(case, Ended(driver), clocks.perf_counter() - began)
+                return
         except KeyboardInterrupt:
             return
         except ScissordynError as error:
             results.failed(case, str(error))
-            return
-        if status == loop.FINISHED:
-            results.take(case, Ended(driver), clocks.perf_counter() - began)
             return
         steps = f"{self.options.most_steps} steps are not enough"
         cause = steps if status == loop.ADVANCING else broken_off(status, driver)
@@ -245,7 +306,7 @@ class _Worker:
         if self.stop.is_set():
             raise KeyboardInterrupt
 
-    def _started(self, mechanism: Mechanism) -> Driver:
+    def _started(self, mechanism: Mechanism, case: int) -> Driver:
         """A driver at the start of a case, in the arrays of the case before if they fit."""
         check_tables(mechanism, self.options.until)
         shared = _same_model(self.base.mechanism, mechanism)
@@ -254,16 +315,17 @@ class _Worker:
             self.base, self.model = reduced, build_model(reduced)
             self.system, self.driver = make_system(reduced, self.model), None
         prepared = prepare_start(reduced, self.system, self.options.start)
-        tolerances = error_weights(reduced, self.system, prepared.y, rtol=self.options.rtol, atol=self.options.atol)
-        choice = choose_method(reduced, self.system, prepared.y, self.options, tolerances)
+        y = self.perturbed.start(case, prepared.y)
+        tolerances = error_weights(reduced, self.system, y, rtol=self.options.rtol, atol=self.options.atol)
+        choice = choose_method(reduced, self.system, y, self.options, tolerances)
         driver, across = self.driver, crosses(mechanism, self.options)
         if driver is not None and driver.method == choice.method:
-            driver.restart(reduced, prepared.y, tolerances, crosses=across, initial_events=prepared.initial_events)
+            driver.restart(reduced, y, tolerances, crosses=across, initial_events=prepared.initial_events)
             return driver
         made = Driver(
             reduced,
             self.system,
-            prepared.y,
+            y,
             method=choice.method,
             tolerances=tolerances,
             crosses=across,
@@ -311,8 +373,8 @@ def _dataset(
     interrupted: bool,
 ) -> xr.Dataset:
     variables: dict[str, Any] = {
-        name: (("case", *MEASURES[name].dims), column, {"units": MEASURES[name].units, "long_name": MEASURES[name].long_name})
-        for name, column in results.values.items()
+        name: (("case", *measure.dims), results.values[name], {"units": measure.units, "long_name": measure.long_name})
+        for name, measure in results.measures.items()
     }
     variables["status"] = ("case", results.status.astype(str), {"long_name": "complete, failed or pending"})
     variables["cause"] = ("case", results.cause.astype(str), {"long_name": "why a case failed"})
@@ -321,7 +383,7 @@ def _dataset(
         quantity = number(mechanism, address).quantity
         assert quantity is not None
         coordinates[address] = ("case", column, {"units": quantity.unit, "long_name": quantity.help or address})
-    used = {dim for name in results.names for dim in MEASURES[name].dims}
+    used = {dim for measure in results.measures.values() for dim in measure.dims}
     coordinates |= {dim: results.sizes[dim] for dim in sorted(used)}
     attributes = {
         "title": TITLE,

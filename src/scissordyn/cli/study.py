@@ -1,0 +1,302 @@
+"""``scissordyn study``: do a study file, go on with a study, and show what is known."""
+
+from __future__ import annotations
+
+import sys
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from scissordyn.cli.interrupt import tell_where
+from scissordyn.cli.status import DONE, INTERRUPTED, UNFINISHED
+from scissordyn.errors import InputError, did_you_mean, printable
+
+if TYPE_CHECKING:
+    from scissordyn.study.description import Study
+    from scissordyn.study.engine import Engine
+    from scissordyn.study.execute import Progress
+    from scissordyn.study.store import Store
+
+__all__ = ["Where", "compute", "study"]
+
+ACTIONS = ("status", "resume", "retry", "extend", "report", "export", "replay")
+
+EVENTS = 20
+"""Contacts of a replayed case that are shown."""
+
+EVERY = 30.0
+"""Seconds between two lines of progress where there is no terminal."""
+
+
+@dataclass(frozen=True)
+class Where:
+    """Where the blocks of a study are done.
+
+    Parameters
+    ----------
+    threads, workers : int or None
+    scheduler : str or None
+    cluster : Path or None
+    """
+
+    threads: int | None = None
+    workers: int | None = None
+    scheduler: str | None = None
+    cluster: Path | None = None
+
+    @contextmanager
+    def engine(self) -> Iterator[Engine]:
+        """The engine; one choice at most."""
+        from scissordyn.study.engine import Cluster, Threads
+
+        chosen = [name for name in ("threads", "workers", "scheduler", "cluster") if getattr(self, name) is not None]
+        if len(chosen) > 1:
+            raise InputError(f"--{' and --'.join(chosen)}", "one of them")
+        if self.workers is not None:
+            with Cluster.local(self.workers) as engine:
+                yield engine
+        elif self.scheduler is not None:
+            with Cluster.joined(self.scheduler) as engine:
+                yield engine
+        elif self.cluster is not None:
+            with Cluster.queued(self.cluster) as engine:
+                yield engine
+        else:
+            yield Threads(self.threads)
+
+
+def study(
+    what: Annotated[str, typer.Argument(help=f"A study file, or one of: {', '.join(ACTIONS)}.")],
+    store: Annotated[str | None, typer.Argument(help="The store, after one of these words.")] = None,
+    case: Annotated[int | None, typer.Argument(help="The case to replay.")] = None,
+    output: Annotated[
+        str | None, typer.Option("-o", "--output", help="The store of a study file; the file of a report, export or replay.")
+    ] = None,
+    points: Annotated[int | None, typer.Option(help="Points from now on, for extend.", min=1)] = None,
+    threads: Annotated[int | None, typer.Option(help="Threads of this process; one per processor if not given.", min=1)] = None,
+    workers: Annotated[int | None, typer.Option(help="Processes on this machine instead.", min=1)] = None,
+    scheduler: Annotated[str | None, typer.Option(metavar="ADDRESS", help="Workers of a dask scheduler instead.")] = None,
+    cluster: Annotated[Path | None, typer.Option(metavar="FILE", help="Workers that a queueing system starts instead.")] = None,
+    block: Annotated[int | None, typer.Option(help="Cases of a block of a new store.", min=1)] = None,
+    allow_code: Annotated[
+        list[Path] | None, typer.Option(metavar="FILE", help="A Python file of yours that the study uses. Repeatable.")
+    ] = None,
+) -> int:
+    """Do a study file; or show, go on with, extend, report or export a study."""
+    where = Where(threads, workers, scheduler, cluster)
+    if what not in ACTIONS:
+        return _from_file(what, store, output, where, block)
+    if store is None:
+        raise InputError(f"'study {what}' without a store", "the store of a study", f"scissordyn study {what} study.zarr")
+    from scissordyn.study.store import Store
+
+    opened = Store(store)
+    if not opened.exists():
+        raise InputError(f"no study at '{store}'", "the store of a study")
+    described = opened.study(allow_code=allow_code or [])
+    match what:
+        case "status":
+            return _status(described, opened)
+        case "resume" | "retry":
+            return compute(described, store, where, retry=what == "retry")
+        case "extend":
+            if points is None:
+                raise InputError("'study extend' without --points", "the number of points from now on", "--points 2048")
+            return compute(described, store, where, points=points)
+        case "report":
+            return _report(described, opened, output)
+        case "export":
+            from scissordyn.study.export import export
+
+            print(f"Saved to {export(opened.results(), Path(output or 'study.csv'))}")
+            return DONE
+        case _:
+            return _replay(described, opened, case, output)
+
+
+def _from_file(what: str, store: str | None, output: str | None, where: Where, block: int | None) -> int:
+    path = Path(what)
+    if not path.exists():
+        raise InputError(
+            f"no study file '{what}'{did_you_mean(what, ACTIONS)}",
+            f"a study file in TOML, or {', '.join(ACTIONS)}",
+            "study.toml",
+        )
+    if store is not None:
+        raise InputError(f"'{store}' after a study file", "-o and the store", f"-o {store}")
+    if output is None:
+        raise InputError("a study without a store", "-o and a folder", "-o study.zarr")
+    from scissordyn.config.study import read_study, study_of
+
+    return compute(study_of(read_study(path)), output, where, block=block)
+
+
+def compute(
+    described: Study,
+    address: str,
+    where: Where,
+    *,
+    block: int | None = None,
+    retry: bool = False,
+    points: int | None = None,
+) -> int:
+    """Do what is missing of a study, and show its answers.
+
+    Parameters
+    ----------
+    described : Study
+    address : str
+        Of the store.
+    where : Where
+    block : int, optional
+    retry : bool
+        Do cases that failed again.
+    points : int, optional
+        Points from now on.
+
+    Returns
+    -------
+    int
+        Exit status.
+    """
+    from scissordyn.study.engine import EngineError
+    from scissordyn.study.execute import execute, extend
+    from scissordyn.study.optimise import optimise
+    from scissordyn.study.store import Store, StoreError
+
+    _installed()
+    kept = f"what is complete is in {address}; 'scissordyn study resume {address}' goes on"
+    tell_where(kept)
+    store = Store(address)
+    try:
+        if store.exists() and points is None and described.design.kind != "adaptive":
+            store.check(described)  # before workers are started for nothing
+        with where.engine() as engine, _progress() as told:
+            if described.optimisation is not None:
+                store = optimise(described, address, engine=engine, block=block, progress=told)
+            elif points is not None:
+                store = extend(described, address, points, engine=engine, progress=told)
+            else:
+                store = execute(described, address, engine=engine, block=block, retry=retry, progress=told)
+    except KeyboardInterrupt:
+        print(f"scissordyn: interrupted; {kept}", file=sys.stderr)
+        return INTERRUPTED
+    except (EngineError, StoreError) as error:
+        print(f"scissordyn: {printable(str(error))}; 'scissordyn study resume {address}' goes on", file=sys.stderr)
+        return UNFINISHED
+    return _answers(replace(described, design=store.design()), store)
+
+
+def _installed() -> None:
+    try:
+        import zarr  # noqa: F401
+    except ImportError:
+        raise InputError("zarr is not installed", "the extra 'study'", "pip install 'scissordyn[study]'") from None
+
+
+@contextmanager
+def _progress() -> Iterator[Callable[..., None]]:
+    """A function of the progress: a bar on a terminal, a line now and then elsewhere."""
+    if not sys.stderr.isatty():
+        last = [time.monotonic()]
+
+        def line(one: Progress, generation: int = 0) -> None:
+            if time.monotonic() - last[0] > EVERY:
+                last[0] = time.monotonic()
+                print(_words(one, generation), file=sys.stderr)
+
+        yield line
+        return
+    from rich.console import Console
+    from rich.progress import BarColumn, Progress, TextColumn
+
+    columns = (BarColumn(), TextColumn("{task.description}", markup=False))
+    with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
+        task = bar.add_task("preparing", total=None)
+        yield lambda one, generation=0: bar.update(
+            task, completed=one.complete + one.failed, total=one.cases, description=_words(one, generation)
+        )
+
+
+def _words(one: Progress, generation: int) -> str:
+    done = one.complete + one.failed
+    failed = f", {one.failed / max(done, 1):.1%} failed" if one.failed else ""
+    minutes, seconds = divmod(int(min(one.left, 1e9)), 60)
+    left = f"{minutes // 60} h {minutes % 60} min" if minutes >= 60 else f"{minutes} min {seconds} s"
+    which = f"generation {generation}: " if generation else ""
+    return f"{which}{done} of {one.cases} cases{failed}, {one.rate:.1f} a second, {left} left"
+
+
+def _answers(described: Study, store: Store) -> int:
+    from scissordyn.cli.answers import show_answers
+    from scissordyn.study.answer import counts
+
+    results = store.results()
+    show_answers(described, results, store.address)
+    print(f"Saved to {store.address}")
+    complete, failed, _ = counts(results)
+    if failed and not complete:
+        print(f"scissordyn: all {failed} cases failed; 'scissordyn study status {store.address}' says why", file=sys.stderr)
+        return UNFINISHED
+    return DONE
+
+
+def _status(described: Study, store: Store) -> int:
+    from scissordyn.cli.answers import show_causes
+    from scissordyn.study.answer import counts
+
+    results = store.results()
+    complete, failed, pending = counts(results)
+    times = store.times()
+    worked, cases = float(times["seconds"].sum()), float(times["cases"].sum())
+    print(
+        f"{described.points} points x {described.per_point} cases: {complete} complete, {failed} failed, {pending} pending; "
+        f"blocks of {store.block}"
+    )
+    if cases and worked:
+        integration = float(times["integration_seconds"].sum())
+        print(
+            f"{worked / cases * 1e3:.3g} ms a case and worker, {1.0 - integration / worked:.0%} of it beside the integration; "
+            f"about {pending * worked / cases / 60.0:.3g} worker minutes to go"
+        )
+    show_causes(results, store.address)
+    if pending:
+        print(f"To go on: scissordyn study resume {store.address}")
+    return DONE
+
+
+def _report(described: Study, store: Store, output: str | None) -> int:
+    from scissordyn.cli.answers import show_answers
+    from scissordyn.study.report import write_report
+
+    results = store.results()
+    show_answers(described, results, store.address)
+    path = Path(output or "report.html")
+    print(f"Saved to {write_report(described, results, store.address, path)}")
+    return DONE
+
+
+def _replay(described: Study, store: Store, case: int | None, output: str | None) -> int:
+    if case is None or not 0 <= case < store.cases:
+        raise InputError(f"case {case}", f"0 to {store.cases - 1}", f"scissordyn study replay {store.address} 0")
+    from scissordyn.cli.output import check_file
+    from scissordyn.cli.show import console, show_events, show_summary
+    from scissordyn.simulation.store import save
+    from scissordyn.study.replay import replay_case
+
+    if output is not None:
+        check_file(Path(output), Path(store.address) / "zarr.json", "-o run.nc")
+    run, member = replay_case(described, store.results(), case)
+    if member:
+        print(f"Case {case} is member {member}: its start differs from this run's by round-off")
+    to = console()
+    show_events(run, EVENTS, to)
+    show_summary(run, to)
+    if output is not None:
+        print(f"Saved to {save(run, Path(output))}")
+    return {"complete": DONE, "interrupted": INTERRUPTED}.get(run.attrs["status"], UNFINISHED)

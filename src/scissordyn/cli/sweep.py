@@ -1,0 +1,79 @@
+"""``scissordyn sweep``: vary numbers of a case, and say where it meets requirements."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from scissordyn.errors import InputError
+
+__all__ = ["sweep"]
+
+VARY = "--vary A.clearance='0.05..0.4 mm'"
+
+
+def sweep(
+    case: Annotated[Path, typer.Argument(help="A case file.")],
+    output: Annotated[str, typer.Option("-o", "--output", help="The store: a folder, or an address such as s3://...")],
+    vary: Annotated[
+        list[str] | None,
+        typer.Option(metavar="ADDRESS=VALUES", help="A number and its range, levels or distribution. Repeatable."),
+    ] = None,
+    uncertain: Annotated[
+        list[str] | None,
+        typer.Option(metavar="ADDRESS=VALUES", help="A number that nobody chooses, and its distribution. Repeatable."),
+    ] = None,
+    measure: Annotated[
+        list[str] | None, typer.Option(metavar="NAME", help="A measure, or NAME=FILE.py:FUNCTION. Repeatable.")
+    ] = None,
+    require: Annotated[
+        list[str] | None, typer.Option(metavar="REQUIREMENT", help="As in 'peak_force < 500 N'. Repeatable.")
+    ] = None,
+    design: Annotated[
+        str, typer.Option(help="grid, zip, one-at-a-time, random, latin-hypercube, sobol, saltelli or morris.")
+    ] = "grid",
+    points: Annotated[int, typer.Option(help="Points of a sampled design.", min=0)] = 0,
+    seed: Annotated[int, typer.Option(help="Of a sampled design.", min=0)] = 0,
+    samples: Annotated[int, typer.Option(help="Samples of the uncertain numbers at each point.", min=1)] = 1,
+    members: Annotated[int, typer.Option(help="Runs of each sample, from starts that differ by round-off.", min=1)] = 1,
+    change: Annotated[
+        list[str] | None, typer.Option("--set", metavar="KEY=VALUE", help="Change a value of the case. Repeatable.")
+    ] = None,
+    threads: Annotated[int | None, typer.Option(help="Threads of this process; one per processor if not given.", min=1)] = None,
+    workers: Annotated[int | None, typer.Option(help="Processes on this machine instead.", min=1)] = None,
+    scheduler: Annotated[str | None, typer.Option(metavar="ADDRESS", help="Workers of a dask scheduler instead.")] = None,
+    cluster: Annotated[Path | None, typer.Option(metavar="FILE", help="Workers that a queueing system starts instead.")] = None,
+    block: Annotated[int | None, typer.Option(help="Cases of a block of a new store.", min=1)] = None,
+) -> int:
+    """Vary numbers of a case, keep all results in a store, and say where requirements are met."""
+    from scissordyn.cli.study import Where, compute
+    from scissordyn.config.study import StudyText, study_of
+    from scissordyn.study.description import Sampling
+    from scissordyn.study.design import Design
+
+    text = StudyText(
+        case=case,
+        changes=tuple(change or ()),
+        vary=_addressed(vary, "--vary"),
+        uncertain=_addressed(uncertain, "--uncertain"),
+        measures=tuple(measure or ()),
+        require=tuple(require or ()),
+        design=Design(design, points, seed),
+        sampling=Sampling(samples, seed=seed),
+        members=members,
+    )
+    return compute(study_of(text), output, Where(threads, workers, scheduler, cluster), block=block)
+
+
+def _addressed(given: list[str] | None, option: str) -> dict[str, str]:
+    found: dict[str, str] = {}
+    for each in given or ():
+        address, equals, values = each.partition("=")
+        if not equals or not values.strip():
+            raise InputError(f"{option} {each!r}", "an address, an equals sign and values", VARY)
+        if address.strip() in found:
+            raise InputError(f"{option} {each!r}: '{address.strip()}' varies twice", "each address once")
+        found[address.strip()] = values
+    return found

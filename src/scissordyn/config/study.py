@@ -1,0 +1,418 @@
+"""Study files, and the texts in them and on the command line: what a number varies over, requirements, measures."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+import re
+import tomllib
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from scissordyn.config.file import read_case
+from scissordyn.config.quantity import LEADING_NUMBER, read_quantity, unit_factor
+from scissordyn.config.text import read_text
+from scissordyn.errors import InputError, did_you_mean
+from scissordyn.model.address import number
+from scissordyn.model.mechanism import Mechanism
+from scissordyn.simulation.measure import MEASURES
+from scissordyn.simulation.options import Options
+from scissordyn.study.description import Factor, OwnMeasure, Sampling, Study
+from scissordyn.study.design import Design
+from scissordyn.study.distribution import Interval, Levels, LogNormal, Normal, Table, Uniform, Variation
+from scissordyn.study.goal import Goal, Optimisation
+from scissordyn.study.requirement import Requirement
+from scissordyn.units import Quantity
+
+__all__ = ["StudyText", "read_requirement", "read_study", "read_variation", "study_of"]
+
+VARY = "--vary A.clearance='0.05..0.4 mm'"
+
+FORMS = "'0.05..0.4 mm', '0.05..0.4 mm, 20 values, log', '50, 100, 200 N m', 'normal(0.1, 0.02)', 'uniform(1, 2) mm'"
+
+DISTRIBUTIONS = {"uniform": 2, "normal": 2, "truncated": 4, "lognormal": 2, "table": 1}
+"""Their numbers of parameters."""
+
+CALL = re.compile(r"\s*([a-z]+)\s*\((.*)\)\s*(.*)", re.DOTALL)
+OPTION = re.compile(r"(\d+)\s+values|(log)")
+COMPARISON = re.compile(r"\s*([^<>=]+?)\s*(<=|>=|<|>)\s*([^<>=]+?)\s*")
+
+
+@dataclass(frozen=True)
+class StudyText:
+    """A study as the user writes it.
+
+    Parameters
+    ----------
+    case : Path
+    changes : tuple of str
+        Of the case, as with ``--set``.
+    vary, uncertain : mapping of str to str
+        By address.
+    measures : tuple of str
+        Names, or ``name=file.py:function``.
+    require : tuple of str
+    design : Design
+    sampling : Sampling
+    members : int
+    goals : tuple of str
+        Of an optimisation: ``minimise peak_force``.
+    optimise : mapping
+        Options of `Optimisation`.
+    """
+
+    case: Path
+    changes: tuple[str, ...] = ()
+    vary: Mapping[str, str] = field(default_factory=dict)
+    uncertain: Mapping[str, str] = field(default_factory=dict)
+    measures: tuple[str, ...] = ()
+    require: tuple[str, ...] = ()
+    design: Design = field(default_factory=Design)
+    sampling: Sampling = field(default_factory=Sampling)
+    members: int = 1
+    goals: tuple[str, ...] = ()
+    optimise: Mapping[str, Any] = field(default_factory=dict)
+
+
+KEYS: Mapping[str, type | tuple[type, ...]] = {
+    "case": str,
+    "set": list,
+    "vary": dict,
+    "uncertain": dict,
+    "measures": list,
+    "require": list,
+    "design": dict,
+    "sampling": dict,
+    "members": int,
+    "optimise": dict,
+}
+"""Keys of a study file."""
+
+INNER: Mapping[str, Mapping[str, type | tuple[type, ...]]] = {
+    "design": {"kind": str, "points": int, "seed": int},
+    "sampling": {"samples": int, "kind": str, "seed": int, "common": bool},
+    "optimise": {"goals": list, "risk": str, "population": int, "generations": int, "seed": int},
+}
+"""Keys of its tables."""
+
+
+def read_study(path: Path) -> StudyText:
+    """The study that a TOML file describes.
+
+    Parameters
+    ----------
+    path : Path
+
+    Returns
+    -------
+    StudyText
+
+    Raises
+    ------
+    InputError
+        For a key or a value that does not fit.
+    """
+    text = read_text(path, "a study file in TOML")
+    try:
+        tree = tomllib.loads(text)
+    except (ValueError, RecursionError) as error:
+        raise InputError(f"'{path}' is not valid TOML: {error}", "TOML") from None
+    _check(tree, KEYS, f"{path}")
+    if "case" not in tree:
+        raise InputError(f"'{path}' names no case", "the case file that is varied", 'case = "case.toml"')
+    for name, keys in INNER.items():
+        _check(tree.get(name, {}), keys, f"{path}, [{name}]")
+    for name in ("vary", "uncertain"):
+        for address, value in _flat(tree.get(name, {})):
+            if not isinstance(value, str):
+                raise InputError(f"{path}, [{name}]: '{address}' = {value!r}", f"text such as {FORMS}")
+    for name in ("set", "measures", "require"):
+        if not all(isinstance(each, str) for each in tree.get(name, [])):
+            raise InputError(f"{path}: {name} = {tree[name]!r}", "a list of texts")
+    optimise = dict(tree.get("optimise", {}))
+    goals = optimise.pop("goals", [])
+    if "optimise" in tree and not (goals and all(isinstance(goal, str) for goal in goals)):
+        raise InputError(f"{path}, [optimise]: goals = {goals!r}", "a list of goals", 'goals = ["minimise peak_force"]')
+    return StudyText(
+        case=path.parent / tree["case"],
+        changes=tuple(tree.get("set", ())),
+        vary=dict(_flat(tree.get("vary", {}))),
+        uncertain=dict(_flat(tree.get("uncertain", {}))),
+        measures=tuple(_beside(path, name) for name in tree.get("measures", ())),
+        require=tuple(tree.get("require", ())),
+        design=Design(**tree.get("design", {})),
+        sampling=Sampling(**tree.get("sampling", {})),
+        members=tree.get("members", 1),
+        goals=tuple(goals),
+        optimise=optimise,
+    )
+
+
+def _flat(tree: Mapping[str, Any], before: str = "") -> Iterable[tuple[str, Any]]:
+    """Addresses of a table; without quotes TOML makes tables of their parts."""
+    for key, value in tree.items():
+        if isinstance(value, dict):
+            yield from _flat(value, f"{before}{key}.")
+        else:
+            yield f"{before}{key}", value
+
+
+def _beside(path: Path, measure: str) -> str:
+    """A measure of the user's, whose file stands beside the study file."""
+    name, equals, reference = measure.partition("=")
+    return f"{name}={path.parent / reference}" if equals else measure
+
+
+def _check(tree: Mapping[str, Any], keys: Mapping[str, Any], where: str) -> None:
+    for key, value in tree.items():
+        if key not in keys:
+            raise InputError(f"{where}: unknown key '{key}'{did_you_mean(key, keys)}", ", ".join(keys))
+        if not isinstance(value, keys[key]) or (isinstance(value, bool) and keys[key] is not bool):
+            kinds = {str: "text", list: "a list", dict: "a table", int: "a whole number", bool: "true or false"}
+            raise InputError(f"{where}: {key} = {value!r}", kinds[keys[key]])
+
+
+def study_of(text: StudyText) -> Study:
+    """The study itself.
+
+    Parameters
+    ----------
+    text : StudyText
+
+    Returns
+    -------
+    Study
+
+    Raises
+    ------
+    InputError
+        For an address, a unit, a range or a requirement that does not fit.
+    """
+    case = read_case(text.case, list(text.changes))
+    names = [_response(name, ())[1] for name in text.measures if "=" not in name]
+    own = tuple(_own_measure(each) for each in text.measures if "=" in each)
+    goals = tuple(read_goal(goal, own) for goal in text.goals)
+    requirements = tuple(read_requirement(each, own) for each in text.require)
+    taken = {each.name for each in own}
+    needed = [requirement.measure for requirement in requirements] + [goal.measure for goal in goals]
+    wanted = [*names, *(name for name in needed if name not in taken)]
+    measures = tuple(dict.fromkeys(wanted)) or ("peak_force", "peak_drive_torque")
+    optimisation = Optimisation(goals, **text.optimise) if goals else None
+    factors = _factors(case.mechanism, text.vary, text.case.parent)
+    return Study(
+        mechanism=case.mechanism,
+        options=Options(**{each.name: getattr(case.run, each.name) for each in dataclasses.fields(Options)}),
+        factors=factors,
+        design=text.design if optimisation is None else optimisation.design(1, len(factors)),
+        measures=measures,
+        own_measures=own,
+        uncertain=_factors(case.mechanism, text.uncertain, text.case.parent),
+        sampling=text.sampling,
+        members=text.members,
+        requirements=requirements,
+        optimisation=optimisation,
+    )
+
+
+def _factors(mechanism: Mechanism, given: Mapping[str, str], folder: Path) -> tuple[Factor, ...]:
+    factors = []
+    for address, text in given.items():
+        quantity = number(mechanism, address).quantity
+        assert quantity is not None
+        factors.append(Factor(address, read_variation(text, quantity, address=address, folder=folder)))
+    return tuple(factors)
+
+
+def _own_measure(text: str) -> OwnMeasure:
+    name, _, reference = text.partition("=")
+    name, _, of = name.strip().partition(" of ")
+    return OwnMeasure(name.strip(), reference.strip(), of=of.strip() or "dataset")
+
+
+def read_variation(text: str, quantity: Quantity, *, address: str = "", folder: Path | None = None) -> Variation:
+    """What a number varies over.
+
+    Parameters
+    ----------
+    text : str
+        ``"0.05..0.4 mm"`` (a range; ``", 20 values"`` and ``", log"`` may follow), ``"50, 100, 200 N m"`` (levels), or a
+        distribution with its unit behind: ``uniform(a, b)``, ``normal(mean, deviation)``, ``truncated(mean, deviation, low,
+        high)``, ``lognormal(median, deviation of the logarithm)``, ``table(file.csv)``.
+    quantity : Quantity
+        Unit and bounds of the number.
+    address : str
+        Of the number, for messages.
+    folder : Path, optional
+        Where the name of a table's file starts.
+
+    Returns
+    -------
+    Variation
+
+    Raises
+    ------
+    InputError
+        If it is none of that.
+    """
+    try:
+        return _variation(text, quantity, folder or Path())
+    except InputError as error:
+        raise InputError(f"'{address}' over '{text}': {error.what}", error.allowed or FORMS, error.type_this) from None
+
+
+def _variation(text: str, quantity: Quantity, folder: Path) -> Variation:
+    called = CALL.fullmatch(text)
+    if called:
+        return _distribution(called[1], called[2], called[3], quantity, folder)
+    if ".." in text:
+        low, rest = text.split("..", 1)
+        last, *options = (part.strip() for part in rest.split(","))
+        chosen: dict[str, Any] = {}
+        for option in options:
+            found = OPTION.fullmatch(option)
+            if found is None:
+                raise InputError(f"'{option}'", "a number of values, log", "'0.05..0.4 mm, 20 values, log'")
+            chosen |= {"count": int(found[1])} if found[1] else {"logarithmic": True}
+        value, unit = _split(last)
+        return Interval(_si(low, unit, quantity), _si(value, unit, quantity), **chosen)
+    *others, last = text.split(",")
+    value, unit = _split(last)
+    return Levels(tuple(_si(each, unit, quantity) for each in (*others, value)))
+
+
+def _split(text: str) -> tuple[str, str]:
+    found = LEADING_NUMBER.fullmatch(text)
+    if found is None:
+        raise InputError(f"'{text.strip()}' is no number", FORMS)
+    return found[1], found[2].strip()
+
+
+def _si(text: str, unit: str, quantity: Quantity) -> float:
+    """A number with its unit, within the bounds of its quantity."""
+    value, own_unit = _split(text)
+    unit = own_unit or unit
+    if quantity.unit == "1":
+        if unit:
+            raise InputError(f"unit '{unit}' of a pure number", quantity.allowed)
+        return float(read_quantity(float(value), quantity))
+    return float(read_quantity(f"{value} {unit}".strip(), quantity))
+
+
+def _distribution(name: str, inside: str, unit: str, quantity: Quantity, folder: Path) -> Variation:
+    if name not in DISTRIBUTIONS:
+        raise InputError(f"distribution '{name}'{did_you_mean(name, DISTRIBUTIONS)}", ", ".join(DISTRIBUTIONS))
+    if name == "table":
+        return Table(tuple(_si(repr(value), unit, quantity) for value in _column(folder / inside.strip())))
+    parts = [part for part in inside.split(",") if part.strip()]
+    if len(parts) != DISTRIBUTIONS[name]:
+        raise InputError(f"{len(parts)} numbers of a {name} distribution", f"{DISTRIBUTIONS[name]} numbers")
+    if name == "lognormal":
+        return LogNormal(_si(parts[0], unit, quantity), _plain(parts[1]))
+    if name == "uniform":
+        return Uniform(_si(parts[0], unit, quantity), _si(parts[1], unit, quantity))
+    factor = _si(parts[0], unit, quantity) / float(_split(parts[0])[0]) if float(_split(parts[0])[0]) else math.nan
+    scale = factor if math.isfinite(factor) else (1.0 if quantity.unit == "1" else unit_factor(unit, quantity.unit))
+    ends = (_si(parts[2], unit, quantity), _si(parts[3], unit, quantity)) if name == "truncated" else ()
+    return Normal(_si(parts[0], unit, quantity), _plain(parts[1]) * scale, *ends)
+
+
+def _plain(text: str) -> float:
+    value, unit = _split(text)
+    if unit:
+        raise InputError(f"'{text.strip()}' with a unit", "a plain number; the unit follows the bracket")
+    return float(value)
+
+
+def _column(path: Path) -> Sequence[float]:
+    """The numbers of a file, one in each line; a heading may come first."""
+    lines = [line.split(",")[0].strip() for line in read_text(path, "a file with one number in each line").splitlines()]
+    lines = [line for line in lines if line]
+    if lines and LEADING_NUMBER.fullmatch(lines[0]) is None:
+        lines = lines[1:]
+    try:
+        return [float(line) for line in lines]
+    except ValueError as error:
+        raise InputError(f"'{path}': {error}", "one number in each line") from None
+
+
+def _response(text: str, own: Sequence[OwnMeasure]) -> tuple[str, str, str]:
+    """Part, measure and unit of what a requirement or a goal is about."""
+    units = {name: measure.units for name, measure in MEASURES.items()} | {each.name: each.units for each in own}
+    if text in units:
+        return "", text, units[text]
+    part, _, measure = text.rpartition(".")
+    if measure not in units:
+        raise InputError(f"unknown measure '{measure}'{did_you_mean(measure, units)}", ", ".join(units))
+    return part, measure, units[measure]
+
+
+def read_requirement(text: str, own: Sequence[OwnMeasure] = ()) -> Requirement:
+    """A requirement such as ``peak_force < 500 N`` or ``A.peak_force < 500 N``.
+
+    Parameters
+    ----------
+    text : str
+    own : sequence of OwnMeasure
+
+    Returns
+    -------
+    Requirement
+
+    Raises
+    ------
+    InputError
+        If it is no comparison, the measure is unknown, or the unit does not fit.
+    """
+    found = COMPARISON.fullmatch(text)
+    if found is None:
+        raise InputError(f"'{text}' is no requirement", "a measure, a sign and a bound", "'peak_force < 500 N'")
+    try:
+        part, measure, unit = _response(found[1], own)
+        value, given = _split(found[3])
+        if unit == "SI":  # a force or a torque, by component
+            factor = 1.0 if not given else min(_factor(given, ("N", "N m")))
+        elif unit == "1":
+            if given:
+                raise InputError(f"unit '{given}' of a pure number", "a plain number")
+            factor = 1.0
+        else:
+            if not given:
+                raise InputError("missing unit", f"a number and its unit [{unit}]", f"{value} {unit}")
+            factor = unit_factor(given, unit)
+    except InputError as error:
+        raise InputError(f"requirement '{text}': {error.what}", error.allowed, error.type_this) from None
+    return Requirement(measure, found[2], float(value) * factor, part, text.strip())
+
+
+def _factor(given: str, targets: Sequence[str]) -> list[float]:
+    found = []
+    for target in targets:
+        try:
+            found.append(unit_factor(given, target))
+        except InputError as error:
+            last = error
+    if not found:
+        raise last
+    return found
+
+
+def read_goal(text: str, own: Sequence[OwnMeasure] = ()) -> Goal:
+    """A goal such as ``minimise peak_force``.
+
+    Parameters
+    ----------
+    text : str
+        ``minimise`` or ``maximise``, then a measure, or the address of a number that varies.
+    own : sequence of OwnMeasure
+
+    Returns
+    -------
+    Goal
+    """
+    direction, _, rest = text.strip().partition(" ")
+    if direction not in ("minimise", "maximise") or not rest:
+        raise InputError(f"goal '{text}'", "minimise or maximise, and a measure", "'minimise peak_force'")
+    part, measure, _ = _response(rest.strip(), own)
+    return Goal(measure, part, direction == "maximise")

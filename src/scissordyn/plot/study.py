@@ -1,0 +1,269 @@
+"""Pictures of studies: feasibility maps, response curves, sensitivity, Pareto fronts."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from matplotlib.axes import Axes
+from matplotlib.colors import LogNorm, Normalize
+
+from scissordyn.errors import InputError
+from scissordyn.plot.scale import DEGREES, Scale, engineering
+from scissordyn.plot.style import BLACK, BLUE, GREY, LINE, ORANGE, SMALL, VERMILION, Canvas, legend, literal, panels
+
+__all__ = ["feasibility_map", "pareto_front", "response_curves", "sensitivity_bars"]
+
+BINS = 12
+"""Parts of a factor's range for each of which a curve has a median."""
+
+MOST_LEVELS, EACH = 120, 3
+"""A factor with at most so many values, and as many points for each on average, has a point of the curve for each."""
+
+DOTS: dict[str, Any] = {"linestyle": "", "marker": ".", "markeredgewidth": 0.0}
+
+DECADES = 30.0
+"""Ratio of largest to smallest value from which colours and axes are logarithmic."""
+
+
+def _scale(values: xr.DataArray) -> Scale:
+    unit = str(values.attrs.get("units", "1"))
+    return DEGREES if unit == "rad" else engineering(unit, values.values)
+
+
+def _factors(points: xr.Dataset) -> list[str]:
+    return [str(name) for name, variable in points.data_vars.items() if variable.attrs.get("role") == "factor"]
+
+
+def _is_logarithmic(values: np.ndarray) -> bool:
+    """Whether values are spaced by ratios over more than a decade."""
+    found = np.unique(values[np.isfinite(values)])
+    if found.size < 3 or found[0] <= 0.0 or found[-1] < 10.0 * found[0]:
+        return False
+    return bool(np.median(found) < 0.35 * (found[0] + found[-1]))
+
+
+def feasibility_map(
+    points: xr.Dataset, *, x: str = "", y: str = "", colour: str = "met", limit: float | None = None, axes: Canvas = None
+) -> list[Axes]:
+    """A response, or the fraction of cases that meet the requirements, over two factors.
+
+    Parameters
+    ----------
+    points : Dataset
+        Of `study.answer.by_point`.
+    x, y : str
+        Factors; the first two if not given. Over further factors of a grid the mean is drawn.
+    colour : str
+        "met", or a response of it.
+    limit : float, optional
+        A contour is drawn at this value, on a grid.
+    axes : Axes, optional
+        A new figure if not given.
+
+    Returns
+    -------
+    list of Axes
+
+    Raises
+    ------
+    InputError
+        If there are no two factors.
+    """
+    names = _factors(points)
+    if len(names) < 2:
+        raise InputError(f"a map over {len(names)} factors", "two factors or more")
+    x, y = x or names[0], y or next(name for name in names if name != (x or names[0]))
+    (one,) = panels(axes, 1, size=(5.4, 4.2))
+    sx, sy = _scale(points[x]), _scale(points[y])
+    a, b, c = points[x].values * sx.factor, points[y].values * sy.factor, points[colour].values
+    sc = Scale(1.0, "") if colour == "met" else _scale(points[colour])
+    c = c * sc.factor
+    finite = c[np.isfinite(c)]
+    spread = finite.size and finite.min() > 0.0 and finite.max() / finite.min() > DECADES
+    norm: Normalize = Normalize(0.0, 1.0) if colour == "met" else (LogNorm() if spread else Normalize())
+    look: dict[str, Any] = {"cmap": "RdYlBu" if colour == "met" else "viridis", "norm": norm, "rasterized": True}
+    ua, ub = np.unique(a), np.unique(b)
+    on_grid = points.sizes["point"] % (ua.size * ub.size) == 0 and ua.size > 1 and ub.size > 1
+    if on_grid:
+        table = _means(a, b, c, ua, ub)
+        drawn: Any = one.pcolormesh(ua, ub, table, shading="nearest", **look)
+        if limit is not None and np.nanmin(table) < limit * sc.factor < np.nanmax(table):
+            lines = one.contour(ua, ub, table, levels=[limit * sc.factor], colors=[BLACK], linewidths=LINE)
+            one.clabel(lines, fmt=lambda value: f"{value:g} {sc.unit}", fontsize=SMALL)
+    else:
+        drawn = one.scatter(a, b, c=c, s=float(np.clip(6000.0 / a.size, 3.0, 40.0)), edgecolors="none", **look)
+    marked = points["disagrees"].values
+    if on_grid:
+        share = _means(a, b, marked.astype(float), ua, ub)
+        at = np.argwhere(share > 0.0)
+        places = (ua[at[:, 1]], ub[at[:, 0]])
+    else:
+        places = (a[marked], b[marked])
+    if places[0].size:
+        size = float(np.clip(220.0 / np.sqrt(max(places[0].size, 1)), 1.0, 12.0)) / 3.0
+        one.plot(*places, **DOTS, markersize=size, color=BLACK, label="members disagree")
+        legend([one], above=True)
+    if _is_logarithmic(points[x].values):
+        one.set_xscale("log")
+    if _is_logarithmic(points[y].values):
+        one.set_yscale("log")
+    one.set_xlabel(sx.label(literal(x)))
+    one.set_ylabel(sy.label(literal(y)))
+    figure = one.get_figure(root=True)
+    assert figure is not None
+    label = "fraction that meets the requirements" if colour == "met" else sc.label(literal(colour))
+    bar = figure.colorbar(drawn, ax=one)
+    bar.set_label(label, fontsize=SMALL)
+    bar.ax.tick_params(labelsize=SMALL)
+    one.grid(visible=False)
+    return [one]
+
+
+def _means(a: np.ndarray, b: np.ndarray, c: np.ndarray, ua: np.ndarray, ub: np.ndarray) -> np.ndarray:
+    """Means of c over a grid, shape (len(ub), len(ua))."""
+    ia, ib, known = np.searchsorted(ua, a), np.searchsorted(ub, b), np.isfinite(c)
+    total, count = np.zeros((ub.size, ua.size)), np.zeros((ub.size, ua.size))
+    np.add.at(total, (ib[known], ia[known]), c[known])
+    np.add.at(count, (ib[known], ia[known]), 1.0)
+    return np.where(count > 0.0, total / np.maximum(count, 1.0), np.nan)
+
+
+def response_curves(points: xr.Dataset, *, limits: dict[str, float] | None = None, axes: Canvas = None) -> list[Axes]:
+    """Each response over each factor: all points, and median and middle 80 % over the other factors.
+
+    Parameters
+    ----------
+    points : Dataset
+        Of `study.answer.by_point`.
+    limits : dict of str to float, optional
+        Bounds of requirements, by response.
+    axes : Axes, optional
+        One for each response and factor, response by response; a new figure if not given.
+
+    Returns
+    -------
+    list of Axes
+    """
+    factors = _factors(points)
+    names = [str(name) for name, variable in points.data_vars.items() if variable.attrs.get("role") == "response"]
+    if not factors or not names:
+        raise InputError("response curves without a factor or a response", "at least one of each")
+    size = (1.2 + 2.6 * len(factors), 0.8 + 2.0 * len(names))
+    found = panels(axes, len(names), len(factors), size=size, share=True)
+    for row, name in enumerate(names):
+        sy = _scale(points[name])
+        values = points[name].values * sy.factor
+        for place, factor in enumerate(factors):
+            one, sx = found[row * len(factors) + place], _scale(points[factor])
+            x = points[factor].values * sx.factor
+            dot = float(np.clip(200.0 / np.sqrt(x.size), 1.0, 6.0))
+            one.plot(x, values, **DOTS, color=GREY, alpha=0.5, markersize=dot, label="points", rasterized=True)
+            middle, low, high, at = _binned(x, values)
+            if at.size > 1:
+                one.fill_between(at, low, high, color=BLUE, alpha=0.2, linewidth=0.0, label="middle 80 %")
+                one.plot(at, middle, color=BLUE, linewidth=1.5 * LINE, label="median")
+            marked = points["disagrees"].values
+            if marked.any():
+                one.plot(x[marked], values[marked], **DOTS, color=VERMILION, markersize=dot, label="members disagree")
+            if limits and name in limits:
+                one.axhline(limits[name] * sy.factor, color=ORANGE, linewidth=LINE, label="required")
+            if _is_logarithmic(points[factor].values):
+                one.set_xscale("log")
+            finite = values[np.isfinite(values)]
+            if finite.size and finite.min() > 0.0 and finite.max() / finite.min() > DECADES:
+                one.set_yscale("log")
+            if row == len(names) - 1:
+                one.set_xlabel(sx.label(literal(factor)))
+            if place == 0:
+                one.set_ylabel(sy.label(literal(name)))
+    legend(found, above=True)
+    return found
+
+
+def _binned(x: np.ndarray, values: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """Median, 10 % and 90 % quantile for each level or part of x, and where."""
+    known = np.isfinite(values)
+    x, values = x[known], values[known]
+    levels = np.unique(x)
+    if levels.size <= MOST_LEVELS and x.size >= EACH * levels.size:
+        parts, at = [values[x == level] for level in levels], levels
+    else:
+        edges = np.quantile(x, np.linspace(0.0, 1.0, BINS + 1))
+        which = np.clip(np.searchsorted(edges, x, side="right") - 1, 0, BINS - 1)
+        parts = [values[which == k] for k in range(BINS) if np.any(which == k)]
+        at = np.array([np.median(x[which == k]) for k in range(BINS) if np.any(which == k)])
+    quantiles = np.array([np.quantile(part, [0.5, 0.1, 0.9]) for part in parts]).reshape(-1, 3)
+    return quantiles[:, 0], quantiles[:, 1], quantiles[:, 2], at
+
+
+def sensitivity_bars(indices: dict[str, xr.Dataset], *, axes: Canvas = None) -> list[Axes]:
+    """Sobol indices or Morris's mean effects of each factor, with 95 % intervals.
+
+    Parameters
+    ----------
+    indices : dict of str to Dataset
+        Of `study.indices.sensitivity`.
+    axes : Axes, optional
+        One for each response; a new figure if not given.
+
+    Returns
+    -------
+    list of Axes
+    """
+    if not indices:
+        raise InputError("no indices", "a Saltelli or Morris design")
+    factors = next(iter(indices.values()))["factor"].values
+    found = panels(axes, len(indices), size=(5.4, 0.9 + len(indices) * (0.6 + 0.34 * len(factors))), share=False)
+    for one, (name, table) in zip(found, indices.items(), strict=True):
+        places = np.arange(len(factors), dtype=float)
+        if table.attrs["method"] == "morris":
+            shown = [("effect", "mean absolute effect", BLUE, 0.0, 0.5)]
+            scale = engineering(str(table.attrs["units"]), table["effect"].values)
+        else:
+            shown = [("first", "first order", BLUE, -0.19, 0.36), ("total", "total", ORANGE, 0.19, 0.36)]
+            scale = Scale(1.0, "")
+        for key, label, colour, shift, height in shown:
+            values, width = table[key].values * scale.factor, table[f"{key}_interval"].values * scale.factor
+            error = {"elinewidth": LINE, "ecolor": BLACK, "capsize": 2.0}
+            one.barh(places + shift, values, height, xerr=width, color=colour, label=label, error_kw=error)
+        one.set_yticks(places, [literal(str(factor)) for factor in factors])
+        one.invert_yaxis()
+        what = "mean absolute effect on" if table.attrs["method"] == "morris" else "Sobol index of"
+        one.set_xlabel(scale.label(f"{what} {literal(name)}"))
+    legend(found, above=True)
+    return found
+
+
+def pareto_front(tried: xr.Dataset, goals: tuple[str, str], *, axes: Canvas = None) -> list[Axes]:
+    """All points that were tried, and the front of those that no other point beats in both goals.
+
+    Parameters
+    ----------
+    tried : Dataset
+        The `points` of `study.optimise.candidates`.
+    goals : (str, str)
+        Variables of it.
+    axes : Axes, optional
+        A new figure if not given.
+
+    Returns
+    -------
+    list of Axes
+    """
+    (one,) = panels(axes, 1, size=(5.0, 3.8))
+    signs = [-1.0 if goal.startswith("maximise") else 1.0 for goal in goals]
+    scales = [_scale(tried[goal]) for goal in goals]
+    x, y = (tried[goal].values * sign * scale.factor for goal, sign, scale in zip(goals, signs, scales, strict=True))
+    meets, front = tried["violation"].values <= 0.0, tried["front"].values
+    one.plot(x[~meets], y[~meets], **DOTS, color=GREY, alpha=0.5, markersize=4.0, label="does not meet the requirements")
+    one.plot(x[meets & ~front], y[meets & ~front], **DOTS, color=BLUE, alpha=0.6, markersize=4.0, label="meets them")
+    order = np.argsort(x[front])
+    one.plot(
+        x[front][order], y[front][order], color=VERMILION, marker="o", markersize=3.5, linewidth=LINE, label="Pareto front"
+    )
+    one.set_xlabel(scales[0].label(literal(goals[0].partition(" ")[2])))
+    one.set_ylabel(scales[1].label(literal(goals[1].partition(" ")[2])))
+    legend([one], above=True)
+    return [one]

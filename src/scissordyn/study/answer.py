@@ -1,0 +1,255 @@
+"""Answers of a study: which points meet the requirements, how surely, where members disagree, and what is worst."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import xarray as xr
+from scipy import stats
+
+from scissordyn.study.description import Study
+from scissordyn.study.requirement import Response, response_values
+from scissordyn.study.store import COMPLETE, FAILED, PENDING, column
+
+__all__ = ["AGREEMENT", "Share", "Worst", "by_point", "causes", "counts", "feasible_share", "responses", "worst_cases"]
+
+AGREEMENT = 1e-3
+"""Members agree whose responses differ by no more than this fraction of the largest; round-off alone is far below it, chaos
+far above."""
+
+CONFIDENCE = 0.95
+
+
+@dataclass(frozen=True)
+class Share:
+    """A share of a study's range with its confidence interval.
+
+    Parameters
+    ----------
+    label : str
+    share : float
+    low, high : float
+        95 % interval of Clopper and Pearson; NaN for designs that are no samples.
+    trials : int
+        Points or samples that count as independent.
+    """
+
+    label: str
+    share: float
+    low: float
+    high: float
+    trials: int
+
+
+@dataclass(frozen=True)
+class Worst:
+    """A case far from what is required.
+
+    Parameters
+    ----------
+    case : int
+    requirement : str
+    value : float
+    margin : float
+        As a fraction of the bound; negative where it is not met.
+    """
+
+    case: int
+    requirement: str
+    value: float
+    margin: float
+
+
+def responses(study: Study, results: xr.Dataset) -> dict[str, np.ndarray]:
+    """The numbers that requirements and goals are about; all measures where there are none.
+
+    Parameters
+    ----------
+    study : Study
+    results : Dataset
+
+    Returns
+    -------
+    dict of str to ndarray, shape (cases,)
+    """
+    chosen: list[Response] = [requirement.response for requirement in study.requirements]
+    chosen += [goal.response for goal in study.optimisation.goals] if study.optimisation else []
+    chosen = chosen or [Response(name) for name in study.measure_names]
+    return {one.name: response_values(results, one) for one in chosen}
+
+
+def by_point(study: Study, results: xr.Dataset) -> xr.Dataset:
+    """What is known of each point of the design.
+
+    Parameters
+    ----------
+    study : Study
+    results : Dataset
+
+    Returns
+    -------
+    Dataset
+        Along `point`: the factors; `complete`, the fraction of its cases that are; for each response its mean and, as
+        ``worst ...`` and ``spread ...``, its largest value (smallest, if that is bad) and the relative spread between members;
+        `met`, the fraction of complete cases that meet all requirements; `disagrees`, whether members of a sample differ by
+        more than `AGREEMENT`; `undecided`, whether some members of a sample meet the requirements and others do not.
+    """
+    count = results.sizes["case"] // study.per_point
+    rows = slice(0, count * study.per_point)
+    shape = (count, study.sampling.samples, study.members)
+    complete = (results["status"].values[rows] == COMPLETE).reshape(shape)
+    variables: dict[str, object] = {}
+    for factor in study.factors:
+        found = results[column(factor.address)]
+        values = found.values[rows].reshape(count, -1)[:, 0]
+        variables[factor.address] = ("point", values, {**found.attrs, "role": "factor"})
+    differs = np.zeros(count, bool)
+    for name, values in responses(study, results).items():
+        cells = np.where(complete, values[rows].reshape(shape), np.nan)
+        about = {"units": results[name.rpartition(".")[2]].attrs.get("units", "1"), "role": "response"}
+        variables[name] = ("point", _mean(cells.reshape(count, -1)), {**about, "long_name": f"mean {name}"})
+        smallest = any(one.response.name == name and one.response.smallest for one in study.requirements)
+        variables[f"worst {name}"] = ("point", _extreme(cells.reshape(count, -1), smallest), {**about, "role": "worst"})
+        spread = (_extreme(cells, False) - _extreme(cells, True)) / np.maximum(_extreme(np.abs(cells), False), 1e-300)
+        relative = _extreme(np.where(np.isnan(spread), 0.0, spread), False)
+        variables[f"spread {name}"] = ("point", relative, {"units": "1", "role": "spread"})
+        differs |= relative > AGREEMENT
+    met = _met(study, results)[rows].reshape(shape)
+    with np.errstate(invalid="ignore"):
+        fraction = np.where(complete.any(axis=(1, 2)), met.sum(axis=(1, 2)) / np.maximum(complete.sum(axis=(1, 2)), 1), np.nan)
+    mixed = np.any((met & complete).any(axis=2) & (~met & complete).any(axis=2), axis=1)
+    variables["met"] = ("point", fraction, {"units": "1", "long_name": "fraction of cases that meet the requirements"})
+    variables["complete"] = ("point", complete.mean(axis=(1, 2)), {"units": "1", "long_name": "fraction of cases complete"})
+    variables["disagrees"] = ("point", differs, {"long_name": "members disagree"})
+    variables["undecided"] = ("point", mixed & (study.members > 1), {"long_name": "members disagree on the requirements"})
+    return xr.Dataset(variables)
+
+
+def _mean(values: np.ndarray) -> np.ndarray:
+    known = ~np.isnan(values)
+    with np.errstate(invalid="ignore"):
+        return np.asarray(np.where(known, values, 0.0).sum(axis=-1) / known.sum(axis=-1))
+
+
+def _extreme(values: np.ndarray, smallest: bool) -> np.ndarray:
+    """Along the last axis; NaN where nothing is known."""
+    known, sign = ~np.isnan(values), -1.0 if smallest else 1.0
+    found = sign * np.max(np.where(known, sign * values, -np.inf), axis=-1)
+    return np.where(known.any(axis=-1), found, np.nan)
+
+
+def _met(study: Study, results: xr.Dataset) -> np.ndarray:
+    met = results["status"].values == COMPLETE
+    for requirement in study.requirements:
+        met = met & requirement.met(response_values(results, requirement.response))
+    return np.asarray(met)
+
+
+def feasible_share(study: Study, results: xr.Dataset) -> list[Share]:
+    """Shares of the range that meet each requirement, and all of them; cases that failed are left out.
+
+    Parameters
+    ----------
+    study : Study
+    results : Dataset
+
+    Returns
+    -------
+    list of Share
+        The last is of all requirements together.
+    """
+    complete = results["status"].values == COMPLETE
+    each = [(one.label, one.met(response_values(results, one.response))) for one in study.requirements]
+    every = [*each, ("all requirements", _met(study, results))] if each else []
+    count = complete.size // study.per_point
+    rows = slice(0, count * study.per_point)
+    by_samples = count == 1
+    shape = (count, study.sampling.samples, study.members)
+    weight = complete[rows].reshape(shape)
+    found = []
+    for label, met in every:
+        cells = (met[rows] & complete[rows]).reshape(shape)
+        axis = (0, 2) if by_samples else (1, 2)  # one point with uncertain numbers: its samples are the trials
+        known = weight.sum(axis=axis)
+        fractions = cells.sum(axis=axis)[known > 0] / known[known > 0]
+        share = float(np.mean(fractions)) if fractions.size else float("nan")
+        low, high = _interval(share, fractions.size) if _is_sample(study, by_samples) else (np.nan, np.nan)
+        found.append(Share(label, share, low, high, int(fractions.size)))
+    return found
+
+
+def _is_sample(study: Study, by_samples: bool) -> bool:
+    kind = study.sampling.kind if by_samples else study.design.kind
+    return kind in ("random", "latin-hypercube", "sobol") and (by_samples or bool(study.factors))
+
+
+def _interval(share: float, trials: int) -> tuple[float, float]:
+    """Clopper and Pearson's interval; conservative where trials are fractions, and for stratified samples."""
+    if not trials or np.isnan(share):
+        return float("nan"), float("nan")
+    successes, tail = share * trials, 0.5 * (1.0 - CONFIDENCE)
+    low = 0.0 if successes <= 0.0 else float(stats.beta.ppf(tail, successes, trials - successes + 1.0))
+    high = 1.0 if successes >= trials else float(stats.beta.ppf(1.0 - tail, successes + 1.0, trials - successes))
+    return low, high
+
+
+def worst_cases(study: Study, results: xr.Dataset, count: int = 5) -> list[Worst]:
+    """The cases that are farthest beyond a requirement, or nearest to it.
+
+    Parameters
+    ----------
+    study : Study
+    results : Dataset
+    count : int
+
+    Returns
+    -------
+    list of Worst
+        The worst first; of each point one at most.
+    """
+    complete = results["status"].values == COMPLETE
+    found: dict[int, Worst] = {}
+    for requirement in study.requirements:
+        values = response_values(results, requirement.response)
+        margins = np.where(complete & np.isfinite(values), requirement.margin(values), np.inf)
+        seen = set[int]()
+        for case in np.argsort(margins, kind="stable"):
+            point = int(case) // study.per_point
+            if not np.isfinite(margins[case]) or len(seen) >= count:
+                break
+            if point not in seen:
+                seen.add(point)
+                if point not in found or found[point].margin > margins[case]:
+                    found[point] = Worst(int(case), requirement.label, float(values[case]), float(margins[case]))
+    return sorted(found.values(), key=lambda one: one.margin)[:count]
+
+
+def causes(results: xr.Dataset) -> dict[str, list[int]]:
+    """Failed cases by cause, the most frequent first; numbers in a cause do not make it another one.
+
+    Parameters
+    ----------
+    results : Dataset
+
+    Returns
+    -------
+    dict of str to list of int
+        Cases by the cause of the first of them.
+    """
+    groups: dict[str, list[int]] = {}
+    label: dict[str, str] = {}
+    for case in np.flatnonzero(results["status"].values == FAILED):
+        cause = str(results["cause"].values[case])
+        key = "".join("#" if letter.isdigit() else letter for letter in cause)
+        while "##" in key:
+            key = key.replace("##", "#")
+        key = key.replace("#e-#", "#").replace("#.#", "#")
+        groups.setdefault(label.setdefault(key, cause), []).append(int(case))
+    return dict(sorted(groups.items(), key=lambda item: -len(item[1])))
+
+
+def counts(results: xr.Dataset) -> tuple[int, int, int]:
+    """Complete, failed and pending cases."""
+    status = results["status"].values
+    return int(np.sum(status == COMPLETE)), int(np.sum(status == FAILED)), int(np.sum(status == PENDING))

@@ -1,0 +1,232 @@
+"""One block of a study: its cases simulated as one batch and written to the store."""
+
+from __future__ import annotations
+
+import threading
+import time
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from scissordyn.cache.folder import adopt_folder
+from scissordyn.errors import InputError, ScissordynError
+from scissordyn.model.address import changed_all, find
+from scissordyn.simulation.batch import simulate_many
+from scissordyn.simulation.measure import MEASURES, Ended, Measure
+from scissordyn.simulation.run import simulate
+from scissordyn.study.description import Cases, OwnMeasure, Study
+from scissordyn.study.store import COMPLETE, FAILED, PENDING, Store, column
+
+__all__ = ["Block", "BlockResult", "give_up", "pilot", "run_block"]
+
+
+@dataclass(frozen=True)
+class Block:
+    """What a worker needs to do a block.
+
+    Parameters
+    ----------
+    study : Study
+    store : str
+        Its address.
+    number : int
+    again : bool
+        Whether cases that failed are done again.
+    points : ndarray, optional
+        Of an adaptive design.
+    kernels : Path, optional
+        Where a process that is started for this keeps machine code.
+    """
+
+    study: Study
+    store: str
+    number: int
+    again: bool = False
+    points: np.ndarray | None = None
+    kernels: Path | None = None
+
+
+@dataclass(frozen=True)
+class BlockResult:
+    """What became of a block.
+
+    Parameters
+    ----------
+    number : int
+    complete, failed : int
+        Cases.
+    seconds : float
+        From its begin to the last byte [s]; 0 if it was complete already.
+    integration_seconds : float
+    """
+
+    number: int
+    complete: int
+    failed: int
+    seconds: float
+    integration_seconds: float
+
+
+def run_block(block: Block, stop: threading.Event | None = None) -> BlockResult:
+    """Do what is missing of a block.
+
+    Parameters
+    ----------
+    block : Block
+    stop : Event, optional
+        Set when the user stops the study; nothing is written then.
+
+    Returns
+    -------
+    BlockResult
+
+    Raises
+    ------
+    KeyboardInterrupt
+        If it was stopped.
+    """
+    began = time.perf_counter()
+    if block.kernels is not None and block.kernels.is_dir():  # not on another machine
+        adopt_folder(block.kernels)
+    store = Store(block.store)
+    cases, status = store.cases_of(block.number)
+    missing = (status == PENDING) | (block.again & (status == FAILED))
+    if not missing.any():  # a worker was lost after it had written everything
+        return BlockResult(block.number, int(np.sum(status == COMPLETE)), int(np.sum(status == FAILED)), 0.0, 0.0)
+    todo = cases[missing]
+    numbers = block.study.numbers(todo, block.points)
+    found = _simulated(block.study, numbers, stop)
+    states = np.where(found["status"].values == "complete", COMPLETE, FAILED).astype(np.int8)
+    columns: dict[str, Any] = {column(address): values for address, values in numbers.values.items()}
+    columns |= {name: found[name].values for name in block.study.measure_names}
+    columns["cause"] = found["cause"].values.astype(object)
+    integration = float(found.attrs["integration_seconds"])
+    store.write(todo, columns, states, (time.perf_counter() - began, integration, float(todo.size)))
+    status[missing] = states
+    complete, failed = int(np.sum(status == COMPLETE)), int(np.sum(status == FAILED))
+    return BlockResult(block.number, complete, failed, time.perf_counter() - began, integration)
+
+
+def give_up(block: Block, cause: str) -> BlockResult:
+    """Mark the missing cases of a block as failed.
+
+    Parameters
+    ----------
+    block : Block
+    cause : str
+
+    Returns
+    -------
+    BlockResult
+    """
+    store = Store(block.store)
+    cases, status = store.cases_of(block.number)
+    missing = status == PENDING
+    if missing.any():
+        numbers = block.study.numbers(cases[missing], block.points)
+        columns: dict[str, Any] = {column(address): values for address, values in numbers.values.items()}
+        columns["cause"] = np.full(int(missing.sum()), cause, dtype=object)
+        store.write(cases[missing], columns, np.full(int(missing.sum()), FAILED, np.int8), (0.0, 0.0, 0.0))
+        status[missing] = FAILED
+    return BlockResult(block.number, int(np.sum(status == COMPLETE)), int(np.sum(status == FAILED)), 0.0, 0.0)
+
+
+def pilot(study: Study, cases: np.ndarray, points: np.ndarray | None = None) -> xr.Dataset:
+    """Some cases of a study, here and not stored: for dimensions, units and the time that a case takes.
+
+    Parameters
+    ----------
+    study : Study
+    cases : ndarray of int
+    points : ndarray, optional
+        Of an adaptive design.
+
+    Returns
+    -------
+    Dataset
+    """
+    return _simulated(study, study.numbers(cases, points), None)
+
+
+def _simulated(study: Study, numbers: Cases, stop: threading.Event | None) -> xr.Dataset:
+    """The cases as one batch on one thread: engines run several blocks beside each other."""
+
+    def look(done: int, total: int) -> None:
+        if stop is not None and stop.is_set():
+            raise KeyboardInterrupt
+
+    options = study.options
+    measures = {name: MEASURES[name] for name in study.measures}
+    measures |= {own.name: _accumulated(own) for own in study.own_measures if own.of == "accumulators"}
+    found = simulate_many(
+        study.mechanism,
+        numbers.values,
+        until=options.until,
+        measures=measures,
+        members=numbers.members,
+        perturbation=study.perturbation,
+        start=options.start,
+        rtol=options.rtol,
+        atol=options.atol,
+        method=options.method,
+        most_steps=options.most_steps,
+        events=options.events,
+        threads=1,
+        progress=look,
+    )
+    if found.attrs["status"] == "interrupted":
+        raise KeyboardInterrupt
+    for own in study.own_measures:
+        if own.of == "dataset":
+            found = _of_datasets(study, numbers, found, own, look)
+    return found
+
+
+def _accumulated(own: OwnMeasure) -> Measure:
+    function = own.callable()
+
+    def value(ended: Ended) -> float:
+        try:
+            return float(function(ended))
+        except Exception as error:
+            raise ScissordynError(f"measure '{own.name}': {type(error).__name__}: {error}") from error
+
+    return Measure(own.units, f"measure '{own.name}' of the user", (), value)
+
+
+def _of_datasets(study: Study, numbers: Cases, found: xr.Dataset, own: OwnMeasure, look: Any) -> xr.Dataset:
+    """A measure of the user's that wants the Dataset of each case."""
+    function = own.callable()
+    places = {address: find(study.mechanism, address) for address in numbers.values}
+    values = np.full(found.sizes["case"], np.nan)
+    status, cause = found["status"].values.astype(object), found["cause"].values.astype(object)
+    options = replace(study.options)
+    for case in np.flatnonzero(status == "complete"):
+        look(int(case), values.size)
+        changes = {address: float(column[case]) for address, column in numbers.values.items()}
+        try:
+            run = simulate(
+                changed_all(study.mechanism, changes, places),
+                until=options.until,
+                start=options.start,
+                samples=options.samples,
+                rtol=options.rtol,
+                atol=options.atol,
+                method=options.method,
+                most_steps=options.most_steps,
+                events=options.events,
+            )
+            if run.attrs["status"] == "interrupted":
+                raise KeyboardInterrupt
+            values[case] = float(function(run))
+        except InputError as error:
+            status[case], cause[case] = "failed", str(error)
+        except Exception as error:
+            status[case], cause[case] = "failed", f"measure '{own.name}': {type(error).__name__}: {error}"
+    about = {"units": own.units, "long_name": f"measure '{own.name}' of the user"}
+    return found.assign(
+        {own.name: ("case", values, about), "status": ("case", status.astype(str)), "cause": ("case", cause.astype(str))}
+    )

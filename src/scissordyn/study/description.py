@@ -1,0 +1,372 @@
+"""What a study computes: the numbers that vary, the design, the uncertain numbers, members, measures and requirements."""
+
+from __future__ import annotations
+
+import hashlib
+import inspect
+import json
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from scissordyn.errors import InputError, did_you_mean
+from scissordyn.model.address import number
+from scissordyn.model.description import from_plain as described
+from scissordyn.model.description import parse
+from scissordyn.model.mechanism import Mechanism
+from scissordyn.model.record import to_plain as plain_description
+from scissordyn.plugin.user_file import file_digest, load_function, split_reference
+from scissordyn.simulation.configuration import Configuration
+from scissordyn.simulation.measure import MEASURES
+from scissordyn.simulation.options import Options
+from scissordyn.simulation.provenance import provenance
+from scissordyn.study.design import Design, design_size, design_values
+from scissordyn.study.distribution import Variation, from_plain, to_plain
+from scissordyn.study.goal import Optimisation
+from scissordyn.study.requirement import Requirement
+
+__all__ = ["Cases", "Factor", "OwnMeasure", "Sampling", "Study"]
+
+NUMERICS = ("cli", "plot", "paper", "config", "study", "analysis")
+"""Rooms that no measure of a case depends on."""
+
+UNCERTAIN_SEEDS = 2**32
+"""Added to the seed of the uncertain numbers, which are to be independent of those of the design."""
+
+
+@dataclass(frozen=True)
+class Factor:
+    """A number that varies.
+
+    Parameters
+    ----------
+    address : str
+        See `model.address`; a pattern (``clearance.all.clearance``) gives all its places the same value.
+    variation : Variation
+        Values in SI.
+    """
+
+    address: str
+    variation: Variation
+
+
+@dataclass(frozen=True)
+class Sampling:
+    """How the uncertain numbers are sampled at every point of the design.
+
+    Parameters
+    ----------
+    samples : int
+    kind : {"random", "latin-hypercube", "sobol"}
+    seed : int
+    common : bool
+        Whether all points have the same samples (common random numbers), so that differences between points are not noise.
+    """
+
+    samples: int = 1
+    kind: str = "sobol"
+    seed: int = 0
+    common: bool = True
+
+    def __post_init__(self) -> None:
+        if self.kind not in ("random", "latin-hypercube", "sobol"):
+            raise InputError(f"sampling '{self.kind}'", "random, latin-hypercube, sobol")
+        if isinstance(self.samples, bool) or not isinstance(self.samples, int) or self.samples < 1:
+            raise InputError(f"samples = {self.samples!r}", "a whole number >= 1")
+        if not self.common and self.kind == "latin-hypercube":
+            raise InputError("a Latin hypercube of its own for each point", "common = true, or random, or sobol")
+
+
+@dataclass(frozen=True)
+class OwnMeasure:
+    """A measure that is a Python function of the user's.
+
+    Parameters
+    ----------
+    name : str
+    function : callable or str
+        Or ``"file.py:function"``. Returns a number.
+    of : {"dataset", "accumulators"}
+        What it gets: the Dataset that `simulate` returns (each case is then simulated once more, with samples), or the
+        `simulation.measure.Ended` of the batch.
+    units : str
+    digest : str
+        Of its file.
+    """
+
+    name: str
+    function: Callable[..., float] | str
+    of: str = "dataset"
+    units: str = "1"
+    digest: str = ""
+
+    def __post_init__(self) -> None:
+        if self.of not in ("dataset", "accumulators"):
+            raise InputError(f"a measure of '{self.of}'", "dataset, accumulators")
+        if not self.name.isidentifier() or self.name in MEASURES:
+            raise InputError(
+                f"'{self.name}' as the name of your own measure", "a name that is not taken, of letters and digits"
+            )
+        if isinstance(self.function, str):
+            path, name = split_reference(self.function)
+            object.__setattr__(self, "function", f"{path}:{name}")
+            object.__setattr__(self, "digest", self.digest or file_digest(path))
+
+    def callable(self) -> Callable[..., float]:
+        """The function itself."""
+        return load_function(self.function, self.digest) if isinstance(self.function, str) else self.function
+
+    def to_plain(self) -> dict[str, Any]:
+        """As plain data; a function that is no file's as its source, to compare with."""
+        if isinstance(self.function, str):
+            return {"name": self.name, "function": self.function, "of": self.of, "units": self.units, "digest": self.digest}
+        try:
+            source = inspect.getsource(self.function)
+        except (OSError, TypeError):
+            source = repr(getattr(self.function, "__code__", self.function))
+        digest = hashlib.sha256(source.encode()).hexdigest()[:16]
+        return {"name": self.name, "function": "", "of": self.of, "units": self.units, "digest": digest}
+
+
+@dataclass(frozen=True)
+class Cases:
+    """The numbers of some cases.
+
+    Parameters
+    ----------
+    values : dict of str to ndarray
+        By address, in SI.
+    members : ndarray of int
+    """
+
+    values: dict[str, np.ndarray]
+    members: np.ndarray
+
+
+@dataclass(frozen=True)
+class Study:
+    """A study of a mechanism.
+
+    Case number = (point x samples + sample) x members + member, so that a point's cases are neighbours.
+
+    Parameters
+    ----------
+    mechanism : Mechanism
+    options : Options
+    factors : tuple of Factor
+    design : Design
+    measures : tuple of str
+        Names from `simulation.measure.MEASURES`.
+    own_measures : tuple of OwnMeasure
+    uncertain : tuple of Factor
+        Numbers that nobody chooses.
+    sampling : Sampling
+    members : int
+        Runs of each sample, from starts that differ by round-off: where they disagree the answer is a distribution.
+    perturbation : float
+        Of the starts.
+    requirements : tuple of Requirement
+    optimisation : Optimisation or None
+        Proposes the points of an adaptive design.
+    """
+
+    mechanism: Mechanism
+    options: Options
+    factors: tuple[Factor, ...]
+    design: Design = field(default_factory=Design)
+    measures: tuple[str, ...] = ("peak_force", "peak_drive_torque")
+    own_measures: tuple[OwnMeasure, ...] = ()
+    uncertain: tuple[Factor, ...] = ()
+    sampling: Sampling = field(default_factory=Sampling)
+    members: int = 1
+    perturbation: float = 1e-14
+    requirements: tuple[Requirement, ...] = ()
+    optimisation: Optimisation | None = None
+
+    def __post_init__(self) -> None:
+        if not self.factors and not self.uncertain:
+            raise InputError(
+                "a study in which nothing varies", "addresses and what they vary over", "--vary A.clearance='0.1..0.4 mm'"
+            )
+        if self.sampling.samples > 1 and not self.uncertain:
+            raise InputError(f"{self.sampling.samples} samples of no uncertain number", "[uncertain] with addresses")
+        if isinstance(self.members, bool) or not isinstance(self.members, int) or self.members < 1:
+            raise InputError(f"members = {self.members!r}", "a whole number >= 1")
+        for name in self.measures:
+            if name not in MEASURES:
+                raise InputError(f"measure '{name}'{did_you_mean(name, MEASURES)}", ", ".join(MEASURES))
+        addresses = [factor.address for factor in (*self.factors, *self.uncertain)]
+        for factor in (*self.factors, *self.uncertain):
+            quantity = number(self.mechanism, factor.address).quantity
+            assert quantity is not None
+            for end in factor.variation.ends:
+                if np.isfinite(end) and not quantity.admits(end) and factor.variation.kind not in ("lognormal",):
+                    raise InputError(f"'{factor.address}' up to {end:g} [{quantity.unit}]", quantity.allowed)
+            if addresses.count(factor.address) > 1:
+                raise InputError(f"'{factor.address}' varies twice", "each address once")
+        known = self.measure_names
+        for requirement in self.requirements:
+            if requirement.measure not in known:
+                raise InputError(
+                    f"'{requirement.label}': the study has no measure '{requirement.measure}'"
+                    f"{did_you_mean(requirement.measure, known)}",
+                    ", ".join(known),
+                )
+        design_size(self.design, [factor.variation for factor in self.factors])
+
+    @property
+    def measure_names(self) -> tuple[str, ...]:
+        """Names of all measures."""
+        return (*self.measures, *(own.name for own in self.own_measures))
+
+    @property
+    def addresses(self) -> tuple[str, ...]:
+        """Addresses of all numbers that vary, chosen and uncertain."""
+        return tuple(factor.address for factor in (*self.factors, *self.uncertain))
+
+    @property
+    def per_point(self) -> int:
+        """Cases of a point."""
+        return self.sampling.samples * self.members
+
+    @property
+    def points(self) -> int:
+        """Points of the design."""
+        return design_size(self.design, [factor.variation for factor in self.factors]) if self.factors else 1
+
+    @property
+    def cases(self) -> int:
+        """Cases in all."""
+        return self.points * self.per_point
+
+    def base(self) -> np.ndarray:
+        """The numbers of the mechanism at the addresses of the factors."""
+        return np.array([float(number(self.mechanism, factor.address).value) for factor in self.factors])
+
+    def numbers(self, cases: np.ndarray, points: np.ndarray | None = None) -> Cases:
+        """The numbers of some cases; each depends on the number of its case only.
+
+        Parameters
+        ----------
+        cases : ndarray of int, shape (n,)
+        points : ndarray, shape (design points, factors), optional
+            Of an adaptive design.
+
+        Returns
+        -------
+        Cases
+        """
+        point, rest = np.divmod(cases, self.per_point)
+        sample, member = np.divmod(rest, self.members)
+        values: dict[str, np.ndarray] = {}
+        if self.factors:
+            places, back = np.unique(point, return_inverse=True)
+            if self.design.kind == "adaptive":
+                assert points is not None
+                chosen = points[places]
+            else:
+                chosen = design_values(self.design, [factor.variation for factor in self.factors], self.base(), places)
+            values |= {factor.address: chosen[back, k] for k, factor in enumerate(self.factors)}
+        if self.uncertain:
+            size = self.sampling.samples if self.sampling.common else self.sampling.samples * self.points
+            design = Design(self.sampling.kind, size, seed=self.sampling.seed + UNCERTAIN_SEEDS)
+            at = sample if self.sampling.common else point * self.sampling.samples + sample
+            places, back = np.unique(at, return_inverse=True)
+            variations = [factor.variation for factor in self.uncertain]
+            drawn = design_values(design, variations, np.zeros(len(variations)), places)
+            values |= {factor.address: drawn[back, k] for k, factor in enumerate(self.uncertain)}
+        return Cases(values, member)
+
+    def to_plain(self) -> dict[str, Any]:
+        """The study as plain data for JSON."""
+        return {
+            "mechanism": plain_description(self.mechanism),
+            "options": plain_description(self.options),
+            "factors": [_plain_factor(factor) for factor in self.factors],
+            "design": {"kind": self.design.kind, "points": self.design.points, "seed": self.design.seed},
+            "measures": list(self.measures),
+            "own_measures": [own.to_plain() for own in self.own_measures],
+            "uncertain": [_plain_factor(factor) for factor in self.uncertain],
+            "sampling": vars(self.sampling).copy(),
+            "members": self.members,
+            "perturbation": self.perturbation,
+            "requirements": [vars(requirement).copy() for requirement in self.requirements],
+            "optimisation": None if self.optimisation is None else self.optimisation.to_plain(),
+        }
+
+    @classmethod
+    def from_plain(
+        cls, plain: Mapping[str, Any], *, allow_code: Sequence[Path] = (), own_measures: Sequence[OwnMeasure] = ()
+    ) -> Study:
+        """The study that `to_plain` wrote.
+
+        Parameters
+        ----------
+        plain : mapping
+        allow_code : sequence of Path
+            Files of the user whose functions may be executed.
+        own_measures : sequence of OwnMeasure
+            The functions that are no file's.
+
+        Returns
+        -------
+        Study
+        """
+        mechanism = Configuration(parse(plain["mechanism"], Mechanism), plain["mechanism"]).build_mechanism(allow_code)
+        given = {own.name: own for own in own_measures}
+        own = []
+        for each in plain["own_measures"]:
+            if each["name"] in given:
+                own.append(given[each["name"]])
+                continue
+            path = Path(each["function"].rpartition(":")[0])
+            if not each["function"] or path.resolve() not in {Path(file).resolve() for file in allow_code}:
+                raise InputError(
+                    f"the study's measure '{each['name']}' is a function of yours", "its file, allowed", f"--allow-code {path}"
+                )
+            own.append(OwnMeasure(**each))
+        return cls(
+            mechanism,
+            described(plain["options"], Options),
+            tuple(_factor(each) for each in plain["factors"]),
+            Design(**plain["design"]),
+            tuple(plain["measures"]),
+            tuple(own),
+            tuple(_factor(each) for each in plain["uncertain"]),
+            Sampling(**plain["sampling"]),
+            plain["members"],
+            plain["perturbation"],
+            tuple(Requirement(**each) for each in plain["requirements"]),
+            None if plain["optimisation"] is None else Optimisation.from_plain(plain["optimisation"]),
+        )
+
+    def fingerprint(self) -> dict[str, str]:
+        """Digests of all that the numbers depend on, by what they are of; equal digests mean equal numbers."""
+        plain = self.to_plain()
+        if self.design.extendable:
+            plain["design"] = {**plain["design"], "points": 0}
+        search = plain["optimisation"]
+        if search is not None:  # these decide which points there are
+            search["requirements"] = plain["requirements"]
+        parts = {
+            "mechanism": plain["mechanism"],
+            "options": plain["options"],
+            "design": [plain[key] for key in ("factors", "design", "uncertain", "sampling", "members", "perturbation")],
+            "measures": [plain["measures"], plain["own_measures"]],
+            "optimisation": None if search is None else {**search, "generations": 0},
+            "program": provenance(NUMERICS),
+        }
+        return {
+            name: hashlib.sha256(json.dumps(part, sort_keys=True).encode()).hexdigest()[:16] for name, part in parts.items()
+        }
+
+
+def _plain_factor(factor: Factor) -> dict[str, Any]:
+    return {"address": factor.address, "variation": to_plain(factor.variation)}
+
+
+def _factor(plain: Mapping[str, Any]) -> Factor:
+    return Factor(plain["address"], from_plain(plain["variation"]))

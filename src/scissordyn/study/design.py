@@ -1,0 +1,247 @@
+"""Designs of experiments: the points of a study, each computable from its number alone."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from functools import lru_cache
+from types import MappingProxyType
+
+import numpy as np
+
+from scissordyn.errors import InputError, did_you_mean
+from scissordyn.study.distribution import Variation
+
+__all__ = ["DESIGNS", "Design", "design_size", "design_values", "uniform_numbers"]
+
+Points = Callable[["Design", Sequence[Variation], np.ndarray, np.ndarray], np.ndarray]
+
+WORDS = 4
+"""Numbers that one count of the Philox generator gives."""
+
+MORRIS_LEVELS = 4
+"""Levels of Morris's trajectories, as usual: Campolongo et al., Environ. Model. Softw. 22, 1509 (2007)."""
+
+
+@dataclass(frozen=True)
+class Design:
+    """How the points of a study are chosen.
+
+    Parameters
+    ----------
+    kind : str
+        "grid", "zip", "random", "latin-hypercube", "sobol", "one-at-a-time", "saltelli" (for Sobol indices), "morris", or
+        "adaptive" (points that an optimiser proposes).
+    points : int
+        Number of points of a random, Latin hypercube or Sobol design; of base points of a Saltelli design; of trajectories of
+        a Morris design.
+    seed : int
+    """
+
+    kind: str = "grid"
+    points: int = 0
+    seed: int = 0
+
+    def __post_init__(self) -> None:
+        if self.kind not in DESIGNS:
+            raise InputError(f"design '{self.kind}'{did_you_mean(self.kind, DESIGNS)}", ", ".join(DESIGNS))
+        for name, least in (("points", 1 if self.kind in SAMPLED else 0), ("seed", 0)):
+            value = getattr(self, name)
+            if isinstance(value, bool) or not isinstance(value, int) or value < least:
+                raise InputError(f"{name} = {value!r} of a {self.kind} design", f"a whole number >= {least}")
+
+    @property
+    def extendable(self) -> bool:
+        """Whether points can be added and those before stay the same."""
+        return self.kind in EXTENDABLE
+
+
+def uniform_numbers(seed: int, stream: int, dimensions: int, at: np.ndarray) -> np.ndarray:
+    """Uniform random numbers that depend on their place only.
+
+    Philox numbers its outputs (Salmon et al., SC11, 2011): point k takes a fixed range of counts, whatever else is computed.
+
+    Parameters
+    ----------
+    seed : int
+    stream : int
+        Numbers of different streams are independent.
+    dimensions : int
+    at : ndarray of int, shape (n,)
+        Numbers of the points.
+
+    Returns
+    -------
+    ndarray, shape (n, dimensions)
+        In [0, 1).
+    """
+    width = -(-dimensions // WORDS)
+    found = np.empty((at.size, dimensions))
+    starts = np.flatnonzero(np.diff(at, prepend=at[:1] - 2) != 1)  # runs of consecutive points are drawn at once
+    for first, last in zip(starts, np.append(starts[1:], at.size), strict=True):
+        bits = np.random.Philox(key=[seed, stream], counter=[int(at[first]) * width, 0, 0, 0])
+        numbers = np.random.Generator(bits).random((last - first) * width * WORDS)
+        found[first:last] = numbers.reshape(last - first, width * WORDS)[:, :dimensions]
+    return found
+
+
+def design_size(design: Design, variations: Sequence[Variation]) -> int:
+    """Number of points.
+
+    Parameters
+    ----------
+    design : Design
+    variations : sequence of Variation
+
+    Returns
+    -------
+    int
+    """
+    match design.kind:
+        case "grid":
+            return int(np.prod([variation.levels().size for variation in variations], dtype=np.int64)) if variations else 1
+        case "zip":
+            sizes = {variation.levels().size for variation in variations} - {1}
+            if len(sizes) > 1:
+                raise InputError(f"lists of {' and '.join(map(str, sorted(sizes)))} values to zip", "lists of one length")
+            return max(sizes, default=1)
+        case "one-at-a-time":
+            return 1 + sum(variation.levels().size for variation in variations)
+        case "saltelli":
+            return design.points * (len(variations) + 2)
+        case "morris":
+            return design.points * (len(variations) + 1)
+        case _:
+            return design.points
+
+
+def design_values(design: Design, variations: Sequence[Variation], base: np.ndarray, at: np.ndarray) -> np.ndarray:
+    """Values of the factors at some points.
+
+    Parameters
+    ----------
+    design : Design
+    variations : sequence of Variation
+    base : ndarray, shape (factors,)
+        The numbers of the mechanism itself, from which one-at-a-time starts.
+    at : ndarray of int, shape (n,)
+        Numbers of the points.
+
+    Returns
+    -------
+    ndarray, shape (n, factors)
+    """
+    return DESIGNS[design.kind](design, variations, base, at)
+
+
+def _grid(_: Design, variations: Sequence[Variation], base: np.ndarray, at: np.ndarray) -> np.ndarray:
+    levels = [variation.levels() for variation in variations]
+    if not levels:
+        return np.empty((at.size, 0))
+    places = np.unravel_index(at, [each.size for each in levels])
+    return np.stack([each[place] for each, place in zip(levels, places, strict=True)], axis=1)
+
+
+def _zip(design: Design, variations: Sequence[Variation], base: np.ndarray, at: np.ndarray) -> np.ndarray:
+    size = design_size(design, variations)
+    return np.stack([np.broadcast_to(variation.levels(), size)[at] for variation in variations], axis=1)
+
+
+def _one_at_a_time(_: Design, variations: Sequence[Variation], base: np.ndarray, at: np.ndarray) -> np.ndarray:
+    """Point 0 is the mechanism as it is; then the levels of each factor, all others as they are."""
+    levels = [variation.levels() for variation in variations]
+    rows = [base]
+    for place, each in enumerate(levels):
+        for value in each:
+            row = base.copy()
+            row[place] = value
+            rows.append(row)
+    return np.asarray(np.stack(rows)[at])
+
+
+def _at_quantiles(variations: Sequence[Variation], u: np.ndarray) -> np.ndarray:
+    return np.stack([variation.quantile(u[:, place]) for place, variation in enumerate(variations)], axis=1)
+
+
+def _random(design: Design, variations: Sequence[Variation], base: np.ndarray, at: np.ndarray) -> np.ndarray:
+    return _at_quantiles(variations, uniform_numbers(design.seed, 0, len(variations), at))
+
+
+@lru_cache(maxsize=4)
+def _hypercube(points: int, dimensions: int, seed: int) -> np.ndarray:
+    from scipy.stats import qmc
+
+    return np.asarray(qmc.LatinHypercube(dimensions, rng=np.random.default_rng(seed)).random(points))
+
+
+def _latin_hypercube(design: Design, variations: Sequence[Variation], base: np.ndarray, at: np.ndarray) -> np.ndarray:
+    return _at_quantiles(variations, _hypercube(design.points, len(variations), design.seed)[at])
+
+
+def _sobol_numbers(seed: int, dimensions: int, at: np.ndarray) -> np.ndarray:
+    """Points of a scrambled Sobol sequence by their numbers."""
+    from scipy.stats import qmc
+
+    low, high = int(at.min()), int(at.max()) + 1
+    sequence = qmc.Sobol(dimensions, scramble=True, rng=np.random.default_rng(seed))
+    if low:
+        sequence.fast_forward(low)
+        drawn = sequence.random(high - low)
+    else:  # the first point apart: scipy warns of a first draw that is no power of two, but here a block is drawn
+        drawn = np.concatenate([sequence.random(1), sequence.random(high - 1)]) if high > 1 else sequence.random(1)
+    return np.asarray(drawn[at - low])
+
+
+def _sobol(design: Design, variations: Sequence[Variation], base: np.ndarray, at: np.ndarray) -> np.ndarray:
+    return _at_quantiles(variations, _sobol_numbers(design.seed, len(variations), at))
+
+
+def _saltelli(design: Design, variations: Sequence[Variation], base: np.ndarray, at: np.ndarray) -> np.ndarray:
+    """Rows A, A with one column of B for each factor, B: the order that SALib takes (Saltelli et al. 2010)."""
+    d = len(variations)
+    row, part = np.divmod(at, d + 2)
+    both = _sobol_numbers(design.seed, 2 * d, row)
+    u = np.where((part == d + 1)[:, None], both[:, d:], both[:, :d])
+    for k in range(d):
+        u[part == k + 1, k] = both[part == k + 1, d + k]
+    return _at_quantiles(variations, u)
+
+
+@lru_cache(maxsize=4)
+def _trajectories(count: int, dimensions: int, seed: int) -> np.ndarray:
+    from SALib.sample import morris
+
+    problem = {"num_vars": dimensions, "names": [str(k) for k in range(dimensions)], "bounds": [[0.0, 1.0]] * dimensions}
+    return np.asarray(morris.sample(problem, count, num_levels=MORRIS_LEVELS, seed=seed))
+
+
+def _morris(design: Design, variations: Sequence[Variation], base: np.ndarray, at: np.ndarray) -> np.ndarray:
+    return _at_quantiles(variations, morris_numbers(design, len(variations))[at])
+
+
+def morris_numbers(design: Design, dimensions: int) -> np.ndarray:
+    """Points of the trajectories in the unit cube, drawn into it by a hundredth so that no quantile is infinite."""
+    return 0.005 + 0.99 * _trajectories(design.points, dimensions, design.seed)
+
+
+def _adaptive(design: Design, variations: Sequence[Variation], base: np.ndarray, at: np.ndarray) -> np.ndarray:
+    raise InputError("points of an adaptive design by their numbers", "the points that an optimiser has proposed")
+
+
+DESIGNS: Mapping[str, Points] = MappingProxyType(
+    {
+        "grid": _grid,
+        "zip": _zip,
+        "one-at-a-time": _one_at_a_time,
+        "random": _random,
+        "latin-hypercube": _latin_hypercube,
+        "sobol": _sobol,
+        "saltelli": _saltelli,
+        "morris": _morris,
+        "adaptive": _adaptive,
+    }
+)
+"""Designs by kind."""
+
+SAMPLED = ("random", "latin-hypercube", "sobol", "saltelli", "morris")
+EXTENDABLE = ("random", "sobol", "saltelli", "adaptive")

@@ -1,0 +1,327 @@
+"""Engines: where the blocks of a study are done. An engine maps a function over tasks and knows nothing else."""
+
+from __future__ import annotations
+
+import os
+import threading
+from collections.abc import Callable, Iterable, Iterator
+from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Generic, Protocol, TypeVar
+
+from scissordyn.errors import InputError, ScissordynError
+from scissordyn.study.worker import signals_blocked
+
+if TYPE_CHECKING:
+    from distributed import Client
+
+__all__ = ["Cluster", "Engine", "EngineError", "Outcome", "Threads", "processors"]
+
+Task = TypeVar("Task")
+Value = TypeVar("Value")
+
+AHEAD = 2
+"""Tasks handed out per worker: one in work and one that waits, so that no worker waits for this process."""
+
+ATTEMPTS = 3
+"""A task whose worker died this often is given up."""
+
+PATIENCE = 10.0
+"""How long a scheduler may take to answer [s]."""
+
+
+class EngineError(ScissordynError):
+    """Workers that could be reached before and cannot now."""
+
+
+def processors() -> int:
+    """Processors that this process may use."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else (os.cpu_count() or 1)
+
+
+@dataclass(frozen=True)
+class Outcome(Generic[Task, Value]):
+    """What became of a task.
+
+    Parameters
+    ----------
+    task
+    value
+        None if it failed.
+    error : Exception or None
+    """
+
+    task: Task
+    value: Value | None
+    error: Exception | None = None
+
+
+class Engine(Protocol):
+    """Whatever maps a function over tasks."""
+
+    @property
+    def workers(self) -> int:
+        """Tasks in work at the same time."""
+
+    @property
+    def remote(self) -> bool:
+        """Whether tasks leave this process."""
+
+    def each(self, function: Callable[..., Value], tasks: Iterable[Task]) -> Iterator[Outcome[Task, Value]]:
+        """Results in the order in which they come."""
+
+
+class Threads:
+    """Threads of this process: kernels release the interpreter's lock.
+
+    Parameters
+    ----------
+    workers : int, optional
+        One per processor if not given.
+    """
+
+    remote = False
+
+    def __init__(self, workers: int | None = None) -> None:
+        if workers is not None and (isinstance(workers, bool) or not isinstance(workers, int) or workers < 1):
+            raise InputError(f"threads = {workers!r}", "a whole number >= 1")
+        self.workers = workers or processors()
+
+    def each(self, function: Callable[..., Value], tasks: Iterable[Task]) -> Iterator[Outcome[Task, Value]]:
+        """Results in the order in which they come.
+
+        Parameters
+        ----------
+        function : callable
+            Of a task and of an Event that is set when the user stops it.
+        tasks : iterable
+
+        Yields
+        ------
+        Outcome
+        """
+        stop = threading.Event()
+        with ThreadPoolExecutor(self.workers, thread_name_prefix="block") as pool:
+            handed: dict[Future[Value], Task] = {}
+            waiting = iter(tasks)
+            try:
+                while True:
+                    for task in waiting:
+                        handed[pool.submit(function, task, stop)] = task
+                        if len(handed) >= AHEAD * self.workers:
+                            break
+                    if not handed:
+                        return
+                    for future in wait(handed, return_when=FIRST_COMPLETED).done:
+                        yield _outcome(future, handed.pop(future))
+            except BaseException:
+                stop.set()
+                for future in handed:
+                    future.cancel()
+                raise
+
+
+def _outcome(future: Future[Value], task: Task) -> Outcome[Task, Value]:
+    try:
+        return Outcome(task, future.result())
+    except Exception as error:
+        return Outcome(task, None, error)
+
+
+class Cluster:
+    """Workers of dask.distributed.
+
+    Parameters
+    ----------
+    client : Client
+        Connected to a scheduler.
+    """
+
+    remote = True
+
+    def __init__(self, client: Client) -> None:
+        self.client = client
+
+    @property
+    def workers(self) -> int:
+        """Threads of all workers, at least 1."""
+        return max(1, int(sum(self.client.nthreads().values())))
+
+    @classmethod
+    @contextmanager
+    def local(cls, workers: int) -> Iterator[Cluster]:
+        """Processes on this machine.
+
+        Parameters
+        ----------
+        workers : int
+        """
+        if isinstance(workers, bool) or not isinstance(workers, int) or workers < 1:
+            raise InputError(f"workers = {workers!r}", "a whole number >= 1")
+        distributed = _distributed()
+        with signals_blocked():  # whatever is started here leaves Ctrl-C to this process
+            cluster = distributed.LocalCluster(
+                n_workers=workers,
+                threads_per_worker=1,
+                processes=True,
+                dashboard_address=None,
+                worker_dashboard_address=None,
+                memory_limit=0,
+                silence_logs=50,
+            )
+            client = distributed.Client(cluster)
+        try:
+            yield cls(client)
+        finally:
+            client.close()
+            cluster.close()
+
+    @classmethod
+    @contextmanager
+    def joined(cls, scheduler: str) -> Iterator[Cluster]:
+        """Workers of a scheduler that runs already.
+
+        Parameters
+        ----------
+        scheduler : str
+            Its address, ``tcp://host:8786``.
+        """
+        distributed = _distributed()
+        try:
+            with signals_blocked():
+                client = _answering(lambda: distributed.Client(scheduler, timeout=PATIENCE))
+        except (OSError, TimeoutError, ValueError, TypeError) as error:
+            reason = " ".join(str(error).split())[:200] or type(error).__name__
+            raise InputError(
+                f"scheduler '{scheduler}' does not answer: {reason}",
+                "the address that dask scheduler prints",
+                "tcp://host:8786",
+            ) from None
+        try:
+            yield cls(client)
+        finally:
+            client.close()
+
+    @classmethod
+    @contextmanager
+    def queued(cls, file: Path) -> Iterator[Cluster]:
+        """Workers that a queueing system starts, by dask-jobqueue.
+
+        Parameters
+        ----------
+        file : Path
+            YAML: ``kind: slurm`` (or pbs, lsf, sge, htcondor, oar), ``jobs: 20``, and the options of the class.
+        """
+        distributed = _distributed()
+        options = _cluster_options(file)
+        import dask_jobqueue
+
+        kinds = {name.removesuffix("Cluster").lower(): name for name in dir(dask_jobqueue) if name.endswith("Cluster")}
+        kind, jobs = str(options.pop("kind", "")).lower(), options.pop("jobs", 1)
+        if kind not in kinds or not isinstance(jobs, int) or jobs < 1:
+            raise InputError(
+                f"'{file}': kind '{kind}', jobs {jobs!r}", f"kind: one of {', '.join(sorted(kinds))}; jobs: 1 or more"
+            )
+        try:
+            cluster = getattr(dask_jobqueue, kinds[kind])(**options)
+        except (TypeError, ValueError) as error:
+            raise InputError(f"'{file}': {error}", f"options of dask_jobqueue.{kinds[kind]}") from None
+        cluster.scale(jobs=jobs)
+        client = distributed.Client(cluster, timeout=PATIENCE)
+        try:
+            yield cls(client)
+        finally:
+            client.close()
+            cluster.close()
+
+    def each(self, function: Callable[..., Value], tasks: Iterable[Task]) -> Iterator[Outcome[Task, Value]]:
+        """Results in the order in which they come; tasks of lost workers are handed out again.
+
+        Parameters
+        ----------
+        function : callable
+            Of a task; importable by the workers.
+        tasks : iterable
+
+        Yields
+        ------
+        Outcome
+        """
+        from distributed import as_completed
+
+        waiting, handed, count = iter(tasks), dict[str, Task](), 0
+        running = as_completed()
+        try:
+            while True:
+                limit = AHEAD * self.workers
+                while len(handed) < limit:
+                    task = next(waiting, None)
+                    if task is None:
+                        break
+                    future = self.client.submit(function, task, pure=False, retries=0, key=f"block-{id(self):x}-{count}")
+                    handed[future.key] = task
+                    running.add(future)
+                    count += 1
+                if not handed:
+                    return
+                if self.client.status not in ("running", "connecting"):
+                    raise EngineError("the connection to the scheduler was lost; what is complete is kept")
+                future = next(running)
+                yield _remote_outcome(future, handed.pop(future.key))
+        except EngineError:
+            raise
+        except BaseException:
+            self.client.cancel(list(handed), force=True)
+            raise
+
+
+def _answering(connect: Callable[[], Client]) -> Client:
+    """A connection; the library itself waits for ever for a server that accepts it and then is silent."""
+    found: list[Client] = []
+    failed: list[Exception] = []
+
+    def attempt() -> None:
+        try:
+            found.append(connect())
+        except Exception as error:
+            failed.append(error)
+
+    trying = threading.Thread(target=attempt, name="connect", daemon=True)
+    trying.start()
+    trying.join(PATIENCE + 1.0)
+    if failed:
+        raise failed[0]
+    if not found:
+        raise TimeoutError(f"no answer within {PATIENCE:g} s")
+    return found[0]
+
+
+def _remote_outcome(future: Any, task: Task) -> Outcome[Task, Any]:
+    if future.status in ("cancelled", "lost"):
+        raise EngineError("the connection to the scheduler was lost; what is complete is kept")
+    error = future.exception()
+    return Outcome(task, None, error) if error is not None else Outcome(task, future.result())
+
+
+def _distributed() -> Any:
+    try:
+        import dask
+        import distributed
+    except ImportError:
+        raise InputError("dask.distributed is not installed", "the extra 'study'", "pip install 'scissordyn[study]'") from None
+    dask.config.set({"distributed.scheduler.allowed-failures": ATTEMPTS - 1})
+    return distributed
+
+
+def _cluster_options(file: Path) -> dict[str, Any]:
+    import yaml
+
+    try:
+        found = yaml.safe_load(file.read_text())
+    except (OSError, UnicodeDecodeError, yaml.YAMLError) as error:
+        raise InputError(f"cannot read '{file}': {' '.join(str(error).split())}", "YAML with kind, jobs and options") from None
+    if not isinstance(found, dict):
+        raise InputError(f"'{file}' is no table", "YAML with kind, jobs and options", "kind: slurm")
+    return found

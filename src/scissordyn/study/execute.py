@@ -1,0 +1,240 @@
+"""Do what is missing of a study."""
+
+from __future__ import annotations
+
+import os
+import time
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from scissordyn.cache.folder import shared_folder
+from scissordyn.errors import InputError, ScissordynError
+from scissordyn.study.block import Block, BlockResult, give_up, pilot, run_block
+from scissordyn.study.description import Study
+from scissordyn.study.engine import Engine, Threads
+from scissordyn.study.store import COMPLETE, FAILED, PENDING, Store, StoreError
+
+__all__ = ["Progress", "execute", "extend", "prepare"]
+
+BLOCK_SECONDS = 3.0
+"""Work of a block [s]: much more than a task costs, and little to lose."""
+
+SHARES = 4
+"""At least as many blocks for each worker, so that none waits long for the last."""
+
+LARGEST_BLOCK = 100_000
+"""Cases; what a worker holds in memory."""
+
+TIMED = 8
+"""Cases whose time is taken to choose a block."""
+
+QUICK = 0.1
+"""A case longer than that [s] is timed alone."""
+
+
+@dataclass(frozen=True)
+class Progress:
+    """How far a study is.
+
+    Parameters
+    ----------
+    complete, failed, cases : int
+    seconds : float
+        Since it was begun or taken up [s].
+    done_here : int
+        Cases since then.
+    """
+
+    complete: int
+    failed: int
+    cases: int
+    seconds: float
+    done_here: int
+
+    @property
+    def rate(self) -> float:
+        """Cases per second."""
+        return self.done_here / self.seconds if self.seconds > 0.0 else 0.0
+
+    @property
+    def left(self) -> float:
+        """Seconds to go, at this rate."""
+        return (self.cases - self.complete - self.failed) / self.rate if self.rate > 0.0 else float("inf")
+
+
+def prepare(
+    study: Study, store: Store, *, block: int | None = None, workers: int = 1, points: np.ndarray | None = None
+) -> None:
+    """Make the store of a study, or check that it is this study's.
+
+    Parameters
+    ----------
+    study : Study
+    store : Store
+    block : int, optional
+        Cases of a block; chosen from the time of some cases if not given.
+    workers : int
+        Of the engine, all of which are to have blocks.
+    points : ndarray, optional
+        First points of an adaptive design.
+    """
+    if store.exists():
+        store.check(study)
+        return
+    if block is not None and (isinstance(block, bool) or not isinstance(block, int) or block < 1):
+        raise InputError(f"block = {block!r}", "a whole number of cases >= 1")
+    if any(own.of == "dataset" for own in study.own_measures) and study.members > 1:
+        raise InputError("a measure of the dataset with several members", "a measure of 'accumulators', or members = 1")
+    first = pilot(study, np.array([0]), points)
+    store.create(study, first, block or min(_block_size(study, points), -(-study.cases // (SHARES * workers))))
+
+
+def _block_size(study: Study, points: np.ndarray | None) -> int:
+    """Cases that take some seconds."""
+    began = time.perf_counter()
+    pilot(study, np.array([0]), points)  # everything is compiled by now
+    seconds = time.perf_counter() - began
+    if seconds < QUICK:
+        cases = np.unique(np.linspace(0, study.cases - 1, TIMED).astype(int))
+        began = time.perf_counter()
+        pilot(study, cases, points)
+        seconds = (time.perf_counter() - began) / cases.size
+    size = int(np.clip(BLOCK_SECONDS / max(seconds, 1e-6), 1, LARGEST_BLOCK))
+    whole = study.per_point * max(1, size // study.per_point)
+    return whole if whole <= 2 * size else size
+
+
+def execute(
+    study: Study,
+    address: str | os.PathLike[str],
+    *,
+    engine: Engine | None = None,
+    block: int | None = None,
+    retry: bool = False,
+    points: np.ndarray | None = None,
+    progress: Callable[[Progress], None] | None = None,
+) -> Store:
+    """Do the missing cases of a study; what is in the store already is kept.
+
+    Parameters
+    ----------
+    study : Study
+    address : str or path
+        Of the store: made if there is none.
+    engine : Engine, optional
+        Threads of this process, one per processor, if not given.
+    block : int, optional
+        Cases of a block of a new store.
+    retry : bool
+        Do cases that failed again.
+    points : ndarray, shape (points, factors), optional
+        Of an adaptive design.
+    progress : callable, optional
+        Called after each block.
+
+    Returns
+    -------
+    Store
+
+    Raises
+    ------
+    InputError
+        If the store is of another study.
+    StoreError
+        If it cannot be written; what is complete is kept.
+    KeyboardInterrupt
+        After Ctrl-C; what is complete is kept.
+    """
+    engine = Threads() if engine is None else engine
+    store = Store(address)
+    with store.alone():
+        prepare(study, store, block=block, workers=engine.workers, points=points)
+        if study.cases != store.cases:
+            raise InputError(
+                f"'{store.address}' has {store.cases} cases and the study {study.cases}",
+                "the same number of points",
+                "scissordyn study extend, with --points",
+            )
+        _missing_blocks(study, store, engine, retry, points, progress)
+    return store
+
+
+def _missing_blocks(
+    study: Study,
+    store: Store,
+    engine: Engine,
+    retry: bool,
+    points: np.ndarray | None,
+    progress: Callable[[Progress], None] | None,
+) -> None:
+    status = store.status()
+    missing = (status == PENDING) | (retry & (status == FAILED))
+    numbers = np.unique(np.flatnonzero(missing) // store.block)
+    kernels = shared_folder() if engine.remote else None
+    tasks = (Block(study, store.address, int(number), retry, points, kernels) for number in numbers)
+    began, done_here = time.perf_counter(), 0
+    complete = {int(k): 0 for k in numbers}
+    known_complete, known_failed = int(np.sum(status == COMPLETE)), int(np.sum(status == FAILED))
+    for number in complete:
+        part = status[number * store.block : (number + 1) * store.block]
+        known_complete -= int(np.sum(part == COMPLETE))
+        known_failed -= int(np.sum(part == FAILED))
+        complete[number] = int(np.sum(part == PENDING) + (retry and np.sum(part == FAILED)))
+    for result in _finished(engine, tasks):
+        known_complete += result.complete
+        known_failed += result.failed
+        done_here += complete[result.number]
+        if progress is not None:
+            progress(Progress(known_complete, known_failed, status.size, time.perf_counter() - began, done_here))
+
+
+def _finished(engine: Engine, tasks: Iterator[Block]) -> Iterator[BlockResult]:
+    for outcome in engine.each(run_block, tasks):
+        if outcome.value is not None:
+            yield outcome.value
+        elif isinstance(outcome.error, StoreError):
+            raise outcome.error
+        else:
+            error = outcome.error
+            died = type(error).__name__ == "KilledWorker"
+            text = str(error) if isinstance(error, ScissordynError) else f"{type(error).__name__}: {error}"
+            yield give_up(outcome.task, "the processes that computed it died" if died else " ".join(text.split()))
+
+
+def extend(
+    study: Study,
+    address: str | os.PathLike[str],
+    points: int,
+    *,
+    engine: Engine | None = None,
+    progress: Callable[[Progress], None] | None = None,
+) -> Store:
+    """Add points to a random, Sobol or Saltelli design, and do them.
+
+    Parameters
+    ----------
+    study : Study
+        As in the store.
+    address : str or path
+    points : int
+        Number of points (of base points of a Saltelli design) from now on.
+    engine, progress
+        As for `execute`.
+
+    Returns
+    -------
+    Store
+    """
+    if not study.design.extendable:
+        raise InputError(f"more points of a {study.design.kind} design", "a random, sobol or saltelli design")
+    if points < study.design.points:
+        raise InputError(f"{points} points of a study that has {study.design.points}", "more")
+    if study.uncertain and not study.sampling.common and study.sampling.kind == "latin-hypercube":
+        raise InputError("more points of a study with a Latin hypercube for each", "common random numbers")
+    larger = replace(study, design=replace(study.design, points=points))
+    store = Store(address)
+    store.check(study)
+    store.extend(larger)
+    return execute(larger, address, engine=engine, progress=progress)

@@ -1,0 +1,90 @@
+"""Studies as tables: CSV, Parquet, NetCDF."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+import xarray as xr
+
+from scissordyn.errors import InputError
+from scissordyn.simulation.output_file import check_target
+from scissordyn.simulation.store import save
+from scissordyn.study.store import COMPLETE, FAILED, PENDING
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+__all__ = ["ENDINGS", "export", "table"]
+
+ENDINGS = (".csv", ".parquet", ".nc")
+
+WORDS = {PENDING: "pending", COMPLETE: "complete", FAILED: "failed"}
+
+
+def table(results: xr.Dataset) -> pd.DataFrame:
+    """One row for each case; a measure of several joints has a column for each, ``A.peak_force``.
+
+    Parameters
+    ----------
+    results : Dataset
+        From `Store.results`.
+
+    Returns
+    -------
+    DataFrame
+    """
+    import pandas as pd
+
+    columns: dict[str, np.ndarray] = {name: results[name].values for name in ("point", "sample", "member")}
+    for role in ("factor", "uncertain", "measure"):
+        for name, variable in results.data_vars.items():
+            if variable.attrs.get("role") != role:
+                continue
+            if variable.ndim == 1:
+                columns[str(variable.attrs.get("address", name))] = variable.values
+                continue
+            for place, part in enumerate(variable[variable.dims[1]].values):
+                columns[f"{part}.{name}"] = variable.values[:, place]
+    columns["status"] = np.array([WORDS[int(code)] for code in results["status"].values])
+    columns["cause"] = results["cause"].values.astype(object)
+    return pd.DataFrame(columns)
+
+
+def export(results: xr.Dataset, path: Path) -> Path:
+    """Write all cases to a file whose ending says in which form.
+
+    Parameters
+    ----------
+    results : Dataset
+        From `Store.results`.
+    path : Path
+        ``.csv``, ``.parquet`` or ``.nc``.
+
+    Returns
+    -------
+    Path
+    """
+    ending = path.suffix.lower()
+    if ending not in ENDINGS:
+        raise InputError(f"'{path}' as a table", f"a name that ends in {', '.join(ENDINGS)}", "-o study.csv")
+    if ending == ".nc":
+        check_target(path, sample="-o study.nc")
+        plain = results.copy()
+        for name, variable in results.variables.items():
+            if variable.dtype.kind not in "fib":
+                plain[name] = variable.copy(data=variable.values.astype(object))
+        plain.attrs = {**plain.attrs, "fingerprint": str(plain.attrs["fingerprint"])}
+        return save(plain, path)
+    rows = table(results)
+    try:
+        if ending == ".csv":
+            rows.to_csv(path, index_label="case")
+        else:
+            rows.to_parquet(path)
+    except ImportError:
+        raise InputError("pyarrow is not installed", "the extra 'study', or CSV", "-o study.csv") from None
+    except OSError as error:
+        raise InputError(f"cannot write '{path}': {error.strerror or error}", "a place that can be written") from None
+    return path

@@ -1,0 +1,126 @@
+"""Goals of an optimisation, and measures of risk over the uncertain numbers."""
+
+from __future__ import annotations
+
+import dataclasses
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from scissordyn.errors import InputError
+from scissordyn.study.design import Design
+from scissordyn.study.requirement import Response
+
+__all__ = ["Goal", "Optimisation", "risk_value"]
+
+RISK = re.compile(r"(mean|worst)|(quantile|cvar)\s+(\d+(?:\.\d+)?)\s*%")
+
+
+@dataclass(frozen=True)
+class Goal:
+    """A response to be made small, or large.
+
+    Parameters
+    ----------
+    measure : str
+    part : str
+    maximise : bool
+    """
+
+    measure: str
+    part: str = ""
+    maximise: bool = False
+
+    @property
+    def response(self) -> Response:
+        """The number that counts: of several joints the worst."""
+        return Response(self.measure, self.part, self.maximise)
+
+    @property
+    def label(self) -> str:
+        """As the user writes it."""
+        return f"{'maximise' if self.maximise else 'minimise'} {self.response.name}"
+
+
+@dataclass(frozen=True)
+class Optimisation:
+    """How the best point is searched for: CMA-ES for one goal, NSGA-II for several.
+
+    Parameters
+    ----------
+    goals : tuple of Goal
+    risk : str
+        What counts of a goal over the uncertain numbers and members: "mean", "worst", "quantile 95 %" or "cvar 95 %", the mean
+        of the worst 5 %.
+    population : int
+        Candidates of a generation; 0 for the method's own choice.
+    generations : int
+    seed : int
+    """
+
+    goals: tuple[Goal, ...]
+    risk: str = "mean"
+    population: int = 0
+    generations: int = 20
+    seed: int = 0
+
+    def __post_init__(self) -> None:
+        if not self.goals:
+            raise InputError("an optimisation without a goal", "at least one", "'minimise peak_force'")
+        risk_value(np.zeros((1, 1)), self.risk)
+        for name, least in (("population", 0), ("generations", 1), ("seed", 0)):
+            value = getattr(self, name)
+            if isinstance(value, bool) or not isinstance(value, int) or value < least:
+                raise InputError(f"{name} = {value!r}", f"a whole number >= {least}")
+
+    def size(self, factors: int) -> int:
+        """Candidates of a generation: by default 4 + 3 ln n (Hansen 2016), or 40 with several goals."""
+        if self.population:
+            return max(self.population, 4)
+        return 4 + int(3 * np.log(max(factors, 2))) if len(self.goals) == 1 else 40
+
+    def design(self, generations: int, factors: int) -> Design:
+        """The design after some generations."""
+        return Design("adaptive", generations * self.size(factors))
+
+    def to_plain(self) -> dict[str, Any]:
+        """As plain data for JSON."""
+        return dataclasses.asdict(self)
+
+    @classmethod
+    def from_plain(cls, plain: Mapping[str, Any]) -> Optimisation:
+        """What `to_plain` wrote."""
+        return cls(**{**plain, "goals": tuple(Goal(**goal) for goal in plain["goals"])})
+
+
+def risk_value(values: np.ndarray, risk: str) -> np.ndarray:
+    """A measure of risk of values of which large ones are bad.
+
+    Parameters
+    ----------
+    values : ndarray, shape (points, cases)
+        Equally probable.
+    risk : str
+        "mean", "worst", "quantile q %", or "cvar q %": min over t of t + mean(max(x - t, 0)) / (1 - q), which a quantile
+        attains (Rockafellar and Uryasev, J. Risk 2, 21 (2000)).
+
+    Returns
+    -------
+    ndarray, shape (points,)
+    """
+    found = RISK.fullmatch(risk.strip())
+    if found is None or (found[3] and not 0.0 < float(found[3]) < 100.0):
+        raise InputError(f"risk '{risk}'", "mean, worst, quantile 95 %, cvar 95 %", "'cvar 95 %'")
+    if found[1] == "mean":
+        return np.asarray(np.mean(values, axis=1))
+    if found[1] == "worst":
+        return np.asarray(np.max(values, axis=1))
+    fraction = float(found[3]) / 100.0
+    if found[2] == "quantile":
+        return np.asarray(np.quantile(values, fraction, axis=1, method="inverted_cdf"))
+    threshold = np.quantile(values, fraction, axis=1, method="inverted_cdf")
+    beyond = np.maximum(values - threshold[:, None], 0.0)
+    return np.asarray(threshold + np.mean(beyond, axis=1) / (1.0 - fraction))

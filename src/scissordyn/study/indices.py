@@ -1,0 +1,132 @@
+"""Sensitivity: Sobol indices of a Saltelli design and Morris's elementary effects, by SALib."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from scissordyn.errors import InputError
+from scissordyn.study.answer import by_point, responses
+from scissordyn.study.description import Study
+from scissordyn.study.design import MORRIS_LEVELS, morris_numbers
+
+__all__ = ["morris_indices", "sensitivity", "sobol_indices"]
+
+RESAMPLES = 500
+"""Resamples of the bootstrap."""
+
+LEAST = 8
+"""Base points or trajectories below which no index is worth its interval."""
+
+
+def sobol_indices(values: np.ndarray, names: list[str], *, seed: int = 0) -> xr.Dataset:
+    """First-order and total Sobol indices with bootstrap intervals.
+
+    Parameters
+    ----------
+    values : ndarray, shape (base points (factors + 2),)
+        Of a Saltelli design. Base points with a NaN are left out.
+    names : list of str
+    seed : int
+        Of the bootstrap.
+
+    Returns
+    -------
+    Dataset
+        Along `factor`: `first`, `total`, and half the widths of their 95 % intervals `first_interval`, `total_interval`;
+        attribute `left_out`, the number of base points.
+    """
+    from SALib.analyze import sobol
+
+    rows = values.reshape(-1, len(names) + 2)
+    whole = np.all(np.isfinite(rows), axis=1)
+    _check_count(int(whole.sum()), "base points")
+    problem = {"num_vars": len(names), "names": names, "bounds": [[0.0, 1.0]] * len(names)}
+    used = rows[whole].ravel()
+    if not np.ptp(used) > 0.0:
+        raise InputError("a response that is the same at all points", "one that varies")
+    found = sobol.analyze(problem, used, calc_second_order=False, num_resamples=RESAMPLES, seed=seed)
+    keys = {"first": "S1", "first_interval": "S1_conf", "total": "ST", "total_interval": "ST_conf"}
+    about = {"units": "1"}
+    return xr.Dataset(
+        {name: ("factor", np.asarray(found[key], float), about) for name, key in keys.items()},
+        coords={"factor": names},
+        attrs={"left_out": int(np.sum(~whole)), "method": "sobol"},
+    )
+
+
+def morris_indices(points: np.ndarray, values: np.ndarray, names: list[str], *, seed: int = 0) -> xr.Dataset:
+    """Mean absolute elementary effects of Morris with bootstrap intervals.
+
+    Parameters
+    ----------
+    points : ndarray, shape (trajectories (factors + 1), factors)
+        In the unit cube.
+    values : ndarray
+        Trajectories with a NaN are left out.
+    names : list of str
+    seed : int
+        Of the bootstrap.
+
+    Returns
+    -------
+    Dataset
+        Along `factor`: `effect` (mu*), `effect_interval`, `deviation` (sigma: interactions and curvature).
+    """
+    from SALib.analyze import morris
+
+    d = len(names)
+    rows = values.reshape(-1, d + 1)
+    whole = np.all(np.isfinite(rows), axis=1)
+    _check_count(int(whole.sum()), "trajectories")
+    problem = {"num_vars": d, "names": names, "bounds": [[0.0, 1.0]] * d}
+    used = points.reshape(-1, d + 1, d)[whole].reshape(-1, d)
+    found = morris.analyze(problem, used, rows[whole].ravel(), num_levels=MORRIS_LEVELS, num_resamples=RESAMPLES, seed=seed)
+    keys = {"effect": "mu_star", "effect_interval": "mu_star_conf", "deviation": "sigma"}
+    return xr.Dataset(
+        {name: ("factor", np.asarray(found[key], float), {}) for name, key in keys.items()},
+        coords={"factor": names},
+        attrs={"left_out": int(np.sum(~whole)), "method": "morris"},
+    )
+
+
+def _check_count(count: int, what: str) -> None:
+    if count < LEAST:
+        raise InputError(f"{count} complete {what}", f"at least {LEAST}")
+
+
+def sensitivity(study: Study, results: xr.Dataset) -> tuple[dict[str, xr.Dataset], dict[str, str]]:
+    """Indices of each response, if the design is one for indices.
+
+    Parameters
+    ----------
+    study : Study
+    results : Dataset
+
+    Returns
+    -------
+    found : dict of str to Dataset
+        By response; empty for other designs.
+    left_out : dict of str to str
+        Why there are none of a response.
+    """
+    if study.design.kind not in ("saltelli", "morris"):
+        return {}, {}
+    points = by_point(study, results)
+    names: list[str] = [factor.address for factor in study.factors]
+    found: dict[str, Any] = {}
+    left_out: dict[str, str] = {}
+    for name in responses(study, results):
+        values = np.asarray(points[name].values)
+        try:
+            if study.design.kind == "saltelli":
+                found[name] = sobol_indices(values, names)
+            else:
+                found[name] = morris_indices(morris_numbers(study.design, len(names)), values, names)
+        except InputError as error:
+            left_out[name] = str(error)
+            continue
+        found[name].attrs["units"] = points[name].attrs["units"]
+    return found, left_out

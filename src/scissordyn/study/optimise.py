@@ -1,0 +1,277 @@
+"""Optimisation: generations of candidates, each a batch of cases in the store, from which it can be taken up again."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import Any, Protocol
+
+import numpy as np
+import xarray as xr
+
+from scissordyn.errors import InputError
+from scissordyn.study.description import Study
+from scissordyn.study.engine import Engine
+from scissordyn.study.execute import Progress, execute
+from scissordyn.study.goal import Optimisation, risk_value
+from scissordyn.study.requirement import response_values
+from scissordyn.study.store import COMPLETE, PENDING, Store, column
+
+__all__ = ["Optimum", "candidates", "nondominated", "optimise", "proposer"]
+
+STEP = 0.3
+"""First step size of CMA-ES in the unit cube, as its author recommends for ranges."""
+
+
+@dataclass(frozen=True)
+class Optimum:
+    """What an optimisation has found.
+
+    Parameters
+    ----------
+    points : Dataset
+        Along `point`: the factors, one variable for each goal (its risk), `violation`, `front` (whether no other point is
+        better in all goals), `generation`.
+    best : int
+        With one goal the best point that meets the requirements (the least violation if none does); -1 with several.
+    """
+
+    points: xr.Dataset
+    best: int
+
+
+class Proposer(Protocol):
+    """A method that asks for candidates in the unit cube and is told their goals; nothing else makes it go on."""
+
+    def ask(self) -> np.ndarray:
+        """Candidates, shape (population, factors)."""
+
+    def tell(self, goals: np.ndarray, violation: np.ndarray) -> None:
+        """Goals, shape (population, goals), to be made small; violation, shape (population,), 0 where all is met."""
+
+
+class _Cma:
+    """CMA-ES: candidates that meet the requirements come before those that do not."""
+
+    def __init__(self, dimensions: int, population: int, seed: int) -> None:
+        import cma
+
+        numbers = np.random.default_rng(seed)
+        options = {
+            "bounds": [0.0, 1.0],
+            "popsize": population,
+            "verbose": -9,
+            "seed": np.nan,
+            "randn": lambda *shape: numbers.standard_normal(shape),
+        }
+        self.strategy = cma.CMAEvolutionStrategy([0.5] * dimensions, STEP, options)
+        self.largest = -np.inf
+
+    def ask(self) -> np.ndarray:
+        self.asked = self.strategy.ask()
+        return np.array(self.asked)
+
+    def tell(self, goals: np.ndarray, violation: np.ndarray) -> None:
+        meets = violation <= 0.0
+        self.largest = max(self.largest, *goals[meets, 0], -np.inf)
+        behind = self.largest if np.isfinite(self.largest) else 0.0
+        self.strategy.tell(self.asked, np.where(meets, goals[:, 0], behind + violation).tolist())
+
+
+class _Nsga2:
+    """NSGA-II."""
+
+    def __init__(self, dimensions: int, population: int, seed: int, goals: int) -> None:
+        from pymoo.algorithms.moo.nsga2 import NSGA2
+        from pymoo.core.problem import Problem
+        from pymoo.termination import get_termination
+
+        self.problem = Problem(n_var=dimensions, n_obj=goals, n_ieq_constr=1, xl=0.0, xu=1.0)
+        self.algorithm = NSGA2(pop_size=population)
+        self.algorithm.setup(self.problem, termination=get_termination("n_gen", 10**9), seed=seed, verbose=False)
+
+    def ask(self) -> np.ndarray:
+        self.asked = self.algorithm.ask()
+        return np.array(self.asked.get("X"), float)
+
+    def tell(self, goals: np.ndarray, violation: np.ndarray) -> None:
+        from pymoo.core.evaluator import Evaluator
+        from pymoo.problems.static import StaticProblem
+
+        Evaluator().eval(StaticProblem(self.problem, F=goals, G=violation[:, None]), self.asked)
+        self.algorithm.tell(infills=self.asked)
+
+
+def proposer(optimisation: Optimisation, dimensions: int) -> Proposer:
+    """The method for an optimisation: CMA-ES for one goal, NSGA-II for several.
+
+    Parameters
+    ----------
+    optimisation : Optimisation
+    dimensions : int
+
+    Returns
+    -------
+    Proposer
+    """
+    population = optimisation.size(dimensions)
+    try:
+        if len(optimisation.goals) == 1:
+            return _Cma(dimensions, population, optimisation.seed)
+        return _Nsga2(dimensions, population, optimisation.seed, len(optimisation.goals))
+    except ImportError as error:
+        raise InputError(f"{error.name} is not installed", "the extra 'study'", "pip install 'scissordyn[study]'") from None
+
+
+def optimise(
+    study: Study,
+    address: str | os.PathLike[str],
+    *,
+    engine: Engine | None = None,
+    block: int | None = None,
+    progress: Callable[[Progress, int], None] | None = None,
+) -> Store:
+    """Search for the best points; every point that is tried is in the store.
+
+    The method draws its random numbers by its seed, so that it proposes the same candidates again when it is told the same
+    results: what the store holds is told, not computed.
+
+    Parameters
+    ----------
+    study : Study
+        With an `optimisation`.
+    address : str or path
+    engine, block
+        As for `execute`.
+    progress : callable, optional
+        Called after each block, with the generation.
+
+    Returns
+    -------
+    Store
+    """
+    plan = study.optimisation
+    if plan is None or not study.factors:
+        raise InputError("a study without a goal or without a factor", "goals, and numbers to choose", "'minimise peak_force'")
+    method, width = proposer(plan, len(study.factors)), plan.size(len(study.factors))
+    store = Store(address)
+    points = np.empty((0, len(study.factors)))
+    for generation in range(plan.generations):
+        u = method.ask()
+        new = np.stack([factor.variation.quantile(u[:, k]) for k, factor in enumerate(study.factors)], axis=1)
+        points = np.concatenate([points, new])
+        here = replace(study, design=plan.design(generation + 1, len(study.factors)))
+        there = store.cases // study.per_point if store.exists() else 0
+        if there < points.shape[0] and there:
+            store.check(here)
+            with store.alone():
+                store.extend(here)
+        told = None if progress is None else _told(progress, generation + 1)
+        if there <= points.shape[0]:
+            store = execute(here, address, engine=engine, block=block, points=points, progress=told)
+        results = store.results().isel(case=slice(0, points.shape[0] * study.per_point))
+        _same_points(results, study, points, store)
+        tried = candidates(here, results).points.isel(point=slice(-width, None))
+        goals = np.stack([tried[goal.label].values for goal in plan.goals], axis=1)
+        method.tell(*_finite(goals, tried["violation"].values))
+    return store
+
+
+def _told(progress: Callable[[Progress, int], None], generation: int) -> Callable[[Progress], None]:
+    return lambda one: progress(one, generation)
+
+
+def _same_points(results: xr.Dataset, study: Study, points: np.ndarray, store: Store) -> None:
+    """The store's points are those that the method proposes, unless another version of it made them."""
+    done = results["status"].values != PENDING
+    for k, factor in enumerate(study.factors):
+        stored = results[column(factor.address)].values
+        if not np.array_equal(stored[done], np.repeat(points[:, k], study.per_point)[done]):
+            raise InputError(
+                f"'{store.address}' holds points that the method does not propose", "the version of the library that made it"
+            )
+
+
+def _finite(goals: np.ndarray, violation: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Candidates with cases that failed come last."""
+    failed = ~np.all(np.isfinite(goals), axis=1) | ~np.isfinite(violation)
+    worst = np.max(violation[~failed], initial=0.0)
+    return np.where(failed[:, None], 0.0, goals), np.where(failed, worst + 1.0, violation)
+
+
+def candidates(study: Study, results: xr.Dataset) -> Optimum:
+    """Goals and violation of every point that was tried.
+
+    Parameters
+    ----------
+    study : Study
+    results : Dataset
+        From `Store.results`.
+
+    Returns
+    -------
+    Optimum
+    """
+    plan = study.optimisation
+    assert plan is not None
+    per_point = study.per_point
+    count = results.sizes["case"] // per_point
+    rows = slice(0, count * per_point)
+    width = plan.size(len(study.factors))
+    variables: dict[str, Any] = {}
+    for factor in study.factors:
+        found = results[column(factor.address)]
+        variables[factor.address] = ("point", found.values[rows].reshape(count, per_point)[:, 0], found.attrs)
+    goals = []
+    for goal in plan.goals:
+        sign = -1.0 if goal.maximise else 1.0
+        values = sign * response_values(results, goal.response)[rows].reshape(count, per_point)
+        goals.append(risk_value(values, plan.risk))  # a case that failed makes it NaN
+        about = {"units": results[goal.measure].attrs.get("units", "1"), "long_name": f"{plan.risk} of {goal.response.name}"}
+        variables[goal.label] = ("point", goals[-1], about)
+    violation = np.zeros(count)
+    for requirement in study.requirements:
+        margin = requirement.margin(response_values(results, requirement.response))[rows].reshape(count, per_point)
+        beyond = risk_value(-margin, plan.risk)
+        violation += np.where(np.isnan(beyond), np.inf, np.maximum(beyond, 0.0))
+    violation[~np.all(np.isfinite(np.stack(goals)), axis=0)] = np.inf
+    complete = (results["status"].values[rows].reshape(count, per_point) == COMPLETE).all(axis=1)
+    matrix, usable = np.stack(goals, axis=1), complete & (violation <= 0.0)
+    front = np.zeros(count, bool)
+    front[usable] = nondominated(matrix[usable])
+    variables["violation"] = (
+        "point",
+        violation,
+        {"units": "1", "long_name": "violation of the requirements, as a fraction of the bounds"},
+    )
+    variables["front"] = ("point", front, {"long_name": "no other point is better in all goals"})
+    variables["generation"] = ("point", np.arange(count) // width, {"long_name": "generation"})
+    best = -1
+    if len(goals) == 1 and np.isfinite(violation).any():
+        least = violation <= max(0.0, float(np.min(violation)))
+        best = int(np.flatnonzero(least)[np.argmin(matrix[least, 0])])
+    return Optimum(xr.Dataset(variables), best)
+
+
+def nondominated(goals: np.ndarray) -> np.ndarray:
+    """Points than which no other is better in one goal and as good in the others.
+
+    Parameters
+    ----------
+    goals : ndarray, shape (points, goals)
+        To be made small.
+
+    Returns
+    -------
+    ndarray of bool, shape (points,)
+    """
+    found = np.zeros(goals.shape[0], bool)
+    order = np.lexsort(goals.T[::-1])
+    kept = np.empty((0, goals.shape[1]))
+    for place in order:  # in this order a point can only be dominated by one before it
+        one = goals[place]
+        found[place] = not np.any(np.all(kept <= one, axis=1) & np.any(kept < one, axis=1))
+        if found[place]:
+            kept = np.concatenate([kept, one[None]])
+    return found

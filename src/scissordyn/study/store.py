@@ -1,0 +1,349 @@
+"""The store of a study: Zarr 3, one chunk of each array for each block, written by one writer, the status last."""
+
+from __future__ import annotations
+
+import json
+import os
+import warnings
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import xarray as xr
+
+from scissordyn.errors import InputError, ScissordynError
+from scissordyn.lock import hold
+from scissordyn.study.description import OwnMeasure, Study
+from scissordyn.study.design import Design
+
+if TYPE_CHECKING:
+    import zarr
+
+__all__ = ["COMPLETE", "FAILED", "PENDING", "Store", "StoreError", "column"]
+
+PENDING, COMPLETE, FAILED = 0, 1, 2
+"""Status of a case; pending is the fill value: a block that nobody has written is pending."""
+
+TITLE = "scissordyn study"
+
+TIMING = "timing"
+"""Group of what differs from run to run; the arrays at the root do not."""
+
+TIMES = ("seconds", "integration_seconds", "cases", "attempts")
+
+
+class StoreError(ScissordynError):
+    """A store that could be read or written before and cannot now: a full disk, a lost connection."""
+
+
+def column(address: str) -> str:
+    """Name of the array of an address; a slash would make a group of it."""
+    return address.replace("/", "_")
+
+
+class Store:
+    """The store of one study.
+
+    Parameters
+    ----------
+    address : str
+        A folder, or an address that fsspec knows, such as ``s3://bucket/study.zarr``.
+    """
+
+    def __init__(self, address: str | os.PathLike[str]) -> None:
+        text = os.fspath(address)
+        self.remote = "://" in text
+        self.address = text if self.remote else str(Path(text).expanduser().absolute())
+        self._group: Any = None
+
+    # --- beginning ------------------------------------------------------------------------------------------------------
+
+    def exists(self) -> bool:
+        """Whether there is a study; an `InputError` if there is anything else."""
+        if not self.remote:
+            path = Path(self.address)
+            if not path.exists():
+                return False
+            if not path.is_dir() or not (path / "zarr.json").exists():
+                if path.is_dir() and not any(path.iterdir()):
+                    return False
+                raise InputError(f"'{path}' is no study", "the folder of a study, or a name that is not taken", "-o study.zarr")
+        try:
+            attributes = self.group.attrs
+        except InputError:
+            if self.remote:
+                return False
+            raise
+        if attributes.get("title") != TITLE:
+            raise InputError(
+                f"'{self.address}' is no study", "the store of a study, or a name that is not taken", "-o study.zarr"
+            )
+        return True
+
+    @property
+    def group(self) -> zarr.Group:
+        """The root group."""
+        if self._group is None:
+            import zarr
+
+            with _said(self.address):
+                try:
+                    self._group = zarr.open_group(self.address, mode="r+", use_consolidated=False)
+                except (FileNotFoundError, KeyError):
+                    raise InputError(f"no study at '{self.address}'", "the store of a study") from None
+                except (ImportError, ValueError) as error:
+                    raise InputError(f"'{self.address}': {error}", "a folder, or an address that fsspec knows") from None
+        return self._group
+
+    def create(self, study: Study, pilot: xr.Dataset, block: int) -> None:
+        """Write the arrays' descriptions; nothing is computed yet.
+
+        Parameters
+        ----------
+        study : Study
+        pilot : Dataset
+            Of at least one case, with all measures: gives dimensions and units.
+        block : int
+            Cases of a block.
+        """
+        import zarr
+
+        attributes = {
+            "title": TITLE,
+            "study": json.dumps(study.to_plain()),
+            "fingerprint": study.fingerprint(),
+            "block": block,
+            "samples": study.sampling.samples,
+            "members": study.members,
+        }
+        with _said(self.address):
+            root = zarr.open_group(self.address, mode="w", zarr_format=3)
+            for address in study.addresses:
+                role = "factor" if address in {factor.address for factor in study.factors} else "uncertain"
+                about = {**pilot[address].attrs, "role": role, "address": address}
+                _array(root, column(address), study.cases, block, (), float, np.nan, about)
+            for name in study.measure_names:
+                dims = tuple(map(str, pilot[name].dims[1:]))
+                sizes = {dim: pilot.sizes[dim] for dim in dims}
+                _array(
+                    root,
+                    name,
+                    study.cases,
+                    block,
+                    tuple(sizes.items()),
+                    float,
+                    np.nan,
+                    {**pilot[name].attrs, "role": "measure"},
+                )
+                for dim in dims:
+                    if dim not in root:
+                        names = np.array([str(part) for part in pilot[dim].values], object)
+                        labels = root.create_array(dim, shape=names.shape, dtype=str, fill_value="", dimension_names=[dim])
+                        labels[:] = names
+            _array(root, "cause", study.cases, block, (), str, "", {"long_name": "why a case failed"})
+            about = {
+                "long_name": "status",
+                "flag_values": [PENDING, COMPLETE, FAILED],
+                "flag_meanings": "pending complete failed",
+            }
+            _array(root, "status", study.cases, block, (), np.int8, PENDING, about)
+            times = root.create_group(TIMING)
+            blocks = -(-study.cases // block)
+            times.create_array(
+                "blocks",
+                shape=(blocks, len(TIMES)),
+                chunks=(1, len(TIMES)),
+                dtype=float,
+                fill_value=0.0,
+                dimension_names=["block", "what"],
+                attributes={"what": list(TIMES)},
+            )
+            root.attrs.update(attributes)  # last: what has no title is no study
+            self._group = root
+            self._consolidate()
+
+    def _consolidate(self) -> None:
+        """One file with all descriptions, so that `xarray.open_zarr` reads them at once."""
+        import zarr
+
+        with warnings.catch_warnings():  # zarr says that other programs may not know of it, and need not
+            warnings.simplefilter("ignore")
+            zarr.consolidate_metadata(self.group.store)
+        self._group = None
+
+    def study(self, *, allow_code: Sequence[Path] = (), own_measures: Sequence[OwnMeasure] = ()) -> Study:
+        """The study that the store is of.
+
+        Parameters
+        ----------
+        allow_code : sequence of Path
+            Files of the user whose functions may be executed.
+        own_measures : sequence of OwnMeasure
+            The functions that are no file's.
+
+        Returns
+        -------
+        Study
+        """
+        plain = json.loads(str(self.group.attrs["study"]))
+        return Study.from_plain(plain, allow_code=allow_code, own_measures=own_measures)
+
+    def design(self) -> Design:
+        """The design, with the number of points that it has by now."""
+        return Design(**json.loads(str(self.group.attrs["study"]))["design"])
+
+    def check(self, study: Study) -> None:
+        """Raise `InputError` if the store is of another study, or of the same with another version of the program."""
+        there: Mapping[str, str] = self.group.attrs["fingerprint"]
+        differs = [name for name, digest in study.fingerprint().items() if there.get(name) != digest]
+        if differs:
+            raise InputError(
+                f"'{self.address}' holds another study (differs in {', '.join(differs)})",
+                "the store of the same study, or a name that is not taken",
+                "-o another.zarr",
+            )
+
+    # --- blocks ---------------------------------------------------------------------------------------------------------
+
+    @property
+    def block(self) -> int:
+        """Cases of a block."""
+        return int(self.group.attrs["block"])
+
+    @property
+    def cases(self) -> int:
+        """Cases in all."""
+        return int(_array_of(self.group, "status").shape[0])
+
+    def status(self) -> np.ndarray:
+        """Status of every case, shape (cases,)."""
+        with _said(self.address):
+            return np.asarray(_array_of(self.group, "status")[:])
+
+    def cases_of(self, block: int) -> tuple[np.ndarray, np.ndarray]:
+        """Numbers and status of the cases of a block."""
+        first = block * self.block
+        cases = np.arange(first, min(first + self.block, self.cases))
+        with _said(self.address):
+            return cases, np.asarray(_array_of(self.group, "status")[cases[0] : cases[-1] + 1])
+
+    def write(self, cases: np.ndarray, columns: Mapping[str, np.ndarray], status: np.ndarray, times: Sequence[float]) -> None:
+        """Write the results of cases of one block; the status is the last to be written.
+
+        Parameters
+        ----------
+        cases : ndarray of int
+            Ascending.
+        columns : mapping of str to ndarray
+            By the names of the arrays.
+        status : ndarray
+        times : sequence of float
+            Seconds, seconds of integration, and cases, which are added to what is noted.
+        """
+        first, last, block = int(cases[0]), int(cases[-1]) + 1, int(cases[0]) // self.block
+        whole = last - first == cases.size
+        with _said(self.address):
+            for name, values in columns.items():
+                array = _array_of(self.group, name)
+                if whole:
+                    array[first:last] = values
+                else:
+                    before = np.array(array[first:last])
+                    before[cases - first] = values
+                    array[first:last] = before
+            noted = _array_of(self.group, f"{TIMING}/blocks")
+            noted[block] = np.asarray(noted[block]) + np.array([*times, 1.0])
+            array = _array_of(self.group, "status")
+            before = np.array(array[first:last])
+            before[cases - first] = status
+            array[first:last] = before
+
+    def times(self) -> dict[str, np.ndarray]:
+        """Seconds, seconds of integration, cases and attempts of every block."""
+        with _said(self.address):
+            noted = np.asarray(_array_of(self.group, f"{TIMING}/blocks")[:])
+        return dict(zip(TIMES, noted.T, strict=True))
+
+    def extend(self, study: Study) -> None:
+        """Make room for more points of the same design.
+
+        Parameters
+        ----------
+        study : Study
+            The same with more points.
+        """
+        with _said(self.address):
+            root = self.group
+            for name, array in list(root.arrays()):
+                if array.metadata.dimension_names and array.metadata.dimension_names[0] == "case":
+                    _array_of(root, name).resize((study.cases, *array.shape[1:]))
+            times = _array_of(root, f"{TIMING}/blocks")
+            times.resize((-(-study.cases // self.block), len(TIMES)))
+            root.attrs["study"] = json.dumps(study.to_plain())
+            self._consolidate()
+
+    # --- reading --------------------------------------------------------------------------------------------------------
+
+    def results(self) -> xr.Dataset:
+        """All arrays, in memory, with the point, sample and member of each case."""
+        with _said(self.address):
+            found: xr.Dataset = xr.open_zarr(self.address, chunks=None, consolidated=False).load()
+        per_point = int(found.attrs["samples"]) * int(found.attrs["members"])
+        point, rest = np.divmod(np.arange(found.sizes["case"]), per_point)
+        sample, member = np.divmod(rest, int(found.attrs["members"]))
+        return found.assign_coords(point=("case", point), sample=("case", sample), member=("case", member))
+
+    @contextmanager
+    def alone(self) -> Iterator[None]:
+        """No other process hands out blocks of this store meanwhile; only folders know that."""
+        if self.remote:
+            yield
+            return
+        path = Path(f"{self.address}.lock")
+        with _said(self.address):
+            handle = os.open(path, os.O_CREAT | os.O_RDWR)
+        try:
+            if not hold(handle):
+                raise InputError(f"'{self.address}' is being computed by another process", "one at a time")
+            yield
+            path.unlink(missing_ok=True)
+        finally:
+            os.close(handle)
+
+
+def _array(
+    root: Any,
+    name: str,
+    cases: int,
+    block: int,
+    inner: tuple[tuple[str, int], ...],
+    kind: Any,
+    fill: Any,
+    about: dict[str, Any],
+) -> None:
+    sizes = [size for _, size in inner]
+    root.create_array(
+        name,
+        shape=(cases, *sizes),
+        chunks=(block, *(max(size, 1) for size in sizes)),
+        dtype=kind,
+        fill_value=fill,
+        dimension_names=["case", *(dim for dim, _ in inner)],
+        attributes=about,
+    )
+
+
+def _array_of(root: Any, name: str) -> Any:
+    return root[name]
+
+
+@contextmanager
+def _said(address: str) -> Iterator[None]:
+    """Errors of the disk and of the network as one line."""
+    try:
+        yield
+    except OSError as error:
+        reason = error.strerror or str(error) or type(error).__name__
+        raise StoreError(f"'{address}' cannot be read or written: {reason}; what is complete is kept") from error

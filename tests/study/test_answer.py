@@ -1,0 +1,320 @@
+"""Answers of studies: shares, disagreement, indices, risk and optimisers against known results."""
+
+from __future__ import annotations
+
+import dataclasses
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import xarray as xr
+from scipy import stats
+
+import scissordyn as sd
+from scissordyn.plot.study import feasibility_map, pareto_front, response_curves, sensitivity_bars
+from scissordyn.simulation.options import Options
+from scissordyn.study.answer import by_point, causes, feasible_share, worst_cases
+from scissordyn.study.description import Factor, Study
+from scissordyn.study.design import Design, design_values
+from scissordyn.study.distribution import Interval, Uniform
+from scissordyn.study.execute import execute
+from scissordyn.study.export import export, table
+from scissordyn.study.goal import Goal, Optimisation, risk_value
+from scissordyn.study.indices import morris_indices, sensitivity, sobol_indices
+from scissordyn.study.optimise import candidates, nondominated, optimise, proposer
+from scissordyn.study.replay import replay_case
+from scissordyn.study.report import write_report
+from scissordyn.study.requirement import Requirement
+from scissordyn.study.store import COMPLETE, FAILED, Store
+
+
+def arm() -> sd.Mechanism:
+    """The paper's array with joint A."""
+    return sd.scissor(units=2).with_clearance("A", sd.Clearance(0.5e-3)).driven(speed=sd.rpm(150))
+
+
+def study(**changes: Any) -> Study:
+    """Clearance and speed, the peak force required."""
+    fields: dict[str, Any] = {
+        "mechanism": arm(),
+        "options": Options(0.005),
+        "factors": (Factor("A.clearance", Interval(1e-4, 5e-4)), Factor("drive.speed", Interval(10.0, 20.0))),
+        "design": Design("random", 8),
+        "measures": ("peak_force", "contact_count"),
+        "requirements": (Requirement("peak_force", "<", 500.0, text="peak_force < 500 N"),),
+    }
+    return Study(**(fields | changes))
+
+
+def made_up(described: Study, peak: np.ndarray, status: np.ndarray | None = None) -> xr.Dataset:
+    """Results of a study, with given peaks."""
+    cases = np.arange(described.cases)
+    numbers = described.numbers(cases).values
+    states = np.full(cases.size, COMPLETE) if status is None else status
+    about = {"units": "N", "role": "measure"}
+    variables: dict[str, Any] = {
+        address: ("case", values, {"role": "factor", "units": "1", "address": address}) for address, values in numbers.items()
+    }
+    variables["peak_force"] = (("case", "joint"), peak[:, None], about)
+    variables["contact_count"] = (("case", "joint"), np.ones((cases.size, 1)), {"units": "1", "role": "measure"})
+    variables["status"] = ("case", states)
+    variables["cause"] = ("case", np.array([""] * cases.size, object))
+    return xr.Dataset(variables, coords={"joint": ["A"]})
+
+
+def test_share_and_interval() -> None:
+    """Cross-check: 30 of 40 points, with the interval of scipy's exact binomial test."""
+    described = study(design=Design("random", 40))
+    peak = np.where(np.arange(40) < 30, 400.0, 600.0)
+    one, both = feasible_share(described, made_up(described, peak))
+    interval = stats.binomtest(30, 40).proportion_ci(0.95, method="exact")
+    np.testing.assert_allclose((one.share, one.low, one.high), (0.75, interval.low, interval.high), rtol=1e-12)
+    assert (both.share, both.trials) == (0.75, 40)
+    failed = np.where(np.arange(40) < 10, FAILED, COMPLETE)
+    assert feasible_share(described, made_up(described, peak, failed))[0].share == pytest.approx(20 / 30)
+    grid = dataclasses.replace(described, design=Design("grid"))
+    assert np.isnan(feasible_share(grid, made_up(grid, np.full(100, 400.0)))[0].low)
+
+
+def test_the_interval_covers() -> None:
+    """Closed form: of 400 samples of 60 points with probability 0.3, at least 95 % of the intervals hold it."""
+    described = study(design=Design("random", 60))
+    numbers = np.random.default_rng(1).random((400, 60))
+    hits = 0
+    for row in numbers:
+        one = feasible_share(described, made_up(described, np.where(row < 0.3, 400.0, 600.0)))[0]
+        hits += one.low <= 0.3 <= one.high
+    assert hits >= 380
+
+
+def test_members_that_disagree_are_marked() -> None:
+    """Closed form: point 0 agrees, point 1 differs and is undecided, point 2 differs on one side of the bound."""
+    described = study(design=Design("random", 3), members=2)
+    points = by_point(described, made_up(described, np.array([400.0, 400.0, 400.0, 600.0, 300.0, 400.0])))
+    assert points["disagrees"].values.tolist() == [False, True, True]
+    assert points["undecided"].values.tolist() == [False, True, False]
+    assert points["met"].values.tolist() == [1.0, 0.5, 1.0]
+    assert points["spread peak_force"].values.tolist() == pytest.approx([0.0, 1 / 3, 0.25])
+    assert points["worst peak_force"].values.tolist() == [400.0, 600.0, 400.0]
+
+
+def test_worst_cases_and_causes() -> None:
+    """Closed form: one case of each point, the farthest beyond the bound first; numbers make no other cause."""
+    described = study(design=Design("random", 3), members=2)
+    worst = worst_cases(described, made_up(described, np.array([900.0, 800.0, 400.0, 700.0, 100.0, 200.0])), 2)
+    assert [(one.case, one.value) for one in worst] == [(0, 900.0), (3, 700.0)]
+    assert worst[0].margin == pytest.approx(-0.8)
+    found = made_up(described, np.full(6, np.nan), np.array([FAILED] * 6))
+    found["cause"].values[:] = ["stopped at t = 0.1 s", "stopped at t = 2.53e-05 s", "other"] * 2
+    assert {cause: len(cases) for cause, cases in causes(found).items()} == {"stopped at t = 0.1 s": 4, "other": 2}
+
+
+def ishigami(points: np.ndarray) -> np.ndarray:
+    """Sin x1 + 7 sin^2 x2 + 0.1 x3^4 sin x1 on [-pi, pi]^3."""
+    x = points
+    return np.sin(x[:, 0]) + 7.0 * np.sin(x[:, 1]) ** 2 + 0.1 * x[:, 2] ** 4 * np.sin(x[:, 0])
+
+
+def ishigami_indices() -> tuple[np.ndarray, np.ndarray]:
+    """Closed form: first-order and total indices (Ishigami and Homma 1990)."""
+    a, b, pi = 7.0, 0.1, np.pi
+    v1, v2, v13 = 0.5 * (1.0 + b * pi**4 / 5.0) ** 2, a**2 / 8.0, b**2 * pi**8 * (1.0 / 18.0 - 1.0 / 50.0)
+    whole = v1 + v2 + v13
+    return np.array([v1, v2, 0.0]) / whole, np.array([v1 + v13, v2, v13]) / whole
+
+
+def test_sobol_indices_of_ishigami() -> None:
+    """Closed form: within the bootstrap intervals, and equal to SALib's on the same samples."""
+    from SALib.analyze import sobol
+
+    sides: tuple[Any, ...] = (Uniform(-np.pi, np.pi),) * 3
+    base = 2048
+    points = design_values(Design("saltelli", base, seed=4), sides, np.zeros(3), np.arange(base * 5))
+    values = ishigami(points)
+    found = sobol_indices(values, ["x1", "x2", "x3"])
+    first, total = ishigami_indices()
+    assert np.all(np.abs(found["first"].values - first) < found["first_interval"].values)
+    assert np.all(np.abs(found["total"].values - total) < found["total_interval"].values)
+    problem = {"num_vars": 3, "names": ["x1", "x2", "x3"], "bounds": [[-np.pi, np.pi]] * 3}
+    theirs = sobol.analyze(problem, values, calc_second_order=False, seed=1)
+    np.testing.assert_allclose(found["first"].values, theirs["S1"], rtol=1e-12)
+    np.testing.assert_allclose(found["total"].values, theirs["ST"], rtol=1e-12)
+    values[7] = np.nan  # a case that failed costs its base point
+    assert sobol_indices(values, ["x1", "x2", "x3"]).attrs["left_out"] == 1
+    with pytest.raises(sd.InputError, match="3 complete base points"):
+        sobol_indices(values[-15:], ["x1", "x2", "x3"])
+
+
+def test_morris_effects_of_a_linear_function() -> None:
+    """Closed form: the effects are the slopes, without deviation."""
+    design = Design("morris", 12)
+    sides: tuple[Any, ...] = (Uniform(0.0, 1.0),) * 2
+    points = design_values(design, sides, np.zeros(2), np.arange(36))
+    found = morris_indices(points, 3.0 * points[:, 0] - 5.0 * points[:, 1], ["a", "b"])
+    np.testing.assert_allclose(found["effect"].values, [3.0, 5.0], rtol=1e-9)
+    np.testing.assert_allclose(found["deviation"].values, 0.0, atol=1e-9)
+
+
+def test_risk_of_known_distributions() -> None:
+    """Closed form: mean, quantile and CVaR of a uniform and of a normal distribution by 10^5 equally probable values."""
+    u = (np.arange(100_000) + 0.5) / 100_000
+    for values, quantile, cvar in (
+        (u, 0.95, 0.975),
+        (stats.norm.ppf(u), stats.norm.ppf(0.95), stats.norm.pdf(stats.norm.ppf(0.95)) / 0.05),
+    ):
+        assert risk_value(values[None], "mean")[0] == pytest.approx(np.mean(values))
+        assert risk_value(values[None], "quantile 95 %")[0] == pytest.approx(quantile, rel=1e-4)
+        assert risk_value(values[None], "cvar 95 %")[0] == pytest.approx(cvar, rel=2e-4)
+    ten = np.arange(1.0, 11.0)[None]
+    assert risk_value(ten, "cvar 90 %")[0] == pytest.approx(10.0)
+    assert risk_value(ten, "cvar 85 %")[0] == pytest.approx((10.0 + 0.5 * 9.0) / 1.5)
+    assert risk_value(ten, "worst")[0] == 10.0
+    with pytest.raises(sd.InputError, match="risk 'median'"):
+        risk_value(ten, "median")
+
+
+def test_cma_finds_a_shifted_rosenbrock() -> None:
+    """Published optimum: f = 0 at the shift, to 1e-10 within 250 generations, from the middle of the cube."""
+    shift = np.array([0.3, 0.6, 0.45])
+    method = proposer(Optimisation((Goal("peak_force"),), population=12, seed=2), 3)
+    least = np.inf
+    for _ in range(250):
+        x = 1.0 + 4.0 * (method.ask() - shift)
+        values = np.sum(100.0 * (x[:, 1:] - x[:, :-1] ** 2) ** 2 + (1.0 - x[:, :-1]) ** 2, axis=1)
+        least = min(least, float(values.min()))
+        method.tell(values[:, None], np.zeros(12))
+    assert least < 1e-10
+
+
+def test_cma_keeps_to_the_requirements() -> None:
+    """Closed form: the smallest x + y with x y >= 0.04 is 0.4."""
+    method = proposer(Optimisation((Goal("peak_force"),), population=10, seed=1), 2)
+    best = np.inf
+    for _ in range(150):
+        u = method.ask()
+        violation = np.maximum(0.04 - u[:, 0] * u[:, 1], 0.0)
+        values = u.sum(axis=1)
+        best = min(best, float(np.min(values[violation <= 0.0], initial=np.inf)))
+        method.tell(values[:, None], violation)
+    assert 0.4 <= best < 0.4 + 1e-3
+
+
+def test_nsga_finds_the_front_of_zdt1() -> None:
+    """Published front: f2 = 1 - sqrt(f1) (Zitzler, Deb and Thiele 2000), within 0.02 over its whole length."""
+    method = proposer(Optimisation((Goal("peak_force"), Goal("steps")), population=60, seed=1), 6)
+    goals = np.empty((0, 2))
+    for _ in range(120):
+        u = method.ask()
+        g = 1.0 + 9.0 * u[:, 1:].mean(axis=1)
+        new = np.stack([u[:, 0], g * (1.0 - np.sqrt(u[:, 0] / g))], axis=1)
+        goals = np.concatenate([goals, new])
+        method.tell(new, np.zeros(len(new)))
+    front = goals[nondominated(goals)]
+    assert np.max(front[:, 1] - (1.0 - np.sqrt(front[:, 0]))) < 0.02
+    assert front[:, 0].min() < 0.01
+    assert front[:, 0].max() > 0.99
+
+
+def test_nondominated_against_every_pair() -> None:
+    """Cross-check: the definition."""
+    goals = np.round(np.random.default_rng(3).random((80, 3)), 1)
+    expected = [not any(np.all(other <= one) and np.any(other < one) for other in goals) for one in goals]
+    assert nondominated(goals).tolist() == expected
+
+
+def test_an_optimisation_is_taken_up_from_its_store(tmp_path: Path) -> None:
+    """Identity: stopped after two generations and continued, it has the points and results of one that was not."""
+    plan = Optimisation((Goal("peak_force"),), risk="worst", population=4, generations=4, seed=5)
+    described = study(optimisation=plan, design=plan.design(1, 2), requirements=(Requirement("contact_count", "<=", 4.0),))
+    whole = optimise(described, tmp_path / "whole.zarr", block=3)
+    short = dataclasses.replace(described, optimisation=dataclasses.replace(plan, generations=2))
+    optimise(short, tmp_path / "a.zarr", block=3)
+    store = optimise(described, tmp_path / "a.zarr")
+    xr.testing.assert_equal(store.results(), whole.results())
+    assert store.times()["cases"].sum() == 16
+    found = candidates(dataclasses.replace(described, design=store.design()), store.results())
+    meets = found.points["violation"].values <= 0.0
+    assert float(found.points["minimise peak_force"][found.best]) == found.points["minimise peak_force"].values[meets].min()
+    other = dataclasses.replace(described, optimisation=dataclasses.replace(plan, seed=6))
+    with pytest.raises(sd.InputError, match="differs in optimisation"):
+        optimise(other, tmp_path / "a.zarr")
+
+
+def test_indices_of_a_scissor_case(tmp_path: Path) -> None:
+    """Cross-check: those of a study are SALib's on the samples in its store."""
+    from SALib.analyze import sobol
+
+    described = study(design=Design("saltelli", 8), options=Options(0.002))
+    results = execute(described, tmp_path / "a.zarr").results()
+    found, left_out = sensitivity(described, results)
+    problem = {"num_vars": 2, "names": ["c", "w"], "bounds": [[0.0, 1.0]] * 2}
+    theirs = sobol.analyze(problem, results["peak_force"].values[:, 0], calc_second_order=False, seed=1)
+    np.testing.assert_allclose(found["peak_force"]["total"].values, theirs["ST"], rtol=1e-12)
+    assert not left_out
+
+
+def test_tables_reports_and_replays(tmp_path: Path) -> None:
+    """Identity: tables hold the results, a replayed case has the stored peak, a report has every picture."""
+    import pandas as pd
+
+    described = study(design=Design("grid"), factors=(Factor("A.clearance", Interval(1e-4, 5e-4, 3)), *study().factors[1:]))
+    described = dataclasses.replace(described, members=2)
+    results = execute(described, tmp_path / "a.zarr").results()
+    rows = table(results)
+    assert rows["A.peak_force"].to_numpy().tolist() == results["peak_force"].values[:, 0].tolist()
+    assert set(rows["status"]) == {"complete"}
+    pd.testing.assert_frame_equal(pd.read_parquet(export(results, tmp_path / "a.parquet")), rows)
+    read = pd.read_csv(export(results, tmp_path / "a.csv"), index_col="case", keep_default_na=False)
+    np.testing.assert_allclose(read["A.peak_force"], rows["A.peak_force"], rtol=1e-15)
+    with xr.open_dataset(export(results, tmp_path / "a.nc"), engine="h5netcdf") as saved:
+        np.testing.assert_array_equal(saved["peak_force"].values, results["peak_force"].values)
+    run, member = replay_case(described, results, 4)
+    assert member == 0
+    assert float(run["peak_force"].max()) == float(results["peak_force"][4, 0])
+    text = write_report(described, results, "a.zarr", tmp_path / "r.html").read_text()
+    for title in ("Where the requirements are met", "Map of peak_force", "Response curves", "scissordyn study replay a.zarr"):
+        assert title in text
+    with pytest.raises(sd.InputError, match=r"ends in \.html"):
+        write_report(described, results, "a.zarr", tmp_path / "r.txt")
+    with pytest.raises(sd.InputError, match=r"ends in \.csv"):
+        export(results, tmp_path / "a.xls")
+
+
+def test_pictures_show_what_is_there() -> None:
+    """Identity: cells of the map, marks of disagreeing members, the bound, bars and the front."""
+    described = study(design=Design("grid"), members=2, factors=study().factors)
+    peak = np.repeat(np.linspace(300.0, 700.0, 100), 2)
+    peak[1] = 400.0
+    points = by_point(described, made_up(described, peak))
+    (one,) = feasibility_map(points, colour="peak_force", limit=500.0)
+    mesh = one.collections[0]
+    assert mesh.get_array().shape == (10, 10)
+    marks = [line for line in one.lines if line.get_label() == "members disagree"]
+    assert marks[0].get_xdata().size == 1
+    curves = response_curves(points, limits={"peak_force": 500.0})
+    assert len(curves) == 2
+    assert any(line.get_label() == "required" for line in curves[0].lines)
+    sides: tuple[Any, ...] = (Uniform(-np.pi, np.pi),) * 3
+    values = ishigami(design_values(Design("saltelli", 64), sides, np.zeros(3), np.arange(320)))
+    bars = sensitivity_bars({"y": sobol_indices(values, ["x1", "x2", "x3"])})
+    assert len(bars[0].patches) == 6
+    tried = xr.Dataset(
+        {
+            "minimise a": ("point", [1.0, 2.0, 3.0], {"units": "N"}),
+            "maximise b": ("point", [-1.0, -2.0, -1.5], {"units": "N"}),
+            "violation": ("point", [0.0, 0.0, 0.0]),
+            "front": ("point", [True, True, False]),
+        }
+    )
+    (axes,) = pareto_front(tried, ("minimise a", "maximise b"))
+    front = next(line for line in axes.lines if line.get_label() == "Pareto front")
+    assert front.get_ydata().tolist() == [1.0, 2.0]
+    with pytest.raises(sd.InputError, match="a map over 1 factors"):
+        feasibility_map(points.drop_vars("drive.speed"))
+
+
+def test_store_of_nothing(tmp_path: Path) -> None:
+    """Identity: one line."""
+    with pytest.raises(sd.InputError, match="no study at"):
+        Store(tmp_path / "a.zarr").status()

@@ -1,0 +1,227 @@
+"""Engines: threads, processes and a scheduler give the same bytes; what is lost is done again."""
+
+from __future__ import annotations
+
+import os
+import random
+import signal
+import socket
+import subprocess
+import sys
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import scissordyn as sd
+from scissordyn.simulation.options import Options
+from scissordyn.study.description import Factor, Study
+from scissordyn.study.distribution import Interval
+from scissordyn.study.engine import Cluster, Threads
+from scissordyn.study.execute import execute
+from scissordyn.study.store import COMPLETE, Store
+
+CASE = """
+[structure]
+kind = "scissor"
+units = 2
+
+[drive]
+speed = "150 rpm"
+
+[[clearance]]
+joint = "A"
+clearance = "0.5 mm"
+
+[run]
+until = "20 ms"
+"""
+
+SWEEP = ["--vary", "A.clearance=0.1..0.5 mm, 20 values", "--vary", "drive.speed=100..200 rpm, 15 values", "--block", "6"]
+
+
+def study(cases: int = 24) -> Study:
+    """A few cases."""
+    arm = sd.scissor(units=2).with_clearance("A", sd.Clearance(0.5e-3)).driven(speed=sd.rpm(150))
+    return Study(arm, Options(0.002), (Factor("A.clearance", Interval(1e-4, 5e-4, cases)),), measures=("peak_force",))
+
+
+def files(folder: Path) -> dict[str, bytes]:
+    """All files of a store but the times, and what a killed writer has left."""
+    return {
+        str(path.relative_to(folder)): path.read_bytes()
+        for path in sorted(folder.rglob("*"))
+        if path.is_file() and "timing" not in path.parts and path.suffix != ".partial"
+    }
+
+
+@pytest.mark.filterwarnings("ignore::ResourceWarning")
+def test_processes_give_the_bytes_of_threads(tmp_path: Path) -> None:
+    """Identity: and a process that dies costs nothing but time."""
+    whole = execute(study(), tmp_path / "threads.zarr", block=3, engine=Threads(1))
+    with Cluster.local(2) as cluster:
+        victims = list(cluster.client.run(os.getpid).values())
+        killed = []
+
+        def kill(progress: object) -> None:
+            if not killed:
+                killed.append(victims[0])
+                os.kill(victims[0], signal.SIGKILL)
+
+        store = execute(study(), tmp_path / "processes.zarr", block=3, engine=cluster, progress=kill)
+    assert killed
+    assert files(Path(store.address)) == files(Path(whole.address))
+    assert store.times()["attempts"].tolist() == [1.0] * 8
+
+
+def test_a_scheduler_that_does_not_answer(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Identity: one line within the time that is given to it."""
+    monkeypatch.setattr("scissordyn.study.engine.PATIENCE", 1.0)
+    with socket.socket() as taken:  # listens, and never says a word
+        taken.bind(("127.0.0.1", 0))
+        taken.listen()
+        address = f"tcp://127.0.0.1:{taken.getsockname()[1]}"
+        with pytest.raises(sd.InputError, match="does not answer"), Cluster.joined(address):
+            pass
+    with pytest.raises(sd.InputError, match="does not answer"), Cluster.joined("nonsense://x"):
+        pass
+
+
+@pytest.mark.parametrize(
+    ("text", "says"),
+    [
+        ("[1, 2]", "is no table"),
+        ("kind: abacus\njobs: 2", "one of .*slurm"),
+        ("kind: slurm\njobs: 0", "jobs 0"),
+        ("a: [", "cannot read"),
+    ],
+)
+def test_bad_cluster_files(tmp_path: Path, text: str, says: str) -> None:
+    """Identity: one line."""
+    file = tmp_path / "cluster.yaml"
+    file.write_text(text)
+    with pytest.raises(sd.InputError, match=says), Cluster.queued(file):
+        pass
+
+
+def run_command(*arguments: object, **options: object) -> subprocess.Popen[str]:
+    """The command line in a process group of its own."""
+    command = [sys.executable, "-m", "scissordyn.cli.main", *map(str, arguments)]
+    return subprocess.Popen(
+        command,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        start_new_session=True,
+        **options,  # type: ignore[call-overload]
+    )
+
+
+def wait_for(condition: object, seconds: float = 120.0) -> None:
+    """Until a condition holds."""
+    until = time.monotonic() + seconds
+    while not condition():  # type: ignore[operator]
+        assert time.monotonic() < until
+        time.sleep(0.05)
+
+
+def written(store: Path) -> int:
+    """Blocks whose status is written."""
+    folder = store / "status" / "c"
+    return len([path for path in folder.iterdir() if path.suffix != ".partial"]) if folder.is_dir() else 0
+
+
+def test_ctrl_c_keeps_what_is_complete(tmp_path: Path) -> None:
+    """Identity: exit status 130 and one line; resumed, no finished block is written again."""
+    case, store = tmp_path / "case.toml", tmp_path / "a.zarr"
+    case.write_text(CASE)
+    process = run_command("sweep", case, *SWEEP, "-o", store, "--threads", "1")
+    wait_for(lambda: written(store) >= 2)
+    process.send_signal(signal.SIGINT)
+    _, error = process.communicate(timeout=60)
+    assert process.returncode == 130
+    assert error.count("\n") == 1
+    assert f"study resume {store}" in error
+    before = {path: path.stat().st_mtime_ns for path in (store / "status" / "c").iterdir()}
+    assert 2 <= len(before) < 50
+    process = run_command("study", "resume", store)
+    output, error = process.communicate(timeout=120)
+    assert process.returncode == 0, error
+    assert "300 cases complete, 0 failed, 0 pending" in output
+    assert all(path.stat().st_mtime_ns == when for path, when in before.items())
+
+
+def free_port() -> int:
+    """A port that nobody uses."""
+    with socket.socket() as one:
+        one.bind(("127.0.0.1", 0))
+        return int(one.getsockname()[1])
+
+
+@contextmanager
+def dask_processes(port: int, folder: Path) -> Iterator[dict[str, subprocess.Popen[bytes]]]:
+    """A scheduler and two workers, as on two machines."""
+    quiet = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL, "cwd": folder}
+    dask = [sys.executable, "-m", "dask"]
+    commands = {
+        "scheduler": [*dask, "scheduler", "--host", "127.0.0.1", "--port", str(port), "--no-dashboard"],
+        "worker 1": [*dask, "worker", f"tcp://127.0.0.1:{port}", "--nthreads", "1", "--no-dashboard", "--no-nanny"],
+        "worker 2": [*dask, "worker", f"tcp://127.0.0.1:{port}", "--nthreads", "1", "--no-dashboard", "--no-nanny"],
+    }
+    running = {name: subprocess.Popen(command, **quiet) for name, command in commands.items()}  # type: ignore[call-overload]
+    try:
+        yield running
+    finally:
+        for process in running.values():
+            process.kill()
+            process.wait()
+
+
+@pytest.mark.slow
+def test_killed_at_random_moments(tmp_path: Path) -> None:
+    """Identity: killed with -9 at 20 moments, the bytes are those of an undisturbed run, and no finished block is done twice.
+
+    Coordinator, worker and scheduler are killed in turn. The scheduler and the workers are processes of their own, the
+    coordinator is the command line.
+    """
+    case = tmp_path / "case.toml"
+    case.write_text(CASE)
+    whole, store = tmp_path / "whole.zarr", tmp_path / "killed.zarr"
+    process = run_command("sweep", case, *SWEEP, "-o", whole, "--threads", "1")
+    assert process.communicate(timeout=600)[1] == ""
+    numbers, kills, finished = random.Random(1), 0, dict[Path, tuple[int, int]]()
+    while kills < 20:
+        if kills % 20 == 0 or Store(store).status().all():
+            finished = {}
+            if store.exists():
+                assert files(store) == files(whole)
+                subprocess.run(["rm", "-r", store], check=True)
+        victim = ("coordinator", "worker 1", "scheduler")[kills % 3]
+        port = free_port()
+        with dask_processes(port, tmp_path) as dask:
+            wait_for(lambda port=port: socket.socket().connect_ex(("127.0.0.1", port)) == 0)
+            coordinator = run_command("sweep", case, *SWEEP, "-o", store, "--scheduler", f"tcp://127.0.0.1:{port}")
+            began = written(store)
+            wait_for(lambda began=began, one=coordinator: written(store) > began or one.poll() is not None)
+            time.sleep(numbers.uniform(0.0, 0.5))
+            (coordinator if victim == "coordinator" else dask[victim]).kill()
+            kills += 1
+            _, error = coordinator.communicate(timeout=300)
+            if victim == "scheduler" and coordinator.returncode:
+                assert coordinator.returncode == 3, error
+                assert error.count("\n") == 1
+            if victim == "worker 1":
+                assert coordinator.returncode == 0, error
+        for path, stamp in finished.items():
+            assert (path.stat().st_mtime_ns, path.stat().st_ino) == stamp, f"{path} was written twice"
+        status = Store(store).status()
+        blocks = [k for k in range(-(-status.size // 6)) if (status[6 * k : 6 * k + 6] == COMPLETE).all()]
+        chunks = [store / "status" / "c" / str(k) for k in blocks]
+        finished = {path: (path.stat().st_mtime_ns, path.stat().st_ino) for path in chunks}
+    process = run_command("sweep", case, *SWEEP, "-o", store)
+    assert process.communicate(timeout=600)[1] == ""
+    assert files(store) == files(whole)
+    assert np.all(Store(store).status() == COMPLETE)

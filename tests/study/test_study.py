@@ -1,0 +1,240 @@
+"""Studies: what a store holds equals single runs, however it came about."""
+
+from __future__ import annotations
+
+import dataclasses
+import os
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import xarray as xr
+
+import scissordyn as sd
+from scissordyn.simulation.options import Options
+from scissordyn.study.block import Block, run_block
+from scissordyn.study.description import Factor, OwnMeasure, Sampling, Study
+from scissordyn.study.design import Design
+from scissordyn.study.distribution import Interval, Levels, Uniform
+from scissordyn.study.engine import Threads
+from scissordyn.study.execute import execute, extend
+from scissordyn.study.requirement import Requirement, Response, response_values
+from scissordyn.study.store import COMPLETE, FAILED, PENDING, Store, StoreError
+
+UNTIL = 0.005
+
+
+def arm() -> sd.Mechanism:
+    """The paper's array with joint A."""
+    return sd.scissor(units=2).with_clearance("A", sd.Clearance(0.5e-3)).driven(speed=sd.rpm(150))
+
+
+def study(**changes: Any) -> Study:
+    """Clearance and speed on a grid, restitution uncertain, two members."""
+    fields: dict[str, Any] = {
+        "mechanism": arm(),
+        "options": Options(UNTIL),
+        "factors": (Factor("A.clearance", Interval(1e-4, 5e-4, 3)), Factor("drive.speed", Levels((10.0, 20.0)))),
+        "measures": ("peak_force", "contact_count"),
+        "uncertain": (Factor("A.damping.restitution", Uniform(0.7, 0.95)),),
+        "sampling": Sampling(2),
+        "members": 2,
+        "requirements": (Requirement("peak_force", "<", 2e4),),
+    }
+    return Study(**(fields | changes))
+
+
+def files(folder: Path) -> dict[str, bytes]:
+    """All files of a store but the times."""
+    return {
+        str(path.relative_to(folder)): path.read_bytes()
+        for path in sorted(folder.rglob("*"))
+        if path.is_file() and "timing" not in path.parts
+    }
+
+
+def test_a_store_holds_the_runs(tmp_path: Path) -> None:
+    """Identity: peaks of member 0 equal those of `simulate` with the same numbers, bit for bit."""
+    store = execute(study(), tmp_path / "study.zarr", block=7)
+    found = store.results()
+    assert found.sizes["case"] == 24
+    assert found["status"].values.tolist() == [COMPLETE] * 24
+    for case in (0, 6, 22):
+        numbers = {name: float(found[name][case]) for name in ("A.clearance", "drive.speed", "A.damping.restitution")}
+        one = arm()
+        for address, value in numbers.items():
+            one = one.replace(address, value)
+        run = sd.simulate(one, until=UNTIL, samples=2)
+        assert float(found["peak_force"][case, 0]) == float(run["peak_force"].max())
+    # common random numbers: the same samples at each point; members: the same numbers
+    restitution = found["A.damping.restitution"].values.reshape(6, 2, 2)
+    assert np.all(restitution == restitution[:1, :, :1])
+    raw = xr.open_zarr(tmp_path / "study.zarr")
+    np.testing.assert_array_equal(raw["peak_force"].values, found["peak_force"].values)
+
+
+def test_members_differ_by_round_off_only() -> None:
+    """Limit: before chaos has had time to act, members agree to nine digits and are not the same."""
+    numbers = {"A.clearance": np.full(3, 2e-4)}
+    found = sd.simulate_many(arm(), numbers, until=UNTIL, members=[0, 1, 2], measures=("peak_force",))
+    peaks = found["peak_force"].values[:, 0]
+    assert len(set(peaks.tolist())) == 3
+    np.testing.assert_allclose(peaks, peaks[0], rtol=1e-9)
+    again = sd.simulate_many(arm(), {"A.clearance": np.full(1, 2e-4)}, until=UNTIL, members=2, measures=("peak_force",))
+    assert float(again["peak_force"][0, 0]) == peaks[2]
+
+
+def test_resumed_bytes_are_those_of_an_undisturbed_study(tmp_path: Path) -> None:
+    """Identity: whatever order and number of threads, stopped or not; finished blocks are not written again."""
+    whole = execute(study(), tmp_path / "whole.zarr", block=5, engine=Threads(1))
+    stopped = tmp_path / "stopped.zarr"
+
+    def stop(progress: Any) -> None:
+        if progress.done_here >= 10:
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        execute(study(), stopped, block=5, engine=Threads(2), progress=stop)
+    done = Store(stopped).status() == COMPLETE
+    assert 10 <= done.sum() < 24
+    before = {path: path.stat().st_mtime_ns for path in (stopped / "status" / "c").iterdir()}
+    execute(study(), stopped, engine=Threads(2))
+    assert all(path.stat().st_mtime_ns == when for path, when in before.items())
+    assert files(stopped) == files(Path(whole.address))
+    assert whole.times()["attempts"].tolist() == [1.0] * 5
+
+
+def test_extended_designs_keep_what_is_done(tmp_path: Path) -> None:
+    """Identity: 8 points and 8 more are the study of 16 points; the cases that were done are not done again."""
+    sobol = {"design": Design("sobol", 8, seed=2), "factors": (Factor("A.clearance", Interval(1e-4, 5e-4)),), "members": 1}
+    store = execute(study(**sobol), tmp_path / "a.zarr", block=6)
+    larger = extend(store.study(), tmp_path / "a.zarr", 16)
+    at_once = execute(study(**sobol | {"design": Design("sobol", 16, seed=2)}), tmp_path / "b.zarr", block=6)
+    xr.testing.assert_equal(larger.results(), at_once.results())
+    assert larger.times()["cases"].sum() == 32
+    with pytest.raises(sd.InputError, match="more points of a grid"):
+        extend(study(), tmp_path / "a.zarr", 99)
+
+
+def test_another_study_is_refused(tmp_path: Path) -> None:
+    """Identity: the fingerprint names what differs."""
+    execute(study(), tmp_path / "a.zarr", block=24)
+    for changes, differs in (
+        ({"members": 1}, "design"),
+        ({"measures": ("peak_force",)}, "measures"),
+        ({"options": Options(UNTIL, rtol=1e-6)}, "options"),
+        ({"mechanism": arm().replace("A.clearance", 1e-4)}, "mechanism"),
+    ):
+        with pytest.raises(sd.InputError, match=f"another study \\(differs in {differs}\\)"):
+            execute(study(**changes), tmp_path / "a.zarr")
+    with pytest.raises(sd.InputError, match="is no study"):
+        execute(study(), tmp_path)
+    execute(study(requirements=()), tmp_path / "a.zarr")  # requirements are judged afterwards
+
+
+def test_failed_cases_do_not_stop_a_study(tmp_path: Path) -> None:
+    """Identity: they have their cause, are done again on request only, and the others are complete."""
+    broken = study(options=Options(UNTIL, most_steps=60), uncertain=(), sampling=Sampling(), members=1)
+    store = execute(broken, tmp_path / "a.zarr", block=2)
+    status = store.status()
+    assert FAILED in status
+    assert COMPLETE in status
+    causes = store.results()["cause"].values[status == FAILED].tolist()
+    assert all("60 steps are not enough" in cause for cause in causes)
+    attempts = store.times()["attempts"]
+    execute(broken, tmp_path / "a.zarr")
+    np.testing.assert_array_equal(store.times()["attempts"], attempts)
+    execute(broken, tmp_path / "a.zarr", retry=True)
+    failed_blocks = np.unique(np.flatnonzero(status == FAILED) // 2)
+    np.testing.assert_array_equal(np.flatnonzero(store.times()["attempts"] == 2), failed_blocks)
+
+
+def test_measures_of_the_user(tmp_path: Path) -> None:
+    """Identity: a function of the Dataset and one of the accumulators give what the measures give; a fault fails its case."""
+    file = tmp_path / "mine.py"
+    file.write_text(
+        "def largest(run):\n    return float(run['peak_force'].max())\n\n\n"
+        "def steps(ended):\n    return ended.driver.state.counts['steps'][0]\n\n\n"
+        "def fault(ended):\n    return 1 / 0\n"
+    )
+    own = (
+        OwnMeasure("largest", f"{file}:largest", units="N"),
+        OwnMeasure("own_steps", f"{file}:steps", of="accumulators"),
+    )
+    plain = study(uncertain=(), sampling=Sampling(), members=1, own_measures=own, measures=("peak_force", "steps"))
+    store = execute(plain, tmp_path / "a.zarr", block=4)
+    found = store.results()
+    np.testing.assert_array_equal(found["largest"].values, found["peak_force"].values[:, 0])
+    np.testing.assert_array_equal(found["own_steps"].values, found["steps"].values)
+    assert store.study(allow_code=[file]) == plain
+    with pytest.raises(sd.InputError, match="--allow-code"):
+        store.study()
+    fault = dataclasses.replace(plain, own_measures=(OwnMeasure("fault", f"{file}:fault", of="accumulators"),))
+    failed = execute(fault, tmp_path / "b.zarr", block=6).results()
+    assert failed["status"].values.tolist() == [FAILED] * 6
+    assert "measure 'fault': ZeroDivisionError" in str(failed["cause"].values[0])
+
+
+def test_requirements_and_responses() -> None:
+    """Closed form: the worst part decides; NaN meets nothing."""
+    values = np.array([[1.0, 3.0], [2.0, np.nan], [np.nan, np.nan]])
+    found = xr.Dataset({"peak_force": (("case", "joint"), values, {"role": "measure"})}, coords={"joint": ["A", "B"]})
+    np.testing.assert_array_equal(response_values(found, Response("peak_force")), [3.0, 2.0, np.nan])
+    np.testing.assert_array_equal(response_values(found, Response("peak_force", smallest=True)), [1.0, 2.0, np.nan])
+    np.testing.assert_array_equal(response_values(found, Response("peak_force", "A")), [1.0, 2.0, np.nan])
+    limit = Requirement("peak_force", "<", 2.5)
+    assert limit.met(response_values(found, limit.response)).tolist() == [False, True, False]
+    assert limit.margin(np.array([2.0, 3.0])).tolist() == [0.2, -0.2]
+    with pytest.raises(sd.InputError, match="did you mean 'peak_force'"):
+        response_values(found, Response("peak_forse"))
+    with pytest.raises(sd.InputError, match="no part 'C'"):
+        response_values(found, Response("peak_force", "C"))
+
+
+@pytest.mark.parametrize(
+    ("changes", "says"),
+    [
+        ({"factors": (Factor("A.clearence", Interval(1.0, 2.0)),)}, "did you mean 'clearance'"),
+        ({"measures": ("peak_forse",)}, "did you mean 'peak_force'"),
+        ({"requirements": (Requirement("steps", "<", 1.0),)}, "the study has no measure 'steps'"),
+        ({"factors": (Factor("A.clearance", Interval(-1.0, 1.0)),)}, "'A.clearance' up to -1"),
+        ({"factors": (), "uncertain": (), "sampling": Sampling()}, "nothing varies"),
+        ({"members": 0}, "members = 0"),
+    ],
+)
+def test_bad_studies(changes: Any, says: str) -> None:
+    """Identity: one line before anything is computed."""
+    with pytest.raises(sd.InputError, match=says):
+        study(**changes)
+
+
+def test_a_full_disk_stops_with_what_is_done_kept(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Identity: one line that names the store; afterwards the study goes on."""
+    calls = []
+    write = Store.write
+
+    def full(self: Store, *arguments: Any) -> None:
+        calls.append(1)
+        if len(calls) > 2:
+            from scissordyn.study.store import _said
+
+            with _said(self.address):
+                raise OSError(28, os.strerror(28))
+        write(self, *arguments)
+
+    monkeypatch.setattr(Store, "write", full)
+    with pytest.raises(StoreError, match="No space left on device; what is complete is kept"):
+        execute(study(), tmp_path / "a.zarr", block=5, engine=Threads(1))
+    monkeypatch.undo()
+    assert (Store(tmp_path / "a.zarr").status() == COMPLETE).sum() == 10
+    execute(study(), tmp_path / "a.zarr")
+    assert not (Store(tmp_path / "a.zarr").status() == PENDING).any()
+
+
+def test_a_block_that_is_complete_is_not_done_again(tmp_path: Path) -> None:
+    """Identity: as after the loss of a worker that had written everything."""
+    store = execute(study(), tmp_path / "a.zarr", block=12)
+    result = run_block(Block(study(), store.address, 1))
+    assert (result.complete, result.seconds) == (12, 0.0)
+    assert store.times()["attempts"].tolist() == [1.0, 1.0]

@@ -9,7 +9,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any, get_args
 
-from scissordyn.config.case import CaseTable, Run
+from scissordyn.config.case import CaseTable
 from scissordyn.config.clearance import ClearanceTable, GuideClearanceTable
 from scissordyn.config.control import ControlTable
 from scissordyn.config.part import PARTS
@@ -170,7 +170,7 @@ def fields_of_tree(tree: Mapping[str, Any]) -> list[Field]:
             group = f"{section.replace('_', ' ')} {handle}".strip()
             place: Place = (section, index) if many else (section,)
             found += _of_table(LISTS[section], item, place, group, star=section in ("drive", "clearance", "guide_clearance"))
-    found += _of_table(table_of(Run, until="50 ms"), tree.get("run", {}), ("run",), "run", star=False)
+    found += _of_table(table_of(Options, until="50 ms"), tree.get("run", {}), ("run",), "run", star=False)
     return found
 
 

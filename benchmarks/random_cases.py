@@ -443,7 +443,8 @@ def _extras(draft: Draft) -> None:
 
 def _moved(draft: Draft, mechanism: sd.Mechanism) -> sd.Mechanism:
     """With a drive or a controller of the first body, sometimes."""
-    if draft.happens(0.55) or draft.freedom < 2:
+    held = any(guide.aligned and guide.follower[0] == "body 0" for guide in draft.guides)
+    if held or draft.happens(0.5) or draft.freedom < 2:
         return mechanism
     angle = draft.bodies[0].angle
     if draft.happens(0.5):

@@ -79,7 +79,7 @@ class Held:
 def basis_at_start(system: System) -> tuple[np.ndarray, np.ndarray]:
     """The basis b and its rate at t = 0."""
     work, numbers = system.work, system.parameters
-    prescribe(0.0, numbers.motion, numbers.motion_start, work.basis, work.function_value)
+    prescribe(0.0, 0.0, numbers.motion, numbers.motion_start, work.basis, work.function_value)
     return work.basis[0].copy(), work.basis[1].copy()
 
 

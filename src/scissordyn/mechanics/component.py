@@ -15,7 +15,7 @@ from scissordyn.jit import kernel
 from scissordyn.mechanics.actuator import actuator_torque, linearise_actuator
 from scissordyn.mechanics.force_element import add_forces, add_torques, map_values, write_wrench
 from scissordyn.mechanics.rotation import relative_angle
-from scissordyn.mechanics.time_function import function_at
+from scissordyn.mechanics.time_function import piece_time, smooth_function
 
 __all__ = ["add_component", "component_gap", "linearise_component", "switch_loss"]
 
@@ -35,7 +35,9 @@ def factor_of(t, i, S):
     if first < 0:
         return 1.0, 0.0
     P = S.parameters
-    function_at(t, P.motion[P.motion_start[first] : P.motion_start[first + 1]], S.work.function_value)
+    smooth_function(
+        t, piece_time(t, S.work.segment), P.motion[P.motion_start[first] : P.motion_start[first + 1]], S.work.function_value
+    )
     return S.work.function_value[0], S.work.function_value[1]
 
 

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from scissordyn.jit import kernel
 from scissordyn.mechanics import band
-from scissordyn.mechanics.time_function import function_at, prescribe
+from scissordyn.mechanics.time_function import piece_time, prescribe, smooth_function
 
 __all__ = [
     "expand",
@@ -35,7 +35,8 @@ def expand(t, y, S):
     """Write b(t), X, V and the values that timed constraints have."""
     M, P, W = S.model, S.parameters, S.work
     n = M.n
-    prescribe(t, P.motion, P.motion_start, W.basis, W.function_value)
+    when = piece_time(t, W.segment)
+    prescribe(t, when, P.motion, P.motion_start, W.basis, W.function_value)
     for i in range(n):
         W.X[i] = y[i]
         W.V[i] = y[n + i]
@@ -44,7 +45,7 @@ def expand(t, y, S):
         W.V[n + i] = W.basis[1, i]
     for i in range(M.timed.size):
         k, which = M.timed[i], M.timed_function[i]
-        function_at(t, P.motion[P.motion_start[which] : P.motion_start[which + 1]], W.function_value)
+        smooth_function(t, when, P.motion[P.motion_start[which] : P.motion_start[which + 1]], W.function_value)
         unit, f = M.timed_unit[i], W.function_value
         l, v, a, j = unit * f[0], unit * f[1], unit * f[2], unit * f[3]
         W.value[0, k], W.value[1, k] = 0.5 * l * l, l * v

@@ -63,13 +63,19 @@ def accept(t, y, address, answer):
     fastest = count_turns(S)
     turn = LARGEST_TURN if y.size > 0 else LARGEST_DRIVEN_TURN
     longest = turn / fastest if fastest > 0.0 else math.inf
-    breaks = S.parameters.breaks
+    breaks, reached, following = S.parameters.breaks, -math.inf, math.inf
     for k in range(breaks.size):
-        if breaks[k] - t > ROUND_OFF * breaks[k]:
+        if breaks[k] - t <= ROUND_OFF * breaks[k]:
+            reached = breaks[k]
+        else:
+            following = breaks[k]
             longest = min(longest, breaks[k] - t)
             if y.size == 0 and k > 0 and abs(breaks[k - 1] - t) <= ROUND_OFF * breaks[k - 1]:
                 longest = min(longest, AFTER_BREAK * (breaks[k] - t))
             break
+    if S.work.segment[0] != reached:
+        answer[0] = 1.0  # the slope at the end of the step is not that at the start of the next one
+    S.work.segment[0], S.work.segment[1] = reached, following
     answer[1] = longest
 
 

@@ -177,6 +177,7 @@ class Workspace(NamedTuple):
     pivots: I1
     gram: F2  # (m, band)
     gram_pivots: I1
+    segment: F1  # (2,) the break of a time function that has been reached, and the next one [s]
     gram_row: F1  # (n,) zeros: the gradient of one constraint while it is multiplied
     gamma: F1  # (1,) step size times the method's gamma
     contact: ResultArray  # (contacts,) what the contact kernel found

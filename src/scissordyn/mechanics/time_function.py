@@ -20,10 +20,23 @@ from scissordyn.component.time_function import (
 )
 from scissordyn.jit import kernel
 
-__all__ = ["COLUMNS", "breaks_of", "function_at", "function_rows", "function_start", "prescribe"]
+__all__ = [
+    "COLUMNS",
+    "breaks_of",
+    "function_at",
+    "function_rows",
+    "function_start",
+    "piece_time",
+    "prescribe",
+    "smooth_function",
+]
 
 COLUMNS = 10
 """Width of a piece: instant, six coefficients from the highest power down, then amplitude, frequency, phase of the sine."""
+
+
+AT_BREAK = 2e-12
+"""Fraction of an instant within which a step begins or ends at a break; steps reach it to a rounding."""
 
 
 def function_rows(motion: TimeFunction, start: float) -> np.ndarray:
@@ -98,11 +111,28 @@ def _pieces(*pieces: tuple[float | tuple[float, ...], ...]) -> np.ndarray:
 
 @kernel()
 def function_at(t, rows, value):
-    """Write a time function and its first three derivatives at time t into value[0:4]."""
+    """Write a time function and its first three derivatives at time t into value[0:4], at a break those after it."""
+    smooth_function(t, t, rows, value)
+
+
+@kernel(inline=True)
+def piece_time(t, segment):
+    """An instant in the piece that holds at time t for a step between two breaks: at its end that before the break."""
+    near = AT_BREAK * abs(t)
+    if t < segment[0] and segment[0] - t <= near:
+        return segment[0]
+    if t >= segment[1] and t - segment[1] <= near:
+        return segment[1] - 2.0 * near
+    return t
+
+
+@kernel()
+def smooth_function(t, when, rows, value):
+    """Write the piece of a time function that holds at the instant `when`, and its derivatives, at time t into value[0:4]."""
     low, high = 0, rows.shape[0] - 1
-    while low < high:  # the last piece that begins at or before t
+    while low < high:  # the last piece that begins at or before that instant
         middle = (low + high + 1) // 2
-        if rows[middle, 0] <= t:
+        if rows[middle, 0] <= when:
             low = middle
         else:
             high = middle - 1
@@ -136,12 +166,12 @@ def function_start(motion: TimeFunction, start: float = 0.0) -> float:
 
 
 @kernel()
-def prescribe(t, rows, starts, basis, angle):
-    """Write b and its derivatives at time t into basis[0:4, :]; `angle` is work space."""
+def prescribe(t, when, rows, starts, basis, angle):
+    """Write b and its derivatives at time t into basis[0:4, :], by the pieces at `when`; `angle` is work space."""
     for order in range(4):
         basis[order, 0] = 1.0 if order == 0 else 0.0
     for drive in range((basis.shape[1] - 1) // 2):
-        function_at(t, rows[starts[drive] : starts[drive + 1]], angle)
+        smooth_function(t, when, rows[starts[drive] : starts[drive + 1]], angle)
         c, s = math.cos(angle[0]), math.sin(angle[0])
         w, a, j = angle[1], angle[2], angle[3]
         i = 1 + 2 * drive

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from scissordyn.control.signal import SIGNALS
@@ -75,6 +77,7 @@ def make_workspace(model: Model, parameters: Parameters) -> Workspace:
         pivots=np.zeros(size, np.int64),
         gram=np.zeros((m, width(int(model.band_limits[2]), int(model.band_limits[3])))),
         gram_pivots=np.zeros(m, np.int64),
+        segment=np.array([-math.inf, math.inf]),
         gram_row=np.zeros(n),
         gamma=np.zeros(1),
         contact=np.zeros(contacts, CONTACT_RESULT),

@@ -7,6 +7,7 @@ import json
 import re
 import tomllib
 from collections.abc import Iterable, Mapping
+from functools import cache
 from pathlib import Path
 from typing import Any, get_args, get_origin, get_type_hints
 
@@ -35,6 +36,7 @@ from scissordyn.laws.user import UserDamping, UserElastic, UserFriction
 from scissordyn.model.body import Body, bar
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.model.record import first_difference, to_plain
+from scissordyn.model.track import Track
 from scissordyn.plugin.user_file import file_digest, split_reference
 from scissordyn.simulation.options import Options
 from scissordyn.units import Pairs, quantities
@@ -95,7 +97,7 @@ def case_text(described: Mechanism | Case, run: Options | None = None, *, folder
     if not isinstance(mechanism, Mechanism):
         raise InputError(f"a {type(mechanism).__name__} as a case", "a Mechanism or a Case", "write_case(arm, 'arm.toml')")
     options = run or (described.run if isinstance(described, Case) else Options(UNTIL))
-    text = "\n".join([BEGINNING, *_tables(mechanism, options, folder)])
+    text = "\n".join([BEGINNING, *_tables(mechanism, options, folder), ""])
     _check(text, mechanism, options, folder)
     return text
 
@@ -116,13 +118,13 @@ def _tables(mechanism: Mechanism, options: Options, folder: Path | None) -> list
     lines += _list("latch", (_fields(part, None, folder) for part in mechanism.latches))
     lines += _components(mechanism, folder)
     loose = [(joint.name, joint.clearance) for joint in mechanism.joints if joint.clearance is not None]
-    same = len(loose) == len(mechanism.joints) > 1 and all(each == loose[0][1] for _, each in loose)
-    if same and all(repr(each) == repr(loose[0][1]) for _, each in loose) and "all" not in [name for name, _ in loose]:
+    names = [joint.name for joint in mechanism.joints]
+    if len(loose) == len(names) > 1 and "all" not in names and len({repr(each) for _, each in loose}) == 1:
         loose = [("all", loose[0][1])]
     lines += _list("clearance", ({"joint": _string(name), **_fields(gap, None, folder)} for name, gap in loose))
     channels = [(guide.name, guide.clearance) for guide in mechanism.guides if guide.clearance is not None]
     lines += _list("guide_clearance", ({"guide": _string(name), **_fields(gap, None, folder)} for name, gap in channels))
-    drives = (_time_function(drive.motion, "rad") | {"body": _string(drive.body)} for drive in mechanism.drives)
+    drives = ({"body": _string(drive.body)} | _time_function(drive.motion, "rad") for drive in mechanism.drives)
     lines += _list("drive", drives)
     until = {"until": _quantity((options.until,), "s")}
     return lines + _table("[run]", until | _fields(options, None, folder))
@@ -140,7 +142,7 @@ def _components(mechanism: Mechanism, folder: Path | None) -> list[str]:
         own = origin is None and type(part).__module__.startswith("scissordyn.")
         here = place.get(section, -1) if own else -1
         entries = _fields(part, None, folder)
-        if here >= last >= -1 and here >= 0 and not others:
+        if here >= max(last, 0) and not others:
             listed.setdefault(section, []).append(entries)
             last = here
         elif own:
@@ -163,7 +165,7 @@ def _list(section: str, tables: Iterable[Entries]) -> list[str]:
 
 
 def _table(heading: str, entries: Entries) -> list[str]:
-    return ["", heading, *(f"{key} = {value}" for key, value in entries.items())] + ([""] if heading == "[run]" else [])
+    return ["", heading, *(f"{key} = {value}" for key, value in entries.items())]
 
 
 def _body(body: Body) -> Entries:
@@ -189,20 +191,17 @@ def _body(body: Body) -> Entries:
     return entries
 
 
-def _track(track: Any) -> Entries:
-    point = track.point if isinstance(track.point, str) else None
-    if point is not None and "," in point:
-        raise InputError(
-            f"tracked point '{track.name}' at the point '{point}'", "names without a comma, which separates numbers"
-        )
-    place = _point(track.point, "m") if point is None else _string(point)
-    return {"name": _string(track.name), "body": _string(track.body), "point": place}
+def _track(track: Track) -> Entries:
+    entries = _fields(track, None, None)
+    if isinstance(track.point, str) and "," in track.point:
+        raise InputError(f"tracked point '{track.name}' at the point '{track.point}'", "names without a comma")
+    return entries
 
 
 def _fields(described: Any, names: Iterable[str] | None, folder: Path | None, *, skip: bool = True) -> Entries:
     """The fields of a description as keys; those with their default are left out."""
-    kind = type(described)
-    hints, found = get_type_hints(kind, include_extras=True), Entries()
+    kind: Any = type(described)
+    hints, found = _hints(kind), Entries()
     wanted = None if names is None else set(names)
     for field in dataclasses.fields(kind):
         value = getattr(described, field.name)
@@ -215,6 +214,11 @@ def _fields(described: Any, names: Iterable[str] | None, folder: Path | None, *,
             continue
         found[field.name] = _value(value, hints[field.name], field.name, kind, folder)
     return found
+
+
+@cache
+def _hints(kind: type) -> Mapping[str, Any]:
+    return get_type_hints(kind, include_extras=True)
 
 
 def _value(value: Any, hint: Any, name: str, kind: type, folder: Path | None) -> str:

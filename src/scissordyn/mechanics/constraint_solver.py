@@ -57,7 +57,7 @@ def expand_element(t, y, element, S):
     """Of b(t), X and V what the maps of one force element read."""
     M, P, W = S.model, S.parameters, S.work
     n = M.n
-    prescribe(t, P.motion, P.motion_start, W.basis, W.function_value)
+    prescribe(t, piece_time(t, W.segment), P.motion, P.motion_start, W.basis, W.function_value)
     for k in range(M.element_start[element], M.element_start[element + 1]):
         column = M.element_column[k]
         if column < n:
@@ -70,7 +70,7 @@ def expand_element(t, y, element, S):
 def expand_track(t, y, track, S):
     """Of b(t) and X what the map of one tracked point reads."""
     M, P, W = S.model, S.parameters, S.work
-    prescribe(t, P.motion, P.motion_start, W.basis, W.function_value)
+    prescribe(t, piece_time(t, W.segment), P.motion, P.motion_start, W.basis, W.function_value)
     for k in range(M.track_start[track], M.track_start[track + 1]):
         column = M.track_column[k]
         W.X[column] = y[column] if column < M.n else W.basis[0, column - M.n]

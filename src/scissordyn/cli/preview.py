@@ -121,6 +121,7 @@ def _forces(ideal: xr.Dataset) -> list[str]:
     import numpy as np
 
     from scissordyn.cli.scale import short
+    from scissordyn.simulation.peak import smooth_peak
 
     lines, time = [], ideal["time"].values
     angle = np.degrees(ideal["transmission_angle"].values)
@@ -132,13 +133,13 @@ def _forces(ideal: xr.Dataset) -> list[str]:
     for name, unit, subject in (("drive_torque", "N m", "driving torque"), ("rod_force", "N", "force in a rod")):
         if name in ideal and ideal[name].size:
             values = np.abs(ideal[name].values.reshape(time.size, -1)).max(axis=1)
-            if np.isfinite(values).any():
-                at = int(np.nanargmax(values))
-                worst = short(float(values[at]), unit)
-                lines.append(f"Largest {subject} with ideal joints: {worst} at {short(time[at], 's')}.")
-    force = np.linalg.norm(ideal["reaction"].transpose("time", "joint", "axis").values, axis=2)
+            largest, when = smooth_peak(time, values)
+            if np.isfinite(largest):
+                lines.append(f"Largest {subject} with ideal joints: {short(largest, unit)} at {short(when, 's')}.")
+    force = ideal["peak_reaction"].values
     if np.isfinite(force).any():
-        i, k = np.unravel_index(int(np.nanargmax(force)), force.shape)
-        worst, joint = short(float(force[i, k]), "N"), ideal["joint"].values[k]
-        lines.append(f"Largest reaction with ideal joints: {worst} at '{joint}', at {short(time[i], 's')}.")
+        most = int(np.nanargmax(force))
+        worst, joint = short(float(force[most]), "N"), ideal["joint"].values[most]
+        instant = short(float(ideal["peak_reaction_time"].values[most]), "s")
+        lines.append(f"Largest reaction with ideal joints: {worst} at '{joint}', at {instant}.")
     return lines

@@ -10,6 +10,7 @@ import xarray as xr
 
 from scissordyn.analysis.arc import smallest_arc
 from scissordyn.analysis.contact import contact_spans
+from scissordyn.simulation.peak import smooth_peak
 
 __all__ = ["CONTINUOUS", "JOINT", "LATE", "SETTLED", "Deviation", "Measures", "measure"]
 
@@ -128,6 +129,7 @@ def measure(run: xr.Dataset, ideal: xr.Dataset) -> Measures:
     before = time <= SETTLED
     ranges = {name: float(np.ptp([_series(run, name), _series(ideal, name)])) for name in _SERIES}
     acceleration = _series(ideal, "slider_acceleration")[~before]
+    reaction = np.hypot(*ideal["reaction"].sel(joint=JOINT).transpose("axis", "time").values)
     return Measures(
         peak_force=float(np.max(peak, initial=0.0)),
         late_peak_force=max(
@@ -137,9 +139,11 @@ def measure(run: xr.Dataset, ideal: xr.Dataset) -> Measures:
         ),
         smallest_force=float(np.min(run["normal_force"].sel(joint=JOINT).values)),
         # at a right angle the ideal reactions are not determined: that instant is left out
-        ideal_force=float(np.nanmax(np.hypot(*ideal["reaction"].sel(joint=JOINT).transpose("axis", "time").values))),
-        peak_torque=float(np.max(np.abs(run["drive_torque"].values))),
-        ideal_torque=float(np.max(np.abs(ideal["drive_torque"].values))),
+        ideal_force=smooth_peak(
+            ideal["time"].values, np.hypot(*ideal["reaction"].sel(joint=JOINT).transpose("axis", "time").values)
+        )[0],
+        peak_torque=float(run["peak_drive_torque"][0]),
+        ideal_torque=float(ideal["peak_drive_torque"][0]),
         impacts=start.size,
         early_impacts=int(np.sum(start < LATE)),
         late_impacts=int(np.sum(start >= LATE)),

@@ -12,6 +12,7 @@ from scissordyn.model.mechanism import Mechanism
 from scissordyn.simulation.branching import path_warnings
 from scissordyn.simulation.closure import Closure
 from scissordyn.simulation.kinematics import Path, follow, instants, path_of, start_of
+from scissordyn.simulation.peak import smooth_peak
 from scissordyn.simulation.run import simulate
 from scissordyn.simulation.singular import LOCKING
 from scissordyn.simulation.transmission import dyads, transmission_angle
@@ -45,8 +46,9 @@ def ideal_kinematics(mechanism: Mechanism, *, until: float, samples: int = SAMPL
     Returns
     -------
     Dataset
-        The run of `simulate` with ideal joints, until it ends, and with it `transmission_angle (time, dyad)` and, per singular
-        position that the drives lead to, `singular_time`, `singular_input`, `singular_kind`, `singular_subject (singular)`.
+        The run of `simulate` with ideal joints, until it ends, and with it `transmission_angle (time, dyad)`, `peak_reaction`
+        and `peak_reaction_time (joint)` located between the samples and, per singular position that the drives lead to,
+        `singular_time`, `singular_input`, `singular_kind`, `singular_subject (singular)`.
         Attributes `range_low` and `range_high`: the input between locking positions, NaN where there is none within a
         revolution, `range_unit` ("rad" or "m", empty without a single drive); `singular_warnings`.
 
@@ -66,6 +68,10 @@ def ideal_kinematics(mechanism: Mechanism, *, until: float, samples: int = SAMPL
         np.stack(values, axis=1) if values else np.zeros((run.sizes["time"], 0)),
         {"units": "rad", "long_name": "transmission angle at the inner joint of a dyad"},
     )
+    force = np.linalg.norm(run["reaction"].transpose("joint", "time", "axis").values, axis=2)
+    largest = np.array([smooth_peak(run["time"].values, each) for each in force]).reshape(-1, 2)
+    run["peak_reaction"] = ("joint", largest[:, 0], {"units": "N", "long_name": "largest reaction"})
+    run["peak_reaction_time"] = ("joint", largest[:, 1], {"units": "s", "long_name": "when the reaction is largest"})
     path = path_of(ideal, until)
     _add_singular(run, ideal, path, until)
     low, high, unit = motion_range(ideal) if path is not None and path.parameter != "time" else (math.nan, math.nan, "")

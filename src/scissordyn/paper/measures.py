@@ -129,6 +129,7 @@ def measure(run: xr.Dataset, ideal: xr.Dataset) -> Measures:
     before = time <= SETTLED
     ranges = {name: float(np.ptp([_series(run, name), _series(ideal, name)])) for name in _SERIES}
     acceleration = _series(ideal, "slider_acceleration")[~before]
+    # at a right angle the ideal reactions are not determined: that instant is left out
     reaction = np.hypot(*ideal["reaction"].sel(joint=JOINT).transpose("axis", "time").values)
     return Measures(
         peak_force=float(np.max(peak, initial=0.0)),
@@ -138,10 +139,7 @@ def measure(run: xr.Dataset, ideal: xr.Dataset) -> Measures:
             float(np.max(run["normal_force"].sel(joint=JOINT).values[time >= LATE])),
         ),
         smallest_force=float(np.min(run["normal_force"].sel(joint=JOINT).values)),
-        # at a right angle the ideal reactions are not determined: that instant is left out
-        ideal_force=smooth_peak(
-            ideal["time"].values, np.hypot(*ideal["reaction"].sel(joint=JOINT).transpose("axis", "time").values)
-        )[0],
+        ideal_force=smooth_peak(ideal["time"].values, reaction)[0],
         peak_torque=float(run["peak_drive_torque"][0]),
         ideal_torque=float(ideal["peak_drive_torque"][0]),
         impacts=start.size,

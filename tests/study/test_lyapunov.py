@@ -1,16 +1,20 @@
 """Largest Lyapunov exponents of mechanisms."""
 
+import dataclasses
 import math
 
 import numpy as np
 import pytest
 
 from scissordyn.component.place import GROUND
+from scissordyn.component.time_function import Tabulated
+from scissordyn.component.torque import Torque
 from scissordyn.errors import InputError
 from scissordyn.laws.damping.none import NoDamping
 from scissordyn.model.body import bar
 from scissordyn.model.clearance import Clearance
 from scissordyn.model.joint import Revolute
+from scissordyn.model.linkage import slider_crank
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.study.lyapunov import separation_exponent, variational_exponent
 
@@ -69,3 +73,13 @@ def test_what_cannot_be_used(frictional, impacting, upright):
         separation_exponent(upright, cycles=0, period=1.0)
     with pytest.raises(InputError, match="no interval left"):
         separation_exponent(upright, cycles=1, period=0.1, intervals=1, skip=1)
+
+
+@pytest.mark.parametrize("measure", [separation_exponent, variational_exponent])
+def test_tables_that_end_early_are_refused(measure):
+    """Identity: no cycle is computed beyond the end of a table, as in runs and maps."""
+    instants = tuple(np.linspace(0.0, 0.1, 7).tolist())
+    load = Torque("load", "crank", torque=1.0, time_function=Tabulated(instants, tuple(0.0 * t for t in instants)))
+    crank = dataclasses.replace(slider_crank(crank=0.05, rod=0.12, angle=0.4), components=(load,)).driven(speed=20.0)
+    with pytest.raises(InputError, match=r"time function of 'load' is tabulated until 0.1 s"):
+        measure(crank, cycles=2)

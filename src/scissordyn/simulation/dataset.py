@@ -153,7 +153,9 @@ def _recorded(mechanism: Mechanism, options: Options, path: Trajectory) -> tuple
     if last > 0.0:
         cut = compute(mechanism, dataclasses.replace(options, until=last, samples=2), times=kept.time)
     else:
-        cut = dataclasses.replace(path, samples=kept, log=path.log[:0], peak=np.full_like(path.peak, np.nan))
+        cut = dataclasses.replace(
+            path, samples=kept, log=path.log[:0], peak=np.full_like(path.peak, np.nan), band=np.full_like(path.band, np.nan)
+        )
     cut = dataclasses.replace(cut, end=last, status="failed", cause=f"stopped at t = {time:.9g} s: {why}")
     return cut, record(cut.reduced, cut.system, cut.samples)
 

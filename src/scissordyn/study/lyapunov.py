@@ -21,7 +21,8 @@ from scissordyn.simulation.configuration import write_configuration
 from scissordyn.simulation.driver import Snapshot, make_system
 from scissordyn.simulation.options import Options, StartKind
 from scissordyn.simulation.stroboscope import drive_period
-from scissordyn.simulation.trajectory import broken_off, compute, make_driver
+from scissordyn.simulation.time_functions import check_tables
+from scissordyn.simulation.trajectory import Trajectory, broken_off, compute, make_driver
 from scissordyn.study.follow import consistent
 from scissordyn.units import checked
 
@@ -93,41 +94,74 @@ def separation_exponent(
     """
     period = drive_period(mechanism) if period is None else period
     _check_counts(cycles=cycles, intervals=intervals)
-    pulse, part = 2.0 * math.pi / period, period / intervals
-    options = Options(part, start, 2, rtol, atol, method)
-    reduced = reduce_mechanism(mechanism)
-    n, system = reduced.free, make_system(reduced)
+    check_tables(mechanism, cycles * period)
+    part = period / intervals
     least = min((joint.clearance.clearance for joint in mechanism.contacts if joint.clearance), default=1.0)
-    d0 = distance * pulse * least
-    drivers = [make_driver(reduced, options)[0] for _ in range(2)]
-    reference = drivers[0].snapshot()
-    difference = _first_tangent(system, reference.y, n, pulse, seed)
-    companion = _companion(system, reference, reference, difference, d0)
-    growth, together, status, cause = [], 0, "complete", ""
+    pair = _Pair(mechanism, Options(part, start, 2, rtol, atol, method), 2.0 * math.pi / period, distance * least, seed)
+    status, cause = "complete", ""
     for interval in range(cycles * intervals):
-        drivers[1].restore(companion)
         try:
-            ended = [driver.advance((interval + 1) * part) for driver in drivers]
+            cause = pair.advance((interval + 1) * part)
         except KeyboardInterrupt:
             status, cause = "interrupted", "interrupted"
             break
-        broken = next((pair for pair in zip(ended, drivers, strict=True) if pair[0] != FINISHED), None)
-        if broken is not None:
-            status, cause = "failed", broken_off(*broken)
+        if cause:
+            status = "failed"
             break
-        for driver in drivers:
-            driver.clear_log()
-        reference, companion = (driver.snapshot() for driver in drivers)
-        difference = companion.y - reference.y
-        apart = _length(difference, n, pulse)
-        growth.append(math.log(apart / d0))
-        together += int(np.array_equal(reference.mode, companion.mode))
-        companion = _companion(system, reference, companion, difference, d0 / apart)
         if progress is not None and (interval + 1) % intervals == 0:
             progress((interval + 1) // intervals, cycles)
-    result = _concluded(mechanism, growth, part, skip * intervals, "two trajectories", status, cause)
-    result.attrs |= {"apart": 1.0 - together / max(1, len(growth)), "period": period, "distance": distance}
+    result = _concluded(mechanism, pair.growth, part, skip * intervals, "two trajectories", status, cause)
+    result.attrs |= {"apart": 1.0 - pair.together / max(1, len(pair.growth)), "period": period, "distance": distance}
     return result
+
+
+class _Pair:
+    """Two trajectories side by side, put back to their first distance after each interval.
+
+    Parameters
+    ----------
+    mechanism : Mechanism
+    options : Options
+    pulse : float
+        Angular frequency by which positions are weighed [rad/s].
+    distance : float
+        First distance over the pulse [kg^0.5 m].
+    seed : int
+
+    Attributes
+    ----------
+    growth : list of float
+        Logarithm of the growth in each interval.
+    together : int
+        Ends of intervals at which both have the same contact modes.
+    """
+
+    def __init__(self, mechanism: Mechanism, options: Options, pulse: float, distance: float, seed: int) -> None:
+        reduced = reduce_mechanism(mechanism)
+        self.n, self.system, self.pulse, self.distance = reduced.free, make_system(reduced), pulse, distance * pulse
+        self.drivers = [make_driver(reduced, options)[0] for _ in range(2)]
+        self.growth: list[float] = []
+        self.together = 0
+        reference = self.drivers[0].snapshot()
+        difference = _first_tangent(self.system, reference.y, self.n, pulse, seed)
+        self.companion = _companion(self.system, reference, reference, difference, self.distance)
+
+    def advance(self, until: float) -> str:
+        """Go on until a time [s]; returns why one of the two cannot, empty if both can."""
+        self.drivers[1].restore(self.companion)
+        ended = [driver.advance(until) for driver in self.drivers]
+        broken = next((pair for pair in zip(ended, self.drivers, strict=True) if pair[0] != FINISHED), None)
+        if broken is not None:
+            return broken_off(*broken)
+        for driver in self.drivers:
+            driver.clear_log()
+        reference, companion = (driver.snapshot() for driver in self.drivers)
+        difference = companion.y - reference.y
+        apart = _length(difference, self.n, self.pulse)
+        self.growth.append(math.log(apart / self.distance))
+        self.together += int(np.array_equal(reference.mode, companion.mode))
+        self.companion = _companion(self.system, reference, companion, difference, self.distance / apart)
+        return ""
 
 
 @checked
@@ -178,6 +212,28 @@ def variational_exponent(
     """
     period = drive_period(mechanism) if period is None else period
     _check_counts(cycles=cycles, intervals=intervals, substeps=substeps)
+    _check_continuous(mechanism)
+    check_tables(mechanism, cycles * period)
+    pulse, part = 2.0 * math.pi / period, period / intervals
+    # samples at the ends and the middles of all substeps
+    rows = 2 * cycles * intervals * substeps + 1
+    path = compute(mechanism, Options(cycles * period, start, rows, rtol, atol, method))
+    tangent = _first_tangent(path.system, path.samples.state[0], path.reduced.free, pulse, seed)
+    growth = []
+    for interval in range((path.samples.time.size - 1) // (2 * substeps)):
+        tangent = _carried(path, tangent, 2 * interval * substeps, substeps, part / substeps)
+        length = _length(tangent, path.reduced.free, pulse)
+        growth.append(math.log(length))
+        tangent /= length
+        if progress is not None and (interval + 1) % intervals == 0:
+            progress((interval + 1) // intervals, cycles)
+    result = _concluded(mechanism, growth, part, skip * intervals, "variational", path.status, path.cause)
+    result.attrs |= {"substeps": substeps, "period": period}
+    return result
+
+
+def _check_continuous(mechanism: Mechanism) -> None:
+    """Raise `InputError` for a mechanism whose variational equation is not defined or not continuous."""
     for joint in mechanism.contacts:
         laws = joint.clearance
         if laws is not None and not (isinstance(laws.damping, NoDamping) and isinstance(laws.friction, NoFriction)):
@@ -192,38 +248,24 @@ def variational_exponent(
             "the variational equation of a mechanism with end stops or latches, where it is discontinuous",
             "a mechanism without",
         )
-    pulse, part = 2.0 * math.pi / period, period / intervals
-    # samples at the ends and the middles of all substeps
-    rows = 2 * cycles * intervals * substeps + 1
-    path = compute(mechanism, Options(cycles * period, start, rows, rtol, atol, method))
-    samples, n = path.samples, path.reduced.free
-    live, address = path.system.content.state, path.system.address
-    h = part / substeps
+
+
+def _carried(path: Trajectory, tangent: np.ndarray, first: int, substeps: int, h: float) -> np.ndarray:
+    """A tangent at the sample `first`, carried along a trajectory by so many substeps of length h [s]."""
+    samples, live, address = path.samples, path.system.content.state, path.system.address
     slope, slope_t, answer = np.zeros(samples.state.shape[1]), np.zeros(samples.state.shape[1]), np.zeros(2)
-    tangent = _first_tangent(path.system, samples.state[0], n, pulse, seed)
-    growth = []
-    whole = (samples.time.size - 1) // (2 * substeps)
-    for interval in range(whole):
-        for at in range(2 * interval * substeps + 1, 2 * (interval + 1) * substeps, 2):
-            live.mode[:], live.memory[:], live.reference[:] = samples.mode[at], samples.memory[at], samples.reference[at]
-            functions.accept(samples.time[at], samples.state[at], address, answer)
-            functions.linearise(samples.time[at], samples.state[at], address, slope, slope_t)
-            if functions.factorize(0.5 * h, address) >= 0:
-                raise ArithmeticError(f"singular step matrix of the variational equation at t = {samples.time[at]:g} s")
-            before = tangent.copy()
-            functions.solve(tangent, address)
-            tangent *= 4.0 / h
-            tangent -= before
-        end = 2 * (interval + 1) * substeps
-        tangent = _on_conditions(path.system, samples.time[end], samples.state[end], tangent)
-        length = _length(tangent, n, pulse)
-        growth.append(math.log(length))
-        tangent /= length
-        if progress is not None and (interval + 1) % intervals == 0:
-            progress((interval + 1) // intervals, cycles)
-    result = _concluded(mechanism, growth, part, skip * intervals, "variational", path.status, path.cause)
-    result.attrs |= {"substeps": substeps, "period": period}
-    return result
+    last = first + 2 * substeps
+    for at in range(first + 1, last, 2):
+        live.mode[:], live.memory[:], live.reference[:] = samples.mode[at], samples.memory[at], samples.reference[at]
+        functions.accept(samples.time[at], samples.state[at], address, answer)
+        functions.linearise(samples.time[at], samples.state[at], address, slope, slope_t)
+        if functions.factorize(0.5 * h, address) >= 0:
+            raise ArithmeticError(f"singular step matrix of the variational equation at t = {samples.time[at]:g} s")
+        before = tangent.copy()
+        functions.solve(tangent, address)
+        tangent *= 4.0 / h
+        tangent -= before
+    return _on_conditions(path.system, samples.time[last], samples.state[last], tangent)
 
 
 def _check_counts(**counts: int) -> None:

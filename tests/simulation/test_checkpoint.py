@@ -189,6 +189,22 @@ def test_other_runs_are_refused(tmp_path: Path, clearance_array: Mechanism) -> N
     assert "is not overwritten" in refused(clearance_array, options)
 
 
+def test_a_full_disk_does_not_end_the_run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, clearance_array: Mechanism) -> None:
+    """Identity: the run goes on and warns; a folder that is missing is refused before it."""
+    expected = simulate(clearance_array, until=5e-3, samples=11)
+
+    def full(*_: Any, **__: Any) -> None:
+        raise InputError("cannot write 'run.checkpoint': No space left on device")
+
+    monkeypatch.setattr("scissordyn.simulation.store.save", full)
+    checkpoint = Checkpoint(tmp_path / "run.checkpoint", every=0.0)
+    run = simulate(clearance_array, until=5e-3, samples=11, checkpoint=checkpoint)
+    assert run.equals(expected)
+    assert "the last checkpoints are missing: cannot write" in run.attrs["warnings"]
+    with pytest.raises(InputError, match="no folder"):
+        simulate(clearance_array, until=5e-3, checkpoint=Checkpoint(tmp_path / "none" / "run.checkpoint"))
+
+
 def test_a_state_of_another_size_is_refused(tmp_path: Path, clearance_array: Mechanism, frictional_array: Mechanism) -> None:
     """Identity: arrays of the wrong shape are an error of one line, should a file claim to be of this run."""
     checkpoint = Checkpoint(tmp_path / "run.checkpoint")

@@ -72,7 +72,7 @@ def template(kind: str) -> str:
         parts.append(_section("[[guide_clearance]]", GuideClearanceTable, {}, out=True))
     parts += [
         _section(f"[[{name}]]", PARTS[name].table, {}, out=True)
-        for name in ("weld", *COMPONENT_SECTIONS, "component")
+        for name in ("weld", "track", *COMPONENT_SECTIONS, "component")
         if kind == "mechanism"
     ]
     parts += [_section(f"[[{name}]]", table, {}, out=True) for name, table in LOADS.items()]

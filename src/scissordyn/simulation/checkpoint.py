@@ -98,12 +98,15 @@ class Keeper:
         As they were last written or read.
     last : float
         When that was [s].
+    problem : str
+        Why a checkpoint could not be written; empty if all could.
     """
 
     checkpoint: Checkpoint
     attributes: Mapping[str, str]
     parts: dict[str, Part] = field(default_factory=dict)
     last: float = field(default_factory=clocks.monotonic)
+    problem: str = ""
 
     def take_up(self, name: str, driver: Driver) -> float:
         """Put the state of a part into its driver, if there is one; returns how long it has been computed already [s]."""
@@ -130,7 +133,7 @@ class Keeper:
         return told
 
     def write(self, name: str, driver: Driver, seconds: float) -> None:
-        """Write all parts, this one as its driver is now."""
+        """Write all parts, this one as its driver is now; if that fails, `problem` says why."""
         arrays = driver.arrays()
         words = [np.ascontiguousarray(part).reshape(-1).view(np.int64) for part in arrays.values()]
         self.parts[name] = Part(np.concatenate(words), {key: part.shape for key, part in arrays.items()}, seconds)
@@ -148,8 +151,11 @@ class Keeper:
         from scissordyn.simulation.store import save  # the libraries of files take a tenth of a second to load
 
         stored = xr.Dataset({"content": (("word",), content, {"long_name": "states of the run, as words of eight bytes"})})
-        save(stored.assign_attrs(attributes), self.checkpoint.path)
         self.last = clocks.monotonic()
+        try:
+            save(stored.assign_attrs(attributes), self.checkpoint.path)
+        except InputError as error:  # a full disk is no reason to lose the run itself
+            self.problem = error.what
 
     def finish(self) -> None:
         """The run is over."""
@@ -177,6 +183,11 @@ def open_checkpoint(checkpoint: Checkpoint, mechanism: Mechanism, options: Optio
     """
     keeper = Keeper(checkpoint, _attributes(mechanism, options))
     check_target(checkpoint.path, sample=SAMPLE)
+    folder = Path(checkpoint.path).absolute().parent
+    if not folder.is_dir():
+        raise InputError(
+            f"cannot write '{checkpoint.path}': no folder '{folder}'", "a file name in a folder that exists", SAMPLE
+        )
     if Path(checkpoint.path).exists() and os.stat(checkpoint.path).st_size:
         keeper.parts = _read(checkpoint.path, keeper.attributes)
     return keeper

@@ -171,5 +171,7 @@ def _computed(
         if horizon.interrupted:
             cause = "interrupted while the run was repeated; the run itself is complete, and its horizon is unknown"
             run.attrs.update(status="interrupted", cause=cause)
+    if keeper is not None and keeper.problem:
+        found.append(f"the last checkpoints are missing: {keeper.problem}")
     run.attrs["warnings"] = json.dumps(found)
     return run

@@ -70,6 +70,8 @@ def _rewrite_links(_app: Any, docname: str, source: list[str]) -> None:
             return f"{label} (`{shown}`)" if label != str(shown) else f"`{shown}`"
         return match[0]
 
+    if docname == "decisions/README":
+        source[0] += "\n```{toctree}\n:hidden:\n:glob:\n\n0*\nmeasured/*\n```\n"
     source[0] = re.sub(r"(?<!!)\[([^\]]+)\]\(([^)\s]+)\)", plain, source[0])
 
 

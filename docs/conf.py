@@ -41,6 +41,7 @@ myst_dmath_double_inline = True
 
 nb_execution_mode = "cache"
 nb_execution_cache_path = str(HERE.parent / "out" / "notebooks")
+nb_execution_in_temp = True
 nb_execution_timeout = 300
 nb_execution_raise_on_error = True
 nb_merge_streams = True
@@ -77,7 +78,11 @@ def _rewrite_links(_app: Any, docname: str, source: list[str]) -> None:
 
 def _plain_docstring(_app: Any, what: str, name: str, obj: Any, _options: Any, lines: list[str]) -> None:
     """Sections that numpydoc leaves are plain paragraphs; a class without parameters lists its fields."""
-    if what == "class" and not any(line.startswith(":Parameters") or "rubric" in line for line in lines) and inspect.isclass(obj):
+    if (
+        what == "class"
+        and not any(line.startswith(":Parameters") or "rubric" in line for line in lines)
+        and inspect.isclass(obj)
+    ):
         lines += _generate.fields(obj)
 
 

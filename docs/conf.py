@@ -71,6 +71,11 @@ def _rewrite_links(_app: Any, docname: str, source: list[str]) -> None:
             return f"{label} (`{shown}`)" if label != str(shown) else f"`{shown}`"
         return match[0]
 
+    if docname == "index":
+        # pages that no list names stand at the end of "Use"
+        named = set(re.findall(r"^([\w/]+)$", source[0], flags=re.MULTILINE))
+        others = sorted(path.stem for path in HERE.glob("*.md") if path.stem not in {*named, "index"})
+        source[0] = source[0].replace("\n*\n", "\n" + "".join(f"{other}\n" for other in others))
     if docname == "decisions/README":
         source[0] += "\n```{toctree}\n:hidden:\n:glob:\n\n0*\nmeasured/*\n```\n"
     source[0] = re.sub(r"(?<!!)\[([^\]]+)\]\(([^)\s]+)\)", plain, source[0])

@@ -3,7 +3,7 @@ PYTHON ?= python3
 BIN := .venv/bin
 OUT ?= out
 
-.PHONY: paper test check slow bench validate clean
+.PHONY: paper test check slow bench validate docs clean
 
 paper: .venv/.installed
 	$(BIN)/scissordyn paper -o $(OUT)
@@ -20,6 +20,10 @@ check: .venv/.dev
 	$(BIN)/mypy
 	$(BIN)/lint-imports
 	$(BIN)/codespell src docs benchmarks validation examples README.md CHANGELOG.md CONTRIBUTING.md
+
+# the site, in $(OUT)/docs; a warning is an error, and notebooks are executed when they or the package have changed
+docs: .venv/.docs
+	PATH="$(CURDIR)/$(BIN):$$PATH" $(BIN)/python -m sphinx -b html -W --keep-going docs $(OUT)/docs
 
 # cases with known answers, and other codes on them; peers that do not install are left out of the page
 validate: .venv/.dev
@@ -39,6 +43,10 @@ bench: .venv/.dev
 
 .venv/.dev: .venv/.installed requirements-dev.txt
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check -r requirements-dev.txt
+	touch $@
+
+.venv/.docs: .venv/.installed requirements-docs.txt
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check -r requirements-docs.txt
 	touch $@
 
 clean:

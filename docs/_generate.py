@@ -6,7 +6,6 @@ import dataclasses
 import inspect
 import re
 from pathlib import Path
-from typing import Any
 
 import scissordyn as sd
 from scissordyn.annotation import shown
@@ -17,29 +16,83 @@ __all__ = ["GROUPS", "fields", "laws_page", "write"]
 
 GROUPS: dict[str, tuple[str, ...]] = {
     "Structures": (
-        "scissor", "mast", "polar_scissor", "hoberman_ring", "slider_crank", "four_bar", "n_four_bar", "common_pin",
-        "angulated_bar", "with_panels", "with_payload",
+        "scissor",
+        "mast",
+        "polar_scissor",
+        "hoberman_ring",
+        "slider_crank",
+        "four_bar",
+        "n_four_bar",
+        "common_pin",
+        "angulated_bar",
+        "with_panels",
+        "with_payload",
     ),
     "Mechanisms": ("Mechanism", "Body", "bar", "point_mass", "Revolute", "Guide", "Weld", "Track", "Drive"),
     "Clearance joints": ("Clearance", "GuideClearance", "Material", "STEEL"),
     "Laws": (
-        "law", "Liu", "Hertz", "Flores", "LankaraniNikravesh", "Ambrosio", "LuGre", "NoFriction", "UserElastic",
-        "UserDamping", "UserFriction",
+        "law",
+        "Liu",
+        "Hertz",
+        "Flores",
+        "LankaraniNikravesh",
+        "Ambrosio",
+        "LuGre",
+        "NoFriction",
+        "UserElastic",
+        "UserDamping",
+        "UserFriction",
     ),
     "Components": (
-        "Spring", "TorsionSpring", "TapeSpring", "ConstantForceSpring", "Cable", "Bushing", "Rod", "Latch", "AngleStop",
-        "TravelStop", "Force", "Torque", "Motor", "Actuator", "component", "Output",
+        "Spring",
+        "TorsionSpring",
+        "TapeSpring",
+        "ConstantForceSpring",
+        "Cable",
+        "Bushing",
+        "Rod",
+        "Latch",
+        "AngleStop",
+        "TravelStop",
+        "Force",
+        "Torque",
+        "Motor",
+        "Actuator",
+        "component",
+        "Output",
     ),
     "Motions": ("ConstantSpeed", "Harmonic", "Polynomial", "Cycloidal", "Trapezoidal", "Tabulated", "tabulated"),
     "Controllers": (
-        "controller", "PID", "FeedForward", "Pyragas", "ExtendedDelayedFeedback", "NoControl", "UserController", "feed_forward",
+        "controller",
+        "PID",
+        "FeedForward",
+        "Pyragas",
+        "ExtendedDelayedFeedback",
+        "NoControl",
+        "UserController",
+        "feed_forward",
     ),
     "Simulation": (
-        "simulate", "simulate_many", "replay", "cycle", "ideal_kinematics", "constrain_contact", "save", "load", "preview",
+        "simulate",
+        "simulate_many",
+        "replay",
+        "cycle",
+        "ideal_kinematics",
+        "constrain_contact",
+        "save",
+        "load",
+        "preview",
     ),
     "Studies": ("bifurcation", "ensemble", "run_cases", "separation_exponent", "variational_exponent"),
     "Analysis": (
-        "classify", "consensus", "contact_statistics", "figures_of_merit", "section", "spectrum", "stroboscopic", "zero_one_test",
+        "classify",
+        "consensus",
+        "contact_statistics",
+        "figures_of_merit",
+        "section",
+        "spectrum",
+        "stroboscopic",
+        "zero_one_test",
     ),
     "Units and errors": ("degrees", "rpm", "Quantity", "Pairs", "InputError", "ScissordynError"),
 }
@@ -138,8 +191,8 @@ def write(docs: Path) -> None:
         pages[docs / "api" / f"{stem}.md"] = api_page(heading, members)
     listing = "\n".join(names)
     pages[docs / "api" / "index.md"] = (
-        "# API\n\nPublic names are imported from `scissordyn`. SI units and radians throughout; `sd.degrees(30)` and `sd.rpm(150)` "
-        f"convert.\n\n```{{toctree}}\n:maxdepth: 1\n\n{listing}\n```\n"
+        "# API\n\nPublic names are imported from `scissordyn`. SI units and radians throughout; `sd.degrees(30)` and\n"
+        f"`sd.rpm(150)` convert.\n\n```{{toctree}}\n:maxdepth: 1\n\n{listing}\n```\n"
     )
     for path, text in pages.items():
         path.parent.mkdir(exist_ok=True)

@@ -41,6 +41,7 @@ myst_dmath_double_inline = True
 
 nb_execution_mode = "cache"
 nb_execution_cache_path = str(HERE.parent / "out" / "notebooks")
+nb_execution_in_temp = True
 nb_execution_timeout = 300
 nb_execution_raise_on_error = True
 nb_merge_streams = True
@@ -70,12 +71,23 @@ def _rewrite_links(_app: Any, docname: str, source: list[str]) -> None:
             return f"{label} (`{shown}`)" if label != str(shown) else f"`{shown}`"
         return match[0]
 
+    if docname == "index":
+        # pages that no list names stand at the end of "Use"
+        named = set(re.findall(r"^([\w/]+)$", source[0], flags=re.MULTILINE))
+        others = sorted(path.stem for path in HERE.glob("*.md") if path.stem not in {*named, "index"})
+        source[0] = source[0].replace("\n*\n", "\n" + "".join(f"{other}\n" for other in others))
+    if docname == "decisions/README":
+        source[0] += "\n```{toctree}\n:hidden:\n:glob:\n\n0*\nmeasured/*\n```\n"
     source[0] = re.sub(r"(?<!!)\[([^\]]+)\]\(([^)\s]+)\)", plain, source[0])
 
 
 def _plain_docstring(_app: Any, what: str, name: str, obj: Any, _options: Any, lines: list[str]) -> None:
     """Sections that numpydoc leaves are plain paragraphs; a class without parameters lists its fields."""
-    if what == "class" and not any(line.startswith(":Parameters") or "rubric" in line for line in lines) and inspect.isclass(obj):
+    if (
+        what == "class"
+        and not any(line.startswith(":Parameters") or "rubric" in line for line in lines)
+        and inspect.isclass(obj)
+    ):
         lines += _generate.fields(obj)
 
 

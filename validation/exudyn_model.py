@@ -102,6 +102,7 @@ def positions(mechanism: sd.Mechanism, until: float, settings: Settings, body: s
     simulation = exu.SimulationSettings()
     integration = simulation.timeIntegration
     integration.endTime, integration.numberOfSteps = until, round(until / settings.step)
+    integration.automaticStepSize = False  # at singular positions it repeats steps without end
     integration.newton.relativeTolerance = settings.newton
     integration.newton.absoluteTolerance = 1e-12
     integration.newton.useModifiedNewton = True

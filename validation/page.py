@@ -58,7 +58,7 @@ def summary_row(case: Case, checks: Sequence[Check]) -> list[str]:
     """One row of the summary."""
     kinds = ", ".join(dict.fromkeys(check.kind for check in checks))
     met = sum(check.met for check in checks)
-    worst = max(checks, key=lambda check: check.error / check.allowed)
+    worst = max(checks, key=lambda check: check.error / check.allowed if check.allowed else float(not check.met))
     return [case.title, kinds, f"{met} of {len(checks)}", f"{worst.error:.1e} ({worst.quantity})"]
 
 

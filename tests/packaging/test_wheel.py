@@ -36,13 +36,15 @@ def wheel(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def test_wheel_contains_the_package_and_nothing_else(wheel: Path) -> None:
-    """Identity: every module and the typing marker are in the wheel; tests, examples and documentation are not."""
+    """Identity: every file of the package is in the wheel; tests, examples and documentation are not."""
     with zipfile.ZipFile(wheel) as archive:
         names = set(archive.namelist())
         metadata = archive.read(f"scissordyn-{sd.__version__}.dist-info/METADATA").decode()
         scripts = archive.read(f"scissordyn-{sd.__version__}.dist-info/entry_points.txt").decode()
-    here = {str(path.relative_to(ROOT / "src")) for path in (ROOT / "src" / "scissordyn").rglob("*.py")}
-    assert {name for name in names if ".dist-info/" not in name} == {*here, "scissordyn/py.typed"}
+    package = [path for path in (ROOT / "src" / "scissordyn").rglob("*") if path.is_file() and "__pycache__" not in path.parts]
+    here = {path.relative_to(ROOT / "src").as_posix() for path in package}
+    assert "scissordyn/py.typed" in here
+    assert {name for name in names if ".dist-info/" not in name} == here
     assert f"scissordyn-{sd.__version__}.dist-info/licenses/LICENSE" in names
     assert "scissordyn = scissordyn.cli.entry:run" in scripts
     assert re.search(r"^License-Expression: BSD-3-Clause$", metadata, re.MULTILINE)

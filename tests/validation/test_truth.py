@@ -57,7 +57,9 @@ def test_a_missed_check_shows() -> None:
     from validation.case import Check
 
     wrong = Check("x [m]", 1.0, 1.1, 1e-3, "closed form")
+    counted = Check("number", 3.0, 3.0, 0.0, "closed form")
     assert not wrong.met
+    assert summary_row(CASES[0], [counted])[2] == "1 of 1"
     assert "missed" in checks_table([wrong])
     assert summary_row(CASES[0], [wrong])[2] == "0 of 1"
     assert "Validation" in whole([], [], "machine")

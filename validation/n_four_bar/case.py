@@ -100,10 +100,13 @@ def codes() -> list[Code]:
         Code("scissordyn, simulate(), N = 2", lambda one: ours(2, one), tolerances),
         Code("scipy DOP853, equivalent pendulum", lambda one: scipys(2, one), tolerances),
         Code("Exudyn, generalised alpha, index 3, N = 2", lambda one: exudyns(2, one), steps, "step [s]", 1),
-        Code("Exudyn, trapezoidal, index 2, N = 2", lambda one: exudyns(2, one, radius=1.0, index2=True), steps, "step [s]", 1),
         Code("scissordyn, simulate(), N = 40", lambda one: ours(40, one), tolerances),
-        Code("Exudyn, generalised alpha, index 3, N = 40", lambda one: exudyns(40, one), (1e-2, 3e-3), "step [s]", 1),
+        Code("Exudyn, generalised alpha, index 3, N = 40", lambda one: exudyns(40, one), (1e-2,), "step [s]", 1),
     ]
 
 
-CASE = Case(NAME, "N-four-bar mechanism (A02)", checks, "largest error of B0 in 10 s [m]", 1e-5, codes)
+NOTE = (
+    "Exudyn with index 2 constraints is left out: at steps of 3 and 1 ms its solver ended with an error at singular\npositions "
+    "(2026-11-22). N = 40 is computed at one step size, as its runs are long."
+)
+CASE = Case(NAME, "N-four-bar mechanism (A02)", checks, "largest error of B0 in 10 s [m]", 1e-5, codes, notes=(NOTE,))

@@ -88,7 +88,7 @@ def codes() -> list[Code]:
         Code(
             "Exudyn RK44, sphere in sphere",
             lambda one: other(peers.exudyns(1e-12, one)),
-            (1e-6, 3e-7, 1e-7, 5e-8, 2e-8),
+            (1e-6, 3e-7, 1e-7, 5e-8),
             "step [s]",
             1,
         ),

@@ -232,7 +232,7 @@ class Mechanism:
         ----------
         joints : str or iterable of str
             Names of revolute joints, "all", "pivots" (inside the units of an array), "ends" (between units), or patterns
-            such as "unit 3/*"; with a `GuideClearance` the names of guides.
+            such as ``"unit 3/*"``; with a `GuideClearance` the names of guides.
         clearance : Clearance or GuideClearance
 
         Returns

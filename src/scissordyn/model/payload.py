@@ -63,7 +63,7 @@ def with_panels(
     ----------
     mechanism : Mechanism
     bodies : str or iterable of str
-        Names or patterns, such as "unit */bar 1".
+        Names or patterns, such as ``"unit */bar 1"``.
     mass : float
         Of one panel [kg].
     start, end : str

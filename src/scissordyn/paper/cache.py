@@ -87,8 +87,8 @@ def fetch(
     wanted = tuple(dict.fromkeys(jobs))
     found = {job: result for job in wanted if (result := _stored(job, folder)) is not None}
     missing = [job for job in wanted if job not in found]
-    told = None if progress is None else partial(progress, what)
-    for done in run_cases(partial(_compute_and_save, compute, folder), missing, workers=workers, progress=told):
+    announce = None if progress is None else partial(progress, what)
+    for done in run_cases(partial(_compute_and_save, compute, folder), missing, workers=workers, progress=announce):
         if done.error:
             raise ScissordynError(done.error)
         found[missing[done.index]] = load(_path(missing[done.index], folder))

@@ -209,7 +209,7 @@ def fetch_diagram(path: Path, *, workers: int | None = None, progress: Progress 
     """
     values = np.linspace(CLEARANCES[-1], CLEARANCES[0], DIAGRAM_VALUES)
 
-    def told(done: int, of: int) -> None:
+    def announce(done: int, of: int) -> None:
         if progress is not None:
             progress("bifurcation", done, of)
 
@@ -222,7 +222,7 @@ def fetch_diagram(path: Path, *, workers: int | None = None, progress: Progress 
             keep=DIAGRAM_KEPT,
             workers=workers,
             store=path,
-            progress=told,
+            progress=announce,
         )
 
     try:

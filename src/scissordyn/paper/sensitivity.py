@@ -169,9 +169,9 @@ def fetch_sensitivity(
             return stored
     except InputError:
         pass  # missing or incomplete: computed now
-    told = None if progress is None else partial(progress, f"choices, {members} members each")
+    announce = None if progress is None else partial(progress, f"choices, {members} members each")
     found: list[Holds] = []
-    for result in run_cases(partial(survey, members=members), choices, workers=workers, progress=told):
+    for result in run_cases(partial(survey, members=members), choices, workers=workers, progress=announce):
         if result.value is None:
             raise ScissordynError(f"{choices[result.index].words}: {result.error}")
         found.append(_settled(choices[result.index], result.value, settled or {}))

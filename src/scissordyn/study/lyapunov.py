@@ -55,7 +55,7 @@ def separation_exponent(
     onto the length constraints; the differences of internal states and approach speeds of joints in contact in both are scaled
     by the same factor, and a joint in contact in one only keeps the companion's values. The method is valid for any law.
     Distance: d^2 =
-    |dx'|^2 + (2 pi/T)^2 |dx|^2 in free coordinates, whose mass matrix is the identity; internal states are carried but not
+    ``|dx'|^2 + (2 pi/T)^2 |dx|^2`` in free coordinates, whose mass matrix is the identity; internal states are carried but not
     measured, since they relax to the motion within microseconds.
 
     Parameters

@@ -1,0 +1,111 @@
+"""The documentation: links, numbered equations, public names, and code that runs."""
+
+from __future__ import annotations
+
+import re
+import tomllib
+from pathlib import Path
+
+import pytest
+
+import scissordyn as sd
+from scissordyn.config.file import read_case
+
+ROOT = Path(__file__).parents[2]
+DOCS = ROOT / "docs"
+GENERATED = ("api/", "theory/catalogue.md")
+PAGES = sorted(path for path in DOCS.rglob("*.md") if not str(path.relative_to(DOCS)).startswith(GENERATED))
+NUMBERED = re.compile(r"\\tag\{([A-Z]\d+)\}")
+"""The name of an equation of docs/theory."""
+
+
+def name(path: Path) -> str:
+    """For the names of tests."""
+    return str(path.relative_to(DOCS))
+
+
+def blocks(text: str, language: str) -> list[str]:
+    """The blocks of code in a language."""
+    return re.findall(rf"^```{re.escape(language)}[^\n]*\n(.*?)^```", text, flags=re.MULTILINE | re.DOTALL)
+
+
+@pytest.mark.parametrize("page", PAGES, ids=name)
+def test_links(page: Path) -> None:
+    """Identity: every relative link and picture of a page exists; the generated pages are those of `docs/_generate.py`."""
+    text = re.sub(r"^```.*?^```", "", page.read_text(encoding="utf-8"), flags=re.MULTILINE | re.DOTALL)
+    for target in re.findall(r"\]\(([^)\s#]+)[^)]*\)", text):
+        if "://" in target or target.startswith("doi:"):
+            continue
+        path = page.parent / target
+        assert path.exists() or str(path.relative_to(DOCS)) in ("api/index.md", "theory/catalogue.md"), target
+
+
+def test_every_cited_equation_exists() -> None:
+    """Identity: names of equations are unique, and whoever cites one by docs/theory or in these pages finds it."""
+    tags = [tag for page in (DOCS / "theory").glob("*.md") for tag in NUMBERED.findall(page.read_text(encoding="utf-8"))]
+    assert len(tags) == len(set(tags))
+    assert len(tags) > 30
+    cited = []
+    for folder in ("src", "tests", "benchmarks", "validation"):
+        for path in (ROOT / folder).rglob("*.py"):
+            for line in re.findall(r"docs/theory[^\n]*", path.read_text(encoding="utf-8")):
+                cited += re.findall(r"\(([A-Z]\d+)\)", line)
+    assert cited
+    for page in PAGES:
+        text = re.sub(r"^```.*?^```", "", page.read_text(encoding="utf-8"), flags=re.MULTILINE | re.DOTALL)
+        cited += re.findall(r"(?<![\w\\])\(([SRCGNDFIEKA]\d)\)", text)
+    # benchmark problems of the IFToMM library have such names too
+    missing = {one for one in cited if one not in tags} - {"A01", "A02", "A03"}
+    assert not missing
+
+
+def test_every_public_name_is_documented_and_shown() -> None:
+    """Identity: each public name has a docstring, a place in the API, and an example in the documentation or in a case."""
+    import importlib.util
+
+    spec = importlib.util.spec_from_file_location("_generate", DOCS / "_generate.py")
+    assert spec is not None
+    assert spec.loader is not None
+    generate = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(generate)
+    listed = [one for names in generate.groups().values() for one in names]
+    assert sorted(listed) == sorted(sd.__all__)
+    shown = "\n".join(page.read_text(encoding="utf-8") for page in (*PAGES, ROOT / "README.md"))
+    for one in sd.__all__:
+        value = getattr(sd, one)
+        assert value.__doc__, one
+        assert re.search(rf"\b{one}\b", shown), f"'{one}' is in no example"
+
+
+@pytest.mark.parametrize("page", sorted((DOCS / "howto").glob("*.md")), ids=name)
+def test_howto_code_runs(page: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Cross-check: the Python of a how-to page runs as it stands, and its tables are TOML."""
+    monkeypatch.chdir(tmp_path)
+    text = page.read_text(encoding="utf-8")
+    space: dict[str, object] = {}
+    for code in blocks(text, "python"):
+        exec(compile(code, str(page), "exec"), space)
+    for table in blocks(text, "toml"):
+        assert tomllib.loads(table)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("page", sorted(set((DOCS / "tutorials").glob("*.md")) - {DOCS / "tutorials" / "index.md"}), ids=name)
+def test_tutorial_cells_run(page: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Cross-check: the cells of a tutorial run one after another in an empty folder, with the results that they assert."""
+    import matplotlib as mpl
+    import matplotlib.pyplot as plt
+
+    mpl.use("Agg")
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.syspath_prepend(str(tmp_path))
+    space: dict[str, object] = {"__name__": "__main__"}
+    for code in blocks(page.read_text(encoding="utf-8"), "{code-cell}"):
+        exec(compile(code, str(page), "exec"), space)
+    plt.close("all")
+
+
+def test_examples_of_the_gallery_are_cases() -> None:
+    """Identity: every picture of the gallery has its case."""
+    for stem in re.findall(r"\]\(examples/(\w+)\.png\)", (DOCS / "gallery.md").read_text(encoding="utf-8")):
+        assert read_case(ROOT / "examples" / f"{stem}.toml").mechanism.bodies

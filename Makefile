@@ -3,7 +3,7 @@ PYTHON ?= python3
 BIN := .venv/bin
 OUT ?= out
 
-.PHONY: paper test check slow bench clean
+.PHONY: paper test check slow browser bench clean
 
 paper: .venv/.installed
 	$(BIN)/scissordyn paper -o $(OUT)
@@ -13,6 +13,10 @@ test: .venv/.dev
 
 slow: .venv/.dev
 	$(BIN)/pytest -n 2 -m slow
+
+# needs Debian's browser: apt-get install chromium
+browser: .venv/.dev
+	$(BIN)/pytest tests/explore
 
 check: .venv/.dev
 	$(BIN)/ruff check .

@@ -88,6 +88,7 @@ if TYPE_CHECKING:
     # named without an import: pictures enter no number, and what imports the package for its numbers does not depend on them
     preview: Callable[..., Any]
     animate: Callable[..., Any]
+    view: Callable[..., Any]
     plot: Any
 
 __all__ = [
@@ -185,6 +186,7 @@ __all__ = [
     "stroboscopic",
     "tabulated",
     "variational_exponent",
+    "view",
     "with_panels",
     "with_payload",
     "zero_one_test",
@@ -207,6 +209,7 @@ _HOMES = {
     "control.tracking.none": ("NoControl",),
     "control.tracking.pid": ("PID",),
     "control.user": ("UserController",),
+    "explore.notebook": ("view",),
     "errors": ("InputError", "ScissordynError"),
     "laws.catalogue": ("law",),
     "laws.damping.factors": ("Flores", "LankaraniNikravesh"),

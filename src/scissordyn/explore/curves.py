@@ -234,6 +234,8 @@ class Curves:
         of_joint = f" at {joint}" if joint else ""
         moved = "displacement of the slider" if "slider_position" in run else f"angle of {output}"
         tracked = [str(name) for name in run["track"].values] if "track" in run.coords else []
+        bodies = run["body"].values.astype(str).tolist()
+        moved = moved if output in bodies else moved.replace("angle of ", f"angle of {bodies[-1]}")
         return {
             "output": moved,
             "torque": "driving torque",

@@ -205,7 +205,7 @@ class Drag:
 
     def _wanted(self, dx: float, dy: float) -> np.ndarray:
         if self.kind == "pin":
-            return self.origin + np.array([dx, dy])
+            return np.asarray(self.origin + np.array([dx, dy]))
         placement = Placement.at(self.ideal, self.run, [0])
         ends = placement.points(self.name, outline(self.ideal.body(self.name))[[0, -1]])[0]
         along = (ends[1] - ends[0]) / max(1e-12, float(np.linalg.norm(ends[1] - ends[0])))

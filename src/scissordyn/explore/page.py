@@ -133,9 +133,21 @@ class Page:
         if self.selected not in known:
             self.selected = _heaviest(good)
         self._show_curves()
-        self.canvas.scene = packed_scene(good.run, good.case.mechanism, number=good.number)
-        self.canvas.draft = ""
-        self.contacts.show(good.run)
+        if self._live:  # the curves are on their way while the scene is made
+            self._later(lambda: self._show_scene(good))
+        else:
+            self._show_scene(good)
+
+    def _show_scene(self, good: Outcome) -> None:
+        if good is not self.session.good or good.run is None:  # a newer one has come
+            return
+        self.document.hold("combine")
+        try:
+            self.canvas.scene = packed_scene(good.run, good.case.mechanism, number=good.number)
+            self.canvas.draft = ""
+            self.contacts.show(good.run)
+        finally:
+            self.document.unhold()
 
     def _show_curves(self) -> None:
         good = self.session.good

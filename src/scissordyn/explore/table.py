@@ -24,6 +24,7 @@ LOOK = """
 :host { --background-color: var(--sd-back, #fff); color: var(--sd-ink, #222) }
 .slick-row, .slick-header-column, .slick-cell, .slick-header, .slick-header-columns, .slick-viewport, .bk-data-table
   { background: var(--sd-back, #fff) !important; color: var(--sd-ink, #222) !important }
+.slick-header-column { font-size: 11px }
 .slick-row.active, .slick-cell.selected { background: var(--sd-fill, #e4e4e4) !important }
 """
 
@@ -44,7 +45,7 @@ class ContactTable:
     def __init__(self) -> None:
         names = ["number", "joint", "seconds", *(name for name, _, _ in COLUMNS)]
         self.source = ColumnDataSource({name: [] for name in names}, name="contact data")
-        self.columns = [TableColumn(field="number", title="#", width=36), TableColumn(field="joint", title="joint", width=115)]
+        self.columns = [TableColumn(field="number", title="#", width=36), TableColumn(field="joint", title="joint", width=100)]
         self.columns += [
             TableColumn(
                 field=name, title=f"{title} [{unit}]", formatter=NumberFormatter(format="0.000", nan_format="-"), width=95

@@ -246,8 +246,8 @@ function render({ model, el }) {
     scrub.value = frame;
     clock.textContent = `t = ${Number((scene.timeScale * t).toPrecision(4))} ${scene.timeUnit}`;
     redraw();
-    // curves are drawn again by their library: ten times a second while the film runs
-    if (broadcast && (!playing || performance.now() - told > 100)) {
+    // curves are drawn again by their library: five times a second while the film runs
+    if (broadcast && (!playing || performance.now() - told > 200)) {
       told = performance.now();
       window.dispatchEvent(new CustomEvent("scissordyn:time", { detail: t }));
     }

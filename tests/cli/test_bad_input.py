@@ -203,5 +203,5 @@ def test_the_drawn_variable_is_checked_first(
     crank = [word if word != "drive.angular_frequency" else "structure.crank" for word in SCAN]
     status, error = said(capfd, "bifurcation", *crank)
     assert status == 2
-    assert "'structure' is neither a joint nor 'drive'" in error
-    assert "drive.angular_frequency" in error
+    assert "no part 'structure' for 'structure.crank'; allowed: one of O, A, " in error
+    assert "gravity" in error

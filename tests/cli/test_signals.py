@@ -163,7 +163,7 @@ while True:
 
 def says(process: subprocess.Popen[str], text: str) -> None:
     assert process.stdout is not None
-    assert select.select([process.stdout], [], [], 100.0)[0]
+    assert select.select([process.stdout], [], [], 300.0)[0]
     assert process.stdout.readline() == text
 
 
@@ -195,6 +195,30 @@ def test_code_that_never_looks_at_signals(tmp_path: Path) -> None:
             assert time.monotonic() - began < longest
         assert process.returncode == 128 + signals[0]
         assert err == "scissordyn: interrupted; it is here\n"
+
+
+DEAF = """
+import scissordyn as sd
+from scissordyn.cli import interrupt
+interrupt.install()
+interrupt.tell_where("it is here")
+array = sd.scissor().with_clearance("A", sd.Clearance(2e-4)).driven(speed=sd.rpm(150))
+sd.simulate(array, until=0.01)
+print("ready", flush=True)
+while True:
+    sd.simulate(array, until=100.0, samples=2)
+"""
+
+
+def test_code_that_goes_on_simulating() -> None:
+    """Identity: a command that lost the signal, as in a callback of a library, is ended as soon as one that never saw it."""
+    with started(sys.executable, "-c", DEAF) as process:
+        says(process, "ready\n")
+        time.sleep(0.5)
+        process.send_signal(signal.SIGTERM)
+        _, err = ended(process)
+    assert process.returncode == 128 + signal.SIGTERM
+    assert err == "scissordyn: interrupted; it is here\n"
 
 
 def test_a_signal_while_the_commands_are_loaded() -> None:

@@ -120,5 +120,5 @@ def test_case_file(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
 
 def test_what_it_cannot_be() -> None:
     """Identity: an uncoiling length of zero would be a jump of the force, and is refused."""
-    with pytest.raises(InputError, match="uncoiling_length must be a finite number > 0"):
+    with pytest.raises(InputError, match="uncoiling_length must be a finite number >= 1e-12"):
         ConstantForceSpring("reel", ("ground", "O"), ("ball", "centre"), 1.0, 0.0)

@@ -4,9 +4,9 @@ import math
 
 import numpy as np
 import pytest
-from tests.reference.kernels import accepted, at_start
 
 import scissordyn as sd
+from reference.kernels import accepted, at_start
 from scissordyn.component.time_function import Harmonic, Polynomial
 from scissordyn.control.delayed.extended import ExtendedDelayedFeedback
 from scissordyn.control.tracking.feed_forward import FeedForward

@@ -2,8 +2,8 @@
 
 import numpy as np
 import pytest
-from tests.reference.kernels import accepted, at_start
 
+from reference.kernels import accepted, at_start
 from scissordyn.component.time_function import Harmonic
 from scissordyn.laws.friction.lugre import LuGre
 from scissordyn.mechanics import functions

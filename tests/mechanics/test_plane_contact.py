@@ -4,8 +4,8 @@ import dataclasses
 
 import numpy as np
 import pytest
-from tests.reference.kernels import accepted, at_start
 
+from reference.kernels import accepted, at_start
 from scissordyn.component.time_function import Harmonic
 from scissordyn.laws.elastic.power_law import PowerLaw
 from scissordyn.laws.friction.lugre import LuGre

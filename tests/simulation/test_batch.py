@@ -16,7 +16,8 @@ CASES = 12
 
 def arm(**clearance: Any) -> sd.Mechanism:
     """The paper's array with joint A."""
-    return sd.scissor(units=2).with_clearance("A", sd.Clearance(0.5e-3, **clearance)).driven(speed=sd.rpm(150))
+    loose = sd.scissor(units=2).with_clearance("A", sd.Clearance(0.5e-3, **clearance)).driven(speed=sd.rpm(150))
+    return loose.track("tip", "unit 2/bar 1", "end", 1e-3)
 
 
 OVER = {
@@ -42,7 +43,11 @@ def test_a_case_is_the_run_of_simulate(case: tuple[sd.Mechanism, xr.Dataset]) ->
         assert float(one["contact_count"]) == run.sizes["contact"] > 0
         assert float(one["first_contact"]) == float(run["contact_start"][0])
         assert float(one["peak_drive_torque"][0]) == float(run["peak_drive_torque"][0])
-        assert float(one["peak_pressure_velocity"]) == float(run["peak_pressure_velocity"].sel(joint="A"))
+        for name in ("peak_pressure_velocity", "peak_indentation"):
+            assert float(one[name]) == float(run[name].sel(joint="A")), name
+        for name in ("peak_track_deviation", "rms_track_deviation", "settling_time"):
+            np.testing.assert_array_equal(one[name].values, run[name].values, err_msg=name)
+        assert np.isnan(one["deployment_time"])
         for name in ("drive_work", "damping_loss", "friction_loss"):
             assert float(one[name]) == float(run[name][-1]), name
 
@@ -122,3 +127,18 @@ def test_fractions_are_between_none_and_all() -> None:
     early = sd.simulate_many(arm(), {"A.clearance": [7e-4]}, until=1e-4, measures=("contact_fraction", "first_contact"))
     assert float(early["contact_fraction"][0, 0]) == 0.0
     assert math.isnan(float(early["first_contact"][0, 0]))
+
+
+def test_when_a_structure_is_deployed() -> None:
+    """Closed form: a bar that turns by 0.5 rad at constant speed; NaN while its latch is open."""
+    one = sd.Body("bar", 1.0, 0.1, points={"pin": (0.0, 0.0)}, angular_velocity=2.0)
+    swinging = sd.Mechanism(
+        bodies=(one,),
+        joints=(sd.Revolute("O", ("bar", "pin"), ("ground", "O")),),
+        ground=(("O", (0.0, 0.0)),),
+        latches=(sd.Latch("latch", "bar", 0.5),),
+        gravity=0.0,
+    )
+    batch = sd.simulate_many(swinging, {"body.bar.angular_velocity": [2.0, 1.0, 0.1]}, until=1.0, measures=("deployment_time",))
+    np.testing.assert_allclose(batch["deployment_time"][:2], [0.25, 0.5], rtol=1e-9)
+    assert np.isnan(batch["deployment_time"][2])

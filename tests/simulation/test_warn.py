@@ -53,6 +53,36 @@ def test_a_controller_at_its_limit() -> None:
     assert warnings(wide) == []
 
 
+def test_bristles_beyond_the_static_limit() -> None:
+    """Limit: with a constant micro-damping the run says how far and for how long; with the default, never."""
+    arm = sd.scissor(units=2).driven(speed=sd.rpm(150))
+    constant = sd.LuGre(0.1, bristle_damping=316.0, damping_speed=1e6)
+    run = sd.simulate(arm.with_clearance("A", sd.Clearance(5e-4, friction=constant)), until=0.05, samples=50_001)
+    (said,) = [text for text in warnings(run) if "static limit" in text]
+    joint = run.sel(joint="A")
+    ratio = np.abs(joint["friction_force"]) / np.maximum(0.15 * joint["normal_force"], 1e-300)
+    ratio = ratio.where(joint["in_contact"], 0.0).values
+    peak, lasting = float(joint["peak_friction_ratio"]), float(joint["friction_excess_time"])
+    assert 0.9 * ratio.max() < peak
+    assert peak > 1.5
+    assert lasting == pytest.approx(np.mean(ratio > 1.05) * 0.05, rel=0.1)
+    assert f"reaches {peak:.3g} times" in said
+    assert f"for {lasting:.3g} s" in said
+    fading = sd.simulate(arm.with_clearance("A", sd.Clearance(5e-4, friction=sd.LuGre(0.1))), until=0.05, samples=2)
+    assert float(fading["peak_friction_ratio"].sel(joint="A")) <= 1.0 + 1e-9
+    assert not [text for text in warnings(fading) if "static limit" in text]
+
+
+def test_a_peak_of_indentation_between_two_samples(clearance_run, clearance_array) -> None:
+    """Cross-check: what the warnings judge is located, and does not depend on the samples."""
+    coarse = sd.simulate(clearance_array, until=0.05, samples=2)
+    fine = sd.simulate(clearance_array, until=0.05, samples=200_001).sel(joint="A")
+    found, when = (float(coarse[name].sel(joint="A")) for name in ("peak_indentation", "peak_indentation_time"))
+    assert 0.0 <= found - float(fine["indentation"].max()) < 1e-5 * found
+    assert abs(when - float(fine["time"][int(np.argmax(fine["indentation"].values))])) < 3e-7
+    assert found == float(clearance_run["peak_indentation"].sel(joint="A"))
+
+
 def test_a_balance_that_does_not_close(clearance_run, clearance_array) -> None:
     """Limit: a thousandth of the energy turned over is the limit; at the default tolerance runs are far below it."""
     whole = energy_turned_over(clearance_run)

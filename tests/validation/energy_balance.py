@@ -65,16 +65,21 @@ def energy_drift(run: xr.Dataset, mechanism: Mechanism) -> float:
 
 
 def momentum_drift(run: xr.Dataset, mechanism: Mechanism) -> tuple[float, float]:
-    """Largest changes of linear and of angular momentum (about the origin), over the sums of the bodies."""
+    """Largest changes of linear and of angular momentum (about the origin), over the sums of what is added up.
+
+    These are the momenta of the bodies and, for the linear one, the impulses of the contacts on both of theirs.
+    """
     mass, inertia = masses(mechanism)
     linear = run["velocity"].values * mass[:, None]
     position, spin = run["position"].values, run["angular_velocity"].values * inertia
     angular = position[..., 0] * linear[..., 1] - position[..., 1] * linear[..., 0] + spin
-    contributions = np.sum(np.hypot(linear[..., 0], linear[..., 1]), axis=1)
+    contributions = np.max(np.sum(np.hypot(linear[..., 0], linear[..., 1]), axis=1))
+    if run.sizes.get("contact"):
+        contributions += 2.0 * float(run["impulse"].sum())
     turning = np.sum(np.abs(angular), axis=1)
     change = np.sum(linear, axis=1) - np.sum(linear[0], axis=0)
     turn = np.sum(angular, axis=1) - np.sum(angular[0])
-    return float(np.max(np.hypot(*change.T)) / np.max(contributions)), float(np.max(np.abs(turn)) / np.max(turning))
+    return float(np.max(np.hypot(*change.T)) / contributions), float(np.max(np.abs(turn)) / np.max(turning))
 
 
 def closure_error(run: xr.Dataset, mechanism: Mechanism) -> float:

@@ -6,6 +6,7 @@ The number of mechanisms drawn by each test is MECHANISMS; set it in the environ
 from __future__ import annotations
 
 import os
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -108,7 +109,7 @@ def floating_array(units: int) -> Mechanism:
     bodies = []
     for number, body in enumerate(body for body in array.bodies if body.rotates):
         spin = 2.0 + (3.0 if number % 2 else -3.0)
-        bodies.append(type(body)(**{**vars(body), "velocity": (0.1, 0.05 * number), "angular_velocity": spin}))
+        bodies.append(replace(body, velocity=(0.1, 0.05 * number), angular_velocity=spin))
     joints = tuple(joint for joint in array.joints if joint.name not in ("O", "A"))
     return Mechanism(bodies=tuple(bodies), joints=joints, gravity=0.0)
 

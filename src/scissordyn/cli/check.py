@@ -24,7 +24,7 @@ def check(
     """Read a case, assemble its mechanism and describe the run."""
     from scissordyn.cli.show import console
     from scissordyn.config.file import read_case
-    from scissordyn.mechanics.build import acting
+    from scissordyn.mechanics.acting import acting
     from scissordyn.mechanics.reduce import reduce_mechanism
     from scissordyn.simulation.branching import drive_warnings
     from scissordyn.simulation.time_functions import check_tables

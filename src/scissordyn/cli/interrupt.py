@@ -27,6 +27,9 @@ LONGEST = 60.0
 
 COMPILERS = ("numba", "llvmlite")
 
+ADVANCING = ("scissordyn.simulation.driver", "advance")
+"""Module and function in which a simulation advances: whoever is there, or comes back to it, has lost the signal."""
+
 _received: list[int] = []
 _delivered = threading.Event()
 _where = [""]
@@ -89,12 +92,13 @@ def _watch(ours: socket.socket, theirs: socket.socket) -> None:
 
 
 def _is_finishing() -> bool:
-    """Whether the main thread has taken notice of the signal, and is not compiling anything."""
+    """Whether the main thread has taken notice of the signal, and neither compiles nor simulates anything."""
     if not _delivered.is_set():
         return False
     frame = sys._current_frames().get(threading.main_thread().ident or 0)
     while frame is not None:
-        if str(frame.f_globals.get("__name__", "")).partition(".")[0] in COMPILERS:
+        module = str(frame.f_globals.get("__name__", ""))
+        if module.partition(".")[0] in COMPILERS or (module, frame.f_code.co_name) == ADVANCING:
             return False
         frame = frame.f_back
     return True

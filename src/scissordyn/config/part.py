@@ -269,12 +269,13 @@ class TrackTable(Table):
     name: Annotated[str, Field(description="name of the tracked point", examples=["tip"])]
     body: Annotated[str, Field(description="the body", examples=["rod"])]
     point: Annotated[str, Field(description='a point of the body, or a place in its frame as "1.2, 0 m"', examples=["end"])]
+    tolerance: Annotated[float | None, quantities(Track)["tolerance"]] = None
 
 
 def _read_track(given: Any, info: ValidationInfo) -> Track:
     table = TrackTable.model_validate(given, context=info.context)
     place = table.point if "," not in table.point else pair("m").func(table.point)  # type: ignore[call-arg]
-    return Track(table.name, table.body, place)
+    return Track(table.name, table.body, place, table.tolerance)
 
 
 PARTS: Mapping[str, Part] = {

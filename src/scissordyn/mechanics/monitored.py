@@ -3,17 +3,29 @@
 from __future__ import annotations
 
 import math
+from typing import TYPE_CHECKING
+
+import numpy as np
 
 from scissordyn.jit import kernel
+from scissordyn.laws.dispatch import friction_limit
+
+if TYPE_CHECKING:
+    from scissordyn.mechanics.system import Model
 
 __all__ = [
     "COMPONENT_FORCE",
     "DRIVE_TORQUE",
+    "EXCEEDED",
+    "FRICTION_RATIO",
+    "INDENTATION",
     "POWERS",
     "PRESSURE_VELOCITY",
+    "TRACK_DEVIATION",
     "constraint_forces",
     "drive_torque",
     "monitor",
+    "monitored_rows",
 ]
 
 POWERS = ("drive_work", "damping_loss", "friction_loss", "load_work", "damper_loss", "motor_work")
@@ -21,8 +33,16 @@ POWERS = ("drive_work", "damping_loss", "friction_loss", "load_work", "damper_lo
 
 DRIVES, DAMPING, FRICTION, LOADS, DAMPERS, MOTORS = range(len(POWERS))
 
-DRIVE_TORQUE, COMPONENT_FORCE, PRESSURE_VELOCITY = range(3)
+DRIVE_TORQUE, COMPONENT_FORCE, PRESSURE_VELOCITY, INDENTATION, FRICTION_RATIO, TRACK_DEVIATION = range(6)
 """Kinds of quantities that are monitored throughout: `Model.monitor` holds kind and index."""
+
+EXCEEDED = 1.05
+"""Friction over its static limit above which the limit counts as exceeded."""
+
+
+def monitored_rows(model: Model, kind: int) -> np.ndarray:
+    """Rows, among those of guards and of what is monitored throughout, of one kind of quantity."""
+    return np.asarray(model.guard_component.size + np.flatnonzero(model.monitor[:, 0] == kind))
 
 
 @kernel(inline=True)
@@ -62,10 +82,48 @@ def component_size(i, S):
 
 
 @kernel(inline=True)
+def friction_ratio(j, S):
+    """Friction of contact j over the largest that its law allows at rest and by viscosity."""
+    found, P = S.work.contact[j], S.parameters
+    if not found.normal > 0.0:
+        return 0.0
+    limit = friction_limit(P.law[j].friction, found.slip, found.normal, P.friction[j])
+    return abs(found.tangential) / limit if limit > 0.0 else 0.0
+
+
+@kernel(inline=True)
+def track_deviation(t, k, S):
+    """Distance [m] of tracked point k from the ideal mechanism's, by a quintic between two nodes; 0 beyond them."""
+    M, P, X = S.model, S.parameters, S.work.X
+    last = P.ideal.shape[0] - 1
+    if last < 1:
+        return 0.0
+    h = P.ideal_step[0]
+    if t > (last + 1e-9) * h:
+        return 0.0
+    node = min(int(t / h), last - 1)
+    u = t / h - node
+    end = u * u * u * (10.0 + u * (6.0 * u - 15.0))
+    slope, end_slope = u + u * u * u * (u * (8.0 - 3.0 * u) - 6.0), u * u * u * (u * (7.0 - 3.0 * u) - 4.0)
+    bend, end_bend = 0.5 * u * u * (1.0 + u * (u * (3.0 - u) - 3.0)), 0.5 * u * u * u * (1.0 + u * (u - 2.0))
+    square = 0.0
+    for axis in range(2):
+        place, c = 0.0, 6 * k + axis
+        for i in range(M.track_start[k], M.track_start[k + 1]):
+            place += M.track_row[axis, i] * X[M.track_column[i]]
+        a, b = P.ideal[node], P.ideal[node + 1]
+        ideal = (1.0 - end) * a[c] + end * b[c]
+        ideal += h * (slope * a[c + 2] + end_slope * b[c + 2]) + h * h * (bend * a[c + 4] + end_bend * b[c + 4])
+        square += (place - ideal) * (place - ideal)
+    return math.sqrt(square)
+
+
+@kernel(inline=True)
 def monitor(t, y, S, power, rows):
     """Write the powers [W] of `POWERS`, and the monitored numbers of guards and of what is monitored throughout.
 
-    A contact: normal force, powers of damping and friction; a component: its force; else the size of a quantity and its square.
+    A contact: normal force, powers of damping and friction; a component: its force; else the size of a quantity and its square,
+    or for a friction ratio whether the limit is exceeded.
     Everything stands in S since `accelerate` was called for the same instant and state.
     """
     M, W = S.model, S.work
@@ -101,5 +159,14 @@ def monitor(t, y, S, power, rows):
             size = component_size(which, S)
         elif kind == PRESSURE_VELOCITY and S.state.mode[which] == 1:
             size = W.contact[which].normal * abs(W.contact[which].slip) / S.parameters.contact[which].area
+        elif kind == INDENTATION and S.state.mode[which] == 1:
+            size = W.contact[which].depth
+        elif kind == FRICTION_RATIO and S.state.mode[which] == 1:
+            size = friction_ratio(which, S)
+        elif kind == TRACK_DEVIATION:
+            size = track_deviation(t, which, S)
         rows[guards + k, 0] = size
-        rows[guards + k, 1] = size * size
+        if kind == FRICTION_RATIO:
+            rows[guards + k, 1] = 1.0 if size > EXCEEDED else 0.0
+        else:
+            rows[guards + k, 1] = size * size

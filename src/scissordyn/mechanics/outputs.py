@@ -11,7 +11,7 @@ from scissordyn.component.place import GROUND, BodyPoint
 from scissordyn.component.port import ACTUATOR, HINGE, LINE, POINT, TRAVEL
 from scissordyn.jit import F1, F2, I2, Handle, kernel
 from scissordyn.laws.dispatch import elastic_energy
-from scissordyn.mechanics.build import acting
+from scissordyn.mechanics.acting import acting
 from scissordyn.mechanics.constraint_solver import project
 from scissordyn.mechanics.contact import kinematics, no_forces
 from scissordyn.mechanics.equations import accelerate

@@ -15,6 +15,7 @@ from scissordyn.component.place import GROUND, BodyPoint, Point
 from scissordyn.mechanics.elimination import Expression
 from scissordyn.mechanics.point_map import Constraint, PointMap
 from scissordyn.model.mechanism import Mechanism
+from scissordyn.model.track import Track
 
 __all__ = ["Family", "ReducedModel", "find_families", "fixed_expression", "placed", "point_expression"]
 
@@ -85,6 +86,10 @@ class ReducedModel:
     def place(self, point: BodyPoint) -> PointMap:
         """Position of a point of a body."""
         return self._map(point_expression(self.mechanism, self.offsets, point, self._ones))
+
+    def tracked(self, track: Track) -> PointMap:
+        """Position of a tracked point."""
+        return self.place((track.body, track.point)) if isinstance(track.point, str) else self.at(track.body, track.point)
 
     def with_constraints(self, constraints: tuple[Constraint, ...], redundant: tuple[str, ...] = ()) -> ReducedModel:
         """The same with these constraints; what is known of the coordinates is taken along."""

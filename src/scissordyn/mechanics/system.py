@@ -110,6 +110,9 @@ class Model(NamedTuple):
     feed_forward: I1  # (components,) likewise for feed-forward torques
     recorder: I1  # (components,) which recorded signal, or -1
     monitor: I2  # (monitors, 2) kind and index of what is monitored throughout
+    track_start: I1  # (tracks+1,) maps of the tracked points
+    track_column: I1
+    track_row: F2  # (2, entries)
     guard_component: I1  # (guards,) component of a guard, or -1 for a contact
     block_start: I1  # (force elements + 1,) where an element's k x k blocks start
     force_state_start: I1
@@ -135,6 +138,8 @@ class Parameters(NamedTuple):
     controller: I1  # (components,) kind of an actuator's controller
     control: F2  # (components, PARAMETERS)
     actuator: F2  # (components, 3): delay, place of the recorded signal, recursion gain
+    ideal: F2  # (nodes, 6 tracks) the tracked points of the ideal mechanism: position, velocity, acceleration of each
+    ideal_step: F1  # (1,) time between two nodes [s]
 
 
 class MechanismState(NamedTuple):

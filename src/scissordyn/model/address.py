@@ -80,11 +80,12 @@ def find(mechanism: Mechanism, address: str) -> list[Place]:
         return [Place(address, None, (), getattr(mechanism, address), quantities(whole.__class__).get(address))]
     found = list(_parts(mechanism, address))
     if not found:
-        known = [name for name, _, _, _ in _named(mechanism)]
         name = address.rsplit(".", 1)[0] if "." in address else address
+        known = list(dict.fromkeys(each for each, _, _, kind in _named(mechanism) if kind != DRIVE))
+        known += [DRIVE] * bool(mechanism.drives) + list(quantities(whole.__class__))
         raise InputError(
-            f"no part '{name}' for '{address}'{did_you_mean(name, [*known, *sorted(own)])}",
-            "one of " + ", ".join([*known, *sorted(own)]),
+            f"no part '{name}' for '{address}'{did_you_mean(name, known)}",
+            "one of " + ", ".join(known),
             f"an address such as {SAMPLE}",
         )
     return [_place(mechanism, field, index, path, address) for field, index, path in found]

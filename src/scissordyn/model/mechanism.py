@@ -336,7 +336,7 @@ class Mechanism:
         return dataclasses.replace(self, drives=others, components=(*self.components, actuator))
 
     @checked
-    def track(self, name: str, body: str, point: str | Point) -> Mechanism:
+    def track(self, name: str, body: str, point: str | Point, tolerance: float | None = None) -> Mechanism:
         """The same mechanism with one more tracked point: its motion, and its deviation from the ideal mechanism, are recorded.
 
         Parameters
@@ -345,12 +345,14 @@ class Mechanism:
         body : str
         point : str or (float, float)
             A named point of the body, or a place in its frame [m].
+        tolerance : float, optional
+            Deviation within which the point has settled [m].
 
         Returns
         -------
         Mechanism
         """
-        return dataclasses.replace(self, tracks=(*self.tracks, Track(name, body, point)))
+        return dataclasses.replace(self, tracks=(*self.tracks, Track(name, body, point, tolerance)))
 
     @checked
     def replace(self, address: str, value: Any) -> Mechanism:

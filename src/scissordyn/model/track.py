@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Annotated
 
 from scissordyn.component.place import Point
 from scissordyn.errors import InputError
+from scissordyn.units import Quantity, check_quantities
 
 __all__ = ["Track"]
 
@@ -21,13 +23,17 @@ class Track:
     body : str
     point : str or (float, float)
         A named point of the body, or a place in its frame [m].
+    tolerance : float, optional
+        Deviation within which the point has settled [m], for its settling time.
     """
 
     name: str
     body: str
     point: str | Point
+    tolerance: Annotated[float | None, Quantity("m", above=0.0, help="deviation within which the point has settled")] = None
 
     def __post_init__(self) -> None:
+        check_quantities(self, f"tracked point {self.name!r}")
         if not self.name or not isinstance(self.name, str):
             raise InputError(f"tracked point {self.name!r}", "a name")
         if not isinstance(self.point, str):

@@ -25,6 +25,7 @@ from scissordyn.model.address import Place, changed_all, find, number
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.simulation.configuration import write_configuration
 from scissordyn.simulation.driver import Driver, make_system, put_parameters
+from scissordyn.simulation.ideal_path import IdealPath, ideal_path
 from scissordyn.simulation.measure import MEASURES, Ended
 from scissordyn.simulation.method import choose_method
 from scissordyn.simulation.options import EventKind, Options, StartKind
@@ -126,9 +127,11 @@ class _Results:
             "joint": [contact.name for contact in mechanism.contacts],
             "drive": [drive.body for drive in mechanism.drives],
             "component": [component.name for component in mechanism.components],
+            "track": [track.name for track in mechanism.tracks],
         }
         self.names = tuple(names)
         self.values = {name: np.full((cases, *(len(self.sizes[dim]) for dim in MEASURES[name].dims)), np.nan) for name in names}
+        self.compares = any(MEASURES[name].compares for name in names) and bool(mechanism.tracks)
         self.status = np.full(cases, "pending", dtype="U8")
         self.cause = np.full(cases, "", dtype=object)
         self.seconds = np.full(cases, np.nan)
@@ -204,12 +207,16 @@ class _Worker:
         self.model = build_model(base)
         self.system = make_system(base, self.model)
         self.driver: Driver | None = None
+        self.ideal: tuple[Mechanism, IdealPath] | None = None
 
     def run(self, changes: Mapping[str, float], case: int, results: _Results) -> None:
         """Simulate one case and write its results."""
         try:
-            driver = self._started(changed_all(self.mechanism, changes, self.places))
+            mechanism = changed_all(self.mechanism, changes, self.places)
+            driver = self._started(mechanism)
             began = clocks.perf_counter()
+            if results.compares:
+                self._compare(driver, mechanism)
             status = driver.advance(self.options.until, most_steps=self.options.most_steps, progress=self._look)
         except KeyboardInterrupt:
             return
@@ -222,6 +229,16 @@ class _Worker:
         steps = f"{self.options.most_steps} steps are not enough"
         cause = steps if status == loop.ADVANCING else broken_off(status, driver)
         results.failed(case, f"stopped at t = {driver.time:.9g} s of {self.options.until:g} s: {cause}")
+
+    def _compare(self, driver: Driver, mechanism: Mechanism) -> None:
+        """Have the driver compare with the ideal mechanism, which is simulated anew only where it is another one."""
+        ideal = mechanism.ideal()
+        if self.ideal is None or self.ideal[0] != ideal:
+            self.ideal = ideal, ideal_path(mechanism, self.options)
+        path = self.ideal[1]
+        if path.warnings:
+            raise ScissordynError(path.warnings[0])
+        driver.compare_with(path.table, path.step)
 
     def _look(self, _: float) -> None:
         if self.stop.is_set():

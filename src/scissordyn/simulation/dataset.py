@@ -19,8 +19,16 @@ from scissordyn.component.declaration import Component
 from scissordyn.component.place import GROUND
 from scissordyn.errors import InputError
 from scissordyn.integrate.integration import Samples
-from scissordyn.mechanics.build import acting
-from scissordyn.mechanics.monitored import COMPONENT_FORCE, DRIVE_TORQUE, POWERS, PRESSURE_VELOCITY
+from scissordyn.mechanics.acting import acting
+from scissordyn.mechanics.monitored import (
+    COMPONENT_FORCE,
+    DRIVE_TORQUE,
+    EXCEEDED,
+    FRICTION_RATIO,
+    INDENTATION,
+    POWERS,
+    PRESSURE_VELOCITY,
+)
 from scissordyn.mechanics.outputs import Record, record
 from scissordyn.mechanics.reactions import solve_reactions
 from scissordyn.model.guide_clearance import ContactPoint
@@ -225,12 +233,7 @@ def _joint_variables(mechanism: Mechanism, path: Trajectory, found: Record) -> V
         "in_contact": _described(per_joint, touching, "1", "journal and bearing in contact"),
         "clearance": _described(("joint",), clearance, "m", "radial clearance"),
     }
-    peaks = _peaks(path, PRESSURE_VELOCITY)
-    full = np.full(len(names), np.nan)
-    full[at[: peaks.shape[0]]] = peaks[:, 0]
-    variables["peak_pressure_velocity"] = _described(
-        ("joint",), full, "Pa m/s", "largest product of mean pressure F_n/(2 R_J L_b) and slip speed"
-    )
+    variables |= _joint_peaks(mechanism, path, at)
     if mechanism.contact_points:
         plane = np.isin(names, [point.name for point in mechanism.contact_points])
         variables["plane_contact"] = _described(("joint",), plane, "1", "contact point of a block at a guide surface")
@@ -246,17 +249,36 @@ def _joint_variables(mechanism: Mechanism, path: Trajectory, found: Record) -> V
     return variables
 
 
-def _peaks(path: Trajectory, kind: int) -> np.ndarray:
-    """Rows of the peaks of one kind of monitored quantity: largest value, when, and integrals of the others."""
-    model = path.system.content.model
-    rows = model.guard_component.size + np.flatnonzero(model.monitor[:, 0] == kind)
-    return np.asarray(path.peak[rows])
+def _joint_peaks(mechanism: Mechanism, path: Trajectory, at: np.ndarray) -> Variables:
+    """Located maxima per joint; NaN where there is no such quantity."""
+    pressure, depth, ratio = (path.peaks(kind) for kind in (PRESSURE_VELOCITY, INDENTATION, FRICTION_RATIO))
+    bristles = at[path.monitored(FRICTION_RATIO)]
+    about = "friction over the static limit of its law"
+    variables: Variables = {}
+    for name, joints, values, units, text in (
+        (
+            "peak_pressure_velocity",
+            at,
+            pressure[:, 0],
+            "Pa m/s",
+            "largest product of mean pressure F_n/(2 R_J L_b) and slip speed",
+        ),
+        ("peak_indentation", at, depth[:, 0], "m", "largest indentation"),
+        ("peak_indentation_time", at, depth[:, 1], "s", "when the indentation is largest"),
+        ("peak_friction_ratio", bristles, ratio[:, 0], "1", f"largest {about}, where the law has internal states"),
+        ("friction_excess_time", bristles, ratio[:, 3], "s", f"how long {about} is above {EXCEEDED:g}"),
+    ):
+        if values.size:
+            full = np.full(len(mechanism.joint_names), np.nan)
+            full[joints[: values.size]] = values
+            variables[name] = _described(("joint",), full, units, text)
+    return variables
 
 
 def _component_variables(mechanism: Mechanism, path: Trajectory, found: Record) -> Variables:
     """What the components declare, along one dimension for each kind."""
     variables: Variables = {}
-    peaks = _peaks(path, COMPONENT_FORCE)
+    peaks = path.peaks(COMPONENT_FORCE)
     kinds: dict[str, list[int]] = {}
     for i, component in enumerate(acting(mechanism)):
         if not isinstance(component, Actuator):
@@ -307,7 +329,7 @@ def _control_variables(mechanism: Mechanism, path: Trajectory, found: Record) ->
         return {}
     index = [i for i, _ in chosen]
     over, content = ("time", "actuator"), path.system.content
-    peaks = _peaks(path, COMPONENT_FORCE)[index]
+    peaks = path.peaks(COMPONENT_FORCE)[index]
     variables: Variables = {
         "actuator": _named("actuator", [part.name for _, part in chosen]),
         "control_torque": _described(over, found.result[:, index, 0], "N m", "torque that a controller gives"),
@@ -355,7 +377,7 @@ def _energy_variables(mechanism: Mechanism, path: Trajectory, found: Record) -> 
 def _drive_variables(mechanism: Mechanism, path: Trajectory, found: Record) -> Variables:
     if not mechanism.drives:
         return {}
-    peaks = _peaks(path, DRIVE_TORQUE)
+    peaks = path.peaks(DRIVE_TORQUE)
     variables = {
         "drive": _named("drive", [drive.body for drive in mechanism.drives]),
         # with several drives the first is the one that the contract names; all of them stand beside it

@@ -31,10 +31,13 @@ from scissordyn.integrate.integration import (
 from scissordyn.integrate.tableau import EXPLICIT, tableau
 from scissordyn.jit import Handle
 from scissordyn.mechanics import functions
-from scissordyn.mechanics.build import build_model, initial_state, make_parameters, make_workspace
-from scissordyn.mechanics.monitored import POWERS
+from scissordyn.mechanics.build import build_model
+from scissordyn.mechanics.monitored import POWERS, TRACK_DEVIATION, monitored_rows
+from scissordyn.mechanics.parameters import make_parameters
 from scissordyn.mechanics.reduced_model import ReducedModel
 from scissordyn.mechanics.system import Model, Parameters, System
+from scissordyn.mechanics.workspace import initial_state, make_workspace
+from scissordyn.model.mechanism import Mechanism
 from scissordyn.simulation.slice import FIRST, next_slice
 from scissordyn.simulation.tolerance import Tolerances
 
@@ -101,6 +104,8 @@ def put_parameters(system: Handle, reduced: ReducedModel, model: Model) -> bool:
     """
     content: System = system.content
     parameters, state = make_parameters(reduced), initial_state(reduced, model)
+    # the table of the ideal mechanism is another one for each case: see `compare_with`
+    parameters = parameters._replace(ideal=content.parameters.ideal, ideal_step=content.parameters.ideal_step)
     pairs = [*zip(content.parameters, parameters, strict=True), *zip(content.state, state, strict=True)]
     if state.initial_history.size or any(old.shape != new.shape for old, new in pairs):
         return False
@@ -201,8 +206,6 @@ class Driver:
     crosses : bool
         Whether steps go across contacts that begin and end, under error control.
     initial_events : list of rows of the event log
-    band : ndarray, optional
-        A limit for each quantity that is monitored throughout.
     """
 
     def __init__(
@@ -215,7 +218,6 @@ class Driver:
         tolerances: Tolerances,
         crosses: bool = False,
         initial_events: tuple[list[float], ...] = (),
-        band: np.ndarray | None = None,
     ) -> None:
         self.reduced, self.system, self.method = reduced, system, method
         content: System = system.content
@@ -232,7 +234,7 @@ class Driver:
             reference=state.reference,
             quadratures=len(POWERS),
             monitors=model.monitor.shape[0],
-            band=band,
+            band=_limits(reduced.mechanism, model),
             history=state.history,
             history_length=state.history_length,
         )
@@ -282,6 +284,7 @@ class Driver:
             work.rounding[:] = tolerances.rounding
         work.has_dense[0] = work.scaling[0] = work.crossing_count[0] = work.rise_count[0] = 0
         reset_state(content.state, y, crosses=crosses)
+        content.state.band[:, 0] = _limits(reduced.mechanism, self.system.content.model)
         if len(initial_events) > content.log.shape[0]:
             self._exchange(log=np.zeros((2 * len(initial_events), loop.LOG_COLUMNS)))
         self._begin(initial_events)
@@ -334,6 +337,18 @@ class Driver:
         """Write samples at these instants from here on."""
         self._exchange(samples=make_samples(np.array(times, float), self.state))
         self.state.counts["samples"] = 0
+
+    def compare_with(self, table: np.ndarray, step: float) -> None:
+        """Monitor how far the tracked points are from those of the ideal mechanism.
+
+        Parameters
+        ----------
+        table : ndarray, shape (nodes, 6 tracks)
+            Position, velocity and acceleration of each in the ideal mechanism.
+        step : float
+            Time between two rows [s].
+        """
+        self.system.exchange("parameters", ideal=table, ideal_step=np.array([step]))
 
     def record_steps(self) -> None:
         """Keep time and state at the end of each step from here on."""
@@ -430,6 +445,14 @@ class Driver:
 
 
 _GROWING = (loop.LOG_FULL, loop.HISTORY_FULL, loop.RECORD_FULL)
+
+
+def _limits(mechanism: Mechanism, model: Model) -> np.ndarray:
+    """A limit for each quantity that is monitored throughout: the tolerances of tracked points."""
+    limits = np.full(model.monitor.shape[0], np.inf)
+    tolerances = [np.inf if track.tolerance is None else track.tolerance for track in mechanism.tracks]
+    limits[monitored_rows(model, TRACK_DEVIATION) - model.guard_component.size] = tolerances
+    return limits
 
 
 def _fill_history(system: Handle, y: np.ndarray) -> None:

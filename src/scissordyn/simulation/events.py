@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from scissordyn.integrate.integration import RESET_DATA
-from scissordyn.mechanics.build import acting
+from scissordyn.mechanics.acting import acting
 from scissordyn.model.mechanism import Mechanism
 
 __all__ = ["event_variables", "switching_losses"]

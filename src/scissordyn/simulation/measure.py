@@ -13,9 +13,18 @@ from types import MappingProxyType
 
 import numpy as np
 
-from scissordyn.mechanics.monitored import COMPONENT_FORCE, DRIVE_TORQUE, POWERS, PRESSURE_VELOCITY
+from scissordyn.mechanics.monitored import (
+    COMPONENT_FORCE,
+    DRIVE_TORQUE,
+    INDENTATION,
+    POWERS,
+    PRESSURE_VELOCITY,
+    TRACK_DEVIATION,
+    monitored_rows,
+)
 from scissordyn.simulation.contacts import Contact, contacts
 from scissordyn.simulation.driver import Driver
+from scissordyn.simulation.settling import SETTLING, settling_times
 
 __all__ = ["MEASURES", "Ended", "Measure"]
 
@@ -51,9 +60,34 @@ class Ended:
 
     def peaks(self, kind: int) -> np.ndarray:
         """Largest values of one kind of monitored quantity."""
+        return np.array(self.driver.state.peak[self.rows(kind), 0])
+
+    def root_mean_squares(self, kind: int) -> np.ndarray:
+        """Over the time up to now."""
+        return np.asarray(np.sqrt(self.driver.state.peak[self.rows(kind), 3] / self.time))
+
+    def settled(self) -> np.ndarray:
+        """From when on the tracked points stay within their tolerances [s]."""
+        guards = self.driver.state.mode.size
+        return settling_times(self.mechanism, self.driver.state.band[self.rows(TRACK_DEVIATION) - guards], self.time)
+
+    def deployed(self) -> float:
+        """When the last latch has locked [s]; NaN while one is open, and without latches."""
+        locked = [
+            float(self.driver.log[self.driver.log[:, 1] == guard, 0][-1]) if self.driver.state.mode[guard] == 1 else math.nan
+            for guard in self._latches
+        ]
+        return max(locked) if locked and not any(map(math.isnan, locked)) else math.nan
+
+    @cached_property
+    def _latches(self) -> list[int]:
+        """Guards of the latches."""
         model = self.driver.system.content.model
-        rows = model.guard_component.size + np.flatnonzero(model.monitor[:, 0] == kind)
-        return np.asarray(self.driver.state.peak[rows, 0])
+        return [int(model.component_guard[component]) for component in model.latch[:, 2]]
+
+    def rows(self, kind: int) -> np.ndarray:
+        """Rows of the peaks of one kind of monitored quantity."""
+        return monitored_rows(self.driver.system.content.model, kind)
 
 
 @dataclass(frozen=True)
@@ -64,15 +98,18 @@ class Measure:
     ----------
     units, long_name : str
     dims : tuple of str
-        (), ("joint",), ("drive",) or ("component",).
+        (), ("joint",), ("drive",), ("component",) or ("track",).
     value : callable
         From an `Ended` to a float or an array along the dimension.
+    compares : bool
+        Whether it is a deviation from the ideal mechanism, which is then simulated too.
     """
 
     units: str
     long_name: str
     dims: tuple[str, ...]
     value: Callable[[Ended], float | np.ndarray]
+    compares: bool = False
 
 
 def _energy(name: str) -> Measure:
@@ -82,7 +119,9 @@ def _energy(name: str) -> Measure:
     return Measure("J", known, (), lambda ended: float(ended.driver.state.total[place]))
 
 
-_JOINT = ("joint",)
+_JOINT, _TRACK = ("joint",), ("track",)
+
+_APART = "distance of a tracked point from where it is in the ideal mechanism"
 
 MEASURES: Mapping[str, Measure] = MappingProxyType(
     {
@@ -115,6 +154,16 @@ MEASURES: Mapping[str, Measure] = MappingProxyType(
             lambda e: _padded(e.peaks(PRESSURE_VELOCITY), len(e.mechanism.contacts)),
         ),
         "peak_drive_torque": Measure("N m", "largest driving torque", ("drive",), lambda e: e.peaks(DRIVE_TORQUE)),
+        "rms_drive_torque": Measure(
+            "N m", "root mean square of the driving torque", ("drive",), lambda e: e.root_mean_squares(DRIVE_TORQUE)
+        ),
+        "peak_indentation": Measure("m", "largest indentation", _JOINT, lambda e: e.peaks(INDENTATION)),
+        "peak_track_deviation": Measure("m", f"largest {_APART}", _TRACK, lambda e: e.peaks(TRACK_DEVIATION), True),
+        "rms_track_deviation": Measure(
+            "m", f"root mean square {_APART}", _TRACK, lambda e: e.root_mean_squares(TRACK_DEVIATION), True
+        ),
+        "settling_time": Measure("s", SETTLING, _TRACK, lambda e: e.settled(), True),
+        "deployment_time": Measure("s", "when the last latch has locked", (), lambda e: e.deployed()),
         "peak_component_force": Measure(
             "SI", "largest force [N] or torque [N m]", ("component",), lambda e: e.peaks(COMPONENT_FORCE)
         ),

@@ -9,7 +9,7 @@ import numpy as np
 
 from scissordyn.jit import Handle
 from scissordyn.mechanics import functions
-from scissordyn.mechanics.build import acting
+from scissordyn.mechanics.acting import acting
 from scissordyn.mechanics.reduced_model import ReducedModel
 from scissordyn.mechanics.system import System
 from scissordyn.simulation.options import Options

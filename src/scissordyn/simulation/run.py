@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 import os
 from collections.abc import Callable, Sequence
-from dataclasses import replace
 
 import xarray as xr
 
@@ -14,10 +13,11 @@ from scissordyn.model.mechanism import Mechanism
 from scissordyn.simulation.branching import passing_warnings
 from scissordyn.simulation.configuration import read_configuration
 from scissordyn.simulation.dataset import to_dataset
+from scissordyn.simulation.ideal_path import ideal_path
 from scissordyn.simulation.options import EventKind, Options, StartKind
 from scissordyn.simulation.predictability import predictability
 from scissordyn.simulation.time_functions import check_tables
-from scissordyn.simulation.track import ideal_deviation
+from scissordyn.simulation.track import deviation_variables
 from scissordyn.simulation.trajectory import compute
 from scissordyn.simulation.warn import contact_failures, run_warnings
 from scissordyn.units import checked
@@ -118,14 +118,15 @@ def replay(
 
 def _simulate(mechanism: Mechanism, options: Options, progress: Callable[[float], None] | None) -> xr.Dataset:
     check_tables(mechanism, options.until)
-    path = compute(mechanism, options, progress, record_steps=options.trust)
+    ideal = ideal_path(mechanism, options) if mechanism.tracks and mechanism.contacts else None
+    path = compute(mechanism, options, progress, record_steps=options.trust, ideal=ideal)
     run = to_dataset(mechanism, options, path)
     found = [*path.warnings, *run_warnings(mechanism, run, path.immobile), *passing_warnings(mechanism, run, options.until)]
     if run.attrs["status"] == "failed":
         run.attrs["cause"] = "; ".join([run.attrs["cause"], *contact_failures(mechanism, run)])
-    if mechanism.tracks and mechanism.contacts:
-        run, more = _with_deviation(mechanism, options, run)
-        found += more
+    if ideal is not None:
+        run = run.assign(deviation_variables(run, path, ideal))
+        found += ideal.warnings
     if options.trust:
         horizon = predictability(mechanism, options, path, run, progress)
         run.attrs.update(horizon.attributes)
@@ -134,14 +135,3 @@ def _simulate(mechanism: Mechanism, options: Options, progress: Callable[[float]
             run.attrs.update(status="interrupted", cause=cause)
     run.attrs["warnings"] = json.dumps(found)
     return run
-
-
-def _with_deviation(mechanism: Mechanism, options: Options, run: xr.Dataset) -> tuple[xr.Dataset, list[str]]:
-    """The run with the deviations of its tracked points from the ideal mechanism, which is simulated for that."""
-    smooth = replace(options, start="concentric", method="auto", trust=False)
-    ideal = mechanism.ideal()
-    path = compute(ideal, smooth, times=run["time"].values)
-    warnings = []
-    if path.status != "complete":
-        warnings.append(f"deviations of tracked points are unknown from t = {path.end:.6g} s: the ideal mechanism {path.cause}")
-    return run.assign(ideal_deviation(mechanism, run, to_dataset(ideal, smooth, path))), warnings

@@ -11,7 +11,7 @@ from scissordyn.component.actuator import Actuator
 from scissordyn.jit import Handle
 from scissordyn.laws.dispatch import friction_start
 from scissordyn.mechanics import functions
-from scissordyn.mechanics.build import acting
+from scissordyn.mechanics.acting import acting
 from scissordyn.mechanics.reduced_model import ReducedModel
 from scissordyn.mechanics.system import System
 

@@ -2,27 +2,18 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 import xarray as xr
 
+from scissordyn.mechanics.monitored import TRACK_DEVIATION
 from scissordyn.mechanics.outputs import Record
-from scissordyn.mechanics.point_map import PointMap
-from scissordyn.mechanics.reduced_model import ReducedModel
-from scissordyn.model.mechanism import Mechanism
-from scissordyn.model.track import Track
+from scissordyn.simulation.ideal_path import IdealPath
+from scissordyn.simulation.settling import SETTLING, settling_times
 from scissordyn.simulation.trajectory import Trajectory
 
-__all__ = ["ideal_deviation", "track_variables"]
+__all__ = ["deviation_variables", "track_variables"]
 
 Variables = dict[str, xr.Variable]
-
-
-def _map(reduced: ReducedModel, track: Track) -> PointMap:
-    if isinstance(track.point, str):
-        return reduced.place((track.body, track.point))
-    return reduced.at(track.body, track.point)
 
 
 def track_variables(path: Trajectory, found: Record) -> Variables:
@@ -40,7 +31,7 @@ def track_variables(path: Trajectory, found: Record) -> Variables:
     tracks = path.reduced.mechanism.tracks
     if not tracks:
         return {}
-    maps = [_map(path.reduced, track) for track in tracks]
+    maps = [path.reduced.tracked(track) for track in tracks]
     dims = ("time", "track", "axis")
     variables: Variables = {
         "track": xr.Variable(("track",), np.array([track.name for track in tracks]), {"long_name": "tracked point"})
@@ -52,28 +43,44 @@ def track_variables(path: Trajectory, found: Record) -> Variables:
     return variables
 
 
-def ideal_deviation(mechanism: Mechanism, run: xr.Dataset, ideal: xr.Dataset) -> Variables:
+def deviation_variables(run: xr.Dataset, path: Trajectory, ideal: IdealPath) -> Variables:
     """Distance of the tracked points from where they are in the ideal mechanism.
 
     Parameters
     ----------
-    mechanism : Mechanism
-    run, ideal : Dataset
-        Of the mechanism, and of the same with ideal joints at the same instants, or at the first of them.
+    run : Dataset
+        With the motion of the tracked points.
+    path : Trajectory
+        Of the same run.
+    ideal : IdealPath
+        That it was compared with.
 
     Returns
     -------
     dict of str to Variable
-        `track_deviation` along time and track [m], NaN where the ideal mechanism does not reach; its largest sample
-        `peak_track_deviation` along track.
+        `track_deviation` along time and track [m], NaN where the ideal mechanism does not reach; along track its located
+        maximum `peak_track_deviation` [m] with `peak_track_deviation_time` [s], its root mean square `rms_track_deviation` [m],
+        and `settling_time` [s] of the points that have a tolerance. The last four are NaN if the ideal mechanism ends early.
     """
-    apart = np.full((run.sizes["time"], len(mechanism.tracks)), np.nan)
-    reached = min(run.sizes["time"], ideal.sizes["time"])
-    difference: Any = run["track_position"].values[:reached] - ideal["track_position"].values[:reached]
-    apart[:reached] = np.hypot(difference[..., 0], difference[..., 1])
+    place = ideal.at(run["time"].values)
+    difference = run["track_position"].transpose("time", "track", "axis").values - place
     about = "distance of the tracked point from where it is in the ideal mechanism"
-    largest = np.array([np.max(column[np.isfinite(column)], initial=0.0) for column in apart.T])
+    peaks = path.peaks(TRACK_DEVIATION)
+    columns = (
+        ("peak_track_deviation", peaks[:, 0], "m", f"largest {about}"),
+        ("peak_track_deviation_time", peaks[:, 1], "s", f"when the {about} is largest"),
+        ("rms_track_deviation", np.sqrt(peaks[:, 3] / path.end) if path.end > 0.0 else peaks[:, 0], "m", f"r.m.s. {about}"),
+        ("settling_time", settling_times(path.reduced.mechanism, path.bands(TRACK_DEVIATION), path.end), "s", SETTLING),
+    )
+    unknown = ideal.end < path.end * (1.0 - 1e-9)
     return {
-        "track_deviation": xr.Variable(("time", "track"), apart, {"units": "m", "long_name": about}),
-        "peak_track_deviation": xr.Variable(("track",), largest, {"units": "m", "long_name": f"largest sampled {about}"}),
+        "track_deviation": xr.Variable(("time", "track"), np.hypot(*np.moveaxis(difference, -1, 0)), _text("m", about)),
+        **{
+            name: xr.Variable(("track",), np.full_like(values, np.nan) if unknown else values, _text(units, text))
+            for name, values, units, text in columns
+        },
     }
+
+
+def _text(units: str, long_name: str) -> dict[str, str]:
+    return {"units": units, "long_name": long_name}

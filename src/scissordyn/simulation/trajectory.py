@@ -5,6 +5,7 @@ from __future__ import annotations
 import time as clocks
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -12,6 +13,7 @@ from scissordyn.integrate import advance as loop
 from scissordyn.integrate.integration import Samples
 from scissordyn.jit import Handle
 from scissordyn.mechanics import functions
+from scissordyn.mechanics.monitored import monitored_rows
 from scissordyn.mechanics.reduce import reduce_mechanism
 from scissordyn.mechanics.reduced_model import ReducedModel
 from scissordyn.model.mechanism import Mechanism
@@ -21,6 +23,9 @@ from scissordyn.simulation.method import Choice, choose_method
 from scissordyn.simulation.options import Options
 from scissordyn.simulation.start import Prepared, prepare_start
 from scissordyn.simulation.tolerance import error_weights
+
+if TYPE_CHECKING:
+    from scissordyn.simulation.ideal_path import IdealPath
 
 __all__ = ["Trajectory", "broken_off", "compute", "crosses", "make_driver"]
 
@@ -64,6 +69,8 @@ class Trajectory:
         From the start.
     steps : tuple of ndarray
         Time, state and modes at the end of each step, if they were recorded.
+    band : ndarray, shape (monitors, 3)
+        Of what is monitored throughout: a limit, the last instant above it, the first at or below it [s].
     cut : bool
         Whether samples and log were cut before the time that was reached.
     """
@@ -80,7 +87,22 @@ class Trajectory:
     immobile: tuple[str, ...]
     warnings: tuple[str, ...]
     steps: tuple[np.ndarray, np.ndarray, np.ndarray]
+    band: np.ndarray
     cut: bool = False
+
+    def peaks(self, kind: int) -> np.ndarray:
+        """Of one kind of quantity that is monitored throughout: largest value, when, and the integrals."""
+        return np.asarray(self.peak[monitored_rows(self.system.content.model, kind)])
+
+    def monitored(self, kind: int) -> np.ndarray:
+        """Which drives, components, contacts or tracked points have a quantity of one kind."""
+        monitor = self.system.content.model.monitor
+        return np.asarray(monitor[monitor[:, 0] == kind, 1])
+
+    def bands(self, kind: int) -> np.ndarray:
+        """Of one kind of quantity that is monitored throughout: limit, last instant above it, first at or below it."""
+        model = self.system.content.model
+        return np.asarray(self.band[monitored_rows(model, kind) - model.guard_component.size])
 
 
 def make_driver(reduced: ReducedModel, options: Options) -> tuple[Driver, Prepared, Choice]:
@@ -127,6 +149,7 @@ def compute(
     *,
     times: np.ndarray | None = None,
     record_steps: bool = False,
+    ideal: IdealPath | None = None,
 ) -> Trajectory:
     """Simulate a mechanism.
 
@@ -140,6 +163,8 @@ def compute(
         Instants of the samples [s]; equally spaced as the options say if not given.
     record_steps : bool
         Whether to keep time and state at the end of each step.
+    ideal : IdealPath, optional
+        That tracked points are compared with.
 
     Returns
     -------
@@ -152,6 +177,8 @@ def compute(
     driver.sample_at(np.linspace(0.0, options.until, options.samples) if times is None else times)
     if record_steps:
         driver.record_steps()
+    if ideal is not None:
+        driver.compare_with(ideal.table, ideal.step)
     began = clocks.perf_counter()
     cause, status = "", loop.ADVANCING
     try:
@@ -178,6 +205,7 @@ def compute(
         immobile=still,
         warnings=prepared.warnings,
         steps=driver.steps,
+        band=driver.state.band.copy(),
     )
 
 

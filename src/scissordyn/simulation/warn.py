@@ -9,6 +9,7 @@ import xarray as xr
 
 from scissordyn.component.actuator import Actuator
 from scissordyn.laws.validity import contact_failure, contact_warnings
+from scissordyn.mechanics.monitored import EXCEEDED
 from scissordyn.model.mechanism import Mechanism
 
 __all__ = ["contact_failures", "energy_turned_over", "run_warnings"]
@@ -54,7 +55,6 @@ def run_warnings(mechanism: Mechanism, run: xr.Dataset, immobile: tuple[str, ...
     touched, speed = run["contact_joint"].values, run["approach_speed"].values
     for joint in mechanism.contacts:
         assert joint.clearance is not None
-        depth = run["indentation"].values[:, mechanism.joint_names.index(joint.name)]
         found += contact_warnings(
             joint.name,
             joint.clearance.contact,
@@ -62,7 +62,7 @@ def run_warnings(mechanism: Mechanism, run: xr.Dataset, immobile: tuple[str, ...
             joint.clearance.damping,
             joint.clearance.friction,
             approach_speed=speed[touched == joint.name].tolist(),
-            indentation=float(np.max(depth, initial=0.0)),
+            indentation=float(run["peak_indentation"].values[mechanism.joint_names.index(joint.name)]),
         )
     for i, rod in enumerate(mechanism.rods):
         force = run["rod_force"].values[:, i]
@@ -76,6 +76,7 @@ def run_warnings(mechanism: Mechanism, run: xr.Dataset, immobile: tuple[str, ...
         f"clearance joint '{name}' cannot move: the rest of the mechanism is rigid there, so the clearance has no effect"
         for name in immobile
     ]
+    found += _exceeded(run)
     found += _undetermined(run)
     found += _saturated(mechanism, run)
     found += _unbalanced(run)
@@ -87,10 +88,12 @@ def contact_failures(mechanism: Mechanism, run: xr.Dataset) -> list[str]:
     found = []
     for joint in mechanism.contacts:
         assert joint.clearance is not None
-        depth = run["indentation"].values[:, mechanism.joint_names.index(joint.name)]
-        text = contact_failure(joint.name, joint.clearance.contact, float(np.max(depth, initial=0.0)))
+        at = mechanism.joint_names.index(joint.name)
+        text = contact_failure(joint.name, joint.clearance.contact, float(run["peak_indentation"].values[at]))
         if text:
-            first = run["time"].values[int(np.argmax(depth > joint.clearance.contact.journal_radius))]
+            beyond = run["indentation"].values[:, at] > joint.clearance.contact.journal_radius
+            largest = float(run["peak_indentation_time"].values[at])
+            first = min(largest, run["time"].values[int(np.argmax(beyond))]) if beyond.any() else largest
             found.append(f"the contact model has failed, and the results from t = {first:.6g} s on are not valid: {text}")
     return found
 
@@ -133,6 +136,19 @@ def _saturated(mechanism: Mechanism, run: xr.Dataset) -> list[str]:
             text += f", and there up to {math.degrees(behind):.3g} deg from its reference"
         found.append(text)
     return found
+
+
+def _exceeded(run: xr.Dataset) -> list[str]:
+    """Bristles that give more friction than their law's static limit, how much and how long."""
+    if "peak_friction_ratio" not in run:
+        return []
+    rows = zip(run["joint"].values, run["peak_friction_ratio"].values, run["friction_excess_time"].values, strict=True)
+    return [
+        f"joint '{name}': friction reaches {ratio:.3g} times the static limit of its law, and exceeds {EXCEEDED:g} times it "
+        f"for {lasting:.3g} s; see bristle_damping and damping_speed"
+        for name, ratio, lasting in rows
+        if lasting > 0.0
+    ]
 
 
 def _undetermined(run: xr.Dataset) -> list[str]:

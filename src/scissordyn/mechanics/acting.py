@@ -1,0 +1,86 @@
+"""What acts on a mechanism, in the order of the kernels, and where components are at the start."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+
+from scissordyn.component.actuator import Actuator
+from scissordyn.component.declaration import Component
+from scissordyn.component.place import GROUND
+from scissordyn.component.port import ACTUATOR, HINGE, LINE, POINT, TRAVEL
+from scissordyn.component.time_function import ConstantSpeed
+from scissordyn.model.guide_clearance import ContactPoint
+from scissordyn.model.joint import Revolute
+from scissordyn.model.mechanism import Mechanism
+
+__all__ = ["acting", "component_states", "friction_states", "offsets", "start_coordinates", "time_functions"]
+
+
+def acting(mechanism: Mechanism) -> tuple[Component, ...]:
+    """The components that the kernels know, in their order: those that exert forces, then the latches."""
+    latches: tuple[Any, ...] = mechanism.latches
+    return (*mechanism.components, *latches)
+
+
+def start_coordinates(mechanism: Mechanism, component: Any) -> tuple[float, ...]:
+    """Coordinates of a component's port where the bodies are placed."""
+
+    def angle(body: str) -> float:
+        return 0.0 if body == GROUND else mechanism.body(body).angle
+
+    port = component.declaration.port
+    if port is POINT:
+        turned = angle(component.point[0])
+        return (*mechanism.place(component.point), math.cos(turned), math.sin(turned))
+    if port is TRAVEL:
+        x, y = mechanism.place(component.point)
+        return (x * math.cos(component.direction) + y * math.sin(component.direction),)
+    if port in (HINGE, ACTUATOR):
+        return (angle(component.body) - angle(component.base),)
+    (ax, ay), (bx, by) = mechanism.place(component.start), mechanism.place(component.end)
+    if port is LINE:
+        return (math.dist((ax, ay), (bx, by)),)
+    base = angle(component.start[0])
+    cos, sin = math.cos(base), math.sin(base)
+    x, y = bx - ax, by - ay
+    return cos * x + sin * y, cos * y - sin * x, angle(component.end[0]) - base
+
+
+def friction_states(contact: Revolute | ContactPoint) -> tuple[str, ...]:
+    """Internal states of the friction law of a contact."""
+    assert contact.clearance is not None
+    return contact.clearance.friction.states
+
+
+def component_states(component: Component) -> tuple[str, ...]:
+    """Internal states of a component, or of the controller of an actuator."""
+    return component.controller.states if isinstance(component, Actuator) else component.declaration.states
+
+
+def time_functions(mechanism: Mechanism, first: int) -> tuple[np.ndarray, np.ndarray, list[tuple[Any, float]]]:
+    """For each component its time function, counted from `first` on, or -1, and its feed-forward torque; then these functions.
+
+    Each with the value at t = 0 of one that only has a speed.
+    """
+    components = acting(mechanism)
+    index, feed = np.full((2, len(components)), -1, np.int64)
+    listed: list[tuple[Any, float]] = []
+    for i, component in enumerate(components):
+        if isinstance(component, Actuator):
+            index[i] = first + len(listed)
+            listed.append((component.reference or ConstantSpeed(0.0), start_coordinates(mechanism, component)[0]))
+            if component.feed_forward is not None:
+                feed[i] = first + len(listed)
+                listed.append((component.feed_forward, 0.0))
+        elif "factor" in component.declaration.context and component.time_function is not None:  # type: ignore[attr-defined]
+            index[i] = first + len(listed)
+            listed.append((component.time_function, 0.0))  # type: ignore[attr-defined]
+    return index, feed, listed
+
+
+def offsets(counts: Any) -> np.ndarray:
+    """Where each of some consecutive parts starts, and where the last one ends, from how many entries each has."""
+    return np.cumsum([0, *counts], dtype=np.int64)

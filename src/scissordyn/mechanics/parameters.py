@@ -1,0 +1,92 @@
+"""The numbers of a case, for the kernels."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from scissordyn.component.actuator import Actuator
+from scissordyn.component.declaration import PARAMETERS as COMPONENT_PARAMETERS
+from scissordyn.control.signal import SIGNALS
+from scissordyn.laws.contact import PARAMETERS
+from scissordyn.mechanics.acting import acting, offsets, start_coordinates, time_functions
+from scissordyn.mechanics.reduce import natural_weight
+from scissordyn.mechanics.reduced_model import ReducedModel
+from scissordyn.mechanics.system import CONTACT, LAW, Parameters
+from scissordyn.mechanics.time_function import COLUMNS, breaks_of, function_rows
+from scissordyn.model.guide_clearance import ContactPoint
+
+__all__ = ["make_parameters"]
+
+
+def make_parameters(reduced: ReducedModel) -> Parameters:
+    """The numbers of a case.
+
+    Parameters
+    ----------
+    reduced : ReducedModel
+        Of the case's mechanism, or of one that differs in numbers that do not enter the reduction only.
+
+    Returns
+    -------
+    system.Parameters
+    """
+    mechanism = reduced.mechanism
+    contacts, components = mechanism.contacts, acting(mechanism)
+    listed = [(drive.motion, mechanism.body(drive.body).angle) for drive in mechanism.drives]
+    listed += time_functions(mechanism, 0)[2]
+    listed += [(constraint.motion, 0.0) for constraint in reduced.constraints if constraint.motion]
+    rows = [function_rows(motion, start) for motion, start in listed]
+
+    surfaces, law = np.zeros(len(contacts), CONTACT), np.zeros(len(contacts), LAW)
+    tables = np.zeros((3, len(contacts), PARAMETERS))
+    for j, contact in enumerate(contacts):
+        clearance = contact.clearance
+        assert clearance is not None
+        joint = clearance.contact
+        p = surfaces[j]
+        p["clearance"], p["radius"] = clearance.clearance, joint.journal_radius
+        p["area"] = 2.0 * joint.journal_radius * joint.length
+        if isinstance(contact, ContactPoint):
+            p["plane"], p["level"] = 1, contact.distance - joint.journal_radius
+            p["normal_x"], p["normal_y"] = contact.normal
+        for which, kind in enumerate(("stiffness", "damping", "friction")):
+            chosen: Any = getattr(clearance, kind)
+            numbers = chosen.parameters(joint)
+            law[j][kind] = chosen.kernel_kind
+            tables[which, j, : len(numbers)] = numbers
+
+    numbers_of = np.zeros((len(components), COMPONENT_PARAMETERS))
+    control, kind_of, actuator = np.zeros((len(components), PARAMETERS)), np.zeros(len(components), np.int64), None
+    actuator = np.zeros((len(components), 3))
+    for i, component in enumerate(components):
+        if isinstance(component, Actuator):
+            controller = component.controller
+            chosen_numbers = controller.parameters()
+            control[i, : len(chosen_numbers)] = chosen_numbers
+            kind_of[i] = controller.kernel_kind
+            recorded = SIGNALS.index(controller.recorded) if controller.recorded else 0
+            actuator[i] = controller.delay, recorded, controller.recursion_gain
+        else:
+            described = component.parameters(start_coordinates(mechanism, component))
+            numbers_of[i, : len(described)] = described
+    weight = natural_weight(mechanism, reduced.offsets, reduced.coordinates.shape[0])
+    return Parameters(
+        weight=np.asarray(reduced.coordinates.T @ weight),
+        motion=np.vstack(rows) if rows else np.zeros((0, COLUMNS)),
+        motion_start=offsets(map(len, rows)),
+        breaks=np.unique(np.array([instant for motion, _ in listed for instant in breaks_of(motion)], float)),
+        value=np.array([constraint.value for constraint in reduced.constraints], float),
+        contact=surfaces,
+        law=law,
+        elastic=tables[0],
+        damping=tables[1],
+        friction=tables[2],
+        component=numbers_of,
+        controller=kind_of,
+        control=control,
+        actuator=actuator,
+        ideal=np.zeros((0, 6 * len(mechanism.tracks))),
+        ideal_step=np.zeros(1),
+    )

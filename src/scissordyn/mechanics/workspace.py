@@ -1,0 +1,111 @@
+"""State and workspace of the kernels, before a start."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from scissordyn.control.signal import SIGNALS
+from scissordyn.mechanics.acting import acting, start_coordinates
+from scissordyn.mechanics.band import width
+from scissordyn.mechanics.reduced_model import ReducedModel
+from scissordyn.mechanics.system import (
+    APPROACH_FLOOR,
+    CONTACT_RESULT,
+    RESULTS,
+    MechanismState,
+    Model,
+    Parameters,
+    Workspace,
+)
+
+__all__ = ["initial_state", "make_workspace"]
+
+
+def initial_state(reduced: ReducedModel, model: Model) -> MechanismState:
+    """Everything open, and angles as placed."""
+    mechanism = reduced.mechanism
+    guards, signals = model.guard_component.size, int(np.max(model.recorder, initial=-1)) + 1
+    angles = [mechanism.body(family.bodies[0]).angle for family in reduced.families]
+    for i, component in enumerate(acting(mechanism)):
+        if model.reference_of[i] >= 0:
+            angles.append(start_coordinates(mechanism, component)[-1])
+    return MechanismState(
+        mode=np.zeros(guards, np.int64),
+        memory=np.full(guards, APPROACH_FLOOR),
+        reference=np.array(angles, float),
+        history=np.zeros((0, 2)),
+        history_length=np.zeros(1, np.int64),
+        initial_history=np.zeros(signals),
+    )
+
+
+def make_workspace(model: Model, parameters: Parameters) -> Workspace:
+    """Scratch for a thread that works on a model."""
+    n, nb, m = model.n, model.nb, parameters.value.size
+    contacts, components = parameters.contact.size, model.component_port.size
+    counts, states = np.diff(model.element_start), np.diff(model.state_start)
+    entries, parts = model.constraint_column.size, model.part_constraint.size
+    size, most = model.permutation.size, int(np.max(states, initial=0))
+    signals = len(SIGNALS)
+    inactive = np.zeros(m)
+    inactive[model.latch[:, 0]] = 1.0
+    values = np.zeros((4, m))
+    values[0] = parameters.value
+    blocks, pairs = int(model.block_start[-1]), int(model.force_state_start[-1])
+    return Workspace(
+        part_weight=model.part_full * (1.0 - inactive[model.part_constraint]),
+        inactive=inactive,
+        value=values,
+        basis=np.zeros((4, nb)),
+        function_value=np.zeros(4),
+        X=np.zeros(n + nb),
+        V=np.zeros(n + nb),
+        A=np.zeros(n + nb),
+        force=np.zeros(n + nb),
+        direction=np.zeros((parts, 2)),
+        direction_rate=np.zeros((parts, 2)),
+        direction_acceleration=np.zeros((parts, 2)),
+        gradient=np.zeros(entries),
+        multiplier=np.zeros(m),
+        frozen_direction=np.zeros((parts, 2)),
+        frozen_rate=np.zeros((parts, 2)),
+        frozen_gradient=np.zeros(entries),
+        frozen_multiplier=np.zeros(m),
+        band=np.zeros((size, width(int(model.band_limits[0]), int(model.band_limits[1])))),
+        pivots=np.zeros(size, np.int64),
+        gram=np.zeros((m, width(int(model.band_limits[2]), int(model.band_limits[3])))),
+        gram_pivots=np.zeros(m, np.int64),
+        gamma=np.zeros(1),
+        contact=np.zeros(contacts, CONTACT_RESULT),
+        wrench=np.zeros((contacts + components, 4)),
+        block_x=np.zeros(blocks),
+        block_v=np.zeros(blocks),
+        force_by_state=np.zeros(pairs),
+        rate_by_x=np.zeros(pairs),
+        rate_by_v=np.zeros(pairs),
+        rate_by_state=np.zeros(int(model.state_state_start[-1])),
+        local=np.zeros((8, int(np.max(counts, initial=0)))),
+        state_work=np.zeros((2, most)),
+        state_jacobian=np.zeros((most + 3, most)),
+        coordinates=np.zeros((components, 4)),
+        coordinate_rates=np.zeros((components, 4)),
+        context=np.zeros(4),
+        answer=np.zeros(RESULTS),
+        other_answer=np.zeros(RESULTS),
+        result=np.zeros((components, RESULTS)),
+        stored_energy=np.zeros(components),
+        dissipation=np.zeros(components),
+        power_in=np.zeros(components),
+        slope=np.zeros((4 + most, signals + most + 1)),
+        gradient_q=np.zeros((4, 6)),
+        gradient_v=np.zeros((4, 6)),
+        by_map=np.zeros((6, 6)),
+        by_map_rate=np.zeros((6, 6)),
+        signal=np.zeros(signals),
+        signal_rate=np.zeros(signals),
+        control_work=np.zeros((2, most)),
+        observed=np.zeros((components, 2)),
+        work=np.zeros(size),
+        scratch=np.zeros(2 * n + int(model.state_start[-1])),
+        work_b=np.zeros(nb),
+    )

@@ -1,0 +1,34 @@
+"""From when on tracked points stay within their tolerances."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from scissordyn.model.mechanism import Mechanism
+
+__all__ = ["SETTLING", "settling_times"]
+
+SETTLING = "from when on the deviation of a tracked point stays within its tolerance"
+
+
+def settling_times(mechanism: Mechanism, bands: np.ndarray, end: float) -> np.ndarray:
+    """From when on the tracked points stay within their tolerances [s].
+
+    Parameters
+    ----------
+    mechanism : Mechanism
+    bands : ndarray, shape (tracks, 3)
+        Tolerance, the last instant above it, the first at or below it.
+    end : float
+        End of the run [s].
+
+    Returns
+    -------
+    ndarray, shape (tracks,)
+        0 for one that never leaves its tolerance; NaN for one without a tolerance, or not within it at the end.
+    """
+    found = np.where(np.isnan(bands[:, 1]), 0.0, bands[:, 1])
+    found[found >= end * (1.0 - 1e-12)] = math.nan
+    return np.where([track.tolerance is None for track in mechanism.tracks], math.nan, found)

@@ -3,7 +3,7 @@ PYTHON ?= python3
 BIN := .venv/bin
 OUT ?= out
 
-.PHONY: paper test check slow bench validate docs clean
+.PHONY: paper test check slow browser bench validate docs clean
 
 paper: .venv/.installed
 	$(BIN)/scissordyn paper -o $(OUT)
@@ -29,6 +29,10 @@ docs: .venv/.docs
 validate: .venv/.dev
 	-$(BIN)/python -m pip install --quiet --disable-pip-version-check exudyn numbalsoda
 	$(BIN)/python -m validation --write
+
+# needs Debian's browser: apt-get install chromium
+browser: .venv/.dev
+	$(BIN)/pytest tests/explore
 
 bench: .venv/.dev
 	$(BIN)/python -m benchmarks

@@ -1,10 +1,22 @@
-"""Run all benchmarks, quickly."""
+"""Run all benchmarks, quickly; or one of them in full, by its name."""
 
 from __future__ import annotations
 
-from benchmarks import batches, checkpoints, components, scaling, speed, start_up, work_precision
-from benchmarks.measure import machine
+import sys
+from importlib import import_module
+from pathlib import Path
 
-for benchmark in (speed, scaling, work_precision, start_up, batches, components, checkpoints):
-    print(f"# {benchmark.__name__.split('.')[-1]}\n\n{benchmark.measure(quick=True)}")
-print(machine())
+from benchmarks import batches, checkpoints, components, scaling, speed, start_up, work_precision
+from benchmarks.measure import command, machine
+
+NAMED = sorted(path.stem for path in Path(__file__).parent.glob("*.py") if "\ndef measure(" in path.read_text(encoding="utf-8"))
+
+if len(sys.argv) > 1 and not sys.argv[1].startswith("-"):
+    name = sys.argv.pop(1)
+    if name not in NAMED:
+        sys.exit(f"no benchmark '{name}'; allowed: {', '.join(NAMED)}")
+    command(name, import_module(f"benchmarks.{name}").measure)
+else:
+    for benchmark in (speed, scaling, work_precision, start_up, batches, components, checkpoints):
+        print(f"# {benchmark.__name__.split('.')[-1]}\n\n{benchmark.measure(quick=True)}")
+    print(machine())

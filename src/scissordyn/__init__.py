@@ -94,6 +94,7 @@ if TYPE_CHECKING:
     # named without an import: pictures enter no number, and what imports the package for its numbers does not depend on them
     preview: Callable[..., Any]
     animate: Callable[..., Any]
+    view: Callable[..., Any]
     plot: Any
 
 __all__ = [
@@ -195,6 +196,7 @@ __all__ = [
     "stroboscopic",
     "tabulated",
     "variational_exponent",
+    "view",
     "with_panels",
     "with_payload",
     "write_case",
@@ -221,6 +223,7 @@ _HOMES = {
     "control.tracking.none": ("NoControl",),
     "control.tracking.pid": ("PID",),
     "control.user": ("UserController",),
+    "explore.notebook": ("view",),
     "errors": ("InputError", "ScissordynError"),
     "laws.catalogue": ("law",),
     "laws.damping.factors": ("Flores", "LankaraniNikravesh"),

@@ -5,15 +5,18 @@ from __future__ import annotations
 import io
 import json
 import math
+from pathlib import Path
 
 import numpy as np
 import pytest
 import xarray as xr
 
+from scissordyn.cli.formula import plain_formula
 from scissordyn.cli.main import status_of
 from scissordyn.cli.scale import column, prefix, short
 from scissordyn.cli.show import TextConsole, show_events, show_summary
 from scissordyn.laws.catalogue import BY_KIND, MATERIALS
+from scissordyn.simulation.store import load
 
 
 @pytest.mark.parametrize(
@@ -68,9 +71,9 @@ def small_run() -> xr.Dataset:
     )
 
 
-def shown(run: xr.Dataset, rows: int = 20) -> str:
-    """What is printed about a run, at 100 columns."""
-    to = TextConsole(file=io.StringIO(), width=100, highlight=False)
+def shown(run: xr.Dataset, rows: int = 20, width: int = 100) -> str:
+    """What is printed about a run."""
+    to = TextConsole(file=io.StringIO(), width=width, highlight=False)
     show_events(run, rows, to)
     show_summary(run, to)
     assert isinstance(to.file, io.StringIO)
@@ -135,6 +138,83 @@ def test_names_are_text() -> None:
     run = small_run()
     run["contact_joint"] = ("contact", [HOSTILE, "unit 1/pivot", HOSTILE])
     run.attrs["warnings"] = json.dumps([f"joint '{HOSTILE}'"])
-    text = "".join(shown(run).split())
+    text = "".join(shown(run, width=140).split())
     assert text.count(r"[/red][link=http://x]:smile:\x1b[31m\x07\u202e") == 4
     assert not any(letter in text for letter in "\x1b\x07\u202e")
+
+
+def many_joints(names: list[str]) -> xr.Dataset:
+    """As many contacts as joints, the first with the smallest force."""
+    run = small_run().isel(contact=np.zeros(len(names), int))
+    run["contact_joint"] = ("contact", names)
+    run["peak_force"] = ("contact", 1e3 * (1.0 + np.arange(len(names))))
+    return run
+
+
+def test_many_joints_are_a_table() -> None:
+    """Identity: one row for each joint, the largest force first, in place of a sentence for each."""
+    names = [f"unit {k}/pivot" for k in range(1, 13)]
+    text = shown(many_joints(names), rows=0)
+    rows = [line.split() for line in text.splitlines() if "/pivot" in line]
+    assert [" ".join(row[1:3]) for row in rows] == names[::-1]
+    assert rows[0] == ["1", "unit", "12/pivot", "10", "12.000", "15.000"]
+    assert "Joint unit" not in text
+
+
+@pytest.mark.parametrize("width", [40, 60, 80, 100])
+def test_narrow_tables_never_cut_digits(width: int) -> None:
+    """Identity: every number of the columns that are shown is there with all its digits, whatever the width."""
+    run = many_joints(["a joint with a name that is much too long for any table", "B", "C", "D"])
+    to = TextConsole(file=io.StringIO(), width=width, highlight=False)
+    show_events(run, 20, to)
+    show_summary(run, to)
+    assert isinstance(to.file, io.StringIO)
+    text = to.file.getvalue()
+    assert all(len(line) <= width for line in text.splitlines())
+    assert "…" not in text
+    for number in ("1.0000", "2.0000", "3.0000", "4.0000", "10.000"):
+        assert number in text
+    assert ("Left out at this width" in text) == (width < 100)
+
+
+def test_formulas_are_readable(capsys: pytest.CaptureFixture[str]) -> None:
+    """Identity: the terminal shows no LaTeX for any law or controller."""
+    for known in BY_KIND.values():
+        for name in known:
+            assert status_of(["laws", name]) == 0
+            text = capsys.readouterr().out
+            assert "\\" not in text
+            assert ".. math" not in text
+    assert plain_formula(r"\frac{8(1-c_e)}{5 c_e}") == "(8(1-c_e))/(5 c_e)"
+    assert plain_formula(r"\ln\frac{a}{b} + \sigma_0^2") == "ln(a/b) + σ_0²"
+    assert plain_formula(r"z' = v - \frac{|v|}{g(v)} z,\quad F = K \delta^{3/2}") == "z' = v - |v|/(g(v)) z,\nF = K δ^(3/2)"
+
+
+def test_run_and_check_for_other_programs(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """Identity: --json prints one line with the figures of the run that is saved; --quiet prints nothing."""
+    case, saved = tmp_path / "case.toml", tmp_path / "run.nc"
+    case.write_text("""
+[structure]
+kind = "scissor"
+[drive]
+speed = "150 rpm"
+[[clearance]]
+joint = "A"
+clearance = "0.5 mm"
+[run]
+until = "3 ms"
+""")
+    assert status_of(["run", str(case), "-o", str(saved), "--json"]) == 0
+    found = json.loads(capsys.readouterr().out)
+    run = load(saved)
+    assert found["status"] == "complete"
+    assert found["end"] == 3e-3
+    assert found["files"] == [str(saved)]
+    assert [(joint["name"], joint["contacts"]) for joint in found["joints"]] == [("A", run.sizes["contact"])]
+    assert found["joints"][0]["largest"] == float(run["peak_force"].max())
+    assert status_of(["check", str(case), "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)["clearance_joints"] == ["A"]
+    for command in (["run", str(case), "--set", "run.until=1 ms", "--quiet"], ["check", str(case), "-q"]):
+        assert status_of(command) == 0
+        captured = capsys.readouterr()
+        assert (captured.out, captured.err) == ("", "")

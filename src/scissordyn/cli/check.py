@@ -20,8 +20,11 @@ def check(
         list[str] | None,
         typer.Option("--set", metavar="KEY=VALUE", help="Change a value of the case, as in drive.speed='250 rpm'. Repeatable."),
     ] = None,
+    quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Print nothing but errors.")] = False,
+    as_json: Annotated[bool, typer.Option("--json", help="Print one line of JSON, in SI units, in place of text.")] = False,
 ) -> int:
     """Read a case, assemble its mechanism and describe the run."""
+    from scissordyn.cli.record import print_json
     from scissordyn.cli.show import console
     from scissordyn.config.file import read_case
     from scissordyn.mechanics.acting import acting
@@ -54,10 +57,27 @@ def check(
         lines.append(f"{kind} {name}: clearance {1e3 * gap.clearance:g} mm, {gap.contact.journal.name}, {laws}.")
     method = choice.method if read.run.method != "auto" else f"{choice.method} ({choice.reason})"
     lines.append(f"Run: {1e3 * read.run.until:g} ms, {read.run.start} start, {read.run.samples} samples, {method}.")
-    lines += [f"Warning: {text}." for text in (*prepared.warnings, *drive_warnings(mechanism, read.run.until))]
-    to = console()
-    for line in lines:
-        to.print(line, markup=False)
+    warnings = [*prepared.warnings, *drive_warnings(mechanism, read.run.until)]
+    lines += [f"Warning: {text}." for text in warnings]
+    if as_json:
+        print_json(
+            {
+                "bodies": len(mechanism.bodies),
+                "ideal_joints": [joint.name for joint in mechanism.ideal_joints],
+                "clearance_joints": [joint.name for joint in mechanism.clearance_joints],
+                "free_coordinates": reduced.free,
+                "constraints": len(reduced.constraints),
+                "drives": [drive.body for drive in mechanism.drives],
+                "components": [part.name for part in components],
+                "until": read.run.until,
+                "method": choice.method,
+                "warnings": warnings,
+            }
+        )
+    elif not quiet:
+        to = console()
+        for line in lines:
+            to.print(line, markup=False)
     return 0
 
 

@@ -11,13 +11,21 @@ __all__ = ["print_parameters", "print_text"]
 
 
 def print_text(described: type, to: Console) -> None:
-    """Print the docstring of a plug-in."""
+    """Print the docstring of a plug-in: its formulas in characters, its paragraphs as wide as the terminal."""
     import inspect
     import re
 
-    # its markup is for sphinx; here the formula is LaTeX below its sentence
-    text = re.sub(r"\.\. math::\s*", "    ", inspect.getdoc(described) or "")
-    to.print(re.sub(r"``?|:[a-z]+:(?=`)", "", text), markup=False)
+    from scissordyn.cli.formula import plain_formula
+
+    # its markup is for sphinx
+    text = re.sub(r":math:`([^`]*)`", lambda found: plain_formula(found[1]), inspect.getdoc(described) or "")
+    for block in re.split(r"\n\s*\n", text):
+        lines = " ".join(line.strip() for line in block.splitlines())
+        formula = lines.startswith(".. math::") or block.startswith("    ")
+        said = plain_formula(lines.removeprefix(".. math::")) if formula else re.sub(r"``?|:[a-z]+:(?=`)", "", lines)
+        if said:
+            for line in said.split("\n"):
+                to.print(f"    {line}" if formula else line, markup=False)
 
 
 def print_parameters(described: type, to: Console) -> list[str]:

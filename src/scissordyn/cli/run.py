@@ -49,6 +49,8 @@ def run(
             help="A Python file of yours whose functions the saved run used and may execute again. Repeatable.",
         ),
     ] = None,
+    quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Print nothing but errors.")] = False,
+    as_json: Annotated[bool, typer.Option("--json", help="Print one line of JSON, in SI units, in place of text.")] = False,
 ) -> int:
     """Simulate a case and show its contacts."""
     if output is not None:
@@ -70,7 +72,8 @@ def run(
         raise InputError("--allow-code for a case file", "a saved run; a case file names its own Python files")
     else:
         mechanism, result = _from_case(case, changes, kept)
-    stopped = False
+    stopped, silent = False, quiet or as_json
+    files: list[Path] = []
     try:
         if output is not None:
             from scissordyn.simulation.store import save
@@ -81,18 +84,29 @@ def run(
     except KeyboardInterrupt:  # it counts after the file is whole
         stopped = True
     finally:  # whatever became of the file, the user sees what was computed
-        _show(result, events)
+        if not silent:
+            _show(result, events)
     status = result.attrs["status"]
     if output is not None:
-        print(f"Saved to {output}" + ("" if status == "complete" else f", marked {status}"))
+        files.append(output)
+        if not silent:
+            print(f"Saved to {output}" + ("" if status == "complete" else f", marked {status}"))
     if stopped:
         return INTERRUPTED
+    made = len(files)
     if plot is not None and result.sizes["time"] > 1 and status != "interrupted":
-        _draw(result, mechanism, plot)
+        files += _draw(result, mechanism, plot)
     if film is not None and result.sizes["time"] > 1 and status != "interrupted":
         from scissordyn.plot.animation import animate
 
-        print(animate(result, mechanism, film))
+        files.append(animate(result, mechanism, film))
+    if as_json:
+        from scissordyn.cli.record import print_json, run_record
+
+        print_json(run_record(result, files))
+    elif not quiet:
+        for path in files[made:]:
+            print(path)
     if status != "complete":
         print(f"scissordyn: {printable(result.attrs['cause'])}", file=sys.stderr)
     return {"complete": DONE, "interrupted": INTERRUPTED}.get(status, UNFINISHED)
@@ -185,11 +199,10 @@ def _show(result: xr.Dataset, rows: int) -> None:
     show_summary(result, to)
 
 
-def _draw(result: xr.Dataset, mechanism: Mechanism, folder: Path) -> None:
+def _draw(result: xr.Dataset, mechanism: Mechanism, folder: Path) -> list[Path]:
     from scissordyn.plot.report import draw_all
     from scissordyn.simulation.interrupt import pass_on
     from scissordyn.simulation.run import simulate
 
     ideal = pass_on(simulate(mechanism.ideal(), until=float(result["time"][-1]), samples=result.sizes["time"]))
-    for path in draw_all(result, ideal, folder, mechanism):
-        print(path)
+    return draw_all(result, ideal, folder, mechanism)

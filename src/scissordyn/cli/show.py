@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+from collections.abc import Sequence
 
 import numpy as np
 import xarray as xr
@@ -13,6 +14,7 @@ from rich.style import Style
 from rich.table import Table
 from rich.text import Text
 
+from scissordyn.cli.record import JointSummary, joint_summaries
 from scissordyn.cli.scale import column, short
 from scissordyn.errors import printable
 from scissordyn.simulation.warn import energy_turned_over
@@ -21,6 +23,26 @@ __all__ = ["TextConsole", "console", "counted", "show_events", "show_summary"]
 
 WIDTH = 100
 """Columns of the output without a terminal."""
+
+MANY = 3
+"""The contacts of more joints than these are a table."""
+
+NARROWEST = 10
+"""Letters of a name in a row, at least; longer ones are broken where there is no room."""
+
+HEADINGS = (
+    ("start", "contact_start", "s", 1.0),
+    ("approach", "approach_speed", "m/s", 1.0),
+    ("angle of n", "contact_angle", "deg", 180.0 / math.pi),
+    ("peak force", "peak_force", "N", 1.0),
+    ("to peak", "peak_time", "s", 1.0),
+    ("duration", "contact_duration", "s", 1.0),
+    ("rebound", "rebound_speed", "m/s", 1.0),
+)
+"""Title, variable, unit and factor of the columns of contacts."""
+
+LEAST_WANTED = ("to peak", "angle of n", "rebound", "approach", "duration")
+"""Columns that a narrow terminal goes without, in this order."""
 
 
 class TextConsole(Console):
@@ -68,28 +90,40 @@ def show_events(run: xr.Dataset, rows: int, to: Console) -> None:
     if not found or rows <= 0:
         return
     shown = run.isel(contact=slice(0, rows))
-    table = Table(box=box.SIMPLE_HEAD, pad_edge=False, padding=(0, 1, 0, 0))
-    table.add_column("contact", justify="right")
-    table.add_column("joint", no_wrap=True)
-    columns = [list(map(str, range(1, shown.sizes["contact"] + 1))), shown["contact_joint"].values.tolist()]
-    headings = (
-        ("start", "contact_start", "s", 1.0),
-        ("approach", "approach_speed", "m/s", 1.0),
-        ("angle of n", "contact_angle", "deg", 180.0 / math.pi),
-        ("peak force", "peak_force", "N", 1.0),
-        ("to peak", "peak_time", "s", 1.0),
-        ("duration", "contact_duration", "s", 1.0),
-        ("rebound", "rebound_speed", "m/s", 1.0),
-    )
-    for title, name, unit, factor in headings:
+    count = shown.sizes["contact"]
+    columns = [("contact", list(map(str, range(1, count + 1)))), ("joint", shown["contact_joint"].values.tolist())]
+    for title, name, unit, factor in HEADINGS:
         unit, texts = column(shown[name].values * factor, unit)
-        table.add_column(f"{title}\n[{unit}]", justify="right")
-        columns.append(texts)
-    for row in zip(*columns, strict=True):
-        table.add_row(*row)
-    to.print(table)
+        columns.append((f"{title}\n[{unit}]", texts))
+    left = _print_columns(columns, to)
+    if left:
+        to.print(f"Left out at this width: {', '.join(left)}.")
     if found > rows:
         to.print(f"... and {counted(found - rows, 'more contact')} (--events {found} shows all)\n")
+
+
+def _print_columns(columns: Sequence[tuple[str, Sequence[str]]], to: Console) -> list[str]:
+    """Print a table whose second column is names; returns the titles of columns for which there is no room.
+
+    Numbers are never cut or broken: columns of `LEAST_WANTED` are left out first, then long names are broken.
+    """
+    widths = {title: max(map(len, (*title.split("\n"), *texts))) + 1 for title, texts in columns}
+    names = columns[1][0]
+    kept, narrow = [title for title, _ in columns], {**widths, names: min(widths[names], NARROWEST + 1)}
+    for unwanted in LEAST_WANTED:
+        if sum(narrow[title] for title in kept) <= to.width - 2:
+            break
+        kept = [title for title in kept if title.split("\n")[0] != unwanted]
+    table = Table(box=box.SIMPLE_HEAD, pad_edge=False, padding=(0, 1, 0, 0))
+    for title in kept:
+        if title == names:
+            table.add_column(title, overflow="fold", min_width=min(widths[title] - 1, NARROWEST))
+        else:
+            table.add_column(title, justify="right", no_wrap=True, min_width=widths[title] - 1)
+    for row in zip(*(texts for title, texts in columns if title in kept), strict=True):
+        table.add_row(*row)
+    to.print(table)
+    return [title.split("\n")[0] for title, _ in columns if title not in kept]
 
 
 def _locked_and_stopped(run: xr.Dataset) -> list[str]:
@@ -110,6 +144,23 @@ def _locked_and_stopped(run: xr.Dataset) -> list[str]:
     return found
 
 
+def _show_joints(joints: Sequence[JointSummary], to: Console) -> None:
+    """A table of the contacts of many joints, those with the largest forces first."""
+    ordered = sorted(joints, key=lambda joint: -joint.largest)
+    force, largest = column(np.array([joint.largest for joint in ordered]), "N")
+    time, when = column(np.array([joint.when for joint in ordered]), "s")
+    _print_columns(
+        [
+            ("contacts", [str(joint.contacts) for joint in ordered]),
+            ("joint", [joint.name for joint in ordered]),
+            ("in contact\n[%]", [f"{100.0 * joint.fraction:.3g}" for joint in ordered]),
+            (f"largest force\n[{force}]", largest),
+            (f"at\n[{time}]", when),
+        ],
+        to,
+    )
+
+
 def show_summary(run: xr.Dataset, to: Console) -> None:
     """Print a run in one paragraph, and its warnings."""
     attributes = run.attrs
@@ -119,18 +170,15 @@ def show_summary(run: xr.Dataset, to: Console) -> None:
         f"{short(end, 's')} simulated in {short(statistics['seconds'], 's')}: {statistics['steps']} steps of "
         f"{statistics['method']}, {statistics['rejected']} rejected."
     ]
-    for joint in dict.fromkeys(run["contact_joint"].values.tolist()):
-        here = run.isel(contact=np.flatnonzero(run["contact_joint"].values == joint))
-        lasting = np.where(
-            np.isnan(here["contact_duration"].values), end - here["contact_start"].values, here["contact_duration"].values
-        )
-        highest = int(np.argmax(here["peak_force"].values))
-        when = float(here["contact_start"].values[highest] + here["peak_time"].values[highest])
-        fraction = float(lasting.sum()) / end if end > 0.0 else 0.0
-        parts.append(
-            f"Joint {joint}: {counted(here.sizes['contact'])}, in contact {100.0 * fraction:.3g} % of the time, "
-            f"largest force {short(float(here['peak_force'].values[highest]), 'N')} at {short(when, 's')}."
-        )
+    joints = joint_summaries(run)
+    if len(joints) > MANY:
+        _show_joints(joints, to)
+    else:
+        parts += [
+            f"Joint {joint.name}: {counted(joint.contacts)}, in contact {100.0 * joint.fraction:.3g} % of the time, "
+            f"largest force {short(joint.largest, 'N')} at {short(joint.when, 's')}."
+            for joint in joints
+        ]
     parts += _locked_and_stopped(run)
     if run.sizes["time"]:
         residual = float(np.abs(run["energy_residual"].values).max())

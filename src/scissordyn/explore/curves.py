@@ -39,6 +39,9 @@ THEMES = {
     "dark": {"back": "#1d2126", "ink": "#e8e8e8", "line": "#3a4048", "faint": "#a0a6ad", "shade": "#3a4048"},
 }
 
+BRIGHTER = ((BLUE, "#4FA8E0"), (VERMILION, "#FF8A3D"), (GREEN, "#33C79A"))
+"""Colours of curves on a light page, and their lighter tones on a dark one."""
+
 TIME_EVENT = """
 const t = cb_obj.x / factor.tags[0];
 if (Number.isFinite(t)) window.dispatchEvent(new CustomEvent("scissordyn:go", { detail: t }));
@@ -185,6 +188,10 @@ class Curves:
                 legend.background_fill_alpha = 0.7
                 legend.label_text_color = look["ink"]
                 legend.border_line_alpha = 0.0
+            for drawn in made.renderers:
+                pair = next((pair for pair in BRIGHTER if drawn.glyph.line_color in pair), None)
+                if pair is not None:
+                    drawn.glyph.line_color = pair[int(dark)]
         for shade in self.shades:
             shade.fill_color = look["shade"]
 
@@ -234,6 +241,8 @@ class Curves:
         of_joint = f" at {joint}" if joint else ""
         moved = "displacement of the slider" if "slider_position" in run else f"angle of {output}"
         tracked = [str(name) for name in run["track"].values] if "track" in run.coords else []
+        bodies = run["body"].values.astype(str).tolist()
+        moved = moved if output in bodies else moved.replace("angle of ", f"angle of {bodies[-1]}")
         return {
             "output": moved,
             "torque": "driving torque",
@@ -276,7 +285,8 @@ class Curves:
         shown = [pin for pin in reversed(pins) if joint in clearance_joints(pin)]
         for source, pin in zip(self.pinned_orbits, [*shown, *[None] * len(PINNED)], strict=False):
             source.data = {"x": [], "y": []} if pin is None else _orbit(pin, joint, scale.factor)
-        reach = 1.1 * max(scale.factor * clearance, *(float(np.abs(self.orbit_source.data[axis]).max()) for axis in "xy"))
+        drawn = [np.abs(source.data[axis]) for source in (self.orbit_source, *self.pinned_orbits) for axis in "xy"]
+        reach = 1.1 * max(scale.factor * clearance, *(float(np.max(part, initial=0.0)) for part in drawn))
         for range in (self.orbit.x_range, self.orbit.y_range):
             range.update(start=-reach, end=reach, reset_start=-reach, reset_end=reach)
         self.orbit.title.text = f"journal orbit at {joint}"

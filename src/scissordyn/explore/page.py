@@ -22,6 +22,7 @@ from scissordyn.explore.session import Session
 from scissordyn.explore.table import ContactTable
 from scissordyn.explore.widgets import Canvas, Form, Toolbar
 from scissordyn.explore.worker import Outcome
+from scissordyn.plot.scale import engineering
 from scissordyn.plot.series import chosen_joints, clearance_joints
 
 __all__ = ["STYLE", "Page"]
@@ -53,7 +54,7 @@ class Page:
         self.document = curdoc()
         self.drag: Drag | None = None
         self.dark = False
-        self.number = 0
+        self.answers = 0
         self.selected = ""
         self.toolbar = Toolbar(self._asked, sizing_mode="stretch_width")
         self.form = Form(self._typed, width=330, styles=_tall(ORBIT_ROOM))
@@ -128,14 +129,25 @@ class Page:
         good = self.session.good
         if good is None or good.run is None:
             return
-        self.number = good.number
         known = clearance_joints(good.run)
         if self.selected not in known:
             self.selected = _heaviest(good)
         self._show_curves()
-        self.canvas.scene = packed_scene(good.run, good.case.mechanism, number=good.number)
-        self.canvas.draft = ""
-        self.contacts.show(good.run)
+        if self._live:  # the curves are on their way while the scene is made
+            self._later(lambda: self._show_scene(good))
+        else:
+            self._show_scene(good)
+
+    def _show_scene(self, good: Outcome) -> None:
+        if good is not self.session.good or good.run is None:  # a newer one has come
+            return
+        self.document.hold("combine")
+        try:
+            self.canvas.scene = packed_scene(good.run, good.case.mechanism, number=good.number)
+            self.canvas.draft = ""
+            self.contacts.show(good.run)
+        finally:
+            self.document.unhold()
 
     def _show_curves(self) -> None:
         good = self.session.good
@@ -158,7 +170,9 @@ class Page:
         elif good is not None and good.run is not None:
             statistics = json.loads(good.run.attrs["statistics"])
             pinned = f"; pinned: {'; '.join(pin.label for pin in session.pins)}" if session.pins else ""
-            said = f"{statistics['steps']} steps of {statistics['method']} in {1e3 * statistics['seconds']:.3g} ms{pinned}"
+            scale = engineering("s", statistics["seconds"])
+            lasting = f"{scale.factor * statistics['seconds']:.3g} {scale.unit}"
+            said = f"{statistics['steps']} steps of {statistics['method']} in {lasting}{pinned}"
         else:
             said = ""
         self.toolbar.state = json.dumps(
@@ -238,19 +252,28 @@ class Page:
         self.session.message = text
         self._show_state()
 
+    def _draft(self) -> None:
+        """Show what the drag has made; each answer differs from the one before, as the browser waits for it."""
+        assert self.drag is not None
+        self.answers += 1
+        note = f"Drag: {self.drag.note}" if self.drag.note else "Drag"
+        self.canvas.draft = packed_scene(self.drag.run, self.drag.ideal, number=self.answers, note=note)
+
     def _dragged(self, message: dict[str, Any]) -> None:
         phase = message.get("phase")
         try:
             if phase == "start":
                 self.drag = Drag(self.session.case, str(message["kind"]), str(message["name"]))
+                self._draft()
             elif self.drag is not None:
                 self.drag.to(float(message["dx"]), float(message["dy"]), steps=2 if phase == "move" else 4)
-                note = f"Drag: {self.drag.note}" if self.drag.note else "Drag"
-                self.canvas.draft = packed_scene(self.drag.run, self.drag.ideal, note=note)
+                self._draft()
         except ScissordynError as error:
             self._say(str(error))
             if phase == "start":
                 self.drag = None
+            elif self.drag is not None:
+                self._draft()
         if phase == "end" and self.drag is not None:
             texts, self.drag = self.drag.texts, None
             if not (texts and self.session.change_all(texts)):

@@ -61,7 +61,7 @@ class Session:
         self.message = ""
         self.fraction: float | None = None
         self._base: Case | None = None
-        self._worker = Worker(self._take, self._progress)
+        self._worker = Worker(self._take, self._progress, earlier=0 if first is None else first.number)
         if first is None:
             self.compute()
         else:

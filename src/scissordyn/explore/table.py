@@ -24,6 +24,7 @@ LOOK = """
 :host { --background-color: var(--sd-back, #fff); color: var(--sd-ink, #222) }
 .slick-row, .slick-header-column, .slick-cell, .slick-header, .slick-header-columns, .slick-viewport, .bk-data-table
   { background: var(--sd-back, #fff) !important; color: var(--sd-ink, #222) !important }
+.slick-header-column { font-size: 11px }
 .slick-row.active, .slick-cell.selected { background: var(--sd-fill, #e4e4e4) !important }
 """
 
@@ -43,8 +44,8 @@ class ContactTable:
 
     def __init__(self) -> None:
         names = ["number", "joint", "seconds", *(name for name, _, _ in COLUMNS)]
-        self.source = ColumnDataSource({name: [] for name in names}, name="contacts")
-        self.columns = [TableColumn(field="number", title="#", width=36), TableColumn(field="joint", title="joint", width=80)]
+        self.source = ColumnDataSource({name: [] for name in names}, name="contact data")
+        self.columns = [TableColumn(field="number", title="#", width=36), TableColumn(field="joint", title="joint", width=100)]
         self.columns += [
             TableColumn(
                 field=name, title=f"{title} [{unit}]", formatter=NumberFormatter(format="0.000", nan_format="-"), width=95
@@ -73,7 +74,10 @@ class ContactTable:
         }
         for (name, title, unit), column in zip(COLUMNS, self.columns[2:], strict=True):
             values = run[name].values
-            scale = engineering(unit, values[np.isfinite(values)]) if unit in ("s", "N") else Scale(1.0, unit)
+            finite = np.abs(values[np.isfinite(values)])
+            scale = engineering(unit, finite) if unit in ("s", "N") else Scale(1.0, unit)
+            if scale.unit == "s" and finite.max(initial=0.0) < 1.0:  # with as many digits as in ms
+                scale = Scale(1e3, "ms")
             data[name] = scale.factor * values
             column.title = f"{title} [{scale.unit}]"
         self.source.selected.indices = []

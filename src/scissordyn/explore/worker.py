@@ -45,13 +45,15 @@ class Worker:
         Called in the thread with the `Outcome` of each order that no newer one has replaced.
     progress : callable
         Called in the thread with the number of the order and the simulated part of its time, 0 to 1.
+    earlier : int
+        Number of the last order elsewhere; those of this one are larger.
     """
 
-    def __init__(self, done: Callable[[Outcome], None], progress: Callable[[int, float], None]) -> None:
+    def __init__(self, done: Callable[[Outcome], None], progress: Callable[[int, float], None], *, earlier: int = 0) -> None:
         self._done, self._progress = done, progress
         self._changed = threading.Condition()
         self._order: tuple[int, Case] | None = None
-        self._number = 0
+        self._number = earlier
         self._stopped = 0
         self._closed = False
         self._thread: threading.Thread | None = None

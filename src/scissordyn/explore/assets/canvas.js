@@ -184,23 +184,23 @@ function render({ model, el }) {
     const { main, cell, columns, height } = box();
     if (!columns) return;
     source.joints.forEach((joint, k) => {
-      const cx = main + (k % columns + 0.5) * cell, cy = (Math.floor(k / columns) + 0.5) * cell, r = 0.27 * cell;
+      const cx = main + (k % columns + 0.5) * cell, cy = (Math.floor(k / columns) + 0.5) * cell, r = 0.25 * cell;
       if (cy > height) return;
       const touched = joint.touched[frame], color = touched ? colors.contact : colors.free;
-      disc(cx, cy - 6, (1 + GAP) * r, colors.back, joint.name === model.get("selected") ? colors.trail : colors.ink, 1.4);
+      disc(cx, cy - 12, (1 + GAP) * r, colors.back, joint.name === model.get("selected") ? colors.trail : colors.ink, 1.4);
       const [x, y] = at(joint.journal, frame, 0, 1);
-      disc(cx + r * x, cy - 6 - r * y, r, colors.fill, color, 2.4);
+      disc(cx + r * x, cy - 12 - r * y, r, colors.fill, color, 2.4);
       context.beginPath();
       for (let j = Math.max(0, frame - TRAIL); j <= frame; j++) {
         const [u, v] = at(joint.journal, j, 0, 1);
-        j === Math.max(0, frame - TRAIL) ? context.moveTo(cx + r * u, cy - 6 - r * v) : context.lineTo(cx + r * u, cy - 6 - r * v);
+        j === Math.max(0, frame - TRAIL) ? context.moveTo(cx + r * u, cy - 12 - r * v) : context.lineTo(cx + r * u, cy - 12 - r * v);
       }
       context.strokeStyle = colors.trail; context.lineWidth = 1.3; context.stroke();
-      disc(cx, cy - 6, 1.5, colors.ink);
+      disc(cx, cy - 12, 1.5, colors.ink);
       const room = Math.max(6, Math.floor(cell / 7.5));
-      const state = touched ? newtons(joint.force[frame]) : "free", long = `${joint.name}: ${state}`;
-      const name = long.length > room ? `${joint.name.slice(0, Math.max(2, room - state.length - 3))}…: ${state}` : long;
-      text(name, cx, cy + cell / 2 - 10, colors.ink);
+      const name = joint.name.length > room ? `${joint.name.slice(0, room - 1)}…` : joint.name;
+      text(name, cx, cy + cell / 2 - 18, colors.ink);
+      text(touched ? newtons(joint.force[frame]) : "free", cx, cy + cell / 2 - 5, touched ? colors.contact : colors.faint);
     });
     const gains = [...new Set(source.joints.map(joint => Number(joint.gain.toPrecision(2))))];
     text(`clearance magnified ${gains.length > 1 ? `${Math.min(...gains)} to ${Math.max(...gains)}` : gains[0]} times`,
@@ -246,8 +246,8 @@ function render({ model, el }) {
     scrub.value = frame;
     clock.textContent = `t = ${Number((scene.timeScale * t).toPrecision(4))} ${scene.timeUnit}`;
     redraw();
-    // curves are drawn again by their library: ten times a second while the film runs
-    if (broadcast && (!playing || performance.now() - told > 100)) {
+    // curves are drawn again by their library: five times a second while the film runs
+    if (broadcast && (!playing || performance.now() - told > 200)) {
       told = performance.now();
       window.dispatchEvent(new CustomEvent("scissordyn:time", { detail: t }));
     }
@@ -294,15 +294,14 @@ function render({ model, el }) {
   function select(name) {
     model.set("selected", name); model.save_changes(); redraw();
   }
-  let queued = null;
+  // a move is sent when the one before has been answered, so that the drawing is never behind a queue of moves
+  let queued = null, asked = false;
+  function flush() { if (queued && !asked) { asked = true; model.send(queued); queued = null; } }
   function tell(phase) {
-    if (phase === "move") {
-      if (!queued) requestAnimationFrame(() => { if (queued) model.send(queued); queued = null; });
-      queued = { type: "drag", kind: hold.kind, name: hold.name, dx: hold.dx, dy: hold.dy, phase };
-    } else {
-      queued = null;
-      model.send({ type: "drag", kind: hold.kind, name: hold.name, dx: hold.dx, dy: hold.dy, phase });
-    }
+    const message = { type: "drag", kind: hold.kind, name: hold.name, dx: hold.dx, dy: hold.dy, phase };
+    if (phase === "move") { queued = message; flush(); return; }
+    queued = null; asked = phase === "start";
+    model.send(message);
   }
   canvas.addEventListener("pointerdown", event => {
     const [x, y] = where(event), found = hit(x, y);
@@ -369,6 +368,18 @@ function render({ model, el }) {
     else if (move) { event.preventDefault(); go(Math.floor(now) + move); }
   });
 
+  // where joints and the handles of lengths are on the screen, for tests and other scripts
+  root.handles = () => {
+    const source = shown(), frame = frameOf(), [X, Y] = onto(), found = {};
+    if (!source) return found;
+    for (const shape of source.shapes) if (shape.kind === "bar") {
+      const [a, b] = [at(shape.points, frame, 0, 2), at(shape.points, frame, 1, 2)];
+      found[`length ${shape.name}`] = [X(0.65 * a[0] + 0.35 * b[0]), Y(0.65 * a[1] + 0.35 * b[1])];
+    }
+    for (const each of places(source, frame)) found[each.name] = [X(each.at[0]), Y(each.at[1])];
+    return found;
+  };
+
   // ---- the model
   function newScene() {
     const earlier = scene, phase = earlier && frames() > 1 ? now / (frames() - 1) : 0;
@@ -386,7 +397,11 @@ function render({ model, el }) {
   const changed = {
     scene: newScene,
     ghost: () => { ghost = unpacked(model.get("ghost")); redraw(); },
-    draft: () => { draft = unpacked(model.get("draft")); if (draft) note.textContent = draft.note; redraw(); },
+    draft: () => {
+      draft = unpacked(model.get("draft"));
+      if (draft) note.textContent = draft.note;
+      asked = false; flush(); redraw();
+    },
     selected: redraw,
     theme: () => { recolor(); redraw(); },
   };

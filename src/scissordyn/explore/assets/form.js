@@ -98,7 +98,7 @@ export function render({ model, el }) {
     const errors = JSON.parse(model.errors || "{}"), typed = JSON.parse(model.typed || "{}");
     for (const [key, several] of rows) for (const { box, input, range, error, field } of several) {
       const wrong = key in errors, active = input.getRootNode().activeElement;
-      if (wrong) input.value = typed[key]; else if (active !== range) input.value = field.text;
+      if (wrong) input.value = typed[key]; else if (!range || active !== range) input.value = field.text;
       input.setAttribute("aria-invalid", String(wrong));
       error.textContent = wrong ? errors[key] : "";
       if (wrong && box.closest("details")) { box.closest("details").open = true; }

@@ -1,0 +1,198 @@
+"""A server of the explorer in a process of its own, and a page of it in Chromium that keeps what it logs."""
+
+from __future__ import annotations
+
+import shutil
+import subprocess
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from signal import SIGINT
+from typing import Any
+
+__all__ = ["CASE", "Tab", "chromium", "missing", "served"]
+
+CASE = """
+[structure]
+kind = "scissor"
+units = 2            # two of them
+bar_length = "2 m"
+angle = "30 deg"
+
+[drive]
+speed = "150 rpm"
+
+[[clearance]]
+joint = "A"
+clearance = "0.5 mm"
+
+[[clearance]]
+joint = "unit 1/pivot"
+clearance = "0.3 mm"
+
+[run]
+until = "8 ms"
+samples = 401
+"""
+"""Two clearance joints without friction: a run takes some ten milliseconds."""
+
+
+def missing() -> str:
+    """Why a browser cannot be driven here; empty if it can."""
+    for name in ("panel", "playwright"):
+        try:
+            __import__(name)
+        except ImportError:
+            return f"the package {name} is not installed"
+    return "" if shutil.which("chromium") else "the program chromium is not installed (apt-get install chromium)"
+
+
+@contextmanager
+def served(case: Path) -> Iterator[str]:
+    """The address of the page of a case, served by the command itself until the end of the block."""
+    command = [sys.executable, "-m", "scissordyn.cli.main", "explore", str(case), "--no-browser"]
+    process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    assert process.stdout is not None
+    assert process.stderr is not None
+    try:
+        line = process.stdout.readline()
+        if not line.startswith("http://127.0.0.1:"):
+            raise RuntimeError(f"no page: {line}{process.stderr.read()}")
+        yield line.split()[0]
+    finally:
+        process.send_signal(SIGINT)
+        try:
+            said = process.communicate(timeout=10)[1]
+        except subprocess.TimeoutExpired:
+            process.kill()
+            said = process.communicate()[1]
+            raise RuntimeError(f"Ctrl-C did not end the server: {said}") from None
+    assert process.returncode == 0, said
+    # a page that is closed in the middle of a run is none of the explorer's faults
+    assert "scissordyn/" not in said, said
+
+
+@contextmanager
+def chromium() -> Iterator[Any]:
+    """Debian's Chromium without a window."""
+    from playwright.sync_api import sync_playwright
+
+    with sync_playwright() as driver:
+        browser = driver.chromium.launch(executable_path=shutil.which("chromium"), args=["--no-sandbox"])
+        yield browser
+        browser.close()
+
+
+class Tab:
+    """One page in the browser.
+
+    Parameters
+    ----------
+    browser
+        Of Playwright.
+    url : str
+    size : (int, int)
+        Width and height of the window [pixel].
+    """
+
+    def __init__(self, browser: Any, url: str, *, size: tuple[int, int] = (1500, 900), dark: bool = False) -> None:
+        self.context = browser.new_context(
+            viewport={"width": size[0], "height": size[1]},
+            accept_downloads=True,
+            permissions=["clipboard-read", "clipboard-write"],
+            color_scheme="dark" if dark else "light",
+        )
+        self.page = self.context.new_page()
+        self.errors: list[str] = []
+        self.weight = 0
+        self.page.on("console", lambda message: self.errors.append(message.text) if message.type == "error" else None)
+        self.page.on("pageerror", lambda error: self.errors.append(str(error)))
+        self.page.on("dialog", lambda dialog: (self.errors.append(f"dialog: {dialog.message}"), dialog.dismiss()))
+        self.page.on("request", lambda request: self._local(request.url, url))
+        self.page.on("requestfailed", lambda request: self.errors.append(f"failed: {request.url}"))
+        self.page.goto(url)
+        self.ready(0)
+
+    def _local(self, asked: str, url: str) -> None:
+        if not asked.startswith((url, "data:", f"blob:{url}")):
+            self.errors.append(f"a request to {asked}")
+
+    def ready(self, before: int) -> int:
+        """Wait until a run later than one is on the canvas, in the curves and in the bar; its number."""
+        self.page.wait_for_function(
+            """before => {
+              const deep = (root, found) => {
+                for (const each of root.querySelectorAll("*")) {
+                  if (each.matches("canvas[data-run]")) found.canvas = Number(each.dataset.run);
+                  if (each.matches(".sd-state")) found.state = each.dataset;
+                  if (each.shadowRoot) deep(each.shadowRoot, found);
+                }
+                return found;
+              };
+              const found = deep(document, {}), page = window.Bokeh && Bokeh.documents[0];
+              const curves = page && page.get_model_by_name("curves");
+              return found.state && found.state.computing === "false" && found.canvas > before && curves
+                && curves.tags[0] === found.canvas;
+            }""",
+            arg=before,
+            timeout=60_000,
+        )
+        return self.run
+
+    def until(self, condition: Callable[[], bool]) -> None:
+        """Wait for something that the page shows later."""
+        for _ in range(200):
+            if condition():
+                return
+            self.page.wait_for_timeout(50)
+        raise AssertionError("it did not happen within 10 s")
+
+    @property
+    def run(self) -> int:
+        """Number of the run that is shown."""
+        return int(self.page.locator("canvas[data-run]").get_attribute("data-run"))
+
+    @property
+    def state(self) -> str:
+        """What the bar says."""
+        return str(self.page.locator(".sd-state").text_content())
+
+    def press(self, name: str) -> None:
+        """Press a button of the bar."""
+        self.page.locator(f".sd-bar button[data-id={name}]").click()
+
+    def field(self, key: str) -> Any:
+        """The row of a number in its group, which is opened."""
+        row = self.page.locator(f".sd-form details .sd-row[data-key='{key}']")
+        if not row.is_visible():
+            self.page.locator(".sd-form details", has=self.page.locator(f".sd-row[data-key='{key}']")).locator(
+                "summary"
+            ).click()
+        return row
+
+    def type(self, key: str, text: str) -> None:
+        """Type a number."""
+        box = self.field(key).locator("input[type=text]")
+        box.fill(text)
+        box.press("Enter")
+
+    def text(self, key: str) -> str:
+        """The number as it stands in its field."""
+        return str(self.field(key).locator("input[type=text]").input_value())
+
+    def handle(self, name: str) -> tuple[float, float]:
+        """Where a joint or the handle of a length is in the window [pixel]."""
+        x, y = self.page.locator(".sd-stage").evaluate("(root, name) => root.handles()[name]", name)
+        box = self.page.locator(".sd-stage canvas").bounding_box()
+        return box["x"] + x, box["y"] + y
+
+    def curve(self, column: str, source: str = "curves") -> list[float]:
+        """A column of the curves' data."""
+        script = "([source, column]) => Array.from(Bokeh.documents[0].get_model_by_name(source).data[column])"
+        return list(self.page.evaluate(script, [source, column]))
+
+    def close(self) -> None:
+        """Close the page; whatever it has logged as an error is a failure."""
+        self.context.close()
+        assert not self.errors, self.errors

@@ -1,0 +1,286 @@
+"""The explorer in a real browser: Debian's Chromium, driven by Playwright."""
+
+from __future__ import annotations
+
+import tomllib
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import scissordyn as sd
+from scissordyn.config.file import read_case
+
+from .browser import CASE, Tab, chromium, missing, served
+
+pytestmark = pytest.mark.skipif(bool(missing()), reason=missing())
+
+HOSTILE = "<script>alert(1)</script>"
+
+
+@pytest.fixture(scope="module")
+def case(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A case file with two clearance joints."""
+    path = tmp_path_factory.mktemp("explore") / "case.toml"
+    path.write_text(CASE)
+    return path
+
+
+@pytest.fixture(scope="module")
+def browser() -> Iterator[Any]:
+    """Chromium."""
+    with chromium() as found:
+        yield found
+
+
+@pytest.fixture(scope="module")
+def url(case: Path) -> Iterator[str]:
+    """The page of the case."""
+    with served(case) as found:
+        yield found
+
+
+@pytest.fixture
+def tab(browser: Any, url: str) -> Iterator[Tab]:
+    """A page of its own session; a test fails if it logs an error or asks another host."""
+    opened = Tab(browser, url)
+    yield opened
+    opened.close()
+
+
+def test_page_shows_the_run(tab: Tab, case: Path) -> None:
+    """Cross-check: the curves in the browser are those of `simulate`, and the table has each contact."""
+    read = read_case(case)
+    run = sd.simulate(read.mechanism, until=read.run.until, samples=read.run.samples)
+    assert np.allclose(tab.curve("time"), 1e3 * run["time"].values, rtol=1e-12)
+    torque = np.array(tab.curve("torque"))
+    assert np.allclose(torque / np.abs(torque).max(), run["drive_torque"] / np.abs(run["drive_torque"]).max(), rtol=1e-9)
+    assert len(tab.curve("number", "contact data")) == run.sizes["contact"]
+    assert tab.page.title() == "case.toml - scissordyn"
+
+
+def test_slider_gives_a_new_trajectory(tab: Tab) -> None:
+    """Identity: moving a slider changes the number, the run and the curves; undo and redo bring both states back."""
+    before, first = tab.curve("torque"), tab.run
+    slider = tab.page.get_by_role("slider", name="drive speed")
+    box = slider.bounding_box()
+    slider.click(position={"x": 0.75 * box["width"], "y": 0.5 * box["height"]})
+    second = tab.ready(first)
+    faster = tab.text("drive.speed")
+    assert float(faster.split()[0]) > 150.0
+    assert tab.curve("torque") != before
+    tab.press("undo")
+    third = tab.ready(second)
+    assert tab.text("drive.speed") == "150 rpm"
+    assert tab.curve("torque") == before
+    tab.press("redo")
+    tab.ready(third)
+    assert tab.text("drive.speed") == faster
+
+
+def test_scrub_moves_animation_and_cursor(tab: Tab) -> None:
+    """Identity: the clock, the frame and the cursors of all curves are at the instant of the time slider."""
+    tab.page.locator("[data-id=scrub]").fill("200")
+    tab.page.locator("canvas[data-frame='200']").wait_for()
+    assert tab.page.locator("[data-id=clock]").text_content() == "t = 4 ms"
+    script = "() => [...Bokeh.documents[0]._all_models.values()].filter(m => m.tags.includes('cursor')).map(m => m.location)"
+    assert np.allclose(tab.page.evaluate(script), 4.0)
+    tab.page.locator("[data-id=play]").click()
+    tab.page.wait_for_timeout(300)
+    tab.page.locator("[data-id=play]").click()
+    assert int(tab.page.locator("canvas[data-run]").get_attribute("data-frame")) > 200
+
+
+def test_row_of_a_contact_jumps_there(tab: Tab) -> None:
+    """Identity: a click on a contact moves the animation to its start."""
+    start = tab.curve("seconds", "contact data")[1]
+    tab.page.locator(".slick-row").nth(1).click()
+    frame = round(start / 0.008 * 400)
+    tab.page.locator(f"canvas[data-frame='{frame}']").wait_for(timeout=5000)
+
+
+def test_click_on_a_joint_follows_it(tab: Tab) -> None:
+    """Identity: the curves of contact are those of the joint that was clicked, which stays in the middle."""
+    titles = (
+        "() => [...Bokeh.documents[0]._all_models.values()].map(m => m.text).filter(t => t && t.startsWith('contact force'))"
+    )
+    before, (title,) = tab.curve("normal"), tab.page.evaluate(titles)
+    name = "A" if title.endswith("unit 1/pivot") else "unit 1/pivot"
+    tab.page.mouse.click(*tab.handle(name))
+    tab.until(lambda: tab.page.evaluate(titles) == [f"contact force at {name}"] and tab.curve("normal") != before)
+    assert f"follows joint {name}" in tab.page.locator("[data-id=note]").text_content()
+    here = tab.handle(name)
+    tab.page.locator("[data-id=scrub]").fill("300")
+    tab.page.locator("canvas[data-frame='300']").wait_for()
+    assert np.allclose(tab.handle(name), here, atol=0.5)
+
+
+def test_dragged_pin_changes_the_case(tab: Tab) -> None:
+    """Identity: while a pin is dragged it follows the pointer, assembled; released, the numbers of the case have changed."""
+    first, before = tab.run, (tab.text("structure.bar_length"), tab.text("structure.angle"))
+    x, y = tab.handle("unit 1/upper")
+    mouse = tab.page.mouse
+    mouse.move(x, y)
+    mouse.down()
+    for k in range(1, 9):
+        mouse.move(x + 4 * k, y - 3 * k)
+        tab.page.wait_for_timeout(30)
+    tab.page.get_by_text("Drag: structure bar length").wait_for()
+    tab.until(lambda: np.allclose(tab.handle("unit 1/upper"), (x + 32, y - 24), atol=3.0))
+    assert tab.run == first
+    mouse.up()
+    second = tab.ready(first)
+    assert tab.text("structure.bar_length") != before[0]
+    assert tab.text("structure.angle") != before[1]
+    tab.press("undo")
+    tab.ready(second)
+    assert (tab.text("structure.bar_length"), tab.text("structure.angle")) == before
+
+
+def test_dragged_length_changes_the_case(tab: Tab) -> None:
+    """Identity: the handle of a bar's length changes that length alone."""
+    first, angle = tab.run, tab.text("structure.angle")
+    x, y = tab.handle("length unit 1/bar 1")
+    mouse = tab.page.mouse
+    mouse.move(x, y)
+    mouse.down()
+    mouse.move(x + 20, y - 11, steps=6)
+    tab.page.wait_for_timeout(300)
+    mouse.up()
+    tab.ready(first)
+    assert float(tab.text("structure.bar_length").split()[0]) > 2.05
+    assert tab.text("structure.angle") == angle
+
+
+def test_wrong_number_stands_beside_its_field(tab: Tab) -> None:
+    """Identity: the message is in the field's row, the last good run stays, and a right number clears it."""
+    first, torque = tab.run, tab.curve("torque")
+    tab.type("structure.bar_length", "-1 m")
+    error = tab.field("structure.bar_length").locator(".sd-error")
+    error.get_by_text("out of bounds").wait_for()
+    assert tab.text("structure.bar_length") == "-1 m"
+    assert (tab.run, tab.curve("torque")) == (first, torque)
+    tab.type("structure.bar_length", "two")
+    error.get_by_text("no number").wait_for()
+    tab.type("structure.bar_length", "2.1 m")
+    tab.ready(first)
+    assert error.text_content() == ""
+
+
+def test_pinned_run_is_compared(tab: Tab) -> None:
+    """Identity: the second curve is that of the run that was pinned."""
+    before, first = tab.curve("torque"), tab.run
+    tab.press("pin")
+    tab.page.get_by_text("Unpin 1").wait_for()
+    tab.type("clearance.0.clearance", "0.2 mm")
+    tab.ready(first)
+    pinned = "() => Bokeh.documents[0].get_model_by_name('torque').renderers[0].data_source.data.torque"
+    values = np.array(tab.page.evaluate(f"() => Array.from(({pinned})())"))
+    before_, now = np.array(before), np.array(tab.curve("torque"))
+    assert np.allclose(values / np.abs(values).max(), before_ / np.abs(before_).max(), rtol=1e-9)
+    assert not np.allclose(values, now)
+    assert "pinned: as opened" in tab.state
+    tab.press("unpin")
+    tab.page.locator(".sd-bar button[data-id=unpin]:disabled").wait_for()
+
+
+def test_saved_files_are_of_what_is_shown(tab: Tab, tmp_path: Path) -> None:
+    """Identity: case, run, Python, picture and film of a changed number; the case keeps its comments."""
+    first = tab.run
+    tab.type("drive.speed", "120 rpm")
+    tab.ready(first)
+    files = {}
+    for name in ("case", "run", "picture", "film"):
+        with tab.page.expect_download(timeout=60_000) as found:
+            tab.press(name)
+        files[name] = tmp_path / found.value.suggested_filename
+        found.value.save_as(files[name])
+    text = files["case"].read_text()
+    assert tomllib.loads(text)["drive"]["speed"] == "120 rpm"
+    assert text == CASE.replace("150 rpm", "120 rpm")
+    assert sd.load(files["run"]).scissordyn.mechanism == read_case(files["case"]).mechanism
+    assert files["picture"].read_text().startswith("<?xml")
+    assert files["film"].read_text().startswith("<!DOCTYPE html")
+    tab.press("python")
+    area = tab.page.get_by_label("the case as Python")
+    area.wait_for()
+    made: dict[str, Any] = {}
+    exec(area.input_value().rpartition("run = ")[0], made)
+    assert made["mechanism"] == read_case(files["case"]).mechanism
+
+
+def test_tabs_are_independent(tab: Tab, browser: Any, url: str) -> None:
+    """Identity: a number that changes in one page stays in the other."""
+    other = Tab(browser, url)
+    torque = other.curve("torque")
+    first = tab.run
+    tab.type("drive.speed", "100 rpm")
+    tab.ready(first)
+    assert other.text("drive.speed") == "150 rpm"
+    assert other.curve("torque") == torque
+    assert tab.curve("torque") != torque
+    other.close()
+
+
+def test_long_run_can_be_stopped(tab: Tab) -> None:
+    """Identity: a long run shows progress; stopped, its part is shown, and it says so."""
+    first = tab.run
+    tab.type("run.until", "30 s")
+    tab.page.locator(".sd-bar progress[value]").wait_for()
+    tab.press("stop")
+    tab.ready(first)
+    assert "interrupted" in tab.state
+    assert 8e-3 < max(tab.curve("time")) < 30.0
+
+
+def test_errors_of_the_page_are_noticed(browser: Any, url: str) -> None:
+    """Limit: an error in the console, and a request to another host, make a test fail."""
+    opened = Tab(browser, url)
+    opened.page.evaluate("() => console.error('made on purpose')")
+    with pytest.raises(AssertionError, match="made on purpose"):
+        opened.close()
+
+
+def test_names_are_text(browser: Any, tmp_path: Path) -> None:
+    """Identity: a joint and a body that are named like a script show as text and run nothing, also in the film."""
+    case = tmp_path / "hostile.toml"
+    case.write_text(f"""
+[structure]
+kind = "mechanism"
+
+[[ground]]
+name = "O"
+position = "0, 0 m"
+
+[[body]]
+name = "{HOSTILE}"
+mass = "1 kg"
+length = "0.5 m"
+
+[[joint]]
+name = "{HOSTILE}"
+journal = "{HOSTILE}.start"
+bearing = "ground.O"
+
+[[clearance]]
+joint = "{HOSTILE}"
+clearance = "0.5 mm"
+
+[run]
+until = "50 ms"
+samples = 201
+""")
+    with served(case) as url:
+        opened = Tab(browser, url)
+        assert opened.page.get_by_text(f"body {HOSTILE}").count() > 0
+        opened.page.mouse.move(*opened.handle(HOSTILE))
+        with opened.page.expect_download(timeout=60_000) as found:
+            opened.press("film")
+        film = tmp_path / "film.html"
+        found.value.save_as(film)
+        opened.page.goto(film.as_uri())
+        assert opened.page.locator("figcaption", has_text=HOSTILE).count() == 1
+        opened.errors = [error for error in opened.errors if not error.startswith("a request to file:")]
+        opened.close()

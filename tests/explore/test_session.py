@@ -1,0 +1,251 @@
+"""The explorer without a browser: fields, session, worker, drags, Python, what may be read."""
+
+from __future__ import annotations
+
+import threading
+import time
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import scissordyn as sd
+from scissordyn.cli.main import status_of
+
+pytest.importorskip("tomlkit", reason="the package tomlkit is not installed")
+
+from scissordyn.explore.case import FileCase, RunCase, open_case
+from scissordyn.explore.drag import Drag
+from scissordyn.explore.field import scaled_text
+from scissordyn.explore.python_code import python_of
+from scissordyn.explore.session import Session
+from scissordyn.explore.worker import Outcome, Worker
+
+from .browser import CASE
+
+EXAMPLES = sorted((Path(__file__).parents[2] / "examples").glob("*.toml"))
+
+
+@pytest.fixture
+def case(tmp_path: Path) -> FileCase:
+    """A case file with two clearance joints."""
+    path = tmp_path / "case.toml"
+    path.write_text(CASE)
+    opened = open_case(path)
+    assert isinstance(opened, FileCase)
+    return opened
+
+
+def until(condition: Any) -> None:
+    """Wait for a thread."""
+    for _ in range(600):
+        if condition():
+            return
+        time.sleep(0.05)
+    raise AssertionError("it did not happen within 30 s")
+
+
+@pytest.mark.parametrize("path", EXAMPLES, ids=lambda path: path.stem)
+def test_every_example_has_fields(path: Path) -> None:
+    """Identity: writing any field as it stands changes nothing, and the file text comes back letter by letter."""
+    opened = open_case(path)
+    assert opened.text() == path.read_text()
+    assert len({field.key for field in opened.fields}) == len(opened.fields)
+    for field in opened.fields:
+        same = opened.changed({field.key: field.text})
+        assert (same.mechanism, same.options) == (opened.mechanism, opened.options)
+        if len(field.value) == 1 and field.range is not None and field.range[0] <= field.value[0] <= field.range[1]:
+            assert field.plain()["slider"]["low"] < field.plain()["slider"]["high"]
+
+
+@pytest.mark.parametrize("path", EXAMPLES, ids=lambda path: path.stem)
+def test_python_makes_the_same_mechanism(path: Path) -> None:
+    """Identity: the code that is copied describes the mechanism of the case, every number bit for bit."""
+    opened = open_case(path)
+    made: dict[str, Any] = {}
+    code = python_of(opened)
+    exec(code.rpartition("run = ")[0], made)
+    assert made["mechanism"] == opened.mechanism
+    assert f"until={opened.options.until!r}" in code
+
+
+def test_saved_run_is_a_case(case: FileCase, tmp_path: Path) -> None:
+    """Identity: the fields of a saved run are those of its mechanism; a change is that of `Mechanism.replace`."""
+    run = sd.simulate(case.mechanism, until=1e-3, samples=11)
+    opened = open_case(sd.save(run, tmp_path / "run.nc"))
+    assert isinstance(opened, RunCase)
+    key = next(field.key for field in opened.fields if (field.group, field.name) == ("joint A", "clearance"))
+    assert opened.changed({key: "0.2 mm"}).mechanism == case.mechanism.replace("A.clearance", 0.2e-3)
+    point = next(field for field in opened.fields if field.name == "point end")
+    assert opened.changed({point.key: "2.1, 0 m"}).mechanism.bodies[0].points["end"] == (2.1, 0.0)
+    assert opened.text() is None
+    with pytest.raises(sd.InputError, match="out of bounds"):
+        opened.changed({key: "-1 mm"})
+
+
+def test_changed_file_keeps_its_comments(case: FileCase) -> None:
+    """Identity: only the value differs; a number that was not written is added to its table."""
+    assert case.changed({"structure.angle": "35 deg"}).text() == CASE.replace("30 deg", "35 deg")
+    added = case.changed({"clearance.1.damping.restitution": "0.7"})
+    assert "# two of them" in added.text()
+    assert added.mechanism == case.mechanism.replace("unit 1/pivot.damping.restitution", 0.7)
+    again = open_case_text(added.text())
+    assert again.mechanism == added.mechanism
+
+
+def open_case_text(text: str) -> FileCase:
+    """A case from its text."""
+    import tomllib
+
+    return FileCase("text", text, Path(), tomllib.loads(text))
+
+
+def test_text_keeps_its_unit(case: FileCase) -> None:
+    """Closed form: a value in SI in the unit in which the field is written."""
+    assert scaled_text(case.field("clearance.0.clearance"), 2e-4) == "0.2 mm"
+    assert scaled_text(case.field("drive.speed"), 4.0 * np.pi) == "120 rpm"
+
+
+def test_session_keeps_the_last_good_run(case: FileCase) -> None:
+    """Identity: a wrong number leaves case and run as they are and is noted; undo brings the state before a change back."""
+    session = Session(case, lambda what: None)
+    until(lambda: not session.computing)
+    good = session.good
+    assert not session.change("structure.bar_length", "-1 m")
+    assert "out of bounds" in session.errors["structure.bar_length"]
+    assert session.typed["structure.bar_length"] == "-1 m"
+    assert session.good is good
+    assert not session.can_undo
+    assert session.change("structure.bar_length", "2.2 m")
+    assert not session.errors
+    until(lambda: not session.computing)
+    assert session.good is not good
+    session.undo()
+    assert session.case is case
+    session.redo()
+    assert session.case.field("structure.bar_length").text == "2.2 m"
+    session.close()
+
+
+def test_slider_on_its_way_is_one_change(case: FileCase) -> None:
+    """Identity: after many steps of a slider one undo leads back."""
+    session = Session(case, lambda what: None)
+    for speed in (151, 152, 153):
+        session.change("drive.speed", f"{speed} rpm", final=False)
+    session.change("drive.speed", "154 rpm")
+    assert session.case.field("drive.speed").text == "154 rpm"
+    session.undo()
+    assert session.case is case
+    assert not session.can_undo
+    session.close()
+
+
+def test_latest_order_wins(case: FileCase) -> None:
+    """Identity: of many orders at once the last one is reported, and an order that is going on ends for a newer one."""
+    reported: list[Outcome] = []
+    began = threading.Event()
+
+    def progress(number: int, fraction: float) -> None:
+        began.set()
+
+    worker = Worker(reported.append, progress)
+    worker.order(case.changed({"run.until": "50 s"}))  # takes minutes
+    assert began.wait(60.0)
+    last = 0
+    for speed in range(100, 110):
+        last = worker.order(case.changed({"drive.speed": f"{speed} rpm"}))
+    until(lambda: reported)
+    worker.close()
+    assert [outcome.number for outcome in reported] == [last]
+    assert reported[0].run is not None
+    assert reported[0].case.field("drive.speed").text == "109 rpm"
+
+
+def test_stopped_run_keeps_its_part(case: FileCase) -> None:
+    """Identity: a stopped run is reported, interrupted, with what it has."""
+    reported: list[Outcome] = []
+    began = threading.Event()
+    worker = Worker(reported.append, lambda number, fraction: began.set())
+    worker.order(case.changed({"run.until": "50 s"}))
+    assert began.wait(60.0)
+    worker.stop()
+    until(lambda: reported)
+    worker.close()
+    assert reported[0].run is not None
+    assert reported[0].run.attrs["status"] == "interrupted"
+
+
+def test_wrong_mechanism_is_reported(case: FileCase) -> None:
+    """Identity: what cannot be assembled is an error of the session's run, not of its thread."""
+    mechanism = sd.four_bar(ground=0.2, crank=0.06, coupler=0.18, rocker=0.12)
+    broken = mechanism.replace("body.coupler.points", {**mechanism.body("coupler").points, "end": (9.0, 0.0)})
+    session = Session(RunCase("x", broken, case.options), lambda what: None)
+    until(lambda: not session.computing)
+    assert "cannot be assembled" in session.message
+    assert session.good is None
+    session.close()
+
+
+@pytest.mark.parametrize(
+    ("example", "kind", "name", "changed"),
+    [
+        ("paper", "pin", "unit 1/upper", {"structure.bar_length", "structure.angle"}),
+        ("paper", "length", "unit 2/bar 1", {"structure.bar_length"}),
+        ("four_bar", "pin", "crank pin", {"structure.crank", "structure.angle"}),
+        ("slider_crank", "pin", "crank pin", {"structure.crank", "structure.angle"}),
+    ],
+)
+def test_drag_reaches_the_pointer(example: str, kind: str, name: str, changed: set[str]) -> None:
+    """Identity: the joint is where the pointer is, to 1e-3 of the size, by the numbers that an engineer would change."""
+    opened = open_case(EXAMPLES[0].with_name(f"{example}.toml"))
+    drag = Drag(opened, kind, name)
+    reach = 0.03 * drag.size
+    for part in (0.5, 1.0, 1.0):
+        drag.to(part * reach, part * reach)
+    assert set(drag.texts) == changed
+    wanted = np.array([reach, reach]) if kind == "pin" else drag.present - drag.origin
+    assert np.allclose(drag.present - drag.origin, wanted, atol=1e-3 * drag.size)
+    assert np.linalg.norm(drag.present - drag.origin) > 0.5 * reach
+    assert drag.case.mechanism == opened.changed(drag.texts).mechanism
+
+
+def test_fixed_pin_cannot_be_dragged() -> None:
+    """Identity: a pin that no number of the case moves is refused with a message."""
+    with pytest.raises(sd.InputError, match="no length or angle of the case moves joint 'O'"):
+        Drag(open_case(EXAMPLES[0].with_name("paper.toml")), "pin", "O")
+
+
+@pytest.mark.parametrize("named", ['friction = "law.py:f"', 'friction = { law = "../law.py:f" }'])
+def test_no_other_file_is_read(tmp_path: Path, named: str, capsys: pytest.CaptureFixture[str]) -> None:
+    """Identity: a case that names a Python file is refused before the file is looked at, unless it is allowed by name."""
+    folder = tmp_path / "inner"
+    folder.mkdir()
+    path = folder / "case.toml"
+    path.write_text(CASE.replace('clearance = "0.5 mm"', f'clearance = "0.5 mm"\n{named}'))
+    for place in (folder, tmp_path):
+        (place / "law.py").write_text("raise SystemExit('it was executed')\n")
+    assert status_of(["explore", str(path), "--no-browser"]) == 2
+    error = capsys.readouterr().err
+    assert "which the explorer does not read or execute unasked" in error
+    assert "--allow" in error
+
+
+def test_other_address_says_what_it_means(case: FileCase, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: Any) -> None:
+    """Identity: only an address that others can reach gives a warning."""
+    pytest.importorskip("panel", reason="the package panel is not installed")
+    monkeypatch.setattr("scissordyn.explore.serve.serve", lambda *given, **named: None)
+    path = str(tmp_path / "case.toml")
+    assert status_of(["explore", path, "--no-browser"]) == 0
+    assert capsys.readouterr().err == ""
+    assert status_of(["explore", path, "--no-browser", "--address", "0.0.0.0"]) == 0
+    assert "There is no password" in capsys.readouterr().err
+
+
+def test_widget_of_a_notebook_has_the_scene(case: FileCase) -> None:
+    """Identity: the widget holds the run's scene, of every joint, and the same component as the page."""
+    pytest.importorskip("anywidget", reason="the package anywidget is not installed")
+    run = sd.simulate(case.mechanism, until=1e-3, samples=11)
+    widget = sd.view(run)
+    assert '"A"' in widget.scene
+    assert "export default { render }" in str(widget._esm)

@@ -74,7 +74,8 @@ def responses(study: Study, results: xr.Dataset) -> dict[str, np.ndarray]:
     dict of str to ndarray, shape (cases,)
     """
     chosen: list[Response] = [requirement.response for requirement in study.requirements]
-    chosen += [goal.response for goal in study.optimisation.goals] if study.optimisation else []
+    goals = study.optimisation.goals if study.optimisation else ()
+    chosen += [goal.response for goal in goals if goal.measure not in study.addresses]
     chosen = chosen or [Response(name) for name in study.measure_names]
     return {one.name: response_values(results, one) for one in chosen}
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import os
 import threading
 from collections.abc import Callable, Iterable, Iterator
@@ -312,6 +313,8 @@ def _distributed() -> Any:
     except ImportError:
         raise InputError("dask.distributed is not installed", "the extra 'study'", "pip install 'scissordyn[study]'") from None
     dask.config.set({"distributed.scheduler.allowed-failures": ATTEMPTS - 1})
+    for name in [known for known in logging.root.manager.loggerDict if known.startswith("distributed")]:
+        logging.getLogger(name).setLevel(logging.CRITICAL + 1)  # what is lost is said here, in one line
     return distributed
 
 

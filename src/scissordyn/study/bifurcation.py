@@ -150,9 +150,9 @@ def bifurcation(
     Dataset
         Dimensions value, cycle, joint, axis; the coordinate "value" has the parameter's unit. Per value: status
         ("complete", "failed", "interrupted", or "pending" after Ctrl-C), cause, completed_cycles, total_steps, total_events,
-        seconds, processor_seconds. Numbers are NaN where a cycle was not reached, and only there. Attributes: status, cycles_per_second (of
-        processor time), wall_seconds of this call, parameter, cycles, configuration, warnings (singular positions that the
-        drives lead through).
+        seconds, processor_seconds. Numbers are NaN where a cycle was not reached, and only there. Attributes: status,
+        cycles_per_second (of processor time), wall_seconds of this call, parameter, cycles, configuration, warnings (singular
+        positions that the drives lead through).
 
     Raises
     ------

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import asyncio
+import contextlib
 import logging
 import os
 import threading
 from collections.abc import Callable, Iterable, Iterator
-from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
+from concurrent.futures import FIRST_COMPLETED, CancelledError, Future, ThreadPoolExecutor, wait
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -31,6 +33,9 @@ ATTEMPTS = 3
 
 PATIENCE = 10.0
 """How long a scheduler may take to answer [s]."""
+
+
+LOST = "the connection to the scheduler was lost; what is complete is kept"
 
 
 class EngineError(ScissordynError):
@@ -176,8 +181,8 @@ class Cluster:
         try:
             yield cls(client)
         finally:
-            client.close()
-            cluster.close()
+            _close(client)
+            _close(cluster)
 
     @classmethod
     @contextmanager
@@ -203,7 +208,7 @@ class Cluster:
         try:
             yield cls(client)
         finally:
-            client.close()
+            _close(client)
 
     @classmethod
     @contextmanager
@@ -234,8 +239,8 @@ class Cluster:
         try:
             yield cls(client)
         finally:
-            client.close()
-            cluster.close()
+            _close(client)
+            _close(cluster)
 
     def each(self, function: Callable[..., Value], tasks: Iterable[Task]) -> Iterator[Outcome[Task, Value]]:
         """Results in the order in which they come; tasks of lost workers are handed out again.
@@ -268,14 +273,23 @@ class Cluster:
                 if not handed:
                     return
                 if self.client.status not in ("running", "connecting"):
-                    raise EngineError("the connection to the scheduler was lost; what is complete is kept")
+                    raise EngineError(LOST)
                 future = next(running)
                 yield _remote_outcome(future, handed.pop(future.key))
         except EngineError:
             raise
+        except (OSError, CancelledError, asyncio.CancelledError) as error:  # of the connection: those of a task are in its outcome
+            raise EngineError(LOST) from error
         except BaseException:
-            self.client.cancel(list(handed), force=True)
+            with contextlib.suppress(Exception):
+                self.client.cancel(list(handed), force=True)
             raise
+
+
+def _close(connected: Any) -> None:
+    """Close a client or a cluster, whose other end may be gone."""
+    with contextlib.suppress(OSError, TimeoutError, RuntimeError, CancelledError, asyncio.CancelledError):
+        connected.close()
 
 
 def _answering(connect: Callable[[], Client]) -> Client:
@@ -301,7 +315,7 @@ def _answering(connect: Callable[[], Client]) -> Client:
 
 def _remote_outcome(future: Any, task: Task) -> Outcome[Task, Any]:
     if future.status in ("cancelled", "lost"):
-        raise EngineError("the connection to the scheduler was lost; what is complete is kept")
+        raise EngineError(LOST)
     error = future.exception()
     return Outcome(task, None, error) if error is not None else Outcome(task, future.result())
 

@@ -278,7 +278,8 @@ class Cluster:
                 yield _remote_outcome(future, handed.pop(future.key))
         except EngineError:
             raise
-        except (OSError, CancelledError, asyncio.CancelledError) as error:  # of the connection: those of a task are in its outcome
+        except (OSError, CancelledError, asyncio.CancelledError) as error:
+            # of the connection: errors of a task are in its outcome
             raise EngineError(LOST) from error
         except BaseException:
             with contextlib.suppress(Exception):

@@ -162,7 +162,7 @@ def _flat(tree: Mapping[str, Any], before: str = "") -> Iterable[tuple[str, Any]
 def _beside(path: Path, measure: str) -> str:
     """A measure of the user's, whose file stands beside the study file."""
     name, equals, reference = measure.partition("=")
-    return f"{name}={path.parent / reference}" if equals else measure
+    return f"{name}={path.parent / reference.strip()}" if equals else measure
 
 
 def _check(tree: Mapping[str, Any], keys: Mapping[str, Any], where: str) -> None:
@@ -193,10 +193,12 @@ def study_of(text: StudyText) -> Study:
     case = read_case(text.case, list(text.changes))
     names = [_response(name, ())[1] for name in text.measures if "=" not in name]
     own = tuple(_own_measure(each) for each in text.measures if "=" in each)
-    goals = tuple(read_goal(goal, own) for goal in text.goals)
+    goals = tuple(read_goal(goal, own, tuple(text.vary)) for goal in text.goals)
     requirements = tuple(read_requirement(each, own) for each in text.require)
     taken = {each.name for each in own}
-    needed = [requirement.measure for requirement in requirements] + [goal.measure for goal in goals]
+    needed = [requirement.measure for requirement in requirements] + [
+        goal.measure for goal in goals if goal.measure not in text.vary
+    ]
     wanted = [*names, *(name for name in needed if name not in taken)]
     measures = tuple(dict.fromkeys(wanted)) or ("peak_force", "peak_drive_torque")
     optimisation = Optimisation(goals, **text.optimise) if goals else None
@@ -398,7 +400,7 @@ def _factor(given: str, targets: Sequence[str]) -> list[float]:
     return found
 
 
-def read_goal(text: str, own: Sequence[OwnMeasure] = ()) -> Goal:
+def read_goal(text: str, own: Sequence[OwnMeasure] = (), addresses: Sequence[str] = ()) -> Goal:
     """A goal such as ``minimise peak_force``.
 
     Parameters
@@ -406,6 +408,8 @@ def read_goal(text: str, own: Sequence[OwnMeasure] = ()) -> Goal:
     text : str
         ``minimise`` or ``maximise``, then a measure, or the address of a number that varies.
     own : sequence of OwnMeasure
+    addresses : sequence of str
+        Of the numbers that are chosen.
 
     Returns
     -------
@@ -414,5 +418,7 @@ def read_goal(text: str, own: Sequence[OwnMeasure] = ()) -> Goal:
     direction, _, rest = text.strip().partition(" ")
     if direction not in ("minimise", "maximise") or not rest:
         raise InputError(f"goal '{text}'", "minimise or maximise, and a measure", "'minimise peak_force'")
+    if rest.strip() in addresses:
+        return Goal(rest.strip(), "", direction == "maximise")
     part, measure, _ = _response(rest.strip(), own)
     return Goal(measure, part, direction == "maximise")

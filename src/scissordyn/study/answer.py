@@ -74,7 +74,8 @@ def responses(study: Study, results: xr.Dataset) -> dict[str, np.ndarray]:
     dict of str to ndarray, shape (cases,)
     """
     chosen: list[Response] = [requirement.response for requirement in study.requirements]
-    chosen += [goal.response for goal in study.optimisation.goals] if study.optimisation else []
+    goals = study.optimisation.goals if study.optimisation else ()
+    chosen += [goal.response for goal in goals if goal.measure not in study.addresses]
     chosen = chosen or [Response(name) for name in study.measure_names]
     return {one.name: response_values(results, one) for one in chosen}
 
@@ -92,8 +93,9 @@ def by_point(study: Study, results: xr.Dataset) -> xr.Dataset:
     Dataset
         Along `point`: the factors; `complete`, the fraction of its cases that are; for each response its mean and, as
         ``worst ...`` and ``spread ...``, its largest value (smallest, if that is bad) and the relative spread between members;
-        `met`, the fraction of complete cases that meet all requirements; `disagrees`, whether members of a sample differ by
-        more than `AGREEMENT`; `undecided`, whether some members of a sample meet the requirements and others do not.
+        `met`, the fraction of complete cases that meet all requirements; `disagrees`, whether members of a sample differ in
+        any measure by more than `AGREEMENT`; `undecided`, whether some members of a sample meet the requirements and others do
+        not.
     """
     count = results.sizes["case"] // study.per_point
     rows = slice(0, count * study.per_point)
@@ -105,16 +107,17 @@ def by_point(study: Study, results: xr.Dataset) -> xr.Dataset:
         values = found.values[rows].reshape(count, -1)[:, 0]
         variables[factor.address] = ("point", values, {**found.attrs, "role": "factor"})
     differs = np.zeros(count, bool)
-    for name, values in responses(study, results).items():
+    shown = responses(study, results)
+    for name, values in shown.items():
         cells = np.where(complete, values[rows].reshape(shape), np.nan)
         about = {"units": results[name.rpartition(".")[2]].attrs.get("units", "1"), "role": "response"}
         variables[name] = ("point", _mean(cells.reshape(count, -1)), {**about, "long_name": f"mean {name}"})
         smallest = any(one.response.name == name and one.response.smallest for one in study.requirements)
         variables[f"worst {name}"] = ("point", _extreme(cells.reshape(count, -1), smallest), {**about, "role": "worst"})
-        spread = (_extreme(cells, False) - _extreme(cells, True)) / np.maximum(_extreme(np.abs(cells), False), 1e-300)
-        relative = _extreme(np.where(np.isnan(spread), 0.0, spread), False)
-        variables[f"spread {name}"] = ("point", relative, {"units": "1", "role": "spread"})
-        differs |= relative > AGREEMENT
+        variables[f"spread {name}"] = ("point", _spread(cells), {"units": "1", "role": "spread"})
+    every = shown | {name: response_values(results, Response(name)) for name in study.measure_names}
+    for values in every.values():
+        differs |= _spread(np.where(complete, values[rows].reshape(shape), np.nan)) > AGREEMENT
     met = _met(study, results)[rows].reshape(shape)
     with np.errstate(invalid="ignore"):
         fraction = np.where(complete.any(axis=(1, 2)), met.sum(axis=(1, 2)) / np.maximum(complete.sum(axis=(1, 2)), 1), np.nan)
@@ -124,6 +127,12 @@ def by_point(study: Study, results: xr.Dataset) -> xr.Dataset:
     variables["disagrees"] = ("point", differs, {"long_name": "members disagree"})
     variables["undecided"] = ("point", mixed & (study.members > 1), {"long_name": "members disagree on the requirements"})
     return xr.Dataset(variables)
+
+
+def _spread(cells: np.ndarray) -> np.ndarray:
+    """Largest relative difference between members of a sample, shape (points, samples, members) to (points,)."""
+    spread = (_extreme(cells, False) - _extreme(cells, True)) / np.maximum(_extreme(np.abs(cells), False), 1e-300)
+    return _extreme(np.where(np.isnan(spread), 0.0, spread), False)
 
 
 def _mean(values: np.ndarray) -> np.ndarray:

@@ -150,10 +150,9 @@ def bifurcation(
     Dataset
         Dimensions value, cycle, joint, axis; the coordinate "value" has the parameter's unit. Per value: status
         ("complete", "failed", "interrupted", or "pending" after Ctrl-C), cause, completed_cycles, total_steps, total_events,
-        seconds, processor_seconds.
-        Numbers are NaN where a cycle was not reached, and only there. Attributes: status, cycles_per_second (of
-        processor time), wall_seconds of this call, parameter, cycles, configuration, warnings (singular positions that the
-        drives lead through).
+        seconds, processor_seconds. Numbers are NaN where a cycle was not reached, and only there. Attributes: status,
+        cycles_per_second (of processor time), wall_seconds of this call, parameter, cycles, configuration, warnings (singular
+        positions that the drives lead through).
 
     Raises
     ------
@@ -161,34 +160,56 @@ def bifurcation(
         For a parameter, value or option that cannot be used, or a store that belongs to another diagram.
     """
     began = time.perf_counter()
+    numbers = _numbers(values, cycles, keep)
+    mechanisms = [mechanism.replace(over, value) if isinstance(over, str) else over(value) for value in numbers]
+    options = Options(1.0 if period is None else period, start, 2, rtol, atol, method, most_steps)
+    cases = _cases(mechanisms, options, period, cycles, keep, phase)
+    target = None if store is None else Path(store)
+    diagram = _blank(mechanism, over, numbers, cases, follow)
+    if target is not None and target.exists():
+        diagram = _taken_up(target, diagram, recorded(mechanisms[0]))
+    todo = np.flatnonzero(np.isin(diagram["status"].values, (PENDING, "interrupted"))).tolist()
+    results = _chain(cases, diagram, todo) if follow else _spread(cases, todo, worker_count(workers))
+    interrupted = _compute(results, cases, diagram, target, progress)
+    _conclude(diagram, interrupted, time.perf_counter() - began)
+    if target is not None:
+        save(diagram, target)
+    return diagram
+
+
+def _cases(
+    mechanisms: Sequence[Mechanism], options: Options, period: float | None, cycles: int, keep: int, phase: float
+) -> list[DiagramCase]:
+    """A case for each value."""
+    if len({tuple(joint.name for joint in one.clearance_joints) for one in mechanisms}) > 1:
+        raise InputError("mechanisms with different clearance joints", "the same clearance joints for every value")
+    own = [options if period is not None else replace(options, until=drive_period(one)) for one in mechanisms]
+    pairs = zip(mechanisms, own, strict=True)
+    return [DiagramCase(one, each, cycles, keep, phase, options.start) for one, each in pairs]
+
+
+def _numbers(values: Sequence[float] | np.ndarray, cycles: int, keep: int) -> list[float]:
+    """The parameter's values, checked together with the numbers of cycles."""
     numbers = [float(value) for value in values]
     if not numbers or not np.all(np.isfinite(numbers)):
         raise InputError("values that are empty or not finite", "one number or more")
     for name, count, most in (("cycles", cycles, None), ("keep", keep, cycles)):
         if isinstance(count, bool) or not isinstance(count, int) or count < 1 or (most is not None and count > most):
             raise InputError(f"{name} = {count!r}", "a whole number >= 1" + (f" and <= {most}" if most is not None else ""))
-    mechanisms = [mechanism.replace(over, value) if isinstance(over, str) else over(value) for value in numbers]
-    cases = [
-        DiagramCase(
-            one,
-            Options(drive_period(one) if period is None else period, start, 2, rtol, atol, method, most_steps),
-            cycles,
-            keep,
-            phase,
-            start,
-        )
-        for one in mechanisms
-    ]
-    if len({tuple(joint.name for joint in one.clearance_joints) for one in mechanisms}) > 1:
-        raise InputError("mechanisms with different clearance joints", "the same clearance joints for every value")
-    target = None if store is None else Path(store)
-    diagram = _blank(mechanism, over, numbers, cases, follow)
-    if target is not None and target.exists():
-        diagram = _taken_up(target, diagram, recorded(mechanisms[0]))
-    todo = np.flatnonzero(np.isin(diagram["status"].values, (PENDING, "interrupted"))).tolist()
-    saved, interrupted = time.perf_counter(), False
+    return numbers
+
+
+def _compute(
+    results: Iterator[CaseResult[DiagramRow]],
+    cases: Sequence[DiagramCase],
+    diagram: xr.Dataset,
+    target: Path | None,
+    progress: Callable[[int, int], None] | None,
+) -> bool:
+    """Enter results as they come, and save them now and then; returns whether the user stopped it."""
+    saved = time.perf_counter()
     try:
-        for result in _chain(cases, diagram, todo) if follow else _spread(cases, todo, worker_count(workers)):
+        for result in results:
             _enter(diagram, result, cases[result.index])
             if progress is not None:
                 progress(int(np.sum(diagram["status"].values != PENDING)), len(cases))
@@ -196,11 +217,8 @@ def bifurcation(
                 save(diagram, target)
                 saved = time.perf_counter()
     except KeyboardInterrupt:
-        interrupted = True
-    _conclude(diagram, interrupted, time.perf_counter() - began)
-    if target is not None:
-        save(diagram, target)
-    return diagram
+        return True
+    return False
 
 
 def _row(case: DiagramCase) -> DiagramRow:

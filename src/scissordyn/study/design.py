@@ -12,12 +12,24 @@ import numpy as np
 from scissordyn.errors import InputError, did_you_mean
 from scissordyn.study.distribution import Variation
 
-__all__ = ["DESIGNS", "Design", "design_size", "design_values", "uniform_numbers"]
+__all__ = [
+    "DESIGNS",
+    "DRAWN_IN",
+    "MORRIS_LEVELS",
+    "Design",
+    "design_size",
+    "design_values",
+    "morris_numbers",
+    "uniform_numbers",
+]
 
 Points = Callable[["Design", Sequence[Variation], np.ndarray, np.ndarray], np.ndarray]
 
 WORDS = 4
 """Numbers that one count of the Philox generator gives."""
+
+DRAWN_IN = 0.99
+"""Morris's trajectories touch the sides of the unit cube; drawn in by this factor, no quantile is infinite."""
 
 MORRIS_LEVELS = 4
 """Levels of Morris's trajectories, as usual: Campolongo et al., Environ. Model. Softw. 22, 1509 (2007)."""
@@ -220,8 +232,8 @@ def _morris(design: Design, variations: Sequence[Variation], base: np.ndarray, a
 
 
 def morris_numbers(design: Design, dimensions: int) -> np.ndarray:
-    """Points of the trajectories in the unit cube, drawn into it by a hundredth so that no quantile is infinite."""
-    return 0.005 + 0.99 * _trajectories(design.points, dimensions, design.seed)
+    """Points of the trajectories in the unit cube, drawn in by `DRAWN_IN`."""
+    return 0.5 * (1.0 - DRAWN_IN) + DRAWN_IN * _trajectories(design.points, dimensions, design.seed)
 
 
 def _adaptive(design: Design, variations: Sequence[Variation], base: np.ndarray, at: np.ndarray) -> np.ndarray:

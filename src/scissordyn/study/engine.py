@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import asyncio
+import contextlib
+import logging
 import os
 import threading
 from collections.abc import Callable, Iterable, Iterator
-from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
+from concurrent.futures import FIRST_COMPLETED, CancelledError, Future, ThreadPoolExecutor, wait
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -30,6 +33,9 @@ ATTEMPTS = 3
 
 PATIENCE = 10.0
 """How long a scheduler may take to answer [s]."""
+
+
+LOST = "the connection to the scheduler was lost; what is complete is kept"
 
 
 class EngineError(ScissordynError):
@@ -166,8 +172,8 @@ class Cluster:
                 n_workers=workers,
                 threads_per_worker=1,
                 processes=True,
-                dashboard_address=None,
-                worker_dashboard_address=None,
+                dashboard_address="127.0.0.1:0",  # any free port: the usual one may be taken
+                worker_dashboard_address="127.0.0.1:0",
                 memory_limit=0,
                 silence_logs=50,
             )
@@ -175,8 +181,8 @@ class Cluster:
         try:
             yield cls(client)
         finally:
-            client.close()
-            cluster.close()
+            _close(client)
+            _close(cluster)
 
     @classmethod
     @contextmanager
@@ -202,7 +208,7 @@ class Cluster:
         try:
             yield cls(client)
         finally:
-            client.close()
+            _close(client)
 
     @classmethod
     @contextmanager
@@ -233,8 +239,8 @@ class Cluster:
         try:
             yield cls(client)
         finally:
-            client.close()
-            cluster.close()
+            _close(client)
+            _close(cluster)
 
     def each(self, function: Callable[..., Value], tasks: Iterable[Task]) -> Iterator[Outcome[Task, Value]]:
         """Results in the order in which they come; tasks of lost workers are handed out again.
@@ -267,14 +273,24 @@ class Cluster:
                 if not handed:
                     return
                 if self.client.status not in ("running", "connecting"):
-                    raise EngineError("the connection to the scheduler was lost; what is complete is kept")
+                    raise EngineError(LOST)
                 future = next(running)
                 yield _remote_outcome(future, handed.pop(future.key))
         except EngineError:
             raise
+        except (OSError, CancelledError, asyncio.CancelledError) as error:
+            # of the connection: errors of a task are in its outcome
+            raise EngineError(LOST) from error
         except BaseException:
-            self.client.cancel(list(handed), force=True)
+            with contextlib.suppress(Exception):
+                self.client.cancel(list(handed), force=True)
             raise
+
+
+def _close(connected: Any) -> None:
+    """Close a client or a cluster, whose other end may be gone."""
+    with contextlib.suppress(OSError, TimeoutError, RuntimeError, CancelledError, asyncio.CancelledError):
+        connected.close()
 
 
 def _answering(connect: Callable[[], Client]) -> Client:
@@ -300,7 +316,7 @@ def _answering(connect: Callable[[], Client]) -> Client:
 
 def _remote_outcome(future: Any, task: Task) -> Outcome[Task, Any]:
     if future.status in ("cancelled", "lost"):
-        raise EngineError("the connection to the scheduler was lost; what is complete is kept")
+        raise EngineError(LOST)
     error = future.exception()
     return Outcome(task, None, error) if error is not None else Outcome(task, future.result())
 
@@ -312,6 +328,8 @@ def _distributed() -> Any:
     except ImportError:
         raise InputError("dask.distributed is not installed", "the extra 'study'", "pip install 'scissordyn[study]'") from None
     dask.config.set({"distributed.scheduler.allowed-failures": ATTEMPTS - 1})
+    for name in [known for known in logging.root.manager.loggerDict if known.startswith("distributed")]:
+        logging.getLogger(name).setLevel(logging.CRITICAL + 1)  # what is lost is said here, in one line
     return distributed
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -17,7 +17,7 @@ from scissordyn.simulation.driver import Snapshot, make_system
 from scissordyn.simulation.options import Options, StartKind
 from scissordyn.simulation.stroboscope import drive_period, run_cycles, start_state
 from scissordyn.study.follow import consistent
-from scissordyn.study.runner import run_cases
+from scissordyn.study.runner import CaseResult, run_cases
 from scissordyn.units import checked
 
 __all__ = ["ensemble"]
@@ -114,6 +114,33 @@ def ensemble(
     InputError
         For an option that cannot be used.
     """
+    _check(members, cycles, skip, perturbation, agreement)
+    if not mechanism.contacts:
+        raise InputError("an ensemble of a mechanism without clearance joints", "a mechanism with a clearance")
+    period = drive_period(mechanism) if period is None else period
+    options = Options(period, start, 2, rtol, atol, method, most_steps)
+    cases = [Member(mechanism, options, cycles, phase, one) for one in _starts(mechanism, start, members, perturbation, seed)]
+    found = run_cases(_run, cases, workers=workers, progress=progress)
+    run, status = _collected(mechanism, found, cycles)
+    _add_agreement(run, mechanism, agreement, period, phase)
+    _add_means(run, skip)
+    settings = {"period": period, "phase": phase, "perturbation": perturbation, "seed": seed, "agreement": agreement}
+    run.attrs |= _attributes(mechanism, options, status, settings)
+    return run
+
+
+def _attributes(
+    mechanism: Mechanism, options: Options, status: list[str], settings: dict[str, float]
+) -> dict[str, str | float]:
+    return {
+        "title": "scissordyn ensemble",
+        "status": "complete" if set(status) == {"complete"} else "failed",
+        **settings,
+        "configuration": write_configuration(mechanism, options),
+    }
+
+
+def _check(members: int, cycles: int, skip: int, perturbation: float, agreement: float) -> None:
     for name, count, least in (("members", members, 2), ("cycles", cycles, 1), ("skip", skip, 0)):
         if isinstance(count, bool) or not isinstance(count, int) or count < least:
             raise InputError(f"{name} = {count!r}", f"a whole number >= {least}")
@@ -123,14 +150,14 @@ def ensemble(
         raise InputError(f"perturbation = {perturbation!r}", f"a number from {LEAST:g} to {MOST:g}")
     if not 0.0 < agreement < 1.0:
         raise InputError(f"agreement = {agreement!r}", "a fraction of the clearance, above 0 and below 1")
-    if not mechanism.contacts:
-        raise InputError("an ensemble of a mechanism without clearance joints", "a mechanism with a clearance")
-    period = drive_period(mechanism) if period is None else period
-    options = Options(period, start, 2, rtol, atol, method, most_steps)
-    cases = [Member(mechanism, options, cycles, phase, one) for one in _starts(mechanism, start, members, perturbation, seed)]
-    found = run_cases(_run, cases, workers=workers, progress=progress)
+
+
+def _collected(
+    mechanism: Mechanism, found: Sequence[CaseResult[tuple[dict[str, np.ndarray], str, str]]], cycles: int
+) -> tuple[xr.Dataset, list[str]]:
+    """What the members recorded, and their status."""
     variables: dict[str, tuple[tuple[str, ...], np.ndarray, dict[str, str]]] = {}
-    status, cause = ["failed"] * members, [result.error for result in found]
+    status, cause = ["failed"] * len(found), [result.error for result in found]
     for result in found:
         if result.value is None:
             continue
@@ -138,7 +165,7 @@ def ensemble(
         for name, array in values.items():
             if name not in variables:
                 dims, units, long_name = DESCRIBED[name]
-                full = np.full((members, cycles, *array.shape[1:]), np.nan)
+                full = np.full((len(found), cycles, *array.shape[1:]), np.nan)
                 variables[name] = (("member", *dims), full, {"units": units, "long_name": long_name})
             variables[name][1][result.index, : array.shape[0]] = array
     if not variables:
@@ -146,7 +173,7 @@ def ensemble(
     run = xr.Dataset(
         variables,
         coords={
-            "member": np.arange(members),
+            "member": np.arange(len(found)),
             "cycle": ("cycle", np.arange(cycles), {"long_name": "cycle"}),
             "joint": [joint.name for joint in mechanism.contacts],
             "axis": ["x", "y"],
@@ -154,19 +181,7 @@ def ensemble(
     )
     run["status"] = ("member", status, {"long_name": "status"})
     run["cause"] = ("member", cause, {"long_name": "cause if it is not complete"})
-    _add_agreement(run, mechanism, agreement, period, phase)
-    _add_means(run, skip)
-    run.attrs |= {
-        "title": "scissordyn ensemble",
-        "status": "complete" if set(status) == {"complete"} else "failed",
-        "period": period,
-        "phase": phase,
-        "perturbation": perturbation,
-        "seed": seed,
-        "agreement": agreement,
-        "configuration": write_configuration(mechanism, options),
-    }
-    return run
+    return run, status
 
 
 def _starts(mechanism: Mechanism, start: StartKind, members: int, perturbation: float, seed: int) -> list[Snapshot]:

@@ -26,6 +26,7 @@ class Goal:
     Parameters
     ----------
     measure : str
+        Or the address of a number that is chosen.
     part : str
     maximise : bool
     """

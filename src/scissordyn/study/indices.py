@@ -10,7 +10,7 @@ import xarray as xr
 from scissordyn.errors import InputError
 from scissordyn.study.answer import by_point, responses
 from scissordyn.study.description import Study
-from scissordyn.study.design import MORRIS_LEVELS, morris_numbers
+from scissordyn.study.design import DRAWN_IN, MORRIS_LEVELS, morris_numbers
 
 __all__ = ["morris_indices", "sensitivity", "sobol_indices"]
 
@@ -86,7 +86,7 @@ def morris_indices(points: np.ndarray, values: np.ndarray, names: list[str], *, 
     found = morris.analyze(problem, used, rows[whole].ravel(), num_levels=MORRIS_LEVELS, num_resamples=RESAMPLES, seed=seed)
     keys = {"effect": "mu_star", "effect_interval": "mu_star_conf", "deviation": "sigma"}
     return xr.Dataset(
-        {name: ("factor", np.asarray(found[key], float), {}) for name, key in keys.items()},
+        {name: ("factor", np.asarray(found[key], float) / DRAWN_IN, {}) for name, key in keys.items()},
         coords={"factor": names},
         attrs={"left_out": int(np.sum(~whole)), "method": "morris"},
     )

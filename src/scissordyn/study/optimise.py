@@ -226,9 +226,11 @@ def candidates(study: Study, results: xr.Dataset) -> Optimum:
     goals = []
     for goal in plan.goals:
         sign = -1.0 if goal.maximise else 1.0
-        values = sign * response_values(results, goal.response)[rows].reshape(count, per_point)
-        goals.append(risk_value(values, plan.risk))  # a case that failed makes it NaN
-        about = {"units": results[goal.measure].attrs.get("units", "1"), "long_name": f"{plan.risk} of {goal.response.name}"}
+        chosen = goal.measure in study.addresses
+        values = results[column(goal.measure)].values if chosen else response_values(results, goal.response)
+        goals.append(risk_value(sign * values[rows].reshape(count, per_point), plan.risk))  # a failed case makes it NaN
+        unit = results[column(goal.measure)].attrs.get("units", "1")
+        about = {"units": unit, "long_name": f"{plan.risk} of {goal.response.name}"}
         variables[goal.label] = ("point", goals[-1], about)
     violation = np.zeros(count)
     for requirement in study.requirements:

@@ -34,6 +34,10 @@ TIMING = "timing"
 TIMES = ("seconds", "integration_seconds", "cases", "attempts")
 
 
+class _NoStudyError(InputError):
+    """There is nothing at the address."""
+
+
 class StoreError(ScissordynError):
     """A store that could be read or written before and cannot now: a full disk, a lost connection."""
 
@@ -72,7 +76,7 @@ class Store:
                 raise InputError(f"'{path}' is no study", "the folder of a study, or a name that is not taken", "-o study.zarr")
         try:
             attributes = self.group.attrs
-        except InputError:
+        except _NoStudyError:
             if self.remote:
                 return False
             raise
@@ -92,7 +96,7 @@ class Store:
                 try:
                     self._group = zarr.open_group(self.address, mode="r+", use_consolidated=False)
                 except (FileNotFoundError, KeyError):
-                    raise InputError(f"no study at '{self.address}'", "the store of a study") from None
+                    raise _NoStudyError(f"no study at '{self.address}'", "the store of a study") from None
                 except (ImportError, ValueError) as error:
                     raise InputError(f"'{self.address}': {error}", "a folder, or an address that fsspec knows") from None
         return self._group

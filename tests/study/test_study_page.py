@@ -1,0 +1,144 @@
+"""docs/studies.md: what it shows runs, and what it lists is there."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import pytest
+
+from scissordyn.cli.main import status_of
+from scissordyn.study.design import DESIGNS
+
+PAGE = (Path(__file__).parents[2] / "docs" / "studies.md").read_text(encoding="utf-8")
+CASE = """
+[structure]
+kind = "scissor"
+units = 2
+
+[drive]
+speed = "150 rpm"
+
+[[clearance]]
+joint = "A"
+clearance = "0.5 mm"
+
+[run]
+until = "2 ms"
+"""
+
+
+def snippets(language: str) -> list[str]:
+    """The blocks of code in a language."""
+    return re.findall(rf"^```{language}\n(.*?)^```", PAGE, flags=re.MULTILINE | re.DOTALL)
+
+
+@pytest.fixture
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A folder with the case and the function that the page names."""
+    monkeypatch.chdir(tmp_path)
+    for name in ("array.toml", "paper.toml"):
+        (tmp_path / name).write_text(CASE)
+    (tmp_path / "mine.py").write_text("def late(run):\n    return float(run['normal_force'].isel(time=-1).max())\n")
+    return tmp_path
+
+
+@pytest.mark.parametrize("number", [0, 1])
+def test_study_files(number: int, folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """Identity: each study file runs, and its report can be written."""
+    text = snippets("toml")[number]
+    if number == 0:  # a measure of the Dataset refuses members, which the page says
+        assert status_of([*_written(folder, text), "-o", "refused.zarr"]) == 2
+        assert "members = 1" in capsys.readouterr().err
+        text = text.replace("members = 2", "members = 1")
+    assert status_of([*_written(folder, text), "-o", "study.zarr"]) == 0
+    shown = capsys.readouterr().out
+    assert "all requirements" in shown
+    assert ("Pareto front" in shown) == (number == 1)
+    code = ["--allow-code", "mine.py"] if number == 0 else []
+    assert status_of(["study", "report", "study.zarr", "-o", "report.html", *code]) == 0
+    assert (folder / "report.html").read_text().startswith("<!doctype html>")
+
+
+def _written(folder: Path, text: str) -> list[str]:
+    (folder / "study.toml").write_text(text)
+    return ["study", "study.toml"]
+
+
+def test_python(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """Identity: the lines for Python run and print a share."""
+    exec(snippets("python")[0], {})
+    assert re.match(r"\d+% \(\d+% to \d+%\) meet it; \d+ chaotic", capsys.readouterr().out)
+
+
+def test_every_design_is_listed() -> None:
+    """Identity: the table of designs."""
+    assert all(f"`{kind}`" in PAGE for kind in DESIGNS if kind != "adaptive")
+
+
+SWEEP = ("sweep", "array.toml", "-o", "a.zarr", "--vary", "A.clearance=0.1..0.4 mm, 3 values")
+
+
+@pytest.mark.parametrize(
+    ("arguments", "says"),
+    [
+        (("sweep", "array.toml", "-o", "a.zarr"), "nothing varies"),
+        (("sweep", "array.toml", "-o", "a.zarr", "--vary", "A.clearence=0.1..0.4 mm"), "did you mean 'clearance'"),
+        (("sweep", "array.toml", "-o", "a.zarr", "--vary", "A.clearance=0.1..0.4 kg"), "'kg' is not a unit of [m]"),
+        (("sweep", "array.toml", "-o", "a.zarr", "--vary", "A.clearance=0.4..0.1 mm"), "is empty"),
+        (("sweep", "array.toml", "-o", "a.zarr", "--vary", "A.clearance=0.1..0.4"), "missing unit"),
+        (("sweep", "array.toml", "-o", "a.zarr", "--vary", "A.clearance"), "an equals sign"),
+        (("sweep", "array.toml", "-o", "a.zarr", "--vary", "A.clearance=gauss(1, 2) mm"), "distribution 'gauss'"),
+        (("sweep", "array.toml", "-o", "a.zarr", "--vary", "A.clearance=normal(1) mm"), "1 numbers of a normal"),
+        ((*SWEEP, "--require", "peak_forse < 500 N"), "did you mean 'peak_force'"),
+        ((*SWEEP, "--require", "peak_force < 500 kg"), "'kg' is not a unit of [N]"),
+        ((*SWEEP, "--require", "peak_force < 500"), "missing unit"),
+        ((*SWEEP, "--require", "peak_force"), "is no requirement"),
+        ((*SWEEP, "--measure", "peak_forse"), "unknown measure"),
+        ((*SWEEP, "--design", "sobel"), "did you mean 'sobol'"),
+        ((*SWEEP, "--design", "sobol"), "points = 0"),
+        ((*SWEEP, "--threads", "1", "--workers", "2"), "--threads and --workers"),
+        (("sweep", "none.toml", "-o", "a.zarr"), "cannot read 'none.toml'"),
+        (("study", "statos", "a.zarr"), "did you mean 'status'"),
+        (("study", "status", "a.zarr"), "no study at 'a.zarr'"),
+        (("study", "status", "mine"), "is no study"),
+        (("study", "status"), "without a store"),
+        (("study", "bad.toml", "-o", "a.zarr"), "unknown key 'varry' (did you mean 'vary'?)"),
+        (("study", "study.toml"), "a study without a store"),
+        (("study", "study.toml", "-o", "nowhere://a"), "nowhere"),
+    ],
+)
+def test_bad_input(arguments: tuple[str, ...], says: str, folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """Identity: one line, status 2, and no store."""
+    (folder / "bad.toml").write_text('case = "array.toml"\n[varry]\n')
+    (folder / "study.toml").write_text('case = "array.toml"\n[vary]\n"A.clearance" = "0.1..0.2 mm"\n')
+    (folder / "mine").mkdir()
+    (folder / "mine" / "file").write_text("")
+    assert status_of(arguments) == 2
+    error = capsys.readouterr().err
+    assert says in error
+    assert error.count("\n") == 1
+    assert not (folder / "a.zarr").exists()
+
+
+def test_the_life_of_a_study(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """Identity: sweep, status, extend, retry, export, replay; another study and a case beyond the last are refused."""
+    sweep = ("sweep", "array.toml", "-o", "a.zarr", "--vary", "A.clearance=0.1..0.4 mm", "--design", "sobol", "--points", "4")
+    assert status_of(sweep) == 0
+    assert status_of([*sweep, "--set", "run.until=1 ms"]) == 2
+    assert "another study (differs in options)" in capsys.readouterr().err
+    assert status_of(["study", "extend", "a.zarr", "--points", "8"]) == 0
+    assert status_of(["study", "status", "a.zarr"]) == 0
+    assert "8 points x 1 cases: 8 complete, 0 failed, 0 pending" in capsys.readouterr().out
+    assert status_of(["study", "export", "a.zarr", "-o", "a.csv"]) == 0
+    assert len((folder / "a.csv").read_text().splitlines()) == 9
+    assert status_of(["study", "replay", "a.zarr", "5", "-o", "run.nc"]) == 0
+    assert (folder / "run.nc").exists()
+    assert status_of(["study", "replay", "a.zarr", "8"]) == 2
+    failing = ("sweep", "array.toml", "-o", "b.zarr", "--vary", "A.clearance=0.1..0.4 mm", "--set", "run.most_steps=5")
+    capsys.readouterr()
+    assert status_of(failing) == 3
+    shown = capsys.readouterr()
+    assert "all 10 cases failed" in shown.err
+    assert "10 failed: stopped at" in shown.out
+    assert status_of(["study", "retry", "b.zarr"]) == 3

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from importlib import import_module
 from pathlib import Path
 
@@ -82,3 +83,14 @@ def test_slices_change_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
     cut = [sd.simulate(driven, until=0.01, samples=51), sd.cycle(swung, cycles=2)]
     for one, other in zip(whole, cut, strict=True):
         assert one.equals(other)
+
+
+def test_ctrl_c_while_the_ideal_mechanism_is_simulated(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Identity: the run for which it is simulated has not begun, and does not begin after that."""
+    from scissordyn.simulation import ideal_path
+
+    arm = sd.scissor(units=1).with_clearance("A", sd.Clearance(0.5e-3)).driven(speed=1.0).track("tip", "slider", "centre")
+    compute = ideal_path.compute
+    monkeypatch.setattr(ideal_path, "compute", lambda *given, **named: replace(compute(*given, **named), status="interrupted"))
+    with pytest.raises(KeyboardInterrupt):
+        sd.simulate(arm, until=1e-3, samples=3)

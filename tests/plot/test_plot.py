@@ -478,3 +478,18 @@ def test_no_pyplot() -> None:
 
     code = "import sys, scissordyn.plot.report; sys.exit('matplotlib.pyplot' in sys.modules)"
     assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
+
+
+def test_energy_has_every_account(run: xr.Dataset) -> None:
+    """Identity: work of motors, energy of springs and losses of dampers are drawn by their names, unless nothing was booked."""
+    more = run.assign(
+        motor_work=2.0 * run["drive_work"],
+        load_work=0.0 * run["drive_work"],
+        stored_energy=0.5 * run["kinetic_energy"],
+        damper_loss=3.0 * run["dissipated_energy"],
+    )
+    balance, losses, _ = energy(more)
+    labels = {line.get_label() for axes in (balance, losses) for line in axes.lines}
+    assert {"work of motors and actuators", "springs and other components", "dampers and other components"} <= labels
+    assert "work of forces and torques" not in labels
+    assert losses.get_ylabel() == "losses [J]"

@@ -18,16 +18,20 @@ PANELS = (
         (
             ("kinetic_energy", "kinetic", BLUE),
             ("potential_energy", "potential", GREEN),
-            ("drive_work", "work of drives", VERMILION),
+            ("stored_energy", "springs and other components", PURPLE),
+            ("drive_work", "work of the drive", VERMILION),
             ("motor_work", "work of motors and actuators", ORANGE),
             ("load_work", "work of forces and torques", SKY),
         ),
     ),
     (
-        "stored, dissipated",
+        "contacts",
         (
-            ("elastic_energy", "elastic, in contacts", ORANGE),
-            ("stored_energy", "stored in springs and other components", SKY),
+            ("elastic_energy", "elastic", ORANGE),
+            ("damping_loss", "damping of contacts", BLUE),
+            ("friction_loss", "friction of contacts", GREEN),
+            ("damper_loss", "dampers and other components", VERMILION),
+            ("switching_loss", "latches and snapping", SKY),
             ("dissipated_energy", "dissipated", PURPLE),
         ),
     ),
@@ -35,24 +39,31 @@ PANELS = (
 )
 """Panels from top to bottom; quantities of different magnitude have separate scales."""
 
-ALWAYS = ("kinetic_energy", "potential_energy", "energy_residual")
-"""Drawn in every picture; the others if they are not zero throughout."""
+ALWAYS = ("kinetic_energy", "potential_energy", "drive_work", "elastic_energy", "dissipated_energy", "energy_residual")
+"""Drawn also if they are zero throughout; other accounts only if something was booked on them."""
+
+NOT_OF_CONTACTS = ("damper_loss", "switching_loss")
 
 
 def energy(run: xr.Dataset, *, axes: Canvas = None) -> list[Axes]:
-    """Kinetic and potential energy and work; stored and dissipated energy; residual of the balance.
+    """Energies and work; elastic energy and losses of contacts and components; residual of the balance.
 
     Parameters
     ----------
     run : Dataset
     axes : Axes or iterable of Axes, optional
-        Three Axes, or two for a run in which nothing stored or dissipated energy. A new figure if not given.
+        Three Axes, or two for a run in which no contact stored or dissipated energy. A new figure if not given.
 
     Returns
     -------
     list of Axes
     """
-    shown = [(name, kept) for name, lines in PANELS if (kept := [line for line in lines if _is_drawn(run, line[0])])]
+    shown = []
+    for name, declared in PANELS:
+        kept = [line for line in declared if line[0] in run and (line[0] in ALWAYS or np.any(run[line[0]].values))]
+        if kept and (name != "contacts" or any(np.any(run[variable].values) for variable, _, _ in kept)):
+            losses = any(variable in NOT_OF_CONTACTS for variable, _, _ in kept)
+            shown.append(("losses" if losses else name, kept))
     ratios = [1.0 if name == "residual" else 1.8 for name, _ in shown]
     drawn = panels(axes, len(shown), size=(8.5, 0.6 + 1.25 * sum(ratios)), ratios=ratios)
     time = time_scale(run)
@@ -66,8 +77,3 @@ def energy(run: xr.Dataset, *, axes: Canvas = None) -> list[Axes]:
     for one in drawn:
         legend([one])
     return drawn
-
-
-def _is_drawn(run: xr.Dataset, name: str) -> bool:
-    """Whether a run has an energy that is to be seen."""
-    return name in run and (name in ALWAYS or bool(np.any(run[name].values)))

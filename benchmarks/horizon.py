@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 import json
 import math
+import textwrap
 
 import numpy as np
 import xarray as xr
@@ -145,7 +146,11 @@ def _page(judged: list[Judged]) -> str:
         f"- {each.kind}, number {each.number} at {each.rtol:g}: says {each.said:.6g} s, true {each.true:.6g} s"
         for each in worst
     ]
-    unknown = [f"- {each.kind}, number {each.number}: {each.found}; {each.reason:.90}" for each in judged if not _known(each)]
+    unknown = [
+        f"- {each.kind}, number {each.number}: {each.found}; {textwrap.shorten(each.reason, 90)}"
+        for each in judged
+        if not _known(each)
+    ]
     late = sum(_known(each) and each.late > LATE for each in judged)
     early = sum(_known(each) and each.late < -EARLY for each in judged)
     text = f"""{len(judged)} runs of ten kinds (`benchmarks/horizon_cases.py`), half of them at the default tolerance of 1e-8,

@@ -282,3 +282,29 @@ def test_more_contacts_at_the_start_than_the_log_begins_with():
     run = sd.simulate(resting, until=1e-6, start="in-contact", samples=2)
     assert run.attrs["status"] == "complete"
     assert int(run["in_contact"].values[0].sum()) > 256
+
+
+def test_assembly_far_from_its_place_is_said():
+    """Identity: a rocker placed at 124 deg is assembled at 89.66 deg, and the run says by how much it was moved."""
+    linkage = sd.four_bar(angle=math.radians(60.0))
+    placed = (dataclasses.replace(b, angle=math.radians(124.0)) if b.name == "rocker" else b for b in linkage.bodies)
+    far = dataclasses.replace(linkage, bodies=tuple(placed)).driven(speed=1.0)
+    run = sd.simulate(far, until=0.01, samples=3)
+    moved = 124.0 - math.degrees(float(run["angle"].sel(body="rocker")[0]))
+    assert f"body 'rocker' by {moved:.4g} deg was moved from where it was placed" in run.attrs["warnings"]
+    assert "was moved" not in sd.simulate(linkage.driven(speed=1.0), until=0.01, samples=3).attrs["warnings"]
+
+
+def test_thrown_journal():
+    """Closed form: without gravity a journal thrown at 0.3 m/s meets its bearing 0.2 mm away after 0.67 ms, at that speed.
+
+    The default start is that of the ideal mechanism: the given velocity is dropped, and that is said.
+    """
+    array = sd.scissor(gravity=0.0).with_clearance("A", sd.Clearance(2e-4))
+    thrown = (dataclasses.replace(b, velocity=(0.0, 0.3)) if b.name == "slider" else b for b in array.bodies)
+    array = dataclasses.replace(array, bodies=tuple(thrown)).driven(speed=0.0)
+    run = sd.simulate(array, until=1e-3, samples=3, start="as-placed")
+    assert float(run["contact_start"][0]) == pytest.approx(2e-4 / 0.3, rel=1e-6)
+    assert float(run["approach_speed"][0]) == pytest.approx(0.3, rel=1e-6)
+    dropped = sd.simulate(array, until=1e-3, samples=3)
+    assert "velocity given for body 'slider' is changed by 0.3 m/s" in dropped.attrs["warnings"]

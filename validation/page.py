@@ -70,7 +70,8 @@ def whole(rows: Sequence[Sequence[str]], sections: Sequence[str], machine: str) 
         "Written by `python -m validation --write` (`make validate`). Each case is a folder of `validation/` with its case\n"
         "file, its parameters and their source, and its reference: a closed form or a second formulation that uses no\n"
         "equation of the package. The checks are also tests (`tests/validation/test_truth.py`); allowed errors are set by\n"
-        "the accuracy of the reference. Times are the shortest of several runs on one machine, without compilation.\n\n"
+        "the accuracy of the reference. Times are the shortest of several runs on one machine, without compilation; if its\n"
+        "load below exceeds the number of its cores, they are several times those of an idle machine and compare roughly only.\n\n"
         f"{date}; {machine}\n\n"
         + table(["case", "reference by", "checks met", "error nearest to what is allowed"], rows)
         + "\n"

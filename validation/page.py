@@ -70,7 +70,9 @@ def whole(rows: Sequence[Sequence[str]], sections: Sequence[str], machine: str) 
         "Written by `python -m validation --write` (`make validate`). Each case is a folder of `validation/` with its case\n"
         "file, its parameters and their source, and its reference: a closed form or a second formulation that uses no\n"
         "equation of the package. The checks are also tests (`tests/validation/test_truth.py`); allowed errors are set by\n"
-        "the accuracy of the reference. Times are the shortest of several runs on one machine, without compilation.\n\n"
+        "the accuracy of the reference. Times are the shortest of several runs on one machine, without compilation; if its\n"
+        "load below exceeds the number of its cores, they are several times those of an idle machine and compare roughly\n"
+        "only.\n\n"
         f"{date}; {machine}\n\n"
         + table(["case", "reference by", "checks met", "error nearest to what is allowed"], rows)
         + "\n"
@@ -84,7 +86,7 @@ OTHERS = """Other codes: scipy, numbalsoda 0.3 and Exudyn 1.13 install with pip 
 the case. Chrono and Siconos do not (tried on 2026-11-22): neither has a distribution for pip; `pychrono` and
 `projectchrono` on PyPI are other packages.
 
-Experiments: of the published experiments on clearance joints, public sources give peaks and modes as figures without all
-parameters that a simulation needs (masses, inertias, laws, surface data), for example Kolani et al. 2023,
-doi:10.4236/ojapps.2023.1311158. None of them is compared here.
+Experiments are not compared yet: a search of public sources on 2026-11-22 found no experiment on a clearance joint with all
+parameters that a simulation needs (masses, inertias, laws, surfaces) and with its figures as numbers. Of Kolani et al. 2023,
+doi:10.4236/ojapps.2023.1311158, a candidate with nine modes of motion, the abstract alone was read.
 """

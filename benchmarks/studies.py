@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import resource
 import sys
 import tempfile
@@ -90,10 +91,12 @@ def _plan(rate: float, per_task: float) -> str:
 
 if __name__ == "__main__":
     number = next((int(word) for word in sys.argv[1:] if word.isdigit()), 100_000)
+    load = os.getloadavg()[0] if hasattr(os, "getloadavg") else float("nan")
     text = measure(quick="--quick" in sys.argv, cases=number)
     print(text, machine(), sep="\n\n")
     if "--write" in sys.argv:
         head = "# studies\n\nWritten by `python -m benchmarks.studies --write`"
         head += "" if number == 100_000 else f", here with {number} cases (`python -m benchmarks.studies {number} --write`)"
         about = "Frictionless cases of the paper, 50 ms simulated, tolerance 1e-8, random clearance and speed."
+        about += f" Load of the machine before: {load:.1f}; figures are those of an idle machine only if it is below 0.5."
         PAGE.write_text(f"{head}.\n\n{about}\n\n{text}\n\n{machine()}\n")

@@ -16,7 +16,7 @@ VARY = "--vary A.clearance='0.05..0.4 mm'"
 
 def sweep(
     case: Annotated[Path, typer.Argument(help="A case file.")],
-    output: Annotated[str, typer.Option("-o", "--output", help="The store: a folder, or an address such as s3://...")],
+    output: Annotated[str, typer.Option("-o", "--output", help="The store: a folder.")],
     vary: Annotated[
         list[str] | None,
         typer.Option(metavar="ADDRESS=VALUES", help="A number and its range, levels or distribution. Repeatable."),

@@ -226,7 +226,9 @@ def _repeated(
 
     for end in np.linspace(0.0, options.until, PIECES + 1)[1:].tolist():
         try:
-            status = driver.advance(end, most_steps=max(1, options.most_steps - steps()), progress=progress)
+            status = loop.FINISHED  # of what a checkpoint has
+            if end > driver.time:
+                status = driver.advance(end, most_steps=max(1, options.most_steps - steps()), progress=progress)
         except KeyboardInterrupt:
             if keeper is not None:
                 keeper.write(REPETITION, driver, clocks.perf_counter() - began)

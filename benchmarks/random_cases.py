@@ -96,7 +96,8 @@ class Draft:
 
     def add_body(self, near: Point) -> int:
         """A body whose frame's origin is about its size away from a place."""
-        number, rotates = len(self.bodies), self.happens(0.85) or not self.bodies
+        # a body without inertia may be held at its mass centre only, and would be a point mass here
+        number, rotates = len(self.bodies), True
         mass, size = self.mass * self.decades(0.2, 5.0), self.length
         x, y = (near + self.random.uniform(-0.6, 0.6, 2) * size).tolist()
         self.bodies.append(

@@ -25,6 +25,7 @@ def made(force=0.0, wobble=None, contacts=(), touching=None, around=None):
             **{name: ("time", values + wobble) for name, values in line.items()},
             **{name: (("time", "body"), (values + wobble)[:, None]) for name, values in bar.items()},
             "drive_torque": ("time", np.full_like(TIME, -3.0) - force),
+            "peak_drive_torque": ("drive", [3.0 + float(np.max(force))]),
             "reaction": (("time", "joint", "axis"), np.broadcast_to([3.0, 4.0], (TIME.size, 1, 2))),
             "normal_force": (("time", "joint"), np.where(touching, force, 0.0)[:, None]),
             "in_contact": (("time", "joint"), touching[:, None]),

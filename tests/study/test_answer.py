@@ -237,7 +237,7 @@ def test_an_optimisation_is_taken_up_from_its_store(tmp_path: Path) -> None:
     meets = found.points["violation"].values <= 0.0
     assert float(found.points["minimise peak_force"][found.best]) == found.points["minimise peak_force"].values[meets].min()
     other = dataclasses.replace(described, optimisation=dataclasses.replace(plan, seed=6))
-    with pytest.raises(sd.InputError, match="differs in optimisation"):
+    with pytest.raises(sd.InputError, match="holds points that the method does not propose"):
         optimise(other, tmp_path / "a.zarr")
 
 

@@ -25,6 +25,8 @@ from scissordyn.study.engine import Cluster, Threads
 from scissordyn.study.execute import execute
 from scissordyn.study.store import COMPLETE, Store
 
+pytestmark = pytest.mark.slow  # real schedulers and workers, which leave warnings of their own behind
+
 CASE = """
 [structure]
 kind = "scissor"

@@ -119,6 +119,8 @@ def _values(run: xr.Dataset, name: str) -> np.ndarray:
 
 def _stands_still(mechanism: Mechanism, run: xr.Dataset) -> bool:
     """Whether no body moves by more than `MOVED`."""
+    if not run.sizes["time"]:
+        return True
     motion = [np.ptp(_values(run, "position"), axis=0) / mechanism.size, np.ptp(_values(run, "angle"), axis=0)]
     return not any(np.any(part > MOVED) for part in motion)  # angles of point masses are no numbers
 

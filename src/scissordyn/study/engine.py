@@ -177,7 +177,7 @@ class Cluster:
                 memory_limit=0,
                 silence_logs=50,
             )
-            client = distributed.Client(cluster)
+            client = distributed.Client(cluster, set_as_default=False)
         try:
             yield cls(client)
         finally:
@@ -197,7 +197,7 @@ class Cluster:
         distributed = _distributed()
         try:
             with signals_blocked():
-                client = _answering(lambda: distributed.Client(scheduler, timeout=PATIENCE))
+                client = _answering(lambda: distributed.Client(scheduler, timeout=PATIENCE, set_as_default=False))
         except (OSError, TimeoutError, ValueError, TypeError) as error:
             reason = " ".join(str(error).split())[:200] or type(error).__name__
             raise InputError(
@@ -235,7 +235,7 @@ class Cluster:
         except (TypeError, ValueError) as error:
             raise InputError(f"'{file}': {error}", f"options of dask_jobqueue.{kinds[kind]}") from None
         cluster.scale(jobs=jobs)
-        client = distributed.Client(cluster, timeout=PATIENCE)
+        client = distributed.Client(cluster, timeout=PATIENCE, set_as_default=False)
         try:
             yield cls(client)
         finally:
@@ -258,7 +258,7 @@ class Cluster:
         from distributed import as_completed
 
         waiting, handed, count = iter(tasks), dict[str, Task](), 0
-        running = as_completed()
+        running = as_completed(loop=client.loop)
         try:
             while True:
                 limit = AHEAD * self.workers

@@ -96,24 +96,24 @@ class Draft:
 
     def add_body(self, near: Point) -> int:
         """A body whose frame's origin is about its size away from a place."""
-        # a body without inertia may be held at its mass centre only, and would be a point mass here
-        number, rotates = len(self.bodies), True
+        # one without inertia could be held at its mass centre only
+        number, spins = len(self.bodies), self.happens(0.85) or not self.bodies
         mass, size = self.mass * self.decades(0.2, 5.0), self.length
         x, y = (near + self.random.uniform(-0.6, 0.6, 2) * size).tolist()
         self.bodies.append(
             sd.Body(
                 name=f"body {number}",
                 mass=mass,
-                inertia=mass * size**2 * self.between(0.02, 0.2) if rotates else None,
+                inertia=mass * size**2 * (self.between(0.02, 0.2) if spins else 0.1),
                 centre=tuple((self.random.uniform(-0.2, 0.2, 2) * size).tolist()),
                 position=(x, y),
                 angle=self.between(-3.0, 3.0),
                 velocity=tuple((self.random.uniform(-0.5, 0.5, 2) * size / self.time).tolist()),
-                angular_velocity=self.between(-1.0, 1.0) / self.time if rotates else 0.0,
+                angular_velocity=self.between(-1.0, 1.0) / self.time if spins else 0.0,
             )
         )
         self.points.append({})
-        self.freedom += 3 if rotates else 2
+        self.freedom += 3
         return number
 
     def rotates(self, number: int) -> bool:

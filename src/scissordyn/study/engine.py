@@ -258,7 +258,7 @@ class Cluster:
         from distributed import as_completed
 
         waiting, handed, count = iter(tasks), dict[str, Task](), 0
-        running = as_completed(loop=client.loop)
+        running = as_completed(loop=self.client.loop)
         try:
             while True:
                 limit = AHEAD * self.workers

@@ -96,24 +96,23 @@ class Draft:
 
     def add_body(self, near: Point) -> int:
         """A body whose frame's origin is about its size away from a place."""
-        # one without inertia could be held at its mass centre only
-        number, spins = len(self.bodies), self.happens(0.85) or not self.bodies
+        number, rotates = len(self.bodies), self.happens(0.85) or not self.bodies
         mass, size = self.mass * self.decades(0.2, 5.0), self.length
         x, y = (near + self.random.uniform(-0.6, 0.6, 2) * size).tolist()
         self.bodies.append(
             sd.Body(
                 name=f"body {number}",
                 mass=mass,
-                inertia=mass * size**2 * (self.between(0.02, 0.2) if spins else 0.1),
+                inertia=mass * size**2 * self.between(0.02, 0.2) if rotates else None,
                 centre=tuple((self.random.uniform(-0.2, 0.2, 2) * size).tolist()),
                 position=(x, y),
                 angle=self.between(-3.0, 3.0),
                 velocity=tuple((self.random.uniform(-0.5, 0.5, 2) * size / self.time).tolist()),
-                angular_velocity=self.between(-1.0, 1.0) / self.time if spins else 0.0,
+                angular_velocity=self.between(-1.0, 1.0) / self.time if rotates else 0.0,
             )
         )
         self.points.append({})
-        self.freedom += 3
+        self.freedom += 3 if rotates else 2
         return number
 
     def rotates(self, number: int) -> bool:
@@ -391,7 +390,11 @@ def random_case(seed: int) -> Case:
     _tree(draft)
     _extras(draft)
     mechanism = sd.Mechanism(
-        bodies=tuple(dataclasses.replace(body, points=points) for body, points in zip(draft.bodies, draft.points, strict=True)),
+        bodies=tuple(
+            # one without inertia could be held at its mass centre only
+            dataclasses.replace(body, points=points, inertia=body.inertia or 0.1 * body.mass * draft.length**2)
+            for body, points in zip(draft.bodies, draft.points, strict=True)
+        ),
         joints=tuple(draft.joints),
         guides=tuple(draft.guides),
         welds=tuple(draft.welds),

@@ -232,7 +232,7 @@ def test_long_run_can_be_stopped(tab: Tab) -> None:
     tab.press("stop")
     tab.ready(first)
     assert "interrupted" in tab.state
-    assert 8e-3 < max(tab.curve("time")) < 30.0
+    assert 1 <= len(tab.curve("time")) < 400  # samples are 75 ms apart, in seconds or milliseconds as suits the part
 
 
 def test_errors_of_the_page_are_noticed(browser: Any, url: str) -> None:

@@ -7,6 +7,7 @@ import sys
 import tempfile
 import time
 from pathlib import Path
+from typing import Any
 
 from benchmarks.measure import command, table
 
@@ -112,26 +113,26 @@ def measure(quick: bool = False) -> str:
     )
 
 
-def _latencies(tab: object, runs: int) -> list[float]:
+def _latencies(tab: Any, runs: int) -> list[float]:
     """Times between the release of a slider and the frame that shows the new curves [s]."""
     found = []
     for turn in range(runs + 3):
-        before = tab.run  # type: ignore[attr-defined]
-        tab.page.evaluate(RELEASE, ["drive speed", 0.35 + 0.3 * (turn % 7) / 6.0 + 1e-3 * turn])  # type: ignore[attr-defined]
-        lasting = tab.page.wait_for_function(LATENCY, arg=before, timeout=30_000).json_value()  # type: ignore[attr-defined]
-        tab.ready(before)  # type: ignore[attr-defined]
+        before = tab.run
+        tab.page.evaluate(RELEASE, ["drive speed", 0.35 + 0.3 * (turn % 7) / 6.0 + 1e-3 * turn])
+        lasting = tab.page.wait_for_function(LATENCY, arg=before, timeout=30_000).json_value()
+        tab.ready(before)
         if turn >= 3:  # the first runs warm up
             found.append(1e-3 * lasting)
     return found
 
 
-def _frames(tab: object, seconds: float) -> float:
+def _frames(tab: Any, seconds: float) -> float:
     """Frames of the animation that are drawn in a second."""
-    canvas = tab.page.locator("canvas[data-run]")  # type: ignore[attr-defined]
-    tab.page.locator("[data-id=play]").click()  # type: ignore[attr-defined]
-    tab.page.wait_for_timeout(300)  # type: ignore[attr-defined]
+    canvas = tab.page.locator("canvas[data-run]")
+    tab.page.locator("[data-id=play]").click()
+    tab.page.wait_for_timeout(300)
     first, began = int(canvas.get_attribute("data-drawn")), time.perf_counter()
-    tab.page.wait_for_timeout(1e3 * seconds)  # type: ignore[attr-defined]
+    tab.page.wait_for_timeout(1e3 * seconds)
     last, ended = int(canvas.get_attribute("data-drawn")), time.perf_counter()
     return (last - first) / (ended - began)
 

@@ -17,6 +17,7 @@ from scissordyn.study.design import Design
 from scissordyn.study.distribution import Interval
 from scissordyn.study.engine import Cluster, Threads
 from scissordyn.study.execute import execute
+from scissordyn.study.store import Store
 
 PAGE = Path(__file__).parents[1] / "docs" / "decisions" / "measured" / "studies.md"
 
@@ -65,8 +66,8 @@ def measure(*, quick: bool = False, cases: int = 100_000) -> str:
     return "\n".join([*lines, "", f"Two workers against one: {', '.join(gain)}.", "", _plan(rates["1 processes"], per_task)])
 
 
-def _row(lines: list[str], name: str, store: object, cases: int, seconds: float) -> float:
-    times = store.times()  # type: ignore[attr-defined]
+def _row(lines: list[str], name: str, store: Store, cases: int, seconds: float) -> float:
+    times = store.times()
     beside = 1.0 - float(times["integration_seconds"].sum()) / float(times["seconds"].sum())
     memory = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
     lines.append(f"| {name} | {cases} | {seconds:.1f} | {cases / seconds:.1f} | {beside:.0%} | {memory:.0f} |")

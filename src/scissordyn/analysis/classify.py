@@ -68,16 +68,7 @@ def classify(
     if "time" in run.dims:
         if period is None:
             return _stroke(run, after, trusted)
-        strobe = stroboscopic(run, period=period, phase=phase, skip=skip)
-        if strobe.attrs.get("source") != "samples":
-            raise InputError(
-                f"a run whose samples are not at the instants (k + {phase:g}) {period:g} s",
-                "samples at each of them: until/(samples - 1) divides the period",
-            )
-        settled = float(strobe["time"].values[strobe.sizes["strobe"] // 2])
-        if settled < float(run["time"].values[-1]):
-            statistics = contact_statistics(run, after=settled)
-            fraction = _exact_zero(float(statistics["flight_fraction"].max()))
+        strobe, fraction = _map_of(run, period, phase, skip)
     else:
         dim = next((name for name in MAPS if name in run.dims), None)
         if dim is None:
@@ -102,6 +93,20 @@ def classify(
         trusted_until=trusted,
         seed=seed,
     )
+
+
+def _map_of(run: xr.Dataset, period: float, phase: float, skip: int) -> tuple[xr.Dataset, float | None]:
+    """The samples of a run once a period, and the largest fraction of free flight over their second half."""
+    strobe = stroboscopic(run, period=period, phase=phase, skip=skip)
+    if strobe.attrs.get("source") != "samples":
+        raise InputError(
+            f"a run whose samples are not at the instants (k + {phase:g}) {period:g} s",
+            "samples at each of them: until/(samples - 1) divides the period",
+        )
+    settled = float(strobe["time"].values[strobe.sizes["strobe"] // 2])
+    if not settled < float(run["time"].values[-1]):
+        return strobe, None
+    return strobe, _exact_zero(float(contact_statistics(run, after=settled)["flight_fraction"].max()))
 
 
 def _exact_zero(fraction: float) -> float:

@@ -94,12 +94,8 @@ def run(
     if stopped:
         return INTERRUPTED
     made = len(files)
-    if plot is not None and result.sizes["time"] > 1 and status != "interrupted":
-        files += _draw(result, mechanism, plot)
-    if film is not None and result.sizes["time"] > 1 and status != "interrupted":
-        from scissordyn.plot.animation import animate
-
-        files.append(animate(result, mechanism, film))
+    if result.sizes["time"] > 1 and status != "interrupted":
+        files += _pictures(result, mechanism, plot, film)
     if as_json:
         from scissordyn.cli.record import print_json, run_record
 
@@ -110,6 +106,16 @@ def run(
     if status != "complete":
         print(f"scissordyn: {printable(result.attrs['cause'])}", file=sys.stderr)
     return {"complete": DONE, "interrupted": INTERRUPTED}.get(status, UNFINISHED)
+
+
+def _pictures(result: xr.Dataset, mechanism: Mechanism, plot: Path | None, film: Path | None) -> list[Path]:
+    """Draw and film what is asked for."""
+    files = [] if plot is None else list(_draw(result, mechanism, plot))
+    if film is not None:
+        from scissordyn.plot.animation import animate
+
+        files.append(animate(result, mechanism, film))
+    return files
 
 
 def _is_saved(path: Path) -> bool:

@@ -6,16 +6,13 @@ import importlib
 import pkgutil
 from collections.abc import Mapping
 from dataclasses import is_dataclass
-from pathlib import Path
 from types import MappingProxyType
 from typing import Any
 
 from scissordyn.control import delayed, tracking
-from scissordyn.control.user import UserController
 from scissordyn.errors import InputError, did_you_mean
-from scissordyn.plugin.user_file import file_digest, split_reference
 
-__all__ = ["CONTROLLERS", "controller", "controller_from_file"]
+__all__ = ["CONTROLLERS", "controller"]
 
 
 def _controllers() -> Mapping[str, type[Any]]:
@@ -59,30 +56,3 @@ def controller(name: str) -> type[Any]:
             f"no controller '{name}'{did_you_mean(name, CONTROLLERS)}", ", ".join(CONTROLLERS) + ", or 'file.py:function'"
         )
     return CONTROLLERS[name]
-
-
-def controller_from_file(reference: str, folder: Path, *, delay: float = 0.0, recorded: str = "") -> UserController:
-    """A controller that is a function in the user's own file.
-
-    Parameters
-    ----------
-    reference : str
-        ``"my_control.py:steer"``; only this file is executed.
-    folder : Path
-        Where a relative file name starts.
-    delay : float
-        Delay of the recorded signal [s].
-    recorded : str
-        The signal whose delayed value it uses.
-
-    Returns
-    -------
-    UserController
-
-    Raises
-    ------
-    InputError
-        If the file, the function or its result cannot be used.
-    """
-    path, name = split_reference(reference, folder)
-    return UserController(f"{path}:{name}", digest=file_digest(path), delay=delay, recorded=recorded)

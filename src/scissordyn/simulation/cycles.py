@@ -18,8 +18,8 @@ from scissordyn.model.record import to_plain
 from scissordyn.simulation.branching import drive_warnings
 from scissordyn.simulation.configuration import number_attribute, read_configuration, write_configuration
 from scissordyn.simulation.dataset import output_guide
-from scissordyn.simulation.driver import Snapshot
 from scissordyn.simulation.options import Options, StartKind
+from scissordyn.simulation.snapshot import Snapshot
 from scissordyn.simulation.stroboscope import Cycles, drive_period, run_cycles
 from scissordyn.units import checked
 

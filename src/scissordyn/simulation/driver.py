@@ -27,6 +27,7 @@ from scissordyn.integrate.integration import (
 )
 from scissordyn.integrate.tableau import EXPLICIT, tableau
 from scissordyn.jit import Handle
+from scissordyn.kept import kept
 from scissordyn.mechanics import functions
 from scissordyn.mechanics.build import build_model
 from scissordyn.mechanics.monitored import POWERS, TRACK_DEVIATION, entries_read, monitored_rows
@@ -39,7 +40,7 @@ from scissordyn.simulation.slice import FIRST, next_slice
 from scissordyn.simulation.snapshot import Snapshot
 from scissordyn.simulation.tolerance import Tolerances
 
-__all__ = ["Driver", "Snapshot", "counted", "make_system"]
+__all__ = ["Driver", "counted", "make_system"]
 
 SLICE = 20_000
 """Most steps between two looks at the keyboard and the progress bar; the steps themselves do not depend on it."""
@@ -175,7 +176,7 @@ class Driver:
             group=tolerances.group,
             precision=tolerances.precision,
             crossable=tolerances.crossable,
-            reads=entries_read(model, content.parameters.contact.size),
+            reads=_entries_read(reduced),
             delays=tolerances.delays,
         )
         log = np.zeros((LOG_ROWS + 4 * model.guard_component.size + len(initial_events), loop.LOG_COLUMNS))
@@ -424,6 +425,12 @@ def _limits(mechanism: Mechanism, model: Model) -> np.ndarray:
     tolerances = [np.inf if track.tolerance is None else track.tolerance for track in mechanism.tracks]
     limits[monitored_rows(model, TRACK_DEVIATION) - model.guard_component.size] = tolerances
     return limits
+
+
+@kept
+def _entries_read(reduced: ReducedModel) -> tuple[np.ndarray, np.ndarray]:
+    """Of `monitored.entries_read`, once for each model."""
+    return entries_read(build_model(reduced), len(reduced.mechanism.contacts))
 
 
 def _fill_history(system: Handle, y: np.ndarray) -> None:

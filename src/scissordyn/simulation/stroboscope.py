@@ -18,9 +18,10 @@ from scissordyn.mechanics.monitored import POWERS
 from scissordyn.mechanics.reduce import reduce_mechanism
 from scissordyn.mechanics.reduced_model import ReducedModel
 from scissordyn.model.mechanism import Mechanism
-from scissordyn.simulation.driver import Driver, Snapshot, counted
+from scissordyn.simulation.driver import Driver, counted
 from scissordyn.simulation.method import Choice
 from scissordyn.simulation.options import Options, StartKind
+from scissordyn.simulation.snapshot import Snapshot
 from scissordyn.simulation.time_functions import check_tables, prescribed
 from scissordyn.simulation.trajectory import broken_off, make_driver
 

@@ -20,9 +20,9 @@ from scissordyn.model.record import to_plain
 from scissordyn.simulation.branching import drive_warnings
 from scissordyn.simulation.configuration import read_configuration, write_configuration
 from scissordyn.simulation.cycles import DESCRIBED, per_cycle, recorded
-from scissordyn.simulation.driver import Snapshot
 from scissordyn.simulation.options import Options, StartKind
 from scissordyn.simulation.provenance import provenance
+from scissordyn.simulation.snapshot import Snapshot
 from scissordyn.simulation.store import load, save
 from scissordyn.simulation.stroboscope import drive_period, run_cycles, start_state
 from scissordyn.study.follow import carried

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import threading
 import time
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -203,22 +203,12 @@ def _of_datasets(study: Study, numbers: Cases, found: xr.Dataset, own: OwnMeasur
     places = {address: find(study.mechanism, address) for address in numbers.values}
     values = np.full(found.sizes["case"], np.nan)
     status, cause = found["status"].values.astype(object), found["cause"].values.astype(object)
-    options = replace(study.options)
+    options = {**study.options.keywords, "trust": False}
     for case in np.flatnonzero(status == "complete"):
         look(int(case), values.size)
         changes = {address: float(column[case]) for address, column in numbers.values.items()}
         try:
-            run = simulate(
-                changed_all(study.mechanism, changes, places),
-                until=options.until,
-                start=options.start,
-                samples=options.samples,
-                rtol=options.rtol,
-                atol=options.atol,
-                method=options.method,
-                most_steps=options.most_steps,
-                events=options.events,
-            )
+            run = simulate(changed_all(study.mechanism, changes, places), **options)
             if run.attrs["status"] == "interrupted":
                 raise KeyboardInterrupt
             values[case] = float(function(run))

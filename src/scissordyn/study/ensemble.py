@@ -13,8 +13,9 @@ from scissordyn.mechanics.reduce import reduce_mechanism
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.simulation.configuration import write_configuration
 from scissordyn.simulation.cycles import DESCRIBED, per_cycle
-from scissordyn.simulation.driver import Snapshot, make_system
+from scissordyn.simulation.driver import make_system
 from scissordyn.simulation.options import Options, StartKind
+from scissordyn.simulation.snapshot import Snapshot
 from scissordyn.simulation.stroboscope import drive_period, run_cycles, start_state
 from scissordyn.study.follow import consistent
 from scissordyn.study.runner import CaseResult, run_cases

@@ -13,7 +13,8 @@ from scissordyn.mechanics.reduce import reduce_mechanism
 from scissordyn.mechanics.redundancy import nearest
 from scissordyn.mechanics.system import APPROACH_FLOOR
 from scissordyn.model.mechanism import Mechanism
-from scissordyn.simulation.driver import Snapshot, make_system
+from scissordyn.simulation.driver import make_system
+from scissordyn.simulation.snapshot import Snapshot
 from scissordyn.simulation.stroboscope import start_state
 
 __all__ = ["carried", "consistent"]

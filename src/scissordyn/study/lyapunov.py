@@ -18,8 +18,9 @@ from scissordyn.mechanics import functions
 from scissordyn.mechanics.reduce import reduce_mechanism
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.simulation.configuration import write_configuration
-from scissordyn.simulation.driver import Snapshot, make_system
+from scissordyn.simulation.driver import make_system
 from scissordyn.simulation.options import Options, StartKind
+from scissordyn.simulation.snapshot import Snapshot
 from scissordyn.simulation.stroboscope import drive_period
 from scissordyn.simulation.time_functions import check_tables
 from scissordyn.simulation.trajectory import Trajectory, broken_off, compute, make_driver

@@ -30,16 +30,5 @@ def replay_case(study: Study, results: xr.Dataset, case: int) -> tuple[xr.Datase
         The case's member; the start of another one than 0 is perturbed in the study.
     """
     changes = {address: float(results[column(address)][case]) for address in study.addresses}
-    options = study.options
-    run = simulate(
-        changed_all(study.mechanism, changes),
-        until=options.until,
-        start=options.start,
-        samples=options.samples,
-        rtol=options.rtol,
-        atol=options.atol,
-        method=options.method,
-        most_steps=options.most_steps,
-        events=options.events,
-    )
+    run = simulate(changed_all(study.mechanism, changes), **{**study.options.keywords, "trust": False})
     return run, int(results["member"][case])

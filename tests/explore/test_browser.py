@@ -228,7 +228,9 @@ def test_long_run_can_be_stopped(tab: Tab) -> None:
     """Identity: a long run shows progress; stopped, its part is shown, and it says so."""
     first = tab.run
     tab.type("run.until", "30 s")
-    tab.page.locator(".sd-bar progress[value]").wait_for()
+    progress = tab.page.locator(".sd-bar progress[value]")
+    progress.wait_for()
+    tab.until(lambda: float(progress.get_attribute("value")) > 0.01)  # a few samples: a single one is no curve
     tab.press("stop")
     tab.ready(first)
     assert "interrupted" in tab.state

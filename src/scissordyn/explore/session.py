@@ -206,7 +206,9 @@ class Session:
             self.message = outcome.error
         else:
             self.message = "" if run.attrs["status"] == "complete" else str(run.attrs["cause"])
-            if run.sizes["time"] >= 2:
+            if run.sizes["time"] < 2:
+                self.message += "; it ended before its second sample: the run before stays"
+            else:
                 self.good = outcome
                 self._updated("run")
         self._updated("status")

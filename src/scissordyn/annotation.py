@@ -11,6 +11,9 @@ from typing import Annotated, Any
 
 __all__ = ["MismatchError", "accepted", "in_words", "is_number", "plain_hint", "shown"]
 
+_ACCEPTED: set[tuple[Any, type]] = set()
+"""Hints and the types that were found to fit them as they are: descriptions are made by the thousand in a batch."""
+
 LONGEST = 60
 """Characters of a value that a message shows."""
 
@@ -30,6 +33,7 @@ def plain_hint(hint: Any) -> Any:
     return typing.get_args(hint)[0] if typing.get_origin(hint) is Annotated else hint
 
 
+@cache
 def _members(hint: Any) -> tuple[Any, ...]:
     """The members of a union, flat; of any other hint that itself."""
     hint = plain_hint(hint)
@@ -56,6 +60,22 @@ def accepted(value: Any, hint: Any) -> Any:
     MismatchError
         If it is something else.
     """
+    known = hint, type(value)
+    if known in _ACCEPTED:
+        return value
+    found = _accepted(value, hint)
+    if found is value and _asks_for_types(hint):
+        _ACCEPTED.add(known)
+    return found
+
+
+@cache
+def _asks_for_types(hint: Any) -> bool:
+    """Whether the type of a value decides, as it does unless there are entries to look at or a list of what is allowed."""
+    return all(isinstance(member, type) and typing.get_origin(member) is None for member in _members(hint))
+
+
+def _accepted(value: Any, hint: Any) -> Any:
     members = _members(hint)
     if len(members) > 1:
         for member in members:

@@ -236,6 +236,12 @@ def _extras(hint: Any) -> tuple[Any, ...]:
     return tuple(extra for layer in (hint, *get_args(hint)) if get_origin(layer) is Annotated for extra in get_args(layer)[1:])
 
 
+@cache
+def _quantity(hint: Any) -> Quantity | None:
+    """The quantity that a hint says a value is."""
+    return next((extra for extra in _extras(hint) if isinstance(extra, Quantity)), None)
+
+
 def check_quantities(instance: Any, named: str = "") -> None:
     """Raise `InputError` for the first field of a dataclass instance that does not fit its annotation; `named` is its owner.
 
@@ -254,7 +260,7 @@ def check_quantities(instance: Any, named: str = "") -> None:
 
 def _fitted(owner: str, name: str, value: Any, hint: Any, field: Any = None) -> Any:
     """A value that fits its annotation, as Python's own; otherwise an `InputError`."""
-    quantity = next((extra for extra in _extras(hint) if isinstance(extra, Quantity)), None)
+    quantity = _quantity(hint)
     try:
         fitting = accepted(value, hint)
     except MismatchError:

@@ -13,7 +13,7 @@ from scissordyn.errors import InputError
 from scissordyn.mechanics.elimination import in_words
 from scissordyn.mechanics.gradients import Gradients, least_change
 from scissordyn.mechanics.point_map import PointMap
-from scissordyn.mechanics.reduced_model import ReducedModel, placed
+from scissordyn.mechanics.reduced_model import ReducedModel
 from scissordyn.mechanics.redundancy import nearest
 from scissordyn.mechanics.system import System
 from scissordyn.mechanics.time_function import function_at, prescribe
@@ -86,7 +86,7 @@ def basis_at_start(system: System) -> tuple[np.ndarray, np.ndarray]:
 def placed_start(reduced: ReducedModel, system: System) -> Start:
     """The free coordinates nearest to where the user placed the bodies, and to how they move there."""
     b, rate = basis_at_start(system)
-    position, velocity = placed(reduced)
+    position, velocity = reduced.placed
     return Start(nearest(reduced, b, position), nearest(reduced, rate, velocity))
 
 
@@ -145,26 +145,35 @@ def assemble(reduced: ReducedModel, system: System, guess: Start, held: Held) ->
         If the bodies as placed cannot be brought together.
     """
     b, b_rate = basis_at_start(system)
+    values, rates = (np.array(numbers, float).ravel() for numbers in (held.values, held.rates))
+    # cases of a batch often differ in how fast the mechanism moves, not in where it is
+    asked = guess.position.tobytes(), b.tobytes(), values.tobytes(), tuple(held.names)
+    last = reduced.last_assembly.get("last")  # which another thread may replace
+    if last is None or last[0] != asked:
+        last = reduced.last_assembly["last"] = asked, *_closed(reduced, b, guess.position, held, values)
+    _, x, jacobian = last
+    active = [not constraint.latch for constraint in reduced.constraints]
+    wanted = np.concatenate([value_rates(system)[active], rates])
+    change = least_change(jacobian[:, : reduced.free], jacobian @ np.append(guess.velocity, b_rate) - wanted)
+    return Start(x.copy(), guess.velocity - change)
+
+
+def _closed(reduced: ReducedModel, b: np.ndarray, guess: np.ndarray, held: Held, values: np.ndarray) -> tuple[np.ndarray, Any]:
+    """The position nearest to a guess in which all constraints are met, and the gradients there."""
     constraints = [constraint for constraint in reduced.constraints if not constraint.latch]
     gradients = Gradients(reduced, constraints, held.maps)
-    values, rates = (np.array(numbers, float).ravel() for numbers in (held.values, held.rates))
-    x, n = guess.position.copy(), reduced.free
+    x = guess.copy()
     for _ in range(MOST_STEPS):
         full = np.append(x, b)
         residual = np.concatenate([gradients.residual(full), gradients.held @ full - values])
         jacobian = gradients.jacobian(full)
         if np.all(np.abs(residual) < np.maximum(CLOSED, ROUNDINGS * gradients.rounding(full))):
-            break
-        x -= least_change(jacobian[:, :n], residual)
-    else:
-        raise InputError(
-            f"the mechanism as placed cannot be assembled: {_worst(reduced, constraints, residual, held.names)}",
-            "positions and angles at the start that are near a closed configuration",
-        )
-    active = [not constraint.latch for constraint in reduced.constraints]
-    wanted = np.concatenate([value_rates(system)[active], rates])
-    v = guess.velocity - least_change(jacobian[:, :n], jacobian @ np.append(guess.velocity, b_rate) - wanted)
-    return Start(x, v)
+            return x, jacobian
+        x -= least_change(jacobian[:, : reduced.free], residual)
+    raise InputError(
+        f"the mechanism as placed cannot be assembled: {_worst(reduced, constraints, residual, held.names)}",
+        "positions and angles at the start that are near a closed configuration",
+    )
 
 
 def _worst(reduced: ReducedModel, constraints: list[Any], residual: np.ndarray, held: list[str]) -> str:

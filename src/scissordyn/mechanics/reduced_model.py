@@ -17,7 +17,7 @@ from scissordyn.mechanics.point_map import Constraint, PointMap
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.model.track import Track
 
-__all__ = ["Family", "ReducedModel", "find_families", "fixed_expression", "placed", "point_expression"]
+__all__ = ["Family", "ReducedModel", "find_families", "fixed_expression", "point_expression"]
 
 
 SAME = 1e-9
@@ -26,6 +26,9 @@ SAME = 1e-9
 
 COORDINATES = ("_ones", "_rows", "_directions", "families")
 """What follows from the coordinates alone."""
+
+PLACES = ("placed", "reach", "farthest", "last_assembly")
+"""What follows from the coordinates and the bodies alone."""
 
 
 @dataclass(frozen=True)
@@ -100,8 +103,46 @@ class ReducedModel:
     def with_numbers(self, mechanism: Mechanism) -> ReducedModel:
         """The same of a mechanism with other numbers, none of which enters the reduction."""
         made = replace(self, mechanism=mechanism)
-        made.__dict__.update({name: self.__dict__[name] for name in COORDINATES if name in self.__dict__})
+        names = COORDINATES + PLACES if mechanism.bodies is self.mechanism.bodies else COORDINATES
+        made.__dict__.update({name: self.__dict__[name] for name in names if name in self.__dict__})
         return made
+
+    @cached_property
+    def placed(self) -> tuple[np.ndarray, np.ndarray]:
+        """Natural coordinates and velocities of the bodies as the user placed them."""
+        count = self.coordinates.shape[0]
+        position, velocity = np.zeros(count), np.zeros(count)
+        for body in self.mechanism.bodies:
+            p = self.offsets[body.name]
+            position[p : p + 2] = body.position
+            velocity[p : p + 2] = body.velocity
+            if body.rotates:
+                cos, sin = math.cos(body.angle), math.sin(body.angle)
+                position[p + 2 : p + 4] = cos, sin
+                velocity[p + 2 : p + 4] = -sin * body.angular_velocity, cos * body.angular_velocity
+        return position, velocity
+
+    @cached_property
+    def reach(self) -> np.ndarray:
+        """How far each free coordinate moves a point of a body, at most, shape (n,)."""
+        moved = np.ones(self.coordinates.shape[0])
+        for body in self.mechanism.bodies:
+            if body.rotates:
+                moved[self.offsets[body.name] + 2 :][:2] = body.extent
+        moving = abs(self.coordinates[:, : self.free])
+        if isinstance(moving, np.ndarray):
+            return np.asarray(np.max(moved[:, None] * moving, axis=0, initial=0.0))
+        return np.asarray((moving.multiply(moved[:, None])).max(axis=0).toarray()).ravel()
+
+    @cached_property
+    def farthest(self) -> float:
+        """Distance of a body's farthest point from the origin, at most [m]."""
+        return max((math.hypot(*body.position) + body.extent for body in self.mechanism.bodies), default=1.0)
+
+    @cached_property
+    def last_assembly(self) -> dict[str, Any]:
+        """What the last assembly was asked for and what it found, see `assemble`."""
+        return {}
 
     def at(self, body: str, point: Point) -> PointMap:
         """Position of a point in the frame of a body, or of the ground."""
@@ -206,18 +247,3 @@ def fixed_expression(
         cos, sin = math.cos(body.angle), math.sin(body.angle)
         return {p: 1.0, ones: cos * x - sin * y}, {p + 1: 1.0, ones: sin * x + cos * y}
     return {p: 1.0, p + 2: x, p + 3: -y}, {p + 1: 1.0, p + 2: y, p + 3: x}
-
-
-def placed(reduced: ReducedModel) -> tuple[np.ndarray, np.ndarray]:
-    """Natural coordinates and velocities of the bodies as the user placed them."""
-    count = reduced.coordinates.shape[0]
-    position, velocity = np.zeros(count), np.zeros(count)
-    for body in reduced.mechanism.bodies:
-        p = reduced.offsets[body.name]
-        position[p : p + 2] = body.position
-        velocity[p : p + 2] = body.velocity
-        if body.rotates:
-            cos, sin = math.cos(body.angle), math.sin(body.angle)
-            position[p + 2 : p + 4] = cos, sin
-            velocity[p + 2 : p + 4] = -sin * body.angular_velocity, cos * body.angular_velocity
-    return position, velocity

@@ -11,7 +11,7 @@ from scipy.sparse.linalg import splu
 from scissordyn.errors import InputError
 from scissordyn.mechanics.gradients import Gradients, least_change
 from scissordyn.mechanics.quadratic_constraints import order_constraints
-from scissordyn.mechanics.reduced_model import ReducedModel, placed
+from scissordyn.mechanics.reduced_model import ReducedModel
 from scissordyn.mechanics.time_function import function_start
 
 __all__ = ["independent", "nearest", "start_basis"]
@@ -68,7 +68,7 @@ def independent(reduced: ReducedModel) -> ReducedModel:
     angles = start_basis(reduced)
     gradients = Gradients(reduced, holding)
     b = _basis(angles)
-    x = nearest(reduced, b, placed(reduced)[0])
+    x = nearest(reduced, b, reduced.placed[0])
     if _beyond_doubt(gradients, np.append(x, b)):
         return reduced
     everything = np.arange(len(holding))

@@ -109,7 +109,8 @@ def put_parameters(system: Handle, reduced: ReducedModel, model: Model) -> bool:
     if state.initial_history.size or any(old.shape != new.shape for old, new in pairs):
         return False
     for old, new in pairs:
-        old[...] = new
+        if new.size:
+            old[...] = new
     work = content.work
     work.value[0] = parameters.value
     work.inactive[:] = 0.0

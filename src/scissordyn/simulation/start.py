@@ -25,7 +25,7 @@ from scissordyn.mechanics.assembly import (
     placed_start,
 )
 from scissordyn.mechanics.reduce import reduce_mechanism
-from scissordyn.mechanics.reduced_model import ReducedModel, placed
+from scissordyn.mechanics.reduced_model import ReducedModel
 from scissordyn.mechanics.redundancy import nearest
 from scissordyn.mechanics.system import APPROACH_FLOOR, System
 from scissordyn.mechanics.time_function import function_at
@@ -246,7 +246,10 @@ def _hold_references(reduced: ReducedModel, system: System, held: Held) -> None:
 def _far_from_placed(reduced: ReducedModel, system: System, start: Start, kind: StartKind) -> list[str]:
     """What the assembly changed of the given positions and velocities, in words."""
     position, velocity = natural_state(reduced, system, start)
-    given, given_velocity = placed(reduced)
+    given, given_velocity = reduced.placed
+    nowhere = 0.5 * min(MOVED * reduced.size, TURNED)  # of both components
+    if np.max(np.abs(position - given), initial=0.0) < nowhere and not np.any(given_velocity):
+        return []
     found: list[str] = []
     worst, text = 0.0, ""
     moving, dropped = 0.0, ""

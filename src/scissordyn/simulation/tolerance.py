@@ -86,10 +86,12 @@ def error_weights(reduced: ReducedModel, system: Handle, y: np.ndarray, *, rtol:
     n, mechanism = reduced.free, reduced.mechanism
     content: System = system.content
     model, parameters = content.model, content.parameters
-    reach = _reach(reduced)
+    reach = reduced.reach
     contacts = parameters.contact.size
-    extent = max((body.extent for body in mechanism.bodies), default=1.0) or 1.0
-    scale = float(np.min(parameters.contact["clearance"])) if contacts else extent
+    if contacts:
+        scale = float(np.min(parameters.contact["clearance"]))
+    else:
+        scale = max((body.extent for body in mechanism.bodies), default=1.0) or 1.0
     rate = np.zeros(y.size)
     functions.rate(0.0, y.copy(), system.address, rate)
     fastest = float(np.max(reach * np.abs(content.work.A[:n]), initial=mechanism.gravity if n else 0.0))
@@ -99,9 +101,8 @@ def error_weights(reduced: ReducedModel, system: Handle, y: np.ndarray, *, rtol:
     # a bristle's error fades, an integrator's does not; the torque of an integrator is weighed in N m
     internal = np.where(np.arange(sliding.size) < friction, INTERNAL_STATES, 1.0) * rtol
     position = atol * scale / reach
-    farthest = max((math.hypot(*body.position) + body.extent for body in mechanism.bodies), default=1.0)
     rounding = np.zeros(y.size)
-    rounding[n : 2 * n] = ROUNDINGS * np.finfo(float).eps * farthest / reach
+    rounding[n : 2 * n] = ROUNDINGS * np.finfo(float).eps * reduced.farthest / reach
     delays = [part.controller.delay for part in mechanism.components if isinstance(part, Actuator)]
     crossable, precision = [1] * contacts, (LOCATED * parameters.contact["clearance"]).tolist()
     for part in acting(mechanism):
@@ -118,18 +119,6 @@ def error_weights(reduced: ReducedModel, system: Handle, y: np.ndarray, *, rtol:
         delays=tuple(sorted({delay for delay in delays if delay > 0.0})),
         time_scale=duration,
     )
-
-
-def _reach(reduced: ReducedModel) -> np.ndarray:
-    """How far each free coordinate moves a point of a body, at most, shape (n,)."""
-    moved = np.ones(reduced.coordinates.shape[0])
-    for body in reduced.mechanism.bodies:
-        if body.rotates:
-            moved[reduced.offsets[body.name] + 2 :][:2] = body.extent
-    moving = abs(reduced.coordinates[:, : reduced.free])
-    if isinstance(moving, np.ndarray):
-        return np.asarray(np.max(moved[:, None] * moving, axis=0, initial=0.0))
-    return np.asarray((moving.multiply(moved[:, None])).max(axis=0).toarray()).ravel()
 
 
 def _sliding_states(system: System) -> np.ndarray:

@@ -103,8 +103,9 @@ class ReducedModel:
     def with_numbers(self, mechanism: Mechanism) -> ReducedModel:
         """The same of a mechanism with other numbers, none of which enters the reduction."""
         made = replace(self, mechanism=mechanism)
-        names = COORDINATES + PLACES if mechanism.bodies is self.mechanism.bodies else COORDINATES
-        made.__dict__.update({name: self.__dict__[name] for name in names if name in self.__dict__})
+        made.__dict__.update({name: self.__dict__[name] for name in COORDINATES if name in self.__dict__})
+        if mechanism.bodies is self.mechanism.bodies:
+            made.__dict__.update({name: getattr(self, name) for name in PLACES})
         return made
 
     @cached_property

@@ -15,25 +15,14 @@ import numpy as np
 import xarray as xr
 from numpy.typing import ArrayLike
 
-from scissordyn.component.actuator import Actuator
-from scissordyn.component.motor import Motor
-from scissordyn.errors import InputError, ScissordynError, did_you_mean
-from scissordyn.integrate import advance as loop
-from scissordyn.mechanics.build import build_model
+from scissordyn.errors import InputError, did_you_mean
 from scissordyn.mechanics.reduce import reduce_mechanism
-from scissordyn.mechanics.reduced_model import ReducedModel
-from scissordyn.model.address import Place, changed_all, find, number
+from scissordyn.model.address import changed_all, find, number
 from scissordyn.model.mechanism import Mechanism
+from scissordyn.simulation.batch_worker import Worker
 from scissordyn.simulation.configuration import write_configuration
-from scissordyn.simulation.driver import Driver, make_system, put_parameters
-from scissordyn.simulation.ideal_path import IdealPath, ideal_path
 from scissordyn.simulation.measure import MEASURES, Ended, Measure
-from scissordyn.simulation.method import choose_method
 from scissordyn.simulation.options import EventKind, Options, StartKind
-from scissordyn.simulation.start import prepare_start
-from scissordyn.simulation.time_functions import check_tables
-from scissordyn.simulation.tolerance import error_weights
-from scissordyn.simulation.trajectory import broken_off, crosses
 
 __all__ = ["simulate_many"]
 
@@ -109,10 +98,10 @@ def simulate_many(
         raise InputError(f"threads = {threads!r}", "a whole number >= 1")
     cases = len(next(iter(values.values())))
     perturbed = _Perturbed(_member_of_each(members, cases), perturbation, seed)
-    results = _Results(mechanism, chosen, cases)
+    batch = _Batch(mechanism, values, chosen, perturbed)
     began = clocks.perf_counter()
-    interrupted = _run_all(mechanism, values, perturbed, options, results, min(threads or os.cpu_count() or 1, cases), progress)
-    return _dataset(mechanism, values, options, results, clocks.perf_counter() - began, interrupted=interrupted)
+    interrupted = _run_all(batch, options, min(threads or os.cpu_count() or 1, cases), progress)
+    return _dataset(mechanism, values, options, batch, clocks.perf_counter() - began, interrupted=interrupted)
 
 
 def _columns(mechanism: Mechanism, over: Mapping[str, ArrayLike]) -> dict[str, np.ndarray]:
@@ -170,10 +159,19 @@ class _Perturbed:
         return np.asarray(y * (1.0 + self.perturbation * numbers.standard_normal(y.size)))
 
 
-class _Results:
-    """Measures, status and cause of all cases; each case is written by one thread, to its own place."""
+class _Batch:
+    """The cases, with their measures, status and cause; each is written by one thread, to its own place."""
 
-    def __init__(self, mechanism: Mechanism, measures: Mapping[str, Measure], cases: int) -> None:
+    def __init__(
+        self,
+        mechanism: Mechanism,
+        columns: Mapping[str, np.ndarray],
+        measures: Mapping[str, Measure],
+        perturbed: _Perturbed,
+    ) -> None:
+        self.base, self.columns, self.start = mechanism, columns, perturbed.start
+        self.places = {address: find(mechanism, address) for address in columns}
+        cases = perturbed.members.size
         self.sizes = {
             "joint": [contact.name for contact in mechanism.contacts],
             "drive": [drive.body for drive in mechanism.drives],
@@ -190,6 +188,11 @@ class _Results:
         self.cause = np.full(cases, "", dtype=object)
         self.seconds = np.full(cases, np.nan)
 
+    def mechanism(self, case: int) -> Mechanism:
+        """The mechanism with the numbers of a case."""
+        changes = {address: float(column[case]) for address, column in self.columns.items()}
+        return changed_all(self.base, changes, self.places)
+
     def failed(self, case: int, cause: str) -> None:
         """Note why a case has no measures."""
         self.cause[case], self.status[case] = cause, "failed"
@@ -202,32 +205,25 @@ class _Results:
         self.status[case] = "complete"
 
 
-def _run_all(
-    mechanism: Mechanism,
-    values: dict[str, np.ndarray],
-    perturbed: _Perturbed,
-    options: Options,
-    results: _Results,
-    threads: int,
-    progress: Callable[[int, int], None] | None,
-) -> bool:
+def _run_all(batch: _Batch, options: Options, threads: int, progress: Callable[[int, int], None] | None) -> bool:
     """Run all cases; returns whether the user stopped it."""
-    base, places = reduce_mechanism(mechanism), {address: find(mechanism, address) for address in values}
-    cases, waiting, stop = results.status.size, itertools.count(), threading.Event()
+    base = reduce_mechanism(batch.base)
+    cases, waiting, stop = batch.status.size, itertools.count(), threading.Event()
 
     def work() -> None:
-        worker = _Worker(base, options, perturbed, stop, places)
-        for case in iter(lambda: next(waiting), None):
-            if case >= cases or stop.is_set():
+        worker = Worker(base, options, batch, stop)
+        while not stop.is_set():
+            group = [case for case in itertools.islice(waiting, worker.size(cases, threads)) if case < cases]
+            if not group:
                 return
-            worker.run({address: float(column[case]) for address, column in values.items()}, case, results)
+            worker.run(group)
 
     with ThreadPoolExecutor(threads, thread_name_prefix="scissordyn") as pool:
         futures = [pool.submit(work) for _ in range(threads)]
         try:
             while wait(futures, WAIT).not_done:
                 if progress is not None:
-                    progress(int(np.sum(results.status != "pending")), cases)
+                    progress(int(np.sum(batch.status != "pending")), cases)
         except KeyboardInterrupt:
             stop.set()
         except BaseException:
@@ -240,157 +236,34 @@ def _run_all(
     return stop.is_set()
 
 
-class _Worker:
-    """What one thread keeps from case to case: the model that all share, and arrays of its own.
-
-    Parameters
-    ----------
-    base : ReducedModel
-        Of the mechanism whose numbers are varied.
-    options : Options
-    perturbed : _Perturbed
-    stop : Event
-        Set when the user stops the batch.
-    places : mapping of str to sequence of Place
-        Where the addresses lead.
-    """
-
-    def __init__(
-        self,
-        base: ReducedModel,
-        options: Options,
-        perturbed: _Perturbed,
-        stop: threading.Event,
-        places: Mapping[str, Sequence[Place]],
-    ) -> None:
-        self.mechanism, self.options, self.stop = base.mechanism, options, stop
-        self.perturbed = perturbed
-        self.base, self.places = base, places
-        self.model = build_model(base)
-        self.system = make_system(base, self.model)
-        self.driver: Driver | None = None
-        self.ideal: tuple[Mechanism, IdealPath] | None = None
-
-    def run(self, changes: Mapping[str, float], case: int, results: _Results) -> None:
-        """Simulate one case and write its results."""
-        try:
-            mechanism = changed_all(self.mechanism, changes, self.places)
-            driver = self._started(mechanism, case)
-            began = clocks.perf_counter()
-            if results.compares:
-                self._compare(driver, mechanism)
-            status = driver.advance(self.options.until, most_steps=self.options.most_steps, progress=self._look)
-            if status == loop.FINISHED:
-                results.take(case, Ended(driver), clocks.perf_counter() - began)
-                return
-        except KeyboardInterrupt:
-            return
-        except ScissordynError as error:
-            results.failed(case, str(error))
-            return
-        steps = f"{self.options.most_steps} steps are not enough"
-        cause = steps if status == loop.ADVANCING else broken_off(status, driver)
-        results.failed(case, f"stopped at t = {driver.time:.9g} s of {self.options.until:g} s: {cause}")
-
-    def _compare(self, driver: Driver, mechanism: Mechanism) -> None:
-        """Have the driver compare with the ideal mechanism, which is simulated anew only where it is another one."""
-        ideal = mechanism.ideal()
-        if self.ideal is None or self.ideal[0] != ideal:
-            self.ideal = ideal, ideal_path(mechanism, self.options)
-        path = self.ideal[1]
-        if path.warnings:
-            raise ScissordynError(path.warnings[0])
-        driver.compare_with(path.table, path.step)
-
-    def _look(self, _: float) -> None:
-        if self.stop.is_set():
-            raise KeyboardInterrupt
-
-    def _started(self, mechanism: Mechanism, case: int) -> Driver:
-        """A driver at the start of a case, in the arrays of the case before if they fit."""
-        check_tables(mechanism, self.options.until)
-        shared = _same_model(self.base.mechanism, mechanism)
-        reduced = self.base.with_numbers(mechanism) if shared else reduce_mechanism(mechanism)
-        if not (shared and put_parameters(self.system, reduced, self.model)):
-            self.base, self.model = reduced, build_model(reduced)
-            self.system, self.driver = make_system(reduced, self.model), None
-        prepared = prepare_start(reduced, self.system, self.options.start)
-        y = self.perturbed.start(case, prepared.y)
-        tolerances = error_weights(reduced, self.system, y, rtol=self.options.rtol, atol=self.options.atol)
-        choice = choose_method(reduced, self.system, y, self.options, tolerances)
-        driver, across = self.driver, crosses(mechanism, self.options)
-        if driver is not None and driver.method == choice.method:
-            driver.restart(reduced, y, tolerances, crosses=across, initial_events=prepared.initial_events)
-            return driver
-        made = Driver(
-            reduced,
-            self.system,
-            y,
-            method=choice.method,
-            tolerances=tolerances,
-            crosses=across,
-            initial_events=prepared.initial_events,
-        )
-        self.driver = made
-        return made
-
-
-def _same_model(base: Mechanism, other: Mechanism) -> bool:
-    """Whether two mechanisms differ only in numbers that do not enter the model.
-
-    Whatever could enter it, as a length or a mass, has the model built anew: that costs time only.
-    """
-    same = base.bodies == other.bodies and base.ground == other.ground and base.welds == other.welds
-    same = same and base.guides == other.guides and base.rods == other.rods and base.latches == other.latches
-    same = same and [drive.body for drive in base.drives] == [drive.body for drive in other.drives]
-    if not same or len(base.components) != len(other.components):
-        return False
-    for one, another in zip(base.joints, other.joints, strict=True):
-        a, b = one.clearance, another.clearance
-        if one is another or (a is None and b is None):
-            continue
-        if a is None or b is None or a.friction.states != b.friction.states:
-            return False
-    return all(
-        one is another
-        or (type(one) is type(another) and not isinstance(one, Actuator | Motor) and _attached(one) == _attached(another))
-        for one, another in zip(base.components, other.components, strict=True)
-    )
-
-
-def _attached(component: Any) -> tuple[Any, ...]:
-    port = component.declaration.port
-    return tuple(getattr(component, name) for name in (*port.points, *port.turning))
-
-
 def _dataset(
     mechanism: Mechanism,
     values: dict[str, np.ndarray],
     options: Options,
-    results: _Results,
+    batch: _Batch,
     seconds: float,
     *,
     interrupted: bool,
 ) -> xr.Dataset:
     variables: dict[str, Any] = {
-        name: (("case", *measure.dims), results.values[name], {"units": measure.units, "long_name": measure.long_name})
-        for name, measure in results.measures.items()
+        name: (("case", *measure.dims), batch.values[name], {"units": measure.units, "long_name": measure.long_name})
+        for name, measure in batch.measures.items()
     }
-    variables["status"] = ("case", results.status.astype(str), {"long_name": "complete, failed or pending"})
-    variables["cause"] = ("case", results.cause.astype(str), {"long_name": "why a case failed"})
+    variables["status"] = ("case", batch.status.astype(str), {"long_name": "complete, failed or pending"})
+    variables["cause"] = ("case", batch.cause.astype(str), {"long_name": "why a case failed"})
     coordinates: dict[str, Any] = {}
     for address, column in values.items():
         quantity = number(mechanism, address).quantity
         assert quantity is not None
         coordinates[address] = ("case", column, {"units": quantity.unit, "long_name": quantity.help or address})
-    used = {dim for measure in results.measures.values() for dim in measure.dims}
-    coordinates |= {dim: results.sizes[dim] for dim in sorted(used)}
+    used = {dim for measure in batch.measures.values() for dim in measure.dims}
+    coordinates |= {dim: batch.sizes[dim] for dim in sorted(used)}
     attributes = {
         "title": TITLE,
         "status": "interrupted" if interrupted else "complete",
-        "failed_cases": int(np.sum(results.status == "failed")),
+        "failed_cases": int(np.sum(batch.status == "failed")),
         "seconds": seconds,
-        "integration_seconds": float(np.nansum(results.seconds)),
+        "integration_seconds": float(np.nansum(batch.seconds)),
         "configuration": write_configuration(mechanism, options),
     }
     return xr.Dataset(variables, coords=coordinates, attrs=attributes)

@@ -1,0 +1,210 @@
+"""What one thread of a batch does: it prepares some cases, advances them one after another and hands over their measures."""
+
+from __future__ import annotations
+
+import threading
+import time as clocks
+from collections.abc import Callable, Sequence
+from functools import partial
+from typing import Any, Protocol
+
+import numpy as np
+
+from scissordyn.component.actuator import Actuator
+from scissordyn.component.motor import Motor
+from scissordyn.errors import ScissordynError
+from scissordyn.integrate import advance as loop
+from scissordyn.mechanics.build import build_model
+from scissordyn.mechanics.reduce import reduce_mechanism
+from scissordyn.mechanics.reduced_model import ReducedModel
+from scissordyn.model.mechanism import Mechanism
+from scissordyn.simulation.driver import Driver, make_system, put_parameters
+from scissordyn.simulation.ideal_path import IdealPath, ideal_path
+from scissordyn.simulation.measure import Ended
+from scissordyn.simulation.method import choose_method
+from scissordyn.simulation.options import Options
+from scissordyn.simulation.start import prepare_start
+from scissordyn.simulation.time_functions import check_tables
+from scissordyn.simulation.tolerance import error_weights
+from scissordyn.simulation.trajectory import broken_off, crosses
+
+__all__ = ["Cases", "Worker"]
+
+MOST_TOGETHER = 16
+"""Cases that are prepared one after the other. Between two runs of the loop, which leave nothing in the processor's caches,
+preparing one case takes three to ten times as long as after another."""
+
+GROUP_SECONDS = 0.1
+"""Time that a group should take, so that threads end together and Ctrl-C is noticed."""
+
+
+class Cases(Protocol):
+    """The cases of a batch, by number, and where their results go."""
+
+    compares: bool
+    """Whether tracked points are compared with the ideal mechanism."""
+
+    def mechanism(self, case: int) -> Mechanism:
+        """The mechanism with the numbers of a case."""
+
+    def start(self, case: int, y: np.ndarray) -> np.ndarray:
+        """The state that a case starts from, given that of its mechanism."""
+
+    def failed(self, case: int, cause: str) -> None:
+        """Note why a case has no measures."""
+
+    def take(self, case: int, ended: Ended, seconds: float) -> None:
+        """Write the measures of a case that is complete."""
+
+
+class Worker:
+    """One thread's arrays, which it keeps from case to case.
+
+    Parameters
+    ----------
+    base : ReducedModel
+        Of the mechanism whose numbers are varied.
+    options : Options
+    cases : Cases
+    stop : Event
+        Set when the user stops the batch.
+    """
+
+    def __init__(self, base: ReducedModel, options: Options, cases: Cases, stop: threading.Event) -> None:
+        self.base, self.options, self.cases, self.stop = base, options, cases, stop
+        self.slots: list[_Slot] = []
+        self.ideal: tuple[Mechanism, IdealPath] | None = None
+        self.seconds = 0.0
+
+    def size(self, cases: int, threads: int) -> int:
+        """How many cases to do together, by how long the last ones took."""
+        if not self.seconds:
+            return 1
+        return max(1, min(MOST_TOGETHER, int(GROUP_SECONDS / self.seconds), cases // (8 * threads)))
+
+    def run(self, group: Sequence[int]) -> None:
+        """Simulate some cases, given by their numbers, and hand over their results."""
+        began = clocks.perf_counter()
+        while len(self.slots) < len(group):
+            self.slots.append(_Slot(self.base))
+        started = [(case, self._started(case, slot)) for case, slot in zip(group, self.slots, strict=False)]
+        ready = [(case, driver) for case, driver in started if driver is not None]
+        ended = [(case, driver, self._advance(case, driver)) for case, driver in ready]
+        for case, driver, seconds in ended:
+            if seconds is not None:
+                self.cases.take(case, Ended(driver), seconds)
+        self.seconds = (clocks.perf_counter() - began) / len(group)
+
+    def _started(self, case: int, slot: _Slot) -> Driver | None:
+        """The driver at the start of a case; None if there is no such start."""
+        try:
+            mechanism = self.cases.mechanism(case)
+            driver = slot.started(mechanism, self.options, partial(self.cases.start, case))
+            if self.cases.compares:
+                self._compare(driver, mechanism)
+        except ScissordynError as error:
+            self.cases.failed(case, str(error))
+            return None
+        return driver
+
+    def _advance(self, case: int, driver: Driver) -> float | None:
+        """Advance to the end; returns the time that it took [s], None if it did not get there."""
+        began, options = clocks.perf_counter(), self.options
+        try:
+            status = driver.advance(options.until, most_steps=options.most_steps, progress=self._look)
+        except KeyboardInterrupt:
+            return None
+        except ScissordynError as error:
+            self.cases.failed(case, str(error))
+            return None
+        if status == loop.FINISHED:
+            return clocks.perf_counter() - began
+        steps = f"{options.most_steps} steps are not enough"
+        cause = steps if status == loop.ADVANCING else broken_off(status, driver)
+        self.cases.failed(case, f"stopped at t = {driver.time:.9g} s of {options.until:g} s: {cause}")
+        return None
+
+    def _compare(self, driver: Driver, mechanism: Mechanism) -> None:
+        """Have the driver compare with the ideal mechanism, which is simulated anew only where it is another one."""
+        ideal = mechanism.ideal()
+        if self.ideal is None or self.ideal[0] != ideal:
+            self.ideal = ideal, ideal_path(mechanism, self.options)
+        path = self.ideal[1]
+        if path.warnings:
+            raise ScissordynError(path.warnings[0])
+        driver.compare_with(path.table, path.step)
+
+    def _look(self, _: float) -> None:
+        if self.stop.is_set():
+            raise KeyboardInterrupt
+
+
+class _Slot:
+    """A driver and the arrays that it works on, for one case after another.
+
+    Parameters
+    ----------
+    base : ReducedModel
+        Of the first case.
+    """
+
+    def __init__(self, base: ReducedModel) -> None:
+        self.base, self.model = base, build_model(base)
+        self.system = make_system(base, self.model)
+        self.driver: Driver | None = None
+
+    def started(self, mechanism: Mechanism, options: Options, perturb: Callable[[np.ndarray], np.ndarray]) -> Driver:
+        """A driver at the start of a case, in the arrays of the case before if they fit."""
+        check_tables(mechanism, options.until)
+        shared = _same_model(self.base.mechanism, mechanism)
+        reduced = self.base.with_numbers(mechanism) if shared else reduce_mechanism(mechanism)
+        if not (shared and put_parameters(self.system, reduced, self.model)):
+            self.base, self.model = reduced, build_model(reduced)
+            self.system, self.driver = make_system(reduced, self.model), None
+        prepared = prepare_start(reduced, self.system, options.start)
+        y = perturb(prepared.y)
+        tolerances = error_weights(reduced, self.system, y, rtol=options.rtol, atol=options.atol)
+        choice = choose_method(reduced, self.system, y, options, tolerances)
+        driver, across = self.driver, crosses(mechanism, options)
+        if driver is not None and driver.method == choice.method:
+            driver.restart(reduced, y, tolerances, crosses=across, initial_events=prepared.initial_events)
+            return driver
+        made = Driver(
+            reduced,
+            self.system,
+            y,
+            method=choice.method,
+            tolerances=tolerances,
+            crosses=across,
+            initial_events=prepared.initial_events,
+        )
+        self.driver = made
+        return made
+
+
+def _same_model(base: Mechanism, other: Mechanism) -> bool:
+    """Whether two mechanisms differ only in numbers that do not enter the model.
+
+    Whatever could enter it, as a length or a mass, has the model built anew: that costs time only.
+    """
+    same = base.bodies == other.bodies and base.ground == other.ground and base.welds == other.welds
+    same = same and base.guides == other.guides and base.rods == other.rods and base.latches == other.latches
+    same = same and [drive.body for drive in base.drives] == [drive.body for drive in other.drives]
+    if not same or len(base.components) != len(other.components):
+        return False
+    for one, another in zip(base.joints, other.joints, strict=True):
+        a, b = one.clearance, another.clearance
+        if one is another or (a is None and b is None):
+            continue
+        if a is None or b is None or a.friction.states != b.friction.states:
+            return False
+    return all(
+        one is another
+        or (type(one) is type(another) and not isinstance(one, Actuator | Motor) and _attached(one) == _attached(another))
+        for one, another in zip(base.components, other.components, strict=True)
+    )
+
+
+def _attached(component: Any) -> tuple[Any, ...]:
+    port = component.declaration.port
+    return tuple(getattr(component, name) for name in (*port.points, *port.turning))

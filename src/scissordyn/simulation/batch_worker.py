@@ -91,8 +91,11 @@ class Worker:
         ready = [(case, driver) for case, driver in started if driver is not None]
         ended = [(case, driver, self._advance(case, driver)) for case, driver in ready]
         for case, driver, seconds in ended:
-            if seconds is not None:
-                self.cases.take(case, Ended(driver), seconds)
+            try:
+                if seconds is not None:
+                    self.cases.take(case, Ended(driver), seconds)
+            except ScissordynError as error:  # of a measure of the user's
+                self.cases.failed(case, str(error))
         self.seconds = (clocks.perf_counter() - began) / len(group)
 
     def _started(self, case: int, slot: _Slot) -> Driver | None:

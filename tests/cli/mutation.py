@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import random
 import re
 from collections.abc import Iterator
@@ -53,7 +54,9 @@ def _value(chance: random.Random) -> str:
 def _scaled(number: str, chance: random.Random) -> str:
     """Another number of any size, zero or of the other sign now and then; a whole one stays whole."""
     factor = chance.choice((-1.0, 0.0, 0.5, 2.0, 10.0 ** chance.randint(-14, 14), 10.0 ** chance.uniform(-3.0, 3.0)))
-    return repr(float(number) * factor) if "." in number or chance.random() < 0.5 else repr(int(float(number) * factor))
+    scaled = float(number) * factor
+    broken = "." in number or chance.random() < 0.5 or not math.isfinite(scaled)
+    return repr(scaled if broken else int(scaled))
 
 
 def _number(found: str, chance: random.Random) -> str:

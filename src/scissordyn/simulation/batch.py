@@ -27,7 +27,7 @@ from scissordyn.model.mechanism import Mechanism
 from scissordyn.simulation.configuration import write_configuration
 from scissordyn.simulation.driver import Driver, make_system, put_parameters
 from scissordyn.simulation.ideal_path import IdealPath, ideal_path
-from scissordyn.simulation.measure import MEASURES, Ended, Measure
+from scissordyn.simulation.measure import MEASURES, Ended, Measure, parts_of
 from scissordyn.simulation.method import choose_method
 from scissordyn.simulation.options import EventKind, Options, StartKind
 from scissordyn.simulation.start import prepare_start
@@ -174,12 +174,7 @@ class _Results:
     """Measures, status and cause of all cases; each case is written by one thread, to its own place."""
 
     def __init__(self, mechanism: Mechanism, measures: Mapping[str, Measure], cases: int) -> None:
-        self.sizes = {
-            "joint": [contact.name for contact in mechanism.contacts],
-            "drive": [drive.body for drive in mechanism.drives],
-            "component": [component.name for component in mechanism.components],
-            "track": [track.name for track in mechanism.tracks],
-        }
+        self.sizes = parts_of(mechanism)
         self.measures = measures
         self.values = {
             name: np.full((cases, *(len(self.sizes[dim]) for dim in measure.dims)), np.nan)

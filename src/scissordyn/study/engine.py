@@ -8,10 +8,11 @@ import logging
 import os
 import signal
 import threading
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, CancelledError, Future, ThreadPoolExecutor, wait
 from contextlib import contextmanager
 from dataclasses import dataclass
+from multiprocessing import resource_tracker
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Generic, Protocol, TypeVar, runtime_checkable
 
@@ -32,6 +33,9 @@ AHEAD = 2
 
 ATTEMPTS = 3
 """A task whose worker died this often is given up."""
+
+QUICKLY = 0.5
+"""How long a worker process may take to end by itself after Ctrl-C [s]."""
 
 PATIENCE = 10.0
 """How long a scheduler may take to answer [s]."""
@@ -193,6 +197,11 @@ class Cluster:
             client = distributed.Client(cluster, set_as_default=False)
         try:
             yield cls(client)
+        except BaseException:
+            # closing would wait some seconds for work that nobody wants
+            with contextlib.suppress(Exception):
+                cluster.sync(_end, list(cluster.workers.values()))
+            raise
         finally:
             _close(client)
             _close(cluster)
@@ -321,11 +330,17 @@ def _signals_blocked() -> Iterator[None]:
     if not hasattr(signal, "pthread_sigmask"):
         yield
         return
+    resource_tracker.ensure_running()  # the library unblocks the signal where it starts this
     before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
     try:
         yield
     finally:
         signal.pthread_sigmask(signal.SIG_SETMASK, before)
+
+
+async def _end(nannies: Sequence[Any]) -> None:
+    """End worker processes in the middle of whatever they do."""
+    await asyncio.gather(*(nanny.close(timeout=QUICKLY) for nanny in nannies), return_exceptions=True)
 
 
 def _close(connected: Any) -> None:

@@ -8,25 +8,11 @@ from pathlib import Path
 import pytest
 import xarray as xr
 
+from reference.paper_case import paper_case
 from scissordyn.cli.main import status_of
 from scissordyn.study.design import DESIGNS
 
 PAGE = (Path(__file__).parents[2] / "docs" / "studies.md").read_text(encoding="utf-8")
-CASE = """
-[structure]
-kind = "scissor"
-units = 2
-
-[drive]
-speed = "150 rpm"
-
-[[clearance]]
-joint = "A"
-clearance = "0.5 mm"
-
-[run]
-until = "2 ms"
-"""
 
 
 def snippets(language: str) -> list[str]:
@@ -39,7 +25,7 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """A folder with the case and the function that the page names."""
     monkeypatch.chdir(tmp_path)
     for name in ("array.toml", "paper.toml"):
-        (tmp_path / name).write_text(CASE)
+        (tmp_path / name).write_text(paper_case("2 ms"))
     (tmp_path / "mine.py").write_text("def late(run):\n    return float(run['normal_force'].isel(time=-1).max())\n")
     return tmp_path
 

@@ -1,4 +1,4 @@
-"""A bifurcation diagram over the clearance: 300 values, 200 cycles each, on two processes, with and without friction.
+"""A bifurcation diagram over the clearance: 300 values, 200 cycles each, on two threads, with and without friction.
 
 The paper's array (pinned bar driven) with clearance at joint A, driven th_1 = 45 deg + 10 deg sin(2 pi f t) with f = 8 Hz.
 There the slider's acceleration is about sixty times gravity, the reaction of joint A changes its sign twice per cycle, and
@@ -17,6 +17,7 @@ from benchmarks.cases import name_of
 from benchmarks.measure import command, table
 from scissordyn.simulation.cycles import cycle
 from scissordyn.study.bifurcation import bifurcation
+from scissordyn.study.engine import Threads
 
 __all__ = ["CLEARANCES", "FREQUENCY", "array", "measure"]
 
@@ -70,7 +71,7 @@ def _diagrams(quick: bool) -> str:
             values=np.linspace(*CLEARANCES, values),
             cycles=cycles,
             keep=min(KEPT, cycles),
-            workers=WORKERS,
+            engine=Threads(WORKERS),
         )
         if set(diagram["status"].values) != {"complete"}:
             raise RuntimeError(f"{name_of(kinetic)}: {sorted(set(diagram['cause'].values))}")
@@ -90,7 +91,7 @@ def _diagrams(quick: bool) -> str:
         )
     head = ["case", "values x cycles", "steps per cycle", "events per cycle", "cycles/s a core", "wall [s]", "300 x 200 [s]"]
     text = (
-        f"Tolerance 1e-6, {WORKERS} processes, {CLEARANCES[0] * 1e3:g} to {CLEARANCES[1] * 1e3:g} mm, {FREQUENCY:g} Hz.\n"
+        f"Tolerance 1e-6, {WORKERS} threads, {CLEARANCES[0] * 1e3:g} to {CLEARANCES[1] * 1e3:g} mm, {FREQUENCY:g} Hz.\n"
         f"Cycles/s are per second of processor time; the last column is at that rate on {WORKERS} free cores.\n\n"
     )
     return text + table(head, rows)

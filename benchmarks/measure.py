@@ -5,7 +5,9 @@ from __future__ import annotations
 import argparse
 import os
 import platform
+import re
 import statistics
+import textwrap
 import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
@@ -15,7 +17,7 @@ import numba
 import numpy as np
 import scipy
 
-__all__ = ["DECISIONS", "Times", "command", "fitted_exponent", "interleaved", "machine", "table"]
+__all__ = ["DECISIONS", "Times", "command", "fitted_exponent", "interleaved", "machine", "paragraph", "table", "write_section"]
 
 DECISIONS = Path(__file__).parent.parent / "docs" / "decisions"
 
@@ -116,3 +118,27 @@ def command(name: str, measure: Callable[[bool], str]) -> None:
         folder.mkdir(parents=True, exist_ok=True)
         text = f"# {name}\n\nWritten by `python -m benchmarks.{name} --write`.\n\n{page}"
         (folder / f"{name}.md").write_text(text, encoding="utf-8")
+
+
+def paragraph(*parts: str) -> str:
+    """Parts of a text as one paragraph in lines of 120 characters."""
+    return textwrap.fill(" ".join(parts), 120, break_long_words=False, break_on_hyphens=False)
+
+
+def write_section(page: str, heading: str, typed: str, text: str) -> None:
+    """Put a section into a page of docs/decisions/measured, in the place of the one with this heading.
+
+    Parameters
+    ----------
+    page, heading : str
+    typed : str
+        The command that writes it.
+    text : str
+    """
+    path = DECISIONS / "measured" / f"{page}.md"
+    path.parent.mkdir(parents=True, exist_ok=True)
+    before = path.read_text(encoding="utf-8") if path.exists() else f"# {page}\n"
+    first, *sections = re.split(r"^## ", before, flags=re.MULTILINE)
+    named = {section.partition("\n")[0]: section for section in sections}
+    named[heading] = f"{heading}\n\nWritten by `{typed}`.\n\n{text}"
+    path.write_text("\n".join([first.rstrip() + "\n", *(f"## {body.rstrip()}\n" for body in named.values())]), encoding="utf-8")

@@ -1,103 +1,215 @@
-"""Cost of a study beside its integration: the store, blocks, tasks of dask, and a plan for ten million cases."""
+"""Cost of a study beside its integration: the store, blocks, tasks of dask, memory, and a plan for ten million cases."""
 
 from __future__ import annotations
 
+import argparse
 import os
-import resource
-import sys
+import pickle
 import tempfile
 import time
+from collections.abc import Callable
+from dataclasses import dataclass
 from pathlib import Path
 
 import scissordyn as sd
-from benchmarks.measure import machine
+from benchmarks.measure import machine, paragraph, table, write_section
 from scissordyn.simulation.options import Options
+from scissordyn.study.block import Block
 from scissordyn.study.description import Factor, Study
 from scissordyn.study.design import Design
 from scissordyn.study.distribution import Interval
-from scissordyn.study.engine import Cluster, Threads
-from scissordyn.study.execute import execute
-from scissordyn.study.store import Store
+from scissordyn.study.engine import Cluster, Engine, Threads
+from scissordyn.study.execute import Progress, execute
 
-PAGE = Path(__file__).parents[1] / "docs" / "decisions" / "measured" / "studies.md"
+__all__ = ["Measured", "measure"]
+
+CASES = 100_000
+"""Of the study whose cost and memory are measured."""
+
+FEWER = 20
+"""One worker against two, and processes, are measured with so many times fewer cases: a rate needs no more."""
 
 TASKS = 2000
-"""Empty tasks by which dask's cost of one is measured."""
+"""Tasks without work by which dask's cost of one is measured, and its memory: two for each of a thousand workers."""
 
 WORKERS, PLANNED, BLOCK_SECONDS = 1000, 10_000_000, 3.0
+
+MEASURES = ("peak_force", "contact_count")
+
+ARRAYS = ("A.clearance", "drive.speed", *MEASURES, "cause", "status")
+
+MIB = 2**20
+
+
+@dataclass(frozen=True)
+class Measured:
+    """A study that was timed.
+
+    Parameters
+    ----------
+    engine : str
+    cases : int
+    seconds : float
+        By the clock [s].
+    beside : float
+        Fraction of the workers' time that is not integration.
+    early, late : float
+        Memory of this process after a tenth of the blocks and at the end [MiB].
+    """
+
+    engine: str
+    cases: int
+    seconds: float
+    beside: float
+    early: float
+    late: float
+
+    @property
+    def rate(self) -> float:
+        """Cases per second."""
+        return self.cases / self.seconds
+
+    @property
+    def row(self) -> list[str]:
+        """Of the table."""
+        numbers = f"{self.cases}|{self.seconds:.1f}|{self.rate:.1f}|{self.beside:.0%}|{self.early:.0f}|{self.late:.0f}"
+        return [self.engine, *numbers.split("|")]
+
+
+HEAD = ("engine", "cases", "seconds", "cases per second", "beside the integration", "memory at a tenth [MiB]", "at the end")
 
 
 def study(cases: int) -> Study:
     """Frictionless cases of the paper over clearance and speed."""
     arm = sd.scissor(units=2).with_clearance("A", sd.Clearance(0.5e-3)).driven(speed=sd.rpm(150))
     factors = (Factor("A.clearance", Interval(0.05e-3, 0.7e-3)), Factor("drive.speed", Interval(sd.rpm(50), sd.rpm(180))))
-    return Study(arm, Options(0.05), factors, Design("random", cases), ("peak_force", "contact_count"))
+    return Study(arm, Options(0.05), factors, Design("random", cases), MEASURES)
 
 
-def empty(task: int, stop: object = None) -> int:
+def empty(block: Block) -> int:
     """A task without work."""
-    return task
+    return block.number
 
 
-def measure(*, quick: bool = False, cases: int = 100_000) -> str:
-    """The page."""
-    cases = 400 if quick else cases
-    head = ("engine", "cases", "seconds", "cases per second", "beside the integration", "peak memory [MiB]")
-    lines = [f"| {' | '.join(head)} |", "|---|--:|--:|--:|--:|--:|"]
-    rates = {}
-    with tempfile.TemporaryDirectory() as folder:
-        for threads in (1, 2):
-            execute(study(16), Path(folder) / f"warm-{threads}.zarr", engine=Threads(threads))
-            began = time.perf_counter()
-            store = execute(study(cases), Path(folder) / f"{threads}.zarr", engine=Threads(threads))
-            rates[f"{threads} threads"] = _row(lines, f"{threads} threads", store, cases, time.perf_counter() - began)
-        for workers in (1, 2):
-            with Cluster.local(workers) as cluster:
-                execute(study(16), Path(folder) / f"warm-processes-{workers}.zarr", block=1, engine=cluster)
-                began = time.perf_counter()
-                store = execute(study(cases), Path(folder) / f"processes-{workers}.zarr", engine=cluster)
-                rates[f"{workers} processes"] = _row(lines, f"{workers} processes", store, cases, time.perf_counter() - began)
-                if workers == 2:
-                    began = time.perf_counter()
-                    for _ in cluster.each(empty, range(100 if quick else TASKS)):
-                        pass
-                    per_task = (time.perf_counter() - began) / (100 if quick else TASKS)
-    gain = [f"{kind}: {rates[f'2 {kind}'] / rates[f'1 {kind}']:.2f}" for kind in ("threads", "processes")]
-    return "\n".join([*lines, "", f"Two workers against one: {', '.join(gain)}.", "", _plan(rates["1 processes"], per_task)])
+def waiting(block: Block) -> int:
+    """A task that is held."""
+    time.sleep(30.0)
+    return block.number
 
 
-def _row(lines: list[str], name: str, store: Store, cases: int, seconds: float) -> float:
-    times = store.times()
+def resident() -> float:
+    """Memory of this process [MiB]."""
+    pages = int(Path("/proc/self/statm").read_text().split()[1])
+    return pages * os.sysconf("SC_PAGE_SIZE") / MIB
+
+
+def timed(name: str, cases: int, engine: Engine, folder: Path) -> Measured:
+    """Time a study, after a small one that loads the kernels in every worker."""
+    execute(study(8 * engine.workers), folder / f"{name} warm.zarr", block=1, engine=engine)
+    memory: list[float] = []
+
+    def look(progress: Progress) -> None:
+        if not memory and progress.complete >= 0.1 * cases:
+            memory.append(resident())
+
+    began = time.perf_counter()
+    store = execute(study(cases), folder / f"{name}.zarr", engine=engine, progress=look)
+    seconds, times = time.perf_counter() - began, store.times()
     beside = 1.0 - float(times["integration_seconds"].sum()) / float(times["seconds"].sum())
-    memory = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
-    lines.append(f"| {name} | {cases} | {seconds:.1f} | {cases / seconds:.1f} | {beside:.0%} | {memory:.0f} |")
-    return cases / seconds
+    return Measured(name, cases, seconds, beside, memory[0], resident())
 
 
-def _plan(rate: float, per_task: float) -> str:
+def per_task(cluster: Cluster, tasks: int) -> float:
+    """Seconds that a task costs the scheduler, the worker and this process together."""
+    described = study(CASES)
+    blocks = (Block(described, "nowhere", number) for number in range(tasks))
+    began = time.perf_counter()
+    for _ in cluster.each(empty, blocks):
+        pass
+    return (time.perf_counter() - began) / tasks
+
+
+def held(cluster: Cluster, tasks: int) -> float:
+    """Memory [MiB] of the scheduler and the client, which are this process here, for tasks that wait."""
+    described, before = study(CASES), resident()
+    futures = [cluster.client.submit(waiting, Block(described, "nowhere", k), pure=False) for k in range(tasks)]
+    time.sleep(2.0)  # until all are there
+    grown = resident() - before
+    cluster.client.cancel(futures, force=True)
+    return grown
+
+
+def measure(cases: int = CASES, tasks: int = TASKS) -> str:
+    """The section of the page.
+
+    Parameters
+    ----------
+    cases : int
+        Of the study on two threads.
+    tasks : int
+        Without work.
+    """
+    fewer, found = max(40, cases // FEWER), dict[str, Measured]()
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        found["2 threads"] = timed("2 threads", cases, Threads(2), folder)
+        found["1 thread"] = timed("1 thread", fewer, Threads(1), folder)
+        for workers, title in ((1, "1 process"), (2, "2 processes")):
+            with Cluster.local(workers) as cluster:
+                found[title] = timed(title, fewer * workers, cluster, folder)
+                if workers == 2:
+                    cost = per_task(cluster, tasks)
+        memory = _with_one_worker(held, tasks)
+    gains = [f"{two}: {found[two].rate / found[one].rate:.2f}" for one, two in PAIRS]
+    whole = found["2 threads"]
+    size = len(pickle.dumps(Block(study(CASES), "nowhere", 0))) / 1024
+    about = paragraph(
+        f"Frictionless cases of the paper: 50 ms simulated, tolerance 1e-8, random clearance and speed, {len(MEASURES)}",
+        f"measures. {whole.cases} cases on two threads took {whole.seconds / 60.0:.1f} minutes; the others are measured with",
+        "fewer cases.",
+    )
+    tasked = paragraph(
+        f"A task costs {1e3 * cost:.2f} ms in the scheduler, the worker and the coordinator together ({tasks} tasks without",
+        f"work; a block is sent in {size:.0f} KiB). {tasks} tasks that are held take {memory:.0f} MiB in the scheduler and the",
+        "coordinator.",
+    )
+    gain = f"Two workers against one: {', '.join(gains)}."
+    plan = _plan(found["1 process"].rate, cost, memory * 2 * WORKERS / tasks)
+    return "\n\n".join([about, table(HEAD, [one.row for one in found.values()]).rstrip(), gain, tasked, plan])
+
+
+PAIRS = (("1 thread", "2 threads"), ("1 process", "2 processes"))
+
+
+def _with_one_worker(function: Callable[[Cluster, int], float], tasks: int) -> float:
+    with Cluster.local(1) as cluster:
+        return function(cluster, tasks)
+
+
+def _plan(rate: float, cost: float, memory: float) -> str:
     """Ten million cases on a thousand workers, from the figures above."""
-    block = int(rate * BLOCK_SECONDS)
+    block = max(1, int(rate * BLOCK_SECONDS))
     tasks = -(-PLANNED // block)
-    work = PLANNED / rate / WORKERS
-    arrays = len(("A.clearance", "drive.speed", "peak_force", "contact_count", "status", "cause"))
-    slower = "the workers decide" if work > tasks * per_task else "the scheduler decides"
-    dispatch, size = tasks * per_task, 8 * block / 1024
-    return (
-        f"A plan for {PLANNED:.0e} cases on {WORKERS} workers: {tasks} blocks of {block} cases, {BLOCK_SECONDS:g} s each.\n"
-        f"One task costs {1e3 * per_task:.1f} ms, all of them {dispatch:.0f} s, against {work:.0f} s of work for each worker:\n"
-        f"{slower} how long it takes. Two tasks for each worker are handed out, so the scheduler holds\n"
-        f"{2 * WORKERS} at a time. The store has {arrays} arrays in {arrays * tasks} files of at most {size:.1f} KiB."
+    work, dispatch = PLANNED / rate / WORKERS, tasks * cost
+    slower = "the workers decide" if work > dispatch else "the scheduler decides"
+    return paragraph(
+        f"A plan for {PLANNED:.0e} cases on {WORKERS} workers: {tasks} tasks, blocks of {block} cases, {BLOCK_SECONDS:g} s",
+        f"each. Handing out all of them costs {dispatch:.0f} s, the work of each worker is {work:.0f} s: {slower} how long",
+        f"it takes. Two tasks for each worker are handed out at a time, {2 * WORKERS} in all: {memory:.0f} MiB in the",
+        f"scheduler and the coordinator, however many cases there are. The store has {len(ARRAYS)} arrays in",
+        f"{len(ARRAYS) * tasks} files of at most {8 * block / 1024:.1f} KiB, and the seconds of each block in a file of their own.",
     )
 
 
 if __name__ == "__main__":
-    number = next((int(word) for word in sys.argv[1:] if word.isdigit()), 100_000)
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--write", action="store_true", help="save the section in docs/decisions/measured/studies.md")
+    parser.add_argument("--cases", type=int, default=CASES)
+    given = parser.parse_args()
     load = os.getloadavg()[0] if hasattr(os, "getloadavg") else float("nan")
-    text = measure(quick="--quick" in sys.argv, cases=number)
-    print(text, machine(), sep="\n\n")
-    if "--write" in sys.argv:
-        head = "# studies\n\nWritten by `python -m benchmarks.studies --write`"
-        head += "" if number == 100_000 else f", here with {number} cases (`python -m benchmarks.studies {number} --write`)"
-        about = "Frictionless cases of the paper, 50 ms simulated, tolerance 1e-8, random clearance and speed."
-        about += f" Load of the machine before: {load:.1f}; figures are those of an idle machine only if it is below 0.5."
-        PAGE.write_text(f"{head}.\n\n{about}\n\n{text}\n\n{machine()}\n")
+    idle = f"Load before: {load:.1f}; the figures are those of an idle machine if it is below 0.5."
+    text = f"{measure(given.cases)}\n\n{machine()}\n\n{idle}\n"
+    print(text)
+    if given.write:
+        also = "" if given.cases == CASES else f" --cases {given.cases}"
+        write_section("studies", "Cost", f"python -m benchmarks.studies{also} --write", text)

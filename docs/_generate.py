@@ -83,7 +83,7 @@ GROUPS: dict[str, tuple[str, ...]] = {
         "load",
         "preview",
     ),
-    "Studies": ("bifurcation", "ensemble", "run_cases", "separation_exponent", "variational_exponent"),
+    "Studies": ("bifurcation", "ensemble", "separation_exponent", "variational_exponent"),
     "Analysis": (
         "classify",
         "consensus",

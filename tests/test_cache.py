@@ -129,26 +129,31 @@ def test_a_cache_that_cannot_be_written(tmp_path: Path, place: str, limit: str) 
     assert list(temporary.iterdir()) == []
 
 
-SHARED = """
-import sys
-from scissordyn.study.runner import run_cases
-from scissordyn.laws.dispatch import elastic_force
+FORCE = """
 import numpy as np
+from scissordyn.laws.dispatch import elastic_force
 
 def force(k):
     value = elastic_force(0, 1e-5, np.array([1e9, 5e-4]))
     return value, sum(elastic_force.stats.cache_hits.values())
+"""
+
+SHARED = """
+from force import force
+from scissordyn.study.engine import Cluster
 
 if __name__ == "__main__":
     force(0)
-    for result in run_cases(force, [1, 2, 3], workers=2):
-        print(*result.value)
+    with Cluster.local(2) as cluster:
+        for result in cluster.each(force, [1, 2, 3]):
+            print(*result.value)
 """
 
 
 def test_workers_share_a_temporary_cache(tmp_path: Path) -> None:
     """Identity: where the cache cannot be written, workers load what their parent compiled, and say nothing themselves."""
     (tmp_path / "taken").write_text("")
+    (tmp_path / "force.py").write_text(FORCE)
     (tmp_path / "script.py").write_text(SHARED)
     environment = {**os.environ, "SCISSORDYN_CACHE": str(tmp_path / "taken"), "TMPDIR": str(tmp_path)}
     command = [sys.executable, str(tmp_path / "script.py")]

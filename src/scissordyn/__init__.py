@@ -88,7 +88,6 @@ if TYPE_CHECKING:
     from scissordyn.study.bifurcation import bifurcation
     from scissordyn.study.ensemble import ensemble
     from scissordyn.study.lyapunov import separation_exponent, variational_exponent
-    from scissordyn.study.runner import run_cases
     from scissordyn.units import Pairs, Quantity, degrees, rpm
 
     # named without an import: pictures enter no number, and what imports the package for its numbers does not depend on them
@@ -184,7 +183,6 @@ __all__ = [
     "read_case",
     "replay",
     "rpm",
-    "run_cases",
     "save",
     "scissor",
     "section",
@@ -287,7 +285,6 @@ _HOMES = {
     "study.bifurcation": ("bifurcation",),
     "study.ensemble": ("ensemble",),
     "study.lyapunov": ("separation_exponent", "variational_exponent"),
-    "study.runner": ("run_cases",),
     "units": ("Pairs", "Quantity", "degrees", "rpm"),
 }
 _HOME = {name: home for home, names in _HOMES.items() for name in names}

@@ -132,7 +132,7 @@ def diagram(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 SCAN = (
     *(str(EXAMPLES / "periodic.toml"), "--over", "drive.angular_frequency", "--from", "3 Hz", "--to", "3.1 Hz"),
-    *("--values", "2", "--cycles", "1", "--workers", "1"),
+    *("--values", "2", "--cycles", "1", "--threads", "1"),
 )
 
 

@@ -93,23 +93,30 @@ def test_a_run_that_is_stopped_is_kept(tmp_path: Path, number: signal.Signals, s
     assert list(tmp_path.iterdir()) == [target]
 
 
-@pytest.mark.parametrize("seconds", [4.0, 9.0, 14.0])
-def test_compiling_is_no_excuse(tmp_path: Path, seconds: float) -> None:
-    """Identity: a command that compiles its kernels for the first time ends as soon as any other."""
-    with started(*COMMAND, "run", str(EXAMPLES / "paper.toml"), SCISSORDYN_CACHE=str(tmp_path / "empty")) as process:
+SCAN = ("--over", "A.clearance", "--from", "0.1 mm", "--to", "0.2 mm", "--values", "200", "--cycles", "50", "--threads", "2")
+
+
+@pytest.mark.parametrize(
+    ("seconds", "command"),
+    [
+        *((seconds, ("run", str(EXAMPLES / "paper.toml"))) for seconds in (4.0, 9.0, 14.0)),
+        pytest.param(9.0, ("bifurcation", str(EXAMPLES / "periodic.toml"), *SCAN), marks=pytest.mark.slow),
+    ],
+)
+def test_compiling_is_no_excuse(tmp_path: Path, seconds: float, command: tuple[str, ...]) -> None:
+    """Identity: a command that compiles its kernels for the first time, on whatever thread, ends as soon as any other."""
+    with started(*COMMAND, *command, SCISSORDYN_CACHE=str(tmp_path / "empty")) as process:
         wait_for(lambda: computed(process) > seconds, process)
         process.send_signal(signal.SIGINT)
         out, err = ended(process)
-    assert (process.returncode, out, err) == (130, "", "scissordyn: interrupted\n")
-
-
-SCAN = ("--over", "A.clearance", "--from", "0.1 mm", "--to", "0.2 mm", "--values", "200", "--cycles", "50", "--workers", "2")
+    kept = "; no value is kept" if command[0] == "bifurcation" else ""
+    assert (process.returncode, out, err) == (130, "", f"scissordyn: interrupted{kept}\n")
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
 @pytest.mark.parametrize("whole_group", [True, False])
 def test_a_diagram_that_is_stopped_is_kept(tmp_path: Path, number: signal.Signals, whole_group: bool) -> None:
-    """Identity: whether the signal reaches the command or its workers too, they end, and the file holds what was done."""
+    """Identity: whether the signal reaches the command or its whole group, it ends, and the file holds what was done."""
     target = tmp_path / "diagram.nc"
     with started(*COMMAND, "bifurcation", str(EXAMPLES / "periodic.toml"), *SCAN, "-o", str(target)) as process:
         wait_for(target.exists, process)  # written every ten seconds
@@ -125,11 +132,11 @@ def test_a_diagram_that_is_stopped_is_kept(tmp_path: Path, number: signal.Signal
     assert list(tmp_path.iterdir()) == [target]
 
 
-@pytest.mark.parametrize("workers", [1, 2])
+@pytest.mark.parametrize("engine", [("--threads", "1"), ("--threads", "2"), ("--workers", "2")])
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGKILL])
-def test_the_paper_can_be_stopped(tmp_path: Path, number: signal.Signals, workers: int) -> None:
+def test_the_paper_can_be_stopped(tmp_path: Path, number: signal.Signals, engine: tuple[str, str]) -> None:
     """Identity: no process is left over, and what is done is kept and named."""
-    with started(*COMMAND, "paper", "-o", str(tmp_path), "--workers", str(workers)) as process:
+    with started(*COMMAND, "paper", "-o", str(tmp_path), *engine) as process:
         wait_for(lambda: list(tmp_path.glob("runs/*.nc")), process)
         if number == signal.SIGKILL:
             process.kill()

@@ -7,6 +7,7 @@ import pytest
 from scissordyn.paper.cases import every_case
 from scissordyn.paper.runs import fetch_runs
 from scissordyn.paper.sensitivity import DEFAULT
+from scissordyn.study.engine import Threads
 
 
 @pytest.fixture(scope="session")
@@ -18,4 +19,4 @@ def runs_folder(tmp_path_factory):
 @pytest.fixture(scope="session")
 def runs(runs_folder):
     """Every run of the default choice."""
-    return fetch_runs(every_case(DEFAULT), runs_folder, workers=1)
+    return fetch_runs(every_case(DEFAULT), runs_folder, engine=Threads(1))

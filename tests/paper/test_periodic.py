@@ -9,6 +9,7 @@ from scissordyn.errors import InputError
 from scissordyn.paper import periodic
 from scissordyn.paper.cases import PaperCase
 from scissordyn.paper.periodic import CYCLES, PERIODIC, SKIP, examine, fetch_diagram, read
+from scissordyn.study.engine import Threads
 
 
 @pytest.fixture
@@ -69,14 +70,14 @@ def test_a_verdict_is_the_same_each_time():
 def test_a_diagram_of_another_version_is_made_anew(tmp_path):
     """Identity: a file that is cut is replaced by the same diagram; a whole one is read."""
     path = tmp_path / "diagram.nc"
-    first = fetch_diagram(path, workers=1)
+    first = fetch_diagram(path, engine=Threads(1))
     assert first["value"].values == pytest.approx([0.2e-3, 0.7e-3])
     assert first.sizes["cycle"] == 2
     path.write_bytes(path.read_bytes()[:2000])
-    again = fetch_diagram(path, workers=1)
+    again = fetch_diagram(path, engine=Threads(1))
     np.testing.assert_array_equal(again["eccentricity"].values, first["eccentricity"].values)
     reported = []
-    fetch_diagram(path, workers=1, progress=lambda *done: reported.append(done))
+    fetch_diagram(path, engine=Threads(1), progress=lambda *done: reported.append(done))
     assert reported == []
 
 

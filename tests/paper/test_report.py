@@ -19,6 +19,7 @@ from scissordyn.paper.figures import FIGURES, FURTHER
 from scissordyn.paper.reproduce import draw_figure, reproduce
 from scissordyn.paper.sensitivity import fetch_sensitivity, full_factorial
 from scissordyn.paper.statements import CLAUSES
+from scissordyn.study.engine import Threads
 
 CHROMIUM = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
 VOID = {"meta", "img", "br"}
@@ -38,9 +39,9 @@ SHORT = {
 """Counts of periods that suffice to have something to show; what hundreds of them say is the test of the measures."""
 
 
-def surveyed(choices, path, *, settled=None, members=2, workers=None, progress=None):
+def surveyed(choices, path, *, settled=None, members=2, engine=None, progress=None):
     """The first of the combinations surveyed in earnest, and repeated for the others."""
-    found = fetch_sensitivity(full_factorial()[:1], path, members=1, workers=1, progress=progress)
+    found = fetch_sensitivity(full_factorial()[:1], path, members=1, engine=Threads(1), progress=progress)
     return found.isel(choice=[0] * len(choices))
 
 
@@ -53,7 +54,7 @@ def report(runs, runs_folder):
             patch.setattr(periodic, name, count)
         short = dataclasses.replace(controlled.MANOEUVRES["periodic"], until=2.0, samples=1001, after=0.5)
         patch.setitem(controlled.MANOEUVRES, "periodic", short)
-        yield reproduce(runs_folder.parent, workers=1)
+        yield reproduce(runs_folder.parent, engine=Threads(1))
 
 
 class Outline(HTMLParser):
@@ -136,7 +137,7 @@ def test_a_second_time_gives_the_same_bytes(report):
         patch.setattr(module, "_draw", lambda number, _, into: [into / f"figure-{number:02d}.svg"])
         patch.setattr(module, "_draw_further", lambda name, _, into: [into / f"{name}.svg"])
         patch.setattr(module, "fetch_sensitivity", surveyed)
-        reproduce(folder, workers=1)
+        reproduce(folder, engine=Threads(1))
     assert {path: path.read_bytes() for path in kept} == before
 
 
@@ -144,7 +145,7 @@ def test_one_figure_can_be_drawn_alone(report):
     """Identity: the two files of that figure, and the same bytes as among the others."""
     folder = report.report.parent
     before = {path: path.read_bytes() for path in (folder / "figures").glob("figure-09.*")}
-    written = draw_figure(9, folder, workers=1)
+    written = draw_figure(9, folder, engine=Threads(1))
     assert [path.name for path in written] == ["figure-09.png", "figure-09.svg"]
     assert {path: path.read_bytes() for path in written} == before
 
@@ -152,7 +153,7 @@ def test_one_figure_can_be_drawn_alone(report):
 def test_a_figure_without_results_is_refused(tmp_path):
     """Identity: nothing is written."""
     with pytest.raises(InputError, match="figure 4"):
-        draw_figure(4, tmp_path / "none", workers=1)
+        draw_figure(4, tmp_path / "none", engine=Threads(1))
     assert not (tmp_path / "none").exists()
 
 

@@ -10,6 +10,7 @@ from scissordyn.paper.cases import Choice, PaperCase, every_case
 from scissordyn.paper.events import REFERENCE, event_table
 from scissordyn.paper.runs import compute, fetch_runs
 from scissordyn.simulation.store import load, save
+from scissordyn.study.engine import Threads
 
 CASE = PaperCase(None)
 
@@ -17,7 +18,7 @@ CASE = PaperCase(None)
 @pytest.fixture
 def folder(tmp_path):
     """A folder with the run of one case."""
-    fetch_runs([CASE], tmp_path, workers=1)
+    fetch_runs([CASE], tmp_path, engine=Threads(1))
     return tmp_path
 
 
@@ -36,7 +37,7 @@ def counting(monkeypatch):
 def test_a_second_call_computes_nothing(folder, monkeypatch):
     """Identity: the same numbers, read from the file; and a case asked for twice is one run."""
     made = counting(monkeypatch)
-    again = fetch_runs([CASE, CASE], folder, workers=1)
+    again = fetch_runs([CASE, CASE], folder, engine=Threads(1))
     assert made == []
     xr.testing.assert_equal(again[CASE], compute(CASE))
     assert [path.name for path in folder.iterdir()] == [f"{CASE.name}.nc"]
@@ -51,7 +52,7 @@ def test_what_is_broken_or_out_of_date_is_made_anew(folder, monkeypatch, spoil):
     else:
         save(load(path).assign_attrs({spoil: "other"}), path)
     made = counting(monkeypatch)
-    fetch_runs([CASE], folder, workers=1)
+    fetch_runs([CASE], folder, engine=Threads(1))
     assert made == [CASE]
     assert (load(path).attrs["case"], load(path).attrs["provenance"]) == (CASE.toml, provenance())
 
@@ -65,14 +66,14 @@ def test_a_run_that_breaks_off_is_an_error(tmp_path, monkeypatch):
 
     monkeypatch.setattr(module, "simulate", short)
     with pytest.raises(ScissordynError, match=r"run 'c-0\.5mm_150rpm' .*10 steps are not enough"):
-        fetch_runs([PaperCase()], tmp_path, workers=1)
+        fetch_runs([PaperCase()], tmp_path, engine=Threads(1))
     assert not list(tmp_path.iterdir())
 
 
 def test_the_number_of_processes_changes_nothing(runs, tmp_path):
     """Identity: two processes give bit for bit what one gives, in the same order."""
     cases = [PaperCase(0.2e-3), PaperCase(None)]
-    found = fetch_runs(cases, tmp_path, workers=2)
+    found = fetch_runs(cases, tmp_path, engine=Threads(2))
     assert list(found) == cases
     for case in cases:
         xr.testing.assert_equal(found[case], runs[case])

@@ -12,6 +12,7 @@ from scissordyn.paper.reproduce import verdicts
 from scissordyn.paper.sensitivity import DEFAULT, FACTORS, fetch_sensitivity, full_factorial, one_at_a_time, survey
 from scissordyn.paper.statements import CLAUSES
 from scissordyn.paper.verdict import Finding
+from scissordyn.study.engine import Threads
 
 OTHER = dataclasses.replace(DEFAULT, driven_bar="slider", restitution=0.5)
 
@@ -28,8 +29,8 @@ def test_the_default_choice_is_answered_as_in_the_report(runs):
 def test_a_survey_is_repeatable_and_kept(tmp_path, monkeypatch):
     """Identity: the same numbers each time; a call for what is there reads it, a call for more computes."""
     choices = (DEFAULT, OTHER)
-    one = fetch_sensitivity(choices, tmp_path / "one.nc", members=1, workers=1)
-    two = fetch_sensitivity(choices, tmp_path / "two.nc", members=1, workers=1)
+    one = fetch_sensitivity(choices, tmp_path / "one.nc", members=1, engine=Threads(1))
+    two = fetch_sensitivity(choices, tmp_path / "two.nc", members=1, engine=Threads(1))
     xr.testing.assert_identical(one, two)
     assert list(one["clause"].values) == [clause.key for clause in CLAUSES]
     assert not np.array_equal(one["agreeing"][0], one["agreeing"][1])
@@ -37,7 +38,7 @@ def test_a_survey_is_repeatable_and_kept(tmp_path, monkeypatch):
     def never(*_, **__):
         raise AssertionError("computed again")
 
-    monkeypatch.setattr(sensitivity, "run_cases", never)
+    monkeypatch.setattr(sensitivity, "survey", never)
     xr.testing.assert_identical(fetch_sensitivity(choices, tmp_path / "one.nc", members=1), one)
     with pytest.raises(AssertionError, match="computed again"):
         fetch_sensitivity(choices, tmp_path / "one.nc", members=3)
@@ -46,10 +47,10 @@ def test_a_survey_is_repeatable_and_kept(tmp_path, monkeypatch):
 def test_settled_answers_replace_those_of_two_oscillations(tmp_path):
     """Identity: for the periodic drive the named clauses have the given answers, others the surveyed ones."""
     choices = (DEFAULT, PERIODIC)
-    plain = fetch_sensitivity(choices, tmp_path / "survey.nc", members=1, workers=1)
+    plain = fetch_sensitivity(choices, tmp_path / "survey.nc", members=1, engine=Threads(1))
     at = [clause.key for clause in CLAUSES].index("5e")
     opposite = Finding(not plain["agreeing"].values[1, at], "as given", {})
-    given = fetch_sensitivity(choices, tmp_path / "survey.nc", settled={"5e": opposite}, members=1, workers=1)
+    given = fetch_sensitivity(choices, tmp_path / "survey.nc", settled={"5e": opposite}, members=1, engine=Threads(1))
     assert (given["agreeing"].values[1, at], str(given["words"].values[1, at])) == (float(opposite.holds), "as given")
     others = np.arange(len(CLAUSES)) != at
     np.testing.assert_array_equal(given["agreeing"].values[:, others], plain["agreeing"].values[:, others])

@@ -59,7 +59,7 @@ def test_the_paper_on_one_process_stops(
         return interrupted()
 
     monkeypatch.setattr(runs, "simulate", stopped)
-    assert status_of(["paper", "-o", str(tmp_path / "out"), "--workers", "1"]) == 130
+    assert status_of(["paper", "-o", str(tmp_path / "out"), "--threads", "1"]) == 130
     assert len(began) == 1
     assert "what is done is in" in capsys.readouterr().err
 

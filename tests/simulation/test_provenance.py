@@ -18,6 +18,7 @@ import scissordyn as sd
 from scissordyn.paper.cache import SHOWN
 from scissordyn.simulation.provenance import FACES, provenance
 from scissordyn.study import bifurcation as diagram_module
+from scissordyn.study.engine import Threads
 
 PACKAGE = Path(scissordyn.__file__).parent
 ASK = "from scissordyn.simulation.provenance import provenance as p; print(p(), p({skip}), sep='\\n')"
@@ -86,7 +87,13 @@ def test_libraries_are_named() -> None:
 def test_a_diagram_of_other_sources_is_not_taken_up(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Identity: a stored diagram is gone on with by the sources and libraries that it was begun with, and by no others."""
     arm, other = (sd.four_bar(rocker=rocker).driven(sd.Harmonic(1.0, 0.2, 20.0)) for rocker in (0.15, 0.151))
-    options = {"over": "drive.angular_frequency", "values": np.array([20.0, 21.0]), "cycles": 1, "keep": 1, "workers": 1}
+    options = {
+        "over": "drive.angular_frequency",
+        "values": np.array([20.0, 21.0]),
+        "cycles": 1,
+        "keep": 1,
+        "engine": Threads(1),
+    }
     store = tmp_path / "diagram.nc"
     first = sd.bifurcation(arm, store=store, **options)
     again = sd.bifurcation(arm, store=store, **options)

@@ -3,45 +3,25 @@
 from __future__ import annotations
 
 import os
-import random
 import re
 import signal
 import socket
 import subprocess
 import sys
 import time
-from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
 
-import numpy as np
 import pytest
 
 import scissordyn as sd
+from reference.paper_case import paper_case
 from scissordyn.simulation.options import Options
 from scissordyn.study.description import Factor, Study
 from scissordyn.study.distribution import Interval
 from scissordyn.study.engine import Cluster, Threads
 from scissordyn.study.execute import execute
-from scissordyn.study.store import COMPLETE, Store
 
 pytestmark = pytest.mark.slow  # real schedulers and workers, which leave warnings of their own behind
-
-CASE = """
-[structure]
-kind = "scissor"
-units = 2
-
-[drive]
-speed = "150 rpm"
-
-[[clearance]]
-joint = "A"
-clearance = "0.5 mm"
-
-[run]
-until = "20 ms"
-"""
 
 SWEEP = ["--vary", "A.clearance=0.1..0.5 mm, 20 values", "--vary", "drive.speed=100..200 rpm, 15 values", "--block", "6"]
 
@@ -136,12 +116,6 @@ def said(error: str) -> list[str]:
     return [line for line in error.splitlines() if not re.match(r"\d+ of \d+ cases, ", line)]
 
 
-def answers(port: int) -> bool:
-    """Whether anything listens at a port."""
-    with socket.socket() as one:
-        return one.connect_ex(("127.0.0.1", port)) == 0
-
-
 def written(store: Path) -> int:
     """Blocks whose status is written."""
     folder = store / "status" / "c"
@@ -151,7 +125,7 @@ def written(store: Path) -> int:
 def test_ctrl_c_keeps_what_is_complete(tmp_path: Path) -> None:
     """Identity: exit status 130 and one line; resumed, no finished block is written again."""
     case, store = tmp_path / "case.toml", tmp_path / "a.zarr"
-    case.write_text(CASE)
+    case.write_text(paper_case("20 ms"))
     process = run_command("sweep", case, *SWEEP, "-o", store, "--threads", "1")
     wait_for(lambda: written(store) >= 2)
     process.send_signal(signal.SIGINT)
@@ -166,76 +140,3 @@ def test_ctrl_c_keeps_what_is_complete(tmp_path: Path) -> None:
     assert process.returncode == 0, error
     assert "300 cases complete, 0 failed, 0 pending" in output
     assert all(path.stat().st_mtime_ns == when for path, when in before.items())
-
-
-def free_port() -> int:
-    """A port that nobody uses."""
-    with socket.socket() as one:
-        one.bind(("127.0.0.1", 0))
-        return int(one.getsockname()[1])
-
-
-@contextmanager
-def dask_processes(port: int, folder: Path) -> Iterator[dict[str, subprocess.Popen[bytes]]]:
-    """A scheduler and two workers, as on two machines."""
-    quiet = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL, "cwd": folder}
-    dask = [sys.executable, "-m", "dask"]
-    commands = {
-        "scheduler": [*dask, "scheduler", "--host", "127.0.0.1", "--port", str(port), "--no-dashboard"],
-        "worker 1": [*dask, "worker", f"tcp://127.0.0.1:{port}", "--nthreads", "1", "--no-dashboard", "--no-nanny"],
-        "worker 2": [*dask, "worker", f"tcp://127.0.0.1:{port}", "--nthreads", "1", "--no-dashboard", "--no-nanny"],
-    }
-    running = {name: subprocess.Popen(command, **quiet) for name, command in commands.items()}  # type: ignore[call-overload]
-    try:
-        yield running
-    finally:
-        for process in running.values():
-            process.kill()
-            process.wait()
-
-
-@pytest.mark.slow
-def test_killed_at_random_moments(tmp_path: Path) -> None:
-    """Identity: killed with -9 at 20 moments, the bytes are those of an undisturbed run, and no finished block is done twice.
-
-    Coordinator, worker and scheduler are killed in turn. The scheduler and the workers are processes of their own, the
-    coordinator is the command line.
-    """
-    case = tmp_path / "case.toml"
-    case.write_text(CASE)
-    whole, store = tmp_path / "whole.zarr", tmp_path / "killed.zarr"
-    process = run_command("sweep", case, *SWEEP, "-o", whole, "--threads", "1")
-    assert said(process.communicate(timeout=600)[1]) == []
-    numbers, kills, finished = random.Random(1), 0, dict[Path, tuple[int, int]]()
-    while kills < 20:
-        if kills % 20 == 0 or Store(store).status().all():
-            finished = {}
-            if store.exists():
-                assert files(store) == files(whole)
-                subprocess.run(["rm", "-r", store], check=True)
-        victim = ("coordinator", "worker 1", "scheduler")[kills % 3]
-        port = free_port()
-        with dask_processes(port, tmp_path) as dask:
-            wait_for(lambda port=port: answers(port))
-            coordinator = run_command("sweep", case, *SWEEP, "-o", store, "--scheduler", f"tcp://127.0.0.1:{port}")
-            began = written(store)
-            wait_for(lambda began=began, one=coordinator: written(store) > began or one.poll() is not None)
-            time.sleep(numbers.uniform(0.0, 0.5))
-            (coordinator if victim == "coordinator" else dask[victim]).kill()
-            kills += 1
-            _, error = coordinator.communicate(timeout=300)
-            if victim == "scheduler" and coordinator.returncode:
-                assert coordinator.returncode == 3, error
-                assert len(said(error)) == 1, error
-            if victim == "worker 1":
-                assert coordinator.returncode == 0, error
-        for path, stamp in finished.items():
-            assert (path.stat().st_mtime_ns, path.stat().st_ino) == stamp, f"{path} was written twice"
-        status = Store(store).status()
-        blocks = [k for k in range(-(-status.size // 6)) if (status[6 * k : 6 * k + 6] == COMPLETE).all()]
-        chunks = [store / "status" / "c" / str(k) for k in blocks]
-        finished = {path: (path.stat().st_mtime_ns, path.stat().st_ino) for path in chunks}
-    process = run_command("sweep", case, *SWEEP, "-o", store)
-    assert said(process.communicate(timeout=600)[1]) == []
-    assert files(store) == files(whole)
-    assert np.all(Store(store).status() == COMPLETE)

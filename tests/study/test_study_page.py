@@ -6,26 +6,13 @@ import re
 from pathlib import Path
 
 import pytest
+import xarray as xr
 
+from reference.paper_case import paper_case
 from scissordyn.cli.main import status_of
 from scissordyn.study.design import DESIGNS
 
 PAGE = (Path(__file__).parents[2] / "docs" / "studies.md").read_text(encoding="utf-8")
-CASE = """
-[structure]
-kind = "scissor"
-units = 2
-
-[drive]
-speed = "150 rpm"
-
-[[clearance]]
-joint = "A"
-clearance = "0.5 mm"
-
-[run]
-until = "2 ms"
-"""
 
 
 def snippets(language: str) -> list[str]:
@@ -38,7 +25,7 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """A folder with the case and the function that the page names."""
     monkeypatch.chdir(tmp_path)
     for name in ("array.toml", "paper.toml"):
-        (tmp_path / name).write_text(CASE)
+        (tmp_path / name).write_text(paper_case("2 ms"))
     (tmp_path / "mine.py").write_text("def late(run):\n    return float(run['normal_force'].isel(time=-1).max())\n")
     return tmp_path
 
@@ -95,6 +82,8 @@ SWEEP = ("sweep", "array.toml", "-o", "a.zarr", "--vary", "A.clearance=0.1..0.4 
         ((*SWEEP, "--require", "peak_force < 500"), "missing unit"),
         ((*SWEEP, "--require", "peak_force"), "is no requirement"),
         ((*SWEEP, "--measure", "peak_forse"), "unknown measure"),
+        ((*SWEEP, "--measure", "tip.error"), "no track 'tip' with a peak_track_deviation; allowed: a case with a track"),
+        ((*SWEEP, "--require", "B.peak_force < 500 N"), "no joint 'B' with a peak_force; allowed: A"),
         ((*SWEEP, "--design", "sobel"), "did you mean 'sobol'"),
         ((*SWEEP, "--design", "sobol"), "points = 0"),
         ((*SWEEP, "--threads", "1", "--workers", "2"), "--threads and --workers"),
@@ -119,6 +108,47 @@ def test_bad_input(arguments: tuple[str, ...], says: str, folder: Path, capsys: 
     assert says in error
     assert error.count("\n") == 1
     assert not (folder / "a.zarr").exists()
+
+
+SERVO = """
+[structure]
+kind = "scissor"
+
+[drive]
+cycloidal = { start = "30 deg", end = "60 deg", duration = "0.2 s" }
+
+[[control]]
+name = "servo"
+controller = { name = "feed-forward", proportional = "2000 N m/rad", derivative = "100 N m s/rad", limit = "100 N m" }
+
+[[track]]
+name = "tip"
+body = "unit 1/bar 1"
+point = "end"
+
+[[clearance]]
+joint = "all"
+clearance = "0.1 mm"
+friction = "none"
+
+[run]
+until = "2 ms"
+"""
+
+
+def test_the_question_of_the_introduction(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """Identity: one value of all clearances, torque limits as levels, the error of a tracked point, a required force."""
+    (folder / "case.toml").write_text(SERVO)
+    arguments = ["sweep", "case.toml", "--vary", "clearance.all.clearance=0.05..0.4 mm"]
+    arguments += ["--vary", "servo.controller.limit=50, 100, 200 N m", "--measure", "peak_force", "--measure", "tip.error"]
+    arguments += ["--require", "peak_force < 500 N", "-o", "study.zarr"]
+    assert status_of(arguments) == 0
+    shown = capsys.readouterr().out
+    assert "30 cases complete" in shown
+    with xr.open_zarr(folder / "study.zarr") as found:
+        assert found["peak_track_deviation"].dims == ("case", "track")
+        assert sorted(set(found["servo.controller.limit"].values.tolist())) == [50.0, 100.0, 200.0]
+        assert float(found["peak_track_deviation"].min()) > 0.0
 
 
 def test_the_life_of_a_study(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:

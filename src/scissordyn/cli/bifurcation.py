@@ -32,7 +32,10 @@ def bifurcation(
     keep: Annotated[int | None, typer.Option(help="Number of last periods to keep; half if not given.", min=1)] = None,
     follow: Annotated[bool, typer.Option("--follow", help="Start each value where the one before ended.")] = False,
     tolerance: Annotated[float, typer.Option(help="Relative tolerance.", min=1e-14, max=1e-2)] = 1e-6,
-    workers: Annotated[int | None, typer.Option(help="Processes; one per processor if not given.", min=1)] = None,
+    threads: Annotated[int | None, typer.Option(help="Threads of this process; one per processor if not given.", min=1)] = None,
+    workers: Annotated[int | None, typer.Option(help="Processes on this machine instead.", min=1)] = None,
+    scheduler: Annotated[str | None, typer.Option(metavar="ADDRESS", help="Workers of a dask scheduler instead.")] = None,
+    cluster: Annotated[Path | None, typer.Option(metavar="FILE", help="Workers that a queueing system starts instead.")] = None,
     output: Annotated[
         Path | None, typer.Option("-o", "--output", help="Save the diagram to this NetCDF file, and continue it.")
     ] = None,
@@ -54,6 +57,7 @@ def bifurcation(
 
     import numpy as np
 
+    from scissordyn.cli.study import Where
     from scissordyn.config.file import read_case
     from scissordyn.model.address import number
     from scissordyn.simulation.cycles import recorded
@@ -67,7 +71,7 @@ def bifurcation(
         raise InputError(f"--variable '{variable}'{did_you_mean(variable, known)}", ", ".join(known), f"--variable {known[0]}")
     ends = _number(first, quantity, "--from"), _number(last, quantity, "--to")
     tell_where("no value is kept" if output is None else f"what is done is in {output}, and the same command goes on from it")
-    with _progress(values) as progress:
+    with Where(threads, workers, scheduler, cluster).engine() as engine, _progress(values) as progress:
         diagram = compute(
             described.mechanism,
             over=over,
@@ -79,7 +83,7 @@ def bifurcation(
             rtol=tolerance,
             atol=tolerance,
             method=described.run.method,
-            workers=workers,
+            engine=engine,
             store=output,
             progress=progress,
         )
@@ -108,7 +112,7 @@ def _show(diagram: xr.Dataset, output: Path | None, plot: Path | None, variable:
     done, total = int(diagram["completed_cycles"].sum()), len(states)
     print(
         f"{states.count('complete')} of {total} values of {printable(diagram.attrs['parameter'])} complete, {done} cycles, "
-        f"{diagram.attrs['wall_seconds']:.1f} s; {diagram.attrs['cycles_per_second']:.0f} cycles per second and process"
+        f"{diagram.attrs['wall_seconds']:.1f} s; {diagram.attrs['cycles_per_second']:.0f} cycles per second and processor"
     )
     for warning in json.loads(diagram.attrs["warnings"]):
         print(f"Warning: {printable(warning)}")

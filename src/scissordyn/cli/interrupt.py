@@ -92,15 +92,20 @@ def _watch(ours: socket.socket, theirs: socket.socket) -> None:
 
 
 def _is_finishing() -> bool:
-    """Whether the main thread has taken notice of the signal, and neither compiles nor simulates anything."""
+    """Whether the main thread has taken notice of the signal and simulates nothing, and no thread compiles.
+
+    Other threads that simulate end after the slice that they are in; a pass of the compiler may take a minute.
+    """
     if not _delivered.is_set():
         return False
-    frame = sys._current_frames().get(threading.main_thread().ident or 0)
-    while frame is not None:
-        module = str(frame.f_globals.get("__name__", ""))
-        if module.partition(".")[0] in COMPILERS or (module, frame.f_code.co_name) == ADVANCING:
-            return False
-        frame = frame.f_back
+    main = threading.main_thread().ident or 0
+    for thread, innermost in sys._current_frames().items():
+        frame: FrameType | None = innermost
+        while frame is not None:
+            module = str(frame.f_globals.get("__name__", ""))
+            if module.partition(".")[0] in COMPILERS or (thread == main and (module, frame.f_code.co_name) == ADVANCING):
+                return False
+            frame = frame.f_back
     return True
 
 

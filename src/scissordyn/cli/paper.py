@@ -25,20 +25,22 @@ def paper(
         "paper"
     ),
     figure: Annotated[int | None, typer.Option(help="Draw only this figure of the paper.")] = None,
-    workers: Annotated[int | None, typer.Option(help="Processes; one per processor if not given.")] = None,
+    threads: Annotated[int | None, typer.Option(help="Threads of this process; one per processor if not given.", min=1)] = None,
+    workers: Annotated[int | None, typer.Option(help="Processes on this machine instead.", min=1)] = None,
 ) -> int:
     """Reproduce the paper's figures and compare its statements with measured numbers."""
     check_folder(output, "-o paper")
     kept = f"what is done is in {output}, and the same command goes on from it"
     tell_where(kept)
+    from scissordyn.cli.study import Where
     from scissordyn.paper.reproduce import draw_figure, reproduce
 
     try:
-        with _bars() as progress:
+        with Where(threads, workers).engine() as engine, _bars() as progress:
             if figure is None:
-                result = reproduce(output, workers=workers, progress=progress)
+                result = reproduce(output, engine=engine, progress=progress)
             else:
-                written = draw_figure(figure, output, workers=workers, progress=progress)
+                written = draw_figure(figure, output, engine=engine, progress=progress)
     except KeyboardInterrupt:
         print(f"scissordyn: interrupted; {kept}", file=sys.stderr)
         return INTERRUPTED

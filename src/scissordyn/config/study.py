@@ -19,11 +19,11 @@ from scissordyn.model.address import number
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.simulation.measure import MEASURES
 from scissordyn.simulation.options import Options
-from scissordyn.study.description import Factor, OwnMeasure, Sampling, Study
+from scissordyn.study.description import Factor, OwnMeasure, Sampling, Study, check_part
 from scissordyn.study.design import Design
 from scissordyn.study.distribution import Interval, Levels, LogNormal, Normal, Table, Uniform, Variation
 from scissordyn.study.goal import Goal, Optimisation
-from scissordyn.study.requirement import Requirement
+from scissordyn.study.requirement import Requirement, Response
 from scissordyn.units import Quantity
 
 __all__ = ["StudyText", "read_requirement", "read_study", "read_variation", "study_of"]
@@ -36,6 +36,9 @@ DISTRIBUTIONS = {"uniform": 2, "normal": 2, "truncated": 4, "lognormal": 2, "tab
 """Their numbers of parameters."""
 
 CALL = re.compile(r"\s*([a-z]+)\s*\((.*)\)\s*(.*)", re.DOTALL)
+ALIASES = {"error": "peak_track_deviation"}
+"""Measures that are called otherwise behind the name of a tracked point: ``tip.error``."""
+
 OPTION = re.compile(r"(\d+)\s+values|(log)")
 COMPARISON = re.compile(r"\s*([^<>=]+?)\s*(<=|>=|<|>)\s*([^<>=]+?)\s*")
 
@@ -191,7 +194,10 @@ def study_of(text: StudyText) -> Study:
         For an address, a unit, a range or a requirement that does not fit.
     """
     case = read_case(text.case, list(text.changes))
-    names = [_response(name, ())[1] for name in text.measures if "=" not in name]
+    asked = [Response(measure, part) for part, measure, _ in (_response(name, ()) for name in text.measures if "=" not in name)]
+    for response in asked:
+        check_part(case.mechanism, response)
+    names = [response.measure for response in asked]
     own = tuple(_own_measure(each) for each in text.measures if "=" in each)
     goals = tuple(read_goal(goal, own, tuple(text.vary)) for goal in text.goals)
     requirements = tuple(read_requirement(each, own) for each in text.require)
@@ -344,7 +350,8 @@ def _response(text: str, own: Sequence[OwnMeasure]) -> tuple[str, str, str]:
     units = {name: measure.units for name, measure in MEASURES.items()} | {each.name: each.units for each in own}
     if text in units:
         return "", text, units[text]
-    part, _, measure = text.rpartition(".")
+    part, dot, measure = text.rpartition(".")
+    measure = ALIASES.get(measure, measure) if dot and measure not in units else measure
     if measure not in units:
         raise InputError(f"unknown measure '{measure}'{did_you_mean(measure, units)}", ", ".join(units))
     return part, measure, units[measure]

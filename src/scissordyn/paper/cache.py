@@ -1,4 +1,4 @@
-"""Results that are computed in parallel, each once, and stored as files."""
+"""Results that are computed beside each other, each once, and stored as files."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from scissordyn.errors import InputError, ScissordynError
 from scissordyn.simulation.provenance import FACES
 from scissordyn.simulation.provenance import provenance as made_with
 from scissordyn.simulation.store import load, save
-from scissordyn.study.runner import run_cases
+from scissordyn.study.engine import Engine, Threads, error_text
 
 __all__ = ["Job", "Progress", "fetch", "provenance"]
 
@@ -54,7 +54,7 @@ def fetch(
     folder: Path,
     *,
     what: str = "runs",
-    workers: int | None = None,
+    engine: Engine | None = None,
     progress: Progress | None = None,
 ) -> dict[Work, xr.Dataset]:
     """Results from a folder; those missing or out of date are computed first.
@@ -64,13 +64,13 @@ def fetch(
     jobs : sequence of Job
         Of distinct names.
     compute : callable
-        From a job to its result; called in other processes.
+        From a job to its result; called by the engine, on other threads or in other processes.
     folder : Path
         Folder of a NetCDF file for each job, complete or missing.
     what : str
         Kind of work for `progress`.
-    workers : int, optional
-        Processes; one per processor if not given.
+    engine : Engine, optional
+        Threads of this process, one per processor, if not given.
     progress : callable, optional
 
     Returns
@@ -87,11 +87,13 @@ def fetch(
     wanted = tuple(dict.fromkeys(jobs))
     found = {job: result for job in wanted if (result := _stored(job, folder)) is not None}
     missing = [job for job in wanted if job not in found]
-    announce = None if progress is None else partial(progress, what)
-    for done in run_cases(partial(_compute_and_save, compute, folder), missing, workers=workers, progress=announce):
-        if done.error:
-            raise ScissordynError(done.error)
-        found[missing[done.index]] = load(_path(missing[done.index], folder))
+    spread = Threads() if engine is None else engine
+    for count, done in enumerate(spread.each(partial(_compute_and_save, compute, folder), missing), 1):
+        if done.error is not None:
+            raise ScissordynError(error_text(done.error)) from done.error
+        found[done.task] = load(_path(done.task, folder))
+        if progress is not None:
+            progress(what, count, len(missing))
     return {job: found[job] for job in wanted}
 
 

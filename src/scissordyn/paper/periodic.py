@@ -25,6 +25,7 @@ from scissordyn.simulation.cycles import cycle
 from scissordyn.simulation.interrupt import pass_on
 from scissordyn.simulation.output_file import check_target
 from scissordyn.study.bifurcation import OtherDiagramError, bifurcation
+from scissordyn.study.engine import Engine, Threads
 from scissordyn.study.ensemble import ensemble
 from scissordyn.study.lyapunov import separation_exponent
 from scissordyn.units import degrees
@@ -134,7 +135,7 @@ def examine(case: PaperCase) -> xr.Dataset:
     together = followed = 0
     if classify(run, skip=SKIP).period is not None:
         # for a periodic motion a few periods are enough to see whether neighbours converge to it
-        pair = ensemble(mechanism, members=PAIR, cycles=SKIP, workers=1)
+        pair = ensemble(mechanism, members=PAIR, cycles=SKIP, engine=Threads(1))
         _check(pair, case)
         together = followed = int(pair.attrs["trusted_cycles"])
     growth = math.nan
@@ -143,7 +144,7 @@ def examine(case: PaperCase) -> xr.Dataset:
         kind, name, evidence, judged, agreeing = verdict.kind, verdict.name, verdict.evidence, 1, 1
         fraction, impacts = (float(run[what].isel(cycle=slice(SKIP, None)).mean()) for what in ("contact_fraction", "impacts"))
     else:
-        many = ensemble(mechanism, members=MEMBERS, cycles=CYCLES, skip=SKIP, workers=1)
+        many = ensemble(mechanism, members=MEMBERS, cycles=CYCLES, skip=SKIP, engine=Threads(1))
         _check(many, case)
         together, followed = int(many.attrs["trusted_cycles"]), CYCLES
         at = ("cycle", many.attrs["period"] * np.arange(CYCLES))
@@ -192,14 +193,14 @@ def read(run: xr.Dataset) -> Regularity:
     return Regularity(**{**kept, "evidence": tuple(kept["evidence"])})
 
 
-def fetch_diagram(path: Path, *, workers: int | None = None, progress: Progress | None = None) -> xr.Dataset:
+def fetch_diagram(path: Path, *, engine: Engine | None = None, progress: Progress | None = None) -> xr.Dataset:
     """The asymptotic motion for clearances from 0.2 to 0.7 mm, from a file or computed.
 
     Parameters
     ----------
     path : Path
         NetCDF file; one of another version is replaced.
-    workers : int, optional
+    engine : Engine, optional
     progress : callable, optional
 
     Returns
@@ -220,7 +221,7 @@ def fetch_diagram(path: Path, *, workers: int | None = None, progress: Progress 
             values=values,
             cycles=DIAGRAM_CYCLES,
             keep=DIAGRAM_KEPT,
-            workers=workers,
+            engine=engine,
             store=path,
             progress=announce,
         )

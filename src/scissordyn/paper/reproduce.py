@@ -25,6 +25,7 @@ from scissordyn.paper.tables import as_csv, as_json
 from scissordyn.paper.verdict import Settled, Verdict, answer
 from scissordyn.plot.file import FORMATS, write
 from scissordyn.simulation.output_file import write_file
+from scissordyn.study.engine import Engine
 
 __all__ = ["Reproduction", "draw_figure", "reproduce", "verdicts"]
 
@@ -45,15 +46,17 @@ class Reproduction:
     report: Path
 
 
-def reproduce(folder: str | os.PathLike[str], *, workers: int | None = None, progress: Progress | None = None) -> Reproduction:
+def reproduce(
+    folder: str | os.PathLike[str], *, engine: Engine | None = None, progress: Progress | None = None
+) -> Reproduction:
     """Reproduce the paper and write a report.
 
     Parameters
     ----------
     folder : path
         Created if missing. Results of an earlier call of the same version are used again.
-    workers : int, optional
-        Processes; one per processor if not given.
+    engine : Engine, optional
+        Threads of this process, one per processor, if not given.
     progress : callable, optional
         Called with the kind of work, the number done and the total.
 
@@ -69,7 +72,7 @@ def reproduce(folder: str | os.PathLike[str], *, workers: int | None = None, pro
         If a run fails.
     """
     target = _made(folder)
-    results = _results(target, workers, progress)
+    results = _results(target, engine, progress)
     answers = verdicts(results.runs, {case: periodic.read(run) for case, run in results.settled.items()})
     pictures = _pictures(results, target / "figures", progress)
     for case in (*results.runs, *results.settled):
@@ -82,9 +85,9 @@ def reproduce(folder: str | os.PathLike[str], *, workers: int | None = None, pro
         and verdict.clause.periodically.measures_regularity
     }
     singly = fetch_sensitivity(
-        one_at_a_time(), target / "one-at-a-time.nc", settled=settled, members=MEMBERS, workers=workers, progress=progress
+        one_at_a_time(), target / "one-at-a-time.nc", settled=settled, members=MEMBERS, engine=engine, progress=progress
     )
-    together = fetch_sensitivity(full_factorial(), target / "full-factorial.nc", workers=workers, progress=progress)
+    together = fetch_sensitivity(full_factorial(), target / "full-factorial.nc", engine=engine, progress=progress)
     _write(target / "verdicts.json", as_json(answers))
     _write(target / "verdicts.csv", as_csv(answers))
     report = _write(target / "report.html", page(answers, results, pictures, singly, together))
@@ -95,7 +98,7 @@ def draw_figure(
     number: int,
     folder: str | os.PathLike[str],
     *,
-    workers: int | None = None,
+    engine: Engine | None = None,
     progress: Progress | None = None,
 ) -> list[Path]:
     """One figure of the paper; missing runs are computed.
@@ -105,7 +108,7 @@ def draw_figure(
     number : int
         In the paper.
     folder : path
-    workers : int, optional
+    engine : Engine, optional
     progress : callable, optional
 
     Returns
@@ -121,7 +124,7 @@ def draw_figure(
     cases = figure_of(number).cases
     target = _made(folder)
     needed = [*cases, *(case.ideal for case in cases)]
-    return _draw(number, fetch_runs(needed, target / "runs", workers=workers, progress=progress), target / "figures")
+    return _draw(number, fetch_runs(needed, target / "runs", engine=engine, progress=progress), target / "figures")
 
 
 def verdicts(runs: Mapping[PaperCase, xr.Dataset], settled: Settled | None = None) -> tuple[Verdict, ...]:
@@ -141,17 +144,17 @@ def verdicts(runs: Mapping[PaperCase, xr.Dataset], settled: Settled | None = Non
     return tuple(answer(clause, DEFAULT, measured, settled) for clause in CLAUSES)
 
 
-def _results(target: Path, workers: int | None, progress: Progress | None) -> Results:
+def _results(target: Path, engine: Engine | None, progress: Progress | None) -> Results:
     """All runs; missing ones are computed."""
     cases = (*every_case(DEFAULT), *contact_starts(DEFAULT))
     return Results(
-        runs=fetch_runs(cases, target / "runs", workers=workers, progress=progress),
+        runs=fetch_runs(cases, target / "runs", engine=engine, progress=progress),
         settled=fetch(
             periodic.EVERY,
             periodic.examine,
             target / "periodic",
             what="motions under the periodic drive",
-            workers=workers,
+            engine=engine,
             progress=progress,
         ),
         controlled=fetch(
@@ -159,10 +162,10 @@ def _results(target: Path, workers: int | None, progress: Progress | None) -> Re
             controlled.compute,
             target / "control",
             what="controlled runs",
-            workers=workers,
+            engine=engine,
             progress=progress,
         ),
-        diagram=periodic.fetch_diagram(target / "bifurcation.nc", workers=workers, progress=progress),
+        diagram=periodic.fetch_diagram(target / "bifurcation.nc", engine=engine, progress=progress),
     )
 
 

@@ -1,4 +1,4 @@
-"""The paper's runs: one stroke each, computed in parallel and stored as files."""
+"""The paper's runs: one stroke each, computed beside each other and stored as files."""
 
 from __future__ import annotations
 
@@ -14,6 +14,7 @@ from scissordyn.paper.constrained_contact import with_contact
 from scissordyn.simulation.constrained_contact import constrain_contact
 from scissordyn.simulation.interrupt import pass_on
 from scissordyn.simulation.run import simulate
+from scissordyn.study.engine import Engine
 
 __all__ = ["compute", "fetch_runs"]
 
@@ -53,7 +54,7 @@ def compute(case: PaperCase, *, trust: bool = True, member: int = 0) -> xr.Datas
 
 
 def fetch_runs(
-    cases: Sequence[PaperCase], folder: Path, *, workers: int | None = None, progress: Progress | None = None
+    cases: Sequence[PaperCase], folder: Path, *, engine: Engine | None = None, progress: Progress | None = None
 ) -> dict[PaperCase, xr.Dataset]:
     """Runs from a folder; those missing or out of date are computed first.
 
@@ -63,12 +64,12 @@ def fetch_runs(
         Of one choice.
     folder : Path
         Folder of a NetCDF file for each run, complete or missing.
-    workers : int, optional
-        Processes; one per processor if not given.
+    engine : Engine, optional
+        Threads of this process, one per processor, if not given.
     progress : callable, optional
 
     Returns
     -------
     dict of PaperCase to Dataset
     """
-    return fetch(cases, compute, folder, workers=workers, progress=progress)
+    return fetch(cases, compute, folder, engine=engine, progress=progress)

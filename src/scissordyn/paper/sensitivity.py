@@ -21,7 +21,7 @@ from scissordyn.paper.runs import compute
 from scissordyn.paper.statements import CLAUSES
 from scissordyn.paper.verdict import Finding, answer
 from scissordyn.simulation.store import load, save
-from scissordyn.study.runner import run_cases
+from scissordyn.study.engine import Engine, Threads, error_text
 from scissordyn.units import degrees
 
 __all__ = ["DEFAULT", "FACTORS", "Holds", "fetch_sensitivity", "full_factorial", "one_at_a_time", "survey"]
@@ -133,7 +133,7 @@ def fetch_sensitivity(
     *,
     settled: Mapping[str, Finding] | None = None,
     members: int = PAIR,
-    workers: int | None = None,
+    engine: Engine | None = None,
     progress: Progress | None = None,
 ) -> xr.Dataset:
     """Survey many choices, or read the survey from its file if it is of the same choices and version.
@@ -146,7 +146,8 @@ def fetch_sensitivity(
     settled : mapping of str to Finding, optional
         Answers by clause that replace those from two oscillations, for the periodic drive.
     members : int
-    workers : int, optional
+    engine : Engine, optional
+        Threads of this process, one per processor, if not given.
     progress : callable, optional
 
     Returns
@@ -169,13 +170,15 @@ def fetch_sensitivity(
             return stored
     except InputError:
         pass  # missing or incomplete: computed now
-    announce = None if progress is None else partial(progress, f"choices, {members} members each")
-    found: list[Holds] = []
-    for result in run_cases(partial(survey, members=members), choices, workers=workers, progress=announce):
+    found: dict[Choice, Holds] = {}
+    for result in (Threads() if engine is None else engine).each(partial(survey, members=members), dict.fromkeys(choices)):
         if result.value is None:
-            raise ScissordynError(f"{choices[result.index].words}: {result.error}")
-        found.append(_settled(choices[result.index], result.value, settled or {}))
-    return load(save(_dataset(choices, found, made), path, replace_broken=True))
+            assert result.error is not None
+            raise ScissordynError(f"{result.task.words}: {error_text(result.error)}") from result.error
+        found[result.task] = _settled(result.task, result.value, settled or {})
+        if progress is not None:
+            progress(f"choices, {members} members each", len(found), len(choices))
+    return load(save(_dataset(choices, [found[choice] for choice in choices], made), path, replace_broken=True))
 
 
 def _settled(choice: Choice, found: Holds, settled: Mapping[str, Finding]) -> Holds:

@@ -21,7 +21,7 @@ from scissordyn.model.address import changed_all, find, number
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.simulation.batch_worker import Worker
 from scissordyn.simulation.configuration import write_configuration
-from scissordyn.simulation.measure import MEASURES, Ended, Measure
+from scissordyn.simulation.measure import MEASURES, Ended, Measure, parts_of
 from scissordyn.simulation.options import EventKind, Options, StartKind
 
 __all__ = ["simulate_many"]
@@ -172,12 +172,7 @@ class _Batch:
         self.base, self.columns, self.start = mechanism, columns, perturbed.start
         self.places = {address: find(mechanism, address) for address in columns}
         cases = perturbed.members.size
-        self.sizes = {
-            "joint": [contact.name for contact in mechanism.contacts],
-            "drive": [drive.body for drive in mechanism.drives],
-            "component": [component.name for component in mechanism.components],
-            "track": [track.name for track in mechanism.tracks],
-        }
+        self.sizes = parts_of(mechanism)
         self.measures = measures
         self.values = {
             name: np.full((cases, *(len(self.sizes[dim]) for dim in measure.dims)), np.nan)

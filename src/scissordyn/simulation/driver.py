@@ -36,6 +36,7 @@ from scissordyn.mechanics.reduced_model import ReducedModel
 from scissordyn.mechanics.system import Model, Parameters, System
 from scissordyn.mechanics.workspace import initial_state, make_workspace
 from scissordyn.model.mechanism import Mechanism
+from scissordyn.simulation.interrupt import look
 from scissordyn.simulation.slice import FIRST, next_slice
 from scissordyn.simulation.snapshot import Snapshot
 from scissordyn.simulation.tolerance import Tolerances
@@ -323,6 +324,7 @@ class Driver:
             if status in _GROWING:
                 self._grow(status)
                 status = loop.ADVANCING
+            look()
             if progress is not None:
                 progress(self.time)
         return status

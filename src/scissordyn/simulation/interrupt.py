@@ -2,9 +2,39 @@
 
 from __future__ import annotations
 
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
+from contextvars import ContextVar
+
 import xarray as xr
 
-__all__ = ["pass_on"]
+__all__ = ["look", "pass_on", "stopped_by"]
+
+_STOP: ContextVar[threading.Event | None] = ContextVar("_STOP", default=None)
+"""Python tells the main thread alone of Ctrl-C; what other threads look at instead."""
+
+
+@contextmanager
+def stopped_by(event: threading.Event) -> Iterator[None]:
+    """Interrupt the runs of this thread once an event is set, as Ctrl-C interrupts those of the main thread.
+
+    Parameters
+    ----------
+    event : Event
+    """
+    token = _STOP.set(event)
+    try:
+        yield
+    finally:
+        _STOP.reset(token)
+
+
+def look() -> None:
+    """Raise `KeyboardInterrupt` if this thread is to stop."""
+    event = _STOP.get()
+    if event is not None and event.is_set():
+        raise KeyboardInterrupt
 
 
 def pass_on(part: xr.Dataset) -> xr.Dataset:

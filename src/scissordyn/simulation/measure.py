@@ -22,11 +22,12 @@ from scissordyn.mechanics.monitored import (
     TRACK_DEVIATION,
     monitored_rows,
 )
+from scissordyn.model.mechanism import Mechanism
 from scissordyn.simulation.contacts import Contact, contacts
 from scissordyn.simulation.driver import Driver
 from scissordyn.simulation.settling import SETTLING, settling_times
 
-__all__ = ["MEASURES", "Ended", "Measure"]
+__all__ = ["MEASURES", "Ended", "Measure", "parts_of"]
 
 
 class Ended:
@@ -173,6 +174,26 @@ MEASURES: Mapping[str, Measure] = MappingProxyType(
     }
 )
 """Measures by name."""
+
+
+def parts_of(mechanism: Mechanism) -> dict[str, list[str]]:
+    """Names along the dimensions of measures.
+
+    Parameters
+    ----------
+    mechanism : Mechanism
+
+    Returns
+    -------
+    dict of str to list of str
+        By "joint", "drive", "component" and "track".
+    """
+    return {
+        "joint": [contact.name for contact in mechanism.contacts],
+        "drive": [drive.body for drive in mechanism.drives],
+        "component": [component.name for component in mechanism.components],
+        "track": [track.name for track in mechanism.tracks],
+    }
 
 
 def _padded(values: np.ndarray, count: int) -> np.ndarray:

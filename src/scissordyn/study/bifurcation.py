@@ -9,6 +9,7 @@ import time
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Annotated
 
 import numpy as np
 import xarray as xr
@@ -25,9 +26,9 @@ from scissordyn.simulation.provenance import provenance
 from scissordyn.simulation.snapshot import Snapshot
 from scissordyn.simulation.store import load, save
 from scissordyn.simulation.stroboscope import drive_period, run_cycles, start_state
+from scissordyn.study.engine import Engine, EngineError, Outcome, Threads, error_text
 from scissordyn.study.follow import carried
-from scissordyn.study.runner import CaseResult, each_case, worker_count
-from scissordyn.units import checked
+from scissordyn.units import Meaning, checked
 
 __all__ = ["OtherDiagramError", "bifurcation"]
 
@@ -46,6 +47,8 @@ class DiagramCase:
 
     Parameters
     ----------
+    at : int
+        Its place among the values.
     mechanism : Mechanism
     options : Options
         `until` is the period.
@@ -54,6 +57,7 @@ class DiagramCase:
     start : {"concentric", "in-contact", "static"} or Snapshot
     """
 
+    at: int
     mechanism: Mechanism
     options: Options
     cycles: int
@@ -110,7 +114,7 @@ def bifurcation(
     atol: float = 1e-6,
     method: str = "auto",
     most_steps: int = 1_000_000,
-    workers: int | None = None,
+    engine: Annotated[Engine | None, Meaning("where the values are computed", "Threads(2)")] = None,
     store: str | os.PathLike[str] | None = None,
     progress: Callable[[int, int], None] | None = None,
 ) -> xr.Dataset:
@@ -132,14 +136,15 @@ def bifurcation(
         Phase of the samples in the cycle, in [0, 1).
     follow : bool
         Start each value from the end of the one before, which follows a branch of solutions in the order of the values. The
-        values are then computed in one process. If false, each value has the start `start`.
+        values are then computed one by one, here. If false, each value has the start `start`.
     start : {"concentric", "in-contact", "static"}
     rtol, atol : float
     method : str
     most_steps : int
         Of a cycle.
-    workers : int, optional
-        Number of processes; that of the processors if not given. The result does not depend on it.
+    engine : Engine, optional
+        Where the values are computed: threads of this process, one per processor, if not given. The result does not
+        depend on it.
     store : path, optional
         A NetCDF file with the results so far, updated during the computation. If it exists, only missing values are computed.
     progress : callable, optional
@@ -158,6 +163,8 @@ def bifurcation(
     ------
     InputError
         For a parameter, value or option that cannot be used, or a store that belongs to another diagram.
+    EngineError
+        If the workers of a scheduler are lost; what is done is in the store.
     """
     began = time.perf_counter()
     numbers = _numbers(values, cycles, keep)
@@ -169,8 +176,14 @@ def bifurcation(
     if target is not None and target.exists():
         diagram = _taken_up(target, diagram, recorded(mechanisms[0]))
     todo = np.flatnonzero(np.isin(diagram["status"].values, (PENDING, "interrupted"))).tolist()
-    results = _chain(cases, diagram, todo) if follow else _spread(cases, todo, worker_count(workers))
-    interrupted = _compute(results, cases, diagram, target, progress)
+    spread = Threads() if engine is None else engine
+    results = _chain(cases, diagram, todo) if follow else spread.each(_row, [cases[at] for at in todo])
+    try:
+        interrupted = _compute(results, cases, diagram, target, progress)
+    except EngineError:
+        if target is not None:
+            save(diagram, target)
+        raise
     _conclude(diagram, interrupted, time.perf_counter() - began)
     if target is not None:
         save(diagram, target)
@@ -184,8 +197,8 @@ def _cases(
     if len({tuple(joint.name for joint in one.clearance_joints) for one in mechanisms}) > 1:
         raise InputError("mechanisms with different clearance joints", "the same clearance joints for every value")
     own = [options if period is not None else replace(options, until=drive_period(one)) for one in mechanisms]
-    pairs = zip(mechanisms, own, strict=True)
-    return [DiagramCase(one, each, cycles, keep, phase, options.start) for one, each in pairs]
+    pairs = enumerate(zip(mechanisms, own, strict=True))
+    return [DiagramCase(at, one, each, cycles, keep, phase, options.start) for at, (one, each) in pairs]
 
 
 def _numbers(values: Sequence[float] | np.ndarray, cycles: int, keep: int) -> list[float]:
@@ -200,7 +213,7 @@ def _numbers(values: Sequence[float] | np.ndarray, cycles: int, keep: int) -> li
 
 
 def _compute(
-    results: Iterator[CaseResult[DiagramRow]],
+    results: Iterator[Outcome[DiagramCase, DiagramRow]],
     cases: Sequence[DiagramCase],
     diagram: xr.Dataset,
     target: Path | None,
@@ -210,7 +223,7 @@ def _compute(
     saved = time.perf_counter()
     try:
         for result in results:
-            _enter(diagram, result, cases[result.index])
+            _enter(diagram, result)
             if progress is not None:
                 progress(int(np.sum(diagram["status"].values != PENDING)), len(cases))
             if target is not None and time.perf_counter() - saved > SAVE_EVERY:
@@ -223,7 +236,7 @@ def _compute(
 
 def _row(case: DiagramCase) -> DiagramRow:
     """Compute one value."""
-    began, worked = time.perf_counter(), time.process_time()
+    began, worked = time.perf_counter(), time.thread_time()
     found = run_cycles(case.mechanism, case.options, cycles=case.cycles, phase=case.phase, start=case.start)
     if found.status == "interrupted":
         raise KeyboardInterrupt
@@ -238,16 +251,11 @@ def _row(case: DiagramCase) -> DiagramRow:
         steps=int(found.statistics["steps"]),
         events=int(found.statistics["events"]),
         seconds=time.perf_counter() - began,
-        processor_seconds=time.process_time() - worked,
+        processor_seconds=time.thread_time() - worked,
     )
 
 
-def _spread(cases: Sequence[DiagramCase], todo: list[int], workers: int) -> Iterator[CaseResult[DiagramRow]]:
-    for result in each_case(_row, [cases[index] for index in todo], workers=workers):
-        yield replace(result, index=todo[result.index])
-
-
-def _chain(cases: Sequence[DiagramCase], diagram: xr.Dataset, todo: list[int]) -> Iterator[CaseResult[DiagramRow]]:
+def _chain(cases: Sequence[DiagramCase], diagram: xr.Dataset, todo: list[int]) -> Iterator[Outcome[DiagramCase, DiagramRow]]:
     """All values in order, each from the final state of the one before; from the initial start after a failure."""
     end: Snapshot | None = None
     for index in todo:
@@ -256,9 +264,9 @@ def _chain(cases: Sequence[DiagramCase], diagram: xr.Dataset, todo: list[int]) -
             end = _unpacked(diagram, index - 1, cases[index - 1].mechanism)
         if index and end is not None:
             case = replace(case, start=carried(cases[index - 1].mechanism, end, case.mechanism))
-        for result in each_case(_row, [case], workers=1):
+        for result in Threads(1).each(_row, [case]):
             end = result.value.end if result.value is not None and result.value.status == "complete" else None
-            yield replace(result, index=index)
+            yield result
 
 
 def _blank(
@@ -371,11 +379,13 @@ def _dims(stored: xr.Dataset, name: str) -> tuple[object, ...]:
     return stored[name].dims if name in stored else ()
 
 
-def _enter(diagram: xr.Dataset, result: CaseResult[DiagramRow], case: DiagramCase) -> None:
+def _enter(diagram: xr.Dataset, result: Outcome[DiagramCase, DiagramRow]) -> None:
     """Write one value's results into the diagram."""
-    at, row = result.index, result.value
+    case, row = result.task, result.value
+    at = case.at
     if row is None:
-        diagram["status"].values[at], diagram["cause"].values[at] = "failed", result.error
+        assert result.error is not None
+        diagram["status"].values[at], diagram["cause"].values[at] = "failed", error_text(result.error)
         return
     for name, values in row.values.items():
         if name not in diagram:

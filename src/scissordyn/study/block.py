@@ -2,19 +2,17 @@
 
 from __future__ import annotations
 
-import threading
 import time
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 import xarray as xr
 
-from scissordyn.cache.folder import adopt_folder
 from scissordyn.errors import InputError, ScissordynError
 from scissordyn.model.address import changed_all, find
 from scissordyn.simulation.batch import simulate_many
+from scissordyn.simulation.interrupt import look, pass_on
 from scissordyn.simulation.measure import MEASURES, Ended, Measure
 from scissordyn.simulation.run import simulate
 from scissordyn.study.description import Cases, OwnMeasure, Study
@@ -37,8 +35,6 @@ class Block:
         Whether cases that failed are done again.
     points : ndarray, optional
         Of an adaptive design.
-    kernels : Path, optional
-        Where a process that is started for this keeps machine code.
     """
 
     study: Study
@@ -46,7 +42,6 @@ class Block:
     number: int
     again: bool = False
     points: np.ndarray | None = None
-    kernels: Path | None = None
 
 
 @dataclass(frozen=True)
@@ -70,14 +65,12 @@ class BlockResult:
     integration_seconds: float
 
 
-def run_block(block: Block, stop: threading.Event | None = None) -> BlockResult:
+def run_block(block: Block) -> BlockResult:
     """Do what is missing of a block.
 
     Parameters
     ----------
     block : Block
-    stop : Event, optional
-        Set when the user stops the study; nothing is written then.
 
     Returns
     -------
@@ -86,11 +79,9 @@ def run_block(block: Block, stop: threading.Event | None = None) -> BlockResult:
     Raises
     ------
     KeyboardInterrupt
-        If it was stopped.
+        If the user stopped it; nothing is written then.
     """
     began = time.perf_counter()
-    if block.kernels is not None and block.kernels.is_dir():  # not on another machine
-        adopt_folder(block.kernels)
     store = Store(block.store)
     cases, status = store.cases_of(block.number)
     missing = (status == PENDING) | (block.again & (status == FAILED))
@@ -98,7 +89,7 @@ def run_block(block: Block, stop: threading.Event | None = None) -> BlockResult:
         return BlockResult(block.number, int(np.sum(status == COMPLETE)), int(np.sum(status == FAILED)), 0.0, 0.0)
     todo = cases[missing]
     numbers = block.study.numbers(todo, block.points)
-    found = _simulated(block.study, numbers, stop)
+    found = _simulated(block.study, numbers)
     states = np.where(found["status"].values == "complete", COMPLETE, FAILED).astype(np.int8)
     columns: dict[str, Any] = {column(address): values for address, values in numbers.values.items()}
     columns |= {name: found[name].values for name in block.study.measure_names}
@@ -148,16 +139,11 @@ def pilot(study: Study, cases: np.ndarray, points: np.ndarray | None = None) -> 
     -------
     Dataset
     """
-    return _simulated(study, study.numbers(cases, points), None)
+    return _simulated(study, study.numbers(cases, points))
 
 
-def _simulated(study: Study, numbers: Cases, stop: threading.Event | None) -> xr.Dataset:
+def _simulated(study: Study, numbers: Cases) -> xr.Dataset:
     """The cases as one batch on one thread: engines run several blocks beside each other."""
-
-    def look(done: int, total: int) -> None:
-        if stop is not None and stop.is_set():
-            raise KeyboardInterrupt
-
     options = study.options
     measures = {name: MEASURES[name] for name in study.measures}
     measures |= {own.name: _accumulated(own) for own in study.own_measures if own.of == "accumulators"}
@@ -175,13 +161,12 @@ def _simulated(study: Study, numbers: Cases, stop: threading.Event | None) -> xr
         most_steps=options.most_steps,
         events=options.events,
         threads=1,
-        progress=look,
+        progress=lambda done, of: look(),
     )
-    if found.attrs["status"] == "interrupted":
-        raise KeyboardInterrupt
+    pass_on(found)
     for own in study.own_measures:
         if own.of == "dataset":
-            found = _of_datasets(study, numbers, found, own, look)
+            found = _of_datasets(study, numbers, found, own)
     return found
 
 
@@ -197,7 +182,7 @@ def _accumulated(own: OwnMeasure) -> Measure:
     return Measure(own.units, f"measure '{own.name}' of the user", (), value)
 
 
-def _of_datasets(study: Study, numbers: Cases, found: xr.Dataset, own: OwnMeasure, look: Any) -> xr.Dataset:
+def _of_datasets(study: Study, numbers: Cases, found: xr.Dataset, own: OwnMeasure) -> xr.Dataset:
     """A measure of the user's that wants the Dataset of each case."""
     function = own.callable()
     places = {address: find(study.mechanism, address) for address in numbers.values}
@@ -205,12 +190,10 @@ def _of_datasets(study: Study, numbers: Cases, found: xr.Dataset, own: OwnMeasur
     status, cause = found["status"].values.astype(object), found["cause"].values.astype(object)
     options = {**study.options.keywords, "trust": False}
     for case in np.flatnonzero(status == "complete"):
-        look(int(case), values.size)
+        look()
         changes = {address: float(column[case]) for address, column in numbers.values.items()}
         try:
-            run = simulate(changed_all(study.mechanism, changes, places), **options)
-            if run.attrs["status"] == "interrupted":
-                raise KeyboardInterrupt
+            run = pass_on(simulate(changed_all(study.mechanism, changes, places), **options))
             values[case] = float(function(run))
         except InputError as error:
             status[case], cause[case] = "failed", str(error)

@@ -20,15 +20,15 @@ from scissordyn.model.mechanism import Mechanism
 from scissordyn.model.record import to_plain as plain_description
 from scissordyn.plugin.user_file import file_digest, load_function, split_reference
 from scissordyn.simulation.configuration import Configuration
-from scissordyn.simulation.measure import MEASURES
+from scissordyn.simulation.measure import MEASURES, parts_of
 from scissordyn.simulation.options import Options
 from scissordyn.simulation.provenance import provenance
 from scissordyn.study.design import Design, design_size, design_values
 from scissordyn.study.distribution import Variation, from_plain, to_plain
 from scissordyn.study.goal import Optimisation
-from scissordyn.study.requirement import Requirement
+from scissordyn.study.requirement import Requirement, Response
 
-__all__ = ["Cases", "Factor", "OwnMeasure", "Sampling", "Study"]
+__all__ = ["Cases", "Factor", "OwnMeasure", "Sampling", "Study", "check_part"]
 
 NUMERICS = ("cli", "plot", "paper", "config", "study", "analysis")
 """Rooms that no measure of a case depends on."""
@@ -215,6 +215,9 @@ class Study:
                     f"{did_you_mean(requirement.measure, known)}",
                     ", ".join(known),
                 )
+            check_part(self.mechanism, requirement.response)
+        for goal in self.optimisation.goals if self.optimisation is not None else ():
+            check_part(self.mechanism, goal.response)
         design_size(self.design, [factor.variation for factor in self.factors])
 
     @property
@@ -362,6 +365,26 @@ class Study:
         return {
             name: hashlib.sha256(json.dumps(part, sort_keys=True).encode()).hexdigest()[:16] for name, part in parts.items()
         }
+
+
+def check_part(mechanism: Mechanism, response: Response) -> None:
+    """Raise `InputError` if a response is about a joint, drive, component or tracked point that its measure does not have.
+
+    Parameters
+    ----------
+    mechanism : Mechanism
+    response : Response
+    """
+    if not response.part:
+        return
+    dims = MEASURES[response.measure].dims if response.measure in MEASURES else ()
+    known = [name for dim in dims for name in parts_of(mechanism)[dim]]
+    if response.part not in known:
+        raise InputError(
+            f"'{response.name}': no {dims[0] if dims else 'part'} '{response.part}' with a {response.measure}"
+            f"{did_you_mean(response.part, known)}",
+            ", ".join(known) or (f"a case with a {dims[0]}" if dims else response.measure),
+        )
 
 
 def _plain_factor(factor: Factor) -> dict[str, Any]:

@@ -6,21 +6,24 @@ import asyncio
 import contextlib
 import logging
 import os
+import signal
 import threading
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, CancelledError, Future, ThreadPoolExecutor, wait
 from contextlib import contextmanager
 from dataclasses import dataclass
+from multiprocessing import resource_tracker
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Generic, Protocol, TypeVar
+from typing import TYPE_CHECKING, Any, Generic, Protocol, TypeVar, runtime_checkable
 
+from scissordyn.cache.folder import adopt_folder, shared_folder
 from scissordyn.errors import InputError, ScissordynError
-from scissordyn.study.worker import signals_blocked
+from scissordyn.simulation.interrupt import stopped_by
 
 if TYPE_CHECKING:
     from distributed import Client
 
-__all__ = ["Cluster", "Engine", "EngineError", "Outcome", "Threads", "processors"]
+__all__ = ["Cluster", "Engine", "EngineError", "Outcome", "Threads", "error_text", "processors"]
 
 Task = TypeVar("Task")
 Value = TypeVar("Value")
@@ -30,6 +33,9 @@ AHEAD = 2
 
 ATTEMPTS = 3
 """A task whose worker died this often is given up."""
+
+QUICKLY = 0.5
+"""How long a worker process may take to end by itself after Ctrl-C [s]."""
 
 PATIENCE = 10.0
 """How long a scheduler may take to answer [s]."""
@@ -64,6 +70,15 @@ class Outcome(Generic[Task, Value]):
     error: Exception | None = None
 
 
+def error_text(error: Exception) -> str:
+    """An error of a task in one line: the text of an error of this package, the kind and the text of any other."""
+    if type(error).__name__ == "KilledWorker":
+        return "the processes that computed it died"
+    text = " ".join(str(error).split())
+    return text if isinstance(error, ScissordynError) and text else f"{type(error).__name__}: {text}".rstrip(": ")
+
+
+@runtime_checkable
 class Engine(Protocol):
     """Whatever maps a function over tasks."""
 
@@ -71,11 +86,7 @@ class Engine(Protocol):
     def workers(self) -> int:
         """Tasks in work at the same time."""
 
-    @property
-    def remote(self) -> bool:
-        """Whether tasks leave this process."""
-
-    def each(self, function: Callable[..., Value], tasks: Iterable[Task]) -> Iterator[Outcome[Task, Value]]:
+    def each(self, function: Callable[[Task], Value], tasks: Iterable[Task]) -> Iterator[Outcome[Task, Value]]:
         """Results in the order in which they come."""
 
 
@@ -85,43 +96,46 @@ class Threads:
     Parameters
     ----------
     workers : int, optional
-        One per processor if not given.
+        One per processor if not given; with 1, tasks are done on the thread that asks for them.
     """
-
-    remote = False
 
     def __init__(self, workers: int | None = None) -> None:
         if workers is not None and (isinstance(workers, bool) or not isinstance(workers, int) or workers < 1):
             raise InputError(f"threads = {workers!r}", "a whole number >= 1")
         self.workers = workers or processors()
 
-    def each(self, function: Callable[..., Value], tasks: Iterable[Task]) -> Iterator[Outcome[Task, Value]]:
-        """Results in the order in which they come.
+    def each(self, function: Callable[[Task], Value], tasks: Iterable[Task]) -> Iterator[Outcome[Task, Value]]:
+        """Results in the order in which they come; Ctrl-C interrupts the runs in work.
 
         Parameters
         ----------
         function : callable
-            Of a task and of an Event that is set when the user stops it.
+            Of a task.
         tasks : iterable
 
         Yields
         ------
         Outcome
         """
+        if self.workers == 1:
+            for task in tasks:
+                yield _done(function, task)
+            return
         stop = threading.Event()
-        with ThreadPoolExecutor(self.workers, thread_name_prefix="block") as pool:
-            handed: dict[Future[Value], Task] = {}
+        with ThreadPoolExecutor(self.workers, thread_name_prefix="task") as pool:
+            handed: set[Future[Outcome[Task, Value]]] = set()
             waiting = iter(tasks)
             try:
                 while True:
                     for task in waiting:
-                        handed[pool.submit(function, task, stop)] = task
+                        handed.add(pool.submit(_stoppable, function, task, stop))
                         if len(handed) >= AHEAD * self.workers:
                             break
                     if not handed:
                         return
                     for future in wait(handed, return_when=FIRST_COMPLETED).done:
-                        yield _outcome(future, handed.pop(future))
+                        handed.remove(future)
+                        yield future.result()
             except BaseException:
                 stop.set()
                 for future in handed:
@@ -129,11 +143,16 @@ class Threads:
                 raise
 
 
-def _outcome(future: Future[Value], task: Task) -> Outcome[Task, Value]:
+def _done(function: Callable[[Task], Value], task: Task) -> Outcome[Task, Value]:
     try:
-        return Outcome(task, future.result())
+        return Outcome(task, function(task))
     except Exception as error:
         return Outcome(task, None, error)
+
+
+def _stoppable(function: Callable[[Task], Value], task: Task, stop: threading.Event) -> Outcome[Task, Value]:
+    with stopped_by(stop):
+        return _done(function, task)
 
 
 class Cluster:
@@ -144,8 +163,6 @@ class Cluster:
     client : Client
         Connected to a scheduler.
     """
-
-    remote = True
 
     def __init__(self, client: Client) -> None:
         self.client = client
@@ -167,7 +184,7 @@ class Cluster:
         if isinstance(workers, bool) or not isinstance(workers, int) or workers < 1:
             raise InputError(f"workers = {workers!r}", "a whole number >= 1")
         distributed = _distributed()
-        with signals_blocked():  # whatever is started here leaves Ctrl-C to this process
+        with _signals_blocked():  # whatever is started here leaves Ctrl-C to this process
             cluster = distributed.LocalCluster(
                 n_workers=workers,
                 threads_per_worker=1,
@@ -180,6 +197,11 @@ class Cluster:
             client = distributed.Client(cluster, set_as_default=False)
         try:
             yield cls(client)
+        except BaseException:
+            # closing would wait some seconds for work that nobody wants
+            with contextlib.suppress(Exception):
+                cluster.sync(_end, list(cluster.workers.values()))
+            raise
         finally:
             _close(client)
             _close(cluster)
@@ -196,7 +218,7 @@ class Cluster:
         """
         distributed = _distributed()
         try:
-            with signals_blocked():
+            with _signals_blocked():
                 client = _answering(lambda: distributed.Client(scheduler, timeout=PATIENCE, set_as_default=False))
         except (OSError, TimeoutError, ValueError, TypeError) as error:
             reason = " ".join(str(error).split())[:200] or type(error).__name__
@@ -242,7 +264,7 @@ class Cluster:
             _close(client)
             _close(cluster)
 
-    def each(self, function: Callable[..., Value], tasks: Iterable[Task]) -> Iterator[Outcome[Task, Value]]:
+    def each(self, function: Callable[[Task], Value], tasks: Iterable[Task]) -> Iterator[Outcome[Task, Value]]:
         """Results in the order in which they come; tasks of lost workers are handed out again.
 
         Parameters
@@ -257,7 +279,7 @@ class Cluster:
         """
         from distributed import as_completed
 
-        waiting, handed, count = iter(tasks), dict[str, Task](), 0
+        waiting, handed, count, kernels = iter(tasks), dict[str, Task](), 0, shared_folder()
         running = as_completed(loop=self.client.loop)
         try:
             while True:
@@ -266,7 +288,8 @@ class Cluster:
                     task = next(waiting, None)
                     if task is None:
                         break
-                    future = self.client.submit(function, task, pure=False, retries=0, key=f"block-{id(self):x}-{count}")
+                    name = f"task-{id(self):x}-{count}"
+                    future = self.client.submit(_elsewhere, function, task, kernels, pure=False, retries=0, key=name)
                     handed[future.key] = task
                     running.add(future)
                     count += 1
@@ -285,6 +308,39 @@ class Cluster:
             with contextlib.suppress(Exception):
                 self.client.cancel(list(handed), force=True)
             raise
+
+
+def _elsewhere(function: Callable[[Task], Value], task: Task, kernels: Path) -> Value:
+    """Do a task in another process, which takes machine code from where this one keeps it if it is on this machine."""
+    import dask
+
+    if kernels.is_dir():
+        adopt_folder(kernels)
+    # xarray would lock its files across all workers, which this library knows by their names only
+    with dask.config.set(scheduler="synchronous"):
+        return function(task)
+
+
+@contextmanager
+def _signals_blocked() -> Iterator[None]:
+    """Hold back Ctrl-C in this thread; processes and threads started meanwhile never get it.
+
+    A process that is still starting would otherwise die of a Ctrl-C with a traceback.
+    """
+    if not hasattr(signal, "pthread_sigmask"):
+        yield
+        return
+    resource_tracker.ensure_running()  # the library unblocks the signal where it starts this
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
+
+
+async def _end(nannies: Sequence[Any]) -> None:
+    """End worker processes in the middle of whatever they do."""
+    await asyncio.gather(*(nanny.close(timeout=QUICKLY) for nanny in nannies), return_exceptions=True)
 
 
 def _close(connected: Any) -> None:

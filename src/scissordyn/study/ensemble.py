@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from typing import Annotated
 
 import numpy as np
 import xarray as xr
@@ -17,14 +18,17 @@ from scissordyn.simulation.driver import make_system
 from scissordyn.simulation.options import Options, StartKind
 from scissordyn.simulation.snapshot import Snapshot
 from scissordyn.simulation.stroboscope import drive_period, run_cycles, start_state
+from scissordyn.study.engine import Engine, Outcome, Threads, error_text
 from scissordyn.study.follow import consistent
-from scissordyn.study.runner import CaseResult, run_cases
-from scissordyn.units import checked
+from scissordyn.units import Meaning, checked
 
 __all__ = ["ensemble"]
 
 LEAST, MOST = 1e-16, 1e-6
 """Range of relative perturbations on the scale of round-off."""
+
+_Recorded = tuple[dict[str, np.ndarray], str, str]
+"""What a member recorded once per cycle, its status, and its cause."""
 
 
 @dataclass(frozen=True)
@@ -33,6 +37,7 @@ class Member:
 
     Parameters
     ----------
+    number : int
     mechanism : Mechanism
     options : Options
         `until` is the period.
@@ -41,6 +46,7 @@ class Member:
     start : Snapshot
     """
 
+    number: int
     mechanism: Mechanism
     options: Options
     cycles: int
@@ -65,7 +71,7 @@ def ensemble(
     atol: float = 1e-6,
     method: str = "auto",
     most_steps: int = 1_000_000,
-    workers: int | None = None,
+    engine: Annotated[Engine | None, Meaning("where the members are computed", "Threads(2)")] = None,
     progress: Callable[[int, int], None] | None = None,
 ) -> xr.Dataset:
     """Run the same mechanism from starts that differ by round-off.
@@ -87,7 +93,7 @@ def ensemble(
     perturbation : float
         p, from 1e-16 to 1e-6.
     seed : int
-        Of the perturbations; the same seed gives the same ensemble, whatever the number of workers.
+        Of the perturbations; the same seed gives the same ensemble, whatever the engine.
     skip : int
         Number of cycles at the start that are left out of means.
     agreement : float
@@ -97,7 +103,8 @@ def ensemble(
     method : str
     most_steps : int
         Of a cycle.
-    workers : int, optional
+    engine : Engine, optional
+        Where the members are computed: threads of this process, one per processor, if not given.
     progress : callable, optional
         Called after each member with the number done and the total.
 
@@ -120,9 +127,14 @@ def ensemble(
         raise InputError("an ensemble of a mechanism without clearance joints", "a mechanism with a clearance")
     period = drive_period(mechanism) if period is None else period
     options = Options(period, start, 2, rtol, atol, method, most_steps)
-    cases = [Member(mechanism, options, cycles, phase, one) for one in _starts(mechanism, start, members, perturbation, seed)]
-    found = run_cases(_run, cases, workers=workers, progress=progress)
-    run, status = _collected(mechanism, found, cycles)
+    starts = _starts(mechanism, start, members, perturbation, seed)
+    cases = [Member(number, mechanism, options, cycles, phase, one) for number, one in enumerate(starts)]
+    found: list[Outcome[Member, _Recorded]] = []
+    for one in (Threads() if engine is None else engine).each(_run, cases):
+        found.append(one)
+        if progress is not None:
+            progress(len(found), members)
+    run, status = _collected(mechanism, sorted(found, key=lambda one: one.task.number), cycles)
     _add_agreement(run, mechanism, agreement, period, phase)
     _add_means(run, skip)
     settings = {"period": period, "phase": phase, "perturbation": perturbation, "seed": seed, "agreement": agreement}
@@ -153,22 +165,22 @@ def _check(members: int, cycles: int, skip: int, perturbation: float, agreement:
         raise InputError(f"agreement = {agreement!r}", "a fraction of the clearance, above 0 and below 1")
 
 
-def _collected(
-    mechanism: Mechanism, found: Sequence[CaseResult[tuple[dict[str, np.ndarray], str, str]]], cycles: int
-) -> tuple[xr.Dataset, list[str]]:
+def _collected(mechanism: Mechanism, found: Sequence[Outcome[Member, _Recorded]], cycles: int) -> tuple[xr.Dataset, list[str]]:
     """What the members recorded, and their status."""
     variables: dict[str, tuple[tuple[str, ...], np.ndarray, dict[str, str]]] = {}
-    status, cause = ["failed"] * len(found), [result.error for result in found]
-    for result in found:
+    status, cause = ["failed"] * len(found), [""] * len(found)
+    for number, result in enumerate(found):
         if result.value is None:
+            assert result.error is not None
+            cause[number] = error_text(result.error)
             continue
-        values, status[result.index], cause[result.index] = result.value
+        values, status[number], cause[number] = result.value
         for name, array in values.items():
             if name not in variables:
                 dims, units, long_name = DESCRIBED[name]
                 full = np.full((len(found), cycles, *array.shape[1:]), np.nan)
                 variables[name] = (("member", *dims), full, {"units": units, "long_name": long_name})
-            variables[name][1][result.index, : array.shape[0]] = array
+            variables[name][1][number, : array.shape[0]] = array
     if not variables:
         raise InputError(f"an ensemble in which no member ran: {cause[0]}", "a mechanism that runs")
     run = xr.Dataset(
@@ -197,7 +209,7 @@ def _starts(mechanism: Mechanism, start: StartKind, members: int, perturbation: 
     return found
 
 
-def _run(member: Member) -> tuple[dict[str, np.ndarray], str, str]:
+def _run(member: Member) -> _Recorded:
     found = run_cycles(member.mechanism, member.options, cycles=member.cycles, phase=member.phase, start=member.start)
     if found.status == "interrupted":
         raise KeyboardInterrupt

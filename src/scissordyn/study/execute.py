@@ -9,11 +9,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from scissordyn.cache.folder import shared_folder
-from scissordyn.errors import InputError, ScissordynError
+from scissordyn.errors import InputError
 from scissordyn.study.block import Block, BlockResult, give_up, pilot, run_block
 from scissordyn.study.description import Study
-from scissordyn.study.engine import Engine, Threads
+from scissordyn.study.engine import Engine, Threads, error_text
 from scissordyn.study.store import COMPLETE, FAILED, PENDING, Store, StoreError
 
 __all__ = ["Progress", "execute", "extend", "prepare"]
@@ -172,8 +171,7 @@ def _missing_blocks(
     status = store.status()
     missing = (status == PENDING) | (retry & (status == FAILED))
     numbers = np.unique(np.flatnonzero(missing) // store.block)
-    kernels = shared_folder() if engine.remote else None
-    tasks = (Block(study, store.address, int(number), retry, points, kernels) for number in numbers)
+    tasks = (Block(study, store.address, int(number), retry, points) for number in numbers)
     began, done_here = time.perf_counter(), 0
     complete = {int(k): 0 for k in numbers}
     known_complete, known_failed = int(np.sum(status == COMPLETE)), int(np.sum(status == FAILED))
@@ -197,10 +195,8 @@ def _finished(engine: Engine, tasks: Iterator[Block]) -> Iterator[BlockResult]:
         elif isinstance(outcome.error, StoreError):
             raise outcome.error
         else:
-            error = outcome.error
-            died = type(error).__name__ == "KilledWorker"
-            text = str(error) if isinstance(error, ScissordynError) else f"{type(error).__name__}: {error}"
-            yield give_up(outcome.task, "the processes that computed it died" if died else " ".join(text.split()))
+            assert outcome.error is not None
+            yield give_up(outcome.task, error_text(outcome.error))
 
 
 def extend(

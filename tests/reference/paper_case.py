@@ -1,0 +1,24 @@
+"""The text of a case file of the paper's array with clearance at joint A."""
+
+__all__ = ["paper_case"]
+
+TEXT = """
+[structure]
+kind = "scissor"
+units = 2
+
+[drive]
+speed = "150 rpm"
+
+[[clearance]]
+joint = "A"
+clearance = "0.5 mm"
+
+[run]
+until = "{until}"
+"""
+
+
+def paper_case(until: str) -> str:
+    """The case, simulated up to a time with its unit."""
+    return TEXT.format(until=until)

@@ -96,3 +96,22 @@ def test_examples_of_the_gallery_are_cases() -> None:
     """Identity: every picture of the gallery has its case."""
     for stem in re.findall(r"\]\(examples/(\w+)\.png\)", (DOCS / "gallery.md").read_text(encoding="utf-8")):
         assert read_case(ROOT / "examples" / f"{stem}.toml").mechanism.bodies
+
+
+def test_every_doi_was_found() -> None:
+    """Identity: the DOIs of pages and validation cases are those of the table that says where each was found."""
+    pattern = re.compile(r"10\.\d{4,9}/[^\s\"'`;,|<>\]]+")
+    known = {
+        row.split("|")[1].strip()
+        for row in (DOCS / "decisions" / "measured" / "citations.md").read_text(encoding="utf-8").splitlines()
+        if row.startswith("| 10.")
+    }
+    assert len(known) > 30
+    texts = (*PAGES, *(ROOT / "validation").rglob("*.md"), *(ROOT / "examples").rglob("*.toml"), ROOT / "CITATION.cff")
+    for path in texts:
+        if path.name == "components.md":
+            continue  # written from the declarations of components
+        for found in pattern.findall(path.read_text(encoding="utf-8")):
+            doi = found.rstrip(".:")
+            doi = doi.rstrip(")") if doi.count(")") > doi.count("(") else doi
+            assert doi in known, f"{path.name}: {found}"

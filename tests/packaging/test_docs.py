@@ -100,7 +100,7 @@ def test_examples_of_the_gallery_are_cases() -> None:
 
 def test_every_doi_was_found() -> None:
     """Identity: the DOIs of pages and validation cases are those of the table that says where each was found."""
-    pattern = re.compile(r"10\.\d{4,9}/[^\s\"'`;,|<>\]]+")
+    pattern = re.compile(r"10\.\d{4,9}/[^\s}\"'`;,|<>\]]+")
     known = {
         row.split("|")[1].strip()
         for row in (DOCS / "decisions" / "measured" / "citations.md").read_text(encoding="utf-8").splitlines()

@@ -1,32 +1,145 @@
-"""The examples in the documentation run as they stand there."""
+"""What the documentation shows runs as it stands there: Python, case files, and commands."""
 
 from __future__ import annotations
 
 import re
+import shlex
+import sys
+import tomllib
+import types
 from pathlib import Path
 
+import matplotlib as mpl
+import matplotlib.pyplot as plt
 import pytest
+import typer
 
-DOCS = Path(__file__).parents[1] / "docs"
+from scissordyn.cli.main import app, status_of
+
+mpl.use("Agg")
+
+ROOT = Path(__file__).parents[1]
+DOCS = ROOT / "docs"
+PAGES = sorted((*DOCS.glob("*.md"), *(DOCS / "howto").glob("*.md"), *(DOCS / "tutorials").glob("*.md")))
+TEXTS = (*PAGES, ROOT / "README.md", ROOT / "CONTRIBUTING.md")
+
+RUN = """
+import scissordyn as sd
+
+arm = sd.scissor(units=2).with_clearance("A", sd.Clearance(0.5e-3)).driven(speed=sd.rpm(150))
+run = other = sd.simulate(arm, until=0.05, samples=201)
+"""
+GIVEN = {
+    "explorer.md": RUN,
+    "pictures.md": RUN + "sd.save(run, 'run.nc')\nsd.save(run, 'b.nc')",
+    "files.md": RUN
+    + """
+from pathlib import Path
+
+Path("my_laws.py").write_text("def soft(indentation, stiffness):\\n    return stiffness * indentation**1.5\\n")
+soft = arm.replace("A.stiffness", sd.UserElastic("my_laws.py:soft", (1e10,)))
+sd.save(sd.simulate(soft, until=0.01), "run.nc")
+""",
+}
+"""What the text around the code of a page says is there."""
+
+LONG = ("analysis.md", "control.md")
+"""Pages whose code takes more than some seconds."""
 
 
-def snippets(page: str, heading: str) -> list[str]:
-    """The Python code below a heading of a page, or on all of it."""
-    section = (DOCS / page).read_text(encoding="utf-8")
-    if heading:
-        section = re.split(rf"^## {re.escape(heading)}$", section, flags=re.MULTILINE)[1].split("\n## ")[0]
-    return re.findall(r"^```python\n(.*?)^```", section, flags=re.MULTILINE | re.DOTALL)
+def name(path: Path) -> str:
+    """For the names of tests."""
+    return str(path.relative_to(ROOT))
+
+
+def blocks(text: str, language: str) -> list[str]:
+    """The blocks of code in a language, also those of lists."""
+    found = re.findall(rf"^( *)```{language}\n(.*?)^ *```", text, flags=re.MULTILINE | re.DOTALL)
+    return [re.sub(rf"^{indent}", "", code, flags=re.MULTILINE) for indent, code in found]
+
+
+def commands(text: str) -> list[list[str]]:
+    """The words of each command of the blocks of shell; comments are left out."""
+    lines = [line for block in blocks(text, "sh") for line in block.replace("\\\n", " ").splitlines()]
+    return [words for line in lines if (words := shlex.split(line, comments=True))]
+
+
+def pages_with_python() -> list[object]:
+    """Pages outside the tutorials that have Python; the long ones as slow tests."""
+    found = [page for page in PAGES if page.parent.name != "tutorials" and blocks(page.read_text(encoding="utf-8"), "python")]
+    assert len(found) > 10
+    slow = pytest.mark.slow
+    return [pytest.param(page, id=name(page), marks=slow if page.name in LONG else ()) for page in found]
+
+
+@pytest.mark.parametrize("page", pages_with_python())
+def test_python_runs(page: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Identity: all Python of a page, one block after the other, in an empty folder."""
+    monkeypatch.chdir(tmp_path)
+    module = types.ModuleType("example")
+    monkeypatch.setitem(sys.modules, "example", module)  # where the annotations of classes are looked up
+    known = vars(module)
+    exec(GIVEN.get(page.name, ""), known)
+    for code in blocks(page.read_text(encoding="utf-8"), "python"):
+        exec(compile(code, str(page), "exec"), known)
+    plt.close("all")
+
+
+@pytest.mark.parametrize("page", TEXTS, ids=name)
+def test_commands_are_understood(page: Path) -> None:
+    """Identity: each line of shell is a command with options that exist, a target of make, or installs extras that exist."""
+    group = typer.main.get_command(app)
+    extras = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]["optional-dependencies"]
+    targets = re.findall(r"^(\w+):", (ROOT / "Makefile").read_text(encoding="utf-8"), re.MULTILINE)
+    text = page.read_text(encoding="utf-8")
+    for words in commands(text):
+        match words:
+            case ["scissordyn", command, *rest]:
+                rest = rest[: rest.index(">")] if ">" in rest else rest
+                group.commands[command].make_context(command, list(rest))  # type: ignore[attr-defined]
+                assert all((ROOT / word).exists() for word in rest if word.startswith("examples/")), words
+            case ["make", target]:
+                assert target in targets
+            case ["pip", "install", what]:
+                extra = re.search(r"\[(\w+)\]", what)
+                assert what == "." or (extra is not None and extra[1] in extras), words
+            case _:
+                assert words[:2] in (["dask", "scheduler"], ["dask", "worker"]), words
+    for table in blocks(text, "toml"):
+        assert tomllib.loads(table)
+
+
+def run_all(page: Path, folder: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> int:
+    """Run the commands of a page but those that need other machines, a browser or minutes; how many were run."""
+    monkeypatch.chdir(folder)
+    (folder / "examples").symlink_to(ROOT / "examples")
+    count = 0
+    for words in commands(page.read_text(encoding="utf-8")):
+        elsewhere = any(word.startswith("/shared/") for word in words)
+        if words[0] != "scissordyn" or words[1] in ("explore", "paper", "bifurcation") or elsewhere:
+            continue
+        capsys.readouterr()
+        target = words[words.index(">") + 1] if ">" in words else ""
+        assert status_of(words[1 : words.index(">")] if target else words[1:]) == 0, words
+        if target:
+            (folder / target).write_text(capsys.readouterr().out, encoding="utf-8")
+        count += 1
+    return count
 
 
 @pytest.mark.parametrize(
-    ("page", "heading"),
-    [("files.md", "Case files and Python"), ("files.md", "Checkpoints"), ("batches.md", ""), ("measures.md", "")],
+    ("page", "least"),
+    [
+        pytest.param("docs/howto/export.md", 6, id="export"),
+        pytest.param("docs/howto/checkpoints.md", 2, id="checkpoints"),
+        pytest.param("docs/howto/self_deploying.md", 1, id="self_deploying", marks=pytest.mark.slow),
+        pytest.param("docs/index.md", 2, id="index"),
+        pytest.param("docs/howto/cluster.md", 6, id="cluster", marks=pytest.mark.slow),
+        pytest.param("README.md", 11, id="readme", marks=pytest.mark.slow),
+    ],
 )
-def test_examples_run(page: str, heading: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Identity: all code below a heading, one block after the other, in an empty folder."""
-    monkeypatch.chdir(tmp_path)
-    known: dict[str, object] = {"__name__": "example"}
-    blocks = snippets(page, heading)
-    assert blocks
-    for block in blocks:
-        exec(compile(block, f"{page}: {heading}", "exec"), known)
+def test_commands_run(
+    page: str, least: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Cross-check: the commands of a page run one after the other in a folder that has the examples."""
+    assert run_all(ROOT / page, tmp_path, monkeypatch, capsys) >= least

@@ -9,7 +9,7 @@ from benchmarks.measure import machine
 
 from validation.case import HERE, Case
 from validation.catalogue import CASES
-from validation.page import checks_table, codes_table, summary_row, whole
+from validation.page import checks_table, codes_table, published_table, summary_row, whole
 
 PAGE = HERE.parent / "docs" / "validation.md"
 
@@ -44,6 +44,8 @@ def _one(case: Case, quick: bool) -> tuple[str, list[str], int]:
     text = (HERE / case.name / "README.md").read_text(encoding="utf-8").strip()
     heading, _, body = text.partition("\n")
     section = f"## {heading.lstrip('# ')}\n{body}\n\n{checks_table(checks)}"
+    if case.published is not None:
+        section += f"\n{published_table(case.published())}"
     if case.codes is not None and not quick:
         section += "\n" + codes_table(case)
     for note in case.notes:

@@ -13,7 +13,7 @@ import xarray as xr
 import scissordyn as sd
 from scissordyn.config.file import read_case
 
-__all__ = ["Case", "Check", "Code", "Measured", "Scan", "best", "mechanism", "run", "scan", "timed"]
+__all__ = ["Case", "Check", "Code", "Measured", "Printed", "Scan", "best", "mechanism", "run", "scan", "timed"]
 
 HERE = Path(__file__).parent
 
@@ -54,6 +54,35 @@ class Check:
     def met(self) -> bool:
         """Whether the error is allowed."""
         return self.error <= self.allowed
+
+
+@dataclass(frozen=True)
+class Printed:
+    """A result of somebody else's computation or experiment, which ours need not agree with.
+
+    Parameters
+    ----------
+    quantity : str
+        With its unit.
+    printed, found : float
+    within : float
+        Relative difference up to which they are said to agree.
+    """
+
+    quantity: str
+    printed: float
+    found: float
+    within: float
+
+    @property
+    def difference(self) -> float:
+        """Relative to the printed number."""
+        return self.found / self.printed - 1.0
+
+    @property
+    def answer(self) -> str:
+        """Whether they agree."""
+        return "agrees" if abs(self.difference) <= self.within else "differs"
 
 
 @dataclass(frozen=True)
@@ -107,6 +136,10 @@ class Case:
         To the codes to compare, the package first.
     quick : bool
         Whether its checks take a few seconds at most.
+    notes : sequence of str
+        Paragraphs below the tables.
+    published : callable, optional
+        To the printed results that are compared, with agreement or not.
     """
 
     name: str
@@ -117,6 +150,7 @@ class Case:
     codes: Callable[[], list[Code]] | None = None
     quick: bool = True
     notes: Sequence[str] = field(default=())
+    published: Callable[[], list[Printed]] | None = None
 
 
 def mechanism(name: str, *changes: str, file: str = "case.toml") -> sd.Mechanism:

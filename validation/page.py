@@ -8,9 +8,9 @@ from datetime import UTC, datetime
 
 from benchmarks.measure import table
 
-from validation.case import Case, Check, best, scan
+from validation.case import Case, Check, Printed, best, scan
 
-__all__ = ["checks_table", "codes_table", "summary_row", "whole"]
+__all__ = ["checks_table", "codes_table", "published_table", "summary_row", "whole"]
 
 
 def checks_table(checks: Sequence[Check]) -> str:
@@ -27,6 +27,15 @@ def checks_table(checks: Sequence[Check]) -> str:
         for check in checks
     ]
     return table(["quantity", "reference by", "reference", "scissordyn", "error", "allowed"], rows)
+
+
+def published_table(results: Sequence[Printed]) -> str:
+    """Every printed result with ours and the answer."""
+    rows = [
+        [one.quantity, f"{one.printed:.6g}", f"{one.found:.6g}", f"{one.difference:+.1%}", f"{one.answer} ({one.within:.0%})"]
+        for one in results
+    ]
+    return table(["printed result", "printed", "scissordyn", "difference", "answer (agrees within)"], rows)
 
 
 def codes_table(case: Case) -> str:
@@ -86,7 +95,14 @@ OTHERS = """Other codes: scipy, numbalsoda 0.3 and Exudyn 1.13 install with pip 
 the case. Chrono and Siconos do not (tried on 2026-11-22): neither has a distribution for pip; `pychrono` and
 `projectchrono` on PyPI are other packages.
 
-Experiments are not compared yet: a search of public sources on 2026-11-22 found no experiment on a clearance joint with all
-parameters that a simulation needs (masses, inertias, laws, surfaces) and with its figures as numbers. Of Kolani et al. 2023,
-doi:10.4236/ojapps.2023.1311158, a candidate with nine modes of motion, the abstract alone was read.
+Published computations are compared where a source gives parameters and results as numbers: problems A01 to A03, the
+mass on the belt, and the slider-crank with a clearance guide, whose record of 200 ms by Siconos differs from ours (below).
+
+Experiments are not compared. Searched on 2026-11-22, in stored copies of web pages, documentation and public repositories,
+for: slider-crank or four-bar linkage with a clearance joint, experiment, test rig, measured acceleration, contact force, data
+set. Found were abstracts and first pages: Kolani et al. 2023 (doi:10.4236/ojapps.2023.1311158, slider-crank with two clearance
+joints, seven of nine modes of motion seen), a multi-link press with three clearance joints
+(doi:10.1177/16878140211012541), a slider-crank with one or two adjustable joints (J. Comput. Nonlinear Dyn. 15(8), 081001).
+None of what could be read gives the masses, inertias, surfaces and laws that a simulation needs together with measured figures
+as numbers; no repository with measured data was found. Missing are the full texts.
 """

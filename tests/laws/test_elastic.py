@@ -58,7 +58,7 @@ def test_figures(law, figure):
 
 
 def test_hertz_stiffness():
-    """Published number: K = 6.61e10 N/m^1.5 for this joint (Flores et al. 2006, doi:10.1007/s11044-006-9028-0)."""
+    """Published number: K = 6.61e10 N/m^1.5 for this joint (Flores and co-workers 2006)."""
     assert Hertz().parameters(JOINT)[0] == pytest.approx(6.61020e10, rel=1e-5)
 
 

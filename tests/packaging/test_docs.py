@@ -1,9 +1,8 @@
-"""The documentation: links, numbered equations, public names, and code that runs."""
+"""The documentation: links, numbered equations, public names, and tutorials that run."""
 
 from __future__ import annotations
 
 import re
-import tomllib
 from pathlib import Path
 
 import pytest
@@ -77,18 +76,6 @@ def test_every_public_name_is_documented_and_shown() -> None:
         assert re.search(rf"\b{one}\b", shown), f"'{one}' is in no example"
 
 
-@pytest.mark.parametrize("page", sorted((DOCS / "howto").glob("*.md")), ids=name)
-def test_howto_code_runs(page: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Cross-check: the Python of a how-to page runs as it stands, and its tables are TOML."""
-    monkeypatch.chdir(tmp_path)
-    text = page.read_text(encoding="utf-8")
-    space: dict[str, object] = {}
-    for code in blocks(text, "python"):
-        exec(compile(code, str(page), "exec"), space)
-    for table in blocks(text, "toml"):
-        assert tomllib.loads(table)
-
-
 @pytest.mark.slow
 @pytest.mark.parametrize("page", sorted(set((DOCS / "tutorials").glob("*.md")) - {DOCS / "tutorials" / "index.md"}), ids=name)
 def test_tutorial_cells_run(page: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -109,3 +96,22 @@ def test_examples_of_the_gallery_are_cases() -> None:
     """Identity: every picture of the gallery has its case."""
     for stem in re.findall(r"\]\(examples/(\w+)\.png\)", (DOCS / "gallery.md").read_text(encoding="utf-8")):
         assert read_case(ROOT / "examples" / f"{stem}.toml").mechanism.bodies
+
+
+def test_every_doi_was_found() -> None:
+    """Identity: the DOIs of pages and validation cases are those of the table that says where each was found."""
+    pattern = re.compile(r"10\.\d{4,9}/[^\s}\"'`;,|<>\]]+")
+    known = {
+        row.split("|")[1].strip()
+        for row in (DOCS / "decisions" / "measured" / "citations.md").read_text(encoding="utf-8").splitlines()
+        if row.startswith("| 10.")
+    }
+    assert len(known) > 30
+    texts = (*PAGES, *(ROOT / "validation").rglob("*.md"), *(ROOT / "examples").rglob("*.toml"), ROOT / "CITATION.cff")
+    for path in texts:
+        if path.name == "components.md":
+            continue  # written from the declarations of components
+        for found in pattern.findall(path.read_text(encoding="utf-8")):
+            doi = found.rstrip(".:")
+            doi = doi.rstrip(")") if doi.count(")") > doi.count("(") else doi
+            assert doi in known, f"{path.name}: {found}"

@@ -3,12 +3,9 @@
 from __future__ import annotations
 
 import re
-import shlex
 from pathlib import Path
 
 import pytest
-
-from scissordyn.cli.main import COMMANDS
 
 ROOT = Path(__file__).parents[2]
 README = (ROOT / "README.md").read_text(encoding="utf-8")
@@ -28,22 +25,6 @@ def test_python_runs(capsys: pytest.CaptureFixture[str]) -> None:
     assert found
     assert float(found[1]) > 1e4
     assert 0.01 < float(found[2]) <= 0.05
-
-
-def test_commands_exist() -> None:
-    """Identity: every line of shell names a command of the program or a target of make, and files that exist."""
-    targets = re.findall(r"^(\w+):", (ROOT / "Makefile").read_text(encoding="utf-8"), re.MULTILINE)
-    for block in blocks("sh"):
-        for line in block.replace("\\\n", " ").splitlines():
-            words = shlex.split(line, comments=True)
-            match words:
-                case ["scissordyn", command, *rest]:
-                    assert command in COMMANDS
-                    assert all((ROOT / word).exists() for word in rest if word.startswith("examples/"))
-                case ["make", target]:
-                    assert target in targets
-                case _:
-                    assert words == ["pip", "install", "."], line
 
 
 def test_links_lead_somewhere() -> None:

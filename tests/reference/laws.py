@@ -13,12 +13,12 @@ Elastic = Callable[[float], float]
 
 
 def liu(clearance: float, length: float, modulus: float = STEEL_MODULUS) -> Elastic:
-    """Improved elastic foundation (doi:10.1016/j.mechmachtheory.2006.02.006): force [N] of an indentation [m]."""
+    """Improved elastic foundation (Liu, Zhang, Yang 2007): force [N] of an indentation [m]."""
     return lambda depth: 0.5 * math.pi * length * modulus * depth**1.5 / math.sqrt(2.0 * (clearance + depth))
 
 
 def hertz(clearance: float, journal_radius: float, modulus: float = STEEL_MODULUS) -> Elastic:
-    """Sphere in a spherical socket (doi:10.1007/s11044-006-9028-0)."""
+    """Sphere in a spherical socket (Hertz)."""
     stiffness = 4.0 / 3.0 * modulus * math.sqrt((journal_radius + clearance) * journal_radius / clearance)
     return lambda depth: stiffness * depth**1.5
 

@@ -63,3 +63,12 @@ def test_a_missed_check_shows() -> None:
     assert "missed" in checks_table([wrong])
     assert summary_row(CASES[0], [wrong])[2] == "0 of 1"
     assert "Validation" in whole([], [], "machine")
+
+
+@pytest.mark.slow
+def test_the_record_of_siconos_differs() -> None:
+    """Published number with its source: what validation/guide/README.md says of the record, in its figures."""
+    from validation.guide.case import published
+
+    answers = [(one.answer, round(one.difference, 2)) for one in published()]
+    assert answers == [("agrees", -0.02), ("agrees", -0.01), ("differs", -0.04), ("differs", -0.03), ("differs", -0.06)]

@@ -1,7 +1,7 @@
 """Ctrl-C and SIGTERM: the first ends a command in good order and soon, the second at once.
 
 Python looks at signals between two of its instructions, on the main thread: a compiler pass or a slice of a simulation has to
-end first, and what a callback from C raises is lost. So a thread beside it is told of every signal by the operating system, and
+end first, and what a callback from C raises is lost. So a thread beside it gets every signal from the operating system, and
 ends the process if nothing else has.
 """
 

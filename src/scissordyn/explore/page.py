@@ -99,7 +99,7 @@ class Page:
             self._refresh(what)
 
     def _loaded(self) -> None:
-        """The page is open: from now on it is told of what changes."""
+        """The page is open: from now on it gets what changes."""
         self._live = True
         self._flush()
 

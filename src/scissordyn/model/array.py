@@ -104,7 +104,7 @@ def hoberman_ring(
     """A closed ring of angulated units, each spanning k = 2 pi/N, that opens and closes with one degree of freedom.
 
     With p the leg and th the mean inclination of the bars against the circumference, pivots, inner and outer ends lie on
-    circles about the origin (You and Pellegrino 1997, doi:10.1016/S0020-7683(96)00125-4):
+    circles about the origin (You and Pellegrino 1997, Foldable bar structures):
 
         R = p cos th / sin(k/2),    R_i = p cos(th + k/2) / sin(k/2),    R_o = p cos(th - k/2) / sin(k/2)
 

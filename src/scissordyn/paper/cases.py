@@ -1,4 +1,4 @@
-"""The runs of the paper's figures as data: parameters of its text, and choices for those of its lost tables."""
+"""The runs of the paper's figures as data: parameters of its text, and choices for those whose tables are lost."""
 
 from __future__ import annotations
 
@@ -62,7 +62,7 @@ Travel = Literal["rising", "falling", "oscillating"]
 
 @dataclass(frozen=True)
 class Choice:
-    """The parameters of the paper's lost tables and ambiguous wording.
+    """The parameters of the paper whose tables are lost or whose wording is ambiguous.
 
     Parameters
     ----------

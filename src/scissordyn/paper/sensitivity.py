@@ -1,4 +1,4 @@
-"""Dependence of the statements on the parameters of the paper's lost tables."""
+"""Dependence of the statements on the parameters of the paper whose tables are lost."""
 
 from __future__ import annotations
 

@@ -14,7 +14,7 @@ from scissordyn.paper.verdict import Verdict
 __all__ = ["OFTEN", "in_words", "summary"]
 
 OFTEN = 0.95
-"""Fraction of choices from which on a clause counts as true, or as false, for any choice."""
+"""Fraction of choices from which on a clause is taken as true, or as false, for any choice."""
 
 DECISIVE = 0.5
 """A factor is decisive for a clause if its levels change the fraction of choices for which it agrees by this much."""

@@ -159,7 +159,8 @@ def locate(closure: Closure, position: Callable[[float], np.ndarray], places: Pl
 def _zero(closure: Closure, position: Callable[[float], np.ndarray], places: Places, pair: int) -> float | None:
     """The zero of a smooth test function u^T Phi_y v, with u and v the `pair`-th last singular vectors near by.
 
-    It is the test function of a bordered matrix (Govaerts 2000, doi:10.1137/1.9780898719543, chapter 3).
+    It is the test function of a bordered matrix (Govaerts 2000, Numerical
+    Methods for Bifurcations of Dynamical Equilibria, chapter 3).
     """
     low, found, high = places
     width, bracketed = 0.5 * (high - low), False

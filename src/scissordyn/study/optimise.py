@@ -42,7 +42,7 @@ class Optimum:
 
 
 class Proposer(Protocol):
-    """A method that asks for candidates in the unit cube and is told their goals; nothing else makes it go on."""
+    """A method that asks for candidates in the unit cube and gets their goals; nothing else makes it go on."""
 
     def ask(self) -> np.ndarray:
         """Candidates, shape (population, factors)."""
@@ -134,8 +134,8 @@ def optimise(
 ) -> Store:
     """Search for the best points; every point that is tried is in the store.
 
-    The method draws its random numbers by its seed, so that it proposes the same candidates again when it is told the same
-    results: what the store holds is told, not computed.
+    The method draws its random numbers by its seed, so that it proposes the same candidates again when it gets the same
+    results: what the store holds is not computed again.
 
     Parameters
     ----------

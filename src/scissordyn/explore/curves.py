@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 import xarray as xr
-from bokeh.models import BoxAnnotation, ColumnDataSource, CustomJS, Range1d, Span, Title
+from bokeh.models import ColumnDataSource, CustomJS, Range1d, Span, Title
 from bokeh.plotting import figure
 
 from scissordyn.plot.scale import DEGREES, Scale, engineering
@@ -27,6 +27,9 @@ HEIGHT, LABELS = 128, 32
 
 LEFT = 78
 """Room for the labels of the axes, equal in all figures so that their times stand above each other [pixel]."""
+
+BEYOND = 10.0
+"""Where shading ends, in lengths of the run, so that it goes on where somebody zooms out."""
 
 SQUARE = 210
 """Side of the orbit's frame [pixel]."""
@@ -107,8 +110,9 @@ class Curves:
         self.circle = ColumnDataSource({"x": [], "y": []})
         self.pinned_orbits = [ColumnDataSource({"x": [], "y": []}) for _ in PINNED]
         self.range = Range1d(0.0, 1.0)
+        self.horizon = ColumnDataSource({"from": [], "to": []}, name="horizon")
         self.spans: list[Span] = []
-        self.shades: list[BoxAnnotation] = []
+        self.shades: list[Any] = []
         self.factor = 1.0
         self._until = 0.0
         # models carry numbers to the browser in their tags
@@ -142,11 +146,10 @@ class Curves:
             made.legend.label_text_font_size = "11px"
             made.legend.padding = made.legend.margin = 3
         span = Span(location=0.0, dimension="height", line_color=VERMILION, line_width=1.2, tags=["cursor"])
-        shade = BoxAnnotation(left=None, right=None, visible=False, fill_alpha=0.5, line_alpha=0.0, level="underlay")
         made.add_layout(span)
-        made.add_layout(shade)
         self.spans.append(span)
-        self.shades.append(shade)
+        # a strip of data and no annotation: setting the edge of one makes the library look through all models of the page
+        self.shades.append(made.vstrip("from", "to", source=self.horizon, fill_alpha=0.5, line_alpha=0.0, level="underlay"))
         made.js_on_event("tap", CustomJS(args={"factor": self.clock}, code=TIME_EVENT))
         return made
 
@@ -188,12 +191,12 @@ class Curves:
                 legend.background_fill_alpha = 0.7
                 legend.label_text_color = look["ink"]
                 legend.border_line_alpha = 0.0
-            for drawn in made.renderers:
+            for drawn in set(made.renderers) - set(self.shades):
                 pair = next((pair for pair in BRIGHTER if drawn.glyph.line_color in pair), None)
                 if pair is not None:
                     drawn.glyph.line_color = pair[int(dark)]
         for shade in self.shades:
-            shade.fill_color = look["shade"]
+            shade.glyph.fill_color = look["shade"]
 
     def show(self, run: xr.Dataset, pins: Sequence[xr.Dataset], joint: str, output: str, number: int) -> None:
         """Draw a run.
@@ -220,20 +223,20 @@ class Curves:
         self.source.tags = [number]
         horizon = predictability_horizon(run)
         names = self._titles(run, joint, output)
-        for panel, made, shade in zip(PANELS, self.figures, self.shades, strict=True):
+        shaded = {"from": [], "to": []} if horizon is None else {"from": [time.factor * horizon], "to": [BEYOND * until]}
+        _renew(self.horizon, shaded)
+        for panel, made in zip(PANELS, self.figures, strict=True):
             made.yaxis.axis_label = scales[panel.name].unit or "1"
             made.title.text = names[panel.name]
             made.visible = any(len(data[column]) and np.isfinite(data[column]).any() for column, _, _ in panel.lines)
-            shade.update(visible=horizon is not None, left=None if horizon is None else time.factor * horizon)
         last = [made for made in self.figures if made.visible][-1:]
         for made in self.figures:
             made.xaxis.axis_label = f"time [{time.unit}]" if made in last else None
             made.xaxis.major_label_text_font_size = "11px" if made in last else "0px"
             made.height = HEIGHT + (LABELS if made in last else 0)
         for source, pinned in zip(self.pinned, [*reversed(pins), *[None] * len(PINNED)], strict=False):
-            source.data = (
-                {name: [] for name in self.source.data} if pinned is None else self._scaled(pinned, joint, output, scales)[1]
-            )
+            empty = {name: [] for name in self.source.data}
+            _renew(source, empty if pinned is None else self._scaled(pinned, joint, output, scales)[1])
         self._show_orbit(run, pins, joint)
         self.source.data = data
 
@@ -280,17 +283,24 @@ class Curves:
         clearance = float(run["clearance"].sel(joint=joint))
         scale = engineering("m", clearance)
         around = np.linspace(0.0, 2.0 * math.pi, 181)
-        self.circle.data = {"x": scale.factor * clearance * np.cos(around), "y": scale.factor * clearance * np.sin(around)}
+        size = scale.factor * clearance
+        _renew(self.circle, {"x": size * np.cos(around), "y": size * np.sin(around)})
         self.orbit_source.data = _orbit(run, joint, scale.factor)
         shown = [pin for pin in reversed(pins) if joint in clearance_joints(pin)]
         for source, pin in zip(self.pinned_orbits, [*shown, *[None] * len(PINNED)], strict=False):
-            source.data = {"x": [], "y": []} if pin is None else _orbit(pin, joint, scale.factor)
+            _renew(source, {"x": [], "y": []} if pin is None else _orbit(pin, joint, scale.factor))
         drawn = [np.abs(source.data[axis]) for source in (self.orbit_source, *self.pinned_orbits) for axis in "xy"]
         reach = 1.1 * max(scale.factor * clearance, *(float(np.max(part, initial=0.0)) for part in drawn))
         for range in (self.orbit.x_range, self.orbit.y_range):
             range.update(start=-reach, end=reach, reset_start=-reach, reset_end=reach)
         self.orbit.title.text = f"journal orbit at {joint}"
         self.orbit.xaxis.axis_label, self.orbit.yaxis.axis_label = f"x [{scale.unit}]", f"y [{scale.unit}]"
+
+
+def _renew(source: ColumnDataSource, data: dict[str, Any]) -> None:
+    """Give a source other data; the same ones would be sent and drawn once more."""
+    if any(not np.array_equal(source.data[name], values) for name, values in data.items()):
+        source.data = data
 
 
 def _columns(run: xr.Dataset, joint: str, output: str) -> dict[str, np.ndarray]:

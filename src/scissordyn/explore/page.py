@@ -30,6 +30,9 @@ __all__ = ["STYLE", "Page"]
 TOP, TABLE_ROOM, ORBIT_ROOM = 78, 200, 300
 """Room for the bar, for the table of contacts and for the orbit [pixel]."""
 
+LOOK = 200
+"""Runs that take longer show their progress, so often [ms]; the state of shorter ones does not flicker."""
+
 STYLE = """
 :root { --sd-back: #ffffff; --sd-ink: #222222; --sd-faint: #5f6670; --sd-fill: #e4e4e4; --sd-line: #b8bdc4; --sd-field: #f4f5f6;
   --sd-blue: #0072B2; --sd-green: #009E73; --sd-contact: #C04F00; --sd-free: #56B4E9; --sd-part: #CC79A7; --sd-trail: #B87700 }
@@ -64,7 +67,8 @@ class Page:
         self.canvas.param.watch(self._choose, "selected")
         self._lock = threading.Lock()
         self._pending: set[str] = set()
-        self._live = False
+        self._live = self._watched = False
+        self._drawn = 0
         self.session = Session(case, self._updated, first)
         known = {"fields", "status", *({"run"} if self.session.good else ())}
         self._refresh(known)
@@ -86,6 +90,11 @@ class Page:
 
     def _updated(self, what: str) -> None:
         """Note what has changed, and have it shown in the page's own turn; once, however much comes together."""
+        if what == "computing":
+            if self._live and not self._watched:
+                self._watched = True
+                self._later(lambda: self.document.add_timeout_callback(self._watch, LOOK))
+            return
         with self._lock:
             first = not self._pending
             self._pending.add(what)
@@ -102,6 +111,15 @@ class Page:
         """The page is open: from now on it is told of what changes."""
         self._live = True
         self._flush()
+        if self.session.computing:
+            self._updated("computing")
+
+    def _watch(self) -> None:
+        """Show how far a run is that takes long."""
+        self._watched = self.session.computing
+        if self._watched:
+            self._show_state()
+            self.document.add_timeout_callback(self._watch, LOOK)
 
     def _later(self, action: Callable[[], None]) -> None:
         """Do something in the page's own turn."""
@@ -133,14 +151,14 @@ class Page:
         if self.selected not in known:
             self.selected = _heaviest(good)
         self._show_curves()
-        if self._live:  # the curves are on their way while the scene is made
-            self._later(lambda: self._show_scene(good))
-        else:
-            self._show_scene(good)
+        if not self._live:  # otherwise when the browser has drawn the curves
+            self._show_scene(good.number)
 
-    def _show_scene(self, good: Outcome) -> None:
-        if good is not self.session.good or good.run is None:  # a newer one has come
+    def _show_scene(self, number: int) -> None:
+        good = self.session.good
+        if good is None or good.run is None or good.number != number or number == self._drawn:
             return
+        self._drawn = number
         self.document.hold("combine")
         try:
             self.canvas.scene = packed_scene(good.run, good.case.mechanism, number=good.number)
@@ -163,7 +181,8 @@ class Page:
     def _show_state(self) -> None:
         session = self.session
         good = session.good
-        if session.computing:
+        computing = session.lasting > 1e-3 * LOOK
+        if computing:
             said = "computing" if session.fraction else "preparing"
         elif session.message:
             said = session.message
@@ -184,10 +203,10 @@ class Page:
                 "run": good is not None,
                 "file": session.case.text() is not None,
                 "horizon": session.case.options.trust,
-                "computing": session.computing,
+                "computing": computing,
                 "fraction": session.fraction or 0.0,
                 "text": said,
-                "bad": bool(session.message) and not session.computing,
+                "bad": bool(session.message) and not computing,
                 "number": 0 if good is None else good.number,
                 "warnings": session.warnings,
             }
@@ -217,6 +236,8 @@ class Page:
             simple[str(kind)]()
         elif kind == "horizon":
             self.session.horizon(bool(message.get("wanted")))
+        elif kind == "drawn":
+            self._show_scene(int(message.get("run", 0)))
         elif kind == "theme":
             self.dark = bool(message.get("dark"))
             self.curves.theme(dark=self.dark)

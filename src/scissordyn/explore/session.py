@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import time
 from collections.abc import Callable
 from dataclasses import dataclass
 
@@ -44,7 +45,8 @@ class Session:
     ----------
     case : Case
     updated : callable
-        Called, also from a thread, with what has changed: "fields", "run", "progress", "status", "pins".
+        Called, also from a thread, with what has changed: "fields", "run", "computing" (a run
+        begins), "status", "pins".
     first : Outcome, optional
         The run of the case as it was opened, if it is known already.
     """
@@ -60,6 +62,7 @@ class Session:
         self.good: Outcome | None = None
         self.message = ""
         self.fraction: float | None = None
+        self._began = 0.0
         self._base: Case | None = None
         self._worker = Worker(self._take, self._progress, earlier=0 if first is None else first.number)
         if first is None:
@@ -71,6 +74,11 @@ class Session:
     def computing(self) -> bool:
         """Whether a run is going on."""
         return self.fraction is not None
+
+    @property
+    def lasting(self) -> float:
+        """For how long the present run has been going on [s]; 0 without one."""
+        return time.monotonic() - self._began if self.computing else 0.0
 
     @property
     def can_undo(self) -> bool:
@@ -156,8 +164,8 @@ class Session:
 
     def compute(self) -> None:
         """Run the present case; a run that is going on ends."""
-        self.fraction, self.message = 0.0, ""
-        self._updated("status")
+        self.fraction, self.message, self._began = 0.0, "", time.monotonic()
+        self._updated("computing")
         self._worker.order(self.case)
 
     def stop(self) -> None:
@@ -197,7 +205,6 @@ class Session:
 
     def _progress(self, number: int, fraction: float) -> None:
         self.fraction = fraction
-        self._updated("progress")
 
     def _take(self, outcome: Outcome) -> None:
         self.fraction = None

@@ -89,6 +89,7 @@ export function render({ model, el }) {
     } else if (message.type === "python") code(message.text);
   });
   window.addEventListener("scissordyn:time", event => { time = event.detail; });
+  window.addEventListener("scissordyn:drawn", event => model.send_msg({ type: "drawn", run: event.detail }));
   document.addEventListener("keydown", event => {
     if (!(event.ctrlKey || event.metaKey) || event.key.toLowerCase() !== "z") return;
     const inside = event.composedPath()[0];

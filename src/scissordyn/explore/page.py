@@ -5,7 +5,8 @@ from __future__ import annotations
 import base64
 import json
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from typing import Any
 
 import panel as pn
@@ -32,6 +33,9 @@ TOP, TABLE_ROOM, ORBIT_ROOM = 78, 200, 300
 
 LOOK = 200
 """Runs that take longer show their progress, so often [ms]; the state of shorter ones does not flicker."""
+
+UNSEEN = 1000
+"""After this time all of a run is sent even if its curves have not been drawn, as in a tab that is not looked at [ms]."""
 
 STYLE = """
 :root { --sd-back: #ffffff; --sd-ink: #222222; --sd-faint: #5f6670; --sd-fill: #e4e4e4; --sd-line: #b8bdc4; --sd-field: #f4f5f6;
@@ -67,8 +71,8 @@ class Page:
         self.canvas.param.watch(self._choose, "selected")
         self._lock = threading.Lock()
         self._pending: set[str] = set()
-        self._live = self._watched = False
-        self._drawn = 0
+        self._live = self._watched = self._drawing = False
+        self._late: set[str] = set()
         self.session = Session(case, self._updated, first)
         known = {"fields", "status", *({"run"} if self.session.good else ())}
         self._refresh(known)
@@ -118,7 +122,7 @@ class Page:
         """Show how far a run is that takes long."""
         self._watched = self.session.computing
         if self._watched:
-            self._show_state()
+            self._catch_up()
             self.document.add_timeout_callback(self._watch, LOOK)
 
     def _later(self, action: Callable[[], None]) -> None:
@@ -126,15 +130,47 @@ class Page:
         self.document.add_next_tick_callback(action)
 
     def _refresh(self, what: set[str]) -> None:
-        self.document.hold("combine")
-        try:
-            if "fields" in what:
-                self._show_fields()
-            if "run" in what:
+        """Show what has changed: of a new run its curves, and the rest when the browser has drawn them."""
+        known = self.session.good
+        run = "run" in what and known is not None and known.run is not None
+        self._late |= what - {"run"}
+        if run:
+            self._late.add("scene")
+            self._drawing = self._live
+        waiting = self._drawing or (self._live and self.session.computing)
+        if run:
+            with self._together():
                 self._show_run()
-            if "pins" in what:
+            if waiting and known is not None:
+                self.document.add_timeout_callback(lambda: self._drawn(known.number), UNSEEN)
+        if not waiting:
+            self._catch_up()
+
+    def _drawn(self, number: int) -> None:
+        """The browser has drawn the curves of a run, or has had the time to."""
+        good = self.session.good
+        if self._drawing and good is not None and good.number == number:
+            self._drawing = False
+            self._catch_up()
+
+    def _catch_up(self) -> None:
+        """Show what has waited for the curves."""
+        late, self._late = self._late, set()
+        with self._together():
+            if "fields" in late:
+                self._show_fields()
+            if "scene" in late:
+                self._show_scene()
+            if "pins" in late:
                 self._show_pins()
             self._show_state()
+
+    @contextmanager
+    def _together(self) -> Iterator[None]:
+        """Send the changes of a block as one message."""
+        self.document.hold("combine")
+        try:
+            yield
         finally:
             self.document.unhold()
 
@@ -151,21 +187,14 @@ class Page:
         if self.selected not in known:
             self.selected = _heaviest(good)
         self._show_curves()
-        if not self._live:  # otherwise when the browser has drawn the curves
-            self._show_scene(good.number)
 
-    def _show_scene(self, number: int) -> None:
+    def _show_scene(self) -> None:
         good = self.session.good
-        if good is None or good.run is None or good.number != number or number == self._drawn:
+        if good is None or good.run is None:
             return
-        self._drawn = number
-        self.document.hold("combine")
-        try:
-            self.canvas.scene = packed_scene(good.run, good.case.mechanism, number=good.number)
-            self.canvas.draft = ""
-            self.contacts.show(good.run)
-        finally:
-            self.document.unhold()
+        self.canvas.scene = packed_scene(good.run, good.case.mechanism, number=good.number)
+        self.canvas.draft = ""
+        self.contacts.show(good.run)
 
     def _show_curves(self) -> None:
         good = self.session.good
@@ -237,7 +266,7 @@ class Page:
         elif kind == "horizon":
             self.session.horizon(bool(message.get("wanted")))
         elif kind == "drawn":
-            self._show_scene(int(message.get("run", 0)))
+            self._drawn(int(message.get("run", 0)))
         elif kind == "theme":
             self.dark = bool(message.get("dark"))
             self.curves.theme(dark=self.dark)

@@ -17,6 +17,7 @@ from scissordyn.errors import ScissordynError
 from scissordyn.explore.case import Case
 from scissordyn.explore.curves import Curves
 from scissordyn.explore.drag import Drag
+from scissordyn.explore.first import FirstRun
 from scissordyn.explore.python_code import python_of
 from scissordyn.explore.scene import packed_scene
 from scissordyn.explore.session import Session
@@ -53,11 +54,11 @@ class Page:
     Parameters
     ----------
     case : Case
-    first : Outcome, optional
-        The run of the case, if it is known.
+    first : FirstRun, optional
+        The run of the case as it was opened.
     """
 
-    def __init__(self, case: Case, first: Outcome | None = None) -> None:
+    def __init__(self, case: Case, first: FirstRun | None = None) -> None:
         self.document = curdoc()
         self.drag: Drag | None = None
         self.dark = False

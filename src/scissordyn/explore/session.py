@@ -11,6 +11,7 @@ import xarray as xr
 
 from scissordyn.errors import InputError, ScissordynError
 from scissordyn.explore.case import Case
+from scissordyn.explore.first import FirstRun
 from scissordyn.explore.worker import Outcome, Worker
 
 __all__ = ["MOST_PINS", "Pinned", "Session"]
@@ -47,11 +48,11 @@ class Session:
     updated : callable
         Called, also from a thread, with what has changed: "fields", "run", "computing" (a run
         begins), "status", "pins".
-    first : Outcome, optional
-        The run of the case as it was opened, if it is known already.
+    first : FirstRun, optional
+        The run of the case as it was opened.
     """
 
-    def __init__(self, case: Case, updated: Callable[[str], None], first: Outcome | None = None) -> None:
+    def __init__(self, case: Case, updated: Callable[[str], None], first: FirstRun | None = None) -> None:
         self.opened = self.case = case
         self._updated = updated
         self._undo: list[Case] = []
@@ -64,11 +65,15 @@ class Session:
         self.fraction: float | None = None
         self._began = 0.0
         self._base: Case | None = None
-        self._worker = Worker(self._take, self._progress, earlier=0 if first is None else first.number)
-        if first is None:
-            self.compute()
+        going = None if first is None else first.adopt(self._take, self._progress)
+        known = None if first is None else first.known
+        self._worker = going or Worker(self._take, self._progress, earlier=0 if known is None else known.number)
+        if going is not None:
+            self._begin()
+        elif known is not None:
+            self._take(known)
         else:
-            self._take(first)
+            self.compute()
 
     @property
     def computing(self) -> bool:
@@ -164,9 +169,12 @@ class Session:
 
     def compute(self) -> None:
         """Run the present case; a run that is going on ends."""
+        self._begin()
+        self._worker.order(self.case)
+
+    def _begin(self) -> None:
         self.fraction, self.message, self._began = 0.0, "", time.monotonic()
         self._updated("computing")
-        self._worker.order(self.case)
 
     def stop(self) -> None:
         """Stop the run that is going on."""

@@ -131,9 +131,9 @@ class Tab:
                 return found;
               };
               const found = deep(document, {}), page = window.Bokeh && Bokeh.documents[0];
-              const curves = page && page.get_model_by_name("curves");
+              const curves = page && page.get_model_by_name("clock");
               return found.state && found.state.computing === "false" && found.canvas > before && curves
-                && curves.tags[0] === found.canvas;
+                && curves.tags[1] === found.canvas;
             }""",
             arg=before,
             timeout=60_000,

@@ -176,7 +176,7 @@ def test_pinned_run_is_compared(tab: Tab) -> None:
     tab.page.get_by_text("Unpin 1").wait_for()
     tab.type("clearance.0.clearance", "0.2 mm")
     tab.ready(first)
-    pinned = "() => Bokeh.documents[0].get_model_by_name('torque').renderers[0].data_source.data.torque"
+    pinned = "() => Bokeh.documents[0].get_model_by_name('pinned').data.torque[0]"
     values = np.array(tab.page.evaluate(f"() => Array.from(({pinned})())"))
     before_, now = np.array(before), np.array(tab.curve("torque"))
     assert np.allclose(values / np.abs(values).max(), before_ / np.abs(before_).max(), rtol=1e-9)

@@ -39,9 +39,12 @@ def explore(
             f"cannot read '{case}': no such file", "a case file or a saved run", f"scissordyn new scissor > {case}"
         )
     from scissordyn.explore.case import open_case
+    from scissordyn.explore.first import FirstRun
+
+    first = FirstRun(open_case(case, allow or []))  # it loads the kernels while the page's libraries are imported
+
     from scissordyn.explore.serve import LOCAL, free_port, serve
 
-    opened = open_case(case, allow or [])
     chosen = free_port(address, port)
     if address not in LOCAL:
         print(
@@ -50,5 +53,5 @@ def explore(
             "encrypted. No other file of this machine can be read or written through it.",
             file=sys.stderr,
         )
-    serve(opened, address=address, port=chosen, show=browser, said=lambda url: print(f"{url}  (Ctrl-C ends it)", flush=True))
+    serve(first, address=address, port=chosen, show=browser, said=lambda url: print(f"{url}  (Ctrl-C ends it)", flush=True))
     return 0

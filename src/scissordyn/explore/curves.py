@@ -10,7 +10,8 @@ from typing import Any
 
 import numpy as np
 import xarray as xr
-from bokeh.models import BoxAnnotation, ColumnDataSource, CustomJS, Range1d, Span, Title
+from bokeh.core.properties import value
+from bokeh.models import ColumnDataSource, CustomJS, CustomJSTickFormatter, Range1d, Span, Title
 from bokeh.plotting import figure
 
 from scissordyn.plot.scale import DEGREES, Scale, engineering
@@ -27,6 +28,9 @@ HEIGHT, LABELS = 128, 32
 
 LEFT = 78
 """Room for the labels of the axes, equal in all figures so that their times stand above each other [pixel]."""
+
+BEYOND = 10.0
+"""Where shading ends, in lengths of the run, so that it goes on where somebody zooms out."""
 
 SQUARE = 210
 """Side of the orbit's frame [pixel]."""
@@ -47,17 +51,27 @@ const t = cb_obj.x / factor.tags[0];
 if (Number.isFinite(t)) window.dispatchEvent(new CustomEvent("scissordyn:go", { detail: t }));
 """
 CURSOR = """
-const move = event => { for (const span of spans) span.location = event.detail * clock.tags[0]; };
+const move = event => {
+  for (const span of spans) span.setv({ location: event.detail * clock.tags[0] }, { sync: false });  // not to the server
+};
 if (window.scissordynCursor) window.removeEventListener("scissordyn:time", window.scissordynCursor);
 window.scissordynCursor = move;
 window.addEventListener("scissordyn:time", move);
 """
 DRAWN = """
+const run = clock.tags[1];
 requestAnimationFrame(() => requestAnimationFrame(() => {
-  window.scissordynDrawn = { run: cb_obj.tags[0], at: performance.now() };
+  window.scissordynDrawn = { run, at: performance.now() };
+  window.dispatchEvent(new CustomEvent("scissordyn:drawn", { detail: run }));
 }));
 """
 """Tells when the curves of a run are on the screen: the library draws in the frame after its data have changed."""
+
+TICKS = """
+const step = ticks.length > 1 ? Math.abs(ticks[1] - ticks[0]) : 1;
+return tick.toFixed(Math.min(9, Math.max(0, Math.ceil(-Math.log10(step) - 1e-9)))).padStart(6);
+"""
+"""Labels of one width, in a font of one width: the library lays a figure out anew whenever the width of its labels changes."""
 
 
 @dataclass
@@ -101,21 +115,25 @@ class Curves:
     def __init__(self, *, dark: bool = False) -> None:
         names = [column for panel in PANELS for column, _, _ in panel.lines]
         empty: dict[str, Any] = {"time": [], **{name: [] for name in names}}
-        self.source = ColumnDataSource(empty, tags=[0], name="curves")
-        self.pinned = [ColumnDataSource(dict(empty)) for _ in PINNED]
+        self.dark = dark
+        self.source = ColumnDataSource(empty, name="curves")
+        first = [panel.lines[0][0] for panel in PANELS]
+        self.pinned = ColumnDataSource({"time": [], **{name: [] for name in first}, "color": []}, name="pinned")
         self.orbit_source = ColumnDataSource({"x": [], "y": []})
         self.circle = ColumnDataSource({"x": [], "y": []})
-        self.pinned_orbits = [ColumnDataSource({"x": [], "y": []}) for _ in PINNED]
+        self.pinned_orbits = ColumnDataSource({"x": [], "y": [], "color": []})
         self.range = Range1d(0.0, 1.0)
+        self.horizon = ColumnDataSource({"from": [], "to": []}, name="horizon")
         self.spans: list[Span] = []
-        self.shades: list[BoxAnnotation] = []
+        self.shades: list[Any] = []
         self.factor = 1.0
         self._until = 0.0
-        # models carry numbers to the browser in their tags
-        self.clock = Title(tags=[1.0])
+        # a model that is not drawn carries numbers to the browser: the factor of the time axis, the number of the run
+        self.clock = Title(tags=[1.0, 0], name="clock")
+        self.ticks = CustomJSTickFormatter(code=TICKS)
         self.figures = [self._time_figure(panel) for panel in PANELS]
         self.orbit = self._orbit_figure()
-        self.source.js_on_change("data", CustomJS(code=DRAWN))
+        self.source.js_on_change("data", CustomJS(args={"clock": self.clock}, code=DRAWN))
         self.start = CustomJS(args={"spans": self.spans, "clock": self.clock}, code=CURSOR)
         self.theme(dark=dark)
 
@@ -131,22 +149,24 @@ class Curves:
             min_border_left=LEFT,
             output_backend="canvas",
         )
-        for source, color in zip(self.pinned, PINNED, strict=True):
-            made.line("time", panel.lines[0][0], source=source, color=color, line_dash=[6, 3], line_width=1.3)
+        first = panel.lines[0][0]
+        made.multi_line("time", first, source=self.pinned, color="color", line_dash=[6, 3], line_width=1.3)
         for column, label, color in panel.lines:
             more: dict[str, Any] = {"legend_label": label} if len(panel.lines) > 1 else {}
             made.line("time", column, source=self.source, color=color, line_width=1.4, **more)
-        if len(panel.lines) > 1:
-            made.legend.location = "top_right"
-            made.legend.orientation = "horizontal"
-            made.legend.label_text_font_size = "11px"
-            made.legend.padding = made.legend.margin = 3
+        if len(panel.lines) > 1:  # in place of the title, where no curve is
+            made.title.visible = False
+            made.legend.update(orientation="horizontal", location=(0, 0), padding=0, margin=0, spacing=14)
+            made.legend.update(glyph_width=14, glyph_height=16, label_height=16, label_width=10, label_standoff=4)
+            made.legend.update(label_text_font_size="13px", label_text_font_style="bold")
+            made.add_layout(made.legend[0], "above")
+        made.yaxis.formatter = self.ticks
+        made.yaxis.major_label_text_font = "monospace"
         span = Span(location=0.0, dimension="height", line_color=VERMILION, line_width=1.2, tags=["cursor"])
-        shade = BoxAnnotation(left=None, right=None, visible=False, fill_alpha=0.5, line_alpha=0.0, level="underlay")
         made.add_layout(span)
-        made.add_layout(shade)
         self.spans.append(span)
-        self.shades.append(shade)
+        # a strip of data and no annotation: setting the edge of one makes the library look through all models of the page
+        self.shades.append(made.vstrip("from", "to", source=self.horizon, fill_alpha=0.5, line_alpha=0.0, level="underlay"))
         made.js_on_event("tap", CustomJS(args={"factor": self.clock}, code=TIME_EVENT))
         return made
 
@@ -163,13 +183,15 @@ class Curves:
             min_border_left=LEFT,
         )
         made.line("x", "y", source=self.circle, color=THEMES["light"]["faint"], line_dash=[2, 2])
-        for source, color in zip(self.pinned_orbits, PINNED, strict=True):
-            made.line("x", "y", source=source, color=color, line_dash=[6, 3], line_width=1.0)
+        made.multi_line("x", "y", source=self.pinned_orbits, color="color", line_dash=[6, 3], line_width=1.0)
         made.line("x", "y", source=self.orbit_source, color=SKY, line_width=1.2)
         return made
 
     def theme(self, *, dark: bool) -> None:
         """Colours for a light or a dark page."""
+        self.dark = dark
+        for source in (self.pinned, self.pinned_orbits):
+            _renew(source, {**source.data, "color": self._colors(len(source.data["color"]))})
         look = THEMES["dark" if dark else "light"]
         for made in (*self.figures, self.orbit):
             made.background_fill_color = made.border_fill_color = look["back"]
@@ -184,16 +206,14 @@ class Curves:
                 axis.axis_label_text_font_style = "normal"
             made.grid.grid_line_color = look["line"]
             for legend in made.legend:
-                legend.background_fill_color = look["back"]
-                legend.background_fill_alpha = 0.7
                 legend.label_text_color = look["ink"]
-                legend.border_line_alpha = 0.0
-            for drawn in made.renderers:
+                legend.background_fill_alpha = legend.border_line_alpha = 0.0
+            for drawn in set(made.renderers) - set(self.shades):
                 pair = next((pair for pair in BRIGHTER if drawn.glyph.line_color in pair), None)
                 if pair is not None:
                     drawn.glyph.line_color = pair[int(dark)]
         for shade in self.shades:
-            shade.fill_color = look["shade"]
+            shade.glyph.fill_color = look["shade"]
 
     def show(self, run: xr.Dataset, pins: Sequence[xr.Dataset], joint: str, output: str, number: int) -> None:
         """Draw a run.
@@ -216,26 +236,32 @@ class Curves:
         if until != self._until:
             self._until = until
             self.range.update(start=0.0, end=until, reset_start=0.0, reset_end=until)
-        self.clock.tags = [time.factor]
-        self.source.tags = [number]
+        self.clock.tags = [time.factor, number]
         horizon = predictability_horizon(run)
         names = self._titles(run, joint, output)
-        for panel, made, shade in zip(PANELS, self.figures, self.shades, strict=True):
+        shaded = {"from": [], "to": []} if horizon is None else {"from": [time.factor * horizon], "to": [BEYOND * until]}
+        _renew(self.horizon, shaded)
+        for panel, made in zip(PANELS, self.figures, strict=True):
             made.yaxis.axis_label = scales[panel.name].unit or "1"
             made.title.text = names[panel.name]
+            if made.legend:
+                made.legend[0].items[0].label = value(f"{names[panel.name]}: {panel.lines[0][1]}")
             made.visible = any(len(data[column]) and np.isfinite(data[column]).any() for column, _, _ in panel.lines)
-            shade.update(visible=horizon is not None, left=None if horizon is None else time.factor * horizon)
         last = [made for made in self.figures if made.visible][-1:]
         for made in self.figures:
-            made.xaxis.axis_label = f"time [{time.unit}]" if made in last else None
-            made.xaxis.major_label_text_font_size = "11px" if made in last else "0px"
+            made.xaxis.visible = made in last
+            made.xaxis.axis_label = f"time [{time.unit}]"
             made.height = HEIGHT + (LABELS if made in last else 0)
-        for source, pinned in zip(self.pinned, [*reversed(pins), *[None] * len(PINNED)], strict=False):
-            source.data = (
-                {name: [] for name in self.source.data} if pinned is None else self._scaled(pinned, joint, output, scales)[1]
-            )
+        before = [self._scaled(pin, joint, output, scales)[1] for pin in reversed(pins)]
+        columns = {name: [data[name] for data in before] for name in self.pinned.data if name != "color"}
+        _renew(self.pinned, {**columns, "color": self._colors(len(before))})
         self._show_orbit(run, pins, joint)
         self.source.data = data
+
+    def _colors(self, count: int) -> list[str]:
+        """Colours of pinned runs."""
+        lighter = dict(BRIGHTER) if self.dark else {}
+        return [lighter.get(color, color) for color in PINNED[:count]]
 
     def _titles(self, run: xr.Dataset, joint: str, output: str) -> dict[str, str]:
         of_joint = f" at {joint}" if joint else ""
@@ -280,17 +306,41 @@ class Curves:
         clearance = float(run["clearance"].sel(joint=joint))
         scale = engineering("m", clearance)
         around = np.linspace(0.0, 2.0 * math.pi, 181)
-        self.circle.data = {"x": scale.factor * clearance * np.cos(around), "y": scale.factor * clearance * np.sin(around)}
+        size = scale.factor * clearance
+        _renew(self.circle, {"x": size * np.cos(around), "y": size * np.sin(around)})
         self.orbit_source.data = _orbit(run, joint, scale.factor)
-        shown = [pin for pin in reversed(pins) if joint in clearance_joints(pin)]
-        for source, pin in zip(self.pinned_orbits, [*shown, *[None] * len(PINNED)], strict=False):
-            source.data = {"x": [], "y": []} if pin is None else _orbit(pin, joint, scale.factor)
-        drawn = [np.abs(source.data[axis]) for source in (self.orbit_source, *self.pinned_orbits) for axis in "xy"]
-        reach = 1.1 * max(scale.factor * clearance, *(float(np.max(part, initial=0.0)) for part in drawn))
+        shown = [_orbit(pin, joint, scale.factor) for pin in reversed(pins) if joint in clearance_joints(pin)]
+        before = {axis: [data[axis] for data in shown] for axis in "xy"}
+        _renew(self.pinned_orbits, {**before, "color": self._colors(len(shown))})
+        drawn = [np.abs(data[axis]).max(initial=0.0) for data in (self.orbit_source.data, *shown) for axis in "xy"]
+        reach = _rounded(1.1 * max(size, *map(float, drawn)))
         for range in (self.orbit.x_range, self.orbit.y_range):
             range.update(start=-reach, end=reach, reset_start=-reach, reset_end=reach)
         self.orbit.title.text = f"journal orbit at {joint}"
         self.orbit.xaxis.axis_label, self.orbit.yaxis.axis_label = f"x [{scale.unit}]", f"y [{scale.unit}]"
+
+
+def _renew(source: ColumnDataSource, data: dict[str, Any]) -> None:
+    """Give a source other data; the same ones would be sent and drawn once more."""
+    if any(not _equal(source.data[name], values) for name, values in data.items()):
+        source.data = data
+
+
+def _equal(before: Any, after: Any) -> bool:
+    """Whether two columns are the same, of numbers, of texts or of curves."""
+    if len(before) != len(after):
+        return False
+    if isinstance(after, list):
+        return all(np.array_equal(one, other) for one, other in zip(before, after, strict=True))
+    return np.array_equal(before, after)
+
+
+def _rounded(reach: float) -> float:
+    """A length rounded up to two digits, so that an axis stays when a curve changes little."""
+    if reach <= 0.0:
+        return 1.0
+    digit = 10.0 ** (math.floor(math.log10(reach)) - 1)
+    return math.ceil(reach / digit) * digit
 
 
 def _columns(run: xr.Dataset, joint: str, output: str) -> dict[str, np.ndarray]:

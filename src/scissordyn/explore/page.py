@@ -5,7 +5,8 @@ from __future__ import annotations
 import base64
 import json
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from typing import Any
 
 import panel as pn
@@ -16,6 +17,7 @@ from scissordyn.errors import ScissordynError
 from scissordyn.explore.case import Case
 from scissordyn.explore.curves import Curves
 from scissordyn.explore.drag import Drag
+from scissordyn.explore.first import FirstRun
 from scissordyn.explore.python_code import python_of
 from scissordyn.explore.scene import packed_scene
 from scissordyn.explore.session import Session
@@ -29,6 +31,12 @@ __all__ = ["STYLE", "Page"]
 
 TOP, TABLE_ROOM, ORBIT_ROOM = 78, 200, 300
 """Room for the bar, for the table of contacts and for the orbit [pixel]."""
+
+LOOK = 200
+"""Runs that take longer show their progress, so often [ms]; the state of shorter ones does not flicker."""
+
+UNSEEN = 1000
+"""After this time all of a run is sent even if its curves have not been drawn, as in a tab that is not looked at [ms]."""
 
 STYLE = """
 :root { --sd-back: #ffffff; --sd-ink: #222222; --sd-faint: #5f6670; --sd-fill: #e4e4e4; --sd-line: #b8bdc4; --sd-field: #f4f5f6;
@@ -46,11 +54,11 @@ class Page:
     Parameters
     ----------
     case : Case
-    first : Outcome, optional
-        The run of the case, if it is known.
+    first : FirstRun, optional
+        The run of the case as it was opened.
     """
 
-    def __init__(self, case: Case, first: Outcome | None = None) -> None:
+    def __init__(self, case: Case, first: FirstRun | None = None) -> None:
         self.document = curdoc()
         self.drag: Drag | None = None
         self.dark = False
@@ -64,7 +72,8 @@ class Page:
         self.canvas.param.watch(self._choose, "selected")
         self._lock = threading.Lock()
         self._pending: set[str] = set()
-        self._live = False
+        self._live = self._watched = self._drawing = False
+        self._late: set[str] = set()
         self.session = Session(case, self._updated, first)
         known = {"fields", "status", *({"run"} if self.session.good else ())}
         self._refresh(known)
@@ -86,6 +95,11 @@ class Page:
 
     def _updated(self, what: str) -> None:
         """Note what has changed, and have it shown in the page's own turn; once, however much comes together."""
+        if what == "computing":
+            if self._live and not self._watched:
+                self._watched = True
+                self._later(lambda: self.document.add_timeout_callback(self._watch, LOOK))
+            return
         with self._lock:
             first = not self._pending
             self._pending.add(what)
@@ -102,21 +116,62 @@ class Page:
         """The page is open: from now on it gets what changes."""
         self._live = True
         self._flush()
+        if self.session.computing:
+            self._updated("computing")
+
+    def _watch(self) -> None:
+        """Show how far a run is that takes long."""
+        self._watched = self.session.computing
+        if self._watched:
+            self._catch_up()
+            self.document.add_timeout_callback(self._watch, LOOK)
 
     def _later(self, action: Callable[[], None]) -> None:
         """Do something in the page's own turn."""
         self.document.add_next_tick_callback(action)
 
     def _refresh(self, what: set[str]) -> None:
-        self.document.hold("combine")
-        try:
-            if "fields" in what:
-                self._show_fields()
-            if "run" in what:
+        """Show what has changed: of a new run its curves, and the rest when the browser has drawn them."""
+        known = self.session.good
+        run = "run" in what and known is not None and known.run is not None
+        self._late |= what - {"run"}
+        if run:
+            self._late.add("scene")
+            self._drawing = self._live
+        waiting = self._drawing or (self._live and self.session.computing)
+        if run:
+            with self._together():
                 self._show_run()
-            if "pins" in what:
+            if waiting and known is not None:
+                self.document.add_timeout_callback(lambda: self._drawn(known.number), UNSEEN)
+        if not waiting:
+            self._catch_up()
+
+    def _drawn(self, number: int) -> None:
+        """The browser has drawn the curves of a run, or has had the time to."""
+        good = self.session.good
+        if self._drawing and good is not None and good.number == number:
+            self._drawing = False
+            self._catch_up()
+
+    def _catch_up(self) -> None:
+        """Show what has waited for the curves."""
+        late, self._late = self._late, set()
+        with self._together():
+            if "fields" in late:
+                self._show_fields()
+            if "scene" in late:
+                self._show_scene()
+            if "pins" in late:
                 self._show_pins()
             self._show_state()
+
+    @contextmanager
+    def _together(self) -> Iterator[None]:
+        """Send the changes of a block as one message."""
+        self.document.hold("combine")
+        try:
+            yield
         finally:
             self.document.unhold()
 
@@ -133,21 +188,14 @@ class Page:
         if self.selected not in known:
             self.selected = _heaviest(good)
         self._show_curves()
-        if self._live:  # the curves are on their way while the scene is made
-            self._later(lambda: self._show_scene(good))
-        else:
-            self._show_scene(good)
 
-    def _show_scene(self, good: Outcome) -> None:
-        if good is not self.session.good or good.run is None:  # a newer one has come
+    def _show_scene(self) -> None:
+        good = self.session.good
+        if good is None or good.run is None:
             return
-        self.document.hold("combine")
-        try:
-            self.canvas.scene = packed_scene(good.run, good.case.mechanism, number=good.number)
-            self.canvas.draft = ""
-            self.contacts.show(good.run)
-        finally:
-            self.document.unhold()
+        self.canvas.scene = packed_scene(good.run, good.case.mechanism, number=good.number)
+        self.canvas.draft = ""
+        self.contacts.show(good.run)
 
     def _show_curves(self) -> None:
         good = self.session.good
@@ -163,7 +211,8 @@ class Page:
     def _show_state(self) -> None:
         session = self.session
         good = session.good
-        if session.computing:
+        computing = session.lasting > 1e-3 * LOOK
+        if computing:
             said = "computing" if session.fraction else "preparing"
         elif session.message:
             said = session.message
@@ -184,10 +233,10 @@ class Page:
                 "run": good is not None,
                 "file": session.case.text() is not None,
                 "horizon": session.case.options.trust,
-                "computing": session.computing,
+                "computing": computing,
                 "fraction": session.fraction or 0.0,
                 "text": said,
-                "bad": bool(session.message) and not session.computing,
+                "bad": bool(session.message) and not computing,
                 "number": 0 if good is None else good.number,
                 "warnings": session.warnings,
             }
@@ -217,6 +266,8 @@ class Page:
             simple[str(kind)]()
         elif kind == "horizon":
             self.session.horizon(bool(message.get("wanted")))
+        elif kind == "drawn":
+            self._drawn(int(message.get("run", 0)))
         elif kind == "theme":
             self.dark = bool(message.get("dark"))
             self.curves.theme(dark=self.dark)

@@ -11,6 +11,7 @@ import xarray as xr
 
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.plot.animation_scene import ClearanceJoint, Scene, scene_of
+from scissordyn.plot.place import upright
 from scissordyn.plot.series import clearance_pins, predictability_horizon
 from scissordyn.simulation.placement import Placement
 
@@ -45,7 +46,7 @@ def packed_scene(run: xr.Dataset, mechanism: Mechanism, *, number: int = 0, note
     chosen = np.unique(np.linspace(0, samples - 1, min(samples, frames)).round().astype(int))
     pins = clearance_pins(run)
     scene = scene_of(run, mechanism, chosen, pins)
-    placement = Placement.at(mechanism, run, chosen)
+    placement = Placement.at(mechanism, run, chosen, turns=upright(mechanism))
     data = {
         "run": number,
         "note": note,

@@ -10,9 +10,8 @@ from typing import Any
 import panel as pn
 
 from scissordyn.errors import InputError
-from scissordyn.explore.case import Case
+from scissordyn.explore.first import FirstRun
 from scissordyn.explore.page import STYLE, Page
-from scissordyn.explore.worker import Outcome, Worker
 
 __all__ = ["LOCAL", "free_port", "serve"]
 
@@ -46,12 +45,13 @@ def free_port(address: str, wanted: int) -> int:
         ) from None
 
 
-def serve(case: Case, *, address: str, port: int, show: bool, said: Callable[[str], None]) -> None:
+def serve(first: FirstRun, *, address: str, port: int, show: bool, said: Callable[[str], None]) -> None:
     """Serve the page of a case until Ctrl-C.
 
     Parameters
     ----------
-    case : Case
+    first : FirstRun
+        The run of the case.
     address : str
     port : int
         That is free.
@@ -60,12 +60,11 @@ def serve(case: Case, *, address: str, port: int, show: bool, said: Callable[[st
     said : callable
         Called with the address of the page.
     """
-    first = _First(case)
     pn.config.raw_css = [STYLE]
 
     def page() -> Any:
-        pn.state.curdoc.title = f"{case.name} - scissordyn"
-        return Page(case, first.known).layout()
+        pn.state.curdoc.title = f"{first.case.name} - scissordyn"
+        return Page(first.case, first).layout()
 
     # a page of another origin must not be able to talk to this server
     here = f"localhost:{port}" if address in LOCAL else ""
@@ -78,7 +77,7 @@ def serve(case: Case, *, address: str, port: int, show: bool, said: Callable[[st
         websocket_origin=sorted(set(origins)),
         show=False,
         start=False,
-        title=f"{case.name} - scissordyn",
+        title=f"{first.case.name} - scissordyn",
         verbose=False,
     )
     server.start()
@@ -93,16 +92,3 @@ def serve(case: Case, *, address: str, port: int, show: bool, said: Callable[[st
         pass
     finally:
         server.stop()
-
-
-class _First:
-    """The run of the case as it was opened, computed once, while the first page is loaded."""
-
-    def __init__(self, case: Case) -> None:
-        self.known: Outcome | None = None
-        self._worker = Worker(self._take, lambda number, fraction: None)
-        self._worker.order(case)
-
-    def _take(self, outcome: Outcome) -> None:
-        self.known = outcome
-        self._worker.close()

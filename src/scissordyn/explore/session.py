@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import time
 from collections.abc import Callable
 from dataclasses import dataclass
 
@@ -10,6 +11,7 @@ import xarray as xr
 
 from scissordyn.errors import InputError, ScissordynError
 from scissordyn.explore.case import Case
+from scissordyn.explore.first import FirstRun
 from scissordyn.explore.worker import Outcome, Worker
 
 __all__ = ["MOST_PINS", "Pinned", "Session"]
@@ -44,12 +46,13 @@ class Session:
     ----------
     case : Case
     updated : callable
-        Called, also from a thread, with what has changed: "fields", "run", "progress", "status", "pins".
-    first : Outcome, optional
-        The run of the case as it was opened, if it is known already.
+        Called, also from a thread, with what has changed: "fields", "run", "computing" (a run
+        begins), "status", "pins".
+    first : FirstRun, optional
+        The run of the case as it was opened.
     """
 
-    def __init__(self, case: Case, updated: Callable[[str], None], first: Outcome | None = None) -> None:
+    def __init__(self, case: Case, updated: Callable[[str], None], first: FirstRun | None = None) -> None:
         self.opened = self.case = case
         self._updated = updated
         self._undo: list[Case] = []
@@ -60,17 +63,27 @@ class Session:
         self.good: Outcome | None = None
         self.message = ""
         self.fraction: float | None = None
+        self._began = 0.0
         self._base: Case | None = None
-        self._worker = Worker(self._take, self._progress, earlier=0 if first is None else first.number)
-        if first is None:
-            self.compute()
+        going = None if first is None else first.adopt(self._take, self._progress)
+        known = None if first is None else first.known
+        self._worker = going or Worker(self._take, self._progress, earlier=0 if known is None else known.number)
+        if going is not None:
+            self._begin()
+        elif known is not None:
+            self._take(known)
         else:
-            self._take(first)
+            self.compute()
 
     @property
     def computing(self) -> bool:
         """Whether a run is going on."""
         return self.fraction is not None
+
+    @property
+    def lasting(self) -> float:
+        """For how long the present run has been going on [s]; 0 without one."""
+        return time.monotonic() - self._began if self.computing else 0.0
 
     @property
     def can_undo(self) -> bool:
@@ -156,9 +169,12 @@ class Session:
 
     def compute(self) -> None:
         """Run the present case; a run that is going on ends."""
-        self.fraction, self.message = 0.0, ""
-        self._updated("status")
+        self._begin()
         self._worker.order(self.case)
+
+    def _begin(self) -> None:
+        self.fraction, self.message, self._began = 0.0, "", time.monotonic()
+        self._updated("computing")
 
     def stop(self) -> None:
         """Stop the run that is going on."""
@@ -197,7 +213,6 @@ class Session:
 
     def _progress(self, number: int, fraction: float) -> None:
         self.fraction = fraction
-        self._updated("progress")
 
     def _take(self, outcome: Outcome) -> None:
         self.fraction = None

@@ -11,7 +11,7 @@ import xarray as xr
 from scissordyn.component.place import GROUND
 from scissordyn.errors import InputError
 from scissordyn.model.mechanism import Mechanism
-from scissordyn.plot.place import corners_of, outlines
+from scissordyn.plot.place import corners_of, outlines, upright
 from scissordyn.plot.scale import Scale, engineering
 from scissordyn.plot.series import time_scale
 from scissordyn.plot.symbol import symbols
@@ -41,7 +41,7 @@ class Shape:
     name : str
     kind : {"bar", "plate", "block", "component", "rod", "guide"}
     points : ndarray, shape (frames, points, 2)
-        In the fixed frame [m].
+        In the frame of the picture, where gravity points downwards [m].
     """
 
     name: str
@@ -142,7 +142,7 @@ def scene_of(run: xr.Dataset, mechanism: Mechanism, frames: np.ndarray, joints: 
     -------
     Scene
     """
-    placement = Placement.at(mechanism, run, frames)
+    placement = Placement.at(mechanism, run, frames, turns=upright(mechanism))
     bodies = outlines(placement)
     low, high = corners_of(placement)
     size = float(np.max(high - low))
@@ -209,7 +209,7 @@ def _clearance_joint(
     if joint.clearance is None:
         raise InputError(f"joint '{name}' has clearance in the run and is ideal in the mechanism", "the mechanism that was run")
     clearance = float(here["clearance"])
-    eccentricity = GAP / clearance * here["eccentricity"].transpose("time", "axis").values
+    eccentricity = GAP / clearance * placement.vectors(here["eccentricity"].transpose("time", "axis").values)
     last = int(frames[-1]) + 1
     fine = np.unique(np.concatenate([frames, np.linspace(0, last - 1, min(last, FINEST)).astype(int)]))
     # a contact may be shorter than a frame: each frame covers all samples since the one before

@@ -2,15 +2,21 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from scissordyn.model.body import Body
+from scissordyn.model.mechanism import Mechanism
 from scissordyn.simulation.placement import Placement
 
-__all__ = ["Corners", "corners_of", "outline", "outlines"]
+__all__ = ["Corners", "corners_of", "outline", "outlines", "upright"]
 
 MARGIN = 0.1
 """Around a mechanism, as a fraction of its longer side."""
+
+OBLIQUE = 0.1
+"""Gravity further from the next quarter turn is oblique [quarter turns]."""
 
 Corners = tuple[np.ndarray, np.ndarray]
 """Lower left and upper right corner [m]."""
@@ -23,11 +29,29 @@ def outlines(placement: Placement) -> list[np.ndarray]:
 
 def corners_of(placement: Placement) -> Corners:
     """The region of a mechanism and of the points of the ground at all samples, with a margin."""
-    fixed = np.array([place for _, place in placement.mechanism.ground], float).reshape(-1, 2)
+    fixed = placement.vectors(np.array([place for _, place in placement.mechanism.ground], float).reshape(-1, 2))
     everything = np.concatenate([*(part.reshape(-1, 2) for part in outlines(placement)), fixed])
     low, high = everything.min(axis=0), everything.max(axis=0)
     margin = MARGIN * (float(np.max(high - low)) or 1.0)
     return low - margin, high + margin
+
+
+def upright(mechanism: Mechanism) -> int:
+    """Quarter turns, counter-clockwise, after which gravity points downwards; none without gravity or where it is oblique.
+
+    Parameters
+    ----------
+    mechanism : Mechanism
+
+    Returns
+    -------
+    int
+        0 to 3.
+    """
+    if mechanism.gravity == 0.0:
+        return 0
+    turns = (-0.5 * math.pi - mechanism.gravity_direction) / (0.5 * math.pi)
+    return round(turns) % 4 if abs(turns - round(turns)) < OBLIQUE else 0
 
 
 def outline(body: Body) -> np.ndarray:

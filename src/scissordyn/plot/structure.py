@@ -18,7 +18,7 @@ from scissordyn.errors import InputError
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.plot.channel import GAP, channel, guides_of
 from scissordyn.plot.label import Label, write_labels
-from scissordyn.plot.place import Corners, corners_of, outlines
+from scissordyn.plot.place import Corners, corners_of, outlines, upright
 from scissordyn.plot.series import BEYOND, chosen_joints, clearance_joints, predictability_horizon, time_scale
 from scissordyn.plot.style import BLACK, BLUE, GREEN, GREY, LIGHT, PURPLE, SKY, SMALL, VERMILION, dress, legend, literal
 from scissordyn.plot.symbol import symbols
@@ -28,6 +28,9 @@ __all__ = ["draw_mechanism", "magnified", "snapshot", "structure"]
 
 TALL = 2.0
 """Largest ratio of width to height of structures drawn side by side; wider ones are drawn one below the other."""
+
+AXES = ((("x", 1), ("y", 1)), (("y", -1), ("x", 1)), (("x", -1), ("y", -1)), (("y", 1), ("x", -1)))
+"""Coordinates along and up the picture, and their signs, after 0 to 3 quarter turns."""
 
 SYMBOL, WIDEST = 6.0, 0.05
 """Smallest radius of the symbol of a component [pt], and its largest as a fraction of the picture's longer side."""
@@ -64,7 +67,7 @@ def structure(
         raise InputError(f"times = {times!r}", "a whole number >= 1, or instants [s]", "times=4")
     samples = [int(np.argmin(np.abs(time - instant))) for instant in wanted]
     chosen = guides_of(mechanism, chosen_joints(run, joints) if joints is not None or clearance_joints(run) else [])
-    corners = corners_of(Placement.at(mechanism, run, samples))
+    corners = corners_of(Placement.at(mechanism, run, samples, turns=upright(mechanism)))
     width, height = corners[1] - corners[0]
     tall = bool(width < TALL * height)
     rows = _grid(tall, float(width / height), len(samples), len(chosen))
@@ -147,15 +150,15 @@ def draw_mechanism(
     """
     dress(axes)
     axes.set_aspect("equal", adjustable="box")
-    placed = Placement.at(mechanism, run, [sample])
+    placed = Placement.at(mechanism, run, [sample], turns=upright(mechanism))
     low, high = corners_of(placed) if corners is None else corners
     size = min(0.03 * float(np.max(high - low)), 0.05 * float(np.min(high - low)))
     _bodies(axes, mechanism, placed, size)
     labels = []
     for guide in mechanism.guides:
-        (x, y), turn = guide.through, guide.direction
-        further = x + math.cos(turn), y + math.sin(turn)
-        axes.axline((x, y), further, color=GREY, linewidth=0.7, linestyle=(0, (6, 2, 1, 2)), zorder=1.0)
+        along = np.array([math.cos(guide.direction), math.sin(guide.direction)])
+        first, further = placed.points(guide.body, np.array(guide.through) + np.array([[0.0], [1.0]]) * along)[0]
+        axes.axline(tuple(first), tuple(further), color=GREY, linewidth=0.7, linestyle=(0, (6, 2, 1, 2)), zorder=1.0)
         if guide.clearance is not None:
             labels.append(Label(guide.name, placed.place(guide.follower)[0], VERMILION))
     radius = max(size, min(SYMBOL / _points_per_metre(axes, (low, high)), WIDEST * float(np.max(high - low))))
@@ -181,7 +184,8 @@ def draw_mechanism(
         late = Rectangle((0.0, 0.0), 1.0, 1.0, facecolor=LIGHT, alpha=0.7, transform=axes.transAxes, zorder=0.0, label=BEYOND)
         axes.add_patch(late)
     axes.set_title(f"t = {scale.factor * now:.4g} {scale.unit}", loc="left", fontsize=SMALL)
-    axes.set(xlabel="x [m]", ylabel="y [m]", xlim=(low[0], high[0]), ylim=(low[1], high[1]))
+    axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]))
+    _label_axes(axes, placed.turns)
     return labels
 
 
@@ -217,7 +221,8 @@ def magnified(run: xr.Dataset, mechanism: Mechanism, sample: int, joint: str, *,
             f"joint '{joint}' has clearance in the run and is ideal in the mechanism", "the mechanism that was run"
         )
     gain = GAP * described.journal_radius / clearance
-    x, y = (GAP * now["eccentricity"].transpose("axis").values / clearance).tolist()
+    placed = Placement.at(mechanism, run, [sample], turns=upright(mechanism))
+    x, y = (GAP / clearance * placed.vectors(now["eccentricity"].transpose("axis").values)).tolist()
     touching = bool(now["in_contact"])
     color = VERMILION if touching else SKY
     axes.add_patch(Circle((0.0, 0.0), 1.0 + GAP, facecolor="white", edgecolor=BLACK, linewidth=1.2))
@@ -246,9 +251,18 @@ def _points_per_metre(axes: Axes, corners: Corners) -> float:
     return float(np.min(panel / (corners[1] - corners[0])))
 
 
+def _label_axes(axes: Axes, turns: int) -> None:
+    """Name the axes of a drawing that is turned, and number them in the coordinates of the mechanism."""
+    (across, first), (up, second) = AXES[turns % 4]
+    axes.set(xlabel=f"{across} [m]", ylabel=f"{up} [m]")
+    for axis, sign in ((axes.xaxis, first), (axes.yaxis, second)):
+        if sign < 0:
+            axis.set_major_formatter(lambda value, place: f"{0.0 - value:.6g}".replace("-", "\N{MINUS SIGN}"))
+
+
 def _bodies(axes: Axes, mechanism: Mechanism, placed: Placement, size: float) -> None:
     """Draw the bodies."""
-    direction = {guide.follower[0]: guide.direction for guide in mechanism.guides}
+    direction = {guide.follower[0]: guide.direction + float(placed.angle(guide.body)[0]) for guide in mechanism.guides}
     bars = 0
     for body, shapes in zip(mechanism.bodies, outlines(placed), strict=True):
         shape = shapes[0]

@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
+from scissordyn.component.place import GROUND
 from scissordyn.component.port import ACTUATOR, FRAME, HINGE, LINE, POINT
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.simulation.placement import Placement
@@ -157,16 +158,17 @@ def symbols(run: xr.Dataset, mechanism: Mechanism, placement: Placement, samples
             turned = np.zeros(placement.count) if kind in UPRIGHT else placement.angle(part.body)
             strokes = _turned(STROKES[kind], anchor, turned, size * (1.0 + RING * ranks[where]))
         elif port is POINT:
-            strokes, anchor = _arrow(run, part, placement.place(part.point), samples, size)
+            strokes, anchor = _arrow(run, part, placement, samples, size)
         elif port is FRAME:
             anchor, end = placement.place(part.start), placement.place(part.end)
             strokes = (*_turned(STROKES[kind], anchor, placement.angle(part.start[0]), size), np.stack([anchor, end], axis=1))
         else:
             anchor = placement.place(part.point)
-            along = np.array([math.cos(part.direction), math.sin(part.direction)])
+            turn = part.direction + placement.angle(GROUND)
+            along = np.array([math.cos(turn[0]), math.sin(turn[0])])
             if kind == "stop":
                 anchor, kind = anchor + (part.limit - anchor @ along)[:, None] * along, "wall"
-            strokes = _turned(STROKES[kind], anchor, np.full(placement.count, part.direction), size)
+            strokes = _turned(STROKES[kind], anchor, turn, size)
         found.append(Symbol(part.name, part.declaration.symbol, strokes, anchor))
     return found
 
@@ -202,12 +204,15 @@ def _pivot(mechanism: Mechanism, placement: Placement, body: str, base: str) -> 
     return f"body {body}", placement.centre(body)
 
 
-def _arrow(run: xr.Dataset, part: Any, tip: np.ndarray, samples: Any, size: float) -> tuple[tuple[np.ndarray, ...], np.ndarray]:
+def _arrow(
+    run: xr.Dataset, part: Any, placement: Placement, samples: Any, size: float
+) -> tuple[tuple[np.ndarray, ...], np.ndarray]:
     """An arrow that ends at the point, in the direction of the force, as long as its part of the run's largest."""
     section = part.declaration.section
     force = run[f"{section}_force"].sel({section: part.name}).transpose("time", "axis").values
     largest = float(np.max(np.linalg.norm(force, axis=-1))) or 1.0
-    vector = ARROW * size / largest * force[samples].reshape(-1, 2)
+    vector = ARROW * size / largest * placement.vectors(force[samples].reshape(-1, 2))
+    tip = placement.place(part.point)
     across = np.stack([-vector[:, 1], vector[:, 0]], axis=-1)
     tail = tip - vector
     head = np.stack([tip - 0.3 * vector + 0.12 * across, tip, tip - 0.3 * vector - 0.12 * across], axis=1)

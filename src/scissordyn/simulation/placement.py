@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -27,16 +28,19 @@ class Placement:
         Mass centres [m].
     angles : ndarray, shape (samples, bodies)
         [rad]
+    turns : int
+        Quarter turns, counter-clockwise, of the frame in which everything is given: a picture may show gravity downwards.
     """
 
     mechanism: Mechanism
     index: dict[str, int]
     centres: np.ndarray
     angles: np.ndarray
+    turns: int = 0
 
     @classmethod
-    def at(cls, mechanism: Mechanism, run: xr.Dataset, samples: Sequence[int] | np.ndarray | slice) -> Placement:
-        """The placement at samples of a run of that mechanism."""
+    def at(cls, mechanism: Mechanism, run: xr.Dataset, samples: Sequence[int] | np.ndarray | slice, *, turns: int = 0) -> Placement:
+        """The placement at samples of a run of that mechanism, by default in the frame of the mechanism."""
         names = [body.name for body in mechanism.bodies]
         now = run[["position", "angle"]].isel(time=samples).sel(body=names)
         return cls(
@@ -44,6 +48,7 @@ class Placement:
             {name: k for k, name in enumerate(names)},
             now["position"].transpose("time", "body", "axis").values,
             now["angle"].transpose("time", "body").values,
+            turns,
         )
 
     @property
@@ -53,16 +58,23 @@ class Placement:
 
     def angle(self, body: str) -> np.ndarray:
         """Angle of a body, or of the ground, shape (samples,) [rad]."""
-        return np.zeros(self.count) if body == GROUND else np.asarray(self.angles[:, self.index[body]])
+        turned = self.turns * 0.5 * math.pi
+        return turned + (np.zeros(self.count) if body == GROUND else np.asarray(self.angles[:, self.index[body]]))
+
+    def vectors(self, given: np.ndarray) -> np.ndarray:
+        """Vectors of the mechanism's frame in that of the placement, shape (..., 2)."""
+        x, y = given[..., 0], given[..., 1]
+        turned = ((x, y), (-y, x), (-x, -y), (y, -x))[self.turns % 4]
+        return np.stack(turned, axis=-1)
 
     def centre(self, body: str) -> np.ndarray:
         """Mass centre of a body, shape (samples, 2) [m]."""
-        return np.asarray(self.centres[:, self.index[body]])
+        return self.vectors(self.centres[:, self.index[body]])
 
     def points(self, body: str, local: np.ndarray) -> np.ndarray:
         """Points of a body's frame, or of the ground's, in the fixed frame, shape (samples, points, 2) [m]."""
         if body == GROUND:
-            return np.broadcast_to(local, (self.count, *local.shape))
+            return np.broadcast_to(self.vectors(local), (self.count, *local.shape))
         angle = self.angle(body)[:, None]
         cos, sin = np.cos(angle), np.sin(angle)
         x, y = (local - np.array(self.mechanism.body(body).centre)).T

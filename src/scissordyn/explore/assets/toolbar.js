@@ -89,6 +89,9 @@ export function render({ model, el }) {
     } else if (message.type === "python") code(message.text);
   });
   window.addEventListener("scissordyn:time", event => { time = event.detail; });
+  const drawn = run => model.send_msg({ type: "drawn", run });
+  window.addEventListener("scissordyn:drawn", event => drawn(event.detail));
+  if (window.scissordynDrawn) drawn(window.scissordynDrawn.run);  // before this bar was there
   document.addEventListener("keydown", event => {
     if (!(event.ctrlKey || event.metaKey) || event.key.toLowerCase() !== "z") return;
     const inside = event.composedPath()[0];

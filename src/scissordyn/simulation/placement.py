@@ -39,7 +39,9 @@ class Placement:
     turns: int = 0
 
     @classmethod
-    def at(cls, mechanism: Mechanism, run: xr.Dataset, samples: Sequence[int] | np.ndarray | slice, *, turns: int = 0) -> Placement:
+    def at(
+        cls, mechanism: Mechanism, run: xr.Dataset, samples: Sequence[int] | np.ndarray | slice, *, turns: int = 0
+    ) -> Placement:
         """The placement at samples of a run of that mechanism, by default in the frame of the mechanism."""
         names = [body.name for body in mechanism.bodies]
         now = run[["position", "angle"]].isel(time=samples).sel(body=names)

@@ -7,6 +7,7 @@ and of numba.
 
 from __future__ import annotations
 
+import ctypes
 from collections.abc import Callable
 from functools import cache
 from typing import Annotated, Any, get_args, get_origin, get_type_hints
@@ -88,6 +89,11 @@ def callback(function: Callable[..., Any], signature: Any, *, stored: bool) -> A
     return made
 
 
+_NOTHING = np.zeros(1)
+_NOWHERE = _NOTHING.ctypes.data
+"""Where arrays without entries are said to be."""
+
+
 class Handle:
     """A tuple of arrays, or of such tuples, in memory: kernels get its address instead of thousands of machine words.
 
@@ -144,13 +150,18 @@ def _append_words(content: Any, words: list[int]) -> None:
                     f"{type(content).__name__}.{name}: {_what(part)} in place of a contiguous, writable {kind} array, "
                     f"dimension {dimensions}"
                 )
-            words += (0, 0, part.size, part.itemsize, part.ctypes.data, *part.shape, *part.strides)
+            words += (0, 0, part.size, part.itemsize, _address(part), *part.shape, *part.strides)
         elif not isinstance(part, kind):
             raise TypeError(f"{type(content).__name__}.{name}: {_what(part)} in place of {kind.__name__}")
         elif isinstance(part, tuple):
             _append_words(part, words)
         else:
             words.append(part if isinstance(part, int) else int(np.float64(part).view(np.int64)))
+
+
+def _address(array: np.ndarray) -> int:
+    """Where the entries of a writable array are; by its buffer, which takes a quarter of the time of `array.ctypes.data`."""
+    return ctypes.addressof(ctypes.c_char.from_buffer(array)) if array.size else _NOWHERE  # type: ignore[arg-type]
 
 
 def _what(part: Any) -> str:

@@ -197,7 +197,7 @@ def _plan(rate: float, cost: float, memory: float) -> str:
         f"each. Handing out all of them costs {dispatch:.0f} s, the work of each worker is {work:.0f} s: {slower} how long",
         f"it takes. Two tasks for each worker are handed out at a time, {2 * WORKERS} in all: {memory:.0f} MiB in the",
         f"scheduler and the coordinator, however many cases there are. The store has {len(ARRAYS)} arrays in",
-        f"{len(ARRAYS) * tasks} files of at most {8 * block / 1024:.1f} KiB, and the seconds of each block in a file of their own.",
+        f"{len(ARRAYS) * tasks} files of at most {8 * block / 1024:.1f} KiB; the seconds of each block are one file more.",
     )
 
 

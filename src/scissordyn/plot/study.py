@@ -32,6 +32,9 @@ DECADES = 30.0
 
 
 def _scale(values: xr.DataArray) -> Scale:
+    """The unit in which the user wrote a factor, an engineering one of anything else."""
+    if values.attrs.get("shown_unit"):
+        return Scale(1.0 / float(values.attrs["shown_scale"]), str(values.attrs["shown_unit"]))
     unit = str(values.attrs.get("units", "1"))
     return DEGREES if unit == "rad" else engineering(unit, values.values)
 

@@ -105,17 +105,17 @@ def by_point(study: Study, results: xr.Dataset) -> xr.Dataset:
     for factor in study.factors:
         found = results[column(factor.address)]
         values = found.values[rows].reshape(count, -1)[:, 0]
-        variables[factor.address] = ("point", values, {**found.attrs, "role": "factor"})
+        variables[factor.address] = ("point", values, {**found.attrs, **factor.shown, "role": "factor"})
     differs = np.zeros(count, bool)
-    shown = responses(study, results)
-    for name, values in shown.items():
+    chosen = responses(study, results)
+    for name, values in chosen.items():
         cells = np.where(complete, values[rows].reshape(shape), np.nan)
         about = {"units": results[name.rpartition(".")[2]].attrs.get("units", "1"), "role": "response"}
         variables[name] = ("point", _mean(cells.reshape(count, -1)), {**about, "long_name": f"mean {name}"})
         smallest = any(one.response.name == name and one.response.smallest for one in study.requirements)
         variables[f"worst {name}"] = ("point", _extreme(cells.reshape(count, -1), smallest), {**about, "role": "worst"})
         variables[f"spread {name}"] = ("point", _spread(cells), {"units": "1", "role": "spread"})
-    every = shown | {name: response_values(results, Response(name)) for name in study.measure_names}
+    every = chosen | {name: response_values(results, Response(name)) for name in study.measure_names}
     for values in every.values():
         differs |= _spread(np.where(complete, values[rows].reshape(shape), np.nan)) > AGREEMENT
     met = _met(study, results)[rows].reshape(shape)

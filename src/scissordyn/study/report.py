@@ -20,7 +20,7 @@ from scissordyn.simulation.measure import MEASURES
 from scissordyn.simulation.output_file import write_file
 from scissordyn.study.answer import AGREEMENT, by_point, causes, counts, feasible_share, worst_cases
 from scissordyn.study.description import Factor, Study
-from scissordyn.study.distribution import Levels
+from scissordyn.study.distribution import Interval, Levels, Uniform
 from scissordyn.study.indices import sensitivity
 from scissordyn.study.optimise import candidates
 from scissordyn.study.requirement import Requirement
@@ -138,12 +138,16 @@ def _table(head: Sequence[str], rows: Sequence[Sequence[object]]) -> str:
 def _over(study: Study, factor: Factor) -> str:
     """What a factor varies over, in words."""
     quantity = number(study.mechanism, factor.address).quantity
-    unit = "" if quantity is None or quantity.unit == "1" else f" {quantity.unit}"
-    variation = factor.variation
+    unit = factor.unit or ("" if quantity is None or quantity.unit == "1" else quantity.unit)
+    unit, variation = f" {unit}" if unit else "", factor.variation
     if isinstance(variation, Levels):
-        values = variation.values
+        values = [value / factor.scale for value in variation.values]
         shown = [f"{value:.6g}" for value in values[:6]] + ([f"... {values[-1]:.6g}"] if len(values) > 6 else [])
         return ", ".join(shown) + unit
+    if isinstance(variation, Interval | Uniform):
+        low, high = (end / factor.scale for end in variation.ends)
+        return f"{variation.kind}: {low:.6g} to {high:.6g}{unit}"
+    unit = "" if quantity is None or quantity.unit == "1" else f" {quantity.unit}"
     fields = ", ".join(f"{name} {value}" for name, value in vars(variation).items() if name != "values")
     return f"{variation.kind}: {fields}{unit}"
 

@@ -247,7 +247,7 @@ def _answers(described: Study, store: Store) -> int:
 
 
 def _status(described: Study, store: Store) -> int:
-    from scissordyn.cli.answers import show_causes
+    from scissordyn.cli.answers import show_causes, show_warnings
     from scissordyn.study.answer import counts
 
     results = store.results()
@@ -265,6 +265,7 @@ def _status(described: Study, store: Store) -> int:
             f"about {pending * worked / cases / 60.0:.3g} worker minutes to go"
         )
     show_causes(results, store.address)
+    show_warnings(results, store.address)
     if pending:
         print(f"To go on: scissordyn study resume {store.address}")
     return DONE

@@ -34,6 +34,7 @@ from scissordyn.simulation.start import prepare_start
 from scissordyn.simulation.time_functions import check_tables
 from scissordyn.simulation.tolerance import error_weights
 from scissordyn.simulation.trajectory import broken_off, crosses
+from scissordyn.simulation.warn import accumulated_warnings
 
 __all__ = ["simulate_many"]
 
@@ -94,8 +95,9 @@ def simulate_many(
     Returns
     -------
     Dataset
-        Along `case`: the values, the measures, `status` ("complete", "failed", or "pending" after Ctrl-C) and `cause`. A case
-        that fails has NaN and its cause; the others go on.
+        Along `case`: the values, the measures, `status` ("complete", "failed", or "pending" after Ctrl-C), `cause`, and
+        `warnings`: laws outside their range, friction beyond its limit, controllers at theirs. A case that fails has NaN and
+        its cause; the others go on.
 
     Raises
     ------
@@ -183,16 +185,18 @@ class _Results:
         self.compares = any(measure.compares for measure in measures.values()) and bool(mechanism.tracks)
         self.status = np.full(cases, "pending", dtype="U8")
         self.cause = np.full(cases, "", dtype=object)
+        self.warnings = np.full(cases, "", dtype=object)
         self.seconds = np.full(cases, np.nan)
 
     def failed(self, case: int, cause: str) -> None:
         """Note why a case has no measures."""
         self.cause[case], self.status[case] = cause, "failed"
 
-    def take(self, case: int, ended: Ended, seconds: float) -> None:
-        """Write the measures of a case that is complete."""
+    def take(self, case: int, ended: Ended, seconds: float, warned: Sequence[str]) -> None:
+        """Write the measures of a case that is complete, and its warnings."""
         for name, measure in self.measures.items():
             self.values[name][case] = measure.value(ended)
+        self.warnings[case] = "\n".join([*warned, *accumulated_warnings(ended)])
         self.seconds[case] = seconds
         self.status[case] = "complete"
 
@@ -264,6 +268,7 @@ class _Worker:
         self.model = build_model(base)
         self.system = make_system(base, self.model)
         self.driver: Driver | None = None
+        self.warned: tuple[str, ...] = ()
         self.ideal: tuple[Mechanism, IdealPath] | None = None
 
     def run(self, changes: Mapping[str, float], case: int, results: _Results) -> None:
@@ -276,7 +281,7 @@ class _Worker:
                 self._compare(driver, mechanism)
             status = driver.advance(self.options.until, most_steps=self.options.most_steps, progress=self._look)
             if status == loop.FINISHED:
-                results.take(case, Ended(driver), clocks.perf_counter() - began)
+                results.take(case, Ended(driver), clocks.perf_counter() - began, self.warned)
                 return
         except KeyboardInterrupt:
             return
@@ -310,6 +315,7 @@ class _Worker:
             self.base, self.model = reduced, build_model(reduced)
             self.system, self.driver = make_system(reduced, self.model), None
         prepared = prepare_start(reduced, self.system, self.options.start)
+        self.warned = prepared.warnings
         y = self.perturbed.start(case, prepared.y)
         tolerances = error_weights(reduced, self.system, y, rtol=self.options.rtol, atol=self.options.atol)
         choice = choose_method(reduced, self.system, y, self.options, tolerances)
@@ -373,6 +379,7 @@ def _dataset(
     }
     variables["status"] = ("case", results.status.astype(str), {"long_name": "complete, failed or pending"})
     variables["cause"] = ("case", results.cause.astype(str), {"long_name": "why a case failed"})
+    variables["warnings"] = ("case", results.warnings.astype(str), {"long_name": "warnings of a complete case, one a line"})
     coordinates: dict[str, Any] = {}
     for address, column in values.items():
         quantity = number(mechanism, address).quantity

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
@@ -12,13 +14,26 @@ from scissordyn.study.description import Study
 from scissordyn.study.requirement import Response, response_values
 from scissordyn.study.store import COMPLETE, FAILED, PENDING, column
 
-__all__ = ["AGREEMENT", "Share", "Worst", "by_point", "causes", "counts", "feasible_share", "responses", "worst_cases"]
+__all__ = [
+    "AGREEMENT",
+    "Share",
+    "Worst",
+    "by_point",
+    "causes",
+    "counts",
+    "feasible_share",
+    "responses",
+    "warned",
+    "worst_cases",
+]
 
 AGREEMENT = 1e-3
 """Members agree whose responses differ by no more than this fraction of the largest; round-off alone is far below it, chaos
 far above."""
 
 CONFIDENCE = 0.95
+
+NUMBER = re.compile(r"[-+]?\d+(?:\.\d+)?(?:e[-+]?\d+)?")
 
 
 @dataclass(frozen=True)
@@ -246,15 +261,34 @@ def causes(results: xr.Dataset) -> dict[str, list[int]]:
     dict of str to list of int
         Cases by the cause of the first of them.
     """
+    failed = np.flatnonzero(results["status"].values == FAILED).tolist()
+    return _grouped((str(results["cause"].values[case]), case) for case in failed)
+
+
+def warned(results: xr.Dataset) -> dict[str, list[int]]:
+    """Complete cases by warning, the most frequent first; numbers in a warning do not make it another one.
+
+    Parameters
+    ----------
+    results : Dataset
+
+    Returns
+    -------
+    dict of str to list of int
+        Cases by the warning of the first of them.
+    """
+    if "warnings" not in results:  # of a store of an earlier version
+        return {}
+    texts = results["warnings"].values
+    return _grouped((text, case) for case in np.flatnonzero(texts != "").tolist() for text in str(texts[case]).split("\n"))
+
+
+def _grouped(said: Iterable[tuple[str, int]]) -> dict[str, list[int]]:
+    """Cases by what is said of them."""
     groups: dict[str, list[int]] = {}
     label: dict[str, str] = {}
-    for case in np.flatnonzero(results["status"].values == FAILED):
-        cause = str(results["cause"].values[case])
-        key = "".join("#" if letter.isdigit() else letter for letter in cause)
-        while "##" in key:
-            key = key.replace("##", "#")
-        key = key.replace("#e-#", "#").replace("#.#", "#")
-        groups.setdefault(label.setdefault(key, cause), []).append(int(case))
+    for text, case in said:
+        groups.setdefault(label.setdefault(NUMBER.sub("#", text), text), []).append(case)
     return dict(sorted(groups.items(), key=lambda item: -len(item[1])))
 
 

@@ -95,7 +95,7 @@ def run_block(block: Block) -> BlockResult:
     states = np.where(found["status"].values == "complete", COMPLETE, FAILED).astype(np.int8)
     columns: dict[str, Any] = {column(address): values for address, values in numbers.values.items()}
     columns |= {name: found[name].values for name in block.study.measure_names}
-    columns["cause"] = found["cause"].values.astype(object)
+    columns |= {name: found[name].values.astype(object) for name in ("cause", "warnings")}
     integration = float(found.attrs["integration_seconds"])
     store.write(todo, columns, states, (time.perf_counter() - began, integration, float(todo.size)))
     status[missing] = states

@@ -405,4 +405,4 @@ def _plain_factor(factor: Factor) -> dict[str, Any]:
 
 
 def _factor(plain: Mapping[str, Any]) -> Factor:
-    return Factor(plain["address"], from_plain(plain["variation"]), plain["unit"], plain["scale"])
+    return Factor(plain["address"], from_plain(plain["variation"]), plain.get("unit", ""), plain.get("scale", 1.0))

@@ -18,7 +18,7 @@ from scissordyn.model.address import number
 from scissordyn.plot.study import feasibility_map, pareto_front, requirement_bars, response_curves, sensitivity_bars
 from scissordyn.simulation.measure import MEASURES
 from scissordyn.simulation.output_file import write_file
-from scissordyn.study.answer import AGREEMENT, by_point, causes, counts, feasible_share, worst_cases
+from scissordyn.study.answer import AGREEMENT, by_point, causes, counts, feasible_share, warned, worst_cases
 from scissordyn.study.description import Factor, Study
 from scissordyn.study.distribution import Interval, Levels, Uniform
 from scissordyn.study.indices import sensitivity
@@ -229,3 +229,6 @@ def _worst(study: Study, results: xr.Dataset, address: str) -> Iterator[str]:
     failed = [(len(cases), cause, f"scissordyn study replay {address} {cases[0]}") for cause, cases in causes(results).items()]
     if failed:
         yield "<h2>Failed cases</h2>" + _table(("cases", "cause", "command"), failed)
+    said = [(len(cases), text, f"scissordyn study replay {address} {cases[0]}") for text, cases in warned(results).items()]
+    if said:
+        yield "<h2>Warnings</h2><p>In the words of the first case.</p>" + _table(("cases", "warning", "command"), said)

@@ -146,7 +146,8 @@ class Store:
                         names = np.array([str(part) for part in pilot[dim].values], object)
                         labels = root.create_array(dim, shape=names.shape, dtype=str, fill_value="", dimension_names=[dim])
                         labels[:] = names
-            _array(root, "cause", study.cases, block, (), str, "", {"long_name": "why a case failed"})
+            for name, meaning in (("cause", "why a case failed"), ("warnings", "warnings of a complete case, one a line")):
+                _array(root, name, study.cases, block, (), str, "", {"long_name": meaning})
             about = {
                 "long_name": "status",
                 "flag_values": [PENDING, COMPLETE, FAILED],

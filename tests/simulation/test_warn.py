@@ -65,7 +65,9 @@ def test_warnings_of_a_batch() -> None:
     assert ["of its law" in said for said in batch["warnings"].values.tolist()] == [False, True]
     assert "start faster" in str(batch["warnings"].values[1])
     servo = sd.scissor(units=1).controlled(sd.PID(2e4, derivative=1500.0, limit=100.0), speed=sd.rpm(20))
-    limited = sd.simulate_many(servo, {f"{servo.components[0].name}.controller.limit": [100.0, 1e5]}, until=0.05, measures=("steps",))
+    limited = sd.simulate_many(
+        servo, {f"{servo.components[0].name}.controller.limit": [100.0, 1e5]}, until=0.05, measures=("steps",)
+    )
     assert [bool(said) for said in limited["warnings"].values.tolist()] == [True, False]
     assert "the controller reaches its limit of 100 N m" in str(limited["warnings"].values[0])
 

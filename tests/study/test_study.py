@@ -232,6 +232,23 @@ def test_a_full_disk_stops_with_what_is_done_kept(tmp_path: Path, monkeypatch: p
     assert not (Store(tmp_path / "a.zarr").status() == PENDING).any()
 
 
+def test_a_store_that_could_not_be_made_is_none(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Identity: a disk that is full from the first byte leaves nothing; what a killed process left does not matter."""
+
+    def full(root: Any) -> None:
+        raise OSError(28, os.strerror(28))
+
+    with monkeypatch.context() as patched:
+        patched.setattr("scissordyn.study.store._consolidate", full)
+        with pytest.raises(StoreError, match="No space left on device"):
+            execute(study(), tmp_path / "a.zarr", block=12)
+    assert [path.name for path in tmp_path.iterdir()] in ([], ["a.zarr.lock"])
+    (tmp_path / "a.zarr.new").mkdir()
+    (tmp_path / "a.zarr.new" / "zarr.json").write_text("{")
+    assert (execute(study(), tmp_path / "a.zarr", block=12).status() == COMPLETE).all()
+    assert [path.name for path in tmp_path.iterdir()] == ["a.zarr"]
+
+
 def test_a_block_that_is_complete_is_not_done_again(tmp_path: Path) -> None:
     """Identity: as after the loss of a worker that had written everything."""
     store = execute(study(), tmp_path / "a.zarr", block=12)

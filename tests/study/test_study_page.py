@@ -94,7 +94,7 @@ SWEEP = ("sweep", "array.toml", "-o", "a.zarr", "--vary", "A.clearance=0.1..0.4 
         (("study", "status"), "without a store"),
         (("study", "bad.toml", "-o", "a.zarr"), "unknown key 'varry' (did you mean 'vary'?)"),
         (("study", "study.toml"), "a study without a store"),
-        (("study", "study.toml", "-o", "nowhere://a"), "nowhere"),
+        (("study", "study.toml", "-o", "s3://bucket/a.zarr"), "a folder, on a disk that all workers share"),
     ],
 )
 def test_bad_input(arguments: tuple[str, ...], says: str, folder: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import re
 from pathlib import Path
 
@@ -10,7 +11,11 @@ import xarray as xr
 
 from reference.paper_case import paper_case
 from scissordyn.cli.main import status_of
+from scissordyn.config.study import StudyText, study_of
+from scissordyn.plot.study import feasibility_map
+from scissordyn.study.answer import by_point
 from scissordyn.study.design import DESIGNS
+from scissordyn.study.execute import execute
 
 PAGE = (Path(__file__).parents[2] / "docs" / "studies.md").read_text(encoding="utf-8")
 
@@ -149,6 +154,19 @@ def test_the_question_of_the_introduction(folder: Path, capsys: pytest.CaptureFi
         assert found["peak_track_deviation"].dims == ("case", "track")
         assert sorted(set(found["servo.controller.limit"].values.tolist())) == [50.0, 100.0, 200.0]
         assert float(found["peak_track_deviation"].min()) > 0.0
+
+
+def test_pictures_have_the_units_of_the_text(folder: Path) -> None:
+    """Identity: a speed that was written in rpm is shown in rpm, and no number depends on that."""
+    vary = {"A.clearance": "0.1..0.4 mm, 2 values", "drive.speed": "100, 200 rpm"}
+    described = study_of(StudyText(folder / "array.toml", vary=vary, measures=("peak_force",)))
+    bare = tuple(dataclasses.replace(factor, unit="", scale=1.0) for factor in described.factors)
+    assert dataclasses.replace(described, factors=bare).fingerprint() == described.fingerprint()
+    store = execute(described, folder / "a.zarr", block=4)
+    assert store.study() == described
+    axes = feasibility_map(by_point(described, store.results()), colour="peak_force")[0]
+    assert (axes.get_xlabel(), axes.get_ylabel()) == ("A.clearance [mm]", "drive.speed [rpm]")
+    assert axes.get_ylim()[0] < 101.0 < 199.0 < axes.get_ylim()[1] < 300.0
 
 
 def test_the_life_of_a_study(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -187,7 +187,9 @@ def compute(
         print(f"scissordyn: interrupted; {kept}", file=sys.stderr)
         return INTERRUPTED
     except (EngineError, StoreError) as error:
-        print(f"scissordyn: {printable(str(error))}; 'scissordyn study resume {address}' goes on", file=sys.stderr)
+        begun = (Path(address) / "zarr.json").exists()
+        then = f"'scissordyn study resume {address}' goes on" if begun else "the same command begins anew"
+        print(f"scissordyn: {printable(str(error))}; {then}", file=sys.stderr)
         return UNFINISHED
     return _answers(replace(described, design=store.design()), store)
 

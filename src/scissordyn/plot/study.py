@@ -259,12 +259,15 @@ def requirement_bars(labels: Sequence[str], shares: np.ndarray, intervals: np.nd
     -------
     list of Axes
     """
-    (one,) = panels(axes, 1, size=(6.4, 0.9 + 0.24 * len(labels)))
+    shown = [_shortened(label) for label in labels]
+    # inches of the bars, and of the characters beside them
+    width = 3.6 + 0.062 * max(map(len, shown), default=0)
+    (one,) = panels(axes, 1, size=(width, 0.9 + 0.24 * len(labels)))
     places = np.arange(len(labels), dtype=float)
     one.barh(places, 100.0 * shares, 0.62, color=BLUE, alpha=0.75)
     known = np.isfinite(intervals).all(axis=1)
     one.hlines(places[known], *(100.0 * intervals[known]).T, color=BLACK, linewidth=2.0 * LINE)
-    one.set_yticks(places, [literal(_shortened(label)) for label in labels])
+    one.set_yticks(places, [literal(label) for label in shown])
     one.set_ylim(len(labels) - 0.4, -0.6)
     one.set_xlim(0.0, 100.0)
     one.set_xlabel("met by [%]" + (", line: 95 % interval" if known.any() else ""))

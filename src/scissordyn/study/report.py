@@ -40,7 +40,7 @@ border-bottom: 1px solid #e4e4e4; } code { background: #f4f4f4; padding: .1rem .
 DPI = 130
 
 MOST_RESPONSES = 8
-"""With more responses there are no maps and curves of each, only the shares that meet the requirements."""
+"""With more responses there are no maps, curves and ranges of each, only the shares that meet the requirements."""
 
 MOST_FRONT = 40
 """Rows of a table of a Pareto front."""
@@ -146,7 +146,8 @@ def _over(study: Study, factor: Factor) -> str:
         return ", ".join(shown) + unit
     if isinstance(variation, Interval | Uniform):
         low, high = (end / factor.scale for end in variation.ends)
-        return f"{variation.kind}: {low:.6g} to {high:.6g}{unit}"
+        logarithmic = ", logarithmic" if isinstance(variation, Interval) and variation.logarithmic else ""
+        return f"{variation.kind}: {low:.6g} to {high:.6g}{unit}{logarithmic}"
     unit = "" if quantity is None or quantity.unit == "1" else f" {quantity.unit}"
     fields = ", ".join(f"{name} {value}" for name, value in vars(variation).items() if name != "values")
     return f"{variation.kind}: {fields}{unit}"
@@ -182,7 +183,8 @@ def _summary(study: Study, results: xr.Dataset) -> Iterator[str]:
         if variable.attrs.get("role") == "response" and bool(np.isfinite(variable.values).any()):
             quantiles = np.nanquantile(variable.values, [0.0, 0.5, 1.0])
             found.append((name, *(f"{value:.4g}" for value in quantiles), variable.attrs["units"]))
-    yield _table(("response", "smallest", "median", "largest", "unit"), found)
+    if len(found) <= MOST_RESPONSES:
+        yield _table(("response", "smallest", "median", "largest", "unit"), found)
     _, left_out = sensitivity(study, results)
     for name, why in left_out.items():
         yield f"<p>No indices of {_text(name)}: {_text(why)}.</p>"

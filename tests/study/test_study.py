@@ -18,7 +18,7 @@ from scissordyn.study.description import Factor, OwnMeasure, Sampling, Study
 from scissordyn.study.design import Design
 from scissordyn.study.distribution import Interval, Levels, Uniform
 from scissordyn.study.engine import Threads
-from scissordyn.study.execute import execute, extend
+from scissordyn.study.execute import BLOCK_SECONDS, TASK_SECONDS, block_seconds, execute, extend
 from scissordyn.study.requirement import Requirement, Response, response_values
 from scissordyn.study.store import COMPLETE, FAILED, PENDING, Store, StoreError
 
@@ -255,3 +255,9 @@ def test_a_block_that_is_complete_is_not_done_again(tmp_path: Path) -> None:
     result = run_block(Block(study(), store.address, 1))
     assert (result.complete, result.seconds) == (12, 0.0)
     assert store.times()["attempts"].tolist() == [1.0, 1.0]
+
+
+def test_blocks_are_longer_for_very_many_workers() -> None:
+    """Limit: a few seconds on a machine; with a thousand workers the scheduler still has half of its time."""
+    assert block_seconds(1) == block_seconds(100) == BLOCK_SECONDS
+    assert 1000 / block_seconds(1000) * TASK_SECONDS == pytest.approx(0.5)

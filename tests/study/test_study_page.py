@@ -11,12 +11,13 @@ import xarray as xr
 
 from reference.paper_case import paper_case
 from scissordyn.cli.main import status_of
-from scissordyn.config.study import StudyText, study_of
+from scissordyn.config.study import StudyText, read_study, study_of
 from scissordyn.plot.study import feasibility_map
 from scissordyn.study.answer import by_point
 from scissordyn.study.design import DESIGNS
 from scissordyn.study.execute import execute
 
+EXAMPLES = Path(__file__).parents[2] / "examples"
 PAGE = (Path(__file__).parents[2] / "docs" / "studies.md").read_text(encoding="utf-8")
 
 
@@ -61,6 +62,15 @@ def test_python(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """Identity: the lines for Python run and print a share."""
     exec(snippets("python")[0], {})
     assert re.match(r"\d+% \(\d+% to \d+%\) meet it; \d+ chaotic", capsys.readouterr().out)
+
+
+@pytest.mark.parametrize("file", sorted((EXAMPLES / "studies").glob("*.toml")), ids=lambda path: path.stem)
+def test_shipped_studies(file: Path) -> None:
+    """Identity: each can be read, its functions are there, and the page names it."""
+    described = study_of(read_study(file))
+    assert described.cases >= 64
+    assert all(callable(own.callable()) for own in described.own_measures)
+    assert file.stem in PAGE or file.stem.removeprefix("statements_") in PAGE
 
 
 def test_every_design_is_listed() -> None:

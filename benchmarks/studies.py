@@ -19,7 +19,7 @@ from scissordyn.study.description import Factor, Study
 from scissordyn.study.design import Design
 from scissordyn.study.distribution import Interval
 from scissordyn.study.engine import Cluster, Engine, Threads
-from scissordyn.study.execute import Progress, execute
+from scissordyn.study.execute import Progress, block_seconds, execute
 
 __all__ = ["Measured", "measure"]
 
@@ -32,7 +32,7 @@ FEWER = 20
 TASKS = 2000
 """Tasks without work by which dask's cost of one is measured, and its memory: two for each of a thousand workers."""
 
-WORKERS, PLANNED, BLOCK_SECONDS = 1000, 10_000_000, 3.0
+WORKERS, PLANNED = 1000, 10_000_000
 
 MEASURES = ("peak_force", "contact_count")
 
@@ -188,17 +188,17 @@ def _with_one_worker(function: Callable[[Cluster, int], float], tasks: int) -> f
 
 def _plan(rate: float, cost: float, memory: float) -> str:
     """Ten million cases on a thousand workers, from the figures above."""
-    block = max(1, int(rate * BLOCK_SECONDS))
+    seconds = block_seconds(WORKERS)
+    block = max(1, int(rate * seconds))
     tasks = -(-PLANNED // block)
     work, dispatch = PLANNED / rate / WORKERS, tasks * cost
     slower = "the workers decide" if work > dispatch else "the scheduler decides"
     return paragraph(
-        f"A plan for {PLANNED:.0e} cases on {WORKERS} workers: {tasks} tasks, blocks of {block} cases, {BLOCK_SECONDS:g} s",
+        f"A plan for {PLANNED:.0e} cases on {WORKERS} workers: {tasks} tasks, blocks of {block} cases, {seconds:g} s",
         f"each. Handing out all of them costs {dispatch:.0f} s, the work of each worker is {work:.0f} s: {slower} how long",
         f"it takes. Two tasks for each worker are handed out at a time, {2 * WORKERS} in all: {memory:.0f} MiB in the",
         f"scheduler and the coordinator, however many cases there are. The store has {len(ARRAYS)} arrays in",
-        f"{len(ARRAYS) * tasks} files of at most {8 * block / 1024:.1f} KiB, and the seconds of each block in a "
-        "file of their own.",
+        f"{len(ARRAYS) * tasks} files of at most {8 * block / 1024:.1f} KiB; the seconds of each block are one file more.",
     )
 
 

@@ -53,6 +53,25 @@ def test_a_controller_at_its_limit() -> None:
     assert warnings(wide) == []
 
 
+def test_warnings_of_a_batch() -> None:
+    """Identity: each case has those of its own run, of contacts, bristles and controllers, and no others."""
+    constant = sd.LuGre(0.1, bristle_damping=316.0, damping_speed=1e6)
+    arm = sd.scissor(units=2).driven(speed=sd.rpm(150)).with_clearance("A", sd.Clearance(5e-4, friction=constant))
+    speeds = [sd.rpm(20), sd.rpm(250)]
+    batch = sd.simulate_many(arm, {"drive.speed": speeds}, until=0.02, measures=("steps",))
+    for speed, said in zip(speeds, batch["warnings"].values.tolist(), strict=True):
+        run = sd.simulate(arm.replace("drive.speed", speed), until=0.02, samples=2)
+        assert [text for text in said.split("\n") if text] == [text for text in warnings(run) if text.startswith("joint 'A'")]
+    assert ["of its law" in said for said in batch["warnings"].values.tolist()] == [False, True]
+    assert "start faster" in str(batch["warnings"].values[1])
+    servo = sd.scissor(units=1).controlled(sd.PID(2e4, derivative=1500.0, limit=100.0), speed=sd.rpm(20))
+    limited = sd.simulate_many(
+        servo, {f"{servo.components[0].name}.controller.limit": [100.0, 1e5]}, until=0.05, measures=("steps",)
+    )
+    assert [bool(said) for said in limited["warnings"].values.tolist()] == [True, False]
+    assert "the controller reaches its limit of 100 N m" in str(limited["warnings"].values[0])
+
+
 def test_bristles_beyond_the_static_limit() -> None:
     """Limit: with a constant micro-damping the run says how far and for how long; with the default, never."""
     arm = sd.scissor(units=2).driven(speed=sd.rpm(150))

@@ -14,7 +14,7 @@ from scipy import stats
 import scissordyn as sd
 from scissordyn.plot.study import feasibility_map, pareto_front, response_curves, sensitivity_bars
 from scissordyn.simulation.options import Options
-from scissordyn.study.answer import by_point, causes, feasible_share, worst_cases
+from scissordyn.study.answer import by_point, causes, feasible_share, warned, worst_cases
 from scissordyn.study.description import Factor, Study
 from scissordyn.study.design import Design, design_values
 from scissordyn.study.distribution import Interval, Uniform
@@ -318,3 +318,11 @@ def test_store_of_nothing(tmp_path: Path) -> None:
     """Identity: one line."""
     with pytest.raises(sd.InputError, match="no study at"):
         Store(tmp_path / "a.zarr").status()
+
+
+def test_warnings_are_counted_by_their_text() -> None:
+    """Closed form: numbers in a text do not make it another one; a case may have several."""
+    said = ["joint 'A': 3 of 4 start at 1.5e-3 m/s\nlimit 5", "", "joint 'A': 11 of 40 start at 2 m/s", "limit -5.5"]
+    found = warned(xr.Dataset({"warnings": ("case", said)}))
+    assert found == {"joint 'A': 3 of 4 start at 1.5e-3 m/s": [0, 2], "limit 5": [0, 3]}
+    assert warned(xr.Dataset()) == {}

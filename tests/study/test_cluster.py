@@ -8,7 +8,9 @@ import signal
 import socket
 import subprocess
 import sys
+import threading
 import time
+from contextlib import suppress
 from pathlib import Path
 
 import pytest
@@ -71,6 +73,17 @@ def test_a_scheduler_that_does_not_answer(monkeypatch: pytest.MonkeyPatch) -> No
             pass
     with pytest.raises(sd.InputError, match="does not answer"), Cluster.joined("nonsense://x"):
         pass
+    with socket.create_server(("127.0.0.1", 0)) as other:  # some other server, which says something else
+        threading.Thread(target=_greet, args=(other,), daemon=True).start()
+        address = f"tcp://127.0.0.1:{other.getsockname()[1]}"
+        with pytest.raises(sd.InputError, match="does not answer"), Cluster.joined(address):
+            pass
+
+
+def _greet(server: socket.socket) -> None:
+    with suppress(OSError):
+        while True:
+            server.accept()[0].sendall(b"HTTP/1.1 400 Bad Request\r\nContent-Length: 0\r\n\r\n" * 8)
 
 
 @pytest.mark.parametrize(

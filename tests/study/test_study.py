@@ -18,7 +18,7 @@ from scissordyn.study.description import Factor, OwnMeasure, Sampling, Study
 from scissordyn.study.design import Design
 from scissordyn.study.distribution import Interval, Levels, Uniform
 from scissordyn.study.engine import Threads
-from scissordyn.study.execute import execute, extend
+from scissordyn.study.execute import BLOCK_SECONDS, TASK_SECONDS, block_seconds, execute, extend
 from scissordyn.study.requirement import Requirement, Response, response_values
 from scissordyn.study.store import COMPLETE, FAILED, PENDING, Store, StoreError
 
@@ -232,9 +232,32 @@ def test_a_full_disk_stops_with_what_is_done_kept(tmp_path: Path, monkeypatch: p
     assert not (Store(tmp_path / "a.zarr").status() == PENDING).any()
 
 
+def test_a_store_that_could_not_be_made_is_none(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Identity: a disk that is full from the first byte leaves nothing; what a killed process left does not matter."""
+
+    def full(root: Any) -> None:
+        raise OSError(28, os.strerror(28))
+
+    with monkeypatch.context() as patched:
+        patched.setattr("scissordyn.study.store._consolidate", full)
+        with pytest.raises(StoreError, match="No space left on device"):
+            execute(study(), tmp_path / "a.zarr", block=12)
+    assert [path.name for path in tmp_path.iterdir()] in ([], ["a.zarr.lock"])
+    (tmp_path / "a.zarr.new").mkdir()
+    (tmp_path / "a.zarr.new" / "zarr.json").write_text("{")
+    assert (execute(study(), tmp_path / "a.zarr", block=12).status() == COMPLETE).all()
+    assert [path.name for path in tmp_path.iterdir()] == ["a.zarr"]
+
+
 def test_a_block_that_is_complete_is_not_done_again(tmp_path: Path) -> None:
     """Identity: as after the loss of a worker that had written everything."""
     store = execute(study(), tmp_path / "a.zarr", block=12)
     result = run_block(Block(study(), store.address, 1))
     assert (result.complete, result.seconds) == (12, 0.0)
     assert store.times()["attempts"].tolist() == [1.0, 1.0]
+
+
+def test_blocks_are_longer_for_very_many_workers() -> None:
+    """Limit: a few seconds on a machine; with a thousand workers the scheduler still has half of its time."""
+    assert block_seconds(1) == block_seconds(100) == BLOCK_SECONDS
+    assert 1000 / block_seconds(1000) * TASK_SECONDS == pytest.approx(0.5)

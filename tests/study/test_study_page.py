@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import re
 from pathlib import Path
 
@@ -10,8 +11,13 @@ import xarray as xr
 
 from reference.paper_case import paper_case
 from scissordyn.cli.main import status_of
+from scissordyn.config.study import StudyText, read_study, study_of
+from scissordyn.plot.study import feasibility_map
+from scissordyn.study.answer import by_point
 from scissordyn.study.design import DESIGNS
+from scissordyn.study.execute import execute
 
+EXAMPLES = Path(__file__).parents[2] / "examples"
 PAGE = (Path(__file__).parents[2] / "docs" / "studies.md").read_text(encoding="utf-8")
 
 
@@ -58,6 +64,15 @@ def test_python(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert re.match(r"\d+% \(\d+% to \d+%\) meet it; \d+ chaotic", capsys.readouterr().out)
 
 
+@pytest.mark.parametrize("file", sorted((EXAMPLES / "studies").glob("*.toml")), ids=lambda path: path.stem)
+def test_shipped_studies(file: Path) -> None:
+    """Identity: each can be read, its functions are there, and the page names it."""
+    described = study_of(read_study(file))
+    assert described.cases >= 64
+    assert all(callable(own.callable()) for own in described.own_measures)
+    assert file.stem in PAGE or file.stem.removeprefix("statements_") in PAGE
+
+
 def test_every_design_is_listed() -> None:
     """Identity: the table of designs."""
     assert all(f"`{kind}`" in PAGE for kind in DESIGNS if kind != "adaptive")
@@ -94,7 +109,7 @@ SWEEP = ("sweep", "array.toml", "-o", "a.zarr", "--vary", "A.clearance=0.1..0.4 
         (("study", "status"), "without a store"),
         (("study", "bad.toml", "-o", "a.zarr"), "unknown key 'varry' (did you mean 'vary'?)"),
         (("study", "study.toml"), "a study without a store"),
-        (("study", "study.toml", "-o", "nowhere://a"), "nowhere"),
+        (("study", "study.toml", "-o", "s3://bucket/a.zarr"), "a folder, on a disk that all workers share"),
     ],
 )
 def test_bad_input(arguments: tuple[str, ...], says: str, folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -149,6 +164,19 @@ def test_the_question_of_the_introduction(folder: Path, capsys: pytest.CaptureFi
         assert found["peak_track_deviation"].dims == ("case", "track")
         assert sorted(set(found["servo.controller.limit"].values.tolist())) == [50.0, 100.0, 200.0]
         assert float(found["peak_track_deviation"].min()) > 0.0
+
+
+def test_pictures_have_the_units_of_the_text(folder: Path) -> None:
+    """Identity: a speed that was written in rpm is shown in rpm, and no number depends on that."""
+    vary = {"A.clearance": "0.1..0.4 mm, 2 values", "drive.speed": "100, 200 rpm"}
+    described = study_of(StudyText(folder / "array.toml", vary=vary, measures=("peak_force",)))
+    bare = tuple(dataclasses.replace(factor, unit="", scale=1.0) for factor in described.factors)
+    assert dataclasses.replace(described, factors=bare).fingerprint() == described.fingerprint()
+    store = execute(described, folder / "a.zarr", block=4)
+    assert store.study() == described
+    axes = feasibility_map(by_point(described, store.results()), colour="peak_force")[0]
+    assert (axes.get_xlabel(), axes.get_ylabel()) == ("A.clearance [mm]", "drive.speed [rpm]")
+    assert axes.get_ylim()[0] < 101.0 < 199.0 < axes.get_ylim()[1] < 300.0
 
 
 def test_the_life_of_a_study(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:

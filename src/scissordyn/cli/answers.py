@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from scissordyn.study.answer import Share
     from scissordyn.study.description import Study
 
-__all__ = ["show_answers", "show_causes"]
+__all__ = ["show_answers", "show_causes", "show_warnings"]
 
 ROWS = 12
 """Points of a front or of a table that are shown."""
@@ -51,6 +51,7 @@ def show_answers(study: Study, results: xr.Dataset, address: str) -> None:
     _front(study, results)
     _worst(study, results, address)
     show_causes(results, address)
+    show_warnings(results, address)
 
 
 def _shares(shares: Sequence[Share], study: Study) -> None:
@@ -121,6 +122,22 @@ def _worst(study: Study, results: xr.Dataset, address: str) -> None:
         what, place = ("Worst", "beyond") if one.margin < 0.0 else ("Nearest", "from")
         print(f"{what} for {one.requirement}: {one.value:.4g} ({abs(one.margin):.1%} {place} the bound)")
         print(f"  scissordyn study replay {address} {one.case}")
+
+
+def show_warnings(results: xr.Dataset, address: str) -> None:
+    """Print the warnings, each with the number of its cases and a command that shows one.
+
+    Parameters
+    ----------
+    results : Dataset
+    address : str
+        Of the store.
+    """
+    from scissordyn.study.answer import warned
+
+    for text, cases in list(warned(results).items())[:ROWS]:
+        print(f"Warning in {len(cases)} {'case' if len(cases) == 1 else 'cases'}, as in: {printable(text)}")
+        print(f"  scissordyn study replay {address} {cases[0]}")
 
 
 def show_causes(results: xr.Dataset, address: str) -> None:

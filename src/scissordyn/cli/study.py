@@ -187,7 +187,9 @@ def compute(
         print(f"scissordyn: interrupted; {kept}", file=sys.stderr)
         return INTERRUPTED
     except (EngineError, StoreError) as error:
-        print(f"scissordyn: {printable(str(error))}; 'scissordyn study resume {address}' goes on", file=sys.stderr)
+        begun = (Path(address) / "zarr.json").exists()
+        then = f"'scissordyn study resume {address}' goes on" if begun else "the same command begins anew"
+        print(f"scissordyn: {printable(str(error))}; {then}", file=sys.stderr)
         return UNFINISHED
     return _answers(replace(described, design=store.design()), store)
 
@@ -247,7 +249,7 @@ def _answers(described: Study, store: Store) -> int:
 
 
 def _status(described: Study, store: Store) -> int:
-    from scissordyn.cli.answers import show_causes
+    from scissordyn.cli.answers import show_causes, show_warnings
     from scissordyn.study.answer import counts
 
     results = store.results()
@@ -265,6 +267,7 @@ def _status(described: Study, store: Store) -> int:
             f"about {pending * worked / cases / 60.0:.3g} worker minutes to go"
         )
     show_causes(results, store.address)
+    show_warnings(results, store.address)
     if pending:
         print(f"To go on: scissordyn study resume {store.address}")
     return DONE

@@ -229,8 +229,18 @@ def _factors(mechanism: Mechanism, given: Mapping[str, str], folder: Path) -> tu
     for address, text in given.items():
         quantity = number(mechanism, address).quantity
         assert quantity is not None
-        factors.append(Factor(address, read_variation(text, quantity, address=address, folder=folder)))
+        variation, unit = read_variation(text, quantity, address=address, folder=folder), _unit_of(text)
+        factors.append(Factor(address, variation, unit, unit_factor(unit, quantity.unit) if unit else 1.0))
     return tuple(factors)
+
+
+def _unit_of(text: str) -> str:
+    """The unit in which the user writes a variation."""
+    called = CALL.fullmatch(text)
+    if called:
+        return called[3].strip()
+    last = text.split("..", 1)[1].split(",")[0] if ".." in text else text.split(",")[-1]
+    return _split(last)[1]
 
 
 def _own_measure(text: str) -> OwnMeasure:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -13,7 +14,10 @@ from scissordyn.errors import InputError
 from scissordyn.plot.scale import DEGREES, Scale, engineering
 from scissordyn.plot.style import BLACK, BLUE, GREY, LINE, ORANGE, SMALL, VERMILION, Canvas, legend, literal, panels
 
-__all__ = ["feasibility_map", "pareto_front", "response_curves", "sensitivity_bars"]
+__all__ = ["feasibility_map", "pareto_front", "requirement_bars", "response_curves", "sensitivity_bars"]
+
+LONGEST = 84
+"""Characters of a label beside a bar."""
 
 BINS = 12
 """Parts of a factor's range for each of which a curve has a median."""
@@ -28,6 +32,9 @@ DECADES = 30.0
 
 
 def _scale(values: xr.DataArray) -> Scale:
+    """The unit in which the user wrote a factor, an engineering one of anything else."""
+    if values.attrs.get("shown_unit"):
+        return Scale(1.0 / float(values.attrs["shown_scale"]), str(values.attrs["shown_unit"]))
     unit = str(values.attrs.get("units", "1"))
     return DEGREES if unit == "rad" else engineering(unit, values.values)
 
@@ -234,6 +241,41 @@ def sensitivity_bars(indices: dict[str, xr.Dataset], *, axes: Canvas = None) -> 
         one.set_xlabel(scale.label(f"{what} {literal(name)}"))
     legend(found, above=True)
     return found
+
+
+def requirement_bars(labels: Sequence[str], shares: np.ndarray, intervals: np.ndarray, *, axes: Canvas = None) -> list[Axes]:
+    """The share of a study's range that meets each requirement, with its 95 % interval.
+
+    Parameters
+    ----------
+    labels : sequence of str
+    shares : ndarray, shape (n,)
+    intervals : ndarray, shape (n, 2)
+        NaN where there is none.
+    axes : Axes, optional
+        A new figure if not given.
+
+    Returns
+    -------
+    list of Axes
+    """
+    shown = [_shortened(label) for label in labels]
+    # inches of the bars, and of the characters beside them
+    width = 3.6 + 0.062 * max(map(len, shown), default=0)
+    (one,) = panels(axes, 1, size=(width, 0.9 + 0.24 * len(labels)))
+    places = np.arange(len(labels), dtype=float)
+    one.barh(places, 100.0 * shares, 0.62, color=BLUE, alpha=0.75)
+    known = np.isfinite(intervals).all(axis=1)
+    one.hlines(places[known], *(100.0 * intervals[known]).T, color=BLACK, linewidth=2.0 * LINE)
+    one.set_yticks(places, [literal(label) for label in shown])
+    one.set_ylim(len(labels) - 0.4, -0.6)
+    one.set_xlim(0.0, 100.0)
+    one.set_xlabel("met by [%]" + (", line: 95 % interval" if known.any() else ""))
+    return [one]
+
+
+def _shortened(label: str) -> str:
+    return label if len(label) <= LONGEST else f"{label[: LONGEST - 1]}\N{HORIZONTAL ELLIPSIS}"
 
 
 def pareto_front(tried: xr.Dataset, goals: tuple[str, str], *, axes: Canvas = None) -> list[Axes]:

@@ -23,6 +23,7 @@ from scissordyn.simulation.batch_worker import Worker
 from scissordyn.simulation.configuration import write_configuration
 from scissordyn.simulation.measure import MEASURES, Ended, Measure, parts_of
 from scissordyn.simulation.options import EventKind, Options, StartKind
+from scissordyn.simulation.warn import accumulated_warnings
 
 __all__ = ["simulate_many"]
 
@@ -83,8 +84,9 @@ def simulate_many(
     Returns
     -------
     Dataset
-        Along `case`: the values, the measures, `status` ("complete", "failed", or "pending" after Ctrl-C) and `cause`. A case
-        that fails has NaN and its cause; the others go on.
+        Along `case`: the values, the measures, `status` ("complete", "failed", or "pending" after Ctrl-C), `cause`, and
+        `warnings`: laws outside their range, friction beyond its limit, controllers at theirs. A case that fails has NaN and
+        its cause; the others go on.
 
     Raises
     ------
@@ -181,6 +183,7 @@ class _Batch:
         self.compares = any(measure.compares for measure in measures.values()) and bool(mechanism.tracks)
         self.status = np.full(cases, "pending", dtype="U8")
         self.cause = np.full(cases, "", dtype=object)
+        self.warnings = np.full(cases, "", dtype=object)
         self.seconds = np.full(cases, np.nan)
 
     def mechanism(self, case: int) -> Mechanism:
@@ -192,10 +195,11 @@ class _Batch:
         """Note why a case has no measures."""
         self.cause[case], self.status[case] = cause, "failed"
 
-    def take(self, case: int, ended: Ended, seconds: float) -> None:
-        """Write the measures of a case that is complete."""
+    def take(self, case: int, ended: Ended, seconds: float, warned: Sequence[str]) -> None:
+        """Write the measures of a case that is complete, and its warnings."""
         for name, measure in self.measures.items():
             self.values[name][case] = measure.value(ended)
+        self.warnings[case] = "\n".join([*warned, *accumulated_warnings(ended)])
         self.seconds[case] = seconds
         self.status[case] = "complete"
 
@@ -246,6 +250,7 @@ def _dataset(
     }
     variables["status"] = ("case", batch.status.astype(str), {"long_name": "complete, failed or pending"})
     variables["cause"] = ("case", batch.cause.astype(str), {"long_name": "why a case failed"})
+    variables["warnings"] = ("case", batch.warnings.astype(str), {"long_name": "warnings of a complete case, one a line"})
     coordinates: dict[str, Any] = {}
     for address, column in values.items():
         quantity = number(mechanism, address).quantity

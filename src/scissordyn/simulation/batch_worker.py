@@ -53,8 +53,8 @@ class Cases(Protocol):
     def failed(self, case: int, cause: str) -> None:
         """Note why a case has no measures."""
 
-    def take(self, case: int, ended: Ended, seconds: float) -> None:
-        """Write the measures of a case that is complete."""
+    def take(self, case: int, ended: Ended, seconds: float, warned: Sequence[str]) -> None:
+        """Write the measures of a case that is complete, and its warnings, some of which are known from its start."""
 
 
 class Worker:
@@ -87,19 +87,18 @@ class Worker:
         began = clocks.perf_counter()
         while len(self.slots) < len(group):
             self.slots.append(_Slot(self.base))
-        started = [(case, self._started(case, slot)) for case, slot in zip(group, self.slots, strict=False)]
-        ready = [(case, driver) for case, driver in started if driver is not None]
-        ended = [(case, driver, self._advance(case, driver)) for case, driver in ready]
-        for case, driver, seconds in ended:
+        ready = [(case, slot) for case, slot in zip(group, self.slots, strict=False) if self._started(case, slot)]
+        ended = [(case, slot, self._advance(case, slot.driver)) for case, slot in ready if slot.driver is not None]
+        for case, slot, seconds in ended:
             try:
-                if seconds is not None:
-                    self.cases.take(case, Ended(driver), seconds)
+                if seconds is not None and slot.driver is not None:
+                    self.cases.take(case, Ended(slot.driver), seconds, slot.warned)
             except ScissordynError as error:  # of a measure of the user's
                 self.cases.failed(case, str(error))
         self.seconds = (clocks.perf_counter() - began) / len(group)
 
-    def _started(self, case: int, slot: _Slot) -> Driver | None:
-        """The driver at the start of a case; None if there is no such start."""
+    def _started(self, case: int, slot: _Slot) -> bool:
+        """Put a slot at the start of a case; returns whether there is such a start."""
         try:
             mechanism = self.cases.mechanism(case)
             driver = slot.started(mechanism, self.options, partial(self.cases.start, case))
@@ -107,8 +106,8 @@ class Worker:
                 self._compare(driver, mechanism)
         except ScissordynError as error:
             self.cases.failed(case, str(error))
-            return None
-        return driver
+            return False
+        return True
 
     def _advance(self, case: int, driver: Driver) -> float | None:
         """Advance to the end; returns the time that it took [s], None if it did not get there."""
@@ -155,6 +154,7 @@ class _Slot:
         self.base, self.model = base, build_model(base)
         self.system = make_system(base, self.model)
         self.driver: Driver | None = None
+        self.warned: tuple[str, ...] = ()
 
     def started(self, mechanism: Mechanism, options: Options, perturb: Callable[[np.ndarray], np.ndarray]) -> Driver:
         """A driver at the start of a case, in the arrays of the case before if they fit."""
@@ -165,6 +165,7 @@ class _Slot:
             self.base, self.model = reduced, build_model(reduced)
             self.system, self.driver = make_system(reduced, self.model), None
         prepared = prepare_start(reduced, self.system, options.start)
+        self.warned = prepared.warnings
         y = perturb(prepared.y)
         tolerances = error_weights(reduced, self.system, y, rtol=options.rtol, atol=options.atol)
         choice = choose_method(reduced, self.system, y, options, tolerances)

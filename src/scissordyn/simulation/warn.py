@@ -9,10 +9,11 @@ import xarray as xr
 
 from scissordyn.component.actuator import Actuator
 from scissordyn.laws.validity import contact_failure, contact_warnings
-from scissordyn.mechanics.monitored import EXCEEDED
+from scissordyn.mechanics.monitored import COMPONENT_FORCE, EXCEEDED, FRICTION_RATIO, INDENTATION
 from scissordyn.model.mechanism import Mechanism
+from scissordyn.simulation.measure import Ended
 
-__all__ = ["contact_failures", "energy_turned_over", "run_warnings"]
+__all__ = ["accumulated_warnings", "contact_failures", "energy_turned_over", "run_warnings"]
 
 TURNED_OVER = (
     "kinetic_energy",
@@ -57,17 +58,9 @@ def run_warnings(mechanism: Mechanism, run: xr.Dataset, immobile: tuple[str, ...
     """
     found = contact_failures(mechanism, run)
     touched, speed = _values(run, "contact_joint"), _values(run, "approach_speed")
-    for joint in mechanism.contacts:
-        assert joint.clearance is not None
-        found += contact_warnings(
-            joint.name,
-            joint.clearance.contact,
-            joint.clearance.stiffness,
-            joint.clearance.damping,
-            joint.clearance.friction,
-            approach_speed=speed[touched == joint.name].tolist(),
-            indentation=float(_values(run, "peak_indentation")[mechanism.joint_names.index(joint.name)]),
-        )
+    for number, joint in enumerate(mechanism.contacts):
+        depth = float(_values(run, "peak_indentation")[mechanism.joint_names.index(joint.name)])
+        found += _of_contact(mechanism, number, speed[touched == joint.name].tolist(), depth)
     for i, rod in enumerate(mechanism.rods):
         force = _values(run, "rod_force")[:, i]
         if rod.tension_only and np.min(force, initial=0.0) < 0.0:
@@ -86,6 +79,51 @@ def run_warnings(mechanism: Mechanism, run: xr.Dataset, immobile: tuple[str, ...
     if not _stands_still(mechanism, run):
         found += _unbalanced(run)
     return list(dict.fromkeys(found))
+
+
+def accumulated_warnings(ended: Ended) -> list[str]:
+    """The warnings that follow from what a run accumulates, without samples: of contact laws, friction and controllers.
+
+    Singular positions, redundant joints, and an energy balance that does not close are told by single runs only.
+
+    Parameters
+    ----------
+    ended : Ended
+
+    Returns
+    -------
+    list of str
+    """
+    mechanism, depth, found = ended.mechanism, ended.peaks(INDENTATION).tolist(), list[str]()
+    speeds: list[list[float]] = [[] for _ in mechanism.contacts]
+    for contact in ended.contacts:
+        speeds[contact.joint].append(contact.approach_speed)
+    for number, joint in enumerate(mechanism.contacts):
+        assert joint.clearance is not None
+        failed = contact_failure(joint.name, joint.clearance.contact, depth[number])
+        found += [f"the contact model has failed: {failed}"] if failed else []
+        found += _of_contact(mechanism, number, speeds[number], depth[number])
+    monitor = ended.driver.system.content.model.monitor
+    joints = monitor[monitor[:, 0] == FRICTION_RATIO, 1].tolist()
+    for joint_number, row in zip(joints, ended.rows(FRICTION_RATIO).tolist(), strict=True):
+        ratio, lasting = ended.driver.state.peak[row, 0], ended.driver.state.peak[row, 3]
+        if lasting > 0.0:
+            found.append(_exceeding(mechanism.contacts[joint_number].name, ratio, lasting))
+    peaks = ended.peaks(COMPONENT_FORCE)
+    for number, part in enumerate(mechanism.components):
+        limit = getattr(part.controller, "limit", None) if isinstance(part, Actuator) else None
+        if limit is not None and peaks[number] >= AT_LIMIT * limit:
+            found.append(f"actuator '{part.name}': the controller reaches its limit of {limit:g} N m")
+    return list(dict.fromkeys(found))
+
+
+def _of_contact(mechanism: Mechanism, number: int, speeds: list[float], depth: float) -> list[str]:
+    joint = mechanism.contacts[number]
+    assert joint.clearance is not None
+    laws = joint.clearance
+    return contact_warnings(
+        joint.name, laws.contact, laws.stiffness, laws.damping, laws.friction, approach_speed=speeds, indentation=depth
+    )
 
 
 def contact_failures(mechanism: Mechanism, run: xr.Dataset) -> list[str]:
@@ -174,12 +212,14 @@ def _exceeded(run: xr.Dataset) -> list[str]:
         _values(run, "friction_excess_time"),
         strict=True,
     )
-    return [
+    return [_exceeding(name, ratio, lasting) for name, ratio, lasting in rows if lasting > 0.0]
+
+
+def _exceeding(name: str, ratio: float, lasting: float) -> str:
+    return (
         f"joint '{name}': friction reaches {ratio:.3g} times the static limit of its law, and exceeds {EXCEEDED:g} times it "
         f"for {lasting:.3g} s; see bristle_damping and damping_speed"
-        for name, ratio, lasting in rows
-        if lasting > 0.0
-    ]
+    )
 
 
 def _undetermined(run: xr.Dataset) -> list[str]:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
@@ -12,13 +14,26 @@ from scissordyn.study.description import Study
 from scissordyn.study.requirement import Response, response_values
 from scissordyn.study.store import COMPLETE, FAILED, PENDING, column
 
-__all__ = ["AGREEMENT", "Share", "Worst", "by_point", "causes", "counts", "feasible_share", "responses", "worst_cases"]
+__all__ = [
+    "AGREEMENT",
+    "Share",
+    "Worst",
+    "by_point",
+    "causes",
+    "counts",
+    "feasible_share",
+    "responses",
+    "warned",
+    "worst_cases",
+]
 
 AGREEMENT = 1e-3
 """Members agree whose responses differ by no more than this fraction of the largest; round-off alone is far below it, chaos
 far above."""
 
 CONFIDENCE = 0.95
+
+NUMBER = re.compile(r"[-+]?\d+(?:\.\d+)?(?:e[-+]?\d+)?")
 
 
 @dataclass(frozen=True)
@@ -105,17 +120,17 @@ def by_point(study: Study, results: xr.Dataset) -> xr.Dataset:
     for factor in study.factors:
         found = results[column(factor.address)]
         values = found.values[rows].reshape(count, -1)[:, 0]
-        variables[factor.address] = ("point", values, {**found.attrs, "role": "factor"})
+        variables[factor.address] = ("point", values, {**found.attrs, **factor.shown, "role": "factor"})
     differs = np.zeros(count, bool)
-    shown = responses(study, results)
-    for name, values in shown.items():
+    chosen = responses(study, results)
+    for name, values in chosen.items():
         cells = np.where(complete, values[rows].reshape(shape), np.nan)
         about = {"units": results[name.rpartition(".")[2]].attrs.get("units", "1"), "role": "response"}
         variables[name] = ("point", _mean(cells.reshape(count, -1)), {**about, "long_name": f"mean {name}"})
         smallest = any(one.response.name == name and one.response.smallest for one in study.requirements)
         variables[f"worst {name}"] = ("point", _extreme(cells.reshape(count, -1), smallest), {**about, "role": "worst"})
         variables[f"spread {name}"] = ("point", _spread(cells), {"units": "1", "role": "spread"})
-    every = shown | {name: response_values(results, Response(name)) for name in study.measure_names}
+    every = chosen | {name: response_values(results, Response(name)) for name in study.measure_names}
     for values in every.values():
         differs |= _spread(np.where(complete, values[rows].reshape(shape), np.nan)) > AGREEMENT
     met = _met(study, results)[rows].reshape(shape)
@@ -246,15 +261,34 @@ def causes(results: xr.Dataset) -> dict[str, list[int]]:
     dict of str to list of int
         Cases by the cause of the first of them.
     """
+    failed = np.flatnonzero(results["status"].values == FAILED).tolist()
+    return _grouped((str(results["cause"].values[case]), case) for case in failed)
+
+
+def warned(results: xr.Dataset) -> dict[str, list[int]]:
+    """Complete cases by warning, the most frequent first; numbers in a warning do not make it another one.
+
+    Parameters
+    ----------
+    results : Dataset
+
+    Returns
+    -------
+    dict of str to list of int
+        Cases by the warning of the first of them.
+    """
+    if "warnings" not in results:  # of a store of an earlier version
+        return {}
+    texts = results["warnings"].values
+    return _grouped((text, case) for case in np.flatnonzero(texts != "").tolist() for text in str(texts[case]).split("\n"))
+
+
+def _grouped(said: Iterable[tuple[str, int]]) -> dict[str, list[int]]:
+    """Cases by what is said of them."""
     groups: dict[str, list[int]] = {}
     label: dict[str, str] = {}
-    for case in np.flatnonzero(results["status"].values == FAILED):
-        cause = str(results["cause"].values[case])
-        key = "".join("#" if letter.isdigit() else letter for letter in cause)
-        while "##" in key:
-            key = key.replace("##", "#")
-        key = key.replace("#e-#", "#").replace("#.#", "#")
-        groups.setdefault(label.setdefault(key, cause), []).append(int(case))
+    for text, case in said:
+        groups.setdefault(label.setdefault(NUMBER.sub("#", text), text), []).append(case)
     return dict(sorted(groups.items(), key=lambda item: -len(item[1])))
 
 

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import inspect
 import time
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -93,7 +95,7 @@ def run_block(block: Block) -> BlockResult:
     states = np.where(found["status"].values == "complete", COMPLETE, FAILED).astype(np.int8)
     columns: dict[str, Any] = {column(address): values for address, values in numbers.values.items()}
     columns |= {name: found[name].values for name in block.study.measure_names}
-    columns["cause"] = found["cause"].values.astype(object)
+    columns |= {name: found[name].values.astype(object) for name in ("cause", "warnings")}
     integration = float(found.attrs["integration_seconds"])
     store.write(todo, columns, states, (time.perf_counter() - began, integration, float(todo.size)))
     status[missing] = states
@@ -164,10 +166,8 @@ def _simulated(study: Study, numbers: Cases) -> xr.Dataset:
         progress=lambda done, of: look(),
     )
     pass_on(found)
-    for own in study.own_measures:
-        if own.of == "dataset":
-            found = _of_datasets(study, numbers, found, own)
-    return found
+    own = [each for each in study.own_measures if each.of == "dataset"]
+    return _of_datasets(study, numbers, found, own) if own else found
 
 
 def _accumulated(own: OwnMeasure) -> Measure:
@@ -179,27 +179,35 @@ def _accumulated(own: OwnMeasure) -> Measure:
         except Exception as error:
             raise ScissordynError(f"measure '{own.name}': {type(error).__name__}: {error}") from error
 
-    return Measure(own.units, f"measure '{own.name}' of the user", (), value)
+    return Measure(own.units, _meaning(own.name, function), (), value)
 
 
-def _of_datasets(study: Study, numbers: Cases, found: xr.Dataset, own: OwnMeasure) -> xr.Dataset:
-    """A measure of the user's that wants the Dataset of each case."""
-    function = own.callable()
+def _of_datasets(study: Study, numbers: Cases, found: xr.Dataset, own: Sequence[OwnMeasure]) -> xr.Dataset:
+    """Measures of the user's that want the Dataset of each case, which is simulated once for all of them."""
+    functions = {each.name: each.callable() for each in own}
     places = {address: find(study.mechanism, address) for address in numbers.values}
-    values = np.full(found.sizes["case"], np.nan)
+    values = {name: np.full(found.sizes["case"], np.nan) for name in functions}
     status, cause = found["status"].values.astype(object), found["cause"].values.astype(object)
     options = {**study.options.keywords, "trust": False}
     for case in np.flatnonzero(status == "complete"):
         look()
         changes = {address: float(column[case]) for address, column in numbers.values.items()}
+        name = ""
         try:
             run = pass_on(simulate(changed_all(study.mechanism, changes, places), **options))
-            values[case] = float(function(run))
+            for name, function in functions.items():
+                values[name][case] = float(function(run))
         except InputError as error:
             status[case], cause[case] = "failed", str(error)
         except Exception as error:
-            status[case], cause[case] = "failed", f"measure '{own.name}': {type(error).__name__}: {error}"
-    about = {"units": own.units, "long_name": f"measure '{own.name}' of the user"}
-    return found.assign(
-        {own.name: ("case", values, about), "status": ("case", status.astype(str)), "cause": ("case", cause.astype(str))}
-    )
+            status[case], cause[case] = "failed", f"measure '{name}': {type(error).__name__}: {error}"
+    measured = {
+        each.name: ("case", values[each.name], {"units": each.units, "long_name": _meaning(each.name, functions[each.name])})
+        for each in own
+    }
+    return found.assign({**measured, "status": ("case", status.astype(str)), "cause": ("case", cause.astype(str))})
+
+
+def _meaning(name: str, function: Callable[..., float]) -> str:
+    """What a measure of the user's is: the first line of what its function says of itself."""
+    return (inspect.getdoc(function) or f"measure '{name}' of the user").partition("\n")[0]

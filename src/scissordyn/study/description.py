@@ -47,10 +47,21 @@ class Factor:
         See `model.address`; a pattern (``clearance.all.clearance``) gives all its places the same value.
     variation : Variation
         Values in SI.
+    unit : str
+        In which pictures and tables show it; empty for SI.
+    scale : float
+        One such unit in SI.
     """
 
     address: str
     variation: Variation
+    unit: str = ""
+    scale: float = 1.0
+
+    @property
+    def shown(self) -> dict[str, str | float]:
+        """Attributes that tell pictures the unit."""
+        return {"shown_unit": self.unit, "shown_scale": self.scale} if self.unit else {}
 
 
 @dataclass(frozen=True)
@@ -349,6 +360,8 @@ class Study:
     def fingerprint(self) -> dict[str, str]:
         """Digests of all that the numbers depend on, by what they are of; equal digests mean equal numbers."""
         plain = self.to_plain()
+        for factor in (*plain["factors"], *plain["uncertain"]):
+            del factor["unit"], factor["scale"]  # no number depends on them
         if self.design.extendable:
             plain["design"] = {**plain["design"], "points": 0}
         search = plain["optimisation"]
@@ -388,8 +401,8 @@ def check_part(mechanism: Mechanism, response: Response) -> None:
 
 
 def _plain_factor(factor: Factor) -> dict[str, Any]:
-    return {"address": factor.address, "variation": to_plain(factor.variation)}
+    return {"address": factor.address, "variation": to_plain(factor.variation), "unit": factor.unit, "scale": factor.scale}
 
 
 def _factor(plain: Mapping[str, Any]) -> Factor:
-    return Factor(plain["address"], from_plain(plain["variation"]))
+    return Factor(plain["address"], from_plain(plain["variation"]), plain.get("unit", ""), plain.get("scale", 1.0))

@@ -8,6 +8,7 @@ import logging
 import os
 import signal
 import threading
+import time
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, CancelledError, Future, ThreadPoolExecutor, wait
 from contextlib import contextmanager
@@ -36,6 +37,9 @@ ATTEMPTS = 3
 
 QUICKLY = 0.5
 """How long a worker process may take to end by itself after Ctrl-C [s]."""
+
+RECOUNT = 1.0
+"""How often the scheduler is asked for the number of its workers [s]."""
 
 PATIENCE = 10.0
 """How long a scheduler may take to answer [s]."""
@@ -220,7 +224,7 @@ class Cluster:
         try:
             with _signals_blocked():
                 client = _answering(lambda: distributed.Client(scheduler, timeout=PATIENCE, set_as_default=False))
-        except (OSError, TimeoutError, ValueError, TypeError) as error:
+        except Exception as error:  # what answers may be anything, and the library raises whatever it makes of it
             reason = " ".join(str(error).split())[:200] or type(error).__name__
             raise InputError(
                 f"scheduler '{scheduler}' does not answer: {reason}",
@@ -280,10 +284,11 @@ class Cluster:
         from distributed import as_completed
 
         waiting, handed, count, kernels = iter(tasks), dict[str, Task](), 0, shared_folder()
-        running = as_completed(loop=self.client.loop)
+        running, limit, again = as_completed(loop=self.client.loop), 0, 0.0
         try:
             while True:
-                limit = AHEAD * self.workers
+                if time.monotonic() > again:
+                    limit, again = AHEAD * self.workers, time.monotonic() + RECOUNT
                 while len(handed) < limit:
                     task = next(waiting, None)
                     if task is None:

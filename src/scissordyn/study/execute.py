@@ -15,10 +15,16 @@ from scissordyn.study.description import Study
 from scissordyn.study.engine import Engine, Threads, error_text
 from scissordyn.study.store import COMPLETE, FAILED, PENDING, Store, StoreError
 
-__all__ = ["Progress", "execute", "extend", "prepare"]
+__all__ = ["Progress", "block_seconds", "execute", "extend", "prepare"]
 
 BLOCK_SECONDS = 3.0
 """Work of a block [s]: much more than a task costs, and little to lose."""
+
+TASK_SECONDS = 1e-2
+"""What a task costs the scheduler and the coordinator [s], rounded up from docs/decisions/measured/studies.md."""
+
+BUSY = 0.5
+"""Fraction of the time that they may be busy, which makes blocks for very many workers longer."""
 
 SHARES = 4
 """At least as many blocks for each worker, so that none waits long for the last."""
@@ -87,10 +93,15 @@ def prepare(
     if any(own.of == "dataset" for own in study.own_measures) and study.members > 1:
         raise InputError("a measure of the dataset with several members", "a measure of 'accumulators', or members = 1")
     first = pilot(study, np.array([0]), points)
-    store.create(study, first, block or min(_block_size(study, points), -(-study.cases // (SHARES * workers))))
+    store.create(study, first, block or min(_block_size(study, workers, points), -(-study.cases // (SHARES * workers))))
 
 
-def _block_size(study: Study, points: np.ndarray | None) -> int:
+def block_seconds(workers: int) -> float:
+    """Work of a block [s], by the number of workers that ask for one."""
+    return max(BLOCK_SECONDS, TASK_SECONDS * workers / BUSY)
+
+
+def _block_size(study: Study, workers: int, points: np.ndarray | None) -> int:
     """Cases that take some seconds."""
     began = time.perf_counter()
     pilot(study, np.array([0]), points)  # everything is compiled by now
@@ -100,7 +111,7 @@ def _block_size(study: Study, points: np.ndarray | None) -> int:
         began = time.perf_counter()
         pilot(study, cases, points)
         seconds = (time.perf_counter() - began) / cases.size
-    size = int(np.clip(BLOCK_SECONDS / max(seconds, 1e-6), 1, LARGEST_BLOCK))
+    size = int(np.clip(block_seconds(workers) / max(seconds, 1e-6), 1, LARGEST_BLOCK))
     whole = study.per_point * max(1, size // study.per_point)
     return whole if whole <= 2 * size else size
 

@@ -222,7 +222,11 @@ def candidates(study: Study, results: xr.Dataset) -> Optimum:
     variables: dict[str, Any] = {}
     for factor in study.factors:
         found = results[column(factor.address)]
-        variables[factor.address] = ("point", found.values[rows].reshape(count, per_point)[:, 0], found.attrs)
+        variables[factor.address] = (
+            "point",
+            found.values[rows].reshape(count, per_point)[:, 0],
+            {**found.attrs, **factor.shown},
+        )
     goals = []
     for goal in plan.goals:
         sign = -1.0 if goal.maximise else 1.0

@@ -15,13 +15,15 @@ import xarray as xr
 
 from scissordyn.errors import InputError, ScissordynError
 from scissordyn.model.address import number
-from scissordyn.plot.study import feasibility_map, pareto_front, response_curves, sensitivity_bars
+from scissordyn.plot.study import feasibility_map, pareto_front, requirement_bars, response_curves, sensitivity_bars
+from scissordyn.simulation.measure import MEASURES
 from scissordyn.simulation.output_file import write_file
-from scissordyn.study.answer import AGREEMENT, by_point, causes, counts, feasible_share, worst_cases
+from scissordyn.study.answer import AGREEMENT, by_point, causes, counts, feasible_share, warned, worst_cases
 from scissordyn.study.description import Factor, Study
-from scissordyn.study.distribution import Levels
+from scissordyn.study.distribution import Interval, Levels, Uniform
 from scissordyn.study.indices import sensitivity
 from scissordyn.study.optimise import candidates
+from scissordyn.study.requirement import Requirement
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -36,6 +38,9 @@ border-bottom: 1px solid #e4e4e4; } code { background: #f4f4f4; padding: .1rem .
 """
 
 DPI = 130
+
+MOST_RESPONSES = 8
+"""With more responses there are no maps, curves and ranges of each, only the shares that meet the requirements."""
 
 MOST_FRONT = 40
 """Rows of a table of a Pareto front."""
@@ -59,12 +64,20 @@ def figures(study: Study, results: xr.Dataset) -> Iterator[tuple[str, Figure]]:
     responses = [str(name) for name, variable in points.data_vars.items() if variable.attrs.get("role") == "response"]
     limits = {one.response.name: one.bound for one in study.requirements}
     drawn: list[tuple[str, Callable[[], list[Axes]]]] = []
-    if len(study.factors) >= 2:
+    if len(study.requirements) > 2:
+        shares = feasible_share(study, results)[:-1]
+        bounds = np.array([(one.low, one.high) for one in shares])
+        labels = [_meaning(results, one) or one.label for one in study.requirements]
+        met = np.array([one.share for one in shares])
+        drawn.append(("How often each requirement is met", partial(requirement_bars, labels, met, bounds)))
+    if len(responses) > MOST_RESPONSES:
+        responses = []
+    if len(study.factors) >= 2 and responses:
         if study.requirements:
             drawn.append(("Where the requirements are met", partial(feasibility_map, points)))
         maps = [(name, partial(feasibility_map, points, colour=name, limit=limits.get(name))) for name in responses]
         drawn.extend((f"Map of {name}", draw) for name, draw in maps)
-    if study.factors:
+    if study.factors and responses:
         drawn.append(("Response curves", partial(response_curves, points, limits=limits)))
     indices, _ = sensitivity(study, results)
     if indices:
@@ -125,14 +138,27 @@ def _table(head: Sequence[str], rows: Sequence[Sequence[object]]) -> str:
 def _over(study: Study, factor: Factor) -> str:
     """What a factor varies over, in words."""
     quantity = number(study.mechanism, factor.address).quantity
-    unit = "" if quantity is None or quantity.unit == "1" else f" {quantity.unit}"
-    variation = factor.variation
+    unit = factor.unit or ("" if quantity is None or quantity.unit == "1" else quantity.unit)
+    unit, variation = f" {unit}" if unit else "", factor.variation
     if isinstance(variation, Levels):
-        values = variation.values
+        values = [value / factor.scale for value in variation.values]
         shown = [f"{value:.6g}" for value in values[:6]] + ([f"... {values[-1]:.6g}"] if len(values) > 6 else [])
         return ", ".join(shown) + unit
+    if isinstance(variation, Interval | Uniform):
+        low, high = (end / factor.scale for end in variation.ends)
+        logarithmic = ", logarithmic" if isinstance(variation, Interval) and variation.logarithmic else ""
+        return f"{variation.kind}: {low:.6g} to {high:.6g}{unit}{logarithmic}"
+    unit = "" if quantity is None or quantity.unit == "1" else f" {quantity.unit}"
     fields = ", ".join(f"{name} {value}" for name, value in vars(variation).items() if name != "values")
     return f"{variation.kind}: {fields}{unit}"
+
+
+def _meaning(results: xr.Dataset, requirement: Requirement) -> str:
+    """What the function of the user that a requirement is about says of itself."""
+    if requirement.measure in MEASURES:
+        return ""
+    text = str(results[requirement.measure].attrs.get("long_name", ""))
+    return "" if text.startswith("measure '") else text
 
 
 def _summary(study: Study, results: xr.Dataset) -> Iterator[str]:
@@ -157,7 +183,8 @@ def _summary(study: Study, results: xr.Dataset) -> Iterator[str]:
         if variable.attrs.get("role") == "response" and bool(np.isfinite(variable.values).any()):
             quantiles = np.nanquantile(variable.values, [0.0, 0.5, 1.0])
             found.append((name, *(f"{value:.4g}" for value in quantiles), variable.attrs["units"]))
-    yield _table(("response", "smallest", "median", "largest", "unit"), found)
+    if len(found) <= MOST_RESPONSES:
+        yield _table(("response", "smallest", "median", "largest", "unit"), found)
     _, left_out = sensitivity(study, results)
     for name, why in left_out.items():
         yield f"<p>No indices of {_text(name)}: {_text(why)}.</p>"
@@ -167,10 +194,13 @@ def _shares(study: Study, results: xr.Dataset) -> Iterator[str]:
     shares = feasible_share(study, results)
     if shares:
         rows = []
-        for one in shares:
+        meanings = [_meaning(results, requirement) for requirement in study.requirements]
+        for one, meaning in zip(shares, [*meanings, ""], strict=True):
             interval = "no sample" if np.isnan(one.low) else f"{one.low:.1%} to {one.high:.1%}"
-            rows.append((one.label, f"{one.share:.1%}", interval, one.trials))
-        yield "<h2>Requirements</h2>" + _table(("requirement", "met by", "95 % interval", "trials"), rows)
+            row = [one.label, meaning, f"{one.share:.1%}", interval, one.trials]
+            rows.append(row if any(meanings) else [row[0], *row[2:]])
+        head = ("requirement", *(("meaning",) if any(meanings) else ()), "met by", "95 % interval", "trials")
+        yield "<h2>Requirements</h2>" + _table(head, rows)
         yield "<p>Interval of Clopper and Pearson; a grid is no sample and has none. Failed cases are left out.</p>"
 
 
@@ -201,3 +231,6 @@ def _worst(study: Study, results: xr.Dataset, address: str) -> Iterator[str]:
     failed = [(len(cases), cause, f"scissordyn study replay {address} {cases[0]}") for cause, cases in causes(results).items()]
     if failed:
         yield "<h2>Failed cases</h2>" + _table(("cases", "cause", "command"), failed)
+    said = [(len(cases), text, f"scissordyn study replay {address} {cases[0]}") for text, cases in warned(results).items()]
+    if said:
+        yield "<h2>Warnings</h2><p>In the words of the first case.</p>" + _table(("cases", "warning", "command"), said)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import shutil
 import warnings
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
@@ -28,18 +29,17 @@ PENDING, COMPLETE, FAILED = 0, 1, 2
 
 TITLE = "scissordyn study"
 
+UNFINISHED = ".new"
+"""Behind the name of a store that is being made."""
+
 TIMING = "timing"
 """Group of what differs from run to run; the arrays at the root do not."""
 
 TIMES = ("seconds", "integration_seconds", "cases", "attempts")
 
 
-class _NoStudyError(InputError):
-    """There is nothing at the address."""
-
-
 class StoreError(ScissordynError):
-    """A store that could be read or written before and cannot now: a full disk, a lost connection."""
+    """A store that could be read or written before and cannot now: a full disk, a disk that is gone."""
 
 
 def column(address: str) -> str:
@@ -53,37 +53,30 @@ class Store:
     Parameters
     ----------
     address : str
-        A folder, or an address that fsspec knows, such as ``s3://bucket/study.zarr``.
+        A folder, on a disk that all workers share.
+
+    Raises
+    ------
+    InputError
+        For an address of anything but a folder, such as ``s3://bucket/study.zarr``.
     """
 
     def __init__(self, address: str | os.PathLike[str]) -> None:
         text = os.fspath(address)
-        self.remote = "://" in text
-        self.address = text if self.remote else str(Path(text).expanduser().absolute())
+        if "://" in text:
+            raise InputError(f"'{text}' as a store", "a folder, on a disk that all workers share", "-o study.zarr")
+        self.address = str(Path(text).expanduser().absolute())
         self._group: Any = None
 
     # --- beginning ------------------------------------------------------------------------------------------------------
 
     def exists(self) -> bool:
         """Whether there is a study; an `InputError` if there is anything else."""
-        if not self.remote:
-            path = Path(self.address)
-            if not path.exists():
-                return False
-            if not path.is_dir() or not (path / "zarr.json").exists():
-                if path.is_dir() and not any(path.iterdir()):
-                    return False
-                raise InputError(f"'{path}' is no study", "the folder of a study, or a name that is not taken", "-o study.zarr")
-        try:
-            attributes = self.group.attrs
-        except _NoStudyError:
-            if self.remote:
-                return False
-            raise
-        if attributes.get("title") != TITLE:
-            raise InputError(
-                f"'{self.address}' is no study", "the store of a study, or a name that is not taken", "-o study.zarr"
-            )
+        path = Path(self.address)
+        if not path.exists() or (path.is_dir() and not any(path.iterdir())):
+            return False
+        if not (path / "zarr.json").exists() or self.group.attrs.get("title") != TITLE:
+            raise InputError(f"'{path}' is no study", "the folder of a study, or a name that is not taken", "-o study.zarr")
         return True
 
     @property
@@ -96,9 +89,9 @@ class Store:
                 try:
                     self._group = zarr.open_group(self.address, mode="r+", use_consolidated=False)
                 except (FileNotFoundError, KeyError):
-                    raise _NoStudyError(f"no study at '{self.address}'", "the store of a study") from None
-                except (ImportError, ValueError) as error:
-                    raise InputError(f"'{self.address}': {error}", "a folder, or an address that fsspec knows") from None
+                    raise InputError(f"no study at '{self.address}'", "the store of a study") from None
+                except ValueError as error:
+                    raise InputError(f"'{self.address}': {error}", "the store of a study") from None
         return self._group
 
     def create(self, study: Study, pilot: xr.Dataset, block: int) -> None:
@@ -122,8 +115,9 @@ class Store:
             "samples": study.sampling.samples,
             "members": study.members,
         }
-        with _said(self.address):
-            root = zarr.open_group(self.address, mode="w", zarr_format=3)
+        beside = f"{self.address}{UNFINISHED}"  # a process that is killed here leaves no half of a store
+        with _said(self.address), _removed_after_error(beside):
+            root = zarr.open_group(beside, mode="w", zarr_format=3)
             for address in study.addresses:
                 role = "factor" if address in {factor.address for factor in study.factors} else "uncertain"
                 about = {**pilot[address].attrs, "role": role, "address": address}
@@ -146,7 +140,8 @@ class Store:
                         names = np.array([str(part) for part in pilot[dim].values], object)
                         labels = root.create_array(dim, shape=names.shape, dtype=str, fill_value="", dimension_names=[dim])
                         labels[:] = names
-            _array(root, "cause", study.cases, block, (), str, "", {"long_name": "why a case failed"})
+            for name, meaning in (("cause", "why a case failed"), ("warnings", "warnings of a complete case, one a line")):
+                _array(root, name, study.cases, block, (), str, "", {"long_name": meaning})
             about = {
                 "long_name": "status",
                 "flag_values": [PENDING, COMPLETE, FAILED],
@@ -164,18 +159,10 @@ class Store:
                 dimension_names=["block", "what"],
                 attributes={"what": list(TIMES)},
             )
-            root.attrs.update(attributes)  # last: what has no title is no study
-            self._group = root
-            self._consolidate()
-
-    def _consolidate(self) -> None:
-        """One file with all descriptions, so that `xarray.open_zarr` reads them at once."""
-        import zarr
-
-        with warnings.catch_warnings():  # zarr says that other programs may not know of it, and need not
-            warnings.simplefilter("ignore")
-            zarr.consolidate_metadata(self.group.store)
-        self._group = None
+            root.attrs.update(attributes)
+            _consolidate(root)
+            os.rename(beside, self.address)
+            self._group = None
 
     def study(self, *, allow_code: Sequence[Path] = (), own_measures: Sequence[OwnMeasure] = ()) -> Study:
         """The study that the store is of.
@@ -286,7 +273,8 @@ class Store:
             times = _array_of(root, f"{TIMING}/blocks")
             times.resize((-(-study.cases // self.block), len(TIMES)))
             root.attrs["study"] = json.dumps(study.to_plain())
-            self._consolidate()
+            _consolidate(root)
+            self._group = None
 
     # --- reading --------------------------------------------------------------------------------------------------------
 
@@ -301,10 +289,7 @@ class Store:
 
     @contextmanager
     def alone(self) -> Iterator[None]:
-        """No other process hands out blocks of this store meanwhile; only folders know that."""
-        if self.remote:
-            yield
-            return
+        """No other process hands out blocks of this store meanwhile."""
         path = Path(f"{self.address}.lock")
         with _said(self.address):
             handle = os.open(path, os.O_CREAT | os.O_RDWR)
@@ -315,6 +300,24 @@ class Store:
             path.unlink(missing_ok=True)
         finally:
             os.close(handle)
+
+
+def _consolidate(root: zarr.Group) -> None:
+    """One file with all descriptions, so that `xarray.open_zarr` reads them at once."""
+    import zarr
+
+    with warnings.catch_warnings():  # zarr says that other programs may not know of it, and need not
+        warnings.simplefilter("ignore")
+        zarr.consolidate_metadata(root.store)
+
+
+@contextmanager
+def _removed_after_error(folder: str) -> Iterator[None]:
+    try:
+        yield
+    except BaseException:
+        shutil.rmtree(folder, ignore_errors=True)
+        raise
 
 
 def _array(
@@ -345,7 +348,7 @@ def _array_of(root: Any, name: str) -> Any:
 
 @contextmanager
 def _said(address: str) -> Iterator[None]:
-    """Errors of the disk and of the network as one line."""
+    """Errors of the disk as one line."""
     try:
         yield
     except OSError as error:

@@ -31,7 +31,8 @@ __all__ = ["figures", "write_report"]
 
 STYLE = """
 body { font: 16px/1.5 system-ui, sans-serif; max-width: 60rem; margin: 2rem auto; padding: 0 1rem; color: #222; }
-.scroll { overflow-x: auto; } table { border-collapse: collapse; margin: 1rem 0; } th, td { text-align: left; padding: .25rem .9rem .25rem 0;
+table { border-collapse: collapse; margin: 1rem 0; } .scroll { overflow-x: auto; }
+th, td { text-align: left; padding: .25rem .9rem .25rem 0;
 border-bottom: 1px solid #e4e4e4; } code { background: #f4f4f4; padding: .1rem .3rem; } img { max-width: 100%; }
 """
 

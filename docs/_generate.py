@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import importlib
 import inspect
 import re
 from pathlib import Path
@@ -12,7 +13,7 @@ from scissordyn.annotation import shown
 from scissordyn.laws.catalogue import BY_KIND
 from scissordyn.units import quantities
 
-__all__ = ["GROUPS", "fields", "laws_page", "write"]
+__all__ = ["GROUPS", "MODULES", "fields", "laws_page", "write"]
 
 GROUPS: dict[str, tuple[str, ...]] = {
     "Structures": (
@@ -98,6 +99,39 @@ GROUPS: dict[str, tuple[str, ...]] = {
 }
 """The public names; what no group has is listed under the last heading."""
 
+MODULES: dict[str, dict[str, tuple[str, ...]]] = {
+    "Studies of many cases": {
+        "study.description": ("Study", "Factor", "Sampling", "OwnMeasure"),
+        "study.design": ("Design",),
+        "study.distribution": ("Interval", "Levels", "Uniform", "Normal", "LogNormal", "Table"),
+        "study.requirement": ("Requirement",),
+        "study.goal": ("Goal", "Optimisation"),
+        "study.engine": ("Threads", "Cluster"),
+        "study.execute": ("execute", "extend"),
+        "study.optimise": ("optimise", "candidates"),
+        "study.store": ("Store",),
+        "study.answer": ("by_point", "feasible_share", "worst_cases", "causes", "counts"),
+        "study.indices": ("sensitivity",),
+        "study.replay": ("replay_case",),
+        "study.export": ("table", "export"),
+        "study.report": ("write_report",),
+    },
+    "Pictures": {
+        "plot": ("response", "force", "torque", "orbit", "energy", "structure", "comparison"),
+        "plot.regularity": (
+            "stroboscopic_map",
+            "power_spectrum",
+            "zero_one",
+            "recurrence_plot",
+            "bifurcation",
+            "distribution",
+            "velocity_acceleration",
+        ),
+        "plot.study": ("feasibility_map", "response_curves", "sensitivity_bars", "pareto_front"),
+    },
+}
+"""What is imported from modules, by heading and module."""
+
 
 def groups() -> dict[str, tuple[str, ...]]:
     """All public names by heading."""
@@ -181,6 +215,19 @@ def api_page(heading: str, names: tuple[str, ...]) -> str:
     return "\n".join([*lines, "```", ""])
 
 
+def modules_page(heading: str, modules: dict[str, tuple[str, ...]]) -> str:
+    """The names that are imported from modules, under one heading."""
+    lines = [f"# {heading}", ""]
+    for module, names in modules.items():
+        found = importlib.import_module(f"scissordyn.{module}")
+        lines += [f"## scissordyn.{module}", "", "```{eval-rst}", f".. currentmodule:: scissordyn.{module}", ""]
+        for name in names:
+            kind = "autoclass" if inspect.isclass(getattr(found, name)) else "autofunction"
+            lines += [f".. {kind}:: {name}", ""]
+        lines += ["```", ""]
+    return "\n".join(lines)
+
+
 def write(docs: Path) -> None:
     """Write the pages, leaving those that have not changed."""
     pages = {docs / "theory" / "catalogue.md": laws_page()}
@@ -189,9 +236,14 @@ def write(docs: Path) -> None:
         stem = heading.lower().replace(" ", "_")
         names.append(stem)
         pages[docs / "api" / f"{stem}.md"] = api_page(heading, members)
+    for heading, modules in MODULES.items():
+        stem = heading.lower().replace(" ", "_")
+        names.append(stem)
+        pages[docs / "api" / f"{stem}.md"] = modules_page(heading, modules)
     listing = "\n".join(names)
     pages[docs / "api" / "index.md"] = (
-        "# API\n\nPublic names are imported from `scissordyn`. SI units and radians throughout; `sd.degrees(30)` and\n"
+        "# API\n\nPublic names are imported from `scissordyn`, those of the last two pages\n"
+        "from its modules. SI units and radians throughout; `sd.degrees(30)` and "
         f"`sd.rpm(150)` convert.\n\n```{{toctree}}\n:maxdepth: 1\n\n{listing}\n```\n"
     )
     for path, text in pages.items():

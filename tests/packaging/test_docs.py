@@ -58,8 +58,15 @@ def test_every_cited_equation_exists() -> None:
     assert not missing
 
 
+def code_of(page: Path) -> str:
+    """The Python and the cases of a page."""
+    text = page.read_text(encoding="utf-8")
+    return "\n".join(code for language in ("python", "{code-cell}") for code in blocks(text, language))
+
+
 def test_every_public_name_is_documented_and_shown() -> None:
-    """Identity: each public name has a docstring, a place in the API, and an example in the documentation or in a case."""
+    """Identity: each public name has a docstring, a place in the API, and stands in code of the documentation."""
+    import importlib
     import importlib.util
 
     spec = importlib.util.spec_from_file_location("_generate", DOCS / "_generate.py")
@@ -69,11 +76,34 @@ def test_every_public_name_is_documented_and_shown() -> None:
     spec.loader.exec_module(generate)
     listed = [one for names in generate.groups().values() for one in names]
     assert sorted(listed) == sorted(sd.__all__)
-    shown = "\n".join(page.read_text(encoding="utf-8") for page in (*PAGES, ROOT / "README.md"))
+    shown = "\n".join(code_of(page) for page in (*PAGES, ROOT / "README.md"))
     for one in sd.__all__:
-        value = getattr(sd, one)
-        assert value.__doc__, one
+        assert getattr(sd, one).__doc__, one
         assert re.search(rf"\b{one}\b", shown), f"'{one}' is in no example"
+    for modules in generate.MODULES.values():
+        for module, names in modules.items():
+            found = importlib.import_module(f"scissordyn.{module}")
+            for one in names:
+                assert one in found.__all__, f"{module}: {one}"
+                assert getattr(found, one).__doc__, one
+                assert re.search(rf"\b{one}\b", shown), f"'{one}' of {module} is in no example"
+
+
+def test_what_examples_import_is_public() -> None:
+    """Identity: names that the documentation imports from modules are public there, or modules themselves."""
+    import importlib
+
+    imports = {
+        (module, name.split(" as ")[0].strip())
+        for page in PAGES
+        for module, names in re.findall(r"^ *from (scissordyn\.[\w.]+) import ([^\n(]+)$", code_of(page), re.MULTILINE)
+        for name in names.split(",")
+    }
+    assert len(imports) > 20
+    for module, name in imports:
+        found = importlib.import_module(module)
+        if not (ROOT / "src" / Path(*module.split("."), f"{name}.py")).exists():
+            assert name in getattr(found, "__all__", dir(found)), f"{module}: {name}"
 
 
 @pytest.mark.slow

@@ -64,11 +64,14 @@ def test_a_settled_orbit_attracts(frictional):
     assert float(found["exponent"]) < 0.0
 
 
-def test_what_cannot_be_used(frictional, impacting, upright):
+def test_what_cannot_be_used(periodic, frictional, impacting, upright):
     """Identity: one-line errors."""
     for mechanism in (frictional, impacting):
         with pytest.raises(InputError, match="variational equation is not defined"):
             variational_exponent(mechanism, cycles=1)
+    for method in (separation_exponent, variational_exponent):
+        with pytest.raises(InputError, match="drives prescribe its whole motion"):
+            method(periodic, cycles=1)
     with pytest.raises(InputError, match="cycles = 0"):
         separation_exponent(upright, cycles=0, period=1.0)
     with pytest.raises(InputError, match="no interval left"):

@@ -32,6 +32,10 @@ __all__ = ["separation_exponent", "variational_exponent"]
 NUDGE = 1e-7
 """Length of the difference for the projection of a tangent onto the length constraints, as a fraction of the state."""
 
+UNFREE = 1e-4
+"""Length of a random direction, projected onto what the constraints allow, below which they allow none: the error of the
+projection is about `NUDGE`, and of a free direction a length of order one is left."""
+
 
 @checked
 def separation_exponent(
@@ -286,7 +290,14 @@ def _first_tangent(system: Handle, state: np.ndarray, n: int, pulse: float, seed
     tangent[: 2 * n] = np.random.default_rng(seed).standard_normal(2 * n)
     tangent[:n] /= pulse
     tangent = _on_conditions(system, 0.0, state, tangent)
-    return tangent / _length(tangent, n, pulse)
+    length = _length(tangent, n, pulse)
+    if not length > UNFREE:
+        raise InputError(
+            "the exponent of a mechanism whose drives prescribe its whole motion",
+            "one that can move by itself",
+            "mechanism.with_clearance(...)",
+        )
+    return tangent / length
 
 
 def _on_conditions(system: Handle, time: float, state: np.ndarray, tangent: np.ndarray) -> np.ndarray:

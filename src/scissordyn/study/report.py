@@ -33,7 +33,8 @@ __all__ = ["figures", "write_report"]
 
 STYLE = """
 body { font: 16px/1.5 system-ui, sans-serif; max-width: 60rem; margin: 2rem auto; padding: 0 1rem; color: #222; }
-table { border-collapse: collapse; margin: 1rem 0; } th, td { text-align: left; padding: .25rem .9rem .25rem 0;
+table { border-collapse: collapse; margin: 1rem 0; } .scroll { overflow-x: auto; }
+th, td { text-align: left; padding: .25rem .9rem .25rem 0;
 border-bottom: 1px solid #e4e4e4; } code { background: #f4f4f4; padding: .1rem .3rem; } img { max-width: 100%; }
 """
 
@@ -132,7 +133,8 @@ def _text(text: object) -> str:
 
 def _table(head: Sequence[str], rows: Sequence[Sequence[object]]) -> str:
     lines = "".join("<tr>" + "".join(f"<td>{_text(cell)}</td>" for cell in row) + "</tr>" for row in rows)
-    return "<table><tr>" + "".join(f"<th>{_text(cell)}</th>" for cell in head) + f"</tr>{lines}</table>"
+    heads = "".join(f"<th>{_text(cell)}</th>" for cell in head)
+    return f'<div class="scroll"><table><tr>{heads}</tr>{lines}</table></div>'
 
 
 def _over(study: Study, factor: Factor) -> str:
@@ -216,7 +218,7 @@ def _front(study: Study, results: xr.Dataset) -> Iterator[str]:
     ]
     heads = ["point", *(f"{name} [{found.points[name].attrs.get('units', '1')}]" for name in names)]
     title = "Pareto front" if found.best < 0 else "Best point"
-    yield f"<h2>{title}</h2><p>Of the goals counts: {_text(study.optimisation.risk)}.</p>" + _table(heads, table)
+    yield f"<h2>{title}</h2><p>Measure of risk: {_text(study.optimisation.risk)}.</p>" + _table(heads, table)
     if found.best >= 0 and float(found.points["violation"][found.best]) > 0.0:
         yield "<p>No point meets all requirements; this is the one that violates them least.</p>"
 

@@ -11,7 +11,8 @@ from scissordyn.laws.elastic.linear import Linear
 from scissordyn.model.guide_clearance import GuideClearance
 from scissordyn.model.linkage import slider_crank
 from scissordyn.model.mechanism import Mechanism
-from scissordyn.plot.channel import GAP, channel, guides_of
+from scissordyn.plot.channel import channel, guides_of
+from scissordyn.plot.channel_scene import GAP
 from scissordyn.plot.orbit import orbit
 from scissordyn.plot.report import draw_all
 from scissordyn.plot.structure import magnified, structure

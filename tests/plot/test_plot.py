@@ -65,7 +65,12 @@ def figures(run: xr.Dataset, ideal: xr.Dataset | None, mechanism: Mechanism) -> 
         ("N", 85e3, 1e-3, "kN"),
         ("N", -42.0, 1.0, "N"),
         ("N m", 7850.0, 1e-3, "kN·m"),
-        ("N", 0.1, 1.0, "N"),
+        ("N", 150e3, 1e-3, "kN"),
+        ("N", 999.0, 1.0, "N"),
+        ("N", 0.1, 1e3, "mN"),
+        ("J", 1e3, 1e-3, "kJ"),
+        ("s", 0.15, 1.0, "s"),
+        ("m", 0.1, 1.0, "m"),
         ("J", 2e-6, 1e6, "µJ"),
         ("m/s^2", 7900.0, 1.0, "m/s²"),
         ("rad/s^2", 25e3, 1e-3, "10³ rad/s²"),
@@ -74,7 +79,7 @@ def figures(run: xr.Dataset, ideal: xr.Dataset | None, mechanism: Mechanism) -> 
     ],
 )
 def test_engineering_scale(unit: str, largest: float, factor: float, shown: str) -> None:
-    """Closed form: the prefix that puts the largest value between 0.1 and 100; NaN and infinity count for nothing."""
+    """Closed form: the prefix that puts the largest value between 1 and 1000, of a length or time between 0.1 and 100; NaN and infinity count for nothing."""
     scale = engineering(unit, [0.0, largest], [math.nan, math.inf])
     assert scale.factor == pytest.approx(factor, rel=1e-12)
     assert scale.unit == shown

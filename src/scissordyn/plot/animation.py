@@ -15,7 +15,7 @@ from scissordyn.model.mechanism import Mechanism
 from scissordyn.plot.animation_film import write_film
 from scissordyn.plot.animation_page import write_page
 from scissordyn.plot.animation_scene import scene_of
-from scissordyn.plot.series import MOST_JOINTS, chosen_joints, clearance_joints, clearance_pins
+from scissordyn.plot.series import MOST_JOINTS, chosen_joints, clearance_joints, clearance_pins, largest_forces
 from scissordyn.simulation.output_file import check_target, write_file
 
 __all__ = ["FILMS", "animate", "check_film"]
@@ -113,7 +113,7 @@ def _magnified(run: xr.Dataset, mechanism: Mechanism, joints: Sequence[str] | No
     pins = run.sel(joint=clearance_pins(run)) if "plane_contact" in run else run
     chosen = chosen_joints(pins, joints) if joints is not None or clearance_joints(pins) else []
     known = [name for name in clearance_joints(pins) if name not in chosen]
-    largest = {name: float(pins["normal_force"].sel(joint=name).max()) for name in known}
+    largest = largest_forces(pins)
     guides = [guide.name for guide in mechanism.guides if guide.clearance is not None] if joints is None else []
     shown = len(joints) if joints is not None else MOST_JOINTS
     return shown, chosen + sorted(known, key=lambda name: -largest[name]), guides

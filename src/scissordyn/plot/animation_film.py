@@ -78,9 +78,10 @@ class Film:
         self.names = [_name(self.axes, joint.name, below=isinstance(joint, Channel)) for joint in magnified]
         more = len(scene.magnified) - len(magnified)
         if more:
-            self.figure.supxlabel(
-                f"{more} more with clearance, of smaller forces, are not magnified", fontsize=SMALL, color=GREY
+            said = (
+                f"{more} more clearance joint{'s' * (more > 1)}, of smaller forces, {'are' if more > 1 else 'is'} not magnified"
             )
+            self.figure.supxlabel(said, fontsize=SMALL, color=GREY)
         self.show(0)
         self.figure.draw_without_rendering()  # lays the panels out, once for all frames
         self.figure.set_layout_engine("none")
@@ -136,9 +137,9 @@ def _gain(axes: Axes, gain: float) -> None:
 
 def _name(axes: Axes, text: str, *, below: bool) -> Annotation:
     """A name beside its joint, readable over bars; below it for guides, whose block has a pin with a name too."""
-    made = axes.annotate(
-        literal(text), (0.0, 0.0), xytext=(7.0, -14.0 if below else 6.0), textcoords="offset points", fontsize=SMALL, color=BLACK, zorder=6.0
-    )
+    aside = (7.0, -14.0 if below else 6.0)
+    made = axes.annotate(literal(text), (0.0, 0.0), xytext=aside, textcoords="offset points", fontsize=SMALL, zorder=6.0)
+    made.set_color(BLACK)
     made.set_path_effects([withStroke(linewidth=2.0, foreground="white")])
     made.set_in_layout(False)
     return made

@@ -20,7 +20,7 @@ from scissordyn.plot.channel import channel, guides_of
 from scissordyn.plot.channel_scene import GAP
 from scissordyn.plot.label import Label, write_labels
 from scissordyn.plot.place import Corners, corners_of, outlines, upright
-from scissordyn.plot.series import BEYOND, chosen_joints, clearance_joints, predictability_horizon, time_scale
+from scissordyn.plot.series import BEYOND, chosen_joints, clearance_joints, note_more, predictability_horizon, time_scale
 from scissordyn.plot.style import (
     BLACK,
     BLUE,
@@ -78,7 +78,8 @@ def structure(
     if wanted.size == 0:
         raise InputError(f"times = {times!r}", "a whole number >= 1, or instants [s]", "times=4")
     samples = [int(np.argmin(np.abs(time - instant))) for instant in wanted]
-    chosen = guides_of(mechanism, chosen_joints(run, joints) if joints is not None or clearance_joints(run) else [])
+    largest = chosen_joints(run, joints) if joints is not None or clearance_joints(run) else []
+    chosen = guides_of(mechanism, largest)
     corners = corners_of(Placement.at(mechanism, run, samples, turns=upright(mechanism)))
     width, height = corners[1] - corners[0]
     tall = bool(width < TALL * height)
@@ -98,6 +99,9 @@ def structure(
             magnified(run, mechanism, sample, joint, axes=one)
     drawn = [axes for row in rows for axes in row]
     legend(drawn, above=True)
+    if joints is None:
+        drawn_points = [point.name for point in mechanism.contact_points if point.guide in chosen]
+        note_more(drawn, run, [*largest, *drawn_points])
     # names come last: their places depend on the layout of the whole figure
     for row, named in zip(rows, labels, strict=True):
         write_labels(row[0], named)

@@ -78,9 +78,7 @@ class Film:
         self.names = [_name(self.axes, joint.name, below=isinstance(joint, Channel)) for joint in magnified]
         more = len(scene.magnified) - len(magnified)
         if more:
-            said = (
-                f"{more} more clearance joint{'s' * (more > 1)}, of smaller forces, {'are' if more > 1 else 'is'} not magnified"
-            )
+            said = f"{more} more clearance joint{'s' * (more > 1)} with smaller forces"
             self.figure.supxlabel(said, fontsize=SMALL, color=GREY)
         self.show(0)
         self.figure.draw_without_rendering()  # lays the panels out, once for all frames

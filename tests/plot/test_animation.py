@@ -24,11 +24,12 @@ from scissordyn.model.mechanism import Mechanism
 from scissordyn.plot.animation import animate
 from scissordyn.plot.animation_film import Film
 from scissordyn.plot.animation_page import page
-from scissordyn.plot.animation_scene import GAP, Scene, scene_of
+from scissordyn.plot.animation_scene import Scene, scene_of
+from scissordyn.plot.channel_scene import GAP
 from scissordyn.plot.place import outline
 from scissordyn.simulation.placement import Placement
 
-from .made_up import CLEARANCE, INSTANTS, mechanism_with
+from .made_up import CLEARANCE, INSTANTS, made_up, mechanism_with
 
 FRAMES = np.array([0, 400, 401, 1500, INSTANTS - 1])
 CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
@@ -228,3 +229,32 @@ def test_runs_without_clearance_joints_and_short_ones(
     assert (film["joints"], len(film["time"]), film["rate"]) == ([], 2, 1)
     with pytest.raises(InputError, match="fewer than two samples"):
         animate(run.isel(time=[0]), arm, tmp_path / "short.html")
+
+
+def test_page_goes_through_all_clearance_joints(tmp_path: Path) -> None:
+    """Identity: every clearance joint has its ring, its name and its magnified view, the largest force first."""
+    names = ("unit 1/pivot", "A")
+    many, mechanism = made_up(names), mechanism_with(names)
+    text = animate(many, mechanism, tmp_path / "film.html", seconds=1.0).read_text(encoding="utf-8")
+    film = data_of(text)
+    assert len(film["joints"]) == 2
+    assert text.count('<text class="name">') == 2
+    assert 'id="on"' not in text
+    chosen = animate(many, mechanism, tmp_path / "one.html", seconds=1.0, joints=["A"]).read_text(encoding="utf-8")
+    film = data_of(chosen)
+    assert (film["shown"], len(film["joints"])) == (1, 2)
+    assert re.findall(r'<text class="name">(.*?)</text>', chosen) == ["A", "unit 1/pivot"]
+    assert 'id="on"' in chosen
+
+
+def test_film_names_its_joints_and_counts_the_others() -> None:
+    """Identity: a name is at the place of its joint in each frame; a film of fewer joints says how many more there are."""
+    names = ("unit 1/pivot", "A")
+    many, mechanism = made_up(names), mechanism_with(names)
+    film = Film(scene_of(many, mechanism, FRAMES, ["A", "unit 1/pivot"], shown=1), 1.0)
+    film.show(3)
+    placed = Placement.at(mechanism, many, FRAMES).place(mechanism.joint("A").bearing)
+    assert [name.get_text() for name in film.names] == ["A"]
+    assert np.allclose(film.names[0].xy, placed[3])
+    assert len(film.rings) == 2
+    assert film.figure.get_supxlabel() == "1 more clearance joint with smaller forces"

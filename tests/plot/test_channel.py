@@ -1,5 +1,7 @@
 """The block of a clearance guide in its magnified channel, on a real run."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 import xarray as xr
@@ -11,7 +13,11 @@ from scissordyn.laws.elastic.linear import Linear
 from scissordyn.model.guide_clearance import GuideClearance
 from scissordyn.model.linkage import slider_crank
 from scissordyn.model.mechanism import Mechanism
-from scissordyn.plot.channel import GAP, channel, guides_of
+from scissordyn.plot.animation import animate
+from scissordyn.plot.animation_film import Film
+from scissordyn.plot.animation_scene import scene_of
+from scissordyn.plot.channel import channel, guides_of
+from scissordyn.plot.channel_scene import GAP
 from scissordyn.plot.orbit import orbit
 from scissordyn.plot.report import draw_all
 from scissordyn.plot.structure import magnified, structure
@@ -62,3 +68,21 @@ def test_a_guide_is_one_panel(fallen: xr.Dataset, linkage: Mechanism, tmp_path) 
         orbit(fallen)
     with pytest.raises(InputError, match="'guide' is ideal"):
         channel(fallen, linkage.ideal(), 0, "guide", axes=Figure().subplots())
+
+
+def test_film_shows_the_channel_of_a_guide(fallen: xr.Dataset, linkage: Mechanism, tmp_path: Path) -> None:
+    """Cross-check: block and contacts of each frame are those of the still, and a page has the same."""
+    frames = np.array([0, 150, 500])
+    film = Film(scene_of(fallen, linkage, frames, [], guides=["guide"]), 1.0)
+    for frame, sample in enumerate(frames):
+        film.show(frame)
+        still = magnified(fallen, linkage, int(sample), "guide", axes=Figure().subplots())
+        assert np.allclose(film.joints[0].block.get_xy(), still.patches[-1].get_xy())
+    begins = [0, 1, 151]
+    names = [point.name for point in linkage.contact_points]
+    touched = np.logical_or.reduceat(fallen["in_contact"].sel(joint=names).values, begins).any(axis=1)
+    view = film.scene.channels[0]
+    assert view.touching.any(axis=1).tolist() == touched.tolist()
+    assert view.force[2] == pytest.approx(float(fallen["normal_force"].sel(joint=names)[151:].max()))
+    text = animate(fallen, linkage, tmp_path / "film.html", seconds=1.0).read_text(encoding="utf-8")
+    assert text.count('<rect class="surface"') == 2

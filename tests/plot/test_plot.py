@@ -65,7 +65,12 @@ def figures(run: xr.Dataset, ideal: xr.Dataset | None, mechanism: Mechanism) -> 
         ("N", 85e3, 1e-3, "kN"),
         ("N", -42.0, 1.0, "N"),
         ("N m", 7850.0, 1e-3, "kN·m"),
-        ("N", 0.1, 1.0, "N"),
+        ("N", 150e3, 1e-3, "kN"),
+        ("N", 999.0, 1.0, "N"),
+        ("N", 0.1, 1e3, "mN"),
+        ("J", 1e3, 1e-3, "kJ"),
+        ("s", 0.15, 1.0, "s"),
+        ("m", 0.1, 1.0, "m"),
         ("J", 2e-6, 1e6, "µJ"),
         ("m/s^2", 7900.0, 1.0, "m/s²"),
         ("rad/s^2", 25e3, 1e-3, "10³ rad/s²"),
@@ -74,7 +79,7 @@ def figures(run: xr.Dataset, ideal: xr.Dataset | None, mechanism: Mechanism) -> 
     ],
 )
 def test_engineering_scale(unit: str, largest: float, factor: float, shown: str) -> None:
-    """Closed form: the prefix that puts the largest value between 0.1 and 100; NaN and infinity count for nothing."""
+    """Closed form: largest value between 1 and 1000, a length or time between 0.1 and 100; NaN and inf count for nothing."""
     scale = engineering(unit, [0.0, largest], [math.nan, math.inf])
     assert scale.factor == pytest.approx(factor, rel=1e-12)
     assert scale.unit == shown
@@ -472,3 +477,27 @@ def test_energy_has_every_account(run: xr.Dataset) -> None:
     assert {"work of motors and actuators", "springs and other components", "dampers and other components"} <= labels
     assert "work of forces and torques" not in labels
     assert losses.get_ylabel() == "losses [J]"
+
+
+def test_joints_are_chosen_by_the_peaks_of_their_contacts(run: xr.Dataset) -> None:
+    """Identity: a contact between two samples counts with its located peak; figures say how many joints they leave out."""
+    names = [f"joint {k}" for k in range(8)]
+    force_ = np.tile(np.linspace(1.0, 8.0, 8), (run.sizes["time"], 1))
+    many = xr.Dataset(
+        {
+            "clearance": ("joint", np.full(8, 1e-4)),
+            "normal_force": (("time", "joint"), force_, {"units": "N"}),
+            "friction_force": (("time", "joint"), np.zeros_like(force_), {"units": "N"}),
+            "contact_joint": ("contact", ["joint 0"]),
+            "contact_start": ("contact", [float(run["time"][3])]),
+            "contact_duration": ("contact", [1e-5]),
+            "peak_time": ("contact", [5e-6]),
+            "peak_force": ("contact", [100.0]),
+        },
+        coords={"time": run["time"], "joint": names},
+    )
+    assert chosen_joints(many, None) == ["joint 0", *names[3:]]
+    figure = force(many)[0].get_figure(root=True)
+    assert figure is not None
+    assert figure.get_supxlabel() == "2 more clearance joints with smaller forces"
+    assert force(many, joints=["joint 1"])[0].get_figure(root=True).get_supxlabel() == ""

@@ -15,8 +15,8 @@ from scissordyn.errors import InputError
 from scissordyn.explore.case import Case
 from scissordyn.explore.field import NUMBER, Field
 from scissordyn.model.mechanism import Mechanism
-from scissordyn.plot.place import outline
-from scissordyn.simulation.placement import Placement
+from scissordyn.plot.place import outline, upright
+from scissordyn.simulation.placement import Placement, turned
 from scissordyn.simulation.run import simulate
 
 __all__ = ["Drag", "assembled"]
@@ -181,7 +181,7 @@ class Drag:
         Parameters
         ----------
         dx, dy : float
-            Of the pointer since the drag began [m].
+            Of the pointer in the picture since the drag began [m].
         steps : int
 
         Raises
@@ -204,12 +204,13 @@ class Drag:
             self.values, self.case, self.run, self.ideal, self.texts = values, case, run, ideal, texts
 
     def _wanted(self, dx: float, dy: float) -> np.ndarray:
+        moved = turned(np.array([dx, dy]), -upright(self.ideal))
         if self.kind == "pin":
-            return np.asarray(self.origin + np.array([dx, dy]))
+            return np.asarray(self.origin + moved)
         placement = Placement.at(self.ideal, self.run, [0])
         ends = placement.points(self.name, outline(self.ideal.body(self.name))[[0, -1]])[0]
         along = (ends[1] - ends[0]) / max(1e-12, float(np.linalg.norm(ends[1] - ends[0])))
-        longer = float(along @ np.array([dx, dy]))
+        longer = float(along @ moved)
         wanted: np.ndarray = np.maximum(self.origin + longer, SHORTEST * self.origin)
         return wanted
 

@@ -25,7 +25,7 @@ from scissordyn.explore.table import ContactTable
 from scissordyn.explore.widgets import Canvas, Form, Toolbar
 from scissordyn.explore.worker import Outcome
 from scissordyn.plot.scale import engineering
-from scissordyn.plot.series import chosen_joints, clearance_joints
+from scissordyn.plot.series import clearance_joints, largest_forces
 
 __all__ = ["STYLE", "Page"]
 
@@ -341,5 +341,5 @@ def _heaviest(good: Outcome) -> str:
     assert good.run is not None
     if not clearance_joints(good.run):
         return ""
-    few = chosen_joints(good.run, None)
-    return max(few, key=lambda name: float(good.run["normal_force"].sel(joint=name).max()))  # type: ignore[index]
+    largest = largest_forces(good.run)
+    return max(largest, key=lambda name: largest[name])

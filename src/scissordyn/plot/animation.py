@@ -15,7 +15,7 @@ from scissordyn.model.mechanism import Mechanism
 from scissordyn.plot.animation_film import write_film
 from scissordyn.plot.animation_page import write_page
 from scissordyn.plot.animation_scene import scene_of
-from scissordyn.plot.series import chosen_joints, clearance_joints, clearance_pins
+from scissordyn.plot.series import MOST_JOINTS, chosen_joints, clearance_joints, clearance_pins, largest_forces
 from scissordyn.simulation.output_file import check_target, write_file
 
 __all__ = ["FILMS", "animate", "check_film"]
@@ -66,7 +66,8 @@ def animate(
     rate : int, optional
         Frames per second, 25 if not given, of a GIF 10; a run with fewer samples than frames is shown with fewer.
     joints : sequence of str, optional
-        Which revolute clearance joints to magnify; those with the largest forces if not given.
+        Which revolute clearance joints to magnify; those with the largest forces if not given, and all guides with clearance.
+        A page goes through all of them; a GIF or MP4 says how many more there are.
 
     Returns
     -------
@@ -85,24 +86,34 @@ def animate(
         raise InputError("a run of fewer than two samples", "a longer run")
     if not (np.isfinite(seconds) and seconds > 0.0 and rate >= 1):
         raise InputError(f"a film of {seconds!r} s with {rate!r} frames per second", "seconds > 0 and rate >= 1")
-    pins = run.sel(joint=clearance_pins(run)) if "plane_contact" in run else run
-    chosen = chosen_joints(pins, joints) if joints is not None or clearance_joints(pins) else []
+    shown, every, guides = _magnified(run, mechanism, joints)
     frames = np.unique(np.linspace(0, samples - 1, max(2, min(samples, round(seconds * rate)))).round().astype(int))
-    scene = scene_of(run, mechanism, frames, chosen)
-    shown = max(1, round(len(frames) / seconds))
-    slower = len(frames) / shown / float(scene.time[-1] - scene.time[0])
+    scene = scene_of(run, mechanism, frames, every, guides=guides, shown=shown)
+    rate = max(1, round(len(frames) / seconds))
+    slower = len(frames) / rate / float(scene.time[-1] - scene.time[0])
     check_target(target, sample="film.html")
     try:
         # the writers of films want a file of their own
         with tempfile.TemporaryDirectory(prefix="scissordyn-film-") as folder:
             part = Path(folder) / f"film{target.suffix.lower()}"
             if target.suffix.lower() == ".html":
-                write_page(scene, part, shown, slower)
+                write_page(scene, part, rate, slower)
             else:
-                write_film(scene, part, shown, slower)
+                write_film(scene, part, rate, slower)
             film = part.read_bytes()
     except OSError as error:
         raise InputError(
             f"cannot make the film '{target}': {error.strerror or error}", "a temporary folder with room"
         ) from None
     return write_file(target, film, sample="film.html")
+
+
+def _magnified(run: xr.Dataset, mechanism: Mechanism, joints: Sequence[str] | None) -> tuple[int, list[str], list[str]]:
+    """How many joints to magnify at the same time, all clearance joints, the important ones first, and the guides."""
+    pins = run.sel(joint=clearance_pins(run)) if "plane_contact" in run else run
+    chosen = chosen_joints(pins, joints) if joints is not None or clearance_joints(pins) else []
+    known = [name for name in clearance_joints(pins) if name not in chosen]
+    largest = largest_forces(pins)
+    guides = [guide.name for guide in mechanism.guides if guide.clearance is not None] if joints is None else []
+    shown = len(joints) if joints is not None else MOST_JOINTS
+    return shown, chosen + sorted(known, key=lambda name: -largest[name]), guides

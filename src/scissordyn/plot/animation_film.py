@@ -12,10 +12,28 @@ from matplotlib.colors import to_rgba
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Circle, Polygon
+from matplotlib.patheffects import withStroke
+from matplotlib.text import Annotation
 
 from scissordyn.errors import InputError
-from scissordyn.plot.animation_scene import GAP, TRAIL, ClearanceJoint, Scene, newtons, time_scale_in_words
-from scissordyn.plot.style import BLACK, BLUE, GREEN, GREY, LIGHT, ORANGE, PURPLE, SKY, SMALL, VERMILION, dress, literal
+from scissordyn.plot.animation_scene import TRAIL, ClearanceJoint, Scene, newtons, time_scale_in_words
+from scissordyn.plot.channel import surfaces
+from scissordyn.plot.channel_scene import GAP, Channel
+from scissordyn.plot.style import (
+    BLACK,
+    BLUE,
+    GREEN,
+    GREY,
+    LIGHT,
+    ORANGE,
+    PURPLE,
+    SKY,
+    SMALL,
+    VERMILION,
+    dress,
+    label_axes,
+    literal,
+)
 
 __all__ = ["Film", "write_film"]
 
@@ -38,10 +56,12 @@ class Film:
     def __init__(self, scene: Scene, slower: float) -> None:
         self.scene, self.slower = scene, slower
         width, height = (scene.high - scene.low).tolist()
-        self.figure, self.axes, panels = _figure(width / height, len(scene.clearance_joints))
+        magnified = scene.magnified[: scene.shown]
+        self.figure, self.axes, panels = _figure(width / height, len(magnified))
         dress(self.axes)
         self.axes.set_aspect("equal", adjustable="box")
-        self.axes.set(xlabel="x [m]", ylabel="y [m]", xlim=(scene.low[0], scene.high[0]), ylim=(scene.low[1], scene.high[1]))
+        self.axes.set(xlim=(scene.low[0], scene.high[0]), ylim=(scene.low[1], scene.high[1]))
+        label_axes(self.axes, scene.turns)
         self.shapes = self._shapes()
         _supports(self.axes, scene)
         (self.pins,) = self.axes.plot(
@@ -51,7 +71,15 @@ class Film:
             self.axes.plot([], [], "o", markersize=8.0, markerfacecolor="none", markeredgewidth=1.4, zorder=5.0)[0]
             for _ in scene.clearance_joints
         ]
-        self.joints = [_Magnified(axes, joint) for axes, joint in zip(panels, scene.clearance_joints, strict=True)]
+        self.joints: list[_Magnified | _Block] = [
+            _Block(axes, joint) if isinstance(joint, Channel) else _Magnified(axes, joint)
+            for axes, joint in zip(panels, magnified, strict=True)
+        ]
+        self.names = [_name(self.axes, joint.name, below=isinstance(joint, Channel)) for joint in magnified]
+        more = len(scene.magnified) - len(magnified)
+        if more:
+            said = f"{more} more clearance joint{'s' * (more > 1)} with smaller forces"
+            self.figure.supxlabel(said, fontsize=SMALL, color=GREY)
         self.show(0)
         self.figure.draw_without_rendering()  # lays the panels out, once for all frames
         self.figure.set_layout_engine("none")
@@ -93,10 +121,47 @@ class Film:
         for ring, joint in zip(self.rings, scene.clearance_joints, strict=True):
             ring.set_data(*joint.place[frame, None].T)
             ring.set_color(VERMILION if joint.touched[frame] else SKY)
-        for magnified in self.joints:
+        for magnified, name in zip(self.joints, self.names, strict=True):
             magnified.show(frame)
+            name.xy = tuple(magnified.joint.place[frame])
         now = f"t = {scene.scale.factor * scene.time[frame]:.4g} {scene.scale.unit}"
         self.axes.set_title(f"{now}   ({time_scale_in_words(self.slower)})", loc="left", fontsize=SMALL)
+
+
+def _gain(axes: Axes, gain: float) -> None:
+    """Say below a panel how much larger its clearance is drawn; in two lines, for panels stand close to each other."""
+    axes.set_xlabel(f"clearance magnified\n{gain:.2g} times", fontsize=SMALL)
+
+
+def _name(axes: Axes, text: str, *, below: bool) -> Annotation:
+    """A name beside its joint, readable over bars; below it for guides, whose block has a pin with a name too."""
+    aside = (7.0, -14.0 if below else 6.0)
+    made = axes.annotate(literal(text), (0.0, 0.0), xytext=aside, textcoords="offset points", fontsize=SMALL, zorder=6.0)
+    made.set_color(BLACK)
+    made.set_path_effects([withStroke(linewidth=2.0, foreground="white")])
+    made.set_in_layout(False)
+    return made
+
+
+class _Block:
+    """A clearance guide beside the structure: the block in its channel."""
+
+    def __init__(self, axes: Axes, joint: Channel) -> None:
+        self.axes, self.joint = axes, joint
+        surfaces(axes, joint)
+        self.block = Polygon(joint.block[0], facecolor=LIGHT, linewidth=1.6)
+        axes.add_patch(self.block)
+        (self.corners,) = axes.plot([], [], "o", markersize=4.5, color=VERMILION)
+        _gain(axes, joint.gain)
+
+    def show(self, frame: int) -> None:
+        """Update the block to a frame."""
+        joint, touching = self.joint, self.joint.touching[frame]
+        self.block.set_xy(joint.block[frame])
+        self.block.set_edgecolor(VERMILION if touching.any() else SKY)
+        self.corners.set_data(*joint.block[frame][touching].T)
+        state = newtons(float(joint.force[frame])) if touching.any() else "free"
+        self.axes.set_title(f"{literal(joint.name)}: {state}", fontsize=SMALL, color=BLACK)
 
 
 class _Magnified:
@@ -114,7 +179,7 @@ class _Magnified:
         axes.set(xlim=(-1.5, 1.5), ylim=(-1.5, 1.5), xticks=[], yticks=[])
         for spine in axes.spines.values():
             spine.set_visible(False)
-        axes.set_xlabel(f"clearance magnified {joint.gain:.2g} times", fontsize=SMALL)
+        _gain(axes, joint.gain)
 
     def show(self, frame: int) -> None:
         """Update the journal and its path to a frame."""

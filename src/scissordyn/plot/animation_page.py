@@ -10,7 +10,8 @@ from typing import Any
 
 import numpy as np
 
-from scissordyn.plot.animation_scene import GAP, TRAIL, ClearanceJoint, Scene, newtons, time_scale_in_words
+from scissordyn.plot.animation_scene import TRAIL, ClearanceJoint, Scene, newtons, time_scale_in_words
+from scissordyn.plot.channel_scene import EDGE, GAP, Channel
 from scissordyn.plot.scale import engineering
 from scissordyn.plot.style import BLACK, BLUE, GREEN, GREY, LIGHT, ORANGE, PURPLE, SKY, VERMILION
 
@@ -48,7 +49,16 @@ small {{ color: {GREY} }}
 .joint, .support, .bearing {{ fill: #fff; stroke: {BLACK}; stroke-width: 1.5 }}
 .ring {{ fill: none; stroke-width: 2.5 }}
 .journal {{ fill: {LIGHT}; stroke-width: 3 }}
+.corner {{ fill: {VERMILION} }}
+.surface {{ fill: {LIGHT}; stroke: {BLACK} }}
+.name {{ font-size: 13px; paint-order: stroke; stroke: #fff; stroke-width: 3px }}
+.turning {{ flex: 1 1 100%; text-align: center; font-size: 13px }}
+figure[hidden] {{ display: none }}
 .path {{ stroke: {ORANGE}; stroke-width: 1.5 }}
+"""
+
+TURNING = """<div class="turning"><button id="back" type="button" aria-label="joints with larger forces">&lsaquo;</button>
+<output id="which"></output> <button id="on" type="button" aria-label="joints with smaller forces">&rsaquo;</button></div>
 """
 
 PLAYER = """
@@ -57,11 +67,24 @@ const film = JSON.parse(document.getElementById("film").textContent);
 const part = id => document.getElementById(id);
 const shapes = [...document.querySelectorAll("[data-shape]")], pins = [...document.querySelectorAll(".joint")];
 const rings = [...document.querySelectorAll(".ring")], joints = [...document.querySelectorAll("figure")];
+const names = [...document.querySelectorAll(".name")];
 const slider = part("frame"), button = part("play"), speed = part("speed"), clock = part("clock");
 const last = film.time.length - 1;
 let playing = false, now = 0, before = null;
 
 function centre(circle, x, y) { circle.setAttribute("cx", x); circle.setAttribute("cy", y); }
+let first = 0;
+function turn(by) {
+  first += by * film.shown;
+  joints.forEach((joint, k) => {
+    joint.hidden = k < first || k >= first + film.shown;
+    names[k].style.display = joint.hidden ? "none" : "";
+  });
+  if (film.joints.length > film.shown) {
+    part("which").textContent = `${first + 1} to ${Math.min(first + film.shown, joints.length)} of ${joints.length}`;
+    part("back").disabled = first === 0; part("on").disabled = first + film.shown >= joints.length;
+  }
+}
 function show(frame) {
   shapes.forEach((shape, k) => shape.setAttribute("points", film.shapes[k][frame].join(" ")));
   pins.forEach((joint, k) => centre(joint, ...film.pins[frame].slice(2 * k, 2 * k + 2)));
@@ -69,12 +92,24 @@ function show(frame) {
     const color = joint.touched[frame] ? film.contact : film.free;
     centre(rings[k], ...joint.place[frame]);
     rings[k].style.stroke = color;
+    names[k].setAttribute("x", joint.place[frame][0] + 11);
+    names[k].setAttribute("y", joint.place[frame][1] + (joint.block ? 20 : -8));  // of a guide: its block has a pin with a name
+    joints[k].querySelector(".state").textContent = joint.touched[frame] ? joint.force[frame] : "free";
+    if (joint.block) {
+      const block = joints[k].querySelector(".journal");
+      block.setAttribute("points", joint.block[frame].join(" "));
+      block.style.stroke = color;
+      joints[k].querySelectorAll(".corner").forEach((corner, c) => {
+        centre(corner, ...joint.block[frame].slice(2 * c, 2 * c + 2));
+        corner.style.display = joint.corners[frame][c] ? "" : "none";
+      });
+      return;
+    }
     const journal = joints[k].querySelector(".journal");
     centre(journal, ...joint.journal[frame]);
     journal.style.stroke = color;
-    const first = joint.reached[Math.max(0, frame - film.trail)] - 1;
-    joints[k].querySelector(".path").setAttribute("points", joint.path.slice(2 * first, 2 * joint.reached[frame]).join(" "));
-    joints[k].querySelector(".state").textContent = joint.touched[frame] ? joint.force[frame] : "free";
+    const begin = joint.reached[Math.max(0, frame - film.trail)] - 1;
+    joints[k].querySelector(".path").setAttribute("points", joint.path.slice(2 * begin, 2 * joint.reached[frame]).join(" "));
   });
   slider.value = frame;
   clock.textContent = film.time[frame];
@@ -102,6 +137,11 @@ document.addEventListener("keydown", event => {
   if (event.key === " ") { event.preventDefault(); play(!playing); }
   else if (move) { event.preventDefault(); go(Math.floor(now) + move); }
 });
+if (film.joints.length > film.shown) {
+  part("back").addEventListener("click", () => turn(-1));
+  part("on").addEventListener("click", () => turn(1));
+}
+turn(0);
 const wanted = Number(location.hash.slice(1));
 go(Number.isFinite(wanted) ? Math.floor(wanted) : 0);
 """
@@ -144,12 +184,14 @@ def page(scene: Scene, rate: int, slower: float) -> str:
         "time": [f"t = {scene.scale.factor * t:.4g} {scene.scale.unit}" for t in scene.time.tolist()],
         "shapes": [_numbers(pixels(shape.points).reshape(len(scene.time), -1)) for shape in scene.shapes],
         "pins": _numbers(pixels(scene.pins).reshape(len(scene.time), -1)),
-        "joints": [{**_magnified(joint), "place": _numbers(pixels(joint.place))} for joint in scene.clearance_joints],
+        "shown": scene.shown,
+        "joints": [{**_magnified(joint), "place": _numbers(pixels(joint.place))} for joint in scene.magnified],
     }
     # "<" in a name could end the script
     data = json.dumps(film, separators=(",", ":"), ensure_ascii=True).replace("<", "\\u003c")
     options = "".join(f"<option value={s}{' selected' if s == 1 else ''}>{s:g}×</option>" for s in SPEEDS)
-    figures = "\n".join(_figure(joint) for joint in scene.clearance_joints)
+    figures = "\n".join(_figure(joint) for joint in scene.magnified)
+    turning = TURNING if len(scene.magnified) > scene.shown else ""
     return f"""<!DOCTYPE html>
 <html lang="en">
 <head>
@@ -165,7 +207,7 @@ def page(scene: Scene, rate: int, slower: float) -> str:
 </svg>
 <div class="joints">
 {figures}
-</div>
+{turning}</div>
 </div>
 <div class="controls">
 <button id="play" type="button">Play</button>
@@ -203,15 +245,21 @@ def _drawing(scene: Scene, gain: float, supports: np.ndarray) -> str:
             f'{x + size:.1f},{y + 1.6 * size:.1f}"/>'
         )
     lines += ['<circle class="joint" r="4"/>'] * scene.pins.shape[1]
-    lines += [
-        f'<circle class="ring" r="9"><title>{html.escape(joint.name)}</title></circle>' for joint in scene.clearance_joints
-    ]
+    lines += [f'<circle class="ring" r="9"><title>{html.escape(joint.name)}</title></circle>' for joint in scene.magnified]
+    lines += [f'<text class="name">{html.escape(joint.name)}</text>' for joint in scene.magnified]
     return "\n".join(lines)
 
 
-def _magnified(joint: ClearanceJoint) -> dict[str, Any]:
-    """Data of a joint for the player; y points down on a screen."""
+def _magnified(joint: ClearanceJoint | Channel) -> dict[str, Any]:
+    """Data of a joint or a channel for the player; y points down on a screen."""
     screen = RADIUS * np.array([1.0, -1.0])
+    if isinstance(joint, Channel):
+        return {
+            "block": _numbers((screen * joint.block).reshape(len(joint.block), -1)),
+            "corners": joint.touching.astype(int).tolist(),
+            "touched": joint.touching.any(axis=1).astype(int).tolist(),
+            "force": [newtons(force) for force in joint.force.tolist()],
+        }
     return {
         "journal": _numbers(screen * joint.journal),
         "path": _numbers((screen * joint.path).ravel()),
@@ -221,12 +269,24 @@ def _magnified(joint: ClearanceJoint) -> dict[str, Any]:
     }
 
 
-def _figure(joint: ClearanceJoint) -> str:
-    edge = math.ceil(1.5 * RADIUS)
+def _figure(joint: ClearanceJoint | Channel) -> str:
+    edge = math.ceil((1.05 * EDGE if isinstance(joint, Channel) else 1.5) * RADIUS)
+    if isinstance(joint, Channel):
+        long = EDGE * RADIUS
+        drawn = "".join(
+            f'<rect class="surface" x="{-long:g}" width="{2 * long:g}" height="{0.25 * RADIUS:g}" '
+            f'y="{-RADIUS * max(height, height + 0.25 * face):g}"/>'
+            for face, height in joint.surfaces.items()
+        )
+        drawn += f'<path class="guide" d="M{-long:g} 0H{long:g}"/><polygon class="journal"/>'
+        drawn += '<circle class="corner" r="4"/>' * joint.block.shape[1]
+    else:
+        drawn = (
+            f'<circle class="bearing" r="{(1.0 + GAP) * RADIUS:g}"/><circle class="journal" r="{RADIUS:g}"/>'
+            '<polyline class="path"/><circle r="2"/>'
+        )
     return (
-        f'<figure><svg viewBox="{-edge} {-edge} {2 * edge} {2 * edge}" width="{2 * edge}" height="{2 * edge}">'
-        f'<circle class="bearing" r="{(1.0 + GAP) * RADIUS:g}"/><circle class="journal" r="{RADIUS:g}"/>'
-        f'<polyline class="path"/><circle r="2"/></svg>'
+        f'<figure><svg viewBox="{-edge} {-edge} {2 * edge} {2 * edge}" width="{2 * edge}" height="{2 * edge}">{drawn}</svg>'
         f'<figcaption>{html.escape(joint.name)}: <span class="state"></span><br>'
         f"<small>clearance magnified {joint.gain:.2g} times</small>"
         "</figcaption></figure>"

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -11,16 +13,14 @@ import xarray as xr
 from scissordyn.component.place import GROUND
 from scissordyn.errors import InputError
 from scissordyn.model.mechanism import Mechanism
+from scissordyn.plot.channel_scene import GAP, Channel, channel_of
 from scissordyn.plot.place import corners_of, outlines, upright
 from scissordyn.plot.scale import Scale, engineering
-from scissordyn.plot.series import time_scale
+from scissordyn.plot.series import MOST_JOINTS, time_scale
 from scissordyn.plot.symbol import symbols
 from scissordyn.simulation.placement import Placement
 
-__all__ = ["GAP", "TRAIL", "ClearanceJoint", "Scene", "Shape", "newtons", "scene_of", "time_scale_in_words"]
-
-GAP = 0.35
-"""The clearance of a magnified joint as a fraction of the drawn journal's radius."""
+__all__ = ["TRAIL", "ClearanceJoint", "Scene", "Shape", "newtons", "scene_of", "time_scale_in_words"]
 
 TRAIL = 12
 """Number of frames over which the journal's path stays visible."""
@@ -98,8 +98,15 @@ class Scene:
     supports : ndarray, shape (supports, 2)
         Pins of the fixed frame [m].
     clearance_joints : tuple of ClearanceJoint
+        Those to magnify first.
     low, high : ndarray, shape (2,)
         Corners of the visible region [m].
+    turns : int
+        Quarter turns of the picture, after which gravity points downwards.
+    channels : tuple of Channel
+        Of the clearance guides.
+    shown : int
+        How many clearance joints and channels are magnified at the same time.
     """
 
     time: np.ndarray
@@ -110,6 +117,14 @@ class Scene:
     clearance_joints: tuple[ClearanceJoint, ...]
     low: np.ndarray
     high: np.ndarray
+    turns: int = 0
+    channels: tuple[Channel, ...] = ()
+    shown: int = MOST_JOINTS
+
+    @property
+    def magnified(self) -> list[Channel | ClearanceJoint]:
+        """All that can be magnified: the channels of guides, then the clearance joints."""
+        return [*self.channels, *self.clearance_joints]
 
 
 def newtons(force: float) -> str:
@@ -122,10 +137,19 @@ def time_scale_in_words(slower: float) -> str:
     """The time scale of a film, in words."""
     if abs(slower - 1.0) < 0.02:
         return "real time"
-    return f"{slower:.3g}× slower" if slower > 1.0 else f"{1.0 / slower:.3g}× faster"
+    factor = float(f"{max(slower, 1.0 / slower):.3g}")
+    return f"{factor:g}× {'slower' if slower > 1.0 else 'faster'}"
 
 
-def scene_of(run: xr.Dataset, mechanism: Mechanism, frames: np.ndarray, joints: list[str]) -> Scene:
+def scene_of(
+    run: xr.Dataset,
+    mechanism: Mechanism,
+    frames: np.ndarray,
+    joints: list[str],
+    *,
+    guides: Sequence[str] = (),
+    shown: int = MOST_JOINTS,
+) -> Scene:
     """The scene of a film of a run.
 
     Parameters
@@ -136,7 +160,11 @@ def scene_of(run: xr.Dataset, mechanism: Mechanism, frames: np.ndarray, joints: 
     frames : ndarray of int
         Samples of the run, increasing.
     joints : list of str
-        Clearance joints to magnify.
+        Clearance joints to magnify, the most important ones first.
+    guides : sequence of str
+        Clearance guides to magnify.
+    shown : int
+        How many are magnified at the same time.
 
     Returns
     -------
@@ -165,6 +193,9 @@ def scene_of(run: xr.Dataset, mechanism: Mechanism, frames: np.ndarray, joints: 
         clearance_joints=tuple(_clearance_joint(run, mechanism, placement, frames, name) for name in joints),
         low=low,
         high=high,
+        turns=placement.turns,
+        channels=tuple(_channel(run, mechanism, placement, frames, name) for name in guides),
+        shown=shown,
     )
 
 
@@ -225,4 +256,17 @@ def _clearance_joint(
         touched=np.logical_or.reduceat(touching, begins),
         force=np.maximum.reduceat(force, begins),
         gain=GAP * joint.clearance.journal_radius / clearance,
+    )
+
+
+def _channel(run: xr.Dataset, mechanism: Mechanism, placement: Placement, frames: np.ndarray, name: str) -> Channel:
+    """The channel of a guide, frame by frame; a frame covers the contacts since the one before."""
+    last = int(frames[-1]) + 1
+    every = channel_of(run, mechanism, slice(last), name, placement.place(mechanism.guide(name).follower))
+    begins = np.concatenate([[0], frames[:-1] + 1])
+    return dataclasses.replace(
+        every,
+        block=every.block[frames],
+        touching=np.logical_or.reduceat(every.touching, begins, axis=0),
+        force=np.maximum.reduceat(every.force, begins),
     )

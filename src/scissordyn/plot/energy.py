@@ -39,7 +39,7 @@ PANELS = (
 )
 """Panels from top to bottom; quantities of different magnitude have separate scales."""
 
-ALWAYS = ("kinetic_energy", "potential_energy", "drive_work", "elastic_energy", "dissipated_energy", "energy_residual")
+ALWAYS = ("kinetic_energy", "potential_energy", "elastic_energy", "dissipated_energy", "energy_residual")
 """Drawn also if they are zero throughout; other accounts only if something was booked on them."""
 
 NOT_OF_CONTACTS = ("damper_loss", "switching_loss")

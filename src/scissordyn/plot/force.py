@@ -9,7 +9,7 @@ import xarray as xr
 from matplotlib.axes import Axes
 
 from scissordyn.plot.scale import Scale, engineering
-from scissordyn.plot.series import chosen_joints, contact_spans, finish, time_scale
+from scissordyn.plot.series import chosen_joints, contact_spans, finish, note_more, time_scale
 from scissordyn.plot.style import BLACK, BLUE, GREY, IDEAL, LINE, NORMAL, SMALL, VERMILION, Canvas, legend, literal, panels
 
 __all__ = ["force"]
@@ -60,6 +60,8 @@ def force(
             under.set_ylabel(scale.label("friction force"))
     finish(drawn, run, time)
     legend(drawn)
+    if joints is None and axes is None:
+        note_more(drawn, run, chosen)
     return drawn
 
 

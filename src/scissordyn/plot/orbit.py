@@ -10,7 +10,7 @@ import xarray as xr
 from matplotlib.axes import Axes
 
 from scissordyn.plot.scale import engineering
-from scissordyn.plot.series import BEYOND, chosen_joints, clearance_pins, predictability_horizon
+from scissordyn.plot.series import BEYOND, chosen_joints, clearance_pins, note_more, predictability_horizon
 from scissordyn.plot.style import BLACK, GREY, LINE, NORMAL, SKY, VERMILION, Canvas, legend, literal, panels
 
 __all__ = ["orbit"]
@@ -46,7 +46,8 @@ def orbit(
     InputError
         If no revolute joint has clearance, or a named one has none.
     """
-    chosen = chosen_joints(run.sel(joint=clearance_pins(run)) if "plane_contact" in run else run, joints)
+    pins = run.sel(joint=clearance_pins(run)) if "plane_contact" in run else run
+    chosen = chosen_joints(pins, joints)
     columns = min(len(chosen), COLUMNS) if axes is None else 1
     rows = math.ceil(len(chosen) / columns)
     width = 5.4 if columns == 1 else 3.8 * columns
@@ -60,6 +61,8 @@ def orbit(
     for one, joint in zip(drawn, chosen, strict=True):
         _orbit(one, run, joint, exaggeration)
     legend(drawn, above=axes is None)
+    if joints is None and axes is None:
+        note_more(drawn, pins, chosen)
     return drawn
 
 

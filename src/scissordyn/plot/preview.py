@@ -15,9 +15,11 @@ from scissordyn.component.place import GROUND
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.plot.file import svg
 from scissordyn.plot.label import Label, write_labels
+from scissordyn.plot.place import upright
 from scissordyn.plot.structure import draw_mechanism
 from scissordyn.plot.style import BLACK, BLUE, GREEN, GREY, ORANGE, PURPLE, SMALL, VERMILION, Canvas, panels
 from scissordyn.simulation.closure import Inputs
+from scissordyn.simulation.placement import Placement
 from scissordyn.simulation.run import simulate
 
 __all__ = ["preview", "preview_svg"]
@@ -120,31 +122,27 @@ class _Drawing:
 
     def __init__(self, mechanism: Mechanism, run: xr.Dataset) -> None:
         self.mechanism = mechanism
-        now = run.isel(time=0)
-        self.centre = {body.name: now["position"].sel(body=body.name).values for body in mechanism.bodies}
-        self.angle = {body.name: float(now["angle"].sel(body=body.name)) for body in mechanism.bodies}
+        self.placed = Placement.at(mechanism, run, [0], turns=upright(mechanism))
 
     def place(self, body: str, point: str) -> np.ndarray:
         """A named point [m]."""
-        if body == GROUND:
-            return np.array(dict(self.mechanism.ground)[point], float)
-        described = self.mechanism.body(body)
-        (x, y), (cx, cy) = described.points[point], described.centre
-        cos, sin = math.cos(self.angle[body]), math.sin(self.angle[body])
-        x, y = x - cx, y - cy
-        return np.asarray(self.centre[body] + np.array([cos * x - sin * y, sin * x + cos * y]))
+        return np.asarray(self.placed.place((body, point))[0])
+
+    def centre(self, body: str) -> np.ndarray:
+        """The mass centre of a body [m]."""
+        return np.asarray(self.placed.centre(body)[0])
 
     def points(self, body: str) -> np.ndarray:
         """All points of a body, or its mass centre, shape (points, 2) [m]."""
         found = [self.place(body, point) for point in self.mechanism.body(body).points]
-        return np.array(found or [self.centre[body]])
+        return np.array(found or [self.centre(body)])
 
     def corners(self) -> tuple[np.ndarray, np.ndarray]:
         """Lower left and upper right corner of the region to show [m]."""
         everything = np.concatenate(
             [
                 *(self.points(body.name) for body in self.mechanism.bodies),
-                *(np.array([place]) for _, place in self.mechanism.ground),
+                *(self.place(GROUND, name)[None] for name, _ in self.mechanism.ground),
             ]
         )
         low, high = everything.min(axis=0), everything.max(axis=0)
@@ -190,7 +188,7 @@ class _Drawing:
             for here, there in ((joint.journal, joint.bearing), (joint.bearing, joint.journal)):
                 if here[0] == body and there[0] == GROUND:
                     return self.place(*here)
-        return self.centre[body]
+        return self.centre(body)
 
     def _of(self, part: Any) -> np.ndarray:
         """Where the name of a component belongs [m]."""
@@ -202,7 +200,8 @@ class _Drawing:
         for joint in self.mechanism.joints:
             if {body, base} == set(joint.bodies):
                 return self.place(*joint.bearing)
-        return self._pivot(body) if body in self.centre else np.mean(list(self.centre.values()), axis=0)
+        known = [described.name for described in self.mechanism.bodies]
+        return self._pivot(body) if body in known else np.mean([self.centre(name) for name in known], axis=0)
 
     def drives(self, axes: Axes, radius: float) -> None:
         """Arrows around the pivots of driven bodies, in the direction in which they turn at first."""
@@ -210,7 +209,7 @@ class _Drawing:
         driven += [part.body for part in self.mechanism.components if isinstance(part, Actuator)]
         for body in dict.fromkeys(driven):
             sign = _direction(self.mechanism, body)
-            middle, first = self._pivot(body), self.angle[body]
+            middle, first = self._pivot(body), float(self.placed.angle(body)[0])
             turn = first + sign * np.radians(np.linspace(15.0, 100.0, 30))
             arc = middle + radius * np.stack([np.cos(turn), np.sin(turn)], axis=1)
             axes.plot(*arc[:-3].T, color=ORANGE, linewidth=1.6, zorder=4.5)
@@ -221,7 +220,7 @@ class _Drawing:
         """An arrow in the direction of gravity, in a corner."""
         if self.mechanism.gravity == 0.0:
             return
-        turn = self.mechanism.gravity_direction
+        turn = self.mechanism.gravity_direction + float(self.placed.angle(GROUND)[0])
         axes.annotate(
             "",
             (0.965, 0.94),

@@ -9,6 +9,7 @@ from scissordyn.errors import InputError, did_you_mean
 from scissordyn.plot.scale import DEGREES
 from scissordyn.plot.series import compare, finish, time_scale
 from scissordyn.plot.style import NORMAL, Canvas, legend, literal, panels
+from scissordyn.simulation.configuration import ATTRIBUTE, read_configuration
 
 __all__ = ["DEFAULT_BODY", "response"]
 
@@ -27,7 +28,8 @@ def response(run: xr.Dataset, ideal: xr.Dataset | None = None, *, body: str = ""
     ideal : Dataset, optional
         The run of the ideal mechanism, drawn dashed.
     body : str
-        The body of the angle; the coupler of the first scissor unit if not given, or the first body where there is none.
+        The body of the angle. If not given: the output body; where that is the slider, the coupler of the first scissor unit,
+        or the first body.
     axes : Axes or iterable of Axes, optional
         Six Axes, row by row, slider at the left; three for a mechanism without a slider. A new figure if not given.
 
@@ -41,7 +43,7 @@ def response(run: xr.Dataset, ideal: xr.Dataset | None = None, *, body: str = ""
         If there is no such body.
     """
     bodies = [str(name) for name in run["body"].values]
-    chosen = body or (DEFAULT_BODY if DEFAULT_BODY in bodies else bodies[0])
+    chosen = body or _body(run, bodies)
     if chosen not in bodies:
         raise InputError(f"body '{chosen}'{did_you_mean(chosen, bodies)}", "one of " + ", ".join(bodies))
     slides = SLIDER[0][0] in run
@@ -66,3 +68,11 @@ def response(run: xr.Dataset, ideal: xr.Dataset | None = None, *, body: str = ""
     finish(drawn, run, time, bottom=drawn[-columns:])
     legend(drawn, above=axes is None)
     return drawn
+
+
+def _body(run: xr.Dataset, bodies: list[str]) -> str:
+    """The output body where its rotation is the output; with a slider as output a coupler, or the first body."""
+    output = str(read_configuration(run).mechanism.output_body) if ATTRIBUTE in run.attrs else ""
+    if output in bodies and SLIDER[0][0] not in run:
+        return output
+    return DEFAULT_BODY if DEFAULT_BODY in bodies else bodies[0]

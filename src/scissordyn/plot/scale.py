@@ -54,17 +54,18 @@ def engineering(unit: str, *values: ArrayLike) -> Scale:
     Returns
     -------
     Scale
-        A prefix with which the largest value is between 0.1 and 100, where the unit takes one; where it does not, a power of
-        ten for values outside 0.001 to 10000.
+        A prefix with which the largest value is between 1 and 1000, of a length or a time between 0.1 and 100: 150 kN, but
+        0.5 mm and 0.15 s. Where the unit takes no prefix, a power of ten for values outside 0.001 to 10000.
     """
     parts = [np.abs(np.asarray(part, float)) for part in values]
     largest = max((float(np.max(part, initial=0.0, where=np.isfinite(part))) for part in parts), default=0.0)
-    # the next float below 0.1 counts as 0.1, so that round-off does not choose the prefix
+    # the next float below a limit counts as the limit, so that round-off does not choose the prefix
     size = math.log10(largest) + 1e-9 if largest > 0.0 else 0.0
     shown = "" if unit == "1" else unit.replace("^2", "²").replace("^3", "³").replace(" ", "·")
     if unit in PREFIXED:
         low, high = PREFIXED[unit]
-        power = min(max(3 * math.floor((size + 1.0) / 3.0), low), high)
+        lower = 1.0 if unit in ("m", "s") else 0.0
+        power = min(max(3 * math.floor((size + lower) / 3.0), low), high)
         return Scale(10.0**-power, PREFIXES[power] + shown)
     if -3.0 <= size < 4.0:
         return Scale(1.0, shown)

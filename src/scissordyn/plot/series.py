@@ -11,7 +11,7 @@ import xarray as xr
 
 from scissordyn.errors import InputError, did_you_mean
 from scissordyn.plot.scale import Scale, engineering
-from scissordyn.plot.style import BLUE, IDEAL, LIGHT, LINE
+from scissordyn.plot.style import BLUE, GREY, IDEAL, LIGHT, LINE, SMALL
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -25,6 +25,8 @@ __all__ = [
     "compare",
     "contact_spans",
     "finish",
+    "largest_forces",
+    "note_more",
     "predictability_horizon",
     "time_scale",
 ]
@@ -127,9 +129,47 @@ def chosen_joints(run: xr.Dataset, joints: Sequence[str] | None) -> list[str]:
             if name not in names:
                 raise InputError(f"joint '{name}'{did_you_mean(name, names)}", "one of " + ", ".join(names))
         return list(joints)
-    largest = np.max(run["normal_force"].sel(joint=names).values, axis=0)
-    kept = set(np.argsort(-largest, kind="stable")[:MOST_JOINTS].tolist())
-    return [name for k, name in enumerate(names) if k in kept]
+    largest = largest_forces(run)
+    kept = set(sorted(names, key=lambda name: -largest[name])[:MOST_JOINTS])
+    return [name for name in names if name in kept]
+
+
+def largest_forces(run: xr.Dataset) -> dict[str, float]:
+    """The largest normal force of each clearance joint [N]: of its samples, and of its contacts, whose peaks are between them.
+
+    Parameters
+    ----------
+    run : Dataset
+
+    Returns
+    -------
+    dict of str to float
+    """
+    names = clearance_joints(run)
+    found = {name: float(np.max(run["normal_force"].sel(joint=name).values)) for name in names}
+    if "contact_joint" in run:
+        peaks = zip(run["contact_joint"].values.astype(str), np.nan_to_num(run["peak_force"].values).tolist(), strict=True)
+        for name, peak in peaks:
+            if name in found:
+                found[name] = max(found[name], peak)
+    return found
+
+
+def note_more(axes: Sequence[Axes], run: xr.Dataset, chosen: Sequence[str]) -> None:
+    """Say below a figure how many clearance joints it leaves out.
+
+    Parameters
+    ----------
+    axes : sequence of Axes
+    run : Dataset
+    chosen : sequence of str
+        The clearance joints that are drawn.
+    """
+    more = len(set(clearance_joints(run)) - set(chosen))
+    figure = axes[0].get_figure(root=True)
+    if more and figure is not None:
+        said = f"{more} more clearance joint{'s' * (more > 1)} with smaller forces"
+        figure.supxlabel(said, fontsize=SMALL, color=GREY)
 
 
 def contact_spans(run: xr.Dataset, joint: str) -> list[tuple[float, float]]:

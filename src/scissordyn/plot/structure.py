@@ -16,11 +16,26 @@ from matplotlib.transforms import Affine2D
 from scissordyn.component.place import GROUND
 from scissordyn.errors import InputError
 from scissordyn.model.mechanism import Mechanism
-from scissordyn.plot.channel import GAP, channel, guides_of
+from scissordyn.plot.channel import channel, guides_of
+from scissordyn.plot.channel_scene import GAP
 from scissordyn.plot.label import Label, write_labels
 from scissordyn.plot.place import Corners, corners_of, outlines, upright
-from scissordyn.plot.series import BEYOND, chosen_joints, clearance_joints, predictability_horizon, time_scale
-from scissordyn.plot.style import BLACK, BLUE, GREEN, GREY, LIGHT, PURPLE, SKY, SMALL, VERMILION, dress, legend, literal
+from scissordyn.plot.series import BEYOND, chosen_joints, clearance_joints, note_more, predictability_horizon, time_scale
+from scissordyn.plot.style import (
+    BLACK,
+    BLUE,
+    GREEN,
+    GREY,
+    LIGHT,
+    PURPLE,
+    SKY,
+    SMALL,
+    VERMILION,
+    dress,
+    label_axes,
+    legend,
+    literal,
+)
 from scissordyn.plot.symbol import symbols
 from scissordyn.simulation.placement import Placement
 
@@ -28,9 +43,6 @@ __all__ = ["draw_mechanism", "magnified", "snapshot", "structure"]
 
 TALL = 2.0
 """Largest ratio of width to height of structures drawn side by side; wider ones are drawn one below the other."""
-
-AXES = ((("x", 1), ("y", 1)), (("y", -1), ("x", 1)), (("x", -1), ("y", -1)), (("y", 1), ("x", -1)))
-"""Coordinates along and up the picture, and their signs, after 0 to 3 quarter turns."""
 
 SYMBOL, WIDEST = 6.0, 0.05
 """Smallest radius of the symbol of a component [pt], and its largest as a fraction of the picture's longer side."""
@@ -66,7 +78,8 @@ def structure(
     if wanted.size == 0:
         raise InputError(f"times = {times!r}", "a whole number >= 1, or instants [s]", "times=4")
     samples = [int(np.argmin(np.abs(time - instant))) for instant in wanted]
-    chosen = guides_of(mechanism, chosen_joints(run, joints) if joints is not None or clearance_joints(run) else [])
+    largest = chosen_joints(run, joints) if joints is not None or clearance_joints(run) else []
+    chosen = guides_of(mechanism, largest)
     corners = corners_of(Placement.at(mechanism, run, samples, turns=upright(mechanism)))
     width, height = corners[1] - corners[0]
     tall = bool(width < TALL * height)
@@ -86,6 +99,9 @@ def structure(
             magnified(run, mechanism, sample, joint, axes=one)
     drawn = [axes for row in rows for axes in row]
     legend(drawn, above=True)
+    if joints is None:
+        drawn_points = [point.name for point in mechanism.contact_points if point.guide in chosen]
+        note_more(drawn, run, [*largest, *drawn_points])
     # names come last: their places depend on the layout of the whole figure
     for row, named in zip(rows, labels, strict=True):
         write_labels(row[0], named)
@@ -185,7 +201,7 @@ def draw_mechanism(
         axes.add_patch(late)
     axes.set_title(f"t = {scale.factor * now:.4g} {scale.unit}", loc="left", fontsize=SMALL)
     axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]))
-    _label_axes(axes, placed.turns)
+    label_axes(axes, placed.turns)
     return labels
 
 
@@ -249,15 +265,6 @@ def _points_per_metre(axes: Axes, corners: Corners) -> float:
     assert figure is not None
     panel = 72.0 * np.array([figure.get_figwidth() * box.width, figure.get_figheight() * box.height])
     return float(np.min(panel / (corners[1] - corners[0])))
-
-
-def _label_axes(axes: Axes, turns: int) -> None:
-    """Name the axes of a drawing that is turned, and number them in the coordinates of the mechanism."""
-    (across, first), (up, second) = AXES[turns % 4]
-    axes.set(xlabel=f"{across} [m]", ylabel=f"{up} [m]")
-    for axis, sign in ((axes.xaxis, first), (axes.yaxis, second)):
-        if sign < 0:
-            axis.set_major_formatter(lambda value, place: f"{0.0 - value:.6g}".replace("-", "\N{MINUS SIGN}"))
 
 
 def _bodies(axes: Axes, mechanism: Mechanism, placed: Placement, size: float) -> None:

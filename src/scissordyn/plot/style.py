@@ -28,6 +28,7 @@ __all__ = [
     "VERMILION",
     "Canvas",
     "dress",
+    "label_axes",
     "legend",
     "literal",
     "panels",
@@ -45,6 +46,9 @@ SMALL, NORMAL = 8.0, 9.0
 
 IDEAL: dict[str, Any] = {"color": BLACK, "linewidth": LINE, "linestyle": (0, (4, 3)), "zorder": 3.0}
 """Style of curves of the ideal mechanism: dashed and on top, so that both curves are visible where they agree."""
+
+AXES = ((("x", 1), ("y", 1)), (("y", -1), ("x", 1)), (("x", -1), ("y", -1)), (("y", 1), ("x", -1)))
+"""Coordinates along and up a picture, and their signs, after 0 to 3 quarter turns."""
 
 ENTRY = 1.45
 """Largest width of an entry of a legend [inch]."""
@@ -67,6 +71,15 @@ def literal(name: str) -> str:
         With "\$" in place of "$", which matplotlib draws as "$".
     """
     return printable(name).replace("$", r"\$")
+
+
+def label_axes(axes: Axes, turns: int) -> None:
+    """Name the axes of a drawing that is turned, and number them in the coordinates of the mechanism."""
+    (across, first), (up, second) = AXES[turns % 4]
+    axes.set(xlabel=f"{across} [m]", ylabel=f"{up} [m]")
+    for axis, sign in ((axes.xaxis, first), (axes.yaxis, second)):
+        if sign < 0:
+            axis.set_major_formatter(lambda value, place: f"{0.0 - value:.6g}".replace("-", "\N{MINUS SIGN}"))
 
 
 def dress(axes: Axes) -> None:

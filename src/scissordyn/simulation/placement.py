@@ -12,7 +12,13 @@ import xarray as xr
 from scissordyn.component.place import GROUND, BodyPoint
 from scissordyn.model.mechanism import Mechanism
 
-__all__ = ["Placement"]
+__all__ = ["Placement", "turned"]
+
+
+def turned(vectors: np.ndarray, turns: int) -> np.ndarray:
+    """Vectors after quarter turns, counter-clockwise, shape (..., 2)."""
+    x, y = vectors[..., 0], vectors[..., 1]
+    return np.stack(((x, y), (-y, x), (-x, -y), (y, -x))[turns % 4], axis=-1)
 
 
 @dataclass(frozen=True)
@@ -60,14 +66,12 @@ class Placement:
 
     def angle(self, body: str) -> np.ndarray:
         """Angle of a body, or of the ground, shape (samples,) [rad]."""
-        turned = self.turns * 0.5 * math.pi
-        return turned + (np.zeros(self.count) if body == GROUND else np.asarray(self.angles[:, self.index[body]]))
+        turn = self.turns * 0.5 * math.pi
+        return turn + (np.zeros(self.count) if body == GROUND else np.asarray(self.angles[:, self.index[body]]))
 
     def vectors(self, given: np.ndarray) -> np.ndarray:
         """Vectors of the mechanism's frame in that of the placement, shape (..., 2)."""
-        x, y = given[..., 0], given[..., 1]
-        turned = ((x, y), (-y, x), (-x, -y), (y, -x))[self.turns % 4]
-        return np.stack(turned, axis=-1)
+        return turned(given, self.turns)
 
     def centre(self, body: str) -> np.ndarray:
         """Mass centre of a body, shape (samples, 2) [m]."""

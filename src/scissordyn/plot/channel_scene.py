@@ -1,0 +1,112 @@
+"""A clearance guide in its channel, sample by sample, independent of how it is drawn."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from scissordyn.component.place import GROUND
+from scissordyn.errors import InputError
+from scissordyn.model.mechanism import Mechanism
+
+__all__ = ["EDGE", "GAP", "Channel", "channel_of"]
+
+GAP = 0.35
+"""The clearance of a magnified joint as a fraction of the drawn journal's radius, or of half the drawn block's width."""
+
+LONG = 1.3
+"""Half the length of the drawn block."""
+
+EDGE = 1.7
+"""Half the length of the drawn channel."""
+
+
+@dataclass(frozen=True)
+class Channel:
+    """The block of a clearance guide between the guide surfaces, its line horizontal, in drawn half widths of the block.
+
+    Parameters
+    ----------
+    name : str
+        Of the guide.
+    block : ndarray, shape (samples, corners, 2)
+        The corners around the block, with magnified clearance.
+    touching : ndarray of bool, shape (samples, corners)
+        Which corners are in contact.
+    surfaces : dict of float to float
+        Heights of the guide surfaces by their sides, 1 and -1.
+    force : ndarray, shape (samples,)
+        Largest normal force of a corner [N].
+    place : ndarray, shape (samples, 2)
+        Where the block is in the picture [m]; empty if not asked for.
+    gain : float
+        Magnification of the clearance relative to that of the block.
+    """
+
+    name: str
+    block: np.ndarray
+    touching: np.ndarray
+    surfaces: dict[float, float]
+    force: np.ndarray
+    place: np.ndarray
+    gain: float
+
+
+def channel_of(run: xr.Dataset, mechanism: Mechanism, samples: Any, guide: str, place: np.ndarray | None = None) -> Channel:
+    """The channel of a guide at samples of a run.
+
+    Parameters
+    ----------
+    run : Dataset
+    mechanism : Mechanism
+        The one that was run.
+    samples : index along "time"
+    guide : str
+    place : ndarray, shape (samples, 2), optional
+        Where the block is in the picture [m].
+
+    Returns
+    -------
+    Channel
+
+    Raises
+    ------
+    InputError
+        If the guide has no clearance.
+    """
+    described = mechanism.guide(guide)
+    gap = described.clearance
+    if gap is None:
+        raise InputError(
+            f"guide '{guide}' is ideal", "a clearance guide", f'mechanism.with_clearance("{guide}", GuideClearance(...))'
+        )
+    points = [point for point in mechanism.contact_points if point.guide == guide]
+    now = run[["indentation", "in_contact", "normal_force"]].isel(time=samples).sel(joint=[point.name for point in points])
+    now = now.transpose("time", "joint")
+    follower = mechanism.body(described.follower[0])
+    base = 0.0 if described.body == GROUND else mechanism.body(described.body).angle
+    direction = base + described.direction - follower.angle
+    x, y = (np.array([point.centre for point in points]) - np.array(follower.points[described.follower[1]])).T
+    cos, sin = math.cos(direction), math.sin(direction)
+    along, across = cos * x + sin * y, cos * y - sin * x
+    side, distance = np.sign(across), np.array([point.distance for point in points])
+    half = float(np.mean(distance)) - gap.clearance
+    centred = np.abs(across) + gap.corner_radius  # extent of the outline with the block centred
+    moved = now["indentation"].values + distance - centred
+    surface = distance / half + (GAP / gap.clearance - 1.0 / half) * gap.clearance
+    heights = side * (centred / half + GAP * moved / gap.clearance)
+    tips = np.stack([np.broadcast_to(LONG * along / np.max(np.abs(along)), heights.shape), heights], axis=-1)
+    around = np.argsort(np.arctan2(across, along))
+    return Channel(
+        guide,
+        tips[:, around],
+        now["in_contact"].values.astype(bool)[:, around],
+        {face: face * float(surface[side == face][0]) for face in (1.0, -1.0)},
+        np.nan_to_num(now["normal_force"].values).max(axis=1),
+        np.empty((0, 2)) if place is None else place,
+        GAP * half / gap.clearance,
+    )

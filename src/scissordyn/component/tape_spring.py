@@ -167,7 +167,7 @@ class TapeSpring:
 
     References
     ----------
-    Seffen and Pellegrino 1999, doi:10.1098/rspa.1999.0347
+    Seffen and Pellegrino 1999, Deployment dynamics of tape springs
     """
 
     name: str

@@ -46,13 +46,13 @@ class Material:
 
 
 METALS = "ASM Handbook 2, 1990, doi:10.31399/asm.hb.v02.9781627081627"
-PLASTICS = "Brydson 1999, Plastics Materials, doi:10.1016/B978-0-7506-4132-6.X5000-1"
+PLASTICS = "Brydson 1999, Plastics Materials"
 
-STEEL = Material("steel", 207e9, 0.3, 7800.0, "Flores et al. 2006, doi:10.1007/s11044-006-9028-0")
+STEEL = Material("steel", 207e9, 0.3, 7800.0, "Flores and co-workers 2006")
 
 _ALL = (
     STEEL,
-    Material("stainless-steel", 193e9, 0.29, 8000.0, "AISI 304: ASM Handbook 1, 1990, doi:10.31399/asm.hb.v01.9781627081610"),
+    Material("stainless-steel", 193e9, 0.29, 8000.0, "AISI 304: ASM Handbook 1, 1990"),
     Material("aluminium", 68.9e9, 0.33, 2700.0, f"6061-T6: {METALS}"),
     Material("titanium", 113.8e9, 0.342, 4430.0, f"Ti-6Al-4V, annealed: {METALS}"),
     Material("bronze", 100e9, 0.34, 8930.0, f"bearing bronze C93200: {METALS}"),

@@ -50,7 +50,7 @@ class ExtendedDelayedFeedback:
 
     name: ClassVar[str] = "extended"
     kernel_kind: ClassVar[int] = 2
-    source: ClassVar[str] = "Socolar, Sukow and Gauthier 1994, doi:10.1103/PhysRevE.50.3245"
+    source: ClassVar[str] = "Socolar, Sukow and Gauthier 1994, Physical Review E 50"
     uses_feed_forward: ClassVar[bool] = False
     states: ClassVar[tuple[str, ...]] = ()
 

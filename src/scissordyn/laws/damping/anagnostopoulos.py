@@ -32,7 +32,7 @@ class Anagnostopoulos:
 
     name: ClassVar[str] = "anagnostopoulos"
     kernel_kind: ClassVar[int] = dashpot.KERNEL_KIND
-    source: ClassVar[str] = "Anagnostopoulos 1988, doi:10.1002/eqe.4290160311"
+    source: ClassVar[str] = "Anagnostopoulos 1988"
     restitution_range: ClassVar[tuple[float, float] | None] = (0.0, 1.0)
 
     def __post_init__(self) -> None:

@@ -55,7 +55,7 @@ class HerbertMcWhannell(DampingFactor):
     restitution: Restitution = 0.9
 
     name: ClassVar[str] = "herbert-mcwhannell"
-    source: ClassVar[str] = "Herbert, McWhannell 1977, doi:10.1115/1.3439270"
+    source: ClassVar[str] = "Herbert, McWhannell 1977"
     restitution_range: ClassVar[Range] = None
 
     @staticmethod

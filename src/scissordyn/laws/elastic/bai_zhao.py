@@ -27,7 +27,7 @@ class BaiZhaoAsPrinted:
 
     name: ClassVar[str] = "bai-zhao-as-printed"
     kernel_kind: ClassVar[int] = 6
-    source: ClassVar[str] = "Bai, Zhao 2013, doi:10.1016/j.ijnonlinmec.2012.07.003"
+    source: ClassVar[str] = "Bai, Zhao 2013"
     small_contact: ClassVar[bool] = False
     materials: ClassVar[Literal["any", "same", "steel"]] = "any"
     caveat: ClassVar[str] = (

@@ -25,7 +25,7 @@ class Esdu:
     name: ClassVar[str] = "esdu-78035"
     kernel_kind: ClassVar[int] = logarithmic.KERNEL_KIND
     source: ClassVar[str] = (
-        "ESDU 78035, Contact phenomena I, 1978; as given by Pereira et al. 2011, doi:10.1007/s11071-010-9830-3"
+        "ESDU 78035, Contact phenomena I, 1978; as given by Pereira et al. 2011, Nonlinear Dynamics 63, 681-697"
     )
     small_contact: ClassVar[bool] = True
     materials: ClassVar[Literal["any", "same", "steel"]] = "any"

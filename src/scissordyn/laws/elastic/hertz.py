@@ -23,7 +23,7 @@ class Hertz:
 
     name: ClassVar[str] = "hertz"
     kernel_kind: ClassVar[int] = 1
-    source: ClassVar[str] = "Hertz 1881; for a journal in a bearing: Flores et al. 2006, doi:10.1007/s11044-006-9028-0"
+    source: ClassVar[str] = "Hertz 1881; for a journal in a bearing: Flores and co-workers 2006"
     small_contact: ClassVar[bool] = True
     materials: ClassVar[Literal["any", "same", "steel"]] = "any"
     caveat: ClassVar[str] = ""

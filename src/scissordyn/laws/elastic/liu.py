@@ -24,7 +24,7 @@ class Liu:
 
     name: ClassVar[str] = "liu"
     kernel_kind: ClassVar[int] = 0
-    source: ClassVar[str] = "Liu, Zhang, Yang 2007, doi:10.1016/j.mechmachtheory.2006.02.006"
+    source: ClassVar[str] = "Liu, Zhang, Yang 2007"
     small_contact: ClassVar[bool] = False
     materials: ClassVar[Literal["any", "same", "steel"]] = "any"
     caveat: ClassVar[str] = ""

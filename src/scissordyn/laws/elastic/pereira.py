@@ -32,7 +32,7 @@ class Pereira:
 
     name: ClassVar[str] = "pereira"
     kernel_kind: ClassVar[int] = power.KERNEL_KIND
-    source: ClassVar[str] = "Pereira, Ramalho, Ambrosio 2011, doi:10.1007/s11071-010-9830-3"
+    source: ClassVar[str] = "Pereira, Ramalho, Ambrosio 2011, Nonlinear Dynamics 63, 681-697"
     small_contact: ClassVar[bool] = False
     materials: ClassVar[Literal["any", "same", "steel"]] = "any"
     caveat: ClassVar[str] = ""

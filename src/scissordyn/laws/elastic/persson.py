@@ -34,7 +34,7 @@ class Persson:
 
     name: ClassVar[str] = "persson"
     kernel_kind: ClassVar[int] = 5
-    source: ClassVar[str] = "Persson 1964, Chalmers; Ciavarella, Decuzzi 2001, doi:10.1016/S0020-7683(00)00289-4"
+    source: ClassVar[str] = "Persson 1964, Chalmers; Ciavarella, Decuzzi 2001"
     small_contact: ClassVar[bool] = False
     materials: ClassVar[Literal["any", "same", "steel"]] = "same"
     caveat: ClassVar[str] = ""

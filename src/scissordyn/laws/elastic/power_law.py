@@ -26,7 +26,7 @@ class PowerLaw:
 
     name: ClassVar[str] = "power"
     kernel_kind: ClassVar[int] = power.KERNEL_KIND
-    source: ClassVar[str] = "definition; K as in Flores et al. 2006, doi:10.1007/s11044-006-9028-0"
+    source: ClassVar[str] = "definition; K as in Flores and co-workers 2006"
     small_contact: ClassVar[bool] = False
     materials: ClassVar[Literal["any", "same", "steel"]] = "any"
     caveat: ClassVar[str] = ""

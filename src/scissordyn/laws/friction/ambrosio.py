@@ -34,7 +34,7 @@ class Ambrosio:
 
     name: ClassVar[str] = "ambrosio"
     kernel_kind: ClassVar[int] = 2
-    source: ClassVar[str] = "Ambrosio 2003, doi:10.1023/A:1022969922942"
+    source: ClassVar[str] = "Ambrosio 2003"
     states: ClassVar[tuple[str, ...]] = ()
     stiff: ClassVar[bool] = True
 

@@ -39,7 +39,7 @@ class BengisuAkay:
 
     name: ClassVar[str] = "bengisu-akay"
     kernel_kind: ClassVar[int] = 5
-    source: ClassVar[str] = "Bengisu, Akay 1994, doi:10.1006/jsvi.1994.1140"
+    source: ClassVar[str] = "Bengisu, Akay 1994"
     states: ClassVar[tuple[str, ...]] = ()
     stiff: ClassVar[bool] = True
 

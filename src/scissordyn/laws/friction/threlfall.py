@@ -32,7 +32,7 @@ class Threlfall:
 
     name: ClassVar[str] = "threlfall"
     kernel_kind: ClassVar[int] = 4
-    source: ClassVar[str] = "Threlfall 1978, doi:10.1016/0094-114X(78)90020-4"
+    source: ClassVar[str] = "Threlfall 1978"
     states: ClassVar[tuple[str, ...]] = ()
     stiff: ClassVar[bool] = True
 

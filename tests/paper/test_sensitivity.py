@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
+from scissordyn.errors import ScissordynError
 from scissordyn.paper import sensitivity
 from scissordyn.paper.periodic import PERIODIC
 from scissordyn.paper.reproduce import verdicts
@@ -40,7 +41,7 @@ def test_a_survey_is_repeatable_and_kept(tmp_path, monkeypatch):
 
     monkeypatch.setattr(sensitivity, "survey", never)
     xr.testing.assert_identical(fetch_sensitivity(choices, tmp_path / "one.nc", members=1), one)
-    with pytest.raises(AssertionError, match="computed again"):
+    with pytest.raises(ScissordynError, match="AssertionError: computed again"):
         fetch_sensitivity(choices, tmp_path / "one.nc", members=3)
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import types
 import typing
 from collections.abc import Callable, Iterable, Mapping
@@ -16,6 +17,11 @@ _ACCEPTED: set[tuple[Any, type]] = set()
 
 LONGEST = 60
 """Characters of a value that a message shows."""
+
+
+_FITTING: set[tuple[type, type]] = set()
+"""Dataclasses that are known to be what a hint says. Python looks for every attribute of a protocol each time; all instances of
+a dataclass have the same ones."""
 
 
 class MismatchError(ValueError):
@@ -128,8 +134,13 @@ def _object(value: Any, hint: Any) -> Any:
         return value
     if hint is bool and type(value).__name__ in ("bool", "bool_"):  # numpy's own is no subclass
         return bool(value)
+    kind = type(value)
+    if (kind, hint) in _FITTING:
+        return value
     if isinstance(value, type) or not isinstance(value, hint):
         raise MismatchError
+    if dataclasses.is_dataclass(kind):
+        _FITTING.add((kind, hint))
     return value
 
 

@@ -70,8 +70,8 @@ def test_a_run_that_breaks_off_is_an_error(tmp_path, monkeypatch):
     assert not list(tmp_path.iterdir())
 
 
-def test_the_number_of_processes_changes_nothing(runs, tmp_path):
-    """Identity: two processes give bit for bit what one gives, in the same order."""
+def test_the_number_of_threads_changes_nothing(runs, tmp_path):
+    """Identity: two threads give bit for bit what one gives, in the same order."""
     cases = [PaperCase(0.2e-3), PaperCase(None)]
     found = fetch_runs(cases, tmp_path, engine=Threads(2))
     assert list(found) == cases

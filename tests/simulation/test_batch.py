@@ -92,12 +92,13 @@ def test_ctrl_c_keeps_what_is_done(monkeypatch: pytest.MonkeyPatch) -> None:
         if done >= 1:
             raise KeyboardInterrupt
 
+    before = threading.active_count()  # libraries keep threads of their own
     found = sd.simulate_many(arm(), {"A.clearance": np.full(400, 2e-4)}, until=0.05, threads=1, progress=stop)
     assert found.attrs["status"] == "interrupted"
     states = found["status"].values.tolist()
     assert states.count("complete") >= 1
     assert states.count("pending") >= 1
-    assert threading.active_count() < 10
+    assert threading.active_count() <= before
     assert not np.isnan(found["peak_force"].values[np.array(states) == "complete"]).any()
 
 

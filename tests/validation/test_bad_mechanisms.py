@@ -203,6 +203,15 @@ FACTS: dict[str, tuple[Callable[[], object], tuple[str, ...]]] = {
         lambda: mechanism(part("u"), joints=(HUNG,), components=(sd.Spring("coil", ("u", "b"), ("ground", "P"), 10.0, 0.3),)),
         ("'coil'",),
     ),
+    "rod between points at one place, but for rounding": (
+        lambda: mechanism(
+            part("u", length=0.05 + 0.12),
+            joints=(HUNG,),
+            ground=(*GROUND, ("R", (0.17, 0.0))),
+            rods=(sd.Rod("stay", ("u", "b"), ("ground", "R")),),
+        ),
+        ("'stay'", "apart"),
+    ),
     "negative inertia": (lambda: part("u", inertia=-0.1), ("'u'",)),
     "no inertia": (lambda: part("u", inertia=0.0), ("'u'",)),
     "negative mass": (lambda: part("u", mass=-1.0), ("'u'",)),

@@ -14,6 +14,7 @@ from scissordyn.mechanics.elimination import Elimination, Expression, contradict
 from scissordyn.mechanics.point_map import Constraint, PointMap, combined
 from scissordyn.mechanics.reduced_model import ReducedModel
 from scissordyn.mechanics.time_function import function_start
+from scissordyn.model.check import SAME_PLACE
 
 __all__ = ["find_constraints", "order_constraints"]
 
@@ -161,8 +162,11 @@ def _rods(reduced: ReducedModel) -> list[Constraint]:
         length = function_start(rod.motion) if rod.motion else rod.length
         if length is None:
             length = math.dist(mechanism.place(rod.start), mechanism.place(rod.end))
-        if not length > 0.0:
-            raise InputError(f"rod '{rod.name}' starts with length {length:g} m", "a positive length")
+        if not length > SAME_PLACE * reduced.size:  # rounding leaves a little of points at one place
+            raise InputError(
+                f"rod '{rod.name}' starts with length {length:g} m",
+                "points that are apart; a joint holds two points at one place",
+            )
         unit = 1.0 / length
         span = combined((reduced.place(rod.end), unit), (reduced.place(rod.start), -unit))
         if not _is_free(reduced, span):

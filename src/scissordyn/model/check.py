@@ -18,7 +18,7 @@ from scissordyn.model.joint import Revolute
 if TYPE_CHECKING:
     from scissordyn.model.mechanism import Mechanism
 
-__all__ = ["check_parts"]
+__all__ = ["SAME_PLACE", "check_parts"]
 
 DIMENSIONS = ("time", "body", "joint", "axis", "drive", "contact", "event")
 """Dimensions of every run, which are no sections of components."""

@@ -105,14 +105,13 @@ def accumulated_warnings(ended: Ended) -> list[str]:
         found += _of_contact(mechanism, number, speeds[number], depth[number])
     monitor = ended.driver.system.content.model.monitor
     joints = monitor[monitor[:, 0] == FRICTION_RATIO, 1].tolist()
-    for joint_number, row in zip(joints, ended.rows(FRICTION_RATIO).tolist(), strict=True):
+    for joint_number, row in zip(joints, ended.rows(FRICTION_RATIO).tolist() if joints else (), strict=True):
         ratio, lasting = ended.driver.state.peak[row, 0], ended.driver.state.peak[row, 3]
         if lasting > 0.0:
             found.append(_exceeding(mechanism.contacts[joint_number].name, ratio, lasting))
-    peaks = ended.peaks(COMPONENT_FORCE)
     for number, part in enumerate(mechanism.components):
         limit = getattr(part.controller, "limit", None) if isinstance(part, Actuator) else None
-        if limit is not None and peaks[number] >= AT_LIMIT * limit:
+        if limit is not None and ended.peaks(COMPONENT_FORCE)[number] >= AT_LIMIT * limit:
             found.append(f"actuator '{part.name}': the controller reaches its limit of {limit:g} N m")
     return list(dict.fromkeys(found))
 

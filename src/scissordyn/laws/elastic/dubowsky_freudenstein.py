@@ -30,7 +30,9 @@ class DubowskyFreudenstein:
 
     name: ClassVar[str] = "dubowsky-freudenstein"
     kernel_kind: ClassVar[int] = logarithmic.KERNEL_KIND
-    source: ClassVar[str] = "Dubowsky, Freudenstein 1971, Dynamic Analysis of Mechanical Systems With Clearances; Goldsmith 1960, Impact"
+    source: ClassVar[str] = (
+        "Dubowsky, Freudenstein 1971, Dynamic Analysis of Mechanical Systems With Clearances; Goldsmith 1960, Impact"
+    )
     small_contact: ClassVar[bool] = True
     materials: ClassVar[Literal["any", "same", "steel"]] = "any"
     caveat: ClassVar[str] = ""

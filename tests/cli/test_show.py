@@ -41,13 +41,8 @@ def test_column_has_one_unit_and_aligned_decimals() -> None:
 
 def test_change_in_words() -> None:
     """Closed form: percent, and multiples from ten on."""
-    assert [change(2.0, other) for other in (3.0, 2.0, -1.0, 40.0, 16720.0)] == [
-        "+50 %",
-        "+0 %",
-        "-150 %",
-        "20 times",
-        "8360 times",
-    ]
+    others = (3.0, 2.0, -1.0, 40.0, 16720.0)
+    assert [change(2.0, other) for other in others] == ["+50 %", "+0 %", "-150 %", "20 times", "8360 times"]
     assert [change(0.0, other) for other in (0.0, 1.0)] == ["0 %", "-"]
 
 

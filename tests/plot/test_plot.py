@@ -505,9 +505,13 @@ def test_joints_are_chosen_by_the_peaks_of_their_contacts(run: xr.Dataset) -> No
 
 def test_largest_torque_is_the_located_one(run: xr.Dataset) -> None:
     """Identity: the mark is at the maximum that the run has located between its samples, in the part that is drawn."""
-    spike = xr.Dataset({"peak_drive_torque": ("drive", [-2e5]), "peak_drive_torque_time": ("drive", [0.01234])})
+    spike = xr.Dataset({"peak_drive_torque": ("drive", [2e5]), "peak_drive_torque_time": ("drive", [0.01234])})
     located = run.merge(spike.assign_coords(drive=["unit 1/bar 1"]))
     mark = next(line for line in torque(located)[0].lines if line.get_label() == "largest")
-    assert np.allclose(mark.get_xydata(), [[12.34, -200.0]])
+    assert np.allclose(mark.get_xydata(), [[12.34, 200.0 * np.sign(np.interp(0.01234, run["time"], run["drive_torque"]))]])
+    other = located.assign(drive_torque=-located["drive_torque"].assign_attrs(units="N m"))
+    other["drive_torque"].attrs.update(located["drive_torque"].attrs)
+    turned = next(line for line in torque(other)[0].lines if line.get_label() == "largest")
+    assert np.allclose(turned.get_xydata(), mark.get_xydata() * [1.0, -1.0])
     late = torque(located.isel(time=slice(1000, None)))[0]
     assert not [line for line in late.lines if line.get_label() == "largest"]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
 
@@ -62,6 +63,11 @@ def _peak(run: xr.Dataset, drive: int) -> tuple[float, float] | None:
     """When the torque of a drive is largest [s], and the torque [N m]; None if that is not in this part of the run."""
     if "peak_drive_torque" not in run:
         return None
-    when, torque = (float(run[name].isel(drive=drive)) for name in ("peak_drive_torque_time", "peak_drive_torque"))
-    first, last = run["time"].values[[0, -1]]
-    return (when, torque) if first <= when <= last and math.isfinite(torque) else None
+    when, size = (float(run[name].isel(drive=drive)) for name in ("peak_drive_torque_time", "peak_drive_torque"))
+    time, values = run["time"].values, _torque(run, drive).values
+    if not (time[0] <= when <= time[-1] and math.isfinite(size)):
+        return None
+    # the run has its magnitude: its sign is that of the larger one of the samples around it
+    after = min(int(np.searchsorted(time, when)), len(time) - 1)
+    around = values[max(0, after - 1) : after + 1]
+    return when, math.copysign(size, float(around[np.argmax(np.abs(around))]))

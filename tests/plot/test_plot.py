@@ -16,7 +16,9 @@ from matplotlib.patches import Patch
 
 from scissordyn.errors import InputError, printable
 from scissordyn.model.body import Body, bar, point_mass
+from scissordyn.model.clearance import Clearance
 from scissordyn.model.mechanism import Mechanism
+from scissordyn.model.scissor import scissor
 from scissordyn.plot.energy import energy
 from scissordyn.plot.file import write
 from scissordyn.plot.force import force
@@ -30,6 +32,7 @@ from scissordyn.plot.structure import GAP, magnified, snapshot, structure
 from scissordyn.plot.style import SKY, VERMILION, literal
 from scissordyn.plot.torque import torque
 from scissordyn.simulation.placement import Placement
+from scissordyn.simulation.run import simulate
 
 from .made_up import CLEARANCE, CLEARANCE_JOINTS, END, made_up, mechanism_with, overlaps
 
@@ -515,3 +518,20 @@ def test_largest_torque_is_the_located_one(run: xr.Dataset) -> None:
     assert np.allclose(turned.get_xydata(), mark.get_xydata() * [1.0, -1.0])
     late = torque(located.isel(time=slice(1000, None)))[0]
     assert not [line for line in late.lines if line.get_label() == "largest"]
+
+
+def test_stills_name_the_joints_that_they_magnify() -> None:
+    """Identity: of many clearance joints those with the largest forces are magnified and named, the others only ringed."""
+    arm = scissor(units=4)
+    names = [joint.name for joint in arm.joints]
+    for name in names:
+        arm = arm.with_clearance(name, Clearance(CLEARANCE))
+    started = simulate(arm.driven(speed=1.0), until=1e-4, samples=2)
+    drawn = structure(started, arm, times=1)
+    titles = [axes.get_title().split(":")[0] for axes in drawn[1:]]
+    shown = {text.get_text() for text in drawn[0].texts if text.get_text()}
+    assert len(titles) == MOST_JOINTS
+    assert shown & set(names) == set(titles)
+    figure = drawn[0].get_figure(root=True)
+    assert figure is not None
+    assert figure.get_supxlabel() == f"{len(names) - MOST_JOINTS} more clearance joints with smaller forces"

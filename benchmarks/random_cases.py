@@ -67,6 +67,7 @@ class Draft:
     components: list[Any] = field(default_factory=list)
     contents: list[str] = field(default_factory=list)
     freedom: int = 0
+    rigid: list[int] = field(default_factory=list)
 
     @property
     def time(self) -> float:
@@ -104,7 +105,7 @@ class Draft:
                 name=f"body {number}",
                 mass=mass,
                 inertia=mass * size**2 * self.between(0.02, 0.2) if rotates else None,
-                centre=tuple((self.random.uniform(-0.2, 0.2, 2) * size).tolist()),
+                centre=tuple((self.random.uniform(-0.2, 0.2, 2) * size * rotates).tolist()),
                 position=(x, y),
                 angle=self.between(-3.0, 3.0),
                 velocity=tuple((self.random.uniform(-0.5, 0.5, 2) * size / self.time).tolist()),
@@ -112,12 +113,17 @@ class Draft:
             )
         )
         self.points.append({})
+        self.rigid.append(number)
         self.freedom += 3 if rotates else 2
         return number
 
     def rotates(self, number: int) -> bool:
         """Whether a body rotates; the ground, -1, does not."""
         return number >= 0 and self.bodies[number].rotates
+
+    def welded(self, one: int, other: int) -> bool:
+        """Whether two bodies cannot move against each other; none is welded to the ground."""
+        return other >= 0 and self.rigid[one] == self.rigid[other]
 
     def name(self, number: int) -> str:
         """Name of a body or of the ground."""
@@ -138,7 +144,10 @@ class Draft:
         return self.name(number), name
 
     def middle(self, one: int, other: int) -> Point:
-        """A place between two bodies."""
+        """A place between two bodies; the mass centre of one that does not rotate, which can be held nowhere else."""
+        for number in (one, other):
+            if number >= 0 and not self.rotates(number):
+                return self.bodies[number].position
         origins = [np.zeros(2) if k < 0 else np.array(self.bodies[k].position) for k in (one, other)]
         x, y = (0.5 * (origins[0] + origins[1]) + self.random.uniform(-0.3, 0.3, 2) * self.length).tolist()
         return x, y
@@ -204,6 +213,11 @@ class Draft:
             kind = "pin"
         if kind in ("guide", "clearance guide") and not (other < 0 or self.rotates(other)):
             kind = "pin"
+        turning = self.rotates(one) or other < 0 or self.rotates(other)
+        if kind in ("pin", "clearance joint", "bushing") and not turning:
+            kind = "spring"  # their mass centres are apart
+        if kind == "weld":
+            self.rigid = [self.rigid[other] if group == self.rigid[one] else group for group in self.rigid]
         match kind:
             case "pin" | "clearance joint":
                 place, label = self.middle(one, other), self.new_name(kind)
@@ -390,11 +404,7 @@ def random_case(seed: int) -> Case:
     _tree(draft)
     _extras(draft)
     mechanism = sd.Mechanism(
-        bodies=tuple(
-            # one without inertia could be held at its mass centre only
-            dataclasses.replace(body, points=points, inertia=body.inertia or 0.1 * body.mass * draft.length**2)
-            for body, points in zip(draft.bodies, draft.points, strict=True)
-        ),
+        bodies=tuple(dataclasses.replace(body, points=points) for body, points in zip(draft.bodies, draft.points, strict=True)),
         joints=tuple(draft.joints),
         guides=tuple(draft.guides),
         welds=tuple(draft.welds),
@@ -435,7 +445,7 @@ def _extras(draft: Draft) -> None:
         one, other = (int(each) for each in draft.random.permutation([-1, *turning])[:2])
         one, other = (other, one) if one < 0 else (one, other)
         kind = draft.choice(kinds)
-        if kind in ("rod", "latch", "clearance joint") and draft.freedom < 4:
+        if kind in ("rod", "latch", "clearance joint") and (draft.freedom < 4 or draft.welded(one, other)):
             continue
         if kind == "clearance joint":
             draft.connect(one, other, kind)

@@ -1,30 +1,115 @@
-"""The pictures of docs/examples.md: each example as it is assembled, and at four instants of its run."""
+"""The pictures of the documentation: of each example the preview, stills, a film's frame and the explorer; the gallery.
+
+``python -m benchmarks.pictures`` draws all of them, ``python -m benchmarks.pictures lift gallery`` some.
+"""
 
 from __future__ import annotations
 
+import io
 import sys
 from pathlib import Path
+from typing import Any
+
+import numpy as np
+import xarray as xr
 
 from scissordyn.config.file import read_case
+from scissordyn.plot.animation import magnified_first
+from scissordyn.plot.animation_film import Film
+from scissordyn.plot.animation_scene import scene_of
+from scissordyn.plot.comparison import comparison
 from scissordyn.plot.file import write
 from scissordyn.plot.preview import preview
+from scissordyn.plot.report import draw_all
 from scissordyn.plot.structure import structure
 from scissordyn.simulation.run import simulate
 
 ROOT = Path(__file__).parent.parent
+DOCS = ROOT / "docs"
+FRAMES = 151
+WINDOW = 1500, 860
+"""Width and height of the explorer [pixel]."""
+
+COLOURS = 128
+"""Of a screenshot: drawings need no more, and files are a quarter as large."""
 
 
-def draw(name: str) -> None:
+def draw(name: str, browser: Any) -> None:
     """Draw one example."""
-    case = read_case(ROOT / "examples" / f"{name}.toml")
+    path = ROOT / "examples" / f"{name}.toml"
+    case = read_case(path)
     run = simulate(case.mechanism, **case.run.keywords)
-    for axes, ending in ((preview(case.mechanism), "-preview"), (structure(run, case.mechanism)[0], "")):
-        figure = axes.get_figure(root=True)
+    figures = {
+        "-preview": preview(case.mechanism).get_figure(root=True),
+        "": structure(run, case.mechanism)[0].get_figure(root=True),
+        "-film": film_frame(run, case.mechanism),
+    }
+    for ending, figure in figures.items():
         assert figure is not None
-        print(write(figure, ROOT / "docs" / "examples" / f"{name}{ending}.png"), flush=True)
+        print(write(figure, DOCS / "examples" / f"{name}{ending}.png"), flush=True)
+    if browser is not None:
+        print(screenshot(path, browser, DOCS / "examples" / f"{name}-explorer.png"), flush=True)
+
+
+def film_frame(run: xr.Dataset, mechanism: Any) -> Any:
+    """The frame of a film after two thirds of the run."""
+    frames = np.unique(np.linspace(0, run.sizes["time"] - 1, FRAMES).round().astype(int))
+    shown, joints, guides = magnified_first(run, mechanism, None)
+    scene = scene_of(run, mechanism, frames, joints, guides=guides, shown=shown)
+    film = Film(scene, 6.0 / float(scene.time[-1] - scene.time[0]))
+    film.show(2 * len(frames) // 3)
+    return film.figure
+
+
+def screenshot(case: Path, browser: Any, target: Path) -> Path:
+    """The explorer after two thirds of the run of a case."""
+    from PIL import Image
+
+    from explore.browser import Tab, served
+
+    with served(case) as url:
+        tab = Tab(browser, url, size=WINDOW)
+        scrub = tab.page.locator("[data-id=scrub]")
+        frame = 2 * int(scrub.get_attribute("max")) // 3
+        scrub.fill(str(frame))
+        tab.page.locator(f"canvas[data-frame='{frame}']").wait_for()
+        seen = tab.page.screenshot()
+        tab.close()
+    Image.open(io.BytesIO(seen)).convert("RGB").quantize(COLOURS).save(target, optimize=True)
+    return target
+
+
+def gallery() -> None:
+    """Draw every picture of the paper's case."""
+    case = read_case(ROOT / "examples" / "paper.toml")
+    run = simulate(case.mechanism, **case.run.keywords)
+    ideal = simulate(case.mechanism.ideal(), **case.run.keywords)
+    smaller = simulate(case.mechanism.replace("A.clearance", 0.2e-3), **case.run.keywords)
+    drawn = draw_all(run, ideal, DOCS / "gallery", case.mechanism)
+    figure = comparison(run, smaller, labels=("0.5 mm", "0.2 mm"))[0].get_figure(root=True)
+    assert figure is not None
+    print(*drawn, write(figure, DOCS / "gallery" / "comparison.png"), sep="\n", flush=True)
+
+
+def main(wanted: list[str]) -> None:
+    """Draw the pictures that are named, or all."""
+    sys.path.insert(0, str(ROOT / "tests"))
+    from explore.browser import chromium, missing
+
+    names = [path.stem for path in sorted((ROOT / "examples").glob("*.toml")) if not wanted or path.stem in wanted]
+    if not wanted or "gallery" in wanted:
+        gallery()
+    if missing():
+        print(f"without the explorer: {missing()}")
+        for name in names:
+            draw(name, None)
+        return
+    with chromium() as browser:
+        for name in names:
+            draw(name, browser)
+        if not wanted or "explorer" in wanted:
+            print(screenshot(ROOT / "examples" / "paper.toml", browser, DOCS / "explorer.png"))
 
 
 if __name__ == "__main__":
-    for path in sorted((ROOT / "examples").glob("*.toml")):
-        if len(sys.argv) < 2 or path.stem in sys.argv[1:]:
-            draw(path.stem)
+    main(sys.argv[1:])

@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
+from scissordyn.cli.compare import change
 from scissordyn.cli.formula import plain_formula
 from scissordyn.cli.main import status_of
 from scissordyn.cli.scale import column, prefix, short
@@ -36,6 +37,13 @@ def test_column_has_one_unit_and_aligned_decimals() -> None:
     assert column(np.array([-107.816]), "deg") == ("deg", ["-107.82"])
     assert column(np.array([0.7351429]), "m/s") == ("m/s", ["0.7351"])
     assert column(np.array([math.nan]), "s") == ("s", ["-"])
+
+
+def test_change_in_words() -> None:
+    """Closed form: percent, and multiples from ten on."""
+    others = (3.0, 2.0, -1.0, 40.0, 16720.0)
+    assert [change(2.0, other) for other in others] == ["+50 %", "+0 %", "-150 %", "20 times", "8360 times"]
+    assert [change(0.0, other) for other in (0.0, 1.0)] == ["0 %", "-"]
 
 
 def test_one_number_in_words() -> None:

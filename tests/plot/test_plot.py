@@ -16,7 +16,9 @@ from matplotlib.patches import Patch
 
 from scissordyn.errors import InputError, printable
 from scissordyn.model.body import Body, bar, point_mass
+from scissordyn.model.clearance import Clearance
 from scissordyn.model.mechanism import Mechanism
+from scissordyn.model.scissor import scissor
 from scissordyn.plot.energy import energy
 from scissordyn.plot.file import write
 from scissordyn.plot.force import force
@@ -30,6 +32,7 @@ from scissordyn.plot.structure import GAP, magnified, snapshot, structure
 from scissordyn.plot.style import SKY, VERMILION, literal
 from scissordyn.plot.torque import torque
 from scissordyn.simulation.placement import Placement
+from scissordyn.simulation.run import simulate
 
 from .made_up import CLEARANCE, CLEARANCE_JOINTS, END, made_up, mechanism_with, overlaps
 
@@ -501,3 +504,34 @@ def test_joints_are_chosen_by_the_peaks_of_their_contacts(run: xr.Dataset) -> No
     assert figure is not None
     assert figure.get_supxlabel() == "2 more clearance joints with smaller forces"
     assert force(many, joints=["joint 1"])[0].get_figure(root=True).get_supxlabel() == ""
+
+
+def test_largest_torque_is_the_located_one(run: xr.Dataset) -> None:
+    """Identity: the mark is at the maximum that the run has located between its samples, in the part that is drawn."""
+    spike = xr.Dataset({"peak_drive_torque": ("drive", [2e5]), "peak_drive_torque_time": ("drive", [0.01234])})
+    located = run.merge(spike.assign_coords(drive=["unit 1/bar 1"]))
+    mark = next(line for line in torque(located)[0].lines if line.get_label() == "largest")
+    assert np.allclose(mark.get_xydata(), [[12.34, 200.0 * np.sign(np.interp(0.01234, run["time"], run["drive_torque"]))]])
+    other = located.assign(drive_torque=-located["drive_torque"].assign_attrs(units="N m"))
+    other["drive_torque"].attrs.update(located["drive_torque"].attrs)
+    turned = next(line for line in torque(other)[0].lines if line.get_label() == "largest")
+    assert np.allclose(turned.get_xydata(), mark.get_xydata() * [1.0, -1.0])
+    late = torque(located.isel(time=slice(1000, None)))[0]
+    assert not [line for line in late.lines if line.get_label() == "largest"]
+
+
+def test_stills_name_the_joints_that_they_magnify() -> None:
+    """Identity: of many clearance joints those with the largest forces are magnified and named, the others only ringed."""
+    arm = scissor(units=4)
+    names = [joint.name for joint in arm.joints]
+    for name in names:
+        arm = arm.with_clearance(name, Clearance(CLEARANCE))
+    started = simulate(arm.driven(speed=1.0), until=1e-4, samples=2)
+    drawn = structure(started, arm, times=1)
+    titles = [axes.get_title().split(":")[0] for axes in drawn[1:]]
+    shown = {text.get_text() for text in drawn[0].texts if text.get_text()}
+    assert len(titles) == MOST_JOINTS
+    assert shown & set(names) == set(titles)
+    figure = drawn[0].get_figure(root=True)
+    assert figure is not None
+    assert figure.get_supxlabel() == f"{len(names) - MOST_JOINTS} more clearance joints with smaller forces"

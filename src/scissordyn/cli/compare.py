@@ -16,10 +16,13 @@ if TYPE_CHECKING:
 
     import xarray as xr
 
-__all__ = ["compare", "differences", "measures"]
+__all__ = ["change", "compare", "differences", "measures"]
 
 MOST = 20
 """Differing entries of the configurations that are listed."""
+
+MULTIPLE = 10.0
+"""From this ratio on a change is written as a multiple."""
 
 
 def compare(
@@ -61,8 +64,8 @@ def compare(
     for name, (value, unit) in both[0].items():
         if name in both[1]:
             theirs = both[1][name][0]
-            change = f"{100.0 * (theirs - value) / abs(value):+.3g} %" if value else ("0 %" if theirs == value else "-")
-            table.add_row(name, *(short(each, unit) if unit else f"{each:g}" for each in (value, theirs)), change)
+            shown = (short(each, unit) if unit else f"{each:g}" for each in (value, theirs))
+            table.add_row(name, *shown, change(value, theirs))
     to.print(table)
     if output is not None:
         from scissordyn.plot.comparison import comparison
@@ -99,10 +102,20 @@ def differences(one: Any, two: Any, place: str = "") -> Iterator[tuple[str, str,
         yield place, _short(one), _short(two)
 
 
+def change(value: float, other: float) -> str:
+    """The change from one number to another: in percent, or as a multiple where it is large."""
+    if not value:
+        return "0 %" if other == value else "-"
+    ratio = other / value
+    if ratio >= MULTIPLE:
+        return f"{float(f'{ratio:.3g}'):g} times"
+    return f"{100.0 * (other - value) / abs(value):+.3g} %"
+
+
 def _short(value: Any) -> str:
     if isinstance(value, dict | list):
         kind = str(value.get("kind", "")).rpartition(".")[2] if isinstance(value, dict) else ""
-        return kind or f"{len(value)} entries"
+        return kind or ("1 entry" if len(value) == 1 else f"{len(value)} entries")
     return f"{value:.8g}" if isinstance(value, float) else ("-" if value is None else str(value))
 
 

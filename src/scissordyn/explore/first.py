@@ -51,10 +51,11 @@ class FirstRun:
 
     def _done(self, outcome: Outcome) -> None:
         with self._lock:
-            complete = outcome.run is None or outcome.run.attrs["status"] != "interrupted"
-            if self.known is None and outcome.number == 1 and complete:
-                self.known = outcome
             taker = self._taker
+            # what a page has stopped is not the run of the case
+            whole = taker is None if outcome.run is None else outcome.run.attrs["status"] != "interrupted"
+            if self.known is None and outcome.number == 1 and whole:
+                self.known = outcome
         if taker is None:
             self._worker.close()
         else:

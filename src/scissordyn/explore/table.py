@@ -24,7 +24,7 @@ LOOK = """
 :host { --background-color: var(--sd-back, #fff); color: var(--sd-ink, #222) }
 .slick-row, .slick-header-column, .slick-cell, .slick-header, .slick-header-columns, .slick-viewport, .bk-data-table
   { background: var(--sd-back, #fff) !important; color: var(--sd-ink, #222) !important }
-.slick-header-column { font-size: 11px }
+.slick-header-column { font-size: 10px; padding: 4px 2px !important }
 .slick-row.active, .slick-cell.selected { background: var(--sd-fill, #e4e4e4) !important }
 """
 

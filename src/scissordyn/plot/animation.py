@@ -18,7 +18,7 @@ from scissordyn.plot.animation_scene import scene_of
 from scissordyn.plot.series import MOST_JOINTS, chosen_joints, clearance_joints, clearance_pins, largest_forces
 from scissordyn.simulation.output_file import check_target, write_file
 
-__all__ = ["FILMS", "animate", "check_film"]
+__all__ = ["FILMS", "animate", "check_film", "magnified_first"]
 
 RATES = {"gif": 10, "mp4": 25, "html": 25}
 """Frames per second by format. A GIF is composed in memory before it is written."""
@@ -86,7 +86,7 @@ def animate(
         raise InputError("a run of fewer than two samples", "a longer run")
     if not (np.isfinite(seconds) and seconds > 0.0 and rate >= 1):
         raise InputError(f"a film of {seconds!r} s with {rate!r} frames per second", "seconds > 0 and rate >= 1")
-    shown, every, guides = _magnified(run, mechanism, joints)
+    shown, every, guides = magnified_first(run, mechanism, joints)
     frames = np.unique(np.linspace(0, samples - 1, max(2, min(samples, round(seconds * rate)))).round().astype(int))
     scene = scene_of(run, mechanism, frames, every, guides=guides, shown=shown)
     rate = max(1, round(len(frames) / seconds))
@@ -108,8 +108,21 @@ def animate(
     return write_file(target, film, sample="film.html")
 
 
-def _magnified(run: xr.Dataset, mechanism: Mechanism, joints: Sequence[str] | None) -> tuple[int, list[str], list[str]]:
-    """How many joints to magnify at the same time, all clearance joints, the important ones first, and the guides."""
+def magnified_first(run: xr.Dataset, mechanism: Mechanism, joints: Sequence[str] | None) -> tuple[int, list[str], list[str]]:
+    """What a film magnifies.
+
+    Parameters
+    ----------
+    run : Dataset
+    mechanism : Mechanism
+    joints : sequence of str or None
+        Those that were asked for.
+
+    Returns
+    -------
+    (int, list of str, list of str)
+        How many are magnified at the same time; all revolute clearance joints, the important ones first; the clearance guides.
+    """
     pins = run.sel(joint=clearance_pins(run)) if "plane_contact" in run else run
     chosen = chosen_joints(pins, joints) if joints is not None or clearance_joints(pins) else []
     known = [name for name in clearance_joints(pins) if name not in chosen]

@@ -44,6 +44,9 @@ __all__ = ["draw_mechanism", "magnified", "snapshot", "structure"]
 TALL = 2.0
 """Largest ratio of width to height of structures drawn side by side; wider ones are drawn one below the other."""
 
+CLOSE = 4
+"""With more magnified joints their panels are narrow, and their titles have one more line."""
+
 SYMBOL, WIDEST = 6.0, 0.05
 """Smallest radius of the symbol of a component [pt], and its largest as a fraction of the picture's longer side."""
 
@@ -83,10 +86,12 @@ def structure(
     corners = corners_of(Placement.at(mechanism, run, samples, turns=upright(mechanism)))
     width, height = corners[1] - corners[0]
     tall = bool(width < TALL * height)
+    loose = {joint.name for joint in mechanism.clearance_joints}  # those that are not magnified have no name either
     rows = _grid(tall, float(width / height), len(samples), len(chosen))
     labels = []
     for k, (sample, row) in enumerate(zip(samples, rows, strict=True)):
-        labels.append(draw_mechanism(run, mechanism, sample, axes=row[0], corners=corners))
+        named = draw_mechanism(run, mechanism, sample, axes=row[0], corners=corners)
+        labels.append([label for label in named if label.text in chosen or label.text not in loose])
         if tall:
             row[0].locator_params(axis="x", nbins=4)
         if tall and k > 0:
@@ -97,6 +102,8 @@ def structure(
             row[0].tick_params(labelbottom=False)
         for joint, one in zip(chosen, row[1:], strict=True):
             magnified(run, mechanism, sample, joint, axes=one)
+            if len(chosen) > CLOSE:
+                one.set_title(one.get_title().replace("magnified ", "magnified\n"), fontsize=SMALL, color=BLACK)
     drawn = [axes for row in rows for axes in row]
     legend(drawn, above=True)
     if joints is None:

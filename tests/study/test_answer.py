@@ -273,6 +273,9 @@ def test_tables_reports_and_replays(tmp_path: Path) -> None:
     assert member == 0
     assert float(run["peak_force"].max()) == float(results["peak_force"][4, 0])
     text = write_report(described, results, "a.zarr", tmp_path / "r.html").read_text()
+    hostile = write_report(described, results, "<script>alert(1)", tmp_path / "h.html").read_text()
+    assert "<script" not in hostile
+    assert "&lt;script&gt;alert(1)" in hostile
     for title in ("Where the requirements are met", "Map of peak_force", "Response curves", "scissordyn study replay a.zarr"):
         assert title in text
     with pytest.raises(sd.InputError, match=r"ends in \.html"):

@@ -1,4 +1,4 @@
-"""Which of the paper's statements hold: measures of a run that has one choice of what the paper's lost tables leave open.
+"""Which of the paper's statements hold: measures of a run that has one choice of the parameters that the paper lost.
 
 The run itself only carries the choice: which bar is driven, its angle at the start, whether it rises or falls, the restitution
 coefficient and the bearing length. Each measure is 1 where its statement holds for the paper's runs with that choice, else 0.

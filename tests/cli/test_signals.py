@@ -77,6 +77,14 @@ def computed(process: subprocess.Popen[str]) -> float:
     return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
 
 
+@pytest.fixture(scope="module")
+def compiled() -> None:
+    """The kernels of the paper's case are in the cache: what a command does after some seconds is not compiling them."""
+    command = [*COMMAND, "run", str(EXAMPLES / "paper.toml"), "--quiet", "--set", "run.until=1 ms"]
+    subprocess.run(command, check=True, timeout=600)
+
+
+@pytest.mark.usefixtures("compiled")
 @pytest.mark.parametrize(("number", "status"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)])
 def test_a_run_that_is_stopped_is_kept(tmp_path: Path, number: signal.Signals, status: int) -> None:
     """Identity: by either signal, marked, with the place where it is."""

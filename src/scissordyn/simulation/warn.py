@@ -84,7 +84,7 @@ def run_warnings(mechanism: Mechanism, run: xr.Dataset, immobile: tuple[str, ...
 def accumulated_warnings(ended: Ended) -> list[str]:
     """The warnings that follow from what a run accumulates, without samples: of contact laws, friction and controllers.
 
-    Singular positions, redundant joints, and an energy balance that does not close are told by single runs only.
+    Singular positions, redundant joints, and an energy balance that does not close are reported by single runs only.
 
     Parameters
     ----------

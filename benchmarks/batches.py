@@ -29,7 +29,7 @@ def grid(cases: int) -> dict[str, np.ndarray]:
 
 def measure(quick: bool = False) -> str:
     """Rates, their ratios, bit identity and memory."""
-    cases, repeats = (16, 1) if quick else (49, 5)
+    cases, repeats = (16, 1) if quick else (400, 3)
     rows = []
     for kinetic in (None, 0.1):
         mechanism = array(kinetic, 2)

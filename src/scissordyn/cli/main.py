@@ -6,6 +6,7 @@ import functools
 import gc
 import os
 import sys
+import threading
 import traceback
 from collections.abc import Callable, Sequence
 from typing import Annotated, Any
@@ -121,6 +122,11 @@ def run() -> None:
     except KeyboardInterrupt:
         status = _complain(STOPPED, INTERRUPTED)
     gc.freeze()
+    if received() and any(not thread.daemon for thread in threading.enumerate() if thread is not threading.main_thread()):
+        # everything is written; the interpreter would wait for threads that have something to compute yet
+        sys.stdout.flush()
+        sys.stderr.flush()
+        os._exit(128 + received() if status == INTERRUPTED else status)
     sys.exit(128 + received() if status == INTERRUPTED and received() else status)
 
 

@@ -36,7 +36,7 @@ ATTEMPTS = 3
 """A task whose worker died this often is given up."""
 
 QUICKLY = 0.5
-"""How long a worker process may take to end by itself after Ctrl-C [s]."""
+"""How long a worker, thread or process, may take to end by itself after Ctrl-C [s]."""
 
 RECOUNT = 1.0
 """How often the scheduler is asked for the number of its workers [s]."""
@@ -126,25 +126,29 @@ class Threads:
                 yield _done(function, task)
             return
         stop = threading.Event()
-        with ThreadPoolExecutor(self.workers, thread_name_prefix="task") as pool:
-            handed: set[Future[Outcome[Task, Value]]] = set()
-            waiting = iter(tasks)
-            try:
-                while True:
-                    for task in waiting:
-                        handed.add(pool.submit(_stoppable, function, task, stop))
-                        if len(handed) >= AHEAD * self.workers:
-                            break
-                    if not handed:
-                        return
-                    for future in wait(handed, return_when=FIRST_COMPLETED).done:
-                        handed.remove(future)
-                        yield future.result()
-            except BaseException:
-                stop.set()
-                for future in handed:
-                    future.cancel()
-                raise
+        pool = ThreadPoolExecutor(self.workers, thread_name_prefix="task")
+        handed: set[Future[Outcome[Task, Value]]] = set()
+        waiting = iter(tasks)
+        try:
+            while True:
+                for task in waiting:
+                    handed.add(pool.submit(_stoppable, function, task, stop))
+                    if len(handed) >= AHEAD * self.workers:
+                        break
+                if not handed:
+                    break
+                for future in wait(handed, return_when=FIRST_COMPLETED).done:
+                    handed.remove(future)
+                    yield future.result()
+        except BaseException:
+            stop.set()
+            for future in handed:
+                future.cancel()
+            raise
+        finally:
+            # after a stop runs end with their slice; what a task computes besides may take seconds
+            going = wait(handed, QUICKLY if stop.is_set() else None).not_done
+            pool.shutdown(wait=not going)
 
 
 def _done(function: Callable[[Task], Value], task: Task) -> Outcome[Task, Value]:

@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
+from reference.paper_case import paper_case
 from scissordyn.cli.compare import change
 from scissordyn.cli.formula import plain_formula
 from scissordyn.cli.main import status_of
@@ -201,17 +202,7 @@ def test_formulas_are_readable(capsys: pytest.CaptureFixture[str]) -> None:
 def test_run_and_check_for_other_programs(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """Identity: --json prints one line with the figures of the run that is saved; --quiet prints nothing."""
     case, saved = tmp_path / "case.toml", tmp_path / "run.nc"
-    case.write_text("""
-[structure]
-kind = "scissor"
-[drive]
-speed = "150 rpm"
-[[clearance]]
-joint = "A"
-clearance = "0.5 mm"
-[run]
-until = "3 ms"
-""")
+    case.write_text(paper_case("3 ms"))
     assert status_of(["run", str(case), "-o", str(saved), "--json"]) == 0
     found = json.loads(capsys.readouterr().out)
     run = load(saved)

@@ -116,12 +116,12 @@ def _front(study: Study, results: xr.Dataset) -> None:
 
 
 def _worst(study: Study, results: xr.Dataset, address: str) -> None:
-    from scissordyn.study.answer import worst_cases
+    from scissordyn.study.answer import replay_command, worst_cases
 
     for one in worst_cases(study, results, 3):
         what, place = ("Worst", "beyond") if one.margin < 0.0 else ("Nearest", "from")
         print(f"{what} for {one.requirement}: {one.value:.4g} ({abs(one.margin):.1%} {place} the bound)")
-        print(f"  scissordyn study replay {address} {one.case}")
+        print(f"  {replay_command(address, one.case)}")
 
 
 def show_warnings(results: xr.Dataset, address: str) -> None:
@@ -133,11 +133,11 @@ def show_warnings(results: xr.Dataset, address: str) -> None:
     address : str
         Of the store.
     """
-    from scissordyn.study.answer import warned
+    from scissordyn.study.answer import replay_command, warned
 
     for text, cases in list(warned(results).items())[:ROWS]:
         print(f"Warning in {len(cases)} {'case' if len(cases) == 1 else 'cases'}, as in: {printable(text)}")
-        print(f"  scissordyn study replay {address} {cases[0]}")
+        print(f"  {replay_command(address, cases[0])}")
 
 
 def show_causes(results: xr.Dataset, address: str) -> None:
@@ -149,8 +149,8 @@ def show_causes(results: xr.Dataset, address: str) -> None:
     address : str
         Of the store.
     """
-    from scissordyn.study.answer import causes
+    from scissordyn.study.answer import causes, replay_command
 
     for cause, cases in list(causes(results).items())[:ROWS]:
         print(f"{len(cases)} failed: {printable(cause)}")
-        print(f"  scissordyn study replay {address} {cases[0]}")
+        print(f"  {replay_command(address, cases[0])}")

@@ -122,12 +122,14 @@ def run() -> None:
     except KeyboardInterrupt:
         status = _complain(STOPPED, INTERRUPTED)
     gc.freeze()
+    if status == INTERRUPTED and received():
+        status = 128 + received()
     if received() and any(not thread.daemon for thread in threading.enumerate() if thread is not threading.main_thread()):
         # everything is written; the interpreter would wait for threads that have something to compute yet
         sys.stdout.flush()
         sys.stderr.flush()
-        os._exit(128 + received() if status == INTERRUPTED else status)
-    sys.exit(128 + received() if status == INTERRUPTED and received() else status)
+        os._exit(status)
+    sys.exit(status)
 
 
 def status_of(arguments: Sequence[str]) -> int:

@@ -285,8 +285,10 @@ def _report(described: Study, store: Store, output: str | None) -> int:
 
 
 def _replay(described: Study, store: Store, case: int | None, output: str | None) -> int:
+    from scissordyn.study.answer import replay_command
+
     if case is None or not 0 <= case < store.cases:
-        raise InputError(f"case {case}", f"0 to {store.cases - 1}", f"scissordyn study replay {store.address} 0")
+        raise InputError(f"case {case}", f"0 to {store.cases - 1}", replay_command(store.address, 0))
     from scissordyn.cli.output import check_file
     from scissordyn.cli.show import console, show_events, show_summary
     from scissordyn.simulation.store import save

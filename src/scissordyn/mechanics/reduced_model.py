@@ -96,16 +96,18 @@ class ReducedModel:
 
     def with_constraints(self, constraints: tuple[Constraint, ...], redundant: tuple[str, ...] = ()) -> ReducedModel:
         """The same with these constraints; what is known of the coordinates is taken along."""
-        made = replace(self, constraints=constraints, redundant=redundant)
-        made.__dict__.update({name: self.__dict__[name] for name in COORDINATES if name in self.__dict__})
-        return made
+        return self._carried(replace(self, constraints=constraints, redundant=redundant), COORDINATES)
 
     def with_numbers(self, mechanism: Mechanism) -> ReducedModel:
         """The same of a mechanism with other numbers, none of which enters the reduction."""
-        made = replace(self, mechanism=mechanism)
-        made.__dict__.update({name: self.__dict__[name] for name in COORDINATES if name in self.__dict__})
-        if mechanism.bodies is self.mechanism.bodies:
-            made.__dict__.update({name: getattr(self, name) for name in PLACES})
+        names = COORDINATES + PLACES if mechanism.bodies is self.mechanism.bodies else COORDINATES
+        for name in names:
+            getattr(self, name)  # found out here, once for all cases
+        return self._carried(replace(self, mechanism=mechanism), names)
+
+    def _carried(self, made: ReducedModel, names: tuple[str, ...]) -> ReducedModel:
+        """Another model with what this one knows under these names."""
+        made.__dict__.update({name: self.__dict__[name] for name in names if name in self.__dict__})
         return made
 
     @cached_property

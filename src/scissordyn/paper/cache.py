@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Hashable, Sequence
+from collections.abc import Callable, Hashable, Iterator, Sequence
 from functools import partial
 from pathlib import Path
-from typing import Protocol, TypeVar
+from typing import Protocol, TypeVar, cast
 
 import xarray as xr
 
@@ -15,7 +15,7 @@ from scissordyn.simulation.provenance import provenance as made_with
 from scissordyn.simulation.store import load, save
 from scissordyn.study.engine import Engine, Threads, error_text
 
-__all__ = ["Job", "Progress", "fetch", "provenance"]
+__all__ = ["Job", "Progress", "computed", "fetch", "provenance"]
 
 Progress = Callable[[str, int, int], None]
 """Kind of work, number done, total number."""
@@ -41,6 +41,8 @@ class Job(Hashable, Protocol):
 
 
 Work = TypeVar("Work", bound=Job)
+Task = TypeVar("Task")
+Value = TypeVar("Value")
 
 
 def provenance() -> str:
@@ -87,14 +89,50 @@ def fetch(
     wanted = tuple(dict.fromkeys(jobs))
     found = {job: result for job in wanted if (result := _stored(job, folder)) is not None}
     missing = [job for job in wanted if job not in found]
-    spread = Threads() if engine is None else engine
-    for count, done in enumerate(spread.each(partial(_compute_and_save, compute, folder), missing), 1):
-        if done.error is not None:
-            raise ScissordynError(error_text(done.error)) from done.error
-        found[done.task] = load(_path(done.task, folder))
-        if progress is not None:
-            progress(what, count, len(missing))
+    for job, _ in computed(partial(_compute_and_save, compute, folder), missing, what=what, engine=engine, progress=progress):
+        found[job] = load(_path(job, folder))
     return {job: found[job] for job in wanted}
+
+
+def computed(
+    compute: Callable[[Task], Value],
+    tasks: Sequence[Task],
+    *,
+    what: str,
+    engine: Engine | None = None,
+    progress: Progress | None = None,
+    named: Callable[[Task], str] = lambda _: "",
+) -> Iterator[tuple[Task, Value]]:
+    """Tasks with their results, in the order in which they come; the first error ends all.
+
+    Parameters
+    ----------
+    compute : callable
+    tasks : sequence
+    what : str
+        Kind of work for `progress`.
+    engine : Engine, optional
+        Threads of this process, one per processor, if not given.
+    progress : callable, optional
+    named : callable
+        What an error begins with, from its task.
+
+    Yields
+    ------
+    (task, result)
+
+    Raises
+    ------
+    ScissordynError
+        If a task fails.
+    """
+    spread = Threads() if engine is None else engine
+    for count, done in enumerate(spread.each(compute, tasks), 1):
+        if done.error is not None:
+            raise ScissordynError(named(done.task) + error_text(done.error)) from done.error
+        yield done.task, cast(Value, done.value)
+        if progress is not None:
+            progress(what, count, len(tasks))
 
 
 def _path(job: Job, folder: Path) -> Path:

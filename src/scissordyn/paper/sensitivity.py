@@ -12,8 +12,8 @@ from pathlib import Path
 import numpy as np
 import xarray as xr
 
-from scissordyn.errors import InputError, ScissordynError
-from scissordyn.paper.cache import Progress, provenance
+from scissordyn.errors import InputError
+from scissordyn.paper.cache import Progress, computed, provenance
 from scissordyn.paper.cases import DRIVEN, Choice, PaperCase, every_case
 from scissordyn.paper.measures import Measures, measure
 from scissordyn.paper.periodic import PERIODIC
@@ -21,7 +21,7 @@ from scissordyn.paper.runs import compute
 from scissordyn.paper.statements import CLAUSES
 from scissordyn.paper.verdict import Finding, answer
 from scissordyn.simulation.store import load, save
-from scissordyn.study.engine import Engine, Threads, error_text
+from scissordyn.study.engine import Engine
 from scissordyn.units import degrees
 
 __all__ = ["DEFAULT", "FACTORS", "Holds", "fetch_sensitivity", "full_factorial", "one_at_a_time", "survey"]
@@ -170,14 +170,16 @@ def fetch_sensitivity(
             return stored
     except InputError:
         pass  # missing or incomplete: computed now
-    found: dict[Choice, Holds] = {}
-    for result in (Threads() if engine is None else engine).each(partial(survey, members=members), dict.fromkeys(choices)):
-        if result.value is None:
-            assert result.error is not None
-            raise ScissordynError(f"{result.task.words}: {error_text(result.error)}") from result.error
-        found[result.task] = _settled(result.task, result.value, settled or {})
-        if progress is not None:
-            progress(f"choices, {members} members each", len(found), len(choices))
+    what = f"choices, {members} members each"
+    results = computed(
+        partial(survey, members=members),
+        tuple(dict.fromkeys(choices)),
+        what=what,
+        engine=engine,
+        progress=progress,
+        named=lambda choice: f"{choice.words}: ",
+    )
+    found = {choice: _settled(choice, holds, settled or {}) for choice, holds in results}
     return load(save(_dataset(choices, [found[choice] for choice in choices], made), path, replace_broken=True))
 
 

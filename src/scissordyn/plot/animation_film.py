@@ -19,6 +19,7 @@ from scissordyn.errors import InputError
 from scissordyn.plot.animation_scene import TRAIL, ClearanceJoint, Scene, newtons, time_scale_in_words
 from scissordyn.plot.channel import surfaces
 from scissordyn.plot.channel_scene import GAP, Channel
+from scissordyn.plot.series import write_more
 from scissordyn.plot.style import (
     BLACK,
     BLUE,
@@ -76,10 +77,7 @@ class Film:
             for axes, joint in zip(panels, magnified, strict=True)
         ]
         self.names = [_name(self.axes, joint.name, below=isinstance(joint, Channel)) for joint in magnified]
-        more = len(scene.magnified) - len(magnified)
-        if more:
-            said = f"{more} more clearance joint{'s' * (more > 1)} with smaller forces"
-            self.figure.supxlabel(said, fontsize=SMALL, color=GREY)
+        write_more(self.figure, len(scene.magnified) - len(magnified))
         self.show(0)
         self.figure.draw_without_rendering()  # lays the panels out, once for all frames
         self.figure.set_layout_engine("none")

@@ -15,6 +15,7 @@ from scissordyn.plot.style import BLUE, GREY, IDEAL, LIGHT, LINE, SMALL
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
 __all__ = [
     "BEYOND",
@@ -29,6 +30,7 @@ __all__ = [
     "note_more",
     "predictability_horizon",
     "time_scale",
+    "write_more",
 ]
 
 LONGEST = 22
@@ -165,9 +167,20 @@ def note_more(axes: Sequence[Axes], run: xr.Dataset, chosen: Sequence[str]) -> N
     chosen : sequence of str
         The clearance joints that are drawn.
     """
-    more = len(set(clearance_joints(run)) - set(chosen))
     figure = axes[0].get_figure(root=True)
-    if more and figure is not None:
+    if figure is not None:
+        write_more(figure, len(set(clearance_joints(run)) - set(chosen)))
+
+
+def write_more(figure: Figure, more: int) -> None:
+    """Say below a figure that so many more clearance joints have smaller forces; nothing if there are none.
+
+    Parameters
+    ----------
+    figure : Figure
+    more : int
+    """
+    if more:
         said = f"{more} more clearance joint{'s' * (more > 1)} with smaller forces"
         figure.supxlabel(said, fontsize=SMALL, color=GREY)
 

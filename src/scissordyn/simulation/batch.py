@@ -21,6 +21,7 @@ from scissordyn.model.address import changed_all, find, number
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.simulation.batch_worker import Worker
 from scissordyn.simulation.configuration import write_configuration
+from scissordyn.simulation.interrupt import look, stopped_by
 from scissordyn.simulation.measure import MEASURES, Ended, Measure, parts_of
 from scissordyn.simulation.options import EventKind, Options, StartKind
 from scissordyn.simulation.warn import accumulated_warnings
@@ -210,17 +211,19 @@ def _run_all(batch: _Batch, options: Options, threads: int, progress: Callable[[
     cases, waiting, stop = batch.status.size, itertools.count(), threading.Event()
 
     def work() -> None:
-        worker = Worker(base, options, batch, stop)
-        while not stop.is_set():
-            group = [case for case in itertools.islice(waiting, worker.size(cases, threads)) if case < cases]
-            if not group:
-                return
-            worker.run(group)
+        worker = Worker(base, options, batch)
+        with stopped_by(stop):
+            while not stop.is_set():
+                group = [case for case in itertools.islice(waiting, worker.size(cases, threads)) if case < cases]
+                if not group:
+                    return
+                worker.run(group)
 
     with ThreadPoolExecutor(threads, thread_name_prefix="scissordyn") as pool:
         futures = [pool.submit(work) for _ in range(threads)]
         try:
             while wait(futures, WAIT).not_done:
+                look()
                 if progress is not None:
                     progress(int(np.sum(batch.status != "pending")), cases)
         except KeyboardInterrupt:

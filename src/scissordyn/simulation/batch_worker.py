@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import threading
 import time as clocks
 from collections.abc import Callable, Sequence
 from functools import partial
@@ -66,12 +65,10 @@ class Worker:
         Of the mechanism whose numbers are varied.
     options : Options
     cases : Cases
-    stop : Event
-        Set when the user stops the batch.
     """
 
-    def __init__(self, base: ReducedModel, options: Options, cases: Cases, stop: threading.Event) -> None:
-        self.base, self.options, self.cases, self.stop = base, options, cases, stop
+    def __init__(self, base: ReducedModel, options: Options, cases: Cases) -> None:
+        self.base, self.options, self.cases = base, options, cases
         self.slots: list[_Slot] = []
         self.ideal: tuple[Mechanism, IdealPath] | None = None
         self.seconds = 0.0
@@ -83,37 +80,40 @@ class Worker:
         return max(1, min(MOST_TOGETHER, int(GROUP_SECONDS / self.seconds), cases // (8 * threads)))
 
     def run(self, group: Sequence[int]) -> None:
-        """Simulate some cases, given by their numbers, and hand over their results."""
+        """Simulate some cases, given by their numbers, and hand over their results; see `interrupt.stopped_by`."""
         began = clocks.perf_counter()
         while len(self.slots) < len(group):
             self.slots.append(_Slot(self.base))
-        ready = [(case, slot) for case, slot in zip(group, self.slots, strict=False) if self._started(case, slot)]
-        ended = [(case, slot, self._advance(case, slot.driver)) for case, slot in ready if slot.driver is not None]
-        for case, slot, seconds in ended:
+        started = [(case, slot, self._started(case, slot)) for case, slot in zip(group, self.slots, strict=False)]
+        ready = [(case, slot, driver) for case, slot, driver in started if driver is not None]
+        ended = [(case, slot, driver, self._advance(case, driver)) for case, slot, driver in ready]
+        for case, slot, driver, seconds in ended:
             try:
-                if seconds is not None and slot.driver is not None:
-                    self.cases.take(case, Ended(slot.driver), seconds, slot.warned)
+                if seconds is not None:
+                    self.cases.take(case, Ended(driver), seconds, slot.warned)
             except ScissordynError as error:  # of a measure of the user's
                 self.cases.failed(case, str(error))
         self.seconds = (clocks.perf_counter() - began) / len(group)
 
-    def _started(self, case: int, slot: _Slot) -> bool:
-        """Put a slot at the start of a case; returns whether there is such a start."""
+    def _started(self, case: int, slot: _Slot) -> Driver | None:
+        """The driver at the start of a case; None if there is no such start."""
         try:
             mechanism = self.cases.mechanism(case)
             driver = slot.started(mechanism, self.options, partial(self.cases.start, case))
             if self.cases.compares:
                 self._compare(driver, mechanism)
+        except KeyboardInterrupt:
+            return None
         except ScissordynError as error:
             self.cases.failed(case, str(error))
-            return False
-        return True
+            return None
+        return driver
 
     def _advance(self, case: int, driver: Driver) -> float | None:
         """Advance to the end; returns the time that it took [s], None if it did not get there."""
         began, options = clocks.perf_counter(), self.options
         try:
-            status = driver.advance(options.until, most_steps=options.most_steps, progress=self._look)
+            status = driver.advance(options.until, most_steps=options.most_steps)
         except KeyboardInterrupt:
             return None
         except ScissordynError as error:
@@ -135,10 +135,6 @@ class Worker:
         if path.warnings:
             raise ScissordynError(path.warnings[0])
         driver.compare_with(path.table, path.step)
-
-    def _look(self, _: float) -> None:
-        if self.stop.is_set():
-            raise KeyboardInterrupt
 
 
 class _Slot:

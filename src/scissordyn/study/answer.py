@@ -22,6 +22,7 @@ __all__ = [
     "causes",
     "counts",
     "feasible_share",
+    "replay_command",
     "responses",
     "warned",
     "worst_cases",
@@ -247,6 +248,22 @@ def worst_cases(study: Study, results: xr.Dataset, count: int = 5) -> list[Worst
                 if point not in found or found[point].margin > margins[case]:
                     found[point] = Worst(int(case), requirement.label, float(values[case]), float(margins[case]))
     return sorted(found.values(), key=lambda one: one.margin)[:count]
+
+
+def replay_command(address: str, case: int) -> str:
+    """What to type to simulate a case again, with its histories.
+
+    Parameters
+    ----------
+    address : str
+        Of the store.
+    case : int
+
+    Returns
+    -------
+    str
+    """
+    return f"scissordyn study replay {address} {case}"
 
 
 def causes(results: xr.Dataset) -> dict[str, list[int]]:

@@ -163,7 +163,6 @@ def _simulated(study: Study, numbers: Cases) -> xr.Dataset:
         most_steps=options.most_steps,
         events=options.events,
         threads=1,
-        progress=lambda done, of: look(),
     )
     pass_on(found)
     own = [each for each in study.own_measures if each.of == "dataset"]

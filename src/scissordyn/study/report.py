@@ -18,7 +18,7 @@ from scissordyn.model.address import number
 from scissordyn.plot.study import feasibility_map, pareto_front, requirement_bars, response_curves, sensitivity_bars
 from scissordyn.simulation.measure import MEASURES
 from scissordyn.simulation.output_file import write_file
-from scissordyn.study.answer import AGREEMENT, by_point, causes, counts, feasible_share, warned, worst_cases
+from scissordyn.study.answer import AGREEMENT, by_point, causes, counts, feasible_share, replay_command, warned, worst_cases
 from scissordyn.study.description import Factor, Study
 from scissordyn.study.distribution import Interval, Levels, Uniform
 from scissordyn.study.indices import sensitivity
@@ -225,14 +225,14 @@ def _front(study: Study, results: xr.Dataset) -> Iterator[str]:
 
 def _worst(study: Study, results: xr.Dataset, address: str) -> Iterator[str]:
     rows = [
-        (one.requirement, f"{one.value:.4g}", f"{one.margin:+.1%}", f"scissordyn study replay {address} {one.case}")
+        (one.requirement, f"{one.value:.4g}", f"{one.margin:+.1%}", replay_command(address, one.case))
         for one in worst_cases(study, results)
     ]
     if rows:
         yield "<h2>Worst cases</h2>" + _table(("requirement", "value", "margin", "command"), rows)
-    failed = [(len(cases), cause, f"scissordyn study replay {address} {cases[0]}") for cause, cases in causes(results).items()]
+    failed = [(len(cases), cause, replay_command(address, cases[0])) for cause, cases in causes(results).items()]
     if failed:
         yield "<h2>Failed cases</h2>" + _table(("cases", "cause", "command"), failed)
-    said = [(len(cases), text, f"scissordyn study replay {address} {cases[0]}") for text, cases in warned(results).items()]
+    said = [(len(cases), text, replay_command(address, cases[0])) for text, cases in warned(results).items()]
     if said:
         yield "<h2>Warnings</h2><p>In the words of the first case.</p>" + _table(("cases", "warning", "command"), said)

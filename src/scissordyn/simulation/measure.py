@@ -48,12 +48,17 @@ class Ended:
         """All contacts in order of their starts."""
         return contacts(self.driver.log, self.driver.state.peak[: len(self.mechanism.contacts)])
 
-    def per_joint(self, value: Callable[[list[Contact]], float]) -> np.ndarray:
-        """A number from the contacts of each clearance joint and contact point."""
+    @cached_property
+    def by_joint(self) -> list[list[Contact]]:
+        """The contacts of each clearance joint and contact point."""
         own: list[list[Contact]] = [[] for _ in self.mechanism.contacts]
         for contact in self.contacts:
             own[contact.joint].append(contact)
-        return np.array([value(found) for found in own], float)
+        return own
+
+    def per_joint(self, value: Callable[[list[Contact]], float]) -> np.ndarray:
+        """A number from the contacts of each clearance joint and contact point."""
+        return np.array([value(found) for found in self.by_joint], float)
 
     def lasting(self, contact: Contact) -> float:
         """Duration of a contact, up to now if it goes on [s]."""

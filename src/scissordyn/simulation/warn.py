@@ -95,14 +95,12 @@ def accumulated_warnings(ended: Ended) -> list[str]:
     list of str
     """
     mechanism, depth, found = ended.mechanism, ended.peaks(INDENTATION).tolist(), list[str]()
-    speeds: list[list[float]] = [[] for _ in mechanism.contacts]
-    for contact in ended.contacts:
-        speeds[contact.joint].append(contact.approach_speed)
     for number, joint in enumerate(mechanism.contacts):
         assert joint.clearance is not None
         failed = contact_failure(joint.name, joint.clearance.contact, depth[number])
         found += [f"the contact model has failed: {failed}"] if failed else []
-        found += _of_contact(mechanism, number, speeds[number], depth[number])
+        speeds = [contact.approach_speed for contact in ended.by_joint[number]]
+        found += _of_contact(mechanism, number, speeds, depth[number])
     monitor = ended.driver.system.content.model.monitor
     joints = monitor[monitor[:, 0] == FRICTION_RATIO, 1].tolist()
     for joint_number, row in zip(joints, ended.rows(FRICTION_RATIO).tolist() if joints else (), strict=True):

@@ -236,6 +236,33 @@ def test_code_that_goes_on_simulating() -> None:
     assert err == "scissordyn: interrupted; it is here\n"
 
 
+HALF_MADE = """
+import time
+from scissordyn.cli import interrupt
+class File:
+    def __init__(self):
+        print("ready", flush=True)
+        time.sleep(100)
+        self.closed = False
+    def __del__(self):
+        assert not self.closed
+interrupt.install()
+try:
+    File()
+except KeyboardInterrupt:
+    print("ended")
+"""
+
+
+def test_a_signal_while_an_object_is_made() -> None:
+    """Identity: that such an object cannot be deleted in good order is nothing that the user hears of."""
+    with started(sys.executable, "-c", HALF_MADE) as process:
+        says(process, "ready\n")
+        process.send_signal(signal.SIGINT)
+        out, err = ended(process)
+    assert (process.returncode, out, err) == (0, "ended\n", "")
+
+
 def test_a_signal_while_the_commands_are_loaded() -> None:
     """Identity: no traceback, at whatever moment of the start."""
     code = "import sys; from scissordyn.cli import entry; sys.argv[1:] = ['laws']; print('ready', flush=True); entry.run()"

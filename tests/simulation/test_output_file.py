@@ -16,6 +16,7 @@ import xarray as xr
 
 import scissordyn as sd
 from scissordyn.simulation import output_file
+from scissordyn.simulation.netcdf import NetcdfFile
 from scissordyn.simulation.output_file import check_target, write_file
 from scissordyn.simulation.store import load, save
 
@@ -113,6 +114,7 @@ def test_control_c_while_writing_loses_nothing(run: xr.Dataset, tmp_path: Path, 
 KILLED = """
 import os, signal, sys
 from scissordyn.simulation import output_file
+from scissordyn.simulation.netcdf import NetcdfFile
 def stop(handle):
     print("writing", flush=True)
     signal.pause()
@@ -225,3 +227,8 @@ for _ in range(60):
     command = [sys.executable, "-c", code, str(whole), str(tmp_path / "damaged.nc")]
     done = subprocess.run(command, capture_output=True, text=True, timeout=100, check=False)
     assert (done.returncode, done.stdout, done.stderr) == (0, "", "")
+
+
+def test_a_file_that_was_not_opened_is_closed() -> None:
+    """Identity: nothing is wrong with it if a signal came between its creation and its opening."""
+    NetcdfFile.__new__(NetcdfFile).close()

@@ -67,9 +67,14 @@ def _interrupt(number: int, _: FrameType | None) -> None:
         _received.append(number)
     for other in SIGNALS:
         signal.signal(other, signal.SIG_DFL)
+    sys.unraisablehook = _say_nothing
     _delivered.set()
     _show_cursor()
     raise KeyboardInterrupt
+
+
+def _say_nothing(_: object) -> None:
+    """What is half made when a signal comes may fail when it is deleted: nothing that the user has to know."""
 
 
 def _watch(ours: socket.socket, theirs: socket.socket) -> None:

@@ -20,5 +20,8 @@ class NetcdfFile(File):
     _writable = False
     """As of the parent, which asks for it also when it is closed after a beginning that failed."""
 
+    _closed = True
+    """As of the parent, until it has something to close: a signal may come before."""
+
     def __init__(self, path: str | os.PathLike[str]) -> None:
         super().__init__(path, "r", decode_vlen_strings=True)  # type: ignore[no-untyped-call]

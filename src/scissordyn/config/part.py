@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
@@ -18,7 +18,7 @@ from scissordyn.component.time_function import TimeFunction
 from scissordyn.component.user import component_class
 from scissordyn.config.control import CONTROLLER
 from scissordyn.config.quantity import read_numbers
-from scissordyn.config.table import Hints, Table, described, located, table_of, toml
+from scissordyn.config.table import Hints, Table, filler, located, table_of, toml
 from scissordyn.config.time_function import ANGLE, DISTANCE, TIME_FUNCTION, TORQUE
 from scissordyn.control.controller import Controller
 from scissordyn.errors import InputError, did_you_mean
@@ -146,8 +146,8 @@ class Part:
 
     Parameters
     ----------
-    table : subclass of Table
-        Its keys.
+    keys : callable
+        Makes the table, see `table`.
     reader : PlainValidator
         Builds the part from the table.
     fills : str
@@ -156,15 +156,21 @@ class Part:
         What it is, in one line.
     """
 
-    table: type[Table]
+    keys: Callable[[], type[Table]]
     reader: PlainValidator
     fills: str
     help: str
 
+    @property
+    def table(self) -> type[Table]:
+        """Its keys."""
+        return self.keys()
 
-def _part(kind: type, fills: str, help: str, hints: Hints = (), **examples: Any) -> Part:
+
+def _part(kind: type, fills: str, help: str, hints: Callable[[], Hints], **examples: Any) -> Part:
     """A part whose keys are the fields of its dataclass."""
-    return Part(table_of(kind, hints, **examples), described(kind, hints, **examples), fills, help)
+    keys = cache(lambda: table_of(kind, hints(), **examples))
+    return Part(keys, filler(kind, keys), fills, help)
 
 
 _REFERENCE: Any = Annotated[BodyPoint, BODY_POINT, Field(description='a point, as "BODY.POINT" or "ground.POINT"')]
@@ -231,7 +237,7 @@ def _component_part(kind: Any) -> Part:
     first_line = (kind.__doc__ or "").strip().splitlines()[0]
     help = first_line[:1].lower() + first_line[1:].split(": ")[0].rstrip(".")
     fills = _LISTED.get(declared.section, "components")
-    return _part(kind, fills, help, _component_hints(kind), name=declared.section.replace("_", " "), **declared.example)
+    return _part(kind, fills, help, lambda: _component_hints(kind), name=declared.section.replace("_", " "), **declared.example)
 
 
 class UserComponentTable(Table):
@@ -305,24 +311,29 @@ def _read_track(given: Any, info: ValidationInfo) -> Track:
 
 
 PARTS: Mapping[str, Part] = {
-    "body": Part(BodyTable, PlainValidator(_read_body), "bodies", "a rigid body"),
-    "ground": Part(GroundTable, PlainValidator(_read_ground), "ground", "a point of the fixed frame"),
-    "joint": Part(JointTable, PlainValidator(_read_joint), "joints", "a pin between two bodies"),
+    "body": Part(lambda: BodyTable, PlainValidator(_read_body), "bodies", "a rigid body"),
+    "ground": Part(lambda: GroundTable, PlainValidator(_read_ground), "ground", "a point of the fixed frame"),
+    "joint": Part(lambda: JointTable, PlainValidator(_read_joint), "joints", "a pin between two bodies"),
     "guide": Part(
-        GuideTable,
+        lambda: GuideTable,
         PlainValidator(_read_guide),
         "guides",
         "a straight line that keeps a point of a body on it",
     ),
-    "weld": _part(Weld, "welds", "a rigid connection of two bodies", _ENDS, name="weld", start="rod.end", end="tool.base"),
-    "track": Part(TrackTable, PlainValidator(_read_track), "tracks", "a point whose motion is recorded"),
+    "weld": _part(
+        Weld, "welds", "a rigid connection of two bodies", lambda: _ENDS, name="weld", start="rod.end", end="tool.base"
+    ),
+    "track": Part(lambda: TrackTable, PlainValidator(_read_track), "tracks", "a point whose motion is recorded"),
     **{
         section: _component_part(kind)
         for section, kind in COMPONENTS.items()
         if section != "actuator"  # a table [control] describes it
     },
     "component": Part(
-        UserComponentTable, PlainValidator(_read_user_component), "components", "a component of a class in a file of your own"
+        lambda: UserComponentTable,
+        PlainValidator(_read_user_component),
+        "components",
+        "a component of a class in a file of your own",
     ),
 }
 """The further tables of a case file, apart from [structure], [drive], [[clearance]] and [run]."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 import dataclasses
 import inspect
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from functools import cache
 from pathlib import Path
@@ -35,6 +35,7 @@ __all__ = [
     "Table",
     "build",
     "described",
+    "filler",
     "in_a_file",
     "instance",
     "key_help",
@@ -98,7 +99,8 @@ def key_sample(table: type[BaseModel], key: str) -> str:
 class Table(BaseModel):
     """A table of a case file: an unknown key is an error, and a quantity is read with its unit."""
 
-    model_config = ConfigDict(extra="forbid", frozen=True, strict=True, arbitrary_types_allowed=True)
+    # a validator is built for the tables that a case has when they are read, not for all when they are declared
+    model_config = ConfigDict(extra="forbid", frozen=True, strict=True, arbitrary_types_allowed=True, defer_build=True)
 
     @model_validator(mode="before")
     @classmethod
@@ -181,8 +183,12 @@ def _filled(described_type: Any, table: type[Table], given: Any, context: Contex
 
 def described(described_type: type, hints: Hints = (), **examples: Any) -> PlainValidator:
     """For ``Annotated[Harmonic, described(Harmonic)]``: a key whose value is a table that fills a frozen dataclass."""
-    table = table_of(described_type, hints, **examples)
-    return PlainValidator(lambda given, info: _filled(described_type, table, given, info.context))
+    return filler(described_type, cache(lambda: table_of(described_type, hints, **examples)))
+
+
+def filler(described_type: type, keys: Callable[[], type[Table]]) -> PlainValidator:
+    """Reads a table, which is made when the first one is read, and fills a frozen dataclass."""
+    return PlainValidator(lambda given, info: _filled(described_type, keys(), given, info.context))
 
 
 AnyTable = TypeVar("AnyTable", bound=Table)

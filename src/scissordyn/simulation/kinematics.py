@@ -7,7 +7,6 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.optimize import brentq
 
 from scissordyn.mechanics.time_function import breaks_of
 from scissordyn.model.mechanism import Mechanism
@@ -307,6 +306,8 @@ def instants(path: Path, mechanism: Mechanism, until: float, place: float) -> li
     """
     if path.parameter == "time":
         return [place]
+    from scipy.optimize import brentq  # a tenth of a second that most runs need not wait for
+
     inputs = path.closure.inputs
     times = grid(mechanism, until)
     error = np.array([inputs.at(t)[0] for t in times]) - place

@@ -10,7 +10,6 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.optimize import brentq, minimize_scalar
 
 from scissordyn.component.place import GROUND
 from scissordyn.mechanics.elimination import in_words
@@ -143,6 +142,8 @@ def locate(closure: Closure, position: Callable[[float], np.ndarray], places: Pl
     -------
     float or None
     """
+    from scipy.optimize import minimize_scalar  # a tenth of a second that most runs need not wait for
+
     for pair in range(1, 1 + min(PAIRS, closure.chosen.size)):
         found = _zero(closure, position, places, pair)
         if found is not None and smallest(closure, position(found)) < ZERO * typical:
@@ -162,6 +163,8 @@ def _zero(closure: Closure, position: Callable[[float], np.ndarray], places: Pla
     It is the test function of a bordered matrix (Govaerts 2000, Numerical
     Methods for Bifurcations of Dynamical Equilibria, chapter 3).
     """
+    from scipy.optimize import brentq
+
     low, found, high = places
     width, bracketed = 0.5 * (high - low), False
     for distance in DISTANCES:

@@ -8,9 +8,9 @@ import typing
 from collections.abc import Callable, Iterable, Mapping
 from functools import cache
 from numbers import Real
-from typing import Annotated, Any
+from typing import Annotated, Any, TypeGuard, TypeVar
 
-__all__ = ["MismatchError", "accepted", "in_words", "is_number", "plain_hint", "shown"]
+__all__ = ["MismatchError", "accepted", "in_words", "is_a", "is_number", "plain_hint", "shown"]
 
 _ACCEPTED: set[tuple[Any, type]] = set()
 """Hints and the types that were found to fit them as they are: descriptions are made by the thousand in a batch."""
@@ -19,9 +19,10 @@ LONGEST = 60
 """Characters of a value that a message shows."""
 
 
-_FITTING: set[tuple[type, type]] = set()
-"""Dataclasses that are known to be what a hint says. Python looks for every attribute of a protocol each time; all instances of
-a dataclass have the same ones."""
+Kind = TypeVar("Kind")
+
+_IS_A: dict[tuple[type, type], bool] = {}
+"""Dataclasses of which it is known whether they are what a protocol says."""
 
 
 class MismatchError(ValueError):
@@ -31,6 +32,20 @@ class MismatchError(ValueError):
 def is_number(value: object) -> bool:
     """Whether a value is a real number, of Python or of another library such as numpy; a truth value is none."""
     return isinstance(value, Real) and not isinstance(value, bool)
+
+
+def is_a(value: object, kind: type[Kind]) -> TypeGuard[Kind]:
+    """Whether a value is of a class or a protocol.
+
+    `isinstance` looks for every attribute of a protocol each time; all instances of a dataclass have the same ones.
+    """
+    known = type(value), kind
+    found = _IS_A.get(known)
+    if found is None:
+        found = isinstance(value, kind)
+        if dataclasses.is_dataclass(known[0]):
+            _IS_A[known] = found
+    return found
 
 
 @cache
@@ -134,13 +149,9 @@ def _object(value: Any, hint: Any) -> Any:
         return value
     if hint is bool and type(value).__name__ in ("bool", "bool_"):  # numpy's own is no subclass
         return bool(value)
-    kind = type(value)
-    if (kind, hint) in _FITTING:
-        return value
-    if isinstance(value, type) or not isinstance(value, hint):
+    kind: type[object] = hint
+    if isinstance(value, type) or not is_a(value, kind):
         raise MismatchError
-    if dataclasses.is_dataclass(kind):
-        _FITTING.add((kind, hint))
     return value
 
 

@@ -23,6 +23,7 @@ from numba.extending import infer_getattr, intrinsic, lower_getattr_generic, mod
 from numba.np.numpy_support import as_dtype
 
 from scissordyn.cache.kernel import KernelCache
+from scissordyn.callee import CalleeCompiler
 
 __all__ = ["F1", "F2", "F3", "I1", "I2", "Handle", "callback", "kernel", "opener"]
 
@@ -51,14 +52,14 @@ def kernel(*, inline: bool = False) -> Callable[[Callable[..., Any]], Any]:
     """
 
     def compile_later(function: Callable[..., Any]) -> Any:
-        compiled = numba.njit(  # type: ignore[call-overload]
-            error_model="numpy",
-            nogil=True,
-            _nrt=False,
-            forceinline=inline,
-            no_cpython_wrapper=inline,
-            no_cfunc_wrapper=inline,
-        )(function)
+        options: dict[str, Any] = {"error_model": "numpy", "nogil": True, "_nrt": False}
+        unwrapped = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True, "pipeline_class": CalleeCompiler}
+        callee: Any = numba.njit(**options, **unwrapped, forceinline=inline)(function)
+        if inline:
+            return callee
+        compiled: Any = numba.njit(**options)(function)
+        # other kernels are given the callee
+        compiled.get_call_template, compiled.get_overload = callee.get_call_template, callee.get_overload
         # numba's own cache may choose a folder beside the sources, and fails on a file that is cut off
         compiled._cache = KernelCache(function)
         return compiled

@@ -248,14 +248,25 @@ def check_quantities(instance: Any, named: str = "") -> None:
     Numbers of other libraries, such as numpy's, become Python's own, lists become tuples.
     """
     described: type = type(instance)
-    hints, owner = _hints(described), named or described.__name__
-    for field in dataclasses.fields(instance):
-        if not field.init:
+    for name, quantity, hint, field in _declared(described):
+        value = getattr(instance, name)
+        if quantity is not None and type(value) is float and quantity.admits(value):  # nearly all: the rest is slower
             continue
-        value = getattr(instance, field.name)
-        fitting = _fitted(owner, field.name, value, hints[field.name], field)
+        fitting = _fitted(named or described.__name__, name, value, hint, field)
         if fitting is not value:
-            object.__setattr__(instance, field.name, fitting)
+            object.__setattr__(instance, name, fitting)
+
+
+@cache
+def _declared(described: type) -> tuple[tuple[str, Quantity | None, Any, Any], ...]:
+    """Of each field that can be given: its name, the quantity if it is a floating-point number, its hint and itself."""
+    fields = [field for field in dataclasses.fields(described) if field.init]
+    hints = _hints(described)
+    numbers = {field.name for field in fields if plain_hint(hints[field.name]) in (float, float | None)}
+    return tuple(
+        (field.name, _quantity(hints[field.name]) if field.name in numbers else None, hints[field.name], field)
+        for field in fields
+    )
 
 
 def _fitted(owner: str, name: str, value: Any, hint: Any, field: Any = None) -> Any:

@@ -46,7 +46,8 @@ LOCK, OWNER = "in-use", "package"
 def source_digest(package: Path) -> str:
     """A digest of all kernel sources under `package`, the numba version and the interpreter."""
     digest = hashlib.sha256(f"{numba.__version__} {sys.version} {sys.platform}".encode())
-    sources = [package / "jit.py", *(path for room in KERNEL_ROOMS for path in sorted((package / room).rglob("*.py")))]
+    rooms = (path for room in KERNEL_ROOMS for path in sorted((package / room).rglob("*.py")))
+    sources = [package / "jit.py", package / "callee.py", *rooms]
     for path in sources:
         digest.update(str(path.relative_to(package)).encode())
         digest.update(path.read_bytes())

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
+from scissordyn.annotation import is_a
 from scissordyn.laws.contact import Continued, Damping, Doubtful, Elastic, Friction, JointContact, Proportional
 from scissordyn.laws.damping.exact import returned_restitution
 
@@ -92,14 +93,14 @@ def contact_warnings(
             f"{where}indentation reaches {indentation / size:.0%} of the {what}; "
             f"'{stiffness.name}' assumes a contact that is small against the radii, up to {DEEPEST:.0%}"
         )
-    if isinstance(stiffness, Continued) and indentation > stiffness.deepest(contact):
+    if is_a(stiffness, Continued) and indentation > stiffness.deepest(contact):
         found.append(
             f"{where}indentation reaches {1e3 * indentation:.3g} mm; '{stiffness.name}' describes up to "
             f"{1e3 * stiffness.deepest(contact):.3g} mm and is continued along its tangent"
         )
     laws: dict[str, object] = {"stiffness": stiffness, "damping": damping, "friction": friction}
     for kind, law in laws.items():
-        if isinstance(law, Doubtful):
+        if is_a(law, Doubtful):
             found += [f"{where}{kind} law: {doubt}" for doubt in law.doubts(contact)]
     if stiffness.caveat:
         found.append(f"{where}'{stiffness.name}': {stiffness.caveat}")
@@ -107,7 +108,7 @@ def contact_warnings(
         found.append(f"{where}'{stiffness.name}' is for two surfaces of one material")
     if stiffness.materials == "steel" and not all("steel" in m.name for m in (contact.journal, contact.bearing)):
         found.append(f"{where}'{stiffness.name}' has the constants of steel built in")
-    if isinstance(damping, Proportional):
+    if is_a(damping, Proportional):
         asked, returned = damping.restitution, returned_restitution(damping.factor)
         claimed = damping.restitution_range
         if claimed is not None and not claimed[0] <= asked <= claimed[1]:

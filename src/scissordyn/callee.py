@@ -38,7 +38,6 @@ class _CalleeLibrary(JITCodeLibrary):
         for library in dict.fromkeys(self._linking_libraries):
             self._reload_init.update(library._reload_init)
             self._final_module.link_in(library._get_module_for_linking(), preserve=True)
-        self._final_module.verify()
         self._finalized = True
 
     def get_pointer_to_function(self, name: str) -> int:

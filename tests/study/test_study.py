@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import os
+import re
 from pathlib import Path
 from typing import Any
 
@@ -261,3 +262,12 @@ def test_blocks_are_longer_for_very_many_workers() -> None:
     """Limit: a few seconds on a machine; with a thousand workers the scheduler still has half of its time."""
     assert block_seconds(1) == block_seconds(100) == BLOCK_SECONDS
     assert 1000 / block_seconds(1000) * TASK_SECONDS == pytest.approx(0.5)
+
+
+def test_the_cost_of_a_task_is_the_measured_one() -> None:
+    """Identity: the length of blocks is chosen for no less than was measured, and for no more than ten times as much."""
+    page = (Path(__file__).parents[2] / "docs" / "decisions" / "measured" / "studies.md").read_text(encoding="utf-8")
+    words = " ".join(page.split())
+    (measured,) = re.findall(r"([\d.]+) ms of it processor time of the scheduler", words)
+    assert 1e-3 * float(measured) <= TASK_SECONDS <= 1e-2 * float(measured)
+    assert f"is chosen for {1e3 * TASK_SECONDS:g} ms (`TASK_SECONDS`)" in words

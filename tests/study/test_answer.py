@@ -328,4 +328,6 @@ def test_warnings_are_counted_by_their_text() -> None:
     said = ["joint 'A': 3 of 4 start at 1.5e-3 m/s\nlimit 5", "", "joint 'A': 11 of 40 start at 2 m/s", "limit -5.5"]
     found = warned(xr.Dataset({"warnings": ("case", said)}))
     assert found == {"joint 'A': 3 of 4 start at 1.5e-3 m/s": [0, 2], "limit 5": [0, 3]}
+    twice = warned(xr.Dataset({"warnings": ("case", ["joint '1' is loose\njoint '2' is loose", "joint '1' is loose"])}))
+    assert twice == {"joint '1' is loose": [0, 1]}
     assert warned(xr.Dataset()) == {}

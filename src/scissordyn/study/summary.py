@@ -55,10 +55,13 @@ class Table:
 
 def design_size(study: Study) -> str:
     """Points, samples and members in words."""
-    points = f"{_counted(study.points, 'point')} ({study.design.kind})" if study.factors else "The mechanism as it is"
-    samples = f", {_counted(study.sampling.samples, 'sample')} of the uncertain numbers at each" if study.uncertain else ""
-    members = f", {study.members} members of each" if study.members > 1 else ""
-    return points + samples + members
+    said = [f"{_counted(study.points, 'point')} ({study.design.kind})"] if study.factors else []
+    if study.uncertain:
+        of_each = " of each" if study.factors else ""
+        said.append(f"{_counted(study.sampling.samples, 'sample')}{of_each} ({study.sampling.kind})")
+    if study.members > 1:
+        said.append(f"{study.members} members of each")
+    return ", ".join(said)
 
 
 def varied_numbers(study: Study) -> Table:

@@ -258,6 +258,12 @@ def test_a_block_that_is_complete_is_not_done_again(tmp_path: Path) -> None:
     assert store.times()["attempts"].tolist() == [1.0, 1.0]
 
 
+def test_a_store_in_no_folder(tmp_path: Path) -> None:
+    """Identity: one line, before anything is computed."""
+    with pytest.raises(sd.InputError, match="no folder .*; allowed: a folder that exists"):
+        execute(study(), tmp_path / "none" / "a.zarr")
+
+
 def test_blocks_are_longer_for_very_many_workers() -> None:
     """Limit: a few seconds on a machine; with a thousand workers the scheduler still has half of its time."""
     assert block_seconds(1) == block_seconds(100) == BLOCK_SECONDS

@@ -278,9 +278,9 @@ def _report(described: Study, store: Store, output: str | None) -> int:
     from scissordyn.study.report import write_report
 
     results = store.results()
+    path = write_report(described, results, store.address, Path(output or "report.html"))
     show_answers(described, results, store.address)
-    path = Path(output or "report.html")
-    print(f"Saved to {write_report(described, results, store.address, path)}")
+    print(f"Saved to {path}")
     return DONE
 
 

@@ -300,6 +300,8 @@ class Store:
     def alone(self) -> Iterator[None]:
         """No other process hands out blocks of this store meanwhile."""
         path = Path(f"{self.address}.lock")
+        if not path.parent.is_dir():
+            raise InputError(f"'{self.address}' as a store: no folder '{path.parent}'", "a folder that exists", "-o study.zarr")
         with _said(self.address):
             handle = os.open(path, os.O_CREAT | os.O_RDWR)
         try:

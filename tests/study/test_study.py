@@ -171,6 +171,9 @@ def test_measures_of_the_user(tmp_path: Path) -> None:
     assert store.study(allow_code=[file]) == plain
     with pytest.raises(sd.InputError, match="--allow-code"):
         store.study()
+    unnamed = dataclasses.replace(plain, own_measures=(OwnMeasure("twice", lambda run: 2.0),)).to_plain()
+    with pytest.raises(sd.InputError, match=r"'twice' is a Python function of no file; .*own_measures="):
+        Study.from_plain(unnamed)
     fault = dataclasses.replace(plain, own_measures=(OwnMeasure("fault", f"{file}:fault", of="accumulators"),))
     failed = execute(fault, tmp_path / "b.zarr", block=6).results()
     assert failed["status"].values.tolist() == [FAILED] * 6
@@ -260,7 +263,7 @@ def test_a_block_that_is_complete_is_not_done_again(tmp_path: Path) -> None:
 
 def test_a_store_in_no_folder(tmp_path: Path) -> None:
     """Identity: one line, before anything is computed."""
-    with pytest.raises(sd.InputError, match="no folder .*; allowed: a folder that exists"):
+    with pytest.raises(sd.InputError, match=r"no folder .*; allowed: a folder that exists"):
         execute(study(), tmp_path / "none" / "a.zarr")
 
 

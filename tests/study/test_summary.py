@@ -19,7 +19,7 @@ from scissordyn.study.design import Design
 from scissordyn.study.distribution import Interval, Levels, LogNormal, Normal, Uniform, Variation
 from scissordyn.study.goal import Goal, Optimisation
 from scissordyn.study.indices import morris_indices
-from scissordyn.study.report import write_report
+from scissordyn.study.report import write_figures, write_report
 from scissordyn.study.requirement import Requirement
 from scissordyn.study.store import COMPLETE
 from scissordyn.study.summary import agreement, best_points, sensitivities, varied_numbers
@@ -90,6 +90,9 @@ def test_terminal_and_report_have_units(tmp_path: Path, capsys: pytest.CaptureFi
         "<td>interval: 0.1 to 0.5 mm</td>",
     ):
         assert text in page
+    (picture,) = write_figures(described, found, tmp_path / "figures")
+    assert picture.name == "response_curves.png"
+    assert picture.read_bytes().startswith(b"\x89PNG")
 
 
 def test_fronts_and_effects_have_units() -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import base64
 import html
 import io
+import re
 from collections.abc import Callable, Iterator
 from functools import partial
 from pathlib import Path
@@ -14,6 +15,7 @@ import numpy as np
 import xarray as xr
 
 from scissordyn.errors import InputError, ScissordynError
+from scissordyn.plot.file import write
 from scissordyn.plot.study import feasibility_map, pareto_front, requirement_bars, response_curves, sensitivity_bars
 from scissordyn.simulation.output_file import write_file
 from scissordyn.study.answer import by_point, causes, counts, feasible_share, replay_command, warned, worst_cases
@@ -37,7 +39,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-__all__ = ["figures", "write_report"]
+__all__ = ["figures", "write_figures", "write_report"]
 
 STYLE = """
 body { font: 16px/1.5 system-ui, sans-serif; max-width: 64rem; margin: 2rem auto; padding: 0 1rem; color: #222; }
@@ -54,6 +56,8 @@ DPI = 130
 
 MOST_RESPONSES = 8
 """With more responses there are no maps, curves and ranges of each, only the shares that meet the requirements."""
+
+NOT_IN_NAMES = re.compile(r"[^a-z0-9_.]+")
 
 MOST_FRONT = 40
 """Rows of a table of a Pareto front."""
@@ -102,6 +106,26 @@ def figures(study: Study, results: xr.Dataset) -> Iterator[tuple[str, Figure]]:
         figure = draw()[0].get_figure(root=True)
         assert figure is not None
         yield title, figure
+
+
+def write_figures(study: Study, results: xr.Dataset, folder: Path) -> list[Path]:
+    """Write the pictures of the report as PNG files, with their titles as names.
+
+    Parameters
+    ----------
+    study : Study
+    results : Dataset
+        From `Store.results`.
+    folder : Path
+        Made if there is none.
+
+    Returns
+    -------
+    list of Path
+    """
+    folder.mkdir(parents=True, exist_ok=True)
+    drawn = figures(study, results)
+    return [write(figure, folder / f"{NOT_IN_NAMES.sub('_', title.lower())}.png") for title, figure in drawn]
 
 
 def write_report(study: Study, results: xr.Dataset, address: str, path: Path) -> Path:

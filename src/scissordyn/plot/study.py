@@ -11,6 +11,7 @@ from matplotlib import colormaps
 from matplotlib.axes import Axes
 from matplotlib.colors import LinearSegmentedColormap, LogNorm, Normalize
 from matplotlib.lines import Line2D
+from matplotlib.ticker import MaxNLocator
 
 from scissordyn.errors import InputError
 from scissordyn.plot.scale import Scale, engineering, scale_of
@@ -140,6 +141,8 @@ def feasibility_map(
     bar = figure.colorbar(drawn, ax=one)
     bar.set_label(label, fontsize=SMALL)
     bar.ax.tick_params(labelsize=SMALL)
+    if colour != "met" and np.all(finite == np.round(finite)):
+        bar.locator = MaxNLocator(integer=True)
     one.grid(visible=False)
     return [one]
 
@@ -322,8 +325,10 @@ def pareto_front(tried: xr.Dataset, goals: tuple[str, str], *, axes: Canvas = No
     scales = [scale_of(tried[goal]) for goal in goals]
     x, y = (tried[goal].values * sign * scale.factor for goal, sign, scale in zip(goals, signs, scales, strict=True))
     meets, front = tried["violation"].values <= 0.0, tried["front"].values
-    one.plot(x[~meets], y[~meets], **DOTS, color=GREY, alpha=0.5, markersize=4.0, label="does not meet the requirements")
-    one.plot(x[meets & ~front], y[meets & ~front], **DOTS, color=BLUE, alpha=0.6, markersize=4.0, label="meets them")
+    if not meets.all():
+        one.plot(x[~meets], y[~meets], **DOTS, color=GREY, markersize=MARK, label="does not meet the requirements")
+    tried_only = meets & ~front
+    one.plot(x[tried_only], y[tried_only], **DOTS, color=BLUE, alpha=0.6, markersize=MARK, label="other points")
     order = np.argsort(x[front])
     one.plot(
         x[front][order], y[front][order], color=VERMILION, marker="o", markersize=3.5, linewidth=LINE, label="Pareto front"

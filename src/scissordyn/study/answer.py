@@ -81,7 +81,7 @@ class Worst:
 
 
 def responses(study: Study, results: xr.Dataset) -> dict[str, np.ndarray]:
-    """The numbers that requirements and goals are about; all measures where there are none.
+    """The numbers that requirements and goals are about, and all other measures.
 
     Parameters
     ----------
@@ -95,7 +95,7 @@ def responses(study: Study, results: xr.Dataset) -> dict[str, np.ndarray]:
     chosen: list[Response] = [requirement.response for requirement in study.requirements]
     goals = study.optimisation.goals if study.optimisation else ()
     chosen += [goal.response for goal in goals if goal.measure not in study.addresses]
-    chosen = chosen or [Response(name) for name in study.measure_names]
+    chosen += [Response(name) for name in study.measure_names if name not in {one.measure for one in chosen}]
     return {one.name: response_values(results, one) for one in chosen}
 
 

@@ -282,6 +282,12 @@ def test_tables_reports_and_replays(tmp_path: Path) -> None:
         write_report(described, results, "a.zarr", tmp_path / "r.txt")
     with pytest.raises(sd.InputError, match=r"ends in \.csv"):
         export(results, tmp_path / "a.xls")
+    assert export(results, tmp_path / "a.csv") == tmp_path / "a.csv"  # in the place of the same table
+    for name in ("notes.csv", "notes.parquet"):
+        (tmp_path / name).write_text("mine\n")
+        with pytest.raises(sd.InputError, match="is not overwritten"):
+            export(results, tmp_path / name)
+        assert (tmp_path / name).read_text() == "mine\n"
 
 
 def test_pictures_show_what_is_there() -> None:

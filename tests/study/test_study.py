@@ -261,6 +261,13 @@ def test_a_block_that_is_complete_is_not_done_again(tmp_path: Path) -> None:
     assert store.times()["attempts"].tolist() == [1.0, 1.0]
 
 
+def test_an_error_leaves_no_lock(tmp_path: Path) -> None:
+    """Identity: the file that keeps other processes away goes with the process that made it."""
+    with pytest.raises(RuntimeError), Store(tmp_path / "a.zarr").alone():
+        raise RuntimeError
+    assert not list(tmp_path.iterdir())
+
+
 def test_a_store_in_no_folder(tmp_path: Path) -> None:
     """Identity: one line, before anything is computed."""
     with pytest.raises(sd.InputError, match=r"no folder .*; allowed: a folder that exists"):

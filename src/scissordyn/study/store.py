@@ -307,8 +307,10 @@ class Store:
         try:
             if not hold(handle):
                 raise InputError(f"'{self.address}' is being computed by another process", "one at a time")
-            yield
-            path.unlink(missing_ok=True)
+            try:
+                yield
+            finally:
+                path.unlink(missing_ok=True)
         finally:
             os.close(handle)
 

@@ -1,14 +1,19 @@
-"""Cost of a study beside its integration: the store, blocks, tasks of dask, memory, and a plan for ten million cases."""
+"""Cost of a study beside its integration: the store, blocks, tasks of dask, memory, and a plan for ten million cases.
+
+With ``--folder`` the studies and their times are kept there, and the same command goes on with what was stopped.
+"""
 
 from __future__ import annotations
 
 import argparse
+import json
 import os
 import pickle
 import tempfile
 import time
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import asdict, dataclass
 from pathlib import Path
 
 import scissordyn as sd
@@ -19,7 +24,7 @@ from scissordyn.study.description import Factor, Study
 from scissordyn.study.design import Design
 from scissordyn.study.distribution import Interval
 from scissordyn.study.engine import Cluster, Engine, Threads
-from scissordyn.study.execute import Progress, block_seconds, execute
+from scissordyn.study.execute import BUSY, TASK_SECONDS, Progress, block_seconds, execute
 
 __all__ = ["Measured", "measure"]
 
@@ -36,7 +41,7 @@ WORKERS, PLANNED = 1000, 10_000_000
 
 MEASURES = ("peak_force", "contact_count")
 
-ARRAYS = ("A.clearance", "drive.speed", *MEASURES, "cause", "status")
+ARRAYS = ("A.clearance", "drive.speed", *MEASURES, "cause", "warnings", "status")
 
 MIB = 2**20
 
@@ -54,7 +59,9 @@ class Measured:
     beside : float
         Fraction of the workers' time that is not integration.
     early, late : float
-        Memory of this process after a tenth of the blocks and at the end [MiB].
+        Memory of this process [MiB] after a tenth of its cases and at the end.
+    runs : int
+        Of this process, the last of which completed the study.
     """
 
     engine: str
@@ -63,6 +70,7 @@ class Measured:
     beside: float
     early: float
     late: float
+    runs: int
 
     @property
     def rate(self) -> float:
@@ -103,30 +111,61 @@ def resident() -> float:
     return pages * os.sysconf("SC_PAGE_SIZE") / MIB
 
 
+@dataclass
+class Spent:
+    """What a study has taken so far, in a file beside it.
+
+    Parameters
+    ----------
+    seconds : float
+        By the clock, of all runs [s].
+    early, late : float
+        Memory of the last run after a tenth of its cases, and by now [MiB].
+    runs : int
+    """
+
+    seconds: float = 0.0
+    early: float = 0.0
+    late: float = 0.0
+    runs: int = 0
+
+    @classmethod
+    def of(cls, file: Path) -> Spent:
+        """What the file says."""
+        return cls(**json.loads(file.read_text())) if file.exists() else cls()
+
+
 def timed(name: str, cases: int, engine: Engine, folder: Path) -> Measured:
-    """Time a study, after a small one that loads the kernels in every worker."""
-    execute(study(8 * engine.workers), folder / f"{name} warm.zarr", block=1, engine=engine)
-    memory: list[float] = []
+    """Time a study, after a small one that loads the kernels in every worker; one that was stopped goes on."""
+    address, file = folder / f"{name}.zarr", folder / f"{name}.json"
+    spent = Spent.of(file)
+    before, first, early = spent.seconds, spent.runs, False
+    execute(study(8 * engine.workers), folder / f"{name} warm {spent.runs}.zarr", block=1, engine=engine)
+    began = time.perf_counter()
 
     def look(progress: Progress) -> None:
-        if not memory and progress.complete >= 0.1 * cases:
-            memory.append(resident())
+        nonlocal early
+        spent.seconds, spent.late = before + time.perf_counter() - began, resident()
+        to_do = progress.cases - progress.complete - progress.failed + progress.done_here
+        if not early and progress.done_here >= 0.1 * to_do:
+            early, spent.early = True, resident()
+        spent.runs = first + 1
+        file.write_text(json.dumps(asdict(spent)))
 
-    began = time.perf_counter()
-    store = execute(study(cases), folder / f"{name}.zarr", engine=engine, progress=look)
-    seconds, times = time.perf_counter() - began, store.times()
+    store = execute(study(cases), address, engine=engine, progress=look)
+    times = store.times()
     beside = 1.0 - float(times["integration_seconds"].sum()) / float(times["seconds"].sum())
-    return Measured(name, cases, seconds, beside, memory[0], resident())
+    return Measured(name, cases, spent.seconds, beside, spent.early, spent.late, spent.runs)
 
 
-def per_task(cluster: Cluster, tasks: int) -> float:
-    """Seconds that a task costs the scheduler, the worker and this process together."""
+def per_task(cluster: Cluster, tasks: int) -> tuple[float, float]:
+    """Seconds that a task costs by the clock, and of processor time of the scheduler and the coordinator, this process."""
     described = study(CASES)
     blocks = (Block(described, "nowhere", number) for number in range(tasks))
-    began = time.perf_counter()
+    began, busy = time.perf_counter(), time.process_time()
     for _ in cluster.each(empty, blocks):
         pass
-    return (time.perf_counter() - began) / tasks
+    return (time.perf_counter() - began) / tasks, (time.process_time() - busy) / tasks
 
 
 def held(cluster: Cluster, tasks: int) -> float:
@@ -139,7 +178,7 @@ def held(cluster: Cluster, tasks: int) -> float:
     return grown
 
 
-def measure(cases: int = CASES, tasks: int = TASKS) -> str:
+def measure(cases: int = CASES, tasks: int = TASKS, kept: Path | None = None) -> str:
     """The section of the page.
 
     Parameters
@@ -148,30 +187,34 @@ def measure(cases: int = CASES, tasks: int = TASKS) -> str:
         Of the study on two threads.
     tasks : int
         Without work.
+    kept : Path, optional
+        Folder of the studies, which go on there if they were stopped.
     """
     fewer, found = max(40, cases // FEWER), dict[str, Measured]()
-    with tempfile.TemporaryDirectory() as name:
-        folder = Path(name)
+    with _folder(kept) as folder:
         found["2 threads"] = timed("2 threads", cases, Threads(2), folder)
         found["1 thread"] = timed("1 thread", fewer, Threads(1), folder)
         for workers, title in ((1, "1 process"), (2, "2 processes")):
             with Cluster.local(workers) as cluster:
                 found[title] = timed(title, fewer * workers, cluster, folder)
                 if workers == 2:
-                    cost = per_task(cluster, tasks)
+                    clock, cost = per_task(cluster, tasks)
         memory = _with_one_worker(held, tasks)
     gains = [f"{two}: {found[two].rate / found[one].rate:.2f}" for one, two in PAIRS]
     whole = found["2 threads"]
     size = len(pickle.dumps(Block(study(CASES), "nowhere", 0))) / 1024
+    stopped = f" in {whole.runs} runs of the command" if whole.runs > 1 else ""
     about = paragraph(
         f"Frictionless cases of the paper: 50 ms simulated, tolerance 1e-8, random clearance and speed, {len(MEASURES)}",
-        f"measures. {whole.cases} cases on two threads took {whole.seconds / 60.0:.1f} minutes; the others are measured with",
-        "fewer cases.",
+        f"measures. {whole.cases} cases on two threads took {whole.seconds / 60.0:.1f} minutes{stopped},",
+        f"{whole.rate:.0f} a second; the others are measured with fewer cases.",
     )
     tasked = paragraph(
-        f"A task costs {1e3 * cost:.2f} ms in the scheduler, the worker and the coordinator together ({tasks} tasks without",
-        f"work; a block is sent in {size:.0f} KiB). {tasks} tasks that are held take {memory:.0f} MiB in the scheduler and the",
-        "coordinator.",
+        f"A task costs {1e3 * clock:.2f} ms by the clock ({tasks} tasks without work; a block is sent in {size:.0f} KiB),",
+        f"{1e3 * cost:.2f} ms of it processor time of the scheduler and the coordinator, which are one process here. The",
+        f"length of blocks is chosen for {1e3 * TASK_SECONDS:g} ms (`TASK_SECONDS`), with the scheduler busy {BUSY:.0%} of the",
+        f"time: {block_seconds(1):g} s for up to {_most_workers()} workers, {block_seconds(WORKERS):g} s for {WORKERS}.",
+        f"{tasks} tasks that are held take {memory:.0f} MiB in the scheduler and the coordinator.",
     )
     gain = f"Two workers against one: {', '.join(gains)}."
     plan = _plan(found["1 process"].rate, cost, memory * 2 * WORKERS / tasks)
@@ -179,6 +222,21 @@ def measure(cases: int = CASES, tasks: int = TASKS) -> str:
 
 
 PAIRS = (("1 thread", "2 threads"), ("1 process", "2 processes"))
+
+
+@contextmanager
+def _folder(kept: Path | None) -> Iterator[Path]:
+    if kept is not None:
+        kept.mkdir(parents=True, exist_ok=True)
+        yield kept
+        return
+    with tempfile.TemporaryDirectory() as name:
+        yield Path(name)
+
+
+def _most_workers() -> int:
+    """Workers up to which blocks are as long as for one."""
+    return int(block_seconds(1) * BUSY / TASK_SECONDS)
 
 
 def _with_one_worker(function: Callable[[Cluster, int], float], tasks: int) -> float:
@@ -195,10 +253,10 @@ def _plan(rate: float, cost: float, memory: float) -> str:
     slower = "the workers decide" if work > dispatch else "the scheduler decides"
     return paragraph(
         f"A plan for {PLANNED:.0e} cases on {WORKERS} workers: {tasks} tasks, blocks of {block} cases, {seconds:g} s",
-        f"each. Handing out all of them costs {dispatch:.0f} s, the work of each worker is {work:.0f} s: {slower} how long",
-        f"it takes. Two tasks for each worker are handed out at a time, {2 * WORKERS} in all: {memory:.0f} MiB in the",
-        f"scheduler and the coordinator, however many cases there are. The store has {len(ARRAYS)} arrays in",
-        f"{len(ARRAYS) * tasks} files of at most {8 * block / 1024:.1f} KiB; the seconds of each block are one file more.",
+        f"each. Handing out all of them takes the scheduler {dispatch:.0f} s, the work of each worker is {work:.0f} s:",
+        f"{slower} how long it takes. Two tasks for each worker are handed out at a time, {2 * WORKERS} in all:",
+        f"{memory:.0f} MiB in the scheduler and the coordinator, however many cases there are. The store has {len(ARRAYS)}",
+        f"arrays in {len(ARRAYS) * tasks} files of at most {8 * block / 1024:.1f} KiB; the seconds of each block are one more.",
     )
 
 
@@ -206,10 +264,11 @@ if __name__ == "__main__":
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--write", action="store_true", help="save the section in docs/decisions/measured/studies.md")
     parser.add_argument("--cases", type=int, default=CASES)
+    parser.add_argument("--folder", type=Path, help="keep the studies there; the same command goes on")
     given = parser.parse_args()
     load = os.getloadavg()[0] if hasattr(os, "getloadavg") else float("nan")
     idle = f"Load before: {load:.1f}; the figures are those of an idle machine if it is below 0.5."
-    text = f"{measure(given.cases)}\n\n{machine()}\n\n{idle}\n"
+    text = f"{measure(given.cases, kept=given.folder)}\n\n{machine()}\n\n{idle}\n"
     print(text)
     if given.write:
         also = "" if given.cases == CASES else f" --cases {given.cases}"

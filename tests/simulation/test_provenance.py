@@ -17,7 +17,7 @@ import scissordyn
 import scissordyn as sd
 from scissordyn.paper.cache import SHOWN
 from scissordyn.simulation.provenance import FACES, provenance
-from scissordyn.study import bifurcation as diagram_module
+from scissordyn.study import diagram as diagram_module
 from scissordyn.study.engine import Threads
 
 PACKAGE = Path(scissordyn.__file__).parent

@@ -282,6 +282,12 @@ def test_tables_reports_and_replays(tmp_path: Path) -> None:
         write_report(described, results, "a.zarr", tmp_path / "r.txt")
     with pytest.raises(sd.InputError, match=r"ends in \.csv"):
         export(results, tmp_path / "a.xls")
+    assert export(results, tmp_path / "a.csv") == tmp_path / "a.csv"  # in the place of the same table
+    for name in ("notes.csv", "notes.parquet"):
+        (tmp_path / name).write_text("mine\n")
+        with pytest.raises(sd.InputError, match="is not overwritten"):
+            export(results, tmp_path / name)
+        assert (tmp_path / name).read_text() == "mine\n"
 
 
 def test_pictures_show_what_is_there() -> None:
@@ -296,7 +302,7 @@ def test_pictures_show_what_is_there() -> None:
     marks = [line for line in one.lines if line.get_label() == "members disagree"]
     assert marks[0].get_xdata().size == 1
     curves = response_curves(points, limits={"peak_force": 500.0})
-    assert len(curves) == 2
+    assert len(curves) == 4  # a measure without a requirement is an answer too
     assert any(line.get_label() == "required" for line in curves[0].lines)
     sides: tuple[Any, ...] = (Uniform(-np.pi, np.pi),) * 3
     values = ishigami(design_values(Design("saltelli", 64), sides, np.zeros(3), np.arange(320)))
@@ -328,4 +334,6 @@ def test_warnings_are_counted_by_their_text() -> None:
     said = ["joint 'A': 3 of 4 start at 1.5e-3 m/s\nlimit 5", "", "joint 'A': 11 of 40 start at 2 m/s", "limit -5.5"]
     found = warned(xr.Dataset({"warnings": ("case", said)}))
     assert found == {"joint 'A': 3 of 4 start at 1.5e-3 m/s": [0, 2], "limit 5": [0, 3]}
+    twice = warned(xr.Dataset({"warnings": ("case", ["joint '1' is loose\njoint '2' is loose", "joint '1' is loose"])}))
+    assert twice == {"joint '1' is loose": [0, 1]}
     assert warned(xr.Dataset()) == {}

@@ -93,6 +93,7 @@ def _greet(server: socket.socket) -> None:
     [
         ("[1, 2]", "is no table"),
         ("kind: abacus\njobs: 2", "one of .*slurm"),
+        ("kind: jobqueue\njobs: 2", "one of htcondor, lsf"),
         ("kind: slurm\njobs: 0", "jobs 0"),
         ("a: [", "cannot read"),
     ],

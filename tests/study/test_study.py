@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import os
+import re
 from pathlib import Path
 from typing import Any
 
@@ -170,6 +171,9 @@ def test_measures_of_the_user(tmp_path: Path) -> None:
     assert store.study(allow_code=[file]) == plain
     with pytest.raises(sd.InputError, match="--allow-code"):
         store.study()
+    unnamed = dataclasses.replace(plain, own_measures=(OwnMeasure("twice", lambda run: 2.0),)).to_plain()
+    with pytest.raises(sd.InputError, match=r"'twice' is a Python function of no file; .*own_measures="):
+        Study.from_plain(unnamed)
     fault = dataclasses.replace(plain, own_measures=(OwnMeasure("fault", f"{file}:fault", of="accumulators"),))
     failed = execute(fault, tmp_path / "b.zarr", block=6).results()
     assert failed["status"].values.tolist() == [FAILED] * 6
@@ -257,7 +261,29 @@ def test_a_block_that_is_complete_is_not_done_again(tmp_path: Path) -> None:
     assert store.times()["attempts"].tolist() == [1.0, 1.0]
 
 
+def test_an_error_leaves_no_lock(tmp_path: Path) -> None:
+    """Identity: the file that keeps other processes away goes with the process that made it."""
+    with pytest.raises(RuntimeError), Store(tmp_path / "a.zarr").alone():
+        raise RuntimeError
+    assert not list(tmp_path.iterdir())
+
+
+def test_a_store_in_no_folder(tmp_path: Path) -> None:
+    """Identity: one line, before anything is computed."""
+    with pytest.raises(sd.InputError, match=r"no folder .*; allowed: a folder that exists"):
+        execute(study(), tmp_path / "none" / "a.zarr")
+
+
 def test_blocks_are_longer_for_very_many_workers() -> None:
     """Limit: a few seconds on a machine; with a thousand workers the scheduler still has half of its time."""
     assert block_seconds(1) == block_seconds(100) == BLOCK_SECONDS
     assert 1000 / block_seconds(1000) * TASK_SECONDS == pytest.approx(0.5)
+
+
+def test_the_cost_of_a_task_is_the_measured_one() -> None:
+    """Identity: the length of blocks is chosen for no less than was measured, and for no more than ten times as much."""
+    page = (Path(__file__).parents[2] / "docs" / "decisions" / "measured" / "studies.md").read_text(encoding="utf-8")
+    words = " ".join(page.split())
+    (measured,) = re.findall(r"([\d.]+) ms of it processor time of the scheduler", words)
+    assert 1e-3 * float(measured) <= TASK_SECONDS <= 1e-2 * float(measured)
+    assert f"is chosen for {1e3 * TASK_SECONDS:g} ms (`TASK_SECONDS`)" in words

@@ -77,6 +77,7 @@ def study(
     output: Annotated[
         str | None, typer.Option("-o", "--output", help="The store of a study file; the file of a report, export or replay.")
     ] = None,
+    plot: Annotated[Path | None, typer.Option(help="Also draw the pictures of a report into this folder.")] = None,
     points: Annotated[int | None, typer.Option(help="Points from now on, for extend.", min=1)] = None,
     threads: Annotated[int | None, typer.Option(help="Threads of this process; one per processor if not given.", min=1)] = None,
     workers: Annotated[int | None, typer.Option(help="Processes on this machine instead.", min=1)] = None,
@@ -89,6 +90,8 @@ def study(
 ) -> int:
     """Do a study file; or show, go on with, extend, report or export a study."""
     where = Where(threads, workers, scheduler, cluster)
+    if plot is not None and what != "report":
+        raise InputError("--plot without a report", "study report", "scissordyn study report study.zarr --plot figures")
     if what not in ACTIONS:
         return _from_file(what, store, output, where, block)
     if store is None:
@@ -109,7 +112,7 @@ def study(
                 raise InputError("'study extend' without --points", "the number of points from now on", "--points 2048")
             return compute(described, store, where, points=points)
         case "report":
-            return _report(described, opened, output)
+            return _report(described, opened, output, plot)
         case "export":
             from scissordyn.study.export import export
 
@@ -273,14 +276,19 @@ def _status(described: Study, store: Store) -> int:
     return DONE
 
 
-def _report(described: Study, store: Store, output: str | None) -> int:
+def _report(described: Study, store: Store, output: str | None, plot: Path | None) -> int:
     from scissordyn.cli.answers import show_answers
-    from scissordyn.study.report import write_report
+    from scissordyn.cli.output import check_folder
+    from scissordyn.study.report import write_figures, write_report
 
     results = store.results()
+    if plot is not None:
+        check_folder(plot, "--plot figures")
+    files = [write_report(described, results, store.address, Path(output or "report.html"))]
+    files += [] if plot is None else write_figures(described, results, plot)
     show_answers(described, results, store.address)
-    path = Path(output or "report.html")
-    print(f"Saved to {write_report(described, results, store.address, path)}")
+    for path in files:
+        print(f"Saved to {path}")
     return DONE
 
 

@@ -24,7 +24,8 @@ from scissordyn.paper.measures import JOINT
 from scissordyn.simulation.cycles import cycle
 from scissordyn.simulation.interrupt import pass_on
 from scissordyn.simulation.output_file import check_target
-from scissordyn.study.bifurcation import OtherDiagramError, bifurcation
+from scissordyn.study.bifurcation import bifurcation
+from scissordyn.study.diagram import OtherDiagramError
 from scissordyn.study.engine import Engine, Threads
 from scissordyn.study.ensemble import ensemble
 from scissordyn.study.lyapunov import separation_exponent

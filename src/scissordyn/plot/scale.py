@@ -4,11 +4,15 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-__all__ = ["DEGREES", "Scale", "engineering"]
+if TYPE_CHECKING:
+    import xarray as xr
+
+__all__ = ["DEGREES", "Scale", "engineering", "scale_of"]
 
 PREFIXES = {-12: "p", -9: "n", -6: "µ", -3: "m", 0: "", 3: "k", 6: "M", 9: "G"}
 
@@ -36,6 +40,10 @@ class Scale:
     def label(self, quantity: str) -> str:
         """A quantity with its unit, for an axis."""
         return f"{quantity} [{self.unit}]" if self.unit else quantity
+
+    def text(self, value: float, digits: int = 4) -> str:
+        """A number in SI units as a shown number, without the unit."""
+        return f"{value * self.factor:.{digits}g}"
 
 
 DEGREES = Scale(180.0 / math.pi, "deg")
@@ -71,3 +79,21 @@ def engineering(unit: str, *values: ArrayLike) -> Scale:
         return Scale(1.0, shown)
     power = 3 * math.floor(size / 3.0)
     return Scale(10.0**-power, f"10{str(power).translate(SUPERSCRIPT)} {shown}".rstrip())
+
+
+def scale_of(values: xr.DataArray) -> Scale:
+    """The scale of a variable: of the unit in which the user wrote it, degrees of an angle, an engineering one of all others.
+
+    Parameters
+    ----------
+    values : DataArray
+        With its SI unit as the attribute `units`; `shown_unit` and `shown_scale`, such a unit in SI, if the user chose one.
+
+    Returns
+    -------
+    Scale
+    """
+    if values.attrs.get("shown_unit"):
+        return Scale(1.0 / float(values.attrs["shown_scale"]), str(values.attrs["shown_unit"]))
+    unit = str(values.attrs.get("units", "1"))
+    return DEGREES if unit == "rad" else engineering(unit, values.values)

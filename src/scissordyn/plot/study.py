@@ -7,11 +7,14 @@ from typing import Any
 
 import numpy as np
 import xarray as xr
+from matplotlib import colormaps
 from matplotlib.axes import Axes
-from matplotlib.colors import LogNorm, Normalize
+from matplotlib.colors import LinearSegmentedColormap, LogNorm, Normalize
+from matplotlib.lines import Line2D
+from matplotlib.ticker import MaxNLocator
 
 from scissordyn.errors import InputError
-from scissordyn.plot.scale import DEGREES, Scale, engineering
+from scissordyn.plot.scale import Scale, engineering, scale_of
 from scissordyn.plot.style import BLACK, BLUE, GREY, LINE, ORANGE, SMALL, VERMILION, Canvas, legend, literal, panels
 
 __all__ = ["feasibility_map", "pareto_front", "requirement_bars", "response_curves", "sensitivity_bars"]
@@ -20,27 +23,39 @@ LONGEST = 84
 """Characters of a label beside a bar."""
 
 BINS = 12
-"""Parts of a factor's range for each of which a curve has a median."""
+"""Largest number of parts of a factor's range, for each of which a curve has a median."""
 
-MOST_LEVELS, EACH = 120, 3
-"""A factor with at most so many values, and as many points for each on average, has a point of the curve for each."""
+MOST_LEVELS = 120
+"""A factor with at most so many values, and `EACH` points for each on average, has a point of the curve for each."""
+
+EACH = 6
+"""Least number of points of which a median and a middle 80 % are drawn."""
+
+FEW = 200
+"""Up to so many points on a map are marked with a white edge, which shows on every colour."""
+
+MARK = 6.0
+"""Size of a dot in a legend, however small it is in the picture."""
 
 DOTS: dict[str, Any] = {"linestyle": "", "marker": ".", "markeredgewidth": 0.0}
+
+MET = LinearSegmentedColormap.from_list("met", colormaps["RdYlBu"](np.linspace(0.12, 0.88, 256)))
+"""From none to all: without the darkest ends, on which marks do not show."""
 
 DECADES = 30.0
 """Ratio of largest to smallest value from which colours and axes are logarithmic."""
 
 
-def _scale(values: xr.DataArray) -> Scale:
-    """The unit in which the user wrote a factor, an engineering one of anything else."""
-    if values.attrs.get("shown_unit"):
-        return Scale(1.0 / float(values.attrs["shown_scale"]), str(values.attrs["shown_unit"]))
-    unit = str(values.attrs.get("units", "1"))
-    return DEGREES if unit == "rad" else engineering(unit, values.values)
-
-
 def _factors(points: xr.Dataset) -> list[str]:
     return [str(name) for name, variable in points.data_vars.items() if variable.attrs.get("role") == "factor"]
+
+
+def _legend(axes: Sequence[Axes]) -> None:
+    """A legend whose dots can be seen."""
+    shown = legend(axes, above=True)
+    for handle in shown.legend_handles if shown is not None else ():
+        if isinstance(handle, Line2D) and handle.get_marker() == DOTS["marker"]:
+            handle.set(markersize=MARK, alpha=1.0)
 
 
 def _is_logarithmic(values: np.ndarray) -> bool:
@@ -83,14 +98,14 @@ def feasibility_map(
         raise InputError(f"a map over {len(names)} factors", "two factors or more")
     x, y = x or names[0], y or next(name for name in names if name != (x or names[0]))
     (one,) = panels(axes, 1, size=(5.4, 4.2))
-    sx, sy = _scale(points[x]), _scale(points[y])
+    sx, sy = scale_of(points[x]), scale_of(points[y])
     a, b, c = points[x].values * sx.factor, points[y].values * sy.factor, points[colour].values
-    sc = Scale(1.0, "") if colour == "met" else _scale(points[colour])
+    sc = Scale(1.0, "") if colour == "met" else scale_of(points[colour])
     c = c * sc.factor
     finite = c[np.isfinite(c)]
     spread = finite.size and finite.min() > 0.0 and finite.max() / finite.min() > DECADES
     norm: Normalize = Normalize(0.0, 1.0) if colour == "met" else (LogNorm() if spread else Normalize())
-    look: dict[str, Any] = {"cmap": "RdYlBu" if colour == "met" else "viridis", "norm": norm, "rasterized": True}
+    look: dict[str, Any] = {"cmap": MET if colour == "met" else "viridis", "norm": norm, "rasterized": True}
     ua, ub = np.unique(a), np.unique(b)
     on_grid = points.sizes["point"] % (ua.size * ub.size) == 0 and ua.size > 1 and ub.size > 1
     if on_grid:
@@ -109,9 +124,11 @@ def feasibility_map(
     else:
         places = (a[marked], b[marked])
     if places[0].size:
-        size = float(np.clip(220.0 / np.sqrt(max(places[0].size, 1)), 1.0, 12.0)) / 3.0
-        one.plot(*places, **DOTS, markersize=size, color=BLACK, label="members disagree")
-        legend([one], above=True)
+        few = places[0].size <= FEW
+        size = 8.0 if few else float(np.clip(70.0 / np.sqrt(places[0].size), 0.4, 4.0))
+        edge = {"markeredgecolor": "white", "markeredgewidth": 0.8} if few else {}
+        one.plot(*places, **(DOTS | edge), markersize=size, color=BLACK, label="members disagree")
+        _legend([one])
     if _is_logarithmic(points[x].values):
         one.set_xscale("log")
     if _is_logarithmic(points[y].values):
@@ -124,6 +141,8 @@ def feasibility_map(
     bar = figure.colorbar(drawn, ax=one)
     bar.set_label(label, fontsize=SMALL)
     bar.ax.tick_params(labelsize=SMALL)
+    if colour != "met" and np.all(finite == np.round(finite)):
+        bar.locator = MaxNLocator(integer=True)
     one.grid(visible=False)
     return [one]
 
@@ -160,20 +179,24 @@ def response_curves(points: xr.Dataset, *, limits: dict[str, float] | None = Non
     size = (1.2 + 2.6 * len(factors), 0.8 + 2.0 * len(names))
     found = panels(axes, len(names), len(factors), size=size, share=True)
     for row, name in enumerate(names):
-        sy = _scale(points[name])
+        sy = scale_of(points[name])
         values = points[name].values * sy.factor
         for place, factor in enumerate(factors):
-            one, sx = found[row * len(factors) + place], _scale(points[factor])
+            one, sx = found[row * len(factors) + place], scale_of(points[factor])
             x = points[factor].values * sx.factor
             dot = float(np.clip(200.0 / np.sqrt(x.size), 1.0, 6.0))
             one.plot(x, values, **DOTS, color=GREY, alpha=0.5, markersize=dot, label="points", rasterized=True)
             middle, low, high, at = _binned(x, values)
-            if at.size > 1:
+            if len(factors) == 1 and np.unique(x).size == x.size:
+                order = np.argsort(x)
+                one.plot(x[order], values[order], color=BLUE, linewidth=LINE)
+            elif at.size > 1:
                 one.fill_between(at, low, high, color=BLUE, alpha=0.2, linewidth=0.0, label="middle 80 %")
                 one.plot(at, middle, color=BLUE, linewidth=1.5 * LINE, label="median")
             marked = points["disagrees"].values
             if marked.any():
-                one.plot(x[marked], values[marked], **DOTS, color=VERMILION, markersize=dot, label="members disagree")
+                larger = max(dot, 4.0 if np.count_nonzero(marked) <= FEW else 1.0)
+                one.plot(x[marked], values[marked], **DOTS, color=VERMILION, markersize=larger, label="members disagree")
             if limits and name in limits:
                 one.axhline(limits[name] * sy.factor, color=ORANGE, linewidth=LINE, label="required")
             if _is_logarithmic(points[factor].values):
@@ -185,7 +208,7 @@ def response_curves(points: xr.Dataset, *, limits: dict[str, float] | None = Non
                 one.set_xlabel(sx.label(literal(factor)))
             if place == 0:
                 one.set_ylabel(sy.label(literal(name)))
-    legend(found, above=True)
+    _legend(found)
     return found
 
 
@@ -197,10 +220,13 @@ def _binned(x: np.ndarray, values: np.ndarray) -> tuple[np.ndarray, np.ndarray, 
     if levels.size <= MOST_LEVELS and x.size >= EACH * levels.size:
         parts, at = [values[x == level] for level in levels], levels
     else:
-        edges = np.quantile(x, np.linspace(0.0, 1.0, BINS + 1))
-        which = np.clip(np.searchsorted(edges, x, side="right") - 1, 0, BINS - 1)
-        parts = [values[which == k] for k in range(BINS) if np.any(which == k)]
-        at = np.array([np.median(x[which == k]) for k in range(BINS) if np.any(which == k)])
+        count = min(BINS, x.size // EACH)
+        if count < 1:
+            return (np.empty(0),) * 4
+        edges = np.quantile(x, np.linspace(0.0, 1.0, count + 1))
+        which = np.clip(np.searchsorted(edges, x, side="right") - 1, 0, count - 1)
+        parts = [values[which == k] for k in range(count) if np.any(which == k)]
+        at = np.array([np.median(x[which == k]) for k in range(count) if np.any(which == k)])
     quantiles = np.array([np.quantile(part, [0.5, 0.1, 0.9]) for part in parts]).reshape(-1, 3)
     return quantiles[:, 0], quantiles[:, 1], quantiles[:, 2], at
 
@@ -239,7 +265,7 @@ def sensitivity_bars(indices: dict[str, xr.Dataset], *, axes: Canvas = None) -> 
         one.invert_yaxis()
         what = "mean absolute effect on" if table.attrs["method"] == "morris" else "Sobol index of"
         one.set_xlabel(scale.label(f"{what} {literal(name)}"))
-    legend(found, above=True)
+    _legend(found)
     return found
 
 
@@ -296,16 +322,18 @@ def pareto_front(tried: xr.Dataset, goals: tuple[str, str], *, axes: Canvas = No
     """
     (one,) = panels(axes, 1, size=(5.0, 3.8))
     signs = [-1.0 if goal.startswith("maximise") else 1.0 for goal in goals]
-    scales = [_scale(tried[goal]) for goal in goals]
+    scales = [scale_of(tried[goal]) for goal in goals]
     x, y = (tried[goal].values * sign * scale.factor for goal, sign, scale in zip(goals, signs, scales, strict=True))
     meets, front = tried["violation"].values <= 0.0, tried["front"].values
-    one.plot(x[~meets], y[~meets], **DOTS, color=GREY, alpha=0.5, markersize=4.0, label="does not meet the requirements")
-    one.plot(x[meets & ~front], y[meets & ~front], **DOTS, color=BLUE, alpha=0.6, markersize=4.0, label="meets them")
+    if not meets.all():
+        one.plot(x[~meets], y[~meets], **DOTS, color=GREY, markersize=MARK, label="does not meet the requirements")
+    tried_only = meets & ~front
+    one.plot(x[tried_only], y[tried_only], **DOTS, color=BLUE, alpha=0.6, markersize=MARK, label="other points")
     order = np.argsort(x[front])
     one.plot(
         x[front][order], y[front][order], color=VERMILION, marker="o", markersize=3.5, linewidth=LINE, label="Pareto front"
     )
     one.set_xlabel(scales[0].label(literal(goals[0].partition(" ")[2])))
     one.set_ylabel(scales[1].label(literal(goals[1].partition(" ")[2])))
-    legend([one], above=True)
+    _legend([one])
     return [one]

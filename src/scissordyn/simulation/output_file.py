@@ -26,7 +26,7 @@ BEGINNINGS = {
     ".svg": (b"<?xml", b"<svg"),
     ".html": (b"<!DOCTYPE html", b"<!doctype html"),
     ".mp4": (b"ftyp",),
-    ".csv": (b"time [s]", b"contact_joint"),
+    ".csv": (b"time [s]", b"contact_joint", b"case,point,sample,member,"),
     ".mat": (b"MATLAB",),
     ".parquet": (b"PAR1",),
 }

@@ -67,6 +67,8 @@ class Worst:
     case : int
     requirement : str
     value : float
+    units : str
+        Of the value.
     margin : float
         As a fraction of the bound; negative where it is not met.
     """
@@ -74,11 +76,12 @@ class Worst:
     case: int
     requirement: str
     value: float
+    units: str
     margin: float
 
 
 def responses(study: Study, results: xr.Dataset) -> dict[str, np.ndarray]:
-    """The numbers that requirements and goals are about; all measures where there are none.
+    """The numbers that requirements and goals are about, and all other measures.
 
     Parameters
     ----------
@@ -92,7 +95,7 @@ def responses(study: Study, results: xr.Dataset) -> dict[str, np.ndarray]:
     chosen: list[Response] = [requirement.response for requirement in study.requirements]
     goals = study.optimisation.goals if study.optimisation else ()
     chosen += [goal.response for goal in goals if goal.measure not in study.addresses]
-    chosen = chosen or [Response(name) for name in study.measure_names]
+    chosen += [Response(name) for name in study.measure_names if name not in {one.measure for one in chosen}]
     return {one.name: response_values(results, one) for one in chosen}
 
 
@@ -236,7 +239,7 @@ def worst_cases(study: Study, results: xr.Dataset, count: int = 5) -> list[Worst
     complete = results["status"].values == COMPLETE
     found: dict[int, Worst] = {}
     for requirement in study.requirements:
-        values = response_values(results, requirement.response)
+        values, units = response_values(results, requirement.response), results[requirement.measure].attrs.get("units", "1")
         margins = np.where(complete & np.isfinite(values), requirement.margin(values), np.inf)
         seen = set[int]()
         for case in np.argsort(margins, kind="stable"):
@@ -246,7 +249,8 @@ def worst_cases(study: Study, results: xr.Dataset, count: int = 5) -> list[Worst
             if point not in seen:
                 seen.add(point)
                 if point not in found or found[point].margin > margins[case]:
-                    found[point] = Worst(int(case), requirement.label, float(values[case]), float(margins[case]))
+                    value, margin = float(values[case]), float(margins[case])
+                    found[point] = Worst(int(case), requirement.label, value, str(units), margin)
     return sorted(found.values(), key=lambda one: one.margin)[:count]
 
 
@@ -305,7 +309,9 @@ def _grouped(said: Iterable[tuple[str, int]]) -> dict[str, list[int]]:
     groups: dict[str, list[int]] = {}
     label: dict[str, str] = {}
     for text, case in said:
-        groups.setdefault(label.setdefault(NUMBER.sub("#", text), text), []).append(case)
+        cases = groups.setdefault(label.setdefault(NUMBER.sub("#", text), text), [])
+        if not cases or cases[-1] != case:  # of several joints of a case it may say the same
+            cases.append(case)
     return dict(sorted(groups.items(), key=lambda item: -len(item[1])))
 
 

@@ -336,8 +336,14 @@ class Study:
             if each["name"] in given:
                 own.append(given[each["name"]])
                 continue
+            if not each["function"]:
+                raise InputError(
+                    f"the study's measure '{each['name']}' is a Python function of no file",
+                    "the function, from Python",
+                    f"Store('study.zarr').study(own_measures=[OwnMeasure('{each['name']}', function)])",
+                )
             path = Path(each["function"].rpartition(":")[0])
-            if not each["function"] or path.resolve() not in {Path(file).resolve() for file in allow_code}:
+            if path.resolve() not in {Path(file).resolve() for file in allow_code}:
                 raise InputError(
                     f"the study's measure '{each['name']}' is a function of yours", "its file, allowed", f"--allow-code {path}"
                 )

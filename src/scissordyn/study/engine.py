@@ -254,7 +254,8 @@ class Cluster:
         options = _cluster_options(file)
         import dask_jobqueue
 
-        kinds = {name.removesuffix("Cluster").lower(): name for name in dir(dask_jobqueue) if name.endswith("Cluster")}
+        named = (name for name in dir(dask_jobqueue) if name.endswith("Cluster") and name != "JobQueueCluster")  # their base
+        kinds = {name.removesuffix("Cluster").lower(): name for name in named}
         kind, jobs = str(options.pop("kind", "")).lower(), options.pop("jobs", 1)
         if kind not in kinds or not isinstance(jobs, int) or jobs < 1:
             raise InputError(

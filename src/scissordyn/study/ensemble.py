@@ -122,24 +122,30 @@ def ensemble(
     InputError
         For an option that cannot be used.
     """
-    _check(members, cycles, skip, perturbation, agreement)
-    if not mechanism.contacts:
-        raise InputError("an ensemble of a mechanism without clearance joints", "a mechanism with a clearance")
+    _check(mechanism, members, cycles, skip, perturbation, agreement)
     period = drive_period(mechanism) if period is None else period
     options = Options(period, start, 2, rtol, atol, method, most_steps)
     starts = _starts(mechanism, start, members, perturbation, seed)
     cases = [Member(number, mechanism, options, cycles, phase, one) for number, one in enumerate(starts)]
-    found: list[Outcome[Member, _Recorded]] = []
-    for one in (Threads() if engine is None else engine).each(_run, cases):
-        found.append(one)
-        if progress is not None:
-            progress(len(found), members)
-    run, status = _collected(mechanism, sorted(found, key=lambda one: one.task.number), cycles)
+    found = _outcomes(cases, Threads() if engine is None else engine, progress)
+    run, status = _collected(mechanism, found, cycles)
     _add_agreement(run, mechanism, agreement, period, phase)
     _add_means(run, skip)
     settings = {"period": period, "phase": phase, "perturbation": perturbation, "seed": seed, "agreement": agreement}
     run.attrs |= _attributes(mechanism, options, status, settings)
     return run
+
+
+def _outcomes(
+    cases: Sequence[Member], engine: Engine, progress: Callable[[int, int], None] | None
+) -> list[Outcome[Member, _Recorded]]:
+    """What became of the members, in their order."""
+    found: list[Outcome[Member, _Recorded]] = []
+    for one in engine.each(_run, cases):
+        found.append(one)
+        if progress is not None:
+            progress(len(found), len(cases))
+    return sorted(found, key=lambda one: one.task.number)
 
 
 def _attributes(
@@ -153,7 +159,7 @@ def _attributes(
     }
 
 
-def _check(members: int, cycles: int, skip: int, perturbation: float, agreement: float) -> None:
+def _check(mechanism: Mechanism, members: int, cycles: int, skip: int, perturbation: float, agreement: float) -> None:
     for name, count, least in (("members", members, 2), ("cycles", cycles, 1), ("skip", skip, 0)):
         if isinstance(count, bool) or not isinstance(count, int) or count < least:
             raise InputError(f"{name} = {count!r}", f"a whole number >= {least}")
@@ -163,6 +169,8 @@ def _check(members: int, cycles: int, skip: int, perturbation: float, agreement:
         raise InputError(f"perturbation = {perturbation!r}", f"a number from {LEAST:g} to {MOST:g}")
     if not 0.0 < agreement < 1.0:
         raise InputError(f"agreement = {agreement!r}", "a fraction of the clearance, above 0 and below 1")
+    if not mechanism.contacts:
+        raise InputError("an ensemble of a mechanism without clearance joints", "a mechanism with a clearance")
 
 
 def _collected(mechanism: Mechanism, found: Sequence[Outcome[Member, _Recorded]], cycles: int) -> tuple[xr.Dataset, list[str]]:

@@ -21,7 +21,8 @@ BLOCK_SECONDS = 3.0
 """Work of a block [s]: much more than a task costs, and little to lose."""
 
 TASK_SECONDS = 1e-2
-"""What a task costs the scheduler and the coordinator [s], rounded up from docs/decisions/measured/studies.md."""
+"""Processor time of a task in the scheduler and the coordinator [s]: docs/decisions/measured/studies.md, with a margin for slow
+or busy machines."""
 
 BUSY = 0.5
 """Fraction of the time that they may be busy, which makes blocks for very many workers longer."""

@@ -9,7 +9,7 @@ import numpy as np
 import xarray as xr
 
 from scissordyn.errors import InputError
-from scissordyn.simulation.output_file import check_target
+from scissordyn.simulation.output_file import check_target, write_file
 from scissordyn.simulation.store import save
 from scissordyn.study.store import COMPLETE, FAILED, PENDING
 
@@ -77,14 +77,10 @@ def export(results: xr.Dataset, path: Path) -> Path:
                 plain[name] = variable.copy(data=variable.values.astype(object))
         plain.attrs = {**plain.attrs, "fingerprint": str(plain.attrs["fingerprint"])}
         return save(plain, path)
+    check_target(path, sample=f"-o study{ending}")
     rows = table(results)
     try:
-        if ending == ".csv":
-            rows.to_csv(path, index_label="case")
-        else:
-            rows.to_parquet(path)
+        content = rows.to_csv(index_label="case").encode() if ending == ".csv" else rows.to_parquet()
     except ImportError:
         raise InputError("pyarrow is not installed", "the extra 'study', or CSV", "-o study.csv") from None
-    except OSError as error:
-        raise InputError(f"cannot write '{path}': {error.strerror or error}", "a place that can be written") from None
-    return path
+    return write_file(path, content, sample=f"-o study{ending}")

@@ -5,7 +5,8 @@ from __future__ import annotations
 import base64
 import html
 import io
-from collections.abc import Callable, Iterator, Sequence
+import re
+from collections.abc import Callable, Iterator
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -14,34 +15,49 @@ import numpy as np
 import xarray as xr
 
 from scissordyn.errors import InputError, ScissordynError
-from scissordyn.model.address import number
+from scissordyn.plot.file import write
 from scissordyn.plot.study import feasibility_map, pareto_front, requirement_bars, response_curves, sensitivity_bars
-from scissordyn.simulation.measure import MEASURES
 from scissordyn.simulation.output_file import write_file
-from scissordyn.study.answer import AGREEMENT, by_point, causes, counts, feasible_share, replay_command, warned, worst_cases
-from scissordyn.study.description import Factor, Study
-from scissordyn.study.distribution import Interval, Levels, Uniform
+from scissordyn.study.answer import by_point, causes, counts, feasible_share, replay_command, warned, worst_cases
+from scissordyn.study.description import Study
 from scissordyn.study.indices import sensitivity
 from scissordyn.study.optimise import candidates
-from scissordyn.study.requirement import Requirement
+from scissordyn.study.summary import (
+    Table,
+    agreement,
+    best_points,
+    design_size,
+    meaning,
+    requirement_shares,
+    response_ranges,
+    sensitivities,
+    varied_numbers,
+    worst_value,
+)
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-__all__ = ["figures", "write_report"]
+__all__ = ["figures", "write_figures", "write_report"]
 
 STYLE = """
-body { font: 16px/1.5 system-ui, sans-serif; max-width: 60rem; margin: 2rem auto; padding: 0 1rem; color: #222; }
-table { border-collapse: collapse; margin: 1rem 0; } .scroll { overflow-x: auto; }
-th, td { text-align: left; padding: .25rem .9rem .25rem 0;
-border-bottom: 1px solid #e4e4e4; } code { background: #f4f4f4; padding: .1rem .3rem; } img { max-width: 100%; }
+body { font: 16px/1.5 system-ui, sans-serif; max-width: 64rem; margin: 2rem auto; padding: 0 1rem; color: #222; }
+.scroll { overflow-x: auto; margin: 1rem 0; } table { border-collapse: collapse; }
+th, td { text-align: left; vertical-align: top; padding: .25rem .9rem .25rem 0; border-bottom: 1px solid #e4e4e4; }
+th, td { white-space: nowrap; } td.long { white-space: normal; min-width: 20rem; }
+code { background: #f4f4f4; padding: .1rem .3rem; } img { max-width: 100%; }
 """
+
+LONG = 48
+"""Characters from which the text of a cell is broken into lines."""
 
 DPI = 130
 
 MOST_RESPONSES = 8
 """With more responses there are no maps, curves and ranges of each, only the shares that meet the requirements."""
+
+NOT_IN_NAMES = re.compile(r"[^a-z0-9_.]+")
 
 MOST_FRONT = 40
 """Rows of a table of a Pareto front."""
@@ -68,7 +84,7 @@ def figures(study: Study, results: xr.Dataset) -> Iterator[tuple[str, Figure]]:
     if len(study.requirements) > 2:
         shares = feasible_share(study, results)[:-1]
         bounds = np.array([(one.low, one.high) for one in shares])
-        labels = [_meaning(results, one) or one.label for one in study.requirements]
+        labels = [meaning(results, one) or one.label for one in study.requirements]
         met = np.array([one.share for one in shares])
         drawn.append(("How often each requirement is met", partial(requirement_bars, labels, met, bounds)))
     if len(responses) > MOST_RESPONSES:
@@ -92,6 +108,26 @@ def figures(study: Study, results: xr.Dataset) -> Iterator[tuple[str, Figure]]:
         yield title, figure
 
 
+def write_figures(study: Study, results: xr.Dataset, folder: Path) -> list[Path]:
+    """Write the pictures of the report as PNG files, with their titles as names.
+
+    Parameters
+    ----------
+    study : Study
+    results : Dataset
+        From `Store.results`.
+    folder : Path
+        Made if there is none.
+
+    Returns
+    -------
+    list of Path
+    """
+    folder.mkdir(parents=True, exist_ok=True)
+    drawn = figures(study, results)
+    return [write(figure, folder / f"{NOT_IN_NAMES.sub('_', title.lower())}.png") for title, figure in drawn]
+
+
 def write_report(study: Study, results: xr.Dataset, address: str, path: Path) -> Path:
     """Write the report.
 
@@ -111,7 +147,7 @@ def write_report(study: Study, results: xr.Dataset, address: str, path: Path) ->
     """
     if path.suffix.lower() not in (".html", ".htm"):
         raise InputError(f"'{path}' as a report", "a name that ends in .html", "-o report.html")
-    parts = [*_summary(study, results), *_shares(study, results), *_front(study, results), *_worst(study, results, address)]
+    parts = [*_summary(study, results), *_sensitivities(study, results), *_cases(study, results, address)]
     for title, figure in figures(study, results):
         picture = io.BytesIO()
         figure.savefig(picture, format="png", dpi=DPI)
@@ -127,112 +163,62 @@ def write_report(study: Study, results: xr.Dataset, address: str, path: Path) ->
         raise ScissordynError(f"cannot write '{path}': {error.strerror or error}") from None
 
 
-def _text(text: object) -> str:
-    return html.escape(str(text))
-
-
-def _table(head: Sequence[str], rows: Sequence[Sequence[object]]) -> str:
-    lines = "".join("<tr>" + "".join(f"<td>{_text(cell)}</td>" for cell in row) + "</tr>" for row in rows)
-    heads = "".join(f"<th>{_text(cell)}</th>" for cell in head)
-    return f'<div class="scroll"><table><tr>{heads}</tr>{lines}</table></div>'
-
-
-def _over(study: Study, factor: Factor) -> str:
-    """What a factor varies over, in words."""
-    quantity = number(study.mechanism, factor.address).quantity
-    unit = factor.unit or ("" if quantity is None or quantity.unit == "1" else quantity.unit)
-    unit, variation = f" {unit}" if unit else "", factor.variation
-    if isinstance(variation, Levels):
-        values = [value / factor.scale for value in variation.values]
-        shown = [f"{value:.6g}" for value in values[:6]] + ([f"... {values[-1]:.6g}"] if len(values) > 6 else [])
-        return ", ".join(shown) + unit
-    if isinstance(variation, Interval | Uniform):
-        low, high = (end / factor.scale for end in variation.ends)
-        logarithmic = ", logarithmic" if isinstance(variation, Interval) and variation.logarithmic else ""
-        return f"{variation.kind}: {low:.6g} to {high:.6g}{unit}{logarithmic}"
-    unit = "" if quantity is None or quantity.unit == "1" else f" {quantity.unit}"
-    fields = ", ".join(f"{name} {value}" for name, value in vars(variation).items() if name != "values")
-    return f"{variation.kind}: {fields}{unit}"
-
-
-def _meaning(results: xr.Dataset, requirement: Requirement) -> str:
-    """What the function of the user that a requirement is about says of itself."""
-    if requirement.measure in MEASURES:
-        return ""
-    text = str(results[requirement.measure].attrs.get("long_name", ""))
-    return "" if text.startswith("measure '") else text
-
-
 def _summary(study: Study, results: xr.Dataset) -> Iterator[str]:
-    complete, failed, pending = counts(results)
-    rows = [(factor.address, "chosen", _over(study, factor)) for factor in study.factors]
-    rows += [(factor.address, "uncertain", _over(study, factor)) for factor in study.uncertain]
-    design = f"{study.points} points ({study.design.kind})"
-    samples = f", {study.sampling.samples} samples of the uncertain numbers at each" if study.uncertain else ""
-    members = f", {study.members} members of each" if study.members > 1 else ""
-    yield f"<p>{_text(design + samples + members)}: {complete} cases complete, {failed} failed, {pending} pending.</p>"
-    yield _table(("number", "", "values"), rows)
     points = by_point(study, results)
-    if study.members > 1:
-        share, undecided = float(points["disagrees"].mean()), float(points["undecided"].mean())
-        yield (
-            f"<p>Members, whose starts differ by round-off, disagree by more than {AGREEMENT:g} of the response at "
-            f"<b>{share:.1%}</b> of the points: the motion is chaotic there, and the answer is a distribution. Whether all "
-            f"requirements are met depends on round-off at {undecided:.1%} of the points.</p>"
-        )
-    found = []
-    for name, variable in points.data_vars.items():
-        if variable.attrs.get("role") == "response" and bool(np.isfinite(variable.values).any()):
-            quantiles = np.nanquantile(variable.values, [0.0, 0.5, 1.0])
-            found.append((name, *(f"{value:.4g}" for value in quantiles), variable.attrs["units"]))
-    if len(found) <= MOST_RESPONSES:
-        yield _table(("response", "smallest", "median", "largest", "unit"), found)
-    _, left_out = sensitivity(study, results)
+    complete, failed, pending = counts(results)
+    yield f"<p>{_text(design_size(study))}: {complete} cases complete, {failed} failed, {pending} pending.</p>"
+    yield _table(varied_numbers(study))
+    if said := agreement(study, points):
+        yield f"<p>{_text(said)}</p>"
+    ranges = response_ranges(study, points)
+    if 0 < len(ranges.rows) <= MOST_RESPONSES:
+        yield _table(ranges)
+    shares = requirement_shares(study, results)
+    if shares.rows:
+        yield "<h2>Requirements</h2>" + _table(shares)
+        yield "<p>Interval of Clopper and Pearson; a grid is no sample and has none. Failed cases are left out.</p>"
+    front = best_points(study, results, MOST_FRONT)
+    if front is not None:
+        yield f"<h2>{front.title}</h2>" + _table(front)
+
+
+def _sensitivities(study: Study, results: xr.Dataset) -> Iterator[str]:
+    found, left_out = sensitivity(study, results)
+    for table in sensitivities(found):
+        yield f"<h2>What {_text(table.title)} depends on</h2>" + _table(table)
     for name, why in left_out.items():
         yield f"<p>No indices of {_text(name)}: {_text(why)}.</p>"
 
 
-def _shares(study: Study, results: xr.Dataset) -> Iterator[str]:
-    shares = feasible_share(study, results)
-    if shares:
-        rows = []
-        meanings = [_meaning(results, requirement) for requirement in study.requirements]
-        for one, meaning in zip(shares, [*meanings, ""], strict=True):
-            interval = "no sample" if np.isnan(one.low) else f"{one.low:.1%} to {one.high:.1%}"
-            row = [one.label, meaning, f"{one.share:.1%}", interval, one.trials]
-            rows.append(row if any(meanings) else [row[0], *row[2:]])
-        head = ("requirement", *(("meaning",) if any(meanings) else ()), "met by", "95 % interval", "trials")
-        yield "<h2>Requirements</h2>" + _table(head, rows)
-        yield "<p>Interval of Clopper and Pearson; a grid is no sample and has none. Failed cases are left out.</p>"
-
-
-def _front(study: Study, results: xr.Dataset) -> Iterator[str]:
-    if study.optimisation is None:
-        return
-    found = candidates(study, results)
-    rows = np.flatnonzero(found.points["front"].values) if found.best < 0 else np.array([found.best])
-    names = [factor.address for factor in study.factors] + [goal.label for goal in study.optimisation.goals]
-    signs = {goal.label: -1.0 if goal.maximise else 1.0 for goal in study.optimisation.goals}
-    table = [
-        [int(row), *(f"{signs.get(n, 1.0) * float(found.points[n][row]):.6g}" for n in names)] for row in rows[:MOST_FRONT]
-    ]
-    heads = ["point", *(f"{name} [{found.points[name].attrs.get('units', '1')}]" for name in names)]
-    title = "Pareto front" if found.best < 0 else "Best point"
-    yield f"<h2>{title}</h2><p>Measure of risk: {_text(study.optimisation.risk)}.</p>" + _table(heads, table)
-    if found.best >= 0 and float(found.points["violation"][found.best]) > 0.0:
-        yield "<p>No point meets all requirements; this is the one that violates them least.</p>"
-
-
-def _worst(study: Study, results: xr.Dataset, address: str) -> Iterator[str]:
-    rows = [
-        (one.requirement, f"{one.value:.4g}", f"{one.margin:+.1%}", replay_command(address, one.case))
+def _cases(study: Study, results: xr.Dataset, address: str) -> Iterator[str]:
+    """Cases to look at, each with the command that replays it."""
+    worst = [
+        (one.requirement, worst_value(one), f"{one.margin:+.1%}", replay_command(address, one.case))
         for one in worst_cases(study, results)
     ]
-    if rows:
-        yield "<h2>Worst cases</h2>" + _table(("requirement", "value", "margin", "command"), rows)
-    failed = [(len(cases), cause, replay_command(address, cases[0])) for cause, cases in causes(results).items()]
-    if failed:
-        yield "<h2>Failed cases</h2>" + _table(("cases", "cause", "command"), failed)
-    said = [(len(cases), text, replay_command(address, cases[0])) for text, cases in warned(results).items()]
-    if said:
-        yield "<h2>Warnings</h2><p>In the words of the first case.</p>" + _table(("cases", "warning", "command"), said)
+    if worst:
+        head = ("requirement", "value", "margin", "command")
+        notes = ("The margin is a fraction of the bound, negative where the requirement is not met.",)
+        yield "<h2>Worst cases</h2>" + _table(Table(head, worst, notes=notes))
+    for title, what, groups in (("Failed cases", "cause", causes(results)), ("Warnings", "warning", warned(results))):
+        rows = [(str(len(cases)), text, replay_command(address, cases[0])) for text, cases in groups.items()]
+        if rows:
+            notes = ("In the words of the first case.",)
+            yield f"<h2>{title}</h2>" + _table(Table(("cases", what, "command"), rows, notes=notes))
+
+
+def _text(text: object) -> str:
+    return html.escape(str(text))
+
+
+def _table(table: Table) -> str:
+    lines = "".join(f"<tr>{''.join(map(_cell, table.head, row))}</tr>" for row in table.rows)
+    heads = "".join(f"<th>{_text(cell)}</th>" for cell in table.head)
+    notes = "".join(f"<p>{_text(note)}</p>" for note in table.notes)
+    return f'<div class="scroll"><table><tr>{heads}</tr>{lines}</table></div>{notes}'
+
+
+def _cell(head: str, text: str) -> str:
+    if head == "command":
+        return f"<td><code>{_text(text)}</code></td>"
+    return f'<td class="long">{_text(text)}</td>' if len(text) > LONG else f"<td>{_text(text)}</td>"

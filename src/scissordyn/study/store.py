@@ -35,6 +35,8 @@ UNFINISHED = ".new"
 TIMING = "timing"
 """Group of what differs from run to run; the arrays at the root do not."""
 
+NOTED = f"{TIMING}/blocks"
+
 TIMES = ("seconds", "integration_seconds", "cases", "attempts")
 
 
@@ -67,6 +69,7 @@ class Store:
             raise InputError(f"'{text}' as a store", "a folder, on a disk that all workers share", "-o study.zarr")
         self.address = str(Path(text).expanduser().absolute())
         self._group: Any = None
+        self._arrays: dict[str, Any] = {}
 
     # --- beginning ------------------------------------------------------------------------------------------------------
 
@@ -93,6 +96,15 @@ class Store:
                 except ValueError as error:
                     raise InputError(f"'{self.address}': {error}", "the store of a study") from None
         return self._group
+
+    def _array(self, name: str) -> Any:
+        """An array that is read and written by blocks; another process may make it longer."""
+        if name not in self._arrays:
+            self._arrays[name] = self.group[name]
+        return self._arrays[name]
+
+    def _forget(self) -> None:
+        self._group, self._arrays = None, {}
 
     def create(self, study: Study, pilot: xr.Dataset, block: int) -> None:
         """Write the arrays' descriptions; nothing is computed yet.
@@ -162,7 +174,7 @@ class Store:
             root.attrs.update(attributes)
             _consolidate(root)
             os.rename(beside, self.address)
-            self._group = None
+            self._forget()
 
     def study(self, *, allow_code: Sequence[Path] = (), own_measures: Sequence[OwnMeasure] = ()) -> Study:
         """The study that the store is of.
@@ -206,19 +218,19 @@ class Store:
     @property
     def cases(self) -> int:
         """Cases in all."""
-        return int(_array_of(self.group, "status").shape[0])
+        return int(self.group["status"].shape[0])
 
     def status(self) -> np.ndarray:
         """Status of every case, shape (cases,)."""
         with _said(self.address):
-            return np.asarray(_array_of(self.group, "status")[:])
+            return np.asarray(self.group["status"][:])
 
     def cases_of(self, block: int) -> tuple[np.ndarray, np.ndarray]:
         """Numbers and status of the cases of a block."""
-        first = block * self.block
-        cases = np.arange(first, min(first + self.block, self.cases))
+        first, size = block * self.block, int(self._array("status").shape[0])
+        cases = np.arange(first, min(first + self.block, size))
         with _said(self.address):
-            return cases, np.asarray(_array_of(self.group, "status")[cases[0] : cases[-1] + 1])
+            return cases, np.asarray(self._array("status")[cases[0] : cases[-1] + 1])
 
     def write(self, cases: np.ndarray, columns: Mapping[str, np.ndarray], status: np.ndarray, times: Sequence[float]) -> None:
         """Write the results of cases of one block; the status is the last to be written.
@@ -233,28 +245,26 @@ class Store:
         times : sequence of float
             Seconds, seconds of integration, and cases, which are added to what is noted.
         """
-        first, last, block = int(cases[0]), int(cases[-1]) + 1, int(cases[0]) // self.block
-        whole = last - first == cases.size
+        block = int(cases[0]) // self.block
         with _said(self.address):
             for name, values in columns.items():
-                array = _array_of(self.group, name)
-                if whole:
-                    array[first:last] = values
-                else:
-                    before = np.array(array[first:last])
-                    before[cases - first] = values
-                    array[first:last] = before
-            noted = _array_of(self.group, f"{TIMING}/blocks")
+                self._set(name, cases, values)
+            noted = self._array(NOTED)
             noted[block] = np.asarray(noted[block]) + np.array([*times, 1.0])
-            array = _array_of(self.group, "status")
-            before = np.array(array[first:last])
-            before[cases - first] = status
-            array[first:last] = before
+            self._set("status", cases, status)
+
+    def _set(self, name: str, cases: np.ndarray, values: np.ndarray) -> None:
+        array, first, last = self._array(name), int(cases[0]), int(cases[-1]) + 1
+        if last - first != cases.size:  # those between stay as they are
+            every = np.array(array[first:last])
+            every[cases - first] = values
+            values = every
+        array[first:last] = values
 
     def times(self) -> dict[str, np.ndarray]:
         """Seconds, seconds of integration, cases and attempts of every block."""
         with _said(self.address):
-            noted = np.asarray(_array_of(self.group, f"{TIMING}/blocks")[:])
+            noted = np.asarray(self.group[NOTED][:])
         return dict(zip(TIMES, noted.T, strict=True))
 
     def extend(self, study: Study) -> None:
@@ -269,12 +279,11 @@ class Store:
             root = self.group
             for name, array in list(root.arrays()):
                 if array.metadata.dimension_names and array.metadata.dimension_names[0] == "case":
-                    _array_of(root, name).resize((study.cases, *array.shape[1:]))
-            times = _array_of(root, f"{TIMING}/blocks")
-            times.resize((-(-study.cases // self.block), len(TIMES)))
+                    self._array(name).resize((study.cases, *array.shape[1:]))
+            self._array(NOTED).resize((-(-study.cases // self.block), len(TIMES)))
             root.attrs["study"] = json.dumps(study.to_plain())
             _consolidate(root)
-            self._group = None
+            self._forget()
 
     # --- reading --------------------------------------------------------------------------------------------------------
 
@@ -291,13 +300,17 @@ class Store:
     def alone(self) -> Iterator[None]:
         """No other process hands out blocks of this store meanwhile."""
         path = Path(f"{self.address}.lock")
+        if not path.parent.is_dir():
+            raise InputError(f"'{self.address}' as a store: no folder '{path.parent}'", "a folder that exists", "-o study.zarr")
         with _said(self.address):
             handle = os.open(path, os.O_CREAT | os.O_RDWR)
         try:
             if not hold(handle):
                 raise InputError(f"'{self.address}' is being computed by another process", "one at a time")
-            yield
-            path.unlink(missing_ok=True)
+            try:
+                yield
+            finally:
+                path.unlink(missing_ok=True)
         finally:
             os.close(handle)
 
@@ -340,10 +353,6 @@ def _array(
         dimension_names=["case", *(dim for dim, _ in inner)],
         attributes=about,
     )
-
-
-def _array_of(root: Any, name: str) -> Any:
-    return root[name]
 
 
 @contextmanager

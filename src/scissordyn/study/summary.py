@@ -1,0 +1,263 @@
+"""What a study says, as tables and sentences for the terminal and the report: in the units in which the user reads them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import xarray as xr
+
+from scissordyn.model.address import number
+from scissordyn.plot.scale import Scale, scale_of
+from scissordyn.simulation.measure import MEASURES
+from scissordyn.study.answer import AGREEMENT, Worst, feasible_share
+from scissordyn.study.description import Factor, Study
+from scissordyn.study.distribution import Interval, Levels, LogNormal, Normal, Uniform
+from scissordyn.study.optimise import candidates
+from scissordyn.study.requirement import Requirement
+
+__all__ = [
+    "Table",
+    "agreement",
+    "best_points",
+    "design_size",
+    "meaning",
+    "requirement_shares",
+    "response_ranges",
+    "sensitivities",
+    "varied_numbers",
+    "worst_value",
+]
+
+SHOWN = 6
+"""Levels of a factor that are listed."""
+
+
+@dataclass(frozen=True)
+class Table:
+    """A table of text.
+
+    Parameters
+    ----------
+    head : tuple of str
+    rows : sequence of tuple of str
+    title : str
+    notes : tuple of str
+        Sentences below it.
+    """
+
+    head: tuple[str, ...]
+    rows: Sequence[tuple[str, ...]]
+    title: str = ""
+    notes: tuple[str, ...] = ()
+
+
+def design_size(study: Study) -> str:
+    """Points, samples and members in words."""
+    said = [f"{_counted(study.points, 'point')} ({study.design.kind})"] if study.factors else []
+    if study.uncertain:
+        of_each = " of each" if study.factors else ""
+        said.append(f"{_counted(study.sampling.samples, 'sample')}{of_each} ({study.sampling.kind})")
+    if study.members > 1:
+        said.append(f"{study.members} members of each")
+    return ", ".join(said)
+
+
+def varied_numbers(study: Study) -> Table:
+    """The numbers that vary, and over what."""
+    rows = [(factor.address, "chosen", _over(study, factor)) for factor in study.factors]
+    rows += [(factor.address, "uncertain", _over(study, factor)) for factor in study.uncertain]
+    return Table(("number", "role", "values"), rows)
+
+
+def _over(study: Study, factor: Factor) -> str:
+    """What a factor varies over, in words."""
+    quantity, variation = number(study.mechanism, factor.address).quantity, factor.variation
+    about = {"units": "1" if quantity is None else quantity.unit, **factor.shown}
+    ends = [end for end in variation.ends if np.isfinite(end) and end]
+    scale = scale_of(xr.DataArray(ends or [variation.quantile(np.array([0.5]))[0]], attrs=about))
+    unit = f" {scale.unit}" if scale.unit else ""
+    match variation:
+        case Levels():
+            values = [scale.text(value, 6) for value in variation.values]
+            return ", ".join(values if len(values) <= SHOWN else [*values[:SHOWN], f"... {values[-1]}"]) + unit
+        case Interval() | Uniform():
+            low, high = (scale.text(end, 6) for end in variation.ends)
+            logarithmic = ", logarithmic" if isinstance(variation, Interval) and variation.logarithmic else ""
+            return f"{variation.kind}: {low} to {high}{unit}{logarithmic}"
+        case Normal():
+            low, high = (scale.text(end, 6) for end in variation.ends)
+            truncated = f", truncated to {low} to {high}{unit}" if ends else ""
+            return f"normal: {scale.text(variation.mean, 6)} ± {scale.text(variation.deviation, 6)}{unit}{truncated}"
+        case LogNormal():
+            return (
+                f"lognormal: median {scale.text(variation.median, 6)}{unit}, deviation {variation.deviation:g} of the logarithm"
+            )
+    low, high = (scale.text(end, 6) for end in variation.ends)
+    return f"{variation.kind}: {low} to {high}{unit}"
+
+
+def agreement(study: Study, points: xr.Dataset) -> str:
+    """Where members disagree, in words; empty without members.
+
+    Parameters
+    ----------
+    study : Study
+    points : Dataset
+        Of `answer.by_point`.
+
+    Returns
+    -------
+    str
+    """
+    if study.members == 1:
+        return ""
+    count, differ = points.sizes["point"], int(points["disagrees"].sum())
+    if not differ:
+        return f"Members, whose starts differ by round-off, agree to {AGREEMENT:.1%} of every measure at all points."
+    said = (
+        f"Members, whose starts differ by round-off, disagree by more than {AGREEMENT:.1%} of a measure at {differ} of "
+        f"{_counted(count, 'point')} ({_percent(differ / count)}): motion is chaotic there, and the answer is a distribution."
+    )
+    if study.requirements:
+        undecided = int(points["undecided"].sum())
+        said += f" Whether all requirements are met depends on round-off at {undecided or 'none'} of them."
+    return said
+
+
+def response_ranges(study: Study, points: xr.Dataset) -> Table:
+    """Smallest, median and largest value of each response over the points, and how far members differ.
+
+    Parameters
+    ----------
+    study : Study
+    points : Dataset
+        Of `answer.by_point`.
+
+    Returns
+    -------
+    Table
+    """
+    rows = []
+    for name, variable in points.data_vars.items():
+        if variable.attrs.get("role") == "response" and bool(np.isfinite(variable.values).any()):
+            scale = scale_of(variable)
+            shown = [scale.text(value) for value in np.nanquantile(variable.values, [0.0, 0.5, 1.0])]
+            spread = [_percent(float(np.nanmax(points[f"spread {name}"].values)))] if study.members > 1 else []
+            rows.append((str(name), *shown, scale.unit or "1", *spread))
+    members = ("largest spread of members",) if study.members > 1 else ()
+    return Table(("response", "smallest", "median", "largest", "unit", *members), rows)
+
+
+def requirement_shares(study: Study, results: xr.Dataset) -> Table:
+    """The share of the range that meets each requirement, and all of them; no rows without requirements.
+
+    Parameters
+    ----------
+    study : Study
+    results : Dataset
+        From `Store.results`.
+
+    Returns
+    -------
+    Table
+    """
+    meanings = [*(meaning(results, requirement) for requirement in study.requirements), ""]
+    rows, explained = [], any(meanings)
+    for one, text in zip(feasible_share(study, results), meanings, strict=False):
+        interval = "no sample" if np.isnan(one.low) else f"{one.low:.1%} to {one.high:.1%}"
+        rows.append((one.label, *((text,) if explained else ()), f"{one.share:.1%}", interval, str(one.trials)))
+    head = ("requirement", *(("meaning",) if explained else ()), "met by", "95 % interval", "trials")
+    return Table(head, rows)
+
+
+def meaning(results: xr.Dataset, requirement: Requirement) -> str:
+    """What the function of the user that a requirement is about says of itself; empty for a measure of the package."""
+    if requirement.measure in MEASURES:
+        return ""
+    text = str(results[requirement.measure].attrs.get("long_name", ""))
+    return "" if text.startswith("measure '") else text
+
+
+def sensitivities(indices: dict[str, xr.Dataset]) -> list[Table]:
+    """A table for each response of what it depends on.
+
+    Parameters
+    ----------
+    indices : dict of str to Dataset
+        Of `indices.sensitivity`.
+
+    Returns
+    -------
+    list of Table
+    """
+    found = []
+    for name, table in indices.items():
+        factors = [table.sel(factor=factor) for factor in table["factor"].values]
+        if table.attrs["method"] == "morris":
+            scale = scale_of(table["effect"].assign_attrs(units=table.attrs["units"]))
+            head = (scale.label("mean effect"), scale.label("deviation"))
+            cells = [[_within(row, "effect", scale), scale.text(float(row["deviation"]), 3)] for row in factors]
+        else:
+            head = ("first order", "total")
+            cells = [[_within(row, key, Scale(1.0, "")) for key in ("first", "total")] for row in factors]
+        rows = [(str(row["factor"].item()), *texts) for row, texts in zip(factors, cells, strict=True)]
+        left_out = table.attrs["left_out"]
+        notes = (f"{_counted(left_out, 'base point')} with failed cases left out.",) if left_out else ()
+        found.append(Table((f"{name} depends on", *head), rows, name, notes))
+    return found
+
+
+def _within(row: xr.Dataset, key: str, scale: Scale) -> str:
+    """An index with half of its interval."""
+    return f"{scale.text(float(row[key]), 3)} ± {scale.text(float(row[f'{key}_interval']), 2)}"
+
+
+def best_points(study: Study, results: xr.Dataset, most: int) -> Table | None:
+    """The Pareto front, or the best point of one goal; None without an optimisation.
+
+    Parameters
+    ----------
+    study : Study
+    results : Dataset
+        From `Store.results`.
+    most : int
+        Rows.
+
+    Returns
+    -------
+    Table or None
+    """
+    if study.optimisation is None:
+        return None
+    found = candidates(study, results)
+    rows = np.flatnonzero(found.points["front"].values) if found.best < 0 else np.array([found.best])
+    names = [factor.address for factor in study.factors] + [goal.label for goal in study.optimisation.goals]
+    signs = {goal.label: -1.0 if goal.maximise else 1.0 for goal in study.optimisation.goals}
+    scales = {name: scale_of(found.points[name].isel(point=rows)) for name in names}
+    shown = [
+        (str(row), *(scales[n].text(signs.get(n, 1.0) * float(found.points[n][row]), 6) for n in names)) for row in rows[:most]
+    ]
+    notes = [f"{_counted(found.points.sizes['point'], 'point')} tried; measure of risk: {study.optimisation.risk}."]
+    if len(rows) > most:
+        notes.append(f"{_counted(len(rows) - most, 'more point')} of the front in the store.")
+    if found.best >= 0 and float(found.points["violation"][found.best]) > 0.0:
+        notes.append("No point meets all requirements; this is the one that violates them least.")
+    head = ("point", *(scales[name].label(name) for name in names))
+    return Table(head, shown, "Pareto front" if found.best < 0 else "Best point", tuple(notes))
+
+
+def worst_value(one: Worst) -> str:
+    """The response of a case with its unit."""
+    scale = scale_of(xr.DataArray(one.value, attrs={"units": one.units}))
+    return f"{scale.text(one.value)} {scale.unit}".rstrip()
+
+
+def _counted(count: int, thing: str) -> str:
+    return f"{count} {thing}" + ("" if count == 1 else "s")
+
+
+def _percent(share: float) -> str:
+    """A share; one that is not 0 never reads as 0."""
+    return f"{share:.1%}" if share == 0.0 or share >= 1e-3 else "below 0.1%"

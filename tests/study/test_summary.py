@@ -1,0 +1,135 @@
+"""What a study says: numbers in the units in which the user reads them, in the terminal as in the report."""
+
+from __future__ import annotations
+
+import dataclasses
+from pathlib import Path
+
+import numpy as np
+import pytest
+import xarray as xr
+
+import scissordyn as sd
+from scissordyn.cli.answers import show_answers
+from scissordyn.plot.study import response_curves
+from scissordyn.simulation.options import Options
+from scissordyn.study.answer import by_point
+from scissordyn.study.description import Factor, Study
+from scissordyn.study.design import Design
+from scissordyn.study.distribution import Interval, Levels, LogNormal, Normal, Uniform, Variation
+from scissordyn.study.goal import Goal, Optimisation
+from scissordyn.study.indices import morris_indices
+from scissordyn.study.report import write_figures, write_report
+from scissordyn.study.requirement import Requirement
+from scissordyn.study.store import COMPLETE
+from scissordyn.study.summary import agreement, best_points, sensitivities, varied_numbers
+
+CLEARANCE = Factor("A.clearance", Interval(1e-4, 5e-4, 5), "mm", 1e-3)
+
+
+def study(**changes: object) -> Study:
+    """The clearance of the paper's array, the peak force required, two members."""
+    arm = sd.scissor(units=2).with_clearance("A", sd.Clearance(0.5e-3)).driven(speed=sd.rpm(150))
+    fields: dict[str, object] = {
+        "factors": (CLEARANCE,),
+        "measures": ("peak_force",),
+        "members": 2,
+        "requirements": (Requirement("peak_force", "<", 60e3, text="peak_force < 60 kN"),),
+    }
+    return Study(arm, Options(0.005), **(fields | changes))  # type: ignore[arg-type]
+
+
+def results(described: Study, peak: np.ndarray, warnings: str = "") -> xr.Dataset:
+    """Results with given peaks [N], each for both members."""
+    values, peak = described.numbers(np.arange(described.cases)).values["A.clearance"], np.repeat(peak, described.members)
+    return xr.Dataset(
+        {
+            "A.clearance": ("case", values, {"role": "factor", "units": "m", "address": "A.clearance"}),
+            "peak_force": (("case", "joint"), peak[:, None], {"units": "N", "role": "measure"}),
+            "status": ("case", np.full(peak.size, COMPLETE)),
+            "cause": ("case", np.full(peak.size, "", object)),
+            "warnings": ("case", np.full(peak.size, warnings, object)),
+        },
+        coords={"joint": ["A"]},
+    )
+
+
+@pytest.mark.parametrize(
+    ("variation", "said"),
+    [
+        (Interval(1e-4, 5e-4), "interval: 0.1 to 0.5 mm"),
+        (Interval(1e-4, 5e-4, logarithmic=True), "interval: 0.1 to 0.5 mm, logarithmic"),
+        (Levels((1e-4, 2e-4)), "0.1, 0.2 mm"),
+        (Levels(tuple(np.arange(1, 9) * 1e-4)), "0.1, 0.2, 0.3, 0.4, 0.5, 0.6, ... 0.8 mm"),
+        (Uniform(1e-4, 5e-4), "uniform: 0.1 to 0.5 mm"),
+        (Normal(3e-4, 5e-5), "normal: 0.3 ± 0.05 mm"),
+        (Normal(3e-4, 5e-5, 2e-4, 4e-4), "normal: 0.3 ± 0.05 mm, truncated to 0.2 to 0.4 mm"),
+        (LogNormal(3e-4, 0.1), "lognormal: median 0.3 mm, deviation 0.1 of the logarithm"),
+    ],
+)
+@pytest.mark.parametrize("unit", [("mm", 1e-3), ("", 1.0)])
+def test_ranges_have_units(variation: Variation, said: str, unit: tuple[str, float]) -> None:
+    """Identity: in the unit of the user, or with an engineering prefix."""
+    described = study(factors=(Factor("A.clearance", variation, *unit),))
+    assert varied_numbers(described).rows == [("A.clearance", "chosen", said)]
+
+
+def test_terminal_and_report_have_units(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """Identity: the same numbers with the same prefixes, and warnings with the number of their cases and a command."""
+    described = study()
+    found = results(described, np.array([20e3, 30e3, 40e3, 50e3, 84.07e3]), "limit 5\nother")
+    show_answers(described, found, "a.zarr")
+    shown = " ".join(capsys.readouterr().out.split())
+    page = write_report(described, found, "a.zarr", tmp_path / "r.html").read_text(encoding="utf-8")
+    for text in ("peak_force 20 40 84.07 kN 0.0%", "84.07 kN (40.1% beyond the bound)", "Warning in 10 cases, as in: limit 5"):
+        assert text in shown
+    for text in (
+        "<td>20</td><td>40</td><td>84.07</td><td>kN</td>",
+        "<td>84.07 kN</td><td>-40.1%</td><td><code>scissordyn study replay a.zarr 8</code></td>",
+        "<td>10</td><td>limit 5</td><td><code>scissordyn study replay a.zarr 0</code></td>",
+        "<td>interval: 0.1 to 0.5 mm</td>",
+    ):
+        assert text in page
+    (picture,) = write_figures(described, found, tmp_path / "figures")
+    assert picture.name == "response_curves.png"
+    assert picture.read_bytes().startswith(b"\x89PNG")
+
+
+def test_fronts_and_effects_have_units() -> None:
+    """Closed form: the best of five points; the effect of a linear function is its slope."""
+    best = dataclasses.replace(study(), design=Design("adaptive", 5), optimisation=Optimisation((Goal("peak_force"),)))
+    points = np.linspace(1e-4, 5e-4, 5)[:, None]
+    found = results(dataclasses.replace(best, design=Design("grid")), np.array([50e3, 40e3, 30e3, 45e3, 84e3]))
+    table = best_points(best, found.assign({"A.clearance": found["A.clearance"].copy(data=np.repeat(points, 2))}), 5)
+    assert table is not None
+    assert table.head == ("point", "A.clearance [mm]", "minimise peak_force [kN]")
+    assert table.rows == [("2", "0.3", "30")]
+    steps = np.array([[0.0], [2.0 / 3.0]] * 8)
+    effects = morris_indices(steps, 3e3 * steps[:, 0], ["A.clearance"])
+    effects.attrs["units"] = "N"
+    (table,) = sensitivities({"peak_force": effects})
+    assert table.head[1:] == ("mean effect [kN]", "deviation [kN]")
+    assert float(table.rows[0][1].split()[0]) == pytest.approx(3.0 / 0.99, rel=1e-2)
+
+
+def test_agreement_is_counted() -> None:
+    """Identity: one point of five is not called none."""
+    described = study()
+    found = results(described, np.full(5, 30e3))
+    assert "at all points" in agreement(described, by_point(described, found))
+    found["peak_force"][3] = 30.1e3
+    assert "at 1 of 5 points (20.0%)" in agreement(described, by_point(described, found))
+    assert "at none of them" in agreement(described, by_point(described, found))
+
+
+def test_no_median_of_a_few_points() -> None:
+    """Identity: points of a single factor are joined; a dozen of two factors have two medians, not twelve."""
+    described = study()
+    (one,) = response_curves(by_point(described, results(described, np.linspace(20e3, 84e3, 5))))
+    assert next(line.get_label() for line in one.lines if line.get_linestyle() == "-").startswith("_")
+    points = by_point(described, results(described, np.linspace(20e3, 84e3, 5)))
+    twelve = xr.concat([points, points, points.isel(point=[0, 1])], "point")
+    twelve = twelve.assign(other=("point", np.random.default_rng(1).random(12), {"role": "factor", "units": "1"}))
+    for axes in response_curves(twelve):
+        (median,) = (line for line in axes.lines if line.get_label() == "median")
+        assert median.get_xdata().size == 2

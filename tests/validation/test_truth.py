@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 from validation.case import HERE, Case
 from validation.catalogue import CASES
-from validation.page import checks_table, summary_row, whole
+from validation.page import checks_table, parts, summary_row, whole
 
 from scissordyn.config.file import read_case
 
@@ -62,7 +62,17 @@ def test_a_missed_check_shows() -> None:
     assert summary_row(CASES[0], [counted])[2] == "1 of 1"
     assert "missed" in checks_table([wrong])
     assert summary_row(CASES[0], [wrong])[2] == "0 of 1"
-    assert "Validation" in whole([], [], "machine")
+    assert "Validation" in whole([], [])
+
+
+def test_a_written_page_is_taken_apart_again() -> None:
+    """Identity: rows and sections of the page are found by their titles, so that one case can be written anew."""
+    text = PAGE.read_text(encoding="utf-8")
+    rows, sections = parts(text)
+    assert list(rows) == [case.title for case in CASES]
+    assert len(sections) == len(CASES)
+    assert all("*Run:* 20" in section for section in sections.values())
+    assert whole(list(rows.values()), list(sections.values())) == text
 
 
 @pytest.mark.slow

@@ -1,7 +1,8 @@
 """The time stepping behind the published record of the slider-crank with a clearance guide.
 
 Moreau's stepping with the midpoint rule for positions, but with the mass matrix at the end of the step. The record's first step
-shows this: its error is 5e-7 rad/s so, and 2e-4 rad/s with the mass matrix at the start or in the middle of the step. First order.
+shows this: its error is 5e-7 rad/s so, and 2e-4 rad/s with the mass matrix at the start or in the middle of the step.
+The scheme is of first order.
 """
 
 from __future__ import annotations

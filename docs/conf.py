@@ -15,6 +15,7 @@ sys.path.insert(0, str(HERE.parent / "src"))
 sys.path.insert(0, str(HERE))
 
 import _generate  # noqa: E402
+from docutils import nodes  # noqa: E402
 
 import scissordyn as sd  # noqa: E402
 
@@ -102,9 +103,19 @@ def _copy_mathjax(app: Any, failure: Exception | None) -> None:
         shutil.copyfile(source.locate(), target)
 
 
+def _keep_tags(_app: Any, doctree: Any) -> None:
+    r"""Numbered equations with line breaks stay as written: Sphinx would put them into an environment that allows no \tag."""
+    for equation in doctree.findall(nodes.math_block):
+        text = equation.astext()
+        if r"\tag" in text and r"\\" in text:
+            equation["no-wrap"] = True
+            equation.children = [nodes.Text(rf"\[{text}\]")]
+
+
 def setup(app: Any) -> None:
     """Generate what is made from declarations, and connect."""
     _generate.write(HERE)
+    app.connect("doctree-read", _keep_tags)
     app.connect("build-finished", _copy_mathjax)
     app.connect("source-read", _rewrite_links)
     app.connect("autodoc-process-docstring", _plain_docstring)

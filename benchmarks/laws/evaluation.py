@@ -1,7 +1,8 @@
 """Time of one evaluation of each law [ns], through the dispatch, as called by the equations of motion.
 
 Run by hand: ``python benchmarks/laws/evaluation.py``. Each figure is processor time, the best of 25 loops of 200000 calls with
-changing arguments, in rounds over all laws of a kind, less the same loop without a call. The last column is the ratio to the default law of the kind.
+changing arguments, in rounds over all laws of a kind, less the same loop without a call. The last column is the ratio to the
+default law of the kind.
 """
 
 from __future__ import annotations

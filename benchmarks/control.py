@@ -7,7 +7,9 @@ of convergence with a delay.
 from __future__ import annotations
 
 import math
+import sys
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import xarray as xr
@@ -165,6 +167,7 @@ def _delayed(name: str, feedback: tuple[float, float] | None, first: int, last: 
 
 def _orders() -> str:
     """X' = -x(t - 1) on a rotating body against the method of steps, as the tests have it."""
+    sys.path.append(str(Path(__file__).parents[1] / "tests"))
     from control.test_delay import lagged
 
     rows = []
@@ -187,7 +190,8 @@ def measure(quick: bool = False) -> str:
     head = ("", "mismatch", "peak force [N]", "fraction in contact", "largest torque of the feedback [N m]")
     return (
         f"## Keeping contact\n\n{_stroke()}\n## 150 rpm, 50 ms\n\n{_fast()}\n## Delayed feedback on a periodic drive\n\n"
-        f"Periods {FIRST} to {LAST}, or the last {LATE[1] - LATE[0]}.\n\n{table(head, rows)}\n## Order of convergence\n\n{_orders()}"
+        f"Periods {FIRST} to {LAST}, or the last {LATE[1] - LATE[0]}.\n\n{table(head, rows)}\n"
+        f"## Order of convergence\n\n{_orders()}"
     )
 
 

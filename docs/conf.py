@@ -45,7 +45,8 @@ myst_dmath_double_inline = True
 nb_execution_mode = "cache"
 nb_execution_cache_path = str(HERE.parent / "out" / "notebooks")
 nb_execution_in_temp = True
-nb_execution_timeout = 300
+# a cell may compile kernels for minutes, and other processes may have the processors
+nb_execution_timeout = 1800
 nb_execution_raise_on_error = True
 nb_merge_streams = True
 

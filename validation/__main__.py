@@ -28,7 +28,7 @@ def main() -> int:
     rows, sections = parts(PAGE.read_text(encoding="utf-8"))
     missed = 0
     for case in [known[name] for name in given.names] or CASES:
-        section, row, failed = _one(case, given.quick)
+        section, row, failed = _one(case, given.quick, given.write)
         print(section, flush=True)
         rows[case.title], sections[_heading(case)] = row, section
         missed += failed
@@ -48,14 +48,14 @@ def _heading(case: Case) -> str:
     return _text(case).partition("\n")[0].lstrip("# ")
 
 
-def _one(case: Case, quick: bool) -> tuple[str, list[str], int]:
+def _one(case: Case, quick: bool, write: bool) -> tuple[str, list[str], int]:
     checks = case.checks()
     body = _text(case).partition("\n")[2]
     section = f"## {_heading(case)}\n{body}\n\n{checks_table(checks)}"
     if case.published is not None:
         section += f"\n{published_table(case.published())}"
     if case.codes is not None and not quick:
-        section += "\n" + codes_table(case)
+        section += "\n" + codes_table(case, PAGE.with_name(f"validation-{case.name}.png") if write else None)
     for note in case.notes:
         section += f"\n{note}\n"
     section += f"\n{stamp(machine())}"

@@ -6,10 +6,12 @@ import math
 import re
 from collections.abc import Sequence
 from datetime import UTC, datetime
+from pathlib import Path
 
 from benchmarks.measure import table
 
 from validation.case import Case, Check, Printed, best, scan
+from validation.curves import draw
 
 __all__ = ["checks_table", "codes_table", "parts", "published_table", "stamp", "summary_row", "whole"]
 
@@ -39,12 +41,13 @@ def published_table(results: Sequence[Printed]) -> str:
     return table(["printed result", "printed", "scissordyn", "difference", "answer (agrees within)"], rows)
 
 
-def codes_table(case: Case) -> str:
-    """The fastest setting of each code that reaches the goal, and the scan that found it."""
+def codes_table(case: Case, picture: Path | None = None) -> str:
+    """The fastest setting of each code that reaches the goal, the scan that found it, and a picture of the scans if wanted."""
     assert case.codes is not None
-    rows, scans = [], []
+    rows, scans, curves = [], [], []
     for code in case.codes():
         scanned = scan(code)
+        curves.append((code.name, [(miss, took) for _, miss, took in scanned.points]))
         setting, error, seconds = best(scanned, case.goal)
         if math.isinf(error):
             rows.append([code.name, code.meaning, "-", "fails", "-"])
@@ -61,7 +64,11 @@ def codes_table(case: Case) -> str:
         "The fastest setting that reaches the goal, or else the most accurate one:\n\n"
     )
     made = table(["code", "setting", "value", "error", "time [ms]"], rows)
-    return head + made + "\nThe scan, as setting: error, time.\n\n" + "\n".join(scans) + "\n"
+    shown = ""
+    if picture is not None:
+        draw(curves, case.goal, case.error, picture)
+        shown = f"\n![Error over time of all codes and settings]({picture.name})\n"
+    return head + made + shown + "\nThe scan, as setting: error, time.\n\n" + "\n".join(scans) + "\n"
 
 
 def summary_row(case: Case, checks: Sequence[Check]) -> list[str]:

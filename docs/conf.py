@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import inspect
 import re
+import shutil
 import sys
+from importlib import metadata
 from pathlib import Path
 from typing import Any
 
@@ -13,6 +15,7 @@ sys.path.insert(0, str(HERE.parent / "src"))
 sys.path.insert(0, str(HERE))
 
 import _generate  # noqa: E402
+from docutils import nodes  # noqa: E402
 
 import scissordyn as sd  # noqa: E402
 
@@ -31,9 +34,9 @@ html_copy_source = False
 html_show_sphinx = False
 suppress_warnings = ["config.cache"]
 
-# a copy of MathJax beside the pages is used where there is one, so that they can be read without a network
-if (HERE / "_static" / "mathjax" / "tex-svg.js").exists():
-    mathjax_path = "mathjax/tex-svg.js"
+# equations are rendered by a copy of MathJax beside the pages, so that they can be read without a network
+MATHJAX = "tex-svg-full.js"
+mathjax_path = f"mathjax/{MATHJAX}"
 
 myst_enable_extensions = ["dollarmath", "amsmath", "deflist", "colon_fence", "attrs_inline"]
 myst_heading_anchors = 4
@@ -42,7 +45,8 @@ myst_dmath_double_inline = True
 nb_execution_mode = "cache"
 nb_execution_cache_path = str(HERE.parent / "out" / "notebooks")
 nb_execution_in_temp = True
-nb_execution_timeout = 300
+# a cell may compile kernels for minutes, and other processes may have the processors
+nb_execution_timeout = 1800
 nb_execution_raise_on_error = True
 nb_merge_streams = True
 
@@ -91,8 +95,28 @@ def _plain_docstring(_app: Any, what: str, name: str, obj: Any, _options: Any, l
         lines += _generate.fields(obj)
 
 
+def _copy_mathjax(app: Any, failure: Exception | None) -> None:
+    """The one file of MathJax that the pages load, from the package of requirements-docs.txt."""
+    if failure is None:
+        [source] = [path for path in metadata.files("sphinx-mathjax-offline") or () if path.name == MATHJAX]
+        target = Path(app.outdir) / "_static" / mathjax_path
+        target.parent.mkdir(parents=True, exist_ok=True)
+        shutil.copyfile(source.locate(), target)
+
+
+def _keep_tags(_app: Any, doctree: Any) -> None:
+    r"""Numbered equations with line breaks stay as written: Sphinx would put them into an environment that allows no \tag."""
+    for equation in doctree.findall(nodes.math_block):
+        text = equation.astext()
+        if r"\tag" in text and r"\\" in text:
+            equation["no-wrap"] = True
+            equation.children = [nodes.Text(rf"\[{text}\]")]
+
+
 def setup(app: Any) -> None:
     """Generate what is made from declarations, and connect."""
     _generate.write(HERE)
+    app.connect("doctree-read", _keep_tags)
+    app.connect("build-finished", _copy_mathjax)
     app.connect("source-read", _rewrite_links)
     app.connect("autodoc-process-docstring", _plain_docstring)

@@ -9,7 +9,7 @@ from benchmarks.measure import machine
 
 from validation.case import HERE, Case
 from validation.catalogue import CASES
-from validation.page import checks_table, codes_table, published_table, summary_row, whole
+from validation.page import checks_table, codes_table, parts, published_table, stamp, summary_row, whole
 
 PAGE = HERE.parent / "docs" / "validation.md"
 
@@ -17,39 +17,48 @@ PAGE = HERE.parent / "docs" / "validation.md"
 def main() -> int:
     """Print, and write if wanted; 1 if a check is not met."""
     parser = argparse.ArgumentParser(description="Run the validation cases.")
-    parser.add_argument("names", nargs="*", help="cases; all if left out")
+    parser.add_argument("names", nargs="*", metavar="NAME", help="cases; all if left out")
     parser.add_argument("--quick", action="store_true", help="the checks only, without the comparison of codes")
-    parser.add_argument("--write", action="store_true", help="write docs/validation.md (all cases)")
+    parser.add_argument("--write", action="store_true", help="write docs/validation.md; with NAMEs, their sections of it")
     given = parser.parse_args()
     known = {case.name: case for case in CASES}
     unknown = [name for name in given.names if name not in known]
-    if unknown or (given.write and (given.names or given.quick)):
-        parser.error(f"unknown: {', '.join(unknown)}; allowed: {', '.join(known)}" if unknown else "--write takes all cases")
-    chosen = [known[name] for name in given.names] or list(CASES)
-    sections, rows, missed = [], [], 0
-    for case in chosen:
-        section, row, failed = _one(case, given.quick)
+    if unknown or (given.write and given.quick):
+        parser.error(f"unknown: {', '.join(unknown)}; allowed: {', '.join(known)}" if unknown else "--write takes no --quick")
+    rows, sections = parts(PAGE.read_text(encoding="utf-8"))
+    missed = 0
+    for case in [known[name] for name in given.names] or CASES:
+        section, row, failed = _one(case, given.quick, given.write)
         print(section, flush=True)
-        sections.append(section)
-        rows.append(row)
+        rows[case.title], sections[_heading(case)] = row, section
         missed += failed
-    if given.write:
-        PAGE.write_text(whole(rows, sections, machine()), encoding="utf-8")
-    print(f"{len(chosen)} cases, {missed} checks not met")
+        if given.write:
+            there = [case for case in CASES if case.title in rows and _heading(case) in sections]
+            text = whole([rows[case.title] for case in there], [sections[_heading(case)] for case in there])
+            PAGE.write_text(text, encoding="utf-8")
+    print(f"{len(given.names or CASES)} cases, {missed} checks not met")
     return 1 if missed else 0
 
 
-def _one(case: Case, quick: bool) -> tuple[str, list[str], int]:
+def _text(case: Case) -> str:
+    return (HERE / case.name / "README.md").read_text(encoding="utf-8").strip()
+
+
+def _heading(case: Case) -> str:
+    return _text(case).partition("\n")[0].lstrip("# ")
+
+
+def _one(case: Case, quick: bool, write: bool) -> tuple[str, list[str], int]:
     checks = case.checks()
-    text = (HERE / case.name / "README.md").read_text(encoding="utf-8").strip()
-    heading, _, body = text.partition("\n")
-    section = f"## {heading.lstrip('# ')}\n{body}\n\n{checks_table(checks)}"
+    body = _text(case).partition("\n")[2]
+    section = f"## {_heading(case)}\n{body}\n\n{checks_table(checks)}"
     if case.published is not None:
         section += f"\n{published_table(case.published())}"
     if case.codes is not None and not quick:
-        section += "\n" + codes_table(case)
+        section += "\n" + codes_table(case, PAGE.with_name(f"validation-{case.name}.png") if write else None)
     for note in case.notes:
         section += f"\n{note}\n"
+    section += f"\n{stamp(machine())}"
     return section, summary_row(case, checks), sum(not check.met for check in checks)
 
 

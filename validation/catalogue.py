@@ -4,6 +4,7 @@ from validation.array.case import CASE as ARRAY
 from validation.belt.case import CASE as BELT
 from validation.bouncing.case import CASE as BOUNCING
 from validation.case import Case
+from validation.controlled_four_bar.case import CASE as CONTROLLED_FOUR_BAR
 from validation.cradle.case import CASE as CRADLE
 from validation.four_bar.case import CASE as FOUR_BAR
 from validation.guide.case import CASE as GUIDE
@@ -23,6 +24,7 @@ CASES: tuple[Case, ...] = (
     SLIDER_CRANK,
     GUIDE,
     FOUR_BAR,
+    CONTROLLED_FOUR_BAR,
     ARRAY,
     SPRING_PENDULUM,
     CRADLE,

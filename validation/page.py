@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Sequence
 from datetime import UTC, datetime
+from pathlib import Path
 
 from benchmarks.measure import table
 
 from validation.case import Case, Check, Printed, best, scan
+from validation.curves import draw
 
-__all__ = ["checks_table", "codes_table", "published_table", "summary_row", "whole"]
+__all__ = ["checks_table", "codes_table", "parts", "published_table", "stamp", "summary_row", "whole"]
 
 
 def checks_table(checks: Sequence[Check]) -> str:
@@ -38,12 +41,13 @@ def published_table(results: Sequence[Printed]) -> str:
     return table(["printed result", "printed", "scissordyn", "difference", "answer (agrees within)"], rows)
 
 
-def codes_table(case: Case) -> str:
-    """The fastest setting of each code that reaches the goal, and the scan that found it."""
+def codes_table(case: Case, picture: Path | None = None) -> str:
+    """The fastest setting of each code that reaches the goal, the scan that found it, and a picture of the scans if wanted."""
     assert case.codes is not None
-    rows, scans = [], []
+    rows, scans, curves = [], [], []
     for code in case.codes():
         scanned = scan(code)
+        curves.append((code.name, [(miss, took) for _, miss, took in scanned.points]))
         setting, error, seconds = best(scanned, case.goal)
         if math.isinf(error):
             rows.append([code.name, code.meaning, "-", "fails", "-"])
@@ -60,7 +64,11 @@ def codes_table(case: Case) -> str:
         "The fastest setting that reaches the goal, or else the most accurate one:\n\n"
     )
     made = table(["code", "setting", "value", "error", "time [ms]"], rows)
-    return head + made + "\nThe scan, as setting: error, time.\n\n" + "\n".join(scans) + "\n"
+    shown = ""
+    if picture is not None:
+        draw(curves, case.goal, case.error, picture)
+        shown = f"\n![Error over time of all codes and settings]({picture.name})\n"
+    return head + made + shown + "\nThe scan, as setting: error, time.\n\n" + "\n".join(scans) + "\n"
 
 
 def summary_row(case: Case, checks: Sequence[Check]) -> list[str]:
@@ -68,22 +76,31 @@ def summary_row(case: Case, checks: Sequence[Check]) -> list[str]:
     kinds = ", ".join(dict.fromkeys(check.kind for check in checks))
     met = sum(check.met for check in checks)
     worst = max(checks, key=lambda check: check.error / check.allowed if check.allowed else float(not check.met))
-    return [case.title, kinds, f"{met} of {len(checks)}", f"{worst.error:.1e} ({worst.quantity})"]
+    return [
+        case.title,
+        kinds,
+        f"{met} of {len(checks)}",
+        f"{worst.error:.1e} ({worst.quantity})",
+        datetime.now(UTC).date().isoformat(),
+    ]
 
 
-def whole(rows: Sequence[Sequence[str]], sections: Sequence[str], machine: str) -> str:
+def stamp(machine: str) -> str:
+    """When and where a case was run; the last line of its section."""
+    return f"*Run:* {datetime.now(UTC).date().isoformat()}; {machine}\n"
+
+
+def whole(rows: Sequence[Sequence[str]], sections: Sequence[str]) -> str:
     """The page."""
-    date = datetime.now(UTC).date().isoformat()
     return (
         "# Validation\n\n"
-        "Written by `python -m validation --write` (`make validate`). Each case is a folder of `validation/` with its case\n"
-        "file, its parameters and their source, and its reference: a closed form or a second formulation that uses no\n"
-        "equation of the package. The checks are also tests (`tests/validation/test_truth.py`); allowed errors are set by\n"
-        "the accuracy of the reference. Times are the shortest of several runs on one machine, without compilation; if its\n"
-        "load below exceeds the number of its cores, they are several times those of an idle machine and compare roughly\n"
-        "only.\n\n"
-        f"{date}; {machine}\n\n"
-        + table(["case", "reference by", "checks met", "error nearest to what is allowed"], rows)
+        "Written by `python -m validation --write` (`make validate`), or case by case by `python -m validation --write NAME`.\n"
+        "Each case is a folder of `validation/` with its case file, its parameters and their source, and its reference: a\n"
+        "closed form, a second formulation that uses no equation of the package, or a published result. The checks are also\n"
+        "tests (`tests/validation/test_truth.py`); allowed errors are set by the accuracy of the reference. Times are the\n"
+        "shortest of several runs on one machine, without compilation; if its load exceeds the number of its cores, they are\n"
+        "several times those of an idle machine and compare roughly only.\n\n"
+        + table(HEADINGS, rows)
         + "\n"
         + OTHERS
         + "\n"
@@ -91,18 +108,38 @@ def whole(rows: Sequence[Sequence[str]], sections: Sequence[str], machine: str) 
     )
 
 
+def parts(text: str) -> tuple[dict[str, list[str]], dict[str, str]]:
+    """The rows of the summary of a written page by title, and its sections by heading."""
+    summary, *sections = re.split(r"^## ", text, flags=re.MULTILINE)
+    rows = {}
+    for line in summary.splitlines():
+        cells = [cell.strip() for cell in line.strip().strip("|").split("|")]
+        if line.startswith("|") and len(cells) == len(HEADINGS) and cells[0] != HEADINGS[0] and not set(cells[0]) <= {"-", ":"}:
+            rows[cells[0]] = cells
+    return rows, {one.partition("\n")[0]: f"## {one.rstrip()}\n" for one in sections}
+
+
+HEADINGS = ("case", "reference by", "checks met", "error nearest to what is allowed", "run")
+
 OTHERS = """Other codes: scipy, numbalsoda 0.3 and Exudyn 1.13 install with pip and take part where they have a model of
 the case. Chrono and Siconos do not (tried on 2026-11-22): neither has a distribution for pip; `pychrono` and
 `projectchrono` on PyPI are other packages.
 
 Published computations are compared where a source gives parameters and results as numbers: problems A01 to A03, the
-mass on the belt, and the slider-crank with a clearance guide, whose record of 200 ms by Siconos differs from ours (below).
+mass on the belt, the slider-crank with a clearance guide, and the controlled four-bar linkage with three clearance joints; the
+last two from the examples of Siconos. Also searched on 2026-11-22, in stored copies of public repositories: Chrono (a joint
+class with clearance; no results of it as numbers), Siconos's slider-crank of CAD bodies (contact of their surfaces in space),
+cardillo (the same clearance guide, results as pictures only), Modelica, Assimulo and scipy_dae (the squeezing mechanism with
+the same parameters), OpenSim's models of A01 to A05 (<https://github.com/RehabEngGroup/MBSbenchmarksInOpenSim>; results as
+pictures, and times of 0.637 s for A01, 0.455 s for A02 with N = 2 and 0.384 s for A03 on an Intel Core i5-4570), and the
+program of the benchmark library itself (no reference files in its repository).
 
 Experiments are not compared. Searched on 2026-11-22, in stored copies of web pages, documentation and public repositories,
 for: slider-crank or four-bar linkage with a clearance joint, experiment, test rig, measured acceleration, contact force, data
 set. Found were abstracts and first pages: Kolani et al. 2023 (doi:10.4236/ojapps.2023.1311158, slider-crank with two clearance
 joints, seven of nine modes of motion seen), a multi-link press with three clearance joints
-(doi:10.1177/16878140211012541), a slider-crank with one or two adjustable joints (J. Comput. Nonlinear Dyn. 15(8), 081001).
-None of what could be read gives the masses, inertias, surfaces and laws that a simulation needs together with measured figures
-as numbers; no repository with measured data was found. Missing are the full texts.
+(doi:10.1177/16878140211012541), a slider-crank with one or two adjustable joints (J. Comput. Nonlinear Dyn. 15(8), 081001), a
+crank-rocker with clearance between coupler and rocker and worn surfaces, and a reciprocating mechanism with clearances under a
+high-speed camera. None of what could be read gives the masses, inertias, surfaces and laws that a simulation needs together
+with measured figures as numbers; no repository with measured data was found. Missing are the full texts.
 """

@@ -1,7 +1,8 @@
 """Time of one evaluation of each law [ns], through the dispatch, as called by the equations of motion.
 
-Run by hand: ``python benchmarks/laws/evaluation.py``. Each figure is the best of seven loops of 200000 calls with changing
-arguments, less the same loop without a call. The last column is the ratio to the default law of the kind.
+Run by hand: ``python benchmarks/laws/evaluation.py``. Each figure is processor time, the best of 25 loops of 200000 calls with
+changing arguments, in rounds over all laws of a kind, less the same loop without a call. The last column is the ratio to the
+default law of the kind.
 """
 
 from __future__ import annotations
@@ -21,6 +22,7 @@ from scissordyn.laws.user import UserDamping, UserElastic, UserFriction
 
 JOINT = JointContact(clearance=0.5e-3, journal_radius=10e-3, length=15e-3, journal=STEEL, bearing=STEEL)
 CALLS = 200_000
+ROUNDS = 25
 REFERENCE = {"stiffness": "liu", "damping": "flores", "friction": "lugre"}
 
 
@@ -56,43 +58,44 @@ def _empty_loop(calls):
     return total
 
 
-def best(function, *arguments):
-    """Nanoseconds per call."""
-    function(*arguments, 10)
-    times = []
-    for _ in range(7):
-        start = time.perf_counter_ns()
-        function(*arguments, CALLS)
-        times.append(time.perf_counter_ns() - start)
-    return min(times) / CALLS
+def rounds(calls):
+    """Nanoseconds per call of each, the best of several rounds over all of them."""
+    for function, *arguments in calls.values():
+        function(*arguments, 10)
+    times = dict.fromkeys(calls, math.inf)
+    for _ in range(ROUNDS):
+        for name, (function, *arguments) in calls.items():
+            start = time.process_time_ns()
+            function(*arguments, CALLS)
+            times[name] = min(times[name], (time.process_time_ns() - start) / CALLS)
+    return times
 
 
 def main():
     """Print a Markdown table for each kind."""
-    empty = best(_empty_loop)
     liu = table_row(BY_KIND["stiffness"]["liu"](), JOINT)
     users = {
         "stiffness": UserElastic(lambda d, k, c: k * d * math.sqrt(d / (2.0 * (c + d))), (liu[0], liu[1])),
         "damping": UserDamping(lambda f, d, r, a, xi: f * (1.0 + xi * r / a), (0.2,)),
         "friction": UserFriction(lambda v, n, mu: mu * n * math.tanh(v / 1e-4), (0.05,)),
     }
-    print(f"(empty loop: {empty:.2f} ns, subtracted)\n")
     for kind, laws in BY_KIND.items():
-        made = {name: law() for name, law in laws.items()} | {"a user's function": users[kind]}
-        found = {}
-        for name, law in made.items():
+        calls = {"": (_empty_loop,)}
+        for name, law in ({name: law() for name, law in laws.items()} | {"a user's function": users[kind]}).items():
             row = table_row(law, JOINT)
             if kind == "stiffness":
-                found[name] = best(_elastic_loop, law.kernel_kind, row) - empty
+                calls[name] = _elastic_loop, law.kernel_kind, row
             elif kind == "damping":
-                found[name] = best(_normal_loop, law.kernel_kind, row) - empty
+                calls[name] = _normal_loop, law.kernel_kind, row
             else:
                 z, dz = np.zeros(len(law.states)), np.zeros(len(law.states))
                 friction_start(law.kernel_kind, 0.01, z, row)
-                found[name] = best(_friction_loop, law.kernel_kind, row, z, dz) - empty
+                calls[name] = _friction_loop, law.kernel_kind, row, z, dz
+        found = rounds(calls)
+        empty = found.pop("")
         print(f"| {kind} | ns | against {REFERENCE[kind]} |\n| --- | ---: | ---: |")
         for name, value in found.items():
-            print(f"| {name} | {value:.1f} | {value / found[REFERENCE[kind]]:.1f} |")
+            print(f"| {name} | {value - empty:.1f} | {(value - empty) / (found[REFERENCE[kind]] - empty):.1f} |")
         print()
 
 

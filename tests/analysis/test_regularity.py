@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 import pytest
+from benchmarks import exponents
 
 from scissordyn.analysis.lyapunov import exponent_from_growth, largest_exponent, largest_exponent_map
 from scissordyn.analysis.recurrence import recurrence
@@ -16,16 +17,10 @@ from .made_up import henon, logistic, rotation
 METHODS = pytest.mark.parametrize("variational", [True, False], ids=["variational", "two trajectories"])
 
 
-def starts(shape: tuple[int, int], low: float, high: float) -> np.ndarray:
-    return np.random.default_rng(1).uniform(low, high, shape)
-
-
 @METHODS
 def test_logistic_exponent(variational: bool) -> None:
     """Closed form: the logistic map at r = 4 has ln 2 (conjugate to the tent map)."""
-    found = largest_exponent_map(
-        lambda x: 4.0 * x * (1.0 - x), (lambda x: np.array([4.0 - 8.0 * x])) if variational else None, [0.3], steps=10_000
-    )
+    found = exponents.logistic(variational)
     assert float(found["exponent"]) == pytest.approx(math.log(2.0), rel=0.01)
     assert float(found["running"][-1]) == float(found["exponent"])
 
@@ -33,17 +28,7 @@ def test_logistic_exponent(variational: bool) -> None:
 @METHODS
 def test_henon_exponent(variational: bool) -> None:
     """Known number: 0.41934 per step, within 1 %, from 100 starts; tables differ in the fourth digit."""
-
-    def tangent(x: np.ndarray) -> np.ndarray:
-        one, nil = np.ones_like(x[0]), np.zeros_like(x[0])
-        return np.array([[-2.8 * x[0], one], [0.3 * one, nil]])
-
-    found = largest_exponent_map(
-        lambda x: np.stack([1.0 - 1.4 * x[0] ** 2 + x[1], 0.3 * x[0]]),
-        tangent if variational else None,
-        starts((2, 100), -0.1, 0.1),
-        steps=3000,
-    )
+    found = exponents.henon(variational)
     assert float(found["exponent"]) == pytest.approx(0.41934, rel=0.01)
     assert float(found["standard_error"]) < 0.003
     assert found.sizes["member"] == 100
@@ -52,24 +37,7 @@ def test_henon_exponent(variational: bool) -> None:
 @METHODS
 def test_lorenz_exponent(variational: bool) -> None:
     """Published number: 0.9056 /s (Viswanath 1998, thesis, Cornell University), within 1 %, from 128 starts."""
-
-    def rate(_: float, x: np.ndarray) -> np.ndarray:
-        return np.stack([10.0 * (x[1] - x[0]), x[0] * (28.0 - x[2]) - x[1], x[0] * x[1] - 8.0 / 3.0 * x[2]])
-
-    def tangent(_: float, x: np.ndarray) -> np.ndarray:
-        one, nil = np.ones_like(x[0]), np.zeros_like(x[0])
-        return np.array([[-10.0 * one, 10.0 * one, nil], [28.0 - x[2], -one, -x[0]], [x[1], x[0], -8.0 / 3.0 * one]])
-
-    found = largest_exponent(
-        rate,
-        np.array([[0.0], [0.0], [25.0]]) + starts((3, 128), -8.0, 8.0),
-        interval=1.0,
-        intervals=120,
-        jacobian=tangent if variational else None,
-        discard=20,
-        rtol=1e-7,
-        atol=1e-7,
-    )
+    found = exponents.lorenz(variational)
     assert float(found["exponent"]) == pytest.approx(0.9056, rel=0.01)
     assert abs(float(found["exponent"]) - 0.9056) < 4.0 * float(found["standard_error"])
 

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 from validation.case import HERE, Case
 from validation.catalogue import CASES
-from validation.page import checks_table, summary_row, whole
+from validation.page import checks_table, parts, summary_row, whole
 
 from scissordyn.config.file import read_case
 
@@ -62,7 +62,17 @@ def test_a_missed_check_shows() -> None:
     assert summary_row(CASES[0], [counted])[2] == "1 of 1"
     assert "missed" in checks_table([wrong])
     assert summary_row(CASES[0], [wrong])[2] == "0 of 1"
-    assert "Validation" in whole([], [], "machine")
+    assert "Validation" in whole([], [])
+
+
+def test_a_written_page_is_taken_apart_again() -> None:
+    """Identity: rows and sections of the page are found by their titles, so that one case can be written anew."""
+    text = PAGE.read_text(encoding="utf-8")
+    rows, sections = parts(text)
+    assert list(rows) == [case.title for case in CASES]
+    assert len(sections) == len(CASES)
+    assert all("*Run:* 20" in section for section in sections.values())
+    assert whole(list(rows.values()), list(sections.values())) == text
 
 
 @pytest.mark.slow
@@ -72,3 +82,21 @@ def test_the_record_of_siconos_differs() -> None:
 
     answers = [(one.answer, round(one.difference, 2)) for one in published()]
     assert answers == [("agrees", -0.02), ("agrees", -0.01), ("differs", -0.04), ("differs", -0.03), ("differs", -0.06)]
+
+
+def test_codes_are_drawn_with_their_scans(tmp_path: Path) -> None:
+    """Identity: a scan becomes table, list and picture; a setting at which a code fails is in the list only."""
+    from validation.case import Code
+    from validation.page import codes_table
+
+    def failing(setting: float) -> tuple[float, float]:
+        if setting > 1e-3:
+            raise RuntimeError("diverges")
+        return setting, 1e-3
+
+    codes = [Code("good", lambda setting: (setting, 1e-3 / setting), (1e-2, 1e-4)), Code("failing", failing, (1e-2, 1e-4))]
+    made = Case("made", "Made up", list, error="error [m]", goal=1e-3, codes=lambda: codes)
+    text = codes_table(made, tmp_path / "curves.png")
+    assert "![Error over time of all codes and settings](curves.png)" in text
+    assert "* failing, tolerance: 0.01: fails; 0.0001: 1.0e-04, 1 ms." in text
+    assert (tmp_path / "curves.png").read_bytes().startswith(b"\x89PNG")

@@ -145,7 +145,8 @@ class HuGuo(DampingFactor):
 
     .. math:: \xi = \frac{3(1-c_e)}{2c_e}
 
-    The citation could not be verified.
+    An article of this subject has the DOI of the source; the formula could not be compared with its text. It tends to the
+    exact factor for c_e -> 1.
     """
 
     restitution: PositiveRestitution = 0.9
@@ -183,7 +184,7 @@ class SafaeifarFarshidianfar(DampingFactor):
 
     .. math:: \xi = \frac{5(1-c_e)}{4c_e}
 
-    The citation could not be verified.
+    An article of this subject has the DOI of the source; the formula could not be compared with its text.
     """
 
     restitution: PositiveRestitution = 0.9

@@ -1,0 +1,41 @@
+"""Pictures of error over time, from the scans of a case."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from pathlib import Path
+
+from matplotlib.figure import Figure
+
+__all__ = ["Curve", "draw"]
+
+Curve = tuple[str, Sequence[tuple[float, float]]]
+"""Name of a code, and its errors and seconds; infinite ones are left out."""
+
+
+def draw(curves: Sequence[Curve], goal: float, error: str, path: Path) -> None:
+    """Draw the error over the time of every setting of every code, with the goal.
+
+    Parameters
+    ----------
+    curves : sequence of (str, sequence of (float, float))
+    goal : float
+        Error that every code has to reach.
+    error : str
+        What the error is.
+    path : Path
+        Of the picture.
+    """
+    figure = Figure(figsize=(7.5, 4.5), layout="constrained")
+    axes = figure.subplots()
+    markers = "osD^v<>Pp"
+    for k, (name, points) in enumerate(curves):
+        finite = [(1e3 * seconds, miss) for miss, seconds in points if math.isfinite(miss) and miss > 0.0]
+        if finite:
+            axes.plot(*zip(*finite, strict=True), marker=markers[k % len(markers)], markersize=4, linewidth=1, label=name)
+    axes.axhline(goal, color="grey", linestyle="--", linewidth=1, label="goal")
+    axes.set(xscale="log", yscale="log", xlabel="time [ms]", ylabel=error)
+    axes.grid(visible=True, which="major", alpha=0.3)
+    axes.legend(fontsize=7, loc="upper left", bbox_to_anchor=(1.0, 1.0))
+    figure.savefig(path, dpi=110, metadata={"Software": ""})

@@ -6,10 +6,9 @@ import itertools
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import xarray as xr
 from bokeh.core.properties import value
 from bokeh.models import ColumnDataSource, CustomJS, CustomJSTickFormatter, Range1d, Span, Title
 from bokeh.plotting import figure
@@ -17,6 +16,9 @@ from bokeh.plotting import figure
 from scissordyn.plot.scale import DEGREES, Scale, engineering
 from scissordyn.plot.series import clearance_joints, predictability_horizon
 from scissordyn.plot.style import BLACK, BLUE, GREEN, ORANGE, PURPLE, SKY, VERMILION
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 __all__ = ["MOST_POINTS", "Curves"]
 

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import xarray as xr
 from bokeh.models import ColumnDataSource, CustomJS, DataTable, InlineStyleSheet, NumberFormatter, TableColumn
 
 from scissordyn.plot.scale import Scale, engineering
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 __all__ = ["ContactTable"]
 

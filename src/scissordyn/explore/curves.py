@@ -10,7 +10,21 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from bokeh.core.properties import value
-from bokeh.models import ColumnDataSource, CustomJS, CustomJSTickFormatter, Range1d, Span, Title
+from bokeh.models import (
+    CDSView,
+    ColumnDataSource,
+    CustomJS,
+    CustomJSTickFormatter,
+    GlyphRenderer,
+    Legend,
+    LegendItem,
+    Line,
+    MultiLine,
+    Range1d,
+    Span,
+    Title,
+    VStrip,
+)
 from bokeh.plotting import figure
 
 from scissordyn.plot.scale import DEGREES, Scale, engineering
@@ -124,6 +138,7 @@ class Curves:
         self.orbit_source = ColumnDataSource({"x": [], "y": []})
         self.circle = ColumnDataSource({"x": [], "y": []})
         self.pinned_orbits = ColumnDataSource({"x": [], "y": [], "color": []})
+        self.view = CDSView()
         self.range = Range1d(0.0, 1.0)
         self.horizon = ColumnDataSource({"from": [], "to": []}, name="horizon")
         self.spans: list[Span] = []
@@ -152,25 +167,36 @@ class Curves:
             output_backend="canvas",
         )
         first = panel.lines[0][0]
-        made.multi_line("time", first, source=self.pinned, color="color", line_dash=[6, 3], line_width=1.3)
-        for column, label, color in panel.lines:
-            more: dict[str, Any] = {"legend_label": label} if len(panel.lines) > 1 else {}
-            made.line("time", column, source=self.source, color=color, line_width=1.4, **more)
+        self._add(made, self.pinned, MultiLine(xs="time", ys=first, line_color="color", line_dash=[6, 3], line_width=1.3))
+        drawn = [
+            self._add(made, self.source, Line(x="time", y=column, line_color=color, line_width=1.4))
+            for column, _, color in panel.lines
+        ]
         if len(panel.lines) > 1:  # in place of the title, where no curve is
             made.title.visible = False
-            made.legend.update(orientation="horizontal", location=(0, 0), padding=0, margin=0, spacing=14)
-            made.legend.update(glyph_width=14, glyph_height=16, label_height=16, label_width=10, label_standoff=4)
-            made.legend.update(label_text_font_size="13px", label_text_font_style="bold")
-            made.add_layout(made.legend[0], "above")
+            items = [
+                LegendItem(label=value(label), renderers=[line]) for (_, label, _), line in zip(panel.lines, drawn, strict=True)
+            ]
+            legend = Legend(items=items, orientation="horizontal", location=(0, 0), padding=0, margin=0, spacing=14)
+            legend.update(glyph_width=14, glyph_height=16, label_height=16, label_width=10, label_standoff=4)
+            legend.update(label_text_font_size="13px", label_text_font_style="bold")
+            made.add_layout(legend, "above")
         made.yaxis.formatter = self.ticks
         made.yaxis.major_label_text_font = "monospace"
         span = Span(location=0.0, dimension="height", line_color=VERMILION, line_width=1.2, tags=["cursor"])
         made.add_layout(span)
         self.spans.append(span)
         # a strip of data and no annotation: setting the edge of one makes the library look through all models of the page
-        self.shades.append(made.vstrip("from", "to", source=self.horizon, fill_alpha=0.5, line_alpha=0.0, level="underlay"))
+        shade = VStrip(x0="from", x1="to", fill_alpha=0.5, line_alpha=0.0)
+        self.shades.append(self._add(made, self.horizon, shade, level="underlay"))
         made.js_on_event("tap", CustomJS(args={"factor": self.clock}, code=TIME_EVENT))
         return made
+
+    def _add(self, made: Any, source: ColumnDataSource, glyph: Any, *, level: str = "glyph") -> GlyphRenderer:
+        """Draw data: with nothing for selections, of which the figures have none, as each model costs time when a page opens."""
+        renderer = GlyphRenderer(data_source=source, glyph=glyph, view=self.view, level=level)
+        made.renderers.append(renderer)
+        return renderer
 
     def _orbit_figure(self) -> Any:
         made = figure(
@@ -184,9 +210,10 @@ class Curves:
             name="orbit",
             min_border_left=LEFT,
         )
-        made.line("x", "y", source=self.circle, color=THEMES["light"]["faint"], line_dash=[2, 2])
-        made.multi_line("x", "y", source=self.pinned_orbits, color="color", line_dash=[6, 3], line_width=1.0)
-        made.line("x", "y", source=self.orbit_source, color=SKY, line_width=1.2)
+        self._add(made, self.circle, Line(x="x", y="y", line_color=THEMES["light"]["faint"], line_dash=[2, 2]))
+        pinned = MultiLine(xs="x", ys="y", line_color="color", line_dash=[6, 3], line_width=1.0)
+        self._add(made, self.pinned_orbits, pinned)
+        self._add(made, self.orbit_source, Line(x="x", y="y", line_color=SKY, line_width=1.2))
         return made
 
     def theme(self, *, dark: bool) -> None:

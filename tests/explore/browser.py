@@ -119,20 +119,21 @@ class Tab:
             self.errors.append(f"a request to {asked}")
 
     def ready(self, before: int) -> int:
-        """Wait until a run later than one is on the canvas, in the curves and in the bar; its number."""
+        """Wait until a run later than one is on the canvas, in the curves and in the bar, beside the form; its number."""
         self.page.wait_for_function(
             """before => {
               const deep = (root, found) => {
                 for (const each of root.querySelectorAll("*")) {
                   if (each.matches("canvas[data-run]")) found.canvas = Number(each.dataset.run);
                   if (each.matches(".sd-state")) found.state = each.dataset;
+                  if (each.matches(".sd-form .sd-row")) found.form = true;
                   if (each.shadowRoot) deep(each.shadowRoot, found);
                 }
                 return found;
               };
               const found = deep(document, {}), page = window.Bokeh && Bokeh.documents[0];
               const curves = page && page.get_model_by_name("clock");
-              return found.state && found.state.computing === "false" && found.canvas > before && curves
+              return found.form && found.state && found.state.computing === "false" && found.canvas > before && curves
                 && curves.tags[1] === found.canvas;
             }""",
             arg=before,

@@ -138,7 +138,7 @@ class Curves:
         self.orbit_source = ColumnDataSource({"x": [], "y": []})
         self.circle = ColumnDataSource({"x": [], "y": []})
         self.pinned_orbits = ColumnDataSource({"x": [], "y": [], "color": []})
-        self.view = CDSView()
+        self.views: dict[str, CDSView] = {}
         self.range = Range1d(0.0, 1.0)
         self.horizon = ColumnDataSource({"from": [], "to": []}, name="horizon")
         self.spans: list[Span] = []
@@ -181,6 +181,8 @@ class Curves:
             legend.update(glyph_width=14, glyph_height=16, label_height=16, label_width=10, label_standoff=4)
             legend.update(label_text_font_size="13px", label_text_font_style="bold")
             made.add_layout(legend, "above")
+        else:
+            made.title.text = panel.lines[0][1]  # it takes its room from the beginning
         made.yaxis.formatter = self.ticks
         made.yaxis.major_label_text_font = "monospace"
         span = Span(location=0.0, dimension="height", line_color=VERMILION, line_width=1.2, tags=["cursor"])
@@ -194,7 +196,7 @@ class Curves:
 
     def _add(self, made: Any, source: ColumnDataSource, glyph: Any, *, level: str = "glyph") -> GlyphRenderer:
         """Draw data: with nothing for selections, of which the figures have none, as each model costs time when a page opens."""
-        renderer = GlyphRenderer(data_source=source, glyph=glyph, view=self.view, level=level)
+        renderer = GlyphRenderer(data_source=source, glyph=glyph, view=self.views.setdefault(source.id, CDSView()), level=level)
         made.renderers.append(renderer)
         return renderer
 

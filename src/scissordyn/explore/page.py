@@ -88,7 +88,8 @@ class Page:
             self._show_waiting()
             return
         self._session = Session(self.first.case, self._updated, self.first)
-        self._refresh({"fields", "status", *({"run"} if self.session.good else ())})
+        self._show_fields()
+        self._refresh({"status", *({"run"} if self.session.good else ())})
 
     def _closed(self) -> None:
         if self._session is not None:

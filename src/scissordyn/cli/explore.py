@@ -43,7 +43,7 @@ def explore(
         )
     from scissordyn.explore.serve import LOCAL, listen, serve
 
-    sockets = listen(address, port)
+    listening = listen(address, port)
     if address not in LOCAL:
         print(
             f"Warning: with --address {address} everyone who can reach this machine can open the page, change the numbers of "
@@ -57,12 +57,15 @@ def explore(
 
         return open_case(case, allow or [])
 
-    serve(
-        opened,
-        sockets,
-        name=case.name,
-        address=address,
-        show=browser,
-        said=lambda url: print(f"{url}  (Ctrl-C ends it)", flush=True),
-    )
+    try:
+        serve(
+            opened,
+            listening,
+            name=case.name,
+            address=address,
+            show=browser,
+            said=lambda url: print(f"{url}  (Ctrl-C ends it)", flush=True),
+        )
+    finally:
+        listening.close()
     return 0

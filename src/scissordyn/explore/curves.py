@@ -73,6 +73,8 @@ const move = event => {
 if (window.scissordynCursor) window.removeEventListener("scissordyn:time", window.scissordynCursor);
 window.scissordynCursor = move;
 window.addEventListener("scissordyn:time", move);
+// no style sheet of the page sets colours and widths of figures: to ask for them before each line costs more than drawing it
+try { Bokeh.require("core/visuals/visual").VisualProperties.prototype._get_css_value = () => ""; } catch { }
 """
 DRAWN = """
 const run = clock.tags[1];
@@ -195,7 +197,7 @@ class Curves:
         return made
 
     def _add(self, made: Any, source: ColumnDataSource, glyph: Any, *, level: str = "glyph") -> GlyphRenderer:
-        """Draw data: with nothing for selections, of which the figures have none, as each model costs time when a page opens."""
+        """Draw data, with no model for selections, as the figures have none: each model costs time when a page opens."""
         renderer = GlyphRenderer(data_source=source, glyph=glyph, view=self.views.setdefault(source.id, CDSView()), level=level)
         made.renderers.append(renderer)
         return renderer

@@ -5,12 +5,11 @@ from __future__ import annotations
 import signal
 import socket
 import threading
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 from tornado.httpserver import HTTPServer
 from tornado.ioloop import IOLoop
-from tornado.netutil import bind_sockets
 from tornado.routing import Router
 
 from scissordyn.errors import InputError
@@ -33,7 +32,7 @@ PATIENCE = 1.0
 """The case is read when the page that somebody asked for has been built, or after this time [s]."""
 
 
-def listen(address: str, wanted: int) -> list[socket.socket]:
+def listen(address: str, wanted: int) -> socket.socket:
     """Listen for pages.
 
     Parameters
@@ -44,7 +43,7 @@ def listen(address: str, wanted: int) -> list[socket.socket]:
 
     Returns
     -------
-    list of socket
+    socket
 
     Raises
     ------
@@ -52,16 +51,18 @@ def listen(address: str, wanted: int) -> list[socket.socket]:
         If the port is taken, or the address is not one of this machine.
     """
     try:
-        return bind_sockets(wanted, address)
+        made = socket.create_server((address, wanted), family=socket.AF_INET6 if ":" in address else socket.AF_INET)
     except OSError as error:
         raise InputError(
             f"cannot listen on {address}:{wanted}: {error.strerror or error}", "a free port of this machine", "--port 0"
         ) from None
+    made.setblocking(False)
+    return made
 
 
 def serve(
     opened: Callable[[], Case],
-    sockets: Sequence[socket.socket],
+    listening: socket.socket,
     *,
     name: str,
     address: str,
@@ -77,8 +78,7 @@ def serve(
     ----------
     opened : callable
         Reads the case.
-    sockets : sequence of socket
-        That listen.
+    listening : socket
     name : str
         Of the case.
     address : str
@@ -92,12 +92,12 @@ def serve(
     ScissordynError
         If the case cannot be read.
     """
-    port = int(sockets[0].getsockname()[1])
+    port = int(listening.getsockname()[1])
     first = FirstRun(opened)
     loop = IOLoop.current()
     entrance = Entrance(name)
     http = HTTPServer(entrance)
-    http.add_sockets(list(sockets))
+    http.add_sockets([listening])
     host = "127.0.0.1" if address in EVERYWHERE else f"[{address}]" if ":" in address else address
     url = f"http://{host}:{port}/"
     # a page of another origin must not be able to talk to this server
@@ -119,7 +119,7 @@ def serve(
             loop.add_callback(loop.stop)
             return
         if first.error is not None:
-            loop.add_callback(loop.call_later, LAST_WORDS, loop.stop)
+            loop.add_callback(loop.call_later, LAST_WORDS if entrance.asked else 0.0, loop.stop)
 
     def admit(application: Callable[..., tuple[Router, Callable[[], None]]]) -> None:
         inside, stop = application(name, first, built.set, loop, http, ["*"] if address in EVERYWHERE else sorted(origins))

@@ -47,10 +47,10 @@ class ContactTable:
     def __init__(self) -> None:
         names = ["number", "joint", "seconds", *(name for name, _, _ in COLUMNS)]
         self.source = ColumnDataSource({name: [] for name in names}, name="contact data")
-        self.columns = [TableColumn(field="number", title="#", width=36), TableColumn(field="joint", title="joint", width=100)]
+        self.columns = [TableColumn(field="number", title="#", width=36), TableColumn(field="joint", title="joint", width=130)]
         self.columns += [
             TableColumn(
-                field=name, title=f"{title} [{unit}]", formatter=NumberFormatter(format="0.000", nan_format="-"), width=95
+                field=name, title=f"{title} [{unit}]", formatter=NumberFormatter(format="0.000", nan_format="-"), width=84
             )
             for name, title, unit in COLUMNS
         ]

@@ -71,6 +71,7 @@ def packed_scene(run: xr.Dataset, mechanism: Mechanism, *, number: int = 0, note
         "supports": scene.supports.tolist(),
         "joints": [_joint(joint) for joint in scene.clearance_joints],
         "channels": [_channel(channel, run, mechanism) for channel in scene.channels],
+        "asides": scene.asides.tolist(),
         "tracks": [
             {"name": track.name, "points": _packed(_tracked(mechanism, placement, track))} for track in mechanism.tracks
         ],

@@ -76,7 +76,7 @@ class Film:
             _Block(axes, joint) if isinstance(joint, Channel) else _Magnified(axes, joint)
             for axes, joint in zip(panels, magnified, strict=True)
         ]
-        self.names = [_name(self.axes, joint.name, below=isinstance(joint, Channel)) for joint in magnified]
+        self.names = [_name(self.axes, joint.name, aside) for joint, aside in zip(magnified, scene.asides, strict=False)]
         write_more(self.figure, len(scene.magnified) - len(magnified))
         self.show(0)
         self.figure.draw_without_rendering()  # lays the panels out, once for all frames
@@ -131,10 +131,10 @@ def _gain(axes: Axes, gain: float) -> None:
     axes.set_xlabel(f"clearance magnified\n{gain:.2g} times", fontsize=SMALL)
 
 
-def _name(axes: Axes, text: str, *, below: bool) -> Annotation:
-    """A name beside its joint, readable over bars; below it for guides, whose block has a pin with a name too."""
-    aside = (7.0, -14.0 if below else 6.0)
-    made = axes.annotate(literal(text), (0.0, 0.0), xytext=aside, textcoords="offset points", fontsize=SMALL, zorder=6.0)
+def _name(axes: Axes, text: str, aside: np.ndarray) -> Annotation:
+    """A name beside its joint, readable over bars."""
+    made = axes.annotate(literal(text), (0.0, 0.0), xytext=tuple(aside), textcoords="offset points", fontsize=SMALL, zorder=6.0)
+    made.set(ha="center", va="center")
     made.set_color(BLACK)
     made.set_path_effects([withStroke(linewidth=2.0, foreground="white")])
     made.set_in_layout(False)

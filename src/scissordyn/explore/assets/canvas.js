@@ -4,6 +4,7 @@
 const TRAIL = 40;            // frames over which the journal's path stays visible
 const REACH = 11;            // how near to a joint a click must be [pixel]
 const GAP = 0.35;            // drawn clearance as a fraction of the drawn journal's radius, as in films
+const LETTERS = 1.5;         // size of the letters, over that for which the places of names were chosen
 const SPEEDS = [0.1, 0.25, 0.5, 1, 2, 4];
 const SECONDS = 6;           // a run is shown in so many seconds at speed 1
 
@@ -42,6 +43,7 @@ function unpacked(text) {
     channel.touching = floats(channel.touching, Uint8Array);
   }
   scene.insets = [...scene.channels, ...scene.joints];
+  scene.insets.forEach((inset, k) => { inset.aside = scene.asides[k].map((part, axis) => (axis ? -1 : 1) * LETTERS * part); });
   for (const track of scene.tracks) track.points = floats(track.points);
   return scene;
 }
@@ -178,12 +180,12 @@ function render({ model, el }) {
     for (const joint of source.joints) {
       const [x, y] = at(joint.place, frame, 0, 1), color = joint.touched[frame] ? colors.contact : colors.free;
       disc(X(x), Y(y), 8, null, color, 2.2);
-      if (source.joints.length <= 6 || joint.name === selected) text(joint.name, X(x), Y(y) - 17, colors.ink);
+      if (source.joints.length <= 6 || joint.name === selected) text(joint.name, X(x) + joint.aside[0], Y(y) + joint.aside[1], colors.ink);
     }
     for (const channel of source.channels) {
       const [x, y] = at(channel.place, frame, 0, 1);
       disc(X(x), Y(y), 8, null, touches(channel, frame) ? colors.contact : colors.free, 2.2);
-      text(channel.name, X(x), Y(y) + 18, colors.ink);  // below: its block has a pin with a name
+      text(channel.name, X(x) + channel.aside[0], Y(y) + channel.aside[1], colors.ink);
     }
     if (hover && hover.kind === "pin") text(hover.name, hover.x, hover.y - 17, colors.ink);
     if (hover && hover.kind === "length") {

@@ -66,7 +66,9 @@ def _parts(value: Any, unit: str) -> Iterable[tuple[str, Any, str]] | None:
     kind = _kind(value)
     if not dataclasses.is_dataclass(kind):
         return None
-    units = {name: quantity.unit for name, quantity in quantities(cast(type, kind)).items()} | ({"points": "m"} if kind is Body else {})
+    units = {name: quantity.unit for name, quantity in quantities(cast(type, kind)).items()}
+    if kind is Body:
+        units["points"] = "m"
     names = [field.name for field in dataclasses.fields(kind) if field.init]
     # what a run says of its mechanism is there twice: as it is read, and plain
     return ((name, _field(value, name), units.get(name, "")) for name in names if (kind, name) != (Configuration, "plain"))

@@ -62,6 +62,7 @@ def packed_scene(run: xr.Dataset, mechanism: Mechanism, *, number: int = 0, note
             {
                 "name": shape.name,
                 "kind": shape.kind,
+                "tone": shape.tone,
                 "count": shape.points.shape[1],
                 "points": _packed(_all(shape.points, scene)),
             }

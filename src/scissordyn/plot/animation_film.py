@@ -84,22 +84,19 @@ class Film:
 
     def _shapes(self) -> list[Line2D | Polygon]:
         artists: list[Line2D | Polygon] = []
-        bars = 0
         for shape in self.scene.shapes:
             if shape.kind == "block":
                 block = Polygon(shape.points[0], facecolor=LIGHT, edgecolor=BLACK, linewidth=0.9, zorder=1.8)
                 self.axes.add_patch(block)
                 artists.append(block)
             elif shape.kind == "plate":
-                bars += 1
-                color = (BLUE, GREEN)[bars % 2]
+                color = (BLUE, GREEN)[shape.tone]
                 plate = Polygon(shape.points[0], facecolor=to_rgba(color, 0.15), edgecolor=color, linewidth=1.6, zorder=1.9)
                 self.axes.add_patch(plate)
                 artists.append(plate)
             else:
-                bars += shape.kind == "bar"
                 look = {
-                    "bar": {"color": (BLUE, GREEN)[bars % 2], "linewidth": 2.0, "zorder": 2.0},
+                    "bar": {"color": (BLUE, GREEN)[shape.tone], "linewidth": 2.0, "zorder": 2.0},
                     "component": {"color": PURPLE, "linewidth": 1.0, "zorder": 2.5},
                     "rod": {"color": PURPLE, "linewidth": 1.4, "linestyle": (0, (4, 1.5)), "zorder": 2.5},
                     "guide": {"color": GREY, "linewidth": 0.7, "linestyle": (0, (6, 2, 1, 2)), "zorder": 1.0},

@@ -236,10 +236,9 @@ def _extent(scene: Scene) -> str:
 
 def _drawing(scene: Scene, gain: float, supports: np.ndarray) -> str:
     """The artists of the structure; the player moves them."""
-    lines, bars = [], 0
+    lines = []
     for shape in scene.shapes:
-        bars += shape.kind in ("bar", "plate")
-        color = (BLUE, GREEN)[bars % 2]
+        color = (BLUE, GREEN)[shape.tone]
         look = {"bar": f' stroke="{color}"', "plate": f' stroke="{color}" fill="{color}"'}.get(shape.kind, "")
         tag = "polygon" if shape.kind in ("block", "plate") else "polyline"
         lines.append(f'<{tag} data-shape class="{shape.kind}"{look}><title>{html.escape(shape.name)}</title></{tag}>')

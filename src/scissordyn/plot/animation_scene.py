@@ -43,11 +43,14 @@ class Shape:
     kind : {"bar", "plate", "block", "component", "rod", "guide"}
     points : ndarray, shape (frames, points, 2)
         In the frame of the picture, where gravity points downwards [m].
+    tone : int
+        Bars and plates have one of two colours, in turn.
     """
 
     name: str
     kind: str
     points: np.ndarray
+    tone: int = 0
 
 
 @dataclass(frozen=True)
@@ -217,12 +220,13 @@ def _asides(scene: Scene, size: float) -> np.ndarray:
 
 
 def _bodies(mechanism: Mechanism, placement: Placement, outlines: list[np.ndarray], size: float) -> list[Shape]:
-    shapes = []
+    shapes, bars = [], 0
     for body, points in zip(mechanism.bodies, outlines, strict=True):
         if points.shape[1] == 1:
             shapes.append(Shape(body.name, "block", _block(mechanism, placement, body.name, points[:, 0], 0.02 * size)))
         else:
-            shapes.append(Shape(body.name, "bar" if points.shape[1] == 2 else "plate", points))
+            shapes.append(Shape(body.name, "bar" if points.shape[1] == 2 else "plate", points, bars % 2))
+            bars += 1
     return shapes
 
 

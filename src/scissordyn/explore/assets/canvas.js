@@ -128,13 +128,11 @@ function render({ model, el }) {
     if (closed) context.closePath();
   }
   function drawShapes(source, frame, X, Y, faint) {
-    let bars = 0;
     for (const shape of source.shapes) {
       const solid = shape.kind === "bar" || shape.kind === "plate";
-      bars += solid;
       context.setLineDash(shape.kind === "guide" ? [10, 4, 2, 4] : shape.kind === "rod" || faint ? [6, 3] : []);
       context.lineWidth = faint ? 1.2 : { bar: 3.2, plate: 2.4, block: 1.2, component: 1.4, rod: 1.8, guide: 1 }[shape.kind];
-      context.strokeStyle = faint ? colors.faint : shape.kind === "guide" ? colors.faint : solid ? (bars % 2 ? colors.green : colors.blue)
+      context.strokeStyle = faint ? colors.faint : shape.kind === "guide" ? colors.faint : solid ? (shape.tone ? colors.green : colors.blue)
         : shape.kind === "block" ? colors.ink : colors.part;
       if (faint && !solid) continue;
       line(shape.points, frame, shape.count, X, Y, shape.kind === "plate" || shape.kind === "block");

@@ -102,4 +102,5 @@ export function render({ model, el }) {
   });
   show();
   theme(dark);
+  performance.mark("scissordyn:page");
 }

@@ -11,7 +11,7 @@ from tornado.httputil import HTTPMessageDelegate, HTTPServerRequest
 from tornado.routing import Router
 from tornado.web import Application, RequestHandler, StaticFileHandler
 
-__all__ = ["SCRIPTS", "STYLE", "Entrance"]
+__all__ = ["SCRIPTS", "STYLE", "Entrance", "package_folder"]
 
 SCRIPTS = (
     "static/extensions/panel/bundled/reactiveesm/es-module-shims@^1.10.0/dist/es-module-shims.min.js",
@@ -74,17 +74,17 @@ class Entrance(Router):
         self.inside: Router | None = None
         self.asked = False
         self._open = asyncio.Event()
-        frame = FRAME.format(
+        self.frame = FRAME.format(
             name=escape(name),
             icon=ICON,
             style=STYLE,
             element=ELEMENT,
             scripts="\n".join(f'<script defer src="{script}"></script>' for script in (*SCRIPTS, "start.js")),
         )
-        files = {"panel": _folder("panel") / "dist", "bokeh": _folder("bokeh") / "server" / "static" / "js"}
+        files = {"panel": package_folder("panel") / "dist", "bokeh": package_folder("bokeh") / "server" / "static" / "js"}
         self._first = Application(
             [
-                (r"/", Frame, {"frame": frame}),
+                (r"/", Frame, {"frame": self.frame}),
                 (r"/start.js", Start, {"ready": self._open}),
                 (r"/static/extensions/panel/(.*)", StaticFileHandler, {"path": files["panel"]}),
                 (r"/static/js/(.*)", StaticFileHandler, {"path": files["bokeh"]}),
@@ -130,7 +130,7 @@ class Start(RequestHandler):
         self.redirect(BEGIN)
 
 
-def _folder(package: str) -> Path:
+def package_folder(package: str) -> Path:
     """The folder of a package that is not imported yet."""
     found = find_spec(package)
     assert found is not None

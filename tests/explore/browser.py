@@ -94,9 +94,16 @@ class Tab:
     url : str
     size : (int, int)
         Width and height of the window [pixel].
+    dark : bool
+        Whether the browser asks for dark pages.
+    patience : float
+        Longest time that a run may take [s].
     """
 
-    def __init__(self, browser: Any, url: str, *, size: tuple[int, int] = (1500, 900), dark: bool = False) -> None:
+    def __init__(
+        self, browser: Any, url: str, *, size: tuple[int, int] = (1500, 900), dark: bool = False, patience: float = 60.0
+    ) -> None:
+        self.patience = patience
         self.context = browser.new_context(
             viewport={"width": size[0], "height": size[1]},
             accept_downloads=True,
@@ -137,7 +144,7 @@ class Tab:
                 && curves.tags[1] === found.canvas;
             }""",
             arg=before,
-            timeout=60_000,
+            timeout=1e3 * self.patience,
         )
         return self.run
 

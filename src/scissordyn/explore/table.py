@@ -22,6 +22,9 @@ COLUMNS = (
     ("rebound_speed", "rebound", "m/s"),
 )
 
+LONG = 10.0
+"""Shorter times are in milliseconds [s]."""
+
 LOOK = """
 :host { --background-color: var(--sd-back, #fff); color: var(--sd-ink, #222) }
 .slick-row, .slick-header-column, .slick-cell, .slick-header, .slick-header-columns, .slick-viewport, .bk-data-table
@@ -78,7 +81,7 @@ class ContactTable:
             values = run[name].values
             finite = np.abs(values[np.isfinite(values)])
             scale = engineering(unit, finite) if unit in ("s", "N") else Scale(1.0, unit)
-            if scale.unit == "s" and finite.max(initial=0.0) < 1.0:  # with as many digits as in ms
+            if scale.unit == "s" and finite.max(initial=0.0) < LONG:  # contacts last for less than a digit of seconds
                 scale = Scale(1e3, "ms")
             data[name] = scale.factor * values
             column.title = f"{title} [{scale.unit}]"

@@ -149,8 +149,8 @@ function render({ model, el }) {
     if (fill) { context.fillStyle = fill; context.fill(); }
     if (stroke) { context.strokeStyle = stroke; context.lineWidth = width; context.stroke(); }
   }
-  function text(words, x, y, color, align = "center") {
-    context.font = "12px system-ui, sans-serif"; context.textAlign = align; context.textBaseline = "middle";
+  function text(words, x, y, color, align = "center", size = 12) {
+    context.font = `${size}px system-ui, sans-serif`; context.textAlign = align; context.textBaseline = "middle";
     context.lineWidth = 3; context.strokeStyle = colors.back; context.strokeText(words, x, y);
     context.fillStyle = color; context.fillText(words, x, y);
   }
@@ -233,9 +233,9 @@ function render({ model, el }) {
       if (cy > height) return;
       const touched = joint.block ? touches(joint, frame) : joint.touched[frame], color = touched ? colors.contact : colors.free;
       (joint.block ? drawChannel : drawBearing)(joint, frame, cx, cy - 12, 0.25 * cell, color);
-      const room = Math.max(6, Math.floor(cell / 7.5));
+      const size = joint.name.length > cell / 7.5 ? 10 : 12, room = Math.max(6, Math.floor(cell / (0.6 * size)));
       const name = joint.name.length > room ? `${joint.name.slice(0, room - 1)}…` : joint.name;
-      text(name, cx, cy + cell / 2 - 18, colors.ink);
+      text(name, cx, cy + cell / 2 - 18, colors.ink, "center", size);
       text(touched ? newtons(joint.force[frame]) : "free", cx, cy + cell / 2 - 5, touched ? colors.contact : colors.faint);
     });
     const gains = [...new Set(source.insets.map(joint => Number(joint.gain.toPrecision(2))))];

@@ -204,10 +204,10 @@ def scene_of(
         channels=tuple(_channel(run, mechanism, placement, frames, name) for name in guides),
         shown=shown,
     )
-    return dataclasses.replace(scene, asides=_asides(scene, size))
+    return dataclasses.replace(scene, asides=_asides(scene))
 
 
-def _asides(scene: Scene, size: float) -> np.ndarray:
+def _asides(scene: Scene) -> np.ndarray:
     """Where the names of the magnified joints stand; outlines are closed."""
     if not scene.magnified:
         return np.empty((0, 2))
@@ -216,7 +216,7 @@ def _asides(scene: Scene, size: float) -> np.ndarray:
         for shape in scene.shapes
     ]
     places = np.stack([joint.place for joint in scene.magnified], axis=1)
-    return aside([joint.name for joint in scene.magnified], places, lines, scene.pins, size)
+    return aside([joint.name for joint in scene.magnified], places, lines, scene.pins, (scene.low, scene.high))
 
 
 def _bodies(mechanism: Mechanism, placement: Placement, outlines: list[np.ndarray], size: float) -> list[Shape]:

@@ -30,11 +30,21 @@ RING = 6.5
 STEP = 4.0
 """Lines are looked at in points so far apart [pt]."""
 
-HIDDEN, COVERED, TOUCHED, FAR = 1.0, 60.0, 12.0, 0.1
-"""What a hidden point of a line, a name on another one, a name on a joint, and a point of distance weigh."""
+HIDDEN, COVERED, TOUCHED, MISLED, BEYOND, FAR = 1.0, 60.0, 12.0, 25.0, 0.4, 0.5
+"""What a hidden point of a line, a name on another one, on a joint, and about as near to another joint as to its own, a point
+beyond the region, and a point of distance weigh."""
+
+CLEAR = 4.0
+"""A name is so much nearer to its own joint than to others [pt]."""
 
 
-def aside(names: Sequence[str], joints: np.ndarray, lines: Sequence[np.ndarray], others: np.ndarray, size: float) -> np.ndarray:
+def aside(
+    names: Sequence[str],
+    joints: np.ndarray,
+    lines: Sequence[np.ndarray],
+    others: np.ndarray,
+    region: tuple[np.ndarray, np.ndarray],
+) -> np.ndarray:
     """Where the middles of names are, relative to their joints, the same in all frames.
 
     Parameters
@@ -47,8 +57,8 @@ def aside(names: Sequence[str], joints: np.ndarray, lines: Sequence[np.ndarray],
         What is drawn; what does not move may have one frame [m].
     others : ndarray, shape (frames, joints, 2)
         Joints without a name [m].
-    size : float
-        Longer side of the drawn region [m].
+    region : (ndarray, ndarray)
+        Lower left and upper right corner of what is drawn [m].
 
     Returns
     -------
@@ -56,7 +66,7 @@ def aside(names: Sequence[str], joints: np.ndarray, lines: Sequence[np.ndarray],
         For a longer side of `REGION` [pt].
     """
     looks = np.unique(np.linspace(0, len(joints) - 1, LOOKS).round().astype(int))
-    scale = REGION / size
+    scale = REGION / float(np.max(region[1] - region[0]))
     places = scale * np.concatenate([joints, others], axis=1)[looks]
     nothing = np.empty((0, 2))
     ink = [np.concatenate([nothing, *(_sampled(scale * line[min(look, len(line) - 1)]) for line in lines)]) for look in looks]
@@ -75,6 +85,9 @@ def aside(names: Sequence[str], joints: np.ndarray, lines: Sequence[np.ndarray],
             within = np.all((points > low[:, None]) & (points < high[:, None]), axis=2)
             away = np.linalg.norm(np.clip(here, low[:, None], high[:, None]) - here, axis=2)
             cost += HIDDEN * within.sum(axis=1) + TOUCHED * (away < RING).sum(axis=1)
+            cost += MISLED * np.any(np.delete(away, k, axis=1) < away[:, [k]] + CLEAR, axis=1)
+            outside = np.maximum(scale * region[0] - low, 0.0) + np.maximum(high - scale * region[1], 0.0)
+            cost += BEYOND * outside.sum(axis=1)
             for one, (middle, other) in enumerate(zip(found, halves, strict=True)):
                 apart = np.abs(here[k] + tries - (here[one] + middle)) - half - other
                 cost += COVERED * np.all(apart < 0.0, axis=1)

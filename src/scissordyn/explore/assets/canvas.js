@@ -89,8 +89,9 @@ function render({ model, el }) {
   const box = () => {
     const width = canvas.clientWidth, height = canvas.clientHeight, count = scene ? scene.insets.length : 0;
     if (!count) return { width, height, main: width, cell: 0, columns: 0 };
-    const columns = Math.max(1, Math.ceil(count / Math.max(2, Math.floor(height / 105))));
-    const cell = Math.min(132, height / Math.ceil(count / columns), 0.45 * width / columns);
+    const room = height - 18;  // below stands how much they are magnified
+    const columns = Math.max(1, Math.ceil(count / Math.max(2, Math.floor(room / 105))));
+    const cell = Math.min(132, room / Math.ceil(count / columns), 0.45 * width / columns);
     return { width, height, main: width - columns * cell, cell, columns };
   };
   function fit() {

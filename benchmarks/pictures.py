@@ -30,6 +30,9 @@ FRAMES = 151
 WINDOW = 1500, 860
 """Width and height of the explorer [pixel]."""
 
+PATIENCE = 600.0
+"""Longest time that the run of an example may take on a busy machine [s]."""
+
 COLOURS = 128
 """Of a screenshot: drawings need no more, and files are a quarter as large."""
 
@@ -68,7 +71,7 @@ def screenshot(case: Path, browser: Any, target: Path) -> Path:
     from explore.browser import Tab, served
 
     with served(case) as url:
-        tab = Tab(browser, url, size=WINDOW)
+        tab = Tab(browser, url, size=WINDOW, patience=PATIENCE)
         scrub = tab.page.locator("[data-id=scrub]")
         frame = 2 * int(scrub.get_attribute("max")) // 3
         scrub.fill(str(frame))

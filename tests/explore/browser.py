@@ -94,9 +94,16 @@ class Tab:
     url : str
     size : (int, int)
         Width and height of the window [pixel].
+    dark : bool
+        Whether the browser asks for dark pages.
+    patience : float
+        Longest time that a run may take [s].
     """
 
-    def __init__(self, browser: Any, url: str, *, size: tuple[int, int] = (1500, 900), dark: bool = False) -> None:
+    def __init__(
+        self, browser: Any, url: str, *, size: tuple[int, int] = (1500, 900), dark: bool = False, patience: float = 60.0
+    ) -> None:
+        self.patience = patience
         self.context = browser.new_context(
             viewport={"width": size[0], "height": size[1]},
             accept_downloads=True,
@@ -119,24 +126,25 @@ class Tab:
             self.errors.append(f"a request to {asked}")
 
     def ready(self, before: int) -> int:
-        """Wait until a run later than one is on the canvas, in the curves and in the bar; its number."""
+        """Wait until a run later than one is on the canvas, in the curves and in the bar, beside the form; its number."""
         self.page.wait_for_function(
             """before => {
               const deep = (root, found) => {
                 for (const each of root.querySelectorAll("*")) {
                   if (each.matches("canvas[data-run]")) found.canvas = Number(each.dataset.run);
                   if (each.matches(".sd-state")) found.state = each.dataset;
+                  if (each.matches(".sd-form .sd-row")) found.form = true;
                   if (each.shadowRoot) deep(each.shadowRoot, found);
                 }
                 return found;
               };
               const found = deep(document, {}), page = window.Bokeh && Bokeh.documents[0];
               const curves = page && page.get_model_by_name("clock");
-              return found.state && found.state.computing === "false" && found.canvas > before && curves
+              return found.form && found.state && found.state.computing === "false" && found.canvas > before && curves
                 && curves.tags[1] === found.canvas;
             }""",
             arg=before,
-            timeout=60_000,
+            timeout=1e3 * self.patience,
         )
         return self.run
 

@@ -12,10 +12,11 @@ from typing import Any
 import pytest
 import xarray as xr
 
-import scissordyn as sd
+from scissordyn.errors import InputError
 from scissordyn.explore.case import FileCase
 from scissordyn.explore.first import FirstRun
 from scissordyn.explore.session import Session
+from scissordyn.simulation.run import simulate
 
 from .browser import CASE
 
@@ -34,9 +35,9 @@ def gate(monkeypatch: pytest.MonkeyPatch) -> tuple[threading.Event, list[int]]:
     def held(*given: Any, **named: Any) -> xr.Dataset:
         runs.append(1)
         assert opened.wait(30.0)
-        return sd.simulate(*given, **named)
+        return simulate(*given, **named)
 
-    monkeypatch.setattr("scissordyn.explore.worker.simulate", held)
+    monkeypatch.setattr("scissordyn.simulation.run.simulate", held)
     return opened, runs
 
 
@@ -49,10 +50,38 @@ def until(condition: Callable[[], bool]) -> None:
     raise AssertionError("it did not happen within 30 s")
 
 
+def begun(case: FileCase) -> FirstRun:
+    """A case that has been read, and whose run is going on."""
+    first = FirstRun(lambda: case)
+    first.begin()
+    return first
+
+
+def test_those_who_wait_for_the_case_are_told_once(case: FileCase) -> None:
+    """Identity: who asks before the case has been read is told when it is, and who asks later at once, of an error too."""
+    told: list[str] = []
+
+    def broken() -> FileCase:
+        raise InputError("no such case")
+
+    for opened, wanted in ((lambda: case, None), (broken, "no such case")):
+        told.clear()
+        first = FirstRun(opened)
+        first.when_read(lambda: told.append("early"))
+        assert told == []
+        first.begin()
+        assert told == ["early"]
+        first.when_read(lambda: told.append("late"))
+        assert told == ["early", "late"]
+        assert (first.case is None) == (wanted is not None)
+        assert (None if first.error is None else str(first.error)) == wanted
+        until(lambda first=first, wanted=wanted: first.known is not None or wanted is not None)  # type: ignore[misc]
+
+
 def test_first_run_is_computed_once(case: FileCase, gate: tuple[threading.Event, list[int]]) -> None:
     """Identity: a page that comes while the run is going on takes it over; later ones have its result at once."""
     opened, runs = gate
-    first = FirstRun(case)
+    first = begun(case)
     early = Session(case, lambda what: None, first)
     assert early.computing
     opened.set()
@@ -73,7 +102,7 @@ def test_first_run_is_computed_once(case: FileCase, gate: tuple[threading.Event,
 def test_page_that_ends_or_stops_leaves_others_alone(case: FileCase, gate: tuple[threading.Event, list[int]]) -> None:
     """Identity: a page beside the one that has taken the first run over computes its own, whatever that one does."""
     opened, runs = gate
-    first = FirstRun(case)
+    first = begun(case)
     stopping = Session(case, lambda what: None, first)
     stopping.stop()
     other = Session(case, lambda what: None, first)

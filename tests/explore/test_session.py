@@ -249,3 +249,26 @@ def test_widget_of_a_notebook_has_the_scene(case: FileCase) -> None:
     widget = sd.view(run)
     assert '"A"' in widget.scene
     assert "export default { render }" in str(widget._esm)
+
+
+def test_server_ends_with_the_error_of_a_case(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """Identity: a case that cannot be read ends the server with one line, which names the place, and exit status 2."""
+    pytest.importorskip("panel", reason="the package panel is not installed")
+    path = tmp_path / "case.toml"
+    path.write_text(CASE.replace('speed = "150 rpm"', 'speed = "150 rmp"'))
+    assert status_of(["explore", str(path), "--no-browser"]) == 2
+    said = capsys.readouterr()
+    assert "drive.speed" in said.err
+    assert len(said.err.splitlines()) == 1
+    assert said.out.startswith("http://127.0.0.1:")
+
+
+def test_addresses_that_cannot_be_listened_on_are_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """Identity: an address that is not of this machine is an error of one line before anything is served."""
+    pytest.importorskip("panel", reason="the package panel is not installed")
+    path = tmp_path / "case.toml"
+    path.write_text(CASE)
+    assert status_of(["explore", str(path), "--no-browser", "--address", "192.0.2.1"]) == 2
+    said = capsys.readouterr()
+    assert "cannot listen on 192.0.2.1" in said.err
+    assert said.out == ""

@@ -27,6 +27,7 @@ from scissordyn.plot.animation_page import page
 from scissordyn.plot.animation_scene import Scene, scene_of
 from scissordyn.plot.channel_scene import GAP
 from scissordyn.plot.place import outline
+from scissordyn.plot.structure import structure
 from scissordyn.simulation.placement import Placement
 
 from .made_up import CLEARANCE, INSTANTS, made_up, mechanism_with
@@ -58,6 +59,20 @@ def test_bodies_and_pins_are_where_the_run_has_them(run: xr.Dataset, arm: Mechan
         )
         np.testing.assert_allclose(scene.clearance_joints[0].place[frame], placed.place(arm.joint("A").bearing)[0], atol=1e-13)
         np.testing.assert_allclose(shapes["rope"].points[frame, [0, -1]], [[0.0, 0.0], placed.centre("slider")[0]], atol=1e-13)
+
+
+def test_bars_have_the_colours_of_stills(run: xr.Dataset, arm: Mechanism, scene: Scene) -> None:
+    """Cross-check: each bar of a film, and of its page, has the colour that it has in a still of the same run."""
+    still = structure(run, arm)[0]
+    where = {tuple(line.get_xydata()[0].round(9)): line.get_color() for line in still.lines if line.get_linewidth() == 1.8}
+    film, text = Film(scene, 1.0), page(scene, 30, 1.0)
+    bars = 0
+    for shape, artist in zip(scene.shapes, film.shapes, strict=True):
+        if shape.kind == "bar":
+            bars += 1
+            assert artist.get_color() == where[tuple(shape.points[0, 0].round(9))]
+            assert f'class="bar" stroke="{artist.get_color()}"><title>{shape.name}</title>' in text
+    assert bars == len(where) >= 2
 
 
 def test_everything_stays_inside_the_picture(scene: Scene) -> None:

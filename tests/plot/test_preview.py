@@ -10,6 +10,7 @@ from xml.etree import ElementTree
 
 import numpy as np
 import pytest
+from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.text import Text
 
@@ -30,9 +31,31 @@ def written(texts: list[Text]) -> list[str]:
     return [text.get_text().replace(r"\$", "$") for text in texts if text.get_text()]
 
 
+def on_rings(axes: Axes) -> list[str]:
+    """Names that touch the circle of a clearance joint."""
+    figure = axes.get_figure(root=True)
+    assert figure is not None
+    renderer, found = FigureCanvasAgg(figure).get_renderer(), []
+    for ring in (line for line in axes.lines if line.get_markersize() == 7.0 and line.get_marker() == "o"):
+        (x, y), reach = axes.transData.transform(ring.get_xydata()[0]), 3.5 * figure.dpi / 72.0
+        for text in filter(Text.get_text, axes.texts):
+            box = text.get_window_extent(renderer)
+            if math.hypot(max(box.x0 - x, 0.0, x - box.x1), max(box.y0 - y, 0.0, y - box.y1)) <= reach:
+                found.append(text.get_text())
+    return found
+
+
+def test_long_names_keep_off_clearance_joints() -> None:
+    """Identity: a flat array with a clearance beside each of twelve names has no name on a joint."""
+    mechanism = read_case(next(path for path in EXAMPLES if path.stem == "solar_array"), []).mechanism
+    axes = preview(mechanism.replace("A.clearance", 2e-4))
+    assert sum("(clearance 0.1 mm)" in text for text in written(axes.texts)) == 11
+    assert not on_rings(axes)
+
+
 @pytest.mark.parametrize("case", EXAMPLES, ids=lambda path: path.stem)
 def test_names_are_all_there_and_apart(case: Path) -> None:
-    """Identity: every body, joint, drive and component of every example has its name, and no two names overlap."""
+    """Identity: all bodies, joints, drives and components of every example have their names, apart and off clearance joints."""
     mechanism = read_case(case, []).mechanism
     axes = preview(mechanism)
     named = [
@@ -47,14 +70,16 @@ def test_names_are_all_there_and_apart(case: Path) -> None:
     assert sorted(text.split(" (clearance")[0] for text in shown) == sorted(
         [part.name for part in named] + [f"drive of {drive.body}" for drive in mechanism.drives]
     )
-    assert sum("(clearance" in text for text in shown) == len(mechanism.clearance_joints) + sum(
-        guide.clearance is not None for guide in mechanism.guides
-    )
+    loose = [joint for joint in (*mechanism.joints, *mechanism.guides) if joint.clearance is not None]
+    once = "clearance" in axes.get_title(loc="right")
+    assert sum("(clearance" in text for text in shown) == (0 if once else len(loose))
+    assert once == (len(loose) > 3 and len({joint.clearance.clearance for joint in loose}) == 1)
     figure = axes.get_figure(root=True)
     assert figure is not None
     renderer = FigureCanvasAgg(figure).get_renderer()
     boxes = [text.get_window_extent(renderer) for text in axes.texts if text.get_text()]
     assert not [pair for pair in itertools.combinations(boxes, 2) if pair[0].overlaps(pair[1])]
+    assert not on_rings(axes)
     frame = axes.get_window_extent(renderer)
     assert all(frame.x0 <= box.x0 and box.x1 <= frame.x1 and frame.y0 <= box.y0 and box.y1 <= frame.y1 for box in boxes)
 

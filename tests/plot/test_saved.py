@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import dataclasses
 import json
 import math
 import subprocess
@@ -16,7 +17,7 @@ import xarray as xr
 from scipy.io import loadmat
 
 import scissordyn as sd
-from scissordyn.cli.compare import differences
+from scissordyn.cli.difference import differences
 from scissordyn.cli.main import status_of
 from scissordyn.plot.comparison import comparison, shared_curves
 from scissordyn.plot.report import KINDS
@@ -186,11 +187,20 @@ def test_comparison_says_what_differs(stored: tuple[Path, Path], capsys: pytest.
     """Identity: the one number in which both cases differ, and figures of both runs."""
     assert status_of(["compare", *map(str, stored)]) == 0
     said = capsys.readouterr().out
-    assert "mechanism.joints.A.clearance.clearance: 0.0005 | 0.0002" in said
+    assert "mechanism.joints.A.clearance.clearance 0.5 mm 0.2 mm" in " ".join(said.split())
     assert "largest force at A" in said
     assert status_of(["compare", str(stored[0]), str(stored[0])]) == 0
     assert "Both runs are of the same case." in capsys.readouterr().out
-    assert list(differences({"a": [1, {"name": "x", "b": 2}]}, {"a": [1, {"name": "x", "b": 3}]})) == [("a.x.b", "2", "3")]
+    arm, steel = sd.scissor(units=1, angle=sd.degrees(30.0)), sd.Clearance(0.5e-3)
+    slow, fast = (arm.driven(speed=sd.rpm(speed)) for speed in (120.0, 150.0))
+    pairs = (
+        (fast, slow, "drives.0.motion.speed", "150 rpm", "120 rpm"),
+        (steel, dataclasses.replace(steel, clearance=2e-5), "clearance", "0.5 mm", "0.02 mm"),
+        (steel, dataclasses.replace(steel, clearance=0.5e-3 + 1e-12), "clearance", "0.5 mm", "0.500000001 mm"),
+        (steel, dataclasses.replace(steel, friction=sd.LuGre(kinetic=0.1)), "friction", "NoFriction", "LuGre"),
+    )
+    for left, right, *wanted in pairs:
+        assert [tuple(wanted)] == list(differences(left, right))
 
 
 def test_comparison_draws_both(stored: tuple[Path, Path]) -> None:

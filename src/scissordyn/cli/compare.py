@@ -2,21 +2,18 @@
 
 from __future__ import annotations
 
-import json
 import math
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from scissordyn.cli.output import check_folder
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
-
     import xarray as xr
 
-__all__ = ["change", "compare", "differences", "measures"]
+__all__ = ["change", "compare", "measures"]
 
 MOST = 20
 """Differing entries of the configurations that are listed."""
@@ -37,26 +34,35 @@ def compare(
     from rich import box
     from rich.table import Table
 
+    from scissordyn.cli.difference import differences
     from scissordyn.cli.saved import read_run
     from scissordyn.cli.scale import short
     from scissordyn.cli.show import console
     from scissordyn.plot.file import check_format, write
+    from scissordyn.simulation.configuration import read_configuration
 
     check_format(form)
     if output is not None:
         check_folder(output, "-o figures")
     first, second = read_run(run), read_run(other)
     to = console()
-    found = list(differences(json.loads(first.attrs["configuration"]), json.loads(second.attrs["configuration"])))
+    names = (run.stem, other.stem) if run.stem != other.stem else (str(run), str(other))
+    found = list(differences(read_configuration(first), read_configuration(second)))
     if not found:
         to.print("Both runs are of the same case.", markup=False)
-    for place, one, two in found[:MOST]:
-        to.print(f"{place}: {one} | {two}", markup=False)
+    else:
+        entries = Table(box=box.SIMPLE_HEAD, pad_edge=False, padding=(0, 1, 0, 0))
+        entries.add_column("entry", overflow="fold")
+        for name, texts in zip(names, list(zip(*found, strict=True))[1:], strict=True):
+            numbers = [len(text) for text in texts if text[:1].isdigit() or text[:1] == "-"]
+            entries.add_column(name, justify="right", overflow="fold", min_width=max(numbers, default=1))
+        for row in found[:MOST]:
+            entries.add_row(*row)
+        to.print(entries)
     if len(found) > MOST:
         to.print(f"... and {len(found) - MOST} more entries differ", markup=False)
     table = Table(box=box.SIMPLE_HEAD, pad_edge=False, padding=(0, 1, 0, 0))
     table.add_column("quantity", overflow="fold")
-    names = (run.stem, other.stem) if run.stem != other.stem else (str(run), str(other))
     for name in names:
         table.add_column(name, justify="right", no_wrap=True)
     table.add_column("change", justify="right", no_wrap=True)
@@ -77,31 +83,6 @@ def compare(
     return 0
 
 
-def differences(one: Any, two: Any, place: str = "") -> Iterator[tuple[str, str, str]]:
-    """Entries of two configurations that differ, with their address.
-
-    Parameters
-    ----------
-    one, two
-        Plain data.
-    place : str
-
-    Yields
-    ------
-    (str, str, str)
-        Address, and both values in short.
-    """
-    if isinstance(one, dict) and isinstance(two, dict):
-        for key in dict.fromkeys((*one, *two)):
-            yield from differences(one.get(key), two.get(key), f"{place}.{key}" if place else str(key))
-    elif isinstance(one, list) and isinstance(two, list) and len(one) == len(two):
-        for k, (left, right) in enumerate(zip(one, two, strict=True)):
-            name = left.get("name") if isinstance(left, dict) else None
-            yield from differences(left, right, f"{place}.{name or k}")
-    elif one != two:
-        yield place, _short(one), _short(two)
-
-
 def change(value: float, other: float) -> str:
     """The change from one number to another: in percent, or as a multiple where it is large."""
     if not value:
@@ -110,13 +91,6 @@ def change(value: float, other: float) -> str:
     if ratio >= MULTIPLE:
         return f"{float(f'{ratio:.3g}'):g} times"
     return f"{100.0 * (other - value) / abs(value):+.3g} %"
-
-
-def _short(value: Any) -> str:
-    if isinstance(value, dict | list):
-        kind = str(value.get("kind", "")).rpartition(".")[2] if isinstance(value, dict) else ""
-        return kind or ("1 entry" if len(value) == 1 else f"{len(value)} entries")
-    return f"{value:.8g}" if isinstance(value, float) else ("-" if value is None else str(value))
 
 
 def measures(run: xr.Dataset) -> dict[str, tuple[float, str]]:

@@ -5,11 +5,14 @@ from __future__ import annotations
 import sys
 from importlib.util import find_spec
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from scissordyn.errors import InputError
+
+if TYPE_CHECKING:
+    from scissordyn.explore.case import Case
 
 __all__ = ["explore"]
 
@@ -38,14 +41,9 @@ def explore(
         raise InputError(
             f"cannot read '{case}': no such file", "a case file or a saved run", f"scissordyn new scissor > {case}"
         )
-    from scissordyn.explore.case import open_case
-    from scissordyn.explore.first import FirstRun
+    from scissordyn.explore.serve import LOCAL, listen, serve
 
-    first = FirstRun(open_case(case, allow or []))  # it loads the kernels while the page's libraries are imported
-
-    from scissordyn.explore.serve import LOCAL, free_port, serve
-
-    chosen = free_port(address, port)
+    listening = listen(address, port)
     if address not in LOCAL:
         print(
             f"Warning: with --address {address} everyone who can reach this machine can open the page, change the numbers of "
@@ -53,5 +51,21 @@ def explore(
             "encrypted. No other file of this machine can be read or written through it.",
             file=sys.stderr,
         )
-    serve(first, address=address, port=chosen, show=browser, said=lambda url: print(f"{url}  (Ctrl-C ends it)", flush=True))
+
+    def opened() -> Case:
+        from scissordyn.explore.case import open_case
+
+        return open_case(case, allow or [])
+
+    try:
+        serve(
+            opened,
+            listening,
+            name=case.name,
+            address=address,
+            show=browser,
+            said=lambda url: print(f"{url}  (Ctrl-C ends it)", flush=True),
+        )
+    finally:
+        listening.close()
     return 0

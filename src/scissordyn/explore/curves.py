@@ -6,17 +6,33 @@ import itertools
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import xarray as xr
 from bokeh.core.properties import value
-from bokeh.models import ColumnDataSource, CustomJS, CustomJSTickFormatter, Range1d, Span, Title
+from bokeh.models import (
+    CDSView,
+    ColumnDataSource,
+    CustomJS,
+    CustomJSTickFormatter,
+    GlyphRenderer,
+    Legend,
+    LegendItem,
+    Line,
+    MultiLine,
+    Range1d,
+    Span,
+    Title,
+    VStrip,
+)
 from bokeh.plotting import figure
 
 from scissordyn.plot.scale import DEGREES, Scale, engineering
 from scissordyn.plot.series import clearance_joints, predictability_horizon
 from scissordyn.plot.style import BLACK, BLUE, GREEN, ORANGE, PURPLE, SKY, VERMILION
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 __all__ = ["MOST_POINTS", "Curves"]
 
@@ -57,6 +73,8 @@ const move = event => {
 if (window.scissordynCursor) window.removeEventListener("scissordyn:time", window.scissordynCursor);
 window.scissordynCursor = move;
 window.addEventListener("scissordyn:time", move);
+// no style sheet of the page sets colours and widths of figures: to ask for them before each line costs more than drawing it
+try { Bokeh.require("core/visuals/visual").VisualProperties.prototype._get_css_value = () => ""; } catch { }
 """
 DRAWN = """
 const run = clock.tags[1];
@@ -122,6 +140,7 @@ class Curves:
         self.orbit_source = ColumnDataSource({"x": [], "y": []})
         self.circle = ColumnDataSource({"x": [], "y": []})
         self.pinned_orbits = ColumnDataSource({"x": [], "y": [], "color": []})
+        self.views: dict[str, CDSView] = {}
         self.range = Range1d(0.0, 1.0)
         self.horizon = ColumnDataSource({"from": [], "to": []}, name="horizon")
         self.spans: list[Span] = []
@@ -150,25 +169,38 @@ class Curves:
             output_backend="canvas",
         )
         first = panel.lines[0][0]
-        made.multi_line("time", first, source=self.pinned, color="color", line_dash=[6, 3], line_width=1.3)
-        for column, label, color in panel.lines:
-            more: dict[str, Any] = {"legend_label": label} if len(panel.lines) > 1 else {}
-            made.line("time", column, source=self.source, color=color, line_width=1.4, **more)
+        self._add(made, self.pinned, MultiLine(xs="time", ys=first, line_color="color", line_dash=[6, 3], line_width=1.3))
+        drawn = [
+            self._add(made, self.source, Line(x="time", y=column, line_color=color, line_width=1.4))
+            for column, _, color in panel.lines
+        ]
         if len(panel.lines) > 1:  # in place of the title, where no curve is
             made.title.visible = False
-            made.legend.update(orientation="horizontal", location=(0, 0), padding=0, margin=0, spacing=14)
-            made.legend.update(glyph_width=14, glyph_height=16, label_height=16, label_width=10, label_standoff=4)
-            made.legend.update(label_text_font_size="13px", label_text_font_style="bold")
-            made.add_layout(made.legend[0], "above")
+            items = [
+                LegendItem(label=value(label), renderers=[line]) for (_, label, _), line in zip(panel.lines, drawn, strict=True)
+            ]
+            legend = Legend(items=items, orientation="horizontal", location=(0, 0), padding=0, margin=0, spacing=14)
+            legend.update(glyph_width=14, glyph_height=16, label_height=16, label_width=10, label_standoff=4)
+            legend.update(label_text_font_size="13px", label_text_font_style="bold")
+            made.add_layout(legend, "above")
+        else:
+            made.title.text = panel.lines[0][1]  # it takes its room from the beginning
         made.yaxis.formatter = self.ticks
         made.yaxis.major_label_text_font = "monospace"
         span = Span(location=0.0, dimension="height", line_color=VERMILION, line_width=1.2, tags=["cursor"])
         made.add_layout(span)
         self.spans.append(span)
         # a strip of data and no annotation: setting the edge of one makes the library look through all models of the page
-        self.shades.append(made.vstrip("from", "to", source=self.horizon, fill_alpha=0.5, line_alpha=0.0, level="underlay"))
+        shade = VStrip(x0="from", x1="to", fill_alpha=0.5, line_alpha=0.0)
+        self.shades.append(self._add(made, self.horizon, shade, level="underlay"))
         made.js_on_event("tap", CustomJS(args={"factor": self.clock}, code=TIME_EVENT))
         return made
+
+    def _add(self, made: Any, source: ColumnDataSource, glyph: Any, *, level: str = "glyph") -> GlyphRenderer:
+        """Draw data, with no model for selections, as the figures have none: each model costs time when a page opens."""
+        renderer = GlyphRenderer(data_source=source, glyph=glyph, view=self.views.setdefault(source.id, CDSView()), level=level)
+        made.renderers.append(renderer)
+        return renderer
 
     def _orbit_figure(self) -> Any:
         made = figure(
@@ -182,9 +214,10 @@ class Curves:
             name="orbit",
             min_border_left=LEFT,
         )
-        made.line("x", "y", source=self.circle, color=THEMES["light"]["faint"], line_dash=[2, 2])
-        made.multi_line("x", "y", source=self.pinned_orbits, color="color", line_dash=[6, 3], line_width=1.0)
-        made.line("x", "y", source=self.orbit_source, color=SKY, line_width=1.2)
+        self._add(made, self.circle, Line(x="x", y="y", line_color=THEMES["light"]["faint"], line_dash=[2, 2]))
+        pinned = MultiLine(xs="x", ys="y", line_color="color", line_dash=[6, 3], line_width=1.0)
+        self._add(made, self.pinned_orbits, pinned)
+        self._add(made, self.orbit_source, Line(x="x", y="y", line_color=SKY, line_width=1.2))
         return made
 
     def theme(self, *, dark: bool) -> None:

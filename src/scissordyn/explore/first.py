@@ -1,34 +1,64 @@
-"""The run of the case as it was opened: begun before there is a page, and shown by the pages that come."""
+"""The case as it was opened and its run: begun before there is a page, and shown by the pages that come."""
 
 from __future__ import annotations
 
 import threading
 from collections.abc import Callable
+from typing import TYPE_CHECKING
 
-from scissordyn.explore.case import Case
+from scissordyn.errors import ScissordynError
 from scissordyn.explore.worker import Outcome, Worker
+
+if TYPE_CHECKING:
+    from scissordyn.explore.case import Case
 
 __all__ = ["FirstRun"]
 
 
 class FirstRun:
-    """A run that begins at once, while the libraries of the page are loaded.
+    """A case that is read, and a run that begins at once, while pages are on their way to the browser.
 
-    The first page takes it over, with its progress and the right to stop it; later pages get its result, or run the case
+    The first page takes the run over, with its progress and the right to stop it; later pages get its result, or run the case
     themselves while there is none.
 
     Parameters
     ----------
-    case : Case
+    opened : callable
+        Reads the case, which imports what reads, describes and simulates.
     """
 
-    def __init__(self, case: Case) -> None:
-        self.case = case
+    def __init__(self, opened: Callable[[], Case]) -> None:
+        self._opened = opened
+        self.case: Case | None = None
+        self.error: ScissordynError | None = None
         self.known: Outcome | None = None
         self._lock = threading.Lock()
+        self._waiting: list[Callable[[], None]] = []
         self._taker: tuple[Callable[[Outcome], None], Callable[[int, float], None]] | None = None
         self._worker = Worker(self._done, self._progress)
-        self._worker.order(case)
+
+    def begin(self) -> None:
+        """Read the case and order its run; a case that cannot be read is the `error`."""
+        try:
+            case = self._opened()
+        except ScissordynError as error:
+            self.error = error
+        else:
+            self._worker.order(case)
+        with self._lock:
+            if self.error is None:
+                self.case = case
+            waiting, self._waiting = self._waiting, []
+        for told in waiting:
+            told()
+
+    def when_read(self, told: Callable[[], None]) -> None:
+        """Have something done once there is a case or an error: now, or later in another thread."""
+        with self._lock:
+            if self.case is None and self.error is None:
+                self._waiting.append(told)
+                return
+        told()
 
     def adopt(self, done: Callable[[Outcome], None], progress: Callable[[int, float], None]) -> Worker | None:
         """Take the run over while it is going on.

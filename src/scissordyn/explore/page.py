@@ -5,21 +5,17 @@ from __future__ import annotations
 import base64
 import json
 import threading
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import panel as pn
 from bokeh.events import DocumentReady
 from bokeh.io import curdoc
 
 from scissordyn.errors import ScissordynError
-from scissordyn.explore.case import Case
 from scissordyn.explore.curves import Curves
-from scissordyn.explore.drag import Drag
 from scissordyn.explore.first import FirstRun
-from scissordyn.explore.python_code import python_of
-from scissordyn.explore.scene import packed_scene
 from scissordyn.explore.session import Session
 from scissordyn.explore.table import ContactTable
 from scissordyn.explore.widgets import Canvas, Form, Toolbar
@@ -27,7 +23,10 @@ from scissordyn.explore.worker import Outcome
 from scissordyn.plot.scale import engineering
 from scissordyn.plot.series import clearance_joints, largest_forces
 
-__all__ = ["STYLE", "Page"]
+if TYPE_CHECKING:
+    from scissordyn.explore.drag import Drag
+
+__all__ = ["Page"]
 
 TOP, TABLE_ROOM, ORBIT_ROOM = 78, 200, 300
 """Room for the bar, for the table of contacts and for the orbit [pixel]."""
@@ -38,28 +37,22 @@ LOOK = 200
 UNSEEN = 1000
 """After this time all of a run is sent even if its curves have not been drawn, as in a tab that is not looked at [ms]."""
 
-STYLE = """
-:root { --sd-back: #ffffff; --sd-ink: #222222; --sd-faint: #5f6670; --sd-fill: #e4e4e4; --sd-line: #b8bdc4; --sd-field: #f4f5f6;
-  --sd-blue: #0072B2; --sd-green: #009E73; --sd-contact: #C04F00; --sd-free: #56B4E9; --sd-part: #CC79A7; --sd-trail: #B87700 }
-:root[data-sd-theme=dark] { --sd-back: #1d2126; --sd-ink: #e8e8e8; --sd-faint: #a0a6ad; --sd-fill: #3a4048; --sd-line: #565e68;
-  --sd-field: #2a2f36; --sd-blue: #56B4E9; --sd-green: #33C79A; --sd-contact: #FF8A3D; --sd-free: #8ED0F5; --sd-part: #E2A3C7;
-  --sd-trail: #F0B83A; color-scheme: dark }
-body { background: var(--sd-back); margin: 0 10px }
-"""
-
 
 class Page:
-    """One open page with its session.
+    """One open page with its session, which begins when the case has been read.
 
     Parameters
     ----------
-    case : Case
-    first : FirstRun, optional
-        The run of the case as it was opened.
+    name : str
+        Of the case.
+    first : FirstRun
+        The case as it is opened, and its run.
     """
 
-    def __init__(self, case: Case, first: FirstRun | None = None) -> None:
+    def __init__(self, name: str, first: FirstRun) -> None:
         self.document = curdoc()
+        self.name, self.first = name, first
+        self._session: Session | None = None
         self.drag: Drag | None = None
         self.dark = False
         self.answers = 0
@@ -74,12 +67,33 @@ class Page:
         self._pending: set[str] = set()
         self._live = self._watched = self._drawing = False
         self._late: set[str] = set()
-        self.session = Session(case, self._updated, first)
-        known = {"fields", "status", *({"run"} if self.session.good else ())}
-        self._refresh(known)
+        self._show_waiting()
         self.document.js_on_event(DocumentReady, self.curves.start)
         pn.state.onload(self._loaded)
-        self.document.on_session_destroyed(lambda context: self.session.close())
+        self.document.on_session_destroyed(lambda context: self._closed())
+        if first.case is None:
+            first.when_read(lambda: self._later(self._begin))
+        else:
+            self._begin()
+
+    @property
+    def session(self) -> Session:
+        """The session of the case, which has been read."""
+        assert self._session is not None
+        return self._session
+
+    def _begin(self) -> None:
+        """The case has been read: show its numbers, and its run when there is one."""
+        if self.first.case is None or self._session is not None:
+            self._show_waiting()
+            return
+        self._session = Session(self.first.case, self._updated, self.first)
+        self._show_fields()
+        self._refresh({"status", *({"run"} if self.session.good else ())})
+
+    def _closed(self) -> None:
+        if self._session is not None:
+            self._session.close()
 
     def layout(self) -> Any:
         """The components of the page."""
@@ -115,6 +129,8 @@ class Page:
     def _loaded(self) -> None:
         """The page is open: from now on it gets what changes."""
         self._live = True
+        if self._session is None:
+            return
         self._flush()
         if self.session.computing:
             self._updated("computing")
@@ -193,6 +209,8 @@ class Page:
         good = self.session.good
         if good is None or good.run is None:
             return
+        from scissordyn.explore.scene import packed_scene
+
         self.canvas.scene = packed_scene(good.run, good.case.mechanism, number=good.number)
         self.canvas.draft = ""
         self.contacts.show(good.run)
@@ -204,9 +222,16 @@ class Page:
             self.curves.show(good.run, pins, self.selected, good.case.mechanism.output_body, good.number)
 
     def _show_pins(self) -> None:
+        from scissordyn.explore.scene import packed_scene
+
         pins = self.session.pins
         self.canvas.ghost = packed_scene(pins[-1].run, pins[-1].case.mechanism) if pins else ""
         self._show_curves()
+
+    def _show_waiting(self) -> None:
+        """Say that the case is being read, or why it cannot be."""
+        error = self.first.error
+        self._show_bar(text="reading the case" if error is None else str(error), computing=error is None, bad=error is not None)
 
     def _show_state(self) -> None:
         session = self.session
@@ -224,30 +249,50 @@ class Page:
             said = f"{statistics['steps']} steps of {statistics['method']} in {lasting}{pinned}"
         else:
             said = ""
-        self.toolbar.state = json.dumps(
-            {
-                "name": session.opened.name,
-                "undo": session.can_undo,
-                "redo": session.can_redo,
-                "pins": len(session.pins),
-                "run": good is not None,
-                "file": session.case.text() is not None,
-                "horizon": session.case.options.trust,
-                "computing": computing,
-                "fraction": session.fraction or 0.0,
-                "text": said,
-                "bad": bool(session.message) and not computing,
-                "number": 0 if good is None else good.number,
-                "warnings": session.warnings,
-            }
+        self._show_bar(
+            undo=session.can_undo,
+            redo=session.can_redo,
+            pins=len(session.pins),
+            run=good is not None,
+            file=session.case.text() is not None,
+            horizon=session.case.options.trust,
+            computing=computing,
+            fraction=session.fraction or 0.0,
+            text=said,
+            bad=bool(session.message) and not computing,
+            number=0 if good is None else good.number,
+            warnings=session.warnings,
         )
+
+    def _show_bar(
+        self,
+        *,
+        text: str,
+        computing: bool,
+        bad: bool,
+        undo: bool = False,
+        redo: bool = False,
+        pins: int = 0,
+        run: bool = False,
+        file: bool = False,
+        horizon: bool = False,
+        fraction: float = 0.0,
+        number: int = 0,
+        warnings: Sequence[str] = (),
+    ) -> None:
+        shown = {name: value for name, value in locals().items() if name != "self"}
+        self.toolbar.state = json.dumps({**shown, "name": self.name, "warnings": list(warnings)})
 
     # what comes from the browser
 
     def _typed(self, message: dict[str, Any]) -> None:
+        if self._session is None:
+            return
         self.session.change(str(message["key"]), str(message["text"]), final=bool(message.get("final", True)))
 
     def _choose(self, event: Any) -> None:
+        if self._session is None:
+            return
         good = self.session.good
         if good is not None and good.run is not None and event.new in clearance_joints(good.run):
             self.selected = str(event.new)
@@ -255,6 +300,12 @@ class Page:
 
     def _asked(self, message: dict[str, Any]) -> None:
         kind = message.get("type")
+        if kind == "theme":
+            self.dark = bool(message.get("dark"))
+            self.curves.theme(dark=self.dark)
+            return
+        if self._session is None:
+            return
         simple = {
             "undo": self.session.undo,
             "redo": self.session.redo,
@@ -268,10 +319,9 @@ class Page:
             self.session.horizon(bool(message.get("wanted")))
         elif kind == "drawn":
             self._drawn(int(message.get("run", 0)))
-        elif kind == "theme":
-            self.dark = bool(message.get("dark"))
-            self.curves.theme(dark=self.dark)
         elif kind == "python":
+            from scissordyn.explore.python_code import python_of
+
             self._tell(lambda: {"type": "python", "text": python_of(self.session.case)})
         elif kind in ("case", "run", "picture", "film"):
             time = message.get("time", 0.0)
@@ -305,12 +355,18 @@ class Page:
 
     def _draft(self) -> None:
         """Show what the drag has made; each answer differs from the one before, as the browser waits for it."""
+        from scissordyn.explore.scene import packed_scene
+
         assert self.drag is not None
         self.answers += 1
         note = f"Drag: {self.drag.note}" if self.drag.note else "Drag"
         self.canvas.draft = packed_scene(self.drag.run, self.drag.ideal, number=self.answers, note=note)
 
     def _dragged(self, message: dict[str, Any]) -> None:
+        if self._session is None:
+            return
+        from scissordyn.explore.drag import Drag
+
         phase = message.get("phase")
         try:
             if phase == "start":

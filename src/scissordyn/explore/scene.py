@@ -11,8 +11,9 @@ import xarray as xr
 
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.plot.animation_scene import ClearanceJoint, Scene, scene_of
+from scissordyn.plot.channel_scene import EDGE, Channel
 from scissordyn.plot.place import upright
-from scissordyn.plot.series import clearance_pins, predictability_horizon
+from scissordyn.plot.series import clearance_pins, largest_forces, predictability_horizon
 from scissordyn.simulation.placement import Placement
 
 __all__ = ["FRAMES", "packed_scene"]
@@ -45,7 +46,8 @@ def packed_scene(run: xr.Dataset, mechanism: Mechanism, *, number: int = 0, note
     samples = run.sizes["time"]
     chosen = np.unique(np.linspace(0, samples - 1, min(samples, frames)).round().astype(int))
     pins = clearance_pins(run)
-    scene = scene_of(run, mechanism, chosen, pins)
+    loose = [guide.name for guide in mechanism.guides if guide.clearance is not None]
+    scene = scene_of(run, mechanism, chosen, pins, guides=loose)
     placement = Placement.at(mechanism, run, chosen, turns=upright(mechanism))
     data = {
         "run": number,
@@ -60,6 +62,7 @@ def packed_scene(run: xr.Dataset, mechanism: Mechanism, *, number: int = 0, note
             {
                 "name": shape.name,
                 "kind": shape.kind,
+                "tone": shape.tone,
                 "count": shape.points.shape[1],
                 "points": _packed(_all(shape.points, scene)),
             }
@@ -68,6 +71,8 @@ def packed_scene(run: xr.Dataset, mechanism: Mechanism, *, number: int = 0, note
         "pins": {"names": [joint.name for joint in mechanism.ideal_joints], "points": _packed(scene.pins)},
         "supports": scene.supports.tolist(),
         "joints": [_joint(joint) for joint in scene.clearance_joints],
+        "channels": [_channel(channel, run, mechanism) for channel in scene.channels],
+        "asides": scene.asides.tolist(),
         "tracks": [
             {"name": track.name, "points": _packed(_tracked(mechanism, placement, track))} for track in mechanism.tracks
         ],
@@ -92,6 +97,23 @@ def _joint(joint: ClearanceJoint) -> dict[str, Any]:
         "journal": _packed(joint.journal),
         "touched": _packed(joint.touched, np.uint8),
         "force": _packed(joint.force),
+    }
+
+
+def _channel(channel: Channel, run: xr.Dataset, mechanism: Mechanism) -> dict[str, Any]:
+    largest = largest_forces(run)
+    corners = [point.name for point in mechanism.contact_points if point.guide == channel.name]
+    return {
+        "name": channel.name,
+        "joint": max(corners, key=lambda name: largest[name]),  # whose curves a click shows
+        "gain": channel.gain,
+        "edge": EDGE,
+        "surfaces": [[side, height] for side, height in channel.surfaces.items()],
+        "count": channel.block.shape[1],
+        "place": _packed(channel.place),
+        "block": _packed(channel.block),
+        "touching": _packed(channel.touching, np.uint8),
+        "force": _packed(channel.force),
     }
 
 

@@ -6,13 +6,16 @@ import json
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
-
-import xarray as xr
+from typing import TYPE_CHECKING
 
 from scissordyn.errors import InputError, ScissordynError
-from scissordyn.explore.case import Case
 from scissordyn.explore.first import FirstRun
 from scissordyn.explore.worker import Outcome, Worker
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from scissordyn.explore.case import Case
 
 __all__ = ["MOST_PINS", "Pinned", "Session"]
 

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import xarray as xr
 from bokeh.models import ColumnDataSource, CustomJS, DataTable, InlineStyleSheet, NumberFormatter, TableColumn
 
 from scissordyn.plot.scale import Scale, engineering
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 __all__ = ["ContactTable"]
 
@@ -19,6 +21,9 @@ COLUMNS = (
     ("contact_duration", "duration", "s"),
     ("rebound_speed", "rebound", "m/s"),
 )
+
+LONG = 10.0
+"""Shorter times are in milliseconds [s]."""
 
 LOOK = """
 :host { --background-color: var(--sd-back, #fff); color: var(--sd-ink, #222) }
@@ -45,10 +50,10 @@ class ContactTable:
     def __init__(self) -> None:
         names = ["number", "joint", "seconds", *(name for name, _, _ in COLUMNS)]
         self.source = ColumnDataSource({name: [] for name in names}, name="contact data")
-        self.columns = [TableColumn(field="number", title="#", width=36), TableColumn(field="joint", title="joint", width=100)]
+        self.columns = [TableColumn(field="number", title="#", width=36), TableColumn(field="joint", title="joint", width=130)]
         self.columns += [
             TableColumn(
-                field=name, title=f"{title} [{unit}]", formatter=NumberFormatter(format="0.000", nan_format="-"), width=95
+                field=name, title=f"{title} [{unit}]", formatter=NumberFormatter(format="0.000", nan_format="-"), width=84
             )
             for name, title, unit in COLUMNS
         ]
@@ -76,7 +81,7 @@ class ContactTable:
             values = run[name].values
             finite = np.abs(values[np.isfinite(values)])
             scale = engineering(unit, finite) if unit in ("s", "N") else Scale(1.0, unit)
-            if scale.unit == "s" and finite.max(initial=0.0) < 1.0:  # with as many digits as in ms
+            if scale.unit == "s" and finite.max(initial=0.0) < LONG:  # contacts last for less than a digit of seconds
                 scale = Scale(1e3, "ms")
             data[name] = scale.factor * values
             column.title = f"{title} [{scale.unit}]"

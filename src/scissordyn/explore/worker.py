@@ -5,12 +5,14 @@ from __future__ import annotations
 import threading
 from collections.abc import Callable
 from dataclasses import dataclass
-
-import xarray as xr
+from typing import TYPE_CHECKING
 
 from scissordyn.errors import ScissordynError
-from scissordyn.explore.case import Case
-from scissordyn.simulation.run import simulate
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from scissordyn.explore.case import Case
 
 __all__ = ["Outcome", "Worker"]
 
@@ -95,6 +97,8 @@ class Worker:
                 self._done(outcome)
 
     def _outcome(self, number: int, case: Case) -> Outcome:
+        from scissordyn.simulation.run import simulate  # in this thread: the page comes first
+
         options = case.options
         keywords = {name: getattr(options, name) for name in options.__dataclass_fields__}
 

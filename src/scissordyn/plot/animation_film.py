@@ -76,7 +76,7 @@ class Film:
             _Block(axes, joint) if isinstance(joint, Channel) else _Magnified(axes, joint)
             for axes, joint in zip(panels, magnified, strict=True)
         ]
-        self.names = [_name(self.axes, joint.name, below=isinstance(joint, Channel)) for joint in magnified]
+        self.names = [_name(self.axes, joint.name, aside) for joint, aside in zip(magnified, scene.asides, strict=False)]
         write_more(self.figure, len(scene.magnified) - len(magnified))
         self.show(0)
         self.figure.draw_without_rendering()  # lays the panels out, once for all frames
@@ -84,22 +84,19 @@ class Film:
 
     def _shapes(self) -> list[Line2D | Polygon]:
         artists: list[Line2D | Polygon] = []
-        bars = 0
         for shape in self.scene.shapes:
             if shape.kind == "block":
                 block = Polygon(shape.points[0], facecolor=LIGHT, edgecolor=BLACK, linewidth=0.9, zorder=1.8)
                 self.axes.add_patch(block)
                 artists.append(block)
             elif shape.kind == "plate":
-                bars += 1
-                color = (BLUE, GREEN)[bars % 2]
+                color = (BLUE, GREEN)[shape.tone]
                 plate = Polygon(shape.points[0], facecolor=to_rgba(color, 0.15), edgecolor=color, linewidth=1.6, zorder=1.9)
                 self.axes.add_patch(plate)
                 artists.append(plate)
             else:
-                bars += shape.kind == "bar"
                 look = {
-                    "bar": {"color": (BLUE, GREEN)[bars % 2], "linewidth": 2.0, "zorder": 2.0},
+                    "bar": {"color": (BLUE, GREEN)[shape.tone], "linewidth": 2.0, "zorder": 2.0},
                     "component": {"color": PURPLE, "linewidth": 1.0, "zorder": 2.5},
                     "rod": {"color": PURPLE, "linewidth": 1.4, "linestyle": (0, (4, 1.5)), "zorder": 2.5},
                     "guide": {"color": GREY, "linewidth": 0.7, "linestyle": (0, (6, 2, 1, 2)), "zorder": 1.0},
@@ -131,10 +128,10 @@ def _gain(axes: Axes, gain: float) -> None:
     axes.set_xlabel(f"clearance magnified\n{gain:.2g} times", fontsize=SMALL)
 
 
-def _name(axes: Axes, text: str, *, below: bool) -> Annotation:
-    """A name beside its joint, readable over bars; below it for guides, whose block has a pin with a name too."""
-    aside = (7.0, -14.0 if below else 6.0)
-    made = axes.annotate(literal(text), (0.0, 0.0), xytext=aside, textcoords="offset points", fontsize=SMALL, zorder=6.0)
+def _name(axes: Axes, text: str, aside: np.ndarray) -> Annotation:
+    """A name beside its joint, readable over bars."""
+    made = axes.annotate(literal(text), (0.0, 0.0), xytext=tuple(aside), textcoords="offset points", fontsize=SMALL, zorder=6.0)
+    made.set(ha="center", va="center")
     made.set_color(BLACK)
     made.set_path_effects([withStroke(linewidth=2.0, foreground="white")])
     made.set_in_layout(False)

@@ -13,11 +13,12 @@ import numpy as np
 from scissordyn.plot.animation_scene import TRAIL, ClearanceJoint, Scene, newtons, time_scale_in_words
 from scissordyn.plot.channel_scene import EDGE, GAP, Channel
 from scissordyn.plot.scale import engineering
-from scissordyn.plot.style import BLACK, BLUE, GREEN, GREY, LIGHT, ORANGE, PURPLE, SKY, VERMILION
+from scissordyn.plot.style import BLACK, BLUE, GREEN, GREY, LIGHT, ORANGE, PURPLE, SKY, SMALL, VERMILION
 
 __all__ = ["page", "write_page"]
 
 WIDTH, HEIGHT = 900.0, 560.0
+LETTERS = 13.0
 """Largest size of the structure's drawing [pixel]."""
 
 RADIUS = 48.0
@@ -51,7 +52,8 @@ small {{ color: {GREY} }}
 .journal {{ fill: {LIGHT}; stroke-width: 3 }}
 .corner {{ fill: {VERMILION} }}
 .surface {{ fill: {LIGHT}; stroke: {BLACK} }}
-.name {{ font-size: 13px; paint-order: stroke; stroke: #fff; stroke-width: 3px }}
+.name {{ font-size: {LETTERS:g}px; text-anchor: middle; dominant-baseline: central }}
+.name {{ paint-order: stroke; stroke: #fff; stroke-width: 3px }}
 .turning {{ flex: 1 1 100%; text-align: center; font-size: 13px }}
 figure[hidden] {{ display: none }}
 .path {{ stroke: {ORANGE}; stroke-width: 1.5 }}
@@ -92,8 +94,8 @@ function show(frame) {
     const color = joint.touched[frame] ? film.contact : film.free;
     centre(rings[k], ...joint.place[frame]);
     rings[k].style.stroke = color;
-    names[k].setAttribute("x", joint.place[frame][0] + 11);
-    names[k].setAttribute("y", joint.place[frame][1] + (joint.block ? 20 : -8));  // of a guide: its block has a pin with a name
+    names[k].setAttribute("x", joint.place[frame][0] + joint.aside[0]);
+    names[k].setAttribute("y", joint.place[frame][1] + joint.aside[1]);
     joints[k].querySelector(".state").textContent = joint.touched[frame] ? joint.force[frame] : "free";
     if (joint.block) {
       const block = joints[k].querySelector(".journal");
@@ -185,7 +187,10 @@ def page(scene: Scene, rate: int, slower: float) -> str:
         "shapes": [_numbers(pixels(shape.points).reshape(len(scene.time), -1)) for shape in scene.shapes],
         "pins": _numbers(pixels(scene.pins).reshape(len(scene.time), -1)),
         "shown": scene.shown,
-        "joints": [{**_magnified(joint), "place": _numbers(pixels(joint.place))} for joint in scene.magnified],
+        "joints": [
+            {**_magnified(joint), "place": _numbers(pixels(joint.place)), "aside": _numbers(aside)}
+            for joint, aside in zip(scene.magnified, LETTERS / SMALL * scene.asides * (1.0, -1.0), strict=True)
+        ],
     }
     # "<" in a name could end the script
     data = json.dumps(film, separators=(",", ":"), ensure_ascii=True).replace("<", "\\u003c")
@@ -231,10 +236,9 @@ def _extent(scene: Scene) -> str:
 
 def _drawing(scene: Scene, gain: float, supports: np.ndarray) -> str:
     """The artists of the structure; the player moves them."""
-    lines, bars = [], 0
+    lines = []
     for shape in scene.shapes:
-        bars += shape.kind in ("bar", "plate")
-        color = (BLUE, GREEN)[bars % 2]
+        color = (BLUE, GREEN)[shape.tone]
         look = {"bar": f' stroke="{color}"', "plate": f' stroke="{color}" fill="{color}"'}.get(shape.kind, "")
         tag = "polygon" if shape.kind in ("block", "plate") else "polyline"
         lines.append(f'<{tag} data-shape class="{shape.kind}"{look}><title>{html.escape(shape.name)}</title></{tag}>')

@@ -14,6 +14,7 @@ from scissordyn.component.place import GROUND
 from scissordyn.errors import InputError
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.plot.channel_scene import GAP, Channel, channel_of
+from scissordyn.plot.label_place import aside
 from scissordyn.plot.place import corners_of, outlines, upright
 from scissordyn.plot.scale import Scale, engineering
 from scissordyn.plot.series import MOST_JOINTS, time_scale
@@ -42,11 +43,14 @@ class Shape:
     kind : {"bar", "plate", "block", "component", "rod", "guide"}
     points : ndarray, shape (frames, points, 2)
         In the frame of the picture, where gravity points downwards [m].
+    tone : int
+        Bars and plates have one of two colours, in turn.
     """
 
     name: str
     kind: str
     points: np.ndarray
+    tone: int = 0
 
 
 @dataclass(frozen=True)
@@ -107,6 +111,8 @@ class Scene:
         Of the clearance guides.
     shown : int
         How many clearance joints and channels are magnified at the same time.
+    asides : ndarray, shape (magnified, 2)
+        Middles of the names of `magnified`, relative to their joints, for a region with a longer side of `REGION` [pt].
     """
 
     time: np.ndarray
@@ -120,6 +126,7 @@ class Scene:
     turns: int = 0
     channels: tuple[Channel, ...] = ()
     shown: int = MOST_JOINTS
+    asides: np.ndarray = dataclasses.field(default_factory=lambda: np.empty((0, 2)))
 
     @property
     def magnified(self) -> list[Channel | ClearanceJoint]:
@@ -184,7 +191,7 @@ def scene_of(
     shapes = [*_guides(mechanism, placement, size), *solid, *parts]
     pins = [placement.place(joint.bearing) for joint in mechanism.ideal_joints]
     supported = dict.fromkeys(end for joint in mechanism.joints for end in (joint.journal, joint.bearing) if end[0] == GROUND)
-    return Scene(
+    scene = Scene(
         time=run["time"].values[frames],
         scale=time_scale(run),
         shapes=tuple(shapes),
@@ -197,15 +204,29 @@ def scene_of(
         channels=tuple(_channel(run, mechanism, placement, frames, name) for name in guides),
         shown=shown,
     )
+    return dataclasses.replace(scene, asides=_asides(scene))
+
+
+def _asides(scene: Scene) -> np.ndarray:
+    """Where the names of the magnified joints stand; outlines are closed."""
+    if not scene.magnified:
+        return np.empty((0, 2))
+    lines = [
+        np.concatenate([shape.points, shape.points[:, :1]], axis=1) if shape.kind in ("plate", "block") else shape.points
+        for shape in scene.shapes
+    ]
+    places = np.stack([joint.place for joint in scene.magnified], axis=1)
+    return aside([joint.name for joint in scene.magnified], places, lines, scene.pins, (scene.low, scene.high))
 
 
 def _bodies(mechanism: Mechanism, placement: Placement, outlines: list[np.ndarray], size: float) -> list[Shape]:
-    shapes = []
+    shapes, bars = [], 0
     for body, points in zip(mechanism.bodies, outlines, strict=True):
         if points.shape[1] == 1:
             shapes.append(Shape(body.name, "block", _block(mechanism, placement, body.name, points[:, 0], 0.02 * size)))
         else:
-            shapes.append(Shape(body.name, "bar" if points.shape[1] == 2 else "plate", points))
+            shapes.append(Shape(body.name, "bar" if points.shape[1] == 2 else "plate", points, bars % 2))
+            bars += 1
     return shapes
 
 

@@ -25,14 +25,14 @@ DIRECTIONS = 24
 LEADER = 13.0
 """Names further away than this have a line to what they name [pt]."""
 
-APART = 1.5
-"""Least distance of two names [pt]."""
+APART = np.array([6.0, 1.5])
+"""Least distance of two names beside and above each other [pt]."""
 
 INK = 3.0
 """Lines are looked at in points so far apart [pt]."""
 
-HIDDEN, FAR, CROSSED = 1.6, 0.06, 4.0
-"""What a hidden point of a line, a point of distance, and a leader across a name weigh."""
+HIDDEN, FAR, CROSSED, TOUCHED = 1.6, 0.06, 4.0, 30.0
+"""What a hidden point of a line, a point of distance, a leader across a name, and a name on a joint weigh."""
 
 BLOCKED = 1e4
 """What a place on another name or beyond the frame weighs: more than everything else together."""
@@ -86,6 +86,7 @@ def write_labels(axes: Axes, labels: Sequence[Label], *, size: float = SMALL, cr
     low, high = np.array([frame.x0, frame.y0]), np.array([frame.x1, frame.y1])
     anchors = np.array([axes.transData.transform(label.place) for label in labels]).reshape(-1, 2)
     ink = np.concatenate([*(_sampled(line, INK * dot) for line in _drawn(axes)), anchors])
+    rings = _rings(axes, dot)
     boxes: list[np.ndarray] = []
     leaders: list[np.ndarray] = []
     left: list[str] = []
@@ -104,7 +105,7 @@ def write_labels(axes: Axes, labels: Sequence[Label], *, size: float = SMALL, cr
         text.set_path_effects([withStroke(linewidth=2.0, foreground="white")])
         extent = text.get_window_extent(renderer)
         half = 0.5 * np.array([extent.width, extent.height]) + 0.5 * APART * dot
-        centre, free = _best(anchor, half, dot, (low, high), ink, boxes, leaders)
+        centre, free = _best(anchor, half, dot, (low, high), ink, rings, boxes, leaders)
         if not free and not crowded:
             text.remove()
             left.append(label.text)
@@ -125,6 +126,7 @@ def _best(
     dot: float,
     frame: tuple[np.ndarray, np.ndarray],
     ink: np.ndarray,
+    rings: np.ndarray,
     boxes: list[np.ndarray],
     leaders: list[np.ndarray],
 ) -> tuple[np.ndarray, bool]:
@@ -149,6 +151,9 @@ def _best(
         for fraction in (0.25, 0.5, 0.75):
             point = anchor + fraction * reach
             cost = cost + CROSSED * (np.all((point > box[0]) & (point < box[1]), axis=1) & (distance > LEADER))
+    for x, y, radius in rings:
+        near = np.clip((x, y), first + 0.5 * APART * dot, last - 0.5 * APART * dot)
+        cost = cost + TOUCHED * (np.linalg.norm(near - (x, y), axis=1) < radius)
     everything = np.concatenate([ink, *leaders])
     for k in np.flatnonzero(free) if free.any() else range(len(centre)):
         cost[k] += HIDDEN * float(np.sum(np.all((everything > first[k]) & (everything < last[k]), axis=1)))
@@ -162,6 +167,17 @@ def _drawn(axes: Axes) -> list[np.ndarray]:
     paths += [patch.get_transform().transform_path(patch.get_path()) for patch in axes.patches]
     found = [np.asarray(points) for path in paths for points in path.to_polygons(closed_only=False)]
     return [points[np.all(np.isfinite(points), axis=1)] for points in found if len(points)]
+
+
+def _rings(axes: Axes, dot: float) -> np.ndarray:
+    """Centres and radii of the joints in a drawing, shape (joints, 3), in dots."""
+    found = [np.empty((0, 3))]
+    for line in axes.lines:
+        if line.get_marker() not in (None, "", " ", "None", "none"):
+            centres = line.get_transform().transform(np.column_stack([line.get_xdata(), line.get_ydata()]))
+            radius = (0.5 * line.get_markersize() + line.get_markeredgewidth()) * dot
+            found.append(np.column_stack([centres, np.full(len(centres), radius)]))
+    return np.concatenate(found)
 
 
 def _sampled(line: np.ndarray, step: float) -> np.ndarray:

@@ -16,6 +16,7 @@ from scissordyn.model.mechanism import Mechanism
 from scissordyn.plot.file import svg
 from scissordyn.plot.label import Label, write_labels
 from scissordyn.plot.place import upright
+from scissordyn.plot.scale import engineering
 from scissordyn.plot.structure import draw_mechanism
 from scissordyn.plot.style import BLACK, BLUE, GREEN, GREY, ORANGE, PURPLE, SMALL, VERMILION, Canvas, panels
 from scissordyn.simulation.closure import Inputs
@@ -41,6 +42,9 @@ LETTERS = 7.0
 
 NARROWEST = 0.55
 """Shorter side of the region over the mechanism's longer side, at least: names need room beside a line of bars."""
+
+MANY = 3
+"""If more joints than these have the same clearance, it is said once."""
 
 MARGIN = 0.16
 """Around the mechanism, as a fraction of its longer side."""
@@ -81,9 +85,9 @@ def preview(mechanism: Mechanism, *, axes: Canvas = None, start: xr.Dataset | No
     chosen.set_title("", loc="left")
     drawing.gravity(chosen)
     left = write_labels(chosen, names[:MOST], size=LETTERS, crowded=False) + [name.text for name in names[MOST:]]
-    if left:
-        note = f"{len(left)} names are left out for lack of room"
-        chosen.set_title(note, loc="right", fontsize=SMALL, color=GREY)
+    notes = [f"{drawing.shared()} at each large circle"] if drawing.shared() else []
+    notes += [f"{len(left)} names are left out for lack of room"] if left else []
+    chosen.set_title("; ".join(notes), loc="right", fontsize=SMALL, color=GREY)
     return chosen
 
 
@@ -154,15 +158,11 @@ class _Drawing:
         """All names, the most important ones first."""
         mechanism = self.mechanism
         found: list[Label] = []
+        loose: list[tuple[Any, Any]]
         parts: list[Any] = [*mechanism.components, *mechanism.rods, *mechanism.latches]
-        for joint in mechanism.joints:
-            if joint.clearance is not None:
-                said = f"{joint.name} (clearance {1e3 * joint.clearance.clearance:.3g} mm)"
-                found.append(Label(said, self.place(*joint.bearing), VERMILION))
-        for guide in mechanism.guides:
-            if guide.clearance is not None:
-                said = f"{guide.name} (clearance {1e3 * guide.clearance.clearance:.3g} mm)"
-                found.append(Label(said, self.place(*guide.follower), VERMILION))
+        loose = [(joint, joint.bearing) for joint in mechanism.joints if joint.clearance is not None]
+        loose += [(guide, guide.follower) for guide in mechanism.guides if guide.clearance is not None]
+        found += [Label(self._loose(joint), self.place(*end), VERMILION) for joint, end in loose]
         found += [Label(f"drive of {drive.body}", self._pivot(drive.body), ORANGE) for drive in mechanism.drives]
         found += [Label(part.name, self._of(part), PURPLE) for part in parts]
         bars = [body for body in mechanism.bodies if len(set(body.points.values())) > 1]
@@ -172,6 +172,16 @@ class _Drawing:
         found += [Label(joint.name, self.place(*joint.bearing), BLACK) for joint in mechanism.joints if joint.clearance is None]
         found += [Label(guide.name, self.place(*guide.follower), GREY) for guide in mechanism.guides if guide.clearance is None]
         return found
+
+    def _loose(self, joint: Any) -> str:
+        """The name of a clearance joint or guide with its clearance, unless that is said for all."""
+        return joint.name if self.shared() else f"{joint.name} ({_clearance(joint)})"
+
+    def shared(self) -> str:
+        """The clearance of all clearance joints, if it is that of many; "" otherwise."""
+        joints: list[Any] = [*self.mechanism.joints, *self.mechanism.guides]
+        said = [_clearance(joint) for joint in joints if joint.clearance is not None]
+        return said[0] if len(said) > MANY and len(set(said)) == 1 else ""
 
     def _middle(self, body: str) -> np.ndarray:
         """Where the name of a body belongs: on it, away from its joints [m]."""
@@ -232,6 +242,12 @@ class _Drawing:
         axes.set_title(
             f"arrow top right: gravity {self.mechanism.gravity:.4g} m/s\u00b2", loc="left", fontsize=SMALL, color=GREY
         )
+
+
+def _clearance(joint: Any) -> str:
+    """The clearance of a joint or guide in words."""
+    scale = engineering("m", joint.clearance.clearance)
+    return f"clearance {scale.factor * joint.clearance.clearance:.3g} {scale.unit}"
 
 
 def _direction(mechanism: Mechanism, body: str) -> float:

@@ -7,13 +7,13 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
-import xarray as xr
 
 from scissordyn.errors import InputError, did_you_mean
 from scissordyn.plot.scale import Scale, engineering
 from scissordyn.plot.style import BLUE, GREY, IDEAL, LIGHT, LINE, SMALL
 
 if TYPE_CHECKING:
+    import xarray as xr
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 

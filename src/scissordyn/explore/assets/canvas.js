@@ -4,6 +4,7 @@
 const TRAIL = 40;            // frames over which the journal's path stays visible
 const REACH = 11;            // how near to a joint a click must be [pixel]
 const GAP = 0.35;            // drawn clearance as a fraction of the drawn journal's radius, as in films
+const LETTERS = 1.5;         // size of the letters, over that for which the places of names were chosen
 const SPEEDS = [0.1, 0.25, 0.5, 1, 2, 4];
 const SECONDS = 6;           // a run is shown in so many seconds at speed 1
 
@@ -37,6 +38,12 @@ function unpacked(text) {
     joint.touched = floats(joint.touched, Uint8Array);
     joint.force = floats(joint.force);
   }
+  for (const channel of scene.channels) {
+    for (const name of ["place", "block", "force"]) channel[name] = floats(channel[name]);
+    channel.touching = floats(channel.touching, Uint8Array);
+  }
+  scene.insets = [...scene.channels, ...scene.joints];
+  scene.insets.forEach((inset, k) => { inset.aside = scene.asides[k].map((part, axis) => (axis ? -1 : 1) * LETTERS * part); });
   for (const track of scene.tracks) track.points = floats(track.points);
   return scene;
 }
@@ -80,10 +87,11 @@ function render({ model, el }) {
   // ---- geometry
   const frames = () => scene ? scene.time.length : 0;
   const box = () => {
-    const width = canvas.clientWidth, height = canvas.clientHeight, count = scene ? scene.joints.length : 0;
+    const width = canvas.clientWidth, height = canvas.clientHeight, count = scene ? scene.insets.length : 0;
     if (!count) return { width, height, main: width, cell: 0, columns: 0 };
-    const columns = Math.max(1, Math.ceil(count / Math.max(2, Math.floor(height / 105))));
-    const cell = Math.min(132, height / Math.ceil(count / columns), 0.45 * width / columns);
+    const room = height - 18;  // below stands how much they are magnified
+    const columns = Math.max(1, Math.ceil(count / Math.max(2, Math.floor(room / 105))));
+    const cell = Math.min(132, room / Math.ceil(count / columns), 0.45 * width / columns);
     return { width, height, main: width - columns * cell, cell, columns };
   };
   function fit() {
@@ -108,8 +116,10 @@ function render({ model, el }) {
   function followedPlace() {
     const name = model.get("selected");
     if (!camera.own || !camera.follow || !name || !scene) return null;
-    const found = places(shown(), frameOf()).find(each => each.name === name);
-    return found ? found.at : null;
+    const source = shown(), found = places(source, frameOf()).find(each => each.name === name);
+    if (found) return found.at;
+    const channel = source.channels.find(each => each.joint === name);
+    return channel ? at(channel.place, frameOf(), 0, 1) : null;
   }
 
   // ---- drawing
@@ -119,13 +129,11 @@ function render({ model, el }) {
     if (closed) context.closePath();
   }
   function drawShapes(source, frame, X, Y, faint) {
-    let bars = 0;
     for (const shape of source.shapes) {
       const solid = shape.kind === "bar" || shape.kind === "plate";
-      bars += solid;
       context.setLineDash(shape.kind === "guide" ? [10, 4, 2, 4] : shape.kind === "rod" || faint ? [6, 3] : []);
       context.lineWidth = faint ? 1.2 : { bar: 3.2, plate: 2.4, block: 1.2, component: 1.4, rod: 1.8, guide: 1 }[shape.kind];
-      context.strokeStyle = faint ? colors.faint : shape.kind === "guide" ? colors.faint : solid ? (bars % 2 ? colors.green : colors.blue)
+      context.strokeStyle = faint ? colors.faint : shape.kind === "guide" ? colors.faint : solid ? (shape.tone ? colors.green : colors.blue)
         : shape.kind === "block" ? colors.ink : colors.part;
       if (faint && !solid) continue;
       line(shape.points, frame, shape.count, X, Y, shape.kind === "plate" || shape.kind === "block");
@@ -142,8 +150,8 @@ function render({ model, el }) {
     if (fill) { context.fillStyle = fill; context.fill(); }
     if (stroke) { context.strokeStyle = stroke; context.lineWidth = width; context.stroke(); }
   }
-  function text(words, x, y, color, align = "center") {
-    context.font = "12px system-ui, sans-serif"; context.textAlign = align; context.textBaseline = "middle";
+  function text(words, x, y, color, align = "center", size = 12) {
+    context.font = `${size}px system-ui, sans-serif`; context.textAlign = align; context.textBaseline = "middle";
     context.lineWidth = 3; context.strokeStyle = colors.back; context.strokeText(words, x, y);
     context.fillStyle = color; context.fillText(words, x, y);
   }
@@ -171,7 +179,12 @@ function render({ model, el }) {
     for (const joint of source.joints) {
       const [x, y] = at(joint.place, frame, 0, 1), color = joint.touched[frame] ? colors.contact : colors.free;
       disc(X(x), Y(y), 8, null, color, 2.2);
-      if (source.joints.length <= 6 || joint.name === selected) text(joint.name, X(x), Y(y) - 17, colors.ink);
+      if (source.joints.length <= 6 || joint.name === selected) text(joint.name, X(x) + joint.aside[0], Y(y) + joint.aside[1], colors.ink);
+    }
+    for (const channel of source.channels) {
+      const [x, y] = at(channel.place, frame, 0, 1);
+      disc(X(x), Y(y), 8, null, touches(channel, frame) ? colors.contact : colors.free, 2.2);
+      text(channel.name, X(x) + channel.aside[0], Y(y) + channel.aside[1], colors.ink);
     }
     if (hover && hover.kind === "pin") text(hover.name, hover.x, hover.y - 17, colors.ink);
     if (hover && hover.kind === "length") {
@@ -180,29 +193,53 @@ function render({ model, el }) {
       text(`${hover.name}: drag its length`, hover.x, hover.y - 17, colors.ink);
     }
   }
+  function touches(channel, frame) {
+    return channel.touching.subarray(frame * channel.count, (frame + 1) * channel.count).some(Boolean);
+  }
+  function drawBearing(joint, frame, cx, cy, r, color) {
+    disc(cx, cy, (1 + GAP) * r, colors.back, joint.name === model.get("selected") ? colors.trail : colors.ink, 1.4);
+    const [x, y] = at(joint.journal, frame, 0, 1);
+    disc(cx + r * x, cy - r * y, r, colors.fill, color, 2.4);
+    context.beginPath();
+    for (let j = Math.max(0, frame - TRAIL); j <= frame; j++) {
+      const [u, v] = at(joint.journal, j, 0, 1);
+      j === Math.max(0, frame - TRAIL) ? context.moveTo(cx + r * u, cy - r * v) : context.lineTo(cx + r * u, cy - r * v);
+    }
+    context.strokeStyle = colors.trail; context.lineWidth = 1.3; context.stroke();
+    disc(cx, cy, 1.5, colors.ink);
+  }
+  function drawChannel(channel, frame, cx, cy, r, color) {
+    const long = channel.edge * r;
+    for (const [side, height] of channel.surfaces) {
+      context.fillStyle = colors.fill; context.fillRect(cx - long, cy - r * Math.max(height, height + 0.25 * side), 2 * long, 0.25 * r);
+      context.beginPath(); context.moveTo(cx - long, cy - r * height); context.lineTo(cx + long, cy - r * height);
+      context.strokeStyle = channel.joint === model.get("selected") ? colors.trail : colors.ink; context.lineWidth = 1.4; context.stroke();
+    }
+    context.setLineDash([10, 4, 2, 4]);
+    context.beginPath(); context.moveTo(cx - long, cy); context.lineTo(cx + long, cy);
+    context.strokeStyle = colors.faint; context.lineWidth = 0.8; context.stroke();
+    context.setLineDash([]);
+    line(channel.block, frame, channel.count, x => cx + r * x, y => cy - r * y, true);
+    context.fillStyle = colors.fill; context.fill(); context.strokeStyle = color; context.lineWidth = 2.4; context.stroke();
+    for (let k = 0; k < channel.count; k++) if (channel.touching[frame * channel.count + k]) {
+      const [x, y] = at(channel.block, frame, k, channel.count);
+      disc(cx + r * x, cy - r * y, 4, colors.contact);
+    }
+  }
   function drawInsets(source, frame) {
     const { main, cell, columns, height } = box();
     if (!columns) return;
-    source.joints.forEach((joint, k) => {
-      const cx = main + (k % columns + 0.5) * cell, cy = (Math.floor(k / columns) + 0.5) * cell, r = 0.25 * cell;
+    source.insets.forEach((joint, k) => {
+      const cx = main + (k % columns + 0.5) * cell, cy = (Math.floor(k / columns) + 0.5) * cell;
       if (cy > height) return;
-      const touched = joint.touched[frame], color = touched ? colors.contact : colors.free;
-      disc(cx, cy - 12, (1 + GAP) * r, colors.back, joint.name === model.get("selected") ? colors.trail : colors.ink, 1.4);
-      const [x, y] = at(joint.journal, frame, 0, 1);
-      disc(cx + r * x, cy - 12 - r * y, r, colors.fill, color, 2.4);
-      context.beginPath();
-      for (let j = Math.max(0, frame - TRAIL); j <= frame; j++) {
-        const [u, v] = at(joint.journal, j, 0, 1);
-        j === Math.max(0, frame - TRAIL) ? context.moveTo(cx + r * u, cy - 12 - r * v) : context.lineTo(cx + r * u, cy - 12 - r * v);
-      }
-      context.strokeStyle = colors.trail; context.lineWidth = 1.3; context.stroke();
-      disc(cx, cy - 12, 1.5, colors.ink);
-      const room = Math.max(6, Math.floor(cell / 7.5));
+      const touched = joint.block ? touches(joint, frame) : joint.touched[frame], color = touched ? colors.contact : colors.free;
+      (joint.block ? drawChannel : drawBearing)(joint, frame, cx, cy - 12, 0.25 * cell, color);
+      const size = joint.name.length > cell / 7.5 ? 10 : 12, room = Math.max(6, Math.floor(cell / (0.6 * size)));
       const name = joint.name.length > room ? `${joint.name.slice(0, room - 1)}…` : joint.name;
-      text(name, cx, cy + cell / 2 - 18, colors.ink);
+      text(name, cx, cy + cell / 2 - 18, colors.ink, "center", size);
       text(touched ? newtons(joint.force[frame]) : "free", cx, cy + cell / 2 - 5, touched ? colors.contact : colors.faint);
     });
-    const gains = [...new Set(source.joints.map(joint => Number(joint.gain.toPrecision(2))))];
+    const gains = [...new Set(source.insets.map(joint => Number(joint.gain.toPrecision(2))))];
     text(`clearance magnified ${gains.length > 1 ? `${Math.min(...gains)} to ${Math.max(...gains)}` : gains[0]} times`,
       main + columns * cell - 4, height - 8, colors.faint, "right");
   }
@@ -275,7 +312,8 @@ function render({ model, el }) {
     const { main, cell, columns } = box(), source = shown(), frame = frameOf(), [X, Y] = onto();
     if (columns && px > main) {
       const k = Math.floor((px - main) / cell) + columns * Math.floor(py / cell);
-      return source.joints[k] ? { kind: "inset", name: source.joints[k].name } : null;
+      const inset = source.insets[k];
+      return inset ? { kind: "inset", name: inset.joint || inset.name } : null;
     }
     let best = null;
     for (const each of places(source, frame)) {
@@ -388,7 +426,8 @@ function render({ model, el }) {
       scrub.max = frames() - 1;
       now = Math.min(frames() - 1, phase * (frames() - 1));
       if (!camera.own || !earlier) fit();
-      canvas.setAttribute("aria-label", `the mechanism: ${scene.pins.names.length} ideal joints, ${scene.joints.length} clearance joints`);
+      canvas.setAttribute("aria-label", `the mechanism: ${scene.pins.names.length} ideal joints, ${scene.joints.length} clearance joints`
+        + (scene.channels.length ? `, ${scene.channels.length} clearance guides` : ""));
       canvas.dataset.run = scene.run;
       show(false);
     }

@@ -108,9 +108,9 @@ export function render({ model, el }) {
   function load() {
     const before = fields.map(field => field.key).join();
     fields = JSON.parse(model.fields || "[]");
-    if (stars === null) stars = new Set(fields.filter(field => field.starred).map(field => field.key));
+    if (fields.length && !stars) stars = new Set(fields.filter(field => field.starred).map(field => field.key));
     const same = before === fields.map(field => field.key).join();
-    if (!same) { build(); return; }
+    if (!same) { build(); performance.mark("scissordyn:numbers"); return; }
     const by = new Map(fields.map(field => [field.key, field]));
     let moved = false;
     for (const [key, several] of rows) for (const made of several) {

@@ -22,6 +22,7 @@ export function render({ model, el }) {
   style.textContent = STYLE;
   root.innerHTML = `<div class="sd-bar"><strong></strong></div><details class="sd-warnings" hidden><summary></summary><ul></ul></details>`;
   el.append(style, root);
+  document.getElementById("sd-start")?.remove();  // what stood there while the page was being made
   const bar = root.querySelector(".sd-bar"), warnings = root.querySelector(".sd-warnings"), by = {};
   let time = 0;
   for (const item of BUTTONS) {
@@ -101,4 +102,5 @@ export function render({ model, el }) {
   });
   show();
   theme(dark);
+  performance.mark("scissordyn:page");
 }

@@ -1,0 +1,96 @@
+"""Entries in which what two saved runs say of themselves differs."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Iterable, Iterator, Mapping
+from typing import Any, cast
+
+from scissordyn.config.quantity import written
+from scissordyn.errors import InputError
+from scissordyn.model.body import Body
+from scissordyn.model.description import Description
+from scissordyn.simulation.configuration import Configuration
+from scissordyn.units import quantities
+
+__all__ = ["differences"]
+
+
+def differences(one: Any, two: Any, place: str = "", unit: str = "") -> Iterator[tuple[str, str, str]]:
+    """Entries in which two descriptions differ, with their address.
+
+    Parameters
+    ----------
+    one, two
+        What saved runs say of themselves, or parts of it.
+    place : str
+    unit : str
+        SI unit of numbers here; "" if there is none.
+
+    Yields
+    ------
+    (str, str, str)
+        Address, and both values in short, with a unit that suits them.
+    """
+    parts = [None if part is None else list(part) for part in (_parts(one, unit), _parts(two, unit))]
+    left, right = ({name: (value, of) for name, value, of in part or ()} for part in parts)
+    if parts[0] is None or parts[1] is None or _kind(one) != _kind(two) or (isinstance(one, tuple) and len(one) != len(two)):
+        if one != two:
+            yield place, *_texts(one, two, unit)
+        return
+    for name in dict.fromkeys((*left, *right)):
+        (value, of), (other, _) = left.get(name, (None, "")), right.get(name, (None, ""))
+        yield from differences(value, other, f"{place}.{name}" if place else name, of)
+
+
+def _kind(value: Any) -> Any:
+    """The class of a value, or that of what a file describes."""
+    return value.kind if isinstance(value, Description) else type(value)
+
+
+def _field(value: Any, name: str) -> Any:
+    if not isinstance(value, Description):
+        return getattr(value, name, None)
+    try:
+        return getattr(value, name)
+    except InputError:  # the file leaves out what has no default
+        return None
+
+
+def _parts(value: Any, unit: str) -> Iterable[tuple[str, Any, str]] | None:
+    """Name, value and unit of what a value is made of; None for what is one thing."""
+    if isinstance(value, Mapping):
+        return ((str(key), part, unit) for key, part in value.items())
+    if isinstance(value, tuple):
+        return ((str(_field(part, "name") or k), part, unit) for k, part in enumerate(value))
+    kind = _kind(value)
+    if not dataclasses.is_dataclass(kind):
+        return None
+    units = {name: quantity.unit for name, quantity in quantities(cast(type, kind)).items()}
+    if kind is Body:
+        units["points"] = "m"
+    names = [field.name for field in dataclasses.fields(kind) if field.init]
+    # what a run says of its mechanism is there twice: as it is read, and plain
+    return ((name, _field(value, name), units.get(name, "")) for name in names if (kind, name) != (Configuration, "plain"))
+
+
+def _texts(one: Any, two: Any, unit: str) -> tuple[str, str]:
+    """Two values in short, with as many digits as it takes to tell them apart."""
+    for digits in (6, 12, 17):
+        found = _short(one, unit, digits), _short(two, unit, digits)
+        if found[0] != found[1]:
+            break
+    return found
+
+
+def _short(value: Any, unit: str, digits: int) -> str:
+    if isinstance(value, float) and unit and digits < 17:
+        number, _, named = written(float(f"{value:.{digits}g}"), unit).partition(" ")
+        return f"{float(number):.{digits}g} {named}".rstrip()
+    if isinstance(value, float):
+        return f"{value:.{digits}g} {unit if unit != '1' else ''}".rstrip()
+    if isinstance(value, tuple | Mapping):
+        return "1 entry" if len(value) == 1 else f"{len(value)} entries"
+    if dataclasses.is_dataclass(_kind(value)):
+        return str(_kind(value).__name__)
+    return "-" if value is None else str(value)

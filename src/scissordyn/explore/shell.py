@@ -1,0 +1,138 @@
+"""What the browser gets at once, while the libraries of the page are imported: its frame, its scripts and its colours."""
+
+from __future__ import annotations
+
+import asyncio
+from html import escape
+from importlib.util import find_spec
+from pathlib import Path
+
+from tornado.httputil import HTTPMessageDelegate, HTTPServerRequest
+from tornado.routing import Router
+from tornado.web import Application, RequestHandler, StaticFileHandler
+
+__all__ = ["SCRIPTS", "STYLE", "Entrance", "package_folder"]
+
+SCRIPTS = (
+    "static/extensions/panel/bundled/reactiveesm/es-module-shims@^1.10.0/dist/es-module-shims.min.js",
+    "static/js/bokeh.min.js",
+    "static/js/bokeh-widgets.min.js",
+    "static/js/bokeh-tables.min.js",
+    "static/extensions/panel/panel.min.js",
+)
+"""What the page's libraries need in the browser, in this order."""
+
+ELEMENT = "sd-page"
+BEGIN = f"autoload.js?bokeh-autoload-element={ELEMENT}"
+
+STYLE = """
+:root { --sd-back: #ffffff; --sd-ink: #222222; --sd-faint: #5f6670; --sd-fill: #e4e4e4; --sd-line: #b8bdc4; --sd-field: #f4f5f6;
+  --sd-blue: #0072B2; --sd-green: #009E73; --sd-contact: #C04F00; --sd-free: #56B4E9; --sd-part: #CC79A7; --sd-trail: #B87700 }
+:root[data-sd-theme=dark] { --sd-back: #1d2126; --sd-ink: #e8e8e8; --sd-faint: #a0a6ad; --sd-fill: #3a4048; --sd-line: #565e68;
+  --sd-field: #2a2f36; --sd-blue: #56B4E9; --sd-green: #33C79A; --sd-contact: #FF8A3D; --sd-free: #8ED0F5; --sd-part: #E2A3C7;
+  --sd-trail: #F0B83A; color-scheme: dark }
+html, body { display: flow-root; box-sizing: border-box; height: 100%; margin: 0; padding: 0 }
+body { background: var(--sd-back); padding: 0 10px }
+#sd-start { font: 13px/1.4 system-ui, sans-serif; color: var(--sd-faint); margin: 10px 0 }
+"""
+
+ICON = (
+    "data:image/svg+xml,%3Csvg xmlns='http://www.w3.org/2000/svg' viewBox='0 0 16 16'%3E%3Cpath d='M2 3 14 13M2 13 14 3' "
+    "stroke='%230072B2' stroke-width='2.4'/%3E%3Ccircle cx='8' cy='8' r='2.2' fill='%23D55E00'/%3E%3C/svg%3E"
+)
+
+FRAME = """<!DOCTYPE html>
+<html lang="en">
+<head>
+<meta charset="utf-8">
+<title>{name} - scissordyn</title>
+<link rel="icon" href="{icon}">
+<style>{style}</style>
+<script>
+document.documentElement.dataset.sdTheme = matchMedia("(prefers-color-scheme: dark)").matches ? "dark" : "light";
+// the scripts below are all that the page needs: none is loaded a second time
+window._bokeh_onload_callbacks = []; window._bokeh_is_loading = 0;
+</script>
+<script type="esms-options">{{"shimMode": true}}</script>
+{scripts}
+</head>
+<body><p id="sd-start" role="status">{name}: starting</p><div id="{element}" style="display: contents"></div></body>
+</html>
+"""
+
+
+class Entrance(Router):
+    """The way into the server: its first page and the files of the libraries, and whatever else once they are imported.
+
+    Parameters
+    ----------
+    name : str
+        Of the case.
+    """
+
+    def __init__(self, name: str) -> None:
+        self.inside: Router | None = None
+        self.asked = False
+        self._open = asyncio.Event()
+        self.frame = FRAME.format(
+            name=escape(name),
+            icon=ICON,
+            style=STYLE,
+            element=ELEMENT,
+            scripts="\n".join(f'<script defer src="{script}"></script>' for script in (*SCRIPTS, "start.js")),
+        )
+        files = {"panel": package_folder("panel") / "dist", "bokeh": package_folder("bokeh") / "server" / "static" / "js"}
+        self._first = Application(
+            [
+                (r"/", Frame, {"frame": self.frame}),
+                (r"/start.js", Start, {"ready": self._open}),
+                (r"/static/extensions/panel/(.*)", StaticFileHandler, {"path": files["panel"]}),
+                (r"/static/js/(.*)", StaticFileHandler, {"path": files["bokeh"]}),
+            ]
+        )
+
+    def admit(self, inside: Router) -> None:
+        """Let requests through to the page's own server, which is ready now."""
+        self.inside = inside
+        self._open.set()
+
+    def find_handler(self, request: HTTPServerRequest, **more: object) -> HTTPMessageDelegate | None:
+        """Whoever answers a request."""
+        first = self.inside is None or request.path in ("/", "/start.js")
+        self.asked |= request.path == "/"
+        router = self._first if first else self.inside
+        assert router is not None
+        return router.find_handler(request, **more)
+
+
+class Frame(RequestHandler):
+    """The first page."""
+
+    def initialize(self, frame: str) -> None:
+        self.frame = frame
+
+    def get(self) -> None:
+        """Answer at once."""
+        self.set_header("Cache-Control", "no-store")
+        self.finish(self.frame)
+
+
+class Start(RequestHandler):
+    """The script that begins the session of a page; it comes when there is somebody to begin it."""
+
+    def initialize(self, ready: asyncio.Event) -> None:
+        self.ready = ready
+
+    async def get(self) -> None:
+        """Wait, then send the browser on."""
+        await self.ready.wait()
+        self.set_header("Cache-Control", "no-store")
+        self.redirect(BEGIN)
+
+
+def package_folder(package: str) -> Path:
+    """The folder of a package that is not imported yet."""
+    found = find_spec(package)
+    assert found is not None
+    assert found.origin is not None
+    return Path(found.origin).parent

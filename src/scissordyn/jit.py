@@ -53,7 +53,7 @@ def kernel(*, inline: bool = False) -> Callable[[Callable[..., Any]], Any]:
 
     def compile_later(function: Callable[..., Any]) -> Any:
         options: dict[str, Any] = {"error_model": "numpy", "nogil": True, "_nrt": False}
-        unwrapped = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True, "pipeline_class": CalleeCompiler}
+        unwrapped: dict[str, Any] = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True, "pipeline_class": CalleeCompiler}
         callee: Any = numba.njit(**options, **unwrapped, forceinline=inline)(function)
         if inline:
             return callee

@@ -14,6 +14,7 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
+import llvmlite.binding as llvm
 from numba.core.caching import CompileResultCacheImpl, FunctionCache
 from numba.core.serialize import dumps
 
@@ -21,7 +22,7 @@ from scissordyn.cache.folder import KERNEL_ROOMS, PACKAGE, folders
 
 __all__ = ["KernelCache"]
 
-HEAD = b"scissordyn kernel 1\n"
+HEAD = b"scissordyn kernel 2\n"
 """First bytes of a file of machine code: what it is and in which layout."""
 
 
@@ -92,7 +93,7 @@ class KernelCache(FunctionCache):
         if not (self._enabled and self._impl.check_cachable(data)):
             return
         key, name = self._key(sig, data.codegen)
-        packed = dumps((key, self._impl.reduce(data)))
+        packed = dumps((key, _kept(self._impl.reduce(data), data.library)))
         content = HEAD + hashlib.sha256(packed).digest() + packed
         try:
             _write(folders.writable() / name, content)
@@ -108,6 +109,20 @@ class KernelCache(FunctionCache):
         digest = hashlib.sha256(f"{where} {key!r}".encode()).hexdigest()[:24]
         plain = re.sub(r"[^\w.]", "", self._py_func.__qualname__)[:80]
         return key, f"{Path(self._impl._py_file).stem}.{plain}-{digest}.nbc"
+
+
+def _kept(reduced: Any, library: Any) -> Any:
+    """What is kept of a compiled function: in place of its intermediate code, which takes long to read, the names in it.
+
+    Callers have intermediate code of their own, see `callee`; numba asks for the names to find the machine code.
+    """
+    (name, kind, (machine_code, _)), *rest = reduced
+    defined = [each.name for each in library.get_defined_functions()]
+    variables = [each.name for each in library._final_module.global_variables if not each.is_declaration]
+    lines = [f'define void @"{each}"() {{ unreachable }}' for each in defined]
+    lines += [f'@"{each}" = global i8 0' for each in variables]
+    names = llvm.parse_assembly("\n".join(lines))  # type: ignore[no-untyped-call]
+    return (name, kind, (machine_code, names.as_bitcode())), *rest
 
 
 def _unpacked(content: bytes, key: Any) -> Any:

@@ -203,16 +203,13 @@ class Cluster:
                 silence_logs=50,
             )
             client = distributed.Client(cluster, set_as_default=False)
-        try:
-            yield cls(client)
-        except BaseException:
-            # closing would wait some seconds for work that nobody wants
-            with contextlib.suppress(Exception):
-                cluster.sync(_end, list(cluster.workers.values()))
-            raise
-        finally:
-            _close(client)
-            _close(cluster)
+        with _closed(client, cluster):
+            try:
+                yield cls(client)
+            except BaseException:
+                # closing would wait some seconds for work that nobody wants
+                _within(QUICKLY, lambda: cluster.sync(_end, list(cluster.workers.values())))
+                raise
 
     @classmethod
     @contextmanager
@@ -235,10 +232,8 @@ class Cluster:
                 "the address that dask scheduler prints",
                 "tcp://host:8786",
             ) from None
-        try:
+        with _closed(client):
             yield cls(client)
-        finally:
-            _close(client)
 
     @classmethod
     @contextmanager
@@ -267,11 +262,8 @@ class Cluster:
             raise InputError(f"'{file}': {error}", f"options of dask_jobqueue.{kinds[kind]}") from None
         cluster.scale(jobs=jobs)
         client = distributed.Client(cluster, timeout=PATIENCE, set_as_default=False)
-        try:
+        with _closed(client, cluster):
             yield cls(client)
-        finally:
-            _close(client)
-            _close(cluster)
 
     def each(self, function: Callable[[Task], Value], tasks: Iterable[Task]) -> Iterator[Outcome[Task, Value]]:
         """Results in the order in which they come; tasks of lost workers are handed out again.
@@ -315,8 +307,7 @@ class Cluster:
             # of the connection: errors of a task are in its outcome
             raise EngineError(LOST) from error
         except BaseException:
-            with contextlib.suppress(Exception):
-                self.client.cancel(list(handed), force=True)
+            _within(QUICKLY, lambda: self.client.cancel(list(handed), force=True))
             raise
 
 
@@ -353,10 +344,29 @@ async def _end(nannies: Sequence[Any]) -> None:
     await asyncio.gather(*(nanny.close(timeout=QUICKLY) for nanny in nannies), return_exceptions=True)
 
 
-def _close(connected: Any) -> None:
-    """Close a client or a cluster, whose other end may be gone."""
-    with contextlib.suppress(OSError, TimeoutError, RuntimeError, CancelledError, asyncio.CancelledError):
-        connected.close()
+@contextmanager
+def _closed(*connected: Any) -> Iterator[None]:
+    """Close a client and its cluster at the end; after Ctrl-C or an error without waiting for them."""
+    try:
+        yield
+    except BaseException:
+        for each in connected:
+            _within(QUICKLY, each.close)
+        raise
+    for each in connected:
+        _within(PATIENCE, each.close)
+
+
+def _within(seconds: float, function: Callable[[], object]) -> None:
+    """Call something, and wait no longer than that: the other end may be gone, and the library would wait for ever."""
+
+    def call() -> None:
+        with contextlib.suppress(Exception, CancelledError, asyncio.CancelledError):
+            function()
+
+    thread = threading.Thread(target=call, name="closing", daemon=True)
+    thread.start()
+    thread.join(seconds)
 
 
 def _answering(connect: Callable[[], Client]) -> Client:

@@ -13,6 +13,8 @@ import socket
 import sys
 import threading
 import time
+from collections.abc import Callable
+from functools import partial
 from types import FrameType
 
 __all__ = ["install", "received", "tell_where"]
@@ -67,14 +69,16 @@ def _interrupt(number: int, _: FrameType | None) -> None:
         _received.append(number)
     for other in SIGNALS:
         signal.signal(other, signal.SIG_DFL)
-    sys.unraisablehook = _say_nothing
+    sys.unraisablehook = partial(_pass_on, sys.unraisablehook)
     _delivered.set()
     _show_cursor()
     raise KeyboardInterrupt
 
 
-def _say_nothing(_: object) -> None:
-    """What is half made when a signal comes may fail when it is deleted: nothing that the user has to know."""
+def _pass_on(hook: Callable[[sys.UnraisableHookArgs], object], unraisable: sys.UnraisableHookArgs) -> None:
+    """What is half made when a signal comes may fail when it is deleted, of which the user need not know."""
+    if issubclass(unraisable.exc_type, KeyboardInterrupt):
+        hook(unraisable)
 
 
 def _watch(ours: socket.socket, theirs: socket.socket) -> None:

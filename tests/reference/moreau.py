@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
-__all__ = ["SliderCrank", "march"]
+__all__ = ["SliderCrank", "corner", "impulses", "march", "matrices"]
 
 
 class SliderCrank(NamedTuple):
@@ -40,7 +40,7 @@ ACROSS = (1.0, 1.0, -1.0, -1.0)
 
 
 @njit
-def _matrices(p, q, u):
+def matrices(p, q, u):
     m = np.zeros((3, 3))
     one = 0.25 * p.crank_mass + p.rod_mass + p.slider_mass
     both = (0.5 * p.rod_mass + p.slider_mass) * p.crank * p.rod
@@ -60,7 +60,7 @@ def _matrices(p, q, u):
 
 
 @njit
-def _corner(p, q, k):
+def corner(p, q, k):
     """Gap of a corner, and the directions of its normal and tangential velocity."""
     along, across = ALONG[k] * p.half_length, ACROSS[k] * p.half_width
     c, s = np.cos(q[2]), np.sin(q[2])
@@ -69,6 +69,55 @@ def _corner(p, q, k):
     normal = -ACROSS[k] * np.array([p.crank * np.cos(q[0]), p.rod * np.cos(q[1]), c * along - s * across])
     tangent = np.array([-p.crank * np.sin(q[0]), -p.rod * np.sin(q[1]), -s * along - c * across])
     return gap, normal, tangent
+
+
+@njit
+def impulses(p, u, free, inverse, active, normals, tangents, most, accuracy):
+    """Velocities after a step: Newton's law along the normals, Coulomb friction, by Gauss and Seidel.
+
+    Parameters
+    ----------
+    p : SliderCrank
+    u, free : ndarray
+        Velocities before the step, and after it without contacts.
+    inverse : ndarray
+        Of the mass matrix.
+    active : ndarray of bool
+        Corners that touch.
+    normals, tangents : ndarray, shape (4, 3)
+        Directions at the corners.
+    most : int
+        Rounds.
+    accuracy : float
+        Largest change of a velocity in the last round [m/s].
+
+    Returns
+    -------
+    ndarray
+    """
+    new = free.copy()
+    push, drag = np.zeros(4), np.zeros(4)
+    for _ in range(most):
+        change = 0.0
+        for k in range(4):
+            if not active[k]:
+                continue
+            n, t = normals[k], tangents[k]
+            mass_n = n @ (inverse @ n)
+            wanted = max(push[k] - (n @ new + p.restitution * (n @ u)) / mass_n, 0.0)
+            new = new + inverse @ n * (wanted - push[k])
+            change = max(change, abs(wanted - push[k]) * mass_n)
+            push[k] = wanted
+            mass_t = t @ (inverse @ t)
+            if mass_t > 1e-12:
+                limit = p.friction * push[k]
+                wanted = min(max(drag[k] - (t @ new) / mass_t, -limit), limit)
+                new = new + inverse @ t * (wanted - drag[k])
+                change = max(change, abs(wanted - drag[k]) * mass_t)
+                drag[k] = wanted
+        if change < accuracy:
+            break
+    return new
 
 
 @njit
@@ -81,42 +130,19 @@ def march(p, q, u, until, step, every):
     starts = np.zeros(4, np.int64)
     for i in range(1, steps + 1):
         middle = q + 0.5 * step * u
-        m, h = _matrices(p, middle, u)
+        m, h = matrices(p, middle, u)
         inverse = np.linalg.inv(m)
         free = u + inverse @ (h * step)
         active = np.zeros(4, np.bool_)
         normals, tangents = np.zeros((4, 3)), np.zeros((4, 3))
         for k in range(4):
-            gap, n, t = _corner(p, middle, k)
+            gap, n, t = corner(p, middle, k)
             normals[k], tangents[k] = n, t
             active[k] = gap <= 0.0
             if active[k] and not touching[k]:
                 starts[k] += 1
             touching[k] = active[k]
-        new = free.copy()
-        if active.any():
-            push, drag = np.zeros(4), np.zeros(4)
-            for _ in range(2000):
-                change = 0.0
-                for k in range(4):
-                    if not active[k]:
-                        continue
-                    n, t = normals[k], tangents[k]
-                    mass_n = n @ (inverse @ n)
-                    wanted = max(push[k] - (n @ new + p.restitution * (n @ u)) / mass_n, 0.0)
-                    new = new + inverse @ n * (wanted - push[k])
-                    change = max(change, abs(wanted - push[k]) * mass_n)
-                    push[k] = wanted
-                    mass_t = t @ (inverse @ t)
-                    if mass_t > 1e-12:
-                        limit = p.friction * push[k]
-                        wanted = min(max(drag[k] - (t @ new) / mass_t, -limit), limit)
-                        new = new + inverse @ t * (wanted - drag[k])
-                        change = max(change, abs(wanted - drag[k]) * mass_t)
-                        drag[k] = wanted
-                if change < 1e-13:
-                    break
-        u = new
+        u = impulses(p, u, free, inverse, active, normals, tangents, 2000, 1e-13) if active.any() else free
         q = middle + 0.5 * step * u
         if i % every == 0:
             kept[i // every, :3], kept[i // every, 3:] = q, u

@@ -10,7 +10,7 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
-from reference.moreau import SliderCrank, _corner, _matrices
+from reference.moreau import SliderCrank, corner, impulses, matrices
 
 __all__ = ["REVOLUTIONS", "SPEED", "START", "STEP", "march"]
 
@@ -28,42 +28,14 @@ REVOLUTIONS = ((0.03, 0.4126206014), (0.05, 0.7704326172), (0.1, 1.4916377438), 
 
 
 @njit
-def _impulses(p, q, u, free, inverse, active):
-    """Velocities after the step: Newton's law along the normals, Coulomb friction, by Gauss and Seidel."""
-    new = free.copy()
-    push, drag = np.zeros(4), np.zeros(4)
-    for _ in range(500):
-        change = 0.0
-        for k in range(4):
-            if not active[k]:
-                continue
-            _, n, t = _corner(p, q, k)
-            mass = n @ (inverse @ n)
-            wanted = max(push[k] - (n @ new + p.restitution * (n @ u)) / mass, 0.0)
-            new = new + inverse @ n * (wanted - push[k])
-            change = max(change, abs(wanted - push[k]) * mass)
-            push[k] = wanted
-            mass = t @ (inverse @ t)
-            if mass > 1e-12:
-                limit = p.friction * push[k]
-                wanted = min(max(drag[k] - (t @ new) / mass, -limit), limit)
-                new = new + inverse @ t * (wanted - drag[k])
-                change = max(change, abs(wanted - drag[k]) * mass)
-                drag[k] = wanted
-        if change < 1e-12:
-            break
-    return new
-
-
-@njit
 def _projected(p, q, u):
     """Positions without penetration."""
     for _ in range(50):
-        m, _f = _matrices(p, q, u)
+        m, _f = matrices(p, q, u)
         inverse = np.linalg.inv(m)
         worst = 0.0
         for k in range(4):
-            gap, n, _t = _corner(p, q, k)
+            gap, n, _t = corner(p, q, k)
             if gap < 0.0:
                 q = q - inverse @ n * (gap / (n @ (inverse @ n)))
                 worst = max(worst, -gap)
@@ -79,18 +51,21 @@ def _steps(p, q, u, count, step, every):
     for i in range(1, count + 1):
         active = np.zeros(4, np.bool_)
         for k in range(4):
-            gap, n, _t = _corner(p, q, k)
+            gap, n, _t = corner(p, q, k)
             active[k] = gap + 0.5 * step * (n @ u) <= 0.0
-        _, h_start = _matrices(p, q, u)
+        _, h_start = matrices(p, q, u)
         new = u.copy()
         for _ in range(60):
             end = q + 0.5 * step * (u + new)
-            m, h_end = _matrices(p, end, new)
+            m, h_end = matrices(p, end, new)
             inverse = np.linalg.inv(m)
             last = new
             new = u + inverse @ (0.5 * step * (h_start + h_end))
             if active.any():
-                new = _impulses(p, end, u, new, inverse, active)
+                normals, tangents = np.empty((4, 3)), np.empty((4, 3))
+                for k in range(4):
+                    _, normals[k], tangents[k] = corner(p, end, k)
+                new = impulses(p, u, new, inverse, active, normals, tangents, 500, 1e-12)
             if np.max(np.abs(new - last)) < 1e-10:
                 break
         q = _projected(p, q + 0.5 * step * (u + new), new)

@@ -27,7 +27,7 @@ def free_flight(until: float, model: moreau.SliderCrank) -> np.ndarray:
     """State of directions and rates without contact."""
 
     def rate(_: float, state: np.ndarray) -> np.ndarray:
-        m, h = moreau._matrices(model, state[:3], state[3:])
+        m, h = moreau.matrices(model, state[:3], state[3:])
         return np.concatenate([state[3:], np.linalg.solve(m, h)])
 
     return solve_ivp(rate, (0.0, until), START, "DOP853", rtol=1e-13, atol=1e-14).y[:, -1]
@@ -42,13 +42,13 @@ def cluster(model: moreau.SliderCrank, begin: float, until: float, most: int = 1
         for k in range(2):
 
             def gap(_: float, s: np.ndarray, k: int = k) -> float:
-                return moreau._corner(model, s[:3], k)[0]
+                return moreau.corner(model, s[:3], k)[0]
 
             gap.terminal, gap.direction = True, -1.0  # type: ignore[attr-defined]
             events.append(gap)
 
         def rate(_: float, s: np.ndarray) -> np.ndarray:
-            m, h = moreau._matrices(model, s[:3], s[3:])
+            m, h = moreau.matrices(model, s[:3], s[3:])
             return np.concatenate([s[3:], np.linalg.solve(m, h)])
 
         found = solve_ivp(rate, (t, until), state, "DOP853", events=events, rtol=1e-13, atol=1e-15, max_step=1e-8)
@@ -57,9 +57,9 @@ def cluster(model: moreau.SliderCrank, begin: float, until: float, most: int = 1
         if not hit:
             break
         k = hit[0]
-        m, _ = moreau._matrices(model, state[:3], state[3:])
+        m, _ = moreau.matrices(model, state[:3], state[3:])
         inverse = np.linalg.inv(m)
-        _, n, tangent = moreau._corner(model, state[:3], k)
+        _, n, tangent = moreau.corner(model, state[:3], k)
         u = state[3:]
         approach = -float(n @ u)
         # unknown impulses: Newton's law along the normal; sliding, so that friction is its limit

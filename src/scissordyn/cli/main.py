@@ -178,7 +178,8 @@ def status_of(arguments: Sequence[str]) -> int:
         hint = "" if os.environ.get("SCISSORDYN_TRACEBACK") else "; a fault of scissordyn: SCISSORDYN_TRACEBACK=1 shows where"
         return _complain(f"{type(error).__name__}: {error}{hint}", BUG)
     finally:
-        sys.unraisablehook = hook
+        if not received():  # then that of `interrupt` stays until the process ends
+            sys.unraisablehook = hook
 
 
 def _complain(text: str, status: int) -> int:

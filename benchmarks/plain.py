@@ -1,6 +1,6 @@
 """The paper's case written for scipy: minimal coordinates in plain Python, contacts as terminal events.
 
-Two units, pinned bar driven, clearance at joint A, Liu stiffness, Flores damping, LuGre friction or none. Unknowns are psi =
+Two units, pinned bar driven, clearance at joint A, Liu stiffness, Flores damping, LuGre friction with fading damping or none. Unknowns are psi =
 th_1 + th_2 and e_y = (L/2) (sin th_1 - sin th_2) - y, both zero in the ideal array, so that tolerances stay small against the
 clearance.
 """
@@ -89,7 +89,8 @@ class Plain:
             if self.kinetic is not None:
                 z = float(y[4])
                 bristle = slip - SIGMA0 * abs(slip) * z / self.sliding(slip)
-                tangential = normal * (SIGMA0 * z + SIGMA1 * bristle)
+                fading = slip * SIGMA1 / (math.sqrt(2.0 * math.e) * self.kinetic)
+                tangential = normal * (SIGMA0 * z + SIGMA1 * math.exp(-fading * fading) * bristle)
             fx, fy = -normal * nx + tangential * ny, -normal * ny - tangential * nx
             moment = -RJ * tangential
         half, unit, difference = 0.5 * L, M * L * L, p - k
@@ -151,4 +152,4 @@ class Plain:
         *_, rate, slip = self.joint(t, y)
         self.approach = max(rate, 1e-6)
         if self.kinetic is not None:
-            y[4] = math.copysign(self.sliding(slip), slip) / SIGMA0
+            y[4] = math.tanh(slip / STRIBECK) * self.sliding(slip) / SIGMA0

@@ -45,15 +45,18 @@ def codes_table(case: Case, picture: Path | None = None) -> str:
     """The fastest setting of each code that reaches the goal, the scan that found it, and a picture of the scans if wanted."""
     assert case.codes is not None
     rows, scans, curves = [], [], []
-    for code in case.codes():
-        scanned = scan(code)
+    scanned_codes = [scan(code) for code in case.codes()]
+    fastest = min((took for one in scanned_codes for _, miss, took in one.points if miss <= case.goal), default=math.nan)
+    for scanned in scanned_codes:
+        code = scanned.code
         curves.append((code.name, [(miss, took) for _, miss, took in scanned.points]))
         setting, error, seconds = best(scanned, case.goal)
         if math.isinf(error):
-            rows.append([code.name, code.meaning, "-", "fails", "-"])
+            rows.append([code.name, code.meaning, "-", "fails", "-", "-"])
         else:
-            verdict = "" if error <= case.goal else " (goal missed)"
-            rows.append([code.name, code.meaning, f"{setting:g}", f"{error:.1e}{verdict}", f"{1e3 * seconds:.3g}"])
+            met = error <= case.goal
+            verdict, ratio = ("", f"{seconds / fastest:.1f}") if met else (" (goal missed)", "-")
+            rows.append([code.name, code.meaning, f"{setting:g}", f"{error:.1e}{verdict}", f"{1e3 * seconds:.3g}", ratio])
         points = [
             f"{at:g}: {'fails' if math.isinf(miss) else f'{miss:.1e}, {1e3 * took:.3g} ms'}"
             for at, miss, took in scanned.points
@@ -61,9 +64,9 @@ def codes_table(case: Case, picture: Path | None = None) -> str:
         scans.append(f"* {code.name}, {code.meaning}: " + "; ".join(points) + ".")
     head = (
         f"Error: {case.error}; goal: {case.goal:g}.\n"
-        "The fastest setting that reaches the goal, or else the most accurate one:\n\n"
+        "The fastest setting that reaches the goal, or else the most accurate one; ratio to the fastest code that reaches it:\n\n"
     )
-    made = table(["code", "setting", "value", "error", "time [ms]"], rows)
+    made = table(["code", "setting", "value", "error", "time [ms]", "ratio"], rows)
     shown = ""
     if picture is not None:
         draw(curves, case.goal, case.error, picture)

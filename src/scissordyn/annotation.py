@@ -10,7 +10,7 @@ from functools import cache
 from numbers import Real
 from typing import Annotated, Any, TypeGuard, TypeVar
 
-__all__ = ["MismatchError", "accepted", "in_words", "is_a", "is_number", "plain_hint", "shown"]
+__all__ = ["MismatchError", "accepted", "in_words", "is_a", "is_number", "plain_hint", "shown", "type_decides"]
 
 _ACCEPTED: set[tuple[Any, type]] = set()
 """Hints and the types that were found to fit them as they are: descriptions are made by the thousand in a batch."""
@@ -85,13 +85,13 @@ def accepted(value: Any, hint: Any) -> Any:
     if known in _ACCEPTED:
         return value
     found = _accepted(value, hint)
-    if found is value and _asks_for_types(hint):
+    if found is value and type_decides(hint):
         _ACCEPTED.add(known)
     return found
 
 
 @cache
-def _asks_for_types(hint: Any) -> bool:
+def type_decides(hint: Any) -> bool:
     """Whether the type of a value decides, as it does unless there are entries to look at or a list of what is allowed."""
     return all(isinstance(member, type) and typing.get_origin(member) is None for member in _members(hint))
 

@@ -15,7 +15,7 @@ from dataclasses import dataclass
 from functools import cache
 from typing import Annotated, Any, Literal, ParamSpec, TypeVar, get_args, get_origin, get_type_hints
 
-from scissordyn.annotation import MismatchError, accepted, in_words, is_number, plain_hint, shown
+from scissordyn.annotation import MismatchError, accepted, in_words, is_number, plain_hint, shown, type_decides
 from scissordyn.errors import InputError, did_you_mean
 
 __all__ = [
@@ -248,23 +248,49 @@ def check_quantities(instance: Any, named: str = "") -> None:
     Numbers of other libraries, such as numpy's, become Python's own, lists become tuples.
     """
     described: type = type(instance)
-    for name, quantity, hint, field in _declared(described):
-        value = getattr(instance, name)
-        if quantity is not None and type(value) is float and quantity.admits(value):  # nearly all: the rest is slower
+    for declared in _declared(described):
+        value = getattr(instance, declared.name)
+        if declared.admits(value):
             continue
-        fitting = _fitted(named or described.__name__, name, value, hint, field)
+        fitting = _fitted(named or described.__name__, declared.name, value, declared.hint, declared.field)
         if fitting is not value:
-            object.__setattr__(instance, name, fitting)
+            object.__setattr__(instance, declared.name, fitting)
+        else:
+            declared.fits(value)
+
+
+@dataclasses.dataclass(slots=True)
+class _Declared:
+    """A field that can be given, and what of it is known to fit: nearly all values do, and comparing with hints is slow."""
+
+    name: str
+    quantity: Quantity | None
+    hint: Any
+    field: Any
+    types: set[type] = dataclasses.field(default_factory=set)
+    last: Any = ()
+
+    def admits(self, value: Any) -> bool:
+        """Whether a value is known to fit, as it is."""
+        if self.quantity is not None:
+            return type(value) is float and self.quantity.admits(value)
+        return type(value) in self.types or value is self.last
+
+    def fits(self, value: Any) -> None:
+        """Note a value that fits as it is: its type, if that decides, or else itself, which is given on to other instances."""
+        if self.quantity is None and _quantity(self.hint) is None and type_decides(self.hint):
+            self.types.add(type(value))
+        elif self.quantity is None and type(value) is tuple:
+            self.last = value
 
 
 @cache
-def _declared(described: type) -> tuple[tuple[str, Quantity | None, Any, Any], ...]:
-    """Of each field that can be given: its name, the quantity if it is a floating-point number, its hint and itself."""
-    fields = [field for field in dataclasses.fields(described) if field.init]
-    hints = _hints(described)
+def _declared(described: type) -> tuple[_Declared, ...]:
+    """The fields that can be given, with the quantity of those that are floating-point numbers."""
+    fields, hints = [field for field in dataclasses.fields(described) if field.init], _hints(described)
     numbers = {field.name for field in fields if plain_hint(hints[field.name]) in (float, float | None)}
     return tuple(
-        (field.name, _quantity(hints[field.name]) if field.name in numbers else None, hints[field.name], field)
+        _Declared(field.name, _quantity(hints[field.name]) if field.name in numbers else None, hints[field.name], field)
         for field in fields
     )
 

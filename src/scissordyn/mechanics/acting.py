@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from itertools import accumulate
 from typing import Any
 
 import numpy as np
@@ -83,4 +84,4 @@ def time_functions(mechanism: Mechanism, first: int) -> tuple[np.ndarray, np.nda
 
 def offsets(counts: Any) -> np.ndarray:
     """Where each of some consecutive parts starts, and where the last one ends, from how many entries each has."""
-    return np.cumsum([0, *counts], dtype=np.int64)
+    return np.array(list(accumulate(counts, initial=0)), np.int64)

@@ -153,7 +153,7 @@ def assemble(reduced: ReducedModel, system: System, guess: Start, held: Held) ->
         last = reduced.last_assembly["last"] = asked, *_closed(reduced, b, guess.position, held, values)
     _, x, jacobian = last
     active = [not constraint.latch for constraint in reduced.constraints]
-    wanted = np.concatenate([value_rates(system)[active], rates])
+    wanted = np.concatenate([value_rates(system)[active], rates]) if active else rates
     change = least_change(jacobian[:, : reduced.free], jacobian @ np.append(guess.velocity, b_rate) - wanted)
     return Start(x.copy(), guess.velocity - change)
 

@@ -11,7 +11,6 @@ from scissordyn.component.declaration import PARAMETERS as COMPONENT_PARAMETERS
 from scissordyn.control.signal import SIGNALS
 from scissordyn.laws.contact import PARAMETERS
 from scissordyn.mechanics.acting import acting, offsets, start_coordinates, time_functions
-from scissordyn.mechanics.reduce import natural_weight
 from scissordyn.mechanics.reduced_model import ReducedModel
 from scissordyn.mechanics.system import CONTACT, LAW, Parameters
 from scissordyn.mechanics.time_function import COLUMNS, breaks_of, function_rows
@@ -35,7 +34,7 @@ def make_parameters(reduced: ReducedModel) -> Parameters:
     mechanism = reduced.mechanism
     contacts, components = mechanism.contacts, acting(mechanism)
     listed = [(drive.motion, mechanism.body(drive.body).angle) for drive in mechanism.drives]
-    listed += time_functions(mechanism, 0)[2]
+    listed += time_functions(mechanism, 0)[2] if components else []
     listed += [(constraint.motion, 0.0) for constraint in reduced.constraints if constraint.motion]
     rows = [function_rows(motion, start) for motion, start in listed]
 
@@ -71,12 +70,12 @@ def make_parameters(reduced: ReducedModel) -> Parameters:
         else:
             described = component.parameters(start_coordinates(mechanism, component))
             numbers_of[i, : len(described)] = described
-    weight = natural_weight(mechanism, reduced.offsets, reduced.coordinates.shape[0])
+    breaks = sorted({instant for motion, _ in listed for instant in breaks_of(motion)})
     return Parameters(
-        weight=np.asarray(reduced.coordinates.T @ weight),
+        weight=reduced.weight.copy(),
         motion=np.vstack(rows) if rows else np.zeros((0, COLUMNS)),
         motion_start=offsets(map(len, rows)),
-        breaks=np.unique(np.array([instant for motion, _ in listed for instant in breaks_of(motion)], float)),
+        breaks=np.array(breaks, float),
         value=np.array([constraint.value for constraint in reduced.constraints], float),
         contact=surfaces,
         law=law,

@@ -186,19 +186,6 @@ def _mass(mechanism: Mechanism, offsets: dict[str, int], total: int) -> sp.csr_a
     return sp.csr_array((values, (rows, columns)), shape=(total, total))
 
 
-def natural_weight(mechanism: Mechanism, offsets: dict[str, int], total: int) -> np.ndarray:
-    """Generalized forces of gravity on the natural coordinates, shape (nZ,)."""
-    weight = np.zeros(total)
-    gx = mechanism.gravity * math.cos(mechanism.gravity_direction)
-    gy = mechanism.gravity * math.sin(mechanism.gravity_direction)
-    for body in mechanism.bodies:
-        p, m, (x, y) = offsets[body.name], body.mass, body.centre
-        weight[p : p + 2] = m * gx, m * gy
-        if body.rotates:
-            weight[p + 2 : p + 4] = m * (x * gx + y * gy), m * (x * gy - y * gx)
-    return weight
-
-
 def _normalized(coordinates: Any, mass: Any, free: int) -> Any:
     """Scale and mix the free coordinates, block by block, so that their mass matrix is the identity."""
     moving = coordinates[:, :free]

@@ -101,6 +101,9 @@ class ReducedModel:
     def with_numbers(self, mechanism: Mechanism) -> ReducedModel:
         """The same of a mechanism with other numbers, none of which enters the reduction."""
         names = COORDINATES + PLACES if mechanism.bodies is self.mechanism.bodies else COORDINATES
+        gravity = mechanism.gravity, mechanism.gravity_direction
+        if names is not COORDINATES and gravity == (self.mechanism.gravity, self.mechanism.gravity_direction):
+            names += ("weight",)
         for name in names:
             getattr(self, name)  # found out here, once for all cases
         return self._carried(replace(self, mechanism=mechanism), names)
@@ -124,6 +127,19 @@ class ReducedModel:
                 position[p + 2 : p + 4] = cos, sin
                 velocity[p + 2 : p + 4] = -sin * body.angular_velocity, cos * body.angular_velocity
         return position, velocity
+
+    @cached_property
+    def weight(self) -> np.ndarray:
+        """Generalized forces of gravity on [x; b], shape (n + nb,)."""
+        mechanism, natural = self.mechanism, np.zeros(self.coordinates.shape[0])
+        gx = mechanism.gravity * math.cos(mechanism.gravity_direction)
+        gy = mechanism.gravity * math.sin(mechanism.gravity_direction)
+        for body in mechanism.bodies:
+            p, m, (x, y) = self.offsets[body.name], body.mass, body.centre
+            natural[p : p + 2] = m * gx, m * gy
+            if body.rotates:
+                natural[p + 2 : p + 4] = m * (x * gx + y * gy), m * (x * gy - y * gx)
+        return np.asarray(self.coordinates.T @ natural)
 
     @cached_property
     def reach(self) -> np.ndarray:

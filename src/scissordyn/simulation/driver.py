@@ -27,7 +27,6 @@ from scissordyn.integrate.integration import (
 )
 from scissordyn.integrate.tableau import EXPLICIT, tableau
 from scissordyn.jit import Handle
-from scissordyn.kept import kept
 from scissordyn.mechanics import functions
 from scissordyn.mechanics.build import build_model
 from scissordyn.mechanics.monitored import POWERS, TRACK_DEVIATION, entries_read, monitored_rows
@@ -149,6 +148,7 @@ class Driver:
         initial_events: tuple[list[float], ...] = (),
     ) -> None:
         self.reduced, self.system, self.method = reduced, system, method
+        self._pace, self._rows = FIRST, dict[int, np.ndarray]()
         content: System = system.content
         state, model = content.state, content.model
         signals = state.initial_history.size
@@ -163,7 +163,7 @@ class Driver:
             reference=state.reference,
             quadratures=len(POWERS),
             monitors=model.monitor.shape[0],
-            band=_limits(reduced.mechanism, model),
+            band=self._limits(),
             history=state.history,
             history_length=state.history_length,
         )
@@ -178,7 +178,7 @@ class Driver:
             group=tolerances.group,
             precision=tolerances.precision,
             crossable=tolerances.crossable,
-            reads=_entries_read(reduced),
+            reads=entries_read(model, len(reduced.mechanism.contacts)),
             delays=tolerances.delays,
         )
         log = np.zeros((LOG_ROWS + 4 * model.guard_component.size + len(initial_events), loop.LOG_COLUMNS))
@@ -214,7 +214,7 @@ class Driver:
             work.rounding[:] = tolerances.rounding
         work.has_dense[0] = work.scaling[0] = work.crossing_count[0] = work.rise_count[0] = 0
         reset_state(content.state, y, crosses=crosses)
-        content.state.band[:, 0] = _limits(reduced.mechanism, self.system.content.model)
+        content.state.band[:, 0] = self._limits()
         if len(initial_events) > content.log.shape[0]:
             self._exchange(log=np.zeros((2 * len(initial_events), loop.LOG_COLUMNS)))
         self._begin(initial_events)
@@ -259,6 +259,21 @@ class Driver:
         count = int(self.state.counts["recorded"][0])
         time, state, mode = self.integration.content.steps
         return time[:count], state[:count], mode[:count]
+
+    def rows(self, kind: int) -> np.ndarray:
+        """Rows, among those of guards and of what is monitored throughout, of one kind of quantity."""
+        if kind not in self._rows:
+            self._rows[kind] = monitored_rows(self.system.content.model, kind)
+        return self._rows[kind]
+
+    def _limits(self) -> np.ndarray:
+        """A limit for each quantity that is monitored throughout: the tolerances of tracked points."""
+        model, tracks = self.system.content.model, self.reduced.mechanism.tracks
+        limits = np.full(model.monitor.shape[0], np.inf)
+        if tracks:
+            tolerances = [np.inf if track.tolerance is None else track.tolerance for track in tracks]
+            limits[self.rows(TRACK_DEVIATION) - model.guard_component.size] = tolerances
+        return limits
 
     def _exchange(self, **parts: Any) -> None:
         self.integration = Handle(self.integration.content._replace(**parts))
@@ -314,13 +329,14 @@ class Driver:
         """
         state, advance = self.state, _advance()
         state.clock["end"] = until
-        status, left, pace = loop.ADVANCING, most_steps, FIRST
+        status, left = loop.ADVANCING, most_steps
         while status == loop.ADVANCING and left > 0:
             before, called = self.tried, clocks.perf_counter()
-            status = advance(_problem(), self.system.address, self.integration.address, min(pace, left))
+            status = advance(_problem(), self.system.address, self.integration.address, min(self._pace, left))
             taken = self.tried - before
             left -= max(1, taken)
-            pace = next_slice(taken, clocks.perf_counter() - called, SLICE)
+            if status == loop.ADVANCING:
+                self._pace = next_slice(taken, clocks.perf_counter() - called, SLICE)
             if status in _GROWING:
                 self._grow(status)
                 status = loop.ADVANCING
@@ -420,20 +436,6 @@ class Driver:
 
 
 _GROWING = (loop.LOG_FULL, loop.HISTORY_FULL, loop.RECORD_FULL)
-
-
-def _limits(mechanism: Mechanism, model: Model) -> np.ndarray:
-    """A limit for each quantity that is monitored throughout: the tolerances of tracked points."""
-    limits = np.full(model.monitor.shape[0], np.inf)
-    tolerances = [np.inf if track.tolerance is None else track.tolerance for track in mechanism.tracks]
-    limits[monitored_rows(model, TRACK_DEVIATION) - model.guard_component.size] = tolerances
-    return limits
-
-
-@kept
-def _entries_read(reduced: ReducedModel) -> tuple[np.ndarray, np.ndarray]:
-    """Of `monitored.entries_read`, once for each model."""
-    return entries_read(build_model(reduced), len(reduced.mechanism.contacts))
 
 
 def _fill_history(system: Handle, y: np.ndarray) -> None:

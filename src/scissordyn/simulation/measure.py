@@ -20,7 +20,6 @@ from scissordyn.mechanics.monitored import (
     POWERS,
     PRESSURE_VELOCITY,
     TRACK_DEVIATION,
-    monitored_rows,
 )
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.simulation.contacts import Contact, contacts
@@ -93,7 +92,7 @@ class Ended:
 
     def rows(self, kind: int) -> np.ndarray:
         """Rows of the peaks of one kind of monitored quantity."""
-        return monitored_rows(self.driver.system.content.model, kind)
+        return self.driver.rows(kind)
 
 
 @dataclass(frozen=True)

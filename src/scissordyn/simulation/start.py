@@ -245,10 +245,10 @@ def _hold_references(reduced: ReducedModel, system: System, held: Held) -> None:
 
 def _far_from_placed(reduced: ReducedModel, system: System, start: Start, kind: StartKind) -> list[str]:
     """What the assembly changed of the given positions and velocities, in words."""
-    position, velocity = natural_state(reduced, system, start)
     given, given_velocity = reduced.placed
+    position, velocity = natural_state(reduced, system, start)
     nowhere = 0.5 * min(MOVED * reduced.size, TURNED)  # of both components
-    if np.max(np.abs(position - given), initial=0.0) < nowhere and not np.any(given_velocity):
+    if np.abs(position - given).max(initial=0.0) < nowhere and not given_velocity.any():
         return []
     found: list[str] = []
     worst, text = 0.0, ""

@@ -1,8 +1,8 @@
 """The paper's case written for scipy: minimal coordinates in plain Python, contacts as terminal events.
 
-Two units, pinned bar driven, clearance at joint A, Liu stiffness, Flores damping, LuGre friction with fading damping or none. Unknowns are psi =
-th_1 + th_2 and e_y = (L/2) (sin th_1 - sin th_2) - y, both zero in the ideal array, so that tolerances stay small against the
-clearance.
+Two units, pinned bar driven, clearance at joint A, Liu stiffness, Flores damping, LuGre friction with fading damping or none.
+Unknowns are psi = th_1 + th_2 and e_y = (L/2) (sin th_1 - sin th_2) - y, both zero in the ideal array, so that tolerances stay
+small against the clearance.
 """
 
 from __future__ import annotations

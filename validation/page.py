@@ -64,7 +64,7 @@ def codes_table(case: Case, picture: Path | None = None) -> str:
         scans.append(f"* {code.name}, {code.meaning}: " + "; ".join(points) + ".")
     head = (
         f"Error: {case.error}; goal: {case.goal:g}.\n"
-        "The fastest setting that reaches the goal, or else the most accurate one; ratio to the fastest code that reaches it:\n\n"
+        "The fastest setting that reaches the goal, or else the most accurate one; ratio to the fastest of all:\n\n"
     )
     made = table(["code", "setting", "value", "error", "time [ms]", "ratio"], rows)
     shown = ""

@@ -107,13 +107,13 @@ def codes() -> list[Code]:
 
 
 NOTES = (
-    "The equations derived by hand compute the orbit alone; scissordyn computes torque, energies and the table of contacts with\n"
-    "it. numbalsoda has no events: a compiled loop around it, 60 lines, ends each integration where the gap changes its sign.",
+    "The equations derived by hand compute the orbit alone; scissordyn computes torque, energies and the table of contacts too.\n"
+    "numbalsoda has no events: a compiled loop around it, 60 lines, ends each integration where the gap changes its sign.",
     "Exudyn's contact of two spheres shortens the step that ends a flight, so that a contact begins where it should (approach\n"
     "speed of the first one to 1e-7), but not the step that ends a contact: the error of the orbit falls with the first power\n"
     "of that step, and grows from contact to contact. The force in the name of the code is the setting\n"
-    "`discontinuous.iterationTolerance`; a wider scan (longest steps of 1 ms, 100 and 6 \u00b5s, tolerances of 1e-8 to 1e-10, four\n"
-    "such forces, two initial steps, absolute tolerances in metres or in clearances: 288 runs) had no error below 5e-3.",
+    "`discontinuous.iterationTolerance`. A wider scan (longest steps of 1 ms, 100 and 6 \u00b5s, tolerances of 1e-8 to 1e-10,\n"
+    "four such forces, two initial steps, absolute tolerances in metres or in clearances: 288 runs) had no error below 5e-3.",
 )
 
 CASE = Case(

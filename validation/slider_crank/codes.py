@@ -119,7 +119,9 @@ def numbalsodas(tolerance: float) -> Found:
 
     equations = _remembering()
     began = time.perf_counter()
-    states, success = dop853(equations.address, start(), TIMES, data=np.array([0.0, 1.0]), rtol=tolerance, atol=tolerance * 1e-3)
+    states, success = dop853(
+        equations.address, start(), TIMES, data=np.array([0.0, 1.0]), rtol=tolerance, atol=tolerance * 1e-3
+    )
     seconds = time.perf_counter() - began
     if not success:
         raise RuntimeError("numbalsoda's dop853 failed")
@@ -241,7 +243,7 @@ def exudyns(tolerance: float, longest: float = 1e-4, force_error: float = 10.0, 
         Whether all steps have that length, with RK44; DOPRI5 with step control otherwise.
     """
     import exudyn as exu
-    from exudyn import itemInterface as items
+    import exudyn.itemInterface as items
 
     mbs = exu.SystemContainer().AddSystem()
     journal, bearing = _mechanism(mbs)
@@ -279,7 +281,7 @@ def exudyns(tolerance: float, longest: float = 1e-4, force_error: float = 10.0, 
 def _mechanism(mbs: Any) -> tuple[int, int]:
     """Crank, rod and slider; markers of journal and bearing."""
     import exudyn as exu
-    from exudyn import itemInterface as items
+    import exudyn.itemInterface as items
 
     mbs.AddObject(items.ObjectGround())
     tree = mbs.AddNode(
@@ -324,7 +326,7 @@ def _mechanism(mbs: Any) -> tuple[int, int]:
 
 def _pin(mbs: Any, journal: int, bearing: int) -> None:
     """The clearance joint."""
-    from exudyn import itemInterface as items
+    import exudyn.itemInterface as items
 
     data = mbs.AddNode(items.NodeGenericData(initialCoordinates=[CLEARANCE, 0.0, 0.0, 0.0], numberOfDataCoordinates=4))
     mbs.AddObject(

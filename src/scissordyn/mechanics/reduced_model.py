@@ -100,7 +100,7 @@ class ReducedModel:
 
     def with_numbers(self, mechanism: Mechanism) -> ReducedModel:
         """The same of a mechanism with other numbers, none of which enters the reduction."""
-        names = COORDINATES + PLACES if mechanism.bodies is self.mechanism.bodies else COORDINATES
+        names: tuple[str, ...] = COORDINATES + PLACES if mechanism.bodies is self.mechanism.bodies else COORDINATES
         gravity = mechanism.gravity, mechanism.gravity_direction
         if names is not COORDINATES and gravity == (self.mechanism.gravity, self.mechanism.gravity_direction):
             names += ("weight",)

@@ -34,7 +34,6 @@ from scissordyn.mechanics.parameters import make_parameters
 from scissordyn.mechanics.reduced_model import ReducedModel
 from scissordyn.mechanics.system import Model, Parameters, System
 from scissordyn.mechanics.workspace import initial_state, make_workspace
-from scissordyn.model.mechanism import Mechanism
 from scissordyn.simulation.interrupt import look
 from scissordyn.simulation.slice import FIRST, next_slice
 from scissordyn.simulation.snapshot import Snapshot

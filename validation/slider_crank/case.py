@@ -107,7 +107,7 @@ def codes() -> list[Code]:
 
 
 NOTES = (
-    "The equations derived by hand compute the orbit alone; scissordyn computes torque, energies and the table of contacts too.\n"
+    "The equations derived by hand compute the orbit alone, scissordyn also torque, energies and the table of contacts.\n"
     "numbalsoda has no events: a compiled loop around it, 60 lines, ends each integration where the gap changes its sign.",
     "Exudyn's contact of two spheres shortens the step that ends a flight, so that a contact begins where it should (approach\n"
     "speed of the first one to 1e-7), but not the step that ends a contact: the error of the orbit falls with the first power\n"

@@ -243,7 +243,9 @@ def exudyns(tolerance: float, longest: float = 1e-4, force_error: float = 10.0, 
         Whether all steps have that length, with RK44; DOPRI5 with step control otherwise.
     """
     import exudyn as exu
-    import exudyn.itemInterface as items
+    from exudyn import itemInterface
+
+    items = itemInterface
 
     mbs = exu.SystemContainer().AddSystem()
     journal, bearing = _mechanism(mbs)
@@ -281,7 +283,9 @@ def exudyns(tolerance: float, longest: float = 1e-4, force_error: float = 10.0, 
 def _mechanism(mbs: Any) -> tuple[int, int]:
     """Crank, rod and slider; markers of journal and bearing."""
     import exudyn as exu
-    import exudyn.itemInterface as items
+    from exudyn import itemInterface
+
+    items = itemInterface
 
     mbs.AddObject(items.ObjectGround())
     tree = mbs.AddNode(
@@ -326,7 +330,9 @@ def _mechanism(mbs: Any) -> tuple[int, int]:
 
 def _pin(mbs: Any, journal: int, bearing: int) -> None:
     """The clearance joint."""
-    import exudyn.itemInterface as items
+    from exudyn import itemInterface
+
+    items = itemInterface
 
     data = mbs.AddNode(items.NodeGenericData(initialCoordinates=[CLEARANCE, 0.0, 0.0, 0.0], numberOfDataCoordinates=4))
     mbs.AddObject(

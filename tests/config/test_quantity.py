@@ -8,7 +8,17 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from scissordyn.config.quantity import FAMILIAR, UNITS, example, read_numbers, read_quantity, unit_factor, written
+from scissordyn.config.quantity import (
+    FAMILIAR,
+    UNITS,
+    USUAL,
+    _registry,
+    example,
+    read_numbers,
+    read_quantity,
+    unit_factor,
+    written,
+)
 from scissordyn.errors import InputError
 from scissordyn.units import Quantity, degrees, rpm
 
@@ -133,3 +143,11 @@ def test_units_agree_with_pints_own_list() -> None:
             target = "rad/s"
         expected = theirs.Quantity(1.0, name).to(target).magnitude
         assert unit_factor(name, target) == pytest.approx(expected, rel=1e-14), name
+
+
+@pytest.mark.parametrize(("unit", "target"), USUAL)
+def test_usual_units_are_those_of_the_registry(unit: str, target: str) -> None:
+    """Cross-check by a second formulation: the factors that are known without pint are pint's own to the last bit."""
+    registry = _registry()
+    assert registry.convert(1.0, registry.parse_units(unit), registry.parse_units(target)) == USUAL[unit, target]
+    assert unit_factor(unit, target) == USUAL[unit, target]

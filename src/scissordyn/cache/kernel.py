@@ -71,8 +71,7 @@ class KernelCache(FunctionCache):
         """Forget nothing: a file is replaced when the function is compiled anew."""
 
     def load_overload(self, sig: Any, target_context: Any) -> Any:
-        """The compiled function from disk, or None."""
-        target_context.refresh()
+        """The compiled function from disk, or None; numba loads its tables for compiling, slow to load, when it compiles."""
         if not self._enabled:
             return None
         key, name = self._key(sig, target_context.codegen())

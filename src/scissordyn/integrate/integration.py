@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Annotated, Any, NamedTuple
 
 import numba
+import numba.experimental.function_type  # so that numba knows the types of pointers without its tables for compiling
 import numpy as np
 from numba import int64, types, void
 from numba.core.types.function_type import CompileResultWAP

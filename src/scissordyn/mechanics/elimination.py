@@ -6,7 +6,6 @@ from collections.abc import Iterable
 
 import numpy as np
 import scipy.sparse as sp
-from scipy.sparse.linalg import lsqr
 
 from scissordyn.errors import InputError
 from scissordyn.jit import kernel
@@ -298,6 +297,8 @@ class Elimination:
             if count <= DENSE:
                 part = np.linalg.lstsq(constraints.toarray(), wanted, rcond=None)[0]
             else:
+                from scipy.sparse.linalg import lsqr  # takes a tenth of a second to import
+
                 part = lsqr(constraints, wanted, atol=1e-13, btol=1e-13)[0]
             largest = np.max(np.abs(part), initial=0.0)
             names.update((chosen[k][1], None) for k in np.flatnonzero(np.abs(part) > 1e-8 * largest).tolist())

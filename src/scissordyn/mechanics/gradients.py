@@ -7,7 +7,6 @@ from typing import Any
 
 import numpy as np
 import scipy.sparse as sp
-from scipy.sparse.linalg import lsqr
 
 from scissordyn.mechanics.point_map import Constraint, PointMap
 from scissordyn.mechanics.reduced_model import ReducedModel
@@ -107,4 +106,6 @@ def least_change(jacobian: Any, residual: np.ndarray) -> np.ndarray:
     if jacobian.shape[0] <= MOST_FULL_ROWS:
         full = jacobian if isinstance(jacobian, np.ndarray) else jacobian.toarray()
         return np.asarray(np.linalg.lstsq(full, residual, rcond=1e-10)[0])
+    from scipy.sparse.linalg import lsqr  # takes a tenth of a second to import
+
     return np.asarray(lsqr(jacobian, residual, atol=1e-15, btol=1e-15, iter_lim=20 * jacobian.shape[0])[0])

@@ -6,7 +6,6 @@ import math
 
 import numpy as np
 import scipy.sparse as sp
-from scipy.sparse.linalg import splu
 
 from scissordyn.errors import InputError
 from scissordyn.mechanics.gradients import Gradients, least_change
@@ -112,6 +111,8 @@ def _beyond_doubt(gradients: Gradients, full: np.ndarray) -> bool:
     unit = gradients.unit(full)
     if isinstance(unit, np.ndarray) and gradients.count <= LARGE:
         return bool(np.linalg.eigvalsh(unit @ unit.T)[0] > BEYOND_DOUBT**2)
+    from scipy.sparse.linalg import splu  # takes a tenth of a second to import
+
     rows = sp.csr_array(unit)
     try:
         pivots = splu(sp.csc_array(rows @ rows.T), permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0).U.diagonal()

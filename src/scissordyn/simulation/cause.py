@@ -7,7 +7,6 @@ from typing import Any
 
 import numpy as np
 import scipy.sparse as sp
-from scipy.sparse.linalg import splu
 
 from scissordyn.component.compiled import at_rest
 from scissordyn.component.port import LINE
@@ -137,6 +136,8 @@ def immobile_joints(reduced: ReducedModel, system: System, full: np.ndarray) -> 
 def _held_fraction(matrix: Any, moves: Any) -> np.ndarray:
     """Squared lengths of the parts of some rows that lie in the row space of a matrix."""
     if not isinstance(matrix, np.ndarray):
+        from scipy.sparse.linalg import splu  # takes a tenth of a second to import
+
         moves = moves if not isinstance(moves, np.ndarray) else sp.csr_array(moves)
         common = np.asarray((matrix @ moves.T).toarray())
         try:

@@ -87,6 +87,11 @@ class KernelCache(FunctionCache):
                     file.unlink()
         return None
 
+    def holds(self, sig: Any, codegen: Any) -> bool:
+        """Whether there is a file for a signature."""
+        _, name = self._key(sig, codegen)
+        return any((folder / name).exists() for folder in folders.readable())
+
     def save_overload(self, sig: Any, data: Any) -> None:
         """Keep a compiled function on disk, where there is room for it."""
         if not (self._enabled and self._impl.check_cachable(data)):

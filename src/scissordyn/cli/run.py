@@ -151,19 +151,21 @@ def _checkpoint(every: str, output: Path | None, case: Path) -> Checkpoint:
 
 
 def _from_case(path: Path, changes: list[str], checkpoint: Checkpoint | None) -> tuple[Mechanism, xr.Dataset]:
+    from scissordyn.cli.compiling import compile_kernels
     from scissordyn.cli.progress import progress_bar
     from scissordyn.config.file import read_case
     from scissordyn.simulation.run import simulate
 
     case = read_case(path, changes)
     with progress_bar(case.run.until) as progress:
-        _compile()
+        compile_kernels()
         return case.mechanism, simulate(case.mechanism, **case.run.keywords, progress=progress, checkpoint=checkpoint)
 
 
 def _again(
     path: Path, changes: list[str], allow_code: list[Path], checkpoint: Checkpoint | None
 ) -> tuple[Mechanism, xr.Dataset]:
+    from scissordyn.cli.compiling import compile_kernels
     from scissordyn.cli.progress import progress_bar
     from scissordyn.simulation.configuration import read_configuration
     from scissordyn.simulation.run import replay
@@ -177,24 +179,9 @@ def _again(
     configuration = read_configuration(saved)
     until = 0.0 if configuration.options is None else configuration.options.until
     with progress_bar(until) as progress:
-        _compile()
+        compile_kernels()
         result = replay(saved, allow_code=allow_code, progress=progress, checkpoint=checkpoint)
     return configuration.build_mechanism(allow_code), result
-
-
-def _compile() -> None:
-    """Have all kernels compiled before anything is computed that would wait for them when the user wants to stop."""
-    from scissordyn.laws.friction.lugre import LuGre
-    from scissordyn.model.clearance import Clearance
-    from scissordyn.model.scissor import scissor
-    from scissordyn.simulation.interrupt import pass_on
-    from scissordyn.simulation.run import simulate
-
-    pass_on(
-        simulate(
-            scissor(units=1).with_clearance("A", Clearance(1e-4, friction=LuGre())).driven(speed=1.0), until=1e-4, samples=2
-        )
-    )
 
 
 def _show(result: xr.Dataset, rows: int) -> None:

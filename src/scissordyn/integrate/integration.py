@@ -35,6 +35,7 @@ __all__ = [
     "make_state",
     "make_work",
     "open_integration",
+    "problem_type",
     "reset_state",
 ]
 
@@ -205,8 +206,21 @@ def make_problem(functions: dict[str, Any]) -> Problem:
     -------
     Problem
     """
+    signatures = _signatures()
+    for name, sign in signatures.items():
+        functions[name].compile(sign.args)  # as calls from Python have it, so that there is one file on disk for both
+    return Problem(**{name: CompileResultWAP(functions[name].get_compile_result(sign)) for name, sign in signatures.items()})
+
+
+def problem_type() -> types.Type:
+    """Numba's type of a `Problem`, which does not depend on the functions."""
+    return types.NamedTuple([types.FunctionType(sign) for sign in _signatures().values()], Problem)
+
+
+def _signatures() -> dict[str, Any]:
+    """Signatures of the functions of a problem, in the order of `Problem`."""
     t, vector, matrix, address = types.float64, types.float64[::1], types.float64[:, ::1], int64
-    signatures = {
+    return {
         "rate": void(t, vector, address, vector),
         "linearise": void(t, vector, address, vector, vector),
         "factorize": int64(t, address),
@@ -219,7 +233,6 @@ def make_problem(functions: dict[str, Any]) -> Problem:
         "probe": void(t, vector, int64, address, vector, vector),
         "record": void(t, vector, address, vector),
     }
-    return Problem(**{name: CompileResultWAP(functions[name].get_compile_result(sign)) for name, sign in signatures.items()})
 
 
 def make_state(

@@ -9,6 +9,7 @@ from typing import Any
 
 import numba
 import numpy as np
+from numba.core.registry import cpu_target
 
 from scissordyn.errors import InputError
 from scissordyn.integrate import advance as loop
@@ -23,6 +24,7 @@ from scissordyn.integrate.integration import (
     make_samples,
     make_state,
     make_work,
+    problem_type,
     reset_state,
 )
 from scissordyn.integrate.tableau import EXPLICIT, tableau
@@ -39,7 +41,7 @@ from scissordyn.simulation.slice import FIRST, next_slice
 from scissordyn.simulation.snapshot import Snapshot
 from scissordyn.simulation.tolerance import Tolerances
 
-__all__ = ["Driver", "counted", "make_system"]
+__all__ = ["Driver", "compile_loop", "compile_mechanics", "counted", "loop_is_compiled", "make_system"]
 
 SLICE = 20_000
 """Most steps between two looks at the keyboard and the progress bar; the steps themselves do not depend on it."""
@@ -54,10 +56,30 @@ def _problem() -> Problem:
     return make_problem(functions.FUNCTIONS)
 
 
+def compile_mechanics() -> None:
+    """Compile what the loop calls by pointers, unless it is on disk."""
+    _problem()
+
+
+def compile_loop() -> None:
+    """Compile the loop, unless it is on disk; it needs the types of what it calls only."""
+    _advance()
+
+
+def loop_is_compiled() -> bool:
+    """Whether the loop is on disk."""
+    codegen = cpu_target.target_context.codegen()
+    return bool(loop.advance._cache.holds(_kinds(), codegen))
+
+
+def _kinds() -> tuple[Any, ...]:
+    return problem_type(), *(numba.typeof(0),) * 3
+
+
 @cache
 def _advance() -> Callable[[Problem, int, int, int], int]:
     """The compiled loop; asking numba for the types of its arguments at each call would take as long as many steps."""
-    kinds = tuple(numba.typeof(argument) for argument in (_problem(), 0, 0, 0))
+    kinds = _kinds()
     loop.advance.compile(kinds)
     compiled: Callable[[Problem, int, int, int], int] = loop.advance.overloads[kinds].entry_point
     return compiled

@@ -1,0 +1,40 @@
+"""Compiling before anything is computed that would wait for it when the user wants to stop."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+from scissordyn.laws.friction.lugre import LuGre
+from scissordyn.model.clearance import Clearance
+from scissordyn.model.scissor import scissor
+from scissordyn.simulation import driver
+from scissordyn.simulation.interrupt import pass_on
+from scissordyn.simulation.run import simulate
+
+__all__ = ["compile_kernels"]
+
+LOOP = f"from {driver.__name__} import compile_loop; compile_loop()"
+
+
+def compile_kernels() -> None:
+    """Have all kernels compiled, the loop in a process of its own: it has nothing in common with what it calls by pointers."""
+    if not driver.loop_is_compiled():
+        with _beside(LOOP):
+            driver.compile_mechanics()
+    array = scissor(units=1).with_clearance("A", Clearance(1e-4, friction=LuGre())).driven(speed=1.0)
+    pass_on(simulate(array, until=1e-4, samples=2))
+
+
+@contextmanager
+def _beside(code: str) -> Iterator[None]:
+    """Run Python code in another process, which is awaited; if it fails, this process compiles what it was to compile."""
+    quiet = subprocess.DEVNULL
+    with subprocess.Popen([sys.executable, "-c", code], stdin=quiet, stdout=quiet, stderr=quiet) as process:
+        try:
+            yield
+            process.wait()
+        finally:
+            process.kill()

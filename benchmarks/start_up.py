@@ -89,7 +89,10 @@ def measure(quick: bool = False) -> str:
                 found[name].append(_process(arguments, environment))
         rows += [_row(name, _median(found[name]), target) for name, (_, target) in named.items()]
     head = ["process", "wall [s]", "target [s]", "user CPU [s]", "memory [MB]", "target [MB]"]
-    return "`examples/paper.toml`, medians of interleaved processes (the first run: one).\n\n" + table(head, rows)
+    return (
+        "`examples/paper.toml`, medians of interleaved processes (the first run: one). The first run compiles in two processes at\n"
+        "a time; time and memory are those of the command, the processor time includes both.\n\n"
+    ) + table(head, rows)
 
 
 def _row(name: str, used: Process, target: float | None) -> list[str]:

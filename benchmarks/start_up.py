@@ -90,8 +90,8 @@ def measure(quick: bool = False) -> str:
         rows += [_row(name, _median(found[name]), target) for name, (_, target) in named.items()]
     head = ["process", "wall [s]", "target [s]", "user CPU [s]", "memory [MB]", "target [MB]"]
     return (
-        "`examples/paper.toml`, medians of interleaved processes (the first run: one). The first run compiles in two processes at\n"
-        "a time; time and memory are those of the command, the processor time includes both.\n\n"
+        "`examples/paper.toml`, medians of interleaved processes (the first run: one). The first run compiles in two\n"
+        "processes; time and memory are those of the command, the processor time includes both.\n\n"
     ) + table(head, rows)
 
 

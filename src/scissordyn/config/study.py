@@ -7,6 +7,7 @@ import math
 import re
 import tomllib
 from collections.abc import Iterable, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -23,7 +24,8 @@ from scissordyn.study.description import Factor, OwnMeasure, Sampling, Study, ch
 from scissordyn.study.design import Design
 from scissordyn.study.distribution import Interval, Levels, LogNormal, Normal, Table, Uniform, Variation
 from scissordyn.study.goal import Goal, Optimisation
-from scissordyn.study.requirement import Requirement, Response
+from scissordyn.study.part_unit import BY_COMPONENT
+from scissordyn.study.requirement import KINDS, Requirement, Response
 from scissordyn.units import Quantity
 
 __all__ = ["StudyText", "read_requirement", "read_study", "read_variation", "study_of"]
@@ -390,9 +392,9 @@ def read_requirement(text: str, own: Sequence[OwnMeasure] = ()) -> Requirement:
     try:
         part, measure, unit = _response(found[1], own)
         value, given = _split(found[3])
-        if unit == "SI":  # a force or a torque, by component
-            factor = 1.0 if not given else min(_factor(given, ("N", "N m")))
-        elif unit == "1":
+        if measure in BY_COMPONENT:
+            unit = _exerted(given, value)
+        if unit == "1":
             if given:
                 raise InputError(f"unit '{given}' of a pure number", "a plain number")
             factor = 1.0
@@ -402,19 +404,19 @@ def read_requirement(text: str, own: Sequence[OwnMeasure] = ()) -> Requirement:
             factor = unit_factor(given, unit)
     except InputError as error:
         raise InputError(f"requirement '{text}': {error.what}", error.allowed, error.type_this) from None
-    return Requirement(measure, found[2], float(value) * factor, part, text.strip())
+    exerted = unit if measure in BY_COMPONENT else ""
+    return Requirement(measure, found[2], float(value) * factor, part, text.strip(), exerted)
 
 
-def _factor(given: str, targets: Sequence[str]) -> list[float]:
-    found = []
-    for target in targets:
-        try:
-            found.append(unit_factor(given, target))
-        except InputError as error:
-            last = error
-    if not found:
-        raise last
-    return found
+def _exerted(given: str, value: str) -> str:
+    """The unit of what components exert that a given one belongs to."""
+    if not given:
+        raise InputError("missing unit", f"a number and its unit [{' or '.join(KINDS)}]", f"{value} {next(iter(KINDS))}")
+    for unit in KINDS:
+        with suppress(InputError):
+            unit_factor(given, unit)
+            return unit
+    raise InputError(f"unit '{given}' does not fit", "one of a force [N] or of a torque [N m]", f"{value} {next(iter(KINDS))}")
 
 
 def read_goal(text: str, own: Sequence[OwnMeasure] = (), addresses: Sequence[str] = ()) -> Goal:

@@ -26,6 +26,7 @@ from scissordyn.simulation.provenance import provenance
 from scissordyn.study.design import Design, design_size, design_values
 from scissordyn.study.distribution import Variation, from_plain, to_plain
 from scissordyn.study.goal import Optimisation
+from scissordyn.study.part_unit import check_unit
 from scissordyn.study.requirement import Requirement, Response
 
 __all__ = ["Cases", "Factor", "OwnMeasure", "Sampling", "Study", "check_part"]
@@ -227,8 +228,10 @@ class Study:
                     ", ".join(known),
                 )
             check_part(self.mechanism, requirement.response)
+            check_unit(self.mechanism, requirement.response)
         for goal in self.optimisation.goals if self.optimisation is not None else ():
             check_part(self.mechanism, goal.response)
+            check_unit(self.mechanism, goal.response)
         design_size(self.design, [factor.variation for factor in self.factors])
 
     @property

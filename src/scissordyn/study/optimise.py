@@ -15,7 +15,7 @@ from scissordyn.study.description import Study
 from scissordyn.study.engine import Engine
 from scissordyn.study.execute import Progress, execute
 from scissordyn.study.goal import Optimisation, risk_value
-from scissordyn.study.requirement import response_values
+from scissordyn.study.requirement import response_unit, response_values
 from scissordyn.study.store import COMPLETE, PENDING, Store, column
 
 __all__ = ["Optimum", "candidates", "nondominated", "optimise", "proposer"]
@@ -233,7 +233,7 @@ def candidates(study: Study, results: xr.Dataset) -> Optimum:
         chosen = goal.measure in study.addresses
         values = results[column(goal.measure)].values if chosen else response_values(results, goal.response)
         goals.append(risk_value(sign * values[rows].reshape(count, per_point), plan.risk))  # a failed case makes it NaN
-        unit = results[column(goal.measure)].attrs.get("units", "1")
+        unit = results[column(goal.measure)].attrs.get("units", "1") if chosen else response_unit(results, goal.response)
         about = {"units": unit, "long_name": f"{plan.risk} of {goal.response.name}"}
         variables[goal.label] = ("point", goals[-1], about)
     violation = np.zeros(count)

@@ -18,6 +18,7 @@ from scissordyn.errors import InputError, ScissordynError
 from scissordyn.lock import hold
 from scissordyn.study.description import OwnMeasure, Study
 from scissordyn.study.design import Design
+from scissordyn.study.requirement import COMPONENT_UNIT
 
 if TYPE_CHECKING:
     import zarr
@@ -148,10 +149,9 @@ class Store:
                     {**pilot[name].attrs, "role": "measure"},
                 )
                 for dim in dims:
-                    if dim not in root:
-                        names = np.array([str(part) for part in pilot[dim].values], object)
-                        labels = root.create_array(dim, shape=names.shape, dtype=str, fill_value="", dimension_names=[dim])
-                        labels[:] = names
+                    _labels(root, dim, pilot[dim])
+                    if COMPONENT_UNIT in pilot[name].coords:
+                        _labels(root, COMPONENT_UNIT, pilot[COMPONENT_UNIT])
             for name, meaning in (("cause", "why a case failed"), ("warnings", "warnings of a complete case, one a line")):
                 _array(root, name, study.cases, block, (), str, "", {"long_name": meaning})
             about = {
@@ -294,6 +294,7 @@ class Store:
         per_point = int(found.attrs["samples"]) * int(found.attrs["members"])
         point, rest = np.divmod(np.arange(found.sizes["case"]), per_point)
         sample, member = np.divmod(rest, int(found.attrs["members"]))
+        found = found.set_coords([name for name in (COMPONENT_UNIT,) if name in found])
         return found.assign_coords(point=("case", point), sample=("case", sample), member=("case", member))
 
     @contextmanager
@@ -353,6 +354,15 @@ def _array(
         dimension_names=["case", *(dim for dim, _ in inner)],
         attributes=about,
     )
+
+
+def _labels(root: Any, name: str, labels: xr.DataArray) -> None:
+    """Texts along a dimension, written once."""
+    if name in root:
+        return
+    texts = np.array([str(text) for text in labels.values], object)
+    array = root.create_array(name, shape=texts.shape, dtype=str, fill_value="", dimension_names=list(map(str, labels.dims)))
+    array[:] = texts
 
 
 @contextmanager

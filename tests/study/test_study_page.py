@@ -32,7 +32,7 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     monkeypatch.chdir(tmp_path)
     for name in ("array.toml", "paper.toml"):
         (tmp_path / name).write_text(paper_case("2 ms"))
-    (tmp_path / "mine.py").write_text("def late(run):\n    return float(run['normal_force'].isel(time=-1).max())\n")
+    (tmp_path / "mine.py").write_text(snippets("python")[0])
     return tmp_path
 
 
@@ -41,9 +41,8 @@ def test_study_files(number: int, folder: Path, capsys: pytest.CaptureFixture[st
     """Identity: each study file runs, and its report can be written."""
     text = snippets("toml")[number]
     if number == 0:  # a measure of the Dataset refuses members, which the page says
-        assert status_of([*_written(folder, text), "-o", "refused.zarr"]) == 2
+        assert status_of([*_written(folder, f"members = 2\n{text}"), "-o", "refused.zarr"]) == 2
         assert "members = 1" in capsys.readouterr().err
-        text = text.replace("members = 2", "members = 1")
     assert status_of([*_written(folder, text), "-o", "study.zarr"]) == 0
     shown = capsys.readouterr().out
     assert "all requirements" in shown
@@ -60,7 +59,7 @@ def _written(folder: Path, text: str) -> list[str]:
 
 def test_python(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """Identity: the lines for Python run and print a share."""
-    exec(snippets("python")[0], {})
+    exec(snippets("python")[1], {})
     assert re.match(r"\d+% \(\d+% to \d+%\) meet it; \d+ chaotic", capsys.readouterr().out)
 
 
@@ -97,6 +96,9 @@ SWEEP = ("sweep", "array.toml", "-o", "a.zarr", "--vary", "A.clearance=0.1..0.4 
         ((*SWEEP, "--require", "peak_force < 500"), "missing unit"),
         ((*SWEEP, "--require", "peak_force"), "is no requirement"),
         ((*SWEEP, "--measure", "peak_forse"), "unknown measure"),
+        ((*SWEEP, "--measure", "late [kN m = mine.py:late"), "a name, its unit if it has one, and a function of a file"),
+        ((*SWEEP, "--measure", "late [knots] = mine.py:late"), "unknown unit 'knots'"),
+        ((*SWEEP, "--measure", "late [N] = mine.py:late", "--require", "late < 5 mm"), "'mm' is not a unit of [N]"),
         ((*SWEEP, "--measure", "tip.error"), "no track 'tip' with a peak_track_deviation; allowed: a case with a track"),
         ((*SWEEP, "--require", "B.peak_force < 500 N"), "no joint 'B' with a peak_force; allowed: A"),
         ((*SWEEP, "--design", "sobel"), "did you mean 'sobol'"),

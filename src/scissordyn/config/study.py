@@ -41,6 +41,11 @@ CALL = re.compile(r"\s*([a-z]+)\s*\((.*)\)\s*(.*)", re.DOTALL)
 ALIASES = {"error": "peak_track_deviation"}
 """Measures that are called otherwise behind the name of a tracked point: ``tip.error``."""
 
+OWN = re.compile(r"\s*([^\s\[\]]+)\s*(?:\[([^\[\]]*)\])?\s*(?:\bof\s+(\S+))?\s*")
+"""What stands before the equals sign of a measure of the user's: a name, a unit in brackets, and what its function gets."""
+
+OWN_SAMPLE = "'late [N] = mine.py:late'"
+
 OPTION = re.compile(r"(\d+)\s+values|(log)")
 COMPARISON = re.compile(r"\s*([^<>=]+?)\s*(<=|>=|<|>)\s*([^<>=]+?)\s*")
 
@@ -57,7 +62,7 @@ class StudyText:
     vary, uncertain : mapping of str to str
         By address.
     measures : tuple of str
-        Names, or ``name=file.py:function``.
+        Names, or ``name [unit] = file.py:function``.
     require : tuple of str
     design : Design
     sampling : Sampling
@@ -247,8 +252,16 @@ def _unit_of(text: str) -> str:
 
 def _own_measure(text: str) -> OwnMeasure:
     name, _, reference = text.partition("=")
-    name, _, of = name.strip().partition(" of ")
-    return OwnMeasure(name.strip(), reference.strip(), of=of.strip() or "dataset")
+    found = OWN.fullmatch(name)
+    if found is None:
+        raise InputError(f"measure '{text}'", "a name, its unit if it has one, and a function of a file", OWN_SAMPLE)
+    unit = (found[2] or "1").strip()
+    if unit != "1":
+        try:
+            unit_factor(unit, unit)
+        except InputError as error:
+            raise InputError(f"measure '{text}': {error.what}", "a unit such as N, mm, N m", OWN_SAMPLE) from None
+    return OwnMeasure(found[1], reference.strip(), of=found[3] or "dataset", units=unit)
 
 
 def read_variation(text: str, quantity: Quantity, *, address: str = "", folder: Path | None = None) -> Variation:

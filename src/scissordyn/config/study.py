@@ -292,7 +292,8 @@ def read_variation(text: str, quantity: Quantity, *, address: str = "", folder: 
     try:
         return _variation(text, quantity, folder or Path())
     except InputError as error:
-        raise InputError(f"'{address}' over '{text}': {error.what}", error.allowed or FORMS, error.type_this) from None
+        sample = error.type_this or VARY
+        raise InputError(f"'{address}' over '{text}': {error.what}", error.allowed or FORMS, sample) from None
 
 
 def _variation(text: str, quantity: Quantity, folder: Path) -> Variation:
@@ -309,7 +310,11 @@ def _variation(text: str, quantity: Quantity, folder: Path) -> Variation:
                 raise InputError(f"'{option}'", "a number of values, log", "'0.05..0.4 mm, 20 values, log'")
             chosen |= {"count": int(found[1])} if found[1] else {"logarithmic": True}
         value, unit = _split(last)
-        return Interval(_si(low, unit, quantity), _si(value, unit, quantity), **chosen)
+        ends = _si(low, unit, quantity), _si(value, unit, quantity)
+        if ends[0] >= ends[1]:
+            turned = f"'{value}..{low.strip()} {unit}'" if ends[0] > ends[1] else f"'{value} {unit}' for one value"
+            raise InputError("the range is empty", "a smaller number, then a larger one", turned)
+        return Interval(*ends, **chosen)
     *others, last = text.split(",")
     value, unit = _split(last)
     return Levels(tuple(_si(each, unit, quantity) for each in (*others, value)))

@@ -123,9 +123,18 @@ class OwnMeasure:
                 f"'{self.name}' as the name of your own measure", "a name that is not taken, of letters and digits"
             )
         if isinstance(self.function, str):
+            self._check_reference(self.function)
             path, name = split_reference(self.function)
             object.__setattr__(self, "function", f"{path}:{name}")
             object.__setattr__(self, "digest", self.digest or file_digest(path))
+
+    def _check_reference(self, reference: str) -> None:
+        file, _, name = reference.rpartition(":")
+        sample = f"'{self.name} = mine.py:{name if name.isidentifier() else 'late'}'"
+        if not file.endswith(".py") or not name.isidentifier():
+            raise InputError(f"measure '{self.name}' from '{reference}'", "a Python file and a function in it", sample)
+        if not Path(file).expanduser().is_file():
+            raise InputError(f"measure '{self.name}': no file '{file}'", "a Python file that exists", sample)
 
     def callable(self) -> Callable[..., float]:
         """The function itself."""
@@ -204,7 +213,11 @@ class Study:
                 "a study in which nothing varies", "addresses and what they vary over", "--vary A.clearance='0.1..0.4 mm'"
             )
         if self.sampling.samples > 1 and not self.uncertain:
-            raise InputError(f"{self.sampling.samples} samples of no uncertain number", "[uncertain] with addresses")
+            raise InputError(
+                f"{self.sampling.samples} samples of no uncertain number",
+                "a number that nobody chooses, with its distribution",
+                "--uncertain A.damping.restitution='uniform(0.5, 0.9)', or the same in [uncertain]",
+            )
         if isinstance(self.members, bool) or not isinstance(self.members, int) or self.members < 1:
             raise InputError(f"members = {self.members!r}", "a whole number >= 1")
         for name in self.measures:

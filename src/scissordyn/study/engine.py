@@ -415,7 +415,8 @@ def _cluster_options(file: Path) -> dict[str, Any]:
     try:
         found = yaml.safe_load(file.read_text())
     except (OSError, UnicodeDecodeError, yaml.YAMLError) as error:
-        raise InputError(f"cannot read '{file}': {' '.join(str(error).split())}", "YAML with kind, jobs and options") from None
+        reason = getattr(error, "strerror", None) or " ".join(str(error).split())
+        raise InputError(f"cannot read '{file}': {reason}", "YAML with kind, jobs and options", "kind: slurm") from None
     if not isinstance(found, dict):
         raise InputError(f"'{file}' is no table", "YAML with kind, jobs and options", "kind: slurm")
     return found

@@ -48,6 +48,7 @@ body { font: 16px/1.5 system-ui, sans-serif; max-width: 64rem; margin: 2rem auto
 th, td { text-align: left; vertical-align: top; padding: .25rem .9rem .25rem 0; border-bottom: 1px solid #e4e4e4; }
 th, td { white-space: nowrap; } td.long { white-space: normal; min-width: 20rem; }
 code { background: #f4f4f4; padding: .1rem .3rem; } img { max-width: 100%; }
+@media (max-width: 40rem) { body { font-size: 14px; } th, td { padding-right: .5rem; } }
 """
 
 VIEWPORT = '<meta name="viewport" content="width=device-width, initial-scale=1">'
@@ -57,6 +58,9 @@ LONG = 48
 """Characters from which the text of a cell is broken into lines."""
 
 DPI = 130
+
+SHRUNK = 0.5
+"""A picture is shown no smaller than this share of its size, or nobody could read it: narrow pages scroll it."""
 
 MOST_RESPONSES = 8
 """With more responses there are no maps, curves and ranges of each, only the shares that meet the requirements."""
@@ -155,8 +159,9 @@ def write_report(study: Study, results: xr.Dataset, address: str, path: Path) ->
     for title, figure in figures(study, results):
         picture = io.BytesIO()
         figure.savefig(picture, format="png", dpi=DPI)
-        code = base64.b64encode(picture.getvalue()).decode()
-        parts.append(f'<h2>{_text(title)}</h2><img alt="{_text(title)}" src="data:image/png;base64,{code}">')
+        code, least = base64.b64encode(picture.getvalue()).decode(), round(SHRUNK * DPI * figure.get_figwidth())
+        shown = f'<img alt="{_text(title)}" style="min-width: {least}px" src="data:image/png;base64,{code}">'
+        parts.append(f'<h2>{_text(title)}</h2><div class="scroll">{shown}</div>')
     name = _text(f"Study {Path(address).name}")
     head = f'<!doctype html><html lang="en"><meta charset="utf-8">{VIEWPORT}<title>{name}</title><style>{STYLE}</style>'
     content = f"{head}<h1>{name}</h1>{''.join(parts)}</html>\n".encode()

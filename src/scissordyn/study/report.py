@@ -48,7 +48,8 @@ body { font: 16px/1.5 system-ui, sans-serif; max-width: 64rem; margin: 2rem auto
 th, td { text-align: left; vertical-align: top; padding: .25rem .9rem .25rem 0; border-bottom: 1px solid #e4e4e4; }
 th, td { white-space: nowrap; } td.long { white-space: normal; min-width: 20rem; }
 code { background: #f4f4f4; padding: .1rem .3rem; } img { max-width: 100%; }
-@media (max-width: 40rem) { body { font-size: 14px; } th, td { padding-right: .5rem; } }
+h1, h2 { overflow-wrap: anywhere; }
+@media (max-width: 40rem) { body { font-size: 14px; } th, td { padding-right: .5rem; } td.long { min-width: 12rem; } }
 """
 
 VIEWPORT = '<meta name="viewport" content="width=device-width, initial-scale=1">'

@@ -47,8 +47,14 @@ def test_study_files(number: int, folder: Path, capsys: pytest.CaptureFixture[st
     shown = capsys.readouterr().out
     assert "all requirements" in shown
     assert ("Pareto front" in shown) == (number == 1)
-    code = ["--allow-code", "mine.py"] if number == 0 else []
-    assert status_of(["study", "report", "study.zarr", "-o", "report.html", *code]) == 0
+    if number == 1:  # a chosen number that is a goal keeps its unit too
+        assert "rad/s" not in shown
+        assert status_of(["study", "extend", "study.zarr", "--points", "64"]) == 2
+        assert "its study file with more generations; type: scissordyn study study.toml" in capsys.readouterr().err
+    (folder / "mine.py").unlink()  # no function of the user's is needed to read a study
+    assert status_of(["study", "status", "study.zarr"]) == 0
+    assert status_of(["study", "export", "study.zarr", "-o", "study.csv"]) == 0
+    assert status_of(["study", "report", "study.zarr", "-o", "report.html"]) == 0
     assert (folder / "report.html").read_text().startswith("<!doctype html>")
 
 
@@ -168,6 +174,7 @@ def test_the_question_of_the_introduction(folder: Path, capsys: pytest.CaptureFi
     assert status_of(arguments) == 0
     shown = capsys.readouterr().out
     assert "30 cases complete" in shown
+    assert " tip.peak_track_deviation " in shown  # and not that of whatever point deviates most
     with xr.open_zarr(folder / "study.zarr") as found:
         assert found["peak_track_deviation"].dims == ("case", "track")
         assert sorted(set(found["servo.controller.limit"].values.tolist())) == [50.0, 100.0, 200.0]

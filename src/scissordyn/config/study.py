@@ -228,6 +228,7 @@ def study_of(text: StudyText) -> Study:
         members=text.members,
         requirements=requirements,
         optimisation=optimisation,
+        responses=tuple(response for response in asked if response.part),
     )
 
 

@@ -101,6 +101,7 @@ def _answered(study: Study, results: xr.Dataset) -> list[Response]:
     chosen: list[Response] = [requirement.response for requirement in study.requirements]
     goals = study.optimisation.goals if study.optimisation else ()
     chosen += [goal.response for goal in goals if goal.measure not in study.addresses]
+    chosen += [one for one in study.responses if one.name not in {each.name for each in chosen}]
     covered = {(one.measure, response_unit(results, one)) for one in chosen}
     every = (one for name in study.measure_names for one in whole_responses(results, name))
     return chosen + [one for one in every if (one.measure, response_unit(results, one)) not in covered]

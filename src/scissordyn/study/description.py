@@ -192,6 +192,8 @@ class Study:
     requirements : tuple of Requirement
     optimisation : Optimisation or None
         Proposes the points of an adaptive design.
+    responses : tuple of Response
+        Of single joints, drives, components or tracked points: answers in place of the largest value of all of them.
     """
 
     mechanism: Mechanism
@@ -206,6 +208,7 @@ class Study:
     perturbation: float = 1e-14
     requirements: tuple[Requirement, ...] = ()
     optimisation: Optimisation | None = None
+    responses: tuple[Response, ...] = ()
 
     def __post_init__(self) -> None:
         if not self.factors and not self.uncertain:
@@ -245,6 +248,8 @@ class Study:
         for goal in self.optimisation.goals if self.optimisation is not None else ():
             check_part(self.mechanism, goal.response)
             check_unit(self.mechanism, goal.response)
+        for response in self.responses:
+            check_part(self.mechanism, response)
         design_size(self.design, [factor.variation for factor in self.factors])
 
     @property
@@ -325,11 +330,17 @@ class Study:
             "perturbation": self.perturbation,
             "requirements": [vars(requirement).copy() for requirement in self.requirements],
             "optimisation": None if self.optimisation is None else self.optimisation.to_plain(),
+            "responses": [vars(response).copy() for response in self.responses],
         }
 
     @classmethod
     def from_plain(
-        cls, plain: Mapping[str, Any], *, allow_code: Sequence[Path] = (), own_measures: Sequence[OwnMeasure] = ()
+        cls,
+        plain: Mapping[str, Any],
+        *,
+        allow_code: Sequence[Path] = (),
+        own_measures: Sequence[OwnMeasure] = (),
+        reading: bool = False,
     ) -> Study:
         """The study that `to_plain` wrote.
 
@@ -340,6 +351,8 @@ class Study:
             Files of the user whose functions may be executed.
         own_measures : sequence of OwnMeasure
             The functions that are no file's.
+        reading : bool
+            No case will be computed: the user's functions are not needed.
 
         Returns
         -------
@@ -351,6 +364,9 @@ class Study:
         for each in plain["own_measures"]:
             if each["name"] in given:
                 own.append(given[each["name"]])
+                continue
+            if reading:
+                own.append(OwnMeasure(**{**each, "function": _not_read}))
                 continue
             if not each["function"]:
                 raise InputError(
@@ -377,6 +393,7 @@ class Study:
             plain["perturbation"],
             tuple(Requirement(**each) for each in plain["requirements"]),
             None if plain["optimisation"] is None else Optimisation.from_plain(plain["optimisation"]),
+            tuple(Response(**each) for each in plain.get("responses", ())),
         )
 
     def fingerprint(self) -> dict[str, str]:
@@ -420,6 +437,10 @@ def check_part(mechanism: Mechanism, response: Response) -> None:
             f"{did_you_mean(response.part, known)}",
             ", ".join(known) or (f"a case with a {dims[0]}" if dims else response.measure),
         )
+
+
+def _not_read(_: Any) -> float:
+    raise InputError("a measure of yours in a study that is only read", "its file, allowed", "--allow-code mine.py")
 
 
 def _plain_factor(factor: Factor) -> dict[str, Any]:

@@ -176,7 +176,9 @@ class Store:
             os.rename(beside, self.address)
             self._forget()
 
-    def study(self, *, allow_code: Sequence[Path] = (), own_measures: Sequence[OwnMeasure] = ()) -> Study:
+    def study(
+        self, *, allow_code: Sequence[Path] = (), own_measures: Sequence[OwnMeasure] = (), reading: bool = False
+    ) -> Study:
         """The study that the store is of.
 
         Parameters
@@ -185,13 +187,15 @@ class Store:
             Files of the user whose functions may be executed.
         own_measures : sequence of OwnMeasure
             The functions that are no file's.
+        reading : bool
+            No case will be computed: the user's functions are not needed.
 
         Returns
         -------
         Study
         """
         plain = json.loads(str(self.group.attrs["study"]))
-        return Study.from_plain(plain, allow_code=allow_code, own_measures=own_measures)
+        return Study.from_plain(plain, allow_code=allow_code, own_measures=own_measures, reading=reading)
 
     def design(self) -> Design:
         """The design, with the number of points that it has by now."""

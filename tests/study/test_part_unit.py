@@ -109,6 +109,15 @@ def test_a_bound_has_the_unit_of_a_force_or_of_a_torque(text: str, bound: float 
     assert (read.bound, read.unit) == (bound, unit)
 
 
+def test_a_bound_in_python_is_shown_with_its_unit() -> None:
+    """Identity: with a prefix, as numbers from texts are."""
+    labels = [one.label for one in (Requirement("peak_force", "<", 500.0), Requirement("peak_track_deviation", "<", 6e-4))]
+    assert labels == ["peak_force < 500 N", "peak_track_deviation < 0.6 mm"]
+    assert Requirement("contact_count", "<", 5.0).label == "contact_count < 5"
+    assert Requirement(MEASURE, "<", 5.0, "hinge", unit="N m").label == f"hinge.{MEASURE} < 5 N·m"
+    assert Requirement("own", ">", 0.5).label == "own > 0.5"
+
+
 @pytest.mark.parametrize(
     ("components", "changes", "says"),
     [

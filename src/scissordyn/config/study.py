@@ -24,8 +24,7 @@ from scissordyn.study.description import Factor, OwnMeasure, Sampling, Study, ch
 from scissordyn.study.design import Design
 from scissordyn.study.distribution import Interval, Levels, LogNormal, Normal, Table, Uniform, Variation
 from scissordyn.study.goal import Goal, Optimisation
-from scissordyn.study.part_unit import BY_COMPONENT
-from scissordyn.study.requirement import KINDS, Requirement, Response
+from scissordyn.study.requirement import BY_COMPONENT, KINDS, Requirement, Response
 from scissordyn.units import Quantity
 
 __all__ = ["StudyText", "read_requirement", "read_study", "read_variation", "study_of"]

@@ -7,13 +7,9 @@ import xarray as xr
 
 from scissordyn.errors import InputError
 from scissordyn.model.mechanism import Mechanism
-from scissordyn.simulation.measure import MEASURES
-from scissordyn.study.requirement import COMPONENT_UNIT, Response, units_of_parts
+from scissordyn.study.requirement import BY_COMPONENT, COMPONENT_UNIT, Response, units_of_parts
 
-__all__ = ["BY_COMPONENT", "check_unit", "component_units", "possible_units", "whole_responses", "with_units"]
-
-BY_COMPONENT = frozenset(name for name, measure in MEASURES.items() if measure.dims == ("component",))
-"""Measures whose unit is that of what a component exerts."""
+__all__ = ["check_unit", "component_units", "possible_units", "whole_responses", "with_units"]
 
 
 def component_units(mechanism: Mechanism) -> dict[str, str]:

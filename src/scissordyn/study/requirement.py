@@ -10,13 +10,27 @@ import numpy as np
 import xarray as xr
 
 from scissordyn.errors import InputError, did_you_mean
+from scissordyn.plot.scale import engineering
+from scissordyn.simulation.measure import MEASURES
 
-__all__ = ["COMPONENT_UNIT", "KINDS", "Requirement", "Response", "response_unit", "response_values", "units_of_parts"]
+__all__ = [
+    "BY_COMPONENT",
+    "COMPONENT_UNIT",
+    "KINDS",
+    "Requirement",
+    "Response",
+    "response_unit",
+    "response_values",
+    "units_of_parts",
+]
 
 SIGNS = ("<=", ">=", "<", ">")
 
 COMPONENT_UNIT = "component_unit"
 """Coordinate of results: the unit of what each component exerts."""
+
+BY_COMPONENT = frozenset(name for name, measure in MEASURES.items() if measure.dims == ("component",))
+"""Measures whose unit is that of what a component exerts."""
 
 KINDS: Mapping[str, str] = MappingProxyType({"N": "force", "N m": "torque"})
 """What a component exerts, by its unit."""
@@ -89,7 +103,11 @@ class Requirement:
     @property
     def label(self) -> str:
         """The requirement in words."""
-        return self.text or f"{self.response.name} {self.sign} {self.bound:g}"
+        if self.text:
+            return self.text
+        unit = self.unit or (MEASURES[self.measure].units if self.measure in MEASURES else "1")
+        scale = engineering(unit if unit in KINDS or self.measure not in BY_COMPONENT else "1", self.bound)
+        return f"{self.response.name} {self.sign} {scale.text(self.bound, 6)} {scale.unit}".rstrip()
 
     def margin(self, values: np.ndarray) -> np.ndarray:
         """How far values are on the right side of the bound, as a fraction of it; negative where they are on the wrong one."""

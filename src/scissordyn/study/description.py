@@ -379,6 +379,10 @@ class Study:
                 raise InputError(
                     f"the study's measure '{each['name']}' is a function of yours", "its file, allowed", f"--allow-code {path}"
                 )
+            if path.is_file() and file_digest(path) != each["digest"]:
+                raise InputError(
+                    f"'{path}' has changed since the study was begun", "the same file, or a new study", "-o another.zarr"
+                )
             own.append(OwnMeasure(**each))
         return cls(
             mechanism,

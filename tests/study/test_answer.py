@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -12,10 +13,10 @@ import xarray as xr
 from scipy import stats
 
 import scissordyn as sd
-from scissordyn.plot.study import feasibility_map, pareto_front, response_curves, sensitivity_bars
+from scissordyn.plot.study import feasibility_map, pareto_front, requirement_bars, response_curves, sensitivity_bars
 from scissordyn.simulation.options import Options
 from scissordyn.study.answer import by_point, causes, feasible_share, warned, worst_cases
-from scissordyn.study.description import Factor, Study
+from scissordyn.study.description import Factor, Sampling, Study
 from scissordyn.study.design import Design, design_values
 from scissordyn.study.distribution import Interval, Uniform
 from scissordyn.study.execute import execute
@@ -108,6 +109,14 @@ def test_worst_cases_and_causes() -> None:
     found = made_up(described, np.full(6, np.nan), np.array([FAILED] * 6))
     found["cause"].values[:] = ["stopped at t = 0.1 s", "stopped at t = 2.53e-05 s", "other"] * 2
     assert {cause: len(cases) for cause, cases in causes(found).items()} == {"stopped at t = 0.1 s": 4, "other": 2}
+
+
+def test_worst_samples_of_one_point() -> None:
+    """Closed form: where nothing is chosen, one case of each sample, whatever member."""
+    factor = Factor("A.clearance", Uniform(1e-4, 5e-4))
+    described = study(factors=(), design=Design(), uncertain=(factor,), sampling=Sampling(3, "random"), members=2)
+    worst = worst_cases(described, made_up(described, np.array([900.0, 800.0, 400.0, 700.0, 100.0, 200.0])), 5)
+    assert [(one.case, one.value) for one in worst] == [(0, 900.0), (3, 700.0), (5, 200.0)]
 
 
 def ishigami(points: np.ndarray) -> np.ndarray:
@@ -262,11 +271,11 @@ def test_tables_reports_and_replays(tmp_path: Path) -> None:
     described = dataclasses.replace(described, members=2)
     results = execute(described, tmp_path / "a.zarr").results()
     rows = table(results)
-    assert rows["A.peak_force"].to_numpy().tolist() == results["peak_force"].values[:, 0].tolist()
+    assert rows["A.peak_force [N]"].to_numpy().tolist() == results["peak_force"].values[:, 0].tolist()
     assert set(rows["status"]) == {"complete"}
     pd.testing.assert_frame_equal(pd.read_parquet(export(results, tmp_path / "a.parquet")), rows)
     read = pd.read_csv(export(results, tmp_path / "a.csv"), index_col="case", keep_default_na=False)
-    np.testing.assert_allclose(read["A.peak_force"], rows["A.peak_force"], rtol=1e-15)
+    np.testing.assert_allclose(read["A.peak_force [N]"], rows["A.peak_force [N]"], rtol=1e-15)
     with xr.open_dataset(export(results, tmp_path / "a.nc"), engine="h5netcdf") as saved:
         np.testing.assert_array_equal(saved["peak_force"].values, results["peak_force"].values)
     run, member = replay_case(described, results, 4)
@@ -321,6 +330,31 @@ def test_pictures_show_what_is_there() -> None:
     assert front.get_ydata().tolist() == [1.0, 2.0]
     with pytest.raises(sd.InputError, match="a map over 1 factors"):
         feasibility_map(points.drop_vars("drive.speed"))
+
+
+def test_labels_of_bars_are_whole() -> None:
+    """Identity: a long label takes several lines that do not reach into the next one's; none is cut short."""
+    long = " ".join(["displacement"] * 12)
+    (axes,) = requirement_bars([long, "short", long], np.array([0.1, 0.2, 1.0]), np.full((3, 2), np.nan))
+    figure = axes.get_figure(root=True)
+    assert figure is not None
+    figure.draw_without_rendering()
+    labels = axes.get_yticklabels()
+    assert labels[0].get_text().replace("\n", " ") == long
+    boxes = [label.get_window_extent() for label in labels]
+    assert all(above.y0 >= below.y1 for above, below in pairwise(boxes))
+    assert min(box.x0 for box in boxes) >= 0.0
+
+
+def test_counts_have_whole_ticks() -> None:
+    """Identity: no 2.5 contacts on an axis; neither is the unit typed by the user printed otherwise than others."""
+    counts = np.array([3.0, 18.0, 7.0, 11.0])
+    about = {"role": "factor", "units": "N m", "shown_unit": "N m", "shown_scale": 1.0}
+    points = xr.Dataset({"limit": ("point", np.arange(4.0), about), "disagrees": ("point", np.zeros(4, bool))})
+    points["contact_count"] = ("point", counts, {"role": "response", "units": "1"})
+    (axes,) = response_curves(points)
+    assert all(float(tick).is_integer() for tick in axes.get_yticks())
+    assert axes.get_xlabel() == "limit [N·m]"
 
 
 def test_store_of_nothing(tmp_path: Path) -> None:

@@ -96,14 +96,70 @@ def _greet(server: socket.socket) -> None:
         ("kind: jobqueue\njobs: 2", "one of htcondor, lsf"),
         ("kind: slurm\njobs: 0", "jobs 0"),
         ("a: [", "cannot read"),
+        ("kind: pbs\ncores: 1\nmemory: 1GB", "no command 'qsub' here"),
+        ("kind: slurm\ncores: 1", "must specify how much cores and memory"),
+        ("kind: slurm\ncores: 1\nmemory: 1GB\nwalltme: 1", "unexpected keyword argument 'walltme'; allowed"),
     ],
 )
-def test_bad_cluster_files(tmp_path: Path, text: str, says: str) -> None:
+def test_bad_cluster_files(tmp_path: Path, text: str, says: str, monkeypatch: pytest.MonkeyPatch) -> None:
     """Identity: one line."""
+    queueing_system(tmp_path, monkeypatch, "sbatch")
     file = tmp_path / "cluster.yaml"
     file.write_text(text)
-    with pytest.raises(sd.InputError, match=says), Cluster.queued(file):
+    with pytest.raises(sd.InputError, match=says) as error, Cluster.queued(file):
         pass
+    assert "\n" not in str(error.value)
+
+
+def queueing_system(folder: Path, monkeypatch: pytest.MonkeyPatch, submit: str) -> Path:
+    """A queueing system with one machine, this one: it keeps the text of each job and starts it at once."""
+    binaries, jobs = folder / "bin", folder / "jobs"
+    binaries.mkdir()
+    jobs.mkdir()
+    script = f"""#!/bin/bash
+file={jobs}/$$.sh
+cat "${{1:-/dev/stdin}}" > "$file"
+setsid bash "$file" > "$file.log" 2>&1 < /dev/null &
+echo $! > "$file.pid"
+echo "Submitted batch job $$"
+"""
+    cancel = f"""#!/bin/bash
+for job in "$@"; do [ -f {jobs}/$job.sh.pid ] && kill -- -$(cat {jobs}/$job.sh.pid) 2> /dev/null; done
+true
+"""
+    for name, text in ((submit, script), ("scancel", cancel), ("qdel", cancel)):
+        (binaries / name).write_text(text)
+        (binaries / name).chmod(0o755)
+    monkeypatch.setenv("PATH", f"{binaries}:/usr/bin:/bin")
+    return jobs
+
+
+@pytest.mark.filterwarnings("ignore::ResourceWarning")
+@pytest.mark.parametrize(
+    ("kind", "submit", "asks"), [("slurm", "sbatch", "#SBATCH -t 00:05:00"), ("pbs", "qsub", "#PBS -l walltime=00:05:00")]
+)
+def test_jobs_of_a_queueing_system(kind: str, submit: str, asks: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Identity: jobs are submitted as the file says, their workers do the study, and none is left."""
+    jobs = queueing_system(tmp_path, monkeypatch, submit)
+    file = tmp_path / "cluster.yaml"
+    file.write_text(f"kind: {kind}\njobs: 2\ncores: 1\nmemory: 1GB\nwalltime: '00:05:00'\n")
+    whole = execute(study(8), tmp_path / "threads.zarr", engine=Threads(1), block=2)
+    with Cluster.queued(file) as engine:
+        store = execute(study(8), tmp_path / "jobs.zarr", engine=engine, block=2)
+    assert files(Path(store.address)) == files(Path(whole.address))
+    texts = [path.read_text() for path in jobs.glob("*.sh")]
+    assert len(texts) == 2
+    assert all(asks in text and "dask_worker tcp://" in text for text in texts)
+    numbers = [int(path.read_text()) for path in jobs.glob("*.pid")]
+    wait_for(lambda: not any(map(_runs, numbers)))
+
+
+def _runs(process: int) -> bool:
+    """Whether a process is there and no zombie that nobody has waited for."""
+    try:
+        return "State:\tZ" not in Path(f"/proc/{process}/status").read_text()
+    except OSError:
+        return False
 
 
 def run_command(*arguments: object, **options: object) -> subprocess.Popen[str]:

@@ -171,6 +171,14 @@ def test_measures_of_the_user(tmp_path: Path) -> None:
     assert store.study(allow_code=[file]) == plain
     with pytest.raises(sd.InputError, match="--allow-code"):
         store.study()
+    same = file.read_text()
+    file.write_text(f"{same}\n")
+    with pytest.raises(sd.InputError, match="has changed since the study was begun; allowed: the same file, or a new study"):
+        store.study(allow_code=[file])
+    assert store.study(reading=True).measure_names == plain.measure_names
+    with pytest.raises(sd.InputError, match="only read"):
+        store.study(reading=True).own_measures[0].callable()(found)
+    file.write_text(same)
     unnamed = dataclasses.replace(plain, own_measures=(OwnMeasure("twice", lambda run: 2.0),)).to_plain()
     with pytest.raises(sd.InputError, match=r"'twice' is a Python function of no file; .*own_measures="):
         Study.from_plain(unnamed)

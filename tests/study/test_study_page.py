@@ -32,7 +32,7 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     monkeypatch.chdir(tmp_path)
     for name in ("array.toml", "paper.toml"):
         (tmp_path / name).write_text(paper_case("2 ms"))
-    (tmp_path / "mine.py").write_text("def late(run):\n    return float(run['normal_force'].isel(time=-1).max())\n")
+    (tmp_path / "mine.py").write_text(snippets("python")[0])
     return tmp_path
 
 
@@ -41,15 +41,20 @@ def test_study_files(number: int, folder: Path, capsys: pytest.CaptureFixture[st
     """Identity: each study file runs, and its report can be written."""
     text = snippets("toml")[number]
     if number == 0:  # a measure of the Dataset refuses members, which the page says
-        assert status_of([*_written(folder, text), "-o", "refused.zarr"]) == 2
+        assert status_of([*_written(folder, f"members = 2\n{text}"), "-o", "refused.zarr"]) == 2
         assert "members = 1" in capsys.readouterr().err
-        text = text.replace("members = 2", "members = 1")
     assert status_of([*_written(folder, text), "-o", "study.zarr"]) == 0
     shown = capsys.readouterr().out
     assert "all requirements" in shown
     assert ("Pareto front" in shown) == (number == 1)
-    code = ["--allow-code", "mine.py"] if number == 0 else []
-    assert status_of(["study", "report", "study.zarr", "-o", "report.html", *code]) == 0
+    if number == 1:  # a chosen number that is a goal keeps its unit too
+        assert "rad/s" not in shown
+        assert status_of(["study", "extend", "study.zarr", "--points", "64"]) == 2
+        assert "its study file with more generations; type: scissordyn study study.toml" in capsys.readouterr().err
+    (folder / "mine.py").unlink()  # no function of the user's is needed to read a study
+    assert status_of(["study", "status", "study.zarr"]) == 0
+    assert status_of(["study", "export", "study.zarr", "-o", "study.csv"]) == 0
+    assert status_of(["study", "report", "study.zarr", "-o", "report.html"]) == 0
     assert (folder / "report.html").read_text().startswith("<!doctype html>")
 
 
@@ -60,7 +65,7 @@ def _written(folder: Path, text: str) -> list[str]:
 
 def test_python(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """Identity: the lines for Python run and print a share."""
-    exec(snippets("python")[0], {})
+    exec(snippets("python")[1], {})
     assert re.match(r"\d+% \(\d+% to \d+%\) meet it; \d+ chaotic", capsys.readouterr().out)
 
 
@@ -87,7 +92,13 @@ SWEEP = ("sweep", "array.toml", "-o", "a.zarr", "--vary", "A.clearance=0.1..0.4 
         (("sweep", "array.toml", "-o", "a.zarr"), "nothing varies"),
         (("sweep", "array.toml", "-o", "a.zarr", "--vary", "A.clearence=0.1..0.4 mm"), "did you mean 'clearance'"),
         (("sweep", "array.toml", "-o", "a.zarr", "--vary", "A.clearance=0.1..0.4 kg"), "'kg' is not a unit of [m]"),
-        (("sweep", "array.toml", "-o", "a.zarr", "--vary", "A.clearance=0.4..0.1 mm"), "is empty"),
+        (("sweep", "array.toml", "-o", "a.zarr", "--vary", "A.clearance=0.4..0.1 mm"), "is empty; allowed: a smaller"),
+        (("sweep", "array.toml", "-o", "a.zarr", "--vary", "A.clearance=0.4..0.1 mm"), "type: '0.1..0.4 mm'"),
+        ((*SWEEP, "--samples", "3"), "type: --uncertain"),
+        ((*SWEEP, "--design", "morris"), "type: --points 32"),
+        ((*SWEEP, "--measure", "late = none.py:late"), "measure 'late': no file 'none.py'; allowed: a Python file"),
+        ((*SWEEP, "--measure", "late = array.toml:late"), "measure 'late' from 'array.toml:late'; allowed: a Python file"),
+        ((*SWEEP, "--cluster", "none.yaml"), "cannot read 'none.yaml': No such file or directory; allowed: YAML"),
         (("sweep", "array.toml", "-o", "a.zarr", "--vary", "A.clearance=0.1..0.4"), "missing unit"),
         (("sweep", "array.toml", "-o", "a.zarr", "--vary", "A.clearance"), "an equals sign"),
         (("sweep", "array.toml", "-o", "a.zarr", "--vary", "A.clearance=gauss(1, 2) mm"), "distribution 'gauss'"),
@@ -97,6 +108,9 @@ SWEEP = ("sweep", "array.toml", "-o", "a.zarr", "--vary", "A.clearance=0.1..0.4 
         ((*SWEEP, "--require", "peak_force < 500"), "missing unit"),
         ((*SWEEP, "--require", "peak_force"), "is no requirement"),
         ((*SWEEP, "--measure", "peak_forse"), "unknown measure"),
+        ((*SWEEP, "--measure", "late [kN m = mine.py:late"), "a name, its unit if it has one, and a function of a file"),
+        ((*SWEEP, "--measure", "late [knots] = mine.py:late"), "unknown unit 'knots'"),
+        ((*SWEEP, "--measure", "late [N] = mine.py:late", "--require", "late < 5 mm"), "'mm' is not a unit of [N]"),
         ((*SWEEP, "--measure", "tip.error"), "no track 'tip' with a peak_track_deviation; allowed: a case with a track"),
         ((*SWEEP, "--require", "B.peak_force < 500 N"), "no joint 'B' with a peak_force; allowed: A"),
         ((*SWEEP, "--design", "sobel"), "did you mean 'sobol'"),
@@ -160,6 +174,7 @@ def test_the_question_of_the_introduction(folder: Path, capsys: pytest.CaptureFi
     assert status_of(arguments) == 0
     shown = capsys.readouterr().out
     assert "30 cases complete" in shown
+    assert " tip.peak_track_deviation " in shown  # and not that of whatever point deviates most
     with xr.open_zarr(folder / "study.zarr") as found:
         assert found["peak_track_deviation"].dims == ("case", "track")
         assert sorted(set(found["servo.controller.limit"].values.tolist())) == [50.0, 100.0, 200.0]

@@ -88,6 +88,9 @@ def test_terminal_and_report_have_units(tmp_path: Path, capsys: pytest.CaptureFi
         "<td>84.07 kN</td><td>-40.1%</td><td><code>scissordyn study replay a.zarr 8</code></td>",
         "<td>10</td><td>limit 5</td><td><code>scissordyn study replay a.zarr 0</code></td>",
         "<td>interval: 0.1 to 0.5 mm</td>",
+        "width=device-width",
+        '<div class="scroll"><img alt="Response curves" style="min-width:',
+        "The points of the design &#x27;grid&#x27; are no sample. Failed cases are left out.",
     ):
         assert text in page
     (picture,) = write_figures(described, found, tmp_path / "figures")

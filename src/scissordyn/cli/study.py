@@ -26,6 +26,9 @@ __all__ = ["Where", "compute", "study"]
 
 ACTIONS = ("status", "resume", "retry", "extend", "report", "export", "replay")
 
+READING = ("status", "report", "export")
+"""Those that compute no case, and need no function of the user's."""
+
 EVENTS = 20
 """Contacts of a replayed case that are shown."""
 
@@ -101,13 +104,16 @@ def study(
     opened = Store(store)
     if not opened.exists():
         raise InputError(f"no study at '{store}'", "the store of a study")
-    described = opened.study(allow_code=allow_code or [])
+    described = opened.study(allow_code=allow_code or [], reading=what in READING)
     match what:
         case "status":
             return _status(described, opened)
         case "resume" | "retry":
             return compute(described, store, where, retry=what == "retry")
         case "extend":
+            if described.optimisation is not None:
+                sample = f"scissordyn study study.toml -o {store}"
+                raise InputError("more points of an optimisation", "its study file with more generations", sample)
             if points is None:
                 raise InputError("'study extend' without --points", "the number of points from now on", "--points 2048")
             return compute(described, store, where, points=points)

@@ -26,7 +26,7 @@ def sweep(
         typer.Option(metavar="ADDRESS=VALUES", help="A number that nobody chooses, and its distribution. Repeatable."),
     ] = None,
     measure: Annotated[
-        list[str] | None, typer.Option(metavar="NAME", help="A measure, or NAME=FILE.py:FUNCTION. Repeatable.")
+        list[str] | None, typer.Option(metavar="NAME", help="A measure, or 'NAME [UNIT]=FILE.py:FUNCTION'. Repeatable.")
     ] = None,
     require: Annotated[
         list[str] | None, typer.Option(metavar="REQUIREMENT", help="As in 'peak_force < 500 N'. Repeatable.")

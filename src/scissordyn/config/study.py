@@ -7,6 +7,7 @@ import math
 import re
 import tomllib
 from collections.abc import Iterable, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -23,7 +24,7 @@ from scissordyn.study.description import Factor, OwnMeasure, Sampling, Study, ch
 from scissordyn.study.design import Design
 from scissordyn.study.distribution import Interval, Levels, LogNormal, Normal, Table, Uniform, Variation
 from scissordyn.study.goal import Goal, Optimisation
-from scissordyn.study.requirement import Requirement, Response
+from scissordyn.study.requirement import BY_COMPONENT, KINDS, Requirement, Response
 from scissordyn.units import Quantity
 
 __all__ = ["StudyText", "read_requirement", "read_study", "read_variation", "study_of"]
@@ -38,6 +39,11 @@ DISTRIBUTIONS = {"uniform": 2, "normal": 2, "truncated": 4, "lognormal": 2, "tab
 CALL = re.compile(r"\s*([a-z]+)\s*\((.*)\)\s*(.*)", re.DOTALL)
 ALIASES = {"error": "peak_track_deviation"}
 """Measures that are called otherwise behind the name of a tracked point: ``tip.error``."""
+
+OWN = re.compile(r"\s*([^\s\[\]]+)\s*(?:\[([^\[\]]*)\])?\s*(?:\bof\s+(\S+))?\s*")
+"""What stands before the equals sign of a measure of the user's: a name, a unit in brackets, and what its function gets."""
+
+OWN_SAMPLE = "'late [N] = mine.py:late'"
 
 OPTION = re.compile(r"(\d+)\s+values|(log)")
 COMPARISON = re.compile(r"\s*([^<>=]+?)\s*(<=|>=|<|>)\s*([^<>=]+?)\s*")
@@ -55,7 +61,7 @@ class StudyText:
     vary, uncertain : mapping of str to str
         By address.
     measures : tuple of str
-        Names, or ``name=file.py:function``.
+        Names, or ``name [unit] = file.py:function``.
     require : tuple of str
     design : Design
     sampling : Sampling
@@ -221,6 +227,7 @@ def study_of(text: StudyText) -> Study:
         members=text.members,
         requirements=requirements,
         optimisation=optimisation,
+        responses=tuple(response for response in asked if response.part),
     )
 
 
@@ -245,8 +252,16 @@ def _unit_of(text: str) -> str:
 
 def _own_measure(text: str) -> OwnMeasure:
     name, _, reference = text.partition("=")
-    name, _, of = name.strip().partition(" of ")
-    return OwnMeasure(name.strip(), reference.strip(), of=of.strip() or "dataset")
+    found = OWN.fullmatch(name)
+    if found is None:
+        raise InputError(f"measure '{text}'", "a name, its unit if it has one, and a function of a file", OWN_SAMPLE)
+    unit = (found[2] or "1").strip()
+    if unit != "1":
+        try:
+            unit_factor(unit, unit)
+        except InputError as error:
+            raise InputError(f"measure '{text}': {error.what}", "a unit such as N, mm, N m", OWN_SAMPLE) from None
+    return OwnMeasure(found[1], reference.strip(), of=found[3] or "dataset", units=unit)
 
 
 def read_variation(text: str, quantity: Quantity, *, address: str = "", folder: Path | None = None) -> Variation:
@@ -277,7 +292,8 @@ def read_variation(text: str, quantity: Quantity, *, address: str = "", folder: 
     try:
         return _variation(text, quantity, folder or Path())
     except InputError as error:
-        raise InputError(f"'{address}' over '{text}': {error.what}", error.allowed or FORMS, error.type_this) from None
+        sample = error.type_this or VARY
+        raise InputError(f"'{address}' over '{text}': {error.what}", error.allowed or FORMS, sample) from None
 
 
 def _variation(text: str, quantity: Quantity, folder: Path) -> Variation:
@@ -294,7 +310,11 @@ def _variation(text: str, quantity: Quantity, folder: Path) -> Variation:
                 raise InputError(f"'{option}'", "a number of values, log", "'0.05..0.4 mm, 20 values, log'")
             chosen |= {"count": int(found[1])} if found[1] else {"logarithmic": True}
         value, unit = _split(last)
-        return Interval(_si(low, unit, quantity), _si(value, unit, quantity), **chosen)
+        ends = _si(low, unit, quantity), _si(value, unit, quantity)
+        if ends[0] >= ends[1]:
+            turned = f"'{value}..{low.strip()} {unit}'" if ends[0] > ends[1] else f"'{value} {unit}' for one value"
+            raise InputError("the range is empty", "a smaller number, then a larger one", turned)
+        return Interval(*ends, **chosen)
     *others, last = text.split(",")
     value, unit = _split(last)
     return Levels(tuple(_si(each, unit, quantity) for each in (*others, value)))
@@ -390,9 +410,9 @@ def read_requirement(text: str, own: Sequence[OwnMeasure] = ()) -> Requirement:
     try:
         part, measure, unit = _response(found[1], own)
         value, given = _split(found[3])
-        if unit == "SI":  # a force or a torque, by component
-            factor = 1.0 if not given else min(_factor(given, ("N", "N m")))
-        elif unit == "1":
+        if measure in BY_COMPONENT:
+            unit = _exerted(given, value)
+        if unit == "1":
             if given:
                 raise InputError(f"unit '{given}' of a pure number", "a plain number")
             factor = 1.0
@@ -402,19 +422,19 @@ def read_requirement(text: str, own: Sequence[OwnMeasure] = ()) -> Requirement:
             factor = unit_factor(given, unit)
     except InputError as error:
         raise InputError(f"requirement '{text}': {error.what}", error.allowed, error.type_this) from None
-    return Requirement(measure, found[2], float(value) * factor, part, text.strip())
+    exerted = unit if measure in BY_COMPONENT else ""
+    return Requirement(measure, found[2], float(value) * factor, part, text.strip(), exerted)
 
 
-def _factor(given: str, targets: Sequence[str]) -> list[float]:
-    found = []
-    for target in targets:
-        try:
-            found.append(unit_factor(given, target))
-        except InputError as error:
-            last = error
-    if not found:
-        raise last
-    return found
+def _exerted(given: str, value: str) -> str:
+    """The unit of what components exert that a given one belongs to."""
+    if not given:
+        raise InputError("missing unit", f"a number and its unit [{' or '.join(KINDS)}]", f"{value} {next(iter(KINDS))}")
+    for unit in KINDS:
+        with suppress(InputError):
+            unit_factor(given, unit)
+            return unit
+    raise InputError(f"unit '{given}' does not fit", "one of a force [N] or of a torque [N m]", f"{value} {next(iter(KINDS))}")
 
 
 def read_goal(text: str, own: Sequence[OwnMeasure] = (), addresses: Sequence[str] = ()) -> Goal:

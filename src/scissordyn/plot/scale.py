@@ -69,7 +69,7 @@ def engineering(unit: str, *values: ArrayLike) -> Scale:
     largest = max((float(np.max(part, initial=0.0, where=np.isfinite(part))) for part in parts), default=0.0)
     # the next float below a limit counts as the limit, so that round-off does not choose the prefix
     size = math.log10(largest) + 1e-9 if largest > 0.0 else 0.0
-    shown = "" if unit == "1" else unit.replace("^2", "²").replace("^3", "³").replace(" ", "·")
+    shown = "" if unit == "1" else _printed(unit)
     if unit in PREFIXED:
         low, high = PREFIXED[unit]
         lower = 1.0 if unit in ("m", "s") else 0.0
@@ -79,6 +79,12 @@ def engineering(unit: str, *values: ArrayLike) -> Scale:
         return Scale(1.0, shown)
     power = 3 * math.floor(size / 3.0)
     return Scale(10.0**-power, f"10{str(power).translate(SUPERSCRIPT)} {shown}".rstrip())
+
+
+def _printed(unit: str) -> str:
+    """A unit with raised powers and a dot for the product."""
+    product = "·".join(unit.replace("**", "^").replace("*", " ").replace("/", " / ").split()).replace("·/·", "/")
+    return product.replace("^2", "²").replace("^3", "³")
 
 
 def scale_of(values: xr.DataArray) -> Scale:
@@ -94,6 +100,6 @@ def scale_of(values: xr.DataArray) -> Scale:
     Scale
     """
     if values.attrs.get("shown_unit"):
-        return Scale(1.0 / float(values.attrs["shown_scale"]), str(values.attrs["shown_unit"]))
+        return Scale(1.0 / float(values.attrs["shown_scale"]), _printed(str(values.attrs["shown_unit"])))
     unit = str(values.attrs.get("units", "1"))
     return DEGREES if unit == "rad" else engineering(unit, values.values)

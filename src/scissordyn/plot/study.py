@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from textwrap import wrap
 from typing import Any
 
 import numpy as np
@@ -20,7 +21,7 @@ from scissordyn.plot.style import BLACK, BLUE, GREY, LINE, ORANGE, SMALL, VERMIL
 __all__ = ["feasibility_map", "pareto_front", "requirement_bars", "response_curves", "sensitivity_bars"]
 
 LONGEST = 84
-"""Characters of a label beside a bar."""
+"""Characters of a line of a label beside a bar; longer labels take several lines."""
 
 BINS = 12
 """Largest number of parts of a factor's range, for each of which a curve has a median."""
@@ -141,10 +142,15 @@ def feasibility_map(
     bar = figure.colorbar(drawn, ax=one)
     bar.set_label(label, fontsize=SMALL)
     bar.ax.tick_params(labelsize=SMALL)
-    if colour != "met" and np.all(finite == np.round(finite)):
+    if colour != "met" and _is_whole(finite):
         bar.locator = MaxNLocator(integer=True)
     one.grid(visible=False)
     return [one]
+
+
+def _is_whole(values: np.ndarray) -> bool:
+    """Whether values are counts, whose ticks are whole numbers."""
+    return bool(np.all(values == np.round(values)))
 
 
 def _means(a: np.ndarray, b: np.ndarray, c: np.ndarray, ua: np.ndarray, ub: np.ndarray) -> np.ndarray:
@@ -204,6 +210,8 @@ def response_curves(points: xr.Dataset, *, limits: dict[str, float] | None = Non
             finite = values[np.isfinite(values)]
             if finite.size and finite.min() > 0.0 and finite.max() / finite.min() > DECADES:
                 one.set_yscale("log")
+            elif _is_whole(finite):
+                one.yaxis.set_major_locator(MaxNLocator(nbins="auto", steps=[1, 2, 5, 10], integer=True))
             if row == len(names) - 1:
                 one.set_xlabel(sx.label(literal(factor)))
             if place == 0:
@@ -285,23 +293,20 @@ def requirement_bars(labels: Sequence[str], shares: np.ndarray, intervals: np.nd
     -------
     list of Axes
     """
-    shown = [_shortened(label) for label in labels]
+    lines = [wrap(label, LONGEST) or [""] for label in labels]
     # inches of the bars, and of the characters beside them
-    width = 3.6 + 0.062 * max(map(len, shown), default=0)
-    (one,) = panels(axes, 1, size=(width, 0.9 + 0.24 * len(labels)))
+    width = 3.6 + 0.062 * max((len(line) for label in lines for line in label), default=0)
+    high = max(0.24, 0.02 + 0.14 * max(map(len, lines), default=0))
+    (one,) = panels(axes, 1, size=(width, 0.9 + high * len(labels)))
     places = np.arange(len(labels), dtype=float)
     one.barh(places, 100.0 * shares, 0.62, color=BLUE, alpha=0.75)
     known = np.isfinite(intervals).all(axis=1)
     one.hlines(places[known], *(100.0 * intervals[known]).T, color=BLACK, linewidth=2.0 * LINE)
-    one.set_yticks(places, [literal(label) for label in shown])
+    one.set_yticks(places, ["\n".join(map(literal, label)) for label in lines], linespacing=1.0)
     one.set_ylim(len(labels) - 0.4, -0.6)
     one.set_xlim(0.0, 100.0)
     one.set_xlabel("met by [%]" + (", line: 95 % interval" if known.any() else ""))
     return [one]
-
-
-def _shortened(label: str) -> str:
-    return label if len(label) <= LONGEST else f"{label[: LONGEST - 1]}\N{HORIZONTAL ELLIPSIS}"
 
 
 def pareto_front(tried: xr.Dataset, goals: tuple[str, str], *, axes: Canvas = None) -> list[Axes]:

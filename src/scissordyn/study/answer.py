@@ -11,7 +11,8 @@ import xarray as xr
 from scipy import stats
 
 from scissordyn.study.description import Study
-from scissordyn.study.requirement import Response, response_values
+from scissordyn.study.part_unit import whole_responses
+from scissordyn.study.requirement import Response, response_unit, response_values
 from scissordyn.study.store import COMPLETE, FAILED, PENDING, column
 
 __all__ = [
@@ -92,11 +93,18 @@ def responses(study: Study, results: xr.Dataset) -> dict[str, np.ndarray]:
     -------
     dict of str to ndarray, shape (cases,)
     """
+    return {one.name: response_values(results, one) for one in _answered(study, results)}
+
+
+def _answered(study: Study, results: xr.Dataset) -> list[Response]:
+    """The responses that requirements and goals are about, and those of the other measures."""
     chosen: list[Response] = [requirement.response for requirement in study.requirements]
     goals = study.optimisation.goals if study.optimisation else ()
     chosen += [goal.response for goal in goals if goal.measure not in study.addresses]
-    chosen += [Response(name) for name in study.measure_names if name not in {one.measure for one in chosen}]
-    return {one.name: response_values(results, one) for one in chosen}
+    chosen += [one for one in study.responses if one.name not in {each.name for each in chosen}]
+    covered = {(one.measure, response_unit(results, one)) for one in chosen}
+    every = (one for name in study.measure_names for one in whole_responses(results, name))
+    return chosen + [one for one in every if (one.measure, response_unit(results, one)) not in covered]
 
 
 def by_point(study: Study, results: xr.Dataset) -> xr.Dataset:
@@ -126,17 +134,16 @@ def by_point(study: Study, results: xr.Dataset) -> xr.Dataset:
         values = found.values[rows].reshape(count, -1)[:, 0]
         variables[factor.address] = ("point", values, {**found.attrs, **factor.shown, "role": "factor"})
     differs = np.zeros(count, bool)
-    chosen = responses(study, results)
-    for name, values in chosen.items():
-        cells = np.where(complete, values[rows].reshape(shape), np.nan)
-        about = {"units": results[name.rpartition(".")[2]].attrs.get("units", "1"), "role": "response"}
+    for one in _answered(study, results):
+        name = one.name
+        cells = np.where(complete, response_values(results, one)[rows].reshape(shape), np.nan)
+        about = {"units": response_unit(results, one), "role": "response"}
         variables[name] = ("point", _mean(cells.reshape(count, -1)), {**about, "long_name": f"mean {name}"})
-        smallest = any(one.response.name == name and one.response.smallest for one in study.requirements)
-        variables[f"worst {name}"] = ("point", _extreme(cells.reshape(count, -1), smallest), {**about, "role": "worst"})
+        variables[f"worst {name}"] = ("point", _extreme(cells.reshape(count, -1), one.smallest), {**about, "role": "worst"})
         variables[f"spread {name}"] = ("point", _spread(cells), {"units": "1", "role": "spread"})
-    every = chosen | {name: response_values(results, Response(name)) for name in study.measure_names}
-    for values in every.values():
-        differs |= _spread(np.where(complete, values[rows].reshape(shape), np.nan)) > AGREEMENT
+        differs |= _spread(cells) > AGREEMENT
+    for one in (one for name in study.measure_names for one in whole_responses(results, name)):
+        differs |= _spread(np.where(complete, response_values(results, one)[rows].reshape(shape), np.nan)) > AGREEMENT
     met = _met(study, results)[rows].reshape(shape)
     with np.errstate(invalid="ignore"):
         fraction = np.where(complete.any(axis=(1, 2)), met.sum(axis=(1, 2)) / np.maximum(complete.sum(axis=(1, 2)), 1), np.nan)
@@ -234,23 +241,24 @@ def worst_cases(study: Study, results: xr.Dataset, count: int = 5) -> list[Worst
     Returns
     -------
     list of Worst
-        The worst first; of each point one at most.
+        The worst first; of each point one at most, of each sample where nothing is chosen.
     """
+    apart = study.per_point if study.factors else study.members
     complete = results["status"].values == COMPLETE
     found: dict[int, Worst] = {}
     for requirement in study.requirements:
-        values, units = response_values(results, requirement.response), results[requirement.measure].attrs.get("units", "1")
+        values, units = response_values(results, requirement.response), response_unit(results, requirement.response)
         margins = np.where(complete & np.isfinite(values), requirement.margin(values), np.inf)
         seen = set[int]()
         for case in np.argsort(margins, kind="stable"):
-            point = int(case) // study.per_point
+            point = int(case) // apart
             if not np.isfinite(margins[case]) or len(seen) >= count:
                 break
             if point not in seen:
                 seen.add(point)
                 if point not in found or found[point].margin > margins[case]:
                     value, margin = float(values[case]), float(margins[case])
-                    found[point] = Worst(int(case), requirement.label, value, str(units), margin)
+                    found[point] = Worst(int(case), requirement.label, value, units, margin)
     return sorted(found.values(), key=lambda one: one.margin)[:count]
 
 

@@ -26,6 +26,7 @@ from scissordyn.simulation.provenance import provenance
 from scissordyn.study.design import Design, design_size, design_values
 from scissordyn.study.distribution import Variation, from_plain, to_plain
 from scissordyn.study.goal import Optimisation
+from scissordyn.study.part_unit import check_unit
 from scissordyn.study.requirement import Requirement, Response
 
 __all__ = ["Cases", "Factor", "OwnMeasure", "Sampling", "Study", "check_part"]
@@ -122,9 +123,18 @@ class OwnMeasure:
                 f"'{self.name}' as the name of your own measure", "a name that is not taken, of letters and digits"
             )
         if isinstance(self.function, str):
+            self._check_reference(self.function)
             path, name = split_reference(self.function)
             object.__setattr__(self, "function", f"{path}:{name}")
             object.__setattr__(self, "digest", self.digest or file_digest(path))
+
+    def _check_reference(self, reference: str) -> None:
+        file, _, name = reference.rpartition(":")
+        sample = f"'{self.name} = mine.py:{name if name.isidentifier() else 'late'}'"
+        if not file.endswith(".py") or not name.isidentifier():
+            raise InputError(f"measure '{self.name}' from '{reference}'", "a Python file and a function in it", sample)
+        if not Path(file).expanduser().is_file():
+            raise InputError(f"measure '{self.name}': no file '{file}'", "a Python file that exists", sample)
 
     def callable(self) -> Callable[..., float]:
         """The function itself."""
@@ -182,6 +192,8 @@ class Study:
     requirements : tuple of Requirement
     optimisation : Optimisation or None
         Proposes the points of an adaptive design.
+    responses : tuple of Response
+        Of single joints, drives, components or tracked points: answers in place of the largest value of all of them.
     """
 
     mechanism: Mechanism
@@ -196,6 +208,7 @@ class Study:
     perturbation: float = 1e-14
     requirements: tuple[Requirement, ...] = ()
     optimisation: Optimisation | None = None
+    responses: tuple[Response, ...] = ()
 
     def __post_init__(self) -> None:
         if not self.factors and not self.uncertain:
@@ -203,7 +216,11 @@ class Study:
                 "a study in which nothing varies", "addresses and what they vary over", "--vary A.clearance='0.1..0.4 mm'"
             )
         if self.sampling.samples > 1 and not self.uncertain:
-            raise InputError(f"{self.sampling.samples} samples of no uncertain number", "[uncertain] with addresses")
+            raise InputError(
+                f"{self.sampling.samples} samples of no uncertain number",
+                "a number that nobody chooses, with its distribution",
+                "--uncertain A.damping.restitution='uniform(0.5, 0.9)', or the same in [uncertain]",
+            )
         if isinstance(self.members, bool) or not isinstance(self.members, int) or self.members < 1:
             raise InputError(f"members = {self.members!r}", "a whole number >= 1")
         for name in self.measures:
@@ -227,8 +244,12 @@ class Study:
                     ", ".join(known),
                 )
             check_part(self.mechanism, requirement.response)
+            check_unit(self.mechanism, requirement.response)
         for goal in self.optimisation.goals if self.optimisation is not None else ():
             check_part(self.mechanism, goal.response)
+            check_unit(self.mechanism, goal.response)
+        for response in self.responses:
+            check_part(self.mechanism, response)
         design_size(self.design, [factor.variation for factor in self.factors])
 
     @property
@@ -309,11 +330,17 @@ class Study:
             "perturbation": self.perturbation,
             "requirements": [vars(requirement).copy() for requirement in self.requirements],
             "optimisation": None if self.optimisation is None else self.optimisation.to_plain(),
+            "responses": [vars(response).copy() for response in self.responses],
         }
 
     @classmethod
     def from_plain(
-        cls, plain: Mapping[str, Any], *, allow_code: Sequence[Path] = (), own_measures: Sequence[OwnMeasure] = ()
+        cls,
+        plain: Mapping[str, Any],
+        *,
+        allow_code: Sequence[Path] = (),
+        own_measures: Sequence[OwnMeasure] = (),
+        reading: bool = False,
     ) -> Study:
         """The study that `to_plain` wrote.
 
@@ -324,6 +351,8 @@ class Study:
             Files of the user whose functions may be executed.
         own_measures : sequence of OwnMeasure
             The functions that are no file's.
+        reading : bool
+            No case will be computed: the user's functions are not needed.
 
         Returns
         -------
@@ -336,6 +365,9 @@ class Study:
             if each["name"] in given:
                 own.append(given[each["name"]])
                 continue
+            if reading:
+                own.append(OwnMeasure(**{**each, "function": _not_read}))
+                continue
             if not each["function"]:
                 raise InputError(
                     f"the study's measure '{each['name']}' is a Python function of no file",
@@ -346,6 +378,10 @@ class Study:
             if path.resolve() not in {Path(file).resolve() for file in allow_code}:
                 raise InputError(
                     f"the study's measure '{each['name']}' is a function of yours", "its file, allowed", f"--allow-code {path}"
+                )
+            if path.is_file() and file_digest(path) != each["digest"]:
+                raise InputError(
+                    f"'{path}' has changed since the study was begun", "the same file, or a new study", "-o another.zarr"
                 )
             own.append(OwnMeasure(**each))
         return cls(
@@ -361,6 +397,7 @@ class Study:
             plain["perturbation"],
             tuple(Requirement(**each) for each in plain["requirements"]),
             None if plain["optimisation"] is None else Optimisation.from_plain(plain["optimisation"]),
+            tuple(Response(**each) for each in plain.get("responses", ())),
         )
 
     def fingerprint(self) -> dict[str, str]:
@@ -404,6 +441,10 @@ def check_part(mechanism: Mechanism, response: Response) -> None:
             f"{did_you_mean(response.part, known)}",
             ", ".join(known) or (f"a case with a {dims[0]}" if dims else response.measure),
         )
+
+
+def _not_read(_: Any) -> float:
+    raise InputError("a measure of yours in a study that is only read", "its file, allowed", "--allow-code mine.py")
 
 
 def _plain_factor(factor: Factor) -> dict[str, Any]:

@@ -60,7 +60,8 @@ class Design:
         for name, least in (("points", 1 if self.kind in SAMPLED else 0), ("seed", 0)):
             value = getattr(self, name)
             if isinstance(value, bool) or not isinstance(value, int) or value < least:
-                raise InputError(f"{name} = {value!r} of a {self.kind} design", f"a whole number >= {least}")
+                sample = {"points": "--points 32, or points = 32", "seed": "--seed 1, or seed = 1"}[name]
+                raise InputError(f"{name} = {value!r} of a {self.kind} design", f"a whole number >= {least}", sample)
 
     @property
     def extendable(self) -> bool:
@@ -115,7 +116,11 @@ def design_size(design: Design, variations: Sequence[Variation]) -> int:
         case "zip":
             sizes = {variation.levels().size for variation in variations} - {1}
             if len(sizes) > 1:
-                raise InputError(f"lists of {' and '.join(map(str, sorted(sizes)))} values to zip", "lists of one length")
+                raise InputError(
+                    f"lists of {' and '.join(map(str, sorted(sizes)))} values to zip",
+                    "lists of one length",
+                    "'0.05..0.4 mm, 3 values' beside '50, 100, 200 N m'",
+                )
             return max(sizes, default=1)
         case "one-at-a-time":
             return 1 + sum(variation.levels().size for variation in variations)

@@ -267,7 +267,7 @@ def enter(diagram: xr.Dataset, result: Outcome[DiagramCase, DiagramRow]) -> None
     diagram["seconds"].values[at], diagram["processor_seconds"].values[at] = row.seconds, row.processor_seconds
     packed = np.concatenate([row.end.y, row.end.mode, row.end.arrays["memory"], row.end.arrays["reference"]])
     if "end" not in diagram:
-        about = {"units": "SI", "long_name": "state, modes, approach speeds and angles at the end"}
+        about = {"long_name": "state, modes, approach speeds and angles at the end, each in its SI unit"}
         diagram["end"] = (("value", "entry"), np.full((diagram.sizes["value"], packed.size), np.nan), about)
     if packed.size == diagram.sizes["entry"]:  # a function may give mechanisms of different sizes
         diagram["end"].values[at] = packed

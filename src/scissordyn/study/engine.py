@@ -6,6 +6,7 @@ import asyncio
 import contextlib
 import logging
 import os
+import shutil
 import signal
 import threading
 import time
@@ -247,19 +248,29 @@ class Cluster:
         """
         distributed = _distributed()
         options = _cluster_options(file)
-        import dask_jobqueue
-
+        try:
+            import dask_jobqueue
+        except ImportError:
+            raise InputError("dask-jobqueue is not installed", "the package", "pip install dask-jobqueue") from None
         named = (name for name in dir(dask_jobqueue) if name.endswith("Cluster") and name != "JobQueueCluster")  # their base
         kinds = {name.removesuffix("Cluster").lower(): name for name in named}
         kind, jobs = str(options.pop("kind", "")).lower(), options.pop("jobs", 1)
         if kind not in kinds or not isinstance(jobs, int) or jobs < 1:
             raise InputError(
-                f"'{file}': kind '{kind}', jobs {jobs!r}", f"kind: one of {', '.join(sorted(kinds))}; jobs: 1 or more"
+                f"'{file}': kind '{kind}', jobs {jobs!r}",
+                f"kind: one of {', '.join(sorted(kinds))}; jobs: 1 or more",
+                "kind: slurm",
             )
+        described = getattr(dask_jobqueue, kinds[kind])
+        submit = str(described.job_cls.submit_command).split()[0]
+        if shutil.which(submit) is None:  # the library would wait for jobs that nobody submits
+            raise InputError(f"'{file}': no command '{submit}' here", f"a machine from which {kind} takes jobs", "--workers 2")
         try:
-            cluster = getattr(dask_jobqueue, kinds[kind])(**options)
+            cluster = described(**options)
         except (TypeError, ValueError) as error:
-            raise InputError(f"'{file}': {error}", f"options of dask_jobqueue.{kinds[kind]}") from None
+            reason = str(error).splitlines()[0].partition(". ")[0]  # what follows is an example with all options
+            sample = "cores: 8, processes: 8, memory: 16GB, each on a line of its own"
+            raise InputError(f"'{file}': {reason}", f"options of dask_jobqueue.{kinds[kind]}", sample) from None
         cluster.scale(jobs=jobs)
         client = distributed.Client(cluster, timeout=PATIENCE, set_as_default=False)
         with _closed(client, cluster):
@@ -415,7 +426,8 @@ def _cluster_options(file: Path) -> dict[str, Any]:
     try:
         found = yaml.safe_load(file.read_text())
     except (OSError, UnicodeDecodeError, yaml.YAMLError) as error:
-        raise InputError(f"cannot read '{file}': {' '.join(str(error).split())}", "YAML with kind, jobs and options") from None
+        reason = getattr(error, "strerror", None) or " ".join(str(error).split())
+        raise InputError(f"cannot read '{file}': {reason}", "YAML with kind, jobs and options", "kind: slurm") from None
     if not isinstance(found, dict):
         raise InputError(f"'{file}' is no table", "YAML with kind, jobs and options", "kind: slurm")
     return found

@@ -92,7 +92,9 @@ def prepare(
     if block is not None and (isinstance(block, bool) or not isinstance(block, int) or block < 1):
         raise InputError(f"block = {block!r}", "a whole number of cases >= 1")
     if any(own.of == "dataset" for own in study.own_measures) and study.members > 1:
-        raise InputError("a measure of the dataset with several members", "a measure of 'accumulators', or members = 1")
+        raise InputError(
+            "a measure of the dataset with several members", "a measure of 'accumulators', or members = 1", "members = 1"
+        )
     first = pilot(study, np.array([0]), points)
     store.create(study, first, block or min(_block_size(study, workers, points), -(-study.cases // (SHARES * workers))))
 
@@ -238,7 +240,9 @@ def extend(
     if not study.design.extendable:
         raise InputError(f"more points of a {study.design.kind} design", "a random, sobol or saltelli design")
     if points < study.design.points:
-        raise InputError(f"{points} points of a study that has {study.design.points}", "more")
+        raise InputError(
+            f"{points} points of a study that has {study.design.points}", "more", f"--points {2 * study.design.points}"
+        )
     if study.uncertain and not study.sampling.common and study.sampling.kind == "latin-hypercube":
         raise InputError("more points of a study with a Latin hypercube for each", "common random numbers")
     larger = replace(study, design=replace(study.design, points=points))

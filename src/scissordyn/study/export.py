@@ -11,6 +11,7 @@ import xarray as xr
 from scissordyn.errors import InputError
 from scissordyn.simulation.output_file import check_target, write_file
 from scissordyn.simulation.store import save
+from scissordyn.study.requirement import units_of_parts
 from scissordyn.study.store import COMPLETE, FAILED, PENDING
 
 if TYPE_CHECKING:
@@ -24,7 +25,7 @@ WORDS = {PENDING: "pending", COMPLETE: "complete", FAILED: "failed"}
 
 
 def table(results: xr.Dataset) -> pd.DataFrame:
-    """One row for each case; a measure of several joints has a column for each, ``A.peak_force``.
+    """One row for each case; a measure of several joints has a column for each, ``A.peak_force [N]``.
 
     Parameters
     ----------
@@ -42,14 +43,20 @@ def table(results: xr.Dataset) -> pd.DataFrame:
         for name, variable in results.data_vars.items():
             if variable.attrs.get("role") != role:
                 continue
+            units = units_of_parts(results, str(name))
             if variable.ndim == 1:
-                columns[str(variable.attrs.get("address", name))] = variable.values
+                columns[_headed(str(variable.attrs.get("address", name)), units[0])] = variable.values
                 continue
             for place, part in enumerate(variable[variable.dims[1]].values):
-                columns[f"{part}.{name}"] = variable.values[:, place]
+                columns[_headed(f"{part}.{name}", units[place])] = variable.values[:, place]
     columns["status"] = np.array([WORDS[int(code)] for code in results["status"].values])
     columns["cause"] = results["cause"].values.astype(object)
     return pd.DataFrame(columns)
+
+
+def _headed(name: str, unit: str) -> str:
+    """The head of a column, with its unit."""
+    return name if unit in ("1", "") else f"{name} [{unit}]"
 
 
 def export(results: xr.Dataset, path: Path) -> Path:

@@ -14,8 +14,8 @@ from scissordyn.errors import InputError
 from scissordyn.study.description import Study
 from scissordyn.study.engine import Engine
 from scissordyn.study.execute import Progress, execute
-from scissordyn.study.goal import Optimisation, risk_value
-from scissordyn.study.requirement import response_values
+from scissordyn.study.goal import Goal, Optimisation, risk_value
+from scissordyn.study.requirement import response_unit, response_values
 from scissordyn.study.store import COMPLETE, PENDING, Store, column
 
 __all__ = ["Optimum", "candidates", "nondominated", "optimise", "proposer"]
@@ -233,8 +233,7 @@ def candidates(study: Study, results: xr.Dataset) -> Optimum:
         chosen = goal.measure in study.addresses
         values = results[column(goal.measure)].values if chosen else response_values(results, goal.response)
         goals.append(risk_value(sign * values[rows].reshape(count, per_point), plan.risk))  # a failed case makes it NaN
-        unit = results[column(goal.measure)].attrs.get("units", "1")
-        about = {"units": unit, "long_name": f"{plan.risk} of {goal.response.name}"}
+        about = {**_about(study, results, goal), "long_name": f"{plan.risk} of {goal.response.name}"}
         variables[goal.label] = ("point", goals[-1], about)
     violation = np.zeros(count)
     for requirement in study.requirements:
@@ -258,6 +257,14 @@ def candidates(study: Study, results: xr.Dataset) -> Optimum:
         least = violation <= max(0.0, float(np.min(violation)))
         best = int(np.flatnonzero(least)[np.argmin(matrix[least, 0])])
     return Optimum(xr.Dataset(variables), best)
+
+
+def _about(study: Study, results: xr.Dataset, goal: Goal) -> dict[str, Any]:
+    """The unit of a goal; of a number that varies also the one in which the user wrote it."""
+    for factor in (*study.factors, *study.uncertain):
+        if factor.address == goal.measure:
+            return {"units": results[column(goal.measure)].attrs.get("units", "1"), **factor.shown}
+    return {"units": response_unit(results, goal.response)}
 
 
 def nondominated(goals: np.ndarray) -> np.ndarray:

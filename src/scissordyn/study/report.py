@@ -27,6 +27,7 @@ from scissordyn.study.summary import (
     agreement,
     best_points,
     design_size,
+    interval_note,
     meaning,
     requirement_shares,
     response_ranges,
@@ -47,12 +48,20 @@ body { font: 16px/1.5 system-ui, sans-serif; max-width: 64rem; margin: 2rem auto
 th, td { text-align: left; vertical-align: top; padding: .25rem .9rem .25rem 0; border-bottom: 1px solid #e4e4e4; }
 th, td { white-space: nowrap; } td.long { white-space: normal; min-width: 20rem; }
 code { background: #f4f4f4; padding: .1rem .3rem; } img { max-width: 100%; }
+h1, h2 { overflow-wrap: anywhere; }
+@media (max-width: 40rem) { body { font-size: 14px; } th, td { padding-right: .5rem; } td.long { min-width: 12rem; } }
 """
+
+VIEWPORT = '<meta name="viewport" content="width=device-width, initial-scale=1">'
+"""Without it a telephone shows the page as wide as a desk screen, and small."""
 
 LONG = 48
 """Characters from which the text of a cell is broken into lines."""
 
 DPI = 130
+
+SHRUNK = 0.5
+"""A picture is shown no smaller than this share of its size, or nobody could read it: narrow pages scroll it."""
 
 MOST_RESPONSES = 8
 """With more responses there are no maps, curves and ranges of each, only the shares that meet the requirements."""
@@ -151,10 +160,12 @@ def write_report(study: Study, results: xr.Dataset, address: str, path: Path) ->
     for title, figure in figures(study, results):
         picture = io.BytesIO()
         figure.savefig(picture, format="png", dpi=DPI)
-        code = base64.b64encode(picture.getvalue()).decode()
-        parts.append(f'<h2>{_text(title)}</h2><img alt="{_text(title)}" src="data:image/png;base64,{code}">')
-    head = f'<!doctype html><html lang="en"><meta charset="utf-8"><title>Study</title><style>{STYLE}</style>'
-    content = f"{head}<h1>Study {_text(Path(address).name)}</h1>{''.join(parts)}</html>\n".encode()
+        code, least = base64.b64encode(picture.getvalue()).decode(), round(SHRUNK * DPI * figure.get_figwidth())
+        shown = f'<img alt="{_text(title)}" style="min-width: {least}px" src="data:image/png;base64,{code}">'
+        parts.append(f'<h2>{_text(title)}</h2><div class="scroll">{shown}</div>')
+    name = _text(f"Study {Path(address).name}")
+    head = f'<!doctype html><html lang="en"><meta charset="utf-8">{VIEWPORT}<title>{name}</title><style>{STYLE}</style>'
+    content = f"{head}<h1>{name}</h1>{''.join(parts)}</html>\n".encode()
     try:
         if path.exists() and not path.read_bytes()[:15].lower().startswith(b"<!doctype html>"):
             raise InputError(f"'{path}' is something else than a report", "another name", "-o report.html")
@@ -176,7 +187,7 @@ def _summary(study: Study, results: xr.Dataset) -> Iterator[str]:
     shares = requirement_shares(study, results)
     if shares.rows:
         yield "<h2>Requirements</h2>" + _table(shares)
-        yield "<p>Interval of Clopper and Pearson; a grid is no sample and has none. Failed cases are left out.</p>"
+        yield f"<p>{_text(interval_note(study, results))}</p>"
     front = best_points(study, results, MOST_FRONT)
     if front is not None:
         yield f"<h2>{front.title}</h2>" + _table(front)

@@ -2,16 +2,38 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
+from types import MappingProxyType
 
 import numpy as np
 import xarray as xr
 
 from scissordyn.errors import InputError, did_you_mean
+from scissordyn.plot.scale import engineering
+from scissordyn.simulation.measure import MEASURES
 
-__all__ = ["Requirement", "Response", "response_values"]
+__all__ = [
+    "BY_COMPONENT",
+    "COMPONENT_UNIT",
+    "KINDS",
+    "Requirement",
+    "Response",
+    "response_unit",
+    "response_values",
+    "units_of_parts",
+]
 
 SIGNS = ("<=", ">=", "<", ">")
+
+COMPONENT_UNIT = "component_unit"
+"""Coordinate of results: the unit of what each component exerts."""
+
+BY_COMPONENT = frozenset(name for name, measure in MEASURES.items() if measure.dims == ("component",))
+"""Measures whose unit is that of what a component exerts."""
+
+KINDS: Mapping[str, str] = MappingProxyType({"N": "force", "N m": "torque"})
+"""What a component exerts, by its unit."""
 
 
 @dataclass(frozen=True)
@@ -25,16 +47,21 @@ class Response:
         Name of the joint, drive or component; empty for the largest of all.
     smallest : bool
         The smallest of all instead.
+    unit : str
+        Of what components exert, "N" or "N m": those with another one do not count. Empty for all.
     """
 
     measure: str
     part: str = ""
     smallest: bool = False
+    unit: str = ""
 
     @property
     def name(self) -> str:
-        """As in a study file."""
-        return f"{self.part}.{self.measure}" if self.part else self.measure
+        """As in a study file; with what components exert if not all of them count."""
+        if self.part:
+            return f"{self.part}.{self.measure}"
+        return f"{self.measure} ({KINDS[self.unit]})" if self.unit else self.measure
 
 
 @dataclass(frozen=True)
@@ -51,6 +78,8 @@ class Requirement:
         Name of a joint, drive or component; empty for all.
     text : str
         As the user wrote it.
+    unit : str
+        Of a bound on what components exert, "N" or "N m"; not needed where all exert the same.
     """
 
     measure: str
@@ -58,20 +87,27 @@ class Requirement:
     bound: float
     part: str = ""
     text: str = ""
+    unit: str = ""
 
     def __post_init__(self) -> None:
+        if self.unit and self.unit not in KINDS:
+            raise InputError(f"unit '{self.unit}' of a requirement on what components exert", ", ".join(KINDS))
         if self.sign not in SIGNS:
             raise InputError(f"sign '{self.sign}' of a requirement", ", ".join(SIGNS))
 
     @property
     def response(self) -> Response:
         """The number that decides: the largest where an upper bound is given, the smallest where a lower one."""
-        return Response(self.measure, self.part, self.sign.startswith(">"))
+        return Response(self.measure, self.part, self.sign.startswith(">"), self.unit)
 
     @property
     def label(self) -> str:
         """The requirement in words."""
-        return self.text or f"{self.response.name} {self.sign} {self.bound:g}"
+        if self.text:
+            return self.text
+        unit = self.unit or (MEASURES[self.measure].units if self.measure in MEASURES else "1")
+        scale = engineering(unit if unit in KINDS or self.measure not in BY_COMPONENT else "1", self.bound)
+        return f"{self.response.name} {self.sign} {scale.text(self.bound, 6)} {scale.unit}".rstrip()
 
     def margin(self, values: np.ndarray) -> np.ndarray:
         """How far values are on the right side of the bound, as a fraction of it; negative where they are on the wrong one."""
@@ -117,6 +153,10 @@ def response_values(results: xr.Dataset, response: Response) -> np.ndarray:
             f"measure '{response.measure}'{did_you_mean(response.measure, known)}", ", ".join(known) or "no measure"
         )
     found = results[response.measure]
+    if response.unit and not response.part:
+        found = found.isel(
+            {found.dims[1]: np.flatnonzero(np.array(units_of_parts(results, response.measure)) == response.unit)}
+        )
     dims = found.dims[1:]
     values = np.asarray(found.values, float)
     if response.part:
@@ -132,3 +172,41 @@ def response_values(results: xr.Dataset, response: Response) -> np.ndarray:
     reduced = np.min(np.where(np.isnan(values), np.inf, values), axis=1) if response.smallest else None
     reduced = np.max(np.where(np.isnan(values), -np.inf, values), axis=1) if reduced is None else reduced
     return np.where(nothing, np.nan, reduced)
+
+
+def units_of_parts(results: xr.Dataset, measure: str) -> list[str]:
+    """The units of a measure's parts, which differ only between components.
+
+    Parameters
+    ----------
+    results : Dataset
+    measure : str
+
+    Returns
+    -------
+    list of str
+        In the order of the joints, drives, components or tracked points; one for a measure of the whole mechanism.
+    """
+    found = results[measure]
+    if COMPONENT_UNIT in found.coords:
+        return [str(unit) for unit in found[COMPONENT_UNIT].values]
+    return [str(found.attrs.get("units", "1"))] * int(np.prod(found.shape[1:], dtype=int))
+
+
+def response_unit(results: xr.Dataset, response: Response) -> str:
+    """The unit of a response.
+
+    Parameters
+    ----------
+    results : Dataset
+        With the measures along `case`.
+    response : Response
+
+    Returns
+    -------
+    str
+    """
+    found = results[response.measure]
+    if response.part and COMPONENT_UNIT in found.coords:
+        return str(found[COMPONENT_UNIT].sel({found.dims[1]: response.part}).item())
+    return response.unit or str(found.attrs.get("units", "1"))

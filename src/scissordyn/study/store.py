@@ -18,6 +18,7 @@ from scissordyn.errors import InputError, ScissordynError
 from scissordyn.lock import hold
 from scissordyn.study.description import OwnMeasure, Study
 from scissordyn.study.design import Design
+from scissordyn.study.requirement import COMPONENT_UNIT
 
 if TYPE_CHECKING:
     import zarr
@@ -148,10 +149,9 @@ class Store:
                     {**pilot[name].attrs, "role": "measure"},
                 )
                 for dim in dims:
-                    if dim not in root:
-                        names = np.array([str(part) for part in pilot[dim].values], object)
-                        labels = root.create_array(dim, shape=names.shape, dtype=str, fill_value="", dimension_names=[dim])
-                        labels[:] = names
+                    _labels(root, dim, pilot[dim])
+                    if COMPONENT_UNIT in pilot[name].coords:
+                        _labels(root, COMPONENT_UNIT, pilot[COMPONENT_UNIT])
             for name, meaning in (("cause", "why a case failed"), ("warnings", "warnings of a complete case, one a line")):
                 _array(root, name, study.cases, block, (), str, "", {"long_name": meaning})
             about = {
@@ -176,7 +176,9 @@ class Store:
             os.rename(beside, self.address)
             self._forget()
 
-    def study(self, *, allow_code: Sequence[Path] = (), own_measures: Sequence[OwnMeasure] = ()) -> Study:
+    def study(
+        self, *, allow_code: Sequence[Path] = (), own_measures: Sequence[OwnMeasure] = (), reading: bool = False
+    ) -> Study:
         """The study that the store is of.
 
         Parameters
@@ -185,13 +187,15 @@ class Store:
             Files of the user whose functions may be executed.
         own_measures : sequence of OwnMeasure
             The functions that are no file's.
+        reading : bool
+            No case will be computed: the user's functions are not needed.
 
         Returns
         -------
         Study
         """
         plain = json.loads(str(self.group.attrs["study"]))
-        return Study.from_plain(plain, allow_code=allow_code, own_measures=own_measures)
+        return Study.from_plain(plain, allow_code=allow_code, own_measures=own_measures, reading=reading)
 
     def design(self) -> Design:
         """The design, with the number of points that it has by now."""
@@ -294,6 +298,7 @@ class Store:
         per_point = int(found.attrs["samples"]) * int(found.attrs["members"])
         point, rest = np.divmod(np.arange(found.sizes["case"]), per_point)
         sample, member = np.divmod(rest, int(found.attrs["members"]))
+        found = found.set_coords([name for name in (COMPONENT_UNIT,) if name in found])
         return found.assign_coords(point=("case", point), sample=("case", sample), member=("case", member))
 
     @contextmanager
@@ -353,6 +358,15 @@ def _array(
         dimension_names=["case", *(dim for dim, _ in inner)],
         attributes=about,
     )
+
+
+def _labels(root: Any, name: str, labels: xr.DataArray) -> None:
+    """Texts along a dimension, written once."""
+    if name in root:
+        return
+    texts = np.array([str(text) for text in labels.values], object)
+    array = root.create_array(name, shape=texts.shape, dtype=str, fill_value="", dimension_names=list(map(str, labels.dims)))
+    array[:] = texts
 
 
 @contextmanager

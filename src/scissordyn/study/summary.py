@@ -22,6 +22,7 @@ __all__ = [
     "agreement",
     "best_points",
     "design_size",
+    "interval_note",
     "meaning",
     "requirement_shares",
     "response_ranges",
@@ -170,6 +171,13 @@ def requirement_shares(study: Study, results: xr.Dataset) -> Table:
         rows.append((one.label, *((text,) if explained else ()), f"{one.share:.1%}", interval, str(one.trials)))
     head = ("requirement", *(("meaning",) if explained else ()), "met by", "95 % interval", "trials")
     return Table(head, rows)
+
+
+def interval_note(study: Study, results: xr.Dataset) -> str:
+    """What the intervals of `requirement_shares` are, or why there are none."""
+    there = any(np.isfinite(one.low) for one in feasible_share(study, results))
+    said = "Interval of Clopper and Pearson." if there else f"The points of the design '{study.design.kind}' are no sample."
+    return f"{said} Failed cases are left out."
 
 
 def meaning(results: xr.Dataset, requirement: Requirement) -> str:

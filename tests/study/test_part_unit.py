@@ -1,0 +1,135 @@
+"""Units of what components exert: a force or a torque, in requirements, tables, reports, pictures and exports."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import xarray as xr
+
+import scissordyn as sd
+from scissordyn.cli.answers import show_answers
+from scissordyn.config.study import read_requirement
+from scissordyn.plot.study import response_curves
+from scissordyn.simulation.options import Options
+from scissordyn.study.answer import by_point, worst_cases
+from scissordyn.study.block import pilot
+from scissordyn.study.description import Factor, Study
+from scissordyn.study.distribution import Interval
+from scissordyn.study.export import table
+from scissordyn.study.goal import Goal, Optimisation
+from scissordyn.study.part_unit import with_units
+from scissordyn.study.report import write_report
+from scissordyn.study.requirement import Requirement
+from scissordyn.study.store import COMPLETE
+
+MEASURE = "peak_component_force"
+SPRING = sd.Spring("tie", ("unit 1/bar 1", "end"), ("unit 1/bar 2", "end"), stiffness=100.0, free_length=1.0)
+HINGE = sd.TorsionSpring("hinge", "unit 1/bar 1", stiffness=10.0)
+
+
+def study(*components: Any, **changes: Any) -> Study:
+    """The paper's array with components, over its clearance."""
+    arm = sd.scissor(units=2).with_clearance("A", sd.Clearance(0.5e-3)).driven(speed=sd.rpm(150))
+    fields: dict[str, Any] = {"factors": (Factor("A.clearance", Interval(1e-4, 3e-4, 3)),), "measures": (MEASURE,)}
+    return Study(replace(arm, components=components), Options(0.001), **(fields | changes))
+
+
+def results(described: Study) -> xr.Dataset:
+    """Made-up results: the first component 1, 2, 3; the second ten times as much."""
+    names = [part.name for part in described.mechanism.components]
+    values = np.outer([1.0, 2.0, 3.0], 10.0 ** np.arange(len(names)))
+    about = {"role": "factor", "units": "m", "address": "A.clearance"}
+    empty = np.full(3, "", object)
+    found = xr.Dataset(
+        {
+            "A.clearance": ("case", np.array([1e-4, 2e-4, 3e-4]), about),
+            MEASURE: (("case", "component"), values, {"units": "SI", "role": "measure", "long_name": "largest"}),
+            "status": ("case", np.full(3, COMPLETE)),
+            "cause": ("case", empty),
+            "warnings": ("case", empty),
+        },
+        coords={"component": names, **{name: ("case", np.arange(3)) for name in ("point", "sample", "member")}},
+    )
+    return with_units(found, described.mechanism)
+
+
+@pytest.mark.parametrize(("component", "unit"), [(SPRING, "N"), (HINGE, "N m")])
+def test_the_unit_is_the_declared_one(component: Any, unit: str) -> None:
+    """Identity: of one component, that of its port's output."""
+    described = study(component)
+    found = results(described)
+    assert found[MEASURE].attrs["units"] == unit
+    assert by_point(described, found)[MEASURE].attrs["units"] == unit
+    assert f"{component.name}.{MEASURE} [{unit}]" in table(found).columns
+
+
+def test_a_batch_and_its_store_have_the_unit() -> None:
+    """Identity: simulated, not made up."""
+    described = study(SPRING, HINGE)
+    found = pilot(described, np.array([0]))
+    assert found["component_unit"].values.tolist() == ["N", "N m"]
+    assert found[MEASURE].attrs["units"] == "N or N m"
+
+
+def test_forces_and_torques_are_kept_apart(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """Identity: no table, picture or export compares a force with a torque, or has no unit."""
+    described = study(SPRING, HINGE, requirements=(read_requirement(f"{MEASURE} < 25 N m"),))
+    found = results(described)
+    points = by_point(described, found)
+    assert points[f"{MEASURE} (torque)"].values.tolist() == [10.0, 20.0, 30.0]
+    assert points[f"{MEASURE} (force)"].values.tolist() == [1.0, 2.0, 3.0]
+    assert (worst_cases(described, found)[0].value, worst_cases(described, found)[0].units) == (30.0, "N m")
+    show_answers(described, found, "a.zarr")
+    shown = " ".join(capsys.readouterr().out.split())
+    page = write_report(described, found, "a.zarr", tmp_path / "r.html").read_text(encoding="utf-8")
+    assert f"{MEASURE} (torque) 10 20 30 N·m {MEASURE} (force) 1 2 3 N" in shown
+    assert "30 N·m (20.0% beyond the bound)" in shown
+    assert "<td>30 N·m</td>" in page
+    assert "SI" not in page.partition("<img")[0]
+    labels = [axes.get_ylabel() for axes in response_curves(points)]
+    assert labels == [f"{MEASURE} (torque) [N·m]", f"{MEASURE} (force) [N]"]
+    assert list(table(found).columns)[3:6] == ["A.clearance [m]", f"tie.{MEASURE} [N]", f"hinge.{MEASURE} [N m]"]
+
+
+@pytest.mark.parametrize(
+    ("text", "bound", "unit"),
+    [("< 0.5 kN", 500.0, "N"), ("< 500 N mm", 0.5, "N m"), ("< 2 J/rad", None, None), ("< 5", None, None)],
+)
+def test_a_bound_has_the_unit_of_a_force_or_of_a_torque(text: str, bound: float | None, unit: str | None) -> None:
+    """Identity: in SI, and which of both it is; neither is an error."""
+    if bound is None:
+        with pytest.raises(sd.InputError, match=r"N or|N\] or"):
+            read_requirement(f"{MEASURE} {text}")
+        return
+    read = read_requirement(f"{MEASURE} {text}")
+    assert (read.bound, read.unit) == (bound, unit)
+
+
+def test_a_bound_in_python_is_shown_with_its_unit() -> None:
+    """Identity: with a prefix, as numbers from texts are."""
+    labels = [one.label for one in (Requirement("peak_force", "<", 500.0), Requirement("peak_track_deviation", "<", 6e-4))]
+    assert labels == ["peak_force < 500 N", "peak_track_deviation < 0.6 mm"]
+    assert Requirement("contact_count", "<", 5.0).label == "contact_count < 5"
+    assert Requirement(MEASURE, "<", 5.0, "hinge", unit="N m").label == f"hinge.{MEASURE} < 5 N·m"
+    assert Requirement("own", ">", 0.5).label == "own > 0.5"
+
+
+@pytest.mark.parametrize(
+    ("components", "changes", "says"),
+    [
+        ((SPRING,), {"requirements": (Requirement(MEASURE, "<", 5.0, unit="N m"),)}, "in N m: no such component"),
+        ((SPRING, HINGE), {"requirements": (Requirement(MEASURE, "<", 5.0, "tie", unit="N m"),)}, "'tie.* in N m"),
+        ((SPRING, HINGE), {"requirements": (Requirement(MEASURE, "<", 5.0),)}, "of forces and of torques"),
+        ((), {"requirements": (Requirement(MEASURE, "<", 5.0),)}, "the case has no component"),
+        ((SPRING, HINGE), {"optimisation": Optimisation((Goal(MEASURE),))}, "of forces and of torques"),
+    ],
+)
+def test_bounds_that_fit_no_component(components: Any, changes: Any, says: str) -> None:
+    """Identity: one line before anything is computed, which lists the components with their units."""
+    with pytest.raises(sd.InputError, match=says) as error:
+        study(*components, **changes)
+    assert "[N" in str(error.value) or not components

@@ -5,6 +5,8 @@ const TRAIL = 40;            // frames over which the journal's path stays visib
 const REACH = 11;            // how near to a joint a click must be [pixel]
 const GAP = 0.35;            // drawn clearance as a fraction of the drawn journal's radius, as in films
 const LETTERS = 1.5;         // size of the letters, over that for which the places of names were chosen
+const LETTER = "system-ui, sans-serif";
+const HIGH = 15;             // of a name [pixel]
 const SPEEDS = [0.1, 0.25, 0.5, 1, 2, 4];
 const SECONDS = 6;           // a run is shown in so many seconds at speed 1
 
@@ -48,6 +50,9 @@ function unpacked(text) {
   return scene;
 }
 
+// where something of a size begins, moved so that it is within 0 and an end
+function within(start, size, end) { return Math.max(2, Math.min(start, end - size - 2)); }
+
 function newtons(force) {
   for (const [size, unit] of [[1e6, "MN"], [1e3, "kN"], [1, "N"]])
     if (force >= size || unit === "N") return `${Number((force / size).toPrecision(3))} ${unit}`;
@@ -71,7 +76,7 @@ function render({ model, el }) {
   for (const s of SPEEDS) speed.add(new Option(`${s}×`, s, s === 1, s === 1));
 
   let scene = null, ghost = null, draft = null, colors = {};
-  let now = 0, playing = false, before = null, wanted = false, hover = null, hold = null, drawn = 0;
+  let now = 0, playing = false, before = null, wanted = false, hover = null, hold = null, drawn = 0, named = [];
   const camera = { x: 0, y: 0, scale: 1, own: false };
 
   // ---- colours: from the page's theme, with defaults for notebooks
@@ -151,9 +156,19 @@ function render({ model, el }) {
     if (stroke) { context.strokeStyle = stroke; context.lineWidth = width; context.stroke(); }
   }
   function text(words, x, y, color, align = "center", size = 12) {
-    context.font = `${size}px system-ui, sans-serif`; context.textAlign = align; context.textBaseline = "middle";
+    context.font = `${size}px ${LETTER}`; context.textAlign = align; context.textBaseline = "middle";
     context.lineWidth = 3; context.strokeStyle = colors.back; context.strokeText(words, x, y);
     context.fillStyle = color; context.fillText(words, x, y);
+  }
+  // the name of a point of the drawing, moved into the drawing where it would leave it; that of a point outside is not drawn
+  function name(words, x, y, dx, dy, color, align = "center") {
+    const { main, height } = box();
+    if (x < 0 || x > main || y < 0 || y > height) return;
+    context.font = `12px ${LETTER}`;
+    const wide = context.measureText(words).width, left = within(x + dx - (align === "left" ? 0 : wide / 2), wide, main);
+    const top = within(y + dy - HIGH / 2, HIGH, height);
+    named.push({ words, left, top, right: left + wide, bottom: top + HIGH });
+    text(words, left, top + HIGH / 2, color, "left");
   }
   function drawTracks(source, frame, X, Y) {
     for (const track of source.tracks) {
@@ -161,7 +176,7 @@ function render({ model, el }) {
       for (let k = 0; k <= frame; k++) { const [x, y] = at(track.points, k, 0, 1); k ? context.lineTo(X(x), Y(y)) : context.moveTo(X(x), Y(y)); }
       context.strokeStyle = colors.trail; context.lineWidth = 1.2; context.stroke();
       const [x, y] = at(track.points, frame, 0, 1);
-      disc(X(x), Y(y), 3, colors.trail); text(track.name, X(x) + 8, Y(y) - 9, colors.trail, "left");
+      disc(X(x), Y(y), 3, colors.trail); name(track.name, X(x), Y(y), 8, -9, colors.trail, "left");
     }
   }
   function drawJoints(source, frame, X, Y) {
@@ -179,18 +194,18 @@ function render({ model, el }) {
     for (const joint of source.joints) {
       const [x, y] = at(joint.place, frame, 0, 1), color = joint.touched[frame] ? colors.contact : colors.free;
       disc(X(x), Y(y), 8, null, color, 2.2);
-      if (source.joints.length <= 6 || joint.name === selected) text(joint.name, X(x) + joint.aside[0], Y(y) + joint.aside[1], colors.ink);
+      if (source.joints.length <= 6 || joint.name === selected) name(joint.name, X(x), Y(y), ...joint.aside, colors.ink);
     }
     for (const channel of source.channels) {
       const [x, y] = at(channel.place, frame, 0, 1);
       disc(X(x), Y(y), 8, null, touches(channel, frame) ? colors.contact : colors.free, 2.2);
-      text(channel.name, X(x) + channel.aside[0], Y(y) + channel.aside[1], colors.ink);
+      name(channel.name, X(x), Y(y), ...channel.aside, colors.ink);
     }
-    if (hover && hover.kind === "pin") text(hover.name, hover.x, hover.y - 17, colors.ink);
+    if (hover && hover.kind === "pin") name(hover.name, hover.x, hover.y, 0, -17, colors.ink);
     if (hover && hover.kind === "length") {
       context.save(); context.translate(hover.x, hover.y); context.rotate(Math.PI / 4);
       context.fillStyle = colors.trail; context.fillRect(-5, -5, 10, 10); context.restore();
-      text(`${hover.name}: drag its length`, hover.x, hover.y - 17, colors.ink);
+      name(`${hover.name}: drag its length`, hover.x, hover.y, 0, -17, colors.ink);
     }
   }
   function touches(channel, frame) {
@@ -255,6 +270,7 @@ function render({ model, el }) {
     context.fillStyle = colors.back; context.fillRect(0, 0, width, height);
     if (!scene) { text("computing the first run", width / 2, height / 2, colors.faint); return; }
     const source = shown(), frame = frameOf(), [X, Y] = onto();
+    named = [];
     context.save(); context.beginPath(); context.rect(0, 0, box().main, height); context.clip();
     if (scene.horizon !== null && scene.time[frame] > scene.horizon) {
       context.fillStyle = colors.fill; context.globalAlpha = 0.45; context.fillRect(0, 0, width, height); context.globalAlpha = 1;
@@ -417,6 +433,9 @@ function render({ model, el }) {
     for (const each of places(source, frame)) found[each.name] = [X(each.at[0]), Y(each.at[1])];
     return found;
   };
+
+  // the names in the drawing with their boxes, and its size, for tests
+  root.names = () => ({ width: box().main, height: box().height, boxes: named });
 
   // ---- the model
   function newScene() {

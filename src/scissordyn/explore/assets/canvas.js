@@ -1,5 +1,6 @@
 // The mechanism on a canvas, with a player: an anywidget component. It needs no other file and no network.
-// In: scene, ghost, draft (JSON, see scene.py), selected (name of a joint). Out: selected, and messages of drags.
+// In: scene, ghost, draft (JSON, see scene.py), selected (name of a joint), movable (false: no drags). Out: selected, and messages
+// of drags.
 
 const TRAIL = 40;            // frames over which the journal's path stays visible
 const REACH = 11;            // how near to a joint a click must be [pixel]
@@ -75,8 +76,9 @@ function render({ model, el }) {
   const [button, scrub, clock, speed, note] = ["play", "scrub", "clock", "speed", "note"].map(part);
   for (const s of SPEEDS) speed.add(new Option(`${s}×`, s, s === 1, s === 1));
 
+  const movable = model.get("movable") !== false;  // whether somebody assembles what is dragged
   let scene = null, ghost = null, draft = null, colors = {};
-  let now = 0, playing = false, before = null, wanted = false, hover = null, hold = null, drawn = 0, named = [];
+  let now = 0, playing = false, before = null, wanted = false, hover = null, pointer = null, hold = null, drawn = 0, named = [];
   const camera = { x: 0, y: 0, scale: 1, own: false };
 
   // ---- colours: from the page's theme, with defaults for notebooks
@@ -271,6 +273,8 @@ function render({ model, el }) {
     if (!scene) { text("computing the first run", width / 2, height / 2, colors.faint); return; }
     const source = shown(), frame = frameOf(), [X, Y] = onto();
     named = [];
+    hover = pointer && !hold ? hit(...pointer) : null;  // also when the drawing moves below the pointer
+    canvas.style.cursor = hover ? "pointer" : "grab";
     context.save(); context.beginPath(); context.rect(0, 0, box().main, height); context.clip();
     if (scene.horizon !== null && scene.time[frame] > scene.horizon) {
       context.fillStyle = colors.fill; context.globalAlpha = 0.45; context.fillRect(0, 0, width, height); context.globalAlpha = 1;
@@ -338,7 +342,7 @@ function render({ model, el }) {
     }
     if (best) return best;
     for (const shape of source.shapes) {
-      if (shape.kind !== "bar") continue;
+      if (shape.kind !== "bar" || !movable) continue;
       const [a, b] = [at(shape.points, frame, 0, 2), at(shape.points, frame, 1, 2)];
       const x = X(0.65 * a[0] + 0.35 * b[0]), y = Y(0.65 * a[1] + 0.35 * b[1]);
       if (Math.hypot(px - x, py - y) < REACH) return { kind: "length", name: shape.name, x, y };
@@ -365,14 +369,15 @@ function render({ model, el }) {
   canvas.addEventListener("pointermove", event => {
     const [x, y] = where(event);
     if (!hold) {
-      const found = hit(x, y);
-      if (JSON.stringify(found) !== JSON.stringify(hover)) { hover = found; canvas.style.cursor = found ? "pointer" : "grab"; redraw(); }
+      pointer = [x, y];
+      if (JSON.stringify(hit(x, y)) !== JSON.stringify(hover)) redraw();
       return;
     }
     if (!hold.moved && Math.hypot(x - hold.px, y - hold.py) < 4) return;
     if (!hold.moved) {
       hold.moved = true;
-      if (hold.kind === "pin" || hold.kind === "length") { go(0); hover = null; tell("start"); }
+      if (hold.kind === "pin" && !movable) hold.kind = "pan";
+      if (hold.kind === "pin" || hold.kind === "length") { go(0); tell("start"); }
     }
     if (hold.kind === "pan") {
       const followed = followedPlace();
@@ -399,6 +404,7 @@ function render({ model, el }) {
     }
     hold = null;
   }
+  canvas.addEventListener("pointerleave", () => { pointer = null; redraw(); });
   canvas.addEventListener("pointerup", release);
   canvas.addEventListener("pointercancel", release);
   canvas.addEventListener("wheel", event => {

@@ -59,8 +59,17 @@ window.importShim = Object.assign(url => import(url), {{ addImportMap: () => {{ 
 </script>
 {scripts}
 <script type="module">
-// no style sheet of the page sets colours and widths of figures: to ask for them before each line costs more than drawing it
-try {{ Bokeh.require("core/visuals/visual").VisualProperties.prototype._get_css_value = () => ""; }} catch {{ }}
+// No style sheet of the page sets colours and widths of figures, and the size of letters stays: to ask for them before each line
+// and each axis costs more than drawing it.
+try {{
+  Bokeh.require("core/visuals/visual").VisualProperties.prototype._get_css_value = () => "";
+  const plot = Bokeh.require("models/plots/plot_canvas").PlotView.prototype;
+  const {{ get }} = Object.getOwnPropertyDescriptor(plot, "base_font_size"), known = new WeakMap();
+  Object.defineProperty(plot, "base_font_size", {{ get() {{
+    if (!known.has(this) && this.el.isConnected) known.set(this, get.call(this));
+    return known.get(this) ?? get.call(this);
+  }} }});
+}} catch (error) {{ console.warn(`figures are drawn as slowly as they come: ${{error}}`); }}
 </script>
 <script defer src="start.js"></script>
 </head>

@@ -36,7 +36,11 @@ def print_parameters(described: type, to: Console) -> list[str]:
     from scissordyn.config.table import key_help, key_sample, quantity_of, table_of
 
     keys = table_of(described)
-    table = Table("parameter", "default", "allowed", "meaning", box=box.SIMPLE_HEAD, pad_edge=False)
+    table = Table(box=box.SIMPLE_HEAD, pad_edge=False, padding=(0, 1, 0, 0))
+    table.add_column("parameter", no_wrap=True)  # names and values are copied from here
+    table.add_column("default", no_wrap=True)
+    table.add_column("allowed")
+    table.add_column("meaning")
     for key, field in keys.model_fields.items():
         quantity = quantity_of(keys, key)
         allowed = quantity.allowed.removeprefix("a finite number").strip() if quantity else "true or false"

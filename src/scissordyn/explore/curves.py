@@ -158,7 +158,7 @@ class Curves:
         self.stack = gridplot(
             [[made] for made in self.figures],
             sizing_mode="stretch_width",
-            toolbar_location="above",
+            toolbar_location="right",
             toolbar_options={"logo": None, "autohide": True},
         )
         self.stack.styles = {**area("curves"), "overflow-y": "auto"}

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -22,14 +21,19 @@ MODEL = """async ([code, values]) => {
   const { default: widget } = await import(URL.createObjectURL(new Blob([code], { type: "text/javascript" })));
   window.sent = [];
   const heard = {};
-  const model = { get: name => values[name], on: (name, reaction) => { heard[name] = reaction; }, save_changes: () => {},
-    set: (name, value) => { values[name] = value; (heard[`change:${name}`] || (() => {}))(); }, send: message => window.sent.push(message) };
+  const model = {
+    get: name => values[name], on: (name, reaction) => { heard[name] = reaction; }, save_changes: () => {},
+    set: (name, value) => { values[name] = value; (heard[`change:${name}`] || (() => {}))(); },
+    send: message => window.sent.push(message),
+  };
   window.model = model;
   widget.render({ model, el: document.getElementById("output") });
 }"""
 """What a notebook does with an anywidget."""
 
-HERE = "root => new Promise(done => requestAnimationFrame(() => requestAnimationFrame(() => done([root.handles(), root.names()]))))"
+HERE = """root => new Promise(done => requestAnimationFrame(() => requestAnimationFrame(
+  () => done([root.handles(), root.names()]))))"""
+"""What is drawn, after the next frame."""
 
 
 @pytest.fixture(scope="module")

@@ -59,8 +59,8 @@ window.importShim = Object.assign(url => import(url), {{ addImportMap: () => {{ 
 </script>
 {scripts}
 <script type="module">
-// No style sheet of the page sets colours and widths of figures, and the size of letters stays: to ask for them before each line
-// and each axis costs more than drawing it.
+// No style sheet of the page sets colours and widths of figures, and the size of letters stays: to ask for them before each
+// line and each axis costs more than drawing it.
 try {{
   Bokeh.require("core/visuals/visual").VisualProperties.prototype._get_css_value = () => "";
   const plot = Bokeh.require("models/plots/plot_canvas").PlotView.prototype;

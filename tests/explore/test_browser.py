@@ -234,6 +234,9 @@ def test_saved_files_are_of_what_is_shown(tab: Tab, tmp_path: Path) -> None:
     made: dict[str, Any] = {}
     exec(area.input_value().rpartition("run = ")[0], made)
     assert made["mechanism"] == read_case(files["case"]).mechanism
+    tab.page.keyboard.press("Escape")
+    assert area.count() == 0
+    assert tab.page.evaluate("document.activeElement.shadowRoot.activeElement.dataset.id") == "python"
 
 
 def test_tabs_are_independent(tab: Tab, browser: Any, url: str) -> None:

@@ -76,6 +76,24 @@ def test_joint_is_not_dragged_in_a_notebook(output: Any) -> None:
     assert output.evaluate("window.sent") == []
 
 
+def test_keys_go_through_clearance_joints_and_frames(output: Any) -> None:
+    """Identity: without a pointer the arrow keys choose each clearance joint in turn, and go from frame to frame."""
+    canvas = output.locator("canvas")
+    canvas.focus()
+    chosen = []
+    for _ in range(3):
+        output.keyboard.press("ArrowDown")
+        chosen.append(output.evaluate("window.model.get('selected')"))
+    assert sorted(chosen[:2]) == ["A", "unit 1/pivot"]
+    assert chosen[2] == chosen[0]
+    output.keyboard.press("ArrowUp")
+    assert output.evaluate("window.model.get('selected')") == chosen[1]
+    output.keyboard.press("ArrowRight")
+    output.keyboard.press("ArrowRight")
+    output.keyboard.press("ArrowLeft")
+    output.locator("canvas[data-frame='1']").wait_for()
+
+
 def test_name_below_the_pointer_goes_with_its_joint(output: Any) -> None:
     """Identity: a click lets the view follow a joint; its name stays nowhere else, and goes when the pointer leaves."""
     before, _ = _seen(output)

@@ -352,6 +352,14 @@ function render({ model, el }) {
   function select(name) {
     model.set("selected", name); model.save_changes(); redraw();
   }
+  // the next clearance joint or guide, as they stand beside the drawing
+  function turn(by) {
+    const names = scene ? scene.insets.map(inset => inset.joint || inset.name) : [], now = names.indexOf(model.get("selected"));
+    if (!names.length) return;
+    const next = names[now < 0 ? 0 : (now + by + names.length) % names.length];
+    note.textContent = `Chosen: ${next}.`;
+    select(next);
+  }
   // a move is sent when the one before has been answered, so that the drawing is never behind a queue of moves
   let queued = null, asked = false;
   function flush() { if (queued && !asked) { asked = true; model.send(queued); queued = null; } }
@@ -426,6 +434,7 @@ function render({ model, el }) {
     const move = { ArrowLeft: -1, ArrowRight: 1 }[event.key];
     if (event.key === " ") { event.preventDefault(); play(!playing); }
     else if (move) { event.preventDefault(); go(Math.floor(now) + move); }
+    else if (event.key === "ArrowUp" || event.key === "ArrowDown") { event.preventDefault(); turn(event.key === "ArrowUp" ? -1 : 1); }
   });
 
   // where joints and the handles of lengths are on the screen, for tests and other scripts
@@ -452,7 +461,8 @@ function render({ model, el }) {
       now = Math.min(frames() - 1, phase * (frames() - 1));
       if (!camera.own || !earlier) fit();
       canvas.setAttribute("aria-label", `the mechanism: ${scene.pins.names.length} ideal joints, ${scene.joints.length} clearance joints`
-        + (scene.channels.length ? `, ${scene.channels.length} clearance guides` : ""));
+        + (scene.channels.length ? `, ${scene.channels.length} clearance guides` : "")
+        + "; arrow keys: left and right frames, up and down clearance joints; space: play");
       canvas.dataset.run = scene.run;
       show(false);
     }

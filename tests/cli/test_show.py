@@ -186,6 +186,27 @@ def test_narrow_tables_never_cut_digits(width: int) -> None:
     assert ("Left out at this width" in text) == (width < 100)
 
 
+@pytest.mark.parametrize(
+    ("command", "names"),
+    [
+        (["laws"], {name for kind in BY_KIND.values() for name in kind} | set(MATERIALS)),
+        (["controllers"], {"feed-forward", "pyragas"}),
+        (["laws", "lugre"], {"bristle_stiffness", "stribeck_exponent"}),
+        (["controllers", "feed-forward"], {"eccentricity_rate_damping", "regularisation_length"}),
+    ],
+)
+def test_names_can_be_typed_from_a_narrow_table(
+    command: list[str], names: set[str], capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Identity: names and defaults, which are copied into case files, are not cut where the terminal has 60 columns."""
+    monkeypatch.setattr("scissordyn.cli.show.console", lambda: TextConsole(highlight=False, width=60))
+    assert status_of(command) == 0
+    lines = capsys.readouterr().out.splitlines()
+    assert all(len(line) <= 60 for line in lines)
+    assert names <= {line.split()[0] for line in lines if line.strip()}
+    assert not any("…" in line for line in lines)
+
+
 def test_formulas_are_readable(capsys: pytest.CaptureFixture[str]) -> None:
     """Identity: the terminal shows no LaTeX for any law or controller."""
     for known in BY_KIND.values():

@@ -92,6 +92,7 @@ class Tab:
     browser
         Of Playwright.
     url : str
+        "" for a window that is empty until `open`.
     size : (int, int)
         Width and height of the window [pixel].
     dark : bool
@@ -116,8 +117,13 @@ class Tab:
         self.page.on("console", lambda message: self.errors.append(message.text) if message.type == "error" else None)
         self.page.on("pageerror", lambda error: self.errors.append(str(error)))
         self.page.on("dialog", lambda dialog: (self.errors.append(f"dialog: {dialog.message}"), dialog.dismiss()))
-        self.page.on("request", lambda request: self._local(request.url, url))
         self.page.on("requestfailed", lambda request: self.errors.append(f"failed: {request.url}"))
+        if url:
+            self.open(url)
+
+    def open(self, url: str) -> None:
+        """Open a page, and wait for its first run."""
+        self.page.on("request", lambda request: self._local(request.url, url))
         self.page.goto(url)
         self.ready(0)
 
@@ -144,6 +150,7 @@ class Tab:
                 && curves.tags[1] === found.canvas;
             }""",
             arg=before,
+            polling=50,  # to look at each frame would slow the page down
             timeout=1e3 * self.patience,
         )
         return self.run

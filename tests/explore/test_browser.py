@@ -117,6 +117,31 @@ def test_click_on_a_joint_follows_it(tab: Tab) -> None:
     assert np.allclose(tab.handle(name), here, atol=0.5)
 
 
+@pytest.mark.parametrize(("across", "down"), [(0.0, 0.5), (1.0, 0.5), (0.5, 0.0), (0.5, 1.0), (1.0, 1.0)])
+def test_names_stay_in_the_drawing(tab: Tab, across: float, down: float) -> None:
+    """Identity: however the drawing is panned, the name of a joint that is in it is in it as a whole."""
+    stage = tab.page.locator(".sd-stage")
+    box = stage.locator("canvas").bounding_box()
+    room = stage.evaluate("root => root.names()")
+    place = tab.handle("unit 1/pivot")
+    inset = 5.0  # from the edges
+    wanted = [
+        box["x"] + min(max(across * room["width"], inset), room["width"] - inset),
+        box["y"] + min(max(down * room["height"], inset), room["height"] - inset),
+    ]
+    empty = box["x"] + 0.5 * room["width"], box["y"] + 0.06 * room["height"]
+    tab.page.mouse.move(*empty)
+    tab.page.mouse.down()
+    tab.page.mouse.move(*[start + end - now for start, end, now in zip(empty, wanted, place, strict=True)], steps=4)
+    tab.page.mouse.up()
+    tab.until(lambda: bool(np.allclose(tab.handle("unit 1/pivot"), wanted, atol=2.0)))
+    named = stage.evaluate("root => new Promise(done => requestAnimationFrame(() => done(root.names())))")
+    assert "unit 1/pivot" in [each["words"] for each in named["boxes"]]
+    for each in named["boxes"]:
+        assert 0.0 <= each["left"] < each["right"] <= named["width"], each
+        assert 0.0 <= each["top"] < each["bottom"] <= named["height"], each
+
+
 def test_dragged_pin_changes_the_case(tab: Tab) -> None:
     """Identity: while a pin is dragged it follows the pointer, assembled; released, the numbers of the case have changed."""
     first, before = tab.run, (tab.text("structure.bar_length"), tab.text("structure.angle"))
@@ -209,6 +234,9 @@ def test_saved_files_are_of_what_is_shown(tab: Tab, tmp_path: Path) -> None:
     made: dict[str, Any] = {}
     exec(area.input_value().rpartition("run = ")[0], made)
     assert made["mechanism"] == read_case(files["case"]).mechanism
+    tab.page.keyboard.press("Escape")
+    assert area.count() == 0
+    assert tab.page.evaluate("document.activeElement.shadowRoot.activeElement.dataset.id") == "python"
 
 
 def test_tabs_are_independent(tab: Tab, browser: Any, url: str) -> None:

@@ -16,13 +16,13 @@ from scissordyn.explore.shell import SCRIPTS, Entrance, package_folder
 
 
 def test_frame_has_the_scripts_of_the_page() -> None:
-    """Cross-check: the scripts and their order are those that the library lists for the page, which draws without WebGL."""
+    """Cross-check: the scripts and their order are those that the library lists for the page, but WebGL and maps of imports."""
     document = Document()
     with set_curdoc(document):
-        Page("case.toml", FirstRun(lambda: pytest.fail("nothing is read yet"))).layout().server_doc(document)
+        Page("case.toml", FirstRun(lambda: pytest.fail("nothing is read yet"))).show()
         bundle = bundle_resources(document.roots, Resources(mode="server", root_url=""))
     listed = [str(url).partition("?")[0].lstrip("/") for url in bundle.js_files]
-    assert [url for url in listed if "bokeh-gl" not in url] == list(SCRIPTS)
+    assert [url for url in listed if "bokeh-gl" not in url and "es-module-shims" not in url] == list(SCRIPTS)
 
 
 def test_scripts_are_files_of_the_packages() -> None:

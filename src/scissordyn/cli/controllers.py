@@ -28,7 +28,9 @@ def controllers(name: Annotated[str | None, typer.Argument(help="One controller.
         inside = ", ".join([f'name = "{name}"', *needed])
         to.print(f"In a case file, below [control]: controller = {{ {inside} }}", markup=False)
         return 0
-    table = Table("name", "what it is", box=box.SIMPLE_HEAD, pad_edge=False)
+    table = Table(box=box.SIMPLE_HEAD, pad_edge=False)
+    table.add_column("name", no_wrap=True)
+    table.add_column("what it is")
     table.add_column("source", overflow="fold")
     for known, described in CONTROLLERS.items():
         table.add_row(known, (described.__doc__ or "").strip().splitlines()[0], vars(described)["source"])

@@ -78,15 +78,18 @@ def _list(to: Console) -> None:
     from scissordyn.laws.catalogue import BY_KIND, MATERIALS, facts
 
     for kind, known in BY_KIND.items():
-        table = Table("name", "what it is", box=box.SIMPLE_HEAD, pad_edge=False, title=kind, title_justify="left")
+        table = Table(box=box.SIMPLE_HEAD, pad_edge=False, title=kind, title_justify="left")
+        table.add_column("name", no_wrap=True)
+        table.add_column("what it is")
         table.add_column("source", overflow="fold")
         for name in known:
             law = facts(kind, name)
             table.add_row(name, law.summary, law.source)
         to.print(table)
-    table = Table("name", box=box.SIMPLE_HEAD, pad_edge=False, title="material", title_justify="left")
+    table = Table(box=box.SIMPLE_HEAD, pad_edge=False, title="material", title_justify="left")
+    table.add_column("name", no_wrap=True)
     for column in ("E [GPa]", "nu", "rho [kg/m^3]"):
-        table.add_column(column, justify="right")
+        table.add_column(column, justify="right", no_wrap=True)
     table.add_column("source", overflow="fold")
     for name, material in MATERIALS.items():
         numbers = (material.youngs_modulus / 1e9, material.poisson_ratio, material.density)

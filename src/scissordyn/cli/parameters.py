@@ -9,6 +9,9 @@ if TYPE_CHECKING:
 
 __all__ = ["print_parameters", "print_text"]
 
+NARROW = 90
+"""On narrower terminals what is allowed stands in the column of what a parameter means."""
+
 
 def print_text(described: type, to: Console) -> None:
     """Print the docstring of a plug-in: its formulas in characters, its paragraphs as wide as the terminal."""
@@ -36,14 +39,20 @@ def print_parameters(described: type, to: Console) -> list[str]:
     from scissordyn.config.table import key_help, key_sample, quantity_of, table_of
 
     keys = table_of(described)
-    table = Table("parameter", "default", "allowed", "meaning", box=box.SIMPLE_HEAD, pad_edge=False)
+    table = Table(box=box.SIMPLE_HEAD, pad_edge=False, padding=(0, 1, 0, 0))
+    table.add_column("parameter", no_wrap=True)  # names and values are copied from here
+    table.add_column("default", no_wrap=True)
+    narrow = to.width < NARROW
+    for title in ("meaning",) if narrow else ("allowed", "meaning"):
+        table.add_column(title, overflow="fold")
     for key, field in keys.model_fields.items():
         quantity = quantity_of(keys, key)
         allowed = quantity.allowed.removeprefix("a finite number").strip() if quantity else "true or false"
         if quantity is None and isinstance(field.default, str):
             allowed = "text"
         default = "" if field.is_required() or field.default is None else key_sample(keys, key)
-        table.add_row(key, default, allowed, key_help(keys, key))
+        meaning = key_help(keys, key)
+        table.add_row(key, default, *((f"{meaning}; {allowed}".strip("; "),) if narrow else (allowed, meaning)))
     if keys.model_fields:
         to.print(table)
     return [f"{key} = {key_sample(keys, key)}" for key in keys.model_fields]

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from typing import Any
 
 from bokeh.application.handlers.function import FunctionHandler
 from bokeh.document import Document
@@ -47,10 +46,9 @@ def application(
         Ends it.
     """
 
-    def page() -> Any:
-        layout = Page(name, first).layout()
+    def page() -> None:
+        Page(name, first).show()
         loop.add_callback(built)
-        return layout
 
     applications = build_applications({"/": page}, title=f"{name} - scissordyn")
     applications["/"].add(FunctionHandler(_keep_local))

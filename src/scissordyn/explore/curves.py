@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from bokeh.core.properties import value
+from bokeh.layouts import gridplot
 from bokeh.models import (
     CDSView,
     ColumnDataSource,
@@ -27,6 +28,7 @@ from bokeh.models import (
 )
 from bokeh.plotting import figure
 
+from scissordyn.explore.shell import area
 from scissordyn.plot.scale import DEGREES, Scale, engineering
 from scissordyn.plot.series import clearance_joints, predictability_horizon
 from scissordyn.plot.style import BLACK, BLUE, GREEN, ORANGE, PURPLE, SKY, VERMILION
@@ -73,8 +75,6 @@ const move = event => {
 if (window.scissordynCursor) window.removeEventListener("scissordyn:time", window.scissordynCursor);
 window.scissordynCursor = move;
 window.addEventListener("scissordyn:time", move);
-// no style sheet of the page sets colours and widths of figures: to ask for them before each line costs more than drawing it
-try { Bokeh.require("core/visuals/visual").VisualProperties.prototype._get_css_value = () => ""; } catch { }
 """
 DRAWN = """
 const run = clock.tags[1];
@@ -132,7 +132,8 @@ class Curves:
 
     def __init__(self, *, dark: bool = False) -> None:
         names = [column for panel in PANELS for column, _, _ in panel.lines]
-        empty: dict[str, Any] = {"time": [], **{name: [] for name in names}}
+        # one sample draws nothing, and axes with its range have the size of later ones
+        empty: dict[str, Any] = {"time": [0.0], **{name: [0.0] for name in names}}
         self.dark = dark
         self.source = ColumnDataSource(empty, name="curves")
         first = [panel.lines[0][0] for panel in PANELS]
@@ -151,6 +152,16 @@ class Curves:
         self.clock = Title(tags=[1.0, 0], name="clock")
         self.ticks = CustomJSTickFormatter(code=TICKS)
         self.figures = [self._time_figure(panel) for panel in PANELS]
+        self._end_with(self.figures[-2])  # as for most runs, which track no point
+        self.figures[-1].visible = False
+        # one bar of tools for all figures: to lay out one for each takes longer than the figures themselves
+        self.stack = gridplot(
+            [[made] for made in self.figures],
+            sizing_mode="stretch_width",
+            toolbar_location="right",
+            toolbar_options={"logo": None, "autohide": True},
+        )
+        self.stack.styles = {**area("curves"), "overflow-y": "auto"}
         self.orbit = self._orbit_figure()
         self.source.js_on_change("data", CustomJS(args={"clock": self.clock}, code=DRAWN))
         self.start = CustomJS(args={"spans": self.spans, "clock": self.clock}, code=CURSOR)
@@ -163,7 +174,6 @@ class Curves:
             x_range=self.range,
             tools="xpan,xwheel_zoom,box_zoom,reset,save",
             active_drag="box_zoom",
-            toolbar_location="right",
             name=panel.name,
             min_border_left=LEFT,
             output_backend="canvas",
@@ -185,6 +195,8 @@ class Curves:
             made.add_layout(legend, "above")
         else:
             made.title.text = panel.lines[0][1]  # it takes its room from the beginning
+        # labels as high as later ones: the library lays a figure out anew when they grow
+        made.yaxis.axis_label, made.xaxis.axis_label = panel.unit, "time [s]"
         made.yaxis.formatter = self.ticks
         made.yaxis.major_label_text_font = "monospace"
         span = Span(location=0.0, dimension="height", line_color=VERMILION, line_width=1.2, tags=["cursor"])
@@ -212,8 +224,10 @@ class Curves:
             active_scroll="wheel_zoom",
             toolbar_location="right",
             name="orbit",
+            styles=area("orbit"),
             min_border_left=LEFT,
         )
+        made.title.text, made.xaxis.axis_label, made.yaxis.axis_label = "journal orbit", "x [mm]", "y [mm]"
         self._add(made, self.circle, Line(x="x", y="y", line_color=THEMES["light"]["faint"], line_dash=[2, 2]))
         pinned = MultiLine(xs="x", ys="y", line_color="color", line_dash=[6, 3], line_width=1.0)
         self._add(made, self.pinned_orbits, pinned)
@@ -280,16 +294,19 @@ class Curves:
             if made.legend:
                 made.legend[0].items[0].label = value(f"{names[panel.name]}: {panel.lines[0][1]}")
             made.visible = any(len(data[column]) and np.isfinite(data[column]).any() for column, _, _ in panel.lines)
-        last = [made for made in self.figures if made.visible][-1:]
-        for made in self.figures:
-            made.xaxis.visible = made in last
             made.xaxis.axis_label = f"time [{time.unit}]"
-            made.height = HEIGHT + (LABELS if made in last else 0)
+        self._end_with([made for made in self.figures if made.visible][-1])
         before = [self._scaled(pin, joint, output, scales)[1] for pin in reversed(pins)]
         columns = {name: [data[name] for data in before] for name in self.pinned.data if name != "color"}
         _renew(self.pinned, {**columns, "color": self._colors(len(before))})
         self._show_orbit(run, pins, joint)
         self.source.data = data
+
+    def _end_with(self, last: Any) -> None:
+        """Label the times below the last figure only."""
+        for made in self.figures:
+            made.xaxis.visible = made is last
+            made.height = HEIGHT + (LABELS if made is last else 0)
 
     def _colors(self, count: int) -> list[str]:
         """Colours of pinned runs."""

@@ -51,6 +51,7 @@ def view(run: xr.Dataset, *, ghost: xr.Dataset | None = None) -> Any:
         draft = traitlets.Unicode().tag(sync=True)
         selected = traitlets.Unicode().tag(sync=True)
         theme = traitlets.Unicode().tag(sync=True)
+        movable = traitlets.Bool(default_value=False).tag(sync=True)  # there is no case that a drag would change
 
     def packed(of: xr.Dataset) -> str:
         return packed_scene(of, read_configuration(of).build_mechanism())

@@ -11,12 +11,12 @@ from typing import TYPE_CHECKING, Any
 
 import panel as pn
 from bokeh.events import DocumentReady
-from bokeh.io import curdoc
 
 from scissordyn.errors import ScissordynError
 from scissordyn.explore.curves import Curves
 from scissordyn.explore.first import FirstRun
 from scissordyn.explore.session import Session
+from scissordyn.explore.shell import area
 from scissordyn.explore.table import ContactTable
 from scissordyn.explore.widgets import Canvas, Form, Toolbar
 from scissordyn.explore.worker import Outcome
@@ -27,9 +27,6 @@ if TYPE_CHECKING:
     from scissordyn.explore.drag import Drag
 
 __all__ = ["Page"]
-
-TOP, TABLE_ROOM, ORBIT_ROOM = 78, 200, 300
-"""Room for the bar, for the table of contacts and for the orbit [pixel]."""
 
 LOOK = 200
 """Runs that take longer show their progress, so often [ms]; the state of shorter ones does not flicker."""
@@ -50,16 +47,16 @@ class Page:
     """
 
     def __init__(self, name: str, first: FirstRun) -> None:
-        self.document = curdoc()
+        self.document = pn.state.curdoc
         self.name, self.first = name, first
         self._session: Session | None = None
         self.drag: Drag | None = None
         self.dark = False
         self.answers = 0
         self.selected = ""
-        self.toolbar = Toolbar(self._asked, sizing_mode="stretch_width")
-        self.form = Form(self._typed, width=330, styles=_tall(ORBIT_ROOM))
-        self.canvas = Canvas(self._dragged, sizing_mode="stretch_width", styles=_tall(TABLE_ROOM), min_width=420)
+        self.toolbar = Toolbar(self._asked, sizing_mode="stretch_width", styles=area("bar"))
+        self.form = Form(self._typed, sizing_mode="stretch_both", styles=area("form"))
+        self.canvas = Canvas(self._dragged, sizing_mode="stretch_both", styles=area("canvas"))
         self.curves = Curves()
         self.contacts = ContactTable()
         self.canvas.param.watch(self._choose, "selected")
@@ -95,15 +92,12 @@ class Page:
         if self._session is not None:
             self._session.close()
 
-    def layout(self) -> Any:
-        """The components of the page."""
-        middle = pn.Column(
-            self.canvas, pn.pane.Bokeh(self.contacts.table, sizing_mode="stretch_width"), sizing_mode="stretch_width"
-        )
-        plots = [pn.pane.Bokeh(made, sizing_mode="stretch_width") for made in self.curves.figures]
-        left = pn.Column(self.form, pn.pane.Bokeh(self.curves.orbit), width=340)
-        right = pn.Column(*plots, sizing_mode="stretch_width", min_width=400, styles={**_tall(0), "overflow-y": "auto"})
-        return pn.Column(self.toolbar, pn.Row(left, middle, right, sizing_mode="stretch_width"), sizing_mode="stretch_width")
+    def show(self) -> None:
+        """Put the parts of the page into its document, each for itself: when one changes its size, the others stay."""
+        for part in (self.toolbar, self.form, self.canvas):
+            part.server_doc(self.document, location=False)
+        for figure in (self.curves.orbit, self.contacts.table, self.curves.stack):
+            self.document.add_root(figure)
 
     # what comes from the session, also from its thread
 
@@ -385,11 +379,6 @@ class Page:
             texts, self.drag = self.drag.texts, None
             if not (texts and self.session.change_all(texts)):
                 self.canvas.draft = ""
-
-
-def _tall(less: int) -> dict[str, str]:
-    """The height of the window, less the bar and some further room [pixel]."""
-    return {"height": f"calc(100vh - {TOP + less}px)"}
 
 
 def _heaviest(good: Outcome) -> str:

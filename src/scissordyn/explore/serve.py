@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import signal
 import socket
 import threading
@@ -107,6 +108,7 @@ def serve(
     built = threading.Event()
 
     def prepare() -> None:
+        gc.disable()  # to look for garbage among what the libraries set up is a tenth of the time to import them
         try:
             from scissordyn.explore.application import application  # with the libraries of the page
 
@@ -118,6 +120,9 @@ def serve(
             fault.append(error)
             loop.add_callback(loop.stop)
             return
+        finally:
+            gc.freeze()
+            gc.enable()
         if first.error is not None:
             loop.add_callback(loop.call_later, LAST_WORDS if entrance.asked else 0.0, loop.stop)
 

@@ -11,16 +11,15 @@ from tornado.httputil import HTTPMessageDelegate, HTTPServerRequest
 from tornado.routing import Router
 from tornado.web import Application, RequestHandler, StaticFileHandler
 
-__all__ = ["SCRIPTS", "STYLE", "Entrance", "package_folder"]
+__all__ = ["SCRIPTS", "STYLE", "Entrance", "area", "package_folder"]
 
 SCRIPTS = (
-    "static/extensions/panel/bundled/reactiveesm/es-module-shims@^1.10.0/dist/es-module-shims.min.js",
     "static/js/bokeh.min.js",
     "static/js/bokeh-widgets.min.js",
     "static/js/bokeh-tables.min.js",
     "static/extensions/panel/panel.min.js",
 )
-"""What the page's libraries need in the browser, in this order."""
+"""What the page's libraries need in the browser, in this order; modules are imported by the browser itself."""
 
 ELEMENT = "sd-page"
 BEGIN = f"autoload.js?bokeh-autoload-element={ELEMENT}"
@@ -33,6 +32,9 @@ STYLE = """
   --sd-trail: #F0B83A; color-scheme: dark }
 html, body { display: flow-root; box-sizing: border-box; height: 100%; margin: 0; padding: 0 }
 body { background: var(--sd-back); padding: 0 10px }
+#sd-page { display: grid; height: 100%; gap: 0 10px; grid-template-columns: 340px minmax(420px, 1fr) minmax(400px, 1fr);
+  grid-template-rows: auto minmax(240px, 1fr) 90px 200px;
+  grid-template-areas: "bar bar bar" "form canvas curves" "orbit canvas curves" "orbit table curves" }
 #sd-start { font: 13px/1.4 system-ui, sans-serif; color: var(--sd-faint); margin: 10px 0 }
 """
 
@@ -52,13 +54,33 @@ FRAME = """<!DOCTYPE html>
 document.documentElement.dataset.sdTheme = matchMedia("(prefers-color-scheme: dark)").matches ? "dark" : "light";
 // the scripts below are all that the page needs: none is loaded a second time
 window._bokeh_onload_callbacks = []; window._bokeh_is_loading = 0;
+// the page's components import nothing: they need no maps of imports, which a library of its own would give old browsers
+window.importShim = Object.assign(url => import(url), {{ addImportMap: () => {{ }} }});
 </script>
-<script type="esms-options">{{"shimMode": true}}</script>
 {scripts}
+<script type="module">
+// No style sheet of the page sets colours and widths of figures, and the size of letters stays: to ask for them before each
+// line and each axis costs more than drawing it.
+try {{
+  Bokeh.require("core/visuals/visual").VisualProperties.prototype._get_css_value = () => "";
+  const plot = Bokeh.require("models/plots/plot_canvas").PlotView.prototype;
+  const {{ get }} = Object.getOwnPropertyDescriptor(plot, "base_font_size"), known = new WeakMap();
+  Object.defineProperty(plot, "base_font_size", {{ get() {{
+    if (!known.has(this) && this.el.isConnected) known.set(this, get.call(this));
+    return known.get(this) ?? get.call(this);
+  }} }});
+}} catch (error) {{ console.warn(`figures are drawn as slowly as they come: ${{error}}`); }}
+</script>
+<script defer src="start.js"></script>
 </head>
-<body><p id="sd-start" role="status">{name}: starting</p><div id="{element}" style="display: contents"></div></body>
+<body><p id="sd-start" role="status">{name}: starting</p><div id="{element}"></div></body>
 </html>
 """
+
+
+def area(name: str) -> dict[str, str]:
+    """Where in the frame a part of the page stands: "bar", "form", "canvas", "curves", "orbit" or "table"."""
+    return {"grid-area": name, "min-width": "0", "min-height": "0"}
 
 
 class Entrance(Router):
@@ -79,7 +101,7 @@ class Entrance(Router):
             icon=ICON,
             style=STYLE,
             element=ELEMENT,
-            scripts="\n".join(f'<script defer src="{script}"></script>' for script in (*SCRIPTS, "start.js")),
+            scripts="\n".join(f'<script defer src="{script}"></script>' for script in SCRIPTS),
         )
         files = {"panel": package_folder("panel") / "dist", "bokeh": package_folder("bokeh") / "server" / "static" / "js"}
         self._first = Application(

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from bokeh.models import ColumnDataSource, CustomJS, DataTable, InlineStyleSheet, NumberFormatter, TableColumn
 
+from scissordyn.explore.shell import area
 from scissordyn.plot.scale import Scale, engineering
 
 if TYPE_CHECKING:
@@ -21,6 +22,9 @@ COLUMNS = (
     ("contact_duration", "duration", "s"),
     ("rebound_speed", "rebound", "m/s"),
 )
+
+USUAL = {"s": "ms", "N": "kN"}
+"""Units of most runs; with other ones the browser makes the table anew, once for each column."""
 
 LONG = 10.0
 """Shorter times are in milliseconds [s]."""
@@ -51,17 +55,15 @@ class ContactTable:
         names = ["number", "joint", "seconds", *(name for name, _, _ in COLUMNS)]
         self.source = ColumnDataSource({name: [] for name in names}, name="contact data")
         self.columns = [TableColumn(field="number", title="#", width=36), TableColumn(field="joint", title="joint", width=130)]
-        self.columns += [
-            TableColumn(
-                field=name, title=f"{title} [{unit}]", formatter=NumberFormatter(format="0.000", nan_format="-"), width=84
-            )
-            for name, title, unit in COLUMNS
-        ]
+        form = NumberFormatter(format="0.000", nan_format="-")
+        for name, title, unit in COLUMNS:
+            shown = f"{title} [{USUAL.get(unit, unit)}]"
+            self.columns.append(TableColumn(field=name, title=shown, formatter=form, width=84))
         self.table: Any = DataTable(
             source=self.source,
             columns=self.columns,
-            height=190,
-            sizing_mode="stretch_width",
+            sizing_mode="stretch_both",
+            styles=area("table"),
             index_position=None,
             reorderable=False,
             stylesheets=[InlineStyleSheet(css=LOOK)],

@@ -41,6 +41,11 @@ class _Sender(JSComponent):  # type: ignore[misc]
         if isinstance(message, dict):
             self._heard(message)
 
+    def _get_properties(self, doc: Any) -> dict[str, Any]:
+        # what has the name of a bundle is imported as it is: the library would have the browser parse and translate it first,
+        # though it is neither TypeScript nor JSX
+        return {**super()._get_properties(doc), "bundle": f"scissordyn-{type(self).__name__}"}
+
 
 class Canvas(_Sender):
     """The mechanism: the anywidget of `canvas.js`."""

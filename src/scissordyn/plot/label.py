@@ -31,8 +31,12 @@ APART = np.array([6.0, 1.5])
 INK = 3.0
 """Lines are looked at in points so far apart [pt]."""
 
-HIDDEN, FAR, CROSSED, TOUCHED = 1.6, 0.06, 4.0, 30.0
-"""What a hidden point of a line, a point of distance, a leader across a name, and a name on a joint weigh."""
+HIDDEN, FAR, CROSSED, TOUCHED, MISLED = 1.6, 0.15, 4.0, 30.0, 60.0
+"""What a hidden point of a line, a point of distance, a leader across a name, a name on a joint, and what seems to be the name
+of another joint weigh."""
+
+CLEAR = 4.0
+"""A name without a leader is so much nearer to its own joint than to others, and a leader passes others so far away [pt]."""
 
 BLOCKED = 1e4
 """What a place on another name or beyond the frame weighs: more than everything else together."""
@@ -154,6 +158,12 @@ def _best(
     for x, y, radius in rings:
         near = np.clip((x, y), first + 0.5 * APART * dot, last - 0.5 * APART * dot)
         cost = cost + TOUCHED * (np.linalg.norm(near - (x, y), axis=1) < radius)
+        away = np.array([x, y]) - anchor
+        if math.hypot(*away) > radius:
+            along = np.clip(reach @ away / np.sum(reach**2, axis=1), 0.0, 1.0)[:, None] * reach
+            passed = np.linalg.norm(along - away, axis=1) < radius + CLEAR * dot
+            nearer = np.linalg.norm(near - (x, y), axis=1) < (distance + CLEAR) * dot
+            cost = cost + MISLED * np.where(distance > LEADER, passed, nearer)
     everything = np.concatenate([ink, *leaders])
     for k in np.flatnonzero(free) if free.any() else range(len(centre)):
         cost[k] += HIDDEN * float(np.sum(np.all((everything > first[k]) & (everything < last[k]), axis=1)))

@@ -1,10 +1,13 @@
 // The mechanism on a canvas, with a player: an anywidget component. It needs no other file and no network.
-// In: scene, ghost, draft (JSON, see scene.py), selected (name of a joint). Out: selected, and messages of drags.
+// In: scene, ghost, draft (JSON, see scene.py), selected (name of a joint), movable (false: no drags). Out: selected, and messages
+// of drags.
 
 const TRAIL = 40;            // frames over which the journal's path stays visible
 const REACH = 11;            // how near to a joint a click must be [pixel]
 const GAP = 0.35;            // drawn clearance as a fraction of the drawn journal's radius, as in films
 const LETTERS = 1.5;         // size of the letters, over that for which the places of names were chosen
+const LETTER = "system-ui, sans-serif";
+const HIGH = 15;             // of a name [pixel]
 const SPEEDS = [0.1, 0.25, 0.5, 1, 2, 4];
 const SECONDS = 6;           // a run is shown in so many seconds at speed 1
 
@@ -48,6 +51,9 @@ function unpacked(text) {
   return scene;
 }
 
+// where something of a size begins, moved so that it is within 0 and an end
+function within(start, size, end) { return Math.max(2, Math.min(start, end - size - 2)); }
+
 function newtons(force) {
   for (const [size, unit] of [[1e6, "MN"], [1e3, "kN"], [1, "N"]])
     if (force >= size || unit === "N") return `${Number((force / size).toPrecision(3))} ${unit}`;
@@ -70,8 +76,9 @@ function render({ model, el }) {
   const [button, scrub, clock, speed, note] = ["play", "scrub", "clock", "speed", "note"].map(part);
   for (const s of SPEEDS) speed.add(new Option(`${s}×`, s, s === 1, s === 1));
 
+  const movable = model.get("movable") !== false;  // whether somebody assembles what is dragged
   let scene = null, ghost = null, draft = null, colors = {};
-  let now = 0, playing = false, before = null, wanted = false, hover = null, hold = null, drawn = 0;
+  let now = 0, playing = false, before = null, wanted = false, hover = null, pointer = null, hold = null, drawn = 0, named = [];
   const camera = { x: 0, y: 0, scale: 1, own: false };
 
   // ---- colours: from the page's theme, with defaults for notebooks
@@ -151,9 +158,19 @@ function render({ model, el }) {
     if (stroke) { context.strokeStyle = stroke; context.lineWidth = width; context.stroke(); }
   }
   function text(words, x, y, color, align = "center", size = 12) {
-    context.font = `${size}px system-ui, sans-serif`; context.textAlign = align; context.textBaseline = "middle";
+    context.font = `${size}px ${LETTER}`; context.textAlign = align; context.textBaseline = "middle";
     context.lineWidth = 3; context.strokeStyle = colors.back; context.strokeText(words, x, y);
     context.fillStyle = color; context.fillText(words, x, y);
+  }
+  // the name of a point of the drawing, moved into the drawing where it would leave it; that of a point outside is not drawn
+  function name(words, x, y, dx, dy, color, align = "center") {
+    const { main, height } = box();
+    if (x < 0 || x > main || y < 0 || y > height) return;
+    context.font = `12px ${LETTER}`;
+    const wide = context.measureText(words).width, left = within(x + dx - (align === "left" ? 0 : wide / 2), wide, main);
+    const top = within(y + dy - HIGH / 2, HIGH, height);
+    named.push({ words, left, top, right: left + wide, bottom: top + HIGH });
+    text(words, left, top + HIGH / 2, color, "left");
   }
   function drawTracks(source, frame, X, Y) {
     for (const track of source.tracks) {
@@ -161,7 +178,7 @@ function render({ model, el }) {
       for (let k = 0; k <= frame; k++) { const [x, y] = at(track.points, k, 0, 1); k ? context.lineTo(X(x), Y(y)) : context.moveTo(X(x), Y(y)); }
       context.strokeStyle = colors.trail; context.lineWidth = 1.2; context.stroke();
       const [x, y] = at(track.points, frame, 0, 1);
-      disc(X(x), Y(y), 3, colors.trail); text(track.name, X(x) + 8, Y(y) - 9, colors.trail, "left");
+      disc(X(x), Y(y), 3, colors.trail); name(track.name, X(x), Y(y), 8, -9, colors.trail, "left");
     }
   }
   function drawJoints(source, frame, X, Y) {
@@ -179,18 +196,18 @@ function render({ model, el }) {
     for (const joint of source.joints) {
       const [x, y] = at(joint.place, frame, 0, 1), color = joint.touched[frame] ? colors.contact : colors.free;
       disc(X(x), Y(y), 8, null, color, 2.2);
-      if (source.joints.length <= 6 || joint.name === selected) text(joint.name, X(x) + joint.aside[0], Y(y) + joint.aside[1], colors.ink);
+      if (source.joints.length <= 6 || joint.name === selected) name(joint.name, X(x), Y(y), ...joint.aside, colors.ink);
     }
     for (const channel of source.channels) {
       const [x, y] = at(channel.place, frame, 0, 1);
       disc(X(x), Y(y), 8, null, touches(channel, frame) ? colors.contact : colors.free, 2.2);
-      text(channel.name, X(x) + channel.aside[0], Y(y) + channel.aside[1], colors.ink);
+      name(channel.name, X(x), Y(y), ...channel.aside, colors.ink);
     }
-    if (hover && hover.kind === "pin") text(hover.name, hover.x, hover.y - 17, colors.ink);
+    if (hover && hover.kind === "pin") name(hover.name, hover.x, hover.y, 0, -17, colors.ink);
     if (hover && hover.kind === "length") {
       context.save(); context.translate(hover.x, hover.y); context.rotate(Math.PI / 4);
       context.fillStyle = colors.trail; context.fillRect(-5, -5, 10, 10); context.restore();
-      text(`${hover.name}: drag its length`, hover.x, hover.y - 17, colors.ink);
+      name(`${hover.name}: drag its length`, hover.x, hover.y, 0, -17, colors.ink);
     }
   }
   function touches(channel, frame) {
@@ -255,6 +272,9 @@ function render({ model, el }) {
     context.fillStyle = colors.back; context.fillRect(0, 0, width, height);
     if (!scene) { text("computing the first run", width / 2, height / 2, colors.faint); return; }
     const source = shown(), frame = frameOf(), [X, Y] = onto();
+    named = [];
+    hover = pointer && !hold ? hit(...pointer) : null;  // also when the drawing moves below the pointer
+    canvas.style.cursor = hover ? "pointer" : "grab";
     context.save(); context.beginPath(); context.rect(0, 0, box().main, height); context.clip();
     if (scene.horizon !== null && scene.time[frame] > scene.horizon) {
       context.fillStyle = colors.fill; context.globalAlpha = 0.45; context.fillRect(0, 0, width, height); context.globalAlpha = 1;
@@ -322,7 +342,7 @@ function render({ model, el }) {
     }
     if (best) return best;
     for (const shape of source.shapes) {
-      if (shape.kind !== "bar") continue;
+      if (shape.kind !== "bar" || !movable) continue;
       const [a, b] = [at(shape.points, frame, 0, 2), at(shape.points, frame, 1, 2)];
       const x = X(0.65 * a[0] + 0.35 * b[0]), y = Y(0.65 * a[1] + 0.35 * b[1]);
       if (Math.hypot(px - x, py - y) < REACH) return { kind: "length", name: shape.name, x, y };
@@ -331,6 +351,14 @@ function render({ model, el }) {
   }
   function select(name) {
     model.set("selected", name); model.save_changes(); redraw();
+  }
+  // the next clearance joint or guide, as they stand beside the drawing
+  function turn(by) {
+    const names = scene ? scene.insets.map(inset => inset.joint || inset.name) : [], now = names.indexOf(model.get("selected"));
+    if (!names.length) return;
+    const next = names[now < 0 ? 0 : (now + by + names.length) % names.length];
+    note.textContent = `Chosen: ${next}.`;
+    select(next);
   }
   // a move is sent when the one before has been answered, so that the drawing is never behind a queue of moves
   let queued = null, asked = false;
@@ -349,14 +377,15 @@ function render({ model, el }) {
   canvas.addEventListener("pointermove", event => {
     const [x, y] = where(event);
     if (!hold) {
-      const found = hit(x, y);
-      if (JSON.stringify(found) !== JSON.stringify(hover)) { hover = found; canvas.style.cursor = found ? "pointer" : "grab"; redraw(); }
+      pointer = [x, y];
+      if (JSON.stringify(hit(x, y)) !== JSON.stringify(hover)) redraw();
       return;
     }
     if (!hold.moved && Math.hypot(x - hold.px, y - hold.py) < 4) return;
     if (!hold.moved) {
       hold.moved = true;
-      if (hold.kind === "pin" || hold.kind === "length") { go(0); hover = null; tell("start"); }
+      if (hold.kind === "pin" && !movable) hold.kind = "pan";
+      if (hold.kind === "pin" || hold.kind === "length") { go(0); tell("start"); }
     }
     if (hold.kind === "pan") {
       const followed = followedPlace();
@@ -383,6 +412,7 @@ function render({ model, el }) {
     }
     hold = null;
   }
+  canvas.addEventListener("pointerleave", () => { pointer = null; redraw(); });
   canvas.addEventListener("pointerup", release);
   canvas.addEventListener("pointercancel", release);
   canvas.addEventListener("wheel", event => {
@@ -404,6 +434,7 @@ function render({ model, el }) {
     const move = { ArrowLeft: -1, ArrowRight: 1 }[event.key];
     if (event.key === " ") { event.preventDefault(); play(!playing); }
     else if (move) { event.preventDefault(); go(Math.floor(now) + move); }
+    else if (event.key === "ArrowUp" || event.key === "ArrowDown") { event.preventDefault(); turn(event.key === "ArrowUp" ? -1 : 1); }
   });
 
   // where joints and the handles of lengths are on the screen, for tests and other scripts
@@ -418,6 +449,9 @@ function render({ model, el }) {
     return found;
   };
 
+  // the names in the drawing with their boxes, and its size, for tests
+  root.names = () => ({ width: box().main, height: box().height, boxes: named });
+
   // ---- the model
   function newScene() {
     const earlier = scene, phase = earlier && frames() > 1 ? now / (frames() - 1) : 0;
@@ -427,7 +461,8 @@ function render({ model, el }) {
       now = Math.min(frames() - 1, phase * (frames() - 1));
       if (!camera.own || !earlier) fit();
       canvas.setAttribute("aria-label", `the mechanism: ${scene.pins.names.length} ideal joints, ${scene.joints.length} clearance joints`
-        + (scene.channels.length ? `, ${scene.channels.length} clearance guides` : ""));
+        + (scene.channels.length ? `, ${scene.channels.length} clearance guides` : "")
+        + "; arrow keys: left and right frames, up and down clearance joints; space: play");
       canvas.dataset.run = scene.run;
       show(false);
     }

@@ -72,6 +72,8 @@ export function render({ model, el }) {
     close.type = "button"; close.textContent = "Close"; close.onclick = () => dialog.remove();
     const note = document.createElement("span");
     note.textContent = "Copied to the clipboard.";
+    dialog.setAttribute("role", "dialog"); dialog.setAttribute("aria-label", "copied");
+    dialog.onkeydown = event => { if (event.key === "Escape") { dialog.remove(); by.python.focus(); } };
     dialog.append(note, area, close);
     root.append(dialog);
     area.focus(); area.select();

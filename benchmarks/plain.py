@@ -89,7 +89,7 @@ class Plain:
             if self.kinetic is not None:
                 z = float(y[4])
                 bristle = slip - SIGMA0 * abs(slip) * z / self.sliding(slip)
-                tangential = normal * (SIGMA0 * z + SIGMA1 * bristle)
+                tangential = normal * (SIGMA0 * z + self.damping(slip) * bristle)
             fx, fy = -normal * nx + tangential * ny, -normal * ny - tangential * nx
             moment = -RJ * tangential
         half, unit, difference = 0.5 * L, M * L * L, p - k
@@ -105,6 +105,12 @@ class Plain:
         ratio = slip / STRIBECK
         # a product overflows to infinity where a power raises an exception: scipy's first trial steps are long
         return self.kinetic * (1.0 + 0.5 * math.exp(-ratio * ratio))
+
+    def damping(self, slip: float) -> float:
+        """Bristle damping, which fades so fast that friction stays within its static limit (F2)."""
+        assert self.kinetic is not None
+        ratio = slip * SIGMA1 / (math.sqrt(2.0 * math.e) * self.kinetic)
+        return SIGMA1 * math.exp(-ratio * ratio)
 
     def run(self) -> Plain:
         """Integrate from event to event; the bristles have the same tolerance as in the package."""
@@ -151,4 +157,4 @@ class Plain:
         *_, rate, slip = self.joint(t, y)
         self.approach = max(rate, 1e-6)
         if self.kinetic is not None:
-            y[4] = math.copysign(self.sliding(slip), slip) / SIGMA0
+            y[4] = math.tanh(slip / STRIBECK) * self.sliding(slip) / SIGMA0

@@ -115,9 +115,17 @@ MODULES: dict[str, dict[str, tuple[str, ...]]] = {
         "study.replay": ("replay_case",),
         "study.export": ("table", "export"),
         "study.report": ("write_report",),
+        "config.study": ("read_study", "study_of"),
+    },
+    "Samples, maps and flows": {
+        "analysis.recurrence": ("recurrence",),
+        "analysis.scatter": ("velocity_acceleration",),
+        "analysis.verdict": ("classify_samples",),
+        "analysis.lyapunov": ("largest_exponent_map", "largest_exponent", "exponent_from_growth"),
     },
     "Pictures": {
-        "plot": ("response", "force", "torque", "orbit", "energy", "structure", "comparison"),
+        "simulation.accessor": ("RunAccessor",),
+        "plot": ("Pictures", "response", "force", "torque", "orbit", "energy", "structure", "comparison"),
         "plot.regularity": (
             "stroboscopic_map",
             "power_spectrum",
@@ -127,10 +135,13 @@ MODULES: dict[str, dict[str, tuple[str, ...]]] = {
             "distribution",
             "velocity_acceleration",
         ),
-        "plot.study": ("feasibility_map", "response_curves", "sensitivity_bars", "pareto_front"),
+        "plot.study": ("feasibility_map", "response_curves", "requirement_bars", "sensitivity_bars", "pareto_front"),
     },
 }
 """What is imported from modules, by heading and module."""
+
+MEMBERS = ("Mechanism", "Pictures", "RunAccessor")
+"""Classes whose methods are listed."""
 
 
 def groups() -> dict[str, tuple[str, ...]]:
@@ -210,7 +221,7 @@ def api_page(heading: str, names: tuple[str, ...]) -> str:
         kind = "autoclass" if inspect.isclass(value) else "autofunction" if inspect.isroutine(value) else "autodata"
         lines += [f".. {kind}:: {name}"]
         if kind == "autoclass":
-            lines += ["   :members:"] if name in ("Mechanism",) else []
+            lines += ["   :members:"] if name in MEMBERS else []
         lines.append("")
     return "\n".join([*lines, "```", ""])
 
@@ -223,7 +234,7 @@ def modules_page(heading: str, modules: dict[str, tuple[str, ...]]) -> str:
         lines += [f"## scissordyn.{module}", "", "```{eval-rst}", f".. currentmodule:: scissordyn.{module}", ""]
         for name in names:
             kind = "autoclass" if inspect.isclass(getattr(found, name)) else "autofunction"
-            lines += [f".. {kind}:: {name}", ""]
+            lines += [f".. {kind}:: {name}", *(["   :members:"] if name in MEMBERS else []), ""]
         lines += ["```", ""]
     return "\n".join(lines)
 
@@ -242,7 +253,7 @@ def write(docs: Path) -> None:
         pages[docs / "api" / f"{stem}.md"] = modules_page(heading, modules)
     listing = "\n".join(names)
     pages[docs / "api" / "index.md"] = (
-        "# API\n\nPublic names are imported from `scissordyn`, those of the last two pages\n"
+        "# API\n\nPublic names are imported from `scissordyn`, those of the last three pages\n"
         "from its modules. SI units and radians throughout; `sd.degrees(30)` and "
         f"`sd.rpm(150)` convert.\n\n```{{toctree}}\n:maxdepth: 1\n\n{listing}\n```\n"
     )

@@ -14,7 +14,8 @@ PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["
 def test_systems_and_versions() -> None:
     """Identity: tests run on three systems with every version of Python that the classifiers name."""
     named = [one.rpartition(" ")[2] for one in PROJECT["classifiers"] if re.search(r"Python :: 3\.\d", one)]
-    assert f"python: [{', '.join(f'"{one}"' for one in named)}]" in WORKFLOW
+    quoted = ", ".join(f'"{one}"' for one in named)
+    assert f"python: [{quoted}]" in WORKFLOW
     assert WORKFLOW.count("os: [ubuntu-latest, macos-latest, windows-latest]") == 2
 
 

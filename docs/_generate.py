@@ -110,7 +110,7 @@ MODULES: dict[str, dict[str, tuple[str, ...]]] = {
         "study.execute": ("execute", "extend"),
         "study.optimise": ("optimise", "candidates"),
         "study.store": ("Store",),
-        "study.answer": ("by_point", "feasible_share", "worst_cases", "causes", "counts"),
+        "study.answer": ("by_point", "feasible_fraction", "worst_cases", "causes", "counts"),
         "study.indices": ("sensitivity",),
         "study.replay": ("replay_case",),
         "study.export": ("table", "export"),

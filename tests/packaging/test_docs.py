@@ -6,6 +6,7 @@ import ast
 import importlib
 import importlib.util
 import re
+import shlex
 from pathlib import Path
 
 import pytest
@@ -145,9 +146,11 @@ def test_what_examples_import_is_public() -> None:
 @pytest.mark.slow
 @pytest.mark.parametrize("page", sorted(set((DOCS / "tutorials").glob("*.md")) - {DOCS / "tutorials" / "index.md"}), ids=name)
 def test_tutorial_cells_run(page: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Cross-check: the cells of a tutorial run one after another in an empty folder, with the results that they assert."""
+    """Cross-check: the cells of a tutorial run one after another in an empty folder, as they assert, and then its commands."""
     import matplotlib as mpl
     import matplotlib.pyplot as plt
+
+    from scissordyn.cli.main import status_of
 
     mpl.use("Agg")
     monkeypatch.chdir(tmp_path)
@@ -156,6 +159,10 @@ def test_tutorial_cells_run(page: Path, tmp_path: Path, monkeypatch: pytest.Monk
     for code in blocks(page.read_text(encoding="utf-8"), "{code-cell}"):
         exec(compile(code, str(page), "exec"), space)
     plt.close("all")
+    for line in "".join(blocks(page.read_text(encoding="utf-8"), "sh")).splitlines():
+        program, *words = shlex.split(line, comments=True)
+        assert program == "scissordyn"
+        assert status_of(words) == 0, line
 
 
 def test_examples_of_the_gallery_are_cases() -> None:

@@ -117,7 +117,7 @@ MODULES: dict[str, dict[str, tuple[str, ...]]] = {
         "study.report": ("write_report",),
         "config.study": ("read_study", "study_of"),
     },
-    "Samples, maps and flows": {
+    "Samples and maps": {
         "analysis.recurrence": ("recurrence",),
         "analysis.scatter": ("velocity_acceleration",),
         "analysis.verdict": ("classify_samples",),

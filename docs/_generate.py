@@ -240,7 +240,7 @@ def modules_page(heading: str, modules: dict[str, tuple[str, ...]]) -> str:
 
 
 def write(docs: Path) -> None:
-    """Write the pages, leaving those that have not changed."""
+    """Write the pages, leaving those that have not changed, and delete those of headings that are gone."""
     pages = {docs / "theory" / "catalogue.md": laws_page()}
     names = []
     for heading, members in groups().items():
@@ -261,3 +261,5 @@ def write(docs: Path) -> None:
         path.parent.mkdir(exist_ok=True)
         if not path.exists() or path.read_text(encoding="utf-8") != text:
             path.write_text(text, encoding="utf-8")
+    for old in set((docs / "api").glob("*.md")) - set(pages):
+        old.unlink()

@@ -8,6 +8,7 @@ import importlib.util
 import re
 import shlex
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -95,13 +96,31 @@ def executed() -> list[Path]:
     return [*DOCS.glob("*.md"), *(DOCS / "howto").glob("*.md"), *(DOCS / "tutorials").glob("*.md"), ROOT / "README.md"]
 
 
-def test_every_public_name_is_documented_and_shown() -> None:
-    """Identity: each public name has a docstring, a place in the API, and is used in code of these pages that is executed."""
+def generator() -> Any:
+    """The module that makes pages from declarations."""
     spec = importlib.util.spec_from_file_location("_generate", DOCS / "_generate.py")
     assert spec is not None
     assert spec.loader is not None
     generate = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(generate)
+    return generate
+
+
+def test_pages_of_old_headings_are_deleted(tmp_path: Path) -> None:
+    """Identity: pages of the API that are no longer made do not stay, as the site would have their names twice."""
+    for name in ("theory", "api"):
+        (tmp_path / name).mkdir()
+    (tmp_path / "api" / "old.md").write_text("# Old", encoding="utf-8")
+    generate = generator()
+    generate.write(tmp_path)
+    made = {path.stem for path in (tmp_path / "api").glob("*.md")}
+    headings = (*generate.groups(), *generate.MODULES)
+    assert made == {"index", *(heading.lower().replace(" ", "_") for heading in headings)}
+
+
+def test_every_public_name_is_documented_and_shown() -> None:
+    """Identity: each public name has a docstring, a place in the API, and is used in code of these pages that is executed."""
+    generate = generator()
     listed = [one for names in generate.groups().values() for one in names]
     assert sorted(listed) == sorted(sd.__all__)
     used = set().union(*(used_names(code_of(page)) for page in executed()))

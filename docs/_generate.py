@@ -164,7 +164,26 @@ def fields(cls: type) -> list[str]:
         words = getattr(quantity, "help", "") or ""
         unit = f" [{quantity.unit}]" if quantity is not None and quantity.unit != "1" else ""
         lines.append(f"* **{field.name}**: {words}{unit}{default}")
-    return [*lines, ""]
+    return [*lines, ""] if dataclasses.fields(cls) else []
+
+
+def literal_formulas(lines: list[str]) -> list[str]:
+    """A docstring whose indented paragraphs are literal, line by line, unless they belong to a directive."""
+    out: list[str] = []
+    kept = False  # whether an indented paragraph belongs to what stands above it
+    for k, line in enumerate(lines):
+        begins = bool(line.strip()) and (k == 0 or not lines[k - 1].strip())
+        if begins and not line.startswith(" "):
+            kept = line.startswith(("..", "* ", "- ")) or re.match(r"\d+\. ", line) is not None
+            # the sections of numpydoc are indented below their names
+            kept = kept or (k + 1 < len(lines) and lines[k + 1].startswith("---"))
+        elif begins and not kept:
+            out += ["::", ""]
+            kept = True
+        out.append(line)
+        if line.strip() and not line.startswith(" ") and k + 1 < len(lines) and lines[k + 1].startswith("---"):
+            return [*out, *lines[k + 1 :]]
+    return out
 
 
 def _dedented(text: str) -> str:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import scissordyn as sd
 
-__all__ = ["CLEARANCE", "FRICTION", "UNTIL", "array", "clearance_everywhere", "name_of"]
+__all__ = ["CLEARANCE", "FRICTION", "UNTIL", "array", "clearance_everywhere", "friction_everywhere", "name_of"]
 
 CLEARANCE = 0.5e-3
 UNTIL = 0.05
@@ -33,3 +33,10 @@ def clearance_everywhere(units: int) -> sd.Mechanism:
     for joint in found.joints:
         found = found.with_clearance(joint.name, clearance(None))
     return found
+
+
+def friction_everywhere(units: int) -> sd.Mechanism:
+    """A light array that is folded slowly from 60 to 58 degrees, with clearance of 0.1 mm and LuGre friction at all joints."""
+    arm = sd.scissor(units=units, bar_length=0.5, bar_mass=0.2, slider_mass=0.5, angle=sd.degrees(60))
+    arm = arm.driven(sd.Cycloidal(sd.degrees(60), sd.degrees(-2), 2.0))
+    return arm.with_clearance("all", sd.Clearance(1e-4, friction=sd.LuGre(kinetic=0.1)))

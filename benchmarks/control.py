@@ -178,6 +178,14 @@ def _orders() -> str:
     return table(("method", "order with a delay"), rows)
 
 
+def _recursion() -> str:
+    """Largest error of the recorded S(t) = y(t) + R S(t - T) at the samples, with and without an active limit."""
+    from control.test_delay import recursion_error
+
+    rows = [[text, f"{recursion_error(limit):.0e}"] for text, limit in (("without limit", None), ("limit of 0.4 N m", 0.4))]
+    return table(("bar on a servo, R = 0.5, tolerance 1e-10", "error of the recorded signal [rad/s]"), rows)
+
+
 def measure(quick: bool = False) -> str:
     """The page: one stroke, 150 rpm, delayed feedback."""
     chosen = FEEDBACKS[:2] if quick else FEEDBACKS
@@ -187,11 +195,13 @@ def measure(quick: bool = False) -> str:
         rows.append(_delayed(f"{FEEDBACKS[0][0]}, after {LATE[1]} periods", None, *LATE))
         late = f"{name}, after {LATE[1]} periods, tolerance"
         rows.extend(_delayed(f"{late} {tolerance:g}", feedback, *LATE, tolerance) for tolerance in (1e-8, 1e-7, 1e-9))
+        name, feedback = FEEDBACKS[2]
+        rows.extend(_delayed(f"{name}, tolerance {one:g}", feedback, FIRST, LAST, one) for one in (1e-7, 1e-9))
     head = ("", "mismatch", "peak force [N]", "fraction in contact", "largest torque of the feedback [N m]")
     return (
         f"## Keeping contact\n\n{_stroke()}\n## 150 rpm, 50 ms\n\n{_fast()}\n## Delayed feedback on a periodic drive\n\n"
         f"Periods {FIRST} to {LAST}, or the last {LATE[1] - LATE[0]}.\n\n{table(head, rows)}\n"
-        f"## Order of convergence\n\n{_orders()}"
+        f"## Order of convergence\n\n{_orders()}\n## Recorded signal\n\n{_recursion()}"
     )
 
 

@@ -1,8 +1,8 @@
 """The paper's case written for scipy: minimal coordinates in plain Python, contacts as terminal events.
 
-Two units, pinned bar driven, clearance at joint A, Liu stiffness, Flores damping, LuGre friction with fading damping or none.
-Unknowns are psi = th_1 + th_2 and e_y = (L/2) (sin th_1 - sin th_2) - y, both zero in the ideal array, so that tolerances stay
-small against the clearance.
+Two units, pinned bar driven, clearance at joint A, Liu stiffness, Flores damping, LuGre friction or none. Unknowns are psi =
+th_1 + th_2 and e_y = (L/2) (sin th_1 - sin th_2) - y, both zero in the ideal array, so that tolerances stay small against the
+clearance.
 """
 
 from __future__ import annotations
@@ -89,8 +89,7 @@ class Plain:
             if self.kinetic is not None:
                 z = float(y[4])
                 bristle = slip - SIGMA0 * abs(slip) * z / self.sliding(slip)
-                fading = slip * SIGMA1 / (math.sqrt(2.0 * math.e) * self.kinetic)
-                tangential = normal * (SIGMA0 * z + SIGMA1 * math.exp(-fading * fading) * bristle)
+                tangential = normal * (SIGMA0 * z + self.damping(slip) * bristle)
             fx, fy = -normal * nx + tangential * ny, -normal * ny - tangential * nx
             moment = -RJ * tangential
         half, unit, difference = 0.5 * L, M * L * L, p - k
@@ -106,6 +105,12 @@ class Plain:
         ratio = slip / STRIBECK
         # a product overflows to infinity where a power raises an exception: scipy's first trial steps are long
         return self.kinetic * (1.0 + 0.5 * math.exp(-ratio * ratio))
+
+    def damping(self, slip: float) -> float:
+        """Bristle damping, which fades so fast that friction stays within its static limit (F2)."""
+        assert self.kinetic is not None
+        ratio = slip * SIGMA1 / (math.sqrt(2.0 * math.e) * self.kinetic)
+        return SIGMA1 * math.exp(-ratio * ratio)
 
     def run(self) -> Plain:
         """Integrate from event to event; the bristles have the same tolerance as in the package."""

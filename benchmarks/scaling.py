@@ -1,4 +1,4 @@
-"""Longer arrays: cost with one clearance joint, and with clearance at every joint."""
+"""Longer arrays: cost with one clearance joint, with clearance at every joint, and in contact with friction at every joint."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from statistics import median
 
-from benchmarks.cases import UNTIL, array, clearance_everywhere, name_of
+from benchmarks.cases import UNTIL, array, clearance_everywhere, friction_everywhere, name_of
 from benchmarks.measure import command, fitted_exponent, table
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.simulation.dataset import to_dataset
@@ -20,6 +20,9 @@ SHARED = 1.5
 
 FLIGHT, CONTACT = 1e-3, 2e-3
 """Simulated times with clearance at every joint [s]: before the first contact at 1.4 ms, and after it."""
+
+FRICTION = 20e-3
+"""Simulated time in contact with friction at every joint [s]."""
 
 
 @dataclass(frozen=True)
@@ -40,9 +43,10 @@ class Phases:
 
 
 def measure(quick: bool = False) -> str:
-    """Both tables."""
+    """The three tables."""
     one = _one_clearance(UNITS[:3] if quick else UNITS, 3 if quick else 9)
-    return f"{one}\n{_clearance_everywhere((2, 4, 8) if quick else (2, 4, 8, 16, 32), 1 if quick else 3)}"
+    everywhere = _clearance_everywhere((2, 4, 8) if quick else (2, 4, 8, 16, 32), 1 if quick else 3)
+    return f"{one}\n{everywhere}\n{_friction_everywhere(UNITS[:2] if quick else UNITS, 1 if quick else 3)}"
 
 
 def _phases(cases: Mapping[str, tuple[Mechanism, Options]], repeats: int) -> dict[str, Phases]:
@@ -138,6 +142,34 @@ def _clearance_everywhere(units: tuple[int, ...], repeats: int) -> str:
         f"{fitted_exponent(joints, per_rate):.2f} for an evaluation of the right-hand side in flight\n"
         f"and {fitted_exponent(joints, per_time):.2f} for a simulated time with impacts.\n\n"
     )
+    return text + table(head, rows)
+
+
+def _friction_everywhere(units: tuple[int, ...], repeats: int) -> str:
+    options = Options(FRICTION, samples=101, start="in-contact")
+    found = _phases({str(count): (friction_everywhere(count), options) for count in units}, repeats)
+    rows, per_step, per_time = [], [], []
+    for count, phases in zip(units, found.values(), strict=True):
+        steps = int(phases.path.statistics["steps"]) + int(phases.path.statistics["rejected"])
+        per_step.append(phases.integration / steps)
+        per_time.append(phases.integration / phases.path.end)
+        rows.append(
+            [
+                f"N = {count}",
+                str(3 * count),
+                phases.path.status,
+                str(steps),
+                f"{1e3 * per_step[-1]:.3f}",
+                f"{per_time[-1]:.2f}",
+            ]
+        )
+    sizes = [float(count) for count in units]
+    text = (
+        f"Clearance of 0.1 mm and LuGre 0.1 at every revolute joint, started in contact, 60 to 58 degrees in 2 s, the first "
+        f"{1e3 * FRICTION:g} ms at 1e-8.\nTime grows as N to the power {fitted_exponent(sizes, per_step):.2f} for a step and "
+        f"{fitted_exponent(sizes, per_time):.2f} for a simulated time.\n\n"
+    )
+    head = ["in contact at all joints", "joints", "status", "steps and rejected", "ms per step", "ms per simulated ms"]
     return text + table(head, rows)
 
 

@@ -110,14 +110,22 @@ MODULES: dict[str, dict[str, tuple[str, ...]]] = {
         "study.execute": ("execute", "extend"),
         "study.optimise": ("optimise", "candidates"),
         "study.store": ("Store",),
-        "study.answer": ("by_point", "feasible_share", "worst_cases", "causes", "counts"),
+        "study.answer": ("by_point", "feasible_fraction", "worst_cases", "causes", "counts"),
         "study.indices": ("sensitivity",),
         "study.replay": ("replay_case",),
         "study.export": ("table", "export"),
         "study.report": ("write_report",),
+        "config.study": ("read_study", "study_of"),
+    },
+    "Samples and maps": {
+        "analysis.recurrence": ("recurrence",),
+        "analysis.scatter": ("velocity_acceleration",),
+        "analysis.verdict": ("classify_samples",),
+        "analysis.lyapunov": ("largest_exponent_map", "largest_exponent", "exponent_from_growth"),
     },
     "Pictures": {
-        "plot": ("response", "force", "torque", "orbit", "energy", "structure", "comparison"),
+        "simulation.accessor": ("RunAccessor",),
+        "plot": ("Pictures", "response", "force", "torque", "orbit", "energy", "structure", "comparison"),
         "plot.regularity": (
             "stroboscopic_map",
             "power_spectrum",
@@ -127,10 +135,13 @@ MODULES: dict[str, dict[str, tuple[str, ...]]] = {
             "distribution",
             "velocity_acceleration",
         ),
-        "plot.study": ("feasibility_map", "response_curves", "sensitivity_bars", "pareto_front"),
+        "plot.study": ("feasibility_map", "response_curves", "requirement_bars", "sensitivity_bars", "pareto_front"),
     },
 }
 """What is imported from modules, by heading and module."""
+
+MEMBERS = ("Mechanism", "Pictures", "RunAccessor")
+"""Classes whose methods are listed."""
 
 
 def groups() -> dict[str, tuple[str, ...]]:
@@ -153,7 +164,26 @@ def fields(cls: type) -> list[str]:
         words = getattr(quantity, "help", "") or ""
         unit = f" [{quantity.unit}]" if quantity is not None and quantity.unit != "1" else ""
         lines.append(f"* **{field.name}**: {words}{unit}{default}")
-    return [*lines, ""]
+    return [*lines, ""] if dataclasses.fields(cls) else []
+
+
+def literal_formulas(lines: list[str]) -> list[str]:
+    """A docstring whose indented paragraphs are literal, line by line, unless they belong to a directive."""
+    out: list[str] = []
+    kept = False  # whether an indented paragraph belongs to what stands above it
+    for k, line in enumerate(lines):
+        begins = bool(line.strip()) and (k == 0 or not lines[k - 1].strip())
+        if begins and not line.startswith(" "):
+            kept = line.startswith(("..", "* ", "- ")) or re.match(r"\d+\. ", line) is not None
+            # the sections of numpydoc are indented below their names
+            kept = kept or (k + 1 < len(lines) and lines[k + 1].startswith("---"))
+        elif begins and not kept:
+            out += ["::", ""]
+            kept = True
+        out.append(line)
+        if line.strip() and not line.startswith(" ") and k + 1 < len(lines) and lines[k + 1].startswith("---"):
+            return [*out, *lines[k + 1 :]]
+    return out
 
 
 def _dedented(text: str) -> str:
@@ -210,7 +240,7 @@ def api_page(heading: str, names: tuple[str, ...]) -> str:
         kind = "autoclass" if inspect.isclass(value) else "autofunction" if inspect.isroutine(value) else "autodata"
         lines += [f".. {kind}:: {name}"]
         if kind == "autoclass":
-            lines += ["   :members:"] if name in ("Mechanism",) else []
+            lines += ["   :members:"] if name in MEMBERS else []
         lines.append("")
     return "\n".join([*lines, "```", ""])
 
@@ -223,13 +253,13 @@ def modules_page(heading: str, modules: dict[str, tuple[str, ...]]) -> str:
         lines += [f"## scissordyn.{module}", "", "```{eval-rst}", f".. currentmodule:: scissordyn.{module}", ""]
         for name in names:
             kind = "autoclass" if inspect.isclass(getattr(found, name)) else "autofunction"
-            lines += [f".. {kind}:: {name}", ""]
+            lines += [f".. {kind}:: {name}", *(["   :members:"] if name in MEMBERS else []), ""]
         lines += ["```", ""]
     return "\n".join(lines)
 
 
 def write(docs: Path) -> None:
-    """Write the pages, leaving those that have not changed."""
+    """Write the pages, leaving those that have not changed, and delete those of headings that are gone."""
     pages = {docs / "theory" / "catalogue.md": laws_page()}
     names = []
     for heading, members in groups().items():
@@ -242,7 +272,7 @@ def write(docs: Path) -> None:
         pages[docs / "api" / f"{stem}.md"] = modules_page(heading, modules)
     listing = "\n".join(names)
     pages[docs / "api" / "index.md"] = (
-        "# API\n\nPublic names are imported from `scissordyn`, those of the last two pages\n"
+        "# API\n\nPublic names are imported from `scissordyn`, those of the last three pages\n"
         "from its modules. SI units and radians throughout; `sd.degrees(30)` and "
         f"`sd.rpm(150)` convert.\n\n```{{toctree}}\n:maxdepth: 1\n\n{listing}\n```\n"
     )
@@ -250,3 +280,5 @@ def write(docs: Path) -> None:
         path.parent.mkdir(exist_ok=True)
         if not path.exists() or path.read_text(encoding="utf-8") != text:
             path.write_text(text, encoding="utf-8")
+    for old in set((docs / "api").glob("*.md")) - set(pages):
+        old.unlink()

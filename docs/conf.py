@@ -95,6 +95,11 @@ def _plain_docstring(_app: Any, what: str, name: str, obj: Any, _options: Any, l
         lines += _generate.fields(obj)
 
 
+def _literal_formulas(_app: Any, _what: str, _name: str, _obj: Any, _options: Any, lines: list[str]) -> None:
+    """Formulas in the text of a docstring keep their lines."""
+    lines[:] = _generate.literal_formulas(lines)
+
+
 def _copy_mathjax(app: Any, failure: Exception | None) -> None:
     """The one file of MathJax that the pages load, from the package of requirements-docs.txt."""
     if failure is None:
@@ -119,4 +124,5 @@ def setup(app: Any) -> None:
     app.connect("doctree-read", _keep_tags)
     app.connect("build-finished", _copy_mathjax)
     app.connect("source-read", _rewrite_links)
+    app.connect("autodoc-process-docstring", _literal_formulas, priority=400)  # before numpydoc
     app.connect("autodoc-process-docstring", _plain_docstring)

@@ -140,15 +140,25 @@ def test_extended_without_memory_is_pyragas():
     assert np.array_equal(runs[0]["angle"].values, runs[1]["angle"].values)
 
 
+def extended(limit):
+    """A bar on a servo with extended feedback, R = 0.5, T = 0.25 s, from 0.5 s on; 100 samples a second."""
+    controlled = turning(spin=1.0).controlled(PID(18.0), reference=Polynomial((0.3,)), start_on_reference=False)
+    law = ExtendedDelayedFeedback(5.0, 0.25, 0.5, onset=0.5, limit=limit)
+    return sd.simulate(controlled.controlled(law), until=2.0, samples=201, rtol=1e-10, atol=1e-10)
+
+
+def recursion_error(limit):
+    """Largest error of the recorded S(t) = y(t) + R S(t - T) at the samples [rad/s]."""
+    run = extended(limit)
+    signal, speed = run["control_signal"][:, 1].values, run["angular_velocity"][:, 0].values
+    return float(np.max(np.abs(signal[25:] - speed[25:] - 0.5 * signal[:-25])))
+
+
 def test_onset_limit_and_record():
     """Identity: no torque before the onset, none beyond the limit, and S = y + R S(t - T) in what is recorded."""
-    controlled = turning(spin=1.0).controlled(PID(18.0), reference=Polynomial((0.3,)), start_on_reference=False)
-    options = {"until": 2.0, "samples": 201, "rtol": 1e-10, "atol": 1e-10}
-    run = sd.simulate(controlled.controlled(ExtendedDelayedFeedback(5.0, 0.25, 0.5, onset=0.5, limit=0.4)), **options)
+    run = extended(0.4)
     torque, t = run["control_torque"][:, 1].values, run["time"].values
     assert np.all(torque[t < 0.5 - 1e-9] == 0.0)
     assert np.max(np.abs(torque)) == 0.4
-    run = sd.simulate(controlled.controlled(ExtendedDelayedFeedback(5.0, 0.25, 0.5, onset=0.5)), **options)
-    signal, speed = run["control_signal"][:, 1].values, run["angular_velocity"][:, 0].values
-    assert np.allclose(signal[25:], speed[25:] + 0.5 * signal[:-25], atol=1e-9)
-    assert signal[0] == pytest.approx(1.0 / (1.0 - 0.5), rel=1e-12)
+    assert recursion_error(None) < 1e-9
+    assert extended(None)["control_signal"][0, 1] == pytest.approx(1.0 / (1.0 - 0.5), rel=1e-12)

@@ -49,6 +49,16 @@ def test_ideal_against_itself(ideal):
     assert found.sizes["joint"] == 0
 
 
+def test_angles_that_the_ideal_run_does_not_reach(ideal):
+    """Limit: no error of synchronisation is known where the ideal mechanism has no such angle."""
+    body = ideal["angle"].sel(body="unit 1/bar 1")
+    for shift, known in ((-0.1, True), (-2.0, False)):
+        found = figures_of_merit(ideal.assign(angle=ideal["angle"] + shift), ideal)
+        assert float(found["tracking_error"]) == pytest.approx(abs(shift), rel=1e-12)
+        assert np.isfinite(float(found["synchronisation_error"])) == known
+    assert float(body.max() - body.min()) > 0.5
+
+
 def test_fraction_of_contact(clearance_run):
     """Cross-check: the fraction of contact from the table of contacts equals that of the samples to within their distance."""
     found = figures_of_merit(clearance_run, clearance_run)

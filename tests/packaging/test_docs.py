@@ -2,8 +2,13 @@
 
 from __future__ import annotations
 
+import ast
+import importlib
+import importlib.util
 import re
+import shlex
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -64,35 +69,86 @@ def code_of(page: Path) -> str:
     return "\n".join(code for language in ("python", "{code-cell}") for code in blocks(text, language))
 
 
-def test_every_public_name_is_documented_and_shown() -> None:
-    """Identity: each public name has a docstring, a place in the API, and stands in code of the documentation."""
-    import importlib
-    import importlib.util
+def used_names(code: str) -> set[tuple[str, str]]:
+    """Public names that code uses, by module: attributes of `sd`, and what it imports and then reads."""
+    tree = ast.parse(code)
+    read = {node.id for node in ast.walk(tree) if isinstance(node, ast.Name) and isinstance(node.ctx, ast.Load)}
+    found = set()
+    for node in ast.walk(tree):
+        match node:
+            case ast.ImportFrom(module=str(module), names=names) if module.startswith("scissordyn"):
+                found |= {(module.removeprefix("scissordyn").lstrip("."), one.name) for one in names if one.name in read}
+            case ast.Attribute(value=ast.Name(id="sd"), attr=name):
+                found.add(("", name))
+            case ast.Attribute(value=ast.Attribute(value=ast.Name(id="sd"), attr="plot"), attr=name):
+                found.add(("plot", name))
+            case ast.Attribute(value=ast.Name(id="regularity"), attr=name):
+                found.add(("plot.regularity", name))
+            case ast.Attribute(value=ast.Attribute(attr="scissordyn"), attr=name):
+                found |= {("simulation.accessor", "RunAccessor"), *([("plot", "Pictures")] if name == "plot" else [])}
+            case ast.Attribute(value=ast.Attribute(value=ast.Attribute(attr="scissordyn"), attr="plot"), attr=name):
+                found.add(("plot", name))
+    return found
 
+
+def executed() -> list[Path]:
+    """Pages whose code tests execute: `tests/test_documents.py`, the tutorials below, and the README."""
+    return [*DOCS.glob("*.md"), *(DOCS / "howto").glob("*.md"), *(DOCS / "tutorials").glob("*.md"), ROOT / "README.md"]
+
+
+def generator() -> Any:
+    """The module that makes pages from declarations."""
     spec = importlib.util.spec_from_file_location("_generate", DOCS / "_generate.py")
     assert spec is not None
     assert spec.loader is not None
     generate = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(generate)
+    return generate
+
+
+def test_pages_of_old_headings_are_deleted(tmp_path: Path) -> None:
+    """Identity: pages of the API that are no longer made do not stay, as the site would have their names twice."""
+    for name in ("theory", "api"):
+        (tmp_path / name).mkdir()
+    (tmp_path / "api" / "old.md").write_text("# Old", encoding="utf-8")
+    generate = generator()
+    generate.write(tmp_path)
+    made = {path.stem for path in (tmp_path / "api").glob("*.md")}
+    headings = (*generate.groups(), *generate.MODULES)
+    assert made == {"index", *(heading.lower().replace(" ", "_") for heading in headings)}
+
+
+def test_every_public_name_is_documented_and_shown() -> None:
+    """Identity: each public name has a docstring, a place in the API, and is used in code of these pages that is executed."""
+    generate = generator()
     listed = [one for names in generate.groups().values() for one in names]
     assert sorted(listed) == sorted(sd.__all__)
-    shown = "\n".join(code_of(page) for page in (*PAGES, ROOT / "README.md"))
+    used = set().union(*(used_names(code_of(page)) for page in executed()))
     for one in sd.__all__:
         assert getattr(sd, one).__doc__, one
-        assert re.search(rf"\b{one}\b", shown), f"'{one}' is in no example"
+        assert ("", one) in used, f"'{one}' is in no example"
+    documented = set()
     for modules in generate.MODULES.values():
         for module, names in modules.items():
             found = importlib.import_module(f"scissordyn.{module}")
             for one in names:
                 assert one in found.__all__, f"{module}: {one}"
                 assert getattr(found, one).__doc__, one
-                assert re.search(rf"\b{one}\b", shown), f"'{one}' of {module} is in no example"
+                assert (module, one) in used, f"'{one}' of {module} is in no example"
+                documented.add((module, one))
+    # the modules of pictures are public as a whole, and what an example imports is documented
+    for module in ("plot", "plot.regularity", "plot.study"):
+        assert {one for where, one in documented if where == module} == set(
+            importlib.import_module(f"scissordyn.{module}").__all__
+        )
+    imported = {
+        (module, one) for module, one in used if module and one in importlib.import_module(f"scissordyn.{module}").__all__
+    }
+    assert {(module, one) for module, one in imported if one not in sd.__all__} <= documented
 
 
 def test_what_examples_import_is_public() -> None:
     """Identity: names that the documentation imports from modules are public there, or modules themselves."""
-    import importlib
-
     imports = {
         (module, name.split(" as ")[0].strip())
         for page in PAGES
@@ -109,9 +165,11 @@ def test_what_examples_import_is_public() -> None:
 @pytest.mark.slow
 @pytest.mark.parametrize("page", sorted(set((DOCS / "tutorials").glob("*.md")) - {DOCS / "tutorials" / "index.md"}), ids=name)
 def test_tutorial_cells_run(page: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Cross-check: the cells of a tutorial run one after another in an empty folder, with the results that they assert."""
+    """Cross-check: the cells of a tutorial run one after another in an empty folder, as they assert, and then its commands."""
     import matplotlib as mpl
     import matplotlib.pyplot as plt
+
+    from scissordyn.cli.main import status_of
 
     mpl.use("Agg")
     monkeypatch.chdir(tmp_path)
@@ -120,6 +178,10 @@ def test_tutorial_cells_run(page: Path, tmp_path: Path, monkeypatch: pytest.Monk
     for code in blocks(page.read_text(encoding="utf-8"), "{code-cell}"):
         exec(compile(code, str(page), "exec"), space)
     plt.close("all")
+    for line in "".join(blocks(page.read_text(encoding="utf-8"), "sh")).splitlines():
+        program, *words = shlex.split(line, comments=True)
+        assert program == "scissordyn"
+        assert status_of(words) == 0, line
 
 
 def test_examples_of_the_gallery_are_cases() -> None:

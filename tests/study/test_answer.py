@@ -1,4 +1,4 @@
-"""Answers of studies: shares, disagreement, indices, risk and optimisers against known results."""
+"""Answers of studies: fractions, disagreement, indices, risk and optimisers against known results."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from scipy import stats
 import scissordyn as sd
 from scissordyn.plot.study import feasibility_map, pareto_front, requirement_bars, response_curves, sensitivity_bars
 from scissordyn.simulation.options import Options
-from scissordyn.study.answer import by_point, causes, feasible_share, warned, worst_cases
+from scissordyn.study.answer import by_point, causes, feasible_fraction, warned, worst_cases
 from scissordyn.study.description import Factor, Sampling, Study
 from scissordyn.study.design import Design, design_values
 from scissordyn.study.distribution import Interval, Uniform
@@ -68,14 +68,14 @@ def test_share_and_interval() -> None:
     """Cross-check: 30 of 40 points, with the interval of scipy's exact binomial test."""
     described = study(design=Design("random", 40))
     peak = np.where(np.arange(40) < 30, 400.0, 600.0)
-    one, both = feasible_share(described, made_up(described, peak))
+    one, both = feasible_fraction(described, made_up(described, peak))
     interval = stats.binomtest(30, 40).proportion_ci(0.95, method="exact")
-    np.testing.assert_allclose((one.share, one.low, one.high), (0.75, interval.low, interval.high), rtol=1e-12)
-    assert (both.share, both.trials) == (0.75, 40)
+    np.testing.assert_allclose((one.fraction, one.low, one.high), (0.75, interval.low, interval.high), rtol=1e-12)
+    assert (both.fraction, both.trials) == (0.75, 40)
     failed = np.where(np.arange(40) < 10, FAILED, COMPLETE)
-    assert feasible_share(described, made_up(described, peak, failed))[0].share == pytest.approx(20 / 30)
+    assert feasible_fraction(described, made_up(described, peak, failed))[0].fraction == pytest.approx(20 / 30)
     grid = dataclasses.replace(described, design=Design("grid"))
-    assert np.isnan(feasible_share(grid, made_up(grid, np.full(100, 400.0)))[0].low)
+    assert np.isnan(feasible_fraction(grid, made_up(grid, np.full(100, 400.0)))[0].low)
 
 
 def test_the_interval_covers() -> None:
@@ -84,7 +84,7 @@ def test_the_interval_covers() -> None:
     numbers = np.random.default_rng(1).random((400, 60))
     hits = 0
     for row in numbers:
-        one = feasible_share(described, made_up(described, np.where(row < 0.3, 400.0, 600.0)))[0]
+        one = feasible_fraction(described, made_up(described, np.where(row < 0.3, 400.0, 600.0)))[0]
         hits += one.low <= 0.3 <= one.high
     assert hits >= 380
 

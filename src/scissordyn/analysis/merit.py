@@ -33,8 +33,8 @@ def figures_of_merit(run: xr.Dataset, ideal: xr.Dataset, *, after: float = 0.0) 
         the contact that lasts to the end (NaN for none), `peak_force` [N]. For the whole: `peak_torque` [N m],
         `torque_root_mean_square` [N m], `energy_used` [J] (the positive power, integrated over the samples), `tracking_error`
         [rad] of the driven body, `position_error` [m] of the output body and its `synchronisation_error` [m]: its
-        distance from the position in the ideal mechanism at the same angle of the driven body. Errors are the largest ones at
-        the samples.
+        distance from the position in the ideal mechanism at the same angle of the driven body, NaN if more than half of the
+        samples have an angle that the ideal run does not reach. Errors are the largest ones at the samples.
 
     Raises
     ------
@@ -68,7 +68,7 @@ def figures_of_merit(run: xr.Dataset, ideal: xr.Dataset, *, after: float = 0.0) 
         "tracking_error": (np.max(np.abs(angle - wanted_angle)[part]), "rad", "largest angle error of the driven body"),
         "position_error": (np.max(np.abs(place - wanted_place)[part]), "m", "largest position error of the output body"),
         "synchronisation_error": (
-            np.max(np.abs(place - through)[inside], initial=0.0),
+            np.max(np.abs(place - through)[inside]) if 2 * np.sum(inside) >= np.sum(part) else np.nan,
             "m",
             "largest distance of the output body from its ideal position at the same angle",
         ),

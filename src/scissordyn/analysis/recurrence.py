@@ -30,14 +30,16 @@ def recurrence(
     shortest: int = 2,
     apart: int = 1,
 ) -> xr.Dataset:
-    """The recurrence plot and its rates.
+    r"""The recurrence plot and its rates.
 
-        R_ij = 1 if |x_i - x_j| <= threshold,    x_i = (v_i, v_{i+delay}, ..., v_{i+(dimension-1) delay})
+    .. math::
+        R_{ij} = 1 \text{ if } \|x_i - x_j\| \le \text{threshold},\quad
+        x_i = (v_i, v_{i+\text{delay}}, \dots, v_{i+(\text{dimension}-1)\,\text{delay}})
 
     The recurrence rate is the fraction of ones, determinism the fraction of the ones that lie on diagonal lines of at least
-    `shortest` points: times at which the motion returned and then repeated itself. Both leave out |i - j| < `apart`.
-    Periodic motion has determinism 1. Quasi-periodic motion has nearly 1 if enough quantities or dimensions unfold it
-    (exactly 1 for the rotation of a circle, as |.| is the Euclidean norm); a projection has isolated false recurrences.
+    `shortest` points: times at which the motion returned and then repeated itself. Both leave out indices that differ by less
+    than `apart`. Periodic motion has determinism 1. Quasi-periodic motion has nearly 1 if enough quantities or dimensions
+    unfold it (exactly 1 for the rotation of a circle, as distances are Euclidean); a projection has isolated false recurrences.
     Independent noise has 2 RR - RR^2 for lines of two. Chaotic maps lie between. Both rates depend on the threshold: compare
     only at the same one.
 

@@ -23,7 +23,7 @@ ROWS = 12
 
 
 def show_answers(study: Study, results: xr.Dataset, address: str) -> None:
-    """Print counts, shares, sensitivity, the best points and the worst cases.
+    """Print counts, fractions, sensitivity, the best points and the worst cases.
 
     Parameters
     ----------
@@ -35,13 +35,13 @@ def show_answers(study: Study, results: xr.Dataset, address: str) -> None:
     """
     from scissordyn.study.answer import by_point, counts
     from scissordyn.study.indices import sensitivity
-    from scissordyn.study.summary import agreement, best_points, requirement_shares, response_ranges, sensitivities
+    from scissordyn.study.summary import agreement, best_points, requirement_fractions, response_ranges, sensitivities
 
     complete, failed, pending = counts(results)
     print(f"{complete} cases complete, {failed} failed, {pending} pending; {study.points} points")
     points = by_point(study, results)
     if study.requirements:
-        _show(requirement_shares(study, results))
+        _show(requirement_fractions(study, results))
     _show(response_ranges(study, points))
     if said := agreement(study, points):
         console().print(said, markup=False)

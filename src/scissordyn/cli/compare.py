@@ -30,7 +30,7 @@ def compare(
     ] = None,
     form: Annotated[str, typer.Option("--format", metavar="FORMAT", help="png or svg.")] = "png",
 ) -> int:
-    """Say in what two saved runs differ: entries of their cases, then largest forces, contacts, energies."""
+    """Show how two saved runs differ: entries of their cases, then largest forces, contacts, energies."""
     from rich import box
     from rich.table import Table
 

@@ -53,15 +53,7 @@ def run(
     as_json: Annotated[bool, typer.Option("--json", help="Print one line of JSON, in SI units, in place of text.")] = False,
 ) -> int:
     """Simulate a case and show its contacts."""
-    if output is not None:
-        check_file(output, case, "-o run.nc")
-    if plot is not None:
-        check_folder(plot, "--plot figures")
-    if film is not None:
-        from scissordyn.plot.animation import check_film
-
-        check_film(film)
-        check_file(film, case, "--animate film.html")
+    _check_outputs(case, output, plot, film)
     kept = None if checkpoint is None else _checkpoint(checkpoint, output, case)
     changes = list(change or [])
     changes += ["run.trust=true"] if trust else []
@@ -72,17 +64,10 @@ def run(
         raise InputError("--allow-code for a case file", "a saved run; a case file names its own Python files")
     else:
         mechanism, result = _from_case(case, changes, kept)
-    stopped, silent = False, quiet or as_json
+    silent = quiet or as_json
     files: list[Path] = []
     try:
-        if output is not None:
-            from scissordyn.simulation.store import save
-
-            save(result, output)
-            if kept is not None and result.attrs["status"] != "interrupted":
-                kept.remove()
-    except KeyboardInterrupt:  # it counts after the file is whole
-        stopped = True
+        stopped = output is not None and _save(result, output, kept)
     finally:  # whatever became of the file, the user sees what was computed
         if not silent:
             _show(result, events)
@@ -106,6 +91,32 @@ def run(
     if status != "complete":
         print(f"scissordyn: {printable(result.attrs['cause'])}", file=sys.stderr)
     return {"complete": DONE, "interrupted": INTERRUPTED}.get(status, UNFINISHED)
+
+
+def _check_outputs(case: Path, output: Path | None, plot: Path | None, film: Path | None) -> None:
+    """Refuse names of files that cannot be written, before anything is computed."""
+    if output is not None:
+        check_file(output, case, "-o run.nc")
+    if plot is not None:
+        check_folder(plot, "--plot figures")
+    if film is not None:
+        from scissordyn.plot.animation import check_film
+
+        check_film(film)
+        check_file(film, case, "--animate film.html")
+
+
+def _save(result: xr.Dataset, output: Path, kept: Checkpoint | None) -> bool:
+    """Save the run and remove its checkpoint; whether Ctrl-C came meanwhile, which counts after the file is whole."""
+    from scissordyn.simulation.store import save
+
+    try:
+        save(result, output)
+        if kept is not None and result.attrs["status"] != "interrupted":
+            kept.remove()
+    except KeyboardInterrupt:
+        return True
+    return False
 
 
 def _pictures(result: xr.Dataset, mechanism: Mechanism, plot: Path | None, film: Path | None) -> list[Path]:

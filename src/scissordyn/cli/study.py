@@ -1,4 +1,4 @@
-"""``scissordyn study``: do a study file, go on with a study, and show what is known."""
+"""``scissordyn study``: compute a study file, continue a study, and show its results."""
 
 from __future__ import annotations
 
@@ -91,7 +91,7 @@ def study(
         list[Path] | None, typer.Option(metavar="FILE", help="A Python file of yours that the study uses. Repeatable.")
     ] = None,
 ) -> int:
-    """Do a study file; or show, go on with, extend, report or export a study."""
+    """Compute a study file; or show, resume, retry, extend, report or export a study, or replay a case."""
     where = Where(threads, workers, scheduler, cluster)
     if plot is not None and what != "report":
         raise InputError("--plot without a report", "study report", "scissordyn study report study.zarr --plot figures")

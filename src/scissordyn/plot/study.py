@@ -119,8 +119,8 @@ def feasibility_map(
         drawn = one.scatter(a, b, c=c, s=float(np.clip(6000.0 / a.size, 3.0, 40.0)), edgecolors="none", **look)
     marked = points["disagrees"].values
     if on_grid:
-        share = _means(a, b, marked.astype(float), ua, ub)
-        at = np.argwhere(share > 0.0)
+        fraction = _means(a, b, marked.astype(float), ua, ub)
+        at = np.argwhere(fraction > 0.0)
         places = (ua[at[:, 1]], ub[at[:, 0]])
     else:
         places = (a[marked], b[marked])
@@ -277,13 +277,13 @@ def sensitivity_bars(indices: dict[str, xr.Dataset], *, axes: Canvas = None) -> 
     return found
 
 
-def requirement_bars(labels: Sequence[str], shares: np.ndarray, intervals: np.ndarray, *, axes: Canvas = None) -> list[Axes]:
-    """The share of a study's range that meets each requirement, with its 95 % interval.
+def requirement_bars(labels: Sequence[str], fractions: np.ndarray, intervals: np.ndarray, *, axes: Canvas = None) -> list[Axes]:
+    """The fraction of a study's range that meets each requirement, with its 95 % interval.
 
     Parameters
     ----------
     labels : sequence of str
-    shares : ndarray, shape (n,)
+    fractions : ndarray, shape (n,)
     intervals : ndarray, shape (n, 2)
         NaN where there is none.
     axes : Axes, optional
@@ -299,7 +299,7 @@ def requirement_bars(labels: Sequence[str], shares: np.ndarray, intervals: np.nd
     high = max(0.24, 0.02 + 0.14 * max(map(len, lines), default=0))
     (one,) = panels(axes, 1, size=(width, 0.9 + high * len(labels)))
     places = np.arange(len(labels), dtype=float)
-    one.barh(places, 100.0 * shares, 0.62, color=BLUE, alpha=0.75)
+    one.barh(places, 100.0 * fractions, 0.62, color=BLUE, alpha=0.75)
     known = np.isfinite(intervals).all(axis=1)
     one.hlines(places[known], *(100.0 * intervals[known]).T, color=BLACK, linewidth=2.0 * LINE)
     one.set_yticks(places, ["\n".join(map(literal, label)) for label in lines], linespacing=1.0)

@@ -17,12 +17,12 @@ from scissordyn.study.store import COMPLETE, FAILED, PENDING, column
 
 __all__ = [
     "AGREEMENT",
-    "Share",
+    "FeasibleFraction",
     "Worst",
     "by_point",
     "causes",
     "counts",
-    "feasible_share",
+    "feasible_fraction",
     "replay_command",
     "responses",
     "warned",
@@ -39,13 +39,13 @@ NUMBER = re.compile(r"[-+]?\d+(?:\.\d+)?(?:e[-+]?\d+)?")
 
 
 @dataclass(frozen=True)
-class Share:
-    """A share of a study's range with its confidence interval.
+class FeasibleFraction:
+    """A fraction of a study's range with its confidence interval.
 
     Parameters
     ----------
     label : str
-    share : float
+    fraction : float
     low, high : float
         95 % interval of Clopper and Pearson; NaN for designs that are no samples.
     trials : int
@@ -53,7 +53,7 @@ class Share:
     """
 
     label: str
-    share: float
+    fraction: float
     low: float
     high: float
     trials: int
@@ -181,8 +181,8 @@ def _met(study: Study, results: xr.Dataset) -> np.ndarray:
     return np.asarray(met)
 
 
-def feasible_share(study: Study, results: xr.Dataset) -> list[Share]:
-    """Shares of the range that meet each requirement, and all of them; cases that failed are left out.
+def feasible_fraction(study: Study, results: xr.Dataset) -> list[FeasibleFraction]:
+    """Fractions of the range that meet each requirement, and all of them; cases that failed are left out.
 
     Parameters
     ----------
@@ -191,7 +191,7 @@ def feasible_share(study: Study, results: xr.Dataset) -> list[Share]:
 
     Returns
     -------
-    list of Share
+    list of FeasibleFraction
         The last is of all requirements together.
     """
     complete = results["status"].values == COMPLETE
@@ -208,9 +208,9 @@ def feasible_share(study: Study, results: xr.Dataset) -> list[Share]:
         axis = (0, 2) if by_samples else (1, 2)  # one point with uncertain numbers: its samples are the trials
         known = weight.sum(axis=axis)
         fractions = cells.sum(axis=axis)[known > 0] / known[known > 0]
-        share = float(np.mean(fractions)) if fractions.size else float("nan")
-        low, high = _interval(share, fractions.size) if _is_sample(study, by_samples) else (np.nan, np.nan)
-        found.append(Share(label, share, low, high, int(fractions.size)))
+        fraction = float(np.mean(fractions)) if fractions.size else float("nan")
+        low, high = _interval(fraction, fractions.size) if _is_sample(study, by_samples) else (np.nan, np.nan)
+        found.append(FeasibleFraction(label, fraction, low, high, int(fractions.size)))
     return found
 
 
@@ -219,11 +219,11 @@ def _is_sample(study: Study, by_samples: bool) -> bool:
     return kind in ("random", "latin-hypercube", "sobol") and (by_samples or bool(study.factors))
 
 
-def _interval(share: float, trials: int) -> tuple[float, float]:
+def _interval(fraction: float, trials: int) -> tuple[float, float]:
     """Clopper and Pearson's interval; conservative where trials are fractions, and for stratified samples."""
-    if not trials or np.isnan(share):
+    if not trials or np.isnan(fraction):
         return float("nan"), float("nan")
-    successes, tail = share * trials, 0.5 * (1.0 - CONFIDENCE)
+    successes, tail = fraction * trials, 0.5 * (1.0 - CONFIDENCE)
     low = 0.0 if successes <= 0.0 else float(stats.beta.ppf(tail, successes, trials - successes + 1.0))
     high = 1.0 if successes >= trials else float(stats.beta.ppf(1.0 - tail, successes + 1.0, trials - successes))
     return low, high

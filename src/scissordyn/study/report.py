@@ -18,7 +18,7 @@ from scissordyn.errors import InputError, ScissordynError
 from scissordyn.plot.file import write
 from scissordyn.plot.study import feasibility_map, pareto_front, requirement_bars, response_curves, sensitivity_bars
 from scissordyn.simulation.output_file import write_file
-from scissordyn.study.answer import by_point, causes, counts, feasible_share, replay_command, warned, worst_cases
+from scissordyn.study.answer import by_point, causes, counts, feasible_fraction, replay_command, warned, worst_cases
 from scissordyn.study.description import Study
 from scissordyn.study.indices import sensitivity
 from scissordyn.study.optimise import candidates
@@ -29,7 +29,7 @@ from scissordyn.study.summary import (
     design_size,
     interval_note,
     meaning,
-    requirement_shares,
+    requirement_fractions,
     response_ranges,
     sensitivities,
     varied_numbers,
@@ -64,7 +64,7 @@ SHRUNK = 0.5
 """A picture is shown no smaller than this share of its size, or nobody could read it: narrow pages scroll it."""
 
 MOST_RESPONSES = 8
-"""With more responses there are no maps, curves and ranges of each, only the shares that meet the requirements."""
+"""With more responses there are no maps, curves and ranges of each, only the fractions that meet the requirements."""
 
 NOT_IN_NAMES = re.compile(r"[^a-z0-9_.]+")
 
@@ -91,10 +91,10 @@ def figures(study: Study, results: xr.Dataset) -> Iterator[tuple[str, Figure]]:
     limits = {one.response.name: one.bound for one in study.requirements}
     drawn: list[tuple[str, Callable[[], list[Axes]]]] = []
     if len(study.requirements) > 2:
-        shares = feasible_share(study, results)[:-1]
-        bounds = np.array([(one.low, one.high) for one in shares])
+        fractions = feasible_fraction(study, results)[:-1]
+        bounds = np.array([(one.low, one.high) for one in fractions])
         labels = [meaning(results, one) or one.label for one in study.requirements]
-        met = np.array([one.share for one in shares])
+        met = np.array([one.fraction for one in fractions])
         drawn.append(("How often each requirement is met", partial(requirement_bars, labels, met, bounds)))
     if len(responses) > MOST_RESPONSES:
         responses = []
@@ -184,9 +184,9 @@ def _summary(study: Study, results: xr.Dataset) -> Iterator[str]:
     ranges = response_ranges(study, points)
     if 0 < len(ranges.rows) <= MOST_RESPONSES:
         yield _table(ranges)
-    shares = requirement_shares(study, results)
-    if shares.rows:
-        yield "<h2>Requirements</h2>" + _table(shares)
+    fractions = requirement_fractions(study, results)
+    if fractions.rows:
+        yield "<h2>Requirements</h2>" + _table(fractions)
         yield f"<p>{_text(interval_note(study, results))}</p>"
     front = best_points(study, results, MOST_FRONT)
     if front is not None:

@@ -11,7 +11,7 @@ import xarray as xr
 from scissordyn.model.address import number
 from scissordyn.plot.scale import Scale, scale_of
 from scissordyn.simulation.measure import MEASURES
-from scissordyn.study.answer import AGREEMENT, Worst, feasible_share
+from scissordyn.study.answer import AGREEMENT, Worst, feasible_fraction
 from scissordyn.study.description import Factor, Study
 from scissordyn.study.distribution import Interval, Levels, LogNormal, Normal, Uniform
 from scissordyn.study.optimise import candidates
@@ -24,7 +24,7 @@ __all__ = [
     "design_size",
     "interval_note",
     "meaning",
-    "requirement_shares",
+    "requirement_fractions",
     "response_ranges",
     "sensitivities",
     "varied_numbers",
@@ -151,8 +151,8 @@ def response_ranges(study: Study, points: xr.Dataset) -> Table:
     return Table(("response", "smallest", "median", "largest", "unit", *members), rows)
 
 
-def requirement_shares(study: Study, results: xr.Dataset) -> Table:
-    """The share of the range that meets each requirement, and all of them; no rows without requirements.
+def requirement_fractions(study: Study, results: xr.Dataset) -> Table:
+    """The fraction of the range that meets each requirement, and all of them; no rows without requirements.
 
     Parameters
     ----------
@@ -166,16 +166,16 @@ def requirement_shares(study: Study, results: xr.Dataset) -> Table:
     """
     meanings = [*(meaning(results, requirement) for requirement in study.requirements), ""]
     rows, explained = [], any(meanings)
-    for one, text in zip(feasible_share(study, results), meanings, strict=False):
+    for one, text in zip(feasible_fraction(study, results), meanings, strict=False):
         interval = "no sample" if np.isnan(one.low) else f"{one.low:.1%} to {one.high:.1%}"
-        rows.append((one.label, *((text,) if explained else ()), f"{one.share:.1%}", interval, str(one.trials)))
+        rows.append((one.label, *((text,) if explained else ()), f"{one.fraction:.1%}", interval, str(one.trials)))
     head = ("requirement", *(("meaning",) if explained else ()), "met by", "95 % interval", "trials")
     return Table(head, rows)
 
 
 def interval_note(study: Study, results: xr.Dataset) -> str:
-    """What the intervals of `requirement_shares` are, or why there are none."""
-    there = any(np.isfinite(one.low) for one in feasible_share(study, results))
+    """What the intervals of `requirement_fractions` are, or why there are none."""
+    there = any(np.isfinite(one.low) for one in feasible_fraction(study, results))
     said = "Interval of Clopper and Pearson." if there else f"The points of the design '{study.design.kind}' are no sample."
     return f"{said} Failed cases are left out."
 
@@ -266,6 +266,6 @@ def _counted(count: int, thing: str) -> str:
     return f"{count} {thing}" + ("" if count == 1 else "s")
 
 
-def _percent(share: float) -> str:
-    """A share; one that is not 0 never reads as 0."""
-    return f"{share:.1%}" if share == 0.0 or share >= 1e-3 else "below 0.1%"
+def _percent(fraction: float) -> str:
+    """A fraction; one that is not 0 never reads as 0."""
+    return f"{fraction:.1%}" if fraction == 0.0 or fraction >= 1e-3 else "below 0.1%"

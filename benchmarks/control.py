@@ -28,6 +28,8 @@ from scissordyn.simulation.feed_forward import feed_forward
 
 __all__ = ["measure"]
 
+sys.path.append(str(Path(__file__).parents[1] / "tests"))
+
 CLEARANCE, LIMIT, UNTIL = 0.5e-3, 770.0, 1.2
 STROKE = Cycloidal(math.radians(30.0), math.radians(60.0), 1.0)
 FAST = sd.ConstantSpeed(sd.rpm(150.0))
@@ -167,7 +169,6 @@ def _delayed(name: str, feedback: tuple[float, float] | None, first: int, last: 
 
 def _orders() -> str:
     """X' = -x(t - 1) on a rotating body against the method of steps, as the tests have it."""
-    sys.path.append(str(Path(__file__).parents[1] / "tests"))
     from control.test_delay import lagged
 
     rows = []

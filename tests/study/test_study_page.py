@@ -123,6 +123,7 @@ SWEEP = ("sweep", "array.toml", "-o", "a.zarr", "--vary", "A.clearance=0.1..0.4 
         (("study", "status"), "without a store"),
         (("study", "bad.toml", "-o", "a.zarr"), "unknown key 'varry' (did you mean 'vary'?)"),
         (("study", "study.toml"), "a study without a store"),
+        (("study", "sampling.toml", "-o", "a.zarr"), "sampling 'sobel' (did you mean 'sobol'?); allowed: random, latin"),
         (("study", "study.toml", "-o", "s3://bucket/a.zarr"), "a folder, on a disk that all workers share"),
     ],
 )
@@ -130,6 +131,7 @@ def test_bad_input(arguments: tuple[str, ...], says: str, folder: Path, capsys: 
     """Identity: one line, status 2, and no store."""
     (folder / "bad.toml").write_text('case = "array.toml"\n[varry]\n')
     (folder / "study.toml").write_text('case = "array.toml"\n[vary]\n"A.clearance" = "0.1..0.2 mm"\n')
+    (folder / "sampling.toml").write_text('case = "array.toml"\n[sampling]\nkind = "sobel"\n')
     (folder / "mine").mkdir()
     (folder / "mine" / "file").write_text("")
     assert status_of(arguments) == 2

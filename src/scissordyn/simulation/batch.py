@@ -22,7 +22,7 @@ from scissordyn.model.mechanism import Mechanism
 from scissordyn.simulation.batch_worker import Worker
 from scissordyn.simulation.configuration import write_configuration
 from scissordyn.simulation.interrupt import look, stopped_by
-from scissordyn.simulation.measure import MEASURES, Ended, Measure, parts_of
+from scissordyn.simulation.measure import COMPONENT_UNIT, MEASURES, Ended, Measure, component_units, parts_of
 from scissordyn.simulation.options import EventKind, Options, StartKind
 from scissordyn.simulation.warn import accumulated_warnings
 
@@ -247,10 +247,12 @@ def _dataset(
     *,
     interrupted: bool,
 ) -> xr.Dataset:
-    variables: dict[str, Any] = {
-        name: (("case", *measure.dims), batch.values[name], {"units": measure.units, "long_name": measure.long_name})
-        for name, measure in batch.measures.items()
-    }
+    exerted = component_units(mechanism)
+    every = " or ".join(dict.fromkeys(exerted.values())) or "1"
+    variables: dict[str, Any] = {}
+    for name, measure in batch.measures.items():
+        about = {"units": every if measure.dims == ("component",) else measure.units, "long_name": measure.long_name}
+        variables[name] = (("case", *measure.dims), batch.values[name], about)
     variables["status"] = ("case", batch.status.astype(str), {"long_name": "complete, failed or pending"})
     variables["cause"] = ("case", batch.cause.astype(str), {"long_name": "why a case failed"})
     variables["warnings"] = ("case", batch.warnings.astype(str), {"long_name": "warnings of a complete case, one a line"})
@@ -261,6 +263,8 @@ def _dataset(
         coordinates[address] = ("case", column, {"units": quantity.unit, "long_name": quantity.help or address})
     used = {dim for measure in batch.measures.values() for dim in measure.dims}
     coordinates |= {dim: batch.sizes[dim] for dim in sorted(used)}
+    if "component" in used:
+        coordinates[COMPONENT_UNIT] = ("component", np.array(list(exerted.values()), dtype=str))
     attributes = {
         "title": TITLE,
         "status": "interrupted" if interrupted else "complete",

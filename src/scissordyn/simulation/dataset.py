@@ -263,7 +263,8 @@ def _joint_variables(mechanism: Mechanism, path: Trajectory, found: Record) -> V
         for s, name in enumerate(joint.clearance.friction.states):
             if name not in variables:
                 empty = np.full((instants, len(names)), np.nan)
-                variables[name] = _described(per_joint, empty, "SI", name.replace("_", " "))
+                unit = "m" if name == "bristle_deflection" else "1"  # the others are shares
+                variables[name] = _described(per_joint, empty, unit, name.replace("_", " "))
             state = path.samples.state[:, first + s]
             variables[name].values[:, at[j]] = np.where(path.samples.mode[:, j] == 1, state, np.nan)
     return variables

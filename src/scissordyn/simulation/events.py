@@ -35,11 +35,13 @@ def event_variables(mechanism: Mechanism, log: np.ndarray) -> dict[str, tuple[tu
     parts = [guarded[k] for k in (rows[:, 1].astype(int) - first).tolist()]
     kinds = [part.declaration.events[int(mode)] for part, mode in zip(parts, rows[:, 2], strict=True)]
     along = ("event",)
+    coordinates = [output.unit for part in guarded for output in part.declaration.port.outputs if output.coordinate]
+    rates = " or ".join(dict.fromkeys(f"{unit}/s" for unit in coordinates)) or "1/s"
     return {
         "event_time": (along, rows[:, 0], {"units": "s", "long_name": "instant of the event"}),
         "event_name": (along, np.array([part.name for part in parts], dtype=str), {"long_name": "component"}),
         "event_kind": (along, np.array(kinds, dtype=str), {"long_name": "what happened"}),
-        "event_speed": (along, rows[:, 3], {"units": "SI", "long_name": "rate of approach"}),
+        "event_speed": (along, rows[:, 3], {"units": rates, "long_name": "rate of approach"}),
         "event_loss": (along, rows[:, LOSS], {"units": "J", "long_name": "energy dissipated by the event"}),
     }
 

@@ -26,7 +26,7 @@ from scissordyn.simulation.contacts import Contact, contacts
 from scissordyn.simulation.driver import Driver
 from scissordyn.simulation.settling import SETTLING, settling_times
 
-__all__ = ["MEASURES", "Ended", "Measure", "parts_of"]
+__all__ = ["COMPONENT_UNIT", "MEASURES", "Ended", "Measure", "component_units", "parts_of"]
 
 
 class Ended:
@@ -170,7 +170,7 @@ MEASURES: Mapping[str, Measure] = MappingProxyType(
         "settling_time": Measure("s", SETTLING, _TRACK, lambda e: e.settled(), True),
         "deployment_time": Measure("s", "when the last latch has locked", (), lambda e: e.deployed()),
         "peak_component_force": Measure(
-            "SI", "largest force [N] or torque [N m]", ("component",), lambda e: e.peaks(COMPONENT_FORCE)
+            "N or N m", "largest force [N] or torque [N m]", ("component",), lambda e: e.peaks(COMPONENT_FORCE)
         ),
         **{name: _energy(name) for name in POWERS},
         "steps": Measure("1", "integration steps", (), lambda e: float(e.driver.state.counts["steps"][0])),
@@ -178,6 +178,25 @@ MEASURES: Mapping[str, Measure] = MappingProxyType(
     }
 )
 """Measures by name."""
+
+
+COMPONENT_UNIT = "component_unit"
+"""Coordinate of results: the unit of what each component exerts."""
+
+
+def component_units(mechanism: Mechanism) -> dict[str, str]:
+    """The unit of what each component exerts, as its port declares it.
+
+    Parameters
+    ----------
+    mechanism : Mechanism
+
+    Returns
+    -------
+    dict of str to str
+        "N" or "N m" by the names of the components, in their order.
+    """
+    return {each.name: each.declaration.port.outputs[0].unit for each in mechanism.components}
 
 
 def parts_of(mechanism: Mechanism) -> dict[str, list[str]]:

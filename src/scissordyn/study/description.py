@@ -85,7 +85,8 @@ class Sampling:
 
     def __post_init__(self) -> None:
         if self.kind not in ("random", "latin-hypercube", "sobol"):
-            raise InputError(f"sampling '{self.kind}'", "random, latin-hypercube, sobol")
+            kinds = ("random", "latin-hypercube", "sobol")
+            raise InputError(f"sampling '{self.kind}'{did_you_mean(self.kind, kinds)}", ", ".join(kinds), 'kind = "sobol"')
         if isinstance(self.samples, bool) or not isinstance(self.samples, int) or self.samples < 1:
             raise InputError(f"samples = {self.samples!r}", "a whole number >= 1")
         if not self.common and self.kind == "latin-hypercube":

@@ -8,6 +8,7 @@ const GAP = 0.35;            // drawn clearance as a fraction of the drawn journ
 const LETTERS = 1.5;         // size of the letters, over that for which the places of names were chosen
 const LETTER = "system-ui, sans-serif";
 const HIGH = 15;             // of a name [pixel]
+const MOST_NAMES = 6;        // of more joints only the chosen one has its name in the drawing
 const SPEEDS = [0.1, 0.25, 0.5, 1, 2, 4];
 const SECONDS = 6;           // a run is shown in so many seconds at speed 1
 
@@ -104,8 +105,28 @@ function render({ model, el }) {
   function fit() {
     if (!scene) return;
     const { main, height } = box(), [x0, y0] = scene.low, [x1, y1] = scene.high;
-    camera.scale = 0.96 * Math.min(main / (x1 - x0), height / (y1 - y0));
-    camera.x = (x0 + x1) / 2; camera.y = (y0 + y1) / 2; camera.own = false;
+    const view = (left, right) => {
+      camera.scale = 0.96 * Math.min((main - left - right) / (x1 - x0), height / (y1 - y0));
+      camera.x = (x0 + x1) / 2 - (left - right) / 2 / camera.scale;
+    };
+    camera.y = (y0 + y1) / 2; camera.own = false;
+    view(0, 0);
+    const [left, right] = beyond(main);
+    if (left || right) view(left, right);
+  }
+  // how far names leave the drawing at its sides during the run [pixel], at most a sixth of it at each
+  function beyond(main) {
+    let left = 0, right = 0;
+    context.font = `12px ${LETTER}`;
+    for (const inset of scene.insets) {
+      if (!inset.block && scene.joints.length > MOST_NAMES) continue;
+      const wide = context.measureText(inset.name).width, step = Math.max(1, Math.floor(frames() / 20));
+      for (let frame = 0; frame < frames(); frame += step) {
+        const x = main / 2 + (at(inset.place, frame, 0, 1)[0] - camera.x) * camera.scale + inset.aside[0];
+        left = Math.max(left, wide / 2 - x); right = Math.max(right, x + wide / 2 - main);
+      }
+    }
+    return [left, right].map(each => Math.min(each, main / 6));
   }
   function onto() {
     const { main, height } = box(), followed = followedPlace();
@@ -196,7 +217,7 @@ function render({ model, el }) {
     for (const joint of source.joints) {
       const [x, y] = at(joint.place, frame, 0, 1), color = joint.touched[frame] ? colors.contact : colors.free;
       disc(X(x), Y(y), 8, null, color, 2.2);
-      if (source.joints.length <= 6 || joint.name === selected) name(joint.name, X(x), Y(y), ...joint.aside, colors.ink);
+      if (source.joints.length <= MOST_NAMES || joint.name === selected) name(joint.name, X(x), Y(y), ...joint.aside, colors.ink);
     }
     for (const channel of source.channels) {
       const [x, y] = at(channel.place, frame, 0, 1);

@@ -8,6 +8,7 @@ const GAP = 0.35;            // drawn clearance as a fraction of the drawn journ
 const LETTERS = 1.5;         // size of the letters, over that for which the places of names were chosen
 const LETTER = "system-ui, sans-serif";
 const HIGH = 15;             // of a name [pixel]
+const MOST_NAMES = 6;        // of more joints only the chosen one has its name in the drawing
 const SPEEDS = [0.1, 0.25, 0.5, 1, 2, 4];
 const SECONDS = 6;           // a run is shown in so many seconds at speed 1
 
@@ -69,8 +70,7 @@ function render({ model, el }) {
     <label>speed <select data-id="speed" aria-label="speed"></select></label>
     <button type="button" data-id="fit" title="show all; also by a double click">Fit</button></div>
     <div class="sd-note" data-id="note" role="status"></div>`;
-  el.append(root);
-  el.style.height = "100%";
+  el.append(root); el.style.height = "100%";
   const part = id => root.querySelector(`[data-id=${id}]`);
   const canvas = root.querySelector("canvas"), context = canvas.getContext("2d");
   const [button, scrub, clock, speed, note] = ["play", "scrub", "clock", "speed", "note"].map(part);
@@ -104,8 +104,26 @@ function render({ model, el }) {
   function fit() {
     if (!scene) return;
     const { main, height } = box(), [x0, y0] = scene.low, [x1, y1] = scene.high;
-    camera.scale = 0.96 * Math.min(main / (x1 - x0), height / (y1 - y0));
-    camera.x = (x0 + x1) / 2; camera.y = (y0 + y1) / 2; camera.own = false;
+    const view = (left, right) => {
+      camera.scale = 0.96 * Math.min((main - left - right) / (x1 - x0), height / (y1 - y0));
+      camera.x = (x0 + x1) / 2 - (left - right) / 2 / camera.scale;
+    };
+    camera.y = (y0 + y1) / 2; camera.own = false; view(0, 0);
+    view(...beyond(main));
+  }
+  // how far names leave the drawing at its sides during the run [pixel], at most a sixth of it at each
+  function beyond(main) {
+    let left = 0, right = 0;
+    context.font = `12px ${LETTER}`;
+    for (const inset of scene.insets) {
+      if (!inset.block && scene.joints.length > MOST_NAMES) continue;
+      const wide = context.measureText(inset.name).width, step = Math.max(1, Math.floor(frames() / 20));
+      for (let frame = 0; frame < frames(); frame += step) {
+        const x = main / 2 + (at(inset.place, frame, 0, 1)[0] - camera.x) * camera.scale + inset.aside[0];
+        left = Math.max(left, wide / 2 - x); right = Math.max(right, x + wide / 2 - main);
+      }
+    }
+    return [left, right].map(each => Math.min(each, main / 6));
   }
   function onto() {
     const { main, height } = box(), followed = followedPlace();
@@ -196,7 +214,7 @@ function render({ model, el }) {
     for (const joint of source.joints) {
       const [x, y] = at(joint.place, frame, 0, 1), color = joint.touched[frame] ? colors.contact : colors.free;
       disc(X(x), Y(y), 8, null, color, 2.2);
-      if (source.joints.length <= 6 || joint.name === selected) name(joint.name, X(x), Y(y), ...joint.aside, colors.ink);
+      if (source.joints.length <= MOST_NAMES || joint.name === selected) name(joint.name, X(x), Y(y), ...joint.aside, colors.ink);
     }
     for (const channel of source.channels) {
       const [x, y] = at(channel.place, frame, 0, 1);
@@ -271,10 +289,8 @@ function render({ model, el }) {
     context.setTransform(ratio, 0, 0, ratio, 0, 0);
     context.fillStyle = colors.back; context.fillRect(0, 0, width, height);
     if (!scene) { text("computing the first run", width / 2, height / 2, colors.faint); return; }
-    const source = shown(), frame = frameOf(), [X, Y] = onto();
-    named = [];
-    hover = pointer && !hold ? hit(...pointer) : null;  // also when the drawing moves below the pointer
-    canvas.style.cursor = hover ? "pointer" : "grab";
+    const source = shown(), frame = frameOf(), [X, Y] = onto(); named = [];
+    hover = pointer && !hold ? hit(...pointer) : null; canvas.style.cursor = hover ? "pointer" : "grab";  // below it the drawing moves
     context.save(); context.beginPath(); context.rect(0, 0, box().main, height); context.clip();
     if (scene.horizon !== null && scene.time[frame] > scene.horizon) {
       context.fillStyle = colors.fill; context.globalAlpha = 0.45; context.fillRect(0, 0, width, height); context.globalAlpha = 1;
@@ -286,8 +302,7 @@ function render({ model, el }) {
     drawJoints(source, frame, X, Y);
     context.restore();
     drawInsets(source, frame);
-    canvas.dataset.drawn = ++drawn;
-    canvas.dataset.frame = frame;
+    canvas.dataset.drawn = ++drawn; canvas.dataset.frame = frame;
   }
   function nearest(source, time) {
     const last = source.time[source.time.length - 1];
@@ -349,16 +364,12 @@ function render({ model, el }) {
     }
     return null;
   }
-  function select(name) {
-    model.set("selected", name); model.save_changes(); redraw();
-  }
+  function select(name) { model.set("selected", name); model.save_changes(); redraw(); }
   // the next clearance joint or guide, as they stand beside the drawing
   function turn(by) {
     const names = scene ? scene.insets.map(inset => inset.joint || inset.name) : [], now = names.indexOf(model.get("selected"));
-    if (!names.length) return;
     const next = names[now < 0 ? 0 : (now + by + names.length) % names.length];
-    note.textContent = `Chosen: ${next}.`;
-    select(next);
+    if (next) { note.textContent = `Chosen: ${next}.`; select(next); }
   }
   // a move is sent when the one before has been answered, so that the drawing is never behind a queue of moves
   let queued = null, asked = false;
@@ -366,8 +377,7 @@ function render({ model, el }) {
   function tell(phase) {
     const message = { type: "drag", kind: hold.kind, name: hold.name, dx: hold.dx, dy: hold.dy, phase };
     if (phase === "move") { queued = message; flush(); return; }
-    queued = null; asked = phase === "start";
-    model.send(message);
+    queued = null; asked = phase === "start"; model.send(message);
   }
   canvas.addEventListener("pointerdown", event => {
     const [x, y] = where(event), found = hit(x, y);
@@ -413,8 +423,7 @@ function render({ model, el }) {
     hold = null;
   }
   canvas.addEventListener("pointerleave", () => { pointer = null; redraw(); });
-  canvas.addEventListener("pointerup", release);
-  canvas.addEventListener("pointercancel", release);
+  for (const end of ["pointerup", "pointercancel"]) canvas.addEventListener(end, release);
   canvas.addEventListener("wheel", event => {
     event.preventDefault();
     const [x, y] = where(event), { main, height } = box(), factor = Math.exp(-0.0015 * event.deltaY), seen = followedPlace();
@@ -422,12 +431,10 @@ function render({ model, el }) {
       const wx = camera.x + (x - main / 2) / camera.scale, wy = camera.y - (y - height / 2) / camera.scale;
       camera.x = wx - (x - main / 2) / (camera.scale * factor); camera.y = wy + (y - height / 2) / (camera.scale * factor);
     }
-    camera.scale *= factor; camera.own = true;
-    redraw();
+    camera.scale *= factor; camera.own = true; redraw();
   }, { passive: false });
-  function refit() { camera.follow = false; note.textContent = ""; fit(); redraw(); }
-  canvas.addEventListener("dblclick", refit);
-  part("fit").addEventListener("click", refit);
+  const refit = () => { camera.follow = false; note.textContent = ""; fit(); redraw(); };
+  canvas.addEventListener("dblclick", refit); part("fit").addEventListener("click", refit);
   button.addEventListener("click", () => play(!playing));
   scrub.addEventListener("input", () => go(Number(scrub.value)));
   canvas.addEventListener("keydown", event => {
@@ -481,15 +488,12 @@ function render({ model, el }) {
   };
   for (const [name, reaction] of Object.entries(changed)) model.on(`change:${name}`, reaction);
   const onGo = event => goto(event.detail), onTheme = () => requestAnimationFrame(changed.theme);
-  window.addEventListener("scissordyn:go", onGo);
-  window.addEventListener("scissordyn:theme", onTheme);
+  window.addEventListener("scissordyn:go", onGo); window.addEventListener("scissordyn:theme", onTheme);
   const size = new ResizeObserver(() => { if (!camera.own) fit(); redraw(); });
-  size.observe(canvas);
-  recolor();
+  size.observe(canvas); recolor();
   changed.ghost(); newScene(); changed.draft();
   return () => {
-    playing = false; size.disconnect();
-    window.removeEventListener("scissordyn:go", onGo); window.removeEventListener("scissordyn:theme", onTheme);
+    playing = false; size.disconnect(); window.removeEventListener("scissordyn:go", onGo); window.removeEventListener("scissordyn:theme", onTheme);
   };
 }
 

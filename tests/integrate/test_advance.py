@@ -180,10 +180,10 @@ def run(name, rate, linearise, start, until, tolerance, samples, *, floor, step=
     out = make_samples(np.linspace(0.0, until, samples), state)
     log = np.zeros((100, loop.LOG_COLUMNS))
     whole = Handle(Integration(method, state, work, out, make_record(0, state), log))
-    status = loop.ADVANCING
-    while status == loop.ADVANCING:
-        status = loop.advance(problem, handle.address, whole.address, 10000)
-    assert status == loop.FINISHED
+    status = np.array([loop.ADVANCING])
+    while status[0] == loop.ADVANCING:
+        loop.advance_all(problem, np.array([handle.address]), np.array([whole.address]), 10000, status)
+    assert status[0] == loop.FINISHED
     return out, log[: state.counts["events"][0]], state
 
 

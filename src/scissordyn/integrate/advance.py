@@ -55,6 +55,7 @@ __all__ = [
     "STEP_TOO_SMALL",
     "STUCK",
     "advance",
+    "advance_all",
 ]
 
 ADVANCING, FINISHED, LOG_FULL, STEP_TOO_SMALL, NOT_FINITE, STUCK, HISTORY_FULL, RECORD_FULL = range(8)
@@ -67,6 +68,24 @@ _EXPLICIT, _DATA = EXPLICIT, 3 + RESET_DATA
 
 MOST_STALLED = 1000
 """Trials and events without progress in time after which a run is stuck."""
+
+
+@kernel()
+def advance_all(problem, systems, addresses, most_steps, statuses):
+    """Advance some integrations one after another, each as `advance` does, without Python in between.
+
+    Parameters
+    ----------
+    problem : Problem
+    systems, addresses : ndarray of int, shape (k,)
+        Of each what `advance` takes.
+    most_steps : int
+        Of each.
+    statuses : ndarray of int, shape (k,)
+        Overwritten.
+    """
+    for k in range(systems.size):
+        statuses[k] = advance(problem, systems[k], addresses[k], most_steps)
 
 
 @kernel()

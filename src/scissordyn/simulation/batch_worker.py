@@ -17,11 +17,12 @@ from scissordyn.mechanics.build import build_model
 from scissordyn.mechanics.reduce import reduce_mechanism
 from scissordyn.mechanics.reduced_model import ReducedModel
 from scissordyn.model.mechanism import Mechanism
-from scissordyn.simulation.driver import Driver, make_system, put_parameters
+from scissordyn.simulation.driver import SLICE, UNFINISHED, Driver, advance_together, make_system, put_parameters
 from scissordyn.simulation.ideal_path import IdealPath, ideal_path
 from scissordyn.simulation.measure import Ended
 from scissordyn.simulation.method import choose_method
 from scissordyn.simulation.options import Options
+from scissordyn.simulation.slice import FIRST
 from scissordyn.simulation.start import prepare_start
 from scissordyn.simulation.time_functions import check_tables
 from scissordyn.simulation.tolerance import error_weights
@@ -71,7 +72,7 @@ class Worker:
         self.base, self.options, self.cases = base, options, cases
         self.slots: list[_Slot] = []
         self.ideal: tuple[Mechanism, IdealPath] | None = None
-        self.seconds = 0.0
+        self.seconds, self.slice = 0.0, FIRST
 
     def size(self, cases: int, threads: int) -> int:
         """How many cases to do together, by how long the last ones took."""
@@ -86,11 +87,15 @@ class Worker:
             self.slots.append(_Slot(self.base))
         started = [(case, slot, self._started(case, slot)) for case, slot in zip(group, self.slots, strict=False)]
         ready = [(case, slot, driver) for case, slot, driver in started if driver is not None]
-        ended = [(case, slot, driver, self._advance(case, driver)) for case, slot, driver in ready]
-        for case, slot, driver, seconds in ended:
+        statuses, seconds = self._together([driver for _, _, driver in ready])
+        ended = [
+            (case, slot, driver, self._advance(case, driver, status, seconds))
+            for (case, slot, driver), status in zip(ready, statuses, strict=True)
+        ]
+        for case, slot, driver, taken in ended:
             try:
-                if seconds is not None:
-                    self.cases.take(case, Ended(driver), seconds, slot.warned)
+                if taken is not None:
+                    self.cases.take(case, Ended(driver), taken, slot.warned)
             except ScissordynError as error:  # of a measure of the user's
                 self.cases.failed(case, str(error))
         self.seconds = (clocks.perf_counter() - began) / len(group)
@@ -109,18 +114,30 @@ class Worker:
             return None
         return driver
 
-    def _advance(self, case: int, driver: Driver) -> float | None:
-        """Advance to the end; returns the time that it took [s], None if it did not get there."""
+    def _together(self, drivers: Sequence[Driver]) -> tuple[list[int], float]:
+        """Advance for about `GROUP_SECONDS`; returns statuses, and the time that each took on the average [s]."""
+        if not drivers:
+            return [], 0.0
+        began = clocks.perf_counter()
+        steps = min(max(1, self.slice // len(drivers)), self.options.most_steps)
+        statuses = advance_together(drivers, self.options.until, steps)
+        seconds = clocks.perf_counter() - began
+        self.slice = min(int(sum(driver.tried for driver in drivers) * GROUP_SECONDS / max(seconds, 1e-9)), SLICE)
+        return statuses, seconds / len(drivers)
+
+    def _advance(self, case: int, driver: Driver, status: int, seconds: float) -> float | None:
+        """Advance to the end from where `_together` got; returns the time of both, None if it did not get there."""
         began, options = clocks.perf_counter(), self.options
         try:
-            status = driver.advance(options.until, most_steps=options.most_steps)
+            if status in UNFINISHED:
+                status = driver.advance(options.until, most_steps=options.most_steps - driver.tried)
         except KeyboardInterrupt:
             return None
         except ScissordynError as error:
             self.cases.failed(case, str(error))
             return None
         if status == loop.FINISHED:
-            return clocks.perf_counter() - began
+            return seconds + clocks.perf_counter() - began
         steps = f"{options.most_steps} steps are not enough"
         cause = steps if status == loop.ADVANCING else broken_off(status, driver)
         self.cases.failed(case, f"stopped at t = {driver.time:.9g} s of {options.until:g} s: {cause}")

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import time as clocks
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from functools import cache
 from typing import Any
 
-import numba
 import numpy as np
+from numba import types
 from numba.core.registry import cpu_target
 
 from scissordyn.errors import InputError
@@ -41,7 +41,7 @@ from scissordyn.simulation.slice import FIRST, next_slice
 from scissordyn.simulation.snapshot import Snapshot
 from scissordyn.simulation.tolerance import Tolerances
 
-__all__ = ["Driver", "compile_loop", "compile_mechanics", "counted", "loop_is_compiled", "make_system"]
+__all__ = ["Driver", "advance_together", "compile_loop", "compile_mechanics", "counted", "loop_is_compiled", "make_system"]
 
 SLICE = 20_000
 """Most steps between two looks at the keyboard and the progress bar; the steps themselves do not depend on it."""
@@ -69,20 +69,48 @@ def compile_loop() -> None:
 def loop_is_compiled() -> bool:
     """Whether the loop is on disk."""
     codegen = cpu_target.target_context.codegen()
-    return bool(loop.advance._cache.holds(_kinds(), codegen))
+    return bool(loop.advance_all._cache.holds(_kinds(), codegen))
 
 
 def _kinds() -> tuple[Any, ...]:
-    return problem_type(), *(numba.typeof(0),) * 3
+    numbers = types.int64[::1]
+    return problem_type(), numbers, numbers, types.int64, numbers
 
 
 @cache
-def _advance() -> Callable[[Problem, int, int, int], int]:
+def _advance() -> Callable[[Problem, np.ndarray, np.ndarray, int, np.ndarray], None]:
     """The compiled loop; asking numba for the types of its arguments at each call would take as long as many steps."""
     kinds = _kinds()
-    loop.advance.compile(kinds)
-    compiled: Callable[[Problem, int, int, int], int] = loop.advance.overloads[kinds].entry_point
+    loop.advance_all.compile(kinds)
+    compiled: Callable[..., None] = loop.advance_all.overloads[kinds].entry_point
     return compiled
+
+
+def advance_together(drivers: Sequence[Driver], until: float, most_steps: int) -> list[int]:
+    """Go on until a time with some drivers, in one call of the loop.
+
+    Parameters
+    ----------
+    drivers : sequence of Driver
+        Each of a system of its own.
+    until : float
+        [s]
+    most_steps : int
+        Steps of each, rejected ones included, after which it stops.
+
+    Returns
+    -------
+    list of int
+        A status of `integrate.advance` for each; a driver with one of `UNFINISHED` can be advanced further by itself.
+    """
+    statuses = np.zeros(len(drivers), np.int64)
+    for driver in drivers:
+        driver.state.clock["end"] = until
+    systems = np.array([driver.system.address for driver in drivers], np.int64)
+    integrations = np.array([driver.integration.address for driver in drivers], np.int64)
+    _advance()(_problem(), systems, integrations, most_steps, statuses)
+    found: list[int] = statuses.tolist()
+    return found
 
 
 def make_system(reduced: ReducedModel, model: Model | None = None, parameters: Parameters | None = None) -> Handle:
@@ -348,12 +376,10 @@ class Driver:
         int
             One of the statuses of `integrate.advance`; ADVANCING if the steps did not suffice.
         """
-        state, advance = self.state, _advance()
-        state.clock["end"] = until
         status, left = loop.ADVANCING, most_steps
         while status == loop.ADVANCING and left > 0:
             before, called = self.tried, clocks.perf_counter()
-            status = advance(_problem(), self.system.address, self.integration.address, min(self._pace, left))
+            status = advance_together([self], until, min(self._pace, left))[0]
             taken = self.tried - before
             left -= max(1, taken)
             if status == loop.ADVANCING:
@@ -457,6 +483,9 @@ class Driver:
 
 
 _GROWING = (loop.LOG_FULL, loop.HISTORY_FULL, loop.RECORD_FULL)
+
+UNFINISHED = (loop.ADVANCING, *_GROWING)
+"""Statuses after which a driver can be advanced further."""
 
 
 def _fill_history(system: Handle, y: np.ndarray) -> None:

@@ -73,7 +73,7 @@ def make_parameters(reduced: ReducedModel) -> Parameters:
     breaks = sorted({instant for motion, _ in listed for instant in breaks_of(motion)})
     return Parameters(
         weight=reduced.weight.copy(),
-        motion=np.vstack(rows) if rows else np.zeros((0, COLUMNS)),
+        motion=np.concatenate(rows) if rows else np.zeros((0, COLUMNS)),
         motion_start=offsets(map(len, rows)),
         breaks=np.array(breaks, float),
         value=np.array([constraint.value for constraint in reduced.constraints], float),

@@ -106,7 +106,9 @@ class ReducedModel:
             names += ("weight",)
         for name in names:
             getattr(self, name)  # found out here, once for all cases
-        return self._carried(replace(self, mechanism=mechanism), names)
+        made = object.__new__(ReducedModel)  # as `replace` makes it, in a third of the time
+        made.__dict__.update({name: self.__dict__[name] for name in ReducedModel.__dataclass_fields__}, mechanism=mechanism)
+        return self._carried(made, names)
 
     def _carried(self, made: ReducedModel, names: tuple[str, ...]) -> ReducedModel:
         """Another model with what this one knows under these names."""

@@ -417,9 +417,8 @@ class Mechanism:
         Mechanism
         """
         made = object.__new__(Mechanism)
-        made.__dict__.update(
-            {field.name: parts.get(field.name, getattr(self, field.name)) for field in dataclasses.fields(self)}
-        )
+        known = self.__dict__
+        made.__dict__.update({name: parts[name] if name in parts else known[name] for name in Mechanism.__dataclass_fields__})
         return made
 
     def _with_joints(self, changed: Iterable[Revolute]) -> Mechanism:

@@ -68,9 +68,16 @@ USUAL = {
     ("kN", "N"): 1e3,
     ("MPa", "Pa"): 1e6,
     ("GPa", "Pa"): 1e9,
-    **{(unit, unit): 1.0 for unit in ("m", "s", "kg", "kg m^2", "m/s", "m/s^2", "rad", "rad/s", "N", "N m", "N s/m", "Pa")},
 }
 """What pint gives for the units of most case files, without the tenth of a second that importing it takes."""
+
+SI_UNITS = (
+    *("m", "m/s", "m/s^2", "rad", "rad/s", "s", "1/s", "1/m", "s/m", "kg", "kg m^2", "kg/m^3"),
+    *("N", "N m", "N/m", "N s", "N s/m", "N m/s", "N m/rad", "N m s/rad", "N m/(rad s)", "Pa"),
+)
+"""Those of the fields of case files."""
+
+USUAL |= dict.fromkeys(zip(SI_UNITS, SI_UNITS, strict=True), 1.0)
 
 NUMBER = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?|[+-]?(?:nan|inf)\b)\s*,?\s*")
 LEADING_NUMBER = re.compile(f"{NUMBER.pattern}(.*)", re.DOTALL)

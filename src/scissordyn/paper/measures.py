@@ -125,10 +125,12 @@ def measure(run: xr.Dataset, ideal: xr.Dataset) -> Measures:
     end = float(time[-1])
     start, stop = contact_spans(run, JOINT).T
     peak, when = run["peak_force"].values, start + run["peak_time"].values
-    differences = {name: _series(run, name) - _series(ideal, name) for name in _SERIES}
     before = time <= SETTLED
-    ranges = {name: float(np.ptp([_series(run, name), _series(ideal, name)])) for name in _SERIES}
-    acceleration = _series(ideal, "slider_acceleration")[~before]
+    curves, wanted = _series(run), _series(ideal)
+    differences = {name: curves[name] - wanted[name] for name in _SERIES}
+    ranges = {name: float(np.ptp([curves[name], wanted[name]])) for name in _SERIES}
+    acceleration = wanted["slider_acceleration"][~before]
+    normal = run["normal_force"].sel(joint=JOINT).values
     # at a right angle the ideal reactions are not determined: that instant is left out
     reaction = np.hypot(*ideal["reaction"].sel(joint=JOINT).transpose("axis", "time").values)
     return Measures(
@@ -136,9 +138,9 @@ def measure(run: xr.Dataset, ideal: xr.Dataset) -> Measures:
         late_peak_force=max(
             float(np.max(peak[when >= LATE], initial=0.0)),
             # a contact with an earlier peak can still last
-            float(np.max(run["normal_force"].sel(joint=JOINT).values[time >= LATE])),
+            float(np.max(normal[time >= LATE])),
         ),
-        smallest_force=float(np.min(run["normal_force"].sel(joint=JOINT).values)),
+        smallest_force=float(np.min(normal)),
         ideal_force=smooth_peak(ideal["time"].values, reaction)[0],
         peak_torque=float(run["peak_drive_torque"][0]),
         ideal_torque=float(ideal["peak_drive_torque"][0]),
@@ -182,9 +184,10 @@ FREE_BAR = "unit 1/bar 2"
 """The bar whose response figure 6 shows; it is not driven in either variant."""
 
 
-def _series(run: xr.Dataset, name: str) -> np.ndarray:
-    values = run[name] if name.startswith("slider") else run[name].sel(body=FREE_BAR)
-    return np.asarray(values.values, float)
+def _series(run: xr.Dataset) -> dict[str, np.ndarray]:
+    """The curves of the slider and of the free bar."""
+    bar = run["body"].values.tolist().index(FREE_BAR)
+    return {name: run[name].values if name.startswith("slider") else run[name].values[:, bar] for name in _SERIES}
 
 
 def _part(part: float, whole: float) -> float:

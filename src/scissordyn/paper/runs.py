@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import lru_cache
 from pathlib import Path
 
 import xarray as xr
 
+from scissordyn.config.case import Case
 from scissordyn.errors import ScissordynError
 from scissordyn.paper.cache import Progress, fetch
 from scissordyn.paper.cases import PaperCase
@@ -42,7 +44,7 @@ def compute(case: PaperCase, *, trust: bool = True, member: int = 0) -> xr.Datas
     ScissordynError
         If the run fails.
     """
-    described = case.described()
+    described = _described(case)
     mechanism = described.mechanism
     if member and case.clearance is not None:
         mechanism = mechanism.replace("A.clearance", case.clearance * (1.0 + member * NEIGHBOUR))
@@ -51,6 +53,12 @@ def compute(case: PaperCase, *, trust: bool = True, member: int = 0) -> xr.Datas
     if run.attrs["status"] != "complete":
         raise ScissordynError(f"run '{case.name}' ({case.choice.words}): {run.attrs['cause']}")
     return with_contact(run, mechanism) if case.constrained else run
+
+
+@lru_cache(64)
+def _described(case: PaperCase) -> Case:
+    """What a case describes, once for all members of an ensemble."""
+    return case.described()
 
 
 def fetch_runs(

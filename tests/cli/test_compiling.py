@@ -10,7 +10,7 @@ import pytest
 from scissordyn.cli import compiling
 from scissordyn.integrate.integration import make_problem, problem_type
 from scissordyn.mechanics import functions
-from scissordyn.simulation import driver
+from scissordyn.simulation import compiled
 
 
 def test_the_type_of_a_problem_is_known_without_its_functions() -> None:
@@ -20,9 +20,9 @@ def test_the_type_of_a_problem_is_known_without_its_functions() -> None:
 
 def test_what_is_on_disk_is_not_compiled_beside(monkeypatch: pytest.MonkeyPatch) -> None:
     """Identity: no process is started once the loop has been compiled."""
-    driver.compile_loop()
+    compiled.compiled_loop()
     monkeypatch.setattr(compiling, "_beside", lambda code: pytest.fail("a process is started"))
-    assert driver.loop_is_compiled()
+    assert compiled.loop_is_on_disk()
     compiling.compile_kernels()
 
 

@@ -10,20 +10,20 @@ from contextlib import contextmanager
 from scissordyn.laws.friction.lugre import LuGre
 from scissordyn.model.clearance import Clearance
 from scissordyn.model.scissor import scissor
-from scissordyn.simulation import driver
+from scissordyn.simulation import compiled
 from scissordyn.simulation.interrupt import pass_on
 from scissordyn.simulation.run import simulate
 
 __all__ = ["compile_kernels"]
 
-LOOP = f"from {driver.__name__} import compile_loop; compile_loop()"
+LOOP = f"from {compiled.__name__} import compiled_loop; compiled_loop()"
 
 
 def compile_kernels() -> None:
     """Have all kernels compiled, the loop in a process of its own: it has nothing in common with what it calls by pointers."""
-    if not driver.loop_is_compiled():
+    if not compiled.loop_is_on_disk():
         with _beside(LOOP):
-            driver.compile_mechanics()
+            compiled.compiled_mechanics()
     array = scissor(units=1).with_clearance("A", Clearance(1e-4, friction=LuGre())).driven(speed=1.0)
     pass_on(simulate(array, until=1e-4, samples=2))
 

@@ -4,27 +4,21 @@ from __future__ import annotations
 
 import time as clocks
 from collections.abc import Callable, Mapping, Sequence
-from functools import cache
 from typing import Any
 
 import numpy as np
-from numba import types
-from numba.core.registry import cpu_target
 
 from scissordyn.errors import InputError
 from scissordyn.integrate import advance as loop
 from scissordyn.integrate.history import make_history
 from scissordyn.integrate.integration import (
     Integration,
-    Problem,
     Samples,
     State,
-    make_problem,
     make_record,
     make_samples,
     make_state,
     make_work,
-    problem_type,
     reset_state,
 )
 from scissordyn.integrate.tableau import EXPLICIT, tableau
@@ -36,54 +30,19 @@ from scissordyn.mechanics.parameters import make_parameters
 from scissordyn.mechanics.reduced_model import ReducedModel
 from scissordyn.mechanics.system import Model, Parameters, System
 from scissordyn.mechanics.workspace import initial_state, make_workspace
+from scissordyn.simulation.compiled import compiled_loop, compiled_mechanics
 from scissordyn.simulation.interrupt import look
 from scissordyn.simulation.slice import FIRST, next_slice
 from scissordyn.simulation.snapshot import Snapshot
 from scissordyn.simulation.tolerance import Tolerances
 
-__all__ = ["Driver", "advance_together", "compile_loop", "compile_mechanics", "counted", "loop_is_compiled", "make_system"]
+__all__ = ["Driver", "advance_together", "counted", "make_system"]
 
 SLICE = 20_000
 """Most steps between two looks at the keyboard and the progress bar; the steps themselves do not depend on it."""
 
 LOG_ROWS = 256
 RECORD_ROWS = 1024
-
-
-@cache
-def _problem() -> Problem:
-    """Typed pointers to the mechanics."""
-    return make_problem(functions.FUNCTIONS)
-
-
-def compile_mechanics() -> None:
-    """Compile what the loop calls by pointers, unless it is on disk."""
-    _problem()
-
-
-def compile_loop() -> None:
-    """Compile the loop, unless it is on disk; it needs the types of what it calls only."""
-    _advance()
-
-
-def loop_is_compiled() -> bool:
-    """Whether the loop is on disk."""
-    codegen = cpu_target.target_context.codegen()
-    return bool(loop.advance_all._cache.holds(_kinds(), codegen))
-
-
-def _kinds() -> tuple[Any, ...]:
-    numbers = types.int64[::1]
-    return problem_type(), numbers, numbers, types.int64, numbers
-
-
-@cache
-def _advance() -> Callable[[Problem, np.ndarray, np.ndarray, int, np.ndarray], None]:
-    """The compiled loop; asking numba for the types of its arguments at each call would take as long as many steps."""
-    kinds = _kinds()
-    loop.advance_all.compile(kinds)
-    compiled: Callable[..., None] = loop.advance_all.overloads[kinds].entry_point
-    return compiled
 
 
 def advance_together(drivers: Sequence[Driver], until: float, most_steps: int) -> list[int]:
@@ -108,7 +67,7 @@ def advance_together(drivers: Sequence[Driver], until: float, most_steps: int) -
         driver.state.clock["end"] = until
     systems = np.array([driver.system.address for driver in drivers], np.int64)
     integrations = np.array([driver.integration.address for driver in drivers], np.int64)
-    _advance()(_problem(), systems, integrations, most_steps, statuses)
+    compiled_loop()(compiled_mechanics(), systems, integrations, most_steps, statuses)
     found: list[int] = statuses.tolist()
     return found
 

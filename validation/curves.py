@@ -13,6 +13,9 @@ __all__ = ["Curve", "draw"]
 Curve = tuple[str, Sequence[tuple[float, float]]]
 """Name of a code, and its errors and seconds; infinite ones are left out."""
 
+COLOURS = 10
+"""Colours of matplotlib's cycle; curves beyond are dotted."""
+
 
 def draw(curves: Sequence[Curve], goal: float, error: str, path: Path) -> None:
     """Draw the error over the time of every setting of every code, with the goal.
@@ -33,7 +36,8 @@ def draw(curves: Sequence[Curve], goal: float, error: str, path: Path) -> None:
     for k, (name, points) in enumerate(curves):
         finite = [(1e3 * seconds, miss) for miss, seconds in points if math.isfinite(miss) and miss > 0.0]
         if finite:
-            axes.plot(*zip(*finite, strict=True), marker=markers[k % len(markers)], markersize=4, linewidth=1, label=name)
+            style = {"marker": markers[k % len(markers)], "linestyle": "-" if k < COLOURS else ":"}
+            axes.plot(*zip(*finite, strict=True), **style, markersize=4, linewidth=1, label=name)
     axes.axhline(goal, color="grey", linestyle="--", linewidth=1, label="goal")
     axes.set(xscale="log", yscale="log", xlabel="time [ms]", ylabel=error)
     axes.grid(visible=True, which="major", alpha=0.3)

@@ -14,6 +14,7 @@ import scissordyn as sd
 from scissordyn.cli.answers import show_answers
 from scissordyn.config.study import read_requirement
 from scissordyn.plot.study import response_curves
+from scissordyn.simulation.measure import COMPONENT_UNIT, component_units
 from scissordyn.simulation.options import Options
 from scissordyn.study.answer import by_point, worst_cases
 from scissordyn.study.block import pilot
@@ -21,7 +22,6 @@ from scissordyn.study.description import Factor, Study
 from scissordyn.study.distribution import Interval
 from scissordyn.study.export import table
 from scissordyn.study.goal import Goal, Optimisation
-from scissordyn.study.part_unit import with_units
 from scissordyn.study.report import write_report
 from scissordyn.study.requirement import Requirement
 from scissordyn.study.store import COMPLETE
@@ -39,22 +39,30 @@ def study(*components: Any, **changes: Any) -> Study:
 
 
 def results(described: Study) -> xr.Dataset:
-    """Made-up results: the first component 1, 2, 3; the second ten times as much."""
+    """Made-up results in the form of `simulate_many`: the first component 1, 2, 3; the second ten times as much."""
     names = [part.name for part in described.mechanism.components]
     values = np.outer([1.0, 2.0, 3.0], 10.0 ** np.arange(len(names)))
     about = {"role": "factor", "units": "m", "address": "A.clearance"}
     empty = np.full(3, "", object)
-    found = xr.Dataset(
+    units = list(component_units(described.mechanism).values())
+    return xr.Dataset(
         {
             "A.clearance": ("case", np.array([1e-4, 2e-4, 3e-4]), about),
-            MEASURE: (("case", "component"), values, {"units": "SI", "role": "measure", "long_name": "largest"}),
+            MEASURE: (
+                ("case", "component"),
+                values,
+                {"units": " or ".join(dict.fromkeys(units)), "role": "measure", "long_name": "largest"},
+            ),
             "status": ("case", np.full(3, COMPLETE)),
             "cause": ("case", empty),
             "warnings": ("case", empty),
         },
-        coords={"component": names, **{name: ("case", np.arange(3)) for name in ("point", "sample", "member")}},
+        coords={
+            "component": names,
+            COMPONENT_UNIT: ("component", units),
+            **{name: ("case", np.arange(3)) for name in ("point", "sample", "member")},
+        },
     )
-    return with_units(found, described.mechanism)
 
 
 @pytest.mark.parametrize(("component", "unit"), [(SPRING, "N"), (HINGE, "N m")])

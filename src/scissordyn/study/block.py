@@ -18,7 +18,6 @@ from scissordyn.simulation.interrupt import look, pass_on
 from scissordyn.simulation.measure import MEASURES, Ended, Measure
 from scissordyn.simulation.run import simulate
 from scissordyn.study.description import Cases, OwnMeasure, Study
-from scissordyn.study.part_unit import with_units
 from scissordyn.study.store import COMPLETE, FAILED, PENDING, Store, column
 
 __all__ = ["Block", "BlockResult", "give_up", "pilot", "run_block"]
@@ -165,7 +164,7 @@ def _simulated(study: Study, numbers: Cases) -> xr.Dataset:
         events=options.events,
         threads=1,
     )
-    found = with_units(pass_on(found), study.mechanism)
+    found = pass_on(found)
     own = [each for each in study.own_measures if each.of == "dataset"]
     return _of_datasets(study, numbers, found, own) if own else found
 

@@ -2,29 +2,14 @@
 
 from __future__ import annotations
 
-import numpy as np
 import xarray as xr
 
 from scissordyn.errors import InputError
 from scissordyn.model.mechanism import Mechanism
-from scissordyn.study.requirement import BY_COMPONENT, COMPONENT_UNIT, Response, units_of_parts
+from scissordyn.simulation.measure import component_units
+from scissordyn.study.requirement import BY_COMPONENT, Response, units_of_parts
 
-__all__ = ["check_unit", "component_units", "possible_units", "whole_responses", "with_units"]
-
-
-def component_units(mechanism: Mechanism) -> dict[str, str]:
-    """The unit of what each component exerts, as its port declares it.
-
-    Parameters
-    ----------
-    mechanism : Mechanism
-
-    Returns
-    -------
-    dict of str to str
-        "N" or "N m" by the names of the components, in their order.
-    """
-    return {each.name: each.declaration.port.outputs[0].unit for each in mechanism.components}
+__all__ = ["check_unit", "possible_units", "whole_responses"]
 
 
 def possible_units(mechanism: Mechanism, response: Response) -> tuple[str, ...]:
@@ -63,29 +48,6 @@ def check_unit(mechanism: Mechanism, response: Response) -> None:
         raise InputError(f"'{response.name}': the case has no component", allowed)
     if not response.unit and len(possible) > 1:
         raise InputError(f"'{response.name}' of forces and of torques", allowed)
-
-
-def with_units(results: xr.Dataset, mechanism: Mechanism) -> xr.Dataset:
-    """Results of cases whose measures by component have the units that the components declare.
-
-    Parameters
-    ----------
-    results : Dataset
-        Of `simulate_many`.
-    mechanism : Mechanism
-
-    Returns
-    -------
-    Dataset
-        With the coordinate `component_unit` along `component`; `units` of a measure are those of all its components.
-    """
-    measured = [name for name in BY_COMPONENT if name in results]
-    if not measured:
-        return results
-    units = list(component_units(mechanism).values())
-    found = results.assign_coords({COMPONENT_UNIT: ("component", np.array(units, dtype=str))})
-    every = " or ".join(dict.fromkeys(units)) or "1"
-    return found.assign({name: found[name].assign_attrs(units=every) for name in measured})
 
 
 def whole_responses(results: xr.Dataset, measure: str) -> list[Response]:

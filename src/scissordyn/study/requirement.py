@@ -11,11 +11,10 @@ import xarray as xr
 
 from scissordyn.errors import InputError, did_you_mean
 from scissordyn.plot.scale import engineering
-from scissordyn.simulation.measure import MEASURES
+from scissordyn.simulation.measure import COMPONENT_UNIT, MEASURES
 
 __all__ = [
     "BY_COMPONENT",
-    "COMPONENT_UNIT",
     "KINDS",
     "Requirement",
     "Response",
@@ -25,9 +24,6 @@ __all__ = [
 ]
 
 SIGNS = ("<=", ">=", "<", ">")
-
-COMPONENT_UNIT = "component_unit"
-"""Coordinate of results: the unit of what each component exerts."""
 
 BY_COMPONENT = frozenset(name for name, measure in MEASURES.items() if measure.dims == ("component",))
 """Measures whose unit is that of what a component exerts."""

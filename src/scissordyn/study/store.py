@@ -16,9 +16,9 @@ import xarray as xr
 
 from scissordyn.errors import InputError, ScissordynError
 from scissordyn.lock import hold
+from scissordyn.simulation.measure import COMPONENT_UNIT
 from scissordyn.study.description import OwnMeasure, Study
 from scissordyn.study.design import Design
-from scissordyn.study.requirement import COMPONENT_UNIT
 
 if TYPE_CHECKING:
     import zarr

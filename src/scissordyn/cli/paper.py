@@ -32,12 +32,10 @@ def paper(
     check_folder(output, "-o paper")
     kept = f"what is done is in {output}, and the same command goes on from it"
     tell_where(kept)
-    from scissordyn.cli.compiling import compile_kernels
     from scissordyn.cli.study import Where
     from scissordyn.paper.reproduce import draw_figure, reproduce
 
     try:
-        compile_kernels()
         with Where(threads, workers).engine() as engine, _bars() as progress:
             if figure is None:
                 result = reproduce(output, engine=engine, progress=progress)

@@ -264,6 +264,36 @@ def test_a_signal_while_an_object_is_made() -> None:
     assert (process.returncode, out, err) == (0, "ended\n", "")
 
 
+DELETED = """
+import time, weakref
+from scissordyn.cli import interrupt
+class Cell:
+    pass
+def forgotten(_):
+    print("ready", flush=True)
+    time.sleep(100)
+interrupt.install()
+try:
+    cell = Cell()
+    watched = weakref.ref(cell, forgotten)
+    del cell
+    while True:
+        time.sleep(0.01)
+except KeyboardInterrupt:
+    print("ended")
+"""
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_a_signal_while_an_object_is_deleted(number: signal.Signals) -> None:
+    """Identity: Python drops what is raised there, as in the tables of weak references of h5py; it is raised again."""
+    with started(sys.executable, "-c", DELETED) as process:
+        says(process, "ready\n")
+        process.send_signal(number)
+        out, err = ended(process)
+    assert (process.returncode, out, err) == (0, "ended\n", "")
+
+
 def test_a_signal_while_the_commands_are_loaded() -> None:
     """Identity: no traceback, at whatever moment of the start."""
     code = "import sys; from scissordyn.cli import entry; sys.argv[1:] = ['laws']; print('ready', flush=True); entry.run()"

@@ -1,20 +1,19 @@
 """Ctrl-C and SIGTERM: the first ends a command in good order and soon, the second at once.
 
 Python looks at signals between two of its instructions, on the main thread: a compiler pass or a slice of a simulation has to
-end first, and what a callback from C raises is lost. So a thread beside it gets every signal from the operating system, and
-ends the process if nothing else has.
+end first, and what a callback from C or of a weak reference raises is lost. So a thread beside it gets every signal from the
+operating system, raises again what was lost, and ends the process if nothing else has.
 """
 
 from __future__ import annotations
 
+import ctypes
 import os
 import signal
 import socket
 import sys
 import threading
 import time
-from collections.abc import Callable
-from functools import partial
 from types import FrameType
 
 __all__ = ["install", "received", "tell_where"]
@@ -34,6 +33,7 @@ ADVANCING = ("scissordyn.simulation.driver", "advance")
 
 _received: list[int] = []
 _delivered = threading.Event()
+_lost = threading.Event()
 _where = [""]
 
 
@@ -69,16 +69,22 @@ def _interrupt(number: int, _: FrameType | None) -> None:
         _received.append(number)
     for other in SIGNALS:
         signal.signal(other, signal.SIG_DFL)
-    sys.unraisablehook = partial(_pass_on, sys.unraisablehook)
+    sys.unraisablehook = _notice
     _delivered.set()
     _show_cursor()
     raise KeyboardInterrupt
 
 
-def _pass_on(hook: Callable[[sys.UnraisableHookArgs], object], unraisable: sys.UnraisableHookArgs) -> None:
-    """What is half made when a signal comes may fail when it is deleted, of which the user need not know."""
-    if issubclass(unraisable.exc_type, KeyboardInterrupt):
-        hook(unraisable)
+def _notice(unraisable: sys.UnraisableHookArgs) -> None:
+    """Notice that the interrupt was lost; of other errors of what is half made and cannot be deleted nobody need know."""
+    if issubclass(unraisable.exc_type, KeyboardInterrupt) and threading.current_thread() is threading.main_thread():
+        _lost.set()
+
+
+def _raise_again() -> None:
+    """Raise the interrupt in the main thread, between two of its instructions; the operating system keeps the signals."""
+    main = ctypes.c_ulong(threading.main_thread().ident or 0)
+    ctypes.pythonapi.PyThreadState_SetAsyncExc(main, ctypes.py_object(KeyboardInterrupt))
 
 
 def _watch(ours: socket.socket, theirs: socket.socket) -> None:
@@ -95,6 +101,9 @@ def _watch(ours: socket.socket, theirs: socket.socket) -> None:
             again = ours.recv(1)
         except TimeoutError:
             again = b""
+        if _lost.is_set():
+            _lost.clear()
+            _raise_again()
         waited = time.monotonic() - began
         if again or (waited > PATIENCE and not _is_finishing()) or waited > LONGEST:
             _end(again[0] if again else _received[0])

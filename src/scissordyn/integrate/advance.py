@@ -34,12 +34,12 @@ from scissordyn.integrate.control import (
     first_step,
 )
 from scissordyn.integrate.crossing import crossed, end_inactive, log_crossings
-from scissordyn.integrate.dense import complete, dense_value, integral_at
+from scissordyn.integrate.dense import complete, dense_value, integrals_at
 from scissordyn.integrate.event import find_crossings, sign_of
 from scissordyn.integrate.history import keep_history
 from scissordyn.integrate.integration import FALL, MONITORED, RESET_DATA, RISE, open_integration
 from scissordyn.integrate.monitor import monitor_step, step_integral
-from scissordyn.integrate.step import attempt, error_norm, prepare
+from scissordyn.integrate.step import EVERYTHING, NOTHING, OUTPUTS, attempt, error_norm, prepare
 from scissordyn.integrate.step_scaling import fraction, place, speed
 from scissordyn.integrate.tableau import EXPLICIT
 from scissordyn.jit import kernel
@@ -133,9 +133,8 @@ def room(r):
 def advance_step(problem, T, t, s, w, S, r):
     """Try one step; returns a status."""
     clock = s.clock[0]
-    if clock.prepared == 0:
+    if clock.prepared != EVERYTHING:
         prepare(problem, T, t, s, w, S)
-        clock.prepared = 1
     if clock.first == 0.0:
         clock.first = clock.step = min(first_step(problem, T, t, s, w, S), clock.longest, clock.end - t)
     h, last, guard = choose_step(problem, T, t, s, w, S)
@@ -222,8 +221,9 @@ def accept(problem, T, t, h, full, grow, last, guard, s, w, S, r):
     for i in range(s.y.size):
         s.y[i] = w.new[i]
     clock.time, clock.step, clock.longest = now, full * grow, w.accepted[1]
-    clock.prepared = 0
-    if T.kind == _EXPLICIT and guard < 0 and w.accepted[0] == 0.0 and w.rise_count[0] + w.crossing_count[0] == 0:
+    clock.prepared = NOTHING
+    # the last step of all may end a rounding beside its own end
+    if guard < 0 and now == t + h and w.accepted[0] == 0.0 and w.rise_count[0] + w.crossing_count[0] == 0:
         carry(T, s, w)
     clock.stalled = clock.stalled + 1 if now <= t else 0
     if r.steps.time.size > 0:
@@ -247,13 +247,17 @@ def record_step(now, s, steps):
 
 @kernel(inline=True)
 def carry(T, s, w):
-    """Slope and powers at the end of an explicit step, for the start of the next."""
-    last, inverse = T.stages, 1.0 / speed(w.scaling[0], 1.0)
-    for i in range(s.y.size):
-        w.slope[i] = inverse * w.stages[last, i]
-    for q in range(s.total.size):
-        w.power_at_start[q] = inverse * w.power[last, q]
-    s.clock[0].prepared = 1
+    """What is known at the end of a step, for the start of the next."""
+    for k in range(s.mode.size):
+        w.start_value[k], w.start_rate[k] = w.end_value[k], w.end_rate[k]
+    s.clock[0].prepared = OUTPUTS
+    if T.kind == _EXPLICIT:
+        last, inverse = T.stages, 1.0 / speed(w.scaling[0], 1.0)
+        for i in range(s.y.size):
+            w.slope[i] = inverse * w.stages[last, i]
+        for q in range(s.total.size):
+            w.power_at_start[q] = inverse * w.power[last, q]
+        s.clock[0].prepared = EVERYTHING
 
 
 @kernel(inline=True)
@@ -304,8 +308,11 @@ def write_samples(T, t, h, reached, s, w, out):
         else:
             for i in range(s.y.size):
                 out.state[at, i] = s.y[i]
-        for q in range(s.total.size):
-            out.total[at, q] = s.total[q] + (integral_at(T, theta, h, w, q) if h > 0.0 else 0.0)
+        if h > 0.0:
+            integrals_at(T, theta, h, s, w, out.total[at])
+        else:
+            for q in range(s.total.size):
+                out.total[at, q] = s.total[q]
         for k in range(s.mode.size):
             out.mode[at, k] = s.mode[k]
             out.memory[at, k] = s.memory[k]

@@ -98,7 +98,7 @@ def choose_step(problem, T, t, s, w, S):
         most = min(most, AIM * clock.after_rise)
     if w.delays.size > 0:
         most = up_to_multiple(t, most, w.delays)
-    guard, ahead = fall_ahead(problem, t, max(most, h / NEARER), s, w, S)
+    guard, ahead = fall_ahead(max(most, h / NEARER), s, w)
     if guard < 0:
         return h, last, -1
     if ahead > most:
@@ -110,16 +110,13 @@ def choose_step(problem, T, t, s, w, S):
 
 
 @kernel(inline=True)
-def fall_ahead(problem, t, most, s, w, S):
+def fall_ahead(most, s, w):
     """Guard in mode 1 that falls next, and when at its present rate: (guard, time to it), or (-1, 0) beyond `most`."""
-    found, least, evaluated = -1, most, False
+    found, least = -1, most
     for k in range(s.mode.size):
-        if s.mode[k] == 1:
-            if not evaluated:
-                problem.guards(t, s.y, S, w.value, w.rate)
-                evaluated = True
-            if w.value[k] > w.precision[k] and w.rate[k] < 0.0 and w.value[k] < -least * w.rate[k]:
-                found, least = k, -w.value[k] / w.rate[k]
+        value, rate = w.start_value[k], w.start_rate[k]
+        if s.mode[k] == 1 and value > w.precision[k] and rate < 0.0 and value < -least * rate:
+            found, least = k, -value / rate
     return found, least if found >= 0 else 0.0
 
 

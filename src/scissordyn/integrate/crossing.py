@@ -10,7 +10,7 @@ from __future__ import annotations
 from scissordyn.integrate.dense import dense_value
 from scissordyn.integrate.event import find_crossings
 from scissordyn.integrate.integration import FALL, RISE
-from scissordyn.integrate.step import attempt, error_norm, prepare
+from scissordyn.integrate.step import NOTHING, attempt, error_norm, prepare
 from scissordyn.integrate.step_scaling import fraction
 from scissordyn.jit import kernel
 
@@ -47,6 +47,7 @@ def crossed(problem, T, t, h, error, s, w, S):
     if w.rise_count[0] == 0:
         return error
     save(s, w)
+    s.clock[0].prepared = NOTHING
     if not raise_guards(problem, T, t, h, s, w, S):
         restore(s, w)
         return -1.0
@@ -107,7 +108,8 @@ def save(s, w):
 
 @kernel(inline=True)
 def restore(s, w):
-    """State and modes from before the guards were prepared."""
+    """State and modes from before the guards were prepared, of whose start nothing is known any longer."""
+    s.clock[0].prepared = NOTHING
     for i in range(s.y.size):
         s.y[i] = w.saved[i]
     for k in range(s.mode.size):

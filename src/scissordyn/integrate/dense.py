@@ -11,7 +11,7 @@ from scissordyn.integrate.step_scaling import fraction
 from scissordyn.integrate.tableau import EXPLICIT
 from scissordyn.jit import kernel
 
-__all__ = ["complete", "dense_value", "guard_at", "guards_at", "inside_at", "integral_at"]
+__all__ = ["complete", "dense_value", "guard_at", "guards_at", "inside_at", "integrals_at"]
 
 _EXPLICIT = EXPLICIT
 
@@ -122,17 +122,16 @@ def guards_at(problem, T, theta, t, h, s, w, S):
 
 
 @kernel(inline=True)
-def integral_at(T, theta, h, w, which):
-    """Integral of a power from the start of the step to theta."""
+def integrals_at(T, theta, h, s, w, out):
+    """Integrals of the powers up to theta."""
     if T.kind == _EXPLICIT:
-        value = 0.0
-        for k in range(T.pattern.size - 1, -1, -1):
-            value = (w.gain[k, which] + value) * (theta if T.pattern[k] == 0 else 1.0 - theta)
-        return value
-    total = 0.0
+        dense_value(theta, T.pattern, s.total, w.gain, out)
+        return
+    for q in range(s.total.size):
+        out[q] = s.total[q]
     for node in range(T.gauss.size):
         value = 0.0
         for k in range(T.gauss.size - 1, -1, -1):
             value = (value + T.primitive[node, k]) * theta
-        total += value * w.power[node, which]
-    return h * total
+        for q in range(s.total.size):
+            out[q] += h * value * w.power[node, q]

@@ -183,7 +183,8 @@ def find_crossings(problem, T, t, h, s, w, S, every):
     count = s.mode.size
     if count == 0:
         return
-    problem.guards(t, s.y, S, w.left_value, w.left_rate)
+    for k in range(count):
+        w.left_value[k], w.left_rate[k] = w.start_value[k], w.start_rate[k]
     problem.guards(t + h, w.new, S, w.end_value, w.end_rate)
     if all_far(h, s, w):
         return

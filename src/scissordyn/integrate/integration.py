@@ -66,7 +66,7 @@ CLOCK = np.dtype(
         ("last_event", "i8"),  # kind of event before the step to come: `NO_EVENT`, `FALL` or `RISE`
         ("touching", "i8"),  # whether an explicit method has a guard in mode 1
         ("rejected", "i8"),  # whether the last trial was rejected
-        ("prepared", "i8"),  # whether the slope at the start of the step to come is known
+        ("prepared", "i8"),  # what is known at the start of the step to come: `step.NOTHING` and so on
         ("stalled", "i8"),  # trials and events without progress in time
         ("crosses", "i8"),  # whether steps go across roots of guards as long as their error allows it
     ]
@@ -131,6 +131,8 @@ class Work(NamedTuple):
     slope_t: F1
     value: F1  # (guards,)
     rate: F1
+    start_value: F1  # (guards,) at the start of the step
+    start_rate: F1
     left_value: F1
     left_rate: F1
     right_value: F1
@@ -295,7 +297,7 @@ def make_work(
     """Scratch for an integration."""
     size, guards, quadratures = state.y.size, state.mode.size, state.total.size
     points = max(method.gauss.size + 2, method.nodes.size) + SPARE_ROWS
-    numbers = np.zeros((8, guards))
+    numbers = np.zeros((10, guards))
     crossings = 8 * guards
     everything = np.zeros(state.monitored.shape[0] + 1, np.int64), np.zeros(0, np.int64)
     reads_start, listed = everything if reads is None else reads
@@ -321,6 +323,8 @@ def make_work(
         right_rate=numbers[5],
         end_value=numbers[6],
         end_rate=numbers[7],
+        start_value=numbers[8],
+        start_rate=numbers[9],
         saved_mode=np.zeros(guards, np.int64),
         trial_mode=np.zeros(guards, np.int64),
         trial_memory=np.zeros(guards),

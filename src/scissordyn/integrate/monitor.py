@@ -114,9 +114,11 @@ def monitor_nodes(problem, T, t, h, s, w, S):
             w.monitored[0, row, q] = s.monitored[row, q]
     for node in range(1, last + 1):
         theta = place_of(T, node)
-        dense_value(theta, T.pattern, s.y, w.dense, w.inside)
-        problem.rate(t + theta * h, w.inside, S, w.slope)
-        problem.monitor(t + theta * h, w.inside, S, w.power[node - 1], w.monitored[node])
+        target = w.new if node == last else w.inside
+        if node < last:
+            dense_value(theta, T.pattern, s.y, w.dense, target)
+        problem.rate(t + theta * h, target, S, w.slope)
+        problem.monitor(t + theta * h, target, S, w.power[node - 1], w.monitored[node])
     s.counts[0].rates += last
     for row in range(s.peak.shape[0]):
         if followed(row, s):

@@ -11,22 +11,28 @@ from scissordyn.integrate.step_scaling import EVEN, fraction, speed
 from scissordyn.integrate.tableau import EXPLICIT
 from scissordyn.jit import kernel
 
-__all__ = ["attempt", "error_norm", "explicit_stage", "prepare", "stage_state"]
+__all__ = ["EVERYTHING", "NOTHING", "OUTPUTS", "attempt", "error_norm", "explicit_stage", "prepare", "stage_state"]
 
 _EXPLICIT = EXPLICIT
+
+NOTHING, OUTPUTS, EVERYTHING = range(3)
+"""What is known at the start of a step: nothing, its guards and monitored numbers, or these and its slope."""
 
 
 @kernel(inline=True)
 def prepare(problem, T, t, s, w, S):
-    """Slope and monitored numbers at the start of a step, and the linearisation that a Rosenbrock method needs."""
-    counts = s.counts[0]
+    """Slope, monitored numbers and guards at the start of a step, and the linearisation that a Rosenbrock method needs."""
+    clock, counts = s.clock[0], s.counts[0]
     counts.rates += 1
     if T.kind == _EXPLICIT:
         problem.rate(t, s.y, S, w.slope)
     else:
         problem.linearise(t, s.y, S, w.slope, w.slope_t)
         counts.jacobians += 1
-    problem.monitor(t, s.y, S, w.power_at_start, s.monitored)
+    if clock.prepared == NOTHING:
+        problem.monitor(t, s.y, S, w.power_at_start, s.monitored)
+        problem.guards(t, s.y, S, w.start_value, w.start_rate)
+    clock.prepared = EVERYTHING
 
 
 @kernel()
@@ -66,7 +72,8 @@ def explicit_stage(problem, T, stage, t, h, target, w, S):
     scaling = w.scaling[0]
     now = t + fraction(scaling, T.nodes[stage]) * h
     problem.rate(now, target, S, w.stages[stage])
-    problem.monitor(now, target, S, w.power[stage], w.monitored[stage])
+    if T.followed[stage] == 1:
+        problem.monitor(now, target, S, w.power[stage], w.monitored[stage])
     if scaling == EVEN:
         return
     factor = speed(scaling, T.nodes[stage])

@@ -43,6 +43,8 @@ class Tableau(NamedTuple):
         Error estimates; the second is zero unless two are combined.
     dense : ndarray, shape (k, s)
         Rows of the dense output.
+    followed : ndarray of int, shape (s,)
+        Explicit: 1 for stages that count in the step, in its dense output, or as its end; powers are evaluated at these alone.
     pattern : ndarray of int, shape (p,)
         Factors of the nested dense output from outside in: 0 for theta, 1 for 1 - theta.
     gauss : ndarray, shape (g,)
@@ -65,6 +67,7 @@ class Tableau(NamedTuple):
     slopes: F1
     error: F2
     dense: F2
+    followed: I1
     pattern: I1
     gauss: F1
     weight: F1
@@ -97,18 +100,22 @@ def explicit_tableau(
         rows_of_dense[i, : len(row)] = row
     pattern = np.array([k % 2 for k in range(3 + len(dense))], np.int64)
     zeros = np.zeros(size)
+    coefficients = _lower(rows, size)
+    followed = (coefficients[stages] != 0.0) | np.any(rows_of_dense != 0.0, axis=0)
+    followed[stages] = True
     return Tableau(
         EXPLICIT,
         order,
         stages,
         int(len(error) > 1),
         0.0,
-        _lower(rows, size),
+        coefficients,
         np.zeros((size, size)),
         np.array(nodes),
         zeros,
         estimates,
         rows_of_dense,
+        followed.astype(np.int64),
         pattern,
         np.zeros(0),
         np.zeros(0),
@@ -145,6 +152,7 @@ def rosenbrock_tableau(
         np.array([*slopes, *([0.0] * (size - len(slopes)))]),
         error,
         np.array(dense),
+        np.zeros(size, np.int64),
         pattern,
         gauss,
         primitive.sum(axis=1),

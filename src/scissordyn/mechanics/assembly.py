@@ -79,8 +79,9 @@ class Held:
 def basis_at_start(system: System) -> tuple[np.ndarray, np.ndarray]:
     """The basis b and its rate at t = 0."""
     work, numbers = system.work, system.parameters
-    prescribe(0.0, 0.0, numbers.motion, numbers.motion_start, work.basis, work.function_value)
-    return work.basis[0].copy(), work.basis[1].copy()
+    basis = np.empty_like(work.basis)
+    prescribe(0.0, 0.0, numbers.motion, numbers.motion_start, basis, work.function_value)
+    return basis[0], basis[1]
 
 
 def placed_start(reduced: ReducedModel, system: System) -> Start:

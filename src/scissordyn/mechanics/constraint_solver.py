@@ -33,16 +33,26 @@ REPETITIONS = 3
 @kernel(inline=True)
 def expand(t, y, S):
     """Write b(t), X, V and the values that timed constraints have."""
-    M, P, W = S.model, S.parameters, S.work
+    M, W = S.model, S.work
     n = M.n
-    when = piece_time(t, W.segment)
-    prescribe(t, when, P.motion, P.motion_start, W.basis, W.function_value)
+    move_drives(t, S)
     for i in range(n):
         W.X[i] = y[i]
         W.V[i] = y[n + i]
     for i in range(M.nb):
         W.X[n + i] = W.basis[0, i]
         W.V[n + i] = W.basis[1, i]
+
+
+@kernel()
+def move_drives(t, S):
+    """Write b(t) and the values that timed constraints have, unless they are there: a step asks for its end many times."""
+    M, P, W = S.model, S.parameters, S.work
+    if t == W.instant[0]:
+        return
+    W.instant[0] = t
+    when = piece_time(t, W.segment)
+    prescribe(t, when, P.motion, P.motion_start, W.basis, W.function_value)
     for i in range(M.timed.size):
         k, which = M.timed[i], M.timed_function[i]
         smooth_function(t, when, P.motion[P.motion_start[which] : P.motion_start[which + 1]], W.function_value)
@@ -55,9 +65,9 @@ def expand(t, y, S):
 @kernel(inline=True)
 def expand_element(t, y, element, S):
     """Of b(t), X and V what the maps of one force element read."""
-    M, P, W = S.model, S.parameters, S.work
+    M, W = S.model, S.work
     n = M.n
-    prescribe(t, piece_time(t, W.segment), P.motion, P.motion_start, W.basis, W.function_value)
+    move_drives(t, S)
     for k in range(M.element_start[element], M.element_start[element + 1]):
         column = M.element_column[k]
         if column < n:
@@ -69,8 +79,8 @@ def expand_element(t, y, element, S):
 @kernel(inline=True)
 def expand_track(t, y, track, S):
     """Of b(t) and X what the map of one tracked point reads."""
-    M, P, W = S.model, S.parameters, S.work
-    prescribe(t, piece_time(t, W.segment), P.motion, P.motion_start, W.basis, W.function_value)
+    M, W = S.model, S.work
+    move_drives(t, S)
     for k in range(M.track_start[track], M.track_start[track + 1]):
         column = M.track_column[k]
         W.X[column] = y[column] if column < M.n else W.basis[0, column - M.n]

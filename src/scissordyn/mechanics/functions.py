@@ -75,6 +75,7 @@ def accept(t, y, address, answer):
             break
     if S.work.segment[0] != reached:
         answer[0] = 1.0  # the slope at the end of the step is not that at the start of the next one
+        S.work.instant[0] = math.nan
     S.work.segment[0], S.work.segment[1] = reached, following
     answer[1] = longest
 

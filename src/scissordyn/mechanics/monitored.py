@@ -165,17 +165,17 @@ def write_row(t, row, S, out):
     or for a friction ratio whether the limit is exceeded.
     """
     M, W, mode = S.model, S.work, S.state.mode
-    out[:] = 0.0
     if row < S.parameters.contact.size:
-        if mode[row] == 1:
-            found = W.contact[row]
-            out[0] = found.normal
-            out[1] = (found.normal - found.elastic) * found.rate
-            out[2] = found.tangential * found.slip
+        found = W.contact[row]
+        acts = mode[row] == 1
+        out[0] = found.normal if acts else 0.0
+        out[1] = (found.normal - found.elastic) * found.rate if acts else 0.0
+        out[2] = found.tangential * found.slip if acts else 0.0
         return
+    out[2] = 0.0
     if row < mode.size:
-        if mode[row] == 1:
-            out[0] = component_size(M.guard_component[row], S)
+        out[0] = component_size(M.guard_component[row], S) if mode[row] == 1 else 0.0
+        out[1] = 0.0
         return
     kind, which, size = M.monitor[row - mode.size, 0], M.monitor[row - mode.size, 1], 0.0
     if kind == DRIVE_TORQUE:
@@ -211,16 +211,20 @@ def monitor(t, y, S, power, rows):
         total += W.work_b[i] * W.basis[1, i]
     for i in range(M.timed.size):
         total -= W.multiplier[M.timed[i]] * W.value[1, M.timed[i]]
-    power[:] = 0.0
-    power[DRIVES] = total
+    motors = loads = dampers = damping = friction = 0.0
     for i in range(M.component_port.size):
-        power[MOTORS if M.component_motor[i] == 1 else LOADS] += W.power_in[i]
-        power[DAMPERS] += W.dissipation[i]
+        if M.component_motor[i] == 1:
+            motors += W.power_in[i]
+        else:
+            loads += W.power_in[i]
+        dampers += W.dissipation[i]
     for row in range(rows.shape[0]):
         write_row(t, row, S, rows[row])
     for j in range(S.parameters.contact.size):
-        power[DAMPING] += rows[j, 1]
-        power[FRICTION] += rows[j, 2]
+        damping += rows[j, 1]
+        friction += rows[j, 2]
+    power[DRIVES], power[MOTORS], power[LOADS] = total, motors, loads
+    power[DAMPING], power[FRICTION], power[DAMPERS] = damping, friction, dampers
 
 
 @kernel(inline=True)

@@ -159,6 +159,7 @@ class Workspace(NamedTuple):
     inactive: F1  # (m,) 1 for an open latch
     value: F2  # (4, m) of the constraints, with three derivatives by time
     basis: F2  # (4, nb)
+    instant: F1  # (1,) time of the basis and of what timed constraints have in `value` [s]; NaN if they are out of date
     function_value: F1  # (4,)
     X: F1  # (n+nb,) position, and so on
     V: F1

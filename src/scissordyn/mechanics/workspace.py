@@ -59,6 +59,7 @@ def make_workspace(model: Model, parameters: Parameters) -> Workspace:
         inactive=inactive,
         value=values,
         basis=np.zeros((4, nb)),
+        instant=np.array([math.nan]),
         function_value=np.zeros(4),
         X=np.zeros(n + nb),
         V=np.zeros(n + nb),

@@ -40,8 +40,9 @@ NO_LENGTH = 1e-12
 def full_coordinates(reduced: ReducedModel, system: System, state: np.ndarray, time: float) -> np.ndarray:
     """[x; b(t)] of a state, shape (n + nb,)."""
     numbers, work = system.parameters, system.work
-    prescribe(time, time, numbers.motion, numbers.motion_start, work.basis, work.function_value)
-    return np.append(state[: reduced.free], work.basis[0])
+    basis = np.empty_like(work.basis)
+    prescribe(time, time, numbers.motion, numbers.motion_start, basis, work.function_value)
+    return np.append(state[: reduced.free], basis[0])
 
 
 def singular_position(reduced: ReducedModel, system: Handle, state: np.ndarray, time: float) -> str:

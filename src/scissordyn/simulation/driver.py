@@ -120,6 +120,7 @@ def put_parameters(system: Handle, reduced: ReducedModel, model: Model) -> bool:
         if new.size:
             old[...] = new
     work = content.work
+    work.instant[:] = np.nan
     work.value[0] = parameters.value
     work.inactive[:] = 0.0
     work.inactive[model.latch[:, 0]] = 1.0
@@ -438,6 +439,7 @@ class Driver:
     def bind(self, parameters: Parameters) -> None:
         """Go on with other numbers of the same model."""
         self.system = Handle(self.system.content._replace(parameters=parameters))
+        self.system.content.work.instant[:] = np.nan
         self.state.clock["prepared"] = 0
 
 

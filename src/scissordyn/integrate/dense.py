@@ -6,7 +6,7 @@ of the integrals of the powers too; for the others these are integrated on Gauss
 
 from __future__ import annotations
 
-from scissordyn.integrate.step import explicit_stage, stage_state
+from scissordyn.integrate.step import add_rows, explicit_stage, stage_state
 from scissordyn.integrate.step_scaling import fraction
 from scissordyn.integrate.tableau import EXPLICIT
 from scissordyn.jit import kernel
@@ -57,11 +57,7 @@ def nest(T, h, K, F):
     for d in range(T.dense.shape[0]):
         for i in range(size):
             F[3 + d, i] = 0.0
-        for k in range(T.nodes.size):
-            coefficient = h * T.dense[d, k]
-            if coefficient != 0.0:
-                for i in range(size):
-                    F[3 + d, i] += coefficient * K[k, i]
+        add_rows(h, T.dense[d], T.nodes.size, K, F[3 + d])
 
 
 @kernel(inline=True)
@@ -69,11 +65,10 @@ def rosenbrock_dense(T, y, new, K, F):
     """Coefficients F of the dense output."""
     for i in range(y.size):
         F[0, i] = new[i] - y[i]
-        for d in range(T.dense.shape[0]):
-            total = 0.0
-            for k in range(T.stages):
-                total += T.dense[d, k] * K[k, i]
-            F[1 + d, i] = total
+    for d in range(T.dense.shape[0]):
+        for i in range(y.size):
+            F[1 + d, i] = 0.0
+        add_rows(1.0, T.dense[d], T.stages, K, F[1 + d])
 
 
 @kernel()

@@ -126,6 +126,7 @@ class Work(NamedTuple):
     inside: F1
     saved: F1
     stages: F2
+    estimate: F2  # (2, ny) estimates of the error
     dense: F2
     slope: F1
     slope_t: F1
@@ -312,6 +313,7 @@ def make_work(
         inside=np.zeros(size),
         saved=np.zeros(size),
         stages=np.zeros((method.nodes.size, size)),
+        estimate=np.zeros((2, size)),
         dense=np.zeros((method.pattern.size, size)),
         slope=np.zeros(size),
         slope_t=np.zeros(size),

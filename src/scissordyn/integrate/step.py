@@ -11,7 +11,7 @@ from scissordyn.integrate.step_scaling import EVEN, fraction, speed
 from scissordyn.integrate.tableau import EXPLICIT
 from scissordyn.jit import kernel
 
-__all__ = ["EVERYTHING", "NOTHING", "OUTPUTS", "attempt", "error_norm", "explicit_stage", "prepare", "stage_state"]
+__all__ = ["EVERYTHING", "NOTHING", "OUTPUTS", "add_rows", "attempt", "error_norm", "explicit_stage", "prepare", "stage_state"]
 
 _EXPLICIT = EXPLICIT
 
@@ -51,18 +51,30 @@ def attempt(problem, T, t, h, s, w, S):
     return True
 
 
+@kernel()
+def add_rows(factor, coefficients, count, K, target):
+    """Add the first rows of K, times a factor and their coefficients, to a vector: four at a time, as vectors are short."""
+    size, whole = target.size, 4 * (count // 4)
+    for k in range(0, whole, 4):
+        a, b = factor * coefficients[k], factor * coefficients[k + 1]
+        c, d = factor * coefficients[k + 2], factor * coefficients[k + 3]
+        if a != 0.0 or b != 0.0 or c != 0.0 or d != 0.0:
+            for i in range(size):
+                target[i] = target[i] + a * K[k, i] + b * K[k + 1, i] + c * K[k + 2, i] + d * K[k + 3, i]
+    for k in range(whole, count):
+        a = factor * coefficients[k]
+        if a != 0.0:
+            for i in range(size):
+                target[i] += a * K[k, i]
+
+
 @kernel(inline=True)
 def stage_state(T, stage, h, y, K, target):
     """State at which a stage is evaluated."""
-    size = y.size
-    for i in range(size):
+    for i in range(y.size):
         target[i] = 0.0
-    for k in range(stage):
-        coefficient = T.a[stage, k]
-        if coefficient != 0.0:
-            for i in range(size):
-                target[i] += coefficient * K[k, i]
-    for i in range(size):
+    add_rows(1.0, T.a[stage], stage, K, target)
+    for i in range(y.size):
         target[i] = y[i] + h * target[i]
 
 
@@ -113,11 +125,7 @@ def rosenbrock_step(problem, T, t, h, s, w, S):
         by_time = h * T.slopes[stage]
         for i in range(size):
             K[stage, i] = source[i] + by_time * w.slope_t[i]
-        for k in range(stage):
-            coefficient = T.c[stage, k] * inverse
-            if coefficient != 0.0:
-                for i in range(size):
-                    K[stage, i] += coefficient * K[k, i]
+        add_rows(inverse, T.c[stage], stage, K, K[stage])
         problem.solve(K[stage], S)
     for i in range(size):
         new[i] += K[T.stages - 1, i]
@@ -129,10 +137,14 @@ def error_norm(T, h, s, w):
 
     For DOP853 the two estimates are combined as in Hairer's code.
     """
-    y, new, K = s.y, w.new, w.stages
+    y, new, K, estimate = s.y, w.new, w.stages, w.estimate
     worst = 0.0
     factor = h if T.kind == _EXPLICIT else 1.0
     stages = T.stages + 1 if T.kind == _EXPLICIT else T.stages
+    for which in range(1 + T.combined):
+        for i in range(y.size):
+            estimate[which, i] = 0.0
+        add_rows(1.0, T.error[which], stages, K, estimate[which])
     for g in range(w.group.size - 1):
         start, stop = w.group[g], w.group[g + 1]
         if stop == start:
@@ -145,15 +157,10 @@ def error_norm(T, h, s, w):
             return math.nan
         size = math.sqrt(square / (stop - start))
         for i in range(start, stop):
-            first = second = 0.0
-            for k in range(stages):
-                first += T.error[0, k] * K[k, i]
             weight = w.atol[i] + w.rtol[i] * size + w.rounding[i] / h
-            error = abs(factor * first) / weight
+            error = abs(factor * estimate[0, i]) / weight
             if T.combined == 1:
-                for k in range(stages):
-                    second += T.error[1, k] * K[k, i]
-                other = abs(factor * second) / weight
+                other = abs(factor * estimate[1, i]) / weight
                 if error != 0.0:
                     error = error * error / math.sqrt(error * error + 0.01 * other * other)
             # a NaN must not hide behind a comparison that is false

@@ -11,7 +11,7 @@ from scissordyn.control.signal import DELAYED, ERROR, FEED_FORWARD, REFERENCE, S
 from scissordyn.jit import kernel
 from scissordyn.mechanics.force_element import add_torques, map_values
 from scissordyn.mechanics.rotation import relative_angle
-from scissordyn.mechanics.time_function import piece_time, smooth_function
+from scissordyn.mechanics.time_function import motion_at
 
 __all__ = ["actuator_torque", "linearise_actuator", "recorded_signal"]
 
@@ -50,8 +50,8 @@ def sense(t, i, S, maps):
     """Write the signals of component i into W.signal, and their rates at a fixed state into W.signal_rate."""
     M, P, W = S.model, S.parameters, S.work
     ux, uy, ax, ay, bx, by, vx, vy, px, py, qx, qy = maps
-    q, rate, when = W.signal, W.signal_rate, piece_time(t, W.segment)
-    smooth_function(t, when, P.motion[P.motion_start[M.function[i]] : P.motion_start[M.function[i] + 1]], W.function_value)
+    q, rate = W.signal, W.signal_rate
+    motion_at(t, M.function[i], S)
     for order in range(3):
         q[REFERENCE + order], rate[REFERENCE + order] = W.function_value[order], W.function_value[order + 1]
     q[ERROR], rate[ERROR] = W.function_value[0] - relative_angle(i, S, ax, ay, bx, by), W.function_value[1]
@@ -63,8 +63,7 @@ def sense(t, i, S, maps):
     if M.recorder[i] >= 0:
         q[DELAYED], rate[DELAYED] = past_signal(t - P.actuator[i, DELAY], M.recorder[i], S)
     if M.feed_forward[i] >= 0:
-        rows = P.motion[P.motion_start[M.feed_forward[i]] : P.motion_start[M.feed_forward[i] + 1]]
-        smooth_function(t, when, rows, W.function_value)
+        motion_at(t, M.feed_forward[i], S)
         q[FEED_FORWARD], rate[FEED_FORWARD] = W.function_value[0], W.function_value[1]
 
 

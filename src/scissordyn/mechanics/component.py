@@ -15,7 +15,7 @@ from scissordyn.jit import kernel
 from scissordyn.mechanics.actuator import actuator_torque, linearise_actuator
 from scissordyn.mechanics.force_element import add_forces, add_torques, map_values, write_wrench
 from scissordyn.mechanics.rotation import relative_angle
-from scissordyn.mechanics.time_function import piece_time, smooth_function
+from scissordyn.mechanics.time_function import motion_at
 
 __all__ = ["add_component", "component_gap", "linearise_component", "switch_loss"]
 
@@ -34,10 +34,7 @@ def factor_of(t, i, S):
     first = S.model.function[i]
     if first < 0:
         return 1.0, 0.0
-    P = S.parameters
-    smooth_function(
-        t, piece_time(t, S.work.segment), P.motion[P.motion_start[first] : P.motion_start[first + 1]], S.work.function_value
-    )
+    motion_at(t, first, S)
     return S.work.function_value[0], S.work.function_value[1]
 
 

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from scissordyn.jit import kernel
 from scissordyn.mechanics import band
-from scissordyn.mechanics.time_function import piece_time, prescribe, smooth_function
+from scissordyn.mechanics.time_function import motion_at, piece_time, prescribe
 
 __all__ = [
     "expand",
@@ -51,11 +51,10 @@ def move_drives(t, S):
     if t == W.instant[0]:
         return
     W.instant[0] = t
-    when = piece_time(t, W.segment)
-    prescribe(t, when, P.motion, P.motion_start, W.basis, W.function_value)
+    prescribe(t, piece_time(t, W.segment), P.motion, P.motion_start, W.basis, W.function_value)
     for i in range(M.timed.size):
         k, which = M.timed[i], M.timed_function[i]
-        smooth_function(t, when, P.motion[P.motion_start[which] : P.motion_start[which + 1]], W.function_value)
+        motion_at(t, which, S)
         unit, f = M.timed_unit[i], W.function_value
         l, v, a, j = unit * f[0], unit * f[1], unit * f[2], unit * f[3]
         W.value[0, k], W.value[1, k] = 0.5 * l * l, l * v

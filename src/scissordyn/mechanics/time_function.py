@@ -26,9 +26,9 @@ __all__ = [
     "function_at",
     "function_rows",
     "function_start",
+    "motion_at",
     "piece_time",
     "prescribe",
-    "smooth_function",
 ]
 
 COLUMNS = 10
@@ -112,7 +112,15 @@ def _pieces(*pieces: tuple[float | tuple[float, ...], ...]) -> np.ndarray:
 @kernel()
 def function_at(t, rows, value):
     """Write a time function and its first three derivatives at time t into value[0:4], at a break those after it."""
-    smooth_function(t, t, rows, value)
+    smooth_function(t, t, rows, 0, rows.shape[0], value)
+
+
+@kernel(inline=True)
+def motion_at(t, which, S):
+    """Write a time function of the mechanism and its first three derivatives at time t into Work.function_value."""
+    P, W = S.parameters, S.work
+    start, stop = P.motion_start[which], P.motion_start[which + 1]
+    smooth_function(t, piece_time(t, W.segment), P.motion, start, stop, W.function_value)
 
 
 @kernel(inline=True)
@@ -127,9 +135,9 @@ def piece_time(t, segment):
 
 
 @kernel()
-def smooth_function(t, when, rows, value):
-    """Write the piece of a time function that holds at the instant `when`, and its derivatives, at time t into value[0:4]."""
-    low, high = 0, rows.shape[0] - 1
+def smooth_function(t, when, rows, start, stop, value):
+    """Write the piece of rows `start` to `stop` that holds at `when`, and its derivatives, at time t into value[0:4]."""
+    low, high = start, stop - 1
     while low < high:  # the last piece that begins at or before that instant
         middle = (low + high + 1) // 2
         if rows[middle, 0] <= when:
@@ -171,7 +179,7 @@ def prescribe(t, when, rows, starts, basis, angle):
     for order in range(4):
         basis[order, 0] = 1.0 if order == 0 else 0.0
     for drive in range((basis.shape[1] - 1) // 2):
-        smooth_function(t, when, rows[starts[drive] : starts[drive + 1]], angle)
+        smooth_function(t, when, rows, starts[drive], starts[drive + 1], angle)
         c, s = math.cos(angle[0]), math.sin(angle[0])
         w, a, j = angle[1], angle[2], angle[3]
         i = 1 + 2 * drive

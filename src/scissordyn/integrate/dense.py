@@ -123,10 +123,12 @@ def integrals_at(T, theta, h, s, w, out):
         dense_value(theta, T.pattern, s.total, w.gain, out)
         return
     for q in range(s.total.size):
-        out[q] = s.total[q]
+        out[q] = 0.0
     for node in range(T.gauss.size):
         value = 0.0
         for k in range(T.gauss.size - 1, -1, -1):
             value = (value + T.primitive[node, k]) * theta
         for q in range(s.total.size):
-            out[q] += h * value * w.power[node, q]
+            out[q] += value * w.power[node, q]
+    for q in range(s.total.size):
+        out[q] = s.total[q] + h * out[q]

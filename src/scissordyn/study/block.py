@@ -149,7 +149,7 @@ def _simulated(study: Study, numbers: Cases) -> xr.Dataset:
     options = study.options
     measures = {name: MEASURES[name] for name in study.measures}
     measures |= {own.name: _accumulated(own) for own in study.own_measures if own.of == "accumulators"}
-    found = simulate_many(
+    simulated = simulate_many(
         study.mechanism,
         numbers.values,
         until=options.until,
@@ -164,7 +164,7 @@ def _simulated(study: Study, numbers: Cases) -> xr.Dataset:
         events=options.events,
         threads=1,
     )
-    found = pass_on(found)
+    found = pass_on(simulated)
     own = [each for each in study.own_measures if each.of == "dataset"]
     return _of_datasets(study, numbers, found, own) if own else found
 

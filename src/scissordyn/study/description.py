@@ -358,6 +358,11 @@ class Study:
         Returns
         -------
         Study
+
+        Raises
+        ------
+        InputError
+            If a function of the user is neither given nor in an allowed file, or the file has changed since then.
         """
         mechanism = Configuration(parse(plain["mechanism"], Mechanism), plain["mechanism"]).build_mechanism(allow_code)
         given = {own.name: own for own in own_measures}

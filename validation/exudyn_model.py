@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -39,6 +40,24 @@ def positions(mechanism: sd.Mechanism, until: float, settings: Settings, body: s
 
     Ground pins, pins, constant torques, linear springs and massless rods from the ground to a mass are translated.
     """
+    system, sensor = _translated(mechanism, body)
+    simulation = _simulation(until, settings, sparse=len(mechanism.bodies) > 20)
+    began = time.perf_counter()
+    system.SolveDynamic(simulation, showHints=False, showCausingItems=False)
+    seconds = time.perf_counter() - began
+    stored = system.GetSensorStoredData(sensor)
+    one = mechanism.body(body)
+    return stored[:, 0], stored[:, 1:4] + np.array([*(one.position + _rotation(one) @ one.centre), one.angle]), seconds
+
+
+def _rotation(body: sd.Body) -> np.ndarray:
+    """From the body's own directions to those of the ground, where it is placed."""
+    cosine, sine = np.cos(body.angle), np.sin(body.angle)
+    return np.array([[cosine, -sine], [sine, cosine]])
+
+
+def _translated(mechanism: sd.Mechanism, body: str) -> tuple[Any, Any]:
+    """The mechanism as a system of Exudyn, and the sensor of a body's coordinates."""
     import exudyn as exu
     from exudyn import itemInterface
 
@@ -46,36 +65,30 @@ def positions(mechanism: sd.Mechanism, until: float, settings: Settings, body: s
 
     system = exu.SystemContainer().AddSystem()
     ground = system.AddObject(items.ObjectGround())
+    pull = mechanism.gravity * np.array([np.cos(mechanism.gravity_direction), np.sin(mechanism.gravity_direction), 0.0])
     nodes, objects = {}, {}
     for one in mechanism.bodies:
-        cosine, sine = np.cos(one.angle), np.sin(one.angle)
-        rotation = np.array([[cosine, -sine], [sine, cosine]])
-        place = np.array(one.position) + rotation @ np.array(one.centre)
-        speed = np.array(one.velocity) + one.angular_velocity * np.array([[0, -1], [1, 0]]) @ (rotation @ np.array(one.centre))
+        arm = _rotation(one) @ one.centre
+        speed = np.array(one.velocity) + one.angular_velocity * np.array([-arm[1], arm[0]])
         nodes[one.name] = system.AddNode(
-            items.NodeRigidBody2D(referenceCoordinates=[*place, one.angle], initialVelocities=[*speed, one.angular_velocity])
+            items.NodeRigidBody2D(
+                referenceCoordinates=[*(one.position + arm), one.angle], initialVelocities=[*speed, one.angular_velocity]
+            )
         )
         objects[one.name] = system.AddObject(
             items.ObjectRigidBody2D(mass=one.mass, inertia=one.inertia or one.mass, nodeNumber=nodes[one.name])
         )
-        load = (
-            mechanism.gravity
-            * one.mass
-            * np.array([np.cos(mechanism.gravity_direction), np.sin(mechanism.gravity_direction), 0.0])
-        )
         marker = system.AddMarker(items.MarkerBodyPosition(bodyNumber=objects[one.name]))
-        system.AddLoad(items.Force(markerNumber=marker, loadVector=load))
-
-    pins = dict(mechanism.ground)
+        system.AddLoad(items.Force(markerNumber=marker, loadVector=one.mass * pull))
 
     def at(reference: tuple[str, str]) -> int:
         name, point = reference
         if name == "ground":
-            local = [*pins[point], 0.0]
-            return system.AddMarker(items.MarkerBodyPosition(bodyNumber=ground, localPosition=local))
-        one = mechanism.body(name)
-        local = [*(np.array(one.points[point]) - np.array(one.centre)), 0.0]
-        return system.AddMarker(items.MarkerBodyPosition(bodyNumber=objects[name], localPosition=local))
+            number, place = ground, np.array(dict(mechanism.ground)[point])
+        else:
+            one = mechanism.body(name)
+            number, place = objects[name], np.array(one.points[point]) - np.array(one.centre)
+        return system.AddMarker(items.MarkerBodyPosition(bodyNumber=number, localPosition=[*place, 0.0]))
 
     for joint in mechanism.joints:
         system.AddObject(items.ObjectJointRevolute2D(markerNumbers=[at(joint.bearing), at(joint.journal)]))
@@ -99,6 +112,13 @@ def positions(mechanism: sd.Mechanism, until: float, settings: Settings, body: s
         items.SensorNode(nodeNumber=nodes[body], storeInternal=True, outputVariableType=exu.OutputVariableType.Coordinates)
     )
     system.Assemble()
+    return system, sensor
+
+
+def _simulation(until: float, settings: Settings, *, sparse: bool) -> Any:
+    """Exudyn's settings of an integration."""
+    import exudyn as exu
+
     simulation = exu.SimulationSettings()
     integration = simulation.timeIntegration
     integration.endTime, integration.numberOfSteps = until, round(until / settings.step)
@@ -112,15 +132,8 @@ def positions(mechanism: sd.Mechanism, until: float, settings: Settings, body: s
     integration.generalizedAlpha.computeInitialAccelerations = True
     integration.verboseMode = 0
     simulation.linearSolverSettings.ignoreSingularJacobian = True
-    if len(mechanism.bodies) > 20:
+    if sparse:
         simulation.linearSolverType = exu.LinearSolverType.EigenSparse
     simulation.solution.file.write = False
     simulation.solution.sensors.writePeriod = max(settings.step, until / 2000)
-    began = time.perf_counter()
-    system.SolveDynamic(simulation, showHints=False, showCausingItems=False)
-    seconds = time.perf_counter() - began
-    stored = system.GetSensorStoredData(sensor)
-    one = mechanism.body(body)
-    cosine, sine = np.cos(one.angle), np.sin(one.angle)
-    centre = np.array(one.position) + np.array([[cosine, -sine], [sine, cosine]]) @ np.array(one.centre)
-    return stored[:, 0], stored[:, 1:4] + np.array([*centre, one.angle]), seconds
+    return simulation

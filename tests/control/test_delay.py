@@ -1,10 +1,12 @@
 """Equations with delays on the real loop, and what delayed feedback can and cannot do."""
 
 import cmath
+import dataclasses
 import json
 import math
 
 import numpy as np
+import pint
 import pytest
 
 import scissordyn as sd
@@ -75,7 +77,7 @@ def test_history_grows():
 def test_nothing_is_kept_without_a_delay():
     """Limit: steps are not limited and nothing is recorded where no controller has a delay."""
     run = sd.simulate(turning(spin=1.0).controlled(PID(1.0)), until=1.0, samples=3)
-    assert "control_signal" not in run
+    assert not [name for name in run if str(name).startswith("recorded")]
 
 
 def decay_rate(gain, delay, recursion_gain, stiffness, excitation, guess):
@@ -150,7 +152,7 @@ def extended(limit):
 def recursion_error(limit):
     """Largest error of the recorded S(t) = y(t) + R S(t - T) at the samples [rad/s]."""
     run = extended(limit)
-    signal, speed = run["control_signal"][:, 1].values, run["angular_velocity"][:, 0].values
+    signal, speed = run["recorded_speed"][:, 1].values, run["angular_velocity"][:, 0].values
     return float(np.max(np.abs(signal[25:] - speed[25:] - 0.5 * signal[:-25])))
 
 
@@ -161,4 +163,18 @@ def test_onset_limit_and_record():
     assert np.all(torque[t < 0.5 - 1e-9] == 0.0)
     assert np.max(np.abs(torque)) == 0.4
     assert recursion_error(None) < 1e-9
-    assert extended(None)["control_signal"][0, 1] == pytest.approx(1.0 / (1.0 - 0.5), rel=1e-12)
+    assert extended(None)["recorded_speed"].attrs["units"] == "rad/s"
+    assert extended(None)["recorded_speed"][0, 1] == pytest.approx(1.0 / (1.0 - 0.5), rel=1e-12)
+
+
+def test_every_recorded_signal_has_its_unit():
+    """Identity: signals of different kinds are variables of their own with units that pint reads, NaN at the other actuator."""
+    law = Pyragas(0.5, 0.2, onset=0.0)
+    both = turning(spin=1.0).controlled(law).controlled(dataclasses.replace(law, recorded="error"), name="second")
+    run = sd.simulate(both, until=0.1, samples=3)
+    for name, unit in {"recorded_speed": "rad/s", "recorded_error": "rad"}.items():
+        assert run[name].attrs["units"] == unit
+    assert np.isfinite(run["recorded_speed"]).values.all(axis=0).tolist() == [True, False]
+    assert np.isfinite(run["recorded_error"]).values.all(axis=0).tolist() == [False, True]
+    for values in run.variables.values():
+        pint.application_registry.parse_units(values.attrs.get("units", "1"))

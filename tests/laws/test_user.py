@@ -175,10 +175,11 @@ def test_from_file(tmp_path):
 @pytest.mark.parametrize(
     ("text", "reference", "says"),
     [
+        ("def soft(d):\n    return d\n", "laws.py:sofd", "no stiffness law 'sofd' in"),
         ("def soft(d):\n    return d\n", "laws.py:sofd", "did you mean 'soft'"),
         ("def soft(d:\n", "laws.py:soft", "SyntaxError, line 1"),
         ("import a_module_that_is_not_there\n", "laws.py:soft", "a_module_that_is_not_there"),
-        ("", "other.py:soft", "no file"),
+        ("", "other.py:soft", "for the stiffness law 'soft'"),
         ("", "laws.txt:soft", "a Python file and a function in it"),
     ],
 )

@@ -285,14 +285,24 @@ def test_more_contacts_at_the_start_than_the_log_begins_with():
 
 
 def test_assembly_far_from_its_place_is_said():
-    """Identity: a rocker placed at 124 deg is assembled at 89.66 deg, and the run says by how much it was moved."""
+    """Identity: a rocker placed at 124 deg is assembled at 89.66 deg, and the run says by how much it was rotated."""
     linkage = sd.four_bar(angle=math.radians(60.0))
     placed = (dataclasses.replace(b, angle=math.radians(124.0)) if b.name == "rocker" else b for b in linkage.bodies)
     far = dataclasses.replace(linkage, bodies=tuple(placed)).driven(speed=1.0)
     run = sd.simulate(far, until=0.01, samples=3)
     moved = 124.0 - math.degrees(float(run["angle"].sel(body="rocker")[0]))
-    assert f"body 'rocker' by {moved:.4g} deg was moved from where it was placed" in run.attrs["warnings"]
-    assert "was moved" not in sd.simulate(linkage.driven(speed=1.0), until=0.01, samples=3).attrs["warnings"]
+    assert f"at the start, body 'rocker' was rotated by {moved:.4g} deg from where it was placed" in run.attrs["warnings"]
+    assert "placed" not in sd.simulate(linkage.driven(speed=1.0), until=0.01, samples=3).attrs["warnings"]
+
+
+def test_a_body_moved_without_rotation_is_said_in_lengths():
+    """Identity: a slider placed 30 mm off its guide is moved by 30 mm, and the run says so."""
+    mechanism = sd.slider_crank().driven(speed=1.0)
+    placed = next(body for body in mechanism.bodies if body.name == "slider")
+    there = dataclasses.replace(placed, position=(placed.position[0], placed.position[1] + 0.03))
+    off = dataclasses.replace(mechanism, bodies=tuple(there if body is placed else body for body in mechanism.bodies))
+    said = sd.simulate(off, until=0.01, samples=3).attrs["warnings"]
+    assert "at the start, body 'slider' was moved by 30 mm from where it was placed" in said
 
 
 def test_thrown_journal():

@@ -57,6 +57,10 @@ def test_a_number_and_its_change(frictional, path, value, unit):
         ("drive.slider.frequency", "no field 'slider' in Harmonic"),
         ("A.clearance.deeper", "no field 'deeper' in float"),
         ("gravty", "did you mean 'gravity'"),
+        ("clearnce.all.clearance", "did you mean 'clearance.all'"),
+        ("joints.A.clearance", "did you mean 'joint.A'"),
+        ("sprin.coil.stiffness", "did you mean 'spring.coil'"),
+        ("drve.unit 1/bar 1.amplitude", "did you mean 'drive.unit 1/bar 1'"),
     ],
 )
 def test_paths_that_lead_nowhere(frictional, path, words):

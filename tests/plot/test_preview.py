@@ -198,4 +198,6 @@ def test_preview_says_what_assembly_moved(tmp_path: Path, capsys: pytest.Capture
     case = tmp_path / "moved.toml"
     case.write_text(text)
     assert status_of(["preview", str(case)]) == 0
-    assert "Assembly moves the mass centre of body" in capsys.readouterr().out
+    said = capsys.readouterr().out
+    assert "Assembly moves the mass centre of body" in said
+    assert "and rotates body" in said

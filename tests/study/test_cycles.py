@@ -4,6 +4,7 @@ import json
 import math
 
 import numpy as np
+import pint
 import pytest
 import xarray as xr
 
@@ -138,6 +139,17 @@ def test_ideal_mechanism(periodic):
     np.testing.assert_allclose(run["slider_position"], 2.0 * math.sin(angle), rtol=1e-8)
     np.testing.assert_allclose(run["slider_velocity"], 2.0 * math.cos(angle) * rate, rtol=1e-6)
     assert run.sizes["joint"] == 0
+
+
+def test_units(settled, tmp_path):
+    """Identity: units are such that pint reads them; where entries of a variable differ, names say what they are."""
+    for run in (settled, load(save(settled, tmp_path / "cycles.nc"))):
+        for values in run.variables.values():
+            pint.application_registry.parse_units(values.attrs.get("units", "1"))
+        assert "units" not in run["internal_state"].attrs
+        assert run["internal"].values.tolist() == ["A: bristle_deflection"]
+        assert (run["end_total"].attrs["units"], run["end_mode"].attrs["units"]) == ("J", "1")
+        assert "units" not in run["end_y"].attrs
 
 
 def test_what_cannot_be_used(periodic, impacting, frictional):

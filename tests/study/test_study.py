@@ -158,6 +158,7 @@ def test_measures_of_the_user(tmp_path: Path) -> None:
         "def largest(run):\n    return float(run['peak_force'].max())\n\n\n"
         "def steps(ended):\n    return ended.driver.state.counts['steps'][0]\n\n\n"
         "def fault(ended):\n    return 1 / 0\n"
+        "def unfit(run):\n    from scissordyn.errors import InputError\n    raise InputError('this run', 'another')\n"
     )
     own = (
         OwnMeasure("largest", f"{file}:largest", units="N"),
@@ -186,6 +187,9 @@ def test_measures_of_the_user(tmp_path: Path) -> None:
     failed = execute(fault, tmp_path / "b.zarr", block=6).results()
     assert failed["status"].values.tolist() == [FAILED] * 6
     assert "measure 'fault': ZeroDivisionError" in str(failed["cause"].values[0])
+    unfit = dataclasses.replace(plain, own_measures=(OwnMeasure("unfit", f"{file}:unfit"),))
+    refused = execute(unfit, tmp_path / "c.zarr", block=6).results()
+    assert str(refused["cause"].values[0]) == "measure 'unfit': InputError: this run; allowed: another"
 
 
 def test_requirements_and_responses() -> None:

@@ -210,6 +210,9 @@ def test_the_life_of_a_study(folder: Path, capsys: pytest.CaptureFixture[str]) -
     assert status_of(["study", "replay", "a.zarr", "5", "-o", "run.nc"]) == 0
     assert (folder / "run.nc").exists()
     assert status_of(["study", "replay", "a.zarr", "8"]) == 2
+    capsys.readouterr()
+    assert status_of(["study", "replay", "a.zarr"]) == 2
+    assert "'study replay' without a case; allowed: 0 to 7; type: scissordyn study replay" in capsys.readouterr().err
     failing = ("sweep", "array.toml", "-o", "b.zarr", "--vary", "A.clearance=0.1..0.4 mm", "--set", "run.most_steps=5")
     capsys.readouterr()
     assert status_of(failing) == 3

@@ -128,23 +128,18 @@ def numbalsodas(tolerance: float) -> Found:
     return seconds, orbit(states)
 
 
+def _scales(unit: float) -> tuple[float, float, float, float]:
+    """Units of the four unknowns: lengths in clearances, times in `unit` [s]."""
+    return CLEARANCE / ROD, CLEARANCE, CLEARANCE / ROD / unit, CLEARANCE / unit
+
+
 @cache
-def _locating(unit: float) -> Callable[..., tuple[np.ndarray, bool]]:
-    """A compiled loop around numbalsoda's DOP853: it ends where the gap changes its sign and goes on from there.
-
-    Lengths are in clearances and times in a unit near that of a contact, so that one absolute tolerance, all that numbalsoda
-    has, is right for all unknowns.
-
-    Parameters
-    ----------
-    unit : float
-        Of time [s].
-    """
+def _scaled(unit: float) -> Any:
+    """The equations in scaled unknowns in the form of numbalsoda, told whether there is a contact and its approach speed."""
     from numba import carray, cfunc
-    from numbalsoda import dop853, lsoda_sig
+    from numbalsoda import lsoda_sig
 
-    of_angle, of_place = CLEARANCE / ROD, CLEARANCE
-    of_spin, of_speed = of_angle / unit, of_place / unit
+    of_angle, of_place, of_spin, of_speed = _scales(unit)
 
     @cfunc(lsoda_sig)
     def scaled(t, u, du, p):
@@ -155,12 +150,28 @@ def _locating(unit: float) -> Callable[..., tuple[np.ndarray, bool]]:
         du[0], du[1] = spin * unit / of_angle, speed * unit / of_place
         du[2], du[3] = angular * unit / of_spin, linear * unit / of_speed
 
-    address = scaled.address
+    return scaled
+
+
+@cache
+def _scaled_gap(unit: float) -> Any:
+    """The compiled gap and its rate in scaled unknowns."""
+    of_angle, of_place, of_spin, of_speed = _scales(unit)
 
     @njit
     def gap(t, y):
         found, rate = gap_rate(t * unit, y[0] * of_angle, y[1] * of_place, y[2] * of_spin, y[3] * of_speed)
         return found / CLEARANCE, rate * unit / CLEARANCE
+
+    return gap
+
+
+@cache
+def _crossing(unit: float) -> Any:
+    """A compiled search for the instant at which the gap changes its sign."""
+    from numbalsoda import dop853
+
+    address, gap = _scaled(unit).address, _scaled_gap(unit)
 
     @njit
     def crossing(t, y, end, beyond, side, contact, relative, absolute):
@@ -182,6 +193,25 @@ def _locating(unit: float) -> Callable[..., tuple[np.ndarray, bool]]:
             newton = root - value / rate
             root = newton if low < newton < high else 0.5 * (low + high)
         return root, state, good
+
+    return crossing
+
+
+@cache
+def _locating(unit: float) -> Callable[..., tuple[np.ndarray, bool]]:
+    """A compiled loop around numbalsoda's DOP853: it ends where the gap changes its sign and goes on from there.
+
+    Lengths are in clearances and times in a unit near that of a contact, so that one absolute tolerance, all that numbalsoda
+    has, is right for all unknowns.
+
+    Parameters
+    ----------
+    unit : float
+        Of time [s].
+    """
+    from numbalsoda import dop853
+
+    address, gap, crossing, scales = _scaled(unit).address, _scaled_gap(unit), _crossing(unit), np.array(_scales(unit))
 
     @njit
     def march(times, y, relative, absolute):
@@ -207,7 +237,7 @@ def _locating(unit: float) -> Callable[..., tuple[np.ndarray, bool]]:
             contact[0] = 1.0 - contact[0]
             contact[1] = max(gap(t, y)[1] * CLEARANCE / unit, 1e-6)
         for k in range(times.size):
-            states[k] *= np.array([of_angle, of_place, of_spin, of_speed])
+            states[k] *= scales
         return states, good
 
     return march
@@ -216,9 +246,8 @@ def _locating(unit: float) -> Callable[..., tuple[np.ndarray, bool]]:
 def numbalsodas_located(tolerance: float, unit: float) -> Found:
     """Numbalsoda's DOP853 from contact to contact, with the loop around it that it lacks."""
     march = _locating(unit)
-    scale = np.array([CLEARANCE / ROD, CLEARANCE, CLEARANCE / ROD / unit, CLEARANCE / unit])
     began = time.perf_counter()
-    states, success = march(TIMES / unit, start() / scale, 1e-3 * tolerance, tolerance)
+    states, success = march(TIMES / unit, start() / np.array(_scales(unit)), 1e-3 * tolerance, tolerance)
     seconds = time.perf_counter() - began
     if not success:
         raise RuntimeError("numbalsoda's dop853 failed")

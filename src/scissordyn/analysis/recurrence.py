@@ -79,20 +79,16 @@ def recurrence(
     count = table.shape[0] - (dimension - 1) * delay
     if count > MOST_SAMPLES:
         raise InputError(f"{count} samples for a recurrence plot", f"at most {MOST_SAMPLES}", "values[-2000:]")
+    if apart >= count:
+        raise InputError(f"apart = {apart!r} for {count} points", f"at most {count - 1}")
     near = NEAR * math.sqrt(float(np.sum(np.var(table, axis=0)))) if threshold is None else threshold
     if not (math.isfinite(near) and near >= 0.0):
         raise InputError(f"threshold = {near!r}", "a number >= 0 in the unit of the values")
     embedded = np.concatenate([table[k * delay : k * delay + count] for k in range(dimension)], axis=1)
     recurrent = cdist(embedded, embedded, "euclidean") <= near
-    points, lengths = 0, []
-    for offset in range(apart, count):
-        diagonal = np.diagonal(recurrent, offset)
-        edges = np.flatnonzero(np.diff(np.concatenate([[False], diagonal, [False]]).astype(np.int8)))
-        lengths.append(edges[1::2] - edges[::2])
-        points += int(np.count_nonzero(diagonal))
-    lines = np.concatenate(lengths)
+    lines = _lines(recurrent, apart)
+    points, on_lines = int(np.sum(lines)), int(np.sum(lines[lines >= shortest]))
     pairs = (count - apart) * (count - apart + 1) // 2
-    on_lines = int(np.sum(lines[lines >= shortest]))
     return xr.Dataset(
         {
             "recurrent": described(("first", "second"), recurrent, "1", "recurrence"),
@@ -102,3 +98,13 @@ def recurrence(
         },
         attrs={"threshold": near, "dimension": dimension, "delay": delay, "shortest": shortest, "apart": apart},
     )
+
+
+def _lines(recurrent: np.ndarray, apart: int) -> np.ndarray:
+    """Numbers of points of all diagonal lines, single points among them, from the diagonal `apart` on."""
+    lengths = []
+    for offset in range(apart, len(recurrent)):
+        diagonal = np.diagonal(recurrent, offset)
+        edges = np.flatnonzero(np.diff(np.concatenate([[False], diagonal, [False]]).astype(np.int8)))
+        lengths.append(edges[1::2] - edges[::2])
+    return np.concatenate(lengths)

@@ -92,7 +92,7 @@ def _assembled(mechanism: Mechanism, ideal: xr.Dataset) -> str:
     if far[1] > UNMOVED * mechanism.size:
         said.append(f"moves the mass centre of body '{far[0]}' by {1e3 * far[1]:.4g} mm")
     if turned[1] > UNMOVED:
-        said.append(f"turns body '{turned[0]}' by {math.degrees(turned[1]):.4g} deg")
+        said.append(f"rotates body '{turned[0]}' by {math.degrees(turned[1]):.4g} deg")
     if not said:
         return "The mechanism closes as it is placed."
     return f"Assembly {' and '.join(said)}, more than any other body."

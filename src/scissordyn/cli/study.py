@@ -302,7 +302,8 @@ def _replay(described: Study, store: Store, case: int | None, output: str | None
     from scissordyn.study.answer import replay_command
 
     if case is None or not 0 <= case < store.cases:
-        raise InputError(f"case {case}", f"0 to {store.cases - 1}", replay_command(store.address, 0))
+        what = "'study replay' without a case" if case is None else f"case {case}"
+        raise InputError(what, f"0 to {store.cases - 1}", replay_command(store.address, 0))
     from scissordyn.cli.output import check_file
     from scissordyn.cli.show import console, show_events, show_summary
     from scissordyn.simulation.store import save

@@ -31,8 +31,8 @@ def component_class(reference: str, folder: Path) -> Any:
     InputError
         If there is no such file or class, or the class is no component.
     """
-    path, name = split_reference(reference, folder)
-    found: Any = load_function(f"{path}:{name}")
+    path, name = split_reference("component", reference, folder)
+    found: Any = load_function("component", f"{path}:{name}")
     if not isinstance(found, type) or not isinstance(vars(found).get("declaration"), Declaration):
         raise InputError(f"'{name}' in '{path}' is not a component", "a class under the decorator sd.component(...)")
     made: type[Component] = found

@@ -274,7 +274,7 @@ def _user(described: Any, folder: Path | None) -> str:
             "a function in a file",
             f"{type(described).__name__}('my_laws.py:{name}')",
         )
-    path, name = split_reference(described.function)
+    path, name = split_reference(described.title, described.function)
     reference = _string(_reference(f"{path}:{name}", described.digest, folder))
     constants = "[" + ", ".join(_quantity((number,), "1") for number in described.constants) + "]"
     key = "name" if isinstance(described, UserController) else "law"

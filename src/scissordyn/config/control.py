@@ -47,7 +47,7 @@ def _read_controller(given: Any, info: ValidationInfo) -> Controller:
     if ".py:" in name:
         table = _UserTable.model_validate(parameters, context=info.context)
         folder = (info.context or {}).get("folder", Path())
-        path, function = split_reference(name, folder)
+        path, function = split_reference(UserController.title, name, folder)
         constants, digest = tuple(map(float, table.constants)), file_digest(path)
         return UserController(f"{path}:{function}", constants, digest, table.delay, table.recorded)
     if name not in CONTROLLERS:

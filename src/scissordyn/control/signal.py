@@ -5,6 +5,9 @@ The signals of an actuator are one row, in the order of `SIGNALS`; angles and sp
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from types import MappingProxyType
+
 from scissordyn.errors import InputError, did_you_mean
 from scissordyn.jit import kernel
 
@@ -41,8 +44,10 @@ and its rate [m/s]; the recorded signal one delay ago; the feed-forward torque [
 REFERENCE, ERROR, SPEED, SENSOR, DELAYED, FEED_FORWARD = 0, 3, 4, 5, 9, 10
 """Their indices."""
 
-MEASURED = ("error", "speed", "sensor_x", "sensor_y", "sensor_rate_x", "sensor_rate_y")
-"""Signals whose delayed values can be used."""
+MEASURED: Mapping[str, str] = MappingProxyType(
+    {"error": "rad", "speed": "rad/s", "sensor_x": "m", "sensor_y": "m", "sensor_rate_x": "m/s", "sensor_rate_y": "m/s"}
+)
+"""Signals whose delayed values can be used, with their units."""
 
 
 def check_signal(owner: str, name: str) -> None:

@@ -50,6 +50,7 @@ class UserController:
     recorded: str = ""
 
     name: ClassVar[str] = "user"
+    title: ClassVar[str] = "controller"
     kernel_kind: ClassVar[int] = USER
     source: ClassVar[str] = "the user"
     uses_feed_forward: ClassVar[bool] = True
@@ -58,7 +59,7 @@ class UserController:
 
     def __post_init__(self) -> None:
         check_quantities(self)
-        object.__setattr__(self, "digest", pinned(self.function, self.digest))
+        object.__setattr__(self, "digest", pinned(self.title, self.function, self.digest))
         if (self.delay > 0.0) != bool(self.recorded):
             raise InputError(
                 f"UserController with delay = {self.delay:g} s and recorded = {self.recorded!r}", "both or neither of them"
@@ -72,7 +73,7 @@ class UserController:
                 (0.0, 1.0), (0.0, 0.7), (-10.0, 0.0, 10.0), (-3.0, 0.0, 0.01), (0.0, 1e-3), (0.0, 1.0)
             )
         )
-        probe("controller", self.function, self.digest, self.constants, LEADING, grid)
+        probe(self.title, self.function, self.digest, self.constants, LEADING, grid)
 
     @property
     def uses_sensor(self) -> bool:
@@ -81,4 +82,4 @@ class UserController:
 
     def parameters(self) -> tuple[float, ...]:
         """Address of the compiled function in this process, then the constants."""
-        return row("controller", self.function, self.digest, self.constants, LEADING)
+        return row(self.title, self.function, self.digest, self.constants, LEADING)

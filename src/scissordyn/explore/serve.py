@@ -94,45 +94,16 @@ def serve(
         If the case cannot be read.
     """
     port = int(listening.getsockname()[1])
-    first = FirstRun(opened)
-    loop = IOLoop.current()
-    entrance = Entrance(name)
+    first, entrance, loop = FirstRun(opened), Entrance(name), IOLoop.current()
     http = HTTPServer(entrance)
     http.add_sockets([listening])
     host = "127.0.0.1" if address in EVERYWHERE else f"[{address}]" if ":" in address else address
     url = f"http://{host}:{port}/"
     # a page of another origin must not be able to talk to this server
     origins = {f"{host}:{port}"} | ({f"localhost:{port}", f"127.0.0.1:{port}"} if address in LOCAL else set())
-    stops: list[Callable[[], None]] = []
-    fault: list[BaseException] = []
-    built = threading.Event()
-
-    def prepare() -> None:
-        gc.disable()  # to look for garbage among what the libraries set up is a tenth of the time to import them
-        try:
-            from scissordyn.explore.application import application  # with the libraries of the page
-
-            loop.add_callback(admit, application)
-            if entrance.asked:
-                built.wait(PATIENCE)
-            first.begin()
-        except BaseException as error:
-            fault.append(error)
-            loop.add_callback(loop.stop)
-            return
-        finally:
-            gc.freeze()
-            gc.enable()
-        if first.error is not None:
-            loop.add_callback(loop.call_later, LAST_WORDS if entrance.asked else 0.0, loop.stop)
-
-    def admit(application: Callable[..., tuple[Router, Callable[[], None]]]) -> None:
-        inside, stop = application(name, first, built.set, loop, http, ["*"] if address in EVERYWHERE else sorted(origins))
-        stops.append(stop)
-        entrance.admit(inside)
-
+    preparation = _Preparation(name, first, entrance, loop, http, ["*"] if address in EVERYWHERE else sorted(origins))
     before = signal.signal(signal.SIGINT, lambda *_: loop.add_callback_from_signal(loop.stop))
-    threading.Thread(target=prepare, name="scissordyn explore opens", daemon=True).start()
+    threading.Thread(target=preparation.run, name="scissordyn explore opens", daemon=True).start()
     said(url)
     if show:
         import webbrowser
@@ -142,10 +113,63 @@ def serve(
         loop.start()
     finally:
         signal.signal(signal.SIGINT, before)
-        for stop in stops:
-            stop()
+        preparation.stop()
         http.stop()
-    if first.error is not None:
-        raise first.error
-    if fault:
-        raise fault[0]
+    error = first.error or preparation.error
+    if error is not None:
+        raise error
+
+
+class _Preparation:
+    """The import of the page's libraries and the reading of the case, in a thread beside the server's.
+
+    Parameters
+    ----------
+    name : str
+        Of the case.
+    first : FirstRun
+    entrance : Entrance
+    loop : IOLoop
+        Of the server; stopped if there is an error.
+    http : HTTPServer
+    origins : list of str
+        Hosts and ports whose pages may talk to the server.
+    """
+
+    def __init__(
+        self, name: str, first: FirstRun, entrance: Entrance, loop: IOLoop, http: HTTPServer, origins: list[str]
+    ) -> None:
+        self.error: BaseException | None = None
+        self._name, self._first, self._entrance, self._loop, self._http = name, first, entrance, loop, http
+        self._origins = origins
+        self._built = threading.Event()
+        self._stop: Callable[[], None] | None = None
+
+    def run(self) -> None:
+        """Import, then read the case when the page that somebody asked for is there."""
+        gc.disable()  # to look for garbage among what the libraries set up is a tenth of the time to import them
+        try:
+            from scissordyn.explore.application import application  # with the libraries of the page
+
+            self._loop.add_callback(self._admit, application)
+            if self._entrance.asked:
+                self._built.wait(PATIENCE)
+            self._first.begin()
+        except BaseException as error:
+            self.error = error
+            self._loop.add_callback(self._loop.stop)
+            return
+        finally:
+            gc.freeze()
+            gc.enable()
+        if self._first.error is not None:
+            self._loop.add_callback(self._loop.call_later, LAST_WORDS if self._entrance.asked else 0.0, self._loop.stop)
+
+    def _admit(self, application: Callable[..., tuple[Router, Callable[[], None]]]) -> None:
+        inside, self._stop = application(self._name, self._first, self._built.set, self._loop, self._http, self._origins)
+        self._entrance.admit(inside)
+
+    def stop(self) -> None:
+        """Stop the application, if there is one."""
+        if self._stop is not None:
+            self._stop()

@@ -155,8 +155,9 @@ def from_file(reference: str, kind: str, folder: Path, *, constants: tuple[float
         If the file, the function or its result cannot be used.
     """
     _by_kind(kind)
-    path, name = split_reference(reference, folder)
-    return _USER[kind](f"{path}:{name}", constants, digest=file_digest(path))
+    made = _USER[kind]
+    path, name = split_reference(made.title, reference, folder)
+    return made(f"{path}:{name}", constants, digest=file_digest(path))
 
 
 def facts(kind: str, name: str) -> Facts:

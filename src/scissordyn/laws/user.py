@@ -66,6 +66,7 @@ class UserElastic:
     digest: str = ""
 
     name: ClassVar[str] = "user"
+    title: ClassVar[str] = "stiffness law"
     kernel_kind: ClassVar[int] = USER
     source: ClassVar[str] = "the user"
     small_contact: ClassVar[bool] = False
@@ -74,19 +75,19 @@ class UserElastic:
     leading: ClassVar[tuple[str, ...]] = ("indentation",)
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "digest", pinned(self.function, self.digest))
+        object.__setattr__(self, "digest", pinned(self.title, self.function, self.digest))
         grid = ((delta,) for delta in INDENTATIONS)
-        probe("stiffness law", self.function, self.digest, self.constants, self.leading, grid)
+        probe(self.title, self.function, self.digest, self.constants, self.leading, grid)
 
     def parameters(self, joint: JointContact) -> tuple[float, ...]:
         """Address of the compiled function in this process, then the constants; the law is tried up to the clearance first."""
         self._forces(joint)
-        return row("stiffness law", self.function, self.digest, self.constants, self.leading)
+        return row(self.title, self.function, self.digest, self.constants, self.leading)
 
     def _forces(self, joint: JointContact) -> np.ndarray:
         """Its force at `DEPTHS`, refused where it cannot be right [N]."""
         size, what = _reach(joint)
-        law = "stiffness law", self.function, self.digest, self.constants, self.leading
+        law = self.title, self.function, self.digest, self.constants, self.leading
         (deepest,) = probe(*law, [(size,)], right=lambda point, force: force > 0.0, allowed=f"a push at one {what}: above 0 N")
         return probe(
             *law,
@@ -140,19 +141,20 @@ class UserDamping:
     digest: str = ""
 
     name: ClassVar[str] = "user"
+    title: ClassVar[str] = "damping law"
     kernel_kind: ClassVar[int] = USER
     source: ClassVar[str] = "the user"
     restitution_range: ClassVar[tuple[float, float] | None] = None
     leading: ClassVar[tuple[str, ...]] = ("elastic", "indentation", "rate", "approach")
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "digest", pinned(self.function, self.digest))
+        object.__setattr__(self, "digest", pinned(self.title, self.function, self.digest))
         self._forces(INDENTATIONS[::3])
 
     def parameters(self, joint: JointContact) -> tuple[float, ...]:
         """Address of the compiled function in this process, then the constants; the law is tried up to the clearance first."""
         self._forces(self._depths(joint))
-        return row("damping law", self.function, self.digest, self.constants, self.leading)
+        return row(self.title, self.function, self.digest, self.constants, self.leading)
 
     @staticmethod
     def _depths(joint: JointContact) -> tuple[float, ...]:
@@ -161,7 +163,7 @@ class UserDamping:
     def _forces(self, depths: tuple[float, ...]) -> np.ndarray:
         """Normal forces [N], shape (FORCES, depths, RATES, APPROACHES)."""
         grid = itertools.product(FORCES, depths, RATES, APPROACHES)
-        found = probe("damping law", self.function, self.digest, self.constants, self.leading, grid)
+        found = probe(self.title, self.function, self.digest, self.constants, self.leading, grid)
         return found.reshape(len(FORCES), len(depths), len(RATES), len(APPROACHES))
 
     def doubts(self, joint: JointContact) -> list[str]:
@@ -212,6 +214,7 @@ class UserFriction:
     digest: str = ""
 
     name: ClassVar[str] = "user"
+    title: ClassVar[str] = "friction law"
     kernel_kind: ClassVar[int] = USER
     source: ClassVar[str] = "the user"
     states: ClassVar[tuple[str, ...]] = ()
@@ -219,17 +222,17 @@ class UserFriction:
     leading: ClassVar[tuple[str, ...]] = ("slip_speed", "normal_force")
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "digest", pinned(self.function, self.digest))
+        object.__setattr__(self, "digest", pinned(self.title, self.function, self.digest))
         self._forces()
 
     def parameters(self, joint: JointContact) -> tuple[float, ...]:
         """Address of the compiled function in this process, then the constants."""
-        return row("friction law", self.function, self.digest, self.constants, self.leading)
+        return row(self.title, self.function, self.digest, self.constants, self.leading)
 
     def _forces(self) -> np.ndarray:
         """Tangential forces [N], shape (SPEEDS, FORCES), refused where they drive the slip."""
         found = probe(
-            "friction law",
+            self.title,
             self.function,
             self.digest,
             self.constants,

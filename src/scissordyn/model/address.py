@@ -83,8 +83,10 @@ def find(mechanism: Mechanism, address: str) -> list[Place]:
         name = address.rsplit(".", 1)[0] if "." in address else address
         known = list(dict.fromkeys(each for each, _, _, kind in _named(mechanism) if kind != DRIVE))
         known += [DRIVE] * bool(mechanism.drives) + list(quantities(whole.__class__))
+        first, _, rest = name.partition(".")
+        near = [f"{kind}.{rest}" for kind in _kinds(mechanism) if rest and did_you_mean(first, [kind])]
         raise InputError(
-            f"no part '{name}' for '{address}'{did_you_mean(name, known)}",
+            f"no part '{name}' for '{address}'{did_you_mean(name, [*known, *near])}",
             "one of " + ", ".join(known),
             f"an address such as {SAMPLE}",
         )
@@ -176,6 +178,11 @@ def _named(mechanism: Mechanism) -> Iterator[tuple[str, str, int, str]]:
             yield part.name, field, index, part.declaration.section
 
 
+def _kinds(mechanism: Mechanism) -> dict[str, None]:
+    """The words that may stand in front of the name of a part."""
+    return dict.fromkeys([*KINDS, *(kind for *_, kind in _named(mechanism))])
+
+
 def _parts(mechanism: Mechanism, address: str) -> Iterator[tuple[str, int, tuple[str, ...]]]:
     """Field, index and path of each part that an address can mean."""
     parts = list(_named(mechanism))
@@ -183,8 +190,7 @@ def _parts(mechanism: Mechanism, address: str) -> Iterator[tuple[str, int, tuple
     if kind == DRIVE and rest:
         yield from _driven(mechanism, rest)
         return
-    kinds = {each for *_, each in parts} | set(KINDS)
-    if kind in kinds and rest and kind not in {name for name, *_ in parts}:
+    if rest and kind in _kinds(mechanism) and kind not in {name for name, *_ in parts}:
         chosen = [part for part in parts if part[3] == kind or KINDS.get(kind) == part[1]]
         words = rest.split(".")
         for cut in range(len(words) - 1, 0, -1):

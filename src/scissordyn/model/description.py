@@ -15,7 +15,7 @@ from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 from types import MappingProxyType
-from typing import Any, ClassVar, TypeVar
+from typing import Any, ClassVar, TypeVar, cast
 
 from scissordyn.component.catalogue import COMPONENTS
 from scissordyn.component.declaration import Component
@@ -228,7 +228,7 @@ def build(described: Any, *, allow_code: Sequence[Path] = ()) -> Any:
     if not isinstance(described, Description):
         return described
     values = {
-        key: _permitted(value, described.values.get("digest"), allow_code)
+        key: _permitted(value, described.values.get("digest"), allow_code, cast(Any, described.kind).title)
         if isinstance(value, NamedFunction)
         else build(value, allow_code=allow_code)
         for key, value in described.values.items()
@@ -302,13 +302,13 @@ def _named_function(plain: Any, place: str) -> NamedFunction:
     raise InputError(f"{place} is {_shown(plain)}", "a function as scissordyn writes it, 'my_laws.py:soft'")
 
 
-def _permitted(function: NamedFunction, digest: Any, allow_code: Sequence[Path], what: str = "function") -> str:
+def _permitted(function: NamedFunction, digest: Any, allow_code: Sequence[Path], what: str) -> str:
     """The reference to a function in a file that the user allows and that holds what the description was made with."""
     if not function.file:
         raise InputError(
-            f"the run uses the Python function '{function.name}', whose source is in its attributes but is not executed",
-            "laws from the catalogue or from a file",
-            f"put it in a file and give the law as 'my_laws.py:{function.name}'",
+            f"the run uses the Python function '{function.name}' as a {what}; its source in the attributes is not executed",
+            f"a {what} from the catalogue or from a file",
+            f"put it in a file and give the {what} as 'mine.py:{function.name}'",
         )
     file = Path(function.file).name
     if not digest:

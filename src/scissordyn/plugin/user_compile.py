@@ -68,7 +68,7 @@ def _answer(function: Function, arguments: tuple[float, ...]) -> str:
 
 def _loaded(kind: str, function: Function | str, digest: str) -> tuple[Function, str]:
     """The function itself, and what an error message calls it."""
-    loaded = load_function(function, digest) if isinstance(function, str) else function
+    loaded = load_function(kind, function, digest) if isinstance(function, str) else function
     if not callable(loaded):
         raise InputError(f"{function!r} as a {kind}", "a function or 'file.py:function'")
     return loaded, f"{kind} '{getattr(loaded, '__name__', loaded)}'"

@@ -1,4 +1,4 @@
-"""Functions in a file that the user names: ``my_laws.py:soft``."""
+"""Functions and classes in a file that the user names: ``my_laws.py:soft``."""
 
 from __future__ import annotations
 
@@ -14,12 +14,17 @@ from scissordyn.errors import InputError, did_you_mean
 
 __all__ = ["file_digest", "load_function", "pinned", "split_reference"]
 
+SAMPLES = {"component": "my_components.py:Rubber", "controller": "my_controllers.py:servo", "measure": "my_measures.py:late"}
+"""What the reference of anything but a law looks like, by its kind."""
 
-def split_reference(reference: str, folder: Path | None = None) -> tuple[Path, str]:
-    """The file and the function that ``"file.py:function"`` names.
+
+def split_reference(kind: str, reference: str, folder: Path | None = None) -> tuple[Path, str]:
+    """The file and the function or class that ``"file.py:name"`` names.
 
     Parameters
     ----------
+    kind : str
+        What the function or class stands for, such as "friction law" or "component", for messages.
     reference : str
     folder : Path, optional
         Where a relative file name starts; the working folder otherwise.
@@ -37,10 +42,11 @@ def split_reference(reference: str, folder: Path | None = None) -> tuple[Path, s
     """
     file, _, name = reference.rpartition(":")
     if not file.endswith(".py") or not name.isidentifier():
-        raise InputError(f"'{reference}' as a law in a file", "a Python file and a function in it", "'my_laws.py:soft'")
+        what, sample = "class" if kind == "component" else "function", SAMPLES.get(kind, "my_laws.py:soft")
+        raise InputError(f"'{reference}' as a {kind} in a file", f"a Python file and a {what} in it", f"'{sample}'")
     path = ((folder or Path.cwd()) / Path(file).expanduser()).resolve()
     if not path.is_file():
-        raise InputError(f"no file '{path}' for the law '{name}'", "a Python file that exists")
+        raise InputError(f"no file '{path}' for the {kind} '{name}'", "a Python file that exists")
     return path, name
 
 
@@ -53,11 +59,13 @@ def file_digest(path: Path) -> str:
     return _digest(path.read_bytes())
 
 
-def pinned(function: Callable[..., Any] | str, digest: str) -> str:
+def pinned(kind: str, function: Callable[..., Any] | str, digest: str) -> str:
     """The digest that a description keeps: the one given or, for a function in a file without one, that of the file now.
 
     Parameters
     ----------
+    kind : str
+        As for `split_reference`.
     function : callable or str
     digest : str
 
@@ -66,7 +74,7 @@ def pinned(function: Callable[..., Any] | str, digest: str) -> str:
     str
         Empty for a function that is no file's.
     """
-    return file_digest(split_reference(function)[0]) if isinstance(function, str) and not digest else digest
+    return file_digest(split_reference(kind, function)[0]) if isinstance(function, str) and not digest else digest
 
 
 @cache
@@ -85,14 +93,15 @@ def _module(path: Path, source: bytes) -> ModuleType:
     return module
 
 
-def load_function(reference: str, digest: str = "") -> Callable[..., Any]:
-    """The function that ``"file.py:function"`` names.
+def load_function(kind: str, reference: str, digest: str = "") -> Callable[..., Any]:
+    """The function or class that ``"file.py:name"`` names.
 
     Parameters
     ----------
-    reference : str
+    kind, reference : str
+        As for `split_reference`.
     digest : str
-        The file's digest when the law was described. From a description it is never empty, see `pinned`.
+        The file's digest when the function was described. From a description it is never empty, see `pinned`.
 
     Returns
     -------
@@ -103,13 +112,13 @@ def load_function(reference: str, digest: str = "") -> Callable[..., Any]:
     InputError
         If the file or the function is missing, or the file is no longer what it was.
     """
-    path, name = split_reference(reference)
+    path, name = split_reference(kind, reference)
     source = path.read_bytes()  # once: what is executed is what was compared
     if digest and _digest(source) != digest:
-        raise InputError(f"'{path}' has changed since the law '{name}' was described", "the same file, or a new description")
+        raise InputError(f"'{path}' has changed since the {kind} '{name}' was described", "the same file, or a new description")
     module = _module(path, source)
     if not callable(getattr(module, name, None)):
         functions = [key for key, value in vars(module).items() if callable(value) and not key.startswith("_")]
-        raise InputError(f"no function '{name}' in '{path}'{did_you_mean(name, functions)}", ", ".join(functions))
+        raise InputError(f"no {kind} '{name}' in '{path}'{did_you_mean(name, functions)}", ", ".join(functions))
     found: Callable[..., Any] = getattr(module, name)
     return found

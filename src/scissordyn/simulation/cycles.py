@@ -10,6 +10,7 @@ import numpy as np
 import xarray as xr
 
 from scissordyn.errors import InputError
+from scissordyn.mechanics.acting import acting, component_states, friction_states
 from scissordyn.mechanics.assembly import eccentricity_map
 from scissordyn.mechanics.monitored import POWERS
 from scissordyn.mechanics.outputs import record
@@ -72,11 +73,12 @@ def cycle(
     Returns
     -------
     Dataset
-        Dimensions cycle and joint (the clearance joints), free and internal (coordinates of the state). Variables that begin
-        with "end" are the final state, from which a run can be continued. Attributes: status ("complete", "interrupted" or
-        "failed"), cause, period, cycles_per_second, statistics, configuration. A run that fails in cycle k has the cycles
-        before k. "warnings" names the singular positions that the drives lead through in a period; those of a motion that the
-        drives do not determine are not looked for.
+        Dimensions cycle and joint (the clearance joints), free and internal (coordinates of the state; internal states are
+        named after their joint or component). Variables that begin with "end" are the final state, from which a run can be
+        continued. Numbers are in SI; a variable whose entries have different units has no attribute "units". Attributes: status
+        ("complete", "interrupted" or "failed"), cause, period, cycles_per_second, statistics, configuration. A run that fails
+        in cycle k has the cycles before k. "warnings" names the singular positions that the drives lead through in a period;
+        those of a motion that the drives do not determine are not looked for.
 
     Raises
     ------
@@ -167,6 +169,12 @@ DESCRIBED = {
 }
 """Dimensions, unit and long name of the quantities recorded once per cycle."""
 
+FREE_UNITS = {"free_position": "kg^0.5 m", "free_velocity": "kg^0.5 m/s"}
+"""Units of the free coordinates; internal states have that of their law or component."""
+
+END_UNITS = {"counts": "1", "mode": "1", "history_length": "1", "reference": "rad", "total": "J"}
+"""Units of the parts of the final state whose entries share one."""
+
 
 def recorded(mechanism: Mechanism) -> tuple[str, ...]:
     """Names of the quantities that are recorded once per cycle of a mechanism and can be drawn."""
@@ -188,6 +196,13 @@ def per_cycle(mechanism: Mechanism, found: Cycles) -> dict[str, np.ndarray]:
     }
 
 
+def _internal_states(mechanism: Mechanism) -> np.ndarray:
+    """What each internal state is: "A: bristle_deflection"."""
+    found = [f"{contact.name}: {name}" for contact in mechanism.contacts for name in friction_states(contact)]
+    found += [f"{component.name}: {name}" for component in acting(mechanism) for name in component_states(component)]
+    return np.array(found, dtype=str)
+
+
 def _to_dataset(mechanism: Mechanism, options: Options, found: Cycles, phase: float, keep: int) -> xr.Dataset:
     if isinstance(keep, bool) or not isinstance(keep, int) or keep < 1:
         raise InputError(f"keep = {keep!r}", "a whole number >= 1")
@@ -202,8 +217,8 @@ def _to_dataset(mechanism: Mechanism, options: Options, found: Cycles, phase: fl
         ("free_velocity", "free", state[:, n : 2 * n]),
         ("internal_state", "internal", state[:, 2 * n :]),
     ):
-        units = {"free_position": "kg^0.5 m", "free_velocity": "kg^0.5 m/s"}.get(name, "SI")
-        variables[name] = (("cycle", dim), part.copy(), {"units": units, "long_name": name.replace("_", " ")})
+        about = {"units": FREE_UNITS[name]} if name in FREE_UNITS else {}
+        variables[name] = (("cycle", dim), part.copy(), {**about, "long_name": name.replace("_", " ")})
     clearance = np.array([contact.clearance.clearance for contact in mechanism.contacts if contact.clearance is not None])
     variables["clearance"] = (("joint",), clearance, {"units": "m", "long_name": "radial clearance"})
     first = max(0, found.samples.time.size - keep)
@@ -212,11 +227,13 @@ def _to_dataset(mechanism: Mechanism, options: Options, found: Cycles, phase: fl
         "time": ("cycle", found.samples.time, {"units": "s", "long_name": "time of the sample"}),
         "joint": ("joint", [joint.name for joint in mechanism.contacts]),
         "axis": ("axis", ["x", "y"]),
+        "internal": ("internal", _internal_states(mechanism), {"long_name": "internal state, in SI units"}),
     }
     run = xr.Dataset(variables, coords=coordinates).isel(cycle=slice(first, None))
     for name, part in found.end.plain().items():
         dims = tuple(f"end_{name}_{axis}" for axis in range(part.ndim))
-        run[f"end_{name}"] = (dims, part, {"units": "SI", "long_name": f"{name} at the end, to go on from"})
+        about = {"units": END_UNITS[name]} if name in END_UNITS else {}
+        run[f"end_{name}"] = (dims, part, {**about, "long_name": f"{name} at the end, to go on from, in SI units"})
     run.attrs = {
         "title": "scissordyn cycles",
         "status": found.status,

@@ -17,6 +17,7 @@ import scissordyn.simulation.accessor  # noqa: F401  registers run.scissordyn
 from scissordyn.component.actuator import Actuator
 from scissordyn.component.declaration import Component
 from scissordyn.component.place import GROUND
+from scissordyn.control.signal import MEASURED
 from scissordyn.errors import InputError
 from scissordyn.integrate.integration import Samples
 from scissordyn.mechanics.acting import acting
@@ -359,8 +360,12 @@ def _control_variables(mechanism: Mechanism, path: Trajectory, found: Record) ->
     }
     recorder = content.model.recorder
     if np.any(recorder >= 0):
-        recorded = np.where(recorder[index] >= 0, found.observed[:, index, 1], np.nan)
-        variables["control_signal"] = _described(over, recorded, "SI", "signal that a controller looks back at")
+        for name, unit in MEASURED.items():
+            at = (recorder[index] >= 0) & [part.controller.recorded == name for _, part in chosen]
+            if at.any():
+                values = np.where(at, found.observed[:, index, 1], np.nan)
+                text = f"{name.replace('_', ' ')} as a controller with a delay records it"
+                variables[f"recorded_{name}"] = _described(over, values, unit, text)
     for place, (i, part) in enumerate(chosen):
         first = 2 * path.reduced.free + int(content.model.state_start[len(mechanism.contacts) + i])
         for s, name in enumerate(part.controller.states):

@@ -245,36 +245,44 @@ def _hold_references(reduced: ReducedModel, system: System, held: Held) -> None:
 
 def _far_from_placed(reduced: ReducedModel, system: System, start: Start, kind: StartKind) -> list[str]:
     """What the assembly changed of the given positions and velocities, in words."""
-    given, given_velocity = reduced.placed
-    position, velocity = natural_state(reduced, system, start)
-    nowhere = 0.5 * min(MOVED * reduced.size, TURNED)  # of both components
-    if np.abs(position - given).max(initial=0.0) < nowhere and not given_velocity.any():
+    (given, given_velocity), (position, velocity) = reduced.placed, natural_state(reduced, system, start)
+    found = _moved(reduced, given, position)
+    if kind != "static":
+        found += _changed_velocity(reduced, given_velocity, velocity, kind)
+    return found
+
+
+def _moved(reduced: ReducedModel, given: np.ndarray, position: np.ndarray) -> list[str]:
+    """The body that was moved or rotated farthest, if any was noticeably."""
+    size = reduced.size
+    if np.abs(position - given).max(initial=0.0) < 0.5 * min(MOVED * size, TURNED):  # half: of both components
         return []
-    found: list[str] = []
-    worst, text = 0.0, ""
-    moving, dropped = 0.0, ""
-    references = {part.body for part in reduced.mechanism.components if isinstance(part, Actuator) and part.start_on_reference}
-    driven = {drive.body for drive in reduced.mechanism.drives}
+    prescribed = {part.body for part in reduced.mechanism.components if isinstance(part, Actuator) and part.start_on_reference}
+    prescribed |= {drive.body for drive in reduced.mechanism.drives}
+    farthest, text = MOVED * size, ""
     for body in reduced.mechanism.bodies:
         p = reduced.offsets[body.name]
         far = math.dist(position[p : p + 2], given[p : p + 2])
-        if far > max(worst, MOVED * reduced.size):
-            worst, text = far, f"body '{body.name}' by {far * 1e3:.4g} mm"
-        if body.rotates and body.name not in references | driven:
-            cos, sin = given[p + 2 : p + 4]
-            turned = abs(
-                math.atan2(cos * position[p + 3] - sin * position[p + 2], cos * position[p + 2] + sin * position[p + 3])
-            )
-            if turned > TURNED and turned * reduced.size > worst:
-                worst, text = turned * reduced.size, f"body '{body.name}' by {math.degrees(turned):.4g} deg"
-        wanted = np.hypot(*body.velocity) + abs(body.angular_velocity) * reduced.size
-        if wanted > 0.0 and kind != "static":
-            rate = given_velocity[p : p + 2] - velocity[p : p + 2]
-            if math.hypot(*rate) > max(DROPPED * wanted, moving):
-                moving, dropped = math.hypot(*rate), body.name
-    if text:
-        found.append(f"to assemble the mechanism at the start, {text} was moved from where it was placed")
-    if dropped:
-        by = "" if kind == "as-placed" else "; start = 'as-placed' keeps what clearance joints allow of it"
-        found.append(f"the velocity given for body '{dropped}' is changed by {moving:.4g} m/s to fit joints and drives{by}")
-    return found
+        if far > farthest:
+            farthest, text = far, f"body '{body.name}' was moved by {far * 1e3:.4g} mm"
+        if body.rotates and body.name not in prescribed:
+            (cos, sin), (x, y) = given[p + 2 : p + 4], position[p + 2 : p + 4]
+            angle = abs(math.atan2(cos * y - sin * x, cos * x + sin * y))
+            if angle > TURNED and angle * size > farthest:
+                farthest, text = angle * size, f"body '{body.name}' was rotated by {math.degrees(angle):.4g} deg"
+    return [f"to assemble the mechanism at the start, {text} from where it was placed"] if text else []
+
+
+def _changed_velocity(reduced: ReducedModel, given: np.ndarray, velocity: np.ndarray, kind: StartKind) -> list[str]:
+    """The body whose given velocity was changed most, if any was noticeably."""
+    most, name = 0.0, ""
+    for body in reduced.mechanism.bodies:
+        p = reduced.offsets[body.name]
+        change = math.dist(given[p : p + 2], velocity[p : p + 2])
+        wanted = math.hypot(*body.velocity) + abs(body.angular_velocity) * reduced.size
+        if wanted > 0.0 and change > max(DROPPED * wanted, most):
+            most, name = change, body.name
+    if not name:
+        return []
+    advice = "" if kind == "as-placed" else "; start = 'as-placed' keeps what clearance joints allow of it"
+    return [f"the velocity given for body '{name}' is changed by {most:.4g} m/s to fit joints and drives{advice}"]

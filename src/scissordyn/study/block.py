@@ -149,7 +149,7 @@ def _simulated(study: Study, numbers: Cases) -> xr.Dataset:
     options = study.options
     measures = {name: MEASURES[name] for name in study.measures}
     measures |= {own.name: _accumulated(own) for own in study.own_measures if own.of == "accumulators"}
-    found = simulate_many(
+    simulated = simulate_many(
         study.mechanism,
         numbers.values,
         until=options.until,
@@ -164,7 +164,7 @@ def _simulated(study: Study, numbers: Cases) -> xr.Dataset:
         events=options.events,
         threads=1,
     )
-    found = pass_on(found)
+    found = pass_on(simulated)
     own = [each for each in study.own_measures if each.of == "dataset"]
     return _of_datasets(study, numbers, found, own) if own else found
 
@@ -196,10 +196,10 @@ def _of_datasets(study: Study, numbers: Cases, found: xr.Dataset, own: Sequence[
             run = pass_on(simulate(changed_all(study.mechanism, changes, places), **options))
             for name, function in functions.items():
                 values[name][case] = float(function(run))
-        except InputError as error:
-            status[case], cause[case] = "failed", str(error)
         except Exception as error:
-            status[case], cause[case] = "failed", f"measure '{name}': {type(error).__name__}: {error}"
+            of_run = isinstance(error, InputError) and not name
+            said = str(error) if of_run else f"{type(error).__name__}: {error}"
+            status[case], cause[case] = "failed", f"measure '{name}': {said}" if name else said
     measured = {
         each.name: ("case", values[each.name], {"units": each.units, "long_name": _meaning(each.name, functions[each.name])})
         for each in own

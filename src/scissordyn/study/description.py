@@ -125,7 +125,7 @@ class OwnMeasure:
             )
         if isinstance(self.function, str):
             self._check_reference(self.function)
-            path, name = split_reference(self.function)
+            path, name = split_reference("measure", self.function)
             object.__setattr__(self, "function", f"{path}:{name}")
             object.__setattr__(self, "digest", self.digest or file_digest(path))
 
@@ -139,7 +139,7 @@ class OwnMeasure:
 
     def callable(self) -> Callable[..., float]:
         """The function itself."""
-        return load_function(self.function, self.digest) if isinstance(self.function, str) else self.function
+        return load_function("measure", self.function, self.digest) if isinstance(self.function, str) else self.function
 
     def to_plain(self) -> dict[str, Any]:
         """As plain data; a function that is no file's as its source, to compare with."""
@@ -358,6 +358,11 @@ class Study:
         Returns
         -------
         Study
+
+        Raises
+        ------
+        InputError
+            If a function of the user is neither given nor in an allowed file, or the file has changed since then.
         """
         mechanism = Configuration(parse(plain["mechanism"], Mechanism), plain["mechanism"]).build_mechanism(allow_code)
         given = {own.name: own for own in own_measures}

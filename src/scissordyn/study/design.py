@@ -109,6 +109,11 @@ def design_size(design: Design, variations: Sequence[Variation]) -> int:
     Returns
     -------
     int
+
+    Raises
+    ------
+    InputError
+        If lists of different lengths are to be zipped.
     """
     match design.kind:
         case "grid":

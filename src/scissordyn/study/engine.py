@@ -189,6 +189,11 @@ class Cluster:
         Parameters
         ----------
         workers : int
+
+        Raises
+        ------
+        InputError
+            If the number of workers is not a whole number >= 1.
         """
         if isinstance(workers, bool) or not isinstance(workers, int) or workers < 1:
             raise InputError(f"workers = {workers!r}", "a whole number >= 1")
@@ -221,6 +226,11 @@ class Cluster:
         ----------
         scheduler : str
             Its address, ``tcp://host:8786``.
+
+        Raises
+        ------
+        InputError
+            If no scheduler answers there.
         """
         distributed = _distributed()
         try:
@@ -245,6 +255,11 @@ class Cluster:
         ----------
         file : Path
             YAML: ``kind: slurm`` (or pbs, lsf, sge, htcondor, oar), ``jobs: 20``, and the options of the class.
+
+        Raises
+        ------
+        InputError
+            If the file cannot be used, dask-jobqueue is not installed, or jobs cannot be submitted from this machine.
         """
         distributed = _distributed()
         options = _cluster_options(file)
@@ -288,6 +303,11 @@ class Cluster:
         Yields
         ------
         Outcome
+
+        Raises
+        ------
+        EngineError
+            If the workers are lost.
         """
         from distributed import as_completed
 

@@ -85,6 +85,11 @@ def prepare(
         Of the engine, all of which are to have blocks.
     points : ndarray, optional
         First points of an adaptive design.
+
+    Raises
+    ------
+    InputError
+        If the store is of another study, or a measure or the size of a block cannot be used.
     """
     if store.exists():
         store.check(study)
@@ -236,6 +241,11 @@ def extend(
     Returns
     -------
     Store
+
+    Raises
+    ------
+    InputError
+        If the design or its samples cannot be extended, or it has more points already.
     """
     if not study.design.extendable:
         raise InputError(f"more points of a {study.design.kind} design", "a random, sobol or saltelli design")

@@ -72,6 +72,11 @@ def export(results: xr.Dataset, path: Path) -> Path:
     Returns
     -------
     Path
+
+    Raises
+    ------
+    InputError
+        If the name has no known ending, or what writes Parquet files is not installed.
     """
     ending = path.suffix.lower()
     if ending not in ENDINGS:

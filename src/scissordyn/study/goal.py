@@ -111,6 +111,11 @@ def risk_value(values: np.ndarray, risk: str) -> np.ndarray:
     Returns
     -------
     ndarray, shape (points,)
+
+    Raises
+    ------
+    InputError
+        If the risk is none of the known measures.
     """
     found = RISK.fullmatch(risk.strip())
     if found is None or (found[3] and not 0.0 < float(found[3]) < 100.0):

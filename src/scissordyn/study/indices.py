@@ -37,6 +37,11 @@ def sobol_indices(values: np.ndarray, names: list[str], *, seed: int = 0) -> xr.
     Dataset
         Along `factor`: `first`, `total`, and half the widths of their 95 % intervals `first_interval`, `total_interval`;
         attribute `left_out`, the number of base points.
+
+    Raises
+    ------
+    InputError
+        If there are too few complete base points, or all values are the same.
     """
     from SALib.analyze import sobol
 
@@ -74,6 +79,11 @@ def morris_indices(points: np.ndarray, values: np.ndarray, names: list[str], *, 
     -------
     Dataset
         Along `factor`: `effect` (mu*), `effect_interval`, `deviation` (sigma: interactions and curvature).
+
+    Raises
+    ------
+    InputError
+        If there are too few complete trajectories.
     """
     from SALib.analyze import morris
 

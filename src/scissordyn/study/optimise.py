@@ -114,6 +114,11 @@ def proposer(optimisation: Optimisation, dimensions: int) -> Proposer:
     Returns
     -------
     Proposer
+
+    Raises
+    ------
+    InputError
+        If the package of the method is not installed.
     """
     population = optimisation.size(dimensions)
     try:
@@ -150,6 +155,11 @@ def optimise(
     Returns
     -------
     Store
+
+    Raises
+    ------
+    InputError
+        If the study has no goal or no factor, or the store is of another study.
     """
     plan = study.optimisation
     if plan is None or not study.factors:

@@ -153,6 +153,13 @@ def write_report(study: Study, results: xr.Dataset, address: str, path: Path) ->
     Returns
     -------
     Path
+
+    Raises
+    ------
+    InputError
+        If the name does not end in .html, or the file is something else than a report.
+    ScissordynError
+        If the file cannot be written.
     """
     if path.suffix.lower() not in (".html", ".htm"):
         raise InputError(f"'{path}' as a report", "a name that ends in .html", "-o report.html")

@@ -1,0 +1,64 @@
+"""Messages about the files of Python that a user names."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+import scissordyn as sd
+from scissordyn.component.user import component_class
+from scissordyn.control.user import UserController
+from scissordyn.errors import InputError
+from scissordyn.model.description import from_plain
+from scissordyn.model.mechanism import Mechanism
+from scissordyn.model.record import to_plain
+from scissordyn.study.description import OwnMeasure
+
+NAMED: dict[str, Callable[[str], Any]] = {
+    "stiffness law": sd.UserElastic,
+    "damping law": sd.UserDamping,
+    "friction law": sd.UserFriction,
+    "controller": UserController,
+    "component": lambda reference: component_class(reference, Path.cwd()),
+    "measure": lambda reference: OwnMeasure("late", reference).callable(),
+}
+"""How everything is named that a user's file can define."""
+
+
+@pytest.mark.parametrize("kind", NAMED)
+def test_a_message_names_the_kind(kind: str, tmp_path: Path) -> None:
+    """Identity: a message about a user's file says for what the file was read, and speaks of laws for laws only."""
+    file, what = tmp_path / "mine.py", "class" if kind == "component" else "function"
+    file.write_text("def other(x):\n    return x\n")
+    for reference, says in (
+        (f"{tmp_path}/none.py:one", "one"),
+        (f"{tmp_path}/mine.txt:one", f"a Python file and a {what} in it"),
+        (f"{file}:othr", f"no {kind} 'othr' in '{file}' (did you mean 'other'?)"),
+    ):
+        with pytest.raises(InputError) as caught:
+            NAMED[kind](reference)
+        message = str(caught.value).replace(str(tmp_path), "")
+        assert kind in message
+        assert says.replace(str(tmp_path), "") in message
+        assert kind.endswith("law") or "law" not in message
+
+
+def test_a_measure_whose_file_has_changed(tmp_path: Path) -> None:
+    """Identity: a measure is refused as a measure where its file is no longer what it was."""
+    file = tmp_path / "mine.py"
+    file.write_text("def late(run):\n    return 1.0\n")
+    measure = OwnMeasure("late", f"{file}:late")
+    file.write_text("def late(run):\n    return 2.0\n")
+    with pytest.raises(InputError, match="has changed since the measure 'late' was described"):
+        measure.callable()
+
+
+def test_a_controller_that_is_not_in_a_file() -> None:
+    """Identity: a run with a controller made in Python asks for a controller in a file, not for a law."""
+    controller = UserController(lambda *signals: 0.0)
+    plain = to_plain(sd.four_bar().controlled(controller, speed=1.0))
+    with pytest.raises(InputError, match=r"as a controller; .* give the controller as 'mine.py:<lambda>'"):
+        from_plain(plain, Mechanism)

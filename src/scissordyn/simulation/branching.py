@@ -13,7 +13,7 @@ import xarray as xr
 from scissordyn.component.place import GROUND
 from scissordyn.errors import InputError
 from scissordyn.model.mechanism import Mechanism
-from scissordyn.simulation.closure import Closure
+from scissordyn.simulation.closure import Closure, closure_of
 from scissordyn.simulation.kinematics import Path, instants, path_of, start_of
 from scissordyn.simulation.singular import CHANGE, SingularPosition, concerned, measure, smallest, suspects
 
@@ -128,7 +128,7 @@ def _not_looked_for(mechanism: Mechanism) -> str:
 def _closure(mechanism: Mechanism) -> Closure | None:
     """The closure equations; None for a mechanism that only its clearances let close."""
     try:
-        return Closure(mechanism)
+        return closure_of(mechanism)
     except InputError:
         return None
 

@@ -6,7 +6,7 @@ import dataclasses
 import itertools
 import json
 from collections.abc import Callable, Mapping, Sequence
-from functools import partial
+from functools import lru_cache, partial
 from pathlib import Path
 
 import numpy as np
@@ -15,7 +15,7 @@ import xarray as xr
 from scissordyn.errors import InputError
 from scissordyn.paper.cache import Progress, computed, provenance
 from scissordyn.paper.cases import DRIVEN, Choice, PaperCase, every_case
-from scissordyn.paper.measures import Measures, measure
+from scissordyn.paper.measures import IdealMotion, Measures, ideal_motion, measure
 from scissordyn.paper.periodic import PERIODIC
 from scissordyn.paper.runs import compute
 from scissordyn.paper.statements import CLAUSES
@@ -109,22 +109,35 @@ def survey(choice: Choice, members: int = PAIR) -> Holds:
     -------
     Holds
     """
-    cases = every_case(choice)
-    ideal = {case: compute(case, trust=False) for case in cases if case.clearance is None}
+    cases = [case for case in every_case(choice) if case.clearance is not None]
     words: tuple[str, ...] = ()
     holds, peaks = [], []
     measured: dict[PaperCase, Measures] = {}
     for member in range(members):
         for case in cases:
-            # a constrained contact has no impact, so that neighbouring runs do not diverge
-            if case.clearance is not None and not (case.constrained and member):
-                measured[case] = measure(compute(case, trust=False, member=member), ideal[case.ideal])
+            if not case.constrained:
+                run = compute(case, trust=False, member=member)
+                measured[case] = measure(run, _ideal_motion(case.ideal.without_contact_laws))
+            elif not member:  # a constrained contact has no impact, so that neighbouring runs do not diverge
+                measured[case] = _constrained(case.without_contact_laws)
         verdicts = [answer(clause, choice, measured) for clause in CLAUSES]
         holds.append([verdict.finding.holds for verdict in verdicts])
         words = words or tuple(verdict.finding.words for verdict in verdicts)
         peaks.append([found.peak_force for found in measured.values()])
     spread = np.ptp(peaks, axis=0) / np.max(peaks, axis=0)
     return Holds(tuple(np.mean(holds, axis=0).tolist()), words, float(np.max(spread)))
+
+
+@lru_cache(16)
+def _ideal_motion(case: PaperCase) -> IdealMotion:
+    """The ideal motion on a drive, once for all choices of contact laws."""
+    return ideal_motion(compute(case, trust=False))
+
+
+@lru_cache(16)
+def _constrained(case: PaperCase) -> Measures:
+    """The measures of a run with constrained contact, once for all choices of contact laws."""
+    return measure(compute(case, trust=False), _ideal_motion(case.ideal.without_contact_laws))
 
 
 def fetch_sensitivity(

@@ -39,17 +39,18 @@ SHORT = {
 """Counts of periods that suffice to have something to show; what hundreds of them say is the test of the measures."""
 
 
-def surveyed(choices, path, *, settled=None, members=2, engine=None, progress=None):
+def surveyed(*asked, engine=None, progress=None):
     """The first of the combinations surveyed in earnest, and repeated for the others."""
-    found = fetch_sensitivity(full_factorial()[:1], path, members=1, engine=Threads(1), progress=progress)
-    return found.isel(choice=[0] * len(choices))
+    first = full_factorial()[:1]
+    found = [fetch_sensitivity(first, each.path, members=1, engine=Threads(1), progress=progress) for each in asked]
+    return tuple(one.isel(choice=[0] * len(each.choices)) for one, each in zip(found, asked, strict=True))
 
 
 @pytest.fixture(scope="module")
 def report(runs, runs_folder):
     """The report on the default choice, with a short survey of others and short periodic runs."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(module, "fetch_sensitivity", surveyed)
+        patch.setattr(module, "fetch_surveys", surveyed)
         for name, count in SHORT.items():
             patch.setattr(periodic, name, count)
         short = dataclasses.replace(controlled.MANOEUVRES["periodic"], until=2.0, samples=1001, after=0.5)
@@ -136,7 +137,7 @@ def test_a_second_time_gives_the_same_bytes(report):
         # drawing all pictures again is another test's business
         patch.setattr(module, "_draw", lambda number, _, into: [into / f"figure-{number:02d}.svg"])
         patch.setattr(module, "_draw_further", lambda name, _, into: [into / f"{name}.svg"])
-        patch.setattr(module, "fetch_sensitivity", surveyed)
+        patch.setattr(module, "fetch_surveys", surveyed)
         reproduce(folder, engine=Threads(1))
     assert {path: path.read_bytes() for path in kept} == before
 

@@ -4,11 +4,14 @@ import dataclasses
 import pickle
 import sys
 from types import FrameType
+from typing import Any
 
 import pytest
 import xarray as xr
 
 import scissordyn as sd
+from scissordyn.simulation import branching
+from scissordyn.simulation.kinematics import path_of
 
 FREE = sd.Clearance(0.5e-3)
 RUBBING = sd.Clearance(0.5e-3, friction=sd.LuGre(kinetic=0.05))
@@ -75,6 +78,28 @@ def test_what_enters_the_model_is_not_shared(other: str) -> None:
     assert near[1] >= 1
     near[0].attrs["statistics"] = far[0].attrs["statistics"]
     assert near[0].identical(far[0])
+
+
+def test_singular_positions_are_found_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Identity: the warnings of variations are those of mechanisms by themselves, another motion or end has its own."""
+    followed = []
+
+    def counted(*given: Any) -> Any:
+        followed.append(given)
+        return path_of(*given)
+
+    monkeypatch.setattr(branching, "path_of", counted)
+    known = sd.scissor(units=2, angle=sd.degrees(60)).with_clearance("A", FREE).driven(speed=sd.rpm(150))
+    tight, rubbing = known.replace("A.clearance", 0.2e-3), known.with_clearance("A", RUBBING)
+    fast = known.driven(speed=sd.rpm(250))
+    asked = ((known, 0.04, 1), (tight, 0.04, 0), (rubbing, 0.04, 0), (fast, 0.04, 1), (known, 0.035, 1), (known, 0.04, 0))
+    for mechanism, until, count in asked:
+        before = len(followed)
+        run = sd.simulate(mechanism, until=until, samples=201)
+        assert len(followed) - before == count
+        assert "change point at t = " in run.attrs["warnings"]
+        alone = sd.simulate(pickle.loads(pickle.dumps(mechanism)), until=until, samples=201)
+        assert run.attrs["warnings"] == alone.attrs["warnings"]
 
 
 def test_equal_numbers_are_not_the_same_parts() -> None:

@@ -44,8 +44,10 @@ def share_model(mechanism: Mechanism) -> None:
     if has_kept(reduce_mechanism, mechanism) or len(mechanism.bodies) > MOST_BODIES:
         return
     with _remembering:
-        others = tuple(_remembered)
-    known = next((other for other in others if _made_from_same_parts(other, mechanism)), None)
+        others = [other for other in _remembered if _made_from_same_parts(other, mechanism)]
+    if ideal := next((other for other in others if has_kept(closure_template, other)), None):
+        take_over(closure_template, ideal, mechanism)  # it has ideal joints in any case
+    known = next((other for other in others if same_model(other, mechanism)), None)
     if known is None:
         reduce_mechanism(mechanism)
     else:
@@ -54,7 +56,6 @@ def share_model(mechanism: Mechanism) -> None:
         take_over(build_model, reduced, shared)
         take_over(body_maps, reduced, shared)
         take_over(balance, known, mechanism)
-        take_over(closure_template, known, mechanism)
         keep(reduce_mechanism, mechanism, shared)
     last = mechanism if known is None else known
     with _remembering:
@@ -62,16 +63,16 @@ def share_model(mechanism: Mechanism) -> None:
 
 
 def _made_from_same_parts(base: Mechanism, other: Mechanism) -> bool:
-    """Whether two mechanisms have the same model since they consist of the same objects, apart from clearances and motions.
+    """Whether two mechanisms consist of the same objects, apart from the clearances of joints and the motions of drives.
 
     Equal numbers would not do: a zero has two signs, which can show in a result.
     """
     if any(getattr(base, name) is not getattr(other, name) for name in UNCHANGED):
         return False
-    if len(base.joints) != len(other.joints):
+    if len(base.joints) != len(other.joints) or [each.body for each in base.drives] != [each.body for each in other.drives]:
         return False
     joints = zip(base.joints, other.joints, strict=True)
-    return all(one is another or _ends(one) == _ends(another) for one, another in joints) and same_model(base, other)
+    return all(one is another or _ends(one) == _ends(another) for one, another in joints)
 
 
 def _ends(joint: Revolute) -> tuple[Any, ...]:

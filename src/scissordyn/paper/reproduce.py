@@ -161,14 +161,14 @@ def _results(target: Path, engine: Engine | None, progress: Progress | None) -> 
     runs, settled, controlled_runs = fetch_all(
         Jobs((*every_case(DEFAULT), *contact_starts(DEFAULT)), compute, target / "runs"),
         Jobs(periodic.LONGEST_FIRST, periodic.examine, target / "periodic", "motions under the periodic drive"),
-        Jobs(controlled.CONTROLLED_RUNS, controlled.compute, target / "control", "controlled runs"),
+        Jobs(controlled.LONGEST_FIRST, controlled.compute, target / "control", "controlled runs"),
         engine=engine,
         progress=progress,
     )
     return Results(
         runs=runs,
         settled={case: settled[case] for case in periodic.EVERY},
-        controlled=controlled_runs,
+        controlled={run: controlled_runs[run] for run in controlled.CONTROLLED_RUNS},
         diagram=periodic.fetch_diagram(target / "bifurcation.nc", engine=engine, progress=progress),
     )
 

@@ -6,7 +6,7 @@ import functools
 from collections.abc import Callable
 from typing import Any, TypeVar
 
-__all__ = ["kept", "without_kept"]
+__all__ = ["has_kept", "keep", "kept", "take_over", "without_kept"]
 
 Source = TypeVar("Source")
 Found = TypeVar("Found")
@@ -29,6 +29,22 @@ def kept(function: Callable[[Source], Found]) -> Callable[[Source], Found]:
         return result
 
     return found
+
+
+def has_kept(function: Callable[[Source], Found], source: Source) -> bool:
+    """Whether the result of a `kept` function is there."""
+    return function.__wrapped__ in source.__dict__.get(PLACE, ())  # type: ignore[attr-defined]
+
+
+def keep(function: Callable[[Source], Found], source: Source, result: Found) -> None:
+    """Keep a result of a `kept` function that is known without computing it."""
+    source.__dict__.setdefault(PLACE, {})[function.__wrapped__] = result  # type: ignore[attr-defined]
+
+
+def take_over(function: Callable[[Source], Found], known: Source, other: Source) -> None:
+    """Keep with another object what one of them has kept, where both have the same result; nothing if it has not."""
+    if has_kept(function, known):
+        keep(function, other, function(known))
 
 
 def without_kept(source: object) -> dict[str, Any]:

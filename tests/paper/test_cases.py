@@ -12,8 +12,10 @@ from scissordyn.laws.elastic.bai_zhao import BaiZhaoAsPrinted
 from scissordyn.laws.friction.lugre import LuGre
 from scissordyn.model.clearance import Clearance
 from scissordyn.model.scissor import scissor
-from scissordyn.paper.cases import OSCILLATION, Choice, PaperCase, every_case
+from scissordyn.paper.cases import OSCILLATION, Choice, PaperCase, contact_starts, every_case
 from scissordyn.paper.figures import FIGURES, figure_of
+from scissordyn.paper.periodic import PERIODIC
+from scissordyn.paper.runs import compute
 from scissordyn.paper.sensitivity import full_factorial, one_at_a_time
 from scissordyn.units import degrees, rpm
 
@@ -40,6 +42,27 @@ def test_a_choice_reaches_the_mechanism():
     assert joint == Clearance(0.2e-3, bearing_length=30e-3, stiffness=BaiZhaoAsPrinted(), damping=Flores(0.5))
     assert described.mechanism.drives[0].motion.speed == pytest.approx(-rpm(100), rel=1e-14)
     assert described.mechanism.bodies == scissor(driven_bar="slider", angle=degrees(60)).bodies
+
+
+@pytest.mark.parametrize(
+    "choice", [Choice(), Choice("slider", degrees(60), "falling", 0.5, 30e-3, "bai-zhao-as-printed"), PERIODIC]
+)
+def test_cases_made_of_the_parts_of_others_are_those_of_their_files(choice):
+    """Identity: mechanism and options are those of the case file; the ideal run is that of any contact law."""
+    for case in (*every_case(choice), *contact_starts(choice)):
+        ideal = case.ideal.without_contact_laws.described()
+        assert ideal == case.ideal.described()
+        if case.clearance is not None:
+            assert case.described_on(ideal) == case.described()
+
+
+def test_contact_laws_have_no_effect_on_a_constrained_contact():
+    """Identity: the survey computes such a run once for all of them, as it does the ideal one."""
+    case = PaperCase(0.3e-3, constrained=True, choice=Choice(angle=degrees(45), restitution=0.5, bearing_length=30e-3))
+    other = case.without_contact_laws
+    assert other.choice == Choice(angle=degrees(45))
+    one, two = (compute(each, trust=False) for each in (case, other))
+    assert one.drop_attrs(deep=False).identical(two.drop_attrs(deep=False))
 
 
 def test_the_oscillation_is_as_fast_as_the_stroke():

@@ -9,7 +9,9 @@ from html.parser import HTMLParser
 
 import pytest
 
+from scissordyn.cli import compiling
 from scissordyn.cli import paper as command
+from scissordyn.cli.study import Where
 from scissordyn.config.file import read_case
 from scissordyn.errors import InputError
 from scissordyn.paper import controlled, periodic
@@ -19,6 +21,8 @@ from scissordyn.paper.figures import FIGURES, FURTHER
 from scissordyn.paper.reproduce import draw_figure, reproduce
 from scissordyn.paper.sensitivity import fetch_sensitivity, full_factorial
 from scissordyn.paper.statements import CLAUSES
+from scissordyn.simulation import compiled
+from scissordyn.study import engine
 from scissordyn.study.engine import Threads
 
 CHROMIUM = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
@@ -39,17 +43,18 @@ SHORT = {
 """Counts of periods that suffice to have something to show; what hundreds of them say is the test of the measures."""
 
 
-def surveyed(choices, path, *, settled=None, members=2, engine=None, progress=None):
+def surveyed(*asked, engine=None, progress=None):
     """The first of the combinations surveyed in earnest, and repeated for the others."""
-    found = fetch_sensitivity(full_factorial()[:1], path, members=1, engine=Threads(1), progress=progress)
-    return found.isel(choice=[0] * len(choices))
+    first = full_factorial()[:1]
+    found = [fetch_sensitivity(first, each.path, members=1, engine=Threads(1), progress=progress) for each in asked]
+    return tuple(one.isel(choice=[0] * len(each.choices)) for one, each in zip(found, asked, strict=True))
 
 
 @pytest.fixture(scope="module")
 def report(runs, runs_folder):
     """The report on the default choice, with a short survey of others and short periodic runs."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(module, "fetch_sensitivity", surveyed)
+        patch.setattr(module, "fetch_surveys", surveyed)
         for name, count in SHORT.items():
             patch.setattr(periodic, name, count)
         short = dataclasses.replace(controlled.MANOEUVRES["periodic"], until=2.0, samples=1001, after=0.5)
@@ -136,7 +141,7 @@ def test_a_second_time_gives_the_same_bytes(report):
         # drawing all pictures again is another test's business
         patch.setattr(module, "_draw", lambda number, _, into: [into / f"figure-{number:02d}.svg"])
         patch.setattr(module, "_draw_further", lambda name, _, into: [into / f"{name}.svg"])
-        patch.setattr(module, "fetch_sensitivity", surveyed)
+        patch.setattr(module, "fetch_surveys", surveyed)
         reproduce(folder, engine=Threads(1))
     assert {path: path.read_bytes() for path in kept} == before
 
@@ -155,6 +160,42 @@ def test_a_figure_without_results_is_refused(tmp_path):
     with pytest.raises(InputError, match="figure 4"):
         draw_figure(4, tmp_path / "none", engine=Threads(1))
     assert not (tmp_path / "none").exists()
+
+
+@pytest.mark.parametrize(
+    ("processors", "options", "expected"),
+    [
+        (4, (None, None, None), Where(workers=4)),
+        (200, (None, None, None), Where(workers=command.MOST_WORKERS)),
+        (1, (None, None, None), Where()),
+        (4, (3, None, None), Where(threads=3)),
+        (4, (None, 3, None), Where(workers=3)),
+        (4, (None, None, 9), Where()),
+    ],
+)
+def test_processes_are_the_default(monkeypatch, processors, options, expected):
+    """Limit: one for each processor; threads where they are asked for, for one figure, on one processor."""
+    monkeypatch.setattr(engine, "processors", lambda: processors)
+    assert command._where(*options) == expected
+
+
+def test_threads_where_no_processes_can_be_managed(monkeypatch):
+    """Limit: without dask the command works all the same."""
+    monkeypatch.setattr(engine, "processors", lambda: 4)
+    monkeypatch.setattr(command, "find_spec", lambda _: None)
+    assert command._where(None, None, None) == Where()
+
+
+def test_workers_find_the_kernels_compiled(monkeypatch):
+    """Identity: what is not on disk is compiled before the workers start, and only then."""
+    made = []
+    monkeypatch.setattr(compiling, "compile_kernels", lambda: made.append(True))
+    monkeypatch.setattr(compiled, "loop_is_on_disk", lambda: True)
+    command._compile_for_workers()
+    assert made == []
+    monkeypatch.setattr(compiled, "loop_is_on_disk", lambda: False)
+    command._compile_for_workers()
+    assert made == [True]
 
 
 def test_the_command_shows_the_answers(report, capsys, monkeypatch):

@@ -5,12 +5,12 @@ import xarray as xr
 
 from scissordyn.errors import ScissordynError
 from scissordyn.paper import runs as module
-from scissordyn.paper.cache import provenance
+from scissordyn.paper.cache import Jobs, computed, fetch_all, provenance
 from scissordyn.paper.cases import Choice, PaperCase, every_case
 from scissordyn.paper.events import REFERENCE, event_table
 from scissordyn.paper.runs import compute, fetch_runs
 from scissordyn.simulation.store import load, save
-from scissordyn.study.engine import Threads
+from scissordyn.study.engine import Outcome, Threads
 
 CASE = PaperCase(None)
 
@@ -108,3 +108,42 @@ def test_the_first_contacts_are_those_of_a_second_program(runs):
         assert float(difference) < (1e-5 if "time to peak" in name else 3e-7), name
         assert float(shown) == pytest.approx(float(reference), rel=1.5 * float(difference) + 1e-10), name
     assert float(rows[0][3]) < 1e-10
+
+
+def test_several_kinds_are_computed_in_one_go(runs, tmp_path):
+    """Identity: each kind has its own folder, its results in the order asked for, and its own progress."""
+    moved, steps = PaperCase(0.2e-3), []
+    free, ideal = fetch_all(
+        Jobs((moved,), compute, tmp_path / "free", "clearance"),
+        Jobs((CASE, CASE.ideal), compute, tmp_path / "ideal", "ideal"),
+        engine=Threads(2),
+        progress=lambda *step: steps.append(step),
+    )
+    assert sorted(steps) == [("clearance", 1, 1), ("ideal", 1, 1)]
+    for found, case, folder in ((free, moved, "free"), (ideal, CASE, "ideal")):
+        xr.testing.assert_equal(found[case], runs[case])
+        assert [path.name for path in (tmp_path / folder).iterdir()] == [f"{case.name}.nc"]
+
+
+def test_what_is_in_work_stops_with_an_error():
+    """Identity: a consumer that fails, as where a picture cannot be drawn, leaves no task at work."""
+    ended = []
+
+    class Engine:
+        workers = 1
+
+        def each(self, function, tasks):
+            try:
+                for task in tasks:
+                    yield Outcome(task, function(task))
+            finally:
+                ended.append(True)
+
+    def fail(*_):
+        raise ValueError("no picture")
+
+    with pytest.raises(ValueError, match="no picture") as caught:
+        for _ in computed(abs, [1, 2], what=str, engine=Engine(), progress=fail):
+            pass
+    assert ended == [True]
+    assert caught.traceback

@@ -10,7 +10,16 @@ from scissordyn.errors import ScissordynError
 from scissordyn.paper import sensitivity
 from scissordyn.paper.periodic import PERIODIC
 from scissordyn.paper.reproduce import verdicts
-from scissordyn.paper.sensitivity import DEFAULT, FACTORS, fetch_sensitivity, full_factorial, one_at_a_time, survey
+from scissordyn.paper.sensitivity import (
+    DEFAULT,
+    FACTORS,
+    Survey,
+    fetch_sensitivity,
+    fetch_surveys,
+    full_factorial,
+    one_at_a_time,
+    survey,
+)
 from scissordyn.paper.statements import CLAUSES
 from scissordyn.paper.verdict import Finding
 from scissordyn.study.engine import Threads
@@ -43,6 +52,22 @@ def test_a_survey_is_repeatable_and_kept(tmp_path, monkeypatch):
     xr.testing.assert_identical(fetch_sensitivity(choices, tmp_path / "one.nc", members=1), one)
     with pytest.raises(ScissordynError, match="AssertionError: computed again"):
         fetch_sensitivity(choices, tmp_path / "one.nc", members=3)
+
+
+def test_several_surveys_are_done_in_one_go(tmp_path):
+    """Identity: each has its own file, its own choices and members, and is what it is alone."""
+    steps = []
+    asked = (
+        Survey((DEFAULT,), tmp_path / "one.nc", members=2),
+        Survey((OTHER, DEFAULT, OTHER), tmp_path / "two.nc", members=1),
+    )
+    one, two = fetch_surveys(*asked, engine=Threads(2), progress=lambda *step: steps.append(step))
+    assert {step[0] for step in steps} == {"choices, 2 members each", "choices, 1 members each"}
+    assert sorted(step[1:] for step in steps) == [(1, 1), (1, 2), (2, 2)]
+    assert one["summary"].values.tolist() == [DEFAULT.words]
+    assert two["summary"].values.tolist() == [OTHER.words, DEFAULT.words, OTHER.words]
+    alone = fetch_sensitivity((OTHER, DEFAULT, OTHER), tmp_path / "alone.nc", members=1, engine=Threads(1))
+    xr.testing.assert_identical(two, alone)
 
 
 def test_settled_answers_replace_those_of_two_oscillations(tmp_path):

@@ -62,10 +62,11 @@ def contact_spans(run: xr.Dataset, joint: str) -> np.ndarray:
     ndarray, shape (contacts, 2)
         [s]; a contact at the end of the run lasts to that end.
     """
-    ours = run["contact_joint"].values.astype(str) == joint
-    start = run["contact_start"].values[ours]
-    end = start + run["contact_duration"].values[ours]
-    return np.stack([start, np.where(np.isnan(end), float(run["time"].values[-1]), end)], axis=1)
+    table = run.variables  # run[name] would make a DataArray with its coordinates
+    ours = table["contact_joint"].values.astype(str) == joint
+    start = table["contact_start"].values[ours]
+    end = start + table["contact_duration"].values[ours]
+    return np.stack([start, np.where(np.isnan(end), float(table["time"].values[-1]), end)], axis=1)
 
 
 def contact_statistics(

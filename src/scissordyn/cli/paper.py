@@ -5,6 +5,7 @@ from __future__ import annotations
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -15,9 +16,13 @@ from scissordyn.cli.output import check_folder
 from scissordyn.cli.status import DONE, INTERRUPTED
 
 if TYPE_CHECKING:
+    from scissordyn.cli.study import Where
     from scissordyn.paper.verdict import Verdict
 
 __all__ = ["paper"]
+
+MOST_WORKERS = 16
+"""More processes would wait for the longest motions, of which there are ten, and each takes some hundred megabytes."""
 
 
 def paper(
@@ -25,18 +30,23 @@ def paper(
         "paper"
     ),
     figure: Annotated[int | None, typer.Option(help="Draw only this figure of the paper.")] = None,
-    threads: Annotated[int | None, typer.Option(help="Threads of this process; one per processor if not given.", min=1)] = None,
-    workers: Annotated[int | None, typer.Option(help="Processes on this machine instead.", min=1)] = None,
+    threads: Annotated[int | None, typer.Option(help="Threads of this process in place of other processes.", min=1)] = None,
+    workers: Annotated[
+        int | None,
+        typer.Option(help=f"Processes on this machine; one per processor if not given, {MOST_WORKERS} at most.", min=1),
+    ] = None,
 ) -> int:
     """Reproduce the paper's figures and compare its statements with measured numbers."""
     check_folder(output, "-o paper")
     kept = f"what is done is in {output}, and the same command goes on from it"
     tell_where(kept)
-    from scissordyn.cli.study import Where
     from scissordyn.paper.reproduce import draw_figure, reproduce
 
     try:
-        with Where(threads, workers).engine() as engine, _bars() as progress:
+        where = _where(threads, workers, figure)
+        if where.workers is not None:
+            _compile_for_workers()
+        with where.engine() as engine, _bars() as progress:
             if figure is None:
                 result = reproduce(output, engine=engine, progress=progress)
             else:
@@ -51,6 +61,26 @@ def paper(
     _show(result.verdicts)
     print(f"Report: {result.report}")
     return DONE
+
+
+def _where(threads: int | None, workers: int | None, figure: int | None) -> Where:
+    """Processes unless threads are asked for: what a run has beside its loop is Python, which threads do one at a time."""
+    from scissordyn.cli.study import Where
+    from scissordyn.study.engine import processors
+
+    several = min(processors(), MOST_WORKERS)
+    if threads is None and workers is None and figure is None and several > 1 and find_spec("distributed") is not None:
+        return Where(workers=several)
+    return Where(threads, workers)  # the few runs of a figure are done before processes are started
+
+
+def _compile_for_workers() -> None:
+    """Compile what all workers would compile at the same time."""
+    from scissordyn.cli.compiling import compile_kernels
+    from scissordyn.simulation.compiled import loop_is_on_disk
+
+    if not loop_is_on_disk():
+        compile_kernels()
 
 
 def _show(verdicts: tuple[Verdict, ...]) -> None:

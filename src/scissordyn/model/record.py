@@ -38,6 +38,8 @@ def to_plain(described: Any) -> Any:
     if isinstance(described, _SCALARS):
         return described
     if isinstance(described, tuple | list):
+        if _SCALAR_TYPES.issuperset(map(type, described)):
+            return list(described)
         # scalars, most of all values, without a call each
         return [item if isinstance(item, _SCALARS) else to_plain(item) for item in described]
     if isinstance(described, Mapping):
@@ -83,6 +85,7 @@ def _entries(tree: dict[str, Any] | list[Any]) -> dict[Any, Any]:
 
 
 _SCALARS = (str, int, float, bool, type(None))
+_SCALAR_TYPES = frozenset(_SCALARS)
 
 
 @cache

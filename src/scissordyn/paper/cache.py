@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Hashable, Iterator, Sequence
+from collections import Counter
+from collections.abc import Callable, Generator, Hashable, Iterator, Sequence
+from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from typing import Protocol, TypeVar, cast
+from typing import Any, Protocol, TypeVar, cast
 
 import xarray as xr
 
@@ -15,7 +17,7 @@ from scissordyn.simulation.provenance import provenance as made_with
 from scissordyn.simulation.store import load, save
 from scissordyn.study.engine import Engine, Threads, error_text
 
-__all__ = ["Job", "Progress", "computed", "fetch", "provenance"]
+__all__ = ["Job", "Jobs", "Progress", "computed", "fetch", "fetch_all", "provenance"]
 
 Progress = Callable[[str, int, int], None]
 """Kind of work, number done, total number."""
@@ -50,6 +52,28 @@ def provenance() -> str:
     return made_with(SHOWN)
 
 
+@dataclass(frozen=True)
+class Jobs:
+    """Computations of one kind.
+
+    Parameters
+    ----------
+    jobs : sequence of Job
+        Of distinct names.
+    compute : callable
+        From a job to its result; called by the engine, on other threads or in other processes.
+    folder : Path
+        Folder of a NetCDF file for each job, complete or missing.
+    what : str
+        Kind of work for `progress`.
+    """
+
+    jobs: Sequence[Any]
+    compute: Callable[[Any], xr.Dataset]
+    folder: Path
+    what: str = "runs"
+
+
 def fetch(
     jobs: Sequence[Work],
     compute: Callable[[Work], xr.Dataset],
@@ -63,14 +87,8 @@ def fetch(
 
     Parameters
     ----------
-    jobs : sequence of Job
-        Of distinct names.
-    compute : callable
-        From a job to its result; called by the engine, on other threads or in other processes.
-    folder : Path
-        Folder of a NetCDF file for each job, complete or missing.
-    what : str
-        Kind of work for `progress`.
+    jobs, compute, folder, what
+        See `Jobs`.
     engine : Engine, optional
         Threads of this process, one per processor, if not given.
     progress : callable, optional
@@ -85,20 +103,51 @@ def fetch(
     ScissordynError
         If a job fails.
     """
-    folder.mkdir(parents=True, exist_ok=True)
-    wanted = tuple(dict.fromkeys(jobs))
-    found = {job: result for job in wanted if (result := _stored(job, folder)) is not None}
-    missing = [job for job in wanted if job not in found]
-    for job, _ in computed(partial(_compute_and_save, compute, folder), missing, what=what, engine=engine, progress=progress):
-        found[job] = load(_path(job, folder))
-    return {job: found[job] for job in wanted}
+    (found,) = fetch_all(Jobs(jobs, compute, folder, what), engine=engine, progress=progress)
+    return found
+
+
+def fetch_all(
+    *asked: Jobs, engine: Engine | None = None, progress: Progress | None = None
+) -> tuple[dict[Any, xr.Dataset], ...]:
+    """Results of several kinds from their folders; no worker waits for the end of one kind before it begins with the next.
+
+    Parameters
+    ----------
+    asked : Jobs
+        Begun in this order.
+    engine : Engine, optional
+        Threads of this process, one per processor, if not given.
+    progress : callable, optional
+
+    Returns
+    -------
+    tuple of dict of Job to Dataset
+        For each kind, in the order of the jobs, each once.
+
+    Raises
+    ------
+    ScissordynError
+        If a job fails.
+    """
+    found: list[dict[Any, xr.Dataset]] = []
+    missing: list[tuple[int, Any]] = []
+    for kind, each in enumerate(asked):
+        each.folder.mkdir(parents=True, exist_ok=True)
+        wanted = tuple(dict.fromkeys(each.jobs))
+        found.append({job: result for job in wanted if (result := _stored(job, each.folder)) is not None})
+        missing += [(kind, job) for job in wanted if job not in found[kind]]
+    work = partial(_compute_and_save, tuple((each.compute, each.folder) for each in asked))
+    for (kind, job), _ in computed(work, missing, what=lambda task: asked[task[0]].what, engine=engine, progress=progress):
+        found[kind][job] = load(_path(job, asked[kind].folder))
+    return tuple({job: each[job] for job in dict.fromkeys(kind.jobs)} for kind, each in zip(asked, found, strict=True))
 
 
 def computed(
     compute: Callable[[Task], Value],
     tasks: Sequence[Task],
     *,
-    what: str,
+    what: Callable[[Task], str],
     engine: Engine | None = None,
     progress: Progress | None = None,
     named: Callable[[Task], str] = lambda _: "",
@@ -109,8 +158,8 @@ def computed(
     ----------
     compute : callable
     tasks : sequence
-    what : str
-        Kind of work for `progress`.
+    what : callable
+        From a task to its kind of work, for `progress`.
     engine : Engine, optional
         Threads of this process, one per processor, if not given.
     progress : callable, optional
@@ -127,12 +176,20 @@ def computed(
         If a task fails.
     """
     spread = Threads() if engine is None else engine
-    for count, done in enumerate(spread.each(compute, tasks), 1):
-        if done.error is not None:
-            raise ScissordynError(named(done.task) + error_text(done.error)) from done.error
-        yield done.task, cast(Value, done.value)
-        if progress is not None:
-            progress(what, count, len(tasks))
+    of, count = Counter(map(what, tasks)), Counter[str]()
+    results = spread.each(compute, tasks)
+    try:
+        for done in results:
+            if done.error is not None:
+                raise ScissordynError(named(done.task) + error_text(done.error)) from done.error
+            yield done.task, cast(Value, done.value)
+            kind = what(done.task)
+            count[kind] += 1
+            if progress is not None:
+                progress(kind, count[kind], of[kind])
+    finally:
+        if isinstance(results, Generator):
+            results.close()  # what is still in work stops at once, and not when the error has been shown
 
 
 def _path(job: Job, folder: Path) -> Path:
@@ -148,6 +205,7 @@ def _stored(job: Job, folder: Path) -> xr.Dataset | None:
     return result if (result.attrs.get("case"), result.attrs.get("provenance")) == (job.toml, provenance()) else None
 
 
-def _compute_and_save(compute: Callable[[Work], xr.Dataset], folder: Path, job: Work) -> str:
+def _compute_and_save(kinds: Sequence[tuple[Callable[[Any], xr.Dataset], Path]], task: tuple[int, Any]) -> str:
+    (compute, folder), job = kinds[task[0]], task[1]
     result = compute(job).assign_attrs(case=job.toml, provenance=provenance())
     return str(save(result, _path(job, folder), replace_broken=True))

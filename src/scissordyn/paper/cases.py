@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
 import tomllib
 from dataclasses import dataclass, field
@@ -9,6 +10,7 @@ from pathlib import Path
 from typing import Annotated, Literal
 
 from scissordyn.config.case import Case, CaseTable
+from scissordyn.config.clearance import ClearanceTable
 from scissordyn.config.table import instance, located
 from scissordyn.errors import InputError
 from scissordyn.model.clearance import Clearance
@@ -155,6 +157,18 @@ class PaperCase:
         return PaperCase(None, self.speed, choice=self.choice)
 
     @property
+    def without_contact_laws(self) -> PaperCase:
+        """The same case under the default contact: the same run, if its joints are ideal or its contact is constrained."""
+        default = Choice()
+        choice = dataclasses.replace(
+            self.choice,
+            restitution=default.restitution,
+            bearing_length=default.bearing_length,
+            stiffness=default.stiffness,
+        )
+        return dataclasses.replace(self, choice=choice)
+
+    @property
     def toml(self) -> str:
         """The case file of this run, without the constrained contact, which needs a Python function."""
         choice = self.choice
@@ -200,6 +214,24 @@ class PaperCase:
         """The mechanism and options of the case file."""
         with located(self.name):
             return instance(CaseTable, tomllib.loads(self.toml), {"folder": Path()}).case()
+
+    def described_on(self, ideal: Case) -> Case:
+        """The same with clearance, made of the parts of the ideal case on the same drive, which takes less time.
+
+        Parameters
+        ----------
+        ideal : Case
+            Of `self.ideal`, under any contact.
+
+        Returns
+        -------
+        Case
+        """
+        with located(self.name):
+            (table,) = tomllib.loads(self.toml)["clearance"]
+            read = instance(ClearanceTable, table, {"folder": Path()})
+            mechanism = ideal.mechanism.with_clearance(read.joint, read.described())
+            return Case(mechanism, dataclasses.replace(ideal.run, start=self.start))
 
     def _drive(self) -> str:
         if self.choice.travel == "oscillating":

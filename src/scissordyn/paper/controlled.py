@@ -33,7 +33,17 @@ from scissordyn.simulation.interrupt import pass_on
 from scissordyn.simulation.run import simulate
 from scissordyn.units import degrees
 
-__all__ = ["CONTROLLED_RUNS", "MANOEUVRES", "ControlledRun", "Manoeuvre", "compute", "ideal_of", "merits", "mismatch"]
+__all__ = [
+    "CONTROLLED_RUNS",
+    "LONGEST_FIRST",
+    "MANOEUVRES",
+    "ControlledRun",
+    "Manoeuvre",
+    "compute",
+    "ideal_of",
+    "merits",
+    "mismatch",
+]
 
 PROPORTIONAL, DERIVATIVE = 2e4, 1500.0
 """Gains of the practical controller [N m/rad, N m s/rad]."""
@@ -199,6 +209,9 @@ CONTROLLED_RUNS = (
     *(ControlledRun("periodic", scheme) for scheme in ("ideal", "prescribed", "servo", "pyragas", "extended")),
 )
 """The runs that are not the paper's."""
+
+LONGEST_FIRST = CONTROLLED_RUNS[::-1]
+"""Delayed feedback of the periodic drive takes some seconds, a stroke a fraction of one."""
 
 
 def ideal_of(job: ControlledRun) -> ControlledRun:

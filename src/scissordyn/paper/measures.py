@@ -12,7 +12,7 @@ from scissordyn.analysis.arc import smallest_arc
 from scissordyn.analysis.contact import contact_spans
 from scissordyn.simulation.peak import smooth_peak
 
-__all__ = ["CONTINUOUS", "JOINT", "LATE", "SETTLED", "Deviation", "Measures", "measure"]
+__all__ = ["CONTINUOUS", "JOINT", "LATE", "SETTLED", "Deviation", "IdealMotion", "Measures", "ideal_motion", "measure"]
 
 JOINT = "A"
 
@@ -109,30 +109,66 @@ class Measures:
     end: float
 
 
-def measure(run: xr.Dataset, ideal: xr.Dataset) -> Measures:
+@dataclass(frozen=True, eq=False)
+class IdealMotion:
+    """What the runs on one drive are compared with.
+
+    Parameters
+    ----------
+    curves : dict of str to ndarray, shape (nt,)
+        Motion of the slider and of bar 2, by quantity.
+    force, torque : float
+        Largest reaction at the joint [N] and largest driving torque by magnitude [N m].
+    """
+
+    curves: dict[str, np.ndarray]
+    force: float
+    torque: float
+
+
+def ideal_motion(run: xr.Dataset) -> IdealMotion:
+    """What to compare with, from the run with ideal joints.
+
+    Parameters
+    ----------
+    run : Dataset
+
+    Returns
+    -------
+    IdealMotion
+    """
+    # at a right angle the ideal reactions are not determined: that instant is left out
+    reaction = np.hypot(*_at_joint(run, "reaction", "axis", "time"))
+    force = smooth_peak(run.variables["time"].values, reaction)[0]
+    curves = {name: values.copy() for name, values in _series(run).items()}  # the run itself need not stay in memory
+    return IdealMotion(curves, force, float(run.variables["peak_drive_torque"].values[0]))
+
+
+def measure(run: xr.Dataset, ideal: xr.Dataset | IdealMotion) -> Measures:
     """Measure a run.
 
     Parameters
     ----------
-    run, ideal : Dataset
-        Runs of the same drive, recorded at the same instants, with clearance at joint A and with ideal joints.
+    run : Dataset
+        With clearance at joint A.
+    ideal : Dataset or IdealMotion
+        The run of the same drive with ideal joints, recorded at the same instants.
 
     Returns
     -------
     Measures
     """
-    time = run["time"].values
+    expected = ideal if isinstance(ideal, IdealMotion) else ideal_motion(ideal)
+    time = run.variables["time"].values
     end = float(time[-1])
     start, stop = contact_spans(run, JOINT).T
-    peak, when = run["peak_force"].values, start + run["peak_time"].values
+    peak, when = run.variables["peak_force"].values, start + run.variables["peak_time"].values
     before = time <= SETTLED
-    curves, wanted = _series(run), _series(ideal)
+    curves, wanted = _series(run), expected.curves
     differences = {name: curves[name] - wanted[name] for name in _SERIES}
     ranges = {name: float(np.ptp([curves[name], wanted[name]])) for name in _SERIES}
     acceleration = wanted["slider_acceleration"][~before]
-    normal = run["normal_force"].sel(joint=JOINT).values
-    # at a right angle the ideal reactions are not determined: that instant is left out
-    reaction = np.hypot(*ideal["reaction"].sel(joint=JOINT).transpose("axis", "time").values)
+    normal = _at_joint(run, "normal_force", "time")
     return Measures(
         peak_force=float(np.max(peak, initial=0.0)),
         late_peak_force=max(
@@ -141,9 +177,9 @@ def measure(run: xr.Dataset, ideal: xr.Dataset) -> Measures:
             float(np.max(normal[time >= LATE])),
         ),
         smallest_force=float(np.min(normal)),
-        ideal_force=smooth_peak(ideal["time"].values, reaction)[0],
-        peak_torque=float(run["peak_drive_torque"][0]),
-        ideal_torque=float(ideal["peak_drive_torque"][0]),
+        ideal_force=expected.force,
+        peak_torque=float(run.variables["peak_drive_torque"].values[0]),
+        ideal_torque=expected.torque,
         impacts=start.size,
         early_impacts=int(np.sum(start < LATE)),
         late_impacts=int(np.sum(start >= LATE)),
@@ -186,8 +222,15 @@ FREE_BAR = "unit 1/bar 2"
 
 def _series(run: xr.Dataset) -> dict[str, np.ndarray]:
     """The curves of the slider and of the free bar."""
-    bar = run["body"].values.tolist().index(FREE_BAR)
-    return {name: run[name].values if name.startswith("slider") else run[name].values[:, bar] for name in _SERIES}
+    bar = run.variables["body"].values.tolist().index(FREE_BAR)
+    values = {name: run.variables[name].values for name in _SERIES}
+    return {name: each if name.startswith("slider") else each[:, bar] for name, each in values.items()}
+
+
+def _at_joint(run: xr.Dataset, name: str, *dims: str) -> np.ndarray:
+    """The values of a variable at the joint, along some dimensions; run[name] would make a DataArray with its coordinates."""
+    joint = run.variables["joint"].values.tolist().index(JOINT)
+    return np.asarray(run.variables[name].isel(joint=joint).transpose(*dims).values)
 
 
 def _part(part: float, whole: float) -> float:
@@ -205,6 +248,6 @@ def _fraction(start: np.ndarray, stop: np.ndarray, since: float, end: float) -> 
 
 
 def _arc(run: xr.Dataset) -> float:
-    touching = run["in_contact"].sel(joint=JOINT).values.astype(bool)
-    place = run["eccentricity"].sel(joint=JOINT).transpose("time", "axis").values[touching]
+    touching = _at_joint(run, "in_contact", "time").astype(bool)
+    place = _at_joint(run, "eccentricity", "time", "axis")[touching]
     return smallest_arc(np.arctan2(place[:, 1], place[:, 0]), fraction=CENTRAL_PART)

@@ -31,7 +31,17 @@ from scissordyn.study.ensemble import ensemble
 from scissordyn.study.lyapunov import separation_exponent
 from scissordyn.units import degrees
 
-__all__ = ["BY_CLEARANCE", "BY_FRICTION", "EVERY", "PERIODIC", "Regularity", "examine", "fetch_diagram", "read"]
+__all__ = [
+    "BY_CLEARANCE",
+    "BY_FRICTION",
+    "EVERY",
+    "LONGEST_FIRST",
+    "PERIODIC",
+    "Regularity",
+    "examine",
+    "fetch_diagram",
+    "read",
+]
 
 PERIODIC = Choice(angle=degrees(45), travel="oscillating")
 """The default choice with the periodic drive."""
@@ -39,6 +49,8 @@ PERIODIC = Choice(angle=degrees(45), travel="oscillating")
 BY_CLEARANCE = tuple(PaperCase(clearance, choice=PERIODIC) for clearance in CLEARANCES)
 BY_FRICTION = tuple(PaperCase(friction=friction, choice=PERIODIC) for friction in FRICTION)
 EVERY = tuple(dict.fromkeys((*BY_CLEARANCE, *BY_FRICTION)))
+LONGEST_FIRST = tuple(dict.fromkeys((*BY_FRICTION, *BY_CLEARANCE)))
+"""With friction, steps are shorter: those motions take five times as long as the others."""
 
 CYCLES, SKIP = 320, 80
 """Periods of a run, and number of the first that are left out of its map: 240 remain, and 200 are needed for a verdict."""

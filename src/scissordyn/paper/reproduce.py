@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -12,14 +12,14 @@ import xarray as xr
 
 from scissordyn.errors import InputError
 from scissordyn.paper import controlled, periodic
-from scissordyn.paper.cache import Progress, fetch
+from scissordyn.paper.cache import Jobs, Progress, fetch_all
 from scissordyn.paper.cases import PaperCase, contact_starts, every_case
 from scissordyn.paper.figures import FIGURES, FURTHER, figure_of
 from scissordyn.paper.measures import measure
 from scissordyn.paper.report import page
 from scissordyn.paper.results import Results
-from scissordyn.paper.runs import fetch_runs
-from scissordyn.paper.sensitivity import DEFAULT, MEMBERS, fetch_sensitivity, full_factorial, one_at_a_time
+from scissordyn.paper.runs import compute, fetch_runs
+from scissordyn.paper.sensitivity import DEFAULT, MEMBERS, Survey, fetch_surveys, full_factorial, one_at_a_time
 from scissordyn.paper.statements import CLAUSES
 from scissordyn.paper.tables import as_csv, as_json
 from scissordyn.paper.verdict import Settled, Verdict, answer
@@ -74,7 +74,6 @@ def reproduce(
     target = _made(folder)
     results = _results(target, engine, progress)
     answers = verdicts(results.runs, {case: periodic.read(run) for case, run in results.settled.items()})
-    pictures = _pictures(results, target / "figures", progress)
     for case in (*results.runs, *results.settled):
         _write(target / "cases" / f"{_file(case)}.toml", case.toml)
     settled = {
@@ -84,10 +83,23 @@ def reproduce(
         and verdict.clause.periodically is not None
         and verdict.clause.periodically.measures_regularity
     }
-    singly = fetch_sensitivity(
-        one_at_a_time(), target / "one-at-a-time.nc", settled=settled, members=MEMBERS, engine=engine, progress=progress
+    pictures: dict[int | str, bytes] = {}
+    drawing = _drawn(results, target / "figures", pictures, progress)
+
+    def meanwhile(what: str, done: int, of: int) -> None:
+        """Draw a figure whenever a result has come: the engine has other work in the meantime."""
+        if progress is not None:
+            progress(what, done, of)
+        next(drawing, None)
+
+    singly, together = fetch_surveys(
+        Survey(one_at_a_time(), target / "one-at-a-time.nc", settled, MEMBERS),
+        Survey(full_factorial(), target / "full-factorial.nc"),
+        engine=engine,
+        progress=meanwhile,
     )
-    together = fetch_sensitivity(full_factorial(), target / "full-factorial.nc", engine=engine, progress=progress)
+    for _ in drawing:  # more figures than results, as where the surveys were done before
+        pass
     _write(target / "verdicts.json", as_json(answers))
     _write(target / "verdicts.csv", as_csv(answers))
     report = _write(target / "report.html", page(answers, results, pictures, singly, together))
@@ -146,32 +158,23 @@ def verdicts(runs: Mapping[PaperCase, xr.Dataset], settled: Settled | None = Non
 
 def _results(target: Path, engine: Engine | None, progress: Progress | None) -> Results:
     """All runs; missing ones are computed."""
-    cases = (*every_case(DEFAULT), *contact_starts(DEFAULT))
+    runs, settled, controlled_runs = fetch_all(
+        Jobs((*every_case(DEFAULT), *contact_starts(DEFAULT)), compute, target / "runs"),
+        Jobs(periodic.LONGEST_FIRST, periodic.examine, target / "periodic", "motions under the periodic drive"),
+        Jobs(controlled.LONGEST_FIRST, controlled.compute, target / "control", "controlled runs"),
+        engine=engine,
+        progress=progress,
+    )
     return Results(
-        runs=fetch_runs(cases, target / "runs", engine=engine, progress=progress),
-        settled=fetch(
-            periodic.EVERY,
-            periodic.examine,
-            target / "periodic",
-            what="motions under the periodic drive",
-            engine=engine,
-            progress=progress,
-        ),
-        controlled=fetch(
-            controlled.CONTROLLED_RUNS,
-            controlled.compute,
-            target / "control",
-            what="controlled runs",
-            engine=engine,
-            progress=progress,
-        ),
+        runs=runs,
+        settled={case: settled[case] for case in periodic.EVERY},
+        controlled={run: controlled_runs[run] for run in controlled.CONTROLLED_RUNS},
         diagram=periodic.fetch_diagram(target / "bifurcation.nc", engine=engine, progress=progress),
     )
 
 
-def _pictures(results: Results, folder: Path, progress: Progress | None) -> dict[int | str, bytes]:
-    """All figures as files, and as SVG by number or name."""
-    pictures: dict[int | str, bytes] = {}
+def _drawn(results: Results, folder: Path, pictures: dict[int | str, bytes], progress: Progress | None) -> Iterator[int | str]:
+    """Draw all figures as files, and keep them as SVG by number or name; one after the other, when asked for the next."""
     draw: dict[int | str, Callable[[], list[Path]]] = {
         **{number: partial(_draw, number, results.runs, folder) for number in FIGURES},
         **{name: partial(_draw_further, name, results, folder) for name in FURTHER},
@@ -180,7 +183,7 @@ def _pictures(results: Results, folder: Path, progress: Progress | None) -> dict
         pictures[name] = next(path for path in drawn() if path.suffix == ".svg").read_bytes()
         if progress is not None:
             progress("figures", len(pictures), len(draw))
-    return pictures
+        yield name
 
 
 def _draw_further(name: str, results: Results, folder: Path) -> list[Path]:

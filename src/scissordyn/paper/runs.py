@@ -57,8 +57,10 @@ def compute(case: PaperCase, *, trust: bool = True, member: int = 0) -> xr.Datas
 
 @lru_cache(64)
 def _described(case: PaperCase) -> Case:
-    """What a case describes, once for all members of an ensemble."""
-    return case.described()
+    """What a case describes, once for all members of an ensemble, of parts that it shares with other cases on its drive."""
+    if case.clearance is None:
+        return case.described() if case == case.without_contact_laws else _described(case.without_contact_laws)
+    return case.described_on(_described(case.ideal))
 
 
 def fetch_runs(

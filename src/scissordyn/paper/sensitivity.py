@@ -6,7 +6,7 @@ import dataclasses
 import itertools
 import json
 from collections.abc import Callable, Mapping, Sequence
-from functools import partial
+from functools import lru_cache
 from pathlib import Path
 
 import numpy as np
@@ -15,7 +15,7 @@ import xarray as xr
 from scissordyn.errors import InputError
 from scissordyn.paper.cache import Progress, computed, provenance
 from scissordyn.paper.cases import DRIVEN, Choice, PaperCase, every_case
-from scissordyn.paper.measures import Measures, measure
+from scissordyn.paper.measures import IdealMotion, Measures, ideal_motion, measure
 from scissordyn.paper.periodic import PERIODIC
 from scissordyn.paper.runs import compute
 from scissordyn.paper.statements import CLAUSES
@@ -24,7 +24,17 @@ from scissordyn.simulation.store import load, save
 from scissordyn.study.engine import Engine
 from scissordyn.units import degrees
 
-__all__ = ["DEFAULT", "FACTORS", "Holds", "fetch_sensitivity", "full_factorial", "one_at_a_time", "survey"]
+__all__ = [
+    "DEFAULT",
+    "FACTORS",
+    "Holds",
+    "Survey",
+    "fetch_sensitivity",
+    "fetch_surveys",
+    "full_factorial",
+    "one_at_a_time",
+    "survey",
+]
 
 DEFAULT = Choice()
 
@@ -109,22 +119,86 @@ def survey(choice: Choice, members: int = PAIR) -> Holds:
     -------
     Holds
     """
-    cases = every_case(choice)
-    ideal = {case: compute(case, trust=False) for case in cases if case.clearance is None}
+    cases = [case for case in every_case(choice) if case.clearance is not None]
     words: tuple[str, ...] = ()
     holds, peaks = [], []
     measured: dict[PaperCase, Measures] = {}
     for member in range(members):
         for case in cases:
-            # a constrained contact has no impact, so that neighbouring runs do not diverge
-            if case.clearance is not None and not (case.constrained and member):
-                measured[case] = measure(compute(case, trust=False, member=member), ideal[case.ideal])
+            if not case.constrained:
+                run = compute(case, trust=False, member=member)
+                measured[case] = measure(run, _ideal_motion(case.ideal.without_contact_laws))
+            elif not member:  # a constrained contact has no impact, so that neighbouring runs do not diverge
+                measured[case] = _constrained(case.without_contact_laws)
         verdicts = [answer(clause, choice, measured) for clause in CLAUSES]
         holds.append([verdict.finding.holds for verdict in verdicts])
         words = words or tuple(verdict.finding.words for verdict in verdicts)
         peaks.append([found.peak_force for found in measured.values()])
     spread = np.ptp(peaks, axis=0) / np.max(peaks, axis=0)
     return Holds(tuple(np.mean(holds, axis=0).tolist()), words, float(np.max(spread)))
+
+
+@lru_cache(16)
+def _ideal_motion(case: PaperCase) -> IdealMotion:
+    """The ideal motion on a drive, once for all choices of contact laws."""
+    return ideal_motion(compute(case, trust=False))
+
+
+@lru_cache(16)
+def _constrained(case: PaperCase) -> Measures:
+    """The measures of a run with constrained contact, once for all choices of contact laws."""
+    return measure(compute(case, trust=False), _ideal_motion(case.ideal.without_contact_laws))
+
+
+@dataclasses.dataclass(frozen=True)
+class Survey:
+    """What is asked of some choices.
+
+    Parameters
+    ----------
+    choices : sequence of Choice
+    path : Path
+        NetCDF file, complete or missing.
+    settled : mapping of str to Finding
+        Answers by clause that replace those from two oscillations, for the periodic drive.
+    members : int
+        See `survey`.
+    """
+
+    choices: Sequence[Choice]
+    path: Path
+    settled: Mapping[str, Finding] = dataclasses.field(default_factory=dict)
+    members: int = PAIR
+
+    @property
+    def tasks(self) -> tuple[tuple[Choice, int], ...]:
+        """Each choice once, and the members."""
+        return tuple((choice, self.members) for choice in dict.fromkeys(self.choices))
+
+    @property
+    def made(self) -> dict[str, object]:
+        """What a file of it says about itself."""
+        instead = {key: dataclasses.asdict(finding) for key, finding in self.settled.items()}
+        return {
+            "choices": json.dumps([dataclasses.asdict(choice) for choice in self.choices]),
+            "members": self.members,
+            "provenance": provenance(),
+            "clauses": _clauses(),
+            "settled": json.dumps(instead),
+        }
+
+    def stored(self) -> xr.Dataset | None:
+        """What its file has, if that is of the same choices and version."""
+        try:
+            found = load(self.path)
+        except InputError:  # missing or incomplete
+            return None
+        return found if all(found.attrs.get(key) == value for key, value in self.made.items()) else None
+
+    def saved(self, results: Mapping[tuple[Choice, int], Holds]) -> xr.Dataset:
+        """Write the file from the results of all its tasks."""
+        found = [_settled(choice, results[choice, self.members], self.settled) for choice in self.choices]
+        return load(save(_dataset(self.choices, found, self.made), self.path, replace_broken=True))
 
 
 def fetch_sensitivity(
@@ -140,12 +214,8 @@ def fetch_sensitivity(
 
     Parameters
     ----------
-    choices : sequence of Choice
-    path : Path
-        NetCDF file, complete or missing.
-    settled : mapping of str to Finding, optional
-        Answers by clause that replace those from two oscillations, for the periodic drive.
-    members : int
+    choices, path, settled, members
+        See `Survey`.
     engine : Engine, optional
         Threads of this process, one per processor, if not given.
     progress : callable, optional
@@ -155,32 +225,44 @@ def fetch_sensitivity(
     Dataset
         `agreeing` (choice, clause), `words` (choice, clause), `spread` (choice), and the fields of the choices.
     """
-    asked = json.dumps([dataclasses.asdict(choice) for choice in choices])
-    instead = {key: dataclasses.asdict(finding) for key, finding in (settled or {}).items()}
-    made = {
-        "choices": asked,
-        "members": members,
-        "provenance": provenance(),
-        "clauses": _clauses(),
-        "settled": json.dumps(instead),
-    }
-    try:
-        stored = load(path)
-        if all(stored.attrs.get(key) == value for key, value in made.items()):
-            return stored
-    except InputError:
-        pass  # missing or incomplete: computed now
-    what = f"choices, {members} members each"
-    results = computed(
-        partial(survey, members=members),
-        tuple(dict.fromkeys(choices)),
-        what=what,
+    (found,) = fetch_surveys(Survey(choices, path, settled or {}, members), engine=engine, progress=progress)
+    return found
+
+
+def fetch_surveys(*asked: Survey, engine: Engine | None = None, progress: Progress | None = None) -> tuple[xr.Dataset, ...]:
+    """Several surveys as of `fetch_sensitivity`; no worker waits for the end of one before it begins with the next.
+
+    Parameters
+    ----------
+    asked : Survey
+        Begun in this order; of distinct numbers of members.
+    engine : Engine, optional
+        Threads of this process, one per processor, if not given.
+    progress : callable, optional
+
+    Returns
+    -------
+    tuple of Dataset
+    """
+    stored = {each.path: found for each in asked if (found := each.stored()) is not None}
+    results: dict[tuple[Choice, int], Holds] = {}
+    for task, holds in computed(
+        _surveyed,
+        [task for each in asked if each.path not in stored for task in each.tasks],
+        what=lambda task: f"choices, {task[1]} members each",
         engine=engine,
         progress=progress,
-        named=lambda choice: f"{choice.words}: ",
-    )
-    found = {choice: _settled(choice, holds, settled or {}) for choice, holds in results}
-    return load(save(_dataset(choices, [found[choice] for choice in choices], made), path, replace_broken=True))
+        named=lambda task: f"{task[0].words}: ",
+    ):
+        results[task] = holds
+        for each in asked:
+            if each.path not in stored and results.keys() >= set(each.tasks):
+                stored[each.path] = each.saved(results)
+    return tuple(stored[each.path] for each in asked)
+
+
+def _surveyed(task: tuple[Choice, int]) -> Holds:
+    return survey(task[0], task[1])
 
 
 def _settled(choice: Choice, found: Holds, settled: Mapping[str, Finding]) -> Holds:

@@ -5,12 +5,10 @@ from __future__ import annotations
 import time as clocks
 from collections.abc import Callable, Sequence
 from functools import partial
-from typing import Any, Protocol
+from typing import Protocol
 
 import numpy as np
 
-from scissordyn.component.actuator import Actuator
-from scissordyn.component.motor import Motor
 from scissordyn.errors import ScissordynError
 from scissordyn.integrate import advance as loop
 from scissordyn.mechanics.build import build_model
@@ -22,6 +20,7 @@ from scissordyn.simulation.ideal_path import IdealPath, ideal_path
 from scissordyn.simulation.measure import Ended
 from scissordyn.simulation.method import choose_method
 from scissordyn.simulation.options import Options
+from scissordyn.simulation.shared_model import same_model
 from scissordyn.simulation.slice import FIRST
 from scissordyn.simulation.start import prepare_start
 from scissordyn.simulation.time_functions import check_tables
@@ -172,7 +171,7 @@ class _Slot:
     def started(self, mechanism: Mechanism, options: Options, perturb: Callable[[np.ndarray], np.ndarray]) -> Driver:
         """A driver at the start of a case, in the arrays of the case before if they fit."""
         check_tables(mechanism, options.until)
-        shared = _same_model(self.base.mechanism, mechanism)
+        shared = same_model(self.base.mechanism, mechanism)
         reduced = self.base.with_numbers(mechanism) if shared else reduce_mechanism(mechanism)
         if not (shared and put_parameters(self.system, reduced, self.model)):
             self.base, self.model = reduced, build_model(reduced)
@@ -197,31 +196,3 @@ class _Slot:
         )
         self.driver = made
         return made
-
-
-def _same_model(base: Mechanism, other: Mechanism) -> bool:
-    """Whether two mechanisms differ only in numbers that do not enter the model.
-
-    Whatever could enter it, as a length or a mass, has the model built anew: that costs time only.
-    """
-    same = base.bodies == other.bodies and base.ground == other.ground and base.welds == other.welds
-    same = same and base.guides == other.guides and base.rods == other.rods and base.latches == other.latches
-    same = same and [drive.body for drive in base.drives] == [drive.body for drive in other.drives]
-    if not same or len(base.components) != len(other.components):
-        return False
-    for one, another in zip(base.joints, other.joints, strict=True):
-        a, b = one.clearance, another.clearance
-        if one is another or (a is None and b is None):
-            continue
-        if a is None or b is None or a.friction.states != b.friction.states:
-            return False
-    return all(
-        one is another
-        or (type(one) is type(another) and not isinstance(one, Actuator | Motor) and _attached(one) == _attached(another))
-        for one, another in zip(base.components, other.components, strict=True)
-    )
-
-
-def _attached(component: Any) -> tuple[Any, ...]:
-    port = component.declaration.port
-    return tuple(getattr(component, name) for name in (*port.points, *port.turning))

@@ -12,8 +12,10 @@ import xarray as xr
 
 from scissordyn.component.place import GROUND
 from scissordyn.errors import InputError
+from scissordyn.kept import kept
+from scissordyn.model.drive import Drive
 from scissordyn.model.mechanism import Mechanism
-from scissordyn.simulation.closure import Closure
+from scissordyn.simulation.closure import Closure, closure_of, closure_template
 from scissordyn.simulation.kinematics import Path, instants, path_of, start_of
 from scissordyn.simulation.singular import CHANGE, SingularPosition, concerned, measure, smallest, suspects
 
@@ -34,6 +36,9 @@ number, some seconds with so many."""
 PASSED = 0.1
 """A free motion passes a singular position if the smallest singular value falls, between two samples, below this fraction of
 what it is at them."""
+
+MOST_KNOWN = 64
+"""So many strokes of one mechanism have their singular positions kept."""
 
 CHANCE = "which one is taken there is a matter of chance in the real structure"
 
@@ -110,8 +115,22 @@ def drive_warnings(mechanism: Mechanism, until: float, closure: Closure | None =
     if _equations(mechanism) > MOST_EQUATIONS:
         return [_not_looked_for(mechanism)]
     closure = _closure(mechanism) if closure is None else closure
-    path = None if closure is None else path_of(mechanism, until, closure)
-    return [] if path is None else path_warnings(path, mechanism, until)
+    if closure is None:
+        return []
+    known, asked = _known(closure_template(mechanism)), (mechanism.drives, until)
+    found = known.get(asked)
+    if found is None:
+        path = path_of(mechanism, until, closure)
+        found = () if path is None else tuple(path_warnings(path, mechanism, until))
+        if len(known) < MOST_KNOWN:
+            known[asked] = found
+    return list(found)
+
+
+@kept
+def _known(_: Closure) -> dict[tuple[tuple[Drive, ...], float], tuple[str, ...]]:
+    """What was found for closure equations, by drives and the end of their time: clearances have no effect on it."""
+    return {}
 
 
 def _equations(mechanism: Mechanism) -> int:
@@ -128,7 +147,7 @@ def _not_looked_for(mechanism: Mechanism) -> str:
 def _closure(mechanism: Mechanism) -> Closure | None:
     """The closure equations; None for a mechanism that only its clearances let close."""
     try:
-        return Closure(mechanism)
+        return closure_of(mechanism)
     except InputError:
         return None
 

@@ -7,6 +7,7 @@ constraints are eliminated, lengths, moving guides and rods remain.
 
 from __future__ import annotations
 
+import copy
 import math
 from dataclasses import dataclass
 
@@ -20,7 +21,7 @@ from scissordyn.mechanics.reduce import impose_all
 from scissordyn.mechanics.time_function import function_at, function_rows
 from scissordyn.model.mechanism import Mechanism
 
-__all__ = ["Closure", "Inputs"]
+__all__ = ["Closure", "Inputs", "closure_of", "closure_template"]
 
 CLOSED = 1e-13
 """Equations are met within this, in maps of the order of one."""
@@ -54,6 +55,7 @@ class Inputs:
         self.rods = [name for name, _ in timed]
         self._rows = [function_rows(drive.motion, mechanism.body(drive.body).angle) for drive in mechanism.drives]
         self._rows += [function_rows(motion, 0.0) for _, motion in timed]
+        self._table = np.empty(0), np.empty((0, self.count))
 
     @property
     def count(self) -> int:
@@ -67,6 +69,17 @@ class Inputs:
             function_at(time, rows, value)
             found[k] = value[0]
         return found
+
+    def over(self, times: np.ndarray) -> np.ndarray:
+        """The same at many instants, shape (times, inputs); those asked for last are known."""
+        if not np.array_equal(times, self._table[0]):
+            found, value = np.empty((times.size, self.count)), np.zeros(4)
+            for k, rows in enumerate(self._rows):
+                for i, time in enumerate(times.tolist()):
+                    function_at(time, rows, value)
+                    found[i, k] = value[0]
+            self._table = times, found
+        return self._table[1]
 
 
 @dataclass(frozen=True)
@@ -142,6 +155,15 @@ class Closure:
         self.directions = np.array([self.first[name] + 2 for name in self.rotating], int)
         self.stays, self.free, self.known = _eliminated(mechanism)
         self._quadratic()
+
+    def of_same_parts(self, mechanism: Mechanism) -> Closure:
+        """The closure equations of a mechanism that differs from this one's only in clearances and in motions of drives.
+
+        Which constraints are chosen is found anew for each.
+        """
+        found = copy.copy(self)
+        found.mechanism, found.inputs = mechanism, Inputs(mechanism)
+        return found
 
     def _point(self, reference: BodyPoint) -> _Part:
         """A point of a body or of the ground as rows of z, in units of the size."""
@@ -337,3 +359,24 @@ def _turn(angle: float) -> np.ndarray:
     """The matrix of a rotation."""
     cos, sin = math.cos(angle), math.sin(angle)
     return np.array([[cos, -sin], [sin, cos]])
+
+
+@kept
+def closure_template(mechanism: Mechanism) -> Closure:
+    """The closure equations of a mechanism, to be copied; see `closure_of`."""
+    return Closure(mechanism)
+
+
+def closure_of(mechanism: Mechanism) -> Closure:
+    """The closure equations of a mechanism, of which is kept what does not depend on clearances and drives.
+
+    Parameters
+    ----------
+    mechanism : Mechanism
+
+    Returns
+    -------
+    Closure
+        Not shared: its constraints can be chosen.
+    """
+    return closure_template(mechanism).of_same_parts(mechanism)

@@ -10,7 +10,7 @@ import xarray as xr
 
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.simulation.branching import path_warnings
-from scissordyn.simulation.closure import Closure
+from scissordyn.simulation.closure import closure_of
 from scissordyn.simulation.kinematics import Path, follow, instants, path_of, start_of
 from scissordyn.simulation.peak import smooth_peak
 from scissordyn.simulation.run import simulate
@@ -114,7 +114,7 @@ def motion_range(mechanism: Mechanism) -> tuple[float, float, str]:
         [rad] or [m]; NaN where nothing locks within a revolution.
     unit : str
     """
-    closure = Closure(mechanism)
+    closure = closure_of(mechanism)
     start = start_of(closure)
     if start is None or closure.inputs.count != 1 or closure.mobility != 0:
         return math.nan, math.nan, ""

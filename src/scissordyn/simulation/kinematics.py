@@ -10,7 +10,7 @@ import numpy as np
 
 from scissordyn.mechanics.time_function import breaks_of
 from scissordyn.model.mechanism import Mechanism
-from scissordyn.simulation.closure import Closure
+from scissordyn.simulation.closure import Closure, closure_of
 from scissordyn.simulation.singular import (
     CHANGE,
     LOCKING,
@@ -128,14 +128,14 @@ def path_of(mechanism: Mechanism, until: float, closure: Closure | None = None) 
     Path or None
         None if the drives alone do not determine the motion, or the mechanism cannot be closed with ideal joints.
     """
-    closure = Closure(mechanism) if closure is None else closure
+    closure = closure_of(mechanism) if closure is None else closure
     inputs = closure.inputs
     start = start_of(closure)
     if start is None or not inputs.count or closure.mobility != 0:
         return None
     if inputs.count > 1:
         return follow(closure, "time", inputs.at, start, 0.0, 0.0, until)
-    values = np.array([inputs.at(t)[0] for t in grid(mechanism, until)])
+    values = inputs.over(grid(mechanism, until))[:, 0]
     first, low, high = float(values[0]), float(values.min()), float(values.max())
     if inputs.bodies:
         most = 2.0 * math.pi * MOST_TURNS
@@ -310,14 +310,16 @@ def instants(path: Path, mechanism: Mechanism, until: float, place: float) -> li
 
     inputs = path.closure.inputs
     times = grid(mechanism, until)
-    error = np.array([inputs.at(t)[0] for t in times]) - place
+    error = inputs.over(times)[:, 0] - place
     close = 1e-9 * max(1.0, abs(place))
+    there = np.abs(error) <= close
+    passed = (error[:-1] * error[1:] < 0.0) & ~there[:-1] & ~there[1:]
     found = []
-    for k in range(times.size - 1):
-        if abs(error[k]) <= close:
+    for k in np.flatnonzero(there[:-1] | passed).tolist():
+        if there[k]:
             found.append(float(times[k]))
-        elif error[k] * error[k + 1] < 0.0 and abs(error[k + 1]) > close:
+        else:
             found.append(float(brentq(lambda t: inputs.at(t)[0] - place, times[k], times[k + 1], xtol=1e-15)))
-    if abs(error[-1]) <= close:
+    if there[-1]:
         found.append(float(times[-1]))
     return found

@@ -22,6 +22,7 @@ from scissordyn.simulation.checkpoint import Keeper
 from scissordyn.simulation.driver import Driver, counted, make_system
 from scissordyn.simulation.method import Choice, choose_method
 from scissordyn.simulation.options import Options
+from scissordyn.simulation.shared_model import share_model
 from scissordyn.simulation.start import Prepared, prepare_start
 from scissordyn.simulation.tolerance import error_weights
 
@@ -174,6 +175,7 @@ def compute(
     -------
     Trajectory
     """
+    share_model(mechanism)
     reduced = reduce_mechanism(mechanism)
     driver, prepared, choice = make_driver(reduced, options)
     content = driver.system.content

@@ -39,7 +39,7 @@ def test_own_function_is_recorded_but_not_executed(array, tmp_path):
         "written by a user"
         in json.loads(loaded.attrs["configuration"])["mechanism"]["joints"][1]["clearance"]["stiffness"]["function"]["source"]
     )
-    with pytest.raises(sd.InputError, match=r"my_laws\.py:foundation"):
+    with pytest.raises(sd.InputError, match=r"mine\.py:foundation"):
         replay(loaded)
 
 

@@ -145,6 +145,17 @@ def status_of(arguments: Sequence[str]) -> int:
     int
         0 done, 1 an internal error, 2 invalid input, 3 a failed run, 130 interrupted (143 for the process if by SIGTERM).
     """
+    lost: list[BaseException | None] = []
+    hook = sys.unraisablehook
+
+    def notice(unraisable: sys.UnraisableHookArgs) -> None:
+        # Python prints and ignores Ctrl-C inside a callback of the compiler; a failure after it is its consequence
+        if issubclass(unraisable.exc_type, KeyboardInterrupt):
+            lost.append(unraisable.exc_value)
+        else:
+            hook(unraisable)
+
+    sys.unraisablehook = notice
     _returned.clear()
     try:
         status = int(app(list(arguments) or ["--help"], standalone_mode=False) or 0)
@@ -162,10 +173,13 @@ def status_of(arguments: Sequence[str]) -> int:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return DONE
     except Exception as error:  # the output is one line only
-        if received():  # what a library makes of Ctrl-C inside a callback
+        if lost or received():
             return _complain(STOPPED, INTERRUPTED)
         hint = "" if os.environ.get("SCISSORDYN_TRACEBACK") else "; a fault of scissordyn: SCISSORDYN_TRACEBACK=1 shows where"
         return _complain(f"{type(error).__name__}: {error}{hint}", BUG)
+    finally:
+        if not received():  # then that of `interrupt` stays until the process ends
+            sys.unraisablehook = hook
 
 
 def _complain(text: str, status: int) -> int:

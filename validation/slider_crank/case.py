@@ -54,9 +54,9 @@ def ours(tolerance: float) -> Measured:
     return error(found["eccentricity"].sel(joint="slider pin").values), seconds
 
 
-def integration(tolerance: float) -> Measured:
-    """The package, integration alone, with torque, energies, peaks and events."""
-    path = compute(mechanism(NAME), Options(UNTIL, samples=SAMPLES, rtol=tolerance, atol=tolerance))
+def integration(tolerance: float, monitor: bool = True) -> Measured:
+    """The package, integration alone; with torque, energies, peaks and events, or motion and events only."""
+    path = compute(mechanism(NAME), Options(UNTIL, samples=SAMPLES, rtol=tolerance, atol=tolerance), monitor=monitor)
     pin = record(path.reduced, path.system, path.samples).contact[:, 0]
     orbit = pin["distance"][:, None] * np.column_stack([pin["nx"], pin["ny"]])
     return error(orbit), float(path.statistics["seconds"])
@@ -86,6 +86,7 @@ def codes() -> list[Code]:
     located = (1e-6, 1e-7, 5e-8, 2e-8, 1e-8, 5e-9, 2e-9, 1e-9, 1e-10)
     made = [
         Code("scissordyn, integration", integration, own, repeats=21),
+        Code("scissordyn, integration, motion only", partial(integration, monitor=False), own, repeats=21),
         Code("scissordyn, simulate()", ours, own, repeats=21),
         Code("numbalsoda DOP853, without events", lambda one: other(numbalsodas(one)), decades, repeats=5),
     ]
@@ -107,7 +108,8 @@ def codes() -> list[Code]:
 
 
 NOTES = (
-    "The equations derived by hand compute the orbit alone, scissordyn also torque, energies and the table of contacts.\n"
+    "The equations derived by hand compute the orbit alone; scissordyn also torque, energies and the table of contacts,\n"
+    "unless only the motion is asked for.\n"
     "numbalsoda has no events: a compiled loop around it, 60 lines, ends each integration where the gap changes its sign.",
     "Exudyn's contact of two spheres shortens the step that ends a flight, so that a contact begins where it should (approach\n"
     "speed of the first one to 1e-7), but not the step that ends a contact: the error of the orbit falls with the first power\n"

@@ -208,12 +208,14 @@ def accept(problem, T, t, h, full, grow, last, guard, s, w, S, r):
         if w.delays.size > 0:
             complete(problem, T, t, h, s, w, S)
             keep_history(problem.record, T, t, h, s, w, S)
-        monitor_step(problem, T, t, h, s, w, S)
+        if clock.monitors == 1:
+            monitor_step(problem, T, t, h, s, w, S)
         if counts.samples < r.samples.time.size and r.samples.time[counts.samples] <= now:
             complete(problem, T, t, h, s, w, S)
             write_samples(T, t, h, now, s, w, r.samples)
-        for q in range(s.total.size):
-            s.total[q] += step_integral(T, h, w, q)
+        if clock.monitors == 1:
+            for q in range(s.total.size):
+                s.total[q] += step_integral(T, h, w, q)
     if across:
         log_crossings(problem, T, t, h, s, w, S, r.log, False)
         end_inactive(problem, now, s, w, S)
@@ -302,15 +304,14 @@ def write_samples(T, t, h, reached, s, w, out):
         when = out.time[at]
         if when > reached:
             return
-        theta = place(w.scaling[0], min(1.0, max(0.0, (when - t) / h))) if h > 0.0 else 1.0
+        theta = 1.0
         if h > 0.0:
+            theta = place(w.scaling[0], min(1.0, max(0.0, (when - t) / h)))
             dense_value(theta, T.pattern, s.y, w.dense, out.state[at])
+            integrals_at(T, theta, h, s, w, out.total[at])
         else:
             for i in range(s.y.size):
                 out.state[at, i] = s.y[i]
-        if h > 0.0:
-            integrals_at(T, theta, h, s, w, out.total[at])
-        else:
             for q in range(s.total.size):
                 out.total[at, q] = s.total[q]
         for k in range(s.mode.size):

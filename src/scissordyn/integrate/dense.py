@@ -35,10 +35,12 @@ def explicit_dense(problem, T, t, h, s, w, S):
     last = T.stages
     for stage in range(last + 1, T.nodes.size):
         stage_state(T, stage, h, s.y, w.stages, w.inside)
-        explicit_stage(problem, T, stage, t, h, w.inside, w, S)
+        explicit_stage(problem, T, stage, t, h, w.inside, s, w, S)
     for i in range(s.y.size):
         w.dense[0, i] = w.new[i] - s.y[i]
     nest(T, h, w.stages, w.dense)
+    if s.clock[0].monitors == 0:
+        return
     for q in range(s.total.size):
         gain = 0.0
         for k in range(last):
@@ -119,6 +121,10 @@ def guards_at(problem, T, theta, t, h, s, w, S):
 @kernel(inline=True)
 def integrals_at(T, theta, h, s, w, out):
     """Integrals of the powers up to theta."""
+    if s.clock[0].monitors == 0:
+        for q in range(s.total.size):
+            out[q] = s.total[q]
+        return
     if T.kind == _EXPLICIT:
         dense_value(theta, T.pattern, s.total, w.gain, out)
         return

@@ -69,6 +69,7 @@ CLOCK = np.dtype(
         ("prepared", "i8"),  # what is known at the start of the step to come: `step.NOTHING` and so on
         ("stalled", "i8"),  # trials and events without progress in time
         ("crosses", "i8"),  # whether steps go across roots of guards as long as their error allows it
+        ("monitors", "i8"),  # whether powers are integrated and numbers monitored
     ]
 )
 COUNTS = np.dtype([(name, "i8") for name in ("steps", "rejected", "rates", "jacobians", "events", "samples", "recorded")])
@@ -276,7 +277,7 @@ def reset_state(state: State, y: np.ndarray, *, crosses: bool) -> None:
     """Begin anew at the start y at t = 0; what is the problem's own stays as it is."""
     state.clock[:], state.counts[:] = 0, 0
     state.clock["last_event"], state.clock["reach"], state.clock["longest"] = NO_EVENT, np.inf, np.inf
-    state.clock["crosses"] = int(crosses)
+    state.clock["crosses"], state.clock["monitors"] = int(crosses), 1
     state.y[:] = y
     state.total[:], state.monitored[:], state.peak[:] = 0.0, 0.0, 0.0
     state.band[:, 1:] = np.nan

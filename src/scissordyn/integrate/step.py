@@ -30,7 +30,8 @@ def prepare(problem, T, t, s, w, S):
         problem.linearise(t, s.y, S, w.slope, w.slope_t)
         counts.jacobians += 1
     if clock.prepared == NOTHING:
-        problem.monitor(t, s.y, S, w.power_at_start, s.monitored)
+        if clock.monitors == 1:
+            problem.monitor(t, s.y, S, w.power_at_start, s.monitored)
         problem.guards(t, s.y, S, w.start_value, w.start_rate)
     clock.prepared = EVERYTHING
 
@@ -79,12 +80,12 @@ def stage_state(T, stage, h, y, K, target):
 
 
 @kernel(inline=True)
-def explicit_stage(problem, T, stage, t, h, target, w, S):
+def explicit_stage(problem, T, stage, t, h, target, s, w, S):
     """Slope and powers by s at a stage, at the state `target`."""
     scaling = w.scaling[0]
     now = t + fraction(scaling, T.nodes[stage]) * h
     problem.rate(now, target, S, w.stages[stage])
-    if T.followed[stage] == 1:
+    if T.followed[stage] == 1 and s.clock[0].monitors == 1:
         problem.monitor(now, target, S, w.power[stage], w.monitored[stage])
     if scaling == EVEN:
         return
@@ -109,7 +110,7 @@ def explicit_step(problem, T, t, h, s, w, S):
     for stage in range(1, T.stages + 1):
         target = w.new if stage == T.stages else w.inside
         stage_state(T, stage, h, s.y, w.stages, target)
-        explicit_stage(problem, T, stage, t, h, target, w, S)
+        explicit_stage(problem, T, stage, t, h, target, s, w, S)
 
 
 @kernel(inline=True)

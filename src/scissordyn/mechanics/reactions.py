@@ -41,7 +41,7 @@ REFINEMENTS = 3
 FEW = 6
 """Up to so many unknowns their order does not matter."""
 
-LANES = 8
+LANES = 32
 """Instants that are solved side by side, so that the processor's vector units are used."""
 
 PROBES = 3

@@ -309,6 +309,12 @@ class Driver:
         self._exchange(steps=make_record(RECORD_ROWS, self.state))
         self.state.counts["recorded"] = 0
 
+    def monitor(self, on: bool) -> None:
+        """Integrate powers and monitor numbers from here on, or leave both as they are; the motion does not depend on it."""
+        clock = self.state.clock
+        if bool(clock["monitors"][0]) != on:
+            clock["monitors"], clock["prepared"] = int(on), 0
+
     def clear_log(self) -> None:
         """Forget the events so far, and what delayed feedback no longer looks back at."""
         self.state.counts["events"] = 0

@@ -81,7 +81,7 @@ def ideal_path(mechanism: Mechanism, options: Options) -> IdealPath:
     while True:
         # every other instant lies between two rows, and shows the error there
         times = np.linspace(0.0, options.until, 2 * intervals + 1)
-        path = compute(ideal, smooth, times=times)
+        path = compute(ideal, smooth, times=times, monitor=False)
         if path.status == "interrupted":  # before anything of the run itself has been computed
             raise KeyboardInterrupt
         found = record(path.reduced, path.system, path.samples)

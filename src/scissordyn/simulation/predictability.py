@@ -213,6 +213,7 @@ def _repeated(
 ) -> _Repeated:
     """Run again piece by piece, as long as both runs agree."""
     driver, _, _ = make_driver(path.reduced, options)
+    driver.monitor(False)
     driver.sample_at(compared.time)
     began = clocks.perf_counter()
     if keeper is not None:

@@ -131,6 +131,7 @@ def run_cycles(
     options: Options,
     *,
     cycles: int,
+    keep: int | None = None,
     phase: float = 0.0,
     start: StartKind | Snapshot = "concentric",
     progress: Callable[[float], None] | None = None,
@@ -143,6 +144,8 @@ def run_cycles(
     options : Options
         `until` is the period, `most_steps` the most for one cycle; `start` only for the choice of the method.
     cycles : int
+    keep : int, optional
+        How many of the last cycles are wanted with forces and energies, which take part of the time; all if not given.
     phase : float
     start : str or Snapshot
     progress : callable, optional
@@ -153,6 +156,9 @@ def run_cycles(
     """
     if isinstance(cycles, bool) or not isinstance(cycles, int) or cycles < 1:
         raise InputError(f"cycles = {cycles!r}", "a whole number >= 1")
+    keep = cycles if keep is None else keep
+    if isinstance(keep, bool) or not isinstance(keep, int) or keep < 1:
+        raise InputError(f"keep = {keep!r}", "a whole number >= 1")
     if not 0.0 <= phase < 1.0:
         raise InputError(f"phase = {phase!r}", "a fraction of the period, at least 0 and below 1")
     period = options.until
@@ -163,20 +169,20 @@ def run_cycles(
         driver.restore(start)
     first = round(driver.time / period)
     check_tables(mechanism, (first + cycles) * period)
-    return _cycled(driver, options, choice, first, cycles, phase, progress)
+    return _cycled(driver, options, choice, range(first, first + cycles), keep, phase, progress)
 
 
 def _cycled(
     driver: Driver,
     options: Options,
     choice: Choice,
-    first: int,
-    cycles: int,
+    numbers: range,
+    keep: int,
     phase: float,
     progress: Callable[[float], None] | None,
 ) -> Cycles:
     """The loop over cycles."""
-    period, state = options.until, driver.state
+    period, state, first, cycles = options.until, driver.state, numbers.start, len(numbers)
     contacts = len(driver.reduced.mechanism.contacts)
     driver.sample_at((first + np.arange(cycles) + phase) * period)
     impacts, steps = np.zeros((cycles, contacts), np.int64), np.zeros(cycles, np.int64)
@@ -184,11 +190,12 @@ def _cycled(
     done, events, cause, end, status = 0, 0, "", driver.snapshot(), loop.ADVANCING
     began, before = clocks.perf_counter(), counted(state)
     try:
-        for number in range(first, first + cycles):
-            mode, total, taken = state.mode.copy(), state.total.copy(), int(state.counts["steps"][0])
+        for number in numbers:
+            mode, taken = state.mode.copy(), int(state.counts["steps"][0])
             driver.clear_log()
-            # peaks are those of the cycle; a contact that lasts across its start is monitored from there on
-            state.peak[:] = 0.0
+            driver.monitor(number >= numbers.stop - keep)
+            # energies and peaks are those of the cycle; a contact that lasts across its start is monitored from there on
+            state.total[:] = state.peak[:] = 0.0
             state.peak[:, 1] = driver.time
             status = driver.advance((number + 1) * period, most_steps=options.most_steps)
             state = driver.state
@@ -199,7 +206,7 @@ def _cycled(
             highest = np.where(state.mode == 1, state.peak[: state.mode.size, 0], 0.0)
             np.maximum.at(highest, log[:, 1].astype(np.int64), log[:, PEAK])
             peak[done] = highest[:contacts]
-            gained[done], steps[done] = state.total - total, int(state.counts["steps"][0]) - taken
+            gained[done], steps[done] = state.total, int(state.counts["steps"][0]) - taken
             end = driver.snapshot()
             done, events = done + 1, events + log.shape[0]
             if progress is not None:

@@ -148,6 +148,7 @@ def compute(
     *,
     times: np.ndarray | None = None,
     record_steps: bool = False,
+    monitor: bool = True,
     ideal: IdealPath | None = None,
     keeper: Keeper | None = None,
     part: str = "run",
@@ -164,6 +165,8 @@ def compute(
         Instants of the samples [s]; equally spaced as the options say if not given.
     record_steps : bool
         Whether to keep time and state at the end of each step.
+    monitor : bool
+        Whether energies and largest values are wanted, which take part of the time; the motion does not depend on it.
     ideal : IdealPath, optional
         That tracked points are compared with.
     keeper : Keeper, optional
@@ -181,6 +184,7 @@ def compute(
     content = driver.system.content
     still = tuple(immobile_joints(reduced, content, full_coordinates(reduced, content, prepared.y, 0.0)))
     driver.sample_at(np.linspace(0.0, options.until, options.samples) if times is None else times)
+    driver.monitor(monitor)
     if record_steps:
         driver.record_steps()
     if ideal is not None:

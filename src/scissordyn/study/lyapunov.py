@@ -145,6 +145,8 @@ class _Pair:
         reduced = reduce_mechanism(mechanism)
         self.n, self.system, self.pulse, self.distance = reduced.free, make_system(reduced), pulse, distance * pulse
         self.drivers = [make_driver(reduced, options)[0] for _ in range(2)]
+        for driver in self.drivers:
+            driver.monitor(False)
         self.growth: list[float] = []
         self.together = 0
         reference = self.drivers[0].snapshot()
@@ -222,7 +224,7 @@ def variational_exponent(
     pulse, part = 2.0 * math.pi / period, period / intervals
     # samples at the ends and the middles of all substeps
     rows = 2 * cycles * intervals * substeps + 1
-    path = compute(mechanism, Options(cycles * period, start, rows, rtol, atol, method))
+    path = compute(mechanism, Options(cycles * period, start, rows, rtol, atol, method), monitor=False)
     tangent = _first_tangent(path.system, path.samples.state[0], path.reduced.free, pulse, seed)
     growth = []
     for interval in range((path.samples.time.size - 1) // (2 * substeps)):

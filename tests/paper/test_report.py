@@ -11,7 +11,7 @@ import pytest
 
 from scissordyn.cli import compiling
 from scissordyn.cli import paper as command
-from scissordyn.cli.study import Where
+from scissordyn.cli.where import Where
 from scissordyn.config.file import read_case
 from scissordyn.errors import InputError
 from scissordyn.paper import controlled, periodic

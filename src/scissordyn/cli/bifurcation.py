@@ -14,6 +14,7 @@ import typer
 from scissordyn.cli.interrupt import tell_where
 from scissordyn.cli.output import check_file
 from scissordyn.cli.status import DONE, INTERRUPTED, UNFINISHED
+from scissordyn.cli.where import QueueFile, Scheduler, ThreadCount, Where, WorkerCount
 from scissordyn.errors import InputError, did_you_mean, printable
 
 if TYPE_CHECKING:
@@ -32,10 +33,10 @@ def bifurcation(
     keep: Annotated[int | None, typer.Option(help="Number of last periods to keep; half if not given.", min=1)] = None,
     follow: Annotated[bool, typer.Option("--follow", help="Start each value where the one before ended.")] = False,
     tolerance: Annotated[float, typer.Option(help="Relative tolerance.", min=1e-14, max=1e-2)] = 1e-6,
-    threads: Annotated[int | None, typer.Option(help="Threads of this process; one per processor if not given.", min=1)] = None,
-    workers: Annotated[int | None, typer.Option(help="Processes on this machine instead.", min=1)] = None,
-    scheduler: Annotated[str | None, typer.Option(metavar="ADDRESS", help="Workers of a dask scheduler instead.")] = None,
-    cluster: Annotated[Path | None, typer.Option(metavar="FILE", help="Workers that a queueing system starts instead.")] = None,
+    threads: ThreadCount = None,
+    workers: WorkerCount = None,
+    scheduler: Scheduler = None,
+    cluster: QueueFile = None,
     output: Annotated[
         Path | None, typer.Option("-o", "--output", help="Save the diagram to this NetCDF file, and continue it.")
     ] = None,
@@ -57,7 +58,6 @@ def bifurcation(
 
     import numpy as np
 
-    from scissordyn.cli.study import Where
     from scissordyn.config.file import read_case
     from scissordyn.model.address import number
     from scissordyn.simulation.cycles import recorded

@@ -14,9 +14,9 @@ import typer
 from scissordyn.cli.interrupt import tell_where
 from scissordyn.cli.output import check_folder
 from scissordyn.cli.status import DONE, INTERRUPTED
+from scissordyn.cli.where import Where
 
 if TYPE_CHECKING:
-    from scissordyn.cli.study import Where
     from scissordyn.paper.verdict import Verdict
 
 __all__ = ["paper"]
@@ -65,7 +65,6 @@ def paper(
 
 def _where(threads: int | None, workers: int | None, figure: int | None) -> Where:
     """Processes unless threads are asked for: what a run has beside its loop is Python, which threads do one at a time."""
-    from scissordyn.cli.study import Where
     from scissordyn.study.engine import processors
 
     several = min(processors(), MOST_WORKERS)

@@ -27,6 +27,7 @@ def read_run(path: Path, *, samples: int = 2) -> xr.Dataset:
     -------
     Dataset
     """
+    from scissordyn.simulation.configuration import is_run
     from scissordyn.simulation.store import load
 
     if not path.exists():
@@ -34,7 +35,7 @@ def read_run(path: Path, *, samples: int = 2) -> xr.Dataset:
     if path.suffix.lower() == ".toml":
         raise InputError(f"'{path}' is a case file", "a run that was saved", f"scissordyn run {path} -o {path.stem}.nc")
     run = load(path)
-    if run.attrs.get("title") != "scissordyn run":
+    if not is_run(run):
         raise InputError(f"'{path}' holds a '{run.attrs.get('title')}'", "a run of 'scissordyn run'")
     if run.sizes.get("time", 0) < samples:
         raise InputError(f"'{path}' holds a run of {run.sizes.get('time', 0)} samples", f"a run of {samples} or more")

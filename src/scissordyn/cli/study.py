@@ -6,7 +6,7 @@ import sys
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -14,15 +14,15 @@ import typer
 
 from scissordyn.cli.interrupt import tell_where
 from scissordyn.cli.status import DONE, INTERRUPTED, UNFINISHED
+from scissordyn.cli.where import QueueFile, Scheduler, ThreadCount, Where, WorkerCount
 from scissordyn.errors import InputError, did_you_mean, printable
 
 if TYPE_CHECKING:
     from scissordyn.study.description import Study
-    from scissordyn.study.engine import Engine
     from scissordyn.study.execute import Progress
     from scissordyn.study.store import Store
 
-__all__ = ["Where", "compute", "study"]
+__all__ = ["compute", "study"]
 
 ACTIONS = ("status", "resume", "retry", "extend", "report", "export", "replay")
 
@@ -36,43 +36,6 @@ EVERY = 30.0
 """Seconds between two lines of progress where there is no terminal."""
 
 
-@dataclass(frozen=True)
-class Where:
-    """Where the blocks of a study are done.
-
-    Parameters
-    ----------
-    threads, workers : int or None
-    scheduler : str or None
-    cluster : Path or None
-    """
-
-    threads: int | None = None
-    workers: int | None = None
-    scheduler: str | None = None
-    cluster: Path | None = None
-
-    @contextmanager
-    def engine(self) -> Iterator[Engine]:
-        """The engine; one choice at most."""
-        from scissordyn.study.engine import Cluster, Threads
-
-        chosen = [name for name in ("threads", "workers", "scheduler", "cluster") if getattr(self, name) is not None]
-        if len(chosen) > 1:
-            raise InputError(f"--{' and --'.join(chosen)}", "one of them")
-        if self.workers is not None:
-            with Cluster.local(self.workers) as engine:
-                yield engine
-        elif self.scheduler is not None:
-            with Cluster.joined(self.scheduler) as engine:
-                yield engine
-        elif self.cluster is not None:
-            with Cluster.queued(self.cluster) as engine:
-                yield engine
-        else:
-            yield Threads(self.threads)
-
-
 def study(
     what: Annotated[str, typer.Argument(help=f"A study file, or one of: {', '.join(ACTIONS)}.")],
     store: Annotated[str | None, typer.Argument(help="The store, after one of these words.")] = None,
@@ -82,10 +45,10 @@ def study(
     ] = None,
     plot: Annotated[Path | None, typer.Option(help="Also draw the pictures of a report into this folder.")] = None,
     points: Annotated[int | None, typer.Option(help="Points from now on, for extend.", min=1)] = None,
-    threads: Annotated[int | None, typer.Option(help="Threads of this process; one per processor if not given.", min=1)] = None,
-    workers: Annotated[int | None, typer.Option(help="Processes on this machine instead.", min=1)] = None,
-    scheduler: Annotated[str | None, typer.Option(metavar="ADDRESS", help="Workers of a dask scheduler instead.")] = None,
-    cluster: Annotated[Path | None, typer.Option(metavar="FILE", help="Workers that a queueing system starts instead.")] = None,
+    threads: ThreadCount = None,
+    workers: WorkerCount = None,
+    scheduler: Scheduler = None,
+    cluster: QueueFile = None,
     block: Annotated[int | None, typer.Option(help="Cases of a block of a new store.", min=1)] = None,
     allow_code: Annotated[
         list[Path] | None, typer.Option(metavar="FILE", help="A Python file of yours that the study uses. Repeatable.")

@@ -7,6 +7,7 @@ from typing import Annotated
 
 import typer
 
+from scissordyn.cli.where import QueueFile, Scheduler, ThreadCount, Where, WorkerCount
 from scissordyn.errors import InputError
 
 __all__ = ["sweep"]
@@ -41,14 +42,14 @@ def sweep(
     change: Annotated[
         list[str] | None, typer.Option("--set", metavar="KEY=VALUE", help="Change a value of the case. Repeatable.")
     ] = None,
-    threads: Annotated[int | None, typer.Option(help="Threads of this process; one per processor if not given.", min=1)] = None,
-    workers: Annotated[int | None, typer.Option(help="Processes on this machine instead.", min=1)] = None,
-    scheduler: Annotated[str | None, typer.Option(metavar="ADDRESS", help="Workers of a dask scheduler instead.")] = None,
-    cluster: Annotated[Path | None, typer.Option(metavar="FILE", help="Workers that a queueing system starts instead.")] = None,
+    threads: ThreadCount = None,
+    workers: WorkerCount = None,
+    scheduler: Scheduler = None,
+    cluster: QueueFile = None,
     block: Annotated[int | None, typer.Option(help="Cases of a block of a new store.", min=1)] = None,
 ) -> int:
     """Vary numbers of a case, keep all results in a store, and say where requirements are met."""
-    from scissordyn.cli.study import Where, compute
+    from scissordyn.cli.study import compute
     from scissordyn.config.study import StudyText, study_of
     from scissordyn.study.description import Sampling
     from scissordyn.study.design import Design

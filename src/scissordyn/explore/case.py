@@ -20,7 +20,7 @@ from scissordyn.errors import InputError
 from scissordyn.explore.field import Field, fields_of_mechanism, fields_of_tree
 from scissordyn.laws.catalogue import BY_KIND
 from scissordyn.model.mechanism import Mechanism
-from scissordyn.simulation.configuration import read_configuration
+from scissordyn.simulation.configuration import is_run, read_configuration
 from scissordyn.simulation.options import Options
 from scissordyn.simulation.store import load
 
@@ -188,7 +188,7 @@ def open_case(path: Path, allowed: Sequence[Path] = ()) -> Case:
     if path.suffix.lower() == ".nc":
         run = load(path)
         configuration = read_configuration(run)
-        if configuration.options is None or run.attrs.get("title") != "scissordyn run":
+        if configuration.options is None or not is_run(run):
             raise InputError(f"'{path}' is not a run", "a run of 'scissordyn run', or a case file")
         return RunCase(
             path.name, configuration.build_mechanism([file for file in allowed if file.suffix == ".py"]), configuration.options

@@ -36,7 +36,7 @@ from scissordyn.plot.style import BLACK, BLUE, GREEN, ORANGE, PURPLE, SKY, VERMI
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["MOST_POINTS", "Curves"]
+__all__ = ["Curves"]
 
 MOST_POINTS = 4000
 """Points of a curve in the browser; of longer runs each interval keeps its smallest and its largest value."""

@@ -15,7 +15,7 @@ from scissordyn.plot.file import svg
 from scissordyn.plot.structure import structure
 from scissordyn.simulation.store import save
 
-__all__ = ["SAVED", "saved"]
+__all__ = ["saved"]
 
 Made = tuple[str, str, bytes]
 """Name, type of content, and content of a file."""

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
     from scissordyn.explore.case import Case
 
-__all__ = ["MOST_PINS", "Pinned", "Session"]
+__all__ = ["Pinned", "Session"]
 
 MOST_PINS = 3
 """Runs that can be compared at the same time."""

@@ -9,7 +9,7 @@ from typing import Any
 import param
 from panel.custom import JSComponent
 
-__all__ = ["CANVAS", "Canvas", "Form", "Toolbar"]
+__all__ = ["Canvas", "Form", "Toolbar"]
 
 ASSETS = Path(__file__).parent / "assets"
 CANVAS = (ASSETS / "canvas.js").read_text(encoding="utf-8")

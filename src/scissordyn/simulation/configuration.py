@@ -20,9 +20,20 @@ from scissordyn.model.mechanism import Mechanism
 from scissordyn.model.record import to_plain
 from scissordyn.simulation.options import Options
 
-__all__ = ["ATTRIBUTE", "Configuration", "number_attribute", "read_configuration", "write_configuration"]
+__all__ = [
+    "ATTRIBUTE",
+    "TITLE",
+    "Configuration",
+    "is_run",
+    "number_attribute",
+    "read_configuration",
+    "write_configuration",
+]
 
 ATTRIBUTE = "configuration"
+
+TITLE = "scissordyn run"
+"""Of what `simulate` returns; a map or a diagram has a configuration too, and is not run again from it."""
 
 ENTRIES = ("mechanism", "options", "diagram")
 
@@ -69,6 +80,11 @@ class Configuration:
         files = [allow_code] if isinstance(allow_code, str | os.PathLike) else allow_code
         mechanism: Mechanism = build(self.mechanism, allow_code=[Path(file) for file in files])
         return mechanism
+
+
+def is_run(data: xr.Dataset) -> bool:
+    """Whether `simulate` made it."""
+    return data.attrs.get("title") == TITLE
 
 
 def read_configuration(run: xr.Dataset) -> Configuration:

@@ -36,7 +36,7 @@ from scissordyn.model.guide_clearance import ContactPoint
 from scissordyn.model.joint import Guide
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.simulation.cause import singular_position
-from scissordyn.simulation.configuration import write_configuration
+from scissordyn.simulation.configuration import TITLE, write_configuration
 from scissordyn.simulation.contacts import columns, contacts
 from scissordyn.simulation.events import event_variables, switching_losses
 from scissordyn.simulation.options import Options
@@ -99,7 +99,7 @@ def to_dataset(mechanism: Mechanism, options: Options, path: Trajectory) -> xr.D
         raise InputError(f"a component's variable '{name}', which every run has", "another section or name of the output")
     variables |= components
     attributes = {
-        "title": "scissordyn run",
+        "title": TITLE,
         "status": path.status,
         "cause": path.cause,
         "end": path.end,

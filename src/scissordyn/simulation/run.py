@@ -13,7 +13,7 @@ from scissordyn.errors import InputError
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.simulation.branching import passing_warnings
 from scissordyn.simulation.checkpoint import Checkpoint, Keeper, open_checkpoint
-from scissordyn.simulation.configuration import read_configuration
+from scissordyn.simulation.configuration import is_run, read_configuration
 from scissordyn.simulation.dataset import to_dataset
 from scissordyn.simulation.ideal_path import ideal_path
 from scissordyn.simulation.options import EventKind, Options, StartKind
@@ -25,9 +25,6 @@ from scissordyn.simulation.warn import contact_failures, run_warnings
 from scissordyn.units import Meaning, checked
 
 __all__ = ["replay", "simulate"]
-
-TITLE = "scissordyn run"
-"""Of what `simulate` returns: a map or a diagram has a configuration too, and is not run again from it."""
 
 
 @checked
@@ -133,7 +130,7 @@ def replay(
         If it is no run of `simulate`, or uses a function that is in none of the allowed files.
     """
     configuration = read_configuration(run)
-    if configuration.options is None or run.attrs.get("title") != TITLE:
+    if configuration.options is None or not is_run(run):
         given = run.attrs.get("title", "a dataset without a title")
         raise InputError(f"replay of {given!r:.60}", "a Dataset that simulate() made", _MAKERS.get(str(given), ""))
     return _simulate(configuration.build_mechanism(allow_code), configuration.options, progress, checkpoint)

@@ -140,8 +140,9 @@ def by_point(study: Study, results: xr.Dataset) -> xr.Dataset:
         about = {"units": response_unit(results, one), "role": "response"}
         variables[name] = ("point", _mean(cells.reshape(count, -1)), {**about, "long_name": f"mean {name}"})
         variables[f"worst {name}"] = ("point", _extreme(cells.reshape(count, -1), one.smallest), {**about, "role": "worst"})
-        variables[f"spread {name}"] = ("point", _spread(cells), {"units": "1", "role": "spread"})
-        differs |= _spread(cells) > AGREEMENT
+        spread = _spread(cells)
+        variables[f"spread {name}"] = ("point", spread, {"units": "1", "role": "spread"})
+        differs |= spread > AGREEMENT
     for one in (one for name in study.measure_names for one in whole_responses(results, name)):
         differs |= _spread(np.where(complete, response_values(results, one)[rows].reshape(shape), np.nan)) > AGREEMENT
     met = _met(study, results)[rows].reshape(shape)

@@ -173,9 +173,7 @@ def _compute(
 def _row(case: DiagramCase) -> DiagramRow:
     """Compute one value."""
     began, worked = time.perf_counter(), time.thread_time()
-    found = run_cycles(
-        case.mechanism, case.options, cycles=case.cycles, keep=case.keep, phase=case.phase, start=case.start
-    )
+    found = run_cycles(case.mechanism, case.options, cycles=case.cycles, keep=case.keep, phase=case.phase, start=case.start)
     if found.status == "interrupted":
         raise KeyboardInterrupt
     first = case.cycles - case.keep

@@ -15,7 +15,6 @@ from scipy import special
 from scissordyn.errors import InputError, did_you_mean
 
 __all__ = [
-    "VARIATIONS",
     "Interval",
     "Levels",
     "LogNormal",

@@ -17,7 +17,7 @@ from scissordyn.study.store import COMPLETE, FAILED, PENDING
 if TYPE_CHECKING:
     import pandas as pd
 
-__all__ = ["ENDINGS", "export", "table"]
+__all__ = ["export", "table"]
 
 ENDINGS = (".csv", ".parquet", ".nc")
 

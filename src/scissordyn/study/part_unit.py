@@ -9,7 +9,7 @@ from scissordyn.model.mechanism import Mechanism
 from scissordyn.simulation.measure import component_units
 from scissordyn.study.requirement import BY_COMPONENT, Response, units_of_parts
 
-__all__ = ["check_unit", "possible_units", "whole_responses"]
+__all__ = ["check_unit", "whole_responses"]
 
 
 def possible_units(mechanism: Mechanism, response: Response) -> tuple[str, ...]:

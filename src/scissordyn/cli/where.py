@@ -1,0 +1,60 @@
+"""Where a command computes: its options, and the engine that they ask for."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from scissordyn.errors import InputError
+
+if TYPE_CHECKING:
+    from scissordyn.study.engine import Engine
+
+__all__ = ["QueueFile", "Scheduler", "ThreadCount", "Where", "WorkerCount"]
+
+ThreadCount = Annotated[int | None, typer.Option(help="Threads of this process; one per processor if not given.", min=1)]
+WorkerCount = Annotated[int | None, typer.Option(help="Processes on this machine instead.", min=1)]
+Scheduler = Annotated[str | None, typer.Option(metavar="ADDRESS", help="Workers of a dask scheduler instead.")]
+QueueFile = Annotated[Path | None, typer.Option(metavar="FILE", help="Workers that a queueing system starts instead.")]
+
+
+@dataclass(frozen=True)
+class Where:
+    """Where cases are computed.
+
+    Parameters
+    ----------
+    threads, workers : int or None
+    scheduler : str or None
+    cluster : Path or None
+    """
+
+    threads: int | None = None
+    workers: int | None = None
+    scheduler: str | None = None
+    cluster: Path | None = None
+
+    @contextmanager
+    def engine(self) -> Iterator[Engine]:
+        """The engine; one choice at most."""
+        from scissordyn.study.engine import Cluster, Threads
+
+        chosen = [name for name in ("threads", "workers", "scheduler", "cluster") if getattr(self, name) is not None]
+        if len(chosen) > 1:
+            raise InputError(f"--{' and --'.join(chosen)}", "one of them")
+        if self.workers is not None:
+            with Cluster.local(self.workers) as engine:
+                yield engine
+        elif self.scheduler is not None:
+            with Cluster.joined(self.scheduler) as engine:
+                yield engine
+        elif self.cluster is not None:
+            with Cluster.queued(self.cluster) as engine:
+                yield engine
+        else:
+            yield Threads(self.threads)

@@ -1,5 +1,6 @@
 """Bifurcation diagrams."""
 
+import json
 from pathlib import Path
 
 import numpy as np
@@ -56,6 +57,16 @@ def test_each_value_is_a_run(impacting, diagram):
         for name in ("slider_velocity", "eccentricity", "impacts", "peak_force", "cycle"):
             row = diagram[name] if name == "cycle" else diagram[name].isel(value=k)
             np.testing.assert_array_equal(row.values, run[name].values)
+        assert str(diagram["warnings"].values[k]) == "\n".join(json.loads(run.attrs["warnings"]))
+
+
+def test_warnings(diagram):
+    """Identity: what several values warn of stands once among those of the diagram, with the first of them."""
+    said = [str(text) for text in diagram["warnings"].values]
+    assert all("contacts start faster than" in text for text in said[1:])
+    (warning,) = (text for text in json.loads(diagram.attrs["warnings"]) if "contacts start faster than" in text)
+    first = next(k for k, text in enumerate(said) if "contacts start faster than" in text)
+    assert warning == f"A.clearance = {CLEARANCES[first]:g}, the first of {3 - first} values: {said[first].splitlines()[0]}"
 
 
 def test_two_threads_give_the_same(impacting, diagram):

@@ -117,6 +117,22 @@ def test_keep(impacting):
     xr.testing.assert_identical(kept.drop_attrs(), whole.isel(cycle=slice(2, None)).drop_attrs())
 
 
+def of_joint(run: xr.Dataset) -> list[str]:
+    """The warnings about the laws of joint A."""
+    return [text for text in json.loads(run.attrs["warnings"]) if text.startswith("joint 'A'")]
+
+
+def test_warnings(impacting):
+    """Cross-check: those about the laws are the ones of a run over the same time; cycles not kept have no part in them."""
+    options = {"rtol": 1e-9, "atol": 1e-9}
+    whole = cycle(impacting, cycles=2, **options)
+    assert of_joint(whole) == of_joint(simulate(impacting, until=2 * PERIOD, **options))
+    assert "contacts start faster than" in of_joint(whole)[0]
+    last = cycle(impacting, cycles=2, keep=1, **options)
+    assert of_joint(last) == of_joint(cycle(impacting, cycles=1, start=cycle(impacting, cycles=1, **options), **options))
+    assert of_joint(last) != of_joint(whole)
+
+
 def test_a_cycle_that_fails(impacting):
     """Identity: a failed run has time and cause, and the complete cycles before, without NaN."""
     whole = cycle(impacting, cycles=6)

@@ -1,5 +1,7 @@
 """Members whose starts differ by round-off."""
 
+import json
+
 import numpy as np
 import pytest
 
@@ -24,6 +26,14 @@ def test_irregular_motion_diverges(impacting, diverging):
     np.testing.assert_array_equal(agreeing[: diverging.attrs["trusted_cycles"]], 1.0)
     assert agreeing[-1] < 1.0
     np.testing.assert_array_equal(diverging["slider_velocity"].values[0], cycle(impacting, cycles=8)["slider_velocity"])
+
+
+def test_warnings(impacting, diverging):
+    """Cross-check: what members warn of stands once, as the first of them says it."""
+    alone = cycle(impacting, cycles=8)
+    said = json.loads(diverging.attrs["warnings"])
+    assert said == json.loads(alone.attrs["warnings"])
+    assert any("contacts start faster than" in text for text in said)
 
 
 def test_means_and_spread(diverging):

@@ -24,7 +24,7 @@ from scissordyn.simulation.configuration import write_configuration
 from scissordyn.simulation.interrupt import look, stopped_by
 from scissordyn.simulation.measure import COMPONENT_UNIT, MEASURES, Ended, Measure, component_units, parts_of
 from scissordyn.simulation.options import EventKind, Options, StartKind
-from scissordyn.simulation.warn import accumulated_warnings
+from scissordyn.simulation.warn import Extremes
 
 __all__ = ["simulate_many"]
 
@@ -200,7 +200,9 @@ class _Batch:
         """Write the measures of a case that is complete, and its warnings."""
         for name, measure in self.measures.items():
             self.values[name][case] = measure.value(ended)
-        self.warnings[case] = "\n".join([*warned, *accumulated_warnings(ended)])
+        extremes = Extremes(ended.mechanism)
+        extremes.add(ended.driver)
+        self.warnings[case] = "\n".join([*warned, *extremes.warnings()])
         self.seconds[case] = seconds
         self.status[case] = "complete"
 

@@ -78,8 +78,9 @@ def cycle(
         named after their joint or component). Variables that begin with "end" are the final state, from which a run can be
         continued. Numbers are in SI; a variable whose entries have different units has no attribute "units". Attributes: status
         ("complete", "interrupted" or "failed"), cause, period, cycles_per_second, statistics, configuration. A run that fails
-        in cycle k has the cycles before k. "warnings" names the singular positions that the drives lead through in a period;
-        those of a motion that the drives do not determine are not looked for.
+        in cycle k has the cycles before k. "warnings" says where laws are outside their range or controllers at their limits in
+        the cycles returned, and names the singular positions that the drives lead through in a period; those of a motion that
+        the drives do not determine are not looked for.
 
     Raises
     ------
@@ -243,7 +244,7 @@ def _to_dataset(mechanism: Mechanism, options: Options, found: Cycles, phase: fl
         "end_cycle": found.first + found.steps.size,
         "cycles_per_second": found.statistics["cycles_per_second"],
         "statistics": json.dumps(found.statistics),
-        "warnings": json.dumps(drive_warnings(mechanism, options.until)),
+        "warnings": json.dumps([*found.warnings, *drive_warnings(mechanism, options.until)]),
         "configuration": write_configuration(mechanism, options),
     }
     return run

@@ -24,6 +24,7 @@ from scissordyn.simulation.options import Options, StartKind
 from scissordyn.simulation.snapshot import Snapshot
 from scissordyn.simulation.time_functions import check_tables, prescribed
 from scissordyn.simulation.trajectory import broken_off, make_driver
+from scissordyn.simulation.warn import Extremes
 
 __all__ = ["Cycles", "drive_period", "run_cycles", "start_state"]
 
@@ -61,6 +62,8 @@ class Cycles:
         Cause if it is not complete.
     statistics : dict
         Method, steps, rejected, rates, jacobians, events, seconds of integration, cycles per second.
+    warnings : tuple of str
+        Of the start, and of the cycles that are kept.
     """
 
     reduced: ReducedModel
@@ -76,6 +79,7 @@ class Cycles:
     status: str
     cause: str
     statistics: dict[str, str | int | float]
+    warnings: tuple[str, ...]
 
 
 def drive_period(mechanism: Mechanism) -> float:
@@ -162,14 +166,16 @@ def run_cycles(
     if not 0.0 <= phase < 1.0:
         raise InputError(f"phase = {phase!r}", "a fraction of the period, at least 0 and below 1")
     period = options.until
-    driver, _, choice = make_driver(
+    driver, prepared, choice = make_driver(
         reduce_mechanism(mechanism), replace(options, start=start) if isinstance(start, str) else options
     )
     if isinstance(start, Snapshot):
         driver.restore(start)
+    warned = prepared.warnings if isinstance(start, str) else ()
     first = round(driver.time / period)
     check_tables(mechanism, (first + cycles) * period)
-    return _cycled(driver, options, choice, range(first, first + cycles), keep, phase, progress)
+    found = _cycled(driver, options, choice, range(first, first + cycles), keep, phase, progress)
+    return replace(found, warnings=(*warned, *found.warnings))
 
 
 def _cycled(
@@ -187,6 +193,7 @@ def _cycled(
     driver.sample_at((first + np.arange(cycles) + phase) * period)
     impacts, steps = np.zeros((cycles, contacts), np.int64), np.zeros(cycles, np.int64)
     fraction, peak, gained = np.zeros((cycles, contacts)), np.zeros((cycles, contacts)), np.zeros((cycles, len(POWERS)))
+    extremes = Extremes(driver.reduced.mechanism)
     done, events, cause, end, status = 0, 0, "", driver.snapshot(), loop.ADVANCING
     began, before = clocks.perf_counter(), counted(state)
     try:
@@ -199,6 +206,8 @@ def _cycled(
             state.peak[:, 1] = driver.time
             status = driver.advance((number + 1) * period, most_steps=options.most_steps)
             state = driver.state
+            if state.clock["monitors"][0]:
+                extremes.add(driver)
             if status != loop.FINISHED:
                 break
             log, begin = driver.log, number * period
@@ -242,6 +251,7 @@ def _cycled(
             "seconds": seconds,
             "cycles_per_second": done / seconds if seconds > 0.0 else math.nan,
         },
+        warnings=tuple(extremes.warnings()),
     )
 
 

@@ -3,17 +3,21 @@
 from __future__ import annotations
 
 import math
+from typing import TYPE_CHECKING
 
 import numpy as np
 import xarray as xr
 
 from scissordyn.component.actuator import Actuator
+from scissordyn.integrate.integration import RISE
 from scissordyn.laws.validity import contact_failure, contact_warnings
 from scissordyn.mechanics.monitored import COMPONENT_FORCE, EXCEEDED, FRICTION_RATIO, INDENTATION
 from scissordyn.model.mechanism import Mechanism
-from scissordyn.simulation.measure import Ended
 
-__all__ = ["accumulated_warnings", "contact_failures", "energy_turned_over", "run_warnings"]
+if TYPE_CHECKING:
+    from scissordyn.simulation.driver import Driver
+
+__all__ = ["Extremes", "contact_failures", "energy_turned_over", "run_warnings"]
 
 TURNED_OVER = (
     "kinetic_energy",
@@ -81,37 +85,58 @@ def run_warnings(mechanism: Mechanism, run: xr.Dataset, immobile: tuple[str, ...
     return list(dict.fromkeys(found))
 
 
-def accumulated_warnings(ended: Ended) -> list[str]:
-    """The warnings that follow from what a run accumulates, without samples: of contact laws, friction and controllers.
-
-    Singular positions, redundant joints, and an energy balance that does not close are reported by single runs only.
+class Extremes:
+    """What contacts, friction and controllers have come to at most in one or more stretches of a run.
 
     Parameters
     ----------
-    ended : Ended
-
-    Returns
-    -------
-    list of str
+    mechanism : Mechanism
     """
-    mechanism, depth, found = ended.mechanism, ended.peaks(INDENTATION).tolist(), list[str]()
-    for number, joint in enumerate(mechanism.contacts):
-        assert joint.clearance is not None
-        failed = contact_failure(joint.name, joint.clearance.contact, depth[number])
-        found += [f"the contact model has failed: {failed}"] if failed else []
-        speeds = [contact.approach_speed for contact in ended.by_joint[number]]
-        found += _of_contact(mechanism, number, speeds, depth[number])
-    monitor = ended.driver.system.content.model.monitor
-    joints = monitor[monitor[:, 0] == FRICTION_RATIO, 1].tolist()
-    for joint_number, row in zip(joints, ended.rows(FRICTION_RATIO).tolist() if joints else (), strict=True):
-        ratio, lasting = ended.driver.state.peak[row, 0], ended.driver.state.peak[row, 3]
-        if lasting > 0.0:
-            found.append(_exceeding(mechanism.contacts[joint_number].name, ratio, lasting))
-    for number, part in enumerate(mechanism.components):
-        limit = getattr(part.controller, "limit", None) if isinstance(part, Actuator) else None
-        if limit is not None and ended.peaks(COMPONENT_FORCE)[number] >= AT_LIMIT * limit:
-            found.append(f"actuator '{part.name}': the controller reaches its limit of {limit:g} N m")
-    return list(dict.fromkeys(found))
+
+    def __init__(self, mechanism: Mechanism) -> None:
+        self.mechanism = mechanism
+        self._speeds: list[list[float]] = [[] for _ in mechanism.contacts]
+        self._indentation = np.zeros(len(mechanism.contacts))
+        self._friction = dict[int, tuple[float, float]]()
+        self._effort = np.zeros(len(mechanism.components))
+
+    def add(self, driver: Driver) -> None:
+        """Add what a driver has accumulated since it last began to count.
+
+        Parameters
+        ----------
+        driver : Driver
+        """
+        peak, monitor = driver.state.peak, driver.system.content.model.monitor
+        begun = driver.log[driver.log[:, 2] == RISE]
+        for number, speeds in enumerate(self._speeds):
+            speeds += begun[begun[:, 1] == number, 3].tolist()
+        np.maximum(self._indentation, peak[driver.rows(INDENTATION), 0], out=self._indentation)
+        joints = monitor[monitor[:, 0] == FRICTION_RATIO, 1].tolist()
+        for joint, row in zip(joints, driver.rows(FRICTION_RATIO).tolist() if joints else (), strict=True):
+            ratio, lasting = self._friction.get(joint, (0.0, 0.0))
+            self._friction[joint] = max(ratio, float(peak[row, 0])), lasting + float(peak[row, 3])
+        np.maximum(self._effort, peak[driver.rows(COMPONENT_FORCE)[: self._effort.size], 0], out=self._effort)
+
+    def warnings(self) -> list[str]:
+        """The warnings that follow, without samples: of contact laws, friction and controllers.
+
+        Singular positions, redundant joints, and an energy balance that does not close are reported by single runs only.
+        """
+        mechanism, depth, found = self.mechanism, self._indentation.tolist(), list[str]()
+        for number, joint in enumerate(mechanism.contacts):
+            assert joint.clearance is not None
+            failed = contact_failure(joint.name, joint.clearance.contact, depth[number])
+            found += [f"the contact model has failed: {failed}"] if failed else []
+            found += _of_contact(mechanism, number, self._speeds[number], depth[number])
+        for number, (ratio, lasting) in self._friction.items():
+            if lasting > 0.0:
+                found.append(_exceeding(mechanism.contacts[number].name, ratio, lasting))
+        for number, part in enumerate(mechanism.components):
+            limit = getattr(part.controller, "limit", None) if isinstance(part, Actuator) else None
+            if limit is not None and self._effort[number] >= AT_LIMIT * limit:
+                found.append(f"actuator '{part.name}': the controller reaches its limit of {limit:g} N m")
+        return list(dict.fromkeys(found))
 
 
 def _of_contact(mechanism: Mechanism, number: int, speeds: list[float], depth: float) -> list[str]:

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import re
-from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
@@ -11,6 +9,7 @@ import xarray as xr
 from scipy import stats
 
 from scissordyn.study.description import Study
+from scissordyn.study.grouped import grouped
 from scissordyn.study.part_unit import whole_responses
 from scissordyn.study.requirement import Response, response_unit, response_values
 from scissordyn.study.store import COMPLETE, FAILED, PENDING, column
@@ -34,8 +33,6 @@ AGREEMENT = 1e-3
 far above."""
 
 CONFIDENCE = 0.95
-
-NUMBER = re.compile(r"[-+]?\d+(?:\.\d+)?(?:e[-+]?\d+)?")
 
 
 @dataclass(frozen=True)
@@ -292,7 +289,7 @@ def causes(results: xr.Dataset) -> dict[str, list[int]]:
         Cases by the cause of the first of them.
     """
     failed = np.flatnonzero(results["status"].values == FAILED).tolist()
-    return _grouped((str(results["cause"].values[case]), case) for case in failed)
+    return grouped((str(results["cause"].values[case]), case) for case in failed)
 
 
 def warned(results: xr.Dataset) -> dict[str, list[int]]:
@@ -310,18 +307,7 @@ def warned(results: xr.Dataset) -> dict[str, list[int]]:
     if "warnings" not in results:  # of a store of an earlier version
         return {}
     texts = results["warnings"].values
-    return _grouped((text, case) for case in np.flatnonzero(texts != "").tolist() for text in str(texts[case]).split("\n"))
-
-
-def _grouped(said: Iterable[tuple[str, int]]) -> dict[str, list[int]]:
-    """Cases by what is said of them."""
-    groups: dict[str, list[int]] = {}
-    label: dict[str, str] = {}
-    for text, case in said:
-        cases = groups.setdefault(label.setdefault(NUMBER.sub("#", text), text), [])
-        if not cases or cases[-1] != case:  # of several joints of a case it may say the same
-            cases.append(case)
-    return dict(sorted(groups.items(), key=lambda item: -len(item[1])))
+    return grouped((text, case) for case in np.flatnonzero(texts != "").tolist() for text in str(texts[case]).split("\n"))
 
 
 def counts(results: xr.Dataset) -> tuple[int, int, int]:

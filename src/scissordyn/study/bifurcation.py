@@ -95,10 +95,10 @@ def bifurcation(
     -------
     Dataset
         Dimensions value, cycle, joint, axis; the coordinate "value" has the parameter's unit. Per value: status ("complete",
-        "failed", "interrupted", or "pending" after Ctrl-C), cause, completed_cycles, total_steps, total_events, seconds,
-        processor_seconds. Numbers are NaN where a cycle was not reached, and only there. Attributes: status, cycles_per_second
-        (of processor time), wall_seconds of this call, parameter, cycles, configuration, warnings (singular positions that the
-        drives lead through).
+        "failed", "interrupted", or "pending" after Ctrl-C), cause, warnings (one a line), completed_cycles, total_steps,
+        total_events, seconds, processor_seconds. Numbers are NaN where a cycle was not reached, and only there. Attributes:
+        status, cycles_per_second (of processor time), wall_seconds of this call, parameter, cycles, configuration, warnings
+        (laws outside their range in the cycles kept, and singular positions that the drives lead through).
 
     Raises
     ------
@@ -184,6 +184,7 @@ def _row(case: DiagramCase) -> DiagramRow:
         end=found.end,
         status=found.status,
         cause=found.cause,
+        warnings=found.warnings,
         steps=int(found.statistics["steps"]),
         events=int(found.statistics["events"]),
         seconds=time.perf_counter() - began,

@@ -24,6 +24,7 @@ from scissordyn.simulation.snapshot import Snapshot
 from scissordyn.simulation.store import load
 from scissordyn.simulation.stroboscope import start_state
 from scissordyn.study.engine import Outcome, error_text
+from scissordyn.study.grouped import grouped
 
 __all__ = [
     "PENDING",
@@ -80,6 +81,7 @@ class DiagramRow:
         Whole cycles.
     end : Snapshot
     status, cause : str
+    warnings : tuple of str
     steps, events : int
     seconds, processor_seconds : float
         Of this value, by the clock and of the processor.
@@ -90,6 +92,7 @@ class DiagramRow:
     end: Snapshot
     status: str
     cause: str
+    warnings: tuple[str, ...]
     steps: int
     events: int
     seconds: float
@@ -148,6 +151,7 @@ def empty_diagram(
         {
             "status": ("value", np.full(count, PENDING, dtype=object), {"long_name": "status"}),
             "cause": ("value", text, {"long_name": "cause if it is not complete"}),
+            "warnings": ("value", text.copy(), {"long_name": "warnings about the cycles kept, one a line"}),
             "completed_cycles": ("value", np.zeros(count, np.int64), {"units": "1", "long_name": "whole cycles"}),
             "total_steps": ("value", np.zeros(count, np.int64), {"units": "1", "long_name": "integration steps"}),
             "total_events": ("value", np.zeros(count, np.int64), {"units": "1", "long_name": "contacts begun and ended"}),
@@ -237,7 +241,7 @@ def diagram_from(target: Path | None, blank: xr.Dataset, mechanism: Mechanism) -
             "store='another.nc'",
         )
     stored.attrs |= {name: value for name, value in blank.attrs.items() if name != "status"}
-    for name in ("status", "cause"):
+    for name in ("status", "cause", "warnings"):
         stored[name] = stored[name].astype(object)
     return stored
 
@@ -262,6 +266,7 @@ def enter(diagram: xr.Dataset, result: Outcome[DiagramCase, DiagramRow]) -> None
             diagram[name] = (("value", *dims), np.full(shape, np.nan), about)
         diagram[name].values[at, : values.shape[0]] = values
     diagram["status"].values[at], diagram["cause"].values[at] = row.status, row.cause
+    diagram["warnings"].values[at] = "\n".join(row.warnings)
     diagram["completed_cycles"].values[at] = row.done
     diagram["total_steps"].values[at], diagram["total_events"].values[at] = row.steps, row.events
     diagram["seconds"].values[at], diagram["processor_seconds"].values[at] = row.seconds, row.processor_seconds
@@ -282,7 +287,7 @@ def final_state(diagram: xr.Dataset, at: int, mechanism: Mechanism) -> Snapshot:
 
 
 def conclude(diagram: xr.Dataset, interrupted: bool, seconds: float) -> None:
-    """Enter the status of the whole, and how long it took."""
+    """Enter the status of the whole, its warnings, and how long it took."""
     status = diagram["status"].values
     worked = float(diagram["processor_seconds"].sum())
     failed = int(np.sum(status == "failed"))
@@ -291,4 +296,16 @@ def conclude(diagram: xr.Dataset, interrupted: bool, seconds: float) -> None:
         "failed_values": failed,
         "cycles_per_second": float(diagram["completed_cycles"].sum()) / worked if worked > 0.0 else 0.0,
         "wall_seconds": seconds,
+        "warnings": json.dumps([*json.loads(diagram.attrs["warnings"]), *_of_values(diagram)]),
     }
+
+
+def _of_values(diagram: xr.Dataset) -> list[str]:
+    """The warnings about single values, each once with the first value that has it."""
+    texts, values = diagram["warnings"].values.tolist(), diagram["value"].values
+    said = grouped((text, at) for at, lines in enumerate(texts) if lines for text in lines.split("\n"))
+    found = []
+    for text, at in said.items():
+        others = f", the first of {len(at)} values" if len(at) > 1 else ""
+        found.append(f"{diagram.attrs['parameter']} = {values[at[0]]:g}{others}: {text}")
+    return found

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Annotated
@@ -12,6 +13,7 @@ import xarray as xr
 from scissordyn.errors import InputError
 from scissordyn.mechanics.reduce import reduce_mechanism
 from scissordyn.model.mechanism import Mechanism
+from scissordyn.simulation.branching import drive_warnings
 from scissordyn.simulation.configuration import write_configuration
 from scissordyn.simulation.cycles import DESCRIBED, per_cycle
 from scissordyn.simulation.driver import make_system
@@ -20,6 +22,7 @@ from scissordyn.simulation.snapshot import Snapshot
 from scissordyn.simulation.stroboscope import drive_period, run_cycles, start_state
 from scissordyn.study.engine import Engine, Outcome, Threads, error_text
 from scissordyn.study.follow import consistent
+from scissordyn.study.grouped import grouped
 from scissordyn.units import Meaning, checked
 
 __all__ = ["ensemble"]
@@ -27,8 +30,8 @@ __all__ = ["ensemble"]
 LEAST, MOST = 1e-16, 1e-6
 """Range of relative perturbations on the scale of round-off."""
 
-_Recorded = tuple[dict[str, np.ndarray], str, str]
-"""What a member recorded once per cycle, its status, and its cause."""
+_Recorded = tuple[dict[str, np.ndarray], str, str, tuple[str, ...]]
+"""What a member recorded once per cycle, its status, its cause, and its warnings."""
 
 
 @dataclass(frozen=True)
@@ -115,7 +118,7 @@ def ensemble(
         `mean_...` along member, the mean over its counted cycles, and `spread_...`, the standard deviation of these means.
         `agreeing(cycle)`, the fraction of members that agree with member 0; `divergence_cycle(member)`, the first cycle in
         which a member does not (the number of cycles if none); attributes trusted_cycles and trusted_until [s], before which
-        all agree; `status(member)`, `cause(member)`.
+        all agree; `status(member)`, `cause(member)`; attribute warnings.
 
     Raises
     ------
@@ -133,6 +136,8 @@ def ensemble(
     _add_means(run, skip)
     settings = {"period": period, "phase": phase, "perturbation": perturbation, "seed": seed, "agreement": agreement}
     run.attrs |= _attributes(mechanism, options, status, settings)
+    said = grouped((text, one.task.number) for one in found if one.value is not None for text in one.value[3])
+    run.attrs["warnings"] = json.dumps([*said, *drive_warnings(mechanism, period)])
     return run
 
 
@@ -182,7 +187,7 @@ def _collected(mechanism: Mechanism, found: Sequence[Outcome[Member, _Recorded]]
             assert result.error is not None
             cause[number] = error_text(result.error)
             continue
-        values, status[number], cause[number] = result.value
+        values, status[number], cause[number], _ = result.value
         for name, array in values.items():
             if name not in variables:
                 dims, units, long_name = DESCRIBED[name]
@@ -221,7 +226,7 @@ def _run(member: Member) -> _Recorded:
     found = run_cycles(member.mechanism, member.options, cycles=member.cycles, phase=member.phase, start=member.start)
     if found.status == "interrupted":
         raise KeyboardInterrupt
-    return per_cycle(member.mechanism, found), found.status, found.cause
+    return per_cycle(member.mechanism, found), found.status, found.cause, found.warnings
 
 
 def _add_agreement(run: xr.Dataset, mechanism: Mechanism, agreement: float, period: float, phase: float) -> None:

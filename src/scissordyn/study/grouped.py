@@ -1,0 +1,32 @@
+"""What is said of many cases, put together where only the numbers in it differ."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable
+
+__all__ = ["grouped"]
+
+NUMBER = re.compile(r"[-+]?\d+(?:\.\d+)?(?:e[-+]?\d+)?")
+
+
+def grouped(said: Iterable[tuple[str, int]]) -> dict[str, list[int]]:
+    """Cases by what is said of them, the most frequent first; numbers in a text do not make it another one.
+
+    Parameters
+    ----------
+    said : iterable of (str, int)
+        A text, and of which case.
+
+    Returns
+    -------
+    dict of str to list of int
+        Cases by the text about the first of them.
+    """
+    groups: dict[str, list[int]] = {}
+    label: dict[str, str] = {}
+    for text, case in said:
+        cases = groups.setdefault(label.setdefault(NUMBER.sub("#", text), text), [])
+        if not cases or cases[-1] != case:  # of several joints of a case it may say the same
+            cases.append(case)
+    return dict(sorted(groups.items(), key=lambda item: -len(item[1])))

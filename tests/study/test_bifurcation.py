@@ -66,7 +66,7 @@ def test_warnings(diagram):
     assert all("contacts start faster than" in text for text in said[1:])
     (warning,) = (text for text in json.loads(diagram.attrs["warnings"]) if "contacts start faster than" in text)
     first = next(k for k, text in enumerate(said) if "contacts start faster than" in text)
-    assert warning == f"A.clearance = {CLEARANCES[first]:g}, the first of {3 - first} values: {said[first].splitlines()[0]}"
+    assert warning == f"A.clearance = {CLEARANCES[first]:g} m, the first of {3 - first} values: {said[first].splitlines()[0]}"
 
 
 def test_two_threads_give_the_same(impacting, diagram):

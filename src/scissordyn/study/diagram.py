@@ -172,25 +172,30 @@ def empty_diagram(
             "phase": first.phase,
             "cycles": first.cycles,
             "versions": json.dumps({name: value for name, value in made_with.items() if name != "sources"}),
-            "warnings": json.dumps(_warnings(cases, numbers, name)),
+            "warnings": json.dumps(_warnings(cases, [_said(name, value, units) for value in numbers])),
             "configuration": write_configuration(mechanism, diagram=diagram),
         },
     )
 
 
-def _warnings(cases: Sequence[DiagramCase], numbers: list[float], name: str) -> list[str]:
+def _said(name: object, value: float, units: object) -> str:
+    """A value of the parameter, for messages."""
+    return f"{name} = {value:g}" + ("" if units == "1" else f" {units}")
+
+
+def _warnings(cases: Sequence[DiagramCase], values: list[str]) -> list[str]:
     """Singular positions that the drives lead through; those of some values only with the first of these values."""
-    first: dict[str, float] = {}
+    first: dict[str, str] = {}
     count: dict[str, int] = {}
     known: dict[str, list[str]] = {}
-    for case, value in zip(cases, numbers, strict=True):
+    for case, value in zip(cases, values, strict=True):
         key = json.dumps([to_plain(case.mechanism.ideal()), case.options.until])
         if key not in known:
             known[key] = drive_warnings(case.mechanism, case.options.until)
         for text in known[key]:
             first.setdefault(text, value)
             count[text] = count.get(text, 0) + 1
-    return [text if count[text] == len(cases) else f"{name} = {value:g}: {text}" for text, value in first.items()]
+    return [text if count[text] == len(cases) else f"{value}: {text}" for text, value in first.items()]
 
 
 def diagram_from(target: Path | None, blank: xr.Dataset, mechanism: Mechanism) -> xr.Dataset:
@@ -307,5 +312,5 @@ def _of_values(diagram: xr.Dataset) -> list[str]:
     found = []
     for text, at in said.items():
         others = f", the first of {len(at)} values" if len(at) > 1 else ""
-        found.append(f"{diagram.attrs['parameter']} = {values[at[0]]:g}{others}: {text}")
+        found.append(f"{_said(diagram.attrs['parameter'], values[at[0]], diagram['value'].attrs['units'])}{others}: {text}")
     return found

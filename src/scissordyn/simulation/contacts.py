@@ -3,15 +3,14 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, fields
+from typing import NamedTuple
 
 import numpy as np
 
 __all__ = ["Contact", "contacts"]
 
 
-@dataclass(frozen=True)
-class Contact:
+class Contact(NamedTuple):
     """One contact of one joint.
 
     Parameters
@@ -86,6 +85,6 @@ def contacts(log: np.ndarray, peak: np.ndarray) -> list[Contact]:
 def columns(found: list[Contact]) -> dict[str, np.ndarray]:
     """The contacts as one array per field."""
     return {
-        field.name: np.array([getattr(contact, field.name) for contact in found], int if field.name == "joint" else float)
-        for field in fields(Contact)
+        name: np.array([contact[place] for contact in found], int if name == "joint" else float)
+        for place, name in enumerate(Contact._fields)
     }

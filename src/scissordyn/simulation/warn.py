@@ -107,16 +107,18 @@ class Extremes:
         ----------
         driver : Driver
         """
-        peak, monitor = driver.state.peak, driver.system.content.model.monitor
-        begun = driver.log[driver.log[:, 2] == RISE]
-        for number, speeds in enumerate(self._speeds):
-            speeds += begun[begun[:, 1] == number, 3].tolist()
-        np.maximum(self._indentation, peak[driver.rows(INDENTATION), 0], out=self._indentation)
-        joints = monitor[monitor[:, 0] == FRICTION_RATIO, 1].tolist()
-        for joint, row in zip(joints, driver.rows(FRICTION_RATIO).tolist() if joints else (), strict=True):
+        log, peak, count = driver.log, driver.state.peak, len(self._speeds)
+        for guard, _, speed in log[log[:, 2] == RISE, 1:4].tolist():
+            if guard < count:
+                self._speeds[int(guard)].append(speed)
+        if count:
+            np.maximum(self._indentation, peak[driver.rows(INDENTATION), 0], out=self._indentation)
+        for row in driver.rows(FRICTION_RATIO).tolist():
+            joint = int(driver.system.content.model.monitor[row - driver.state.mode.size, 1])
             ratio, lasting = self._friction.get(joint, (0.0, 0.0))
             self._friction[joint] = max(ratio, float(peak[row, 0])), lasting + float(peak[row, 3])
-        np.maximum(self._effort, peak[driver.rows(COMPONENT_FORCE)[: self._effort.size], 0], out=self._effort)
+        if self._effort.size:
+            np.maximum(self._effort, peak[driver.rows(COMPONENT_FORCE)[: self._effort.size], 0], out=self._effort)
 
     def warnings(self) -> list[str]:
         """The warnings that follow, without samples: of contact laws, friction and controllers.

@@ -27,6 +27,9 @@ ROUNDINGS = 8.0
 
 MOST_STEPS = 50
 
+MOST_VELOCITIES = 1000
+"""So many of the velocities at one position are kept."""
+
 FAR = 0.01
 """Errors above this fraction of the largest are named when a mechanism cannot be assembled."""
 
@@ -147,16 +150,22 @@ def assemble(reduced: ReducedModel, system: System, guess: Start, held: Held) ->
     """
     b, b_rate = basis_at_start(system)
     values, rates = (np.array(numbers, float).ravel() for numbers in (held.values, held.rates))
-    # cases of a batch often differ in how fast the mechanism moves, not in where it is
+    # cases of a batch often differ in how fast the mechanism moves, not in where it is, or in neither
     asked = guess.position.tobytes(), b.tobytes(), values.tobytes(), tuple(held.names)
     last = reduced.last_assembly.get("last")  # which another thread may replace
     if last is None or last[0] != asked:
-        last = reduced.last_assembly["last"] = asked, *_closed(reduced, b, guess.position, held, values)
-    _, x, jacobian = last
+        last = reduced.last_assembly["last"] = asked, *_closed(reduced, b, guess.position, held, values), {}
+    _, x, jacobian, velocities = last
     active = [not constraint.latch for constraint in reduced.constraints]
     wanted = np.concatenate([value_rates(system)[active], rates]) if active else rates
-    change = least_change(jacobian[:, : reduced.free], jacobian @ np.append(guess.velocity, b_rate) - wanted)
-    return Start(x.copy(), guess.velocity - change)
+    moving = guess.velocity.tobytes(), b_rate.tobytes(), wanted.tobytes()
+    velocity = velocities.get(moving)
+    if velocity is None:
+        change = least_change(jacobian[:, : reduced.free], jacobian @ np.append(guess.velocity, b_rate) - wanted)
+        velocity = guess.velocity - change
+        if len(velocities) < MOST_VELOCITIES:
+            velocities[moving] = velocity
+    return Start(x.copy(), velocity.copy())
 
 
 def _closed(reduced: ReducedModel, b: np.ndarray, guess: np.ndarray, held: Held, values: np.ndarray) -> tuple[np.ndarray, Any]:

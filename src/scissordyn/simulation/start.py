@@ -247,7 +247,7 @@ def _far_from_placed(reduced: ReducedModel, system: System, start: Start, kind: 
     """What the assembly changed of the given positions and velocities, in words."""
     (given, given_velocity), (position, velocity) = reduced.placed, natural_state(reduced, system, start)
     found = _moved(reduced, given, position)
-    if kind != "static":
+    if kind != "static" and np.any(given_velocity):
         found += _changed_velocity(reduced, given_velocity, velocity, kind)
     return found
 

@@ -6,7 +6,8 @@ const STYLE = `
 .sd-bar button:disabled { opacity: .45; cursor: default }
 .sd-bar strong { margin-right: 8px; font-size: 15px }
 .sd-bar progress { width: 9em; accent-color: var(--sd-blue, #0072B2) }
-.sd-bar .sd-state { flex: 1 1 14em; overflow-wrap: anywhere }
+.sd-bar .sd-now { flex: 1 1 23em; display: flex; gap: 6px; align-items: center; margin-left: 14px }
+.sd-bar .sd-state { flex: 1 1 0; overflow-wrap: anywhere }
 .sd-bar .sd-state[data-bad=true] { color: var(--sd-contact, #b04000) }
 .sd-bar .sd-gap { width: 8px }
 .sd-warnings { font: 13px/1.4 system-ui, sans-serif; color: var(--sd-ink, #222); margin: 0 0 4px }
@@ -36,10 +37,12 @@ export function render({ model, el }) {
   const horizon = document.createElement("label"), box = document.createElement("input");
   box.type = "checkbox"; box.dataset.id = "horizon"; box.onchange = () => model.send_msg({ type: "horizon", wanted: box.checked });
   horizon.append(box, " predictability horizon"); horizon.title = "computes each run twice";
-  const progress = document.createElement("progress"), stop = document.createElement("button"), state = document.createElement("span");
+  const place = document.createElement("span"), state = document.createElement("span");
+  const progress = document.createElement("progress"), stop = document.createElement("button");
   progress.max = 1; stop.type = "button"; stop.textContent = "Stop"; stop.dataset.id = "stop"; stop.onclick = () => model.send_msg({ type: "stop" });
-  state.className = "sd-state"; state.setAttribute("role", "status");
-  bar.append(horizon, progress, stop, state);
+  place.className = "sd-now"; state.className = "sd-state"; state.setAttribute("role", "status");
+  place.append(state, progress, stop);
+  bar.append(horizon, place);
 
   let dark = matchMedia("(prefers-color-scheme: dark)").matches;
   function theme(wanted) {
@@ -57,7 +60,7 @@ export function render({ model, el }) {
     by.pin.disabled = by.run.disabled = by.picture.disabled = by.film.disabled = !now.run;
     by.case.disabled = !now.file; by.case.title = now.file ? "" : "a saved run has no case file; copy it as Python";
     box.checked = now.horizon;
-    progress.style.visibility = stop.style.visibility = now.computing ? "visible" : "hidden";
+    progress.style.display = stop.style.display = now.computing ? "" : "none";
     if (now.fraction > 0) progress.value = now.fraction; else progress.removeAttribute("value");
     state.textContent = now.text; state.dataset.bad = String(Boolean(now.bad));
     state.dataset.computing = String(Boolean(now.computing)); state.dataset.run = now.number;

@@ -154,7 +154,8 @@ def assemble(reduced: ReducedModel, system: System, guess: Start, held: Held) ->
     asked = guess.position.tobytes(), b.tobytes(), values.tobytes(), tuple(held.names)
     last = reduced.last_assembly.get("last")  # which another thread may replace
     if last is None or last[0] != asked:
-        last = reduced.last_assembly["last"] = asked, *_closed(reduced, b, guess.position, held, values), {}
+        velocities: dict[tuple[bytes, bytes, bytes], np.ndarray] = {}
+        last = reduced.last_assembly["last"] = asked, *_closed(reduced, b, guess.position, held, values), velocities
     _, x, jacobian, velocities = last
     active = [not constraint.latch for constraint in reduced.constraints]
     wanted = np.concatenate([value_rates(system)[active], rates]) if active else rates

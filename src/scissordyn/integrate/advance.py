@@ -308,10 +308,12 @@ def write_samples(T, t, h, reached, s, w, out):
         if h > 0.0:
             theta = place(w.scaling[0], min(1.0, max(0.0, (when - t) / h)))
             dense_value(theta, T.pattern, s.y, w.dense, out.state[at])
-            integrals_at(T, theta, h, s, w, out.total[at])
         else:
             for i in range(s.y.size):
                 out.state[at, i] = s.y[i]
+        if h > 0.0 and s.clock[0].monitors == 1:
+            integrals_at(T, theta, h, s, w, out.total[at])
+        else:
             for q in range(s.total.size):
                 out.total[at, q] = s.total[q]
         for k in range(s.mode.size):

@@ -121,10 +121,6 @@ def guards_at(problem, T, theta, t, h, s, w, S):
 @kernel(inline=True)
 def integrals_at(T, theta, h, s, w, out):
     """Integrals of the powers up to theta."""
-    if s.clock[0].monitors == 0:
-        for q in range(s.total.size):
-            out[q] = s.total[q]
-        return
     if T.kind == _EXPLICIT:
         dense_value(theta, T.pattern, s.total, w.gain, out)
         return

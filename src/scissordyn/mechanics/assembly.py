@@ -27,8 +27,8 @@ ROUNDINGS = 8.0
 
 MOST_STEPS = 50
 
-MOST_VELOCITIES = 1000
-"""So many of the velocities at one position are kept."""
+MOST_VELOCITIES = 200
+"""So many of the velocities at one position are kept: those of long chains take some hundred kilobytes each."""
 
 FAR = 0.01
 """Errors above this fraction of the largest are named when a mechanism cannot be assembled."""

@@ -200,13 +200,14 @@ def _cycled(
         for number in numbers:
             mode, taken = state.mode.copy(), int(state.counts["steps"][0])
             driver.clear_log()
-            driver.monitor(number >= numbers.stop - keep)
+            wanted = number >= numbers.stop - keep
+            driver.monitor(wanted)
             # energies and peaks are those of the cycle; a contact that lasts across its start is monitored from there on
             state.total[:] = state.peak[:] = 0.0
             state.peak[:, 1] = driver.time
             status = driver.advance((number + 1) * period, most_steps=options.most_steps)
             state = driver.state
-            if state.clock["monitors"][0]:
+            if wanted:
                 extremes.add(driver)
             if status != loop.FINISHED:
                 break

@@ -70,6 +70,10 @@ MOST_STALLED = 1000
 """Trials and events without progress in time after which a run is stuck."""
 
 
+MISSED = 100.0
+"""Error with which a step is rejected whose crossings were not all found; its size is about halved."""
+
+
 @kernel()
 def advance_all(problem, systems, addresses, most_steps, statuses):
     """Advance some integrations one after another, each as `advance` does, without Python in between.
@@ -147,7 +151,8 @@ def advance_step(problem, T, t, s, w, S, r):
             return STUCK
         return (STEP_TOO_SMALL if error == error else NOT_FINITE) if failed else ADVANCING
     full, w.rise_count[0] = h, 0
-    find_crossings(problem, T, t, h, s, w, S, clock.crosses == 1)
+    if not find_crossings(problem, T, t, h, s, w, S, clock.crosses == 1):
+        return again(T, t, h, to_fall, s, w)
     if to_fall:
         if w.crossing_count[0] > 0 and not (w.crossing_guard[0] == guard and w.crossing_place[0] > 0.999):
             guard = w.crossing_guard[0]
@@ -157,12 +162,20 @@ def advance_step(problem, T, t, s, w, S, r):
         if across >= 0.0:
             error = across
         else:
-            find_crossings(problem, T, t, h, s, w, S, False)
+            if not find_crossings(problem, T, t, h, s, w, S, False):
+                return again(T, t, h, to_fall, s, w)
             if w.crossing_count[0] > 0:
                 guard = w.crossing_guard[0]
                 h = step_to_event(problem, T, guard, w.crossing_place[0], t, h, s, w, S)
     grow = after_acceptance(T, full, error, s, w)
     return accept(problem, T, t, h, full, grow, last and guard < 0, guard, s, w, S, r)
+
+
+@kernel(inline=True)
+def again(T, t, h, to_fall, s, w):
+    """Status after a step at whose end a guard is on the wrong side of zero: it is to be made again with half its size."""
+    failed = after_rejection(T, t, h, MISSED, to_fall, s, w)
+    return STUCK if s.clock[0].stalled > MOST_STALLED else STEP_TOO_SMALL if failed else ADVANCING
 
 
 @kernel()

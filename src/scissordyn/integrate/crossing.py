@@ -58,7 +58,8 @@ def crossed(problem, T, t, h, error, s, w, S):
         prepare(problem, T, t, s, w, S)
         attempt(problem, T, t, h, s, w, S)
         return -1.0
-    find_crossings(problem, T, t, h, s, w, S, True)
+    if not find_crossings(problem, T, t, h, s, w, S, True):
+        again = -1.0
     for c in range(w.crossing_count[0]):  # what the prepared contacts change must not be another rise
         if s.mode[w.crossing_guard[c]] == 0:
             again = -1.0

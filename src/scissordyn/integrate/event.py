@@ -3,9 +3,15 @@
 A guard in mode 0 is crossed when its value rises through zero, in mode 1 when it falls. One that is beyond zero already,
 because the last event left it there by round-off, is crossed when it turns and moves further beyond. Values and rates are
 multiplied by `sign_of`, so that a crossing is always a rise.
+
+Between two probes a guard may rise and fall again. The cubic through the values and rates at both probes, with its error as
+the value halfway shows it, tells whether it can; if so, the halves are looked at in the same way. A guard beyond zero at the
+end of a step, and not at its start, that was found to rise nowhere is a contradiction: the step is not taken.
 """
 
 from __future__ import annotations
+
+import math
 
 from scissordyn.integrate.dense import complete, guard_at, guards_at
 from scissordyn.integrate.step_scaling import speed
@@ -18,6 +24,12 @@ PROBES = 6
 
 REACH = 0.75
 """A guard that cannot come to zero within this share of the step at the larger of its rates at both ends is not looked at."""
+
+LOOKS = 100
+"""Places between two probes at which such a rise is looked for at most."""
+
+CAUTION = 4.0
+"""The cubic's error is taken for this many times what the value halfway shows."""
 
 ITERATIONS = 60
 """Bracketed Newton steps need two to five; bisection alone would need fifty."""
@@ -119,16 +131,18 @@ def turning_point(problem, T, k, low, high, t, h, s, w, S, sign, wanted):
 
 
 @kernel()
-def crossing_in(problem, T, k, left, right, t, h, s, w, S, sign):
-    """Where guard k is crossed between two probes, from its values and rates there; -1 where it is not."""
-    a, slope_a = sign * w.left_value[k], sign * w.left_rate[k]
-    b, slope_b = sign * w.right_value[k], sign * w.right_rate[k]
+def crossing_in(problem, T, k, left, right, a, slope_a, b, slope_b, t, h, s, w, S, sign):
+    """Where guard k is crossed between two places, from its values and rates there; -1 where that does not show it."""
     if a > 0.0:
         if slope_a > 0.0:
             return left
         if b > 0.0 and slope_b > 0.0:
             theta, value = turning_point(problem, T, k, left, right, t, h, s, w, S, sign, 1.0)
-            return theta if value > 0.0 else locate_from(problem, T, k, theta, right, t, h, s, w, S, sign)
+            if value > 0.0:
+                return theta
+            guard_at(problem, T, k, theta, t, h, s, w, S)
+            start, slope = min(sign * w.value[k], 0.0), sign * w.rate[k]
+            return locate(problem, T, k, theta, right, start, slope, b, slope_b, t, h, s, w, S, sign)
         return -1.0
     if b > 0.0:
         return locate(problem, T, k, left, right, a, slope_a, b, slope_b, t, h, s, w, S, sign)
@@ -142,13 +156,79 @@ def crossing_in(problem, T, k, left, right, t, h, s, w, S, sign):
     return -1.0
 
 
+@kernel(inline=True)
+def cubic_value(place, a, slope_a, b, slope_b):
+    """Value of the cubic with values a, b and slopes at 0 and 1."""
+    rest = 1.0 - place
+    return rest * a + place * b + place * rest * (rest * (slope_a - b + a) - place * (slope_b - b + a))
+
+
+@kernel(inline=True)
+def may_rise(a, slope_a, b, slope_b, error, precision):
+    """Whether the cubic with values a, b and slopes at 0 and 1 rises above zero, or its start, if it is off by `error` halfway.
+
+    The error of such a cubic grows as the square of the distance from either end.
+    """
+    level = max(a, 0.0) + precision
+    if max(a, b, a + slope_a, b - slope_b) < 0.0:
+        return False
+    for part in range(1, 8):
+        place = 0.125 * part
+        bump = 16.0 * error * (place * (1.0 - place)) ** 2
+        if cubic_value(place, a, slope_a, b, slope_b) + bump > level:
+            return True
+    return b > level
+
+
 @kernel()
-def locate_from(problem, T, k, low, high, t, h, s, w, S, sign):
-    """The same as `locate` from a place at which the guard is not beyond zero."""
-    guard_at(problem, T, k, low, t, h, s, w, S)
-    a, slope_a = sign * w.value[k], sign * w.rate[k]
+def hidden_crossing(problem, T, k, left, right, b, slope_b, t, h, s, w, S, sign):
+    """Where guard k rises between two places and falls again, from its values and rates there; -1 where it does not."""
+    a, slope_a = sign * w.left_value[k], sign * w.left_rate[k]
+    ends, scaling, depth = w.ends, w.scaling[0], 1
+    ends[0, 0], ends[0, 1], ends[0, 2], ends[0, 3] = right, b, slope_b, math.inf
+    for _ in range(LOOKS):
+        right, b, slope_b, error = ends[depth - 1, 0], ends[depth - 1, 1], ends[depth - 1, 2], ends[depth - 1, 3]
+        step = (right - left) * h
+        begins, stops = step * speed(scaling, left) * slope_a, step * speed(scaling, right) * slope_b
+        if may_rise(a, begins, b, stops, error, w.precision[k]) and depth < ends.shape[0]:
+            middle = 0.5 * (left + right)
+            guard_at(problem, T, k, middle, t, h, s, w, S)
+            value, rate = sign * w.value[k], sign * w.rate[k]
+            error = CAUTION * abs(value - cubic_value(0.5, a, begins, b, stops))
+            if value > w.precision[k] or may_rise(a, begins, b, stops, error, w.precision[k]):
+                ends[depth - 1, 3] = ends[depth, 3] = error / 16.0
+                ends[depth, 0], ends[depth, 1], ends[depth, 2] = middle, value, rate
+                depth += 1
+                theta = crossing_in(problem, T, k, left, middle, a, slope_a, value, rate, t, h, s, w, S, sign)
+                if theta >= 0.0:
+                    return theta
+                continue
+        left, a, slope_a, depth = right, b, slope_b, depth - 1
+        if depth == 0:
+            break
+        right, b, slope_b = ends[depth - 1, 0], ends[depth - 1, 1], ends[depth - 1, 2]
+        theta = crossing_in(problem, T, k, left, right, a, slope_a, b, slope_b, t, h, s, w, S, sign)
+        if theta >= 0.0:
+            return theta
+    return -1.0
+
+
+@kernel()
+def next_crossing(problem, T, k, left, right, t, h, s, w, S, sign):
+    """Where guard k is first crossed between two probes, from its values and rates there; -1 where it is not."""
+    a, slope_a = sign * w.left_value[k], sign * w.left_rate[k]
     b, slope_b = sign * w.right_value[k], sign * w.right_rate[k]
-    return locate(problem, T, k, low, high, min(a, 0.0), slope_a, b, slope_b, t, h, s, w, S, sign)
+    theta = crossing_in(problem, T, k, left, right, a, slope_a, b, slope_b, t, h, s, w, S, sign)
+    if theta < 0.0:
+        return hidden_crossing(problem, T, k, left, right, b, slope_b, t, h, s, w, S, sign)
+    if theta == left:
+        return theta
+    guard_at(problem, T, k, theta, t, h, s, w, S)
+    value, rate = sign * w.value[k], sign * w.rate[k]
+    if value <= w.precision[k]:
+        value = 0.0
+    earlier = hidden_crossing(problem, T, k, left, theta, value, rate, t, h, s, w, S, sign)
+    return theta if earlier < 0.0 else earlier
 
 
 @kernel(inline=True)
@@ -174,20 +254,48 @@ def insert(guard, theta, w):
 
 
 @kernel()
+def list_crossings(problem, T, k, left, right, t, h, s, w, S, every):
+    """Add to the list the crossings of guard k between two probes, or the first of them."""
+    theta = next_crossing(problem, T, k, left, right, t, h, s, w, S, sign_of(w.saved_mode[k]))
+    while theta >= left and w.crossing_count[0] < w.crossing_guard.size:
+        insert(k, theta, w)
+        w.saved_mode[k] = 1 - w.saved_mode[k]
+        if not every or not left < theta < right:
+            return
+        left = theta
+        guard_at(problem, T, k, left, t, h, s, w, S)
+        w.left_value[k], w.left_rate[k] = w.value[k], w.rate[k]
+        theta = next_crossing(problem, T, k, left, right, t, h, s, w, S, sign_of(w.saved_mode[k]))
+
+
+@kernel(inline=True)
+def consistent(s, w):
+    """Whether each guard ends the step on the side of zero that its mode and the crossings in the list tell."""
+    for k in range(s.mode.size):
+        sign, most = sign_of(w.saved_mode[k]), w.precision[k]
+        if w.saved_mode[k] == s.mode[k]:
+            most = max(most, sign * w.start_value[k])
+        if sign * w.end_value[k] > most:
+            return False
+    return True
+
+
+@kernel()
 def find_crossings(problem, T, t, h, s, w, S, every):
     """List the crossings of guards inside the step (t, t + h) in order: all of them, or those up to the first probe with any.
 
-    Of the latter only the first of the list is the first in time; w.saved_mode is overwritten.
+    Of the latter only the first of the list is the first in time; w.saved_mode is overwritten. Returns whether the guards at
+    the end of the step agree with the list.
     """
     w.crossing_count[0] = 0
     count = s.mode.size
     if count == 0:
-        return
+        return True
     for k in range(count):
         w.left_value[k], w.left_rate[k] = w.start_value[k], w.start_rate[k]
     problem.guards(t + h, w.new, S, w.end_value, w.end_rate)
     if all_far(h, s, w):
-        return
+        return True
     complete(problem, T, t, h, s, w, S)
     for k in range(count):
         w.saved_mode[k] = s.mode[k]
@@ -200,12 +308,10 @@ def find_crossings(problem, T, t, h, s, w, S, every):
             w.right_value[k] = w.value[k] if probe < PROBES else w.end_value[k]
             w.right_rate[k] = w.rate[k] if probe < PROBES else w.end_rate[k]
         for k in range(count):
-            theta = crossing_in(problem, T, k, left, right, t, h, s, w, S, sign_of(w.saved_mode[k]))
-            if theta >= 0.0 and w.crossing_count[0] < w.crossing_guard.size:
-                insert(k, theta, w)
-                w.saved_mode[k] = 1 - w.saved_mode[k]
+            list_crossings(problem, T, k, left, right, t, h, s, w, S, every)
         if w.crossing_count[0] > 0 and not every:
-            return
+            return True
         for k in range(count):
             w.left_value[k], w.left_rate[k] = w.right_value[k], w.right_rate[k]
         left = right
+    return consistent(s, w)

@@ -48,6 +48,9 @@ RESET_DATA = 2
 SPARE_ROWS = 4
 """Rows of `Work.monitored` for points inside a step: three even ones, and one for the search of a maximum."""
 
+HALVINGS = 12
+"""How often the distance between two probes is halved in search of a rise that is followed by a fall."""
+
 NO_EVENT, FALL, RISE = -1, 0, 1
 """Kinds of events; a rise ends in mode 1, a fall in mode 0."""
 
@@ -141,6 +144,7 @@ class Work(NamedTuple):
     right_rate: F1
     end_value: F1
     end_rate: F1
+    ends: F2  # (HALVINGS + 1, 4) places still to be searched for a crossing, with value, rate and the error of a cubic
     saved_mode: I1
     trial_mode: I1
     trial_memory: F1
@@ -328,6 +332,7 @@ def make_work(
         end_rate=numbers[7],
         start_value=numbers[8],
         start_rate=numbers[9],
+        ends=np.zeros((HALVINGS + 1, 4)),
         saved_mode=np.zeros(guards, np.int64),
         trial_mode=np.zeros(guards, np.int64),
         trial_memory=np.zeros(guards),

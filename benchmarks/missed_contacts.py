@@ -1,0 +1,144 @@
+"""Journals outside their bearings without contact, in 3300 runs: there may be none at any sample or end of a step."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+
+import scissordyn as sd
+from benchmarks import horizon_cases
+from benchmarks.horizon_cases import KINDS
+from benchmarks.kept import Kept
+from benchmarks.measure import command, table
+from scissordyn.laws.damping.none import NoDamping
+from scissordyn.mechanics import functions
+from scissordyn.simulation.options import Options
+from scissordyn.simulation.trajectory import Trajectory, compute
+
+__all__ = ["Judged", "judge", "measure"]
+
+CASES = 300
+"""Of each kind."""
+
+SAMPLES = 10_001
+
+SEEN = 1e-6
+"""Fraction of the clearance beyond which a journal counts as outside."""
+
+RELEASED = "two joints, released from rest"
+
+
+@dataclasses.dataclass(frozen=True)
+class Judged:
+    """Whether a journal, or a corner of a loose guide, was outside without contact.
+
+    Parameters
+    ----------
+    kind : str
+    number : int
+    rtol : float
+    events : str
+    method : str
+    end : float
+        Of the run [s].
+    contacts : int
+        Rises of guards of contacts.
+    sample, step : float
+        How far outside at most, at a sample and at the end of a step, as a fraction of the clearance.
+    when : float
+        Of the larger of them [s].
+    """
+
+    kind: str
+    number: int
+    rtol: float
+    events: str
+    method: str
+    end: float
+    contacts: int
+    sample: float
+    step: float
+    when: float
+
+
+def released(random: np.random.Generator) -> tuple[sd.Mechanism, float]:
+    """An array of two units that falls, with two clearance joints."""
+    array = sd.scissor(units=2, angle=float(np.radians(random.uniform(20.0, 70.0))))
+    law = NoDamping() if random.random() < 0.7 else sd.Flores(restitution=0.99)
+    for name in random.permutation([joint.name for joint in array.joints])[:2]:
+        array = array.with_clearance(str(name), sd.Clearance(float(random.uniform(5e-5, 5e-4)), damping=law))
+    return array, 0.1
+
+
+def judge(kind: str, number: int) -> Judged:
+    """Simulate a case at a tolerance between 1e-9 and 1e-5, with steps that end on contacts or go across them in turn."""
+    makers = {**KINDS, RELEASED: released}
+    random = np.random.default_rng([11, list(makers).index(kind), number])
+    mechanism, until = makers[kind](random)
+    rtol, events = float(10.0 ** random.uniform(-9.0, -5.0)), ("located", "crossed")[number % 2]
+    options = Options(until, samples=SAMPLES, rtol=rtol, atol=rtol, events=events)  # type: ignore[arg-type]
+    path = compute(mechanism, options, record_steps=True)
+    samples, steps = path.samples, path.steps
+    sample, sampled = outside(path, samples.time, samples.state, samples.mode)
+    step, stepped = outside(path, *steps)
+    contacts = path.system.content.parameters.contact.size
+    begun = int(np.sum((path.log[:, 1] < contacts) & (path.log[:, 2] == 1)))
+    method, when = str(path.statistics["method"]), sampled if sample >= step else stepped
+    return Judged(kind, number, rtol, events, method, path.end, begun, sample, step, when)
+
+
+def outside(path: Trajectory, times: np.ndarray, states: np.ndarray, modes: np.ndarray) -> tuple[float, float]:
+    """How far a contact is closed that counts as open, as a fraction of its clearance, and when [s]."""
+    content = path.system.content
+    clearance = content.parameters.contact["clearance"]
+    values, rates, worst = np.zeros(modes.shape[1]), np.zeros(modes.shape[1]), (0.0, 0.0)
+    if not clearance.size:
+        return worst
+    for time, state, mode in zip(times, states, modes, strict=True):
+        if not np.all(np.isfinite(state)):
+            break
+        functions.guards(time, state, path.system.address, values, rates)
+        depth = float(np.max(np.where(mode[: clearance.size] == 0, values[: clearance.size] / clearance, 0.0)))
+        worst = max(worst, (depth, float(time)))
+    return worst
+
+
+def measure(quick: bool = False) -> str:
+    """All kinds; a measurement that was broken off goes on where it was."""
+    kinds = [*KINDS, RELEASED]
+    kept, numbers = Kept("missed_contacts", Judged, __file__, horizon_cases.__file__), range(2 if quick else CASES)
+    for number in numbers:
+        for kind in kinds:
+            if (kind, number) not in kept.done:
+                kept.add((kind, number), judge(kind, number))
+    return _page([kept.done[kind, number] for number in numbers for kind in kinds])
+
+
+def _page(judged: list[Judged]) -> str:
+    rows = []
+    for kind in [*KINDS, RELEASED, "all"]:
+        ours = [each for each in judged if kind in (each.kind, "all")]
+        missed = sum(max(each.sample, each.step) > SEEN for each in ours)
+        deepest = max(max(each.sample, each.step) for each in ours)
+        rows.append([kind, str(len(ours)), str(sum(each.contacts for each in ours)), str(missed), f"{deepest:.1e}"])
+    worst = [each for each in judged if max(each.sample, each.step) > SEEN]
+    lines = [
+        f"- {each.kind}, number {each.number}, {each.events}, {each.rtol:.2g}, {each.method}: "
+        f"{max(each.sample, each.step):.2g} at {each.when:.6g} s"
+        for each in worst
+    ]
+    return "\n".join(
+        [
+            f"{len(judged)} runs (`benchmarks/missed_contacts.py`) at tolerances from 1e-9 to 1e-5, steps ending on contacts and",
+            f"going across them in turn. Outside: at one of {SAMPLES} samples or at the end of a step a joint that counts as open is",
+            f"closed by more than {SEEN:g} of its clearance.",
+            "",
+            table(["kind", "runs", "contacts", "runs with a joint outside", "farthest, of the clearance"], rows),
+            *(["", *lines] if lines else []),
+        ]
+    )
+
+
+if __name__ == "__main__":
+    command("missed_contacts", measure)

@@ -1,4 +1,4 @@
-"""The predictability horizon of 300 runs against their true one, from two references that agree."""
+"""The predictability horizon of 330 runs against their true one, from two references that agree."""
 
 from __future__ import annotations
 
@@ -153,7 +153,7 @@ def _page(judged: list[Judged]) -> str:
     ]
     late = sum(_known(each) and each.late > LATE for each in judged)
     early = sum(_known(each) and each.late < -EARLY for each in judged)
-    text = f"""{len(judged)} runs of ten kinds (`benchmarks/horizon_cases.py`), half of them at the default tolerance of 1e-8,
+    text = f"""{len(judged)} runs of eleven kinds (`benchmarks/horizon_cases.py`), half of them at the default tolerance of 1e-8,
 the others at 1e-6. True horizon: the first of {SAMPLES} instants at which the run differs by the same criterion (a journal by
 0.1 of its clearance, a point of a body by 0.01 of the mechanism's size) from a reference at {REFERENCES[0]:g}, if one at
 {REFERENCES[1]:g} gives the same within {AGREE:g} of it. Errors are those of the horizon that a run reports, relative to the

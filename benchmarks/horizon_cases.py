@@ -1,4 +1,4 @@
-"""Mechanisms of ten kinds whose runs part from more accurate ones, for the predictability horizon."""
+"""Mechanisms of eleven kinds whose runs part from more accurate ones, for the predictability horizon."""
 
 from __future__ import annotations
 
@@ -118,6 +118,24 @@ def _guide(random: np.random.Generator) -> tuple[sd.Mechanism, float]:
     return crank.with_clearance("guide", play).driven(speed=float(random.uniform(20.0, 200.0))), 0.6
 
 
+def _guide_and_pin(random: np.random.Generator) -> tuple[sd.Mechanism, float]:
+    """A slider-crank with a loose guide and a loose pin of its slider, both with friction."""
+    play, clearance = (float(np.exp(random.uniform(math.log(5e-5), math.log(3e-4)))) for _ in range(2))
+    laws = [
+        {"damping": sd.Flores(restitution=float(random.uniform(0.7, 0.95))), "friction": sd.LuGre(float(random.uniform(0.01, 0.1)))}
+        for _ in range(2)
+    ]
+    block = sd.GuideClearance(play, length=float(random.uniform(0.03, 0.08)), width=float(random.uniform(0.02, 0.05)), **laws[0])
+    crank = sd.slider_crank(
+        gravity=9.81,
+        gravity_direction=float(random.uniform(-3.0, 3.0)),
+        angle=float(random.uniform(-3.0, 3.0)),
+        slider_inertia=1e-4,
+    ).with_clearance("guide", block)
+    crank = crank.with_clearance("slider pin", sd.Clearance(clearance, **laws[1]))
+    return crank.driven(speed=float(random.uniform(20.0, 100.0))), 0.15
+
+
 def _chain(random: np.random.Generator, count: int) -> sd.Mechanism:
     """A pendulum of several bars, thrown."""
     bodies, joints, end = [], [], np.zeros(2)
@@ -200,8 +218,9 @@ KINDS: dict[str, Callable[[np.random.Generator], tuple[sd.Mechanism, float]]] = 
     "ideal joints": _ideal,
     "controllers": _controlled,
     "no damping": _undamped,
+    "guide and pin, LuGre": _guide_and_pin,
 }
-"""Names and makers of the ten kinds: from a random generator a mechanism and the end of its run [s]."""
+"""Names and makers of the eleven kinds: from a random generator a mechanism and the end of its run [s]."""
 
 
 def horizon_case(kind: str, number: int) -> Case:

@@ -1,4 +1,4 @@
-"""Journals outside their bearings without contact, in 3300 runs: there may be none at any sample or end of a step."""
+"""Journals outside their bearings without contact, in 3600 runs: there may be none at any sample or end of a step."""
 
 from __future__ import annotations
 

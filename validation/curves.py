@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 __all__ = ["Curve", "draw"]
 
 Curve = tuple[str, Sequence[tuple[float, float]]]
-"""Name of a code, and its errors and seconds; infinite ones are left out."""
+"""Name of a code, and its errors and seconds: none if it is not installed, infinite ones if it fails."""
 
 COLOURS = 10
 """Colours of matplotlib's cycle; curves beyond are dotted."""
@@ -38,6 +38,8 @@ def draw(curves: Sequence[Curve], goal: float, error: str, path: Path) -> None:
         if finite:
             style = {"marker": markers[k % len(markers)], "linestyle": "-" if k < COLOURS else ":"}
             axes.plot(*zip(*finite, strict=True), **style, markersize=4, linewidth=1, label=name)
+        else:
+            axes.plot([], [], " ", label=f"{name}: {'fails' if points else 'not installed'}")
     axes.axhline(goal, color="grey", linestyle="--", linewidth=1, label="goal")
     axes.set(xscale="log", yscale="log", xlabel="time [ms]", ylabel=error)
     axes.grid(visible=True, which="major", alpha=0.3)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 import time
 from dataclasses import dataclass
 from typing import Any
@@ -10,7 +11,15 @@ import numpy as np
 
 import scissordyn as sd
 
-__all__ = ["Settings", "positions"]
+__all__ = ["Settings", "library", "positions"]
+
+
+def library() -> Any:
+    """Exudyn, in its faster variant without range checks, which it has for processors with AVX2."""
+    sys.exudynFast = True  # type: ignore[attr-defined]  # read by Exudyn where it is imported first
+    import exudyn
+
+    return exudyn
 
 
 @dataclass(frozen=True)
@@ -58,10 +67,8 @@ def _rotation(body: sd.Body) -> np.ndarray:
 
 def _translated(mechanism: sd.Mechanism, body: str) -> tuple[Any, Any]:
     """The mechanism as a system of Exudyn, and the sensor of a body's coordinates."""
-    import exudyn as exu
-    from exudyn import itemInterface
-
-    items = itemInterface
+    exu = library()
+    from exudyn import itemInterface as items
 
     system = exu.SystemContainer().AddSystem()
     ground = system.AddObject(items.ObjectGround())
@@ -117,8 +124,7 @@ def _translated(mechanism: sd.Mechanism, body: str) -> tuple[Any, Any]:
 
 def _simulation(until: float, settings: Settings, *, sparse: bool) -> Any:
     """Exudyn's settings of an integration."""
-    import exudyn as exu
-
+    exu = library()
     simulation = exu.SimulationSettings()
     integration = simulation.timeIntegration
     integration.endTime, integration.numberOfSteps = until, round(until / settings.step)

@@ -24,7 +24,6 @@ __all__ = [
     "Scan",
     "best",
     "installed",
-    "limit",
     "mechanism",
     "run",
     "scan",
@@ -158,7 +157,7 @@ class Code:
 
 @dataclass(frozen=True)
 class Scan:
-    """All settings of one code: setting, error and seconds, infinite errors for failures; none of a code that is not installed."""
+    """All settings of one code: setting, error and seconds, infinite errors for failures; none if it is not installed."""
 
     code: Code
     points: tuple[tuple[float, float, float], ...]
@@ -236,11 +235,6 @@ def timed(name: str, error: Callable[[xr.Dataset], float], **fixed: object) -> C
 def installed(package: str) -> bool:
     """Whether a package can be found; no package is always there."""
     return not package or importlib.util.find_spec(package) is not None
-
-
-def limit(coarse: float, fine: float, ratio: float = 2.0, order: int = 2) -> float:
-    """Where results of a method of known order tend as the step vanishes, from two steps (Richardson's extrapolation)."""
-    return fine + (fine - coarse) / (ratio**order - 1.0)
 
 
 def scan(code: Code) -> Scan:

@@ -154,10 +154,11 @@ def parts(text: str) -> tuple[dict[str, list[str]], dict[str, str]]:
 
 HEADINGS = ("case", "reference by", "checks met", "error nearest to what is allowed", "run")
 
-OTHERS = """Other codes: scipy, numbalsoda 0.3 (which needs a Fortran compiler) and Exudyn 1.13 (in its variant without range checks)
+OTHERS = """Other codes: scipy, numbalsoda 0.3 (built by a Fortran compiler) and Exudyn 1.13 (its variant without range checks)
 install with pip and take part where they have a model of the case; one that was not installed when a case was run is
 called so. Chrono and Siconos do not install (tried on 2026-11-22): neither has a distribution for pip; `pychrono` and
-`projectchrono` on PyPI are other packages.
+`projectchrono` on PyPI are other packages. A model of another code is compared with an exact solution, alone, before its
+errors and times are compared.
 
 Published computations are compared where a source gives parameters and results as numbers: problems A01 to A03, the
 mass on the belt, the slider-crank with a clearance guide, and the controlled four-bar linkage with three clearance joints; the

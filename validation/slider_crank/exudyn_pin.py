@@ -70,7 +70,7 @@ def exudyns(tolerance: float, settings: Settings, slider: Callable[[Any], int] |
     slider : callable, optional
         Another slider: it adds one to the system and returns the marker of its pin.
     """
-    mbs = library().SystemContainer().AddSystem()
+    mbs = library()[0].SystemContainer().AddSystem()
     journal, bearing = _links(mbs), (slider or sliding_mass)(mbs)
     _pin(mbs, journal, bearing)
     return _solved(mbs, (journal, bearing), tolerance, settings)
@@ -78,14 +78,13 @@ def exudyns(tolerance: float, settings: Settings, slider: Callable[[Any], int] |
 
 def contact_free(tolerance: float) -> np.ndarray:
     """The orbit of the journal if the pin is left out; short steps, as they are interpolated."""
-    mbs = library().SystemContainer().AddSystem()
+    mbs = library()[0].SystemContainer().AddSystem()
     return _solved(mbs, (_links(mbs), sliding_mass(mbs)), tolerance, Settings(longest=6e-6))[1]
 
 
 def sliding_mass(mbs: Any) -> int:
     """The slider: a mass with the one coordinate that it has."""
-    from exudyn import itemInterface as items
-
+    _, items = library()
     place = mbs.AddNode(items.Node1D(referenceCoordinates=[CRANK + ROD]))
     slider = mbs.AddObject(items.ObjectMass1D(mass=SLIDER_MASS, nodeNumber=place))
     return int(mbs.AddMarker(items.MarkerBodyRigid(bodyNumber=slider)))
@@ -93,9 +92,7 @@ def sliding_mass(mbs: Any) -> int:
 
 def _solved(mbs: Any, markers: tuple[int, int], tolerance: float, chosen: Settings) -> Found:
     """Integrate with step control."""
-    from exudyn import itemInterface as items
-
-    exu = library()
+    exu, items = library()
     kinds = exu.OutputVariableType.Position, exu.OutputVariableType.Velocity
     sensors = [
         mbs.AddSensor(items.SensorMarker(markerNumber=marker, storeInternal=True, outputVariableType=kind))
@@ -125,9 +122,7 @@ def _solved(mbs: Any, markers: tuple[int, int], tolerance: float, chosen: Settin
 
 def _links(mbs: Any) -> int:
     """Crank and rod, and the marker of the journal; the crank keeps its speed by an inertia of 1e10 kg m^2."""
-    from exudyn import itemInterface as items
-
-    exu = library()
+    exu, items = library()
     mbs.AddObject(items.ObjectGround())
     tree = mbs.AddNode(
         items.NodeGenericODE2(
@@ -165,8 +160,7 @@ def _pin(mbs: Any, journal: int, bearing: int) -> None:
 
     Hunt and Crossley's 3/2 (1 - e) is Lankarani and Nikravesh's 3/4 (1 - e^2) at another e.
     """
-    from exudyn import itemInterface as items
-
+    _, items = library()
     data = mbs.AddNode(items.NodeGenericData(initialCoordinates=[CLEARANCE, 0.0, 0.0, 0.0], numberOfDataCoordinates=4))
     mbs.AddObject(
         items.ObjectContactSphereSphere(

@@ -87,7 +87,7 @@ def models() -> list[Model]:
         return float(np.max(np.abs(found.y[:7, -1] - TEST_SET)))
 
     def tends(**options: object) -> float:
-        crank = limit(mechanism(NAME), UNTIL, Settings(5e-6, **options), "K1")  # type: ignore[arg-type]
+        crank = limit(mechanism(NAME), UNTIL, Settings(5e-6, 1e-11, **options), "K1")  # type: ignore[arg-type]
         return abs(float(crank[2] - exact()[-1, 0]))
 
     test_set = "published angles at 0.03 s [rad]; tolerance "

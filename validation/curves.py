@@ -30,7 +30,7 @@ def draw(curves: Sequence[Curve], goal: float, error: str, path: Path) -> None:
     path : Path
         Of the picture.
     """
-    figure = Figure(figsize=(7.5, 4.5), layout="constrained")
+    figure = Figure(figsize=(7.5, 4.5 + 0.1 * len(curves)), layout="constrained")  # two names in a line below the axes
     axes = figure.subplots()
     markers = "osD^v<>Pp"
     for k, (name, points) in enumerate(curves):
@@ -43,5 +43,5 @@ def draw(curves: Sequence[Curve], goal: float, error: str, path: Path) -> None:
     axes.axhline(goal, color="grey", linestyle="--", linewidth=1, label="goal")
     axes.set(xscale="log", yscale="log", xlabel="time [ms]", ylabel=error)
     axes.grid(visible=True, which="major", alpha=0.3)
-    axes.legend(fontsize=7, loc="upper left", bbox_to_anchor=(1.0, 1.0))
+    figure.legend(fontsize=7, loc="outside lower center", ncols=2)
     figure.savefig(path, dpi=110, metadata={"Software": ""})

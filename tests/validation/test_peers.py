@@ -114,7 +114,7 @@ def test_a_code_that_is_not_installed_is_called_so(tmp_path: Path, monkeypatch: 
     save = curves.Figure.savefig
 
     def saved(figure: Any, *given: object, **options: object) -> None:
-        labels.extend(text.get_text() for text in figure.axes[0].get_legend().get_texts())
+        labels.extend(text.get_text() for text in figure.legends[0].get_texts())
         save(figure, *given, **options)
 
     monkeypatch.setattr(curves.Figure, "savefig", saved)
@@ -134,14 +134,16 @@ def test_a_code_that_is_not_installed_is_called_so(tmp_path: Path, monkeypatch: 
 
 
 def test_models_of_codes_that_are_not_installed_or_wrong() -> None:
-    """Identity: a wrong model is counted and marked, one that is not installed is named as such and not counted."""
+    """Identity: a model that is wrong or fails is counted and marked, one that is not installed is named as such and not counted."""
     models = [
         Model("right", "x", lambda: 1e-9, 1e-8),
         Model("wrong", "x", lambda: 1e-7, 1e-8),
+        Model("broken", "x", lambda: failing(1.0)[0], 1e-8),
         Model("absent", "x", lambda: missing(1.0)[0], 1e-8, ABSENT),
     ]
     text, missed = models_table(models)
-    assert missed == 1
+    assert missed == 2
     assert re.search(r"^\| right +\| +x \| +1.0e-09 \| +1e-08 \|$", text, re.MULTILINE)
     assert re.search(r"^\| wrong +\| +x \| +1.0e-07 \| +1e-08: missed \|$", text, re.MULTILINE)
+    assert re.search(r"^\| broken +\| +x \| +fails \| +1e-08: missed \|$", text, re.MULTILINE)
     assert re.search(r"^\| absent +\| +x \| +not installed \| +1e-08 \|$", text, re.MULTILINE)

@@ -134,7 +134,7 @@ def test_a_code_that_is_not_installed_is_called_so(tmp_path: Path, monkeypatch: 
 
 
 def test_models_of_codes_that_are_not_installed_or_wrong() -> None:
-    """Identity: a model that is wrong or fails is counted and marked, one that is not installed is named as such and not counted."""
+    """Identity: a model that is wrong or fails is counted and marked; one that is not installed is named, not counted."""
     models = [
         Model("right", "x", lambda: 1e-9, 1e-8),
         Model("wrong", "x", lambda: 1e-7, 1e-8),

@@ -9,7 +9,7 @@ from benchmarks.measure import machine
 
 from validation.case import HERE, Case
 from validation.catalogue import CASES
-from validation.page import checks_table, codes_table, parts, published_table, stamp, summary_row, whole
+from validation.page import checks_table, codes_table, models_table, parts, published_table, stamp, summary_row, whole
 
 PAGE = HERE.parent / "docs" / "validation.md"
 
@@ -54,12 +54,17 @@ def _one(case: Case, quick: bool, write: bool) -> tuple[str, list[str], int]:
     section = f"## {_heading(case)}\n{body}\n\n{checks_table(checks)}"
     if case.published is not None:
         section += f"\n{published_table(case.published())}"
+    missed = sum(not check.met for check in checks)
+    if case.models is not None and not quick:
+        models, wrong = models_table(case.models())
+        section += f"\n{models}"
+        missed += wrong
     if case.codes is not None and not quick:
         section += "\n" + codes_table(case, PAGE.with_name(f"validation-{case.name}.png") if write else None)
     for note in case.notes:
         section += f"\n{note}\n"
     section += f"\n{stamp(machine())}"
-    return section, summary_row(case, checks), sum(not check.met for check in checks)
+    return section, summary_row(case, checks), missed
 
 
 if __name__ == "__main__":

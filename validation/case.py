@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib.util
 import math
 import time
 from collections.abc import Callable, Sequence
@@ -13,7 +14,21 @@ import xarray as xr
 import scissordyn as sd
 from scissordyn.config.file import read_case
 
-__all__ = ["Case", "Check", "Code", "Measured", "Printed", "Scan", "best", "mechanism", "run", "scan", "timed"]
+__all__ = [
+    "Case",
+    "Check",
+    "Code",
+    "Measured",
+    "Model",
+    "Printed",
+    "Scan",
+    "best",
+    "installed",
+    "mechanism",
+    "run",
+    "scan",
+    "timed",
+]
 
 HERE = Path(__file__).parent
 
@@ -86,6 +101,34 @@ class Printed:
 
 
 @dataclass(frozen=True)
+class Model:
+    """Another code's model, alone against an exact solution, before its time and error are compared with anything.
+
+    A model that is wrong, or that its solver cannot integrate, has an error that no tolerance removes: a comparison of settings
+    then compares nothing. The settings are tight ones, and the motion is one in which errors do not grow.
+
+    Parameters
+    ----------
+    name : str
+        Code and model.
+    solution : str
+        The exact solution, and the settings.
+    measure : callable
+        To the error.
+    allowed : float
+        Largest error, small against the goal of the comparison.
+    package : str
+        That has to be installed, if any.
+    """
+
+    name: str
+    solution: str
+    measure: Callable[[], float]
+    allowed: float
+    package: str = ""
+
+
+@dataclass(frozen=True)
 class Code:
     """A code and the settings that are scanned.
 
@@ -100,6 +143,8 @@ class Code:
         What a setting is.
     repeats : int
         Runs of each setting; the shortest counts.
+    package : str
+        That has to be installed, if any; a code that is not installed is named as such, and does not fail.
     """
 
     name: str
@@ -107,11 +152,12 @@ class Code:
     settings: Sequence[float]
     meaning: str = "tolerance"
     repeats: int = 3
+    package: str = ""
 
 
 @dataclass(frozen=True)
 class Scan:
-    """All settings of one code: setting, error and seconds, infinite errors for failures."""
+    """All settings of one code: setting, error and seconds, infinite errors for failures; none if it is not installed."""
 
     code: Code
     points: tuple[tuple[float, float, float], ...]
@@ -140,6 +186,8 @@ class Case:
         Paragraphs below the tables.
     published : callable, optional
         To the printed results that are compared, with agreement or not.
+    models : callable, optional
+        To the models of other codes, each with its exact solution.
     """
 
     name: str
@@ -151,6 +199,7 @@ class Case:
     quick: bool = True
     notes: Sequence[str] = field(default=())
     published: Callable[[], list[Printed]] | None = None
+    models: Callable[[], list[Model]] | None = None
 
 
 def mechanism(name: str, *changes: str, file: str = "case.toml") -> sd.Mechanism:
@@ -183,8 +232,15 @@ def timed(name: str, error: Callable[[xr.Dataset], float], **fixed: object) -> C
     return measured
 
 
+def installed(package: str) -> bool:
+    """Whether a package can be found; no package is always there."""
+    return not package or importlib.util.find_spec(package) is not None
+
+
 def scan(code: Code) -> Scan:
     """Run every setting; one run before the first is not counted, as codes compile or load."""
+    if not installed(code.package):
+        return Scan(code, ())
     points = []
     warm = False
     for setting in code.settings:

@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 __all__ = ["Curve", "draw"]
 
 Curve = tuple[str, Sequence[tuple[float, float]]]
-"""Name of a code, and its errors and seconds; infinite ones are left out."""
+"""Name of a code, and its errors and seconds: none if it is not installed, infinite ones if it fails."""
 
 COLOURS = 10
 """Colours of matplotlib's cycle; curves beyond are dotted."""
@@ -30,7 +30,7 @@ def draw(curves: Sequence[Curve], goal: float, error: str, path: Path) -> None:
     path : Path
         Of the picture.
     """
-    figure = Figure(figsize=(7.5, 4.5), layout="constrained")
+    figure = Figure(figsize=(7.5, 4.5 + 0.1 * len(curves)), layout="constrained")  # two names in a line below the axes
     axes = figure.subplots()
     markers = "osD^v<>Pp"
     for k, (name, points) in enumerate(curves):
@@ -38,8 +38,10 @@ def draw(curves: Sequence[Curve], goal: float, error: str, path: Path) -> None:
         if finite:
             style = {"marker": markers[k % len(markers)], "linestyle": "-" if k < COLOURS else ":"}
             axes.plot(*zip(*finite, strict=True), **style, markersize=4, linewidth=1, label=name)
+        else:
+            axes.plot([], [], " ", label=f"{name}: {'fails' if points else 'not installed'}")
     axes.axhline(goal, color="grey", linestyle="--", linewidth=1, label="goal")
     axes.set(xscale="log", yscale="log", xlabel="time [ms]", ylabel=error)
     axes.grid(visible=True, which="major", alpha=0.3)
-    axes.legend(fontsize=7, loc="upper left", bbox_to_anchor=(1.0, 1.0))
+    figure.legend(fontsize=7, loc="outside lower center", ncols=2)
     figure.savefig(path, dpi=110, metadata={"Software": ""})

@@ -10,10 +10,10 @@ from pathlib import Path
 
 from benchmarks.measure import table
 
-from validation.case import Case, Check, Printed, best, scan
+from validation.case import Case, Check, Model, Printed, Scan, best, installed, scan
 from validation.curves import draw
 
-__all__ = ["checks_table", "codes_table", "parts", "published_table", "stamp", "summary_row", "whole"]
+__all__ = ["checks_table", "codes_table", "models_table", "parts", "published_table", "stamp", "summary_row", "whole"]
 
 
 def checks_table(checks: Sequence[Check]) -> str:
@@ -41,37 +41,73 @@ def published_table(results: Sequence[Printed]) -> str:
     return table(["printed result", "printed", "scissordyn", "difference", "answer (agrees within)"], rows)
 
 
+def models_table(models: Sequence[Model]) -> tuple[str, int]:
+    """Every model of another code against an exact solution, and how many are not within what is allowed."""
+    rows, missed = [], 0
+    for model in models:
+        verdict = ""
+        if not installed(model.package):
+            found = "not installed"
+        else:
+            try:
+                error = model.measure()
+                found = f"{error:.1e}"
+            except Exception as failure:  # another code's failure is a result
+                print(f"  {model.name}: {type(failure).__name__}: {str(failure)[:100]}")
+                error, found = math.inf, "fails"
+            if not error <= model.allowed:
+                verdict = ": missed"
+                missed += 1
+        rows.append([model.name, model.solution, found, f"{model.allowed:.0e}{verdict}"])
+    head = (
+        "Each model of another code is first compared with an exact solution, alone, at tight settings, in a motion in which\n"
+        "errors do not grow:\n\n"
+    )
+    return head + table(["model", "exact solution; settings", "error", "allowed"], rows), missed
+
+
 def codes_table(case: Case, picture: Path | None = None) -> str:
     """The fastest setting of each code that reaches the goal, the scan that found it, and a picture of the scans if wanted."""
     assert case.codes is not None
-    rows, scans, curves = [], [], []
-    scanned_codes = [scan(code) for code in case.codes()]
-    fastest = min((took for one in scanned_codes for _, miss, took in one.points if miss <= case.goal), default=math.nan)
-    for scanned in scanned_codes:
-        code = scanned.code
-        curves.append((code.name, [(miss, took) for _, miss, took in scanned.points]))
-        setting, error, seconds = best(scanned, case.goal)
-        if math.isinf(error):
-            rows.append([code.name, code.meaning, "-", "fails", "-", "-"])
-        else:
-            met = error <= case.goal
-            verdict, ratio = ("", f"{seconds / fastest:.1f}") if met else (" (goal missed)", "-")
-            rows.append([code.name, code.meaning, f"{setting:g}", f"{error:.1e}{verdict}", f"{1e3 * seconds:.3g}", ratio])
-        points = [
-            f"{at:g}: {'fails' if math.isinf(miss) else f'{miss:.1e}, {1e3 * took:.3g} ms'}"
-            for at, miss, took in scanned.points
-        ]
-        scans.append(f"* {code.name}, {code.meaning}: " + "; ".join(points) + ".")
+    scans = [scan(code) for code in case.codes()]
+    fastest = min((took for one in scans for _, miss, took in one.points if miss <= case.goal), default=math.nan)
     head = (
         f"Error: {case.error}; goal: {case.goal:g}.\n"
         "The fastest setting that reaches the goal, or else the most accurate one; ratio to the fastest of all:\n\n"
     )
-    made = table(["code", "setting", "value", "error", "time [ms]", "ratio"], rows)
+    made = table(
+        ["code", "setting", "value", "error", "time [ms]", "ratio"], [_code_row(one, case.goal, fastest) for one in scans]
+    )
     shown = ""
     if picture is not None:
+        curves = [(one.code.name, [(miss, took) for _, miss, took in one.points]) for one in scans]
         draw(curves, case.goal, case.error, picture)
         shown = f"\n![Error over time of all codes and settings]({picture.name})\n"
-    return head + made + shown + "\nThe scan, as setting: error, time.\n\n" + "\n".join(scans) + "\n"
+    listed = "\n".join(_listed(one) for one in scans)
+    return f"{head}{made}{shown}\nThe scan, as setting: error, time.\n\n{listed}\n"
+
+
+def _code_row(scanned: Scan, goal: float, fastest: float) -> list[str]:
+    """A code in the table."""
+    code = scanned.code
+    if not scanned.points:
+        return [code.name, code.meaning, "-", "not installed", "-", "-"]
+    setting, error, seconds = best(scanned, goal)
+    if math.isinf(error):
+        return [code.name, code.meaning, "-", "fails", "-", "-"]
+    met = error <= goal
+    verdict, ratio = ("", f"{seconds / fastest:.1f}") if met else (" (goal missed)", "-")
+    return [code.name, code.meaning, f"{setting:g}", f"{error:.1e}{verdict}", f"{1e3 * seconds:.3g}", ratio]
+
+
+def _listed(scanned: Scan) -> str:
+    """A code's settings in the list."""
+    if not scanned.points:
+        return f"* {scanned.code.name}: not installed."
+    points = (
+        f"{at:g}: {'fails' if math.isinf(miss) else f'{miss:.1e}, {1e3 * took:.3g} ms'}" for at, miss, took in scanned.points
+    )
+    return f"* {scanned.code.name}, {scanned.code.meaning}: " + "; ".join(points) + "."
 
 
 def summary_row(case: Case, checks: Sequence[Check]) -> list[str]:
@@ -124,9 +160,11 @@ def parts(text: str) -> tuple[dict[str, list[str]], dict[str, str]]:
 
 HEADINGS = ("case", "reference by", "checks met", "error nearest to what is allowed", "run")
 
-OTHERS = """Other codes: scipy, numbalsoda 0.3 and Exudyn 1.13 install with pip and take part where they have a model of
-the case. Chrono and Siconos do not (tried on 2026-11-22): neither has a distribution for pip; `pychrono` and
-`projectchrono` on PyPI are other packages.
+OTHERS = """Other codes: scipy, numbalsoda 0.3 (built by a Fortran compiler) and Exudyn 1.13 (its variant without range checks)
+install with pip and take part where they have a model of the case; one that was not installed when a case was run is
+called so. Chrono and Siconos do not install (tried on 2026-11-22): neither has a distribution for pip; `pychrono` and
+`projectchrono` on PyPI are other packages. A model of another code is compared with an exact solution, alone, before its
+errors and times are compared.
 
 Published computations are compared where a source gives parameters and results as numbers: problems A01 to A03, the
 mass on the belt, the slider-crank with a clearance guide, and the controlled four-bar linkage with three clearance joints; the

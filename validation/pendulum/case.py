@@ -10,8 +10,9 @@ import xarray as xr
 from numba import njit
 from scipy.integrate import solve_ivp
 
-from validation.case import Case, Check, Code, Measured, mechanism, run, timed
-from validation.exudyn_model import Settings, positions
+from validation.case import Case, Check, Code, Measured, Model, mechanism, run, timed
+from validation.exudyn_model import Settings, limit, positions
+from validation.pendulum.exudyn_tree import pendulum
 from validation.pendulum.reference import place
 
 __all__ = ["CASE"]
@@ -67,6 +68,32 @@ def exudyns(step: float, **options: object) -> Measured:
     return float(np.max(np.abs(made[:: max(1, len(t) // 100), :2] - wanted))), seconds
 
 
+def exudyns_tree(tolerance: float) -> Measured:
+    """Exudyn's DOPRI5 on one angle, at its own instants."""
+    t, angle, seconds = pendulum(tolerance, UNTIL)
+    some = slice(None, None, max(1, len(t) // 100))
+    made = np.column_stack([np.cos(angle[some]), np.sin(angle[some])])
+    return float(np.max(np.abs(made - np.array([place(float(one)) for one in t[some]])))), seconds
+
+
+def models() -> list[Model]:
+    """Scipy and Exudyn at tight settings, and in the limit of short steps."""
+
+    def implicit(**options: object) -> float:
+        tends = limit(mechanism(NAME), UNTIL, Settings(1e-3, 1e-11, **options), "mass")  # type: ignore[arg-type]
+        return float(np.max(np.abs(tends[:2] - exact()[-1])))
+
+    tight = "closed form, 10 s [m]; tolerance 1e-12"
+    short = "closed form, at 10 s [m]; limit of steps of 1 and 0.5 ms"
+    return [
+        Model("scipy DOP853", tight, lambda: scipys("DOP853", 1e-12)[0], 1e-8),
+        Model("scipy LSODA", tight, lambda: scipys("LSODA", 1e-12)[0], 1e-8),
+        Model("Exudyn, generalised alpha, index 3", short, implicit, 1e-6, "exudyn"),
+        Model("Exudyn, trapezoidal, index 2", short, lambda: implicit(radius=1.0, index2=True), 1e-6, "exudyn"),
+        Model("Exudyn DOPRI5, kinematic tree", tight, lambda: exudyns_tree(1e-12)[0], 1e-8, "exudyn"),
+    ]
+
+
 def codes() -> list[Code]:
     """The codes at a range of settings."""
     tolerances = (1e-5, 1e-6, 1e-7, 1e-8, 1e-9)
@@ -75,9 +102,17 @@ def codes() -> list[Code]:
         Code("scissordyn, simulate()", timed(NAME, error, samples=101), tolerances),
         Code("scipy DOP853, compiled equation of the angle", lambda one: scipys("DOP853", one), tolerances),
         Code("scipy LSODA, compiled equation of the angle", lambda one: scipys("LSODA", one), tolerances),
-        Code("Exudyn, generalised alpha, index 3", lambda one: exudyns(one), steps, "step [s]", 1),
-        Code("Exudyn, trapezoidal, index 2", lambda one: exudyns(one, radius=1.0, index2=True), steps, "step [s]", 1),
+        Code("Exudyn, generalised alpha, index 3", exudyns, steps, "step [s]", 1, "exudyn"),
+        Code(
+            "Exudyn, trapezoidal, index 2",
+            lambda one: exudyns(one, radius=1.0, index2=True),
+            steps,
+            "step [s]",
+            1,
+            "exudyn",
+        ),
+        Code("Exudyn DOPRI5, kinematic tree", exudyns_tree, tolerances, package="exudyn"),
     ]
 
 
-CASE = Case(NAME, "Simple pendulum (A01)", checks, "largest error of the position in 10 s [m]", 1e-5, codes)
+CASE = Case(NAME, "Simple pendulum (A01)", checks, "largest error of the position in 10 s [m]", 1e-5, codes, models=models)

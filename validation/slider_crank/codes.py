@@ -1,11 +1,10 @@
-"""Other codes on the slider-crank: scipy and numbalsoda on the equations derived by hand, Exudyn with bodies and a contact.
+"""Other codes on the slider-crank: scipy and numbalsoda on the equations derived by hand.
 
 Each returns seconds and the eccentricities at the same instants, which are computed outside of the time that is measured.
 """
 
 from __future__ import annotations
 
-import math
 import time
 from collections.abc import Callable
 from functools import cache
@@ -14,20 +13,11 @@ from typing import Any
 import numpy as np
 from numba import njit
 from scipy.integrate import solve_ivp
-from scipy.interpolate import CubicHermiteSpline
 
 from validation.slider_crank.equations import (
     CLEARANCE,
-    CRANK,
-    JOURNAL,
-    LOSS,
     ROD,
-    ROD_INERTIA,
-    ROD_MASS,
     SAMPLES,
-    SLIDER_MASS,
-    SPEED,
-    STIFFNESS,
     TIMES,
     UNTIL,
     eccentricity,
@@ -36,7 +26,7 @@ from validation.slider_crank.equations import (
     start,
 )
 
-__all__ = ["Found", "exudyns", "numbalsodas", "numbalsodas_located", "scipys"]
+__all__ = ["Found", "numbalsodas", "scipys"]
 
 Found = tuple[float, np.ndarray]
 """Seconds, and eccentricities (samples, 2)."""
@@ -92,40 +82,6 @@ def scipys(method: str, tolerance: float) -> Found:
         if touching:
             approach = gap_rate(t, *y)[1]
     return time.perf_counter() - began, orbit(states)
-
-
-@cache
-def _remembering() -> Any:
-    """The equations in the form of numbalsoda: without events, so the approach speed is stored."""
-    from numba import carray, cfunc
-    from numbalsoda import lsoda_sig
-
-    @cfunc(lsoda_sig)
-    def remembering(t, u, du, p):
-        y, memory = carray(u, (4,)), carray(p, (2,))
-        gap, rate = gap_rate(t, y[0], y[1], y[2], y[3])
-        if gap <= 0.0:
-            memory[0] = 0.0
-        elif memory[0] == 0.0:
-            memory[0], memory[1] = 1.0, max(rate, 1e-6)
-        du[0], du[1], du[2], du[3] = rates(t, y[0], y[1], y[2], y[3], memory[0] == 1.0, memory[1])
-
-    return remembering
-
-
-def numbalsodas(tolerance: float) -> Found:
-    """Numbalsoda's DOP853 as it is called at first: all samples at once, contacts found by the step control alone."""
-    from numbalsoda import dop853
-
-    equations = _remembering()
-    began = time.perf_counter()
-    states, success = dop853(
-        equations.address, start(), TIMES, data=np.array([0.0, 1.0]), rtol=tolerance, atol=tolerance * 1e-3
-    )
-    seconds = time.perf_counter() - began
-    if not success:
-        raise RuntimeError("numbalsoda's dop853 failed")
-    return seconds, orbit(states)
 
 
 def _scales(unit: float) -> tuple[float, float, float, float]:
@@ -243,7 +199,7 @@ def _locating(unit: float) -> Callable[..., tuple[np.ndarray, bool]]:
     return march
 
 
-def numbalsodas_located(tolerance: float, unit: float) -> Found:
+def numbalsodas(tolerance: float, unit: float) -> Found:
     """Numbalsoda's DOP853 from contact to contact, with the loop around it that it lacks."""
     march = _locating(unit)
     began = time.perf_counter()
@@ -252,128 +208,3 @@ def numbalsodas_located(tolerance: float, unit: float) -> Found:
     if not success:
         raise RuntimeError("numbalsoda's dop853 failed")
     return seconds, orbit(states)
-
-
-def exudyns(tolerance: float, longest: float = 1e-4, force_error: float = 10.0, fixed: bool = False) -> Found:
-    """Exudyn: crank and rod as a kinematic tree, the pin as a sphere in a hollow sphere.
-
-    The crank keeps its speed by an inertia of 1e10 kg m^2. Hunt and Crossley's 3/2 (1 - e) is Lankarani and Nikravesh's
-    3/4 (1 - e^2) at another e. Places and velocities of all steps are stored and interpolated with cubics.
-
-    Parameters
-    ----------
-    tolerance : float
-        Relative; absolute in clearances.
-    longest : float
-        Longest step [s].
-    force_error : float
-        Error of a contact force beyond which a step is shortened to end where the contact begins [N].
-    fixed : bool
-        Whether all steps have that length, with RK44; DOPRI5 with step control otherwise.
-    """
-    import exudyn as exu
-    from exudyn import itemInterface
-
-    items = itemInterface
-
-    mbs = exu.SystemContainer().AddSystem()
-    journal, bearing = _mechanism(mbs)
-    _pin(mbs, journal, bearing)
-    sensors = [
-        mbs.AddSensor(items.SensorMarker(markerNumber=marker, storeInternal=True, outputVariableType=kind))
-        for kind in (exu.OutputVariableType.Position, exu.OutputVariableType.Velocity)
-        for marker in (journal, bearing)
-    ]
-    mbs.Assemble()
-    settings = exu.SimulationSettings()
-    integration = settings.timeIntegration
-    integration.endTime, integration.numberOfSteps = UNTIL, math.ceil(UNTIL / longest)
-    integration.automaticStepSize = not fixed
-    integration.absoluteTolerance = tolerance * CLEARANCE
-    integration.relativeTolerance = tolerance
-    integration.minimumStepSize = 1e-14
-    integration.initialStepSize = 1e-7
-    integration.discontinuous.useRecommendedStepSize = True
-    integration.discontinuous.iterationTolerance = force_error
-    integration.discontinuous.maxIterations = 5
-    integration.verboseMode = 0
-    settings.solution.file.write = False
-    settings.solution.sensors.writePeriod = 0.0
-    method = exu.DynamicSolverType.RK44 if fixed else exu.DynamicSolverType.DOPRI5
-    began = time.perf_counter()
-    mbs.SolveDynamic(settings, solverType=method, showHints=False, showCausingItems=False)
-    seconds = time.perf_counter() - began
-    first, second, first_rate, second_rate = (mbs.GetSensorStoredData(sensor) for sensor in sensors)
-    kept = np.r_[True, np.diff(first[:, 0]) > 0.0]
-    path = CubicHermiteSpline(first[kept, 0], (first - second)[kept, 1:3], (first_rate - second_rate)[kept, 1:3])
-    return seconds, path(TIMES)
-
-
-def _mechanism(mbs: Any) -> tuple[int, int]:
-    """Crank, rod and slider; markers of journal and bearing."""
-    import exudyn as exu
-    from exudyn import itemInterface
-
-    items = itemInterface
-
-    mbs.AddObject(items.ObjectGround())
-    tree = mbs.AddNode(
-        items.NodeGenericODE2(
-            referenceCoordinates=[0.0, 0.0],
-            initialCoordinates=[0.0, 0.0],
-            initialCoordinates_t=[SPEED, -CRANK * SPEED / ROD - SPEED],
-            numberOfODE2Coordinates=2,
-        )
-    )
-    offsets, centres = exu.Vector3DList(), exu.Vector3DList()
-    inertias, rotations = exu.Matrix3DList(), exu.Matrix3DList()
-    for offset, centre, inertia in ((0.0, 0.0, 1e10), (CRANK, 0.5 * ROD, ROD_INERTIA)):
-        offsets.Append([offset, 0.0, 0.0])
-        centres.Append([centre, 0.0, 0.0])
-        inertias.Append(np.diag([1.0, 1.0, inertia]))
-        rotations.Append(np.eye(3))
-    links = mbs.AddObject(
-        items.ObjectKinematicTree(
-            nodeNumber=tree,
-            jointTypes=[exu.JointType.RevoluteZ, exu.JointType.RevoluteZ],
-            linkParents=[-1, 0],
-            jointTransformations=rotations,
-            jointOffsets=offsets,
-            linkInertiasCOM=inertias,
-            linkCOMs=centres,
-            linkMasses=[1.0, ROD_MASS],
-            gravity=[0.0, 0.0, 0.0],
-        )
-    )
-    journal = mbs.AddMarker(items.MarkerKinematicTreeRigid(objectNumber=links, linkNumber=1, localPosition=[ROD, 0.0, 0.0]))
-    place = mbs.AddNode(items.NodeRigidBody2D(referenceCoordinates=[CRANK + ROD, 0.0, 0.0]))
-    slider = mbs.AddObject(items.ObjectRigidBody2D(mass=SLIDER_MASS, inertia=1.0, nodeNumber=place))
-    bearing = mbs.AddMarker(items.MarkerBodyRigid(bodyNumber=slider))
-    still = mbs.AddNode(items.NodePointGround())
-    fixed = mbs.AddMarker(items.MarkerNodeCoordinate(nodeNumber=still, coordinate=0))
-    for coordinate in (1, 2):
-        guide = mbs.AddMarker(items.MarkerNodeCoordinate(nodeNumber=place, coordinate=coordinate))
-        mbs.AddObject(items.CoordinateConstraint(markerNumbers=[fixed, guide]))
-    return journal, bearing
-
-
-def _pin(mbs: Any, journal: int, bearing: int) -> None:
-    """The clearance joint."""
-    from exudyn import itemInterface
-
-    items = itemInterface
-
-    data = mbs.AddNode(items.NodeGenericData(initialCoordinates=[CLEARANCE, 0.0, 0.0, 0.0], numberOfDataCoordinates=4))
-    mbs.AddObject(
-        items.ObjectContactSphereSphere(
-            markerNumbers=[journal, bearing],
-            nodeNumber=data,
-            spheresRadii=[JOURNAL, JOURNAL + CLEARANCE],
-            isHollowSphere1=True,
-            contactStiffness=STIFFNESS,
-            contactStiffnessExponent=1.5,
-            restitutionCoefficient=1.0 - LOSS / 1.5,
-            minimumImpactVelocity=1e-6,
-            impactModel=1,
-        )
-    )

@@ -14,6 +14,7 @@ __all__ = [
     "CRANK",
     "JOURNAL",
     "LOSS",
+    "RESTITUTION",
     "ROD",
     "ROD_INERTIA",
     "ROD_MASS",

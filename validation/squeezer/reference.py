@@ -9,6 +9,7 @@ from __future__ import annotations
 from math import cos, sin
 
 import numpy as np
+from numba.extending import register_jitable
 from scipy.integrate import solve_ivp
 
 __all__ = ["START", "TEST_SET", "angles"]
@@ -47,6 +48,7 @@ ZT, TA, TB, U, UA, UB = 0.04, 0.02308, 0.00916, 0.04, 0.01228, 0.00449
 STIFFNESS, FREE_LENGTH, TORQUE = 4530.0, 0.07785, 0.033
 
 
+@register_jitable
 def mass(q: np.ndarray) -> np.ndarray:
     """Mass matrix."""
     _, th, _, ph, _, om, _ = q
@@ -66,6 +68,7 @@ def mass(q: np.ndarray) -> np.ndarray:
     return m
 
 
+@register_jitable
 def force(q: np.ndarray, v: np.ndarray) -> np.ndarray:
     """Applied and gyroscopic forces."""
     _, th, ga, ph, _, om, _ = q
@@ -104,6 +107,7 @@ def closure(q: np.ndarray) -> np.ndarray:
     )
 
 
+@register_jitable
 def jacobian(q: np.ndarray) -> np.ndarray:
     """Derivatives of the constraints."""
     be, th, ga, ph, de, om, ep = q
@@ -118,6 +122,7 @@ def jacobian(q: np.ndarray) -> np.ndarray:
     return g
 
 
+@register_jitable
 def curvature(q: np.ndarray, v: np.ndarray) -> np.ndarray:
     """The part of the second derivative of the constraints that is quadratic in the rates."""
     be, th, ga, ph, de, om, ep = q
@@ -137,12 +142,14 @@ def curvature(q: np.ndarray, v: np.ndarray) -> np.ndarray:
     )
 
 
+@register_jitable
 def rate(_: float, state: np.ndarray) -> np.ndarray:
     """Right-hand side of index 1."""
     q, v = state[:7], state[7:]
     g = jacobian(q)
-    matrix = np.block([[mass(q), g.T], [g, np.zeros((6, 6))]])
-    return np.concatenate([v, np.linalg.solve(matrix, np.concatenate([force(q, v), -curvature(q, v)]))[:7]])
+    matrix = np.zeros((13, 13))
+    matrix[:7, :7], matrix[:7, 7:], matrix[7:, :7] = mass(q), g.T, g
+    return np.concatenate((v, np.linalg.solve(matrix, np.concatenate((force(q, v), -curvature(q, v))))[:7]))
 
 
 def angles(times: np.ndarray, tolerance: float = 3e-13) -> np.ndarray:

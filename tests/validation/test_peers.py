@@ -1,0 +1,149 @@
+"""Other codes in the comparisons: each model alone against an exact solution, and what is shown of a code that is missing."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+from typing import Any
+
+import pytest
+from validation.case import Case, Code, Model, installed, scan
+from validation.catalogue import CASES
+from validation.page import codes_table, models_table
+
+COMPILED = ("numbalsoda",), ("squeezer",)
+"""Packages and cases whose models take half a minute to compile."""
+
+MODELS = [
+    pytest.param(
+        model,
+        id=f"{case.name}-{k}",
+        marks=pytest.mark.slow if model.package in COMPILED[0] or case.name in COMPILED[1] else (),
+    )
+    for case in CASES
+    if case.models
+    for k, model in enumerate(case.models())
+]
+ABSENT = "no_such_package_of_that_name"
+
+
+def missing(setting: float) -> tuple[float, float]:
+    """Run a code that is not installed."""
+    raise ModuleNotFoundError(f"No module named '{ABSENT}' at {setting}")
+
+
+def failing(setting: float) -> tuple[float, float]:
+    """Run a code that fails."""
+    raise RuntimeError(f"diverges at {setting}")
+
+
+@pytest.mark.parametrize("model", MODELS)
+def test_models_of_other_codes(model: Model) -> None:
+    """Closed form, second formulation or published number, as each model says: it has its exact solution in its limit."""
+    if not installed(model.package):
+        pytest.skip(f"{model.package} is not installed")
+    assert model.measure() <= model.allowed
+
+
+def test_every_compared_code_has_a_model_that_is_checked() -> None:
+    """Identity: a case that compares other codes checks their models first, of every package that takes part."""
+    for case in CASES:
+        if case.codes is None:
+            continue
+        assert case.models is not None, case.name
+        checked = {model.package for model in case.models()}
+        assert {code.package for code in case.codes()} <= checked, case.name
+
+
+def test_codes_name_their_package() -> None:
+    """Identity: a code of another package says which, so that it is not taken for one that fails."""
+    for case in CASES:
+        for one in [*(case.codes() if case.codes else ()), *(case.models() if case.models else ())]:
+            first = one.name.split()[0].rstrip(",").lower()
+            assert one.package == (first if first in ("exudyn", "numbalsoda") else ""), one.name
+
+
+def constrained_slider(mbs: Any) -> int:
+    """A slider of three coordinates, of which two are constrained."""
+    from validation.exudyn_model import library
+    from validation.slider_crank.equations import CRANK, ROD, SLIDER_MASS
+
+    _, items = library()
+    place = mbs.AddNode(items.NodeRigidBody2D(referenceCoordinates=[CRANK + ROD, 0.0, 0.0]))
+    slider = mbs.AddObject(items.ObjectRigidBody2D(mass=SLIDER_MASS, inertia=1.0, nodeNumber=place))
+    fixed = mbs.AddMarker(items.MarkerNodeCoordinate(nodeNumber=mbs.AddNode(items.NodePointGround()), coordinate=0))
+    for coordinate in (1, 2):
+        guide = mbs.AddMarker(items.MarkerNodeCoordinate(nodeNumber=place, coordinate=coordinate))
+        mbs.AddObject(items.CoordinateConstraint(markerNumbers=[fixed, guide]))
+    return int(mbs.AddMarker(items.MarkerBodyRigid(bodyNumber=slider)))
+
+
+@pytest.mark.skipif(not installed("exudyn"), reason="exudyn is not installed")
+def test_exudyn_needs_a_slider_without_constraints() -> None:
+    """Second formulation: until the second contact the mass of one coordinate is right, the constrained body is not.
+
+    After one revolution the constrained body is off by a twentieth of the clearance and more whatever the tolerance is.
+    """
+    from validation.slider_crank.case import other
+    from validation.slider_crank.exudyn_pin import Settings, exudyns
+    from validation.slider_crank.models import until_second_contact
+
+    short = Settings(longest=6e-6)
+    assert until_second_contact(exudyns(1e-10, short)[1]) < 1e-7
+    assert until_second_contact(exudyns(1e-10, short, constrained_slider)[1]) > 1e-5
+    for tolerance in (1e-8, 1e-9, 1e-10):
+        assert other(exudyns(tolerance, Settings(), constrained_slider))[0] > 0.05
+
+
+@pytest.mark.skipif(not installed("exudyn"), reason="exudyn is not installed")
+def test_exudyn_reaches_the_goal_of_the_slider_crank() -> None:
+    """Second formulation: the goal of the comparison is within reach of every one of the settings that are compared."""
+    from validation.slider_crank.case import CASE, EXUDYN, other
+    from validation.slider_crank.exudyn_pin import exudyns
+
+    for chosen in EXUDYN:
+        errors = [other(exudyns(one, chosen))[0] for one in (1e-8, 5e-9, 2e-9, 1e-9)]
+        assert min(errors) <= CASE.goal, chosen
+
+
+def test_a_code_that_is_not_installed_is_called_so(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Identity: table, list and legend of the picture tell a code that is not installed from one that fails."""
+    from validation import curves
+
+    labels = []
+    save = curves.Figure.savefig
+
+    def saved(figure: Any, *given: object, **options: object) -> None:
+        labels.extend(text.get_text() for text in figure.legends[0].get_texts())
+        save(figure, *given, **options)
+
+    monkeypatch.setattr(curves.Figure, "savefig", saved)
+    codes = [
+        Code("good", lambda setting: (setting, 1e-3), (1e-4,)),
+        Code("absent", missing, (1e-4,), package=ABSENT),
+        Code("broken", failing, (1e-4,)),
+    ]
+    assert scan(codes[1]).points == ()
+    made = Case("made", "Made up", list, error="error [m]", goal=1e-3, codes=lambda: codes)
+    text = codes_table(made, tmp_path / "curves.png")
+    assert re.search(r"^\| absent +\| +tolerance \| +- \| +not installed \| +- \| +- \|$", text, re.MULTILINE)
+    assert re.search(r"^\| broken +\| +tolerance \| +- \| +fails \| +- \| +- \|$", text, re.MULTILINE)
+    assert "* absent: not installed." in text
+    assert "* broken, tolerance: 0.0001: fails." in text
+    assert labels == ["good", "absent: not installed", "broken: fails", "goal"]
+
+
+def test_models_of_codes_that_are_not_installed_or_wrong() -> None:
+    """Identity: a model that is wrong or fails is counted and marked; one that is not installed is named, not counted."""
+    models = [
+        Model("right", "x", lambda: 1e-9, 1e-8),
+        Model("wrong", "x", lambda: 1e-7, 1e-8),
+        Model("broken", "x", lambda: failing(1.0)[0], 1e-8),
+        Model("absent", "x", lambda: missing(1.0)[0], 1e-8, ABSENT),
+    ]
+    text, missed = models_table(models)
+    assert missed == 2
+    assert re.search(r"^\| right +\| +x \| +1.0e-09 \| +1e-08 \|$", text, re.MULTILINE)
+    assert re.search(r"^\| wrong +\| +x \| +1.0e-07 \| +1e-08: missed \|$", text, re.MULTILINE)
+    assert re.search(r"^\| broken +\| +x \| +fails \| +1e-08: missed \|$", text, re.MULTILINE)
+    assert re.search(r"^\| absent +\| +x \| +not installed \| +1e-08 \|$", text, re.MULTILINE)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import random
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -34,14 +35,20 @@ def damaged_run(whole: Path, target: Path, number: int) -> None:
     if chance.random() < 0.15:
         target.write_bytes(_bytes(whole.read_bytes(), chance))
         return
-    run = load(whole)
+    run = _loaded(whole)
     for _ in range(chance.choice((1, 1, 2, 3))):
         run = chance.choice((_attribute, _attribute, _about, _about, _variable, _variable, _variable))(run, chance)
+    run = run.copy()
     for name, variable in run.variables.items():  # NetCDF stores no objects but texts
         if variable.dtype.kind == "O":
             run[name] = variable.dims, [str(value) for value in variable.values.ravel()], variable.attrs
     target.unlink(missing_ok=True)
     run.to_netcdf(target, engine="h5netcdf", invalid_netcdf=True)
+
+
+@cache
+def _loaded(path: Path) -> xr.Dataset:
+    return load(path)
 
 
 def _bytes(content: bytes, chance: random.Random) -> bytes:
@@ -71,7 +78,7 @@ def _attribute(run: xr.Dataset, chance: random.Random) -> xr.Dataset:
 
 def _about(run: xr.Dataset, chance: random.Random) -> xr.Dataset:
     """Unit or long name of a variable are lost or others."""
-    changed = run.copy()
+    changed = run.copy(deep=True)
     about = changed[chance.choice(list(map(str, run.variables)))].attrs
     name = chance.choice(("units", "units", "long_name", "scale_factor"))
     if chance.random() < 0.5:

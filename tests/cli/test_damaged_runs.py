@@ -70,7 +70,9 @@ def tried(capfd: pytest.CaptureFixture[str], whole: list[Path], first: int, last
     return found
 
 
-def test_damaged_runs(capfd: pytest.CaptureFixture[str], whole: list[Path], tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_damaged_runs(
+    capfd: pytest.CaptureFixture[str], whole: list[Path], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """Identity: of 250 damaged files each is refused in one line or read; some do each."""
     monkeypatch.chdir(tmp_path)
     assert {0, 2} <= tried(capfd, whole, 0, QUICK)

@@ -31,9 +31,9 @@ from scissordyn.cli.plot import plot
 from scissordyn.cli.preview import preview
 from scissordyn.cli.run import run as run_case
 from scissordyn.cli.status import BAD_INPUT, BUG, DONE, INTERRUPTED
+from scissordyn.cli.streams import give_up_stdout, prepare_streams
 from scissordyn.cli.study import study
 from scissordyn.cli.sweep import sweep
-from scissordyn.cli.streams import give_up_stdout, prepare_streams
 from scissordyn.errors import ScissordynError, printable, shortened
 
 __all__ = ["app", "run", "status_of"]

@@ -60,7 +60,6 @@ def mechanism_of(run: xr.Dataset, allow_code: list[Path] | None) -> Mechanism:
     Mechanism
     """
     from scissordyn.simulation.configuration import read_configuration
-
     from scissordyn.simulation.sound import check_names
 
     mechanism = read_configuration(run).build_mechanism(allow_code or [])

@@ -28,14 +28,17 @@ def prepare_streams() -> None:
             stream.reconfigure(errors=WRITTEN)
 
 
-def _written(error: UnicodeError) -> tuple[str, int]:
-    """Letters that an encoding does not have, in those that every encoding has."""
+def _written(error: UnicodeError) -> tuple[bytes, int]:
+    """Letters that an encoding does not have, in those that every encoding has; bytes of file names as they are."""
     assert isinstance(error, UnicodeEncodeError)
-    found = []
+    found = b""
     for letter in error.object[error.start : error.end]:
-        plain = unicodedata.normalize("NFKD", letter).encode("ascii", "ignore").decode()
-        found.append(IN_ASCII.get(letter) or plain or letter.encode("ascii", "backslashreplace").decode())
-    return "".join(found), error.end
+        plain = IN_ASCII.get(letter) or unicodedata.normalize("NFKD", letter).encode("ascii", "ignore").decode()
+        if "\udc80" <= letter <= "\udcff":
+            found += bytes([ord(letter) - 0xDC00])
+        else:
+            found += (plain or letter).encode("ascii", "backslashreplace")
+    return found, error.end
 
 
 def give_up_stdout() -> None:

@@ -194,7 +194,9 @@ def four_bar(
 
 @checked
 def n_four_bar(
-    units: Annotated[int, Quantity("1", minimum=1, maximum=MOST_UNITS, because=UNITS_TAKE, help="number of parallelograms")] = 2,
+    units: Annotated[
+        int, Quantity("1", minimum=1, maximum=MOST_UNITS, because=UNITS_TAKE, help="number of parallelograms")
+    ] = 2,
     *,
     length: Annotated[float, Quantity("m", above=0.0, help="length of every bar")] = 1.0,
     mass: Annotated[float, Quantity("kg", above=0.0, help="mass of every bar")] = 1.0,

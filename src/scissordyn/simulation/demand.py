@@ -30,7 +30,7 @@ RECORDED = 2e-7
 """Time to record a number of a sample [s]: 150 to 250 us for the 1000 to 1800 numbers of arrays of 40 units."""
 
 BODY, JOINT, CONTACT_JOINT = 14, 2, 6
-"""Numbers of a sample: of a body its motion, direction and load; of a joint its reaction; of each joint where some are loose."""
+"""Numbers of a sample: of a body its motion, direction and load; of a joint its reaction; of all joints if one is loose."""
 
 CYCLE, CYCLE_CONTACT = 10, 4
 """Numbers that are kept of each cycle of a drive, and of each of its contacts."""

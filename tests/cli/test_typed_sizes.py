@@ -115,7 +115,7 @@ def test_names_with_equals_signs_can_be_varied(
 def test_sizes_in_words() -> None:
     """Closed form: amounts of memory and times of any length, and the number of a grid's points without its points."""
     assert [size(10**n) for n in (6, 10, 13)] == ["1 MB", "10 GB", "10 TB"]
-    assert size(10**412) == "1e+400 TB"
+    assert size(10**412) == "1.00e+400 TB"
     assert [duration(s) for s in (1.5, 600.0, 10_800.0, 31_557_600 * 5)] == ["1.5 s", "10 minutes", "3 hours", "5 years"]
     assert design_size(Design("grid"), [Interval(0.0, 1.0, count=10**9)] * 4) == 10**36
 

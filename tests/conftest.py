@@ -20,6 +20,7 @@ collect_ignore = (
         "cli/test_command_line.py",
         "cli/test_files.py",
         "cli/test_signals.py",
+        "cli/test_streams.py",
         "simulation/test_output_file.py",
         "study/test_runner.py",
     ]

@@ -7,10 +7,28 @@ import unicodedata
 from collections.abc import Iterable
 from difflib import get_close_matches
 
-__all__ = ["InputError", "ScissordynError", "did_you_mean", "printable"]
+__all__ = ["InputError", "ScissordynError", "did_you_mean", "printable", "shortened"]
 
 BREAKS = re.compile(r"[\t\n\v\f\r\x1c-\x1e\x85\u2028\u2029]+")
 """Characters that end a line or jump within it."""
+
+
+LONG_NUMBER = re.compile(r"(\d{12})\d{48,}")
+"""A number that nobody reads to its end."""
+
+
+def shortened(text: str) -> str:
+    """A text with the first digits of numbers of sixty digits and more.
+
+    Parameters
+    ----------
+    text : str
+
+    Returns
+    -------
+    str
+    """
+    return LONG_NUMBER.sub(lambda number: f"{number[1]}... ({len(number[0])} digits)", text)
 
 
 def printable(text: str) -> str:
@@ -45,7 +63,7 @@ class ScissordynError(Exception):
     """
 
     def __init__(self, text: str = "") -> None:
-        super().__init__(printable(text))
+        super().__init__(printable(shortened(text)))
 
 
 class InputError(ScissordynError, ValueError):

@@ -108,6 +108,8 @@ class Quantity:
         Closed bounds. Where no bound is given, and for ``above=0.0``, that of `RANGES` for the unit.
     help : str
         Description of the number in one line.
+    because : str
+        Why there is a bound, where that is not plain: what a larger number takes.
     """
 
     unit: str
@@ -116,6 +118,7 @@ class Quantity:
     minimum: float | None = None
     maximum: float | None = None
     help: str = ""
+    because: str = ""
 
     def __post_init__(self) -> None:
         smallest, largest = RANGES.get(self.unit, ANY_RANGE)
@@ -136,7 +139,8 @@ class Quantity:
             if bound is not None
         ]
         number = " and ".join(bounds)
-        return f"a finite number {number}".rstrip() + ("" if self.unit == "1" else f" [{self.unit}]")
+        why = f" ({self.because})" if self.because else ""
+        return f"a finite number {number}".rstrip() + ("" if self.unit == "1" else f" [{self.unit}]") + why
 
     def admits(self, value: float) -> bool:
         """Whether `value` is a finite number inside the bounds."""

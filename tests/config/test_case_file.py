@@ -185,7 +185,7 @@ def test_a_bad_table_of_motion_is_refused(tmp_path: Path, content: str, reason: 
         ("structure.bar_mass=-5 kg", "structure.bar_mass", ">= 1e-12 and <= 1e+09 [kg]"),
         ("structure.angle=95 deg", "structure", "cannot be assembled"),
         ("structure.units=2.5", "structure.units", "integer"),
-        ("structure.units=0", "structure.units", ">= 1 and <= 100000"),
+        ("structure.units=0", "structure.units", ">= 1 and <= 10000 (3000 units take"),
         ("structure.kind=sissor", "structure.kind", "did you mean 'scissor'"),
         ("structure.driven_bar=C", "structure.driven_bar", "'pinned' or 'slider'"),
         ("structure.gravity=9.81 m/s", "structure.gravity", "wrong dimension"),

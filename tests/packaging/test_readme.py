@@ -27,6 +27,18 @@ def test_python_runs(capsys: pytest.CaptureFixture[str]) -> None:
     assert 0.01 < float(found[2]) <= 0.05
 
 
+def test_the_checks_call_what_is_named() -> None:
+    """Identity: the commands of make on the page are targets with their set-up, and the checks call the tests by the same."""
+    named = re.findall(r"^make (\w+)", "".join(blocks("sh")), flags=re.MULTILINE)
+    makefile = (ROOT / "Makefile").read_text(encoding="utf-8")
+    assert {"paper", "test"} <= set(named)
+    for target in named:
+        assert re.search(rf"^{target}: \.venv/\.\w+$", makefile, flags=re.MULTILINE), target
+    called = re.findall(r"^make (\w+)$", (ROOT / ".ci" / "run").read_text(encoding="utf-8"), flags=re.MULTILINE)
+    assert "test" in called
+    assert set(called) <= set(named)
+
+
 def test_links_lead_somewhere() -> None:
     """Identity: every relative link of README and CONTRIBUTING is a file or a folder."""
     for page in ("README.md", "CONTRIBUTING.md"):

@@ -11,6 +11,9 @@ from scissordyn.cli.output import check_file
 
 __all__ = ["animate"]
 
+LONGEST = 3600.0
+"""Of a film [s]."""
+
 
 def animate(
     run: Annotated[Path, typer.Argument(help="A saved run.")],
@@ -18,7 +21,9 @@ def animate(
     joint: Annotated[list[str] | None, typer.Option(metavar="NAME", help="Magnify this clearance joint. Repeatable.")] = None,
     first: Annotated[str | None, typer.Option("--from", metavar="TIME", help="Begin at this instant, as in '10 ms'.")] = None,
     last: Annotated[str | None, typer.Option("--to", metavar="TIME", help="End at this instant.")] = None,
-    lasting: Annotated[float, typer.Option("--seconds", metavar="SECONDS", help="Duration of the film.", min=0.1)] = 6.0,
+    lasting: Annotated[
+        float, typer.Option("--seconds", metavar="SECONDS", help="Duration of the film.", min=0.1, max=LONGEST)
+    ] = 6.0,
     allow_code: Annotated[
         list[Path] | None,
         typer.Option(metavar="FILE", help="A Python file of yours that the saved run used and may execute again. Repeatable."),

@@ -62,6 +62,7 @@ def bifurcation(
     from scissordyn.model.address import number
     from scissordyn.simulation.cycles import recorded
     from scissordyn.study.bifurcation import bifurcation as compute
+    from scissordyn.study.bifurcation import check_diagram
 
     described = read_case(case, list(change or []))
     quantity = number(described.mechanism, over).quantity
@@ -69,6 +70,8 @@ def bifurcation(
     known = recorded(described.mechanism)
     if variable and variable not in known:
         raise InputError(f"--variable '{variable}'{did_you_mean(variable, known)}", ", ".join(known), f"--variable {known[0]}")
+    keep = max(1, cycles // 2) if keep is None else keep
+    check_diagram(described.mechanism, values, cycles, keep)
     ends = _number(first, quantity, "--from"), _number(last, quantity, "--to")
     tell_where("no value is kept" if output is None else f"what is done is in {output}, and the same command goes on from it")
     with Where(threads, workers, scheduler, cluster).engine() as engine, _progress(values) as progress:
@@ -77,7 +80,7 @@ def bifurcation(
             over=over,
             values=np.linspace(*ends, values),
             cycles=cycles,
-            keep=max(1, cycles // 2) if keep is None else keep,
+            keep=keep,
             follow=follow,
             start=described.run.start,
             rtol=tolerance,

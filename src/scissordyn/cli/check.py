@@ -30,6 +30,7 @@ def check(
     from scissordyn.mechanics.acting import acting
     from scissordyn.mechanics.reduce import reduce_mechanism
     from scissordyn.simulation.branching import drive_warnings
+    from scissordyn.simulation.demand import check_samples
     from scissordyn.simulation.time_functions import check_tables
     from scissordyn.simulation.trajectory import make_driver
 
@@ -37,6 +38,7 @@ def check(
     mechanism = read.mechanism
     rods: tuple[Any, ...] = mechanism.rods  # type checkers do not see what makes them components
     check_tables(mechanism, read.run.until)
+    check_samples(mechanism, read.run.samples)
     reduced = reduce_mechanism(mechanism)
     _, prepared, choice = make_driver(reduced, read.run)
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import functools
 import gc
 import os
@@ -30,9 +31,10 @@ from scissordyn.cli.plot import plot
 from scissordyn.cli.preview import preview
 from scissordyn.cli.run import run as run_case
 from scissordyn.cli.status import BAD_INPUT, BUG, DONE, INTERRUPTED
+from scissordyn.cli.streams import give_up_stdout, prepare_streams
 from scissordyn.cli.study import study
 from scissordyn.cli.sweep import sweep
-from scissordyn.errors import ScissordynError, printable
+from scissordyn.errors import ScissordynError, printable, shortened
 
 __all__ = ["app", "run", "status_of"]
 
@@ -71,8 +73,12 @@ class NothingComputedError(Exception):
     """Ctrl-C outside the simulation, which handles it itself and returns its results."""
 
 
+class ClosedPipeError(Exception):
+    """The reader of a pipe has closed it, as in "scissordyn laws | head -1"; typer would end the process with status 1."""
+
+
 def _guarded(command: Callable[..., int]) -> Callable[..., int]:
-    """The command, with Ctrl-C as an error that typer does not catch."""
+    """The command, with Ctrl-C and a closed pipe as errors that typer does not catch."""
 
     @functools.wraps(command)
     def guarded(*arguments: Any, **options: Any) -> int:
@@ -80,6 +86,8 @@ def _guarded(command: Callable[..., int]) -> Callable[..., int]:
             _returned.append(command(*arguments, **options))
         except KeyboardInterrupt:
             raise NothingComputedError from None
+        except BrokenPipeError:
+            raise ClosedPipeError from None
         return _returned[-1]
 
     return guarded
@@ -117,6 +125,7 @@ def run() -> None:
     # the end, when the system frees all memory anyway
     gc.set_threshold(200_000)
     install()
+    prepare_streams()
     try:
         status = status_of(sys.argv[1:])
     except KeyboardInterrupt:
@@ -126,9 +135,14 @@ def run() -> None:
         status = 128 + received()
     if received() and any(not thread.daemon for thread in threading.enumerate() if thread is not threading.main_thread()):
         # everything is written; the interpreter would wait for threads that have something to compute yet
-        sys.stdout.flush()
-        sys.stderr.flush()
+        with contextlib.suppress(OSError):
+            sys.stdout.flush()
+            sys.stderr.flush()
         os._exit(status)
+    try:
+        sys.stdout.flush()
+    except OSError:  # said already, or the pipe is closed
+        give_up_stdout()
     sys.exit(status)
 
 
@@ -169,9 +183,13 @@ def status_of(arguments: Sequence[str]) -> int:
         return _complain(f"{error.format_message().rstrip('.')}; type: scissordyn --help", BAD_INPUT)  # type: ignore[attr-defined]
     except (NothingComputedError, KeyboardInterrupt):
         return _complain(STOPPED, INTERRUPTED)
-    except BrokenPipeError:  # the reader of a pipe has closed it, as in "scissordyn laws | head"
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+    except (ClosedPipeError, BrokenPipeError, SystemExit):  # typer's own answer to it, while it prints a help, is to exit
+        give_up_stdout()
         return DONE
+    except OSError as error:  # a full standard output, a name that is too long, a folder that may not be read
+        return _complain(_refused(error), BAD_INPUT)
+    except MemoryError as error:
+        return _complain(f"the memory of this machine is not enough: {error or 'no details'}", BAD_INPUT)
     except Exception as error:  # the output is one line only
         if lost or received():
             return _complain(STOPPED, INTERRUPTED)
@@ -182,10 +200,20 @@ def status_of(arguments: Sequence[str]) -> int:
             sys.unraisablehook = hook
 
 
+def _refused(error: OSError) -> str:
+    """What the operating system has refused; without a name it was to write what the command prints."""
+    reason = error.strerror or str(error)
+    if error.filename is None:
+        give_up_stdout()
+        return f"cannot write what is printed: {reason}; allowed: a terminal, a pipe, a file on a disk with room"
+    return f"cannot use '{os.fsdecode(error.filename)}': {reason}; allowed: a name that the system takes, in a place it may use"
+
+
 def _complain(text: str, status: int) -> int:
-    if os.environ.get("SCISSORDYN_TRACEBACK"):
-        traceback.print_exc()
-    print(f"scissordyn: {printable(text)}", file=sys.stderr)
+    with contextlib.suppress(OSError):  # where there is no room for messages, the status says it
+        if os.environ.get("SCISSORDYN_TRACEBACK"):
+            traceback.print_exc()
+        print(f"scissordyn: {printable(shortened(text))}", file=sys.stderr)
     return status
 
 

@@ -14,7 +14,7 @@ import typer
 from scissordyn.cli.interrupt import tell_where
 from scissordyn.cli.output import check_folder
 from scissordyn.cli.status import DONE, INTERRUPTED
-from scissordyn.cli.where import Where
+from scissordyn.cli.where import MOST_THREADS, Where
 
 if TYPE_CHECKING:
     from scissordyn.paper.verdict import Verdict
@@ -30,7 +30,9 @@ def paper(
         "paper"
     ),
     figure: Annotated[int | None, typer.Option(help="Draw only this figure of the paper.")] = None,
-    threads: Annotated[int | None, typer.Option(help="Threads of this process in place of other processes.", min=1)] = None,
+    threads: Annotated[
+        int | None, typer.Option(help="Threads of this process in place of other processes.", min=1, max=MOST_THREADS)
+    ] = None,
     workers: Annotated[
         int | None,
         typer.Option(help=f"Processes on this machine; one per processor if not given, {MOST_WORKERS} at most.", min=1),

@@ -165,9 +165,11 @@ def _from_case(path: Path, changes: list[str], checkpoint: Checkpoint | None) ->
     from scissordyn.cli.compiling import compile_kernels
     from scissordyn.cli.progress import progress_bar
     from scissordyn.config.file import read_case
+    from scissordyn.simulation.demand import check_samples
     from scissordyn.simulation.run import simulate
 
     case = read_case(path, changes)
+    check_samples(case.mechanism, case.run.samples)
     with progress_bar(case.run.until) as progress:
         compile_kernels()
         return case.mechanism, simulate(case.mechanism, **case.run.keywords, progress=progress, checkpoint=checkpoint)

@@ -27,7 +27,9 @@ def read_run(path: Path, *, samples: int = 2) -> xr.Dataset:
     -------
     Dataset
     """
+    from scissordyn.config.table import located
     from scissordyn.simulation.configuration import is_run
+    from scissordyn.simulation.sound import check_run
     from scissordyn.simulation.store import load
 
     if not path.exists():
@@ -37,6 +39,8 @@ def read_run(path: Path, *, samples: int = 2) -> xr.Dataset:
     run = load(path)
     if not is_run(run):
         raise InputError(f"'{path}' holds a '{run.attrs.get('title')}'", "a run of 'scissordyn run'")
+    with located(f"'{path}'"):
+        check_run(run)
     if run.sizes.get("time", 0) < samples:
         raise InputError(f"'{path}' holds a run of {run.sizes.get('time', 0)} samples", f"a run of {samples} or more")
     return run
@@ -56,8 +60,11 @@ def mechanism_of(run: xr.Dataset, allow_code: list[Path] | None) -> Mechanism:
     Mechanism
     """
     from scissordyn.simulation.configuration import read_configuration
+    from scissordyn.simulation.sound import check_names
 
-    return read_configuration(run).build_mechanism(allow_code or [])
+    mechanism = read_configuration(run).build_mechanism(allow_code or [])
+    check_names(run, mechanism)
+    return mechanism
 
 
 def seconds(text: str | None, option: str) -> float | None:

@@ -48,6 +48,10 @@ LEAST_WANTED = ("to peak", "angle of n", "rebound", "approach", "duration")
 class TextConsole(Console):
     """A console on which every text is shown as it is: names from files are no markup, no emoji and no escape codes."""
 
+    def on_broken_pipe(self) -> None:
+        """Leave the error of a pipe that its reader has closed to whoever runs the command; rich would end the process."""
+        raise
+
     def render_str(
         self,
         text: str,

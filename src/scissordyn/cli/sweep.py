@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 from typing import Annotated
 
@@ -13,6 +14,9 @@ from scissordyn.errors import InputError
 __all__ = ["sweep"]
 
 VARY = "--vary A.clearance='0.05..0.4 mm'"
+
+DISTRIBUTED = re.compile(r"(.*?)=(\s*[a-z]+\s*\(.*\)[^()=]*)", re.DOTALL)
+"""An address and a distribution, whose table may be a file with an equals sign in its name."""
 
 
 def sweep(
@@ -71,7 +75,9 @@ def sweep(
 def _addressed(given: list[str] | None, option: str) -> dict[str, str]:
     found: dict[str, str] = {}
     for each in given or ():
-        address, equals, values = each.partition("=")
+        called = DISTRIBUTED.fullmatch(each)
+        # names of joints may have equals signs, levels and ranges have none
+        address, equals, values = (called[1], "=", called[2]) if called else each.rpartition("=")
         if not equals or not values.strip():
             raise InputError(f"{option} {each!r}", "an address, an equals sign and values", VARY)
         if address.strip() in found:

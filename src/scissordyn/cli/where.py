@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
+from decimal import Decimal
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -15,9 +16,17 @@ from scissordyn.errors import InputError
 if TYPE_CHECKING:
     from scissordyn.study.engine import Engine
 
-__all__ = ["QueueFile", "Scheduler", "ThreadCount", "Where", "WorkerCount"]
+__all__ = ["MOST_THREADS", "QueueFile", "Scheduler", "ThreadCount", "Where", "WorkerCount"]
 
-ThreadCount = Annotated[int | None, typer.Option(help="Threads of this process; one per processor if not given.", min=1)]
+MOST_THREADS = 4096
+"""More than any machine has processors."""
+
+WORKER_BYTES = 100_000_000
+"""Memory of a process with the libraries alone."""
+
+ThreadCount = Annotated[
+    int | None, typer.Option(help="Threads of this process; one per processor if not given.", min=1, max=MOST_THREADS)
+]
 WorkerCount = Annotated[int | None, typer.Option(help="Processes on this machine instead.", min=1)]
 Scheduler = Annotated[str | None, typer.Option(metavar="ADDRESS", help="Workers of a dask scheduler instead.")]
 QueueFile = Annotated[Path | None, typer.Option(metavar="FILE", help="Workers that a queueing system starts instead.")]
@@ -39,6 +48,10 @@ class Where:
     scheduler: str | None = None
     cluster: Path | None = None
 
+    def __post_init__(self) -> None:
+        if self.workers is not None:
+            _check_workers(self.workers)
+
     @contextmanager
     def engine(self) -> Iterator[Engine]:
         """The engine; one choice at most."""
@@ -58,3 +71,12 @@ class Where:
                 yield engine
         else:
             yield Threads(self.threads)
+
+
+def _check_workers(workers: int) -> None:
+    from scissordyn.simulation.demand import check_memory, count_in_words, machine_memory
+
+    most = machine_memory() // WORKER_BYTES
+    check_memory(
+        f"{count_in_words(workers)} workers", workers * WORKER_BYTES, Decimal(workers), f"at most {most} here", "--workers 2"
+    )

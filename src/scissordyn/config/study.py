@@ -45,6 +45,9 @@ OWN = re.compile(r"\s*([^\s\[\]]+)\s*(?:\[([^\[\]]*)\])?\s*(?:\bof\s+(\S+))?\s*"
 
 OWN_SAMPLE = "'late [N] = mine.py:late'"
 
+LONGEST = 18
+"""Digits of a number of values; Python reads no more than 4300."""
+
 OPTION = re.compile(r"(\d+)\s+values|(log)")
 COMPARISON = re.compile(r"\s*([^<>=]+?)\s*(<=|>=|<|>)\s*([^<>=]+?)\s*")
 
@@ -126,8 +129,11 @@ def read_study(path: Path) -> StudyText:
     text = read_text(path, "a study file in TOML")
     try:
         tree = tomllib.loads(text)
-    except (ValueError, RecursionError) as error:
-        raise InputError(f"'{path}' is not valid TOML: {error}", "TOML") from None
+    except RecursionError:
+        raise InputError(f"'{path}' has lists or tables inside each other without end", "TOML") from None
+    except ValueError as error:  # also of a whole number of thousands of digits
+        reason = str(error) if isinstance(error, tomllib.TOMLDecodeError) else "a number of thousands of digits"
+        raise InputError(f"'{path}' is not valid TOML: {reason}", "TOML") from None
     _check(tree, KEYS, f"{path}")
     if "case" not in tree:
         raise InputError(f"'{path}' names no case", "the case file that is varied", 'case = "case.toml"')
@@ -227,7 +233,7 @@ def study_of(text: StudyText) -> Study:
         members=text.members,
         requirements=requirements,
         optimisation=optimisation,
-        responses=tuple(response for response in asked if response.part),
+        responses=tuple(dict.fromkeys(response for response in asked if response.part)),
     )
 
 
@@ -308,6 +314,8 @@ def _variation(text: str, quantity: Quantity, folder: Path) -> Variation:
             found = OPTION.fullmatch(option)
             if found is None:
                 raise InputError(f"'{option}'", "a number of values, log", "'0.05..0.4 mm, 20 values, log'")
+            if len(found[1] or "") > LONGEST:
+                raise InputError(f"a number of values of {len(found[1])} digits", "a few values", "'0.05..0.4 mm, 20 values'")
             chosen |= {"count": int(found[1])} if found[1] else {"logarithmic": True}
         value, unit = _split(last)
         ends = _si(low, unit, quantity), _si(value, unit, quantity)

@@ -11,7 +11,7 @@ from scissordyn.errors import InputError
 from scissordyn.model.body import Body, bar, point_mass
 from scissordyn.model.joint import Guide, Revolute
 from scissordyn.model.mechanism import Gravity, GravityDirection, Mechanism
-from scissordyn.model.scissor import MOST_UNITS
+from scissordyn.model.scissor import MOST_UNITS, UNITS_TAKE
 from scissordyn.units import Meaning, Quantity, checked
 
 __all__ = ["common_pin", "four_bar", "n_four_bar", "slider_crank"]
@@ -194,7 +194,9 @@ def four_bar(
 
 @checked
 def n_four_bar(
-    units: Annotated[int, Quantity("1", minimum=1, maximum=MOST_UNITS, help="number of parallelograms")] = 2,
+    units: Annotated[
+        int, Quantity("1", minimum=1, maximum=MOST_UNITS, because=UNITS_TAKE, help="number of parallelograms")
+    ] = 2,
     *,
     length: Annotated[float, Quantity("m", above=0.0, help="length of every bar")] = 1.0,
     mass: Annotated[float, Quantity("kg", above=0.0, help="mass of every bar")] = 1.0,

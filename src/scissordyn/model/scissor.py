@@ -12,10 +12,12 @@ from scissordyn.model.joint import Guide, Revolute
 from scissordyn.model.mechanism import Gravity, GravityDirection, Mechanism
 from scissordyn.units import Meaning, Quantity, Sample, checked
 
-__all__ = ["MOST_UNITS", "joints_of_units", "scissor"]
+__all__ = ["MOST_UNITS", "UNITS_TAKE", "joints_of_units", "scissor"]
 
-MOST_UNITS = 100_000
-"""Units of an array, whose description alone then takes a gigabyte."""
+MOST_UNITS = 10_000
+"""Units of an array: the elimination of linear constraints takes time with the square of their number at least."""
+
+UNITS_TAKE = "3000 units take half a minute, and 100000 would take a gigabyte and 8 hours at least"
 
 
 def joints_of_units(
@@ -53,7 +55,7 @@ def joints_of_units(
 @checked
 def scissor(
     *,
-    units: Annotated[int, Quantity("1", minimum=1, maximum=MOST_UNITS, help="number of units")] = 2,
+    units: Annotated[int, Quantity("1", minimum=1, maximum=MOST_UNITS, because=UNITS_TAKE, help="number of units")] = 2,
     bar_length: Annotated[float, Quantity("m", above=0.0, help="length of a bar")] = 2.0,
     bar_mass: Annotated[float, Quantity("kg", above=0.0, help="mass of a bar")] = 5.68,
     slider_mass: Annotated[float, Quantity("kg", above=0.0, help="mass of the slider")] = 5.0,

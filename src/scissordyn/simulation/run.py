@@ -15,6 +15,7 @@ from scissordyn.simulation.branching import passing_warnings
 from scissordyn.simulation.checkpoint import Checkpoint, Keeper, open_checkpoint
 from scissordyn.simulation.configuration import is_run, read_configuration
 from scissordyn.simulation.dataset import to_dataset
+from scissordyn.simulation.demand import check_samples
 from scissordyn.simulation.ideal_path import ideal_path
 from scissordyn.simulation.options import EventKind, Options, StartKind
 from scissordyn.simulation.predictability import compared, predictability
@@ -143,6 +144,7 @@ def _simulate(
     checkpoint: Checkpoint | None,
 ) -> xr.Dataset:
     check_tables(mechanism, options.until)
+    check_samples(mechanism, options.samples)
     keeper = None if checkpoint is None else open_checkpoint(checkpoint, mechanism, options)
     run = _computed(mechanism, options, progress, keeper)
     if keeper is not None and run.attrs["status"] != "interrupted":

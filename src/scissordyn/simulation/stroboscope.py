@@ -18,6 +18,7 @@ from scissordyn.mechanics.monitored import POWERS
 from scissordyn.mechanics.reduce import reduce_mechanism
 from scissordyn.mechanics.reduced_model import ReducedModel
 from scissordyn.model.mechanism import Mechanism
+from scissordyn.simulation.demand import check_cycles
 from scissordyn.simulation.driver import Driver, counted
 from scissordyn.simulation.method import Choice
 from scissordyn.simulation.options import Options, StartKind
@@ -163,6 +164,7 @@ def run_cycles(
     keep = cycles if keep is None else keep
     if isinstance(keep, bool) or not isinstance(keep, int) or keep < 1:
         raise InputError(f"keep = {keep!r}", "a whole number >= 1")
+    check_cycles(mechanism, cycles)
     if not 0.0 <= phase < 1.0:
         raise InputError(f"phase = {phase!r}", "a fraction of the period, at least 0 and below 1")
     period = options.until

@@ -15,6 +15,7 @@ import xarray as xr
 from scissordyn.errors import InputError
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.simulation.cycles import per_cycle
+from scissordyn.simulation.demand import CYCLE_TIME, check_cycles, check_memory, count_in_words, machine_memory
 from scissordyn.simulation.options import Options, StartKind
 from scissordyn.simulation.snapshot import Snapshot
 from scissordyn.simulation.store import save
@@ -33,7 +34,13 @@ from scissordyn.study.engine import Engine, EngineError, Outcome, Threads
 from scissordyn.study.follow import carried
 from scissordyn.units import Meaning, checked
 
-__all__ = ["bifurcation"]
+__all__ = ["bifurcation", "check_diagram"]
+
+VALUE_BYTES = 5000
+"""Memory of a value beside its cycles: the mechanism that it makes."""
+
+KEPT, KEPT_OF_JOINT = 8, 6
+"""Numbers of a cycle that is kept, and of each of its joints."""
 
 SAVE_EVERY = 10.0
 """Shortest time between two writes of the store [s]: the work that can be lost."""
@@ -108,7 +115,8 @@ def bifurcation(
         If the workers of a scheduler are lost; what is done is in the store.
     """
     began = time.perf_counter()
-    numbers = _numbers(values, cycles, keep)
+    numbers = _numbers(values)
+    check_diagram(mechanism, len(numbers), cycles, keep)
     mechanisms = [mechanism.replace(over, value) if isinstance(over, str) else over(value) for value in numbers]
     options = Options(1.0 if period is None else period, start, 2, rtol, atol, method, most_steps)
     cases = _cases(mechanisms, options, period, cycles, keep, phase)
@@ -123,6 +131,29 @@ def bifurcation(
     return diagram
 
 
+def check_diagram(mechanism: Mechanism, values: int, cycles: int, keep: int) -> None:
+    """Raise `InputError` for numbers of cycles that cannot be, or a diagram that does not fit into the memory of this machine.
+
+    Parameters
+    ----------
+    mechanism : Mechanism
+    values, cycles, keep : int
+        See `bifurcation`.
+    """
+    for name, count, most in (("cycles", cycles, None), ("keep", keep, cycles)):
+        if isinstance(count, bool) or not isinstance(count, int) or count < 1 or (most is not None and count > most):
+            raise InputError(f"{name} = {count!r}", "a whole number >= 1" + (f" and <= {most}" if most is not None else ""))
+    check_cycles(mechanism, cycles)
+    needed = VALUE_BYTES + 8 * keep * (KEPT + KEPT_OF_JOINT * len(mechanism.contacts))
+    check_memory(
+        f"{count_in_words(values)} values with {count_in_words(keep)} cycles kept of each",
+        values * needed,
+        CYCLE_TIME * values * cycles,
+        f"at most {machine_memory() // needed} values here",
+        "--values 300, or a smaller --keep",
+    )
+
+
 def _cases(
     mechanisms: Sequence[Mechanism], options: Options, period: float | None, cycles: int, keep: int, phase: float
 ) -> list[DiagramCase]:
@@ -134,14 +165,11 @@ def _cases(
     return [DiagramCase(at, one, each, cycles, keep, phase, options.start) for at, (one, each) in pairs]
 
 
-def _numbers(values: Sequence[float] | np.ndarray, cycles: int, keep: int) -> list[float]:
-    """The parameter's values, checked together with the numbers of cycles."""
+def _numbers(values: Sequence[float] | np.ndarray) -> list[float]:
+    """The parameter's values."""
     numbers = [float(value) for value in values]
     if not numbers or not np.all(np.isfinite(numbers)):
         raise InputError("values that are empty or not finite", "one number or more")
-    for name, count, most in (("cycles", cycles, None), ("keep", keep, cycles)):
-        if isinstance(count, bool) or not isinstance(count, int) or count < 1 or (most is not None and count > most):
-            raise InputError(f"{name} = {count!r}", "a whole number >= 1" + (f" and <= {most}" if most is not None else ""))
     return numbers
 
 

@@ -7,6 +7,7 @@ import inspect
 import json
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
+from decimal import Decimal
 from pathlib import Path
 from typing import Any
 
@@ -20,10 +21,11 @@ from scissordyn.model.mechanism import Mechanism
 from scissordyn.model.record import to_plain as plain_description
 from scissordyn.plugin.user_file import file_digest, load_function, split_reference
 from scissordyn.simulation.configuration import Configuration
+from scissordyn.simulation.demand import check_memory, count_in_words, machine_memory
 from scissordyn.simulation.measure import MEASURES, parts_of
 from scissordyn.simulation.options import Options
 from scissordyn.simulation.provenance import provenance
-from scissordyn.study.design import Design, design_size, design_values
+from scissordyn.study.design import Design, check_seed, design_size, design_values
 from scissordyn.study.distribution import Variation, from_plain, to_plain
 from scissordyn.study.goal import Optimisation
 from scissordyn.study.part_unit import check_unit
@@ -36,6 +38,12 @@ NUMERICS = ("cli", "plot", "paper", "config", "study", "analysis")
 
 UNCERTAIN_SEEDS = 2**32
 """Added to the seed of the uncertain numbers, which are to be independent of those of the design."""
+
+CASE_NUMBERS = 5
+"""Numbers of eight bytes that are held of a case beside its values and measures: number, status, member, cause, warnings."""
+
+CASE_TIME = Decimal("0.001")
+"""Time of a short case [s], by which the time of studies is estimated that nobody has begun."""
 
 
 @dataclass(frozen=True)
@@ -89,6 +97,9 @@ class Sampling:
             raise InputError(f"sampling '{self.kind}'{did_you_mean(self.kind, kinds)}", ", ".join(kinds), 'kind = "sobol"')
         if isinstance(self.samples, bool) or not isinstance(self.samples, int) or self.samples < 1:
             raise InputError(f"samples = {self.samples!r}", "a whole number >= 1")
+        if isinstance(self.seed, bool) or not isinstance(self.seed, int):
+            raise InputError(f"seed = {self.seed!r}", "a whole number >= 0")
+        check_seed(self.seed)
         if not self.common and self.kind == "latin-hypercube":
             raise InputError("a Latin hypercube of its own for each point", "common = true, or random, or sobol")
 
@@ -227,6 +238,10 @@ class Study:
         for name in self.measures:
             if name not in MEASURES:
                 raise InputError(f"measure '{name}'{did_you_mean(name, MEASURES)}", ", ".join(MEASURES))
+        names = self.measure_names
+        twice = next((name for name in names if names.count(name) > 1), None)
+        if twice is not None:
+            raise InputError(f"two measures named '{twice}'", "a name for each measure", f"'{twice}2 = mine.py:function'")
         addresses = [factor.address for factor in (*self.factors, *self.uncertain)]
         for factor in (*self.factors, *self.uncertain):
             quantity = number(self.mechanism, factor.address).quantity
@@ -251,7 +266,24 @@ class Study:
             check_unit(self.mechanism, goal.response)
         for response in self.responses:
             check_part(self.mechanism, response)
-        design_size(self.design, [factor.variation for factor in self.factors])
+        self._check_size()
+
+    def _check_size(self) -> None:
+        """Raise `InputError` if not all cases can be held in memory, where answers are computed from them."""
+        points, search = self.points, self.optimisation
+        if search is not None:
+            points = max(points, search.generations * search.size(len(self.factors)))
+        cases = points * self.per_point
+        bytes_of_case = 8 * (CASE_NUMBERS + len(self.addresses) + len(self.measure_names))
+        named = (("points", points), ("samples of each", self.sampling.samples), ("members of each", self.members))
+        factors = [f"{count_in_words(count)} {name}" for name, count in named if count > 1]
+        check_memory(
+            f"{count_in_words(cases)} cases ({', '.join(factors)})",
+            bytes_of_case * cases,
+            CASE_TIME * cases,
+            f"at most {machine_memory() // bytes_of_case} cases",
+            "fewer values, --points, --samples or --members",
+        )
 
     @property
     def measure_names(self) -> tuple[str, ...]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
@@ -17,6 +18,7 @@ __all__ = [
     "DRAWN_IN",
     "MORRIS_LEVELS",
     "Design",
+    "check_seed",
     "design_size",
     "design_values",
     "morris_numbers",
@@ -27,6 +29,9 @@ Points = Callable[["Design", Sequence[Variation], np.ndarray, np.ndarray], np.nd
 
 WORDS = 4
 """Numbers that one count of the Philox generator gives."""
+
+LARGEST_SEED = 2**62
+"""Generators take 64 bits; the seed of the uncertain numbers is larger than the one that is given."""
 
 DRAWN_IN = 0.99
 """Morris's trajectories touch the sides of the unit cube; drawn in by this factor, no quantile is infinite."""
@@ -62,11 +67,23 @@ class Design:
             if isinstance(value, bool) or not isinstance(value, int) or value < least:
                 sample = {"points": "--points 32, or points = 32", "seed": "--seed 1, or seed = 1"}[name]
                 raise InputError(f"{name} = {value!r} of a {self.kind} design", f"a whole number >= {least}", sample)
+        check_seed(self.seed)
 
     @property
     def extendable(self) -> bool:
         """Whether points can be added and those before stay the same."""
         return self.kind in EXTENDABLE
+
+
+def check_seed(seed: int) -> None:
+    """Raise `InputError` for a seed that not every generator takes.
+
+    Parameters
+    ----------
+    seed : int
+    """
+    if not 0 <= seed <= LARGEST_SEED:
+        raise InputError(f"seed = {seed!r}", f"a whole number >= 0 and <= {LARGEST_SEED}", "--seed 1, or seed = 1")
 
 
 def uniform_numbers(seed: int, stream: int, dimensions: int, at: np.ndarray) -> np.ndarray:
@@ -117,9 +134,9 @@ def design_size(design: Design, variations: Sequence[Variation]) -> int:
     """
     match design.kind:
         case "grid":
-            return int(np.prod([variation.levels().size for variation in variations], dtype=np.int64)) if variations else 1
+            return math.prod(variation.count for variation in variations)
         case "zip":
-            sizes = {variation.levels().size for variation in variations} - {1}
+            sizes = {variation.count for variation in variations} - {1}
             if len(sizes) > 1:
                 raise InputError(
                     f"lists of {' and '.join(map(str, sorted(sizes)))} values to zip",
@@ -128,7 +145,7 @@ def design_size(design: Design, variations: Sequence[Variation]) -> int:
                 )
             return max(sizes, default=1)
         case "one-at-a-time":
-            return 1 + sum(variation.levels().size for variation in variations)
+            return 1 + sum(variation.count for variation in variations)
         case "saltelli":
             return design.points * (len(variations) + 2)
         case "morris":
@@ -171,14 +188,12 @@ def _zip(design: Design, variations: Sequence[Variation], base: np.ndarray, at: 
 
 def _one_at_a_time(_: Design, variations: Sequence[Variation], base: np.ndarray, at: np.ndarray) -> np.ndarray:
     """Point 0 is the mechanism as it is; then the levels of each factor, all others as they are."""
-    levels = [variation.levels() for variation in variations]
-    rows = [base]
-    for place, each in enumerate(levels):
-        for value in each:
-            row = base.copy()
-            row[place] = value
-            rows.append(row)
-    return np.asarray(np.stack(rows)[at])
+    rows, first = np.tile(base, (at.size, 1)), 1
+    for place, variation in enumerate(variations):
+        here = (at >= first) & (at < first + variation.count)
+        rows[here, place] = variation.levels()[at[here] - first]
+        first += variation.count
+    return rows
 
 
 def _at_quantiles(variations: Sequence[Variation], u: np.ndarray) -> np.ndarray:

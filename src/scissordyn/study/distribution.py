@@ -43,6 +43,10 @@ class Variation(Protocol):
         """Values to take in a grid, ascending or as given."""
 
     @property
+    def count(self) -> int:
+        """Number of these values."""
+
+    @property
     def ends(self) -> tuple[float, float]:
         """Smallest and largest value; infinite where there is none."""
 
@@ -83,6 +87,11 @@ class Levels:
     def levels(self) -> np.ndarray:
         """The values as given."""
         return np.asarray(self.values)
+
+    @property
+    def count(self) -> int:
+        """Number of values."""
+        return len(self.values)
 
     @property
     def ends(self) -> tuple[float, float]:
@@ -133,6 +142,8 @@ class Interval:
 
 
 class _Distribution:
+    count: ClassVar[int] = LEVELS
+
     def quantile(self, u: np.ndarray) -> np.ndarray:
         raise NotImplementedError
 

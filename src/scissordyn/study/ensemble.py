@@ -16,6 +16,7 @@ from scissordyn.model.mechanism import Mechanism
 from scissordyn.simulation.branching import drive_warnings
 from scissordyn.simulation.configuration import write_configuration
 from scissordyn.simulation.cycles import DESCRIBED, per_cycle
+from scissordyn.simulation.demand import check_cycles
 from scissordyn.simulation.driver import make_system
 from scissordyn.simulation.options import Options, StartKind
 from scissordyn.simulation.snapshot import Snapshot
@@ -126,6 +127,7 @@ def ensemble(
         For an option that cannot be used.
     """
     _check(mechanism, members, cycles, skip, perturbation, agreement)
+    check_cycles(mechanism, members * cycles)
     period = drive_period(mechanism) if period is None else period
     options = Options(period, start, 2, rtol, atol, method, most_steps)
     starts = _starts(mechanism, start, members, perturbation, seed)

@@ -101,7 +101,8 @@ def prepare(
             "a measure of the dataset with several members", "a measure of 'accumulators', or members = 1", "members = 1"
         )
     first = pilot(study, np.array([0]), points)
-    store.create(study, first, block or min(_block_size(study, workers, points), -(-study.cases // (SHARES * workers))))
+    chosen = block or min(_block_size(study, workers, points), -(-study.cases // (SHARES * workers)))
+    store.create(study, first, min(chosen, study.cases))
 
 
 def block_seconds(workers: int) -> float:

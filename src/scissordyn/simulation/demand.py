@@ -1,0 +1,171 @@
+"""Memory and time that runs and studies take, found before they are begun: what cannot be is refused at once."""
+
+from __future__ import annotations
+
+import os
+from decimal import Decimal
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from scissordyn.errors import InputError
+
+if TYPE_CHECKING:
+    from scissordyn.model.mechanism import Mechanism
+
+__all__ = [
+    "CYCLE_TIME",
+    "check_cycles",
+    "check_memory",
+    "check_samples",
+    "count_in_words",
+    "duration",
+    "machine_memory",
+    "size",
+]
+
+NUMBER = 8
+"""Bytes of a floating-point number."""
+
+RECORDED = 2e-7
+"""Time to record a number of a sample [s]: 150 to 250 us for the 1000 to 1800 numbers of arrays of 40 units."""
+
+BODY, JOINT, CONTACT_JOINT = 14, 2, 6
+"""Numbers of a sample: of a body its motion, direction and load; of a joint its reaction; of all joints if one is loose."""
+
+CYCLE, CYCLE_CONTACT = 10, 4
+"""Numbers that are kept of each cycle of a drive, and of each of its contacts."""
+
+CYCLE_TIME = Decimal("0.001")
+"""Time of a cycle of a small mechanism [s]."""
+
+UNKNOWN = 2**36
+"""Memory that is assumed where a system does not tell [bytes]."""
+
+CONTAINER = Path("/sys/fs/cgroup/memory.max")
+
+
+def machine_memory() -> int:
+    """Memory of this machine, or of the container that this process is in [bytes].
+
+    Returns
+    -------
+    int
+    """
+    try:
+        found = os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")
+    except (AttributeError, OSError, ValueError):  # not on Windows
+        found = UNKNOWN
+    try:
+        return min(found, int(CONTAINER.read_text(encoding="ascii")))
+    except (OSError, ValueError):  # no container, or "max"
+        return found
+
+
+def count_in_words(count: int) -> str:
+    """A whole number of any length, to four digits if it has more than nine.
+
+    Parameters
+    ----------
+    count : int
+
+    Returns
+    -------
+    str
+    """
+    return str(count) if count < 10**9 else f"{Decimal(count):.4g}"
+
+
+def size(count: int) -> str:
+    """An amount of memory in words.
+
+    Parameters
+    ----------
+    count : int
+        Of bytes; any number, however large.
+
+    Returns
+    -------
+    str
+    """
+    for unit, factor in (("TB", 10**12), ("GB", 10**9)):
+        if count >= factor:
+            return f"{Decimal(count) / factor:.3g} {unit}"
+    return f"{Decimal(count) / 10**6:.3g} MB"
+
+
+def duration(seconds: float | Decimal) -> str:
+    """A time in words.
+
+    Parameters
+    ----------
+    seconds : float or Decimal
+
+    Returns
+    -------
+    str
+    """
+    for unit, factor in (("years", 31_557_600), ("days", 86_400), ("hours", 3600), ("minutes", 60)):
+        if seconds >= 2 * factor:
+            return f"{Decimal(seconds) / factor:.3g} {unit}"
+    return f"{Decimal(seconds):.3g} s"
+
+
+def check_memory(what: str, needed: int, seconds: float | Decimal, allowed: str, type_this: str = "") -> None:
+    """Raise `InputError` if something takes more memory than this machine has.
+
+    Parameters
+    ----------
+    what : str
+        In the plural.
+    needed : int
+        At least so much memory [bytes].
+    seconds : float or Decimal
+        About so much time, of one processor [s].
+    allowed, type_this : str
+        See `InputError`.
+    """
+    here = machine_memory()
+    if needed > here:
+        raise InputError(
+            f"{what} take {size(needed)} of memory and {duration(seconds)} of a processor; this machine has {size(here)}",
+            allowed,
+            type_this,
+        )
+
+
+def check_samples(mechanism: Mechanism, samples: int) -> None:
+    """Raise `InputError` if the samples of a run do not fit into the memory of this machine.
+
+    Parameters
+    ----------
+    mechanism : Mechanism
+    samples : int
+    """
+    joints = len(mechanism.joint_names)
+    numbers = BODY * len(mechanism.bodies) + (JOINT + (CONTACT_JOINT if mechanism.contacts else 0)) * joints
+    most = machine_memory() // (NUMBER * numbers)
+    check_memory(
+        f"{samples} samples of {len(mechanism.bodies)} bodies and {joints} joints",
+        NUMBER * numbers * samples,
+        RECORDED * numbers * samples,
+        f"at most {most} samples",
+        "samples = 2001",
+    )
+
+
+def check_cycles(mechanism: Mechanism, cycles: int) -> None:
+    """Raise `InputError` if what is kept of each cycle does not fit into the memory of this machine.
+
+    Parameters
+    ----------
+    mechanism : Mechanism
+    cycles : int
+    """
+    needed = NUMBER * (CYCLE + CYCLE_CONTACT * len(mechanism.contacts))
+    check_memory(
+        f"{count_in_words(cycles)} cycles",
+        needed * cycles,
+        CYCLE_TIME * cycles,
+        f"at most {machine_memory() // needed} cycles here",
+        "fewer cycles",
+    )

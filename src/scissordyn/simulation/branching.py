@@ -17,7 +17,7 @@ from scissordyn.model.drive import Drive
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.simulation.closure import Closure, closure_of, closure_template
 from scissordyn.simulation.kinematics import Path, instants, path_of, start_of
-from scissordyn.simulation.singular import CHANGE, SingularPosition, concerned, measure, smallest, suspects
+from scissordyn.simulation.singular import CHANGE, NEAR, SingularPosition, concerned, measure, smallest, suspects
 
 __all__ = ["drive_warnings", "passing_warnings", "path_warnings"]
 
@@ -163,6 +163,11 @@ def path_warnings(path: Path, mechanism: Mechanism, until: float) -> list[str]:
         where = f"{when}{_input_in_words(path, singular.place)}"
         if singular.kind == CHANGE:
             text = f"change point {where}: {singular.subject} can go on on more than one branch of the assembly; {CHANCE}"
+        elif singular.kind == NEAR:
+            text = (
+                f"near change point {where}: with lengths that differ by {singular.miss:.2g} of the mechanism's size "
+                f"{singular.subject} could go on on another branch of the assembly"
+            )
         else:
             text = f"locking position {where}: {singular.subject} hold{_s(singular)} it there; the drive cannot go on"
         found.append((times[0], text))

@@ -15,13 +15,16 @@ from scissordyn.component.place import GROUND
 from scissordyn.mechanics.elimination import in_words
 from scissordyn.simulation.closure import Closure
 
-__all__ = ["CHANGE", "LOCKING", "SingularPosition", "concerned", "locate", "measure", "suspects"]
+__all__ = ["CHANGE", "LOCKING", "NEAR", "SingularPosition", "concerned", "locate", "measure", "suspects"]
 
-CHANGE, LOCKING = "change point", "locking position"
+CHANGE, LOCKING, NEAR = "change point", "locking position", "near change point"
 
 STEEP = 1.5
 """Where gradients become dependent the measure falls to zero linearly or faster: at the nearest sample it is below this
 multiple of its change to a neighbour. Elsewhere it is level to first order at a minimum."""
+
+LOW = 0.15
+"""Where branches nearly meet, the measure has a smooth minimum below this multiple of its median."""
 
 FEW = 24
 """Up to so many equations singular values are computed at every sample; beyond it a factorization is many times cheaper."""
@@ -56,19 +59,22 @@ class SingularPosition:
 
     Parameters
     ----------
-    kind : {"change point", "locking position"}
+    kind : {"change point", "near change point", "locking position"}
     place : float
         Where on the path: value of the input [rad or m], or time [s].
     bodies : tuple of str
         Bodies that can move there to first order with the inputs fixed, those that move most first.
     joints : tuple of str
         Joints that turn in that motion.
+    miss : float
+        By how much the branches of a near change point miss each other, in lengths as a fraction of the mechanism's size.
     """
 
     kind: str
     place: float
     bodies: tuple[str, ...]
     joints: tuple[str, ...]
+    miss: float = 0.0
 
     @property
     def subject(self) -> str:
@@ -116,7 +122,7 @@ def suspects(volume: np.ndarray) -> list[int]:
     before, after = padded[:-2], padded[2:]
     least = (volume <= before) & (volume <= after)
     near = volume <= STEEP * np.maximum(np.abs(before - volume), np.abs(after - volume))
-    return np.flatnonzero(least & near).tolist()
+    return np.flatnonzero(least & (near | (volume <= LOW * np.median(volume)))).tolist()
 
 
 def smallest(closure: Closure, z: np.ndarray) -> float:

@@ -15,7 +15,7 @@ import numpy as np
 from scissordyn.simulation.closure import Closure
 from scissordyn.simulation.unfolding import DIFFERENCE, Point, Unfolding
 
-__all__ = ["AtPlace", "Leg", "Meeting", "extrapolated", "largest_turn", "meeting_between", "walk"]
+__all__ = ["MARGIN", "AtPlace", "Leg", "Meeting", "extrapolated", "largest_turn", "meeting_between", "walk"]
 
 STEP = 0.06
 """Longest step of an angle [rad], or of a length as a fraction of it; steps that divide a right angle would end in one."""
@@ -38,6 +38,9 @@ ALONE = 1e-4
 
 SEVERAL = 5.0
 """If the last but one is not larger than this multiple of the smallest, both may vanish together."""
+
+SMALL = 0.05
+"""Or not larger than this fraction of what it is half way before."""
 
 UNEXPLAINED = 1e-3
 """A change of sign for which no reason is found in a step of this fraction of the longest is accepted."""
@@ -152,7 +155,8 @@ def _accepted(closure: Closure, inputs: AtPlace, leg: Leg, new: tuple[float, np.
     if not known:
         near = _nearer(closure, here, new)
         values = np.linalg.svd(closure.jacobian(near[1]), compute_uv=False)
-        if values.size > 1 and values[-2] <= SEVERAL * values[-1]:
+        usual = np.linalg.svd(closure.jacobian(leg.points[len(leg.points) // 2][1]), compute_uv=False)
+        if values.size > 1 and values[-2] <= max(SEVERAL * values[-1], SMALL * usual[-2]):
             return True
         found = meeting_between(closure, inputs, near, low, high, longest)
         if found is None:
@@ -259,13 +263,13 @@ def largest_turn(closure: Closure, change: np.ndarray) -> float:
 def _predicted(
     closure: Closure, inputs: AtPlace, points: list[tuple[float, np.ndarray]], place: float, width: float, repeated: bool
 ) -> np.ndarray:
-    """Natural coordinates at a place by extrapolation of the last three points.
+    """Natural coordinates at a place by extrapolation of the last four points.
 
-    At the first step, and where a step is repeated, it is along the tangent: the slope of a parabola through points further
+    At the first step, and where a step is repeated, it is along the tangent: the slope of a polynomial through points further
     apart than the path is curved does not improve with a shorter step.
     """
     if len(points) > 1 and not repeated:
-        return extrapolated(points[-3:], place)
+        return extrapolated(points[-4:], place)
     here, z = points[-1]
     tangent = _tangent(closure, inputs, here, z, width)
     if tangent is not None:

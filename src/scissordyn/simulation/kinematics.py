@@ -10,7 +10,7 @@ import numpy as np
 from scissordyn.mechanics.time_function import breaks_of
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.simulation.closure import Closure, closure_of
-from scissordyn.simulation.continuation import AtPlace, Meeting, extrapolated, meeting_between, walk
+from scissordyn.simulation.continuation import MARGIN, AtPlace, Meeting, extrapolated, meeting_between, walk
 from scissordyn.simulation.singular import (
     CHANGE,
     LOCKING,
@@ -36,6 +36,9 @@ ON_END = 1e-5
 """A singular position at an end of the stroke: fraction of the typical smallest singular value; positions there are
 known to the root of round-off only."""
 
+
+ASIDE = 0.1
+"""Of the longest step: so far from the sample with the least measure branches may be nearest to each other."""
 
 NEARLY = 1e-3
 """Branches that miss each other by less, in lengths as a fraction of the size, are reported: clearances and tolerances let the real
@@ -177,7 +180,8 @@ def follow(
     for each in met:
         if not each.miss or (each.miss <= NEARLY and place[0] <= each.place <= place[-1]):  # not what lies beyond a limit
             kind = NEAR if each.miss else CHANGE
-            found.append(SingularPosition(kind, each.place, *concerned(closure, each.z, typical), each.miss))
+            at = float(np.clip(each.place, place[0], place[-1]))
+            found.append(SingularPosition(kind, at, *concerned(closure, each.z, typical), each.miss))
     for end, at in zip(ends, (points[0], points[-1]), strict=True):
         if end is not None:
             found.append(SingularPosition(LOCKING, end, *concerned(closure, at[1], typical)))
@@ -193,16 +197,18 @@ def _typical(path: Path) -> float:
 def _met(path: Path, inputs: AtPlace, known: list[Meeting], typical: float, ends: list[float | None]) -> list[Meeting]:
     """Where branches of the assembly meet or nearly meet on a path: what its legs have passed, and what lies between samples."""
     closure, found = path.closure, list(known)
-    last = path.place.size - 1
+    last, longest = path.place.size - 1, float(np.max(np.diff(path.place), initial=0.0))
     for k in suspects(measure(closure, path.z)):
         low, high = float(path.place[max(0, k - 1)]), float(path.place[min(last, k + 1)])
-        if any(low <= each.place <= high for each in found) or any(end is not None and low <= end <= high for end in ends):
+        margin = MARGIN * (high - low)
+        if any(low - margin <= each.place <= high + margin for each in found) or any(end is not None and low <= end <= high for end in ends):
             continue
         here = float(path.place[k]), path.z[k]
         if k in (0, last) and smallest(closure, here[1]) < ON_END * typical:
             found.append(Meeting(*here, 0.0))
             continue
-        meeting = meeting_between(closure, inputs, here, low, high, 0.5 * (high - low))
+        low, high = min(low, here[0] - ASIDE * longest), max(high, here[0] + ASIDE * longest)
+        meeting = meeting_between(closure, inputs, here, low, high, longest)
         meeting = _together(path, inputs, k, typical) if meeting is None else meeting
         if meeting is not None:
             found.append(meeting)

@@ -122,7 +122,9 @@ def suspects(volume: np.ndarray) -> list[int]:
     before, after = padded[:-2], padded[2:]
     least = (volume <= before) & (volume <= after)
     near = volume <= STEEP * np.maximum(np.abs(before - volume), np.abs(after - volume))
-    return np.flatnonzero(least & (near | (volume <= LOW * np.median(volume)))).tolist()
+    low = volume <= LOW * np.median(volume)
+    low[[0, -1]] = False
+    return np.flatnonzero(least & (near | low)).tolist()
 
 
 def smallest(closure: Closure, z: np.ndarray) -> float:

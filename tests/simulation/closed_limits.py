@@ -1,4 +1,4 @@
-"""Random four-bars and slider-cranks with the places, by closed forms, at which their drives meet or pass singular positions."""
+"""Random four-bars, slider-cranks and arrays with their singular positions by closed forms."""
 
 from __future__ import annotations
 
@@ -83,7 +83,7 @@ def four_bar(rng: np.random.Generator, gap: float | None) -> Case:
 
 
 def slider_crank(rng: np.random.Generator, gap: float | None) -> Case:
-    """A slider-crank: it closes where crank |sin(th)| is at most the rod; with equal lengths the slider meets the pin at 90 deg."""
+    """A slider-crank: it closes where crank |sin(th)| is at most the rod; at equal lengths slider and pin meet at 90 deg."""
     while True:
         crank = float(rng.uniform(0.05, 0.3))
         ratio = float(rng.uniform(0.4, 2.5)) if gap is None else 1.0 + gap

@@ -261,7 +261,7 @@ class Closure:
 
     def residual(self, z: np.ndarray, inputs: np.ndarray) -> np.ndarray:
         """Errors of the chosen constraints at z."""
-        return self.left_of(z) - self.values_at(inputs)
+        return np.asarray(self.left_of(z) - self.values_at(inputs))
 
     def left_of(self, z: np.ndarray) -> np.ndarray:
         """Left sides of the chosen constraints at z."""
@@ -281,7 +281,9 @@ class Closure:
 
     def product(self, z: np.ndarray, change: np.ndarray) -> np.ndarray:
         """First derivative of the left sides at z in the direction of a change of z."""
-        return np.asarray((self._sum(self.weight * np.sum(self.maps(z) * (self.rows @ change), axis=-1), 0) / self.scale)[self.chosen])
+        return np.asarray(
+            (self._sum(self.weight * np.sum(self.maps(z) * (self.rows @ change), axis=-1), 0) / self.scale)[self.chosen]
+        )
 
     def form(self, one: np.ndarray, other: np.ndarray) -> np.ndarray:
         """Second derivative of the left sides in the directions of two changes of z."""

@@ -30,8 +30,8 @@ SHORTEST = 1e-9
 """Fraction of the stroke at which the path has come to its end."""
 
 MET = 1e-12
-"""Branches that miss each other by less, in lengths as a fraction of the size, meet: lengths are rounded, and a limit of the input
-is then within 1e-6 of the change point."""
+"""Branches that miss each other by less, in lengths as a fraction of the size, meet: lengths are rounded, and a limit of the
+input is then within 1e-6 of the change point."""
 
 ALONE = 1e-4
 """Fraction of the largest singular value above which the last but one is not small."""

@@ -41,8 +41,8 @@ ASIDE = 0.1
 """Of the longest step: so far from the sample with the least measure branches may be nearest to each other."""
 
 NEARLY = 1e-3
-"""Branches that miss each other by less, in lengths as a fraction of the size, are reported: clearances and tolerances let the real
-structure pass from one to the other."""
+"""Branches that miss each other by less, in lengths as a fraction of the size, are reported: clearances and tolerances let the
+real structure pass from one to the other."""
 
 
 @dataclass(frozen=True)
@@ -182,9 +182,9 @@ def follow(
             kind = NEAR if each.miss else CHANGE
             at = float(np.clip(each.place, place[0], place[-1]))
             found.append(SingularPosition(kind, at, *concerned(closure, each.z, typical), each.miss))
-    for end, at in zip(ends, (points[0], points[-1]), strict=True):
+    for end, last in zip(ends, (z[0], z[-1]), strict=True):
         if end is not None:
-            found.append(SingularPosition(LOCKING, end, *concerned(closure, at[1], typical)))
+            found.append(SingularPosition(LOCKING, end, *concerned(closure, last, typical)))
     return Path(closure, parameter, place, z, tuple(sorted(found, key=lambda each: each.place)))
 
 
@@ -195,13 +195,15 @@ def _typical(path: Path) -> float:
 
 
 def _met(path: Path, inputs: AtPlace, known: list[Meeting], typical: float, ends: list[float | None]) -> list[Meeting]:
-    """Where branches of the assembly meet or nearly meet on a path: what its legs have passed, and what lies between samples."""
+    """Where branches of the assembly meet or nearly meet on a path: known from its legs, or between samples."""
     closure, found = path.closure, list(known)
     last, longest = path.place.size - 1, float(np.max(np.diff(path.place), initial=0.0))
     for k in suspects(measure(closure, path.z)):
         low, high = float(path.place[max(0, k - 1)]), float(path.place[min(last, k + 1)])
         margin = MARGIN * (high - low)
-        if any(low - margin <= each.place <= high + margin for each in found) or any(end is not None and low <= end <= high for end in ends):
+        if any(low - margin <= each.place <= high + margin for each in found) or any(
+            end is not None and low <= end <= high for end in ends
+        ):
             continue
         here = float(path.place[k]), path.z[k]
         if k in (0, last) and smallest(closure, here[1]) < ON_END * typical:

@@ -2,6 +2,7 @@
 
 At a singular position the gradients of the closure equations are dependent: with the inputs fixed the mechanism can move to
 first order. Either branches of the assembly meet there (a change point), or the input can go no further (a locking position).
+Branches can also come near each other without meeting (a near change point).
 """
 
 from __future__ import annotations
@@ -121,7 +122,9 @@ def suspects(volume: np.ndarray) -> list[int]:
     padded = np.concatenate([volume[1:2], volume, volume[-2:-1]])
     before, after = padded[:-2], padded[2:]
     least = (volume <= before) & (volume <= after)
-    near = volume <= STEEP * np.maximum(np.abs(before - volume), np.abs(after - volume))
+    change = np.maximum(np.abs(before - volume), np.abs(after - volume))
+    change[[0, -1]] = np.maximum(change[[0, -1]], change[[1, -2]])  # the zero may be between an end and its neighbour
+    near = volume <= STEEP * change
     low = volume <= LOW * np.median(volume)
     low[[0, -1]] = False
     return np.flatnonzero(least & (near | low)).tolist()

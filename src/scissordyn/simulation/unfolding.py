@@ -1,9 +1,9 @@
 """The scalar equation to which closure equations reduce near a position where one singular value is small.
 
-With the singular vectors u and v of that value, F(y, s) = g u and v (y - y0) = a define a smooth function g(a, s) whose zeros are
-the positions of the mechanism (Lyapunov-Schmidt reduction by a bordered system; Govaerts 2000, Numerical Methods for Bifurcations
-of Dynamical Equilibria, chapters 3 and 6). Singular positions are zeros of g with dg/da = 0. Where both derivatives vanish, g is
-by how much the branches of the assembly miss each other: they meet if it is zero.
+With the singular vectors u and v of that value, F(y, s) = g u and v (y - y0) = a define a smooth function g(a, s) whose
+zeros are the positions of the mechanism (Lyapunov-Schmidt reduction by a bordered system; Govaerts 2000, Numerical Methods for
+Bifurcations of Dynamical Equilibria, chapters 3 and 6). Singular positions are zeros of g with dg/da = 0. Where both
+derivatives vanish, g is by how much the branches of the assembly miss each other: they meet if it is zero.
 """
 
 from __future__ import annotations
@@ -87,7 +87,7 @@ class Unfolding:
         self._y0 = z[closure.stays]
 
     def at(self, a: float, place: float, guess: np.ndarray) -> Point | None:
-        """g and its derivatives; None if the bordered equations are not solved near the guess.
+        """Value and derivatives of the function; None if the bordered equations are not solved near the guess.
 
         Parameters
         ----------
@@ -128,7 +128,10 @@ class Unfolding:
         h = DIFFERENCE * self.width
         rows = [self.inputs(place + k * h) for k in (-2, -1, 0, 1, 2)]
         known, value = (np.array([part(row) for row in rows]) for part in (closure.known_at, closure.values_at))
-        first, second = np.array([1.0, -8.0, 0.0, 8.0, -1.0]) / (12.0 * h), np.array([-1.0, 16.0, -30.0, 16.0, -1.0]) / (12.0 * h * h)
+        first, second = (
+            np.array([1.0, -8.0, 0.0, 8.0, -1.0]) / (12.0 * h),
+            np.array([-1.0, 16.0, -30.0, 16.0, -1.0]) / (12.0 * h * h),
+        )
         moved, bent = first @ known, second @ known
         sides = np.zeros((n + 1, 2))
         sides[n, 0], sides[:n, 1] = 1.0, first @ value - closure.product(z, moved)

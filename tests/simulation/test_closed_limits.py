@@ -83,6 +83,11 @@ def test_every_kind_is_drawn() -> None:
     assert any(NEAR in axis.get_legend_handles_labels()[1] for axis in kinematics(ideal))
 
 
+def test_drive_that_stands_still() -> None:
+    """Limit: without a stroke there is nothing to pass, whatever position the mechanism is held in."""
+    assert found(sd.scissor(units=3, angle=0.6).driven(speed=0.0), 1.0) == []
+
+
 def test_limit_of_a_crossed_linkage() -> None:
     """Closed form: the crank of a crossed four-bar stops at 0.335789 s, by the law of cosines."""
     ground, crank, coupler, rocker = 0.928733221455456, 1.4086743568308764, 1.4037555938140915, 0.8597264873214747

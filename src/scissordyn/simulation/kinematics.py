@@ -209,6 +209,8 @@ def _met(path: Path, inputs: AtPlace, known: list[Meeting], typical: float, ends
         if k in (0, last) and smallest(closure, here[1]) < ON_END * typical:
             found.append(Meeting(*here, 0.0))
             continue
+        if not longest:  # the drives stand still
+            continue
         low, high = min(low, here[0] - ASIDE * longest), max(high, here[0] + ASIDE * longest)
         meeting = meeting_between(closure, inputs, here, low, high, longest)
         meeting = _together(path, inputs, k, typical) if meeting is None else meeting

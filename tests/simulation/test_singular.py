@@ -125,8 +125,7 @@ def test_stroke_that_ends_flat() -> None:
 def test_ring_through_its_limit() -> None:
     """Closed form: the radii of a ring are proportional to cos(th); all its bars meet at 90 deg, despite redundant joints."""
     path = stroke(sd.hoberman_ring(units=6).driven(speed=1.0), 1.0)
-    assert [each.kind for each in path.singular] == [CHANGE]
-    assert path.singular[0].place == pytest.approx(math.pi / 2, abs=1e-5)  # a singular value falls with its square there
+    assert_places(path, [(CHANGE, math.pi / 2)])
 
 
 def test_positions_are_those_of_a_run() -> None:

@@ -19,7 +19,7 @@ STEEPEST = 4.0
 
 HIGH = 90.0
 
-MARKS = {"change point": (0, (5, 2)), "locking position": "solid"}
+MARKS = {"change point": (0, (5, 2)), "near change point": (0, (1, 2)), "locking position": "solid"}
 
 
 def kinematics(ideal: xr.Dataset, *, axes: Canvas = None) -> list[Axes]:

@@ -6,6 +6,7 @@ The equations of motion go through a change point on the branch on which they ca
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 import xarray as xr
@@ -17,7 +18,7 @@ from scissordyn.model.drive import Drive
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.simulation.closure import Closure, closure_of, closure_template
 from scissordyn.simulation.kinematics import Path, instants, path_of, start_of
-from scissordyn.simulation.singular import CHANGE, SingularPosition, concerned, measure, smallest, suspects
+from scissordyn.simulation.singular import CHANGE, LOCKING, NEAR, SingularPosition, concerned, measure, smallest, suspects
 
 __all__ = ["drive_warnings", "passing_warnings", "path_warnings"]
 
@@ -37,8 +38,21 @@ PASSED = 0.1
 """A free motion passes a singular position if the smallest singular value falls, between two samples, below this fraction of
 what it is at them."""
 
+PRESSED = 0.1
+"""A journal pressed in by more than this fraction of its clearance may be forced by a drive beyond a locking position."""
+
 MOST_KNOWN = 64
 """So many strokes of one mechanism have their singular positions kept."""
+
+
+class Said(NamedTuple):
+    """A singular position in words."""
+
+    time: float
+    """At which the drives are first there [s]."""
+    kind: str
+    text: str
+
 
 CHANCE = "which one is taken there is a matter of chance in the real structure"
 
@@ -70,7 +84,7 @@ def passing_warnings(mechanism: Mechanism, run: xr.Dataset, until: float) -> lis
         return []
     driven = bool(closure.inputs.count)
     if driven and (np.max(rotation, initial=0.0) > COARSE or len(angle) < FEWEST):
-        return drive_warnings(mechanism, until, closure)
+        return _driven(mechanism, run, until, closure)
     square = closure.chosen.size == closure.free.shape[1]
     if not square and start_of(closure) is None:
         return []
@@ -83,10 +97,8 @@ def passing_warnings(mechanism: Mechanism, run: xr.Dataset, until: float) -> lis
     if near and square:
         # a redundant constraint and a free coordinate make as many equations as unknowns, dependent everywhere
         near = [] if start_of(closure) is None else suspects(measure(closure, z))
-    if not near:
-        return []
-    if driven and closure.mobility == 0:
-        return drive_warnings(mechanism, until, closure)
+    if driven and closure.mobility == 0 and (near or _pressed(mechanism, run)):
+        return _driven(mechanism, run, until, closure)
     time, found = run["time"].values, []
     for k in near:
         first, last = chosen[max(0, k - 1)], chosen[min(chosen.size - 1, k + 1)]
@@ -95,7 +107,36 @@ def passing_warnings(mechanism: Mechanism, run: xr.Dataset, until: float) -> lis
     return [_passed_in_words(closure, singular, z) for singular, z in found]
 
 
-def drive_warnings(mechanism: Mechanism, until: float, closure: Closure | None = None) -> list[str]:
+def _pressed(mechanism: Mechanism, run: xr.Dataset) -> bool:
+    """Whether a journal is pressed in far."""
+    gaps = {joint.name: joint.clearance.contact.clearance for joint in mechanism.contacts if joint.clearance is not None}
+    if not gaps:
+        return False
+    depth = run.variables["peak_indentation"].values
+    return any(depth[mechanism.joint_names.index(name)] > PRESSED * gap for name, gap in gaps.items())
+
+
+def _driven(mechanism: Mechanism, run: xr.Dataset, until: float, closure: Closure) -> list[str]:
+    """What the drives lead to, and how far clearances have let them go beyond a locking position."""
+    found = [text for _, _, text in _said(mechanism, until, closure)]
+    lock = min((time for time, kind, _ in _said(mechanism, until, closure) if kind == LOCKING), default=math.inf)
+    joints = mechanism.contacts
+    if not joints or not run.sizes["time"] or not float(run["time"].values[-1]) > lock:
+        return found
+    at = [mechanism.joint_names.index(joint.name) for joint in joints]
+    force = run.variables["normal_force"].values[:, at]
+    k, largest = (int(each) for each in np.unravel_index(np.argmax(force), force.shape))
+    time = float(run["time"].values[k])
+    if time >= lock:
+        found.append(
+            f"the drive is forced beyond its locking position of t = {lock:.6g} s: forces from there on, up to "
+            f"{force[k, largest]:.3g} N at joint '{joints[largest].name}' at t = {time:.6g} s, are those of "
+            "surfaces that it presses into each other, which no real drive could"
+        )
+    return found
+
+
+def drive_warnings(mechanism: Mechanism, until: float) -> list[str]:
     """The singular positions that the drives of a mechanism lead its ideal counterpart to, in words.
 
     Parameters
@@ -103,8 +144,6 @@ def drive_warnings(mechanism: Mechanism, until: float, closure: Closure | None =
     mechanism : Mechanism
     until : float
         End of the time of the drives [s].
-    closure : Closure, optional
-        Of the mechanism.
 
     Returns
     -------
@@ -114,21 +153,24 @@ def drive_warnings(mechanism: Mechanism, until: float, closure: Closure | None =
         return []
     if _equations(mechanism) > MOST_EQUATIONS:
         return [_not_looked_for(mechanism)]
-    closure = _closure(mechanism) if closure is None else closure
-    if closure is None:
-        return []
+    closure = _closure(mechanism)
+    return [] if closure is None else [text for _, _, text in _said(mechanism, until, closure)]
+
+
+def _said(mechanism: Mechanism, until: float, closure: Closure) -> tuple[Said, ...]:
+    """The singular positions that the drives lead to; the last ones asked for are kept."""
     known, asked = _known(closure_template(mechanism)), (mechanism.drives, until)
     found = known.get(asked)
     if found is None:
         path = path_of(mechanism, until, closure)
-        found = () if path is None else tuple(path_warnings(path, mechanism, until))
+        found = () if path is None else tuple(_of_path(path, mechanism, until))
         if len(known) < MOST_KNOWN:
             known[asked] = found
-    return list(found)
+    return found
 
 
 @kept
-def _known(_: Closure) -> dict[tuple[tuple[Drive, ...], float], tuple[str, ...]]:
+def _known(_: Closure) -> dict[tuple[tuple[Drive, ...], float], tuple[Said, ...]]:
     """What was found for closure equations, by drives and the end of their time: clearances have no effect on it."""
     return {}
 
@@ -154,7 +196,11 @@ def _closure(mechanism: Mechanism) -> Closure | None:
 
 def path_warnings(path: Path, mechanism: Mechanism, until: float) -> list[str]:
     """The singular positions of a path, in words, in the order of time."""
-    found: list[tuple[float, str]] = []
+    return [text for _, _, text in _of_path(path, mechanism, until)]
+
+
+def _of_path(path: Path, mechanism: Mechanism, until: float) -> list[Said]:
+    found: list[Said] = []
     for singular in path.singular:
         times = instants(path, mechanism, until, singular.place)
         if not times:  # beyond the last position by round-off
@@ -163,10 +209,15 @@ def path_warnings(path: Path, mechanism: Mechanism, until: float) -> list[str]:
         where = f"{when}{_input_in_words(path, singular.place)}"
         if singular.kind == CHANGE:
             text = f"change point {where}: {singular.subject} can go on on more than one branch of the assembly; {CHANCE}"
+        elif singular.kind == NEAR:
+            text = (
+                f"near change point {where}: with lengths that differ by {singular.miss:.2g} of the mechanism's size "
+                f"{singular.subject} could go on on another branch of the assembly"
+            )
         else:
             text = f"locking position {where}: {singular.subject} hold{_s(singular)} it there; the drive cannot go on"
-        found.append((times[0], text))
-    return [text for _, text in sorted(found)]
+        found.append(Said(times[0], singular.kind, text))
+    return sorted(found)
 
 
 def _s(singular: SingularPosition) -> str:

@@ -261,12 +261,34 @@ class Closure:
 
     def residual(self, z: np.ndarray, inputs: np.ndarray) -> np.ndarray:
         """Errors of the chosen constraints at z."""
+        return np.asarray(self.left_of(z) - self.values_at(inputs))
+
+    def left_of(self, z: np.ndarray) -> np.ndarray:
+        """Left sides of the chosen constraints at z."""
         maps = self.maps(z)
+        return np.asarray((self._sum(0.5 * self.weight * np.sum(maps * maps, axis=-1), 0) / self.scale)[self.chosen])
+
+    def values_at(self, inputs: np.ndarray) -> np.ndarray:
+        """What the left sides of the chosen constraints have to be."""
         value = np.array(self.value)
         for k, which, unit in self.timed:
             value[k] = 0.5 * (inputs[which] / unit) ** 2
-        found = self._sum(0.5 * self.weight * np.sum(maps * maps, axis=-1), 0) - value
-        return np.asarray((found / self.scale)[self.chosen])
+        return np.asarray((value / self.scale)[self.chosen])
+
+    def known_at(self, inputs: np.ndarray) -> np.ndarray:
+        """The part of z that the inputs determine."""
+        return np.asarray(self.known @ self.basis(inputs))
+
+    def product(self, z: np.ndarray, change: np.ndarray) -> np.ndarray:
+        """First derivative of the left sides at z in the direction of a change of z."""
+        return np.asarray(
+            (self._sum(self.weight * np.sum(self.maps(z) * (self.rows @ change), axis=-1), 0) / self.scale)[self.chosen]
+        )
+
+    def form(self, one: np.ndarray, other: np.ndarray) -> np.ndarray:
+        """Second derivative of the left sides in the directions of two changes of z."""
+        parts = self.weight * np.sum((self.rows @ one) * (self.rows @ other), axis=-1)
+        return np.asarray((self._sum(parts, 0) / self.scale)[self.chosen])
 
     def _sum(self, parts: np.ndarray, axis: int) -> np.ndarray:
         """Sums over the parts of each constraint."""
@@ -288,7 +310,7 @@ class Closure:
         -------
         ndarray, shape (nZ,), or None
         """
-        known = self.known @ self.basis(inputs)
+        known = self.known_at(inputs)
         z: np.ndarray = known + self.free @ guess[self.stays]
         allowed = CLOSED + ROUNDINGS * self.total * float(np.max(np.abs(z), initial=1.0)) ** 2
         for _ in range(most_steps):

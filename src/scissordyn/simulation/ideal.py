@@ -93,7 +93,7 @@ def _add_singular(run: xr.Dataset, mechanism: Mechanism, path: Path | None, unti
         (
             ("singular_time", "s", "time at which a singular position is passed"),
             ("singular_input", unit, "input at a singular position"),
-            ("singular_kind", "1", "change point or locking position"),
+            ("singular_kind", "1", "change point, near change point or locking position"),
             ("singular_subject", "1", "bodies and joints that can move there to first order"),
         )
     ):

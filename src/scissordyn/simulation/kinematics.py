@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -11,9 +10,11 @@ import numpy as np
 from scissordyn.mechanics.time_function import breaks_of
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.simulation.closure import Closure, closure_of
+from scissordyn.simulation.continuation import MARGIN, AtPlace, Meeting, extrapolated, meeting_between, walk
 from scissordyn.simulation.singular import (
     CHANGE,
     LOCKING,
+    NEAR,
     SingularPosition,
     concerned,
     locate,
@@ -24,18 +25,6 @@ from scissordyn.simulation.singular import (
 from scissordyn.simulation.time_functions import prescribed
 
 __all__ = ["Path", "follow", "instants", "path_of", "start_of"]
-
-STEP = 0.06
-"""Longest step of an angle [rad], or of a length as a fraction of it; steps that divide a right angle would end in one."""
-
-TURNED = 0.15
-"""Largest rotation of a body in a step [rad]."""
-
-CORRECTED = 0.3
-"""A correction larger than this fraction of the step may have led to another branch."""
-
-SHORTEST = 1e-9
-"""Fraction of the stroke at which the path has come to its end."""
 
 MOST_TURNS = 2
 """Revolutions of a drive after which positions are taken to repeat: one on each branch."""
@@ -48,8 +37,12 @@ ON_END = 1e-5
 known to the root of round-off only."""
 
 
-AtPlace = Callable[[float], np.ndarray]
-"""Inputs or natural coordinates at a place on the path."""
+ASIDE = 0.1
+"""Of the longest step: so far from the sample with the least measure branches may be nearest to each other."""
+
+NEARLY = 1e-3
+"""Branches that miss each other by less, in lengths as a fraction of the size, are reported: clearances and tolerances let the
+real structure pass from one to the other."""
 
 
 @dataclass(frozen=True)
@@ -176,83 +169,23 @@ def follow(
     -------
     Path
     """
-    forth, end_forth = _leg(closure, inputs, start, first, high)
-    back, end_back = _leg(closure, inputs, start, first, low)
-    points = back[:0:-1] + forth
+    forth, back = (walk(closure, inputs, start, first, end) for end in (high, low))
+    points = back.points[:0:-1] + forth.points
     place, z = np.array([s for s, _ in points]), np.array([each for _, each in points])
+    ends = [back.end, forth.end]
     path = Path(closure, parameter, place, z, ())
-    found = _singular(path, inputs)
     typical = _typical(path)
-    for end, at in ((end_back, points[0]), (end_forth, points[-1])):
+    met = _met(path, inputs, [*back.met, *forth.met], typical, ends)
+    found = []
+    for each in met:
+        if not each.miss or (each.miss <= NEARLY and place[0] <= each.place <= place[-1]):  # not what lies beyond a limit
+            kind = NEAR if each.miss else CHANGE
+            at = float(np.clip(each.place, place[0], place[-1]))
+            found.append(SingularPosition(kind, at, *concerned(closure, each.z, typical), each.miss))
+    for end, last in zip(ends, (z[0], z[-1]), strict=True):
         if end is not None:
-            found.append(SingularPosition(LOCKING, end, *concerned(closure, at[1], typical)))
+            found.append(SingularPosition(LOCKING, end, *concerned(closure, last, typical)))
     return Path(closure, parameter, place, z, tuple(sorted(found, key=lambda each: each.place)))
-
-
-def _leg(
-    closure: Closure, inputs: AtPlace, start: np.ndarray, first: float, last: float
-) -> tuple[list[tuple[float, np.ndarray]], float | None]:
-    """Points from a place to another, and where the path ends before it."""
-    points = [(float(first), start)]
-    span = abs(last - first)
-    if span == 0.0:
-        return points, None
-    sign = math.copysign(1.0, last - first)
-    step = longest = _longest(closure, inputs, first, last)
-    while abs(points[-1][0] - last) > 1e-12 * span:
-        here = points[-1][0]
-        place = last if abs(last - here) <= 1.001 * step else here + sign * step
-        guess = _predicted(closure, inputs, points, place)
-        z = closure.close(guess, inputs(place))
-        if z is not None:
-            change, correction = _turns(closure, z - points[-1][1]), _turns(closure, z - guess)
-            if change <= TURNED and correction <= CORRECTED * change + 1e-9:
-                points.append((place, z))
-                step = min(longest, 1.6 * step)
-                continue
-        step *= 0.5
-        if step < SHORTEST * span:
-            return points, points[-1][0]
-    return points, None
-
-
-def _longest(closure: Closure, inputs: AtPlace, first: float, last: float) -> float:
-    """The longest step along a leg."""
-    places = np.linspace(first, last, 201)
-    values = np.array([inputs(s) for s in places])
-    lengths = np.arange(values.shape[1]) >= len(closure.inputs.bodies)
-    unit = np.where(lengths, np.max(np.abs(values), axis=0), 1.0)
-    fastest = float(np.max(np.abs(np.diff(values, axis=0)) / unit)) / abs(places[1] - places[0])
-    return min(abs(last - first) / 5.3, STEP / fastest if fastest > 0.0 else math.inf)
-
-
-def _turns(closure: Closure, change: np.ndarray) -> float:
-    """The largest rotation of a body, or displacement in units of the size where none rotates."""
-    if closure.directions.size:
-        change = change[np.concatenate([closure.directions, closure.directions + 1])]
-    return float(np.max(np.abs(change), initial=0.0))
-
-
-def _predicted(closure: Closure, inputs: AtPlace, points: list[tuple[float, np.ndarray]], place: float) -> np.ndarray:
-    """Natural coordinates at a place by extrapolation of the last three points, at the first step along the tangent."""
-    if len(points) == 1:
-        here, z = points[0]
-        small = 1e-3 * (place - here)
-        near = closure.close(z, inputs(here + small))
-        return z if near is None else z + (near - z) * ((place - here) / small)
-    return _interpolated(points[-3:], place)
-
-
-def _interpolated(points: list[tuple[float, np.ndarray]], place: float) -> np.ndarray:
-    """The polynomial through some points (Lagrange)."""
-    total = np.zeros_like(points[0][1])
-    for k, (s, z) in enumerate(points):
-        factor = 1.0
-        for l, (other, _) in enumerate(points):
-            if l != k:
-                factor *= (place - other) / (s - other)
-        total = total + factor * z
-    return total
 
 
 def _typical(path: Path) -> float:
@@ -261,32 +194,46 @@ def _typical(path: Path) -> float:
     return max(float(np.median([smallest(path.closure, path.z[k]) for k in chosen])), 1e-6)
 
 
-def _singular(path: Path, inputs: AtPlace) -> list[SingularPosition]:
-    """The change points on a path."""
-    closure, found = path.closure, []
-    candidates = suspects(measure(closure, path.z))
-    if not candidates:
-        return []
-    typical = _typical(path)
-    last = path.place.size - 1
-    for k in candidates:
-        if k in (0, last):
-            if smallest(closure, path.z[k]) < ON_END * typical:
-                found.append((float(path.place[k]), path.z[k]))
+def _met(path: Path, inputs: AtPlace, known: list[Meeting], typical: float, ends: list[float | None]) -> list[Meeting]:
+    """Where branches of the assembly meet or nearly meet on a path: known from its legs, or between samples."""
+    closure, found = path.closure, list(known)
+    last, longest = path.place.size - 1, float(np.max(np.diff(path.place), initial=0.0))
+    for k in suspects(measure(closure, path.z)):
+        low, high = float(path.place[max(0, k - 1)]), float(path.place[min(last, k + 1)])
+        margin = MARGIN * (high - low)
+        if any(low - margin <= each.place <= high + margin for each in found) or any(
+            end is not None and low <= end <= high for end in ends
+        ):
             continue
+        here = float(path.place[k]), path.z[k]
+        if k in (0, last) and smallest(closure, here[1]) < ON_END * typical:
+            found.append(Meeting(*here, 0.0))
+            continue
+        if not longest:  # the drives stand still
+            continue
+        low, high = min(low, here[0] - ASIDE * longest), max(high, here[0] + ASIDE * longest)
+        meeting = meeting_between(closure, inputs, here, low, high, longest)
+        meeting = _together(path, inputs, k, typical) if meeting is None else meeting
+        if meeting is not None:
+            found.append(meeting)
+    return found
 
-        def position(place: float, k: int = k) -> np.ndarray:
-            chosen = range(max(0, k - 2), min(last, k + 2) + 1)
-            guess = _interpolated([(float(path.place[i]), path.z[i]) for i in chosen], place)
-            closed = closure.close(guess, inputs(place))
-            # Newton's method may not converge at the change point itself; interpolated positions are good to 1e-7
-            return guess if closed is None else closed
 
-        low, middle, high = (float(each) for each in path.place[k - 1 : k + 2])
-        place = locate(closure, position, (low, middle, high), typical)
-        if place is not None:
-            found.append((place, position(place)))
-    return [SingularPosition(CHANGE, place, *concerned(closure, z, typical)) for place, z in found]
+def _together(path: Path, inputs: AtPlace, k: int, typical: float) -> Meeting | None:
+    """Where branches meet next to a sample with several small singular values, or one that falls to zero with its square."""
+    closure, last = path.closure, path.place.size - 1
+    chosen = range(max(0, k - 2), min(last, k + 2) + 1)
+    points = [(float(path.place[i]), path.z[i]) for i in chosen]
+
+    def position(place: float) -> np.ndarray:
+        guess = extrapolated(points, place)
+        closed = closure.close(guess, inputs(place))
+        # Newton's method may not converge at the change point itself; interpolated positions are good to 1e-7
+        return guess if closed is None else closed
+
+    low, middle, high = (float(path.place[i]) for i in (max(0, k - 1), k, min(last, k + 1)))
+    place = locate(closure, position, (low, middle, high), typical)
+    return None if place is None else Meeting(place, position(place), 0.0)
 
 
 def instants(path: Path, mechanism: Mechanism, until: float, place: float) -> list[float]:

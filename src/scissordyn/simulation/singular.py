@@ -2,6 +2,7 @@
 
 At a singular position the gradients of the closure equations are dependent: with the inputs fixed the mechanism can move to
 first order. Either branches of the assembly meet there (a change point), or the input can go no further (a locking position).
+Branches can also come near each other without meeting (a near change point).
 """
 
 from __future__ import annotations
@@ -15,13 +16,16 @@ from scissordyn.component.place import GROUND
 from scissordyn.mechanics.elimination import in_words
 from scissordyn.simulation.closure import Closure
 
-__all__ = ["CHANGE", "LOCKING", "SingularPosition", "concerned", "locate", "measure", "suspects"]
+__all__ = ["CHANGE", "LOCKING", "NEAR", "SingularPosition", "concerned", "locate", "measure", "suspects"]
 
-CHANGE, LOCKING = "change point", "locking position"
+CHANGE, LOCKING, NEAR = "change point", "locking position", "near change point"
 
 STEEP = 1.5
 """Where gradients become dependent the measure falls to zero linearly or faster: at the nearest sample it is below this
 multiple of its change to a neighbour. Elsewhere it is level to first order at a minimum."""
+
+LOW = 0.15
+"""Where branches nearly meet, the measure has a smooth minimum below this multiple of its median."""
 
 FEW = 24
 """Up to so many equations singular values are computed at every sample; beyond it a factorization is many times cheaper."""
@@ -56,19 +60,22 @@ class SingularPosition:
 
     Parameters
     ----------
-    kind : {"change point", "locking position"}
+    kind : {"change point", "near change point", "locking position"}
     place : float
         Where on the path: value of the input [rad or m], or time [s].
     bodies : tuple of str
         Bodies that can move there to first order with the inputs fixed, those that move most first.
     joints : tuple of str
         Joints that turn in that motion.
+    miss : float
+        By how much the branches of a near change point miss each other, in lengths as a fraction of the mechanism's size.
     """
 
     kind: str
     place: float
     bodies: tuple[str, ...]
     joints: tuple[str, ...]
+    miss: float = 0.0
 
     @property
     def subject(self) -> str:
@@ -115,8 +122,12 @@ def suspects(volume: np.ndarray) -> list[int]:
     padded = np.concatenate([volume[1:2], volume, volume[-2:-1]])
     before, after = padded[:-2], padded[2:]
     least = (volume <= before) & (volume <= after)
-    near = volume <= STEEP * np.maximum(np.abs(before - volume), np.abs(after - volume))
-    return np.flatnonzero(least & near).tolist()
+    change = np.maximum(np.abs(before - volume), np.abs(after - volume))
+    change[[0, -1]] = np.maximum(change[[0, -1]], change[[1, -2]])  # the zero may be between an end and its neighbour
+    near = volume <= STEEP * change
+    low = volume <= LOW * np.median(volume)
+    low[[0, -1]] = False
+    return np.flatnonzero(least & (near | low)).tolist()
 
 
 def smallest(closure: Closure, z: np.ndarray) -> float:

@@ -23,7 +23,7 @@ proc = pytest.mark.skipif(not Path("/proc/net/tcp").exists(), reason="needs /pro
 
 
 def family() -> list[int]:
-    """This process and all that it has started, also indirectly."""
+    """Own process and all that it has started, also indirectly."""
     parents = {}
     for folder in Path("/proc").glob("[0-9]*"):
         try:
@@ -178,9 +178,9 @@ def test_jobs_admit_no_stranger(tmp_path: Path, monkeypatch: pytest.MonkeyPatch)
     The same attack on a scheduler without certificates has a function executed as root.
     """
     from distributed import LocalCluster
-    from study.test_cluster import queueing_system
 
     from scissordyn.study.engine import Cluster
+    from study.test_cluster import queueing_system
 
     queueing_system(tmp_path, monkeypatch, "sbatch")
     file = tmp_path / "cluster.yaml"
@@ -207,4 +207,3 @@ def every_port() -> set[str]:
     """TCP ports on which anything listens, of whatever process: jobs are not started by this one."""
     rows = [line.split() for kind in ("tcp", "tcp6") for line in Path(f"/proc/net/{kind}").read_text().splitlines()[1:]]
     return {str(int(row[1].rpartition(":")[2], 16)) for row in rows if row[3] == "0A"}
-

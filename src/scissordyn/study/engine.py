@@ -55,6 +55,8 @@ RECOUNT = 1.0
 PATIENCE = 10.0
 """How long a scheduler may take to answer [s]."""
 
+KEYS = ("_job_ca_file", "_job_cert", "_job_key")
+"""Where dask-jobqueue has the temporary files of certificates, which it would keep as long as this process."""
 
 LOST = "the connection to the scheduler was lost; what is complete is kept"
 
@@ -294,10 +296,14 @@ class Cluster:
             reason = str(error).splitlines()[0].partition(". ")[0]  # what follows is an example with all options
             sample = "cores: 8, processes: 8, memory: 16GB, each on a line of its own"
             raise InputError(f"'{file}': {reason}", f"options of dask_jobqueue.{kinds[kind]}", sample) from None
-        cluster.scale(jobs=jobs)
-        client = distributed.Client(cluster, timeout=PATIENCE, set_as_default=False)
-        with _closed(client, cluster):
-            yield cls(client)
+        try:
+            cluster.scale(jobs=jobs)
+            client = distributed.Client(cluster, timeout=PATIENCE, set_as_default=False)
+            with _closed(client, cluster):
+                yield cls(client)
+        finally:
+            for name in KEYS:
+                vars(cluster)[name].close()
 
     def each(self, function: Callable[[Task], Value], tasks: Iterable[Task]) -> Iterator[Outcome[Task, Value]]:
         """Results in the order in which they come; tasks of lost workers are handed out again.

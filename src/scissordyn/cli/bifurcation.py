@@ -15,7 +15,7 @@ from scissordyn.cli.interrupt import tell_where
 from scissordyn.cli.output import check_file
 from scissordyn.cli.status import DONE, INTERRUPTED, UNFINISHED
 from scissordyn.cli.where import QueueFile, Scheduler, ThreadCount, Where, WorkerCount
-from scissordyn.errors import InputError, did_you_mean, printable
+from scissordyn.errors import InputError, command, did_you_mean, printable
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -68,7 +68,9 @@ def bifurcation(
     assert quantity is not None
     known = recorded(described.mechanism)
     if variable and variable not in known:
-        raise InputError(f"--variable '{variable}'{did_you_mean(variable, known)}", ", ".join(known), f"--variable {known[0]}")
+        raise InputError(
+            f"--variable '{variable}'{did_you_mean(variable, known)}", ", ".join(known), command("--variable", known[0])
+        )
     ends = _number(first, quantity, "--from"), _number(last, quantity, "--to")
     tell_where("no value is kept" if output is None else f"what is done is in {output}, and the same command goes on from it")
     with Where(threads, workers, scheduler, cluster).engine() as engine, _progress(values) as progress:

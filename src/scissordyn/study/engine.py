@@ -474,7 +474,7 @@ def _cluster_options(file: Path) -> dict[str, Any]:
     try:
         found = yaml.safe_load(file.read_text())
     except (OSError, UnicodeDecodeError, yaml.YAMLError) as error:
-        reason = getattr(error, "strerror", None) or " ".join(str(error).split())
+        reason = getattr(error, "strerror", None) or getattr(error, "problem", None) or type(error).__name__
         raise InputError(f"cannot read '{file}': {reason}", "YAML with kind, jobs and options", "kind: slurm") from None
     if not isinstance(found, dict):
         raise InputError(f"'{file}' is no table", "YAML with kind, jobs and options", "kind: slurm")

@@ -5,15 +5,17 @@ from __future__ import annotations
 import os
 import re
 import signal
+import socket
 import subprocess
 import sys
+import textwrap
 import time
 from pathlib import Path
 
 import pytest
 
 import scissordyn as sd
-from scissordyn.cli.where import Where
+from scissordyn.cli.where import UNPROTECTED, Where
 from scissordyn.study.engine import Outcome, error_text
 
 NOBODY = 65534
@@ -201,6 +203,63 @@ def test_jobs_admit_no_stranger(tmp_path: Path, monkeypatch: pytest.MonkeyPatch)
         done = subprocess.run([sys.executable, "-c", ATTACK, *places], capture_output=True, text=True, timeout=300, check=False)
     assert done.stdout == f"{NOBODY} [0] []\n", done.stderr
     assert list(tmp_path.glob(".dask-jobqueue*")) == []
+
+
+def documented(home: Path) -> dict[str, str]:
+    """The environment that the page on clusters sets up, by its own commands."""
+    page = Path(__file__).parents[2] / "docs" / "howto" / "cluster.md"
+    (block,) = re.findall(r"^ *```bash\n(.*?)^ *```", page.read_text(encoding="utf-8"), re.MULTILINE | re.DOTALL)
+    own = {"HOME": str(home), "PATH": os.environ["PATH"]}
+    show = textwrap.dedent(block) + "\n. tls.sh && env -0\n"
+    shown = subprocess.run(["bash", "-ec", show], env=own, capture_output=True, text=True, check=True, timeout=60).stdout
+    return {name: value for name, _, value in (line.partition("=") for line in shown.split("\0")) if name.startswith("DASK_")}
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("protocol", ["tls", "tcp"])
+def test_a_scheduler_of_ones_own(protocol: str, tmp_path: Path) -> None:
+    """Identity: with the certificates of the documentation there is no warning, and without them one, and no admittance."""
+    own = documented(tmp_path) if protocol == "tls" else {}
+    assert {path.stat().st_mode & 0o077 for path in tmp_path.glob("dask-tls/*.pem")} <= {0}
+    with socket.socket() as free:
+        free.bind(("127.0.0.1", 0))
+        port = str(free.getsockname()[1])
+    dask, address = [sys.executable, "-m", "dask"], f"{protocol}://127.0.0.1:{port}"
+    join = [sys.executable, "-c", JOIN, address]
+    commands = [
+        [*dask, "scheduler", "--host", "127.0.0.1", "--port", port, "--protocol", protocol, "--no-dashboard"],
+        [*dask, "worker", address, "--nthreads", "1", "--no-dashboard", "--no-nanny"],
+    ]
+    started = [
+        subprocess.Popen(one, env={**os.environ, **own}, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, cwd=tmp_path)
+        for one in commands
+    ]
+    try:
+        until = time.monotonic() + 120.0
+        while port not in every_port():
+            assert time.monotonic() < until
+            time.sleep(0.1)
+        joined = subprocess.run(join, env={**os.environ, **own}, capture_output=True, text=True, check=False, timeout=200)
+        without = subprocess.run(join, capture_output=True, text=True, check=False, timeout=200)
+    finally:
+        for process in started:
+            process.kill()
+            process.wait()
+    assert joined.stdout == "[1, 2]\n", joined.stderr
+    if protocol == "tls":
+        assert joined.stderr == ""
+        assert without.stdout == ""
+        assert "does not answer" in without.stderr
+    else:
+        assert joined.stderr == f"{UNPROTECTED}\n"
+
+
+JOIN = """
+import sys
+from scissordyn.cli.where import Where
+with Where(scheduler=sys.argv[1]).engine() as engine:
+    print(sorted(outcome.value for outcome in engine.each(abs, [-1, -2])))
+"""
 
 
 def every_port() -> set[str]:

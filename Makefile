@@ -5,7 +5,7 @@ OUT ?= out
 
 .PHONY: paper test check slow bounds browser bench validate docs clean
 
-paper: .venv/.processes
+paper: .venv/.installed
 	$(BIN)/scissordyn paper -o $(OUT)
 
 test: .venv/.dev
@@ -50,11 +50,6 @@ bench: .venv/.dev
 .venv/.installed: .venv/bin/python pyproject.toml requirements.txt
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check -r requirements.txt
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-deps -e .
-	touch $@
-
-# processes beside the command's own
-.venv/.processes: .venv/.installed requirements-dev.txt
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check --constraint requirements-dev.txt dask distributed
 	touch $@
 
 .venv/.dev: .venv/.installed requirements-dev.txt

@@ -122,10 +122,15 @@ def _guide_and_pin(random: np.random.Generator) -> tuple[sd.Mechanism, float]:
     """A slider-crank with a loose guide and a loose pin of its slider, both with friction."""
     play, clearance = (float(np.exp(random.uniform(math.log(5e-5), math.log(3e-4)))) for _ in range(2))
     laws = [
-        {"damping": sd.Flores(restitution=float(random.uniform(0.7, 0.95))), "friction": sd.LuGre(float(random.uniform(0.01, 0.1)))}
+        {
+            "damping": sd.Flores(restitution=float(random.uniform(0.7, 0.95))),
+            "friction": sd.LuGre(float(random.uniform(0.01, 0.1))),
+        }
         for _ in range(2)
     ]
-    block = sd.GuideClearance(play, length=float(random.uniform(0.03, 0.08)), width=float(random.uniform(0.02, 0.05)), **laws[0])
+    block = sd.GuideClearance(
+        play, length=float(random.uniform(0.03, 0.08)), width=float(random.uniform(0.02, 0.05)), **laws[0]
+    )
     crank = sd.slider_crank(
         gravity=9.81,
         gravity_direction=float(random.uniform(-3.0, 3.0)),

@@ -11,10 +11,12 @@ import os
 import pickle
 import tempfile
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import asdict, dataclass
 from pathlib import Path
+
+from distributed import Client, LocalCluster, Security
 
 import scissordyn as sd
 from benchmarks.measure import machine, paragraph, table, write_section
@@ -25,6 +27,7 @@ from scissordyn.study.design import Design
 from scissordyn.study.distribution import Interval
 from scissordyn.study.engine import Cluster, Engine, Threads
 from scissordyn.study.execute import BUSY, TASK_SECONDS, Progress, block_seconds, execute
+from scissordyn.study.processes import Processes
 
 __all__ = ["Measured", "measure"]
 
@@ -195,11 +198,12 @@ def measure(cases: int = CASES, tasks: int = TASKS, kept: Path | None = None) ->
         found["2 threads"] = timed("2 threads", cases, Threads(2), folder)
         found["1 thread"] = timed("1 thread", fewer, Threads(1), folder)
         for workers, title in ((1, "1 process"), (2, "2 processes")):
-            with Cluster.local(workers) as cluster:
-                found[title] = timed(title, fewer * workers, cluster, folder)
-                if workers == 2:
-                    clock, cost = per_task(cluster, tasks)
-        memory = _with_one_worker(held, tasks)
+            with Processes.started(workers) as engine:
+                found[title] = timed(title, fewer * workers, engine, folder)
+        with _dask(2) as cluster:
+            clock, cost = per_task(cluster, tasks)
+        with _dask(1) as cluster:
+            memory = held(cluster, tasks)
     gains = [f"{two}: {found[two].rate / found[one].rate:.2f}" for one, two in PAIRS]
     whole = found["2 threads"]
     size = len(pickle.dumps(Block(study(CASES), "nowhere", 0))) / 1024
@@ -239,9 +243,15 @@ def _most_workers() -> int:
     return int(block_seconds(1) * BUSY / TASK_SECONDS)
 
 
-def _with_one_worker(function: Callable[[Cluster, int], float], tasks: int) -> float:
-    with Cluster.local(1) as cluster:
-        return function(cluster, tasks)
+@contextmanager
+def _dask(workers: int) -> Iterator[Cluster]:
+    """A scheduler in this process and workers of dask, protected as those of a queueing system are."""
+    own = Security.temporary()
+    with (
+        LocalCluster(workers, threads_per_worker=1, security=own, dashboard_address="127.0.0.1:0") as scheduler,
+        Client(scheduler, set_as_default=False) as client,
+    ):
+        yield Cluster(client)
 
 
 def _plan(rate: float, cost: float, memory: float) -> str:

@@ -19,6 +19,7 @@ from pathlib import Path
 import numpy as np
 
 from benchmarks.measure import machine, paragraph, table, write_section
+from scissordyn.cli.where import UNPROTECTED
 from scissordyn.study.store import COMPLETE, Store
 
 __all__ = ["Kill", "killed_at_random", "measure"]
@@ -151,9 +152,9 @@ def _command(*arguments: str) -> subprocess.Popen[str]:
 
 
 def _ended(process: subprocess.Popen[str]) -> tuple[int, tuple[str, ...]]:
-    """Exit status and lines of stderr without those on the progress."""
-    error = process.communicate(timeout=600)[1]
-    return process.returncode, tuple(line for line in error.splitlines() if not re.match(r"\d+ of \d+ cases, ", line))
+    """Exit status and lines of stderr without those on the progress and on the connections, which are this machine's."""
+    lines = process.communicate(timeout=600)[1].splitlines()
+    return process.returncode, tuple(one for one in lines if one != UNPROTECTED and not re.match(r"\d+ of \d+ cases, ", one))
 
 
 def _wait_for(condition: Callable[[], bool], seconds: float = 300.0) -> None:

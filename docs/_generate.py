@@ -107,6 +107,7 @@ MODULES: dict[str, dict[str, tuple[str, ...]]] = {
         "study.requirement": ("Requirement",),
         "study.goal": ("Goal", "Optimisation"),
         "study.engine": ("Threads", "Cluster"),
+        "study.processes": ("Processes",),
         "study.execute": ("execute", "extend"),
         "study.optimise": ("optimise", "candidates"),
         "study.store": ("Store",),

@@ -140,12 +140,12 @@ def force(k):
 
 SHARED = """
 from force import force
-from scissordyn.study.engine import Cluster
+from scissordyn.study.processes import Processes
 
 if __name__ == "__main__":
     force(0)
-    with Cluster.local(2) as cluster:
-        for result in cluster.each(force, [1, 2, 3]):
+    with Processes.started(2) as engine:
+        for result in engine.each(force, [1, 2, 3]):
             print(*result.value)
 """
 

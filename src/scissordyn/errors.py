@@ -7,7 +7,7 @@ import unicodedata
 from collections.abc import Iterable
 from difflib import get_close_matches
 
-__all__ = ["InputError", "ScissordynError", "did_you_mean", "printable", "shortened"]
+__all__ = ["InputError", "ScissordynError", "command", "did_you_mean", "printable", "shortened"]
 
 BREAKS = re.compile(r"[\t\n\v\f\r\x1c-\x1e\x85\u2028\u2029]+")
 """Characters that end a line or jump within it."""
@@ -51,6 +51,24 @@ def printable(text: str) -> str:
     return "".join(
         letter.encode("unicode_escape").decode() if unicodedata.category(letter).startswith("C") else letter for letter in line
     )
+
+
+def command(*words: object) -> str:
+    """A command for the user to paste into a shell: each word is one word there, whatever characters it has.
+
+    Parameters
+    ----------
+    *words
+        Such as ``"scissordyn", "study", "resume", address``.
+
+    Returns
+    -------
+    str
+        Without quotes around it, and to be put where the line ends: quotes around it would undo its own.
+    """
+    import shlex
+
+    return printable(" ".join(shlex.quote(str(word)) for word in words))
 
 
 class ScissordynError(Exception):

@@ -149,13 +149,13 @@ def test_tables_of_motion_from_file_and_inline_agree(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("content", "reason"),
     [
-        ("0, 30\n1, 31\n", "begins with"),
+        ("0, 30\n1, 31\n", "does not begin with the heading"),
         ("time [ms], angle [mm]\n0, 30\n", "wrong dimension"),
-        ("time [ms], angle [deg]\n0, 30\n1, thirty\n", "line 3 is '1, thirty'"),
+        ("time [ms], angle [deg]\n0, 30\n1, thirty\n", "line 3 is no two numbers"),
         ("time [ms], angle [deg]\n0, 30, 1\n", "line 2"),
         ("time [ms], angle [deg]\n0, 30\n1, 31\n", "2 times and 2 values"),
         ("time [ms], angle [deg]\n0 30\n1 31\n2 nan\n3 3\n4 4\n5 5\n", "a finite number"),
-        ("", "begins with ''"),
+        ("", "does not begin with the heading"),
     ],
 )
 def test_a_bad_table_of_motion_is_refused(tmp_path: Path, content: str, reason: str) -> None:

@@ -22,10 +22,16 @@ from scissordyn.study.description import Factor, Study
 from scissordyn.study.distribution import Interval
 from scissordyn.study.engine import Cluster, Threads
 from scissordyn.study.execute import execute
+from scissordyn.study.processes import Processes
 
 pytestmark = pytest.mark.slow  # real schedulers and workers, which leave warnings of their own behind
 
 SWEEP = ["--vary", "A.clearance=0.1..0.5 mm, 20 values", "--vary", "drive.speed=100..200 rpm, 15 values", "--block", "6"]
+
+
+def process_of(_: int) -> int:
+    """The process that does a task."""
+    return os.getpid()
 
 
 def study(cases: int = 24) -> Study:
@@ -47,8 +53,8 @@ def files(folder: Path) -> dict[str, bytes]:
 def test_processes_give_the_bytes_of_threads(tmp_path: Path) -> None:
     """Identity: and a process that dies costs nothing but time."""
     whole = execute(study(), tmp_path / "threads.zarr", block=3, engine=Threads(1))
-    with Cluster.local(2) as cluster:
-        victims = list(cluster.client.run(os.getpid).values())
+    with Processes.started(2) as engine:
+        victims = [outcome.value for outcome in engine.each(process_of, [1])]
         killed = []
 
         def kill(progress: object) -> None:
@@ -56,7 +62,7 @@ def test_processes_give_the_bytes_of_threads(tmp_path: Path) -> None:
                 killed.append(victims[0])
                 os.kill(victims[0], signal.SIGKILL)
 
-        store = execute(study(), tmp_path / "processes.zarr", block=3, engine=cluster, progress=kill)
+        store = execute(study(), tmp_path / "processes.zarr", block=3, engine=engine, progress=kill)
     assert killed
     assert files(Path(store.address)) == files(Path(whole.address))
     assert store.times()["attempts"].tolist() == [1.0] * 8
@@ -97,6 +103,8 @@ def _greet(server: socket.socket) -> None:
         ("kind: slurm\njobs: 0", "jobs 0"),
         ("a: [", "cannot read"),
         ("kind: pbs\ncores: 1\nmemory: 1GB", "no command 'qsub' here"),
+        ("kind: slurm\ncores: 1\nmemory: 1GB\nsecurity: false", "security: connections are always encrypted"),
+        ("kind: slurm\ncores: 1\nmemory: 1GB\nscheduler_options: {protocol: tcp}", "protocol: connections are always"),
         ("kind: slurm\ncores: 1", "must specify how much cores and memory"),
         ("kind: slurm\ncores: 1\nmemory: 1GB\nwalltme: 1", "unexpected keyword argument 'walltme'; allowed"),
     ],
@@ -141,6 +149,7 @@ true
 def test_jobs_of_a_queueing_system(kind: str, submit: str, asks: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Identity: jobs are submitted as the file says, their workers do the study, and none is left."""
     jobs = queueing_system(tmp_path, monkeypatch, submit)
+    monkeypatch.chdir(tmp_path)  # where the certificates of the jobs are
     file = tmp_path / "cluster.yaml"
     file.write_text(f"kind: {kind}\njobs: 2\ncores: 1\nmemory: 1GB\nwalltime: '00:05:00'\n")
     whole = execute(study(8), tmp_path / "threads.zarr", engine=Threads(1), block=2)
@@ -149,7 +158,7 @@ def test_jobs_of_a_queueing_system(kind: str, submit: str, asks: str, tmp_path: 
     assert files(Path(store.address)) == files(Path(whole.address))
     texts = [path.read_text() for path in jobs.glob("*.sh")]
     assert len(texts) == 2
-    assert all(asks in text and "dask_worker tcp://" in text for text in texts)
+    assert all(asks in text and "dask_worker tls://" in text and "--no-dashboard" in text for text in texts)
     numbers = [int(path.read_text()) for path in jobs.glob("*.pid")]
     wait_for(lambda: not any(map(_runs, numbers)))
 

@@ -71,7 +71,8 @@ def results(described: Study, peak: np.ndarray, warnings: str = "") -> xr.Datase
 def test_ranges_have_units(variation: Variation, said: str, unit: tuple[str, float]) -> None:
     """Identity: in the unit of the user, or with an engineering prefix."""
     described = study(factors=(Factor("A.clearance", variation, *unit),))
-    assert varied_numbers(described).rows == [("A.clearance", "chosen", said)]
+    found = xr.Dataset({"A.clearance": ("case", np.zeros(1), {"units": "m"})})
+    assert varied_numbers(described, found).rows == [("A.clearance", "chosen", said)]
 
 
 def test_terminal_and_report_have_units(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -1,8 +1,8 @@
 """The folders of machine code.
 
 Every edition of the kernel sources has a folder of its own, a generation, named by digests of the sources and of the place of
-the package. A process holds a shared lock on the generation that it uses. Where that cannot be written, a temporary folder
-takes its place.
+the package. A process holds a shared lock on the generation that it uses. Where that cannot be written, or somebody else can
+write to it, a temporary folder takes its place.
 """
 
 from __future__ import annotations
@@ -20,6 +20,7 @@ from pathlib import Path
 import numba
 from platformdirs import user_cache_path
 
+from scissordyn.cache.private import folder_fault, make_private
 from scissordyn.lock import hold
 
 __all__ = [
@@ -69,11 +70,22 @@ def current_generation() -> Path:
     return cache_root() / f"{source_digest(PACKAGE)}-{place_digest()}"
 
 
+def _fault(folder: Path) -> str:
+    """Why nothing in a folder is executed, in words; empty if it may be, or there is no such folder."""
+    try:
+        return folder_fault(folder)
+    except FileNotFoundError:
+        return ""
+    except OSError as error:
+        return f"it cannot be looked at: {error.strerror or error}"
+
+
 class Folders:
     """The folders of this process, found when the first kernel is looked for."""
 
     def __init__(self) -> None:
         self._own: Path | None = None
+        self._fault = ""
         self._spare: Path | None = None
         self._lock: int | None = None
         self._making = threading.RLock()
@@ -84,8 +96,11 @@ class Folders:
             if self._own is None:
                 self._own = current_generation()
                 with contextlib.suppress(OSError):
-                    self._own.mkdir(parents=True, exist_ok=True)
-                    self._hold(self._own)
+                    make_private(self._own)
+                self._fault = _fault(self._own)
+                if not self._fault:
+                    with contextlib.suppress(OSError):
+                        self._hold(self._own)
             return self._own
 
     def _hold(self, folder: Path) -> None:
@@ -93,32 +108,39 @@ class Folders:
         owner = folder / OWNER
         if not owner.exists():
             owner.write_text(str(PACKAGE), encoding="utf-8")
-        self._lock = os.open(folder / LOCK, os.O_RDWR | os.O_CREAT, 0o666)
+        self._lock = os.open(folder / LOCK, os.O_RDWR | os.O_CREAT, 0o600)
         hold(self._lock, shared=True)
 
     def readable(self) -> list[Path]:
-        """Where to look for machine code."""
-        return [self.own()] if self._spare is None else [self._spare, self.own()]
+        """Where to look for machine code: nowhere that somebody else could have put it."""
+        own = self.own()
+        if self._fault:
+            with contextlib.suppress(OSError):
+                self.give_up(self._fault)
+        return [folder for folder in (self._spare, None if self._fault else own) if folder is not None]
 
     def writable(self) -> Path:
         """Where to keep machine code."""
-        return self.own() if self._spare is None else self._spare
+        own = self.own()
+        if self._fault:
+            return self.give_up(self._fault)
+        return own if self._spare is None else self._spare
 
     def adopt(self, folder: Path) -> None:
-        """Keep machine code where the process that started this one does."""
+        """Keep machine code where the process that started this one does, unless somebody else could have put it there."""
         with self._making:
-            if folder != self.own():
+            if folder != self.own() and folder.is_dir() and not _fault(folder):
                 self._spare = folder
 
-    def give_up(self, error: OSError) -> Path:
+    def give_up(self, why: OSError | str) -> Path:
         """From now on keep machine code in a temporary folder that is removed when the process ends."""
         with self._making:
             if self._spare is None:
                 self._spare = Path(tempfile.mkdtemp(prefix="scissordyn-"))
                 atexit.register(shutil.rmtree, self._spare, ignore_errors=True)
+                fault = f"is not used: {why}" if isinstance(why, str) else f"cannot be written ({why.strerror or why})"
                 print(
-                    f"scissordyn: the kernel cache '{self.own()}' cannot be written ({error.strerror or error}); "
-                    "kernels are compiled for this run only",
+                    f"scissordyn: the kernel cache '{self.own()}' {fault}; kernels are compiled for this run only",
                     file=sys.stderr,
                 )
             return self._spare

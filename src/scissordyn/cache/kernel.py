@@ -8,6 +8,7 @@ import inspect
 import os
 import pickle
 import re
+import sys
 import tempfile
 from collections.abc import Callable
 from functools import cache
@@ -19,6 +20,7 @@ from numba.core.caching import CompileResultCacheImpl, FunctionCache
 from numba.core.serialize import dumps
 
 from scissordyn.cache.folder import KERNEL_ROOMS, PACKAGE, folders
+from scissordyn.cache.private import file_fault
 
 __all__ = ["KernelCache"]
 
@@ -78,7 +80,8 @@ class KernelCache(FunctionCache):
         for folder in folders.readable():
             file = folder / name
             try:
-                found = _unpacked(file.read_bytes(), key)
+                content = _own_content(file)
+                found = None if content is None else _unpacked(content, key)
                 return None if found is None else self._impl.rebuild(target_context, found)
             except FileNotFoundError:
                 continue
@@ -134,6 +137,20 @@ def _foreign(library: Any) -> tuple[str, ...]:
     module = library._final_module
     declared = [each.name for each in (*module.functions, *module.global_variables) if each.is_declaration]
     return tuple(name for name in declared if not name.startswith("llvm."))
+
+
+def _own_content(file: Path) -> bytes | None:
+    """Content of a file of machine code; None, said once, if somebody else could have written it: it would be executed."""
+    with file.open("rb") as opened:  # what is read is what is looked at
+        if fault := file_fault(opened.fileno()):
+            _say_once(f"scissordyn: the compiled kernel '{file}' {fault}; it is not used, and compiled anew")
+            return None
+        return opened.read()
+
+
+@cache
+def _say_once(line: str) -> None:
+    print(line, file=sys.stderr)
 
 
 def _unpacked(content: bytes, key: Any) -> Any:

@@ -15,7 +15,7 @@ from scissordyn.cli.interrupt import tell_where
 from scissordyn.cli.output import check_file
 from scissordyn.cli.status import DONE, INTERRUPTED, UNFINISHED
 from scissordyn.cli.where import QueueFile, Scheduler, ThreadCount, Where, WorkerCount
-from scissordyn.errors import InputError, did_you_mean, printable
+from scissordyn.errors import InputError, command, did_you_mean, printable
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -69,7 +69,9 @@ def bifurcation(
     assert quantity is not None
     known = recorded(described.mechanism)
     if variable and variable not in known:
-        raise InputError(f"--variable '{variable}'{did_you_mean(variable, known)}", ", ".join(known), f"--variable {known[0]}")
+        raise InputError(
+            f"--variable '{variable}'{did_you_mean(variable, known)}", ", ".join(known), command("--variable", known[0])
+        )
     keep = max(1, cycles // 2) if keep is None else keep
     check_diagram(described.mechanism, values, cycles, keep)
     ends = _number(first, quantity, "--from"), _number(last, quantity, "--to")

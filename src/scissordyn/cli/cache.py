@@ -6,6 +6,8 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from scissordyn.errors import InputError
+
 if TYPE_CHECKING:
     from scissordyn.cache.generation import Generation
 
@@ -19,13 +21,19 @@ def cache(
     from scissordyn.cache.folder import cache_root
     from scissordyn.cache.generation import clean as cleaned
     from scissordyn.cache.generation import generations
+    from scissordyn.cache.private import folder_fault
     from scissordyn.cli.show import console
 
-    to = console()
+    to, root = console(), cache_root()
+    fault = folder_fault(root) if root.is_dir() else ""
+    if fault and clean:
+        raise InputError(f"the kernel cache '{root}' is not used, and not cleaned: {fault}")
     if clean:
         for generation in cleaned():
             to.print(f"Deleted {generation.folder} ({_size(generation.size)})")
-    to.print(f"Compiled kernels are in {cache_root()}", soft_wrap=True)
+    to.print(f"Compiled kernels are in {root}", soft_wrap=True, markup=False)
+    if fault:
+        to.print(f"They are not used: {fault}", soft_wrap=True, markup=False)
     found = generations()
     for generation in found:
         to.print(f"  {generation.folder.name}  {_size(generation.size):>9}  {_words(generation)}", soft_wrap=True)

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from scissordyn.errors import InputError
+from scissordyn.errors import InputError, command
 
 if TYPE_CHECKING:
     from scissordyn.explore.case import Case
@@ -39,7 +39,7 @@ def explore(
         raise InputError(f"the explorer needs {', '.join(missing)}", "the extra 'explore'", "pip install 'scissordyn[explore]'")
     if not case.exists():
         raise InputError(
-            f"cannot read '{case}': no such file", "a case file or a saved run", f"scissordyn new scissor > {case}"
+            f"cannot read '{case}': no such file", "a case file or a saved run", f"scissordyn new scissor > {command(case)}"
         )
     from scissordyn.explore.serve import LOCAL, listen, serve
 

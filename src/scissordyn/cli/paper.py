@@ -5,7 +5,6 @@ from __future__ import annotations
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -70,7 +69,7 @@ def _where(threads: int | None, workers: int | None, figure: int | None) -> Wher
     from scissordyn.study.engine import processors
 
     several = min(processors(), MOST_WORKERS)
-    if threads is None and workers is None and figure is None and several > 1 and find_spec("distributed") is not None:
+    if threads is None and workers is None and figure is None and several > 1:
         return Where(workers=several)
     return Where(threads, workers)  # the few runs of a figure are done before processes are started
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from scissordyn.errors import InputError
+from scissordyn.errors import InputError, command
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -35,7 +35,9 @@ def read_run(path: Path, *, samples: int = 2) -> xr.Dataset:
     if not path.exists():
         raise InputError(f"cannot read '{path}': no such file", "a run that was saved", "scissordyn run case.toml -o run.nc")
     if path.suffix.lower() == ".toml":
-        raise InputError(f"'{path}' is a case file", "a run that was saved", f"scissordyn run {path} -o {path.stem}.nc")
+        raise InputError(
+            f"'{path}' is a case file", "a run that was saved", command("scissordyn", "run", path, "-o", f"{path.stem}.nc")
+        )
     run = load(path)
     if not is_run(run):
         raise InputError(f"'{path}' holds a '{run.attrs.get('title')}'", "a run of 'scissordyn run'")

@@ -15,7 +15,7 @@ import typer
 from scissordyn.cli.interrupt import tell_where
 from scissordyn.cli.status import DONE, INTERRUPTED, UNFINISHED
 from scissordyn.cli.where import QueueFile, Scheduler, ThreadCount, Where, WorkerCount
-from scissordyn.errors import InputError, did_you_mean, printable
+from scissordyn.errors import InputError, command, did_you_mean, printable
 
 if TYPE_CHECKING:
     from scissordyn.study.description import Study
@@ -75,7 +75,7 @@ def study(
             return compute(described, store, where, retry=what == "retry")
         case "extend":
             if described.optimisation is not None:
-                sample = f"scissordyn study study.toml -o {store}"
+                sample = command("scissordyn", "study", "study.toml", "-o", store)
                 raise InputError("more points of an optimisation", "its study file with more generations", sample)
             if points is None:
                 raise InputError("'study extend' without --points", "the number of points from now on", "--points 2048")
@@ -100,7 +100,7 @@ def _from_file(what: str, store: str | None, output: str | None, where: Where, b
             "study.toml",
         )
     if store is not None:
-        raise InputError(f"'{store}' after a study file", "-o and the store", f"-o {store}")
+        raise InputError(f"'{store}' after a study file", "-o and the store", command("-o", store))
     if output is None:
         raise InputError("a study without a store", "-o and a folder", "-o study.zarr")
     from scissordyn.config.study import read_study, study_of
@@ -142,7 +142,7 @@ def compute(
     from scissordyn.study.store import Store, StoreError
 
     _installed()
-    kept = f"what is complete is in {address}; 'scissordyn study resume {address}' goes on"
+    kept = f"what is complete is in {printable(address)}; to go on: {command('scissordyn', 'study', 'resume', address)}"
     tell_where(kept)
     store = Store(address)
     try:
@@ -160,7 +160,7 @@ def compute(
         return INTERRUPTED
     except (EngineError, StoreError) as error:
         begun = (Path(address) / "zarr.json").exists()
-        then = f"'scissordyn study resume {address}' goes on" if begun else "the same command begins anew"
+        then = f"to go on: {command('scissordyn', 'study', 'resume', address)}" if begun else "the same command begins anew"
         print(f"scissordyn: {printable(str(error))}; {then}", file=sys.stderr)
         return UNFINISHED
     return _answers(replace(described, design=store.design()), store)
@@ -212,10 +212,11 @@ def _answers(described: Study, store: Store) -> int:
 
     results = store.results()
     show_answers(described, results, store.address)
-    print(f"Saved to {store.address}")
+    print(f"Saved to {printable(store.address)}")
     complete, failed, _ = counts(results)
     if failed and not complete:
-        print(f"scissordyn: all {failed} cases failed; 'scissordyn study status {store.address}' says why", file=sys.stderr)
+        why = command("scissordyn", "study", "status", store.address)
+        print(f"scissordyn: all {failed} cases failed; for the causes: {why}", file=sys.stderr)
         return UNFINISHED
     return DONE
 
@@ -241,7 +242,7 @@ def _status(described: Study, store: Store) -> int:
     show_causes(results, store.address)
     show_warnings(results, store.address)
     if pending:
-        print(f"To go on: scissordyn study resume {store.address}")
+        print(f"To go on: {command('scissordyn', 'study', 'resume', store.address)}")
     return DONE
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -32,6 +33,12 @@ Scheduler = Annotated[str | None, typer.Option(metavar="ADDRESS", help="Workers 
 QueueFile = Annotated[Path | None, typer.Option(metavar="FILE", help="Workers that a queueing system starts instead.")]
 
 
+UNPROTECTED = (
+    "scissordyn: Warning: without TLS whoever reaches the ports of the scheduler and its workers has code executed there; "
+    "docs/howto/cluster.md shows how it is turned on"
+)
+
+
 @dataclass(frozen=True)
 class Where:
     """Where cases are computed.
@@ -56,15 +63,18 @@ class Where:
     def engine(self) -> Iterator[Engine]:
         """The engine; one choice at most."""
         from scissordyn.study.engine import Cluster, Threads
+        from scissordyn.study.processes import Processes
 
         chosen = [name for name in ("threads", "workers", "scheduler", "cluster") if getattr(self, name) is not None]
         if len(chosen) > 1:
             raise InputError(f"--{' and --'.join(chosen)}", "one of them")
         if self.workers is not None:
-            with Cluster.local(self.workers) as engine:
+            with Processes.started(self.workers) as engine:
                 yield engine
         elif self.scheduler is not None:
             with Cluster.joined(self.scheduler) as engine:
+                if not engine.protected:
+                    print(UNPROTECTED, file=sys.stderr)
                 yield engine
         elif self.cluster is not None:
             with Cluster.queued(self.cluster) as engine:

@@ -8,7 +8,7 @@ from collections.abc import Iterable
 from typing import Any
 
 from scissordyn.config.line import HANDLES
-from scissordyn.errors import InputError, did_you_mean
+from scissordyn.errors import InputError, command, did_you_mean
 
 __all__ = ["changed"]
 
@@ -70,7 +70,9 @@ def _put(tree: dict[str, Any], keys: list[str], value: Any, change: str) -> None
         place = inner
     if isinstance(place, list):
         raise InputError(
-            f"--set {change!r}: '{'.'.join(keys)}' is a whole table", "a key below it", f"--set {'.'.join(keys)}.KEY=VALUE"
+            f"--set {change!r}: '{'.'.join(keys)}' is a whole table",
+            "a key below it",
+            command("--set", f"{'.'.join(keys)}.KEY=VALUE"),
         )
     place[keys[-1]] = value
 

@@ -16,7 +16,7 @@ from scissordyn.config.change import changed
 from scissordyn.config.line import Place, address, line_of, place_of_name
 from scissordyn.config.table import PlacedError, in_a_file, instance
 from scissordyn.config.text import read_text
-from scissordyn.errors import InputError
+from scissordyn.errors import InputError, command
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.simulation.options import Options
 from scissordyn.simulation.output_file import check_target, write_file
@@ -48,7 +48,7 @@ def read_case(path: str | os.PathLike[str], changes: Iterable[str] = ()) -> Case
         For the first error, with its line in the file and its address.
     """
     path = Path(path)
-    text = read_text(path, "a case file in TOML", "" if path.exists() else f"scissordyn new scissor > {path}")
+    text = read_text(path, "a case file in TOML", "" if path.exists() else f"scissordyn new scissor > {command(path)}")
     written = _parsed(text, path)
     of_file, of_parts = sorted_changes(written, changes, CaseTable.model_fields.keys())
     tree = changed(written, of_file)

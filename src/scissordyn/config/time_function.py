@@ -88,11 +88,12 @@ def _plain(given: Any) -> tuple[float, ...]:
 
 
 def _from_file(path: Path, name: str) -> Tabulated:
+    # a case may be somebody else's, and name a file that he must not see: no text of the file is in a message
     wanted = f"time [ms], {TABULATED[name][1]}"
     header, *lines = read_text(path, "a text file with two columns").splitlines() or [""]
     units = HEADER.fullmatch(header)
     if units is None or units["name"] != name or (name == "factor" and units["unit"] != "1"):
-        raise InputError(f"'{path}' begins with {header[:40]!r}", "a first line that names both columns", wanted)
+        raise InputError(f"'{path}' does not begin with the heading of a table", "a first line that names both columns", wanted)
     rows = []
     for number, line in enumerate(lines, start=2):
         entries = re.split(r"[,;\s]+", line.strip())
@@ -101,7 +102,7 @@ def _from_file(path: Path, name: str) -> Tabulated:
         try:
             time, value = map(float, entries)
         except ValueError:
-            raise InputError(f"'{path}' line {number} is {line[:40]!r}", "two numbers in each line", "10, 35.5") from None
+            raise InputError(f"'{path}' line {number} is no two numbers", "two numbers in each line", "10, 35.5") from None
         rows.append((time, value))
     with located(f"'{path}' line 1"):
         scale = unit_factor(units["time"], "s"), 1.0 if name == "factor" else unit_factor(units["unit"], TABULATED[name][0])

@@ -16,7 +16,7 @@ from scissordyn.config.file import read_case
 from scissordyn.config.quantity import read_numbers, read_quantity
 from scissordyn.config.table import instance
 from scissordyn.config.text import read_text
-from scissordyn.errors import InputError
+from scissordyn.errors import InputError, command
 from scissordyn.explore.field import Field, fields_of_mechanism, fields_of_tree
 from scissordyn.laws.catalogue import BY_KIND
 from scissordyn.model.mechanism import Mechanism
@@ -193,7 +193,7 @@ def open_case(path: Path, allowed: Sequence[Path] = ()) -> Case:
         return RunCase(
             path.name, configuration.build_mechanism([file for file in allowed if file.suffix == ".py"]), configuration.options
         )
-    source = read_text(path, "a case file in TOML", f"scissordyn new scissor > {path}")
+    source = read_text(path, "a case file in TOML", f"scissordyn new scissor > {command(path)}")
     try:
         tree = tomllib.loads(source)
     except ValueError:
@@ -204,7 +204,7 @@ def open_case(path: Path, allowed: Sequence[Path] = ()) -> Case:
             raise InputError(
                 f"'{path}' names the file '{named}', which the explorer does not read or execute unasked",
                 "the given file alone, or further files by name",
-                f"scissordyn explore {path} --allow {named}",
+                command("scissordyn", "explore", path, "--allow", named),
             )
     read_case(path)  # its errors name the line
     return FileCase(path.name, source, path.parent, tree)

@@ -23,7 +23,7 @@ from scissordyn.component.user import component_class
 from scissordyn.control.catalogue import CONTROLLERS
 from scissordyn.control.controller import Controller
 from scissordyn.control.user import UserController
-from scissordyn.errors import InputError
+from scissordyn.errors import InputError, command
 from scissordyn.laws.catalogue import BY_KIND
 from scissordyn.laws.contact import Damping, Elastic, Friction
 from scissordyn.laws.user import UserDamping, UserElastic, UserFriction
@@ -329,7 +329,7 @@ def _permitted(function: NamedFunction, digest: Any, allow_code: Sequence[Path],
     raise InputError(
         f"the run uses the {what} '{function.name}' of '{file}', which is not executed unless you allow it",
         "naming the file after you have read it",
-        f"scissordyn run run.nc --allow-code {file}, or allow_code='{file}'",
+        f"allow_code={file!r} in Python, or {command('--allow-code', file)}",
     )
 
 

@@ -8,6 +8,7 @@ import numpy as np
 import xarray as xr
 from scipy import stats
 
+from scissordyn.errors import command
 from scissordyn.study.description import Study
 from scissordyn.study.grouped import grouped
 from scissordyn.study.part_unit import whole_responses
@@ -273,7 +274,7 @@ def replay_command(address: str, case: int) -> str:
     -------
     str
     """
-    return f"scissordyn study replay {address} {case}"
+    return command("scissordyn", "study", "replay", address, case)
 
 
 def causes(results: xr.Dataset) -> dict[str, list[int]]:

@@ -13,10 +13,10 @@ from typing import Any
 
 import numpy as np
 
-from scissordyn.errors import InputError, did_you_mean
+from scissordyn.errors import InputError, command, did_you_mean
 from scissordyn.model.address import number
+from scissordyn.model.description import Description, parse
 from scissordyn.model.description import from_plain as described
-from scissordyn.model.description import parse
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.model.record import to_plain as plain_description
 from scissordyn.plugin.user_file import file_digest, load_function, split_reference
@@ -188,6 +188,7 @@ class Study:
     Parameters
     ----------
     mechanism : Mechanism
+        Of a study that is only read, its `Description`: nothing is executed to read one.
     options : Options
     factors : tuple of Factor
     design : Design
@@ -238,10 +239,23 @@ class Study:
         for name in self.measures:
             if name not in MEASURES:
                 raise InputError(f"measure '{name}'{did_you_mean(name, MEASURES)}", ", ".join(MEASURES))
-        names = self.measure_names
-        twice = next((name for name in names if names.count(name) > 1), None)
+        known = self.measure_names
+        twice = next((name for name in known if known.count(name) > 1), None)
         if twice is not None:
             raise InputError(f"two measures named '{twice}'", "a name for each measure", f"'{twice}2 = mine.py:function'")
+        for requirement in self.requirements:
+            if requirement.measure not in known:
+                raise InputError(
+                    f"'{requirement.label}': the study has no measure '{requirement.measure}'"
+                    f"{did_you_mean(requirement.measure, known)}",
+                    ", ".join(known),
+                )
+        if not isinstance(self.mechanism, Description):
+            self._check_mechanism()
+        self._check_size()
+
+    def _check_mechanism(self) -> None:
+        """Raise `InputError` for what the mechanism does not have, or not in that range."""
         addresses = [factor.address for factor in (*self.factors, *self.uncertain)]
         for factor in (*self.factors, *self.uncertain):
             quantity = number(self.mechanism, factor.address).quantity
@@ -251,14 +265,7 @@ class Study:
                     raise InputError(f"'{factor.address}' up to {end:g} [{quantity.unit}]", quantity.allowed)
             if addresses.count(factor.address) > 1:
                 raise InputError(f"'{factor.address}' varies twice", "each address once")
-        known = self.measure_names
         for requirement in self.requirements:
-            if requirement.measure not in known:
-                raise InputError(
-                    f"'{requirement.label}': the study has no measure '{requirement.measure}'"
-                    f"{did_you_mean(requirement.measure, known)}",
-                    ", ".join(known),
-                )
             check_part(self.mechanism, requirement.response)
             check_unit(self.mechanism, requirement.response)
         for goal in self.optimisation.goals if self.optimisation is not None else ():
@@ -266,7 +273,6 @@ class Study:
             check_unit(self.mechanism, goal.response)
         for response in self.responses:
             check_part(self.mechanism, response)
-        self._check_size()
 
     def _check_size(self) -> None:
         """Raise `InputError` if not all cases can be held in memory, where answers are computed from them."""
@@ -385,7 +391,7 @@ class Study:
         own_measures : sequence of OwnMeasure
             The functions that are no file's.
         reading : bool
-            No case will be computed: the user's functions are not needed.
+            No case will be computed: the mechanism is left as a `Description`, and nothing of the user is executed.
 
         Returns
         -------
@@ -396,7 +402,8 @@ class Study:
         InputError
             If a function of the user is neither given nor in an allowed file, or the file has changed since then.
         """
-        mechanism = Configuration(parse(plain["mechanism"], Mechanism), plain["mechanism"]).build_mechanism(allow_code)
+        read = parse(plain["mechanism"], Mechanism)
+        mechanism = read if reading else Configuration(read, plain["mechanism"]).build_mechanism(allow_code)
         given = {own.name: own for own in own_measures}
         own = []
         for each in plain["own_measures"]:
@@ -415,7 +422,9 @@ class Study:
             path = Path(each["function"].rpartition(":")[0])
             if path.resolve() not in {Path(file).resolve() for file in allow_code}:
                 raise InputError(
-                    f"the study's measure '{each['name']}' is a function of yours", "its file, allowed", f"--allow-code {path}"
+                    f"the study's measure '{each['name']}' is a function of yours",
+                    "its file, allowed",
+                    command("--allow-code", path),
                 )
             if path.is_file() and file_digest(path) != each["digest"]:
                 raise InputError(

@@ -10,7 +10,7 @@ import shutil
 import signal
 import threading
 import time
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import FIRST_COMPLETED, CancelledError, Future, ThreadPoolExecutor, wait
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -25,7 +25,17 @@ from scissordyn.simulation.interrupt import stopped_by
 if TYPE_CHECKING:
     from distributed import Client
 
-__all__ = ["Cluster", "Engine", "EngineError", "Outcome", "Threads", "error_text", "processors"]
+__all__ = [
+    "Cluster",
+    "Engine",
+    "EngineError",
+    "Outcome",
+    "Threads",
+    "error_text",
+    "in_threads",
+    "processors",
+    "signals_blocked",
+]
 
 Task = TypeVar("Task")
 Value = TypeVar("Value")
@@ -45,6 +55,8 @@ RECOUNT = 1.0
 PATIENCE = 10.0
 """How long a scheduler may take to answer [s]."""
 
+KEYS = ("_job_ca_file", "_job_cert", "_job_key")
+"""Where dask-jobqueue has the temporary files of certificates, which it would keep as long as this process."""
 
 LOST = "the connection to the scheduler was lost; what is complete is kept"
 
@@ -127,29 +139,56 @@ class Threads:
                 yield _done(function, task)
             return
         stop = threading.Event()
-        pool = ThreadPoolExecutor(self.workers, thread_name_prefix="task")
-        handed: set[Future[Outcome[Task, Value]]] = set()
-        waiting = iter(tasks)
-        try:
-            while True:
-                for task in waiting:
-                    handed.add(pool.submit(_stoppable, function, task, stop))
-                    if len(handed) >= AHEAD * self.workers:
-                        break
-                if not handed:
+
+        def stoppable(task: Task) -> Outcome[Task, Value]:
+            with stopped_by(stop):
+                return _done(function, task)
+
+        yield from in_threads(stoppable, tasks, self.workers, stop.set)
+
+
+def in_threads(
+    outcome: Callable[[Task], Outcome[Task, Value]], tasks: Iterable[Task], threads: int, stop: Callable[[], None]
+) -> Iterator[Outcome[Task, Value]]:
+    """Outcomes of tasks in the order in which they come.
+
+    Parameters
+    ----------
+    outcome : callable
+        Of a task.
+    tasks : iterable
+    threads : int
+    stop : callable
+        Ends what is in work.
+
+    Yields
+    ------
+    Outcome
+    """
+    pool = ThreadPoolExecutor(threads, thread_name_prefix="task")
+    handed: set[Future[Outcome[Task, Value]]] = set()
+    waiting, stopped = iter(tasks), False
+    try:
+        while True:
+            for task in waiting:
+                handed.add(pool.submit(outcome, task))
+                if len(handed) >= AHEAD * threads:
                     break
-                for future in wait(handed, return_when=FIRST_COMPLETED).done:
-                    handed.remove(future)
-                    yield future.result()
-        except BaseException:
-            stop.set()
-            for future in handed:
-                future.cancel()
-            raise
-        finally:
-            # after a stop runs end with their slice; what a task computes besides may take seconds
-            going = wait(handed, QUICKLY if stop.is_set() else None).not_done
-            pool.shutdown(wait=not going)
+            if not handed:
+                break
+            for future in wait(handed, return_when=FIRST_COMPLETED).done:
+                handed.remove(future)
+                yield future.result()
+    except BaseException:
+        stopped = True
+        stop()
+        for future in handed:
+            future.cancel()
+        raise
+    finally:
+        # after a stop runs end with their slice; what a task computes besides may take seconds
+        going = wait(handed, QUICKLY if stopped else None).not_done
+        pool.shutdown(wait=not going)
 
 
 def _done(function: Callable[[Task], Value], task: Task) -> Outcome[Task, Value]:
@@ -157,11 +196,6 @@ def _done(function: Callable[[Task], Value], task: Task) -> Outcome[Task, Value]
         return Outcome(task, function(task))
     except Exception as error:
         return Outcome(task, None, error)
-
-
-def _stoppable(function: Callable[[Task], Value], task: Task, stop: threading.Event) -> Outcome[Task, Value]:
-    with stopped_by(stop):
-        return _done(function, task)
 
 
 class Cluster:
@@ -177,45 +211,14 @@ class Cluster:
         self.client = client
 
     @property
+    def protected(self) -> bool:
+        """Whether its connections are encrypted and only those with a certificate are admitted."""
+        return str(self.client.scheduler.address).startswith("tls://")
+
+    @property
     def workers(self) -> int:
         """Threads of all workers, at least 1."""
         return max(1, int(sum(self.client.nthreads().values())))
-
-    @classmethod
-    @contextmanager
-    def local(cls, workers: int) -> Iterator[Cluster]:
-        """Processes on this machine.
-
-        Parameters
-        ----------
-        workers : int
-
-        Raises
-        ------
-        InputError
-            If the number of workers is not a whole number >= 1.
-        """
-        if isinstance(workers, bool) or not isinstance(workers, int) or workers < 1:
-            raise InputError(f"workers = {workers!r}", "a whole number >= 1")
-        distributed = _distributed()
-        with _signals_blocked():  # whatever is started here leaves Ctrl-C to this process
-            cluster = distributed.LocalCluster(
-                n_workers=workers,
-                threads_per_worker=1,
-                processes=True,
-                dashboard_address="127.0.0.1:0",  # any free port: the usual one may be taken
-                worker_dashboard_address="127.0.0.1:0",
-                memory_limit=0,
-                silence_logs=50,
-            )
-            client = distributed.Client(cluster, set_as_default=False)
-        with _closed(client, cluster):
-            try:
-                yield cls(client)
-            except BaseException:
-                # closing would wait some seconds for work that nobody wants
-                _within(QUICKLY, lambda: cluster.sync(_end, list(cluster.workers.values())))
-                raise
 
     @classmethod
     @contextmanager
@@ -225,7 +228,7 @@ class Cluster:
         Parameters
         ----------
         scheduler : str
-            Its address, ``tcp://host:8786``.
+            Its address, ``tls://host:8786``; certificates are those of dask's configuration.
 
         Raises
         ------
@@ -234,14 +237,14 @@ class Cluster:
         """
         distributed = _distributed()
         try:
-            with _signals_blocked():
+            with signals_blocked():
                 client = _answering(lambda: distributed.Client(scheduler, timeout=PATIENCE, set_as_default=False))
         except Exception as error:  # what answers may be anything, and the library raises whatever it makes of it
             reason = " ".join(str(error).split())[:200] or type(error).__name__
             raise InputError(
                 f"scheduler '{scheduler}' does not answer: {reason}",
                 "the address that dask scheduler prints",
-                "tcp://host:8786",
+                "tls://host:8786",
             ) from None
         with _closed(client):
             yield cls(client)
@@ -263,6 +266,9 @@ class Cluster:
         """
         distributed = _distributed()
         options = _cluster_options(file)
+        if given := {"security", "protocol"} & {*options, *(options.get("scheduler_options") or {})}:
+            reason = "connections are always encrypted, with certificates made for this study"
+            raise InputError(f"'{file}': {' and '.join(sorted(given))}: {reason}", "the file without that")
         try:
             import dask_jobqueue
         except ImportError:
@@ -281,15 +287,23 @@ class Cluster:
         if shutil.which(submit) is None:  # the library would wait for jobs that nobody submits
             raise InputError(f"'{file}': no command '{submit}' here", f"a machine from which {kind} takes jobs", "--workers 2")
         try:
-            cluster = described(**options)
+            cluster = described(**_protected(distributed, options))
+        except OSError as error:
+            reason = f"the certificates of the jobs cannot be written: {error.strerror or error}"
+            folder = "shared_temp_directory: a folder that all machines see"
+            raise InputError(f"'{file}': {reason}", folder, "shared_temp_directory: /shared/me") from None
         except (TypeError, ValueError) as error:
             reason = str(error).splitlines()[0].partition(". ")[0]  # what follows is an example with all options
             sample = "cores: 8, processes: 8, memory: 16GB, each on a line of its own"
             raise InputError(f"'{file}': {reason}", f"options of dask_jobqueue.{kinds[kind]}", sample) from None
-        cluster.scale(jobs=jobs)
-        client = distributed.Client(cluster, timeout=PATIENCE, set_as_default=False)
-        with _closed(client, cluster):
-            yield cls(client)
+        try:
+            cluster.scale(jobs=jobs)
+            client = distributed.Client(cluster, timeout=PATIENCE, set_as_default=False)
+            with _closed(client, cluster):
+                yield cls(client)
+        finally:
+            for name in KEYS:
+                vars(cluster)[name].close()
 
     def each(self, function: Callable[[Task], Value], tasks: Iterable[Task]) -> Iterator[Outcome[Task, Value]]:
         """Results in the order in which they come; tasks of lost workers are handed out again.
@@ -354,7 +368,7 @@ def _elsewhere(function: Callable[[Task], Value], task: Task, kernels: Path) -> 
 
 
 @contextmanager
-def _signals_blocked() -> Iterator[None]:
+def signals_blocked() -> Iterator[None]:
     """Hold back Ctrl-C in this thread; processes and threads started meanwhile never get it.
 
     A process that is still starting would otherwise die of a Ctrl-C with a traceback.
@@ -368,11 +382,6 @@ def _signals_blocked() -> Iterator[None]:
         yield
     finally:
         signal.pthread_sigmask(signal.SIG_SETMASK, before)
-
-
-async def _end(nannies: Sequence[Any]) -> None:
-    """End worker processes in the middle of whatever they do."""
-    await asyncio.gather(*(nanny.close(timeout=QUICKLY) for nanny in nannies), return_exceptions=True)
 
 
 @contextmanager
@@ -440,13 +449,32 @@ def _distributed() -> Any:
     return distributed
 
 
+def _protected(distributed: Any, options: dict[str, Any]) -> dict[str, Any]:
+    """Options of a cluster whose jobs and scheduler know each other by certificates, made for this cluster alone.
+
+    Whoever can speak to a scheduler or a worker of the library has code executed there.
+    """
+    try:
+        security = distributed.Security.temporary()
+    except ImportError:
+        raise InputError("cryptography is not installed", "the extra 'study'", "pip install 'scissordyn[study]'") from None
+    silent = {"dashboard": False, "dashboard_address": "127.0.0.1:0"}  # its pages may be read by anybody
+    return {
+        "shared_temp_directory": str(Path.cwd()),
+        **options,
+        "security": security,
+        "scheduler_options": {**silent, **(options.get("scheduler_options") or {})},
+        "worker_extra_args": ["--no-dashboard", *(options.get("worker_extra_args") or ())],
+    }
+
+
 def _cluster_options(file: Path) -> dict[str, Any]:
     import yaml
 
     try:
         found = yaml.safe_load(file.read_text())
     except (OSError, UnicodeDecodeError, yaml.YAMLError) as error:
-        reason = getattr(error, "strerror", None) or " ".join(str(error).split())
+        reason = getattr(error, "strerror", None) or getattr(error, "problem", None) or type(error).__name__
         raise InputError(f"cannot read '{file}': {reason}", "YAML with kind, jobs and options", "kind: slurm") from None
     if not isinstance(found, dict):
         raise InputError(f"'{file}' is no table", "YAML with kind, jobs and options", "kind: slurm")

@@ -8,7 +8,6 @@ from dataclasses import dataclass
 import numpy as np
 import xarray as xr
 
-from scissordyn.model.address import number
 from scissordyn.plot.scale import Scale, scale_of
 from scissordyn.simulation.measure import MEASURES
 from scissordyn.study.answer import AGREEMENT, Worst, feasible_fraction
@@ -16,6 +15,7 @@ from scissordyn.study.description import Factor, Study
 from scissordyn.study.distribution import Interval, Levels, LogNormal, Normal, Uniform
 from scissordyn.study.optimise import candidates
 from scissordyn.study.requirement import Requirement
+from scissordyn.study.store import column
 
 __all__ = [
     "Table",
@@ -65,17 +65,28 @@ def design_size(study: Study) -> str:
     return ", ".join(said)
 
 
-def varied_numbers(study: Study) -> Table:
-    """The numbers that vary, and over what."""
-    rows = [(factor.address, "chosen", _over(study, factor)) for factor in study.factors]
-    rows += [(factor.address, "uncertain", _over(study, factor)) for factor in study.uncertain]
+def varied_numbers(study: Study, results: xr.Dataset) -> Table:
+    """The numbers that vary, and over what.
+
+    Parameters
+    ----------
+    study : Study
+    results : Dataset
+        Of its store, which has their units.
+
+    Returns
+    -------
+    Table
+    """
+    rows = [(factor.address, "chosen", _over(results, factor)) for factor in study.factors]
+    rows += [(factor.address, "uncertain", _over(results, factor)) for factor in study.uncertain]
     return Table(("number", "role", "values"), rows)
 
 
-def _over(study: Study, factor: Factor) -> str:
+def _over(results: xr.Dataset, factor: Factor) -> str:
     """What a factor varies over, in words."""
-    quantity, variation = number(study.mechanism, factor.address).quantity, factor.variation
-    about = {"units": "1" if quantity is None else quantity.unit, **factor.shown}
+    variation = factor.variation
+    about = {"units": results[column(factor.address)].attrs.get("units", "1"), **factor.shown}
     ends = [end for end in variation.ends if np.isfinite(end) and end]
     scale = scale_of(xr.DataArray(ends or [variation.quantile(np.array([0.5]))[0]], attrs=about))
     unit = f" {scale.unit}" if scale.unit else ""

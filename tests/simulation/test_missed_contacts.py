@@ -2,10 +2,10 @@
 
 import numpy as np
 import pytest
-
-import scissordyn as sd
 from benchmarks.horizon_cases import KINDS
 from benchmarks.missed_contacts import CASES, RELEASED, SEEN, judge, outside
+
+import scissordyn as sd
 from scissordyn.laws.damping.none import NoDamping
 from scissordyn.simulation.options import Options
 from scissordyn.simulation.trajectory import compute

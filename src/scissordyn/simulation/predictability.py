@@ -48,7 +48,8 @@ and friction parted from the second run up to 5 % late and 7 % early in a quarte
 same way by both."""
 
 PIECES = 20
-"""The second run is compared after each of at most so many parts of the time, and ends with that in which both have diverged."""
+"""The second run is compared after each of so many parts of the time, or fewer, and ends with that in which both have
+diverged."""
 
 STEPS_OF_A_PIECE = 20
 """Steps of the first run in a part of the time at least: each part ends a step of the second."""

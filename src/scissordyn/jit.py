@@ -75,7 +75,8 @@ def callback(function: Callable[..., Any], signature: Any, *, stored: bool) -> A
     function : callable
     signature : numba signature
     stored : bool
-        Whether its machine code is kept on disk.
+        Whether its machine code is kept on disk. Then it must not allocate, as a `kernel`: numba introduces its functions that
+        allocate and free to the linker when it first compiles, and in a process that only loads machine code they are missing.
 
     Returns
     -------
@@ -83,7 +84,7 @@ def callback(function: Callable[..., Any], signature: Any, *, stored: bool) -> A
         Its attribute `address` is where it is called, as long as it lives.
     """
     arguments, result = normalize_signature(signature)
-    made: Any = CFunc(function, (arguments, result), locals={}, options={"error_model": "numpy"})
+    made: Any = CFunc(function, (arguments, result), locals={}, options={"error_model": "numpy", "_nrt": not stored})
     if stored:
         made._cache = KernelCache(function)
     made.compile()

@@ -22,7 +22,7 @@ from scissordyn.cache.folder import KERNEL_ROOMS, PACKAGE, folders
 
 __all__ = ["KernelCache"]
 
-HEAD = b"scissordyn kernel 2\n"
+HEAD = b"scissordyn kernel 3\n"
 """First bytes of a file of machine code: what it is and in which layout."""
 
 
@@ -97,7 +97,7 @@ class KernelCache(FunctionCache):
         if not (self._enabled and self._impl.check_cachable(data)):
             return
         key, name = self._key(sig, data.codegen)
-        packed = dumps((key, _kept(self._impl.reduce(data), data.library)))
+        packed = dumps((key, _foreign(data.library), _kept(self._impl.reduce(data), data.library)))
         content = HEAD + hashlib.sha256(packed).digest() + packed
         try:
             _write(folders.writable() / name, content)
@@ -129,8 +129,15 @@ def _kept(reduced: Any, library: Any) -> Any:
     return (name, kind, (machine_code, names.as_bitcode())), *rest
 
 
+def _foreign(library: Any) -> tuple[str, ...]:
+    """Names that machine code refers to and does not define: functions of the interpreter, of numba and of the C library."""
+    module = library._final_module
+    declared = [each.name for each in (*module.functions, *module.global_variables) if each.is_declaration]
+    return tuple(name for name in declared if not name.startswith("llvm."))
+
+
 def _unpacked(content: bytes, key: Any) -> Any:
-    """What was kept under a key; None if the file is that of another key.
+    """What was kept under a key; None if the file is that of another key, or calls what this process does not have.
 
     Raises
     ------
@@ -141,8 +148,10 @@ def _unpacked(content: bytes, key: Any) -> Any:
     packed = content[start:]
     if content[:start] != HEAD + hashlib.sha256(packed).digest():
         raise ValueError("not a whole file of machine code")
-    stored, data = pickle.loads(packed)
-    return data if stored == key else None
+    stored, foreign, data = pickle.loads(packed)
+    # the linker ends the process at a name that it does not know
+    known = all(llvm.address_of_symbol(name) is not None for name in foreign)  # type: ignore[no-untyped-call]
+    return data if stored == key and known else None
 
 
 def _write(target: Path, content: bytes) -> None:

@@ -46,8 +46,7 @@ def start_coordinates(mechanism: Mechanism, component: Any) -> tuple[float, ...]
         x, y = mechanism.place(component.point)
         return (x * math.cos(component.direction) + y * math.sin(component.direction),)
     if port in (HINGE, ACTUATOR):
-        body, base = angular_bodies(component)
-        return (angle(body) - angle(base),)
+        return (angle(component.body) - angle(component.base),)
     (ax, ay), (bx, by) = mechanism.place(component.start), mechanism.place(component.end)
     if port is LINE:
         return (math.dist((ax, ay), (bx, by)),)

@@ -18,6 +18,7 @@ from scissordyn.simulation.cut import recorded
 from scissordyn.simulation.dataset import to_dataset
 from scissordyn.simulation.ideal_path import ideal_path
 from scissordyn.simulation.options import EventKind, Options, StartKind
+from scissordyn.simulation.painleve import painleve_warnings
 from scissordyn.simulation.predictability import compared, predictability
 from scissordyn.simulation.time_functions import check_tables
 from scissordyn.simulation.track import deviation_variables
@@ -163,6 +164,7 @@ def _computed(
     path, record = recorded(mechanism, options, path, progress, ideal=ideal)
     run = to_dataset(mechanism, options, path, record)
     found = [*path.warnings, *run_warnings(mechanism, run, path.immobile), *passing_warnings(mechanism, run, options.until)]
+    found += painleve_warnings(mechanism, path, record)
     if run.attrs["status"] == "failed":
         run.attrs["cause"] = "; ".join([run.attrs["cause"], *contact_failures(mechanism, run)])
     if ideal is not None:

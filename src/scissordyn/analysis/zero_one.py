@@ -43,7 +43,7 @@ def zero_one_test(values: ArrayLike, *, angles: int = 100, seed: int = 0, noise:
     The samples must come from a map (`stroboscopic`, `section`, contact by contact). A finely sampled flow changes little from
     one sample to the next, and K tends to 0 for any motion: `samples_per_oscillation` should not exceed about 10. A few hundred
     samples are enough for clear cases; weak chaos and slow transients need thousands. For K between 0.2 and 0.8 a longer run is
-    needed. Errors diffuse like chaos: K is not known of values that vary by nothing else, such as those of an orbit of period 1.
+    needed. Errors diffuse like chaos: K is not known of values that vary by nothing else, as those of an orbit of period 1.
 
     Parameters
     ----------

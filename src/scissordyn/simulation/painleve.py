@@ -13,8 +13,8 @@ from scissordyn.simulation.trajectory import Trajectory
 
 __all__ = ["painleve_warnings"]
 
-MOST_SAMPLES = 2000
-"""Of those of a contact so many are looked at, evenly spread."""
+MOST_SAMPLES, FEWEST = 600, 10
+"""So many samples of a run are looked at, shared by its contacts and evenly spread over each, and no fewer of a contact."""
 
 
 def painleve_warnings(mechanism: Mechanism, path: Trajectory, found: Record) -> list[str]:
@@ -40,40 +40,40 @@ def painleve_warnings(mechanism: Mechanism, path: Trajectory, found: Record) -> 
     ----------
     Champneys and Varkonyi 2016, doi:10.1093/imamat/hxw027
     """
-    warnings = []
-    for j, joint in enumerate(mechanism.contacts):
+    warnings, contacts = [], mechanism.contacts
+    share = max(FEWEST, MOST_SAMPLES // max(1, len(contacts)))
+    for j, joint in enumerate(contacts):
         assert joint.clearance is not None
         if isinstance(joint.clearance.friction, NoFriction):
             continue
-        force = found.contact["normal"][:, j]
-        held = np.flatnonzero((path.samples.mode[:, j] == 1) & (force > 0.0) & (found.contact["tangential"][:, j] != 0.0))
-        looked_at = held[:: max(1, held.size // MOST_SAMPLES)]
-        turned = [at for at in looked_at.tolist() if _pressed_together(path, found, j, at)]
-        if turned:
-            first = turned[0]
-            ratio = abs(found.contact["tangential"][first, j]) / force[first]
+        force, friction = found.contact["normal"][:, j], found.contact["tangential"][:, j]
+        held = np.flatnonzero((path.samples.mode[:, j] == 1) & (force > 0.0) & (friction != 0.0))
+        looked_at = held[:: -(-held.size // share) or 1]
+        turned = _pressed_together(path, found, j, looked_at)
+        if turned.size:
+            first, ratio = turned[0], abs(friction[turned[0]]) / force[turned[0]]
             warnings.append(
-                f"joint '{joint.name}': Painlevé's paradox at {len(turned)} of {looked_at.size} samples in contact, first at "
-                f"t = {path.samples.time[first]:.6g} s: with friction of {ratio:.3g} of the normal force the contact force "
-                "presses the surfaces together; a rigid contact has no or several solutions there, and the motion depends on stiffness "
+                f"joint '{joint.name}': Painlevé's paradox at {turned.size} of {looked_at.size} samples in contact, first at "
+                f"t = {path.samples.time[first]:.6g} s: with friction of {ratio:.3g} of the normal force the contact force presses "
+                "the surfaces together; a rigid contact has no or several solutions there, and the motion depends on stiffness "
                 "and damping of the contact"
             )
     return warnings
 
 
-def _pressed_together(path: Trajectory, found: Record, contact: int, at: int) -> bool:
-    """Whether the force of a contact accelerates its indentation: accelerations with it less those without."""
+def _pressed_together(path: Trajectory, found: Record, contact: int, looked_at: np.ndarray) -> np.ndarray:
+    """The samples at which the force of a contact accelerates its indentation: accelerations with it less those without."""
     samples, address, state = path.samples, path.system.address, path.system.content.state
-    n = path.reduced.free
-    state.mode[:], state.memory[:], state.reference[:] = samples.mode[at], samples.memory[at], samples.reference[at]
-    functions.activate(address)
-    y, rates = samples.state[at].copy(), np.zeros((2, samples.state.shape[1]))
-    functions.rate(samples.time[at], y, address, rates[0])
-    state.mode[contact] = 0
-    functions.rate(samples.time[at], y, address, rates[1])
-    change = rates[0, n : 2 * n] - rates[1, n : 2 * n]
-    vector = eccentricity_map(path.system.content, contact)
+    vector, n = eccentricity_map(path.system.content, contact), path.reduced.free
     free = vector.columns < n
-    apart = vector.rows[:, free] @ change[vector.columns[free]]
-    row = found.contact[at, contact]
-    return bool(apart[0] * row["nx"] + apart[1] * row["ny"] > 0.0)
+    columns, rows = vector.columns[free], vector.rows[:, free]
+    without, rate = np.zeros((looked_at.size, columns.size)), np.zeros(samples.state.shape[1])
+    for k, at in enumerate(looked_at.tolist()):
+        state.mode[:], state.memory[:], state.reference[:] = samples.mode[at], samples.memory[at], samples.reference[at]
+        functions.activate(address)
+        state.mode[contact] = 0
+        functions.rate(samples.time[at], samples.state[at], address, rate)
+        without[k] = rate[n + columns]
+    apart = (found.A[looked_at][:, columns] - without) @ rows.T
+    row = found.contact[looked_at, contact]
+    return np.asarray(looked_at[apart[:, 0] * row["nx"] + apart[:, 1] * row["ny"] > 0.0])

@@ -54,9 +54,9 @@ def painleve_warnings(mechanism: Mechanism, path: Trajectory, found: Record) -> 
             first, ratio = turned[0], abs(friction[turned[0]]) / force[turned[0]]
             warnings.append(
                 f"joint '{joint.name}': Painlevé's paradox at {turned.size} of {looked_at.size} samples in contact, first at "
-                f"t = {path.samples.time[first]:.6g} s: with friction of {ratio:.3g} of the normal force the contact force presses "
-                "the surfaces together; a rigid contact has no or several solutions there, and the motion depends on stiffness "
-                "and damping of the contact"
+                f"t = {path.samples.time[first]:.6g} s: with friction of {ratio:.3g} of the normal force the contact force "
+                "presses the surfaces together; a rigid contact has no or several solutions there, and the motion depends on "
+                "stiffness and damping of the contact"
             )
     return warnings
 

@@ -131,8 +131,8 @@ def _page(judged: list[Judged]) -> str:
     return "\n".join(
         [
             f"{len(judged)} runs (`benchmarks/missed_contacts.py`) at tolerances from 1e-9 to 1e-5, steps ending on contacts",
-            f"and going across them in turn. Outside: at one of {SAMPLES} samples or at the end of a step a joint that counts as",
-            f"open is closed by more than {SEEN:g} of its clearance.",
+            f"and going across them in turn. Outside: at one of {SAMPLES} samples or at the end of a step a joint that counts",
+            f"as open is closed by more than {SEEN:g} of its clearance.",
             "",
             table(["kind", "runs", "contacts", "runs with a joint outside", "farthest, of the clearance"], rows),
             *(["", *lines] if lines else []),

@@ -10,6 +10,7 @@ from statistics import median
 from benchmarks.cases import UNTIL, array, clearance_everywhere, friction_everywhere, name_of
 from benchmarks.measure import command, fitted_exponent, table
 from scissordyn.model.mechanism import Mechanism
+from scissordyn.simulation.cut import recorded
 from scissordyn.simulation.dataset import to_dataset
 from scissordyn.simulation.options import Options
 from scissordyn.simulation.trajectory import Trajectory, compute
@@ -58,7 +59,7 @@ def _phases(cases: Mapping[str, tuple[Mechanism, Options]], repeats: int) -> dic
             began = time.perf_counter()
             path = paths[name] = compute(mechanism, options)
             computed = time.perf_counter()
-            to_dataset(mechanism, options, path)
+            to_dataset(mechanism, options, *recorded(mechanism, options, path))
             integration = float(path.statistics["seconds"])
             if turn:
                 times[name].append((integration, computed - began - integration, time.perf_counter() - computed))

@@ -35,6 +35,23 @@ def test_fractions_of_time() -> None:
     assert float(found["mean_force"]) == pytest.approx(25.0, abs=5 * 100.0 * 0.5e-3)
 
 
+def test_quantile_over_the_contact_time() -> None:
+    """Closed form: the force not exceeded for half of the contact time, however the samples are spread over it."""
+    run = made_up_run(SPANS)
+    time = run["time"].values
+    touching = run["in_contact"].sel(joint="A").values.astype(bool)
+    late = touching & (time > 0.39)
+    force = np.where(touching, 100.0, 0.0)
+    force[late] = 300.0  # for 0.15 s of 0.25 s, and in a fifth of the samples of that time
+    run["normal_force"].loc[{"joint": "A"}] = force
+    thin = ~late
+    thin[np.flatnonzero(late)[::5]] = True
+    for sampled in (run, run.isel(time=np.flatnonzero(thin))):
+        found = contact_statistics(sampled).sel(joint="A")
+        assert float(found["contact_force_quantile"].sel(quantile=0.5)) == 300.0
+        assert float(found["contact_force"]) == pytest.approx((100.0 * 0.1 + 300.0 * 0.15) / 0.25, rel=0.02)
+
+
 def test_window_clips_contacts() -> None:
     """Closed form: a contact over the edge of the window counts by its part inside, and as an impact if it starts there."""
     run = made_up_run(SPANS)

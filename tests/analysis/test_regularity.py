@@ -96,6 +96,22 @@ def test_zero_one(values: np.ndarray, chaotic: bool) -> None:
     assert growth > 0.9 if chaotic else abs(growth) < 0.1
 
 
+@pytest.mark.parametrize("error", [1e-11, 1e-9, 3e-8])
+def test_zero_one_of_errors_alone(error: float) -> None:
+    """Limit: an orbit of period 1 with the errors of a run is undecided, not chaotic; longer periods stay regular."""
+    errors = error * np.random.default_rng(3).standard_normal(400)
+    found = zero_one_test(7.0 * (1.0 + errors))
+    assert np.isnan(float(found["K"]))
+    assert "vary by no more than their errors" in found.attrs["undecided"]
+    assert float(zero_one_test(1.0 + errors, noise=0.0)["K"]) > 0.9  # what is not known as an error is taken as a motion
+    for period in (2, 3, 8):
+        repeated = zero_one_test(np.cos(2.0 * np.pi * np.arange(400) / period) + errors)
+        assert abs(float(repeated["K"])) < 0.1
+        assert "undecided" not in repeated.attrs
+    with pytest.raises(InputError, match="noise = -1"):
+        zero_one_test(errors, noise=-1.0)
+
+
 def test_zero_one_displacement() -> None:
     """Cross-check: the displacement by FFT against its sum, written out; K does not depend on scale."""
     values = logistic(3.9, 300)

@@ -155,3 +155,18 @@ def test_what_it_cannot_be() -> None:
         Cable("rope", ("ground", "O"), ("ball", "centre"), 0.0, 0.5)
     with pytest.raises(InputError, match="acts between body 'ball' and itself"):
         Cable("rope", ("ball", "a"), ("ball", "b"), 1.0, 0.5)
+
+
+def test_a_cable_that_starts_taut() -> None:
+    """Identity: what acts from the start on has its event at t = 0, as the variable says."""
+    ball = sd.point_mass("ball", mass=MASS, position=(0.0, -FREE - 0.1))
+    run = sd.simulate(
+        Mechanism((ball,), components=(ROPE,), ground=(("O", (0.0, 0.0)),), gravity=GRAVITY),
+        until=0.01,
+        samples=11,
+        start="as-placed",
+    )
+    assert list(run["event_kind"].values) == ["taut"]
+    assert float(run["event_time"][0]) == 0.0
+    assert float(run["cable_taut"][0, 0]) == 1.0
+    assert run["event_time"].attrs["long_name"] == "instant of the event, 0 of what acts from the start on"

@@ -4,9 +4,25 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+import xarray as xr
 
 import scissordyn as sd
-from scissordyn.simulation import dataset
+from scissordyn.simulation import (
+    configuration,
+    contacts,
+    cut,
+    dataset,
+    driver,
+    events,
+    export,
+    netcdf,
+    output_file,
+    store,
+    synchronisation,
+    track,
+    trajectory,
+)
+from scissordyn.simulation.options import Options
 
 ENDS = ("peak_force", "peak_time", "impulse", "contact_damping_loss", "contact_friction_loss")
 
@@ -36,29 +52,58 @@ def test_contact_open_at_the_end_has_what_it_had_so_far(arm: sd.Mechanism) -> No
     assert short["impulse"].values[k] == pytest.approx(np.trapezoid(force, time), rel=2e-2)
 
 
-def test_cut_run_is_the_run_up_to_there(arm: sd.Mechanism, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Identity: a run that is cut at a sample within a contact has the events, peaks and integrals of one that ends there."""
-    whole = sd.simulate(arm, until=0.03, samples=3001)
-    held = np.flatnonzero(whole["in_contact"].sel(joint="A").values)
-    k = int(np.argmax(whole["peak_force"].values))
-    inside = held[(whole["time"].values[held] > whole["contact_start"].values[k])]
-    last = int(inside[len(inside) // 3])
-    evaluate = dataset.record
+DEVIATIONS = ("peak_track_deviation", "peak_track_deviation_time", "rms_track_deviation", "settling_time")
+
+
+def undefined_from(whole: xr.Dataset, last: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Let accelerations be undefined after a sample."""
+    evaluate = cut.record
 
     def undefined_after(reduced, system, samples):
         found = evaluate(reduced, system, samples)
         found.A[samples.time > whole["time"].values[last]] = np.nan
         return found
 
-    monkeypatch.setattr(dataset, "record", undefined_after)
-    cut = sd.simulate(arm, until=0.03, samples=3001)
+    monkeypatch.setattr(cut, "record", undefined_after)
+
+
+def test_cut_run_is_the_run_up_to_there(arm: sd.Mechanism, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Identity: a run that is cut at a sample within a contact has the events, peaks and integrals of one that ends there."""
+    tracked = arm.track("tip", "unit 2/bar 1", "end", 1e-3)
+    whole = sd.simulate(tracked, until=0.03, samples=3001)
+    held = np.flatnonzero(whole["in_contact"].sel(joint="A").values)
+    k = int(np.argmax(whole["peak_force"].values))
+    inside = held[(whole["time"].values[held] > whole["contact_start"].values[k])]
+    last = int(inside[len(inside) // 3])
+    undefined_from(whole, last, monkeypatch)
+    short_of_it = sd.simulate(tracked, until=0.03, samples=3001)
     monkeypatch.undo()
     until = float(whole["time"][last])
-    short = sd.simulate(arm, until=until, samples=11)
-    assert cut.attrs["status"] == "failed"
-    assert cut.attrs["cause"].startswith(f"stopped at t = {whole['time'].values[last + 1]:.9g} s")
-    assert cut.sizes["time"] == last + 1
-    assert cut.attrs["end"] == until
-    assert cut.sizes["contact"] == short.sizes["contact"]
+    short = sd.simulate(tracked, until=until, samples=11)
+    assert short_of_it.attrs["status"] == "failed"
+    assert short_of_it.attrs["cause"].startswith(f"stopped at t = {whole['time'].values[last + 1]:.9g} s")
+    assert short_of_it.sizes["time"] == last + 1
+    assert short_of_it.attrs["end"] == until
+    assert short_of_it.sizes["contact"] == short.sizes["contact"]
     for name in (*ENDS, "peak_drive_torque", "peak_pressure_velocity", "contact_duration"):
-        np.testing.assert_array_equal(cut[name].values, short[name].values, err_msg=name)
+        np.testing.assert_array_equal(short_of_it[name].values, short[name].values, err_msg=name)
+    for name in DEVIATIONS:
+        # the table of the ideal mechanism has other rows for another end
+        np.testing.assert_allclose(short_of_it[name].values, short[name].values, rtol=1e-6, err_msg=name)
+        assert np.isfinite(short_of_it[name].values).all()
+
+
+def test_writers_do_not_simulate(arm: sd.Mechanism, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Identity: a Dataset is made of a trajectory and its record without any call that advances a mechanism."""
+    options = Options(until=2e-3, samples=11)
+    path = trajectory.compute(arm, options)
+    path, record = cut.recorded(arm, options, path)
+
+    def refuse(*arguments: object, **named: object) -> None:
+        raise AssertionError("simulated")
+
+    monkeypatch.setattr(driver.Driver, "advance", refuse)
+    made = dataset.to_dataset(arm, options, path, record)
+    assert made.sizes["time"] == 11
+    modules = (dataset, track, events, contacts, synchronisation, configuration, store, netcdf, export, output_file)
+    assert not [module.__name__ for module in modules if {"compute", "Driver", "simulate"} & set(vars(module))]

@@ -95,7 +95,10 @@ def contact_statistics(
         `contact_force` and `contact_force_quantile` (over the contact time); `impulse` (sum), `impulse_mean`,
         `impulse_largest` and `impulse_quantile`; `damping_loss`, `friction_loss`, `dissipated_energy` (their sum) and
         `dissipated_power`. Sums and quantiles of contacts are over those that start in the window. NaN where there is no
-        contact, or no such column in the table.
+        contact, or no such column in the table. Quantiles of peak forces and impulses, one value a contact, are linear between
+        the sorted values (definition 7 of Hyndman and Fan 1996, doi:10.1080/00031305.1996.10473566); those of the contact force
+        are the least sampled force that is not exceeded for the fraction of the contact time (definition 1, each sample with
+        the time that it stands for).
 
     Raises
     ------
@@ -128,14 +131,14 @@ MEASURES = {
     "contact_arc_95": ("rad", "smallest arc of the bearing with 95 % of the contact time"),
     "contact_arc": ("rad", "smallest arc of the bearing with all contact"),
     "peak_force": ("N", "largest normal force"),
-    "peak_force_quantile": ("N", "quantiles of the largest normal force of a contact"),
+    "peak_force_quantile": ("N", "quantiles of the largest normal force of a contact, linear between contacts"),
     "mean_force": ("N", "mean normal force over the window"),
     "contact_force": ("N", "mean normal force while in contact"),
-    "contact_force_quantile": ("N", "quantiles of the normal force while in contact"),
+    "contact_force_quantile": ("N", "normal force not exceeded for a fraction of the contact time"),
     "impulse": ("N s", "sum of the impulses of the contacts"),
     "impulse_mean": ("N s", "mean impulse of a contact"),
     "impulse_largest": ("N s", "largest impulse of a contact"),
-    "impulse_quantile": ("N s", "quantiles of the impulse of a contact"),
+    "impulse_quantile": ("N s", "quantiles of the impulse of a contact, linear between contacts"),
     "damping_loss": ("J", "energy dissipated by contact damping"),
     "friction_loss": ("J", "energy dissipated by friction"),
     "dissipated_energy": ("J", "energy dissipated in the joint"),
@@ -200,7 +203,7 @@ def _of_the_samples(
         "contact_arc": smallest_arc(direction[touching]),
         "mean_force": mean,
         "contact_force": float(np.average(in_contact, weights=standing[touching])) if in_contact.size else math.nan,
-        "contact_force_quantile": _quantiles(in_contact),
+        "contact_force_quantile": _quantiles(in_contact, weights=standing[touching]),
     }
 
 
@@ -208,8 +211,13 @@ def _column(run: xr.Dataset, name: str, begun: np.ndarray) -> np.ndarray | None:
     return run[name].values[begun] if name in run else None
 
 
-def _quantiles(values: np.ndarray) -> np.ndarray:
-    return np.quantile(values, QUANTILES) if values.size else np.full(len(QUANTILES), math.nan)
+def _quantiles(values: np.ndarray, weights: np.ndarray | None = None) -> np.ndarray:
+    """Of contacts: linear between the sorted values; with weights: the least value that is not exceeded for the fraction."""
+    if not values.size:
+        return np.full(len(QUANTILES), math.nan)
+    if weights is None:
+        return np.asarray(np.quantile(values, QUANTILES, method="linear"))
+    return np.asarray(np.quantile(values, QUANTILES, method="inverted_cdf", weights=weights))
 
 
 def _bearing_angles(run: xr.Dataset, joints: list[str]) -> dict[str, np.ndarray]:

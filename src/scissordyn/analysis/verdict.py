@@ -200,7 +200,7 @@ def _aperiodic(
     if growth < REGULAR:
         evidence.append(f"A period above {longest} cannot be distinguished from quasi-periodic motion.")
         return "quasi-periodic"
-    evidence.append("K is undecided: a longer run is needed.")
+    evidence.append(f"K is undecided: {test.attrs.get('undecided', 'a longer run is needed')}.")
     return "transient only"
 
 

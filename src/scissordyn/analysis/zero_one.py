@@ -19,7 +19,13 @@ CONSTANT = 1e-12
 """Values that vary by less than this fraction of their size are constant up to round-off."""
 
 
-def zero_one_test(values: ArrayLike, *, angles: int = 100, seed: int = 0) -> xr.Dataset:
+UNDECIDED = "the values vary by no more than their errors, which would look like chaos"
+
+NOISE = 1e-7
+"""Values that vary by less than this fraction of their size may vary by the errors of a run at the default tolerances only."""
+
+
+def zero_one_test(values: ArrayLike, *, angles: int = 100, seed: int = 0, noise: float = NOISE) -> xr.Dataset:
     """The 0-1 test for chaos by the correlation method.
 
     For angles c in [pi/5, 4 pi/5] the samples phi_j drive the translation
@@ -37,7 +43,7 @@ def zero_one_test(values: ArrayLike, *, angles: int = 100, seed: int = 0) -> xr.
     The samples must come from a map (`stroboscopic`, `section`, contact by contact). A finely sampled flow changes little from
     one sample to the next, and K tends to 0 for any motion: `samples_per_oscillation` should not exceed about 10. A few hundred
     samples are enough for clear cases; weak chaos and slow transients need thousands. For K between 0.2 and 0.8 a longer run is
-    needed.
+    needed. Errors diffuse like chaos: K is not known of values that vary by nothing else, as those of an orbit of period 1.
 
     Parameters
     ----------
@@ -47,6 +53,9 @@ def zero_one_test(values: ArrayLike, *, angles: int = 100, seed: int = 0) -> xr.
         Number of angles c.
     seed : int
         Of the random angles.
+    noise : float
+        Error of the values, as a fraction of the largest. If they vary by no more, K is NaN, and the attribute `undecided` says
+        so; 0 is for values without error. Values that are equal up to the rounding of the arithmetic have K = 0.
 
     Returns
     -------
@@ -57,7 +66,7 @@ def zero_one_test(values: ArrayLike, *, angles: int = 100, seed: int = 0) -> xr.
     Raises
     ------
     InputError
-        If there are too few values, or no angles.
+        If there are too few values, or no angles, or the error is negative.
 
     References
     ----------
@@ -66,10 +75,14 @@ def zero_one_test(values: ArrayLike, *, angles: int = 100, seed: int = 0) -> xr.
     found = series(values, least=50)
     if isinstance(angles, bool) or not isinstance(angles, int) or angles < 1:
         raise InputError(f"angles = {angles!r}", "a whole number >= 1", "angles=100")
+    if not 0.0 <= noise < 1.0:
+        raise InputError(f"noise = {noise!r}", "a fraction of the largest value, from 0 to 1", "noise=1e-7")
     chosen = np.sort(np.random.default_rng(seed).uniform(0.2 * np.pi, 0.8 * np.pi, angles))
     centred = found - np.mean(found)
-    if np.max(np.abs(centred)) <= CONSTANT * np.max(np.abs(found)):
+    varying, size = float(np.max(np.abs(centred))), float(np.max(np.abs(found)))
+    if varying <= CONSTANT * size:
         centred = np.zeros_like(centred)
+    unknown = CONSTANT * size < varying <= noise * size
     wheel = np.exp(1j * chosen[:, None] * np.arange(1, found.size + 1))
     path = np.cumsum(centred * wheel, axis=1)
     lags = np.arange(1, max(int(LAGS * found.size), 5) + 1)
@@ -79,7 +92,7 @@ def zero_one_test(values: ArrayLike, *, angles: int = 100, seed: int = 0) -> xr.
     crossings = int(np.sum(np.diff(np.signbit(centred).astype(np.int8)) != 0))
     return xr.Dataset(
         {
-            "K": described((), float(np.median(correlation)), "1", "growth of the 0-1 test, median"),
+            "K": described((), np.nan if unknown else float(np.median(correlation)), "1", "growth of the 0-1 test, median"),
             "correlation": described(("angle",), correlation, "1", "growth of the 0-1 test at one angle"),
             "p": described(("step",), path[shown].real, "1", "translation p"),
             "q": described(("step",), path[shown].imag, "1", "translation q"),
@@ -93,7 +106,7 @@ def zero_one_test(values: ArrayLike, *, angles: int = 100, seed: int = 0) -> xr.
             "step": described(("step",), np.arange(1, found.size + 1), "1", "sample"),
             "lag": described(("lag",), lags, "1", "lag"),
         },
-        attrs={"seed": seed, "shown_angle": float(chosen[shown])},
+        attrs={"seed": seed, "shown_angle": float(chosen[shown]), **({"undecided": UNDECIDED} if unknown else {})},
     )
 
 

@@ -17,13 +17,19 @@ from scissordyn.model.guide_clearance import ContactPoint
 from scissordyn.model.joint import Revolute
 from scissordyn.model.mechanism import Mechanism
 
-__all__ = ["acting", "component_states", "friction_states", "offsets", "start_coordinates", "time_functions"]
+__all__ = ["acting", "angular_bodies", "component_states", "friction_states", "offsets", "start_coordinates", "time_functions"]
 
 
 def acting(mechanism: Mechanism) -> tuple[Component, ...]:
     """The components that the kernels know, in their order: those that exert forces, then the latches."""
     latches: tuple[Any, ...] = mechanism.latches
     return (*mechanism.components, *latches)
+
+
+def angular_bodies(component: Any) -> tuple[str, str]:
+    """The body whose angle a component reads, and the one that it is measured against."""
+    port = component.declaration.port
+    return (component.body, component.base) if port in (HINGE, ACTUATOR) else (component.end[0], component.start[0])
 
 
 def start_coordinates(mechanism: Mechanism, component: Any) -> tuple[float, ...]:

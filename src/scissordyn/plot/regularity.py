@@ -247,11 +247,14 @@ def zero_one(test: xr.Dataset, *, axes: Canvas = None) -> list[Axes]:
     plane.set_ylabel("q")
     plane.set_title(f"translation at c = {test.attrs['shown_angle']:.3f}", loc="left", fontsize=NORMAL)
     spread.hist(test["correlation"].values, bins=np.linspace(-1.0, 1.0, 41).tolist(), color=BLUE)
-    spread.axvline(float(test["K"]), color=VERMILION, linewidth=1.5)
+    known = bool(np.isfinite(test["K"]))
+    if known:
+        spread.axvline(float(test["K"]), color=VERMILION, linewidth=1.5)
     spread.set_xlim(-1.0, 1.05)
     spread.set_xlabel("growth at one angle")
     spread.set_ylabel("angles")
-    spread.set_title(f"median K = {float(test['K']):.3f}", loc="left", fontsize=NORMAL, color=VERMILION)
+    title = f"median K = {float(test['K']):.3f}" if known else "K undecided: nothing but errors varies"
+    spread.set_title(title, loc="left", fontsize=NORMAL, color=VERMILION)
     return [plane, spread]
 
 

@@ -221,7 +221,7 @@ def response_curves(points: xr.Dataset, *, limits: dict[str, float] | None = Non
 
 
 def _binned(x: np.ndarray, values: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """Median, 10 % and 90 % quantile for each level or part of x, and where."""
+    """Median, 10 % and 90 % quantile for each level or part of x, and where; linear between the sorted values."""
     known = np.isfinite(values)
     x, values = x[known], values[known]
     levels = np.unique(x)

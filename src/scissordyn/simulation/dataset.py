@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 import json
 import math
 import platform
@@ -19,7 +18,6 @@ from scissordyn.component.declaration import Component
 from scissordyn.component.place import GROUND
 from scissordyn.control.signal import MEASURED
 from scissordyn.errors import InputError
-from scissordyn.integrate.integration import Samples
 from scissordyn.mechanics.acting import acting
 from scissordyn.mechanics.monitored import (
     COMPONENT_FORCE,
@@ -30,19 +28,18 @@ from scissordyn.mechanics.monitored import (
     POWERS,
     PRESSURE_VELOCITY,
 )
-from scissordyn.mechanics.outputs import Record, record
+from scissordyn.mechanics.outputs import Record
 from scissordyn.mechanics.reactions import solve_reactions
 from scissordyn.model.guide_clearance import ContactPoint
 from scissordyn.model.joint import Guide
 from scissordyn.model.mechanism import Mechanism
-from scissordyn.simulation.cause import singular_position
 from scissordyn.simulation.configuration import TITLE, write_configuration
 from scissordyn.simulation.contacts import columns, contacts
 from scissordyn.simulation.events import event_variables, switching_losses
 from scissordyn.simulation.options import Options
 from scissordyn.simulation.synchronisation import synchronisation_variables
 from scissordyn.simulation.track import track_variables
-from scissordyn.simulation.trajectory import Trajectory, compute
+from scissordyn.simulation.trajectory import Trajectory
 
 __all__ = ["output_guide", "to_dataset"]
 
@@ -63,21 +60,22 @@ def _named(dim: str, names: list[str]) -> xr.Variable:
     return xr.Variable((dim,), np.array(names, dtype=str), {"long_name": dim.replace("_", " ")})
 
 
-def to_dataset(mechanism: Mechanism, options: Options, path: Trajectory) -> xr.Dataset:
-    """All results of a run.
+def to_dataset(mechanism: Mechanism, options: Options, path: Trajectory, found: Record) -> xr.Dataset:
+    """All results of a run; nothing is simulated here.
 
     Parameters
     ----------
     mechanism : Mechanism
     options : Options
     path : Trajectory
+    found : Record
+        Of its samples, all of them defined (see `cut.recorded`).
 
     Returns
     -------
     Dataset
         With the names of the package's contract; all values in SI units and radians.
     """
-    path, found = _recorded(mechanism, options, path)
     variables = {
         "time": _described(("time",), path.samples.time, "s", "time"),
         "body": _named("body", [body.name for body in mechanism.bodies]),
@@ -134,31 +132,6 @@ def _assembled(variables: Variables, attributes: dict[str, Any]) -> xr.Dataset:
     sizes = {dim: size for part in variables.values() for dim, size in zip(part.dims, part.shape, strict=True)}
     made: xr.Dataset = direct({**variables, **coordinates}, set(coordinates), dims=sizes, attrs=attributes, indexes=indexes)
     return made
-
-
-def _recorded(mechanism: Mechanism, options: Options, path: Trajectory) -> tuple[Trajectory, Record]:
-    """The recorded samples, up to the first at which the accelerations are not defined; the run counts as failed there.
-
-    It is then computed again up to the last sample before: events, peaks and integrals of what is still going on hold until
-    there.
-    """
-    samples = path.samples
-    found = record(path.reduced, path.system, samples)
-    undefined = np.flatnonzero(~np.all(np.isfinite(found.A), axis=1))
-    if not undefined.size:
-        return path, found
-    first, time = int(undefined[0]), float(samples.time[undefined[0]])
-    why = singular_position(path.reduced, path.system, samples.state[first], time) or "accelerations are not defined"
-    kept = Samples(*(part[:first] for part in samples))
-    last = float(kept.time[-1]) if first else 0.0
-    if last > 0.0:
-        cut = compute(mechanism, dataclasses.replace(options, until=last, samples=2), times=kept.time)
-    else:
-        cut = dataclasses.replace(
-            path, samples=kept, log=path.log[:0], peak=np.full_like(path.peak, np.nan), band=np.full_like(path.band, np.nan)
-        )
-    cut = dataclasses.replace(cut, end=last, status="failed", cause=f"stopped at t = {time:.9g} s: {why}")
-    return cut, record(cut.reduced, cut.system, cut.samples)
 
 
 def output_guide(mechanism: Mechanism) -> Guide | None:

@@ -38,7 +38,11 @@ def event_variables(mechanism: Mechanism, log: np.ndarray) -> dict[str, tuple[tu
     coordinates = [output.unit for part in guarded for output in part.declaration.port.outputs if output.coordinate]
     rates = " or ".join(dict.fromkeys(f"{unit}/s" for unit in coordinates)) or "1/s"
     return {
-        "event_time": (along, rows[:, 0], {"units": "s", "long_name": "instant of the event"}),
+        "event_time": (
+            along,
+            rows[:, 0],
+            {"units": "s", "long_name": "instant of the event, 0 of what acts from the start on"},
+        ),
         "event_name": (along, np.array([part.name for part in parts], dtype=str), {"long_name": "component"}),
         "event_kind": (along, np.array(kinds, dtype=str), {"long_name": "what happened"}),
         "event_speed": (along, rows[:, 3], {"units": rates, "long_name": "rate of approach"}),

@@ -15,7 +15,9 @@ from scissordyn.simulation.driver import make_system
 __all__ = ["ideal_reactions"]
 
 
-def ideal_reactions(mechanism: Mechanism, position: np.ndarray | None = None) -> np.ndarray:
+def ideal_reactions(
+    mechanism: Mechanism, position: np.ndarray | None = None, reference: np.ndarray | None = None
+) -> np.ndarray:
     """Forces on the journals of all revolute joints of a mechanism, taken as ideal, at t = 0.
 
     Parameters
@@ -23,6 +25,8 @@ def ideal_reactions(mechanism: Mechanism, position: np.ndarray | None = None) ->
     mechanism : Mechanism
     position : ndarray, shape (n,), optional
         Free coordinates of the ideal mechanism, at rest there; assembled and moving as its drives demand if not given.
+    reference : ndarray, optional
+        Angles that turns are counted from there [rad]; as placed if not given.
 
     Returns
     -------
@@ -45,7 +49,7 @@ def ideal_reactions(mechanism: Mechanism, position: np.ndarray | None = None) ->
         total=np.zeros((1, 0)),
         mode=state.mode[None, :].copy(),
         memory=state.memory[None, :].copy(),
-        reference=state.reference[None, :].copy(),
+        reference=(state.reference if reference is None else reference)[None, :].copy(),
     )
     found = record(reduced, system, samples)
     joints, _, _ = solve_reactions(

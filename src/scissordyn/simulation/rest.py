@@ -4,22 +4,27 @@ from __future__ import annotations
 
 import dataclasses
 import math
+from collections.abc import Mapping
 from typing import TypeVar
 
 import numpy as np
 
+from scissordyn.component.place import GROUND
 from scissordyn.component.time_function import ConstantSpeed, Polynomial, TimeFunction
 from scissordyn.errors import InputError
 from scissordyn.jit import Handle
 from scissordyn.laws.friction.none import NoFriction
 from scissordyn.mechanics import functions
+from scissordyn.mechanics.acting import acting, angular_bodies
+from scissordyn.mechanics.outputs import body_maps
 from scissordyn.mechanics.reduced_model import ReducedModel
 from scissordyn.mechanics.system import System
 from scissordyn.mechanics.time_function import function_start
+from scissordyn.mechanics.workspace import initial_state
 from scissordyn.model.joint import Guide, Revolute
 from scissordyn.model.mechanism import Mechanism
 
-__all__ = ["at_rest", "equilibrium"]
+__all__ = ["at_rest", "count_turns", "equilibrium", "turns"]
 
 Joint = TypeVar("Joint", Revolute, Guide)
 
@@ -29,14 +34,24 @@ AT_REST = 1e-9
 STILL = 1e-14
 """A step of the coordinates, relative to the mechanism's size, below which they are equilibrium to round-off."""
 
-LONGEST = 1e6
+LONGEST = 1e4
 """Step [s] from which the iteration is Newton's method."""
 
-MOST_STEPS = 500
-MOST_CORRECTIONS = 12
+MOST_STEPS = 5000
+MOST_CORRECTIONS = 40
 
 SOLVED = 0.1
 """An implicit step has converged when a correction is this fraction of the step."""
+
+AWAY = 100.0
+"""Sizes of the mechanism: what has moved farther is held by nothing."""
+
+FIRST_STEP, SHORTEST = 1e-3, 1e-9
+"""Step [s] to begin with, and below which the iteration is given up."""
+
+FARTHEST, MOST_TURN = 0.3, 1.0
+"""A step moves the mechanism by less than this fraction of its size, and turns no body farther than this [rad]: turns are
+counted from one step to the next."""
 
 MOST_GROWTH = 10.0
 """An implicit step that increases the force by more than this factor is rejected."""
@@ -66,7 +81,7 @@ def _frictionless(joint: Joint) -> Joint:
     return dataclasses.replace(joint, clearance=dataclasses.replace(joint.clearance, friction=NoFriction()))
 
 
-def equilibrium(reduced: ReducedModel, handle: Handle, position: np.ndarray) -> np.ndarray:
+def equilibrium(reduced: ReducedModel, handle: Handle, position: np.ndarray, load: float = 0.0) -> tuple[np.ndarray, float]:
     """Free coordinates of a stable equilibrium, by descent from a given position.
 
     Pseudo-transient continuation: implicit Euler steps from rest, each solved by Newton's method, with a step size that grows
@@ -78,66 +93,151 @@ def equilibrium(reduced: ReducedModel, handle: Handle, position: np.ndarray) -> 
     reduced : ReducedModel
         Of a mechanism with constant drives (see `at_rest`).
     handle : Handle
-        Of a `System` of it; its state is overwritten.
+        Of a `System` of it that counts turns as `count_turns` left it; its state is overwritten.
     position : ndarray, shape (n,)
+    load : float
+        That unbalanced forces are compared with; that of the given position if not given.
 
     Returns
     -------
-    ndarray, shape (n,)
+    position : ndarray, shape (n,)
+    load : float
 
     Raises
     ------
     InputError
-        If no equilibrium is found.
+        If no equilibrium is found; says what the mechanism did instead.
 
     References
     ----------
     Kelley and Keyes 1998, doi:10.1137/S0036142996304796
     """
-    system: System = handle.content
-    n, internal = reduced.free, int(system.model.state_start[-1])
-    state = np.concatenate([position, np.zeros(n + internal)])
-    rate, by_time, answer = np.zeros(state.size), np.zeros(state.size), np.zeros(2)
-    # the weight that ideal guides bear counts, too: the part along them may be round-off only
-    mechanism = reduced.mechanism
-    inertia = math.sqrt(sum(body.mass for body in mechanism.bodies))
-    load = mechanism.gravity * inertia
-    step, force, scale = 1e-3, np.inf, load
+    descent, step = _Descent(reduced, handle, position, load), FIRST_STEP
     for _ in range(MOST_STEPS):
-        base, before, solved = state[:n].copy(), force, False
-        for _correction in range(MOST_CORRECTIONS):
-            functions.accept(0.0, state, handle.address, answer)
-            _touch(handle, state)
-            functions.linearise(0.0, state, handle.address, rate, by_time)
-            force = float(np.linalg.norm(rate[n : 2 * n]))
-            if mechanism.gravity == 0.0:
-                load = max(load, force)
-            scale = load + float(np.linalg.norm(system.work.force[:n]))
-            if force <= AT_REST * scale:
-                return state[:n].copy()
-            if solved and force <= MOST_GROWTH * before:
-                break
-            left = rate[n : 2 * n] - (state[:n] - base) / step**2
-            change = np.concatenate([np.zeros(n), left, np.zeros(internal)])
-            if functions.factorize(step, handle.address) >= 0:
-                continue
-            functions.solve(change, handle.address)
-            state[:n] += change[:n]
-            # the residual normal to the constraints does not vanish, the correction does
-            moved = float(np.linalg.norm(state[:n] - base))
-            if step >= LONGEST and moved <= STILL * inertia * reduced.size:
-                return state[:n].copy()
-            solved = bool(np.linalg.norm(change[:n]) <= SOLVED * moved)
-        else:
-            state[:n], force = base, before
-            step *= 0.2
-            continue
-        step = min(LONGEST, 3.0 * step)
+        found = descent.implicit_step(step)
+        if found == "rest":
+            return descent.state[: descent.free].copy(), descent.load
+        step = min(LONGEST, 3.0 * step) if found == "solved" else 0.2 * step
+        if step < SHORTEST or descent.gone > AWAY:
+            break
     raise InputError(
-        f"start = 'static': no equilibrium was found (unbalanced force {force / scale:.2g} of the load)",
+        f"start = 'static': {descent.failure(step)}",
         "a mechanism that gravity, springs and drives keep in equilibrium",
         "start = 'concentric'",
     )
+
+
+class _Descent:
+    """A mechanism at rest on its way to equilibrium.
+
+    Parameters
+    ----------
+    reduced : ReducedModel
+    handle : Handle
+    position : ndarray, shape (n,)
+    load : float
+        As for `equilibrium`.
+
+    Attributes
+    ----------
+    state : ndarray
+        Where it is, with velocities of zero.
+    """
+
+    def __init__(self, reduced: ReducedModel, handle: Handle, position: np.ndarray, load: float) -> None:
+        self.handle, self.free, self.first = handle, reduced.free, position
+        self.system: System = handle.content
+        self.internal = int(self.system.model.state_start[-1])
+        self.state = np.concatenate([position, np.zeros(self.free + self.internal)])
+        # the weight that ideal guides bear counts, too: the part along them may be round-off only
+        mechanism = reduced.mechanism
+        inertia = math.sqrt(sum(body.mass for body in mechanism.bodies))
+        self.load = load or mechanism.gravity * inertia
+        self.size = inertia * reduced.size
+        self.force, self.scale = np.inf, self.load
+        functions.accept(0.0, self.state, handle.address, np.zeros(2))  # turns are counted from where it begins
+
+    def implicit_step(self, step: float) -> str:
+        """A step of implicit Euler from rest: "rest" found, "solved", or "left", back where it began."""
+        n, state = self.free, self.state
+        rate, by_time, answer = np.zeros(state.size), np.zeros(state.size), np.zeros(2)
+        base, turns, before, solved = state[:n].copy(), self.system.state.reference.copy(), self.force, False
+        for _ in range(MOST_CORRECTIONS):
+            functions.accept(0.0, state, self.handle.address, answer)
+            _touch(self.handle, state)
+            functions.linearise(0.0, state, self.handle.address, rate, by_time)
+            self.force = float(np.linalg.norm(rate[n : 2 * n]))
+            moved = float(np.linalg.norm(state[:n] - base))
+            turned = float(np.abs(self.system.state.reference - turns).max(initial=0.0))
+            if not (math.isfinite(self.force) and moved <= FARTHEST * self.size and turned <= MOST_TURN):
+                break
+            applied = float(np.linalg.norm(self.system.work.force[:n]))
+            # without weight, what the springs exert where it begins
+            self.load = self.load or applied
+            self.scale = self.load + applied
+            if self.force <= AT_REST * self.scale:
+                return "rest"
+            if solved and self.force <= MOST_GROWTH * before:
+                return "solved"
+            left = rate[n : 2 * n] - (state[:n] - base) / step**2
+            change = np.concatenate([np.zeros(n), left, np.zeros(self.internal)])
+            if functions.factorize(step, self.handle.address) >= 0:
+                continue
+            functions.solve(change, self.handle.address)
+            state[:n] += change[:n]
+            # the residual normal to the constraints does not vanish, the correction does
+            moved = float(np.linalg.norm(state[:n] - base))
+            if step >= LONGEST and moved <= STILL * self.size:
+                return "rest"
+            solved = bool(np.linalg.norm(change[:n]) <= SOLVED * moved)
+        state[:n], self.force = base, before
+        self.system.state.reference[:] = turns
+        return "left"
+
+    @property
+    def gone(self) -> float:
+        """How far it is from where it began, in sizes of the mechanism."""
+        return float(np.linalg.norm(self.state[: self.free] - self.first)) / self.size
+
+    def failure(self, step: float) -> str:
+        """Why no equilibrium was found."""
+        if self.gone > AWAY:
+            return f"no equilibrium: nothing holds the mechanism, which moves away by {AWAY:g} times its size and farther"
+        left = "the first step cannot be solved"
+        if math.isfinite(self.force):
+            left = f"{self.force / self.scale:.2g} of the load is unbalanced"
+        if step < SHORTEST:
+            return f"no equilibrium was found: the descent ends where forces jump or the position is singular ({left})"
+        return (
+            f"no equilibrium was found: after {MOST_STEPS} steps downhill, over {self.gone:.2g} of its size, the mechanism "
+            f"still moves ({left})"
+        )
+
+
+def turns(reduced: ReducedModel, system: System) -> dict[str, float]:
+    """By how much each body has turned from where it was placed, full turns included [rad]."""
+    maps, placed = body_maps(reduced), initial_state(reduced, system.model).reference
+    change = np.append(system.state.reference - placed, 0.0)[: len(reduced.families)]
+    found = dict.fromkeys((GROUND, *(body.name for body in reduced.mechanism.bodies)), 0.0)
+    for b, body in enumerate(reduced.mechanism.bodies):
+        if maps.rotation[b] >= 0:
+            found[body.name] = float(maps.sense[b] * change[maps.rotation[b]])
+    return found
+
+
+def count_turns(reduced: ReducedModel, system: System, turned: Mapping[str, float]) -> None:
+    """Let a system count turns from where its bodies have turned to, as `turns` tells for another one.
+
+    Angles are known up to full turns, and an angular spring that is taken for one a turn off pulls the wrong way.
+    """
+    state, model = system.state, system.model
+    state.reference[:] = initial_state(reduced, model).reference
+    for k, family in enumerate(reduced.families):
+        state.reference[k] += turned[family.bodies[0]]
+    for i, component in enumerate(acting(reduced.mechanism)):
+        if model.reference_of[i] >= 0:
+            body, base = angular_bodies(component)
+            state.reference[model.reference_of[i]] += turned[body] - turned[base]
 
 
 def _touch(handle: Handle, state: np.ndarray) -> None:

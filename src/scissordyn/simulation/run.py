@@ -14,10 +14,12 @@ from scissordyn.model.mechanism import Mechanism
 from scissordyn.simulation.branching import passing_warnings
 from scissordyn.simulation.checkpoint import Checkpoint, Keeper, open_checkpoint
 from scissordyn.simulation.configuration import is_run, read_configuration
+from scissordyn.simulation.cut import recorded
 from scissordyn.simulation.dataset import to_dataset
 from scissordyn.simulation.demand import check_samples
 from scissordyn.simulation.ideal_path import ideal_path
 from scissordyn.simulation.options import EventKind, Options, StartKind
+from scissordyn.simulation.painleve import painleve_warnings
 from scissordyn.simulation.predictability import compared, predictability
 from scissordyn.simulation.time_functions import check_tables
 from scissordyn.simulation.track import deviation_variables
@@ -161,8 +163,10 @@ def _computed(
         path, states = compared(mechanism, options, progress, ideal=ideal, keeper=keeper)
     else:
         path = compute(mechanism, options, progress, ideal=ideal, keeper=keeper)
-    run = to_dataset(mechanism, options, path)
+    path, record = recorded(mechanism, options, path, progress, ideal=ideal)
+    run = to_dataset(mechanism, options, path, record)
     found = [*path.warnings, *run_warnings(mechanism, run, path.immobile), *passing_warnings(mechanism, run, options.until)]
+    found += painleve_warnings(mechanism, path, record)
     if run.attrs["status"] == "failed":
         run.attrs["cause"] = "; ".join([run.attrs["cause"], *contact_failures(mechanism, run)])
     if ideal is not None:

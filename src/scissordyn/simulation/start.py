@@ -34,7 +34,7 @@ from scissordyn.simulation.cause import check_springs, full_coordinates
 from scissordyn.simulation.driver import make_system
 from scissordyn.simulation.options import StartKind
 from scissordyn.simulation.reaction import ideal_reactions
-from scissordyn.simulation.rest import at_rest, equilibrium
+from scissordyn.simulation.rest import at_rest, count_turns, equilibrium, turns
 
 __all__ = ["Prepared", "prepare_start"]
 
@@ -91,7 +91,8 @@ def prepare_start(reduced: ReducedModel, system: Handle, kind: StartKind) -> Pre
         case "in-contact" if mechanism.contacts:
             start = _resting(reduced, content, _concentric(reduced, content, guess, held), held)
         case "static":
-            place = _resting_place(mechanism)
+            place, turned = _resting_place(mechanism)
+            count_turns(reduced, content, turned)
             start = assemble(reduced, content, Start(place, guess.velocity * 0.0), _held_at(reduced, content, place))
         case _:
             start = _concentric(reduced, content, guess, held)
@@ -147,28 +148,32 @@ def _held_at(reduced: ReducedModel, system: System, place: np.ndarray) -> Held:
     return held
 
 
-def _resting_place(mechanism: Mechanism) -> np.ndarray:
-    """Free coordinates of static equilibrium: first of the ideal mechanism, then of the one with clearances near it."""
+def _resting_place(mechanism: Mechanism) -> tuple[np.ndarray, dict[str, float]]:
+    """Free coordinates and turns of static equilibrium: of the ideal mechanism, then near it of the one with clearances."""
     still = at_rest(mechanism)
     ideal = reduce_mechanism(still.ideal())
     system = make_system(ideal)
     first = assemble(ideal, system.content, placed_start(ideal, system.content), Held())
-    rest = Start(equilibrium(ideal, system, first.position), np.zeros(ideal.free))
+    place, load = equilibrium(ideal, system, first.position)
+    rest = Start(place, np.zeros(ideal.free))
+    turned = turns(ideal, system.content)
     if not mechanism.contacts:
-        return rest.position
+        return rest.position, turned
     reduced = reduce_mechanism(still)
     handle = make_system(reduced)
+    count_turns(reduced, handle.content, turned)
     b, rate = basis_at_start(handle.content)
     position, velocity = natural_state(ideal, system.content, rest)
     start = Start(nearest(reduced, b, position), nearest(reduced, rate, velocity))
-    forces = ideal_reactions(still, rest.position)
+    forces = ideal_reactions(still, rest.position, system.content.state.reference)
     with_clearance = [joint.clearance is not None for joint in mechanism.joints]
     if np.all(np.isfinite(forces[with_clearance])):
         offsets, held = _resting_offsets(still, handle.content, forces), Held()
         for j, joint in enumerate(still.clearance_joints):
             held.add(joint.name, eccentricity_map(handle.content, j), tuple(offsets[j]), (0.0, 0.0), reduced.size)
         start = assemble(reduced, handle.content, start, held)
-    return equilibrium(reduced, handle, start.position)
+    place, _ = equilibrium(reduced, handle, start.position, load)
+    return place, turns(reduced, handle.content)
 
 
 def _resting_offsets(mechanism: Mechanism, system: System, force: np.ndarray) -> np.ndarray:

@@ -60,8 +60,7 @@ def deviation_variables(run: xr.Dataset, path: Trajectory, ideal: IdealPath) -> 
     dict of str to Variable
         `track_deviation` along time and track [m], NaN where the ideal mechanism does not reach; along track its located
         maximum `peak_track_deviation` [m] with `peak_track_deviation_time` [s], its root mean square `rms_track_deviation` [m],
-        and `settling_time` [s] of the points that have a tolerance. The last four are NaN if the ideal mechanism
-        ends early, or the run was cut where accelerations are not defined.
+        and `settling_time` [s] of the points that have a tolerance. The last four are NaN if the ideal mechanism ends early.
     """
     place = ideal.at(run["time"].values)
     difference = run["track_position"].transpose("time", "track", "axis").values - place
@@ -73,7 +72,7 @@ def deviation_variables(run: xr.Dataset, path: Trajectory, ideal: IdealPath) -> 
         ("rms_track_deviation", np.sqrt(peaks[:, 3] / path.end) if path.end > 0.0 else peaks[:, 0], "m", f"r.m.s. {about}"),
         ("settling_time", settling_times(path.reduced.mechanism, path.bands(TRACK_DEVIATION), path.end), "s", SETTLING),
     )
-    unknown = ideal.end < path.end * (1.0 - 1e-9) or run.attrs["end"] < path.end  # accumulated beyond what is recorded
+    unknown = ideal.end < path.end * (1.0 - 1e-9)
     return {
         "track_deviation": xr.Variable(("time", "track"), np.hypot(*np.moveaxis(difference, -1, 0)), _text("m", about)),
         **{

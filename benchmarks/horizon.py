@@ -155,9 +155,9 @@ def _page(judged: list[Judged]) -> str:
     early = sum(_known(each) and each.late < -EARLY for each in judged)
     text = f"""{len(judged)} runs of eleven kinds (`benchmarks/horizon_cases.py`), half of them at the default tolerance of
 1e-8, the others at 1e-6. True horizon: the first of {SAMPLES} instants at which the run differs by the same criterion
-(a journal by 0.1 of its clearance, a point of a body by 0.01 of the mechanism's size) from a reference at {REFERENCES[0]:g}, if one at
-{REFERENCES[1]:g} gives the same within {AGREE:g} of it. Errors are those of the horizon that a run reports, relative to the
-true one; the end of the run stands for none. Cost: steps of both runs over those of one.
+(a journal by 0.1 of its clearance, a point of a body by 0.01 of the mechanism's size) from a reference at
+{REFERENCES[0]:g}, if one at {REFERENCES[1]:g} gives the same within {AGREE:g} of it. Errors are those of the horizon that a run
+reports, relative to the true one; the end of the run stands for none. Cost: steps of both runs over those of one.
 
 More than {100 * LATE:g} % late: {late}. More than {100 * EARLY:g} % early: {early}.
 

@@ -21,6 +21,7 @@ from scissordyn.simulation.predictability import compared, predictability
 from scissordyn.simulation.time_functions import check_tables
 from scissordyn.simulation.track import deviation_variables
 from scissordyn.simulation.trajectory import compute
+from scissordyn.simulation.state_scale import scale_warnings
 from scissordyn.simulation.warn import contact_failures, run_warnings
 from scissordyn.units import Meaning, checked
 
@@ -161,6 +162,7 @@ def _computed(
         path = compute(mechanism, options, progress, ideal=ideal, keeper=keeper)
     run = to_dataset(mechanism, options, path)
     found = [*path.warnings, *run_warnings(mechanism, run, path.immobile), *passing_warnings(mechanism, run, options.until)]
+    found += scale_warnings(mechanism, options, path)
     if run.attrs["status"] == "failed":
         run.attrs["cause"] = "; ".join([run.attrs["cause"], *contact_failures(mechanism, run)])
     if ideal is not None:

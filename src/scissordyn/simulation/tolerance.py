@@ -15,7 +15,7 @@ from scissordyn.mechanics.acting import acting, component_states, friction_state
 from scissordyn.mechanics.reduced_model import ReducedModel
 from scissordyn.mechanics.system import System
 
-__all__ = ["Tolerances", "error_weights"]
+__all__ = ["Tolerances", "error_weights", "state_tolerance"]
 
 INTERNAL_STATES = 100.0
 """Internal states of friction laws are weighed this much more loosely: they relax within microseconds, so that their errors do
@@ -119,6 +119,11 @@ def error_weights(reduced: ReducedModel, system: Handle, y: np.ndarray, *, rtol:
     )
 
 
+def state_tolerance(rtol: float, atol: float) -> float:
+    """Error allowed in a step in the state of a component, as a part of its scale."""
+    return min(rtol, atol)
+
+
 def _internal_weights(
     reduced: ReducedModel, system: System, *, rtol: float, atol: float, acceleration: float
 ) -> tuple[np.ndarray, np.ndarray]:
@@ -137,7 +142,7 @@ def _internal_weights(
             if isinstance(component, Actuator):
                 absolute[k], relative[k] = rtol * min(declared[k], torque), rtol
             else:  # a large state may act by a small difference, as a spring's does
-                absolute[k], relative[k] = min(atol, rtol) * declared[k], ROUND_OFF
+                absolute[k], relative[k] = state_tolerance(rtol, atol) * declared[k], ROUND_OFF
             k += 1
     return absolute, relative
 

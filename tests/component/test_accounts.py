@@ -37,7 +37,7 @@ def test_every_passive_component_is_here() -> None:
 @pytest.mark.parametrize("part", PARTS, ids=lambda part: part.name)
 @pytest.mark.parametrize("mode", [0.0, 1.0])
 def test_power_is_stored_or_dissipated(part: Component, mode: float) -> None:
-    """Identity: the power of the forces is minus the growth of the stored energy minus the dissipation, which is never negative.
+    """Identity: the forces' power is minus the growth of the stored energy minus the dissipation, which is never negative.
 
     The growth is the derivative of the energy by the coordinates, by differences, times their rates.
     """

@@ -90,7 +90,9 @@ def test_facts(kind, name):
 
 def test_friction_states():
     """Identity: laws with memory declare their states and the units."""
-    assert {name: tuple((state.name, state.unit) for state in law.states) for name, law in catalogue.FRICTION.items() if law.states} == {
+    assert {
+        name: tuple((state.name, state.unit) for state in law.states) for name, law in catalogue.FRICTION.items() if law.states
+    } == {
         "dahl": (("bristle_deflection", "m"),),
         "elasto-plastic": (("bristle_deflection", "m"),),
         "gonthier-bristle": (("bristle_deflection", "m"), ("dwell", "1")),

@@ -8,10 +8,10 @@ import math
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
+from tests.reference.impulse import Chain, plastic_impact
 
 import scissordyn as sd
 from scissordyn.component.time_function import Polynomial
-from tests.reference.impulse import Chain, plastic_impact
 
 TIGHT = {"rtol": 1e-11, "atol": 1e-11}
 METHODS = ("dop853", "rodas5p")
@@ -39,8 +39,9 @@ def folding(speed: float = 6.0) -> sd.Mechanism:
 def test_a_latch_on_a_driven_crank(method: str) -> None:
     """Closed form: the rod's momentum balance about the pin, the crank's about its bearing at a prescribed speed W.
 
-    With the jump w of the rod's angular velocity the latch has the angular impulse m l^2 w/3, the pin m l w/2 across the rod; the
-    drive takes up both, W w (m l^2/3 + m a l cos(phi)/2). The rod's motion before is its own equation, solved by scipy.
+    With the jump w of the rod's angular velocity the latch has the angular impulse m l^2 w/3, the pin m l w/2 across the
+    rod; the drive takes up both, W w (m l^2/3 + m a l cos(phi)/2). The rod's motion before is its own equation, solved by
+    scipy.
     """
     run = sd.simulate(folding(), until=0.2, method=method, samples=101, **TIGHT)
     speed, a, l = 6.0, 0.5, 0.4

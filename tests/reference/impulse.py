@@ -74,9 +74,7 @@ def plastic_impact(chain: Chain, before: np.ndarray, drives: dict[int, float], l
     rates = np.concatenate([np.zeros(2 * chain.mass.size + 1), list(drives.values())])
     J, M = np.concatenate(rows), chain.masses
     size = J.shape[0]
-    found = np.linalg.solve(
-        np.block([[M, -J.T], [J, np.zeros((size, size))]]), np.concatenate([M @ before, rates])
-    )
+    found = np.linalg.solve(np.block([[M, -J.T], [J, np.zeros((size, size))]]), np.concatenate([M @ before, rates]))
     after, impulses = found[: before.size], found[before.size :]
     work = float(impulses @ rates)
     gained = 0.5 * float(after @ M @ after - before @ M @ before)

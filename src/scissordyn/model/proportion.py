@@ -67,7 +67,9 @@ def _of_bodies(mechanism: Mechanism) -> Iterator[str]:
                 f"size of the mechanism{ADVICE}"
             )
     masses = {body.name: body.mass for body in bodies}
-    extents = {body.name: max(math.dist(body.centre, point) for point in body.points.values()) for body in bodies if body.points}
+    extents = {
+        body.name: max(math.dist(body.centre, point) for point in body.points.values()) for body in bodies if body.points
+    }
     for what, unit, values, most in (
         ("a mass", "kg", masses, HEAVIEST),
         ("a length", "m", {name: extent for name, extent in extents.items() if extent > 0.0}, LARGEST),
@@ -76,8 +78,8 @@ def _of_bodies(mechanism: Mechanism) -> Iterator[str]:
             high, low = max(values, key=values.__getitem__), min(values, key=values.__getitem__)
             if values[high] > most * values[low]:
                 yield (
-                    f"body '{high}' has {what} of {values[high]:.4g} {unit}, {values[high] / values[low]:.2g} times that of body "
-                    f"'{low}'{ADVICE}"
+                    f"body '{high}' has {what} of {values[high]:.4g} {unit}, {values[high] / values[low]:.2g} times that of "
+                    f"body '{low}'{ADVICE}"
                 )
 
 

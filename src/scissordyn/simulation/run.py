@@ -18,10 +18,10 @@ from scissordyn.simulation.dataset import to_dataset
 from scissordyn.simulation.ideal_path import ideal_path
 from scissordyn.simulation.options import EventKind, Options, StartKind
 from scissordyn.simulation.predictability import compared, predictability
+from scissordyn.simulation.state_scale import scale_warnings
 from scissordyn.simulation.time_functions import check_tables
 from scissordyn.simulation.track import deviation_variables
 from scissordyn.simulation.trajectory import compute
-from scissordyn.simulation.state_scale import scale_warnings
 from scissordyn.simulation.warn import contact_failures, run_warnings
 from scissordyn.units import Meaning, checked
 

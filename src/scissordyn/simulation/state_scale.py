@@ -59,14 +59,15 @@ def scale_warnings(mechanism: Mechanism, options: Options, path: Trajectory) -> 
             size[k] = max(size[k], np.abs(answers[0]).max())
             change[k] = max(change[k], 0.5 * np.abs(answers[1] - answers[2]).max())
     for k, (_, component, entry, state) in enumerate(places):
-        if change[k] > COARSE * allowed * size[k] > 0.0:
-            scale = content.parameters.state_scale[entry - 2 * path.reduced.free]
-            found.append(
-                f"{component.declaration.label} '{component.name}': an error of {allowed * scale:.2g} {state.unit}, which the "
-                f"tolerance allows in its state '{state.name}', is {change[k] / size[k]:.2g} of its largest "
-                f"{component.declaration.port.forces[0].partition('_')[0]}; the scale of {scale:.2g} {state.unit} is too large, "
-                f"about {scale * allowed * size[k] / change[k]:.1g} {state.unit} would fit"
-            )
+        if not change[k] > COARSE * allowed * size[k] > 0.0:
+            continue
+        scale, share = content.parameters.state_scale[entry - 2 * path.reduced.free], change[k] / size[k]
+        force = component.declaration.port.forces[0].partition("_")[0]
+        found.append(
+            f"{component.declaration.label} '{component.name}': an error of {allowed * scale:.2g} {state.unit}, which the "
+            f"tolerance allows in its state '{state.name}', is {share:.2g} of its largest {force}; the scale of {scale:.2g} "
+            f"{state.unit} is too large, about {scale * allowed / share:.1g} {state.unit} would fit"
+        )
     return found
 
 

@@ -11,7 +11,7 @@ from scissordyn.component.actuator import Actuator
 from scissordyn.jit import Handle
 from scissordyn.laws.dispatch import friction_start
 from scissordyn.mechanics import functions
-from scissordyn.mechanics.acting import acting, component_states, friction_states
+from scissordyn.mechanics.acting import acting, component_states
 from scissordyn.mechanics.reduced_model import ReducedModel
 from scissordyn.mechanics.system import System
 
@@ -111,7 +111,7 @@ def error_weights(reduced: ReducedModel, system: Handle, y: np.ndarray, *, rtol:
         absolute=np.concatenate([position, position / duration, internal[0]]),
         relative=np.concatenate([np.full(n, ROUND_OFF), np.full(n, rtol), internal[1]]),
         rounding=rounding,
-        group=np.array([0, n, 2 * n, *(2 * n + end for end in _state_groups(reduced))], np.int64),
+        group=np.array([0, n, 2 * n, *(2 * n + end for end in _state_groups(content))], np.int64),
         precision=np.array(precision, float),
         crossable=np.array(crossable, np.int64),
         delays=tuple(sorted({delay for delay in delays if delay > 0.0})),
@@ -147,12 +147,9 @@ def _internal_weights(
     return absolute, relative
 
 
-def _state_groups(reduced: ReducedModel) -> list[int]:
-    """Where each group of internal states ends: neighbours of one unit among friction laws, each alone among components."""
-    units = [state.unit for contact in reduced.mechanism.contacts for state in friction_states(contact)]
-    ends = [k for k in range(1, len(units) + 1) if k == len(units) or units[k] != units[k - 1]]
-    components = sum(len(component_states(component)) for component in acting(reduced.mechanism))
-    return [*ends, *range(len(units) + 1, len(units) + components + 1)]
+def _state_groups(system: System) -> list[int]:
+    """Where each group of internal states ends: those of all friction laws, then each one of components and controllers."""
+    return list(range(int(system.model.state_start[system.parameters.contact.size]), int(system.model.state_start[-1]) + 1))
 
 
 def _sliding_states(system: System) -> np.ndarray:

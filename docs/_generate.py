@@ -61,6 +61,7 @@ GROUPS: dict[str, tuple[str, ...]] = {
         "Actuator",
         "component",
         "Output",
+        "State",
     ),
     "Motions": ("ConstantSpeed", "Harmonic", "Polynomial", "Cycloidal", "Trapezoidal", "Tabulated", "tabulated"),
     "Controllers": (

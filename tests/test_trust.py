@@ -32,7 +32,7 @@ def said(command: str, folder: Path, capsys: pytest.CaptureFixture[str]) -> str:
         shown = capsys.readouterr()
         assert status in (0, 2)
         return " ".join((shown.err if status == 2 else shown.out).split())
-    known: dict[str, object] = {}
+    known: dict[str, object] = {"__name__": __name__}
     exec(NAMES, known)
     try:
         found = eval(command, known)

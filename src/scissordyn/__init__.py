@@ -88,7 +88,7 @@ if TYPE_CHECKING:
     from scissordyn.study.bifurcation import bifurcation
     from scissordyn.study.ensemble import ensemble
     from scissordyn.study.lyapunov import separation_exponent, variational_exponent
-    from scissordyn.units import Pairs, Quantity, degrees, rpm
+    from scissordyn.units import Pairs, Quantity, State, degrees, rpm
 
     # named without an import: pictures enter no number, and what imports the package for its numbers does not depend on them
     preview: Callable[..., Any]
@@ -140,6 +140,7 @@ __all__ = [
     "Rod",
     "ScissordynError",
     "Spring",
+    "State",
     "Tabulated",
     "TapeSpring",
     "Torque",
@@ -285,7 +286,7 @@ _HOMES = {
     "study.bifurcation": ("bifurcation",),
     "study.ensemble": ("ensemble",),
     "study.lyapunov": ("separation_exponent", "variational_exponent"),
-    "units": ("Pairs", "Quantity", "degrees", "rpm"),
+    "units": ("Pairs", "Quantity", "State", "degrees", "rpm"),
 }
 _HOME = {name: home for home, names in _HOMES.items() for name in names}
 

@@ -23,6 +23,7 @@ __all__ = [
     "Pairs",
     "Quantity",
     "Sample",
+    "State",
     "check_quantities",
     "checked",
     "degrees",
@@ -48,6 +49,45 @@ them are slips, and their powers leave the range of floating-point numbers. Boun
 
 ANY_RANGE = (1e-30, 1e30)
 """The same for units that are not listed."""
+
+
+@dataclass(frozen=True)
+class State:
+    """An internal state of a component, a controller or a friction law.
+
+    Parameters
+    ----------
+    name : str
+        The argument of the kernel.
+    unit : str
+        SI unit; "1" for a pure number.
+    scale : float or callable, optional
+        The size that errors of the state are compared with, in its unit: a step may be wrong by the tolerance times this. Or a
+        function of the described part, as ``lambda part: part.torque / part.stiffness``. Where only the difference of a state
+        and a coordinate acts, it is the size of the difference. Friction laws leave it out: their states are compared with
+        those of steady sliding.
+    """
+
+    name: str
+    unit: str
+    scale: float | Callable[[Any], float] | None = None
+
+    def size(self, part: Any) -> float:
+        """The scale for one part.
+
+        Raises
+        ------
+        InputError
+            If it is not a finite number above zero.
+        """
+        scale = self.scale(part) if callable(self.scale) else self.scale
+        if not is_number(scale) or not 0.0 < scale < math.inf:  # type: ignore[operator]
+            raise InputError(
+                f"'{part.name}': the scale of its state '{self.name}' is {shown(scale)}",
+                f"a finite number above zero [{self.unit}]",
+                f'State("{self.name}", "{self.unit}", scale=1e-3)',
+            )
+        return float(scale)  # type: ignore[arg-type]
 
 
 def degrees(angle: float) -> float:

@@ -65,13 +65,16 @@ until = "1 s"
 """
 
 
+SLIP = sd.State("slip", "m", scale=1e-2)
+
+
 def maxwell_force(length, rate, slip, stiffness, viscosity, free_length):
     """A spring and a dashpot in series; the state is the dashpot's elongation."""
     tension = stiffness * (length - free_length - slip)
     return tension, 0.5 * tension * tension / stiffness, tension * tension / viscosity, slip, tension / viscosity
 
 
-@sd.component(port="line", force=maxwell_force, states=("slip",), outputs=(sd.Output("slip", "m", "of the dashpot"),))
+@sd.component(port="line", force=maxwell_force, states=(SLIP,), outputs=(sd.Output("slip", "m", "of the dashpot"),))
 class Maxwell:
     """A Maxwell element."""
 
@@ -197,7 +200,9 @@ def weight(length, rate):
         ({"port": "line", "section": "my part"}, r"section = 'my part'.*letters, digits, underscores"),
         ({"port": "line", "context": ("hour",)}, "context 'hour'"),
         ({"port": "hinge"}, "has no field 'body'"),
-        ({"port": "line", "states": ("slip",)}, r"kernel 'weight' .* takes \(length, rate\).*\(length, rate, slip\)"),
+        ({"port": "line", "states": ("slip",)}, r"state 'slip' has no unit or no scale.*type: states=\(sd\.State\(\"slip\""),
+        ({"port": "line", "states": (sd.State("slip", "m"),)}, r"state 'slip' has no unit or no scale"),
+        ({"port": "line", "states": (SLIP,)}, r"kernel 'weight' .* takes \(length, rate\).*\(length, rate, slip\)"),
     ],
 )
 def test_a_wrong_declaration(options: dict[str, object], message: str) -> None:

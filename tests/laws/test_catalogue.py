@@ -89,12 +89,14 @@ def test_facts(kind, name):
 
 
 def test_friction_states():
-    """Identity: laws with memory declare their states."""
-    assert {name: law.states for name, law in catalogue.FRICTION.items() if law.states} == {
-        "dahl": ("bristle_deflection",),
-        "elasto-plastic": ("bristle_deflection",),
-        "gonthier-bristle": ("bristle_deflection", "dwell"),
-        "lugre": ("bristle_deflection",),
+    """Identity: laws with memory declare their states and the units."""
+    assert {
+        name: tuple((state.name, state.unit) for state in law.states) for name, law in catalogue.FRICTION.items() if law.states
+    } == {
+        "dahl": (("bristle_deflection", "m"),),
+        "elasto-plastic": (("bristle_deflection", "m"),),
+        "gonthier-bristle": (("bristle_deflection", "m"), ("dwell", "1")),
+        "lugre": (("bristle_deflection", "m"),),
     }
 
 

@@ -110,7 +110,7 @@ def _describe(kind: str, name: str, to: Console) -> None:
     if known.restitution_range is not None:
         notes.append("Made for restitution coefficients from {:g} to {:g}.".format(*known.restitution_range))
     if known.states:
-        notes.append(f"Internal states: {', '.join(known.states)}.")
+        notes.append(f"Internal states: {', '.join(state.name for state in known.states)}.")
     if known.stiff:
         notes.append("Makes the equations of motion stiff.")
     if known.caveat:

@@ -13,7 +13,7 @@ from typing import Any, ClassVar, Protocol, TypeVar, dataclass_transform, runtim
 from scissordyn.component.place import GROUND
 from scissordyn.component.port import PORTS, TRAVEL, Output, Port
 from scissordyn.errors import InputError, did_you_mean
-from scissordyn.units import check_quantities, quantities
+from scissordyn.units import State, check_quantities, quantities
 
 __all__ = ["CONTEXT", "PARAMETERS", "Component", "Declaration", "Kernel", "check_attachment", "component"]
 
@@ -52,8 +52,8 @@ class Declaration:
         Of the same arguments, to the energy [J] that is dissipated when the mode changes.
     outputs : tuple of Output
         Beyond those of the port.
-    states : tuple of str
-        Names of the internal states.
+    states : tuple of State
+        Internal states, which start at zero, each with its unit and the scale of its errors.
     context : tuple of str
         From `CONTEXT`.
     passive : bool
@@ -73,7 +73,7 @@ class Declaration:
     gap: Kernel | None
     switch: Kernel | None
     outputs: tuple[Output, ...]
-    states: tuple[str, ...]
+    states: tuple[State, ...]
     context: tuple[str, ...]
     passive: bool
     symbol: str
@@ -84,7 +84,7 @@ class Declaration:
     def results(self) -> tuple[str, ...]:
         """Names of what the force kernel returns."""
         energy = ENERGY if self.passive else ()
-        return (*self.port.forces, *energy, *(output.name for output in self.outputs), *(f"{s}_rate" for s in self.states))
+        return (*self.port.forces, *energy, *(output.name for output in self.outputs), *(f"{s.name}_rate" for s in self.states))
 
     @property
     def reported(self) -> tuple[Output, ...]:
@@ -143,7 +143,7 @@ def component(
     section: str = "",
     label: str = "",
     outputs: tuple[Output, ...] = (),
-    states: tuple[str, ...] = (),
+    states: tuple[State, ...] = (),
     context: tuple[str, ...] = (),
     passive: bool = True,
     symbol: str = "",
@@ -224,6 +224,14 @@ def _check_fields(described: Any) -> None:
         )
     if declaration.port is TRAVEL and declaration.symbol == "stop" and "limit" not in names:
         raise InputError(f"component '{described.__name__}', drawn as a stop, has no field 'limit'", "where the stop is [m]")
+    for state in declaration.states:
+        if not isinstance(state, State) or state.scale is None:
+            named = getattr(state, "name", state)
+            raise InputError(
+                f"component '{described.__name__}': state {named!r} has no unit or no scale of its errors",
+                "State(NAME, UNIT, scale=SIZE)",
+                f'states=(sd.State("{named}", "m", scale=1e-3),)',
+            )
     unknown = [name for name in declaration.context if name not in CONTEXT]
     if unknown:
         raise InputError(f"context {unknown[0]!r}{did_you_mean(unknown[0], CONTEXT)}", ", ".join(CONTEXT))
@@ -232,7 +240,7 @@ def _check_fields(described: Any) -> None:
     wanted = (
         *declaration.port.coordinates,
         *declaration.port.rates,
-        *declaration.states,
+        *(state.name for state in declaration.states),
         *declaration.context,
         *quantities(described),
     )

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import ClassVar, Protocol, runtime_checkable
 
 from scissordyn.plugin.pointer import PARAMETERS
+from scissordyn.units import State
 
 __all__ = ["PARAMETERS", "Controller"]
 
@@ -20,8 +21,8 @@ class Controller(Protocol):
     """Whether it uses a feed-forward torque."""
 
     @property
-    def states(self) -> tuple[str, ...]:
-        """Names of its internal states; empty for none."""
+    def states(self) -> tuple[State, ...]:
+        """Its internal states; empty for none."""
 
     @property
     def delay(self) -> float:

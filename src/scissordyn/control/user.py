@@ -11,7 +11,7 @@ from scissordyn.errors import InputError
 from scissordyn.plugin.pointer import USER
 from scissordyn.plugin.user_compile import Function, probe, row
 from scissordyn.plugin.user_file import pinned
-from scissordyn.units import Quantity, check_quantities
+from scissordyn.units import Quantity, State, check_quantities
 
 __all__ = ["UserController"]
 
@@ -54,7 +54,7 @@ class UserController:
     kernel_kind: ClassVar[int] = USER
     source: ClassVar[str] = "the user"
     uses_feed_forward: ClassVar[bool] = True
-    states: ClassVar[tuple[str, ...]] = ()
+    states: ClassVar[tuple[State, ...]] = ()
     recursion_gain: ClassVar[float] = 0.0
 
     def __post_init__(self) -> None:

@@ -58,8 +58,8 @@ def first_step(problem, T, t, s, w, S):
             value += (s.y[i] / w.saved[i]) ** 2
             slope += (w.slope[i] / w.saved[i]) ** 2
     value, slope = math.sqrt(value / size), math.sqrt(slope / size)
-    if not slope > 0.0 or math.isinf(slope):
-        return 1e-6 if slope != slope or math.isinf(slope) else math.inf
+    if not slope < math.inf:
+        return 1e-6
     small = 0.01 * value / slope if value > 1e-5 and slope > 1e-5 else 1e-6
     for i in range(size):
         w.inside[i] = s.y[i] + small * w.slope[i]
@@ -71,6 +71,8 @@ def first_step(problem, T, t, s, w, S):
     largest = max(slope, bend)
     if not largest < math.inf:
         return small
+    if largest == 0.0:  # at rest, and nothing begins to move
+        return math.inf
     return min(100.0 * small, (0.01 / largest) ** (1.0 / T.order))
 
 

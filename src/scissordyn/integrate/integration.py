@@ -42,7 +42,7 @@ __all__ = [
 MONITORED = 3
 """Monitored numbers of a row: the first one's largest value is wanted, all are integrated."""
 
-RESET_DATA = 2
+RESET_DATA = 3
 """Numbers that a reset may write into the event log."""
 
 SPARE_ROWS = 4

@@ -19,7 +19,7 @@ from scissordyn.laws.contact import Damping, Elastic, Friction
 from scissordyn.laws.material import MATERIALS
 from scissordyn.laws.user import UserDamping, UserElastic, UserFriction
 from scissordyn.plugin.user_file import file_digest, split_reference
-from scissordyn.units import Quantity, quantities
+from scissordyn.units import Quantity, State, quantities
 
 __all__ = ["BY_KIND", "DAMPING", "ELASTIC", "FRICTION", "MATERIALS", "Facts", "Parameter", "facts", "from_file", "law"]
 
@@ -81,7 +81,7 @@ class Facts:
     ----------
     name, kind, summary, source : str
     parameters : tuple of Parameter
-    states : tuple of str
+    states : tuple of State
         Internal states of a friction law.
     stiff : bool
         Whether it makes the equations of motion stiff.
@@ -96,7 +96,7 @@ class Facts:
     summary: str
     source: str
     parameters: tuple[Parameter, ...]
-    states: tuple[str, ...] = ()
+    states: tuple[State, ...] = ()
     stiff: bool = False
     restitution_range: tuple[float, float] | None = None
     caveat: str = ""

@@ -8,6 +8,7 @@ from typing import ClassVar, Literal, Protocol, runtime_checkable
 
 from scissordyn.laws.material import Material
 from scissordyn.plugin.pointer import PARAMETERS
+from scissordyn.units import State
 
 __all__ = ["PARAMETERS", "Continued", "Damping", "Doubtful", "Elastic", "Friction", "JointContact", "Proportional"]
 
@@ -130,8 +131,8 @@ class Friction(Protocol):
     name: ClassVar[str]
     kernel_kind: ClassVar[int]
     source: ClassVar[str]
-    states: ClassVar[tuple[str, ...]]
-    """Names of the internal states; empty for none."""
+    states: ClassVar[tuple[State, ...]]
+    """Its internal states; empty for none."""
     stiff: ClassVar[bool]
     """Whether the law makes the equations of motion stiff."""
 

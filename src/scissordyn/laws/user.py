@@ -12,6 +12,7 @@ from scissordyn.laws.contact import JointContact
 from scissordyn.plugin.pointer import USER
 from scissordyn.plugin.user_compile import Function, probe, row
 from scissordyn.plugin.user_file import pinned
+from scissordyn.units import State
 
 __all__ = ["UserDamping", "UserElastic", "UserFriction"]
 
@@ -217,7 +218,7 @@ class UserFriction:
     title: ClassVar[str] = "friction law"
     kernel_kind: ClassVar[int] = USER
     source: ClassVar[str] = "the user"
-    states: ClassVar[tuple[str, ...]] = ()
+    states: ClassVar[tuple[State, ...]] = ()
     stiff: ClassVar[bool] = True
     leading: ClassVar[tuple[str, ...]] = ("slip_speed", "normal_force")
 

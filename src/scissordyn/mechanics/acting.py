@@ -16,6 +16,7 @@ from scissordyn.component.time_function import ConstantSpeed
 from scissordyn.model.guide_clearance import ContactPoint
 from scissordyn.model.joint import Revolute
 from scissordyn.model.mechanism import Mechanism
+from scissordyn.units import State
 
 __all__ = ["acting", "angular_bodies", "component_states", "friction_states", "offsets", "start_coordinates", "time_functions"]
 
@@ -56,13 +57,13 @@ def start_coordinates(mechanism: Mechanism, component: Any) -> tuple[float, ...]
     return cos * x + sin * y, cos * y - sin * x, angle(component.end[0]) - base
 
 
-def friction_states(contact: Revolute | ContactPoint) -> tuple[str, ...]:
+def friction_states(contact: Revolute | ContactPoint) -> tuple[State, ...]:
     """Internal states of the friction law of a contact."""
     assert contact.clearance is not None
     return contact.clearance.friction.states
 
 
-def component_states(component: Component) -> tuple[str, ...]:
+def component_states(component: Component) -> tuple[State, ...]:
     """Internal states of a component, or of the controller of an actuator."""
     return component.controller.states if isinstance(component, Actuator) else component.declaration.states
 

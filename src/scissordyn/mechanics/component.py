@@ -27,6 +27,12 @@ TIME, FACTOR, MODE, APPROACH_SPEED = range(4)
 DIFFERENCE = 1e-7
 """Step of the central differences, as a part of an argument or of one unit: round-off of 1e-9, and fine enough for a stop."""
 
+DIFFERENCE_AT_ZERO = 1e-2 * DIFFERENCE
+"""Least step of coordinates and rates, in their unit."""
+
+STATE_DIFFERENCE = 1e-5
+"""Least step of a state, as a part of its scale: coarse enough where only its difference to a large coordinate acts."""
+
 
 @kernel(inline=True)
 def factor_of(t, i, S):
@@ -162,6 +168,7 @@ def port_slopes(t, i, S, z):
     coordinates, up, down = M.component_coordinates[i], W.answer, W.other_answer
     for k in range(2 * coordinates + z.size + 1):
         h = DIFFERENCE * (1.0 + abs(t))
+        apart = 2.0 * h
         if k == 2 * coordinates + z.size:
             if M.component_timed[i] == 0:
                 W.slope[: forces + z.size, k] = 0.0
@@ -172,22 +179,26 @@ def port_slopes(t, i, S, z):
             evaluate(i, S, z, address, down)
             write_context(t, i, S)
         else:
-            argument, place, least = z, k - 2 * coordinates, 1e-9
+            argument, place, least = z, k - 2 * coordinates, 0.0
             if k < coordinates:
-                argument, place, least = W.coordinates[i], k, 1e-2
+                argument, place, least = W.coordinates[i], k, DIFFERENCE_AT_ZERO
             elif k < 2 * coordinates:
-                argument, place, least = W.coordinate_rates[i], k - coordinates, 1e-2
+                argument, place, least = W.coordinate_rates[i], k - coordinates, DIFFERENCE_AT_ZERO
+            else:
+                least = STATE_DIFFERENCE * S.parameters.state_scale[M.state_start[S.parameters.contact.size + i] + place]
             here = argument[place]
-            h = DIFFERENCE * max(abs(here), least)
+            h = max(DIFFERENCE * abs(here), least)
+            # a state acts by its small difference to a coordinate, which the rounding of here + h must not enter
+            apart = (here + h) - (here - h) if z.size > 0 else 2.0 * h
             argument[place] = here + h
             evaluate(i, S, z, address, up)
             argument[place] = here - h
             evaluate(i, S, z, address, down)
             argument[place] = here
         for f in range(forces):
-            W.slope[f, k] = (up[f] - down[f]) / (2.0 * h)
+            W.slope[f, k] = (up[f] - down[f]) / apart
         for s in range(z.size):
-            W.slope[forces + s, k] = (up[first + s] - down[first + s]) / (2.0 * h)
+            W.slope[forces + s, k] = (up[first + s] - down[first + s]) / apart
 
 
 @kernel(inline=True)

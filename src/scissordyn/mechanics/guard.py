@@ -6,7 +6,15 @@ import math
 
 from scissordyn.jit import kernel
 from scissordyn.mechanics.component import component_gap, switch_loss
-from scissordyn.mechanics.constraint_solver import expand, expand_element, map_directions, project, velocity_residual
+from scissordyn.mechanics.constraint_solver import (
+    expand,
+    expand_element,
+    factorize_constraints,
+    map_directions,
+    project,
+    solve_constraints,
+    velocity_residual,
+)
 from scissordyn.mechanics.contact import begin_contact, end_contact, gap
 from scissordyn.mechanics.latch import engage
 from scissordyn.mechanics.system import APPROACH_FLOOR
@@ -54,8 +62,12 @@ def state_range(i, S):
 
 @kernel(inline=True)
 def reset(t, y, guard, S, data):
-    """A guard has been crossed; writes its rate and the angle of the normal or a loss of energy; returns whether it changed."""
+    """A guard has been crossed; writes its rate, the angle of the normal or a loss of energy, and the work of the drives.
+
+    Returns whether its mode changed.
+    """
     M, C = S.model, S.state
+    data[2] = 0.0
     expand(t, y, S)
     if guard < S.parameters.contact.size:
         return end_contact(guard, S, data) if C.mode[guard] == 1 else begin_contact(y, guard, S, data, False)
@@ -92,12 +104,13 @@ def touch(t, y, guard, S, data):
 
 @kernel(inline=True)
 def lock(t, y, guard, S, data):
-    """A plastic impact onto a latch's constraint; `data` gets the energy lost.
+    """A plastic impact onto a latch's constraint; `data` gets the energy lost and the work that the drives do meanwhile.
 
-    Where the other constraints forbid it, the state stays and the latch's memory is NaN: no step goes on from there.
+    Both are computed by themselves, so that the energy balance tests them. Where the other constraints forbid the impact, the
+    state stays and the latch's memory is NaN: no step goes on from there.
     """
     M, W, C = S.model, S.work, S.state
-    n, before = M.n, 0.0
+    n, lost = M.n, 0.0
     for i in range(2 * n):
         W.scratch[i] = y[i]
     map_directions(S, W.V, W.direction_rate)
@@ -112,9 +125,40 @@ def lock(t, y, guard, S, data):
             y[i] = W.scratch[i]
         C.memory[guard] = math.nan
         return
-    for i in range(n):
-        old, new = W.scratch[n + i], y[n + i]
-        before += 0.5 * (old - new) * (old + new)
-        for k in range(1, M.nb):
-            before += (old - new) * M.inertia[i, k] * W.basis[1, k]
-    data[1] = before
+    for i in range(n):  # the jump of the velocities, in the place of accelerations
+        W.A[i] = y[n + i] - W.scratch[n + i]
+        lost += 0.5 * W.A[i] * W.A[i]
+    data[1], data[2] = lost, impulsive_work(S)
+
+
+@kernel(inline=True)
+def impulsive_work(S):
+    """Work [J] of the drives and of prescribed distances in a jump W.A[:n] of the velocities; the position stands in W.X.
+
+    The impulses P of the constraints follow from the jump, -Phi_x^T P. A drive has the impulse M_bx jump + Phi_b^T P on its
+    entries of b, and keeps its speed while it acts.
+    """
+    M, W = S.model, S.work
+    n = M.n
+    for i in range(M.nb):
+        W.A[n + i] = 0.0
+    map_directions(S, W.A, W.direction_acceleration)
+    for k in range(W.multiplier.size):
+        W.work[k] = 0.0
+    for p in range(M.part_constraint.size):
+        along = W.direction[p, 0] * W.direction_acceleration[p, 0] + W.direction[p, 1] * W.direction_acceleration[p, 1]
+        W.work[M.part_constraint[p]] -= W.part_weight[p] * along
+    factorize_constraints(S)
+    solve_constraints(S, W.work[: W.multiplier.size])
+    total = 0.0
+    for k in range(1, M.nb):
+        for i in range(n):
+            total += W.A[i] * M.inertia[i, k] * W.basis[1, k]
+    for k in range(W.multiplier.size):
+        for i in range(M.constraint_start[k], M.constraint_start[k + 1]):
+            column = M.constraint_column[i] - n
+            if column > 0:
+                total += W.gradient[i] * W.work[k] * W.basis[1, column]
+    for i in range(M.timed.size):
+        total -= W.work[M.timed[i]] * W.value[1, M.timed[i]]
+    return total

@@ -2,19 +2,22 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 
 from scissordyn.component.actuator import Actuator
 from scissordyn.component.declaration import PARAMETERS as COMPONENT_PARAMETERS
+from scissordyn.component.declaration import Component
 from scissordyn.control.signal import SIGNALS
 from scissordyn.laws.contact import PARAMETERS
-from scissordyn.mechanics.acting import acting, offsets, start_coordinates, time_functions
+from scissordyn.mechanics.acting import acting, component_states, friction_states, offsets, start_coordinates, time_functions
 from scissordyn.mechanics.reduced_model import ReducedModel
 from scissordyn.mechanics.system import CONTACT, LAW, Parameters
 from scissordyn.mechanics.time_function import COLUMNS, breaks_of, function_rows
 from scissordyn.model.guide_clearance import ContactPoint
+from scissordyn.model.joint import Revolute
 
 __all__ = ["make_parameters"]
 
@@ -83,9 +86,20 @@ def make_parameters(reduced: ReducedModel) -> Parameters:
         damping=tables[1],
         friction=tables[2],
         component=numbers_of,
+        state_scale=np.array([*_of_friction(contacts), *_of_components(components)], float),
         controller=kind_of,
         control=control,
         actuator=actuator,
         ideal=np.zeros((0, 6 * len(mechanism.tracks))),
         ideal_step=np.zeros(1),
     )
+
+
+def _of_friction(contacts: Sequence[Revolute | ContactPoint]) -> list[float]:
+    """Declared scales of the states of friction laws, 0 for none."""
+    return [0.0 if state.scale is None else state.size(contact) for contact in contacts for state in friction_states(contact)]
+
+
+def _of_components(components: Sequence[Component]) -> list[float]:
+    """Scales of the states of components and controllers."""
+    return [state.size(component) for component in components for state in component_states(component)]

@@ -134,6 +134,7 @@ class Parameters(NamedTuple):
     damping: F2
     friction: F2
     component: F2  # (components, PARAMETERS)
+    state_scale: F1  # (internal states,) the sizes that their errors are compared with; 0 where the friction law tells it
     controller: I1  # (components,) kind of an actuator's controller
     control: F2  # (components, PARAMETERS)
     actuator: F2  # (components, 3): delay, place of the recorded signal, recursion gain

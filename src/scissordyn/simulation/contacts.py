@@ -7,7 +7,13 @@ from typing import NamedTuple
 
 import numpy as np
 
-__all__ = ["Contact", "contacts"]
+from scissordyn.integrate.integration import RESET_DATA
+
+__all__ = ["PEAK", "Contact", "contacts"]
+
+
+PEAK = 3 + RESET_DATA
+"""Column of the event log with the largest normal force; behind it when, then the integrals."""
 
 
 class Contact(NamedTuple):
@@ -55,8 +61,8 @@ def contacts(log: np.ndarray, peak: np.ndarray) -> list[Contact]:
 
     Parameters
     ----------
-    log : ndarray, shape (events, 10)
-        Time, joint, 1 for a start and 0 for an end, delta', angle of n, largest normal force and when, impulse and losses.
+    log : ndarray, shape (events, LOG_COLUMNS)
+        Time, joint, 1 for a start and 0 for an end, delta', angle of n, 0, largest normal force and when, impulse and losses.
     peak : ndarray, shape (nj, 5)
         The last five for contacts that have not ended; guards after the joints are left out.
 
@@ -74,8 +80,8 @@ def contacts(log: np.ndarray, peak: np.ndarray) -> list[Contact]:
             open_[joint] = row
         elif joint in open_:
             start = open_.pop(joint)
-            timing = row[6] - start[0], row[0] - start[0]
-            found.append(Contact(joint, start[0], start[3], start[4], row[5], *timing, row[3], *row[7:]))
+            timing = row[PEAK + 1] - start[0], row[0] - start[0]
+            found.append(Contact(joint, start[0], start[3], start[4], row[PEAK], *timing, row[3], *row[PEAK + 2 :]))
     for joint, start in open_.items():
         force, when, *integrals = peak[joint].tolist()
         found.append(Contact(joint, start[0], start[3], start[4], force, when - start[0], math.nan, math.nan, *integrals))

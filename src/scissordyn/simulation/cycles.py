@@ -12,13 +12,13 @@ import xarray as xr
 from scissordyn.errors import InputError
 from scissordyn.mechanics.acting import acting, component_states, friction_states
 from scissordyn.mechanics.assembly import eccentricity_map
-from scissordyn.mechanics.monitored import POWERS
 from scissordyn.mechanics.outputs import record
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.model.record import to_plain
 from scissordyn.simulation.branching import drive_warnings
 from scissordyn.simulation.configuration import number_attribute, read_configuration, write_configuration
 from scissordyn.simulation.dataset import output_guide
+from scissordyn.simulation.events import ACCOUNTS
 from scissordyn.simulation.options import Options, StartKind
 from scissordyn.simulation.snapshot import Snapshot
 from scissordyn.simulation.stroboscope import Cycles, drive_period, run_cycles
@@ -193,16 +193,16 @@ def per_cycle(mechanism: Mechanism, found: Cycles) -> dict[str, np.ndarray]:
         "impacts": found.impacts,
         "contact_fraction": found.contact_fraction,
         "peak_force": found.peak_force,
-        "drive_work": found.work[:, POWERS.index("drive_work")],
-        "dissipated_energy": found.work[:, [POWERS.index(name) for name in POWERS if name.endswith("loss")]].sum(axis=1),
+        "drive_work": found.work[:, ACCOUNTS.index("drive_work")],
+        "dissipated_energy": found.work[:, [ACCOUNTS.index(name) for name in ACCOUNTS if name.endswith("loss")]].sum(axis=1),
         "steps": found.steps,
     }
 
 
 def _internal_states(mechanism: Mechanism) -> np.ndarray:
     """What each internal state is: "A: bristle_deflection"."""
-    found = [f"{contact.name}: {name}" for contact in mechanism.contacts for name in friction_states(contact)]
-    found += [f"{component.name}: {name}" for component in acting(mechanism) for name in component_states(component)]
+    found = [f"{contact.name}: {state.name}" for contact in mechanism.contacts for state in friction_states(contact)]
+    found += [f"{part.name}: {state.name}" for part in acting(mechanism) for state in component_states(part)]
     return np.array(found, dtype=str)
 
 

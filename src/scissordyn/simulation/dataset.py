@@ -25,7 +25,6 @@ from scissordyn.mechanics.monitored import (
     EXCEEDED,
     FRICTION_RATIO,
     INDENTATION,
-    POWERS,
     PRESSURE_VELOCITY,
 )
 from scissordyn.mechanics.outputs import Record
@@ -35,7 +34,7 @@ from scissordyn.model.joint import Guide
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.simulation.configuration import TITLE, write_configuration
 from scissordyn.simulation.contacts import columns, contacts
-from scissordyn.simulation.events import event_variables, switching_losses
+from scissordyn.simulation.events import ACCOUNTS, accounts, event_variables
 from scissordyn.simulation.options import Options
 from scissordyn.simulation.synchronisation import synchronisation_variables
 from scissordyn.simulation.track import track_variables
@@ -234,11 +233,11 @@ def _joint_variables(mechanism: Mechanism, path: Trajectory, found: Record) -> V
     for j, joint in enumerate(mechanism.contacts):
         assert joint.clearance is not None
         first = 2 * path.reduced.free + int(path.system.content.model.state_start[j])
-        for s, name in enumerate(joint.clearance.friction.states):
+        for s, declared in enumerate(joint.clearance.friction.states):
+            name = declared.name
             if name not in variables:
                 empty = np.full((instants, len(names)), np.nan)
-                unit = "m" if name == "bristle_deflection" else "1"  # the others are shares
-                variables[name] = _described(per_joint, empty, unit, name.replace("_", " "))
+                variables[name] = _described(per_joint, empty, declared.unit, name.replace("_", " "))
             state = path.samples.state[:, first + s]
             variables[name].values[:, at[j]] = np.where(path.samples.mode[:, j] == 1, state, np.nan)
     return variables
@@ -341,32 +340,33 @@ def _control_variables(mechanism: Mechanism, path: Trajectory, found: Record) ->
                 variables[f"recorded_{name}"] = _described(over, values, unit, text)
     for place, (i, part) in enumerate(chosen):
         first = 2 * path.reduced.free + int(content.model.state_start[len(mechanism.contacts) + i])
-        for s, name in enumerate(part.controller.states):
+        for s, declared in enumerate(part.controller.states):
+            name = declared.name
             if name not in variables:
                 empty = np.full((found.X.shape[0], len(chosen)), np.nan)
-                variables[name] = _described(over, empty, "N m", name.replace("_", " "))
+                variables[name] = _described(over, empty, declared.unit, name.replace("_", " "))
             variables[name].values[:, place] = path.samples.state[:, first + s]
     return variables
 
 
 def _energy_variables(mechanism: Mechanism, path: Trajectory, found: Record) -> Variables:
-    account = dict(zip(POWERS, path.samples.total.T, strict=True))
+    found_accounts = accounts(mechanism, path.samples.total, path.log, path.samples.time)
+    account = dict(zip(ACCOUNTS, found_accounts.T, strict=True))
     energy = found.kinetic + found.potential + found.elastic + found.stored
-    switching = switching_losses(mechanism, path.log, path.samples.time)
-    lost = account["damping_loss"] + account["friction_loss"] + account["damper_loss"] + switching
+    lost = account["damping_loss"] + account["friction_loss"] + account["damper_loss"] + account["switching_loss"]
     work = account["drive_work"] + account["load_work"] + account["motor_work"]
     named = {
         "kinetic_energy": (found.kinetic, "kinetic energy"),
         "potential_energy": (found.potential, "potential energy of gravity"),
         "elastic_energy": (found.elastic, "elastic energy of the contacts"),
         "stored_energy": (found.stored, "energy stored in springs and other components"),
-        "drive_work": (account["drive_work"], "work of the drives"),
+        "drive_work": (account["drive_work"], "work of the drives, their impulses included"),
         "motor_work": (account["motor_work"], "work of motors and actuators"),
         "load_work": (account["load_work"], "work of forces and torques"),
         "damping_loss": (account["damping_loss"], "energy dissipated by contact damping"),
         "friction_loss": (account["friction_loss"], "energy dissipated by friction"),
         "damper_loss": (account["damper_loss"], "energy dissipated by dampers and other components"),
-        "switching_loss": (switching, "energy dissipated by latches that lock and tape springs that snap"),
+        "switching_loss": (account["switching_loss"], "energy dissipated by latches that lock and tape springs that snap"),
         "dissipated_energy": (lost, "dissipated energy"),
         "energy_residual": (energy - energy[:1] - work + lost, "what the energy balance misses"),
     }

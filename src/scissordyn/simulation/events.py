@@ -4,14 +4,17 @@ from __future__ import annotations
 
 import numpy as np
 
-from scissordyn.integrate.integration import RESET_DATA
 from scissordyn.mechanics.acting import acting
+from scissordyn.mechanics.monitored import POWERS
 from scissordyn.model.mechanism import Mechanism
 
-__all__ = ["event_variables", "switching_losses"]
+__all__ = ["ACCOUNTS", "accounts", "event_variables"]
 
-LOSS = 2 + RESET_DATA
-"""Column of the event log with the energy that an event of a component dissipates."""
+ACCOUNTS = (*POWERS, "switching_loss")
+"""The accounts of the energy balance: integrals of powers, to which events add, and what events alone dissipate."""
+
+LOSS, DRIVE_WORK = 4, 5
+"""Columns of the event log with the energy that an event of a component dissipates, and the work that the drives do in it."""
 
 
 def event_variables(mechanism: Mechanism, log: np.ndarray) -> dict[str, tuple[tuple[str, ...], np.ndarray, dict[str, str]]]:
@@ -47,12 +50,35 @@ def event_variables(mechanism: Mechanism, log: np.ndarray) -> dict[str, tuple[tu
         "event_kind": (along, np.array(kinds, dtype=str), {"long_name": "what happened"}),
         "event_speed": (along, rows[:, 3], {"units": rates, "long_name": "rate of approach"}),
         "event_loss": (along, rows[:, LOSS], {"units": "J", "long_name": "energy dissipated by the event"}),
+        "event_drive_work": (
+            along,
+            rows[:, DRIVE_WORK],
+            {"units": "J", "long_name": "work of the drives' impulses in the event"},
+        ),
     }
 
 
-def switching_losses(mechanism: Mechanism, log: np.ndarray, time: np.ndarray) -> np.ndarray:
-    """Energy dissipated by events of components up to each instant [J], shape (nt,)."""
+def accounts(mechanism: Mechanism, total: np.ndarray, log: np.ndarray, time: np.ndarray) -> np.ndarray:
+    """The accounts of the energy balance at some instants.
+
+    Parameters
+    ----------
+    mechanism : Mechanism
+    total : ndarray, shape (nt, powers)
+        Integrals of `monitored.POWERS` [J].
+    log : ndarray, shape (events, LOG_COLUMNS)
+    time : ndarray, shape (nt,)
+        [s]; infinite for all events of the log.
+
+    Returns
+    -------
+    ndarray, shape (nt, accounts)
+        Along `ACCOUNTS` [J].
+    """
+    found = np.column_stack([total, np.zeros(len(time))])
     rows = log[log[:, 1] >= len(mechanism.contacts)]
-    if not rows.size:
-        return np.zeros(time.size)
-    return np.asarray((time[:, None] >= rows[None, :, 0]) @ rows[:, LOSS])
+    if rows.size:
+        past = time[:, None] > rows[None, :, 0]  # a sample at an event is the state before it
+        found[:, ACCOUNTS.index("drive_work")] += past @ rows[:, DRIVE_WORK]
+        found[:, ACCOUNTS.index("switching_loss")] += past @ rows[:, LOSS]
+    return found

@@ -24,6 +24,7 @@ from scissordyn.mechanics.monitored import (
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.simulation.contacts import Contact, contacts
 from scissordyn.simulation.driver import Driver
+from scissordyn.simulation.events import ACCOUNTS, accounts
 from scissordyn.simulation.settling import SETTLING, settling_times
 
 __all__ = ["COMPONENT_UNIT", "MEASURES", "Ended", "Measure", "component_units", "parts_of"]
@@ -85,6 +86,13 @@ class Ended:
         return max(locked) if locked and not any(map(math.isnan, locked)) else math.nan
 
     @cached_property
+    def accounts(self) -> np.ndarray:
+        """Along `events.ACCOUNTS` [J]."""
+        driver = self.driver
+        found: np.ndarray = accounts(self.mechanism, driver.state.total[None], driver.log, np.array([math.inf]))[0]
+        return found
+
+    @cached_property
     def _latches(self) -> list[int]:
         """Guards of the latches."""
         model = self.driver.system.content.model
@@ -118,10 +126,10 @@ class Measure:
 
 
 def _energy(name: str) -> Measure:
-    place = POWERS.index(name)
+    place = ACCOUNTS.index(name)
     words = {"drive_work": "work of the drives", "load_work": "work of the loads", "motor_work": "work of the motors"}
     known = words.get(name, f"energy dissipated by {'dampers' if name == 'damper_loss' else 'contact ' + name.split('_')[0]}")
-    return Measure("J", known, (), lambda ended: float(ended.driver.state.total[place]))
+    return Measure("J", known, (), lambda ended: float(ended.accounts[place]))
 
 
 _JOINT, _TRACK = ("joint",), ("track",)

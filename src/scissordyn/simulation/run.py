@@ -21,6 +21,7 @@ from scissordyn.simulation.ideal_path import ideal_path
 from scissordyn.simulation.options import EventKind, Options, StartKind
 from scissordyn.simulation.painleve import painleve_warnings
 from scissordyn.simulation.predictability import compared, predictability
+from scissordyn.simulation.state_scale import scale_warnings
 from scissordyn.simulation.time_functions import check_tables
 from scissordyn.simulation.track import deviation_variables
 from scissordyn.simulation.trajectory import compute
@@ -166,7 +167,7 @@ def _computed(
     path, record = recorded(mechanism, options, path, progress, ideal=ideal)
     run = to_dataset(mechanism, options, path, record)
     found = [*path.warnings, *run_warnings(mechanism, run, path.immobile), *passing_warnings(mechanism, run, options.until)]
-    found += painleve_warnings(mechanism, path, record)
+    found += painleve_warnings(mechanism, path, record) + scale_warnings(mechanism, options, path)
     if run.attrs["status"] == "failed":
         run.attrs["cause"] = "; ".join([run.attrs["cause"], *contact_failures(mechanism, run)])
     if ideal is not None:

@@ -30,6 +30,7 @@ from scissordyn.mechanics.redundancy import nearest
 from scissordyn.mechanics.system import APPROACH_FLOOR, System
 from scissordyn.mechanics.time_function import function_at
 from scissordyn.model.mechanism import Mechanism
+from scissordyn.model.proportion import proportion_warnings
 from scissordyn.simulation.cause import check_springs, full_coordinates
 from scissordyn.simulation.driver import make_system
 from scissordyn.simulation.options import StartKind
@@ -97,6 +98,7 @@ def prepare_start(reduced: ReducedModel, system: Handle, kind: StartKind) -> Pre
         case _:
             start = _concentric(reduced, content, guess, held)
     warnings += _far_from_placed(reduced, content, start, kind)
+    warnings += proportion_warnings(mechanism)
     y = np.concatenate([start.position, start.velocity, np.zeros(int(content.model.state_start[-1]))])
     check_springs(reduced, full_coordinates(reduced, content, y, 0.0))
     events = _touching(system, y, kind)

@@ -12,14 +12,15 @@ import numpy as np
 from scissordyn.component.time_function import ConstantSpeed, Harmonic
 from scissordyn.errors import InputError
 from scissordyn.integrate import advance as loop
-from scissordyn.integrate.integration import RESET_DATA, Samples
+from scissordyn.integrate.integration import Samples
 from scissordyn.jit import Handle
-from scissordyn.mechanics.monitored import POWERS
 from scissordyn.mechanics.reduce import reduce_mechanism
 from scissordyn.mechanics.reduced_model import ReducedModel
 from scissordyn.model.mechanism import Mechanism
+from scissordyn.simulation.contacts import PEAK
 from scissordyn.simulation.demand import check_cycles
 from scissordyn.simulation.driver import Driver, counted
+from scissordyn.simulation.events import ACCOUNTS, accounts
 from scissordyn.simulation.method import Choice
 from scissordyn.simulation.options import Options, StartKind
 from scissordyn.simulation.snapshot import Snapshot
@@ -28,9 +29,6 @@ from scissordyn.simulation.trajectory import broken_off, make_driver
 from scissordyn.simulation.warn import Extremes
 
 __all__ = ["Cycles", "drive_period", "run_cycles", "start_state"]
-
-PEAK = 3 + RESET_DATA
-"""Column of the event log that holds the largest normal force of the contact that ended."""
 
 
 @dataclass(frozen=True)
@@ -52,8 +50,8 @@ class Cycles:
         Fraction of the cycle spent in contact.
     peak_force : ndarray, shape (cycles, nj)
         Largest normal force [N].
-    work : ndarray, shape (cycles, powers)
-        Increment of each account of `monitored.POWERS` [J].
+    work : ndarray, shape (cycles, accounts)
+        Increment of each of `events.ACCOUNTS` [J].
     steps : ndarray of int, shape (cycles,)
     end : Snapshot
         After the last whole cycle.
@@ -194,7 +192,7 @@ def _cycled(
     contacts = len(driver.reduced.mechanism.contacts)
     driver.sample_at((first + np.arange(cycles) + phase) * period)
     impacts, steps = np.zeros((cycles, contacts), np.int64), np.zeros(cycles, np.int64)
-    fraction, peak, gained = np.zeros((cycles, contacts)), np.zeros((cycles, contacts)), np.zeros((cycles, len(POWERS)))
+    fraction, peak, gained = np.zeros((cycles, contacts)), np.zeros((cycles, contacts)), np.zeros((cycles, len(ACCOUNTS)))
     extremes = Extremes(driver.reduced.mechanism)
     done, events, cause, end, status = 0, 0, "", driver.snapshot(), loop.ADVANCING
     began, before = clocks.perf_counter(), counted(state)
@@ -218,7 +216,8 @@ def _cycled(
             highest = np.where(state.mode == 1, state.peak[: state.mode.size, 0], 0.0)
             np.maximum.at(highest, log[:, 1].astype(np.int64), log[:, PEAK])
             peak[done] = highest[:contacts]
-            gained[done], steps[done] = state.total, int(state.counts["steps"][0]) - taken
+            gained[done] = accounts(driver.reduced.mechanism, state.total[None], log, np.array([math.inf]))[0]
+            steps[done] = int(state.counts["steps"][0]) - taken
             end = driver.snapshot()
             done, events = done + 1, events + log.shape[0]
             if progress is not None:

@@ -11,11 +11,11 @@ from scissordyn.component.actuator import Actuator
 from scissordyn.jit import Handle
 from scissordyn.laws.dispatch import friction_start
 from scissordyn.mechanics import functions
-from scissordyn.mechanics.acting import acting
+from scissordyn.mechanics.acting import acting, component_states
 from scissordyn.mechanics.reduced_model import ReducedModel
 from scissordyn.mechanics.system import System
 
-__all__ = ["Tolerances", "error_weights"]
+__all__ = ["Tolerances", "error_weights", "state_tolerance"]
 
 INTERNAL_STATES = 100.0
 """Internal states of friction laws are weighed this much more loosely: they relax within microseconds, so that their errors do
@@ -68,8 +68,9 @@ def error_weights(reduced: ReducedModel, system: Handle, y: np.ndarray, *, rtol:
     """Weights from how far free coordinates move the points of the bodies.
 
     Positions are weighed against the smallest clearance, or the largest body where there is none; speeds against the speed of
-    the whole mechanism, and against what moves by that length in the time that it takes from rest; internal states against
-    their size in steady sliding.
+    the whole mechanism, and against what moves by that length in the time that it takes from rest; states of friction laws
+    against their size in steady sliding; those of components against the scale that each declares; torques of integrators
+    against themselves and 1 N m, or against the mechanism's own torques where these are smaller.
 
     Parameters
     ----------
@@ -85,7 +86,7 @@ def error_weights(reduced: ReducedModel, system: Handle, y: np.ndarray, *, rtol:
     """
     n, mechanism = reduced.free, reduced.mechanism
     content: System = system.content
-    model, parameters = content.model, content.parameters
+    parameters = content.parameters
     reach = reduced.reach
     contacts = parameters.contact.size
     if contacts:
@@ -96,10 +97,7 @@ def error_weights(reduced: ReducedModel, system: Handle, y: np.ndarray, *, rtol:
     functions.rate(0.0, y.copy(), system.address, rate)
     fastest = float(np.max(reach * np.abs(content.work.A[:n]), initial=mechanism.gravity if n else 0.0))
     duration = math.sqrt(scale / fastest) if 0.0 < fastest < math.inf else 1.0
-    sliding = _sliding_states(content)
-    friction = int(model.state_start[contacts])
-    # a bristle's error fades, an integrator's does not; the torque of an integrator is weighed in N m
-    internal = np.where(np.arange(sliding.size) < friction, INTERNAL_STATES, 1.0) * rtol
+    internal = _internal_weights(reduced, content, rtol=rtol, atol=atol, acceleration=scale / duration**2)
     position = atol * scale / reach
     rounding = np.zeros(y.size)
     rounding[n : 2 * n] = ROUNDINGS * np.finfo(float).eps * reduced.farthest / reach
@@ -110,15 +108,48 @@ def error_weights(reduced: ReducedModel, system: Handle, y: np.ndarray, *, rtol:
             crossable.append(int(part.declaration.force is not None and part.declaration.switch is None))
             precision.append(GUARD * (1.0 if part.declaration.port.turning else reduced.size))
     return Tolerances(
-        absolute=np.concatenate([position, position / duration, internal * np.where(sliding > 0.0, sliding, 1.0)]),
-        relative=np.concatenate([np.full(n, ROUND_OFF), np.full(n, rtol), internal]),
+        absolute=np.concatenate([position, position / duration, internal[0]]),
+        relative=np.concatenate([np.full(n, ROUND_OFF), np.full(n, rtol), internal[1]]),
         rounding=rounding,
-        group=np.array([0, n, 2 * n, 2 * n + friction, y.size], np.int64),
+        group=np.array([0, n, 2 * n, *(2 * n + end for end in _state_groups(content))], np.int64),
         precision=np.array(precision, float),
         crossable=np.array(crossable, np.int64),
         delays=tuple(sorted({delay for delay in delays if delay > 0.0})),
         time_scale=duration,
     )
+
+
+def state_tolerance(rtol: float, atol: float) -> float:
+    """Error allowed in a step in the state of a component, as a part of its scale."""
+    return min(rtol, atol)
+
+
+def _internal_weights(
+    reduced: ReducedModel, system: System, *, rtol: float, atol: float, acceleration: float
+) -> tuple[np.ndarray, np.ndarray]:
+    """Absolute and relative weights of the internal states, in their order in y."""
+    declared = system.parameters.state_scale
+    friction = int(system.model.state_start[system.parameters.contact.size])
+    sliding, absolute, relative = _sliding_states(system), np.empty(declared.size), np.empty(declared.size)
+    # a bristle's error fades, an integrator's does not
+    own = np.where(declared > 0.0, declared, 1.0)
+    absolute[:friction] = relative[:friction] = INTERNAL_STATES * rtol
+    absolute[:friction] *= np.where(sliding > 0.0, sliding, own)[:friction]
+    torque = acceleration * reduced.size * sum(body.mass for body in reduced.mechanism.bodies)
+    k = friction
+    for component in acting(reduced.mechanism):
+        for _ in component_states(component):
+            if isinstance(component, Actuator):
+                absolute[k], relative[k] = rtol * min(declared[k], torque), rtol
+            else:  # a large state may act by a small difference, as a spring's does
+                absolute[k], relative[k] = state_tolerance(rtol, atol) * declared[k], ROUND_OFF
+            k += 1
+    return absolute, relative
+
+
+def _state_groups(system: System) -> list[int]:
+    """Where each group of internal states ends: those of all friction laws, then each one of components and controllers."""
+    return list(range(int(system.model.state_start[system.parameters.contact.size]), int(system.model.state_start[-1]) + 1))
 
 
 def _sliding_states(system: System) -> np.ndarray:

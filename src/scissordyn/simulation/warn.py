@@ -80,6 +80,8 @@ def run_warnings(mechanism: Mechanism, run: xr.Dataset, immobile: tuple[str, ...
     found += _exceeded(run)
     found += _undetermined(run)
     found += _saturated(mechanism, run)
+    found += _gained(run)
+    found += _impulses(run)
     if not _stands_still(mechanism, run):
         found += _unbalanced(run)
     return list(dict.fromkeys(found))
@@ -202,6 +204,40 @@ def _unbalanced(run: xr.Dataset) -> list[str]:
         return []
     share = f", {residual / turned_over:.2g} of the energy turned over" if turned_over > 0.0 else ""
     return [f"the energy balance misses {residual:.3g} J{share}: the results are not accurate; try a smaller rtol and atol"]
+
+
+def _gained(run: xr.Dataset) -> list[str]:
+    """Losses that are gains: the balance closes with them, as they are computed from the force that does the work."""
+    turned_over, found, unseen = energy_turned_over(run), list[str](), "; the energy balance does not see it"
+    for name, what in (("damping_loss", "the damping of a contact"), ("damper_loss", "a component")):
+        loss = _values(run, name)
+        gain = np.maximum.accumulate(loss) - loss
+        if float(np.max(gain, initial=0.0)) > UNBALANCED * turned_over:
+            worst = int(np.argmax(gain))
+            when = run["time"].values[worst]
+            found.append(f"{what} gives energy: {name} falls by {gain[worst]:.3g} J until t = {when:.6g} s{unseen}")
+    if "event_loss" in run.variables:
+        rows = zip(*(_values(run, f"event_{key}") for key in ("name", "time", "loss")), strict=True)
+        found += [
+            f"the event of '{name}' at t = {when:.6g} s gives {-loss:.3g} J{unseen}"
+            for name, when, loss in rows
+            if -loss > CARRIED * turned_over
+        ]
+    return found
+
+
+def _impulses(run: xr.Dataset) -> list[str]:
+    """Latches that lock while a drive keeps its speed: its torque is no number there."""
+    if "event_drive_work" not in run.variables:
+        return []
+    rows = zip(*(_values(run, f"event_{key}") for key in ("name", "time", "drive_work")), strict=True)
+    least = CARRIED * energy_turned_over(run)
+    return [
+        f"latch '{name}' locks at t = {when:.6g} s by an impulse that the drives take up with {work:.3g} J; the largest "
+        "driving torques do not contain it"
+        for name, when, work in rows
+        if abs(work) > least
+    ]
 
 
 def _saturated(mechanism: Mechanism, run: xr.Dataset) -> list[str]:

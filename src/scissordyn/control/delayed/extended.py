@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import Annotated, ClassVar
 
 from scissordyn.control.delayed.difference import difference_numbers
-from scissordyn.units import Quantity, check_quantities
+from scissordyn.units import Quantity, State, check_quantities
 
 __all__ = ["ExtendedDelayedFeedback"]
 
@@ -52,7 +52,7 @@ class ExtendedDelayedFeedback:
     kernel_kind: ClassVar[int] = 2
     source: ClassVar[str] = "Socolar, Sukow and Gauthier 1994, Physical Review E 50"
     uses_feed_forward: ClassVar[bool] = False
-    states: ClassVar[tuple[str, ...]] = ()
+    states: ClassVar[tuple[State, ...]] = ()
 
     def __post_init__(self) -> None:
         check_quantities(self)

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import Annotated, ClassVar
 
 from scissordyn.control.delayed.difference import difference_numbers
-from scissordyn.units import Quantity, check_quantities
+from scissordyn.units import Quantity, State, check_quantities
 
 __all__ = ["Pyragas"]
 
@@ -51,7 +51,7 @@ class Pyragas:
         "Pyragas 1992, doi:10.1016/0375-9601(92)90745-8; limitation: Nakajima 1997, doi:10.1016/S0375-9601(97)00362-9"
     )
     uses_feed_forward: ClassVar[bool] = False
-    states: ClassVar[tuple[str, ...]] = ()
+    states: ClassVar[tuple[State, ...]] = ()
     recursion_gain: ClassVar[float] = 0.0
 
     def __post_init__(self) -> None:

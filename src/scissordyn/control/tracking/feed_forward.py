@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Annotated, ClassVar
 
-from scissordyn.control.tracking.feedback import feedback_numbers
-from scissordyn.units import Quantity, check_quantities
+from scissordyn.control.tracking.feedback import INTEGRAL, feedback_numbers
+from scissordyn.units import Quantity, State, check_quantities
 
 __all__ = ["FeedForward"]
 
@@ -51,9 +51,9 @@ class FeedForward:
         feedback_numbers(self)
 
     @property
-    def states(self) -> tuple[str, ...]:
-        """The integral part of the torque [N m], if there is one."""
-        return ("integral_torque",) if self.integral > 0.0 else ()
+    def states(self) -> tuple[State, ...]:
+        """The integral part of the torque, if there is one."""
+        return (INTEGRAL,) if self.integral > 0.0 else ()
 
     @property
     def uses_sensor(self) -> bool:

@@ -12,8 +12,12 @@ from typing import Any
 from scissordyn.control.signal import ERROR, FEED_FORWARD, REFERENCE, SENSOR, SPEED, limited, ramped
 from scissordyn.errors import InputError
 from scissordyn.jit import kernel
+from scissordyn.units import State
 
-__all__ = ["feedback_numbers", "torque"]
+__all__ = ["INTEGRAL", "feedback_numbers", "torque"]
+
+INTEGRAL = State("integral_torque", "N m", scale=1.0)
+"""The integral part of the torque. Errors are compared with the torques of the mechanism where these are smaller."""
 
 _limited, _ramped = limited, ramped
 

@@ -5,6 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import ClassVar
 
+from scissordyn.units import State
+
 __all__ = ["NoControl"]
 
 
@@ -16,7 +18,7 @@ class NoControl:
     kernel_kind: ClassVar[int] = 0
     source: ClassVar[str] = "definition"
     uses_feed_forward: ClassVar[bool] = False
-    states: ClassVar[tuple[str, ...]] = ()
+    states: ClassVar[tuple[State, ...]] = ()
     delay: ClassVar[float] = 0.0
     recorded: ClassVar[str] = ""
     recursion_gain: ClassVar[float] = 0.0

@@ -10,7 +10,7 @@ from scissordyn.errors import InputError
 from scissordyn.jit import kernel
 from scissordyn.laws.contact import JointContact
 from scissordyn.laws.friction.coefficients import Coefficient
-from scissordyn.units import Quantity, check_quantities
+from scissordyn.units import Quantity, State, check_quantities
 
 __all__ = ["Ambrosio", "force", "static_limit"]
 
@@ -35,7 +35,7 @@ class Ambrosio:
     name: ClassVar[str] = "ambrosio"
     kernel_kind: ClassVar[int] = 2
     source: ClassVar[str] = "Ambrosio 2003"
-    states: ClassVar[tuple[str, ...]] = ()
+    states: ClassVar[tuple[State, ...]] = ()
     stiff: ClassVar[bool] = True
 
     def __post_init__(self) -> None:

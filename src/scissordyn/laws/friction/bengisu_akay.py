@@ -9,7 +9,7 @@ from typing import Annotated, ClassVar
 from scissordyn.jit import kernel
 from scissordyn.laws.contact import JointContact
 from scissordyn.laws.friction.coefficients import Kinetic, Static, static_coefficient
-from scissordyn.units import Quantity, check_quantities
+from scissordyn.units import Quantity, State, check_quantities
 
 __all__ = ["BengisuAkay", "force", "static_limit"]
 
@@ -40,7 +40,7 @@ class BengisuAkay:
     name: ClassVar[str] = "bengisu-akay"
     kernel_kind: ClassVar[int] = 5
     source: ClassVar[str] = "Bengisu, Akay 1994"
-    states: ClassVar[tuple[str, ...]] = ()
+    states: ClassVar[tuple[State, ...]] = ()
     stiff: ClassVar[bool] = True
 
     def __post_init__(self) -> None:

@@ -9,7 +9,7 @@ from typing import Annotated, ClassVar
 from scissordyn.jit import kernel
 from scissordyn.laws.contact import JointContact
 from scissordyn.laws.friction.coefficients import Kinetic, Static, static_coefficient
-from scissordyn.units import Quantity, check_quantities
+from scissordyn.units import Quantity, State, check_quantities
 
 __all__ = ["BrownMcPhee", "force", "static_limit"]
 
@@ -31,7 +31,7 @@ class BrownMcPhee:
     name: ClassVar[str] = "brown-mcphee"
     kernel_kind: ClassVar[int] = 6
     source: ClassVar[str] = "Brown, McPhee 2016, doi:10.1115/1.4033658"
-    states: ClassVar[tuple[str, ...]] = ()
+    states: ClassVar[tuple[State, ...]] = ()
     stiff: ClassVar[bool] = True
 
     def __post_init__(self) -> None:

@@ -9,7 +9,7 @@ from typing import ClassVar
 from scissordyn.jit import kernel
 from scissordyn.laws.contact import JointContact
 from scissordyn.laws.friction.coefficients import Coefficient, RampSpeed
-from scissordyn.units import check_quantities
+from scissordyn.units import State, check_quantities
 
 __all__ = ["Coulomb", "direction", "force", "static_limit"]
 
@@ -30,7 +30,7 @@ class Coulomb:
     name: ClassVar[str] = "coulomb"
     kernel_kind: ClassVar[int] = 3
     source: ClassVar[str] = "Coulomb 1785"
-    states: ClassVar[tuple[str, ...]] = ()
+    states: ClassVar[tuple[State, ...]] = ()
     stiff: ClassVar[bool] = True
 
     def __post_init__(self) -> None:

@@ -10,7 +10,7 @@ from scissordyn.jit import kernel
 from scissordyn.laws.contact import JointContact
 from scissordyn.laws.friction.bristle import PRESLIDING_SPEED, BristleStiffness, onset
 from scissordyn.laws.friction.coefficients import Coefficient
-from scissordyn.units import Quantity, check_quantities
+from scissordyn.units import Quantity, State, check_quantities
 
 __all__ = ["Dahl", "force", "start", "static_limit", "steady"]
 
@@ -32,7 +32,7 @@ class Dahl:
     name: ClassVar[str] = "dahl"
     kernel_kind: ClassVar[int] = 8
     source: ClassVar[str] = "Dahl 1976, doi:10.2514/3.61511"
-    states: ClassVar[tuple[str, ...]] = ("bristle_deflection",)
+    states: ClassVar[tuple[State, ...]] = (State("bristle_deflection", "m"),)
     stiff: ClassVar[bool] = True
 
     def __post_init__(self) -> None:

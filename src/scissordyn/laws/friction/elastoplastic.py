@@ -22,7 +22,7 @@ from scissordyn.laws.friction.bristle import (
 from scissordyn.laws.friction.coefficients import Kinetic, Static, StribeckExponent, StribeckSpeed, Viscous, static_coefficient
 from scissordyn.laws.friction.lugre import static_limit
 from scissordyn.laws.friction.stribeck import sliding_coefficient
-from scissordyn.units import Quantity, check_quantities
+from scissordyn.units import Quantity, State, check_quantities
 
 __all__ = ["ElastoPlastic", "force", "start", "static_limit", "steady"]
 
@@ -56,7 +56,7 @@ class ElastoPlastic:
     name: ClassVar[str] = "elasto-plastic"
     kernel_kind: ClassVar[int] = 9
     source: ClassVar[str] = "Dupont, Hayward, Armstrong, Altpeter 2002, doi:10.1109/TAC.2002.1000274"
-    states: ClassVar[tuple[str, ...]] = ("bristle_deflection",)
+    states: ClassVar[tuple[State, ...]] = (State("bristle_deflection", "m"),)
     stiff: ClassVar[bool] = True
 
     def __post_init__(self) -> None:

@@ -10,7 +10,7 @@ from scissordyn.jit import kernel
 from scissordyn.laws.contact import JointContact
 from scissordyn.laws.friction.bristle import BristleStiffness, onset
 from scissordyn.laws.friction.coefficients import Kinetic, Static, Viscous, static_coefficient
-from scissordyn.units import Quantity, check_quantities
+from scissordyn.units import Quantity, State, check_quantities
 
 __all__ = ["GonthierBristle", "force", "start", "static_limit", "steady"]
 
@@ -48,7 +48,7 @@ class GonthierBristle:
     name: ClassVar[str] = "gonthier-bristle"
     kernel_kind: ClassVar[int] = 10
     source: ClassVar[str] = "Gonthier, McPhee, Lange, Piedboeuf 2004, doi:10.1023/B:MUBO.0000029392.21648.bc"
-    states: ClassVar[tuple[str, ...]] = ("bristle_deflection", "dwell")
+    states: ClassVar[tuple[State, ...]] = (State("bristle_deflection", "m"), State("dwell", "1", scale=1.0))
     stiff: ClassVar[bool] = True
 
     def __post_init__(self) -> None:

@@ -18,7 +18,7 @@ from scissordyn.laws.friction.bristle import (
 )
 from scissordyn.laws.friction.coefficients import Kinetic, Static, StribeckExponent, StribeckSpeed, Viscous, static_coefficient
 from scissordyn.laws.friction.stribeck import sliding_coefficient
-from scissordyn.units import check_quantities
+from scissordyn.units import State, check_quantities
 
 __all__ = ["LuGre", "force", "start", "static_limit", "steady"]
 
@@ -51,7 +51,7 @@ class LuGre:
         "Canudas de Wit et al. 1995, doi:10.1109/9.376053; fading sigma_1: Canudas de Wit, Lischinsky 1997, "
         "Int. J. Adaptive Control and Signal Processing 11, 65-80"
     )
-    states: ClassVar[tuple[str, ...]] = ("bristle_deflection",)
+    states: ClassVar[tuple[State, ...]] = (State("bristle_deflection", "m"),)
     stiff: ClassVar[bool] = True
 
     def __post_init__(self) -> None:

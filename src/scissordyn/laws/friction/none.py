@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 from scissordyn.laws.contact import JointContact
+from scissordyn.units import State
 
 __all__ = ["NoFriction"]
 
@@ -17,7 +18,7 @@ class NoFriction:
     name: ClassVar[str] = "none"
     kernel_kind: ClassVar[int] = 0
     source: ClassVar[str] = "definition"
-    states: ClassVar[tuple[str, ...]] = ()
+    states: ClassVar[tuple[State, ...]] = ()
     stiff: ClassVar[bool] = False
 
     def parameters(self, joint: JointContact) -> tuple[float, ...]:

@@ -18,7 +18,7 @@ from scissordyn.laws.friction.coefficients import (
     static_coefficient,
 )
 from scissordyn.laws.friction.coulomb import direction
-from scissordyn.units import check_quantities
+from scissordyn.units import State, check_quantities
 
 __all__ = ["Stribeck", "force", "sliding_coefficient", "static_limit"]
 
@@ -43,7 +43,7 @@ class Stribeck:
     name: ClassVar[str] = "stribeck"
     kernel_kind: ClassVar[int] = 7
     source: ClassVar[str] = "Stribeck 1902; Armstrong-Helouvry, Dupont, Canudas de Wit 1994, doi:10.1016/0005-1098(94)90209-7"
-    states: ClassVar[tuple[str, ...]] = ()
+    states: ClassVar[tuple[State, ...]] = ()
     stiff: ClassVar[bool] = True
 
     def __post_init__(self) -> None:

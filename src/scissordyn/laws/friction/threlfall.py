@@ -9,7 +9,7 @@ from typing import Annotated, ClassVar
 from scissordyn.jit import kernel
 from scissordyn.laws.contact import JointContact
 from scissordyn.laws.friction.coefficients import Coefficient
-from scissordyn.units import Quantity, check_quantities
+from scissordyn.units import Quantity, State, check_quantities
 
 __all__ = ["Threlfall", "force", "static_limit"]
 
@@ -33,7 +33,7 @@ class Threlfall:
     name: ClassVar[str] = "threlfall"
     kernel_kind: ClassVar[int] = 4
     source: ClassVar[str] = "Threlfall 1978"
-    states: ClassVar[tuple[str, ...]] = ()
+    states: ClassVar[tuple[State, ...]] = ()
     stiff: ClassVar[bool] = True
 
     def __post_init__(self) -> None:

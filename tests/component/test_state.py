@@ -1,0 +1,135 @@
+"""Internal states of components: their unit, and the scale that their errors are compared with."""
+
+from __future__ import annotations
+
+import json
+from typing import Annotated
+
+import numpy as np
+import pytest
+
+import scissordyn as sd
+from scissordyn.errors import InputError
+from scissordyn.mechanics.reduce import reduce_mechanism
+from scissordyn.simulation.driver import make_system
+from scissordyn.simulation.tolerance import Tolerances, error_weights
+
+TORQUE = 2.0
+"""Of the dashpot at the speed of the tests [N m]."""
+
+
+def creep_force(angle, speed, twist, stiffness, viscosity):
+    """A torsion spring and a dashpot in series; the state is the dashpot's twist."""
+    torque = stiffness * (angle - twist)
+    return -torque, 0.5 * torque * torque / stiffness, torque * torque / viscosity, torque / viscosity
+
+
+def creeping(state: sd.State, name: str = "Creep") -> type:
+    """The component, with its state declared in one way or another."""
+
+    @sd.component(port="hinge", force=creep_force, states=(state,), section=name.lower())
+    class Creep:
+        name: str
+        body: str
+        stiffness: Annotated[float, sd.Quantity("N m/rad", above=0.0)]
+        viscosity: Annotated[float, sd.Quantity("N m s/rad", above=0.0)]
+        base: str = "ground"
+
+    return Creep
+
+
+BY_TORQUE = creeping(sd.State("twist", "rad", scale=lambda part: TORQUE / part.stiffness), "by_torque")
+BY_NUMBER = creeping(sd.State("twist", "rad", scale=TORQUE / 1e6), "by_number")
+COARSE = creeping(sd.State("twist", "rad", scale=1.0), "coarse")
+
+
+def turning(*components: object) -> sd.Mechanism:
+    """A bar at 2 rad/s."""
+    bar = sd.bar("rod", length=1.0, mass=2.0)
+    pin = sd.Revolute("pin", ("rod", "start"), ("ground", "O"))
+    mechanism = sd.Mechanism((bar,), joints=(pin,), ground=(("O", (0.0, 0.0)),), components=components)  # type: ignore[arg-type]
+    return mechanism.driven(body="rod", speed=2.0)
+
+
+@pytest.mark.parametrize("stiffness", [1e2, 1e4, 1e6, 1e8])
+@pytest.mark.parametrize("tolerance", [1e-6, 1e-8])
+def test_the_torque_is_right_at_any_stiffness(stiffness: float, tolerance: float) -> None:
+    """Closed form: T = c W (1 - exp(-k t/c)), also where the transient is 1e8 times faster than the motion.
+
+    The tolerance is one of each step, and the samples lie between them. Rounding of an angle of 1 rad leaves k eps of torque.
+    """
+    run = sd.simulate(turning(BY_TORQUE("creep", "rod", stiffness, 1.0)), until=0.5, rtol=tolerance, atol=tolerance)
+    exact = TORQUE * (np.exp(-stiffness * run["time"].values) - 1.0)
+    error = float(np.max(np.abs(run["by_torque_torque"].values[:, 0] - exact)))
+    assert error < 100.0 * tolerance * TORQUE + 100.0 * stiffness * np.finfo(float).eps
+    assert json.loads(run.attrs["warnings"]) == []
+
+
+def test_a_number_is_a_scale_too() -> None:
+    """Identity: a number in the place of the function of the part."""
+    one, other = (sd.simulate(turning(kind("creep", "rod", 1e6, 1.0)), until=0.1) for kind in (BY_TORQUE, BY_NUMBER))
+    np.testing.assert_array_equal(one["by_torque_torque"], other["by_number_torque"])
+
+
+def test_a_scale_that_does_not_fit_is_told() -> None:
+    """Limit: a scale of 1 rad at a twist of 2e-6 rad is a warning with the scale that would fit."""
+    run = sd.simulate(turning(COARSE("creep", "rod", 1e6, 1.0)), until=0.5)
+    said = [text for text in json.loads(run.attrs["warnings"]) if "its state 'twist'" in text]
+    assert len(said) == 1
+    assert "the scale of 1 rad is too large" in said[0]
+    suggested = float(said[0].split("about ")[1].split(" rad")[0])
+    assert 1e-6 < suggested < 1e-5
+
+
+def weights(*components: object) -> Tolerances:
+    """Weights of a mechanism at its start."""
+    reduced = reduce_mechanism(turning(*components))
+    system = make_system(reduced)
+    y = np.zeros(2 * reduced.free + int(system.content.model.state_start[-1]))
+    return error_weights(reduced, system, y, rtol=1e-8, atol=1e-9)
+
+
+def test_each_state_is_weighed_alone() -> None:
+    """Identity: the tolerance times its own scale, whatever is beside it."""
+    soft, stiff = BY_TORQUE("soft", "rod", 10.0, 1.0), BY_TORQUE("stiff", "rod", 1e7, 1.0)
+    found = weights(soft, stiff)
+    np.testing.assert_allclose(found.absolute, [1e-9 * TORQUE / 10.0, 1e-9 * TORQUE / 1e7], rtol=1e-14)
+    assert found.group.tolist()[-3:] == [0, 1, 2]
+    assert np.all(found.relative < 1e-14)
+
+
+@pytest.mark.parametrize("scale", [0.0, -1.0, float("nan"), float("inf"), "1 rad"])
+def test_a_scale_that_is_no_size(scale: object) -> None:
+    """Identity: what is no size is refused before the run, in one line."""
+    part = creeping(sd.State("twist", "rad", scale=lambda part: scale), "odd")("creep", "rod", 1e6, 1.0)  # type: ignore[arg-type,return-value]
+    with pytest.raises(InputError, match=r"'creep': the scale of its state 'twist' is .*finite number above zero \[rad\]"):
+        sd.simulate(turning(part), until=0.1)
+
+
+def test_the_torque_of_an_integrator() -> None:
+    """Identity: weighed against 1 N m, in a small mechanism against its own torques m L a, not against 1 N m."""
+    for size, mass in ((1.0, 2.0), (1e-3, 1e-6)):
+        bar = sd.bar("rod", length=size, mass=mass)
+        pin = sd.Revolute("pin", ("rod", "start"), ("ground", "O"))
+        free = sd.Mechanism((bar,), joints=(pin,), ground=(("O", (0.0, 0.0)),), input_body="rod")
+        held = free.controlled(sd.PID(1e-3 * mass, integral=1e-3 * mass), reference=sd.Polynomial((0.1,)))
+        reduced = reduce_mechanism(held)
+        system = make_system(reduced)
+        y = np.zeros(2 * reduced.free + 1)
+        y[: reduced.free] = reduced.placed[0][: reduced.free]
+        found = error_weights(reduced, system, y, rtol=1e-8, atol=1e-8)
+        fastest = (found.absolute[0] / found.absolute[reduced.free]) ** -2  # 1/t_f^2 of the reference length
+        assert found.absolute[-1] == pytest.approx(1e-8 * min(1.0, mass * size * size * fastest), rel=1e-9)
+        assert found.relative[-1] == 1e-8
+
+
+def test_the_states_of_friction_laws() -> None:
+    """Identity: as docs/decisions/0003 says, 100 times the tolerance of their size in steady sliding, in one group."""
+    law = sd.LuGre(0.05)
+    arm = sd.scissor().with_clearance("all", sd.Clearance(2e-4, friction=law)).driven(speed=1.0)
+    reduced = reduce_mechanism(arm)
+    system, n, contacts = make_system(reduced), reduced.free, len(arm.contacts)
+    found = error_weights(reduced, system, np.zeros(2 * n + contacts), rtol=1e-8, atol=1e-9)
+    assert found.group.tolist() == [0, n, 2 * n, 2 * n + contacts]
+    np.testing.assert_array_equal(found.relative[2 * n :], 1e-6)
+    np.testing.assert_allclose(found.absolute[2 * n :], 1e-6 * 0.05 / law.bristle_stiffness, rtol=1e-3)

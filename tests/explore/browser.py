@@ -206,7 +206,8 @@ class Tab:
     def table(self) -> dict[str, Any]:
         """The table of contacts: the number of its run, its titles, all rows and those in sight, as texts."""
         script = """root => ({
-          run: Number(root.dataset.run), rows: root.rows(), titles: [...root.querySelectorAll("[role=columnheader]")].map(e => e.textContent),
+          run: Number(root.dataset.run), rows: root.rows(),
+          titles: [...root.querySelectorAll("[role=columnheader]")].map(cell => cell.textContent),
           seen: [...root.querySelectorAll(".sd-rows [role=row]")].map(row => [...row.children].map(cell => cell.textContent)),
         })"""
         return dict(self.page.locator(".sd-contacts").evaluate(script))

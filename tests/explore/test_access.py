@@ -1,4 +1,4 @@
-"""Who may use the page, and what is answered to everybody else: a server in a process of its own, and messages made at random."""
+"""Who may use the page, and what is answered to everybody else: a server in a process of its own, messages made at random."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ pytest.importorskip("panel", reason="the package panel is not installed")
 
 from tornado.httpclient import HTTPRequest
 from tornado.httputil import HTTPHeaders, HTTPServerRequest, RequestStartLine
-from tornado.websocket import WebSocketClientConnection, websocket_connect
+from tornado.websocket import WebSocketClientConnection, WebSocketClosedError, websocket_connect
 
 from scissordyn.explore.access import Access
 from scissordyn.explore.application import MOST_PAGES
@@ -37,7 +37,14 @@ from .browser import CASE, served
 
 MALFORMED = 1000
 
-LOCAL_PATHS = (str(Path(scissordyn.__file__).parent), sys.prefix, "site-packages", str(Path.home()) + "/", "Traceback", 'File "')
+LOCAL_PATHS = (
+    str(Path(scissordyn.__file__).parent),
+    sys.prefix,
+    "site-packages",
+    str(Path.home()) + "/",
+    "Traceback",
+    'File "',
+)
 """What no answer may have in it."""
 
 
@@ -79,11 +86,22 @@ UPGRADE = {
     "Sec_WebSocket_Version": "13",
     "Sec_WebSocket_Protocol": "bokeh, token",
 }
-PATHS = ("", "start.js", "autoload.js", "static/js/bokeh.min.js", "static/extensions/panel/panel.min.js", "ws", "metadata", "nothing")
+PATHS = (
+    "",
+    "start.js",
+    "autoload.js",
+    "static/js/bokeh.min.js",
+    "static/extensions/panel/panel.min.js",
+    "ws",
+    "metadata",
+    "nothing",
+)
 
 
 @pytest.mark.parametrize("path", PATHS)
-@pytest.mark.parametrize("host", ["evil.example", "evil.example:{port}", "127.0.0.1.evil.example:{port}", "", "[::1", "a@127.0.0.1 b"])
+@pytest.mark.parametrize(
+    "host", ["evil.example", "evil.example:{port}", "127.0.0.1.evil.example:{port}", "", "[::1", "a@127.0.0.1 b"]
+)
 def test_other_hosts_are_refused(url: str, path: str, host: str) -> None:
     """Identity: whatever is asked for, a host that is no name of this machine gets one line, also with an equal origin."""
     host = host.format(port=urlsplit(url).port)
@@ -118,7 +136,7 @@ def test_address_without_its_random_part_leads_nowhere(url: str, path: str) -> N
 
 
 def test_page_is_served_to_its_own_names(url: str) -> None:
-    """Identity: names of this machine, also through a tunnel with another port, get the page; no other site may frame or read it."""
+    """Identity: names of this machine, also through a tunnel, get the page; no other site may frame or read it."""
     port = urlsplit(url).port
     for host in (f"127.0.0.1:{port}", f"localhost:{port}", "localhost:9999", f"[::1]:{port}"):
         status, given, body = get(url, "", host=host)
@@ -153,7 +171,7 @@ def test_each_start_has_its_own_address(tmp_path: Path) -> None:
     ],
 )
 def test_hosts_of_an_address(address: str, host: str, admitted: bool) -> None:
-    """Identity: listening everywhere admits addresses in numbers and this machine's names, and no other name and no other origin."""
+    """Identity: listening everywhere admits addresses in numbers and names of this machine, no other name or origin."""
     with listen(address, 0) as listening:
         access = Access.to(listening, address)
         named = host.format(port=listening.getsockname()[1])
@@ -203,8 +221,7 @@ def _token(url: str) -> tuple[str, str]:
     return token, f"ws://{parts.netloc}{parts.path}ws"
 
 
-async def _open(url: str) -> WebSocketClientConnection:
-    token, address = _token(url)
+async def _open(url: str, token: str, address: str) -> WebSocketClientConnection:
     request = HTTPRequest(address, headers={"Origin": "http://" + urlsplit(url).netloc})
     return await websocket_connect(request, subprotocols=["bokeh", token])
 
@@ -212,7 +229,20 @@ async def _open(url: str) -> WebSocketClientConnection:
 def _junk(chance: random.Random, depth: int = 0) -> Any:
     """Any JSON, some of it with names that the library knows."""
     kind = chance.randrange(9 if depth < 4 else 6)
-    words = ("type", "ref", "id", "kind", "ModelChanged", "map", "ndarray", "entries", "object", "p1001", "events", "../../etc/passwd")
+    words = (
+        "type",
+        "ref",
+        "id",
+        "kind",
+        "ModelChanged",
+        "map",
+        "ndarray",
+        "entries",
+        "object",
+        "p1001",
+        "events",
+        "../../etc/passwd",
+    )
     if kind == 0:
         return chance.choice([None, True, False, 0, -1, 1e308, 2**70, float("1e-320")])
     if kind in (1, 2):
@@ -226,12 +256,33 @@ def _junk(chance: random.Random, depth: int = 0) -> Any:
 
 def _own_message(chance: random.Random, models: dict[str, str]) -> dict[str, Any]:
     """A message of one of the page's parts with wrong content."""
-    words = ("film", "pin", "drag", "drawn", "horizon", "theme", "start", "move", "end", "undo", "stop", "python", "length", "unit 1/upper")
+    words = (
+        "film",
+        "pin",
+        "drag",
+        "drawn",
+        "horizon",
+        "theme",
+        "start",
+        "move",
+        "end",
+        "undo",
+        "stop",
+        "python",
+        "length",
+        "unit 1/upper",
+    )
     data = {
         name: chance.choice([_junk(chance), chance.choice(words)])
-        for name in chance.sample(["type", "key", "text", "final", "phase", "kind", "name", "dx", "dy", "run", "time", "wanted"], 5)
+        for name in chance.sample(
+            ["type", "key", "text", "final", "phase", "kind", "name", "dx", "dy", "run", "time", "wanted"], 5
+        )
     }
-    event = {"type": "event", "name": "data_event", "values": {"type": "map", "entries": [["model", {"id": _any(chance, models)}], ["data", _encoded(data)]]}}
+    event = {
+        "type": "event",
+        "name": "data_event",
+        "values": {"type": "map", "entries": [["model", {"id": _any(chance, models)}], ["data", _encoded(data)]]},
+    }
     return {"events": [{"kind": "MessageSent", "msg_type": "bokeh_event", "msg_data": event}]}
 
 
@@ -249,9 +300,15 @@ def _encoded(value: Any) -> Any:
 def _message(chance: random.Random, models: dict[str, str]) -> list[str | bytes]:
     """The fragments of one message."""
     kind = chance.randrange(7)
-    header = {"msgid": "1", "msgtype": chance.choice(["PATCH-DOC", "PUSH-DOC", "PULL-DOC-REQ", "OK", "ERROR", "ACK", "nothing"])}
+    header = {
+        "msgid": "1",
+        "msgtype": chance.choice(["PATCH-DOC", "PUSH-DOC", "PULL-DOC-REQ", "OK", "ERROR", "ACK", "nothing"]),
+    }
     if kind == 0:  # no message at all
-        return [chance.choice([b"\x00\xff", "", "{", "[]", "null", json.dumps(_junk(chance))]) for _ in range(chance.randrange(1, 5))]
+        return [
+            chance.choice([b"\x00\xff", "", "{", "[]", "null", json.dumps(_junk(chance))])
+            for _ in range(chance.randrange(1, 5))
+        ]
     if kind == 1:
         return [json.dumps(_junk(chance)), "{}", json.dumps(_junk(chance))]
     if kind == 2:
@@ -263,47 +320,64 @@ def _message(chance: random.Random, models: dict[str, str]) -> list[str | bytes]
         content = {"events": [_junk(chance) for _ in range(chance.randrange(3))]}
     else:
         changed = {"kind": chance.choice(["ModelChanged", "MessageSent", "RootAdded", "ColumnDataChanged", "TitleChanged"])}
-        content = {"events": [{**changed, "model": {"id": _any(chance, models)}, "attr": chance.choice(["tags", "data", "name", "selected", "x"]), "new": _junk(chance)}]}
+        content = {
+            "events": [
+                {
+                    **changed,
+                    "model": {"id": _any(chance, models)},
+                    "attr": chance.choice(["tags", "data", "name", "selected", "x"]),
+                    "new": _junk(chance),
+                }
+            ]
+        }
     return [json.dumps(header), "{}", json.dumps(content)]
 
 
 async def _talk(url: str, chance: random.Random, count: int) -> list[str]:
-    """Send malformed messages, each set on a connection of its own once the server has closed one; what was answered."""
+    """Send malformed messages, on a new connection of one session whenever the server has closed one; what was answered."""
     answers: list[str] = []
-    sent = 0
+    sent, (token, address) = 0, _token(url)
     while sent < count:
-        try:
-            socket_ = await _open(url)
-        except Exception as error:  # all pages are taken until the first ones are forgotten
-            assert "pages of this case" not in str(error)
-            await asyncio.sleep(1.0)
-            continue
-        await socket_.write_message(json.dumps({"msgid": "0", "msgtype": "PULL-DOC-REQ"}))
-        await socket_.write_message("{}")
-        await socket_.write_message("{}")
-        models: dict[str, str] = {}
-        while sent < count and socket_.close_code is None:
-            for fragment in _message(chance, models):
-                try:
-                    await socket_.write_message(fragment, binary=isinstance(fragment, bytes))
-                except Exception:
-                    break
+        connection = await _open(url, token, address)
+        models = {str(k): each["id"] for k, each in enumerate(_objects(await _document(connection)))}
+        assert len(models) > 50
+        while sent < count and connection.close_code is None:
             sent += 1
-            while True:
-                try:
-                    answer = await asyncio.wait_for(socket_.read_message(), 0.02 if models else 5.0)
-                except (TimeoutError, asyncio.TimeoutError):
-                    break
-                if answer is None:
-                    answers.append(str(socket_.close_reason))
-                    break
-                answers.append(answer if isinstance(answer, str) else "")
-                if not models and '"roots"' in answers[-1]:
-                    models.update({str(k): each["id"] for k, each in enumerate(_objects(json.loads(answers.pop())))})
-            if answers and socket_.close_code is not None:
-                break
-        socket_.close()
+            try:
+                for fragment in _message(chance, models):
+                    await connection.write_message(fragment, binary=isinstance(fragment, bytes))
+            except WebSocketClosedError:
+                pass
+            answers += await _answers(connection, 0.005)
+        answers.append(str(connection.close_reason))
+        connection.close()
     return answers
+
+
+async def _document(connection: WebSocketClientConnection) -> Any:
+    """The document of a session."""
+    for _ in range(3):  # the server says that it is there
+        await connection.read_message()
+    for part in ({"msgid": "0", "msgtype": "PULL-DOC-REQ"}, {}, {}):
+        await connection.write_message(json.dumps(part))
+    while True:
+        answer = await asyncio.wait_for(connection.read_message(), 30.0)
+        assert answer is not None
+        if isinstance(answer, str) and '"roots"' in answer:
+            return json.loads(answer)
+
+
+async def _answers(connection: WebSocketClientConnection, patience: float) -> list[str]:
+    """What has come, as texts."""
+    found: list[str] = []
+    while True:
+        try:
+            answer = await asyncio.wait_for(connection.read_message(), patience)
+        except TimeoutError:
+            return found
+        if answer is None:
+            return found
+        found.append(answer if isinstance(answer, str) else answer.decode("latin-1"))
 
 
 def _objects(value: Any) -> Iterator[dict[str, Any]]:
@@ -323,13 +397,53 @@ def _requests(chance: random.Random, url: str) -> Iterator[bytes]:
     parts = urlsplit(url)
     while True:
         method = chance.choice(["GET", "GET", "GET", "POST", "OPTIONS", "HEAD", "G\0T", "", "PRI"])
-        below = chance.choice([*PATHS, "../../../../etc/passwd", "static/js/../../../../etc/passwd", "static/js/%2e%2e/%2e%2e/x", "static/js//etc/passwd"])
+        below = chance.choice(
+            [
+                *PATHS,
+                "../../../../etc/passwd",
+                "static/js/../../../../etc/passwd",
+                "static/js/%2e%2e/%2e%2e/x",
+                "static/js//etc/passwd",
+            ]
+        )
         noise = "".join(chance.choices(string.printable.replace("\n", "").replace("\r", ""), k=chance.randrange(40)))
-        path = chance.choice([parts.path + below, parts.path + below + noise, f"/{noise}", f"{parts.path}{below}?bokeh-token={noise}&resources=%ff&bokeh-session-id=x"])
+        path = chance.choice(
+            [
+                parts.path + below,
+                parts.path + below + noise,
+                f"/{noise}",
+                f"{parts.path}{below}?bokeh-token={noise}&resources=%ff&bokeh-session-id=x",
+            ]
+        )
         lines = [f"{method} {path} HTTP/1.{chance.choice('1102')}"]
         for _ in range(chance.randrange(4)):
-            name = chance.choice(["Host", "Origin", "Cookie", "Upgrade", "Connection", "Content-Length", "Bokeh-Session-Id", "Range", noise[:9] or "X", "Sec-WebSocket-Protocol"])
-            value = chance.choice([parts.netloc, "websocket", "Upgrade", noise, "-1", "99999999999", "bytes=9-1", "bokeh, x.y.z", "bokeh, eyJ4IjoxfQ.AAAA"])
+            name = chance.choice(
+                [
+                    "Host",
+                    "Origin",
+                    "Cookie",
+                    "Upgrade",
+                    "Connection",
+                    "Content-Length",
+                    "Bokeh-Session-Id",
+                    "Range",
+                    noise[:9] or "X",
+                    "Sec-WebSocket-Protocol",
+                ]
+            )
+            value = chance.choice(
+                [
+                    parts.netloc,
+                    "websocket",
+                    "Upgrade",
+                    noise,
+                    "-1",
+                    "99999999999",
+                    "bytes=9-1",
+                    "bokeh, x.y.z",
+                    "bokeh, eyJ4IjoxfQ.AAAA",
+                ]
+            )
             lines.append(f"{name}: {value}")
         if chance.random() < 0.8:
             lines.insert(1, f"Host: {parts.netloc}")

@@ -56,7 +56,9 @@ def test_page_shows_the_run(tab: Tab, case: Path) -> None:
     run = sd.simulate(read.mechanism, until=read.run.until, samples=read.run.samples)
     at = [tab.curve("time").index(time) for time in (1e3 * run["time"].values).tolist()]
     torque = np.array(tab.curve("torque"))
-    assert np.allclose(torque[at] / np.abs(torque[at]).max(), run["drive_torque"] / np.abs(run["drive_torque"]).max(), rtol=1e-9)
+    assert np.allclose(
+        torque[at] / np.abs(torque[at]).max(), run["drive_torque"] / np.abs(run["drive_torque"]).max(), rtol=1e-9
+    )
     assert np.abs(torque).max() == pytest.approx(1e-3 * float(run["peak_drive_torque"][0]), rel=1e-12)
     assert len(tab.table()["rows"]) == run.sizes["contact"]
     assert tab.page.title() == "case.toml - scissordyn"

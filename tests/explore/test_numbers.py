@@ -51,8 +51,9 @@ SHOWN = """() => {
   for (const name of names) {
     sources[name] = Object.fromEntries(Object.entries(page.get_model_by_name(name).data).map(([k, v]) => [k, Array.from(v)]));
   }
-  return { sources, parts: { ...window.scissordynShown, table: null }, units: Object.fromEntries(
-    ["output", "torque", "force", "slip", "energy", "loss"].map(name => [name, page.get_model_by_name(name).left[0].axis_label])) };
+  const unit = name => [name, page.get_model_by_name(name).left[0].axis_label];
+  return { sources, parts: { ...window.scissordynShown, table: null },
+    units: Object.fromEntries(["output", "torque", "force", "slip", "energy", "loss"].map(unit)) };
 }"""
 
 COLUMNS = {
@@ -140,8 +141,9 @@ def _compare_scene(scene: dict[str, Any], run: xr.Dataset) -> None:
     assert floats(joint["force"]).max() == pytest.approx(float(run["peak_force"].max()), rel=1e-6)
 
 
+@pytest.mark.slow
 def test_page_shows_one_run_however_it_is_dragged(tab: Tab) -> None:
-    """Cross-check: after each of a hundred drags of a slider every number on the page is that of `run`, at no frame of two runs."""
+    """Cross-check: after each of a hundred drags every number on the page is that of `run`, and no frame has two runs."""
     chance = random.Random(7)
     case = read_case(PAPER)
     options = {name: getattr(case.run, name) for name in case.run.__dataclass_fields__}

@@ -67,7 +67,10 @@ def test_flights_between_contacts_have_no_force(coarse: xr.Dataset) -> None:
 def test_point_at_a_sample_stays_one_point() -> None:
     """Closed form: the larger magnitude stays at the instant of a sample; what is outside or not finite is left out."""
     time, values = with_instants(
-        np.array([0.0, 1.0, 2.0]), np.array([0.0, -1.0, 0.0]), np.array([1.0, 0.5, 3.0, np.nan]), np.array([-4.0, 2.0, 9.0, 9.0])
+        np.array([0.0, 1.0, 2.0]),
+        np.array([0.0, -1.0, 0.0]),
+        np.array([1.0, 0.5, 3.0, np.nan]),
+        np.array([-4.0, 2.0, 9.0, 9.0]),
     )
     assert time.tolist() == [0.0, 0.5, 1.0, 2.0]
     assert values.tolist() == [0.0, 2.0, -4.0, 0.0]

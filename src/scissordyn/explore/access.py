@@ -1,7 +1,7 @@
 """Who may use the page: whoever knows its address, which has a random part, and calls this machine by a name of its own.
 
-A page of another site can have its own name lead to this machine (DNS rebinding): its browser then sends requests here, as to the
-site's own server, with the site's name as their host. So every request is looked at, whatever it asks for.
+A page of another site can have its own name lead to this machine (DNS rebinding): its browser then sends requests here, as to
+the site's own server, with the site's name as their host. So every request is looked at, whatever it asks for.
 """
 
 from __future__ import annotations

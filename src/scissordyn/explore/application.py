@@ -8,8 +8,8 @@ from typing import Any
 
 from bokeh.application.handlers.function import FunctionHandler
 from bokeh.document import Document
-from bokeh.server.server import BaseServer
 from bokeh.server.protocol_handler import ProtocolHandler
+from bokeh.server.server import BaseServer
 from bokeh.server.tornado import BokehTornado
 from panel.io.application import build_applications
 from panel.io.resources import LOCAL_DIST, patch_model_css

@@ -316,9 +316,7 @@ class Curves:
         drawn = {
             "curves": data,
             "pinned": {**pinned, "color": self._colors(len(before))},
-            "horizon": {"from": [], "to": []}
-            if horizon is None
-            else {"from": [time.factor * horizon], "to": [BEYOND * until]},
+            "horizon": {"from": [], "to": []} if horizon is None else {"from": [time.factor * horizon], "to": [BEYOND * until]},
             "until": until,
             "time": f"time [{time.unit}]",
             "looks": self._looks(run, joint, output, names, more, scales, data),

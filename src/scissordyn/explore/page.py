@@ -67,9 +67,13 @@ class Page:
         self.answers = 0
         self.selected = ""
         self.shown: Outcome | None = None
-        self.toolbar = Toolbar(lambda message: self._heard(self._asked, message), sizing_mode="stretch_width", styles=area("bar"))
+        self.toolbar = Toolbar(
+            lambda message: self._heard(self._asked, message), sizing_mode="stretch_width", styles=area("bar")
+        )
         self.form = Form(lambda message: self._heard(self._typed, message), sizing_mode="stretch_both", styles=area("form"))
-        self.canvas = Canvas(lambda message: self._heard(self._dragged, message), sizing_mode="stretch_both", styles=area("canvas"))
+        self.canvas = Canvas(
+            lambda message: self._heard(self._dragged, message), sizing_mode="stretch_both", styles=area("canvas")
+        )
         self.contacts = Contacts(lambda message: None, sizing_mode="stretch_both", styles=area("table"))
         self.curves = Curves()
         self.canvas.param.watch(lambda event: self._later(self._choose), "selected")
@@ -317,7 +321,9 @@ class Page:
         if self._making:
             raise InputError(f"'{what}' is asked for while another file is being made", "one file at a time", "wait for it")
         if not slots.acquire(blocking=False):
-            raise InputError(f"'{what}' is asked for while {MOST_MADE} other pages make files", "two at a time", "try again soon")
+            raise InputError(
+                f"'{what}' is asked for while {MOST_MADE} other pages make files", "two at a time", "try again soon"
+            )
         self._making = True
         shown = self.shown
 

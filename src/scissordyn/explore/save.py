@@ -92,5 +92,10 @@ def _film(session: Session, good: Outcome | None, time: float) -> Made:
     return f"{_stem(session)}.html", "text/html", content
 
 
-SAVED: dict[str, Callable[[Session, Outcome | None, float], Made]] = {"case": _case, "run": _run, "picture": _picture, "film": _film}
+SAVED: dict[str, Callable[[Session, Outcome | None, float], Made]] = {
+    "case": _case,
+    "run": _run,
+    "picture": _picture,
+    "film": _film,
+}
 """What can be saved."""

@@ -49,7 +49,8 @@ body { background: var(--sd-back); padding: 0 10px }
   grid-template-areas: "bar bar bar" "form canvas curves" "orbit canvas curves" "orbit table curves" }
 @media (max-width: 1179px) {
   html, body { height: auto }
-  #sd-page { height: auto; grid-template-columns: minmax(280px, 340px) minmax(340px, 1fr); grid-template-rows: auto 480px 300px auto;
+  #sd-page { height: auto; grid-template-columns: minmax(280px, 340px) minmax(340px, 1fr);
+    grid-template-rows: auto 480px 300px auto;
     grid-template-areas: "bar bar" "form canvas" "orbit table" "curves curves" }
 }
 #sd-start { font: 13px/1.4 system-ui, sans-serif; color: var(--sd-faint); margin: 10px 0 }

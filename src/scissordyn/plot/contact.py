@@ -55,16 +55,15 @@ def contact_times(run: xr.Dataset, joint: str) -> ContactTimes:
     return ContactTimes(start, end, start + run["peak_time"].values[ours], run["peak_force"].values[ours], lasting)
 
 
-def with_instants(
-    time: np.ndarray, values: np.ndarray, when: np.ndarray, also: np.ndarray
-) -> tuple[np.ndarray, np.ndarray]:
+def with_instants(time: np.ndarray, values: np.ndarray, when: np.ndarray, also: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """A sampled curve with further points in it.
 
     Parameters
     ----------
     time, values : ndarray, shape (samples,)
     when, also : ndarray, shape (points,)
-        Points that are not finite or lie outside the samples are left out; at the instant of a sample the larger magnitude stays.
+        Points that are not finite or lie outside the samples are left out; at the instant of a sample the larger magnitude
+        stays.
 
     Returns
     -------

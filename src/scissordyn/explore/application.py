@@ -146,7 +146,7 @@ class Socket(WSHandler):  # type: ignore[misc]
         self.close(1002, REFUSED)
 
 
-class Protocol(ProtocolHandler):
+class Protocol(ProtocolHandler):  # type: ignore[misc]
     """The library's, without traces of this program in answers."""
 
     async def handle(self, message: Any, connection: Any) -> Any:

@@ -239,7 +239,7 @@ def test_other_address_says_what_it_means(case: FileCase, tmp_path: Path, monkey
     assert status_of(["explore", path, "--no-browser"]) == 0
     assert capsys.readouterr().err == ""
     assert status_of(["explore", path, "--no-browser", "--address", "0.0.0.0"]) == 0
-    assert "There is no password" in capsys.readouterr().err
+    assert "Nothing is encrypted" in capsys.readouterr().err
 
 
 def test_widget_of_a_notebook_has_the_scene(case: FileCase) -> None:

@@ -10,6 +10,7 @@ from bokeh.document import Document
 from panel.io.resources import Resources, bundle_resources
 from panel.io.state import set_curdoc
 
+from scissordyn.explore.access import Access
 from scissordyn.explore.first import FirstRun
 from scissordyn.explore.page import Page
 from scissordyn.explore.shell import SCRIPTS, Entrance, package_folder
@@ -38,6 +39,6 @@ def test_scripts_are_files_of_the_packages() -> None:
 
 def test_name_of_a_case_is_text_in_the_first_page() -> None:
     """Identity: a file named like a script shows its name."""
-    frame = Entrance("<script>alert(1)</script>.toml").frame
+    frame = Entrance("<script>alert(1)</script>.toml", Access("token", ())).frame
     assert "<script>alert" not in frame
     assert "&lt;script&gt;alert(1)&lt;/script&gt;.toml" in frame

@@ -93,6 +93,10 @@ def change(value: float, other: float) -> str:
     return f"{100.0 * (other - value) / abs(value):+.3g} %"
 
 
+SELDOM = ("motor_work", "load_work")
+"""Shown only where there is any."""
+
+
 def measures(run: xr.Dataset) -> dict[str, tuple[float, str]]:
     """Figures of a run with their units, by name.
 
@@ -118,11 +122,16 @@ def measures(run: xr.Dataset) -> dict[str, tuple[float, str]]:
             found[f"largest force at {joint}"] = (float(np.max(peaks)), "N")
     if "peak_drive_torque" in run:
         found["largest driving torque"] = (float(np.max(np.abs(run["peak_drive_torque"].values))), "N m")
+    if "peak_control_torque" in run:
+        for name, size in zip(run["actuator"].values.astype(str), run["peak_control_torque"].values.tolist(), strict=True):
+            found[f"largest torque of {name}"] = (abs(size), "N m")
     for variable, name, unit in (
         ("slider_position", "displacement at the end", "m"),
         ("drive_work", "work of the drive", "J"),
+        ("motor_work", "work of motors and actuators", "J"),
+        ("load_work", "work of forces and torques", "J"),
         ("dissipated_energy", "dissipated energy", "J"),
     ):
-        if variable in run and math.isfinite(float(run[variable].values[-1])):
-            found[name] = (float(run[variable].values[-1]), unit)
+        if variable in run and math.isfinite(last := float(run[variable].values[-1])) and (last or variable not in SELDOM):
+            found[name] = (last, unit)
     return found

@@ -41,14 +41,16 @@ def explore(
         raise InputError(
             f"cannot read '{case}': no such file", "a case file or a saved run", f"scissordyn new scissor > {command(case)}"
         )
-    from scissordyn.explore.serve import LOCAL, listen, serve
+    from scissordyn.explore.access import is_local
+    from scissordyn.explore.serve import listen, serve
 
     listening = listen(address, port)
-    if address not in LOCAL:
+    if not is_local(listening):
         print(
-            f"Warning: with --address {address} everyone who can reach this machine can open the page, change the numbers of "
-            f"'{case.name}', keep the processor busy and download the case and its runs. There is no password, nothing is "
-            "encrypted. No other file of this machine can be read or written through it.",
+            f"Warning: with --address {address} everyone who can reach this machine and has the address below can change the "
+            f"numbers of '{case.name}', keep the processor busy and download the case and its runs. Nothing is encrypted: "
+            "whoever can read the network's traffic reads the address too. No other file of this machine can be read or "
+            "written through it.",
             file=sys.stderr,
         )
 

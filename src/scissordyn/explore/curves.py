@@ -1,11 +1,11 @@
-"""The curves of a run: figures of Bokeh with one time axis, a time cursor, and curves of pinned runs."""
+"""The figures of the page: figures of Bokeh with one time axis and a time cursor, and what is drawn in them."""
 
 from __future__ import annotations
 
-import itertools
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -28,8 +28,9 @@ from bokeh.models import (
 )
 from bokeh.plotting import figure
 
+from scissordyn.explore.columns import UNITS, chosen_torques, orbit, scaled
 from scissordyn.explore.shell import area
-from scissordyn.plot.scale import DEGREES, Scale, engineering
+from scissordyn.plot.scale import Scale, engineering
 from scissordyn.plot.series import clearance_joints, predictability_horizon
 from scissordyn.plot.style import BLACK, BLUE, GREEN, ORANGE, PURPLE, SKY, VERMILION
 
@@ -37,9 +38,6 @@ if TYPE_CHECKING:
     import xarray as xr
 
 __all__ = ["Curves"]
-
-MOST_POINTS = 4000
-"""Points of a curve in the browser; of longer runs each interval keeps its smallest and its largest value."""
 
 HEIGHT, LABELS = 128, 32
 """Of a figure, and what the labels of its time axis add [pixel]."""
@@ -76,14 +74,7 @@ if (window.scissordynCursor) window.removeEventListener("scissordyn:time", windo
 window.scissordynCursor = move;
 window.addEventListener("scissordyn:time", move);
 """
-DRAWN = """
-const run = clock.tags[1];
-requestAnimationFrame(() => requestAnimationFrame(() => {
-  window.scissordynDrawn = { run, at: performance.now() };
-  window.dispatchEvent(new CustomEvent("scissordyn:drawn", { detail: run }));
-}));
-"""
-"""Tells when the curves of a run are on the screen: the library draws in the frame after its data have changed."""
+SHOWN = (Path(__file__).parent / "assets" / "shown.js").read_text(encoding="utf-8")
 
 TICKS = """
 const step = ticks.length > 1 ? Math.abs(ticks[1] - ticks[0]) : 1;
@@ -101,24 +92,34 @@ class Panel:
     name : str
     lines : sequence of (str, str, str)
         Column of the source, label, colour.
-    unit : str
-        SI.
     """
 
     name: str
     lines: Sequence[tuple[str, str, str]]
-    unit: str
     figure: Any = field(default=None)
 
 
-PANELS = (
-    Panel("output", (("output", "output", BLUE),), "m"),
-    Panel("torque", (("torque", "driving torque", BLUE),), "N m"),
-    Panel("force", (("normal", "normal", BLUE), ("friction", "friction", ORANGE)), "N"),
-    Panel("slip", (("slip", "slip speed", BLUE),), "m/s"),
-    Panel("energy", (("kinetic", "kinetic", BLUE), ("potential", "potential", GREEN), ("work", "work", ORANGE)), "J"),
-    Panel("loss", (("dissipated", "dissipated", BLUE),), "J"),
-    Panel("track", (("track", "deviation", BLUE),), "m"),
+LINES: dict[str, tuple[tuple[str, str], ...]] = {
+    "output": (("output", BLUE),),
+    "torque": (("driving torque", BLUE), ("", ORANGE), ("", GREEN), ("", PURPLE)),
+    "force": (("normal", BLUE), ("friction", ORANGE)),
+    "slip": (("slip speed", BLUE),),
+    "energy": (
+        ("kinetic", BLUE),
+        ("potential", GREEN),
+        ("springs", PURPLE),
+        ("drive", VERMILION),
+        ("motors", ORANGE),
+        ("loads", SKY),
+    ),
+    "loss": (("dissipated", BLUE),),
+    "track": (("deviation", BLUE),),
+}
+"""Labels and colours of the lines; the names of torques are those of a run."""
+
+PANELS = tuple(
+    Panel(name, [(column, *look) for column, look in zip(columns, LINES[name], strict=True)])
+    for name, (_, columns) in UNITS.items()
 )
 
 
@@ -138,7 +139,7 @@ class Curves:
         self.source = ColumnDataSource(empty, name="curves")
         first = [panel.lines[0][0] for panel in PANELS]
         self.pinned = ColumnDataSource({"time": [], **{name: [] for name in first}, "color": []}, name="pinned")
-        self.orbit_source = ColumnDataSource({"x": [], "y": []})
+        self.orbit_source = ColumnDataSource({"x": [], "y": []}, name="orbit points")
         self.circle = ColumnDataSource({"x": [], "y": []})
         self.pinned_orbits = ColumnDataSource({"x": [], "y": [], "color": []})
         self.views: dict[str, CDSView] = {}
@@ -146,9 +147,9 @@ class Curves:
         self.horizon = ColumnDataSource({"from": [], "to": []}, name="horizon")
         self.spans: list[Span] = []
         self.shades: list[Any] = []
-        self.factor = 1.0
-        self._until = 0.0
-        # a model that is not drawn carries numbers to the browser: the factor of the time axis, the number of the run
+        self.legends: list[Legend] = []
+        # a model that is not drawn carries all that is shown of a run to the browser, in one message: the factor of the time
+        # axis, the number of the run, and what `shown.js` puts in its places
         self.clock = Title(tags=[1.0, 0], name="clock")
         self.ticks = CustomJSTickFormatter(code=TICKS)
         self.figures = [self._time_figure(panel) for panel in PANELS]
@@ -163,8 +164,8 @@ class Curves:
         )
         self.stack.styles = {**area("curves"), "overflow-y": "auto"}
         self.orbit = self._orbit_figure()
-        self.source.js_on_change("data", CustomJS(args={"clock": self.clock}, code=DRAWN))
         self.start = CustomJS(args={"spans": self.spans, "clock": self.clock}, code=CURSOR)
+        self.clock.js_on_change("tags", CustomJS(args=self._places(), code=SHOWN))
         self.theme(dark=dark)
 
     def _time_figure(self, panel: Panel) -> Any:
@@ -193,10 +194,11 @@ class Curves:
             legend.update(glyph_width=14, glyph_height=16, label_height=16, label_width=10, label_standoff=4)
             legend.update(label_text_font_size="13px", label_text_font_style="bold")
             made.add_layout(legend, "above")
+            self.legends.append(legend)
         else:
             made.title.text = panel.lines[0][1]  # it takes its room from the beginning
         # labels as high as later ones: the library lays a figure out anew when they grow
-        made.yaxis.axis_label, made.xaxis.axis_label = panel.unit, "time [s]"
+        made.yaxis.axis_label, made.xaxis.axis_label = UNITS[panel.name][0], "time [s]"
         made.yaxis.formatter = self.ticks
         made.yaxis.major_label_text_font = "monospace"
         span = Span(location=0.0, dimension="height", line_color=VERMILION, line_width=1.2, tags=["cursor"])
@@ -237,8 +239,6 @@ class Curves:
     def theme(self, *, dark: bool) -> None:
         """Colours for a light or a dark page."""
         self.dark = dark
-        for source in (self.pinned, self.pinned_orbits):
-            _renew(source, {**source.data, "color": self._colors(len(source.data["color"]))})
         look = THEMES["dark" if dark else "light"]
         for made in (*self.figures, self.orbit):
             made.background_fill_color = made.border_fill_color = look["back"]
@@ -262,8 +262,31 @@ class Curves:
         for shade in self.shades:
             shade.glyph.fill_color = look["shade"]
 
-    def show(self, run: xr.Dataset, pins: Sequence[xr.Dataset], joint: str, output: str, number: int) -> None:
-        """Draw a run.
+    def _places(self) -> dict[str, Any]:
+        """The models of the browser that get what is shown."""
+        sources = {
+            "curves": self.source,
+            "pinned": self.pinned,
+            "orbit": self.orbit_source,
+            "circle": self.circle,
+            "pinnedOrbits": self.pinned_orbits,
+            "horizon": self.horizon,
+        }
+        return {
+            "clock": self.clock,
+            "sources": sources,
+            "figures": self.figures,
+            "titles": [made.title for made in self.figures],
+            "legends": [made.legend[0] if made.legend else None for made in self.figures],
+            "times": [made.xaxis[0] for made in self.figures],
+            "sizes": [made.yaxis[0] for made in self.figures],
+            "range": self.range,
+            "orbit": self.orbit,
+            "orbitParts": [self.orbit.title, self.orbit.xaxis[0], self.orbit.yaxis[0], self.orbit.x_range, self.orbit.y_range],
+        }
+
+    def drawn(self, run: xr.Dataset, pins: Sequence[xr.Dataset], joint: str, output: str) -> tuple[float, dict[str, Any]]:
+        """What the browser draws of a run.
 
         Parameters
         ----------
@@ -274,33 +297,65 @@ class Curves:
             Of force, slip and orbit; "" for a run without clearance joints.
         output : str
             The output body.
-        number : int
-            Of the run in its session.
+
+        Returns
+        -------
+        factor : float
+            Of the time axis.
+        drawn : dict
+            Data of the sources, and what is written at the figures.
         """
-        scales, data = self._scaled(run, joint, output, None)
+        torques, more = chosen_torques(run)
+        names = [source.name for source in torques]
+        scales, data = scaled(run, joint, output, names, None)
         time = scales["time"]
         until = time.factor * float(run["time"].values[-1])
-        if until != self._until:
-            self._until = until
-            self.range.update(start=0.0, end=until, reset_start=0.0, reset_end=until)
-        self.clock.tags = [time.factor, number]
         horizon = predictability_horizon(run)
-        names = self._titles(run, joint, output)
-        shaded = {"from": [], "to": []} if horizon is None else {"from": [time.factor * horizon], "to": [BEYOND * until]}
-        _renew(self.horizon, shaded)
-        for panel, made in zip(PANELS, self.figures, strict=True):
-            made.yaxis.axis_label = scales[panel.name].unit or "1"
-            made.title.text = names[panel.name]
-            if made.legend:
-                made.legend[0].items[0].label = value(f"{names[panel.name]}: {panel.lines[0][1]}")
-            made.visible = any(len(data[column]) and np.isfinite(data[column]).any() for column, _, _ in panel.lines)
-            made.xaxis.axis_label = f"time [{time.unit}]"
-        self._end_with([made for made in self.figures if made.visible][-1])
-        before = [self._scaled(pin, joint, output, scales)[1] for pin in reversed(pins)]
-        columns = {name: [data[name] for data in before] for name in self.pinned.data if name != "color"}
-        _renew(self.pinned, {**columns, "color": self._colors(len(before))})
-        self._show_orbit(run, pins, joint)
-        self.source.data = data
+        before = [scaled(pin, joint, output, names, scales)[1] for pin in reversed(pins)]
+        pinned = {name: [each[name] for each in before] for name in self.pinned.data if name != "color"}
+        drawn = {
+            "curves": data,
+            "pinned": {**pinned, "color": self._colors(len(before))},
+            "horizon": {"from": [], "to": []} if horizon is None else {"from": [time.factor * horizon], "to": [BEYOND * until]},
+            "until": until,
+            "time": f"time [{time.unit}]",
+            "looks": self._looks(run, joint, output, names, more, scales, data),
+            **self._drawn_orbit(run, pins, joint),
+        }
+        return time.factor, drawn
+
+    def _looks(
+        self,
+        run: xr.Dataset,
+        joint: str,
+        output: str,
+        torques: Sequence[str],
+        more: int,
+        scales: dict[str, Scale],
+        data: dict[str, np.ndarray],
+    ) -> list[dict[str, Any]]:
+        """What is written at each figure, and which lines it has."""
+        titles, looks = self._titles(run, joint, output), []
+        for panel in PANELS:
+            labels = list(torques) if panel.name == "torque" else [label for _, label, _ in panel.lines]
+            if panel.name == "torque" and more:
+                labels[-1] += f"; {more} more are smaller"
+            if panel.name in ("force", "energy"):
+                labels[0] = f"{titles[panel.name]}: {labels[0]}"
+            there = [bool(np.isfinite(data[column]).any()) for column, _, _ in panel.lines]
+            looks.append(
+                {
+                    "title": titles[panel.name],
+                    "unit": scales[panel.name].unit or "1",
+                    "labels": [*labels, *[""] * (len(there) - len(labels))],
+                    "there": there,
+                    "visible": any(there),
+                }
+            )
+        last = max(k for k, look in enumerate(looks) if look["visible"])
+        for k, look in enumerate(looks):
+            look.update(last=k == last, height=HEIGHT + LABELS * (k == last))
+        return looks
 
     def _end_with(self, last: Any) -> None:
         """Label the times below the last figure only."""
@@ -321,68 +376,33 @@ class Curves:
         moved = moved if output in bodies else moved.replace("angle of ", f"angle of {bodies[-1]}")
         return {
             "output": moved,
-            "torque": "driving torque",
+            "torque": "torque",
             "force": f"contact force{of_joint}",
             "slip": f"slip speed{of_joint}",
-            "energy": "energy",
-            "loss": "dissipated in contacts",
+            "energy": "energy and work",
+            "loss": "dissipated energy",
             "track": f"deviation of {tracked[0]} from the ideal mechanism" if tracked else "",
         }
 
-    def _scaled(
-        self, run: xr.Dataset, joint: str, output: str, scales: dict[str, Scale] | None
-    ) -> tuple[dict[str, Scale], dict[str, np.ndarray]]:
-        """The columns of the source in units that suit them, or in given ones."""
-        time = run["time"].values
-        raw = _columns(run, joint, output)
-        kept = _thinned(time.size, [raw["normal"], raw["torque"]])
-        angular = "slider_position" not in run
-        if scales is None:
-            scales = {"time": engineering("s", time)}
-            for panel in PANELS:
-                values = [raw[column][np.isfinite(raw[column])] for column, _, _ in panel.lines]
-                degrees = panel.name == "output" and angular
-                scales[panel.name] = DEGREES if degrees else engineering(panel.unit, *values)
-        data = {"time": scales["time"].factor * time[kept]}
-        for panel in PANELS:
-            data.update({column: scales[panel.name].factor * raw[column][kept] for column, _, _ in panel.lines})
-        return scales, data
-
-    def _show_orbit(self, run: xr.Dataset, pins: Sequence[xr.Dataset], joint: str) -> None:
+    def _drawn_orbit(self, run: xr.Dataset, pins: Sequence[xr.Dataset], joint: str) -> dict[str, Any]:
         plane = bool(run["plane_contact"].sel(joint=joint)) if joint and "plane_contact" in run else False
-        self.orbit.visible = bool(joint) and not plane
-        if not self.orbit.visible:
-            return
+        if not joint or plane:
+            return {"orbit": None}
         clearance = float(run["clearance"].sel(joint=joint))
         scale = engineering("m", clearance)
         around = np.linspace(0.0, 2.0 * math.pi, 181)
         size = scale.factor * clearance
-        _renew(self.circle, {"x": size * np.cos(around), "y": size * np.sin(around)})
-        self.orbit_source.data = _orbit(run, joint, scale.factor)
-        shown = [_orbit(pin, joint, scale.factor) for pin in reversed(pins) if joint in clearance_joints(pin)]
+        now = orbit(run, joint, scale.factor)
+        shown = [orbit(pin, joint, scale.factor) for pin in reversed(pins) if joint in clearance_joints(pin)]
         before = {axis: [data[axis] for data in shown] for axis in "xy"}
-        _renew(self.pinned_orbits, {**before, "color": self._colors(len(shown))})
-        drawn = [np.abs(data[axis]).max(initial=0.0) for data in (self.orbit_source.data, *shown) for axis in "xy"]
-        reach = _rounded(1.1 * max(size, *map(float, drawn)))
-        for range in (self.orbit.x_range, self.orbit.y_range):
-            range.update(start=-reach, end=reach, reset_start=-reach, reset_end=reach)
-        self.orbit.title.text = f"journal orbit at {joint}"
-        self.orbit.xaxis.axis_label, self.orbit.yaxis.axis_label = f"x [{scale.unit}]", f"y [{scale.unit}]"
-
-
-def _renew(source: ColumnDataSource, data: dict[str, Any]) -> None:
-    """Give a source other data; the same ones would be sent and drawn once more."""
-    if any(not _equal(source.data[name], values) for name, values in data.items()):
-        source.data = data
-
-
-def _equal(before: Any, after: Any) -> bool:
-    """Whether two columns are the same, of numbers, of texts or of curves."""
-    if len(before) != len(after):
-        return False
-    if isinstance(after, list):
-        return all(np.array_equal(one, other) for one, other in zip(before, after, strict=True))
-    return np.array_equal(before, after)
+        extreme = [np.abs(data[axis]).max(initial=0.0) for data in (now, *shown) for axis in "xy"]
+        return {
+            "orbit": now,
+            "circle": {"x": size * np.cos(around), "y": size * np.sin(around)},
+            "pinnedOrbits": {**before, "color": self._colors(len(shown))},
+            "orbitTexts": [f"journal orbit at {joint}", f"x [{scale.unit}]", f"y [{scale.unit}]"],
+            "orbitReach": _rounded(1.1 * max(size, *map(float, extreme))),
+        }
 
 
 def _rounded(reach: float) -> float:
@@ -391,59 +411,3 @@ def _rounded(reach: float) -> float:
         return 1.0
     digit = 10.0 ** (math.floor(math.log10(reach)) - 1)
     return math.ceil(reach / digit) * digit
-
-
-def _columns(run: xr.Dataset, joint: str, output: str) -> dict[str, np.ndarray]:
-    """The curves in SI; NaN where a run has none."""
-    nothing = np.full(run.sizes["time"], np.nan)
-    here = joint if joint in clearance_joints(run) else ""
-
-    def of_joint(name: str) -> np.ndarray:
-        return np.asarray(run[name].sel(joint=here).values) if here and name in run else nothing
-
-    def of_run(name: str) -> np.ndarray:
-        return np.asarray(run[name].values) if name in run else nothing
-
-    bodies = run["body"].values.astype(str).tolist()
-    body = output if output in bodies else bodies[-1]
-    moved = of_run("slider_position") if "slider_position" in run else run["angle"].sel(body=body).values
-    friction, lost = of_joint("friction_force"), of_run("dissipated_energy")
-    return {
-        "output": np.asarray(moved),
-        "torque": of_run("drive_torque"),
-        "normal": of_joint("normal_force"),
-        "friction": friction if np.any(np.nan_to_num(friction)) else nothing,
-        "slip": of_joint("slip_speed"),
-        "kinetic": of_run("kinetic_energy"),
-        "potential": of_run("potential_energy"),
-        "work": of_run("drive_work"),
-        "dissipated": lost if np.any(np.nan_to_num(lost)) else nothing,
-        "track": _deviation(run, nothing),
-    }
-
-
-def _deviation(run: xr.Dataset, nothing: np.ndarray) -> np.ndarray:
-    """How far the first tracked point is from where the ideal mechanism has it."""
-    if "track_deviation" not in run or not run.sizes.get("track", 0):
-        return nothing
-    values = run["track_deviation"].isel(track=0).transpose("time", ...).values
-    return np.asarray(np.hypot(*values.T) if values.ndim == 2 else values)
-
-
-def _orbit(run: xr.Dataset, joint: str, factor: float) -> dict[str, np.ndarray]:
-    place = factor * run["eccentricity"].sel(joint=joint).transpose("time", "axis").values
-    step = max(1, len(place) // MOST_POINTS)
-    return {"x": place[::step, 0], "y": place[::step, 1]}
-
-
-def _thinned(count: int, curves: Sequence[np.ndarray]) -> np.ndarray | slice:
-    """Samples to draw: all of a short run, of a long one the extreme ones of each interval."""
-    if count <= MOST_POINTS:
-        return slice(None)
-    edges = np.linspace(0, count, MOST_POINTS // (2 * len(curves)) + 1).astype(int)
-    found = {0, count - 1}
-    for curve in curves:
-        values = np.nan_to_num(curve)
-        for first, last in itertools.pairwise(edges.tolist()):
-            found.update((first + int(np.argmin(values[first:last])), first + int(np.argmax(values[first:last]))))
-    return np.array(sorted(found))

@@ -4,21 +4,24 @@ from __future__ import annotations
 
 import base64
 import json
+import logging
 import threading
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
 import panel as pn
 from bokeh.events import DocumentReady
+from bokeh.models import CustomJS
+from tornado.ioloop import IOLoop
 
-from scissordyn.errors import ScissordynError
+from scissordyn.errors import InputError, ScissordynError
 from scissordyn.explore.curves import Curves
 from scissordyn.explore.first import FirstRun
+from scissordyn.explore.message import number, text, whole
 from scissordyn.explore.session import Session
 from scissordyn.explore.shell import area
-from scissordyn.explore.table import ContactTable
-from scissordyn.explore.widgets import Canvas, Form, Toolbar
+from scissordyn.explore.table import contact_table
+from scissordyn.explore.widgets import Canvas, Contacts, Form, Toolbar
 from scissordyn.explore.worker import Outcome
 from scissordyn.plot.scale import engineering
 from scissordyn.plot.series import clearance_joints, largest_forces
@@ -28,15 +31,25 @@ if TYPE_CHECKING:
 
 __all__ = ["Page"]
 
-LOOK = 200
-"""Runs that take longer show their progress, so often [ms]; the state of shorter ones does not flicker."""
+LOOK = 0.2
+"""Runs that take longer show their progress, so often [s]; the state of shorter ones does not flicker."""
 
-UNSEEN = 1000
-"""After this time all of a run is sent even if its curves have not been drawn, as in a tab that is not looked at [ms]."""
+UNSEEN = 1.0
+"""After this time a newer run is sent even if the one before has not been drawn, as in a tab that is not looked at [s]."""
+
+MOST_WAITING = 200
+"""Messages of a page that wait for their turn; further ones are dropped."""
+
+FAULT = "a fault of scissordyn: the terminal of the explorer says where"
+
+log = logging.getLogger(__name__)
 
 
 class Page:
     """One open page with its session, which begins when the case has been read.
+
+    All that is done to the document is done in the document's own turn of the server's loop, see `_later`: what is changed
+    elsewhere, in the thread of a run or while a message is being taken in, does not always reach the browser.
 
     Parameters
     ----------
@@ -51,27 +64,36 @@ class Page:
         self.name, self.first = name, first
         self._session: Session | None = None
         self.drag: Drag | None = None
-        self.dark = False
         self.answers = 0
         self.selected = ""
-        self.toolbar = Toolbar(self._asked, sizing_mode="stretch_width", styles=area("bar"))
-        self.form = Form(self._typed, sizing_mode="stretch_both", styles=area("form"))
-        self.canvas = Canvas(self._dragged, sizing_mode="stretch_both", styles=area("canvas"))
+        self.shown: Outcome | None = None
+        self.toolbar = Toolbar(
+            lambda message: self._heard(self._asked, message), sizing_mode="stretch_width", styles=area("bar")
+        )
+        self.form = Form(lambda message: self._heard(self._typed, message), sizing_mode="stretch_both", styles=area("form"))
+        self.canvas = Canvas(
+            lambda message: self._heard(self._dragged, message), sizing_mode="stretch_both", styles=area("canvas")
+        )
+        self.contacts = Contacts(lambda message: None, sizing_mode="stretch_both", styles=area("table"))
         self.curves = Curves()
-        self.contacts = ContactTable()
-        self.canvas.param.watch(self._choose, "selected")
+        self.canvas.param.watch(lambda event: self._later(self._choose), "selected")
+        self._loop = IOLoop.current(instance=False)
         self._lock = threading.Lock()
         self._pending: set[str] = set()
-        self._live = self._watched = self._drawing = False
-        self._late: set[str] = set()
+        self._live = self._over = self._watched = self._drawing = self._making = False
+        self._waiting = 0
         self._show_waiting()
         self.document.js_on_event(DocumentReady, self.curves.start)
-        pn.state.onload(self._loaded)
+        self.document.js_on_event(DocumentReady, *self._shown_at_first())
+        pn.state.onload(lambda: self._later(self._loaded))
         self.document.on_session_destroyed(lambda context: self._closed())
         if first.case is None:
             first.when_read(lambda: self._later(self._begin))
         else:
             self._begin()
+
+    def _shown_at_first(self) -> list[CustomJS]:
+        return [each for each in self.curves.clock.js_property_callbacks["change:tags"] if isinstance(each, CustomJS)]
 
     @property
     def session(self) -> Session:
@@ -85,267 +107,247 @@ class Page:
             self._show_waiting()
             return
         self._session = Session(self.first.case, self._updated, self.first)
-        self._show_fields()
-        self._refresh({"status", *({"run"} if self.session.good else ())})
+        self._refresh({"fields", "status", "run"})
 
     def _closed(self) -> None:
+        self._over = True
         if self._session is not None:
             self._session.close()
 
     def show(self) -> None:
         """Put the parts of the page into its document, each for itself: when one changes its size, the others stay."""
-        for part in (self.toolbar, self.form, self.canvas):
+        for part in (self.toolbar, self.form, self.canvas, self.contacts):
             part.server_doc(self.document, location=False)
-        for figure in (self.curves.orbit, self.contacts.table, self.curves.stack):
+        for figure in (self.curves.orbit, self.curves.stack):
             self.document.add_root(figure)
+
+    def _later(self, action: Callable[[], None], after: float = 0.0) -> None:
+        """Do something in the document's own turn, from any thread."""
+
+        def turn() -> None:
+            try:
+                action()
+            except ScissordynError as error:
+                self._say(str(error))
+            except Exception:
+                log.exception(FAULT)
+                self._say(FAULT)
+
+        def enqueue() -> None:
+            if not self._over:
+                self.document.add_next_tick_callback(turn)
+
+        assert self._loop is not None
+        if after:
+            self._loop.add_callback(self._loop.call_later, after, enqueue)
+        else:
+            self._loop.add_callback(enqueue)
 
     # what comes from the session, also from its thread
 
     def _updated(self, what: str) -> None:
-        """Note what has changed, and have it shown in the page's own turn; once, however much comes together."""
-        if what == "computing":
-            if self._live and not self._watched:
-                self._watched = True
-                self._later(lambda: self.document.add_timeout_callback(self._watch, LOOK))
-            return
+        """Note what has changed, and have it shown in the document's own turn; once, however much comes together."""
         with self._lock:
             first = not self._pending
             self._pending.add(what)
-        if first and self._live:
+        if first:
             self._later(self._flush)
 
     def _flush(self) -> None:
         with self._lock:
             what, self._pending = self._pending, set()
-        if what:
+        if what and self._session is not None:
             self._refresh(what)
 
     def _loaded(self) -> None:
-        """The page is open: from now on it gets what changes."""
+        """The page is open: from now on it says what it has drawn."""
         self._live = True
-        if self._session is None:
-            return
         self._flush()
-        if self.session.computing:
-            self._updated("computing")
+        if self._session is not None and self.session.computing:
+            self._watch()
+
+    def _refresh(self, what: set[str]) -> None:
+        """Show what has changed."""
+        if "computing" in what and not self._watched:
+            self._watched = True
+            self._later(self._watch, LOOK)
+        if "fields" in what:
+            self._show_fields()
+        if "pins" in what:
+            self._publish(pins=True)
+        if "run" in what:
+            self._show_run()
+        elif "status" in what and self.drag is None and self.canvas.draft:
+            self.canvas.draft = ""  # what was dragged cannot be run
+        if what - {"computing"}:
+            self._show_state()
 
     def _watch(self) -> None:
         """Show how far a run is that takes long."""
         self._watched = self.session.computing
         if self._watched:
-            self._catch_up()
-            self.document.add_timeout_callback(self._watch, LOOK)
+            self._show_state()
+            self._later(self._watch, LOOK)
 
-    def _later(self, action: Callable[[], None]) -> None:
-        """Do something in the page's own turn."""
-        self.document.add_next_tick_callback(action)
+    # the run that is shown: all of it goes to the browser in one message, and the next when it has been drawn
 
-    def _refresh(self, what: set[str]) -> None:
-        """Show what has changed: of a new run its curves, and the rest when the browser has drawn them."""
-        known = self.session.good
-        run = "run" in what and known is not None and known.run is not None
-        self._late |= what - {"run"}
-        if run:
-            self._late.add("scene")
-            self._drawing = self._live
-        waiting = self._drawing or (self._live and self.session.computing)
-        if run:
-            with self._together():
-                self._show_run()
-            if waiting and known is not None:
-                self.document.add_timeout_callback(lambda: self._drawn(known.number), UNSEEN)
-        if not waiting:
-            self._catch_up()
+    def _show_run(self) -> None:
+        """Show the newest run, unless the browser is still drawing the one before: then when it has."""
+        good = self.session.good
+        if good is None or good.run is None or good is self.shown or self._drawing:
+            return
+        self.shown = good
+        if self.selected not in clearance_joints(good.run):
+            self.selected = _heaviest(good)
+        self._drawing = self._live
+        self._publish(scene=True)
+        if self._drawing:
+            self._later(lambda: self._drawn(good.number), UNSEEN)
 
     def _drawn(self, number: int) -> None:
-        """The browser has drawn the curves of a run, or has had the time to."""
-        good = self.session.good
-        if self._drawing and good is not None and good.number == number:
+        """The browser has drawn a run, or has had the time to."""
+        if self._drawing and self.shown is not None and self.shown.number == number:
             self._drawing = False
-            self._catch_up()
+            self._show_run()
 
-    def _catch_up(self) -> None:
-        """Show what has waited for the curves."""
-        late, self._late = self._late, set()
-        with self._together():
-            if "fields" in late:
-                self._show_fields()
-            if "scene" in late:
-                self._show_scene()
-            if "pins" in late:
-                self._show_pins()
-            self._show_state()
+    def _publish(self, *, scene: bool = False, pins: bool = False) -> None:
+        """Send what is shown of the present run, with its number: as one change of one model, which arrives as a whole."""
+        if self.shown is None or self.shown.run is None:
+            return
+        run, case, pinned = self.shown.run, self.shown.case, self.session.pins
+        parts: dict[str, Any] = {"bar": self._bar(self.shown)}
+        if scene or pins:
+            from scissordyn.explore.scene import packed_scene
 
-    @contextmanager
-    def _together(self) -> Iterator[None]:
-        """Send the changes of a block as one message."""
-        self.document.hold("combine")
-        try:
-            yield
-        finally:
-            self.document.unhold()
+            if scene:
+                parts["scene"] = packed_scene(run, case.mechanism, number=self.shown.number)
+                parts["table"] = contact_table(run)
+            if pins:
+                parts["ghost"] = packed_scene(pinned[-1].run, pinned[-1].case.mechanism) if pinned else ""
+        factor, drawn = self.curves.drawn(run, [pin.run for pin in pinned], self.selected, case.mechanism.output_body)
+        self.curves.clock.tags = [factor, self.shown.number, {**drawn, "parts": parts}]
+
+    def _bar(self, shown: Outcome) -> dict[str, Any]:
+        """What the bar says of a run."""
+        assert shown.run is not None
+        statistics = json.loads(shown.run.attrs["statistics"])
+        pins = self.session.pins
+        pinned = f"; pinned: {'; '.join(pin.label for pin in pins)}" if pins else ""
+        scale = engineering("s", statistics["seconds"])
+        lasting = f"{scale.factor * statistics['seconds']:.3g} {scale.unit}"
+        return {
+            "text": f"{statistics['steps']} steps of {statistics['method']} in {lasting}{pinned}",
+            "pins": len(pins),
+            "warnings": list(json.loads(shown.run.attrs["warnings"])),
+        }
+
+    # what is not of a run
 
     def _show_fields(self) -> None:
         self.form.fields = json.dumps([field.plain() for field in self.session.case.fields])
         self.form.typed = json.dumps(self.session.typed)
         self.form.errors = json.dumps(self.session.errors)
 
-    def _show_run(self) -> None:
-        good = self.session.good
-        if good is None or good.run is None:
-            return
-        known = clearance_joints(good.run)
-        if self.selected not in known:
-            self.selected = _heaviest(good)
-        self._show_curves()
-
-    def _show_scene(self) -> None:
-        good = self.session.good
-        if good is None or good.run is None:
-            return
-        from scissordyn.explore.scene import packed_scene
-
-        self.canvas.scene = packed_scene(good.run, good.case.mechanism, number=good.number)
-        self.canvas.draft = ""
-        self.contacts.show(good.run)
-
-    def _show_curves(self) -> None:
-        good = self.session.good
-        if good is not None and good.run is not None:
-            pins = [pin.run for pin in self.session.pins]
-            self.curves.show(good.run, pins, self.selected, good.case.mechanism.output_body, good.number)
-
-    def _show_pins(self) -> None:
-        from scissordyn.explore.scene import packed_scene
-
-        pins = self.session.pins
-        self.canvas.ghost = packed_scene(pins[-1].run, pins[-1].case.mechanism) if pins else ""
-        self._show_curves()
-
     def _show_waiting(self) -> None:
         """Say that the case is being read, or why it cannot be."""
         error = self.first.error
-        self._show_bar(text="reading the case" if error is None else str(error), computing=error is None, bad=error is not None)
+        said = "reading the case" if error is None else str(error)
+        self.toolbar.state = json.dumps({"name": self.name, "text": said, "computing": error is None, "bad": error is not None})
 
     def _show_state(self) -> None:
         session = self.session
-        good = session.good
-        computing = session.lasting > 1e-3 * LOOK
-        if computing:
-            said = "computing" if session.fraction else "preparing"
-        elif session.message:
-            said = session.message
-        elif good is not None and good.run is not None:
-            statistics = json.loads(good.run.attrs["statistics"])
-            pinned = f"; pinned: {'; '.join(pin.label for pin in session.pins)}" if session.pins else ""
-            scale = engineering("s", statistics["seconds"])
-            lasting = f"{scale.factor * statistics['seconds']:.3g} {scale.unit}"
-            said = f"{statistics['steps']} steps of {statistics['method']} in {lasting}{pinned}"
-        else:
-            said = ""
-        self._show_bar(
-            undo=session.can_undo,
-            redo=session.can_redo,
-            pins=len(session.pins),
-            run=good is not None,
-            file=session.case.text() is not None,
-            horizon=session.case.options.trust,
-            computing=computing,
-            fraction=session.fraction or 0.0,
-            text=said,
-            bad=bool(session.message) and not computing,
-            number=0 if good is None else good.number,
-            warnings=session.warnings,
-        )
-
-    def _show_bar(
-        self,
-        *,
-        text: str,
-        computing: bool,
-        bad: bool,
-        undo: bool = False,
-        redo: bool = False,
-        pins: int = 0,
-        run: bool = False,
-        file: bool = False,
-        horizon: bool = False,
-        fraction: float = 0.0,
-        number: int = 0,
-        warnings: Sequence[str] = (),
-    ) -> None:
-        shown = {name: value for name, value in locals().items() if name != "self"}
-        self.toolbar.state = json.dumps({**shown, "name": self.name, "warnings": list(warnings)})
+        computing = session.lasting > LOOK
+        state = {
+            "name": self.name,
+            "undo": session.can_undo,
+            "redo": session.can_redo,
+            "file": session.case.text() is not None,
+            "horizon": session.case.options.trust,
+            "computing": computing,
+            "ordered": session.ordered,
+            "fraction": session.fraction or 0.0,
+            "text": ("computing" if session.fraction else "preparing") if computing else session.message,
+            "bad": bool(session.message) and not computing,
+        }
+        self.toolbar.state = json.dumps(state)
 
     # what comes from the browser
 
-    def _typed(self, message: dict[str, Any]) -> None:
-        if self._session is None:
+    def _heard(self, answer: Callable[[dict[str, Any]], None], message: dict[str, Any]) -> None:
+        """Answer a message in the document's own turn."""
+        if self._waiting >= MOST_WAITING or self._over:
             return
-        self.session.change(str(message["key"]), str(message["text"]), final=bool(message.get("final", True)))
+        self._waiting += 1
 
-    def _choose(self, event: Any) -> None:
-        if self._session is None:
-            return
-        good = self.session.good
-        if good is not None and good.run is not None and event.new in clearance_joints(good.run):
-            self.selected = str(event.new)
-            self._show_curves()
+        def turn() -> None:
+            self._waiting -= 1
+            if self._session is not None or message.get("type") == "theme":
+                answer(message)
+
+        self._later(turn)
+
+    def _typed(self, message: dict[str, Any]) -> None:
+        self.session.change(text(message, "key"), text(message, "text"), final=bool(message.get("final", True)))
+
+    def _choose(self) -> None:
+        if self.shown is not None and self.shown.run is not None and self.canvas.selected in clearance_joints(self.shown.run):
+            self.selected = str(self.canvas.selected)
+            self._publish()
 
     def _asked(self, message: dict[str, Any]) -> None:
-        kind = message.get("type")
+        kind = text(message, "type")
         if kind == "theme":
-            self.dark = bool(message.get("dark"))
-            self.curves.theme(dark=self.dark)
-            return
-        if self._session is None:
-            return
-        simple = {
-            "undo": self.session.undo,
-            "redo": self.session.redo,
-            "pin": self.session.pin,
-            "unpin": self.session.unpin,
-            "stop": self.session.stop,
-        }
-        if kind in simple:
-            simple[str(kind)]()
+            self.curves.theme(dark=bool(message.get("dark")))
+            self._publish()
+        elif kind == "drawn":
+            self._drawn(whole(message, "run"))
         elif kind == "horizon":
             self.session.horizon(bool(message.get("wanted")))
-        elif kind == "drawn":
-            self._drawn(int(message.get("run", 0)))
+        elif kind in ("undo", "redo", "unpin", "stop"):
+            getattr(self.session, kind)()
+        elif kind == "pin":
+            self.session.pin(self.shown)
         elif kind == "python":
             from scissordyn.explore.python_code import python_of
 
-            self._tell(lambda: {"type": "python", "text": python_of(self.session.case)})
+            self.toolbar._send_msg({"type": "python", "text": python_of(self.session.case)})
         elif kind in ("case", "run", "picture", "film"):
-            time = message.get("time", 0.0)
-            instant = float(time) if isinstance(time, int | float) else 0.0
-            # a film takes seconds: the page goes on meanwhile
-            threading.Thread(target=self._make, args=(str(kind), instant), daemon=True).start()
+            self._save(kind, number(message, "time"))
 
-    def _make(self, what: str, time: float) -> None:
-        def made() -> dict[str, Any]:
-            from scissordyn.explore.save import saved  # with matplotlib, which the page does not need
+    def _save(self, what: str, time: float) -> None:
+        """Make a file in a thread, as a film takes seconds: one for this page, and few for all pages."""
+        from scissordyn.explore.save import MOST_MADE, saved, slots  # with matplotlib, which the page does not need
 
-            name, mime, content = saved(self.session, what, time)
-            return {"type": "file", "name": name, "mime": mime, "content": base64.b64encode(content).decode()}
+        if self._making:
+            raise InputError(f"'{what}' is asked for while another file is being made", "one file at a time", "wait for it")
+        if not slots.acquire(blocking=False):
+            raise InputError(
+                f"'{what}' is asked for while {MOST_MADE} other pages make files", "two at a time", "try again soon"
+            )
+        self._making = True
+        shown = self.shown
 
-        try:
-            message = made()
-        except ScissordynError as error:
-            self._later(lambda said=str(error): self._say(said))  # type: ignore[misc]
-            return
-        self._later(lambda: self.toolbar._send_msg(message))
+        def make() -> None:
+            try:
+                name, mime, content = saved(self.session, shown, what, time)
+            except ScissordynError as error:
+                self._later(lambda said=str(error): self._say(said))  # type: ignore[misc]
+            except Exception:
+                log.exception(FAULT)
+                self._later(lambda: self._say(FAULT))
+            else:
+                made = {"type": "file", "name": name, "mime": mime, "content": base64.b64encode(content).decode()}
+                self._later(lambda: self.toolbar._send_msg(made))
+            finally:
+                self._making = False
+                slots.release()
 
-    def _tell(self, made: Callable[[], dict[str, Any]]) -> None:
-        try:
-            self.toolbar._send_msg(made())
-        except ScissordynError as error:
-            self._say(str(error))
+        threading.Thread(target=make, name="scissordyn saves", daemon=True).start()
 
-    def _say(self, text: str) -> None:
-        self.session.message = text
-        self._show_state()
+    def _say(self, said: str) -> None:
+        if self._session is not None:
+            self.session.message = said
+            self._show_state()
 
     def _draft(self) -> None:
         """Show what the drag has made; each answer differs from the one before, as the browser waits for it."""
@@ -357,23 +359,20 @@ class Page:
         self.canvas.draft = packed_scene(self.drag.run, self.drag.ideal, number=self.answers, note=note)
 
     def _dragged(self, message: dict[str, Any]) -> None:
-        if self._session is None:
-            return
         from scissordyn.explore.drag import Drag
 
-        phase = message.get("phase")
+        phase = text(message, "phase")
         try:
             if phase == "start":
-                self.drag = Drag(self.session.case, str(message["kind"]), str(message["name"]))
+                self.drag = None
+                self.drag = Drag(self.session.case, text(message, "kind"), text(message, "name"))
                 self._draft()
             elif self.drag is not None:
-                self.drag.to(float(message["dx"]), float(message["dy"]), steps=2 if phase == "move" else 4)
+                self.drag.to(number(message, "dx"), number(message, "dy"), steps=2 if phase == "move" else 4)
                 self._draft()
         except ScissordynError as error:
             self._say(str(error))
-            if phase == "start":
-                self.drag = None
-            elif self.drag is not None:
+            if self.drag is not None:
                 self._draft()
         if phase == "end" and self.drag is not None:
             texts, self.drag = self.drag.texts, None

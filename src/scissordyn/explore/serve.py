@@ -5,8 +5,10 @@ from __future__ import annotations
 import gc
 import signal
 import socket
+import tempfile
 import threading
 from collections.abc import Callable
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 from tornado.httpserver import HTTPServer
@@ -14,20 +16,24 @@ from tornado.ioloop import IOLoop
 from tornado.routing import Router
 
 from scissordyn.errors import InputError
+from scissordyn.explore.access import Access, is_everywhere
 from scissordyn.explore.first import FirstRun
 from scissordyn.explore.shell import Entrance
 
 if TYPE_CHECKING:
     from scissordyn.explore.case import Case
 
-__all__ = ["LOCAL", "listen", "serve"]
-
-LOCAL = ("127.0.0.1", "localhost", "::1")
-
-EVERYWHERE = ("0.0.0.0", "::")
+__all__ = ["listen", "serve"]
 
 LAST_WORDS = 0.5
 """Time for open pages to show why the case cannot be read, before the server ends [s]."""
+
+LARGEST = 2**16
+"""Of a request [byte]: the page only asks."""
+
+REDIRECT = """<!DOCTYPE html><meta charset="utf-8"><meta name="referrer" content="no-referrer">
+<meta http-equiv="refresh" content="0; url={url}"><title>scissordyn</title><a href="{url}">the page</a>
+"""
 
 PATIENCE = 1.0
 """The case is read when the page that somebody asked for has been built, or after this time [s]."""
@@ -51,6 +57,8 @@ def listen(address: str, wanted: int) -> socket.socket:
     InputError
         If the port is taken, or the address is not one of this machine.
     """
+    if not address.strip():
+        raise InputError("--address ''", "an address or a name of this machine", "--address 127.0.0.1")
     try:
         made = socket.create_server((address, wanted), family=socket.AF_INET6 if ":" in address else socket.AF_INET)
     except OSError as error:
@@ -70,7 +78,7 @@ def serve(
     show: bool,
     said: Callable[[str], None],
 ) -> None:
-    """Serve the page of a case until Ctrl-C.
+    """Serve the page of a case until Ctrl-C, which ends it as a `KeyboardInterrupt`.
 
     The browser gets the frame of the page and its scripts at once, while the libraries of the page are imported; the page
     then, while those that read and simulate the case are; and the numbers and the run of the case when they are there.
@@ -86,7 +94,7 @@ def serve(
     show : bool
         Whether to open a browser.
     said : callable
-        Called with the address of the page.
+        Called with the address of the page, which has a random part: whoever has it may use the page.
 
     Raises
     ------
@@ -94,30 +102,45 @@ def serve(
         If the case cannot be read.
     """
     port = int(listening.getsockname()[1])
-    first, entrance, loop = FirstRun(opened), Entrance(name), IOLoop.current()
-    http = HTTPServer(entrance)
+    first, access, loop = FirstRun(opened), Access.to(listening, address), IOLoop.current()
+    entrance = Entrance(name, access)
+    http = HTTPServer(entrance, max_body_size=LARGEST, max_header_size=LARGEST)
     http.add_sockets([listening])
-    host = "127.0.0.1" if address in EVERYWHERE else f"[{address}]" if ":" in address else address
-    url = f"http://{host}:{port}/"
-    # a page of another origin must not be able to talk to this server
-    origins = {f"{host}:{port}"} | ({f"localhost:{port}", f"127.0.0.1:{port}"} if address in LOCAL else set())
-    preparation = _Preparation(name, first, entrance, loop, http, ["*"] if address in EVERYWHERE else sorted(origins))
-    before = signal.signal(signal.SIGINT, lambda *_: loop.add_callback_from_signal(loop.stop))
+    host = "127.0.0.1" if is_everywhere(listening) else f"[{address}]" if ":" in address else address
+    url = f"http://{host}:{port}{access.folder}"
+    preparation = _Preparation(name, first, entrance, loop, http)
+    interrupted = threading.Event()
+
+    def end(*_: object) -> None:
+        interrupted.set()
+        loop.add_callback_from_signal(loop.stop)
+
+    before = signal.signal(signal.SIGINT, end)
     threading.Thread(target=preparation.run, name="scissordyn explore opens", daemon=True).start()
     said(url)
-    if show:
-        import webbrowser
-
-        threading.Thread(target=webbrowser.open, args=(url,), daemon=True).start()
-    try:
-        loop.start()
-    finally:
-        signal.signal(signal.SIGINT, before)
-        preparation.stop()
-        http.stop()
+    with tempfile.TemporaryDirectory(prefix="scissordyn-explore-") as private:
+        if show:
+            threading.Thread(target=_show, args=(url, Path(private)), daemon=True).start()
+        try:
+            loop.start()
+        finally:
+            signal.signal(signal.SIGINT, before)
+            preparation.stop()
+            http.stop()
     error = first.error or preparation.error
     if error is not None:
         raise error
+    if interrupted.is_set():
+        raise KeyboardInterrupt
+
+
+def _show(url: str, private: Path) -> None:
+    """Open the page in a browser by a file that only its user can read: the command of a browser is seen by all users."""
+    import webbrowser
+
+    redirect = private / "explore.html"
+    redirect.write_text(REDIRECT.format(url=url), encoding="utf-8")
+    webbrowser.open(redirect.as_uri())
 
 
 class _Preparation:
@@ -132,16 +155,11 @@ class _Preparation:
     loop : IOLoop
         Of the server; stopped if there is an error.
     http : HTTPServer
-    origins : list of str
-        Hosts and ports whose pages may talk to the server.
     """
 
-    def __init__(
-        self, name: str, first: FirstRun, entrance: Entrance, loop: IOLoop, http: HTTPServer, origins: list[str]
-    ) -> None:
+    def __init__(self, name: str, first: FirstRun, entrance: Entrance, loop: IOLoop, http: HTTPServer) -> None:
         self.error: BaseException | None = None
         self._name, self._first, self._entrance, self._loop, self._http = name, first, entrance, loop, http
-        self._origins = origins
         self._built = threading.Event()
         self._stop: Callable[[], None] | None = None
 
@@ -166,7 +184,8 @@ class _Preparation:
             self._loop.add_callback(self._loop.call_later, LAST_WORDS if self._entrance.asked else 0.0, self._loop.stop)
 
     def _admit(self, application: Callable[..., tuple[Router, Callable[[], None]]]) -> None:
-        inside, self._stop = application(self._name, self._first, self._built.set, self._loop, self._http, self._origins)
+        folder = self._entrance.access.folder
+        inside, self._stop = application(self._name, self._first, self._built.set, self._loop, self._http, folder)
         self._entrance.admit(inside)
 
     def stop(self) -> None:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -89,6 +88,11 @@ class Session:
         return time.monotonic() - self._began if self.computing else 0.0
 
     @property
+    def ordered(self) -> int:
+        """Number of the newest run that was asked for; that of the last good run is smaller while it is computed."""
+        return self._worker.number
+
+    @property
     def can_undo(self) -> bool:
         """Whether there is a change to take back."""
         return bool(self._undo)
@@ -121,8 +125,9 @@ class Session:
         try:
             new = self.case.changed(texts)
         except ScissordynError as error:
-            for key, text in texts.items():
-                self.errors[key], self.typed[key] = _said(error), text
+            known = {field.key for field in self.case.fields}
+            for key in known & set(texts):
+                self.errors[key], self.typed[key] = _said(error), texts[key]
             self._updated("fields")
             return False
         for key in texts:
@@ -187,10 +192,11 @@ class Session:
         """End the page."""
         self._worker.close()
 
-    def pin(self) -> None:
-        """Keep the present run for comparison; the oldest one goes if there are too many."""
-        if self.good is not None and self.good.run is not None:
-            pinned = Pinned(self.label(self.good.case), self.good.case, self.good.run)
+    def pin(self, shown: Outcome | None = None) -> None:
+        """Keep the run that is shown for comparison, the last good one if not given; the oldest goes if there are too many."""
+        kept = shown or self.good
+        if kept is not None and kept.run is not None:
+            pinned = Pinned(self.label(kept.case), kept.case, kept.run)
             self.pins = [*self.pins, pinned][-MOST_PINS:]
             self._updated("pins")
 
@@ -208,11 +214,6 @@ class Session:
             if field.key not in opened or opened[field.key].value != field.value
         ]
         return ", ".join(found[:3]) + (", ..." if len(found) > 3 else "") or "as opened"
-
-    @property
-    def warnings(self) -> list[str]:
-        """Warnings of the last good run."""
-        return [] if self.good is None or self.good.run is None else list(json.loads(self.good.run.attrs["warnings"]))
 
     def _progress(self, number: int, fraction: float) -> None:
         self.fraction = fraction

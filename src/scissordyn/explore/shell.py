@@ -11,6 +11,8 @@ from tornado.httputil import HTTPMessageDelegate, HTTPServerRequest
 from tornado.routing import Router
 from tornado.web import Application, RequestHandler, StaticFileHandler
 
+from scissordyn.explore.access import Access
+
 __all__ = ["SCRIPTS", "STYLE", "Entrance", "area", "package_folder"]
 
 SCRIPTS = (
@@ -22,7 +24,17 @@ SCRIPTS = (
 """What the page's libraries need in the browser, in this order; modules are imported by the browser itself."""
 
 ELEMENT = "sd-page"
-BEGIN = f"autoload.js?bokeh-autoload-element={ELEMENT}"
+BEGIN = "autoload.js"
+INSIDE = ("autoload.js", "ws")
+"""What the page's own server answers; whatever else its libraries would answer is not reached."""
+
+CAREFUL = {
+    "X-Content-Type-Options": "nosniff",
+    "X-Frame-Options": "DENY",
+    "Referrer-Policy": "no-referrer",
+    "Cross-Origin-Resource-Policy": "same-origin",
+}
+"""For browsers: no other site may show the page in a frame, read what it has, or be told its address."""
 
 STYLE = """
 :root { --sd-back: #ffffff; --sd-ink: #222222; --sd-faint: #5f6670; --sd-fill: #e4e4e4; --sd-line: #b8bdc4; --sd-field: #f4f5f6;
@@ -35,6 +47,12 @@ body { background: var(--sd-back); padding: 0 10px }
 #sd-page { display: grid; height: 100%; gap: 0 10px; grid-template-columns: 340px minmax(420px, 1fr) minmax(400px, 1fr);
   grid-template-rows: auto minmax(240px, 1fr) 90px 200px;
   grid-template-areas: "bar bar bar" "form canvas curves" "orbit canvas curves" "orbit table curves" }
+@media (max-width: 1179px) {
+  html, body { height: auto }
+  #sd-page { height: auto; grid-template-columns: minmax(280px, 340px) minmax(340px, 1fr);
+    grid-template-rows: auto 480px 300px auto;
+    grid-template-areas: "bar bar" "form canvas" "orbit table" "curves curves" }
+}
 #sd-start { font: 13px/1.4 system-ui, sans-serif; color: var(--sd-faint); margin: 10px 0 }
 """
 
@@ -90,9 +108,12 @@ class Entrance(Router):
     ----------
     name : str
         Of the case.
+    access : Access
+        Who may come in.
     """
 
-    def __init__(self, name: str) -> None:
+    def __init__(self, name: str, access: Access) -> None:
+        self.access = access
         self.inside: Router | None = None
         self.asked = False
         self._open = asyncio.Event()
@@ -106,10 +127,11 @@ class Entrance(Router):
         files = {"panel": package_folder("panel") / "dist", "bokeh": package_folder("bokeh") / "server" / "static" / "js"}
         self._first = Application(
             [
-                (r"/", Frame, {"frame": self.frame}),
-                (r"/start.js", Start, {"ready": self._open}),
-                (r"/static/extensions/panel/(.*)", StaticFileHandler, {"path": files["panel"]}),
-                (r"/static/js/(.*)", StaticFileHandler, {"path": files["bokeh"]}),
+                (r"/[^/]+/", Frame, {"frame": self.frame}),
+                (r"/[^/]+/start\.js", Start, {"ready": self._open}),
+                (r"/[^/]+/static/extensions/panel/(.*)", Files, {"path": files["panel"]}),
+                (r"/[^/]+/static/js/(.*)", Files, {"path": files["bokeh"]}),
+                (r".*", Refused, {"status": 404, "said": "nothing here"}),
             ]
         )
 
@@ -120,14 +142,45 @@ class Entrance(Router):
 
     def find_handler(self, request: HTTPServerRequest, **more: object) -> HTTPMessageDelegate | None:
         """Whoever answers a request."""
-        first = self.inside is None or request.path in ("/", "/start.js")
-        self.asked |= request.path == "/"
-        router = self._first if first else self.inside
-        assert router is not None
-        return router.find_handler(request, **more)
+        refused = self.access.refusal(request)
+        if refused is not None:
+            status, said = refused
+            return self._first.get_handler_delegate(request, Refused, {"status": status, "said": said})
+        asked = request.path.removeprefix(self.access.folder)
+        self.asked |= asked == ""
+        if asked in INSIDE and self.inside is not None:
+            return self.inside.find_handler(request, **more)
+        return self._first.find_handler(request, **more)
 
 
-class Frame(RequestHandler):
+class Careful(RequestHandler):
+    """An answer with the headers of the page, and without a word about this program in an error."""
+
+    def set_default_headers(self) -> None:
+        """Headers of every answer."""
+        self.clear_header("Server")
+        for name, value in CAREFUL.items():
+            self.set_header(name, value)
+
+
+class Refused(Careful):
+    """One line that says why."""
+
+    def initialize(self, status: int, said: str) -> None:
+        self.status, self.said = status, said
+
+    def prepare(self) -> None:
+        """Answer, whatever the method."""
+        self.set_status(self.status)
+        self.set_header("Content-Type", "text/plain; charset=utf-8")
+        self.finish(f"{self.said}\n")
+
+
+class Files(Careful, StaticFileHandler):
+    """A file of a library."""
+
+
+class Frame(Careful):
     """The first page."""
 
     def initialize(self, frame: str) -> None:
@@ -139,7 +192,7 @@ class Frame(RequestHandler):
         self.finish(self.frame)
 
 
-class Start(RequestHandler):
+class Start(Careful):
     """The script that begins the session of a page; it comes when there is somebody to begin it."""
 
     def initialize(self, ready: asyncio.Event) -> None:

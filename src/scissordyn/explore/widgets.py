@@ -9,20 +9,31 @@ from typing import Any
 import param
 from panel.custom import JSComponent
 
-__all__ = ["Canvas", "Form", "Toolbar"]
+__all__ = ["Canvas", "Contacts", "Form", "Toolbar"]
+
+MOST_ENTRIES = 20
+"""Entries of a message; the page sends fewer."""
 
 ASSETS = Path(__file__).parent / "assets"
 CANVAS = (ASSETS / "canvas.js").read_text(encoding="utf-8")
 
 ADAPTER = """
 const changes = name => name.startsWith("change:") ? name.slice(7) : name;
+const SHOWN = ["scene", "ghost"];  // what comes with the run that is shown, see shown.js
 export function render({ model, el }) {
+  const ends = [];
   const host = {
-    get: name => model[name], set: (name, value) => { model[name] = value; }, save_changes: () => {},
-    on: (name, reaction) => model.on(changes(name), reaction), send: content => model.send_msg(content),
+    get: name => SHOWN.includes(name) ? (window.scissordynShown || {})[name] || "" : model[name],
+    set: (name, value) => { model[name] = value; }, save_changes: () => {}, send: content => model.send_msg(content),
+    on: (event, reaction) => {
+      const name = changes(event), shown = message => { if (name in message.detail) reaction(); };
+      if (!SHOWN.includes(name)) { model.on(name, reaction); return; }
+      window.addEventListener("scissordyn:shown", shown);
+      ends.push(() => window.removeEventListener("scissordyn:shown", shown));
+    },
   };
-  const end = renderMechanism({ model: host, el });
-  if (end) model.on("remove", end);
+  ends.push(renderMechanism({ model: host, el }));
+  model.on("remove", () => ends.forEach(end => end && end()));
 }
 """
 """What Panel calls its model, in the words of anywidget."""
@@ -38,7 +49,8 @@ class _Sender(JSComponent):  # type: ignore[misc]
         self._heard = heard
 
     def _handle_msg(self, message: Any) -> None:
-        if isinstance(message, dict):
+        # whatever else may come in a message is none of the page's
+        if isinstance(message, dict) and len(message) <= MOST_ENTRIES:
             self._heard(message)
 
     def _get_properties(self, doc: Any) -> dict[str, Any]:
@@ -50,13 +62,17 @@ class _Sender(JSComponent):  # type: ignore[misc]
 class Canvas(_Sender):
     """The mechanism: the anywidget of `canvas.js`."""
 
-    scene = param.String()
-    ghost = param.String()
     draft = param.String()
     selected = param.String()
     theme = param.String()
 
     _esm = CANVAS.replace("export default { render };", "").replace("function render(", "function renderMechanism(") + ADAPTER
+
+
+class Contacts(_Sender):
+    """The table of contacts."""
+
+    _esm = (ASSETS / "table.js").read_text(encoding="utf-8")
 
 
 class Form(_Sender):
@@ -72,6 +88,6 @@ class Form(_Sender):
 class Toolbar(_Sender):
     """Buttons, progress and state."""
 
-    state = param.String('{"warnings": []}')
+    state = param.String("{}")
 
     _esm = (ASSETS / "toolbar.js").read_text(encoding="utf-8")

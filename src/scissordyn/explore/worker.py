@@ -60,6 +60,11 @@ class Worker:
         self._closed = False
         self._thread: threading.Thread | None = None
 
+    @property
+    def number(self) -> int:
+        """Of the last order."""
+        return self._number
+
     def order(self, case: Case) -> int:
         """Run a case in place of anything that is waiting or going on; returns the number of the order."""
         with self._changed:

@@ -14,6 +14,7 @@ from scissordyn.component.place import GROUND
 from scissordyn.errors import InputError
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.plot.channel_scene import GAP, Channel, channel_of
+from scissordyn.plot.contact import frame_contacts
 from scissordyn.plot.label_place import aside
 from scissordyn.plot.place import corners_of, outlines, upright
 from scissordyn.plot.scale import Scale, engineering
@@ -268,14 +269,15 @@ def _clearance_joint(
     begins = np.concatenate([[0], frames[:-1] + 1])
     force = np.nan_to_num(here["normal_force"].values)[:last]
     touching = here["in_contact"].values[:last]
+    touched, largest = frame_contacts(run, name, run["time"].values[frames])
     return ClearanceJoint(
         name=name,
         place=placement.place(joint.bearing),
         journal=eccentricity[frames],
         path=eccentricity[fine],
         reached=np.searchsorted(fine, frames, side="right"),
-        touched=np.logical_or.reduceat(touching, begins),
-        force=np.maximum.reduceat(force, begins),
+        touched=np.logical_or.reduceat(touching, begins) | touched,
+        force=np.maximum(np.maximum.reduceat(force, begins), largest),
         gain=GAP * joint.clearance.journal_radius / clearance,
     )
 
@@ -285,9 +287,11 @@ def _channel(run: xr.Dataset, mechanism: Mechanism, placement: Placement, frames
     last = int(frames[-1]) + 1
     every = channel_of(run, mechanism, slice(last), name, placement.place(mechanism.guide(name).follower))
     begins = np.concatenate([[0], frames[:-1] + 1])
+    when = run["time"].values[frames]
+    located = [frame_contacts(run, corner, when) for corner in every.corners]
     return dataclasses.replace(
         every,
         block=every.block[frames],
-        touching=np.logical_or.reduceat(every.touching, begins, axis=0),
-        force=np.maximum.reduceat(every.force, begins),
+        touching=np.logical_or.reduceat(every.touching, begins, axis=0) | np.stack([part for part, _ in located], axis=1),
+        force=np.max([np.maximum.reduceat(every.force, begins), *(part for _, part in located)], axis=0),
     )

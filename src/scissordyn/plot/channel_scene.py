@@ -45,6 +45,8 @@ class Channel:
         Where the block is in the picture [m]; empty if not asked for.
     gain : float
         Magnification of the clearance relative to that of the block.
+    corners : tuple of str
+        Names of the contact points, as they stand around the block.
     """
 
     name: str
@@ -54,6 +56,7 @@ class Channel:
     force: np.ndarray
     place: np.ndarray
     gain: float
+    corners: tuple[str, ...]
 
 
 def channel_of(run: xr.Dataset, mechanism: Mechanism, samples: Any, guide: str, place: np.ndarray | None = None) -> Channel:
@@ -109,4 +112,5 @@ def channel_of(run: xr.Dataset, mechanism: Mechanism, samples: Any, guide: str, 
         np.nan_to_num(now["normal_force"].values).max(axis=1),
         np.empty((0, 2)) if place is None else place,
         GAP * half / gap.clearance,
+        tuple(points[k].name for k in around),
     )

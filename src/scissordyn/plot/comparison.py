@@ -9,8 +9,10 @@ import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
 
+from scissordyn.plot.contact import force_curve
 from scissordyn.plot.scale import DEGREES, engineering
-from scissordyn.plot.series import clearance_joints, finish, time_scale
+from scissordyn.plot.series import clearance_joints, finish, largest_forces, time_scale
+from scissordyn.plot.source import torque_sources
 from scissordyn.plot.style import BLUE, LINE, VERMILION, Canvas, legend, literal, panels
 
 __all__ = ["comparison", "shared_curves"]
@@ -21,11 +23,11 @@ JOINTS = 3
 SECOND: dict[str, Any] = {"color": VERMILION, "linewidth": LINE, "linestyle": (0, (5, 1.5)), "zorder": 3.0}
 """The second run is dashed and on top, so that both are visible where they agree."""
 
-OF_A_RUN = (("slider_position", "displacement"), ("drive_torque", "driving torque"))
+WORKS = ("drive_work", "motor_work", "load_work")
 
 
 def shared_curves(runs: Sequence[xr.Dataset]) -> Iterator[tuple[str, list[xr.DataArray]]]:
-    """Quantities over time that all runs have, with their curves: output, torque, forces, energy.
+    """Quantities over time that all runs have, with their curves: output, torques, forces, energy, work.
 
     Parameters
     ----------
@@ -35,21 +37,26 @@ def shared_curves(runs: Sequence[xr.Dataset]) -> Iterator[tuple[str, list[xr.Dat
     ------
     (str, list of DataArray)
     """
-    for variable, name in OF_A_RUN:
-        if all(variable in run for run in runs):
-            yield name, [run[variable] for run in runs]
+    if all("slider_position" in run for run in runs):
+        yield "displacement", [run["slider_position"] for run in runs]
+    torques = [{source.name: source.curve for source in torque_sources(run)} for run in runs]
+    for name in _shared([list(found) for found in torques]):
+        yield name, [found[name] for found in torques]
     if not all("slider_position" in run for run in runs):
         for body in _shared([run["body"].values.astype(str).tolist() for run in runs])[-1:]:
             yield f"angle of {body}", [run["angle"].sel(body=body) for run in runs]
     joints = _shared([clearance_joints(run) for run in runs])
-    peaks = [max(float(run["normal_force"].sel(joint=joint).max()) for run in runs) for joint in joints]
+    largest = [largest_forces(run) for run in runs]
+    peaks = [max(found[joint] for found in largest) for joint in joints]
     chosen = {joints[k] for k in np.argsort(-np.array(peaks), kind="stable")[:JOINTS]}
     for joint in joints:
         if joint in chosen:
-            yield f"force at {joint}", [run["normal_force"].sel(joint=joint) for run in runs]
+            yield f"force at {joint}", [force_curve(run, joint) for run in runs]
     for variable, name in (("kinetic_energy", "kinetic energy"), ("dissipated_energy", "dissipated")):
         if all(variable in run and np.any(run[variable].values) for run in runs):
             yield name, [run[variable] for run in runs]
+    if all(set(WORKS) <= set(run.variables) and any(np.any(run[name].values) for name in WORKS) for run in runs):
+        yield "work", [sum((run[name] for name in WORKS[1:]), run[WORKS[0]]).assign_attrs(units="J") for run in runs]
 
 
 def _shared(names: Sequence[Sequence[str]]) -> list[str]:

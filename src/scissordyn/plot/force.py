@@ -8,6 +8,7 @@ import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
 
+from scissordyn.plot.contact import contact_times, force_curve
 from scissordyn.plot.scale import Scale, engineering
 from scissordyn.plot.series import chosen_joints, contact_spans, finish, note_more, time_scale
 from scissordyn.plot.style import BLACK, BLUE, GREY, IDEAL, LINE, NORMAL, SMALL, VERMILION, Canvas, legend, literal, panels
@@ -66,18 +67,16 @@ def force(
 
 
 def _normal(axes: Axes, run: xr.Dataset, ideal: xr.Dataset | None, joint: str, time: Scale) -> None:
-    values = run["normal_force"].sel(joint=joint).values
-    ours = run["contact_joint"].values.astype(str) == joint
-    peaks = run["peak_force"].values[ours]
+    curve, contacts = force_curve(run, joint), contact_times(run, joint)
+    values, peaks = curve.values, contacts.peak
     reaction = None
     if ideal is not None and "reaction" in ideal and joint in ideal["joint"].values:
         reaction = np.hypot(*ideal["reaction"].sel(joint=joint).transpose("axis", "time").values)
     scale = engineering("N", values, peaks, *(() if reaction is None else (reaction,)))
-    axes.plot(time.factor * run["time"].values, scale.factor * values, color=BLUE, linewidth=LINE, label="normal force")
+    axes.plot(time.factor * curve["time"].values, scale.factor * values, color=BLUE, linewidth=LINE, label="normal force")
     if peaks.size:
-        when = (run["contact_start"] + run["peak_time"]).values[ours]
         axes.plot(
-            time.factor * when,
+            time.factor * contacts.peak_time,
             scale.factor * peaks,
             linestyle="",
             marker="o",

@@ -17,6 +17,7 @@ from scissordyn.plot.force import force
 from scissordyn.plot.orbit import orbit
 from scissordyn.plot.response import response
 from scissordyn.plot.series import chosen_joints, clearance_joints, clearance_pins
+from scissordyn.plot.source import torque_sources
 from scissordyn.plot.structure import structure
 from scissordyn.plot.torque import torque
 
@@ -25,7 +26,7 @@ __all__ = ["KINDS", "check_kinds", "draw_all"]
 KINDS = ("response", "force", "torque", "orbit", "energy", "structure")
 """All pictures, in order."""
 
-NEEDS = {"force": "a clearance joint", "orbit": "a clearance joint with a journal", "torque": "a drive"}
+NEEDS = {"force": "a clearance joint", "orbit": "a clearance joint with a journal", "torque": "a drive, an actuator or a motor"}
 """What a run must have for a picture."""
 
 
@@ -53,7 +54,8 @@ def draw_all(
 ) -> list[Path]:
     """Every picture that a run has data for: response, force, torque, orbit, energy, structure.
 
-    Force needs a clearance joint or guide, orbit a revolute clearance joint, torque a drive, structure a mechanism. Nothing is
+    Force needs a clearance joint or guide, orbit a revolute clearance joint, torque a drive, an actuator or a
+    motor, structure a mechanism. Nothing is
     written before all are drawn.
 
     Parameters
@@ -90,7 +92,7 @@ def draw_all(
     makers: dict[str, Callable[[], list[Axes]]] = {"response": lambda: response(run, ideal)}
     if has_clearance:
         makers["force"] = lambda: force(run, ideal, joints=joints)
-    if "drive_torque" in run:
+    if torque_sources(run):
         makers["torque"] = lambda: torque(run, ideal)
     if pins and turning != []:
         makers["orbit"] = lambda: orbit(run, joints=turning)

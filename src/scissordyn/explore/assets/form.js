@@ -97,6 +97,7 @@ export function render({ model, el }) {
   function refresh() {
     const errors = JSON.parse(model.errors || "{}"), typed = JSON.parse(model.typed || "{}");
     for (const [key, several] of rows) for (const { box, input, range, error, field } of several) {
+      box.dataset.text = field.text;  // as the case has it
       const wrong = key in errors, active = input.getRootNode().activeElement;
       if (wrong) input.value = typed[key]; else if (!range || active !== range) input.value = field.text;
       input.setAttribute("aria-invalid", String(wrong));

@@ -53,20 +53,20 @@ export function render({ model, el }) {
     model.send_msg({ type: "theme", dark });
   }
   function show() {
-    const now = JSON.parse(model.state || "{}");
+    const now = JSON.parse(model.state || "{}"), { bar: of = {}, run = 0 } = window.scissordynShown || {}, listed = of.warnings || [];
     bar.querySelector("strong").textContent = now.name;
-    by.undo.disabled = !now.undo; by.redo.disabled = !now.redo; by.unpin.disabled = !now.pins;
-    by.unpin.textContent = now.pins ? `Unpin ${now.pins}` : "Unpin";
-    by.pin.disabled = by.run.disabled = by.picture.disabled = by.film.disabled = !now.run;
+    by.undo.disabled = !now.undo; by.redo.disabled = !now.redo; by.unpin.disabled = !of.pins;
+    by.unpin.textContent = of.pins ? `Unpin ${of.pins}` : "Unpin";
+    by.pin.disabled = by.run.disabled = by.picture.disabled = by.film.disabled = !run;
     by.case.disabled = !now.file; by.case.title = now.file ? "" : "a saved run has no case file; copy it as Python";
     box.checked = now.horizon;
     progress.style.display = stop.style.display = now.computing ? "" : "none";
     if (now.fraction > 0) progress.value = now.fraction; else progress.removeAttribute("value");
-    state.textContent = now.text; state.dataset.bad = String(Boolean(now.bad));
-    state.dataset.computing = String(Boolean(now.computing)); state.dataset.run = now.number;
-    warnings.hidden = !now.warnings.length;
-    warnings.querySelector("summary").textContent = now.warnings.length === 1 ? "1 warning" : `${now.warnings.length} warnings`;
-    warnings.querySelector("ul").replaceChildren(...now.warnings.map(text => { const item = document.createElement("li"); item.textContent = text; return item; }));
+    state.textContent = now.text || of.text || ""; state.dataset.bad = String(Boolean(now.bad));
+    state.dataset.computing = String(Boolean(now.computing)); state.dataset.run = run; state.dataset.ordered = now.ordered || 0;
+    warnings.hidden = !listed.length;
+    warnings.querySelector("summary").textContent = listed.length === 1 ? "1 warning" : `${listed.length} warnings`;
+    warnings.querySelector("ul").replaceChildren(...listed.map(text => { const item = document.createElement("li"); item.textContent = text; return item; }));
   }
   function code(text) {
     const dialog = document.createElement("div"), area = document.createElement("textarea"), close = document.createElement("button");
@@ -94,6 +94,7 @@ export function render({ model, el }) {
       setTimeout(() => URL.revokeObjectURL(link.href), 10000);
     } else if (message.type === "python") code(message.text);
   });
+  window.addEventListener("scissordyn:shown", show);
   window.addEventListener("scissordyn:time", event => { time = event.detail; });
   const drawn = run => model.send_msg({ type: "drawn", run });
   window.addEventListener("scissordyn:drawn", event => drawn(event.detail));

@@ -11,8 +11,10 @@ from matplotlib.figure import Figure
 
 from scissordyn.paper.cases import SIZES, SPEEDS, PaperCase
 from scissordyn.paper.measures import JOINT
+from scissordyn.plot.contact import force_curve
 from scissordyn.plot.scale import Scale
 from scissordyn.plot.series import compare, finish, time_scale
+from scissordyn.plot.source import torque_sources
 from scissordyn.plot.style import BLUE, GREEN, NORMAL, VERMILION, legend, panels
 
 __all__ = ["BY_CLEARANCE", "BY_SPEED", "draw", "draw_by_clearance", "draw_by_speed"]
@@ -41,8 +43,8 @@ def draw(runs: Mapping[PaperCase, xr.Dataset], cases: Mapping[PaperCase, str]) -
     """
     drawn = panels(None, 2, size=(9.0, 5.6))
     curves = (
-        ("contact force", {case: runs[case]["normal_force"].sel(joint=JOINT) for case in cases}),
-        ("driving torque", {case: runs[case]["drive_torque"] for case in cases}),
+        ("contact force", {case: force_curve(runs[case], JOINT) for case in cases}),
+        ("driving torque", {case: torque_sources(runs[case])[0].curve for case in cases}),
     )
     time = time_scale(runs[next(iter(cases))])
     for axes, letter, (name, series) in zip(drawn, "ab", curves, strict=True):

@@ -1,0 +1,97 @@
+"""Who may use the page: whoever knows its address, which has a random part, and calls this machine by a name of its own.
+
+A page of another site can have its own name lead to this machine (DNS rebinding): its browser then sends requests here, as to
+the site's own server, with the site's name as their host. So every request is looked at, whatever it asks for.
+"""
+
+from __future__ import annotations
+
+import hmac
+import ipaddress
+import secrets
+import socket
+from collections.abc import Collection
+from dataclasses import dataclass
+from urllib.parse import urlsplit
+
+from tornado.httputil import HTTPServerRequest
+
+__all__ = ["Access", "is_everywhere", "is_local"]
+
+LOCAL = ("127.0.0.1", "localhost", "::1")
+
+ELSEWHERE = "open the address that 'scissordyn explore' has printed"
+
+
+def _bound(listening: socket.socket) -> ipaddress.IPv4Address | ipaddress.IPv6Address:
+    return ipaddress.ip_address(str(listening.getsockname()[0]).partition("%")[0])
+
+
+def is_local(listening: socket.socket) -> bool:
+    """Whether only this machine reaches a socket."""
+    return _bound(listening).is_loopback
+
+
+def is_everywhere(listening: socket.socket) -> bool:
+    """Whether a socket listens on all addresses of this machine."""
+    return _bound(listening).is_unspecified
+
+
+@dataclass(frozen=True)
+class Access:
+    """What a request must have.
+
+    Parameters
+    ----------
+    token : str
+        First part of the path.
+    names : collection of str
+        Names of this machine, in lower case.
+    any_number : bool
+        Whether it may be called by any address in numbers; nobody else's name leads to one.
+    """
+
+    token: str
+    names: Collection[str]
+    any_number: bool = False
+
+    @classmethod
+    def to(cls, listening: socket.socket, address: str) -> Access:
+        """To a socket that listens on an address, with a new token."""
+        bound, own = _bound(listening), socket.gethostname().lower()
+        if bound.is_loopback:
+            names = {*LOCAL, str(bound), address.lower()}
+        elif bound.is_unspecified:
+            names = {*LOCAL, own}
+        else:
+            names = {str(bound), address.lower(), own}
+        return cls(secrets.token_urlsafe(24), frozenset(names), bound.is_unspecified)
+
+    @property
+    def folder(self) -> str:
+        """The path of the page."""
+        return f"/{self.token}/"
+
+    def refusal(self, request: HTTPServerRequest) -> tuple[int, str] | None:
+        """Why a request is refused: status and one line; None if it is not."""
+        hosts, origins = request.headers.get_list("Host"), request.headers.get_list("Origin")
+        if len(hosts) != 1 or not self._is_ours(hosts[0]):
+            return 403, f"no page of this host; {ELSEWHERE}"
+        if origins and origins not in ([f"http://{hosts[0]}"], [f"https://{hosts[0]}"]):
+            return 403, "no page of another site may talk to this one"
+        first = request.path.split("/", 2)
+        known = len(first) == 3 and hmac.compare_digest(first[1].encode("utf-8", "replace"), self.token.encode())
+        if not known:
+            return 404, f"nothing here; {ELSEWHERE}"
+        if request.method not in ("GET", "HEAD"):
+            return 405, "the page only answers GET"
+        return None
+
+    def _is_ours(self, host: str) -> bool:
+        try:
+            name = urlsplit(f"//{host}").hostname or ""
+            if name in self.names:
+                return True
+            return self.any_number and ipaddress.ip_address(name) is not None
+        except ValueError:
+            return False

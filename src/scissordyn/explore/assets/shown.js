@@ -1,0 +1,36 @@
+// What is shown of a run comes in one message and goes to its places here, in one turn of the browser: curves, drawing, table and
+// bar have the numbers of one run at every instant.
+const [factor, run, shown] = clock.tags;
+if (!shown) return;
+const quiet = { sync: false };  // not to the server
+const put = (model, values) => model.setv(values, quiet);
+if (shown.curves) {
+  if (shown.until !== clock.until) {  // else a range that somebody has zoomed stays
+    clock.until = shown.until;
+    put(range, { start: 0, end: shown.until, reset_start: 0, reset_end: shown.until });
+  }
+  for (const name of ["horizon", "pinned", "circle", "pinnedOrbits", "orbit", "curves"])
+    if (shown[name]) put(sources[name], { data: shown[name] });
+  shown.looks.forEach((look, k) => {
+    put(titles[k], { text: look.title });
+    put(sizes[k], { axis_label: look.unit });
+    put(times[k], { axis_label: shown.time, visible: look.last });
+    if (legends[k]) legends[k].items.forEach((item, n) => put(item, { label: { value: look.labels[n] }, visible: look.there[n] }));
+    put(figures[k], { visible: look.visible, height: look.height });
+  });
+  put(orbit, { visible: Boolean(shown.orbit) });
+  if (shown.orbit) {
+    const [title, x, y, across, up] = orbitParts, reach = shown.orbitReach;
+    put(title, { text: shown.orbitTexts[0] });
+    put(x, { axis_label: shown.orbitTexts[1] });
+    put(y, { axis_label: shown.orbitTexts[2] });
+    for (const each of [across, up]) put(each, { start: -reach, end: reach, reset_start: -reach, reset_end: reach });
+  }
+}
+window.scissordynShown = { ...window.scissordynShown, ...shown.parts, run };
+window.dispatchEvent(new CustomEvent("scissordyn:shown", { detail: { ...shown.parts, run } }));
+// the library draws in the frame after its data have changed
+requestAnimationFrame(() => requestAnimationFrame(() => {
+  window.scissordynDrawn = { run, at: performance.now() };
+  window.dispatchEvent(new CustomEvent("scissordyn:drawn", { detail: run }));
+}));

@@ -1,0 +1,160 @@
+"""What the curves of the page are drawn from: columns of numbers with one time axis, in units that suit them."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from scissordyn.plot.contact import force_curve
+from scissordyn.plot.scale import DEGREES, Scale, engineering
+from scissordyn.plot.series import clearance_joints
+from scissordyn.plot.source import TorqueSource, torque_sources
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+__all__ = ["MOST_POINTS", "MOST_TORQUES", "UNITS", "chosen_torques", "columns", "orbit", "scaled"]
+
+MOST_POINTS = 4000
+"""Points of a curve in the browser; of longer runs each interval keeps its smallest and its largest value."""
+
+MOST_TORQUES = 4
+"""Torques in one figure, those with the largest values."""
+
+UNITS: Mapping[str, tuple[str, tuple[str, ...]]] = {
+    "output": ("m", ("output",)),
+    "torque": ("N m", ("torque", *(f"torque {k}" for k in range(2, MOST_TORQUES + 1)))),
+    "force": ("N", ("normal", "friction")),
+    "slip": ("m/s", ("slip",)),
+    "energy": ("J", ("kinetic", "potential", "stored", "work", "motor", "load")),
+    "loss": ("J", ("dissipated",)),
+    "track": ("m", ("track",)),
+}
+"""SI units and columns of the figures."""
+
+BOOKED = {"stored": "stored_energy", "work": "drive_work", "motor": "motor_work", "load": "load_work"}
+"""Columns of energies that are drawn if something was booked on them."""
+
+
+def chosen_torques(run: xr.Dataset) -> tuple[list[TorqueSource], int]:
+    """The torques to draw, in order, and the number of those that are left out."""
+    found = torque_sources(run)
+    kept = sorted(range(len(found)), key=lambda k: -float(np.abs(found[k].curve.values).max(initial=0.0)))[:MOST_TORQUES]
+    return [found[k] for k in sorted(kept)], max(0, len(found) - MOST_TORQUES)
+
+
+def columns(run: xr.Dataset, joint: str, output: str, torques: Sequence[str]) -> tuple[np.ndarray, dict[str, np.ndarray]]:
+    """The curves in SI with their instants: the samples, and the located peaks of force and torque between them.
+
+    Parameters
+    ----------
+    run : Dataset
+    joint : str
+        Of force and slip speed; "" for none.
+    output : str
+        The output body.
+    torques : sequence of str
+        Names of the torques.
+
+    Returns
+    -------
+    time : ndarray
+    columns : dict of str to ndarray
+        NaN where a run has none; straight between samples, as a line is drawn.
+    """
+    time = run["time"].values
+    here = joint if joint in clearance_joints(run) else ""
+    known = {source.name: source.curve for source in torque_sources(run)}
+    exact = {f"torque {k}" if k > 1 else "torque": known[name] for k, name in enumerate(torques, 1) if name in known}
+    if here:
+        exact["normal"] = force_curve(run, here)
+    every = np.unique(np.concatenate([time, *(curve["time"].values for curve in exact.values())]))
+
+    def drawn(values: np.ndarray) -> np.ndarray:
+        return values if every.size == time.size else np.asarray(np.interp(every, time, values))
+
+    nothing = np.full(every.size, np.nan)
+    found = {name: nothing for _, names in UNITS.values() for name in names}
+    found.update({name: np.interp(every, curve["time"].values, curve.values) for name, curve in exact.items()})
+    if here:
+        friction = run["friction_force"].sel(joint=here).values
+        found["slip"] = drawn(run["slip_speed"].sel(joint=here).values)
+        if np.any(np.nan_to_num(friction)):
+            found["friction"] = drawn(friction)
+    bodies = run["body"].values.astype(str).tolist()
+    body = output if output in bodies else bodies[-1]
+    moved = run["slider_position"] if "slider_position" in run else run["angle"].sel(body=body)
+    found["output"] = drawn(moved.values)
+    for name in ("kinetic", "potential"):
+        found[name] = drawn(run[f"{name}_energy"].values)
+    for name, variable in {**BOOKED, "dissipated": "dissipated_energy"}.items():
+        if variable in run and np.any(np.nan_to_num(run[variable].values)):
+            found[name] = drawn(run[variable].values)
+    deviation = _deviation(run)
+    if deviation is not None:
+        found["track"] = drawn(deviation)
+    return every, found
+
+
+def _deviation(run: xr.Dataset) -> np.ndarray | None:
+    """How far the first tracked point is from where the ideal mechanism has it."""
+    if "track_deviation" not in run or not run.sizes.get("track", 0):
+        return None
+    values = run["track_deviation"].isel(track=0).transpose("time", ...).values
+    return np.asarray(np.hypot(*values.T) if values.ndim == 2 else values)
+
+
+def scaled(
+    run: xr.Dataset, joint: str, output: str, torques: Sequence[str], scales: dict[str, Scale] | None
+) -> tuple[dict[str, Scale], dict[str, np.ndarray]]:
+    """The columns in units that suit them, or in given ones.
+
+    Parameters
+    ----------
+    run, joint, output, torques
+        See `columns`.
+    scales : dict of str to Scale or None
+        By the names of figures, and "time".
+
+    Returns
+    -------
+    scales : dict of str to Scale
+    columns : dict of str to ndarray
+        With "time"; of a long run those points that a line of this many pixels needs.
+    """
+    time, raw = columns(run, joint, output, torques)
+    kept = _thinned(time.size, [raw["normal"], *(raw[name] for name in UNITS["torque"][1])])
+    if scales is None:
+        scales = {"time": engineering("s", run["time"].values)}
+        for name, (unit, lines) in UNITS.items():
+            values = [raw[line][np.isfinite(raw[line])] for line in lines]
+            angular = name == "output" and "slider_position" not in run
+            scales[name] = DEGREES if angular else engineering(unit, *values)
+    data = {"time": scales["time"].factor * time[kept]}
+    for name, (_, lines) in UNITS.items():
+        data.update({line: scales[name].factor * raw[line][kept] for line in lines})
+    return scales, data
+
+
+def _thinned(count: int, curves: Sequence[np.ndarray]) -> np.ndarray | slice:
+    """Points to draw: all of a short run, of a long one the extreme ones of each interval."""
+    if count <= MOST_POINTS:
+        return slice(None)
+    shown = [curve for curve in curves if np.isfinite(curve).any()]
+    edges = np.linspace(0, count, MOST_POINTS // (2 * max(1, len(shown))) + 1).astype(int)
+    found = {0, count - 1}
+    for curve in shown:
+        values = np.nan_to_num(curve)
+        for first, last in itertools.pairwise(edges.tolist()):
+            found.update((first + int(np.argmin(values[first:last])), first + int(np.argmax(values[first:last]))))
+    return np.array(sorted(found)) if shown else np.unique(np.linspace(0, count - 1, MOST_POINTS).astype(int))
+
+
+def orbit(run: xr.Dataset, joint: str, factor: float) -> dict[str, np.ndarray]:
+    """The journal's orbit as columns "x" and "y"."""
+    place = factor * run["eccentricity"].sel(joint=joint).transpose("time", "axis").values
+    step = max(1, len(place) // MOST_POINTS)
+    return {"x": place[::step, 0].copy(), "y": place[::step, 1].copy()}

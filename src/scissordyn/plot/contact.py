@@ -1,0 +1,137 @@
+"""Curves of contact forces with the instants of the contacts in them, which are located between samples."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import xarray as xr
+
+__all__ = ["ContactTimes", "contact_times", "force_curve", "frame_contacts", "with_instants"]
+
+
+@dataclass(frozen=True)
+class ContactTimes:
+    """The contacts of one joint.
+
+    Parameters
+    ----------
+    start, end : ndarray, shape (contacts,)
+        [s]; a contact that lasts ends with the run.
+    peak_time : ndarray, shape (contacts,)
+        Instant of the largest force [s]; NaN where there is none.
+    peak : ndarray, shape (contacts,)
+        Largest force [N].
+    lasting : ndarray of bool, shape (contacts,)
+        Whether a contact goes on at the end of the run.
+    """
+
+    start: np.ndarray
+    end: np.ndarray
+    peak_time: np.ndarray
+    peak: np.ndarray
+    lasting: np.ndarray
+
+
+def contact_times(run: xr.Dataset, joint: str) -> ContactTimes:
+    """The contacts of a joint; none in a run without contacts.
+
+    Parameters
+    ----------
+    run : Dataset
+    joint : str
+
+    Returns
+    -------
+    ContactTimes
+    """
+    if "contact_joint" not in run:
+        nothing = np.empty(0)
+        return ContactTimes(nothing, nothing, nothing, nothing, nothing.astype(bool))
+    ours = run["contact_joint"].values.astype(str) == joint
+    start, duration = run["contact_start"].values[ours], run["contact_duration"].values[ours]
+    lasting = ~np.isfinite(duration)
+    end = np.where(lasting, float(run["time"].values[-1]), start + np.where(lasting, 0.0, duration))
+    return ContactTimes(start, end, start + run["peak_time"].values[ours], run["peak_force"].values[ours], lasting)
+
+
+def with_instants(time: np.ndarray, values: np.ndarray, when: np.ndarray, also: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """A sampled curve with further points in it.
+
+    Parameters
+    ----------
+    time, values : ndarray, shape (samples,)
+    when, also : ndarray, shape (points,)
+        Points that are not finite or lie outside the samples are left out; at the instant of a sample the larger magnitude
+        stays.
+
+    Returns
+    -------
+    time, values : ndarray
+    """
+    if not time.size:
+        return time, values
+    inside = np.isfinite(when) & np.isfinite(also) & (when >= time[0]) & (when <= time[-1])
+    when, also = when[inside], also[inside]
+    at = np.minimum(np.searchsorted(time, when), time.size - 1)
+    sampled = time[at] == when
+    values = values.copy()
+    for k, value in zip(at[sampled].tolist(), also[sampled].tolist(), strict=True):
+        values[k] = max(values[k], value, key=abs)
+    merged = np.concatenate([time, when[~sampled]])
+    order = np.argsort(merged, kind="stable")
+    return merged[order], np.concatenate([values, also[~sampled]])[order]
+
+
+def force_curve(run: xr.Dataset, joint: str) -> xr.DataArray:
+    """The normal force of a joint at its samples, and at start, peak and end of each contact.
+
+    A line through samples alone is lower than the peaks between them, and misses a contact that is shorter than their distance.
+
+    Parameters
+    ----------
+    run : Dataset
+    joint : str
+
+    Returns
+    -------
+    DataArray
+        Along "time", with the attributes of `normal_force`.
+    """
+    sampled = run["normal_force"].sel(joint=joint)
+    time, values = run["time"].values, sampled.values
+    found = contact_times(run, joint)
+    before, after = found.start[found.start > time[0]], found.end[~found.lasting & (found.end < time[-1])]
+    # without a force at its ends, except where a sample is
+    zero = np.concatenate([before, after])
+    time, values = with_instants(time, values, zero, np.zeros(zero.size))
+    time, values = with_instants(time, values, found.peak_time, found.peak)
+    return xr.DataArray(values, {"time": time}, ("time",), attrs=sampled.attrs)
+
+
+def frame_contacts(run: xr.Dataset, joint: str, frames: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """What the contacts of a joint add to frames of an animation, each of which covers the time since the one before.
+
+    Parameters
+    ----------
+    run : Dataset
+    joint : str
+    frames : ndarray, shape (frames,)
+        Instants [s].
+
+    Returns
+    -------
+    touched : ndarray of bool, shape (frames,)
+        Whether a contact lasts at some instant of a frame.
+    largest : ndarray, shape (frames,)
+        Largest peak of a contact in a frame [N]; 0 where there is none.
+    """
+    touched, largest = np.zeros(frames.size, bool), np.zeros(frames.size)
+    found = contact_times(run, joint)
+    first = np.searchsorted(frames, found.start)
+    last = np.minimum(np.searchsorted(frames, found.end), frames.size - 1)
+    for begin, end in zip(first.tolist(), last.tolist(), strict=True):
+        touched[begin : end + 1] = True
+    inside = np.isfinite(found.peak) & (found.peak_time <= frames[-1])
+    np.maximum.at(largest, np.searchsorted(frames, found.peak_time[inside]), found.peak[inside])
+    return touched, largest

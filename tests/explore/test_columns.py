@@ -1,0 +1,36 @@
+"""The numbers of the curves of the page, without a browser."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import scissordyn as sd
+from scissordyn.explore.columns import MOST_POINTS, chosen_torques, columns, scaled
+
+
+def test_controller_and_motor_have_torque_and_work() -> None:
+    """Identity: without a drive the torque of a controller is a curve, and its work is one of the energies."""
+    crank = sd.slider_crank(crank=0.05, rod=0.12, angle=0.4)
+    held = crank.controlled(sd.PID(proportional=10.0, limit=5.0), reference=sd.Cycloidal(0.4, 2.0, 0.05))
+    run = sd.simulate(held, until=0.1, samples=101)
+    torques, more = chosen_torques(run)
+    assert ([source.name for source in torques], more) == (["torque of actuator of crank"], 0)
+    _, found = columns(run, "", held.output_body, [source.name for source in torques])
+    np.testing.assert_array_equal(found["torque"], run["control_torque"].values[:, 0])
+    np.testing.assert_array_equal(found["motor"], run["motor_work"].values)
+    assert np.isnan(found["work"]).all()
+    assert run["motor_work"].values[-1] > 0.1
+
+
+@pytest.mark.parametrize("samples", [41, 3 * MOST_POINTS])
+def test_curves_of_the_page_reach_their_peaks(samples: int) -> None:
+    """Identity: the curves of few and of very many samples reach the located peaks of force and torque."""
+    crank = sd.slider_crank(crank=0.05, rod=0.12, angle=0.4).with_clearance("slider pin", sd.Clearance(5e-4))
+    run = sd.simulate(crank.driven(speed=sd.rpm(600)), until=0.2, samples=samples)
+    scales, data = scaled(run, "slider pin", "slider", ["driving torque"], None)
+    assert data["normal"].max() == pytest.approx(scales["force"].factor * float(run["peak_force"].max()), rel=1e-12)
+    assert np.abs(data["torque"]).max() == pytest.approx(
+        scales["torque"].factor * float(run["peak_drive_torque"][0]), rel=1e-12
+    )
+    assert data["time"].size <= MOST_POINTS + 2

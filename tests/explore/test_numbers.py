@@ -1,0 +1,192 @@
+"""Every number on the page is of one run, however fast numbers are changed."""
+
+from __future__ import annotations
+
+import base64
+import json
+import random
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import xarray as xr
+
+import scissordyn as sd
+from scissordyn.config.file import read_case
+
+from .browser import Tab, chromium, missing, served
+
+pytestmark = pytest.mark.skipif(bool(missing()), reason=missing())
+
+PAPER = Path(__file__).parents[2] / "examples" / "paper.toml"
+KEY = "clearance.0.clearance"
+DRAGS = 100
+
+LOOK = """() => {
+  const find = (root, wanted) => {
+    for (const each of root.querySelectorAll("*")) {
+      if (each.matches(wanted)) return each;
+      const inner = each.shadowRoot && find(each.shadowRoot, wanted);
+      if (inner) return inner;
+    }
+    return null;
+  };
+  const [canvas, table, bar] = ["canvas[data-run]", ".sd-contacts", ".sd-state"].map(wanted => find(document, wanted));
+  const clock = Bokeh.documents[0].get_model_by_name("clock");
+  window.numbers = () => [canvas, table, bar].map(each => Number(each.dataset.run)).concat([clock.tags[1]]);
+  [window.looked, window.mixed] = [0, []];
+  const look = () => {
+    window.looked++;
+    if (new Set(window.numbers()).size > 1) window.mixed.push(window.numbers());
+    requestAnimationFrame(look);
+  };
+  look();
+}"""
+"""Looks at the numbers of the run in drawing, table, bar and curves before each frame that the browser draws."""
+
+SHOWN = """() => {
+  const names = ["curves", "orbit points", "horizon"], page = Bokeh.documents[0], sources = {};
+  for (const name of names) {
+    sources[name] = Object.fromEntries(Object.entries(page.get_model_by_name(name).data).map(([k, v]) => [k, Array.from(v)]));
+  }
+  const unit = name => [name, page.get_model_by_name(name).left[0].axis_label];
+  return { sources, parts: { ...window.scissordynShown, table: null },
+    units: Object.fromEntries(["output", "torque", "force", "slip", "energy", "loss"].map(unit)) };
+}"""
+
+COLUMNS = {
+    "output": ("output", "slider_position", "", 1.0),
+    "slip": ("slip", "slip_speed", "A", 1.0),
+    "friction": ("force", "friction_force", "A", 1.0),
+    "normal": ("force", "normal_force", "A", 1.0),
+    "torque": ("torque", "drive_torque", "", 1.0),
+    "kinetic": ("energy", "kinetic_energy", "", 1.0),
+    "potential": ("energy", "potential_energy", "", 1.0),
+    "work": ("energy", "drive_work", "", 1.0),
+    "dissipated": ("loss", "dissipated_energy", "", 1.0),
+}
+PREFIX = {"m": 1e3, "k": 1e-3, "M": 1e-6, "µ": 1e6}
+
+
+@pytest.fixture(scope="module")
+def tab() -> Iterator[Tab]:
+    """The page of the paper's case."""
+    with served(PAPER) as url, chromium() as browser:
+        opened = Tab(browser, url, size=(1280, 800))
+        yield opened
+        opened.close()
+
+
+def factor(unit: str) -> float:
+    """From SI to a unit of the page."""
+    return PREFIX[unit[0]] if len(unit) > 1 and unit[0] in PREFIX and unit not in ("m", "m/s") else 1.0
+
+
+def floats(text: str) -> np.ndarray:
+    """Packed numbers of the drawing."""
+    return np.frombuffer(base64.b64decode(text), np.float32)
+
+
+def compare(tab: Tab, run: xr.Dataset, number: int) -> None:
+    """Compare all that the page shows with a run."""
+    shown: dict[str, Any] = tab.page.evaluate(SHOWN)
+    curves = {name: np.array(values, float) for name, values in shown["sources"]["curves"].items()}
+    assert tab.page.evaluate("window.numbers()") == [number] * 4
+    at = np.searchsorted(curves["time"], 1e3 * run["time"].values * (1.0 - 1e-12))
+    np.testing.assert_allclose(curves["time"][at], 1e3 * run["time"].values, rtol=1e-12)
+    for column, (panel, variable, joint, _) in COLUMNS.items():
+        values = (run[variable].sel(joint=joint) if joint else run[variable]).values
+        wanted = factor(shown["units"][panel]) * values
+        np.testing.assert_allclose(curves[column][at], wanted, rtol=1e-9, atol=1e-9 * np.abs(wanted).max(), err_msg=column)
+    assert curves["normal"].max() == pytest.approx(factor(shown["units"]["force"]) * float(run["peak_force"].max()), rel=1e-9)
+    orbit = shown["sources"]["orbit points"]
+    place = 1e3 * run["eccentricity"].sel(joint="A").transpose("time", "axis").values
+    np.testing.assert_allclose(np.array([orbit["x"], orbit["y"]]).T, place, rtol=1e-9, atol=1e-12)
+    assert shown["sources"]["horizon"]["from"] == []
+    _compare_table(tab.table(), run, number)
+    statistics = json.loads(run.attrs["statistics"])
+    assert tab.state.startswith(f"{statistics['steps']} steps of {statistics['method']} in ")
+    assert shown["parts"]["bar"]["warnings"] == json.loads(run.attrs["warnings"])
+    _compare_scene(json.loads(shown["parts"]["scene"]), run)
+
+
+def _compare_table(table: dict[str, Any], run: xr.Dataset, number: int) -> None:
+    assert table["run"] == number
+    assert len(table["rows"]) == run.sizes["contact"]
+    assert table["titles"][2:] == ["start [ms]", "approach [m/s]", "peak force [kN]", "duration [ms]", "rebound [m/s]"]
+    names = ("contact_start", "approach_speed", "peak_force", "contact_duration", "rebound_speed")
+    factors = (1e3, 1.0, 1e-3, 1e3, 1.0)
+    for k, row in enumerate(table["rows"]):
+        assert row[:2] == [str(k + 1), str(run["contact_joint"].values[k])]
+        for text, name, scale in zip(row[2:], names, factors, strict=True):
+            value = scale * float(run[name].values[k])
+            assert text == ("-" if np.isnan(value) else text)
+            assert np.isnan(value) or float(text) == pytest.approx(value, abs=5.01e-4)
+    assert table["seen"] == table["rows"][: len(table["seen"])]
+    assert table["seen"]
+
+
+def _compare_scene(scene: dict[str, Any], run: xr.Dataset) -> None:
+    time = floats(scene["time"])
+    np.testing.assert_allclose(time[-1], run["time"].values[-1], rtol=1e-6)
+    frames = np.linspace(0, run.sizes["time"] - 1, time.size).round().astype(int)
+    (joint,) = scene["joints"]
+    journal = floats(joint["journal"]).reshape(-1, 2) * float(run["clearance"].sel(joint="A"))
+    wanted = run["eccentricity"].sel(joint="A").transpose("time", "axis").values[frames]
+    size = np.linalg.norm(wanted, axis=1).max()
+    ratio = np.linalg.norm(journal, axis=1).max() / size  # of the drawn clearance
+    np.testing.assert_allclose(journal / ratio, wanted, atol=1e-5 * size)
+    assert floats(joint["force"]).max() == pytest.approx(float(run["peak_force"].max()), rel=1e-6)
+
+
+@pytest.mark.slow
+def test_page_shows_one_run_however_it_is_dragged(tab: Tab) -> None:
+    """Cross-check: after each of a hundred drags every number on the page is that of `run`, and no frame has two runs."""
+    chance = random.Random(7)
+    case = read_case(PAPER)
+    options = {name: getattr(case.run, name) for name in case.run.__dataclass_fields__}
+    tab.page.evaluate(LOOK)
+    mouse = tab.page.mouse
+    slider = tab.page.locator(f".sd-row[data-key='{KEY}'] input[type=range]").first
+    for _ in range(DRAGS):
+        box, before = slider.bounding_box(), tab.run
+        begin, end = (box["x"] + box["width"] * chance.uniform(0.3, 0.7) for _ in range(2))
+        height = box["y"] + 0.5 * box["height"]
+        mouse.move(begin, height)
+        mouse.down()
+        steps = chance.randint(4, 12)
+        for step in range(steps):
+            mouse.move(begin + (end - begin) * (step + 1) / steps, height)
+            tab.page.wait_for_timeout(chance.uniform(5.0, 40.0))
+        mouse.up()
+        tab.page.wait_for_timeout(150.0)
+        number = _settled(tab, before)
+        clearance = float(tab.text(KEY).split()[0]) * 1e-3
+        run = sd.simulate(case.mechanism.replace("A.clearance", clearance), **options)
+        compare(tab, run, number)
+    assert tab.page.evaluate("window.looked") > 10 * DRAGS
+    assert tab.page.evaluate("window.mixed") == []
+
+
+SETTLED = """key => {
+  const find = (root, wanted) => {
+    for (const each of root.querySelectorAll("*")) {
+      if (each.matches(wanted)) return each;
+      const inner = each.shadowRoot && find(each.shadowRoot, wanted);
+      if (inner) return inner;
+    }
+    return null;
+  };
+  const row = find(document, `.sd-row[data-key='${key}']`), state = find(document, ".sd-state").dataset;
+  return row.dataset.text === row.querySelector("input[type=text]").value && state.computing === "false"
+    && state.ordered === state.run ? Number(state.run) : null;
+}"""
+"""The number of the run that is shown, when the server has taken the number in the form and has no newer run to compute."""
+
+
+def _settled(tab: Tab, before: int) -> int:
+    """The number of the run of the clearance that stands in the form."""
+    tab.ready(before)
+    return int(tab.page.wait_for_function(SETTLED, arg=KEY, polling=50, timeout=60_000).json_value())

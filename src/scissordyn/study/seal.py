@@ -108,7 +108,9 @@ def make_room(folder: Path, block: int, arrays: Mapping[str, int]) -> None:
         path = chunk_file(folder, name, dimensions, block)
         clear_way(folder, path)
         path.unlink(missing_ok=True)
-    clear_way(folder, _seal_file(folder, block))
+    path = _seal_file(folder, block)
+    clear_way(folder, path)
+    path.unlink(missing_ok=True)
 
 
 def clear_way(folder: Path, path: Path) -> None:

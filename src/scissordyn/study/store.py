@@ -338,9 +338,9 @@ class Store:
         """
         with _said(self.address):
             root = self.group
-            for name, array in list(root.arrays()):
-                if array.metadata.dimension_names and array.metadata.dimension_names[0] == "case":
-                    self._array(name).resize((study.cases, *array.shape[1:]))
+            for name in self._by_case:
+                array = self._array(name)
+                array.resize((study.cases, *array.shape[1:]))
             self._array(NOTED).resize((-(-study.cases // self.block), len(TIMES)))
             root.attrs["study"] = json.dumps(study.to_plain())
             consolidate(root)
@@ -356,7 +356,7 @@ class Store:
         """
         faults = self._faults()
         with _said(self.address):
-            lazy = xr.open_zarr(self.address, chunks=None, consolidated=False)
+            lazy = xr.open_zarr(self.address, chunks=None, consolidated=True)  # whatever else lies in the folder
             whole = list(self._whole_ranges(faults))
             found = lazy.assign({name: self._readable(lazy[name], whole) for name in self._by_case}).load()
         if damaged := {block: why for block, why in enumerate(faults) if why}:

@@ -27,7 +27,7 @@ from scissordyn.study.optimise import optimise
 from scissordyn.study.requirement import Requirement
 from scissordyn.study.store import COMPLETE, PENDING, Store
 
-QUICK, ALL, PART = 40, 1000, 250
+QUICK, ALL, PART = 25, 1000, 250
 COMMANDS = ("status", "resume", "retry", "export", "replay", "report", "extend")
 WEIGHTS = (6, 6, 3, 4, 3, 1, 1)
 """A report draws for a second."""
@@ -186,7 +186,7 @@ def fuzzed(first: int, last: int, whole: Path, tmp_path: Path, capfd: pytest.Cap
         store = Path(shutil.copytree(whole, tmp_path / "a.zarr"))
         faults = [tampered(store, chance) for _ in range(chance.choice((1, 1, 1, 2, 4)))]
         try:
-            status, what = told(capfd, store, chance)
+            status, _ = told(capfd, store, chance)
             try:
                 opened = Store(store)
                 results = opened.results() if opened.exists() else None

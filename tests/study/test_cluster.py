@@ -71,7 +71,7 @@ def test_a_worker_with_other_sources_is_refused(tmp_path: Path) -> None:
     package = tmp_path / "other" / "scissordyn"
     shutil.copytree(Path(sd.__file__).parent, package, ignore=shutil.ignore_patterns("__pycache__"))
     with (package / "simulation" / "measure.py").open("a") as file:
-        file.write('# other\n')
+        file.write("# other\n")
     with socket.socket() as one:
         one.bind(("127.0.0.1", 0))
         port = one.getsockname()[1]

@@ -241,7 +241,7 @@ def _read(path: str | os.PathLike[str], wanted: Mapping[str, str]) -> dict[str, 
 
 def _digest(content: np.ndarray, layout: str) -> str:
     """Of the words and of what they are."""
-    return hashlib.sha256(content.tobytes() + layout.encode()).hexdigest()
+    return hashlib.sha256(content.tobytes() + layout.encode("utf-8", "surrogateescape")).hexdigest()
 
 
 def _refused(path: str | os.PathLike[str], why: str) -> InputError:

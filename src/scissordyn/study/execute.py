@@ -273,5 +273,6 @@ def extend(
     larger = replace(study, design=replace(study.design, points=points))
     store = Store(address)
     store.check(study)
-    store.extend(larger)
+    with store.alone():
+        store.extend(larger)
     return execute(larger, address, engine=engine, progress=progress)

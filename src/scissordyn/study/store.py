@@ -358,7 +358,7 @@ class Store:
         with _said(self.address):
             lazy = xr.open_zarr(self.address, chunks=None, consolidated=True)  # whatever else lies in the folder
             whole = list(self._whole_ranges(faults))
-            found = lazy.assign({name: self._readable(lazy[name], whole) for name in self._by_case}).load()
+            found: xr.Dataset = lazy.assign({name: self._readable(lazy[name], whole) for name in self._by_case}).load()
         if damaged := {block: why for block, why in enumerate(faults) if why}:
             found.attrs["damage"] = damage_text(damaged, self.block)
         per_point = int(found.attrs["samples"]) * int(found.attrs["members"])

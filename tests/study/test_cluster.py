@@ -67,7 +67,7 @@ def test_processes_give_the_bytes_of_threads(tmp_path: Path) -> None:
 
 @pytest.mark.filterwarnings("ignore::ResourceWarning")
 def test_a_worker_with_other_sources_is_refused(tmp_path: Path) -> None:
-    """Identity: one whose package differs in a line ends the study with a line that names it; no number of it is in the store."""
+    """Identity: one whose package differs in a line ends the study with one that names it; nothing of it is in the store."""
     package = tmp_path / "other" / "scissordyn"
     shutil.copytree(Path(sd.__file__).parent, package, ignore=shutil.ignore_patterns("__pycache__"))
     with (package / "simulation" / "measure.py").open("a") as file:

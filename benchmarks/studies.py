@@ -266,7 +266,8 @@ def _plan(rate: float, cost: float, memory: float) -> str:
         f"each. Handing out all of them takes the scheduler {dispatch:.0f} s, the work of each worker is {work:.0f} s:",
         f"{slower} how long it takes. Two tasks for each worker are handed out at a time, {2 * WORKERS} in all:",
         f"{memory:.0f} MiB in the scheduler and the coordinator, however many cases there are. The store has {len(ARRAYS)}",
-        f"arrays in {len(ARRAYS) * tasks} files of at most {8 * block / 1024:.1f} KiB; the seconds of each block are one more.",
+        f"arrays in {len(ARRAYS) * tasks} files of at most {8 * block / 1024:.1f} KiB; the seconds and "
+        "the seal of each block are two more.",
     )
 
 

@@ -123,16 +123,16 @@ def _let_work(coordinator: subprocess.Popen[str], store: Path, moments: random.R
 
 
 def _finished(store: Path) -> dict[int, tuple[tuple[str, int, int], ...]]:
-    """The time and the inode of every file of each block that is complete; the status is written last."""
-    folder = store / "status" / "c"
+    """The time and the inode of every file of each block that is complete; the seal is written last."""
+    folder = store / "record" / "seals"
     if not folder.is_dir():
         return {}
     found = {}
     for path in folder.iterdir():
-        if path.name.isdigit():
-            chunks = sorted(store.glob(f"*/c/{path.name}")) + sorted(store.glob(f"*/c/{path.name}/*"))
+        if path.suffix == ".json":
+            chunks = sorted(store.glob(f"*/c/{path.stem}")) + sorted(store.glob(f"*/c/{path.stem}/*"))
             stamps = [(str(one), one.stat()) for one in chunks if one.is_file()]
-            found[int(path.name)] = tuple((name, stat.st_mtime_ns, stat.st_ino) for name, stat in stamps)
+            found[int(path.stem)] = tuple((name, stat.st_mtime_ns, stat.st_ino) for name, stat in stamps)
     return found
 
 

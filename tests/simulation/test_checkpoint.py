@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import contextlib
 import json
 import os
 import random
+import re
+import shutil
 import signal
 import subprocess
 import sys
@@ -358,3 +361,94 @@ def test_twenty_real_kills(tmp_path: Path) -> None:
     subprocess.run(command(target, until), check=True, capture_output=True)
     assert numbers(load(target)) == numbers(load(undisturbed))
     assert sorted(tmp_path.iterdir()) == [target, undisturbed]
+
+
+FUZZED_QUICK, FUZZED, FUZZED_PART = 25, 1000, 250
+
+
+def spoiled(path: Path, chance: random.Random) -> str:
+    """Do something to a checkpoint, below or above the library of its format, and say what."""
+    what = chance.choice(("cut", "flip", "flips", "attribute", "content", "overwrite"))
+    content = bytearray(path.read_bytes())
+    if what == "cut":
+        path.write_bytes(content[: chance.randrange(len(content))])
+    elif what in ("flip", "flips"):
+        for _ in range(1 if what == "flip" else 30):
+            content[chance.randrange(len(content))] ^= 1 << chance.randrange(8)
+        path.write_bytes(content)
+    elif what == "overwrite":
+        path.write_bytes(chance.choice([b"\0" * 100, chance.randbytes(300), b"CDF\1", b"{}"]))
+    else:
+        stored = load(path)
+        if what == "attribute":
+            name = chance.choice(sorted(stored.attrs))
+            stored.attrs[name] = chance.choice(changed_values(str(stored.attrs[name]), chance))
+            what = f"attribute {name}"
+        else:
+            words = stored["content"].values.copy()
+            words[chance.randrange(words.size)] ^= 1 << chance.randrange(62)
+            other = chance.choice([words, words[: words.size // 2], words.astype(float), words.astype(str).astype(object)])
+            stored = stored.drop_vars("content").assign(content=("word", other))
+        with contextlib.suppress(InputError):  # a title of another program
+            save(stored, path)
+    return what
+
+
+def changed_values(text: str, chance: random.Random) -> list[Any]:
+    """What an attribute may hold instead."""
+    at = chance.randrange(len(text) + 1)
+    numbers = re.sub(r"\d+", lambda found: str(int(found[0]) + chance.choice((0, 1))), text)
+    others = ("", "[]", "{}", "null", "3", 3, np.array([1.0, 2.0]), np.array([1, 2, 3]))
+    return [text[:at], *others, numbers, f"{text} ", text[at:]]
+
+
+def fuzzed(first: int, last: int, tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> list[int]:
+    """Statuses of a run with spoiled checkpoints; one that it goes on from gives the results of the undisturbed run."""
+    (tmp_path / "case.toml").write_text(
+        '[structure]\nkind = "scissor"\n[drive]\nspeed = "150 rpm"\n[[clearance]]\njoint = "A"\nclearance = "0.5 mm"\n'
+        '[run]\nuntil = "6 ms"\nsamples = 21\ntrust = false\n'
+    )
+    found = read_case(tmp_path / "case.toml", [])
+    whole = simulate(found.mechanism, **found.run.keywords, checkpoint=Checkpoint(tmp_path / "kept.nc", 0.0, keep=True))
+    statuses, state = [], tmp_path / "run.nc.checkpoint"
+    for number in range(first, last):
+        chance = random.Random(number)
+        shutil.copy(tmp_path / "kept.nc", state)
+        (tmp_path / "run.nc").unlink(missing_ok=True)
+        what = spoiled(state, chance)
+        status = status_of(["run", str(tmp_path / "case.toml"), "-o", str(tmp_path / "run.nc"), "--checkpoint", "60 s"])
+        said = capfd.readouterr().err
+        assert status in (0, 2, 3), (number, what, said)
+        assert said.count("\n") == (0 if status == 0 else 1), (number, what, said)
+        if status == 0:
+            np.testing.assert_array_equal(load(tmp_path / "run.nc")["position"].values, whole["position"].values)
+        statuses.append(status)
+    return statuses
+
+
+def test_spoiled_checkpoints(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    """Identity: whatever a checkpoint holds, statuses 0, 2 and 3 with one line, and no other numbers."""
+    assert 2 in fuzzed(0, FUZZED_QUICK, tmp_path, capfd)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("first", range(0, FUZZED, FUZZED_PART))
+def test_a_thousand_spoiled_checkpoints(first: int, tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    """Identity: as above."""
+    assert len(fuzzed(first, first + FUZZED_PART, tmp_path, capfd)) == FUZZED_PART
+
+
+@pytest.mark.parametrize("change", ["other words", "no layout", "an array"])
+def test_the_layout_of_a_checkpoint_is_in_its_digest(change: str, tmp_path: Path) -> None:
+    """Identity: a checkpoint whose arrays are cut elsewhere is damaged, and said to be."""
+    mechanism, options = case("paper")
+    checkpoint = Checkpoint(tmp_path / "state.nc", 0.0, keep=True)
+    simulate(mechanism, **options.keywords, checkpoint=checkpoint)
+    stored = load(checkpoint.path)
+    layout = json.loads(stored.attrs["layout"])
+    for part in layout.values():
+        part["words"] -= 1
+    stored.attrs["layout"] = {"other words": json.dumps(layout), "no layout": "3", "an array": np.ones(3)}[change]
+    save(stored, checkpoint.path)
+    with pytest.raises(InputError, match="is damaged"):
+        open_checkpoint(checkpoint, mechanism, options)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import re
+import shutil
 import signal
 import socket
 import subprocess
@@ -18,11 +19,13 @@ import pytest
 import scissordyn as sd
 from reference.paper_case import paper_case
 from scissordyn.simulation.options import Options
+from scissordyn.study.block import ProgramError
 from scissordyn.study.description import Factor, Study
 from scissordyn.study.distribution import Interval
 from scissordyn.study.engine import Cluster, Threads
 from scissordyn.study.execute import execute
 from scissordyn.study.processes import Processes
+from scissordyn.study.store import Store
 
 pytestmark = pytest.mark.slow  # real schedulers and workers, which leave warnings of their own behind
 
@@ -66,6 +69,42 @@ def test_processes_give_the_bytes_of_threads(tmp_path: Path) -> None:
     assert killed
     assert files(Path(store.address)) == files(Path(whole.address))
     assert store.times()["attempts"].tolist() == [1.0] * 8
+
+
+@pytest.mark.filterwarnings("ignore::ResourceWarning")
+def test_a_worker_with_other_sources_is_refused(tmp_path: Path) -> None:
+    """Identity: one whose package differs in a line ends the study with one that names it; nothing of it is in the store."""
+    package = tmp_path / "other" / "scissordyn"
+    shutil.copytree(Path(sd.__file__).parent, package, ignore=shutil.ignore_patterns("__pycache__"))
+    with (package / "simulation" / "measure.py").open("a") as file:
+        file.write("# other\n")
+    with socket.socket() as one:
+        one.bind(("127.0.0.1", 0))
+        port = one.getsockname()[1]
+    dask, address = [sys.executable, "-m", "dask"], f"tcp://127.0.0.1:{port}"
+    quiet = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL, "cwd": tmp_path}
+    processes = [subprocess.Popen([*dask, "scheduler", "--host", "127.0.0.1", "--port", str(port), "--no-dashboard"], **quiet)]
+    try:
+        deadline = time.monotonic() + 120.0
+        while time.monotonic() < deadline:
+            with socket.socket() as one:
+                if one.connect_ex(("127.0.0.1", port)) == 0:
+                    break
+            time.sleep(0.1)
+        worker = [*dask, "worker", address, "--nthreads", "1", "--no-dashboard", "--no-nanny"]
+        processes.append(subprocess.Popen(worker, env={**os.environ, "PYTHONPATH": str(package.parent)}, **quiet))
+        with Cluster.joined(address) as cluster:
+            cluster.client.wait_for_workers(1, timeout=120)
+            with pytest.raises(
+                ProgramError, match=re.escape(f"with '{package}' would compute other numbers (differs in program)")
+            ):
+                execute(study(), tmp_path / "a.zarr", block=3, engine=cluster)
+    finally:
+        for process in processes:
+            process.kill()
+            process.wait()
+    assert not Store(tmp_path / "a.zarr").status().any()
+    assert not list((tmp_path / "a.zarr").glob("record/seals/*"))
 
 
 def test_a_scheduler_that_does_not_answer(monkeypatch: pytest.MonkeyPatch) -> None:

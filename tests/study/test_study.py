@@ -249,18 +249,16 @@ def test_a_full_disk_stops_with_what_is_done_kept(tmp_path: Path, monkeypatch: p
 
 
 def test_a_store_that_could_not_be_made_is_none(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Identity: a disk that is full from the first byte leaves nothing; what a killed process left does not matter."""
+    """Identity: a disk that is full from the first byte leaves nothing."""
 
     def full(root: Any) -> None:
         raise OSError(28, os.strerror(28))
 
     with monkeypatch.context() as patched:
-        patched.setattr("scissordyn.study.store._consolidate", full)
+        patched.setattr("scissordyn.study.layout.consolidate", full)
         with pytest.raises(StoreError, match="No space left on device"):
             execute(study(), tmp_path / "a.zarr", block=12)
-    assert [path.name for path in tmp_path.iterdir()] in ([], ["a.zarr.lock"])
-    (tmp_path / "a.zarr.new").mkdir()
-    (tmp_path / "a.zarr.new" / "zarr.json").write_text("{")
+    assert not list(tmp_path.iterdir())
     assert (execute(study(), tmp_path / "a.zarr", block=12).status() == COMPLETE).all()
     assert [path.name for path in tmp_path.iterdir()] == ["a.zarr"]
 
@@ -271,13 +269,6 @@ def test_a_block_that_is_complete_is_not_done_again(tmp_path: Path) -> None:
     result = run_block(Block(study(), store.address, 1))
     assert (result.complete, result.seconds) == (12, 0.0)
     assert store.times()["attempts"].tolist() == [1.0, 1.0]
-
-
-def test_an_error_leaves_no_lock(tmp_path: Path) -> None:
-    """Identity: the file that keeps other processes away goes with the process that made it."""
-    with pytest.raises(RuntimeError), Store(tmp_path / "a.zarr").alone():
-        raise RuntimeError
-    assert not list(tmp_path.iterdir())
 
 
 def test_a_store_in_no_folder(tmp_path: Path) -> None:

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from scissordyn.study.description import Study
     from scissordyn.study.summary import Table
 
-__all__ = ["show_answers", "show_causes", "show_warnings"]
+__all__ = ["show_answers", "show_causes", "show_damage", "show_warnings"]
 
 ROWS = 12
 """Points of a front or of a table that are shown."""
@@ -39,6 +39,7 @@ def show_answers(study: Study, results: xr.Dataset, address: str) -> None:
 
     complete, failed, pending = counts(results)
     print(f"{complete} cases complete, {failed} failed, {pending} pending; {study.points} points")
+    show_damage(results, address)
     points = by_point(study, results)
     if study.requirements:
         _show(requirement_fractions(study, results))
@@ -99,6 +100,20 @@ def show_warnings(results: xr.Dataset, address: str) -> None:
     for text, cases in list(warned(results).items())[:ROWS]:
         print(f"Warning in {len(cases)} {'case' if len(cases) == 1 else 'cases'}, as in: {printable(text)}")
         print(f"  {replay_command(address, cases[0])}")
+
+
+def show_damage(results: xr.Dataset, address: str) -> None:
+    """Name the blocks that were written and are not whole, and the command that computes them anew.
+
+    Parameters
+    ----------
+    results : Dataset
+    address : str
+        Of the store.
+    """
+    if "damage" in results.attrs:
+        print(f"{results.attrs['damage']}")
+        print(f"  To compute them anew: scissordyn study resume {address}")
 
 
 def show_causes(results: xr.Dataset, address: str) -> None:

@@ -14,6 +14,7 @@ import socket
 import sys
 import threading
 import time
+from collections.abc import Callable
 from types import FrameType
 
 __all__ = ["install", "received", "tell_where"]
@@ -34,7 +35,7 @@ ADVANCING = ("scissordyn.simulation.driver", "advance")
 _received: list[int] = []
 _delivered = threading.Event()
 _lost = threading.Event()
-_where = [""]
+_where: list[Callable[[], str] | str] = [""]
 
 
 def install() -> None:
@@ -52,12 +53,12 @@ def received() -> int:
     return _received[0] if _received else 0
 
 
-def tell_where(text: str) -> None:
+def tell_where(text: str | Callable[[], str]) -> None:
     """Say what an interrupted command leaves, should it be ended before it can say so itself.
 
     Parameters
     ----------
-    text : str
+    text : str, or function that returns it
         Follows "interrupted; ".
     """
     _where[0] = text
@@ -130,7 +131,8 @@ def _is_finishing() -> bool:
 def _end(number: int) -> None:
     """End this process without a word to the main thread, which may hold any lock."""
     _show_cursor()
-    text = "scissordyn: interrupted" + (f"; {_where[0]}" if _where[0] else "")
+    where = _where[0] if isinstance(_where[0], str) else _where[0]()
+    text = "scissordyn: interrupted" + (f"; {where}" if where else "")
     os.write(2, text.encode("utf-8", "backslashreplace") + b"\n")
     os._exit(128 + number)
 

@@ -67,6 +67,8 @@ def study(
     opened = Store(store)
     if not opened.exists():
         raise InputError(f"no study at '{store}'", "the store of a study")
+    if opened.restored:
+        print(f"scissordyn: restored from its copy in '{store}': {', '.join(opened.restored)}", file=sys.stderr)
     described = opened.study(allow_code=allow_code or [], reading=what in READING)
     match what:
         case "status":
@@ -83,9 +85,12 @@ def study(
         case "report":
             return _report(described, opened, output, plot)
         case "export":
+            from scissordyn.cli.answers import show_damage
             from scissordyn.study.export import export
 
-            print(f"Saved to {export(opened.results(), Path(output or 'study.csv'))}")
+            results = opened.results()
+            print(f"Saved to {export(results, Path(output or 'study.csv'))}")
+            show_damage(results, store)
             return DONE
         case _:
             return _replay(described, opened, case, output)
@@ -136,15 +141,21 @@ def compute(
     int
         Exit status.
     """
+    from scissordyn.study.block import ProgramError
     from scissordyn.study.engine import EngineError
     from scissordyn.study.execute import execute, extend
     from scissordyn.study.optimise import optimise
     from scissordyn.study.store import Store, StoreError
 
     _installed()
-    kept = f"what is complete is in {printable(address)}; to go on: {command('scissordyn', 'study', 'resume', address)}"
-    tell_where(kept)
     store = Store(address)
+
+    def kept() -> str:
+        if not store.begun():
+            return "nothing was computed yet; the same command begins anew"
+        return f"what is complete is in {printable(address)}; to go on: {command('scissordyn', 'study', 'resume', address)}"
+
+    tell_where(kept)
     try:
         if store.exists() and points is None and described.design.kind != "adaptive":
             store.check(described)  # before workers are started for nothing
@@ -156,10 +167,10 @@ def compute(
             else:
                 store = execute(described, address, engine=engine, block=block, retry=retry, progress=told)
     except KeyboardInterrupt:
-        print(f"scissordyn: interrupted; {kept}", file=sys.stderr)
+        print(f"scissordyn: interrupted; {kept()}", file=sys.stderr)
         return INTERRUPTED
-    except (EngineError, StoreError) as error:
-        begun = (Path(address) / "zarr.json").exists()
+    except (EngineError, StoreError, ProgramError) as error:
+        begun = store.begun()
         then = f"to go on: {command('scissordyn', 'study', 'resume', address)}" if begun else "the same command begins anew"
         print(f"scissordyn: {printable(str(error))}; {then}", file=sys.stderr)
         return UNFINISHED
@@ -222,7 +233,7 @@ def _answers(described: Study, store: Store) -> int:
 
 
 def _status(described: Study, store: Store) -> int:
-    from scissordyn.cli.answers import show_causes, show_warnings
+    from scissordyn.cli.answers import show_causes, show_damage, show_warnings
     from scissordyn.study.answer import counts
 
     results = store.results()
@@ -241,6 +252,7 @@ def _status(described: Study, store: Store) -> int:
         )
     show_causes(results, store.address)
     show_warnings(results, store.address)
+    show_damage(results, store.address)
     if pending:
         print(f"To go on: {command('scissordyn', 'study', 'resume', store.address)}")
     return DONE

@@ -138,14 +138,17 @@ class Keeper:
         words = [np.ascontiguousarray(part).reshape(-1).view(np.int64) for part in arrays.values()]
         self.parts[name] = Part(np.concatenate(words), {key: part.shape for key, part in arrays.items()}, seconds)
         content = np.concatenate([part.words for part in self.parts.values()])
-        layout = {
-            key: {"arrays": part.layout, "words": part.words.size, "seconds": part.seconds} for key, part in self.parts.items()
-        }
+        layout = json.dumps(
+            {
+                key: {"arrays": part.layout, "words": part.words.size, "seconds": part.seconds}
+                for key, part in self.parts.items()
+            }
+        )
         attributes = {
             "title": TITLE,
             **self.attributes,
-            "layout": json.dumps(layout),
-            DIGEST: _digest(content),
+            "layout": layout,
+            DIGEST: _digest(content, layout),
             "reached": driver.time,
         }
         from scissordyn.simulation.store import save  # the libraries of files take a tenth of a second to load
@@ -222,21 +225,23 @@ def _read(path: str | os.PathLike[str], wanted: Mapping[str, str]) -> dict[str, 
         raise _refused(path, f"is a '{stored.attrs.get('title')}'")
     for name, text in wanted.items():
         there = stored.attrs.get(name)
-        if there != text:
+        if not isinstance(there, str) or there != text:
             raise _refused(path, f"is of another run: {_difference(there, text, name)}")
-    content = np.ascontiguousarray(stored["content"].values, np.int64) if "content" in stored else np.zeros(0, np.int64)
-    if stored.attrs.get(DIGEST) != _digest(content):
+    content = stored["content"].values if "content" in stored else np.zeros(0, np.int64)
+    layout, digest = stored.attrs.get("layout"), stored.attrs.get(DIGEST)
+    if content.dtype != np.int64 or not isinstance(layout, str) or str(digest) != _digest(content, layout):
         raise _refused(path, "is damaged")
     parts, at = {}, 0
-    for key, part in json.loads(stored.attrs["layout"]).items():
+    for key, part in json.loads(layout).items():
         shapes = {name: tuple(shape) for name, shape in part["arrays"].items()}
         parts[key] = Part(content[at : at + part["words"]], shapes, float(part["seconds"]))
         at += part["words"]
     return parts
 
 
-def _digest(content: np.ndarray) -> str:
-    return hashlib.sha256(content.tobytes()).hexdigest()
+def _digest(content: np.ndarray, layout: str) -> str:
+    """Of the words and of what they are."""
+    return hashlib.sha256(content.tobytes() + layout.encode("utf-8", "surrogateescape")).hexdigest()
 
 
 def _refused(path: str | os.PathLike[str], why: str) -> InputError:
@@ -251,6 +256,8 @@ def _difference(there: Any, here: str, name: str) -> str:
         one, other = json.loads(there), json.loads(here)
     except (TypeError, ValueError):
         return f"its {name} cannot be read"
+    if one == other:
+        return f"its {name} is written otherwise"
     place, mine, wanted = first_difference(one, other, name)
     return f"{place} = {_short(mine)} there, {_short(wanted)} here"
 

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import inspect
+import platform
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -18,9 +20,13 @@ from scissordyn.simulation.interrupt import look, pass_on
 from scissordyn.simulation.measure import MEASURES, Ended, Measure
 from scissordyn.simulation.run import simulate
 from scissordyn.study.description import Cases, OwnMeasure, Study
-from scissordyn.study.store import COMPLETE, FAILED, PENDING, Store, column
+from scissordyn.study.store import COMPLETE, FAILED, PENDING, Store, column, program_digest
 
-__all__ = ["Block", "BlockResult", "give_up", "pilot", "run_block"]
+__all__ = ["Block", "BlockResult", "ProgramError", "give_up", "pilot", "run_block"]
+
+
+class ProgramError(ScissordynError):
+    """A worker whose program gives other numbers than the one that hands out the blocks."""
 
 
 @dataclass(frozen=True)
@@ -37,6 +43,8 @@ class Block:
         Whether cases that failed are done again.
     points : ndarray, optional
         Of an adaptive design.
+    fingerprint : mapping of str to str, optional
+        Of the study in the process that hands out the blocks; a worker that finds another one computes nothing.
     """
 
     study: Study
@@ -44,6 +52,7 @@ class Block:
     number: int
     again: bool = False
     points: np.ndarray | None = None
+    fingerprint: Mapping[str, str] | None = None
 
 
 @dataclass(frozen=True)
@@ -82,11 +91,15 @@ def run_block(block: Block) -> BlockResult:
     ------
     KeyboardInterrupt
         If the user stopped it; nothing is written then.
+    ProgramError
+        If the program here is another one than where the block was handed out, or than the store was begun with.
     """
     began = time.perf_counter()
     store = Store(block.store)
+    here = _same_program(block, store)
     cases, status = store.cases_of(block.number)
     missing = (status == PENDING) | (block.again & (status == FAILED))
+    missing &= cases < block.study.cases
     if not missing.any():  # a worker was lost after it had written everything
         return BlockResult(block.number, int(np.sum(status == COMPLETE)), int(np.sum(status == FAILED)), 0.0, 0.0)
     todo = cases[missing]
@@ -97,10 +110,23 @@ def run_block(block: Block) -> BlockResult:
     columns |= {name: found[name].values for name in block.study.measure_names}
     columns |= {name: found[name].values.astype(object) for name in ("cause", "warnings")}
     integration = float(found.attrs["integration_seconds"])
-    store.write(todo, columns, states, (time.perf_counter() - began, integration, float(todo.size)))
+    store.write(todo, columns, states, (time.perf_counter() - began, integration, float(todo.size)), program_digest(here))
     status[missing] = states
     complete, failed = int(np.sum(status == COMPLETE)), int(np.sum(status == FAILED))
     return BlockResult(block.number, complete, failed, time.perf_counter() - began, integration)
+
+
+def _same_program(block: Block, store: Store) -> Mapping[str, str]:
+    """The fingerprint of the study here, which is that of the store and of whoever handed out the block."""
+    here = block.study.fingerprint()
+    differs = [name for name, digest in here.items() if block.fingerprint and block.fingerprint.get(name) != digest]
+    differs = differs or store.differs(here)
+    if differs:
+        raise ProgramError(
+            f"the worker at '{platform.node()}' with '{Path(__file__).parents[1]}' would compute other numbers (differs in "
+            f"{', '.join(differs)}); allowed: the same sources, libraries and files of yours for all workers"
+        )
+    return here
 
 
 def give_up(block: Block, cause: str) -> BlockResult:
@@ -117,7 +143,7 @@ def give_up(block: Block, cause: str) -> BlockResult:
     """
     store = Store(block.store)
     cases, status = store.cases_of(block.number)
-    missing = status == PENDING
+    missing = (status == PENDING) & (cases < block.study.cases)
     if missing.any():
         numbers = block.study.numbers(cases[missing], block.points)
         columns: dict[str, Any] = {column(address): values for address, values in numbers.values.items()}

@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from scissordyn.errors import InputError
-from scissordyn.study.block import Block, BlockResult, give_up, pilot, run_block
+from scissordyn.study.block import Block, BlockResult, ProgramError, give_up, pilot, run_block
 from scissordyn.study.description import Study
 from scissordyn.study.engine import Engine, Threads, error_text
 from scissordyn.study.store import COMPLETE, FAILED, PENDING, Store, StoreError
@@ -94,6 +94,7 @@ def prepare(
     if store.exists():
         store.check(study)
         return
+    store.check_place()
     if block is not None and (isinstance(block, bool) or not isinstance(block, int) or block < 1):
         raise InputError(f"block = {block!r}", "a whole number of cases >= 1")
     if any(own.of == "dataset" for own in study.own_measures) and study.members > 1:
@@ -163,14 +164,16 @@ def execute(
         If the store is of another study.
     StoreError
         If it cannot be written; what is complete is kept.
+    ProgramError
+        If a worker's program would give other numbers; its blocks are not taken.
     KeyboardInterrupt
         After Ctrl-C; what is complete is kept.
     """
     engine = Threads() if engine is None else engine
     store = Store(address)
+    prepare(study, store, block=block, workers=engine.workers, points=points)
     with store.alone():
-        prepare(study, store, block=block, workers=engine.workers, points=points)
-        if study.cases != store.cases:
+        if study.cases > store.cases or (study.cases < store.cases and points is None):
             raise InputError(
                 f"'{store.address}' has {store.cases} cases and the study {study.cases}",
                 "the same number of points",
@@ -188,10 +191,11 @@ def _missing_blocks(
     points: np.ndarray | None,
     progress: Callable[[Progress], None] | None,
 ) -> None:
-    status = store.status()
+    status = store.status()[: study.cases]
+    fingerprint = study.fingerprint()
     missing = (status == PENDING) | (retry & (status == FAILED))
     numbers = np.unique(np.flatnonzero(missing) // store.block)
-    tasks = (Block(study, store.address, int(number), retry, points) for number in numbers)
+    tasks = (Block(study, store.address, int(number), retry, points, fingerprint) for number in numbers)
     began, done_here = time.perf_counter(), 0
     complete = {int(k): 0 for k in numbers}
     known_complete, known_failed = int(np.sum(status == COMPLETE)), int(np.sum(status == FAILED))
@@ -211,12 +215,23 @@ def _missing_blocks(
 def _finished(engine: Engine, tasks: Iterator[Block]) -> Iterator[BlockResult]:
     for outcome in engine.each(run_block, tasks):
         if outcome.value is not None:
+            _check_sealed(outcome.task)
             yield outcome.value
-        elif isinstance(outcome.error, StoreError):
+        elif isinstance(outcome.error, (StoreError, ProgramError)):
             raise outcome.error
         else:
             assert outcome.error is not None
             yield give_up(outcome.task, error_text(outcome.error))
+
+
+def _check_sealed(block: Block) -> None:
+    """What a worker says it has done is in the store, by the program of this study; one of another version writes no seal."""
+    cases, status = Store(block.store).cases_of(block.number)
+    if (status[cases < block.study.cases] == PENDING).any():
+        raise ProgramError(
+            f"block {block.number} came back and is not whole in '{block.store}': its worker has another version or "
+            "another disk; allowed: the same program and the same folder for all workers"
+        )
 
 
 def extend(
@@ -259,5 +274,6 @@ def extend(
     larger = replace(study, design=replace(study.design, points=points))
     store = Store(address)
     store.check(study)
-    store.extend(larger)
+    with store.alone():
+        store.extend(larger)
     return execute(larger, address, engine=engine, progress=progress)

@@ -178,7 +178,8 @@ def optimise(
             with store.alone():
                 store.extend(here)
         told = None if progress is None else _told(progress, generation + 1)
-        if there <= points.shape[0]:
+        missing = there > points.shape[0] and (store.status()[: here.cases] == PENDING).any()
+        if there <= points.shape[0] or missing:
             store = execute(here, address, engine=engine, block=block, points=points, progress=told)
         results = store.results().isel(case=slice(0, points.shape[0] * study.per_point))
         _same_points(results, study, points, store)

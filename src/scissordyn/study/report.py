@@ -185,6 +185,8 @@ def _summary(study: Study, results: xr.Dataset) -> Iterator[str]:
     points = by_point(study, results)
     complete, failed, pending = counts(results)
     yield f"<p>{_text(design_size(study))}: {complete} cases complete, {failed} failed, {pending} pending.</p>"
+    if "damage" in results.attrs:
+        yield f"<p><strong>{_text(results.attrs['damage'])}</strong></p>"
     yield _table(varied_numbers(study, results))
     if said := agreement(study, points):
         yield f"<p>{_text(said)}</p>"

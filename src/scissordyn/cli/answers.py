@@ -10,7 +10,7 @@ from rich.table import Table as RichTable
 from rich.text import Text
 
 from scissordyn.cli.show import console
-from scissordyn.errors import printable
+from scissordyn.errors import command, printable
 
 if TYPE_CHECKING:
     from scissordyn.study.description import Study
@@ -112,8 +112,8 @@ def show_damage(results: xr.Dataset, address: str) -> None:
         Of the store.
     """
     if "damage" in results.attrs:
-        print(f"{results.attrs['damage']}")
-        print(f"  To compute them anew: scissordyn study resume {address}")
+        print(results.attrs["damage"])
+        print(f"  To compute them anew: {command('scissordyn', 'study', 'resume', address)}")
 
 
 def show_causes(results: xr.Dataset, address: str) -> None:

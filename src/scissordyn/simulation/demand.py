@@ -14,6 +14,7 @@ if TYPE_CHECKING:
 
 __all__ = [
     "CYCLE_TIME",
+    "check_cases",
     "check_cycles",
     "check_memory",
     "check_samples",
@@ -37,6 +38,12 @@ CYCLE, CYCLE_CONTACT = 10, 4
 
 CYCLE_TIME = Decimal("0.001")
 """Time of a cycle of a small mechanism [s]."""
+
+CASE_NUMBERS = 5
+"""Numbers of eight bytes that are held of a case beside its values and measures: number, status, member, cause, warnings."""
+
+CASE_TIME = Decimal("0.001")
+"""Time of a short case [s], by which the time of studies is estimated that nobody has begun."""
 
 UNKNOWN = 2**36
 """Memory that is assumed where a system does not tell [bytes]."""
@@ -168,4 +175,26 @@ def check_cycles(mechanism: Mechanism, cycles: int) -> None:
         CYCLE_TIME * cycles,
         f"at most {machine_memory() // needed} cycles here",
         "fewer cycles",
+    )
+
+
+def check_cases(points: int, samples: int, members: int, numbers: int) -> None:
+    """Raise `InputError` if not all cases of a study fit into the memory of this machine.
+
+    Parameters
+    ----------
+    points, samples, members : int
+        Samples of each point, members of each of these.
+    numbers : int
+        Numbers that vary, and measures, of a case.
+    """
+    cases, needed = points * samples * members, NUMBER * (CASE_NUMBERS + numbers)
+    named = (("points", points), ("samples of each", samples), ("members of each", members))
+    factors = [f"{count_in_words(count)} {name}" for name, count in named if count > 1]
+    check_memory(
+        f"{count_in_words(cases)} cases ({', '.join(factors)})",
+        needed * cases,
+        CASE_TIME * cases,
+        f"at most {machine_memory() // needed} cases",
+        "fewer values, --points, --samples or --members",
     )

@@ -58,8 +58,8 @@ def check_run(run: xr.Dataset) -> None:
     _check_attributes(run.attrs)
     for name, dims in (*FINITE.items(), *((name, (name,)) for name in NAMES)):
         _check_dims(run, name, dims)
-    for name, variable in run.variables.items():
-        _check_variable(str(name), variable)
+    for found, variable in run.variables.items():
+        _check_variable(str(found), variable)
     for name in FINITE:
         if not np.all(np.isfinite(run[name].values)):
             raise _damaged(name, "is not a number somewhere")
@@ -99,7 +99,7 @@ def _check_attributes(attributes: dict[Any, Any]) -> None:
             raise InputError(f"a run whose attribute '{name}' is {shown(attributes.get(name))}", f"a text, in {FROM}")
     for name, always in (("end", True), ("trusted_until", False)):
         value = attributes.get(name)
-        if (always or value is not None) and not (is_number(value) and np.isfinite(value)):
+        if (always or value is not None) and not (is_number(value) and np.isfinite(float(value))):  # type: ignore[arg-type]
             raise InputError(f"a run whose attribute '{name}' is {shown(value)}", f"a finite number, in {FROM}")
     for name, kind in (("statistics", dict), ("warnings", list)):
         try:

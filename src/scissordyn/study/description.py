@@ -7,7 +7,6 @@ import inspect
 import json
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
-from decimal import Decimal
 from pathlib import Path
 from typing import Any
 
@@ -21,7 +20,7 @@ from scissordyn.model.mechanism import Mechanism
 from scissordyn.model.record import to_plain as plain_description
 from scissordyn.plugin.user_file import file_digest, load_function, split_reference
 from scissordyn.simulation.configuration import Configuration
-from scissordyn.simulation.demand import check_memory, count_in_words, machine_memory
+from scissordyn.simulation.demand import check_cases
 from scissordyn.simulation.measure import MEASURES, parts_of
 from scissordyn.simulation.options import Options
 from scissordyn.simulation.provenance import provenance
@@ -38,12 +37,6 @@ NUMERICS = ("cli", "plot", "paper", "config", "study", "analysis")
 
 UNCERTAIN_SEEDS = 2**32
 """Added to the seed of the uncertain numbers, which are to be independent of those of the design."""
-
-CASE_NUMBERS = 5
-"""Numbers of eight bytes that are held of a case beside its values and measures: number, status, member, cause, warnings."""
-
-CASE_TIME = Decimal("0.001")
-"""Time of a short case [s], by which the time of studies is estimated that nobody has begun."""
 
 
 @dataclass(frozen=True)
@@ -279,17 +272,7 @@ class Study:
         points, search = self.points, self.optimisation
         if search is not None:
             points = max(points, search.generations * search.size(len(self.factors)))
-        cases = points * self.per_point
-        bytes_of_case = 8 * (CASE_NUMBERS + len(self.addresses) + len(self.measure_names))
-        named = (("points", points), ("samples of each", self.sampling.samples), ("members of each", self.members))
-        factors = [f"{count_in_words(count)} {name}" for name, count in named if count > 1]
-        check_memory(
-            f"{count_in_words(cases)} cases ({', '.join(factors)})",
-            bytes_of_case * cases,
-            CASE_TIME * cases,
-            f"at most {machine_memory() // bytes_of_case} cases",
-            "fewer values, --points, --samples or --members",
-        )
+        check_cases(points, self.sampling.samples, self.members, len(self.addresses) + len(self.measure_names))
 
     @property
     def measure_names(self) -> tuple[str, ...]:

@@ -170,7 +170,14 @@ def user_parts() -> Iterator[Part]:
     yield from package_parts()
 
 
-@sd.component(port="hinge", force=belt_force, gap=belt_gap, switch=belt_switch, states=("slip",), context=("mode",))
+@sd.component(
+    port="hinge",
+    force=belt_force,
+    gap=belt_gap,
+    switch=belt_switch,
+    states=(sd.State("slip", "rad", scale=1e-3),),
+    context=("mode",),
+)
 class Belt:
     """A component with a state and a guard."""
 

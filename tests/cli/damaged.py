@@ -98,6 +98,8 @@ def _variable(run: xr.Dataset, chance: random.Random) -> xr.Dataset:
         dim = chance.choice(found.dims)
         return run.isel({dim: slice(0, chance.randrange(run.sizes[dim] + 1))})
     others = run.drop_vars(name)
+    if name in others.dims:  # a coordinate that others go over can be lost, but is no number
+        return others
     if kind < 0.5:
         return others.assign({name: 3.0 if chance.random() < 0.5 else "text"})
     if kind < 0.6:

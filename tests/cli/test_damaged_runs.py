@@ -14,7 +14,7 @@ from scissordyn.cli.main import status_of
 from scissordyn.simulation.store import load
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
-QUICK, ALL, BLOCK = 40, 1040, 50
+QUICK, ALL, BLOCK = 20, 1020, 50
 
 
 @pytest.fixture(scope="module")
@@ -73,7 +73,7 @@ def tried(capfd: pytest.CaptureFixture[str], whole: list[Path], first: int, last
 def test_damaged_runs(
     capfd: pytest.CaptureFixture[str], whole: list[Path], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Identity: of forty damaged files each is refused in one line or read; some do each."""
+    """Identity: of twenty damaged files each is refused in one line or read; some do each."""
     monkeypatch.chdir(tmp_path)
     assert {0, 2} <= tried(capfd, whole, 0, QUICK)
 

@@ -266,7 +266,9 @@ def test_long_run_can_be_stopped(tab: Tab) -> None:
     tab.press("stop")
     tab.ready(first)
     assert "interrupted" in tab.state
-    assert 1 <= len(tab.curve("time")) < 400  # samples are 75 ms apart, in seconds or milliseconds as suits the part
+    times = tab.curve("time")
+    assert len(times) >= 1
+    assert max(times) < 30.0 or max(times) < 3000.0  # in seconds or milliseconds, as suits the part
 
 
 def test_errors_of_the_page_are_noticed(browser: Any, url: str) -> None:

@@ -179,13 +179,6 @@ def test_processes_are_the_default(monkeypatch, processors, options, expected):
     assert command._where(*options) == expected
 
 
-def test_threads_where_no_processes_can_be_managed(monkeypatch):
-    """Limit: without dask the command works all the same."""
-    monkeypatch.setattr(engine, "processors", lambda: 4)
-    monkeypatch.setattr(command, "find_spec", lambda _: None)
-    assert command._where(None, None, None) == Where()
-
-
 def test_workers_find_the_kernels_compiled(monkeypatch):
     """Identity: what is not on disk is compiled before the workers start, and only then."""
     made = []

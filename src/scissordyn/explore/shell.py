@@ -34,7 +34,7 @@ CAREFUL = {
     "Referrer-Policy": "no-referrer",
     "Cross-Origin-Resource-Policy": "same-origin",
 }
-"""For browsers: no other site may show the page in a frame, read what it has, or be told its address."""
+"""For browsers: no other site may show the page in a frame, read what it has, or learn its address."""
 
 STYLE = """
 :root { --sd-back: #ffffff; --sd-ink: #222222; --sd-faint: #5f6670; --sd-fill: #e4e4e4; --sd-line: #b8bdc4; --sd-field: #f4f5f6;

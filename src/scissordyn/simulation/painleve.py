@@ -38,7 +38,7 @@ def painleve_warnings(mechanism: Mechanism, path: Trajectory, found: Record) -> 
 
     References
     ----------
-    Champneys and Varkonyi 2016, doi:10.1093/imamat/hxw027
+    Champneys and Varkonyi 2016, arXiv:1601.03545
     """
     warnings, contacts = [], mechanism.contacts
     share = max(FEWEST, MOST_SAMPLES // max(1, len(contacts)))

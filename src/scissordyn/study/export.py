@@ -87,7 +87,9 @@ def export(results: xr.Dataset, path: Path) -> Path:
         for name, variable in results.variables.items():
             if variable.dtype.kind not in "fib":
                 plain[name] = variable.copy(data=variable.values.astype(object))
-        plain.attrs = {**plain.attrs, "fingerprint": str(plain.attrs["fingerprint"])}
+        plain.attrs = {
+            name: value if isinstance(value, (str, int, float)) else str(value) for name, value in plain.attrs.items()
+        }
         return save(plain, path)
     check_target(path, sample=f"-o study{ending}")
     rows = table(results)

@@ -81,11 +81,16 @@ def judge(kind: str, number: int) -> Judged:
     path = compute(mechanism, options, record_steps=True)
     samples, steps = path.samples, path.steps
     sample, sampled = outside(path, samples.time, samples.state, samples.mode)
-    step, stepped = outside(path, *steps)
+    step, stepped = outside(path, *ends(*steps))
     contacts = path.system.content.parameters.contact.size
     begun = int(np.sum((path.log[:, 1] < contacts) & (path.log[:, 2] == 1)))
     method, when = str(path.statistics["method"]), sampled if sample >= step else stepped
     return Judged(kind, number, rtol, events, method, path.end, begun, sample, step, when)
+
+
+def ends(times: np.ndarray, states: np.ndarray, modes: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Ends of steps with the modes of the next ones: they are recorded before the events there."""
+    return times, states, np.maximum(modes, np.concatenate([modes[1:], modes[-1:]]))
 
 
 def outside(path: Trajectory, times: np.ndarray, states: np.ndarray, modes: np.ndarray) -> tuple[float, float]:

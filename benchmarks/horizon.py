@@ -130,11 +130,7 @@ def _distance(one: xr.Dataset, other: xr.Dataset, body: sd.Body) -> np.ndarray:
 def measure(quick: bool = False) -> str:
     """All kinds; a run that was broken off goes on where it was."""
     kept, numbers = Kept("horizon", Judged, __file__, horizon_cases.__file__), range(2 if quick else CASES)
-    for number in numbers:
-        for kind in KINDS:
-            if (kind, number) not in kept.done:
-                kept.add((kind, number), judge(kind, number))
-    return _page([kept.done[kind, number] for number in numbers for kind in KINDS])
+    return _page(kept.complete(((kind, number) for number in numbers for kind in KINDS), lambda key: judge(*key)))
 
 
 def _page(judged: list[Judged]) -> str:

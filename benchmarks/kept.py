@@ -6,6 +6,7 @@ import dataclasses
 import hashlib
 import json
 import tempfile
+from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import Any, Generic, TypeVar
 
@@ -40,6 +41,15 @@ class Kept(Generic[Result]):
             for line in self.path.read_text(encoding="utf-8").splitlines():
                 key, fields = json.loads(line)
                 self.done[tuple(key) if isinstance(key, list) else key] = kind(**fields)
+
+    def complete(self, keys: Iterable[Any], result: Callable[[Any], Result]) -> list[Result]:
+        """The results of all keys; those that are not kept are computed."""
+        found = []
+        for key in keys:
+            if key not in self.done:
+                self.add(key, result(key))
+            found.append(self.done[key])
+        return found
 
     def add(self, key: Any, result: Result) -> None:
         """Keep one more."""

@@ -111,13 +111,8 @@ def outside(path: Trajectory, times: np.ndarray, states: np.ndarray, modes: np.n
 
 def measure(quick: bool = False) -> str:
     """All kinds; a measurement that was broken off goes on where it was."""
-    kinds = [*KINDS, RELEASED]
     kept, numbers = Kept("missed_contacts", Judged, __file__, horizon_cases.__file__), range(2 if quick else CASES)
-    for number in numbers:
-        for kind in kinds:
-            if (kind, number) not in kept.done:
-                kept.add((kind, number), judge(kind, number))
-    return _page([kept.done[kind, number] for number in numbers for kind in kinds])
+    return _page(kept.complete(((kind, number) for number in numbers for kind in [*KINDS, RELEASED]), lambda key: judge(*key)))
 
 
 def _page(judged: list[Judged]) -> str:

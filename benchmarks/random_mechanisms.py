@@ -134,11 +134,7 @@ def _not_finite(mechanism: sd.Mechanism, run: xr.Dataset) -> list[str]:
 def measure(quick: bool = False) -> str:
     """The outcomes of the first mechanisms; a run that was broken off goes on where it was."""
     kept = Kept("random_mechanisms", Outcome, __file__, random_cases.__file__)
-    count = 60 if quick else CASES
-    for seed in range(count):
-        if seed not in kept.done:
-            kept.add(seed, judge(seed))
-    return _page([kept.done[seed] for seed in range(count)])
+    return _page(kept.complete(range(60 if quick else CASES), judge))
 
 
 def _page(outcomes: list[Outcome]) -> str:

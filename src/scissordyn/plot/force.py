@@ -10,7 +10,7 @@ from matplotlib.axes import Axes
 
 from scissordyn.plot.contact import contact_times, force_curve
 from scissordyn.plot.scale import Scale, engineering
-from scissordyn.plot.series import chosen_joints, contact_spans, finish, note_more, time_scale
+from scissordyn.plot.series import chosen_joints, finish, note_more, time_scale
 from scissordyn.plot.style import BLACK, BLUE, GREY, IDEAL, LINE, NORMAL, SMALL, VERMILION, Canvas, legend, literal, panels
 
 __all__ = ["force"]
@@ -94,10 +94,9 @@ def _normal(axes: Axes, run: xr.Dataset, ideal: xr.Dataset | None, joint: str, t
     # normal forces are never negative: the region below zero is used for the strip of contacts
     axes.set_ylim(-1.5 * STRIP * top, 1.06 * top)
     axes.axhline(0.0, color=GREY, linewidth=0.6)
-    spans = [(time.factor * start, time.factor * lasting) for start, lasting in contact_spans(run, joint)]
-    if spans:
+    if contacts.start.size:
         axes.broken_barh(
-            spans,
+            list(zip(time.factor * contacts.start, time.factor * (contacts.end - contacts.start), strict=True)),
             (0.0, STRIP),
             transform=axes.get_xaxis_transform(),
             facecolor=VERMILION,

@@ -24,7 +24,6 @@ __all__ = [
     "clearance_joints",
     "clearance_pins",
     "compare",
-    "contact_spans",
     "finish",
     "largest_forces",
     "note_more",
@@ -183,25 +182,6 @@ def write_more(figure: Figure, more: int) -> None:
     if more:
         said = f"{more} more clearance joint{'s' * (more > 1)} with smaller forces"
         figure.supxlabel(said, fontsize=SMALL, color=GREY)
-
-
-def contact_spans(run: xr.Dataset, joint: str) -> list[tuple[float, float]]:
-    """Start and duration of every contact of a joint [s].
-
-    Parameters
-    ----------
-    run : Dataset
-    joint : str
-
-    Returns
-    -------
-    list of (float, float)
-        A contact at the end of the run lasts to that end.
-    """
-    ours = run["contact_joint"].values.astype(str) == joint
-    starts, durations = run["contact_start"].values[ours], run["contact_duration"].values[ours]
-    lasting = np.where(np.isnan(durations), float(run["time"].values[-1]) - starts, durations)
-    return list(zip(starts.tolist(), lasting.tolist(), strict=True))
 
 
 def compare(

@@ -118,8 +118,9 @@ def _pressed(mechanism: Mechanism, run: xr.Dataset) -> bool:
 
 def _driven(mechanism: Mechanism, run: xr.Dataset, until: float, closure: Closure) -> list[str]:
     """What the drives lead to, and how far clearances have let them go beyond a locking position."""
-    found = [text for _, _, text in _said(mechanism, until, closure)]
-    lock = min((time for time, kind, _ in _said(mechanism, until, closure) if kind == LOCKING), default=math.inf)
+    said = _said(mechanism, until, closure)
+    found = [text for _, _, text in said]
+    lock = min((time for time, kind, _ in said if kind == LOCKING), default=math.inf)
     joints = mechanism.contacts
     if not joints or not run.sizes["time"] or not float(run["time"].values[-1]) > lock:
         return found

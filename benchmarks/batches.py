@@ -12,8 +12,8 @@ import xarray as xr
 from benchmarks.cases import UNTIL, array, name_of
 from benchmarks.measure import command, table
 from scissordyn.model.mechanism import Mechanism
-from scissordyn.simulation.batch import simulate_many
-from scissordyn.simulation.run import simulate
+from scissordyn.run.batch import simulate_many
+from scissordyn.run.simulate import simulate
 from scissordyn.units import rpm
 
 MEASURES = ("peak_force", "peak_drive_torque", "contact_count", "contact_fraction")

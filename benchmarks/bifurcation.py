@@ -15,8 +15,8 @@ import numpy as np
 import scissordyn as sd
 from benchmarks.cases import name_of
 from benchmarks.measure import command, table
-from scissordyn.simulation.cycles import cycle
-from scissordyn.study.bifurcation import bifurcation
+from scissordyn.periodic.bifurcation import bifurcation
+from scissordyn.periodic.cycles import cycle
 from scissordyn.study.engine import Threads
 
 __all__ = ["CLEARANCES", "FREQUENCY", "array", "measure"]

@@ -12,8 +12,8 @@ import numpy as np
 import scissordyn as sd
 from benchmarks.measure import command, table
 from scissordyn.mechanics.reduce import reduce_mechanism
-from scissordyn.simulation.checkpoint import Checkpoint, open_checkpoint
-from scissordyn.simulation.trajectory import make_driver
+from scissordyn.run.checkpoint import Checkpoint, open_checkpoint
+from scissordyn.run.trajectory import make_driver
 
 EXAMPLES = Path(__file__).parent.parent / "examples"
 NAMED = ("paper", "mast", "long", "self_deploying")
@@ -42,7 +42,7 @@ def measure(quick: bool = False) -> str:
         rows.append((name, f"{size / 1e3:.0f}", f"{1e3 * median(written[1:]):.0f}", f"{1e3 * median(read[1:]):.0f}"))
     said = (
         f"In the middle of the run of each example; medians of {repeats}, processor time. The test with twenty real kills is "
-        "`pytest -m slow tests/simulation/test_checkpoint.py`.\n"
+        "`pytest -m slow tests/run/test_checkpoint.py`.\n"
     )
     return f"{said}\n{table(('example', 'file [kB]', 'write [ms]', 'take up [ms]'), rows)}"
 

@@ -18,8 +18,8 @@ from scissordyn.integrate import tableau
 from scissordyn.integrate.quadrature import gauss_nodes, primitives
 from scissordyn.mechanics.reduce import reduce_mechanism
 from scissordyn.mechanics.system import open_system
-from scissordyn.simulation import driver, tolerance
-from scissordyn.simulation.driver import make_system
+from scissordyn.run import driver, tolerance
+from scissordyn.run.driver import make_system
 
 CALLS = 300_000
 

@@ -11,9 +11,9 @@ import scissordyn as sd
 from benchmarks.measure import command, table
 from scissordyn.mechanics.reduce import reduce_mechanism
 from scissordyn.model.mechanism import Mechanism
-from scissordyn.simulation.driver import counted
-from scissordyn.simulation.options import Options
-from scissordyn.simulation.trajectory import make_driver
+from scissordyn.run.driver import counted
+from scissordyn.run.options import Options
+from scissordyn.run.trajectory import make_driver
 
 UNTIL = 0.05
 COUNTS = (0, 1, 4, 16, 64)

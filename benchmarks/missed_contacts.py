@@ -13,8 +13,8 @@ from benchmarks.kept import Kept
 from benchmarks.measure import command, table
 from scissordyn.laws.damping.none import NoDamping
 from scissordyn.mechanics import functions
-from scissordyn.simulation.options import Options
-from scissordyn.simulation.trajectory import Trajectory, compute
+from scissordyn.run.options import Options
+from scissordyn.run.trajectory import Trajectory, compute
 
 __all__ = ["Judged", "judge", "measure"]
 

@@ -22,7 +22,7 @@ from scissordyn.plot.file import write
 from scissordyn.plot.preview import preview
 from scissordyn.plot.report import draw_all
 from scissordyn.plot.structure import structure
-from scissordyn.simulation.run import simulate
+from scissordyn.run.simulate import simulate
 
 ROOT = Path(__file__).parent.parent
 DOCS = ROOT / "docs"

@@ -10,10 +10,10 @@ from statistics import median
 from benchmarks.cases import UNTIL, array, clearance_everywhere, friction_everywhere, name_of
 from benchmarks.measure import command, fitted_exponent, table
 from scissordyn.model.mechanism import Mechanism
-from scissordyn.simulation.cut import recorded
-from scissordyn.simulation.dataset import to_dataset
-from scissordyn.simulation.options import Options
-from scissordyn.simulation.trajectory import Trajectory, compute
+from scissordyn.run.cut import recorded
+from scissordyn.run.dataset import to_dataset
+from scissordyn.run.options import Options
+from scissordyn.run.trajectory import Trajectory, compute
 
 UNITS = (2, 10, 50, 200)
 SHARED = 1.5

@@ -20,7 +20,7 @@ from distributed import Client, LocalCluster, Security
 
 import scissordyn as sd
 from benchmarks.measure import machine, paragraph, table, write_section
-from scissordyn.simulation.options import Options
+from scissordyn.run.options import Options
 from scissordyn.study.block import Block
 from scissordyn.study.description import Factor, Study
 from scissordyn.study.design import Design

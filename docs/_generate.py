@@ -126,7 +126,7 @@ MODULES: dict[str, dict[str, tuple[str, ...]]] = {
         "analysis.lyapunov": ("largest_exponent_map", "largest_exponent", "exponent_from_growth"),
     },
     "Pictures": {
-        "simulation.accessor": ("RunAccessor",),
+        "run.accessor": ("RunAccessor",),
         "plot": ("Pictures", "response", "force", "torque", "orbit", "energy", "structure", "comparison"),
         "plot.regularity": (
             "stroboscopic_map",

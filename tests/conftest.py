@@ -9,7 +9,7 @@ from scissordyn.laws.elastic.hertz import Hertz
 from scissordyn.laws.friction.lugre import LuGre
 from scissordyn.model.clearance import Clearance
 from scissordyn.model.scissor import scissor
-from scissordyn.simulation.run import simulate
+from scissordyn.run.simulate import simulate
 from scissordyn.units import rpm
 
 # these need pseudo terminals, pipes, signals, /proc or /dev/full
@@ -21,7 +21,7 @@ collect_ignore = (
         "cli/test_files.py",
         "cli/test_signals.py",
         "cli/test_streams.py",
-        "simulation/test_output_file.py",
+        "run/test_output_file.py",
         "study/test_runner.py",
     ]
 )

@@ -24,7 +24,7 @@ from scissordyn.laws.friction.none import NoFriction
 from scissordyn.model.clearance import Clearance
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.model.scissor import scissor
-from scissordyn.simulation.run import simulate
+from scissordyn.run.simulate import simulate
 
 C = 5e-4
 SPEED = math.radians(900.0)  # 150 rpm

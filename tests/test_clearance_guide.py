@@ -27,7 +27,7 @@ from scissordyn.model.guide_clearance import GuideClearance
 from scissordyn.model.joint import Guide
 from scissordyn.model.linkage import slider_crank
 from scissordyn.model.mechanism import Mechanism
-from scissordyn.simulation.run import simulate
+from scissordyn.run.simulate import simulate
 from scissordyn.units import rpm
 
 LENGTH, WIDTH, RADIUS, GAP = 0.1, 0.04, 2e-3, 1e-3

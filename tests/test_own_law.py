@@ -7,7 +7,7 @@ import pytest
 
 import scissordyn as sd
 from scissordyn.laws.user import UserElastic
-from scissordyn.simulation.run import replay
+from scissordyn.run.simulate import replay
 
 STIFFNESS = 1.5e-2 * 0.5 * np.pi * sd.STEEL.youngs_modulus / (2.0 * (1.0 - sd.STEEL.poisson_ratio**2))
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from scissordyn.model.scissor import scissor
-from scissordyn.simulation.run import simulate
+from scissordyn.run.simulate import simulate
 from scissordyn.units import rpm
 
 L, M, SLIDER, G = 2.0, 5.68, 5.0, 9.81

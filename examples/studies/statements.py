@@ -12,7 +12,7 @@ import xarray as xr
 from scissordyn.paper.cases import Choice
 from scissordyn.paper.sensitivity import survey
 from scissordyn.paper.statements import CLAUSES
-from scissordyn.simulation.configuration import read_configuration
+from scissordyn.run.configuration import read_configuration
 
 
 @cache

@@ -53,6 +53,7 @@ if TYPE_CHECKING:
     from scissordyn.control.tracking.pid import PID
     from scissordyn.control.user import UserController
     from scissordyn.errors import InputError, ScissordynError
+    from scissordyn.file.export import export
     from scissordyn.laws.catalogue import law
     from scissordyn.laws.damping.factors import Flores, LankaraniNikravesh
     from scissordyn.laws.elastic.hertz import Hertz
@@ -75,19 +76,18 @@ if TYPE_CHECKING:
     from scissordyn.model.payload import with_panels, with_payload
     from scissordyn.model.scissor import scissor
     from scissordyn.model.track import Track
-    from scissordyn.simulation.batch import simulate_many
-    from scissordyn.simulation.checkpoint import Checkpoint
-    from scissordyn.simulation.constrained_contact import constrain_contact
-    from scissordyn.simulation.cycles import cycle
-    from scissordyn.simulation.export import export
-    from scissordyn.simulation.feed_forward import feed_forward
-    from scissordyn.simulation.ideal import ideal_kinematics
-    from scissordyn.simulation.options import Options
-    from scissordyn.simulation.run import replay, simulate
-    from scissordyn.simulation.store import load, save
-    from scissordyn.study.bifurcation import bifurcation
-    from scissordyn.study.ensemble import ensemble
-    from scissordyn.study.lyapunov import separation_exponent, variational_exponent
+    from scissordyn.periodic.bifurcation import bifurcation
+    from scissordyn.periodic.cycles import cycle
+    from scissordyn.periodic.ensemble import ensemble
+    from scissordyn.periodic.lyapunov import separation_exponent, variational_exponent
+    from scissordyn.run.batch import simulate_many
+    from scissordyn.run.checkpoint import Checkpoint
+    from scissordyn.run.constrained_contact import constrain_contact
+    from scissordyn.run.feed_forward import feed_forward
+    from scissordyn.run.ideal import ideal_kinematics
+    from scissordyn.run.options import Options
+    from scissordyn.run.simulate import replay, simulate
+    from scissordyn.run.store import load, save
     from scissordyn.units import Pairs, Quantity, State, degrees, rpm
 
     # named without an import: pictures enter no number, and what imports the package for its numbers does not depend on them
@@ -273,19 +273,19 @@ _HOMES = {
     "plot.preview": ("preview", "preview_svg"),
     "model.scissor": ("scissor",),
     "model.track": ("Track",),
-    "simulation.batch": ("simulate_many",),
-    "simulation.checkpoint": ("Checkpoint",),
-    "simulation.cycles": ("cycle",),
-    "simulation.export": ("export",),
-    "simulation.feed_forward": ("feed_forward",),
-    "simulation.constrained_contact": ("constrain_contact",),
-    "simulation.ideal": ("ideal_kinematics",),
-    "simulation.options": ("Options",),
-    "simulation.run": ("replay", "simulate"),
-    "simulation.store": ("load", "save"),
-    "study.bifurcation": ("bifurcation",),
-    "study.ensemble": ("ensemble",),
-    "study.lyapunov": ("separation_exponent", "variational_exponent"),
+    "run.batch": ("simulate_many",),
+    "run.checkpoint": ("Checkpoint",),
+    "periodic.cycles": ("cycle",),
+    "file.export": ("export",),
+    "run.feed_forward": ("feed_forward",),
+    "run.constrained_contact": ("constrain_contact",),
+    "run.ideal": ("ideal_kinematics",),
+    "run.options": ("Options",),
+    "run.simulate": ("replay", "simulate"),
+    "run.store": ("load", "save"),
+    "periodic.bifurcation": ("bifurcation",),
+    "periodic.ensemble": ("ensemble",),
+    "periodic.lyapunov": ("separation_exponent", "variational_exponent"),
     "units": ("Pairs", "Quantity", "State", "degrees", "rpm"),
 }
 _HOME = {name: home for home, names in _HOMES.items() for name in names}

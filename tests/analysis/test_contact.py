@@ -13,7 +13,7 @@ from scissordyn.errors import InputError
 from scissordyn.model.joint import Revolute
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.model.record import kind_of, to_plain
-from scissordyn.simulation.run import simulate
+from scissordyn.run.simulate import simulate
 
 from .made_up import BODIES, CLEARANCE, made_up_run
 

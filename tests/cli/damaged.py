@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from scissordyn.simulation.store import load
+from scissordyn.run.store import load
 
 ATTRIBUTES: tuple[Any, ...] = (
     *("", "soon", "{", "[]", "{}", "null", "NaN", '{"mechanism": {}}', '{"steps": "x"}', "[3]", '"x"', "x" * 5000),

@@ -12,8 +12,8 @@ from mutation import mutated_cases  # isort: skip
 from scissordyn.cli.main import status_of
 from scissordyn.config.file import read_case
 from scissordyn.errors import InputError
-from scissordyn.simulation.cycles import cycle
-from scissordyn.simulation.store import load, save
+from scissordyn.periodic.cycles import cycle
+from scissordyn.run.store import load, save
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 QUICK, ALL, BLOCK = 150, 2000, 100
@@ -195,7 +195,7 @@ def test_the_drawn_variable_is_checked_first(
     folder: Path, capfd: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Identity: an unknown name is refused before anything is computed, and so is a parameter that cannot be varied."""
-    monkeypatch.setattr("scissordyn.study.bifurcation.bifurcation", None)
+    monkeypatch.setattr("scissordyn.periodic.bifurcation.bifurcation", None)
     status, error = said(capfd, "bifurcation", *SCAN, "--variable", "nope", "--plot", "x.png")
     assert status == 2
     assert "--variable 'nope'" in error

@@ -17,7 +17,7 @@ import xarray as xr
 
 from scissordyn.cli import main, progress
 from scissordyn.cli.main import status_of
-from scissordyn.simulation.store import load
+from scissordyn.run.store import load
 
 PAPER = Path(__file__).parents[2] / "examples" / "paper.toml"
 SHORT = ("--set", "run.until=3 ms", "--set", "clearance.A.friction=none", "--samples", "31")
@@ -185,7 +185,7 @@ def test_places_that_cannot_be_written_are_found_before_the_run(
     folder: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, output: tuple[str, str], says: str
 ) -> None:
     """Identity: refused although no run is possible here: the place is looked at first."""
-    monkeypatch.setattr("scissordyn.simulation.run.simulate", None)
+    monkeypatch.setattr("scissordyn.run.simulate.simulate", None)
     (folder / "case.toml").write_text(PAPER.read_text())
     (folder / "taken").write_text("")
     assert says in refused(capsys, "run", "case.toml", *output)

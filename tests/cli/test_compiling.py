@@ -10,7 +10,7 @@ import pytest
 from scissordyn.cli import compiling
 from scissordyn.integrate.integration import make_problem, problem_type
 from scissordyn.mechanics import functions
-from scissordyn.simulation import compiled
+from scissordyn.run import compiled
 
 
 def test_the_type_of_a_problem_is_known_without_its_functions() -> None:

@@ -11,7 +11,7 @@ import pytest
 
 from damaged import damaged_run  # isort: skip
 from scissordyn.cli.main import status_of
-from scissordyn.simulation.store import load
+from scissordyn.run.store import load
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 QUICK, ALL, BLOCK = 20, 1020, 50

@@ -10,7 +10,7 @@ import pytest
 
 from scissordyn.cli.main import status_of
 from scissordyn.config import text
-from scissordyn.simulation.store import load
+from scissordyn.run.store import load
 
 PAPER = Path(__file__).parents[2] / "examples" / "paper.toml"
 SHORT = ("--set", "run.until=3 ms", "--set", "clearance.A.friction=none", "--samples", "31")

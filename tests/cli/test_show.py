@@ -18,7 +18,7 @@ from scissordyn.cli.main import status_of
 from scissordyn.cli.scale import column, prefix, short
 from scissordyn.cli.show import TextConsole, show_events, show_summary
 from scissordyn.laws.catalogue import BY_KIND, MATERIALS
-from scissordyn.simulation.store import load
+from scissordyn.run.store import load
 
 
 @pytest.mark.parametrize(

@@ -14,7 +14,7 @@ from pathlib import Path
 
 import pytest
 
-from scissordyn.simulation.store import load
+from scissordyn.run.store import load
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 COMMAND = [sys.executable, "-m", "scissordyn.cli.main"]

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from scissordyn.cli.main import status_of
-from scissordyn.simulation import demand
-from scissordyn.simulation.demand import duration, size
+from scissordyn.run import demand
+from scissordyn.run.demand import duration, size
 from scissordyn.study.design import Design, design_size, design_values
 from scissordyn.study.distribution import Interval, Levels
 

@@ -27,7 +27,7 @@ from scissordyn.plot.animation_scene import scene_of
 from scissordyn.plot.place import corners_of
 from scissordyn.plot.structure import snapshot
 from scissordyn.plot.symbol import STROKES, symbols
-from scissordyn.simulation.placement import Placement
+from scissordyn.run.placement import Placement
 
 from .page import PAGE, SECTIONS, heading, outputs, parts, rows, snippets, table
 from .shared import assert_documented, checked, read

@@ -11,8 +11,8 @@ import pytest
 import scissordyn as sd
 from scissordyn.errors import InputError
 from scissordyn.mechanics.reduce import reduce_mechanism
-from scissordyn.simulation.driver import make_system
-from scissordyn.simulation.tolerance import Tolerances, error_weights
+from scissordyn.run.driver import make_system
+from scissordyn.run.tolerance import Tolerances, error_weights
 
 TORQUE = 2.0
 """Of the dashpot at the speed of the tests [N m]."""

@@ -25,7 +25,7 @@ from scissordyn.model.clearance import Clearance
 from scissordyn.model.guide_clearance import GuideClearance
 from scissordyn.model.linkage import slider_crank
 from scissordyn.model.scissor import scissor
-from scissordyn.simulation.run import simulate
+from scissordyn.run.simulate import simulate
 from scissordyn.units import degrees, rpm
 
 EXAMPLES = Path(__file__).parents[2] / "examples"

@@ -32,7 +32,7 @@ from scissordyn.integrate.tableau import METHODS
 from scissordyn.model.description import PLUGINS
 from scissordyn.model.record import to_plain
 from scissordyn.plugin.pointer import USER
-from scissordyn.simulation.options import Options
+from scissordyn.run.options import Options
 from scissordyn.units import Pairs, Quantity, quantities
 
 EXAMPLES = sorted((Path(__file__).parents[2] / "examples").glob("*.toml"))

@@ -17,8 +17,8 @@ from scissordyn.config.table import table_of
 from scissordyn.config.template import TEMPLATES, template
 from scissordyn.config.time_function import DriveTable
 from scissordyn.errors import InputError
-from scissordyn.simulation.options import Options
-from scissordyn.simulation.run import simulate
+from scissordyn.run.options import Options
+from scissordyn.run.simulate import simulate
 
 PAPER = Path(__file__).parents[2] / "examples" / "paper.toml"
 

@@ -16,7 +16,7 @@ from scissordyn.control.tracking.none import NoControl
 from scissordyn.control.tracking.pid import PID
 from scissordyn.control.user import UserController
 from scissordyn.model.mechanism import Mechanism
-from scissordyn.simulation.feed_forward import feed_forward
+from scissordyn.run.feed_forward import feed_forward
 
 TIGHT = {"rtol": 1e-11, "atol": 1e-11, "samples": 101}
 INERTIA = 0.45

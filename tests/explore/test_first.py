@@ -16,7 +16,7 @@ from scissordyn.errors import InputError
 from scissordyn.explore.case import FileCase
 from scissordyn.explore.first import FirstRun
 from scissordyn.explore.session import Session
-from scissordyn.simulation.run import simulate
+from scissordyn.run.simulate import simulate
 
 from .browser import CASE
 
@@ -37,7 +37,7 @@ def gate(monkeypatch: pytest.MonkeyPatch) -> tuple[threading.Event, list[int]]:
         assert opened.wait(30.0)
         return simulate(*given, **named)
 
-    monkeypatch.setattr("scissordyn.simulation.run.simulate", held)
+    monkeypatch.setattr("scissordyn.run.simulate.simulate", held)
     return opened, runs
 
 

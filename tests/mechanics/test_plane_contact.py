@@ -16,7 +16,7 @@ from scissordyn.model.guide_clearance import GuideClearance
 from scissordyn.model.joint import Guide
 from scissordyn.model.linkage import slider_crank
 from scissordyn.model.mechanism import Mechanism
-from scissordyn.simulation.run import simulate
+from scissordyn.run.simulate import simulate
 
 EDGE = 2e-5
 

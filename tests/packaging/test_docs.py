@@ -85,7 +85,7 @@ def used_names(code: str) -> set[tuple[str, str]]:
             case ast.Attribute(value=ast.Name(id="regularity"), attr=name):
                 found.add(("plot.regularity", name))
             case ast.Attribute(value=ast.Attribute(attr="scissordyn"), attr=name):
-                found |= {("simulation.accessor", "RunAccessor"), *([("plot", "Pictures")] if name == "plot" else [])}
+                found |= {("run.accessor", "RunAccessor"), *([("plot", "Pictures")] if name == "plot" else [])}
             case ast.Attribute(value=ast.Attribute(value=ast.Attribute(attr="scissordyn"), attr="plot"), attr=name):
                 found.add(("plot", name))
     return found

@@ -21,7 +21,7 @@ from scissordyn.paper.figures import FIGURES, FURTHER
 from scissordyn.paper.reproduce import draw_figure, reproduce
 from scissordyn.paper.sensitivity import fetch_sensitivity, full_factorial
 from scissordyn.paper.statements import CLAUSES
-from scissordyn.simulation import compiled
+from scissordyn.run import compiled
 from scissordyn.study import engine
 from scissordyn.study.engine import Threads
 

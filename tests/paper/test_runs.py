@@ -9,7 +9,7 @@ from scissordyn.paper.cache import Jobs, computed, fetch_all, provenance
 from scissordyn.paper.cases import Choice, PaperCase, every_case
 from scissordyn.paper.events import REFERENCE, event_table
 from scissordyn.paper.runs import compute, fetch_runs
-from scissordyn.simulation.store import load, save
+from scissordyn.run.store import load, save
 from scissordyn.study.engine import Outcome, Threads
 
 CASE = PaperCase(None)

@@ -28,7 +28,7 @@ from scissordyn.plot.animation_scene import Scene, scene_of
 from scissordyn.plot.channel_scene import GAP
 from scissordyn.plot.place import outline
 from scissordyn.plot.structure import structure
-from scissordyn.simulation.placement import Placement
+from scissordyn.run.placement import Placement
 
 from .made_up import CLEARANCE, INSTANTS, made_up, mechanism_with
 

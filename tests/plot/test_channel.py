@@ -22,7 +22,7 @@ from scissordyn.plot.orbit import orbit
 from scissordyn.plot.report import draw_all
 from scissordyn.plot.structure import magnified, structure
 from scissordyn.plot.style import VERMILION
-from scissordyn.simulation.run import simulate
+from scissordyn.run.simulate import simulate
 
 CLEARANCE, WIDTH = 1e-4, 0.02
 

@@ -11,7 +11,7 @@ import pytest
 from scissordyn.config.file import read_case
 from scissordyn.plot.label import LEADER
 from scissordyn.plot.structure import structure
-from scissordyn.simulation.run import simulate
+from scissordyn.run.simulate import simulate
 
 RING = Path(__file__).parents[2] / "examples" / "ring.toml"
 

@@ -17,10 +17,10 @@ from matplotlib.text import Text
 import scissordyn as sd
 from scissordyn.cli.main import status_of
 from scissordyn.config.file import read_case
+from scissordyn.kinematics.transmission import dyads
 from scissordyn.plot.kinematics import kinematics
 from scissordyn.plot.preview import preview
-from scissordyn.simulation.ideal import ideal_kinematics, motion_range
-from scissordyn.simulation.transmission import dyads
+from scissordyn.run.ideal import ideal_kinematics, motion_range
 
 EXAMPLES = sorted((Path(__file__).parents[2] / "examples").glob("*.toml"))
 PAPER = str(EXAMPLES[0].with_name("paper.toml"))

@@ -19,10 +19,10 @@ from scipy.io import loadmat
 import scissordyn as sd
 from scissordyn.cli.difference import differences
 from scissordyn.cli.main import status_of
+from scissordyn.file.export import contact_table, time_table
 from scissordyn.plot.comparison import comparison, shared_curves
 from scissordyn.plot.report import KINDS
 from scissordyn.plot.window import window
-from scissordyn.simulation.export import contact_table, time_table
 
 UNTIL = 0.01
 
@@ -100,8 +100,8 @@ def test_plot_never_computes(stored: tuple[Path, Path], tmp_path: Path, monkeypa
     def refuse(*given: object, **named: object) -> None:
         raise AssertionError("a run was computed")
 
-    monkeypatch.setattr("scissordyn.simulation.trajectory.compute", refuse)
-    monkeypatch.setattr("scissordyn.simulation.run.compute", refuse)
+    monkeypatch.setattr("scissordyn.run.trajectory.compute", refuse)
+    monkeypatch.setattr("scissordyn.run.simulate.compute", refuse)
     a, b = map(str, stored)
     assert status_of(["plot", a, "-o", str(tmp_path)]) == 0
     assert sorted(path.name for path in tmp_path.iterdir()) == sorted(f"{kind}.png" for kind in KINDS)

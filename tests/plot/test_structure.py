@@ -18,8 +18,8 @@ from scissordyn.plot.place import outline
 from scissordyn.plot.series import MOST_JOINTS
 from scissordyn.plot.structure import GAP, magnified, snapshot, structure
 from scissordyn.plot.style import SKY, VERMILION
-from scissordyn.simulation.placement import Placement
-from scissordyn.simulation.run import simulate
+from scissordyn.run.placement import Placement
+from scissordyn.run.simulate import simulate
 
 from .made_up import CLEARANCE, CLEARANCE_JOINTS, mechanism_with
 

@@ -8,8 +8,8 @@ from scissordyn.jit import Handle
 from scissordyn.mechanics import functions
 from scissordyn.mechanics.reduce import reduce_mechanism
 from scissordyn.model.mechanism import Mechanism
-from scissordyn.simulation.driver import make_system
-from scissordyn.simulation.start import prepare_start
+from scissordyn.run.driver import make_system
+from scissordyn.run.start import prepare_start
 
 __all__ = ["accepted", "at_start"]
 

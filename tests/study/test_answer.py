@@ -14,7 +14,7 @@ from scipy import stats
 
 import scissordyn as sd
 from scissordyn.plot.study import feasibility_map, pareto_front, requirement_bars, response_curves, sensitivity_bars
-from scissordyn.simulation.options import Options
+from scissordyn.run.options import Options
 from scissordyn.study.answer import by_point, causes, feasible_fraction, warned, worst_cases
 from scissordyn.study.description import Factor, Sampling, Study
 from scissordyn.study.design import Design, design_values

@@ -9,12 +9,12 @@ import xarray as xr
 
 from scissordyn.cli.bifurcation import bifurcation as command
 from scissordyn.errors import InputError
-from scissordyn.simulation.cycles import cycle
-from scissordyn.simulation.store import load
-from scissordyn.simulation.stroboscope import run_cycles
-from scissordyn.study.bifurcation import bifurcation
+from scissordyn.periodic.bifurcation import bifurcation
+from scissordyn.periodic.cycles import cycle
+from scissordyn.periodic.follow import carried
+from scissordyn.periodic.stroboscope import run_cycles
+from scissordyn.run.store import load
 from scissordyn.study.engine import Threads
-from scissordyn.study.follow import carried
 
 CLEARANCES = (0.1e-3, 0.3e-3, 0.5e-3)
 TIMES = {"seconds", "processor_seconds"}
@@ -112,8 +112,8 @@ def test_following(impacting):
 
 def cycle_options(mechanism):
     """As `bifurcation` makes them."""
-    from scissordyn.simulation.options import Options
-    from scissordyn.simulation.stroboscope import drive_period
+    from scissordyn.periodic.stroboscope import drive_period
+    from scissordyn.run.options import Options
 
     return Options(drive_period(mechanism), samples=2, rtol=1e-6, atol=1e-6, most_steps=1_000_000)
 

@@ -18,7 +18,7 @@ import pytest
 
 import scissordyn as sd
 from reference.paper_case import paper_case
-from scissordyn.simulation.options import Options
+from scissordyn.run.options import Options
 from scissordyn.study.block import ProgramError
 from scissordyn.study.description import Factor, Study
 from scissordyn.study.distribution import Interval

@@ -14,10 +14,10 @@ from scissordyn.errors import InputError
 from scissordyn.integrate.integration import COUNTS
 from scissordyn.model.guide_clearance import GuideClearance
 from scissordyn.model.linkage import slider_crank
-from scissordyn.simulation.cycles import cycle
-from scissordyn.simulation.run import replay, simulate
-from scissordyn.simulation.store import load, save
-from scissordyn.simulation.stroboscope import drive_period
+from scissordyn.periodic.cycles import cycle
+from scissordyn.periodic.stroboscope import drive_period
+from scissordyn.run.simulate import replay, simulate
+from scissordyn.run.store import load, save
 
 PERIOD = 0.125
 

@@ -17,7 +17,7 @@ from tampering import tampered
 
 import scissordyn as sd
 from scissordyn.cli.main import status_of
-from scissordyn.simulation.options import Options
+from scissordyn.run.options import Options
 from scissordyn.study.block import Block, ProgramError, run_block
 from scissordyn.study.description import Factor, Study
 from scissordyn.study.distribution import Levels

@@ -8,7 +8,7 @@ import time
 import pytest
 
 import scissordyn as sd
-from scissordyn.simulation.interrupt import look, stopped_by
+from scissordyn.run.interrupt import look, stopped_by
 from scissordyn.study.engine import Engine, Outcome, Threads, error_text
 
 LONG = 2000.0

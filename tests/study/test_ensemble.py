@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from scissordyn.errors import InputError
-from scissordyn.simulation.cycles import cycle
+from scissordyn.periodic.cycles import cycle
+from scissordyn.periodic.ensemble import ensemble
 from scissordyn.study.engine import Threads
-from scissordyn.study.ensemble import ensemble
 
 
 @pytest.fixture(scope="module")

@@ -16,7 +16,7 @@ from scissordyn.model.clearance import Clearance
 from scissordyn.model.joint import Revolute
 from scissordyn.model.linkage import slider_crank
 from scissordyn.model.mechanism import Mechanism
-from scissordyn.study.lyapunov import separation_exponent, variational_exponent
+from scissordyn.periodic.lyapunov import separation_exponent, variational_exponent
 
 
 @pytest.fixture(scope="module")

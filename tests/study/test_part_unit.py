@@ -14,8 +14,8 @@ import scissordyn as sd
 from scissordyn.cli.answers import show_answers
 from scissordyn.config.study import read_requirement
 from scissordyn.plot.study import response_curves
-from scissordyn.simulation.measure import COMPONENT_UNIT, component_units
-from scissordyn.simulation.options import Options
+from scissordyn.run.measure import COMPONENT_UNIT, component_units
+from scissordyn.run.options import Options
 from scissordyn.study.answer import by_point, worst_cases
 from scissordyn.study.block import pilot
 from scissordyn.study.description import Factor, Study

@@ -13,7 +13,7 @@ import pytest
 import xarray as xr
 
 import scissordyn as sd
-from scissordyn.simulation.options import Options
+from scissordyn.run.options import Options
 from scissordyn.study.block import Block, run_block
 from scissordyn.study.description import Factor, OwnMeasure, Sampling, Study
 from scissordyn.study.design import Design

@@ -12,7 +12,7 @@ import xarray as xr
 import scissordyn as sd
 from scissordyn.cli.answers import show_answers
 from scissordyn.plot.study import response_curves
-from scissordyn.simulation.options import Options
+from scissordyn.run.options import Options
 from scissordyn.study.answer import by_point
 from scissordyn.study.description import Factor, Study
 from scissordyn.study.design import Design

@@ -12,7 +12,7 @@ from reference.multipliers import Multipliers, clearance_joint
 from scissordyn.model.clearance import Clearance
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.model.scissor import scissor
-from scissordyn.simulation.run import simulate
+from scissordyn.run.simulate import simulate
 
 PIN = Clearance(5e-4)
 START, SPEED = math.pi / 6.0, math.radians(60.0)  # 10 rpm: the joints move apart under their loads, not by inertia

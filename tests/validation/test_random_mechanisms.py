@@ -25,7 +25,7 @@ from scissordyn.model.clearance import Clearance
 from scissordyn.model.joint import Revolute
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.model.scissor import scissor
-from scissordyn.simulation.run import simulate
+from scissordyn.run.simulate import simulate
 
 MECHANISMS = int(os.environ.get("MECHANISMS", "20"))
 drawn = settings(

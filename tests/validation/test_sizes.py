@@ -10,10 +10,10 @@ import numpy as np
 import pytest
 
 import scissordyn as sd
+from scissordyn.kinematics.branching import MOST_EQUATIONS, passing_warnings
 from scissordyn.mechanics.build import build_model
 from scissordyn.mechanics.elimination import Elimination
 from scissordyn.mechanics.reduce import reduce_mechanism
-from scissordyn.simulation.branching import MOST_EQUATIONS, passing_warnings
 
 
 def chain(count: int) -> sd.Mechanism:

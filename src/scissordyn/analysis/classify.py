@@ -11,7 +11,7 @@ from scissordyn.analysis.contact import clearance_joints, contact_spans, contact
 from scissordyn.analysis.stroboscope import stroboscopic
 from scissordyn.analysis.verdict import Verdict, classify_samples
 from scissordyn.errors import InputError
-from scissordyn.simulation.configuration import ATTRIBUTE, number_attribute, read_configuration
+from scissordyn.run.configuration import ATTRIBUTE, number_attribute, read_configuration
 
 __all__ = ["classify"]
 

@@ -12,7 +12,7 @@ from scissordyn.analysis.deviation import deviation
 from scissordyn.analysis.variable import Variable, described, window
 from scissordyn.component.place import GROUND
 from scissordyn.errors import InputError
-from scissordyn.simulation.configuration import ATTRIBUTE, read_configuration
+from scissordyn.run.configuration import ATTRIBUTE, read_configuration
 
 __all__ = ["QUANTILES", "clearance_joints", "contact_spans", "contact_statistics"]
 

@@ -9,7 +9,7 @@ import xarray as xr
 
 from scissordyn.analysis.variable import Variable, described, window
 from scissordyn.errors import InputError
-from scissordyn.simulation.configuration import ATTRIBUTE, read_configuration
+from scissordyn.run.configuration import ATTRIBUTE, read_configuration
 
 __all__ = ["deviation"]
 

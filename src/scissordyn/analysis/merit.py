@@ -9,7 +9,7 @@ import xarray as xr
 
 from scissordyn.component.actuator import Actuator
 from scissordyn.errors import InputError
-from scissordyn.simulation.configuration import number_attribute, read_configuration
+from scissordyn.run.configuration import number_attribute, read_configuration
 
 __all__ = ["figures_of_merit"]
 

@@ -60,9 +60,9 @@ def bifurcation(
 
     from scissordyn.config.file import read_case
     from scissordyn.model.address import number
-    from scissordyn.simulation.cycles import recorded
-    from scissordyn.study.bifurcation import bifurcation as compute
-    from scissordyn.study.bifurcation import check_diagram
+    from scissordyn.periodic.bifurcation import bifurcation as compute
+    from scissordyn.periodic.bifurcation import check_diagram
+    from scissordyn.periodic.cycles import recorded
 
     described = read_case(case, list(change or []))
     quantity = number(described.mechanism, over).quantity

@@ -27,12 +27,12 @@ def check(
     from scissordyn.cli.record import print_json
     from scissordyn.cli.show import console
     from scissordyn.config.file import read_case
+    from scissordyn.kinematics.branching import drive_warnings
+    from scissordyn.kinematics.time_functions import check_tables
     from scissordyn.mechanics.acting import acting
     from scissordyn.mechanics.reduce import reduce_mechanism
-    from scissordyn.simulation.branching import drive_warnings
-    from scissordyn.simulation.demand import check_samples
-    from scissordyn.simulation.time_functions import check_tables
-    from scissordyn.simulation.trajectory import make_driver
+    from scissordyn.run.demand import check_samples
+    from scissordyn.run.trajectory import make_driver
 
     read = read_case(case, change or [])
     mechanism = read.mechanism

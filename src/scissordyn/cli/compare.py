@@ -39,7 +39,7 @@ def compare(
     from scissordyn.cli.scale import short
     from scissordyn.cli.show import console
     from scissordyn.plot.file import check_format, write
-    from scissordyn.simulation.configuration import read_configuration
+    from scissordyn.run.configuration import read_configuration
 
     check_format(form)
     if output is not None:

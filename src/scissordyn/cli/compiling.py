@@ -10,9 +10,9 @@ from contextlib import contextmanager
 from scissordyn.laws.friction.lugre import LuGre
 from scissordyn.model.clearance import Clearance
 from scissordyn.model.scissor import scissor
-from scissordyn.simulation import compiled
-from scissordyn.simulation.interrupt import pass_on
-from scissordyn.simulation.run import simulate
+from scissordyn.run import compiled
+from scissordyn.run.interrupt import pass_on
+from scissordyn.run.simulate import simulate
 
 __all__ = ["compile_kernels"]
 

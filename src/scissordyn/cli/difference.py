@@ -10,7 +10,7 @@ from scissordyn.config.quantity import written
 from scissordyn.errors import InputError
 from scissordyn.model.body import Body
 from scissordyn.model.description import Description
-from scissordyn.simulation.configuration import Configuration
+from scissordyn.run.configuration import Configuration
 from scissordyn.units import quantities
 
 __all__ = ["differences"]

@@ -22,9 +22,9 @@ def export(
     """Write a saved run as a table over time in SI units, or all its arrays as a MATLAB file."""
     from scissordyn.cli.saved import read_run, seconds
     from scissordyn.cli.show import console
+    from scissordyn.file.export import check_export
+    from scissordyn.file.export import export as write_table
     from scissordyn.plot.window import window
-    from scissordyn.simulation.export import check_export
-    from scissordyn.simulation.export import export as write_table
 
     check_export(table)
     check_file(table, run, "table.csv")

@@ -29,7 +29,7 @@ LONGEST = 60.0
 
 COMPILERS = ("numba", "llvmlite")
 
-ADVANCING = ("scissordyn.simulation.driver", "advance")
+ADVANCING = ("scissordyn.run.driver", "advance")
 """Module and function in which a simulation advances: whoever is there, or comes back to it, has lost the signal."""
 
 _received: list[int] = []

@@ -22,7 +22,7 @@ def check_file(path: Path, case: Path, sample: str) -> None:
     sample : str
         An example to type.
     """
-    from scissordyn.simulation.output_file import check_target
+    from scissordyn.file.output_file import check_target
 
     if path.exists() and case.exists() and path.samefile(case):
         raise InputError(f"cannot write '{path}': it is the case file", "another name", sample)

@@ -77,7 +77,7 @@ def _where(threads: int | None, workers: int | None, figure: int | None) -> Wher
 def _compile_for_workers() -> None:
     """Compile what all workers would compile at the same time."""
     from scissordyn.cli.compiling import compile_kernels
-    from scissordyn.simulation.compiled import loop_is_on_disk
+    from scissordyn.run.compiled import loop_is_on_disk
 
     if not loop_is_on_disk():
         compile_kernels()

@@ -37,7 +37,7 @@ def preview(
     """Assemble a case, describe its motion with ideal joints, and draw it with its names."""
     from scissordyn.cli.show import console
     from scissordyn.config.file import read_case
-    from scissordyn.simulation.ideal import ideal_kinematics
+    from scissordyn.run.ideal import ideal_kinematics
 
     for path in (output, curves):
         if path is not None:
@@ -121,7 +121,7 @@ def _forces(ideal: xr.Dataset) -> list[str]:
     import numpy as np
 
     from scissordyn.cli.scale import short
-    from scissordyn.simulation.peak import smooth_peak
+    from scissordyn.kinematics.peak import smooth_peak
 
     lines, time = [], ideal["time"].values
     angle = np.degrees(ideal["transmission_angle"].values)

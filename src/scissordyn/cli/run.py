@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
     from scissordyn.model.mechanism import Mechanism
-    from scissordyn.simulation.checkpoint import Checkpoint
+    from scissordyn.run.checkpoint import Checkpoint
 
 __all__ = ["run"]
 
@@ -108,7 +108,7 @@ def _check_outputs(case: Path, output: Path | None, plot: Path | None, film: Pat
 
 def _save(result: xr.Dataset, output: Path, kept: Checkpoint | None) -> bool:
     """Save the run and remove its checkpoint; whether Ctrl-C came meanwhile, which counts after the file is whole."""
-    from scissordyn.simulation.store import save
+    from scissordyn.run.store import save
 
     try:
         save(result, output)
@@ -131,7 +131,7 @@ def _pictures(result: xr.Dataset, mechanism: Mechanism, plot: Path | None, film:
 
 def _is_saved(path: Path) -> bool:
     """Whether a path is a saved run, whole or not, rather than a case file."""
-    from scissordyn.simulation.output_file import HDF_MAGIC, regular_size
+    from scissordyn.file.output_file import HDF_MAGIC, regular_size
 
     if path.suffix == ".nc":
         return True
@@ -148,7 +148,7 @@ def _checkpoint(every: str, output: Path | None, case: Path) -> Checkpoint:
     """The checkpoint beside the file of the result."""
     from scissordyn.config.quantity import read_quantity
     from scissordyn.config.table import located
-    from scissordyn.simulation.checkpoint import Checkpoint
+    from scissordyn.run.checkpoint import Checkpoint
     from scissordyn.units import quantities
 
     sample = "-o run.nc --checkpoint '60 s'"
@@ -165,8 +165,8 @@ def _from_case(path: Path, changes: list[str], checkpoint: Checkpoint | None) ->
     from scissordyn.cli.compiling import compile_kernels
     from scissordyn.cli.progress import progress_bar
     from scissordyn.config.file import read_case
-    from scissordyn.simulation.demand import check_samples
-    from scissordyn.simulation.run import simulate
+    from scissordyn.run.demand import check_samples
+    from scissordyn.run.simulate import simulate
 
     case = read_case(path, changes)
     check_samples(case.mechanism, case.run.samples)
@@ -180,9 +180,9 @@ def _again(
 ) -> tuple[Mechanism, xr.Dataset]:
     from scissordyn.cli.compiling import compile_kernels
     from scissordyn.cli.progress import progress_bar
-    from scissordyn.simulation.configuration import read_configuration
-    from scissordyn.simulation.run import replay
-    from scissordyn.simulation.store import load
+    from scissordyn.run.configuration import read_configuration
+    from scissordyn.run.simulate import replay
+    from scissordyn.run.store import load
 
     if changes:
         raise InputError(f"'{changes[0]}' for a saved run", "a saved run as it was, or changes to a case file")
@@ -207,8 +207,8 @@ def _show(result: xr.Dataset, rows: int) -> None:
 
 def _draw(result: xr.Dataset, mechanism: Mechanism, folder: Path) -> list[Path]:
     from scissordyn.plot.report import draw_all
-    from scissordyn.simulation.interrupt import pass_on
-    from scissordyn.simulation.run import simulate
+    from scissordyn.run.interrupt import pass_on
+    from scissordyn.run.simulate import simulate
 
     ideal = pass_on(simulate(mechanism.ideal(), until=float(result["time"][-1]), samples=result.sizes["time"]))
     return draw_all(result, ideal, folder, mechanism)

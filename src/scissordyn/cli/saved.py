@@ -28,9 +28,9 @@ def read_run(path: Path, *, samples: int = 2) -> xr.Dataset:
     Dataset
     """
     from scissordyn.config.table import located
-    from scissordyn.simulation.configuration import is_run
-    from scissordyn.simulation.sound import check_run
-    from scissordyn.simulation.store import load
+    from scissordyn.file.sound import check_run
+    from scissordyn.run.configuration import is_run
+    from scissordyn.run.store import load
 
     if not path.exists():
         raise InputError(f"cannot read '{path}': no such file", "a run that was saved", "scissordyn run case.toml -o run.nc")
@@ -61,8 +61,8 @@ def mechanism_of(run: xr.Dataset, allow_code: list[Path] | None) -> Mechanism:
     -------
     Mechanism
     """
-    from scissordyn.simulation.configuration import read_configuration
-    from scissordyn.simulation.sound import check_names
+    from scissordyn.file.sound import check_names
+    from scissordyn.run.configuration import read_configuration
 
     mechanism = read_configuration(run).build_mechanism(allow_code or [])
     check_names(run, mechanism)

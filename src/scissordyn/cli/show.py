@@ -17,7 +17,7 @@ from rich.text import Text
 from scissordyn.cli.record import JointSummary, joint_summaries
 from scissordyn.cli.scale import column, short
 from scissordyn.errors import printable
-from scissordyn.simulation.warn import energy_turned_over
+from scissordyn.run.warn import energy_turned_over
 
 __all__ = ["TextConsole", "console", "counted", "show_events", "show_summary"]
 

@@ -282,7 +282,7 @@ def _replay(described: Study, store: Store, case: int | None, output: str | None
         raise InputError(what, f"0 to {store.cases - 1}", replay_command(store.address, 0))
     from scissordyn.cli.output import check_file
     from scissordyn.cli.show import console, show_events, show_summary
-    from scissordyn.simulation.store import save
+    from scissordyn.run.store import save
     from scissordyn.study.replay import replay_case
 
     if output is not None:

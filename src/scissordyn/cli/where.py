@@ -84,7 +84,7 @@ class Where:
 
 
 def _check_workers(workers: int) -> None:
-    from scissordyn.simulation.demand import check_memory, count_in_words, machine_memory
+    from scissordyn.run.demand import check_memory, count_in_words, machine_memory
 
     most = machine_memory() // WORKER_BYTES
     check_memory(

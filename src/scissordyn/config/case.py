@@ -21,7 +21,7 @@ from scissordyn.model.connection import Weld
 from scissordyn.model.joint import Guide, Revolute
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.model.track import Track
-from scissordyn.simulation.options import Options
+from scissordyn.run.options import Options
 
 __all__ = ["Case", "CaseTable"]
 

@@ -38,7 +38,7 @@ from scissordyn.model.mechanism import Mechanism
 from scissordyn.model.record import first_difference, to_plain
 from scissordyn.model.track import Track
 from scissordyn.plugin.user_file import file_digest, split_reference
-from scissordyn.simulation.options import Options
+from scissordyn.run.options import Options
 from scissordyn.units import Pairs, quantities
 
 __all__ = ["BEGINNING", "case_text"]

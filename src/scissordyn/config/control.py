@@ -20,7 +20,7 @@ from scissordyn.control.user import UserController
 from scissordyn.errors import InputError, did_you_mean
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.plugin.user_file import file_digest, split_reference
-from scissordyn.simulation.feed_forward import feed_forward
+from scissordyn.run.feed_forward import feed_forward
 from scissordyn.units import Quantity, quantities
 
 __all__ = ["CONTROLLER", "ControlTable"]

@@ -17,9 +17,9 @@ from scissordyn.config.line import Place, address, line_of, place_of_name
 from scissordyn.config.table import PlacedError, in_a_file, instance
 from scissordyn.config.text import read_text
 from scissordyn.errors import InputError, command
+from scissordyn.file.output_file import check_target, write_file
 from scissordyn.model.mechanism import Mechanism
-from scissordyn.simulation.options import Options
-from scissordyn.simulation.output_file import check_target, write_file
+from scissordyn.run.options import Options
 
 __all__ = ["read_case", "write_case"]
 

@@ -18,8 +18,8 @@ from scissordyn.config.text import read_text
 from scissordyn.errors import InputError, did_you_mean
 from scissordyn.model.address import number
 from scissordyn.model.mechanism import Mechanism
-from scissordyn.simulation.measure import MEASURES
-from scissordyn.simulation.options import Options
+from scissordyn.run.measure import MEASURES
+from scissordyn.run.options import Options
 from scissordyn.study.description import Factor, OwnMeasure, Sampling, Study, check_part
 from scissordyn.study.design import Design
 from scissordyn.study.distribution import Interval, Levels, LogNormal, Normal, Table, Uniform, Variation

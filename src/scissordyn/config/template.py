@@ -14,7 +14,7 @@ from scissordyn.config.structure import STRUCTURES
 from scissordyn.config.table import Table, key_help, key_sample, quantity_of, table_of, toml
 from scissordyn.config.time_function import DriveTable
 from scissordyn.errors import InputError, did_you_mean
-from scissordyn.simulation.options import Options
+from scissordyn.run.options import Options
 
 __all__ = ["TEMPLATES", "template"]
 

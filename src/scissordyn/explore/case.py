@@ -20,9 +20,9 @@ from scissordyn.errors import InputError, command
 from scissordyn.explore.field import Field, fields_of_mechanism, fields_of_tree
 from scissordyn.laws.catalogue import BY_KIND
 from scissordyn.model.mechanism import Mechanism
-from scissordyn.simulation.configuration import is_run, read_configuration
-from scissordyn.simulation.options import Options
-from scissordyn.simulation.store import load
+from scissordyn.run.configuration import is_run, read_configuration
+from scissordyn.run.options import Options
+from scissordyn.run.store import load
 
 __all__ = ["Case", "FileCase", "RunCase", "open_case"]
 

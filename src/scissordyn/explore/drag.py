@@ -16,8 +16,8 @@ from scissordyn.explore.case import Case
 from scissordyn.explore.field import NUMBER, Field
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.plot.place import outline, upright
-from scissordyn.simulation.placement import Placement, turned
-from scissordyn.simulation.run import simulate
+from scissordyn.run.placement import Placement, turned
+from scissordyn.run.simulate import simulate
 
 __all__ = ["Drag", "assembled"]
 

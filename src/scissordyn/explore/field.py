@@ -22,7 +22,7 @@ from scissordyn.control.catalogue import CONTROLLERS
 from scissordyn.errors import InputError
 from scissordyn.laws.catalogue import BY_KIND
 from scissordyn.model.mechanism import Mechanism
-from scissordyn.simulation.options import Options
+from scissordyn.run.options import Options
 from scissordyn.units import Quantity, quantities
 
 __all__ = ["Field", "Place", "fields_of_mechanism", "fields_of_tree", "scaled_text"]

@@ -9,7 +9,7 @@ import xarray as xr
 
 from scissordyn.errors import InputError
 from scissordyn.explore.scene import packed_scene
-from scissordyn.simulation.configuration import read_configuration
+from scissordyn.run.configuration import read_configuration
 
 __all__ = ["view"]
 

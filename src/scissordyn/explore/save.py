@@ -15,7 +15,7 @@ from scissordyn.explore.worker import Outcome
 from scissordyn.plot.animation import animate
 from scissordyn.plot.file import svg
 from scissordyn.plot.structure import structure
-from scissordyn.simulation.store import save
+from scissordyn.run.store import save
 
 __all__ = ["MOST_MADE", "saved", "slots"]
 

@@ -14,7 +14,7 @@ from scissordyn.plot.animation_scene import ClearanceJoint, Scene, scene_of
 from scissordyn.plot.channel_scene import EDGE, Channel
 from scissordyn.plot.place import upright
 from scissordyn.plot.series import clearance_pins, largest_forces, predictability_horizon
-from scissordyn.simulation.placement import Placement
+from scissordyn.run.placement import Placement
 
 __all__ = ["FRAMES", "packed_scene"]
 

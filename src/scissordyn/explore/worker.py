@@ -102,7 +102,7 @@ class Worker:
                 self._done(outcome)
 
     def _outcome(self, number: int, case: Case) -> Outcome:
-        from scissordyn.simulation.run import simulate  # in this thread: the page comes first
+        from scissordyn.run.simulate import simulate  # in this thread: the page comes first
 
         options = case.options
         keywords = {name: getattr(options, name) for name in options.__dataclass_fields__}

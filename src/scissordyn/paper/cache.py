@@ -12,9 +12,9 @@ from typing import Any, Protocol, TypeVar, cast
 import xarray as xr
 
 from scissordyn.errors import InputError, ScissordynError
-from scissordyn.simulation.provenance import FACES
-from scissordyn.simulation.provenance import provenance as made_with
-from scissordyn.simulation.store import load, save
+from scissordyn.file.provenance import FACES
+from scissordyn.file.provenance import provenance as made_with
+from scissordyn.run.store import load, save
 from scissordyn.study.engine import Engine, Threads, error_text
 
 __all__ = ["Job", "Jobs", "Progress", "computed", "fetch", "fetch_all", "provenance"]

@@ -14,7 +14,7 @@ from scissordyn.config.clearance import ClearanceTable
 from scissordyn.config.table import instance, located
 from scissordyn.errors import InputError
 from scissordyn.model.clearance import Clearance
-from scissordyn.simulation.options import StartKind
+from scissordyn.run.options import StartKind
 from scissordyn.units import Quantity, check_quantities, degrees, quantities, rpm
 
 __all__ = [

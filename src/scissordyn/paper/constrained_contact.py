@@ -9,7 +9,7 @@ import xarray as xr
 
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.paper.measures import JOINT
-from scissordyn.simulation.placement import Placement
+from scissordyn.run.placement import Placement
 
 __all__ = ["with_contact"]
 

@@ -28,9 +28,9 @@ from scissordyn.model.mechanism import Mechanism
 from scissordyn.model.record import to_plain
 from scissordyn.paper.cases import ARRAY, SPEED, STROKE, Choice, PaperCase
 from scissordyn.paper.measures import JOINT
-from scissordyn.simulation.feed_forward import feed_forward
-from scissordyn.simulation.interrupt import pass_on
-from scissordyn.simulation.run import simulate
+from scissordyn.run.feed_forward import feed_forward
+from scissordyn.run.interrupt import pass_on
+from scissordyn.run.simulate import simulate
 from scissordyn.units import degrees
 
 __all__ = [

@@ -10,7 +10,7 @@ import xarray as xr
 
 from scissordyn.analysis.arc import smallest_arc
 from scissordyn.analysis.contact import contact_spans
-from scissordyn.simulation.peak import smooth_peak
+from scissordyn.kinematics.peak import smooth_peak
 
 __all__ = ["CONTINUOUS", "JOINT", "LATE", "SETTLED", "Deviation", "IdealMotion", "Measures", "ideal_motion", "measure"]
 

@@ -18,17 +18,17 @@ import xarray as xr
 from scissordyn.analysis.classify import classify
 from scissordyn.analysis.consensus import consensus
 from scissordyn.errors import ScissordynError
+from scissordyn.file.output_file import check_target
 from scissordyn.paper.cache import Progress
 from scissordyn.paper.cases import CLEARANCES, FRICTION, Choice, PaperCase
 from scissordyn.paper.measures import JOINT
-from scissordyn.simulation.cycles import cycle
-from scissordyn.simulation.interrupt import pass_on
-from scissordyn.simulation.output_file import check_target
-from scissordyn.study.bifurcation import bifurcation
-from scissordyn.study.diagram import OtherDiagramError
+from scissordyn.periodic.bifurcation import bifurcation
+from scissordyn.periodic.cycles import cycle
+from scissordyn.periodic.diagram import OtherDiagramError
+from scissordyn.periodic.ensemble import ensemble
+from scissordyn.periodic.lyapunov import separation_exponent
+from scissordyn.run.interrupt import pass_on
 from scissordyn.study.engine import Engine, Threads
-from scissordyn.study.ensemble import ensemble
-from scissordyn.study.lyapunov import separation_exponent
 from scissordyn.units import degrees
 
 __all__ = [
@@ -135,7 +135,7 @@ def examine(case: PaperCase) -> xr.Dataset:
     Returns
     -------
     Dataset
-        As of `simulation.cycles.cycle`, without the first periods; the attribute "regularity" is a `Regularity` as JSON.
+        As of `periodic.cycles.cycle`, without the first periods; the attribute "regularity" is a `Regularity` as JSON.
 
     Raises
     ------
@@ -219,7 +219,7 @@ def fetch_diagram(path: Path, *, engine: Engine | None = None, progress: Progres
     Returns
     -------
     Dataset
-        As of `study.bifurcation`.
+        As of `periodic.bifurcation`.
     """
     values = np.linspace(CLEARANCES[-1], CLEARANCES[0], DIAGRAM_VALUES)
 

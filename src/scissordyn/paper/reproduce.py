@@ -11,6 +11,7 @@ from pathlib import Path
 import xarray as xr
 
 from scissordyn.errors import InputError
+from scissordyn.file.output_file import write_file
 from scissordyn.paper import controlled, periodic
 from scissordyn.paper.cache import Jobs, Progress, fetch_all
 from scissordyn.paper.cases import PaperCase, contact_starts, every_case
@@ -24,7 +25,6 @@ from scissordyn.paper.statements import CLAUSES
 from scissordyn.paper.tables import as_csv, as_json
 from scissordyn.paper.verdict import Settled, Verdict, answer
 from scissordyn.plot.file import FORMATS, write
-from scissordyn.simulation.output_file import write_file
 from scissordyn.study.engine import Engine
 
 __all__ = ["Reproduction", "draw_figure", "reproduce", "verdicts"]

@@ -13,9 +13,9 @@ from scissordyn.errors import ScissordynError
 from scissordyn.paper.cache import Progress, fetch
 from scissordyn.paper.cases import PaperCase
 from scissordyn.paper.constrained_contact import with_contact
-from scissordyn.simulation.constrained_contact import constrain_contact
-from scissordyn.simulation.interrupt import pass_on
-from scissordyn.simulation.run import simulate
+from scissordyn.run.constrained_contact import constrain_contact
+from scissordyn.run.interrupt import pass_on
+from scissordyn.run.simulate import simulate
 from scissordyn.study.engine import Engine
 
 __all__ = ["compute", "fetch_runs"]

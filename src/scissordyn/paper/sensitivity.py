@@ -20,7 +20,7 @@ from scissordyn.paper.periodic import PERIODIC
 from scissordyn.paper.runs import compute
 from scissordyn.paper.statements import CLAUSES
 from scissordyn.paper.verdict import Finding, answer
-from scissordyn.simulation.store import load, save
+from scissordyn.run.store import load, save
 from scissordyn.study.engine import Engine
 from scissordyn.units import degrees
 

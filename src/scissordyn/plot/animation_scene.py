@@ -20,7 +20,7 @@ from scissordyn.plot.place import corners_of, outlines, upright
 from scissordyn.plot.scale import Scale, engineering
 from scissordyn.plot.series import MOST_JOINTS, time_scale
 from scissordyn.plot.symbol import symbols
-from scissordyn.simulation.placement import Placement
+from scissordyn.run.placement import Placement
 
 __all__ = ["TRAIL", "ClearanceJoint", "Scene", "Shape", "newtons", "scene_of", "time_scale_in_words"]
 

@@ -10,7 +10,7 @@ import matplotlib as mpl
 from matplotlib.figure import Figure
 
 from scissordyn.errors import InputError, did_you_mean
-from scissordyn.simulation.output_file import check_target, write_file
+from scissordyn.file.output_file import check_target, write_file
 
 __all__ = ["DPI", "FORMATS", "check_format", "svg", "write"]
 

@@ -19,7 +19,7 @@ from scissordyn.plot.structure import structure
 from scissordyn.plot.style import Canvas
 from scissordyn.plot.torque import torque
 from scissordyn.plot.window import window
-from scissordyn.simulation.configuration import read_configuration
+from scissordyn.run.configuration import read_configuration
 
 __all__ = ["Pictures"]
 

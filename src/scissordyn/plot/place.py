@@ -8,7 +8,7 @@ import numpy as np
 
 from scissordyn.model.body import Body
 from scissordyn.model.mechanism import Mechanism
-from scissordyn.simulation.placement import Placement
+from scissordyn.run.placement import Placement
 
 __all__ = ["Corners", "corners_of", "outline", "outlines", "upright"]
 

@@ -12,6 +12,7 @@ from matplotlib.figure import Figure
 
 from scissordyn.component.actuator import Actuator
 from scissordyn.component.place import GROUND
+from scissordyn.kinematics.closure import Inputs
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.plot.file import svg
 from scissordyn.plot.label import Label, write_labels
@@ -19,9 +20,8 @@ from scissordyn.plot.place import upright
 from scissordyn.plot.scale import engineering
 from scissordyn.plot.structure import draw_mechanism
 from scissordyn.plot.style import BLACK, BLUE, GREEN, GREY, ORANGE, PURPLE, SMALL, VERMILION, Canvas, panels
-from scissordyn.simulation.closure import Inputs
-from scissordyn.simulation.placement import Placement
-from scissordyn.simulation.run import simulate
+from scissordyn.run.placement import Placement
+from scissordyn.run.simulate import simulate
 
 __all__ = ["preview", "preview_svg"]
 

@@ -9,7 +9,7 @@ from scissordyn.errors import InputError, did_you_mean
 from scissordyn.plot.scale import DEGREES
 from scissordyn.plot.series import compare, finish, time_scale
 from scissordyn.plot.style import NORMAL, Canvas, legend, literal, panels
-from scissordyn.simulation.configuration import ATTRIBUTE, read_configuration
+from scissordyn.run.configuration import ATTRIBUTE, read_configuration
 
 __all__ = ["DEFAULT_BODY", "response"]
 

@@ -37,7 +37,7 @@ from scissordyn.plot.style import (
     literal,
 )
 from scissordyn.plot.symbol import symbols
-from scissordyn.simulation.placement import Placement
+from scissordyn.run.placement import Placement
 
 __all__ = ["draw_mechanism", "magnified", "snapshot", "structure"]
 

@@ -18,7 +18,7 @@ import xarray as xr
 from scissordyn.component.place import GROUND
 from scissordyn.component.port import ACTUATOR, FRAME, HINGE, LINE, POINT
 from scissordyn.model.mechanism import Mechanism
-from scissordyn.simulation.placement import Placement
+from scissordyn.run.placement import Placement
 
 __all__ = ["STROKES", "Symbol", "symbols"]
 

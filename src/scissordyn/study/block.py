@@ -15,10 +15,10 @@ import xarray as xr
 
 from scissordyn.errors import InputError, ScissordynError
 from scissordyn.model.address import changed_all, find
-from scissordyn.simulation.batch import simulate_many
-from scissordyn.simulation.interrupt import look, pass_on
-from scissordyn.simulation.measure import MEASURES, Ended, Measure
-from scissordyn.simulation.run import simulate
+from scissordyn.run.batch import simulate_many
+from scissordyn.run.interrupt import look, pass_on
+from scissordyn.run.measure import MEASURES, Ended, Measure
+from scissordyn.run.simulate import simulate
 from scissordyn.study.description import Cases, OwnMeasure, Study
 from scissordyn.study.store import COMPLETE, FAILED, PENDING, Store, column, program_digest
 

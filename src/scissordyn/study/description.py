@@ -13,17 +13,17 @@ from typing import Any
 import numpy as np
 
 from scissordyn.errors import InputError, command, did_you_mean
+from scissordyn.file.provenance import provenance
 from scissordyn.model.address import number
 from scissordyn.model.description import Description, parse
 from scissordyn.model.description import from_plain as described
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.model.record import to_plain as plain_description
 from scissordyn.plugin.user_file import file_digest, load_function, split_reference
-from scissordyn.simulation.configuration import Configuration
-from scissordyn.simulation.demand import check_cases
-from scissordyn.simulation.measure import MEASURES, parts_of
-from scissordyn.simulation.options import Options
-from scissordyn.simulation.provenance import provenance
+from scissordyn.run.configuration import Configuration
+from scissordyn.run.demand import check_cases
+from scissordyn.run.measure import MEASURES, parts_of
+from scissordyn.run.options import Options
 from scissordyn.study.design import Design, check_seed, design_size, design_values
 from scissordyn.study.distribution import Variation, from_plain, to_plain
 from scissordyn.study.goal import Optimisation
@@ -108,7 +108,7 @@ class OwnMeasure:
         Or ``"file.py:function"``. Returns a number.
     of : {"dataset", "accumulators"}
         What it gets: the Dataset that `simulate` returns (each case is then simulated once more, with samples), or the
-        `simulation.measure.Ended` of the batch.
+        `run.measure.Ended` of the batch.
     units : str
     digest : str
         Of its file.
@@ -186,7 +186,7 @@ class Study:
     factors : tuple of Factor
     design : Design
     measures : tuple of str
-        Names from `simulation.measure.MEASURES`.
+        Names from `run.measure.MEASURES`.
     own_measures : tuple of OwnMeasure
     uncertain : tuple of Factor
         Numbers that nobody chooses.

@@ -20,7 +20,7 @@ from typing import TYPE_CHECKING, Any, Generic, Protocol, TypeVar, runtime_check
 
 from scissordyn.cache.folder import adopt_folder, shared_folder
 from scissordyn.errors import InputError, ScissordynError
-from scissordyn.simulation.interrupt import stopped_by
+from scissordyn.run.interrupt import stopped_by
 
 if TYPE_CHECKING:
     from distributed import Client

@@ -9,8 +9,8 @@ import numpy as np
 import xarray as xr
 
 from scissordyn.errors import InputError
-from scissordyn.simulation.output_file import check_target, write_file
-from scissordyn.simulation.store import save
+from scissordyn.file.output_file import check_target, write_file
+from scissordyn.run.store import save
 from scissordyn.study.requirement import units_of_parts
 from scissordyn.study.store import COMPLETE, FAILED, PENDING
 

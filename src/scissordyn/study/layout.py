@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import xarray as xr
 
-from scissordyn.simulation.measure import COMPONENT_UNIT
+from scissordyn.run.measure import COMPONENT_UNIT
 from scissordyn.study.description import Study
 from scissordyn.study.seal import RECORD
 

@@ -6,7 +6,7 @@ import xarray as xr
 
 from scissordyn.errors import InputError
 from scissordyn.model.mechanism import Mechanism
-from scissordyn.simulation.measure import component_units
+from scissordyn.run.measure import component_units
 from scissordyn.study.requirement import BY_COMPONENT, Response, units_of_parts
 
 __all__ = ["check_unit", "whole_responses"]

@@ -5,7 +5,7 @@ from __future__ import annotations
 import xarray as xr
 
 from scissordyn.model.address import changed_all
-from scissordyn.simulation.run import simulate
+from scissordyn.run.simulate import simulate
 from scissordyn.study.description import Study
 from scissordyn.study.store import column
 

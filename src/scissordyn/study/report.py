@@ -15,9 +15,9 @@ import numpy as np
 import xarray as xr
 
 from scissordyn.errors import InputError, ScissordynError
+from scissordyn.file.output_file import write_file
 from scissordyn.plot.file import write
 from scissordyn.plot.study import feasibility_map, pareto_front, requirement_bars, response_curves, sensitivity_bars
-from scissordyn.simulation.output_file import write_file
 from scissordyn.study.answer import by_point, causes, counts, feasible_fraction, replay_command, warned, worst_cases
 from scissordyn.study.description import Study
 from scissordyn.study.indices import sensitivity

@@ -11,7 +11,7 @@ import xarray as xr
 
 from scissordyn.errors import InputError, did_you_mean
 from scissordyn.plot.scale import engineering
-from scissordyn.simulation.measure import COMPONENT_UNIT, MEASURES
+from scissordyn.run.measure import COMPONENT_UNIT, MEASURES
 
 __all__ = [
     "BY_COMPONENT",

@@ -18,7 +18,7 @@ import xarray as xr
 
 from scissordyn.errors import InputError, ScissordynError
 from scissordyn.lock import hold
-from scissordyn.simulation.measure import COMPONENT_UNIT
+from scissordyn.run.measure import COMPONENT_UNIT
 from scissordyn.study.description import OwnMeasure, Study
 from scissordyn.study.design import Design
 from scissordyn.study.layout import COMPLETE, FAILED, NOTED, PENDING, TIMES, column, consolidate, write_layout

@@ -9,7 +9,7 @@ import numpy as np
 import xarray as xr
 
 from scissordyn.plot.scale import Scale, scale_of
-from scissordyn.simulation.measure import MEASURES
+from scissordyn.run.measure import MEASURES
 from scissordyn.study.answer import AGREEMENT, Worst, feasible_fraction
 from scissordyn.study.description import Factor, Study
 from scissordyn.study.distribution import Interval, Levels, LogNormal, Normal, Uniform

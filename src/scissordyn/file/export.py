@@ -1,0 +1,165 @@
+"""Runs for other programs: a table over time as CSV or Parquet, all arrays as a MATLAB file."""
+
+from __future__ import annotations
+
+import io
+import os
+import re
+from importlib.util import find_spec
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import xarray as xr
+
+from scissordyn.errors import InputError, did_you_mean
+from scissordyn.file.output_file import check_target, write_file
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+__all__ = ["EXPORTS", "check_export", "contact_table", "export", "time_table"]
+
+EXPORTS = (".csv", ".mat", ".parquet")
+
+
+def check_export(path: str | os.PathLike[str]) -> None:
+    """Raise `InputError` unless a run can be exported in the format that a file name ends with.
+
+    Parameters
+    ----------
+    path : path
+    """
+    ending = Path(path).suffix.lower()
+    if ending not in EXPORTS:
+        raise InputError(
+            f"export '{path}'{did_you_mean(ending, EXPORTS)}", "a name that ends in " + ", ".join(EXPORTS), "run.csv"
+        )
+    if ending == ".parquet" and find_spec("pyarrow") is None:
+        raise InputError("Parquet needs the package pyarrow, which is not installed", "run.csv, or pip install pyarrow")
+
+
+def export(run: xr.Dataset, path: str | os.PathLike[str], *, contacts: bool = False) -> Path:
+    """Write a run for another program, whole or not at all.
+
+    Parameters
+    ----------
+    run : Dataset
+    path : path
+        Ends in .csv or .parquet: a table with one row for each instant, see `time_table`. Ends in .mat: a structure `run` with
+        every array, SI units in `units` and names of bodies and joints in `names`.
+    contacts : bool
+        Whether a table has one row for each contact in place of each instant.
+
+    Returns
+    -------
+    Path
+
+    Raises
+    ------
+    InputError
+        If the ending is another one, or the file cannot be written or holds something else.
+    """
+    check_export(path)
+    target = Path(path)
+    check_target(target, sample=f"table{target.suffix.lower()}")
+    ending = target.suffix.lower()
+    if ending == ".mat":
+        content = _matlab(run)
+    else:
+        table = contact_table(run) if contacts else time_table(run)
+        held = io.BytesIO()
+        if ending == ".csv":
+            table.to_csv(held, index=False, lineterminator="\n")
+        else:
+            table.to_parquet(held, index=False)
+        content = held.getvalue()
+    return write_file(target, content, sample=f"table{ending}")
+
+
+def time_table(run: xr.Dataset) -> pd.DataFrame:
+    """Everything over time as a table, one row for each instant.
+
+    Parameters
+    ----------
+    run : Dataset
+
+    Returns
+    -------
+    DataFrame
+        Columns such as "time [s]", "angle of unit 1/bar 1 [rad]", "normal_force of A [N]", "position of slider, x [m]". Columns
+        without any number, such as forces of joints without clearance, are left out.
+    """
+    import pandas as pd
+
+    columns: dict[str, np.ndarray] = {"time [s]": run["time"].values}
+    for name, values in run.data_vars.items():
+        if "time" not in values.dims or values.dtype.kind not in "fbiu":
+            continue
+        moved = values.transpose("time", ...)
+        unit = values.attrs.get("units", "1")
+        shown = "" if unit in ("1", "") else f" [{unit}]"
+        for index in np.ndindex(moved.shape[1:]):
+            column = moved.values[(slice(None), *index)]
+            if column.dtype.kind == "f" and np.isnan(column).all():
+                continue
+            of = ", ".join(_label(run, dim, k) for dim, k in zip(moved.dims[1:], index, strict=True))
+            columns[f"{name}{f' of {of}' if of else ''}{shown}"] = column.astype(int) if column.dtype.kind == "b" else column
+    return pd.DataFrame(columns)
+
+
+def contact_table(run: xr.Dataset) -> pd.DataFrame:
+    """The contacts of a run as a table, one row for each.
+
+    Parameters
+    ----------
+    run : Dataset
+
+    Returns
+    -------
+    DataFrame
+        Columns such as "contact_joint", "contact_start [s]", "peak_force [N]".
+    """
+    import pandas as pd
+
+    columns = {}
+    for name, values in run.data_vars.items():
+        if values.dims == ("contact",):
+            unit = values.attrs.get("units", "1")
+            columns[f"{name}{'' if unit in ('1', '') else f' [{unit}]'}"] = values.values
+    return pd.DataFrame(columns)
+
+
+def _label(run: xr.Dataset, dim: Any, index: int) -> str:
+    return str(run[dim].values[index]) if dim in run.coords else str(index + 1)
+
+
+def _matlab(run: xr.Dataset) -> bytes:
+    from scipy.io import savemat
+
+    arrays = {_identifier(str(name)): _plain(values.values) for name, values in run.variables.items()}
+    units = {
+        _identifier(str(name)): str(values.attrs["units"]) for name, values in run.variables.items() if "units" in values.attrs
+    }
+    dims = {_identifier(str(name)): ", ".join(map(str, values.dims)) for name, values in run.variables.items()}
+    attributes = {_identifier(str(name)): value for name, value in run.attrs.items()}
+    held = io.BytesIO()
+    savemat(
+        held,  # type: ignore[arg-type]
+        {"run": {**arrays, "units": units, "dims": dims, "attributes": attributes}},
+        long_field_names=True,
+        oned_as="column",
+    )
+    return held.getvalue()
+
+
+def _plain(values: np.ndarray) -> np.ndarray:
+    """Texts as a cell array, truth values as numbers."""
+    if values.dtype.kind in "OUS":
+        return np.array([str(value) for value in values.ravel()], dtype=object).reshape(values.shape)
+    return values.astype(np.uint8) if values.dtype.kind == "b" else values
+
+
+def _identifier(name: str) -> str:
+    made = re.sub(r"\W", "_", name)
+    return made if made[:1].isalpha() else f"x{made}"

@@ -1,0 +1,202 @@
+"""Files of results: written whole or not at all, and never in the place of a file that is something else."""
+
+from __future__ import annotations
+
+import contextlib
+import hashlib
+import os
+import secrets
+import stat
+from collections.abc import Iterator
+from pathlib import Path
+
+from scissordyn.errors import InputError
+from scissordyn.lock import LOCKS, hold
+
+__all__ = ["HDF_MAGIC", "OURS", "check_target", "regular_size", "write_file"]
+
+HDF_MAGIC = b"\x89HDF\r\n\x1a\n"
+
+OURS = "scissordyn"
+"""What the title of a NetCDF file of this package begins with."""
+
+BEGINNINGS = {
+    ".png": (b"\x89PNG\r\n\x1a\n",),
+    ".gif": (b"GIF87a", b"GIF89a"),
+    ".svg": (b"<?xml", b"<svg"),
+    ".html": (b"<!DOCTYPE html", b"<!doctype html"),
+    ".mp4": (b"ftyp",),
+    ".csv": (b"time [s]", b"contact_joint", b"case,point,sample,member,"),
+    ".mat": (b"MATLAB",),
+    ".parquet": (b"PAR1",),
+}
+"""How pictures, films and exported tables begin, by ending; an MP4 after the four bytes of a length."""
+
+
+def regular_size(path: str | os.PathLike[str]) -> int | None:
+    """Size of a regular file [bytes]; None for anything else, such as a device, which may have no end.
+
+    Parameters
+    ----------
+    path : path
+
+    Returns
+    -------
+    int or None
+
+    Raises
+    ------
+    OSError
+        If there is no such file.
+    """
+    found = os.stat(path)
+    return found.st_size if stat.S_ISREG(found.st_mode) else None
+
+
+def check_target(
+    path: str | os.PathLike[str], *, sample: str = "-o run.nc", replace_broken: bool = False, beginning: bytes = b""
+) -> None:
+    """Raise `InputError` if a result would overwrite something that is not an earlier result of its kind.
+
+    Parameters
+    ----------
+    path : path
+        Where the result is to go. Its ending says what it is: a picture, a film, an exported table, or else a NetCDF file.
+    sample : str
+        What the user could type.
+    replace_broken : bool
+        Whether an HDF5 file that cannot be read, as one that was cut off, may be replaced.
+    beginning : bytes
+        How a case file begins that may be replaced, if the result is one.
+    """
+    try:
+        size = regular_size(path)
+    except FileNotFoundError:
+        return
+    except (OSError, ValueError) as error:
+        raise InputError(f"cannot write '{path}': {_reason(error)}", "a place that can be written", sample) from None
+    if size is None:
+        what = "it is a folder" if os.path.isdir(path) else "it is not a regular file"
+        raise InputError(f"cannot write '{path}': {what}", "the name of a file", sample)
+    ending = Path(path).suffix.lower()
+    if beginning:
+        if size and not _begins(path, beginning):
+            raise InputError(
+                f"'{path}' exists and is no case file that scissordyn wrote, so that it is not overwritten",
+                "a name that is not taken",
+                sample,
+            )
+        return
+    if size == 0 or (_is_picture(path, ending) if ending in BEGINNINGS else _is_ours(path, replace_broken)):
+        return
+    kind = f"no {ending.removeprefix('.').upper()} file" if ending in BEGINNINGS else "not a NetCDF file of scissordyn"
+    raise InputError(f"'{path}' exists and is {kind}, so that it is not overwritten", "a name that is not taken", sample)
+
+
+def _is_picture(path: str | os.PathLike[str], ending: str) -> bool:
+    return any(_begins(path, beginning, 4 if ending == ".mp4" else 0) for beginning in BEGINNINGS[ending])
+
+
+def _begins(path: str | os.PathLike[str], beginning: bytes, after: int = 0) -> bool:
+    """Whether a file begins with some bytes, after so many others."""
+    try:
+        with open(path, "rb") as file:
+            return file.read(after + len(beginning))[after:] == beginning
+    except OSError:
+        return False
+
+
+def _is_ours(path: str | os.PathLike[str], replace_broken: bool) -> bool:
+    try:
+        with open(path, "rb") as file:
+            if file.read(len(HDF_MAGIC)) != HDF_MAGIC:
+                return False
+    except OSError:
+        return False
+    from scissordyn.file.netcdf import NetcdfFile
+
+    try:
+        with NetcdfFile(path) as stored:
+            return str(stored.attrs.get("title", "")).startswith(OURS)
+    except Exception:  # half a file: the library raises whatever it likes
+        return replace_broken
+
+
+def write_file(path: str | os.PathLike[str], content: bytes | memoryview, *, sample: str = "-o run.nc") -> Path:
+    """Write a file whole or not at all.
+
+    It is written beside its place and then put there. What killed processes left there for the same file is removed.
+
+    Parameters
+    ----------
+    path : path
+        A link is followed.
+    content : bytes
+    sample : str
+        What the user could type.
+
+    Returns
+    -------
+    Path
+
+    Raises
+    ------
+    InputError
+        If it cannot be written, for example because the disk is full.
+    """
+    given = Path(path)
+    try:
+        target = Path(os.path.realpath(given))
+        for left in _left_behind(target):
+            left.unlink(missing_ok=True)
+        with _part(target) as (part, handle):
+            rest = memoryview(content).cast("B")
+            while rest:
+                rest = rest[os.write(handle, rest) :]
+            os.fsync(handle)  # some file systems find out here that they are full
+            os.replace(part, target)
+    except (OSError, ValueError) as error:
+        raise InputError(
+            f"cannot write '{given}': {_reason(error)}", "a file name in a folder that exists and can be written", sample
+        ) from None
+    return given
+
+
+def _reason(error: Exception) -> str:
+    return getattr(error, "strerror", None) or str(error)
+
+
+def _prefix(target: Path) -> str:
+    """Hidden, and not longer than a file name may be whatever the target's name is."""
+    return f".{hashlib.sha256(os.fsencode(target.name)).hexdigest()[:16]}."
+
+
+@contextlib.contextmanager
+def _part(target: Path) -> Iterator[tuple[Path, int]]:
+    """A new locked file beside the target; removed if it is still there at the end."""
+    while True:
+        part = target.parent / f"{_prefix(target)}{secrets.token_hex(4)}.part"
+        # made with the permissions that the user's mask leaves, like any new file
+        handle = os.open(part, os.O_WRONLY | os.O_CREAT | os.O_EXCL | getattr(os, "O_CLOEXEC", 0), 0o666)
+        if hold(handle) and part.exists():
+            break
+        os.close(handle)  # another process took it for one that was left behind
+    try:
+        yield part, handle
+    finally:
+        part.unlink(missing_ok=True)
+        os.close(handle)
+
+
+def _left_behind(target: Path) -> Iterator[Path]:
+    """Unfinished files for a target whose writers have ended."""
+    for part in target.parent.glob(f"{_prefix(target)}*.part") if LOCKS else ():
+        try:
+            handle = os.open(part, os.O_WRONLY)
+        except OSError:
+            continue
+        try:
+            if hold(handle):
+                yield part
+        finally:
+            os.close(handle)

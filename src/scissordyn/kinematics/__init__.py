@@ -1,0 +1,1 @@
+"""Positions of ideal mechanisms, without time: paths, singular positions, branches, transmission."""

@@ -1,0 +1,267 @@
+"""Warnings about singular positions: where another branch of the assembly meets the motion, and where a drive locks.
+
+The equations of motion go through a change point on the branch on which they came. The real structure may go on on the other.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+import xarray as xr
+
+from scissordyn.component.place import GROUND
+from scissordyn.errors import InputError
+from scissordyn.kept import kept
+from scissordyn.kinematics.closure import Closure, closure_of, closure_template
+from scissordyn.kinematics.path import Path, instants, path_of, start_of
+from scissordyn.kinematics.singular import CHANGE, LOCKING, NEAR, SingularPosition, concerned, measure, smallest, suspects
+from scissordyn.model.drive import Drive
+from scissordyn.model.mechanism import Mechanism
+
+__all__ = ["drive_warnings", "passing_warnings", "path_warnings"]
+
+ROTATED = 0.05
+"""Samples are looked at that are about so far apart in the angles of the bodies [rad]."""
+
+COARSE = 0.2
+"""Samples further apart than this cannot tell; the ideal mechanism is asked at once [rad]."""
+
+FEWEST = 9
+
+MOST_EQUATIONS = 300
+"""Closure equations above which singular positions are not looked for: singular values of full matrices cost the cube of their
+number, some seconds with so many."""
+
+PASSED = 0.1
+"""A free motion passes a singular position if the smallest singular value falls, between two samples, below this fraction of
+what it is at them."""
+
+PRESSED = 0.1
+"""A journal pressed in by more than this fraction of its clearance may be forced by a drive beyond a locking position."""
+
+MOST_KNOWN = 64
+"""So many strokes of one mechanism have their singular positions kept."""
+
+
+class Said(NamedTuple):
+    """A singular position in words."""
+
+    time: float
+    """At which the drives are first there [s]."""
+    kind: str
+    text: str
+
+
+CHANCE = "which one is taken there is a matter of chance in the real structure"
+
+
+def passing_warnings(mechanism: Mechanism, run: xr.Dataset, until: float) -> list[str]:
+    """The singular positions that a run passes, in words.
+
+    Recorded samples say where one may be, at little cost. Where the drives determine the motion, the ideal mechanism then says
+    where it is; otherwise the samples do.
+
+    Parameters
+    ----------
+    mechanism : Mechanism
+    run : Dataset
+    until : float
+        End of the time of the run [s].
+
+    Returns
+    -------
+    list of str
+    """
+    if _equations(mechanism) > MOST_EQUATIONS:
+        return [_not_looked_for(mechanism)]
+    angle = run["angle"].values
+    rotation = np.max(np.abs(np.diff(angle, axis=0)), axis=1, initial=0.0)
+    rotated = np.concatenate([[0.0], np.cumsum(rotation)])
+    closure = _closure(mechanism)
+    if closure is None or not closure.chosen.size or not len(angle):
+        return []
+    driven = bool(closure.inputs.count)
+    if driven and (np.max(rotation, initial=0.0) > COARSE or len(angle) < FEWEST):
+        return _driven(mechanism, run, until, closure)
+    square = closure.chosen.size == closure.free.shape[1]
+    if not square and start_of(closure) is None:
+        return []
+    count = max(FEWEST, int(rotated[-1] / ROTATED))
+    wanted = np.linspace(0.0, rotated[-1], count) if rotated[-1] > 0.0 else np.zeros(1)
+    chosen = np.unique(np.minimum(np.searchsorted(rotated, wanted), len(angle) - 1))
+    position = run["position"].values
+    z = closure.of_motion(position[chosen], angle[chosen])
+    near = suspects(measure(closure, z))
+    if near and square:
+        # a redundant constraint and a free coordinate make as many equations as unknowns, dependent everywhere
+        near = [] if start_of(closure) is None else suspects(measure(closure, z))
+    if driven and closure.mobility == 0 and (near or _pressed(mechanism, run)):
+        return _driven(mechanism, run, until, closure)
+    time, found = run["time"].values, []
+    for k in near:
+        first, last = chosen[max(0, k - 1)], chosen[min(chosen.size - 1, k + 1)]
+        part = slice(int(first), int(last) + 1)
+        found += _passed(closure, time[part], closure.of_motion(position[part], angle[part]))
+    return [_passed_in_words(closure, singular, z) for singular, z in found]
+
+
+def _pressed(mechanism: Mechanism, run: xr.Dataset) -> bool:
+    """Whether a journal is pressed in far."""
+    gaps = {joint.name: joint.clearance.contact.clearance for joint in mechanism.contacts if joint.clearance is not None}
+    if not gaps:
+        return False
+    depth = run.variables["peak_indentation"].values
+    return any(depth[mechanism.joint_names.index(name)] > PRESSED * gap for name, gap in gaps.items())
+
+
+def _driven(mechanism: Mechanism, run: xr.Dataset, until: float, closure: Closure) -> list[str]:
+    """What the drives lead to, and how far clearances have let them go beyond a locking position."""
+    said = _said(mechanism, until, closure)
+    found = [text for _, _, text in said]
+    lock = min((time for time, kind, _ in said if kind == LOCKING), default=math.inf)
+    joints = mechanism.contacts
+    if not joints or not run.sizes["time"] or not float(run["time"].values[-1]) > lock:
+        return found
+    at = [mechanism.joint_names.index(joint.name) for joint in joints]
+    force = run.variables["normal_force"].values[:, at]
+    k, largest = (int(each) for each in np.unravel_index(np.argmax(force), force.shape))
+    time = float(run["time"].values[k])
+    if time >= lock:
+        found.append(
+            f"the drive is forced beyond its locking position of t = {lock:.6g} s: forces from there on, up to "
+            f"{force[k, largest]:.3g} N at joint '{joints[largest].name}' at t = {time:.6g} s, are those of "
+            "surfaces that it presses into each other, which no real drive could"
+        )
+    return found
+
+
+def drive_warnings(mechanism: Mechanism, until: float) -> list[str]:
+    """The singular positions that the drives of a mechanism lead its ideal counterpart to, in words.
+
+    Parameters
+    ----------
+    mechanism : Mechanism
+    until : float
+        End of the time of the drives [s].
+
+    Returns
+    -------
+    list of str
+    """
+    if not (mechanism.drives or any(rod.motion is not None for rod in mechanism.rods)):
+        return []
+    if _equations(mechanism) > MOST_EQUATIONS:
+        return [_not_looked_for(mechanism)]
+    closure = _closure(mechanism)
+    return [] if closure is None else [text for _, _, text in _said(mechanism, until, closure)]
+
+
+def _said(mechanism: Mechanism, until: float, closure: Closure) -> tuple[Said, ...]:
+    """The singular positions that the drives lead to; the last ones asked for are kept."""
+    known, asked = _known(closure_template(mechanism)), (mechanism.drives, until)
+    found = known.get(asked)
+    if found is None:
+        path = path_of(mechanism, until, closure)
+        found = () if path is None else tuple(_of_path(path, mechanism, until))
+        if len(known) < MOST_KNOWN:
+            known[asked] = found
+    return found
+
+
+@kept
+def _known(_: Closure) -> dict[tuple[tuple[Drive, ...], float], tuple[Said, ...]]:
+    """What was found for closure equations, by drives and the end of their time: clearances have no effect on it."""
+    return {}
+
+
+def _equations(mechanism: Mechanism) -> int:
+    """Number of quadratic closure equations of the ideal mechanism at most."""
+    rotating = sum(body.rotates for body in mechanism.bodies)
+    return rotating + sum(guide.body != GROUND for guide in mechanism.guides) + len(mechanism.rods)
+
+
+def _not_looked_for(mechanism: Mechanism) -> str:
+    count = _equations(mechanism)
+    return f"singular positions were not looked for: {count} closure equations are more than {MOST_EQUATIONS}"
+
+
+def _closure(mechanism: Mechanism) -> Closure | None:
+    """The closure equations; None for a mechanism that only its clearances let close."""
+    try:
+        return closure_of(mechanism)
+    except InputError:
+        return None
+
+
+def path_warnings(path: Path, mechanism: Mechanism, until: float) -> list[str]:
+    """The singular positions of a path, in words, in the order of time."""
+    return [text for _, _, text in _of_path(path, mechanism, until)]
+
+
+def _of_path(path: Path, mechanism: Mechanism, until: float) -> list[Said]:
+    found: list[Said] = []
+    for singular in path.singular:
+        times = instants(path, mechanism, until, singular.place)
+        if not times:  # beyond the last position by round-off
+            continue
+        when = f"at t = {times[0]:.6g} s" + (f", the first of {len(times)} times," if len(times) > 1 else "")
+        where = f"{when}{_input_in_words(path, singular.place)}"
+        if singular.kind == CHANGE:
+            text = f"change point {where}: {singular.subject} can go on on more than one branch of the assembly; {CHANCE}"
+        elif singular.kind == NEAR:
+            text = (
+                f"near change point {where}: with lengths that differ by {singular.miss:.2g} of the mechanism's size "
+                f"{singular.subject} could go on on another branch of the assembly"
+            )
+        else:
+            text = f"locking position {where}: {singular.subject} hold{_s(singular)} it there; the drive cannot go on"
+        found.append(Said(times[0], singular.kind, text))
+    return sorted(found)
+
+
+def _s(singular: SingularPosition) -> str:
+    return "" if len(singular.bodies) > 1 else "s"
+
+
+def _input_in_words(path: Path, place: float) -> str:
+    inputs = path.closure.inputs
+    if path.parameter == "time":
+        values = inputs.at(place)
+        said = [f"'{name}' at {math.degrees(value):.6g} deg" for name, value in zip(inputs.bodies, values, strict=False)]
+        said += [f"'{name}' at {1e3 * value:.6g} mm" for name, value in zip(inputs.rods, values[len(said) :], strict=True)]
+        return f" ({', '.join(said)})"
+    if path.parameter == "length":
+        return f" (rod '{inputs.rods[0]}' at {1e3 * place:.6g} mm)"
+    return f" (drive of '{inputs.bodies[0]}' at {math.degrees(place):.6g} deg)"
+
+
+def _passed(closure: Closure, time: np.ndarray, z: np.ndarray) -> list[tuple[SingularPosition, np.ndarray]]:
+    """The change point that consecutive samples of a free motion pass, and where; nothing if they do not."""
+    values = np.array([smallest(closure, each) for each in z])
+    k = int(np.argmin(values))
+    left, _, right = np.linalg.svd(closure.jacobian(z[k]), full_matrices=False)
+    test = np.einsum("m,kmn,n->k", left[:, -1], closure.jacobian(z), right[-1])
+    for i in (k - 1, k):
+        if not 0 <= i < len(z) - 1 or test[i] * test[i + 1] > 0.0:
+            continue
+        fraction = float(test[i] / (test[i] - test[i + 1])) if test[i] != test[i + 1] else 0.0
+        between = z[i] + fraction * (z[i + 1] - z[i])
+        if smallest(closure, between) <= PASSED * max(values[i], values[i + 1]):
+            place = float(time[i] + fraction * (time[i + 1] - time[i]))
+            return [(SingularPosition(CHANGE, place, *concerned(closure, between, float(np.median(values)))), between)]
+    return []
+
+
+def _passed_in_words(closure: Closure, singular: SingularPosition, z: np.ndarray) -> str:
+    mechanism = closure.mechanism
+    named = mechanism.input_body or (singular.bodies[0] if singular.bodies else mechanism.bodies[0].name)
+    angle = ""
+    if mechanism.body(named).rotates:
+        p = closure.first[named]
+        angle = f" ('{named}' at {math.degrees(math.atan2(z[p + 3], z[p + 2])):.4g} deg)"
+    return (
+        f"change point at t = {singular.place:.6g} s{angle}: {singular.subject} can go on on more than one branch of the "
+        f"assembly; {CHANCE}"
+    )

@@ -1,0 +1,272 @@
+"""Positions of a mechanism with ideal joints along the stroke of its drives, and the singular positions on the way."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from scissordyn.kinematics.closure import Closure, closure_of
+from scissordyn.kinematics.continuation import MARGIN, AtPlace, Meeting, extrapolated, meeting_between, walk
+from scissordyn.kinematics.singular import (
+    CHANGE,
+    LOCKING,
+    NEAR,
+    SingularPosition,
+    concerned,
+    locate,
+    measure,
+    smallest,
+    suspects,
+)
+from scissordyn.kinematics.time_functions import prescribed
+from scissordyn.mechanics.time_function import breaks_of
+from scissordyn.model.mechanism import Mechanism
+
+__all__ = ["Path", "follow", "instants", "path_of", "start_of"]
+
+MOST_TURNS = 2
+"""Revolutions of a drive after which positions are taken to repeat: one on each branch."""
+
+GRID = 4001
+"""Instants at which inputs are looked at for their range."""
+
+ON_END = 1e-5
+"""A singular position at an end of the stroke: fraction of the typical smallest singular value; positions there are
+known to the root of round-off only."""
+
+
+ASIDE = 0.1
+"""Of the longest step: so far from the sample with the least measure branches may be nearest to each other."""
+
+NEARLY = 1e-3
+"""Branches that miss each other by less, in lengths as a fraction of the size, are reported: clearances and tolerances let the
+real structure pass from one to the other."""
+
+
+@dataclass(frozen=True)
+class Path:
+    """Positions of the ideal mechanism along its stroke.
+
+    Parameters
+    ----------
+    closure : Closure
+    parameter : {"angle", "length", "time"}
+        What the path is a function of: the only input, or time with several.
+    place : ndarray, shape (points,)
+        Its values [rad, m or s], increasing.
+    z : ndarray, shape (points, nZ)
+        Natural coordinates.
+    singular : tuple of SingularPosition
+    """
+
+    closure: Closure
+    parameter: str
+    place: np.ndarray
+    z: np.ndarray
+    singular: tuple[SingularPosition, ...]
+
+    @property
+    def angle(self) -> np.ndarray:
+        """Angles of all bodies, continuous along the path, shape (points, bodies) [rad]."""
+        found = np.empty((self.place.size, len(self.closure.mechanism.bodies)))
+        for k, body in enumerate(self.closure.mechanism.bodies):
+            p = self.closure.first[body.name]
+            found[:, k] = np.unwrap(np.arctan2(self.z[:, p + 3], self.z[:, p + 2])) if body.rotates else body.angle
+        return found
+
+    @property
+    def position(self) -> np.ndarray:
+        """Mass centres, shape (points, bodies, axes) [m]."""
+        found = np.empty((self.place.size, len(self.closure.mechanism.bodies), 2))
+        for (k, body), turn in zip(enumerate(self.closure.mechanism.bodies), self.angle.T, strict=True):
+            p, (x, y) = self.closure.first[body.name], body.centre
+            cos, sin = np.cos(turn), np.sin(turn)
+            found[:, k, 0] = self.closure.size * self.z[:, p] + cos * x - sin * y
+            found[:, k, 1] = self.closure.size * self.z[:, p + 1] + sin * x + cos * y
+        return found
+
+
+def start_of(closure: Closure) -> np.ndarray | None:
+    """The closed position at t = 0, with the constraints chosen that are independent; None if there is none."""
+    inputs = closure.inputs.at(0.0)
+    start = closure.close(closure.placed(), inputs, most_steps=50)
+    if start is None:
+        return None
+    near = start
+    # where only the start is special, such as folded flat, nothing may be left out: ask a little further on
+    for shift in (0.03, -0.03):
+        moved = closure.close(start, inputs + shift * np.where(np.arange(inputs.size) < len(closure.inputs.bodies), 1.0, 0.1))
+        if moved is not None:
+            near = moved
+            break
+    closure.choose(near)
+    return start
+
+
+def path_of(mechanism: Mechanism, until: float, closure: Closure | None = None) -> Path | None:
+    """The path of a driven mechanism with ideal joints.
+
+    Parameters
+    ----------
+    mechanism : Mechanism
+    until : float
+        End of the time of the drives [s].
+    closure : Closure, optional
+        Of the mechanism, with its constraints chosen.
+
+    Returns
+    -------
+    Path or None
+        None if the drives alone do not determine the motion, or the mechanism cannot be closed with ideal joints.
+    """
+    closure = closure_of(mechanism) if closure is None else closure
+    inputs = closure.inputs
+    start = start_of(closure)
+    if start is None or not inputs.count or closure.mobility != 0:
+        return None
+    if inputs.count > 1:
+        return follow(closure, "time", inputs.at, start, 0.0, 0.0, until)
+    values = inputs.over(grid(mechanism, until))[:, 0]
+    first, low, high = float(values[0]), float(values.min()), float(values.max())
+    if inputs.bodies:
+        most = 2.0 * math.pi * MOST_TURNS
+        low, high = max(low, first - most), min(high, first + most)
+    kind = "angle" if inputs.bodies else "length"
+    return follow(closure, kind, lambda value: np.array([value]), start, first, low, high)
+
+
+def grid(mechanism: Mechanism, until: float) -> np.ndarray:
+    """Instants at which the inputs are looked at."""
+    breaks = [t for _, motion in prescribed(mechanism) for t in breaks_of(motion) if 0.0 < t < until]
+    return np.unique(np.concatenate([np.linspace(0.0, until, GRID), breaks]))
+
+
+def follow(
+    closure: Closure,
+    parameter: str,
+    inputs: AtPlace,
+    start: np.ndarray,
+    first: float,
+    low: float,
+    high: float,
+) -> Path:
+    """Follow the positions of a mechanism from a place on its path to both ends.
+
+    Parameters
+    ----------
+    closure : Closure
+    parameter : {"angle", "length", "time"}
+    inputs : callable
+        Values of the inputs at a place.
+    start : ndarray, shape (nZ,)
+        Natural coordinates at the first place.
+    first, low, high : float
+        The place of the start, and the ends.
+
+    Returns
+    -------
+    Path
+    """
+    forth, back = (walk(closure, inputs, start, first, end) for end in (high, low))
+    points = back.points[:0:-1] + forth.points
+    place, z = np.array([s for s, _ in points]), np.array([each for _, each in points])
+    ends = [back.end, forth.end]
+    path = Path(closure, parameter, place, z, ())
+    typical = _typical(path)
+    met = _met(path, inputs, [*back.met, *forth.met], typical, ends)
+    found = []
+    for each in met:
+        if not each.miss or (each.miss <= NEARLY and place[0] <= each.place <= place[-1]):  # not what lies beyond a limit
+            kind = NEAR if each.miss else CHANGE
+            at = float(np.clip(each.place, place[0], place[-1]))
+            found.append(SingularPosition(kind, at, *concerned(closure, each.z, typical), each.miss))
+    for end, last in zip(ends, (z[0], z[-1]), strict=True):
+        if end is not None:
+            found.append(SingularPosition(LOCKING, end, *concerned(closure, last, typical)))
+    return Path(closure, parameter, place, z, tuple(sorted(found, key=lambda each: each.place)))
+
+
+def _typical(path: Path) -> float:
+    """The smallest singular value at a position that is nothing special."""
+    chosen = np.linspace(0, path.place.size - 1, min(path.place.size, 9)).astype(int)
+    return max(float(np.median([smallest(path.closure, path.z[k]) for k in chosen])), 1e-6)
+
+
+def _met(path: Path, inputs: AtPlace, known: list[Meeting], typical: float, ends: list[float | None]) -> list[Meeting]:
+    """Where branches of the assembly meet or nearly meet on a path: known from its legs, or between samples."""
+    closure, found = path.closure, list(known)
+    last, longest = path.place.size - 1, float(np.max(np.diff(path.place), initial=0.0))
+    for k in suspects(measure(closure, path.z)):
+        low, high = float(path.place[max(0, k - 1)]), float(path.place[min(last, k + 1)])
+        margin = MARGIN * (high - low)
+        if any(low - margin <= each.place <= high + margin for each in found) or any(
+            end is not None and low <= end <= high for end in ends
+        ):
+            continue
+        here = float(path.place[k]), path.z[k]
+        if k in (0, last) and smallest(closure, here[1]) < ON_END * typical:
+            found.append(Meeting(*here, 0.0))
+            continue
+        if not longest:  # the drives stand still
+            continue
+        low, high = min(low, here[0] - ASIDE * longest), max(high, here[0] + ASIDE * longest)
+        meeting = meeting_between(closure, inputs, here, low, high, longest)
+        meeting = _together(path, inputs, k, typical) if meeting is None else meeting
+        if meeting is not None:
+            found.append(meeting)
+    return found
+
+
+def _together(path: Path, inputs: AtPlace, k: int, typical: float) -> Meeting | None:
+    """Where branches meet next to a sample with several small singular values, or one that falls to zero with its square."""
+    closure, last = path.closure, path.place.size - 1
+    chosen = range(max(0, k - 2), min(last, k + 2) + 1)
+    points = [(float(path.place[i]), path.z[i]) for i in chosen]
+
+    def position(place: float) -> np.ndarray:
+        guess = extrapolated(points, place)
+        closed = closure.close(guess, inputs(place))
+        # Newton's method may not converge at the change point itself; interpolated positions are good to 1e-7
+        return guess if closed is None else closed
+
+    low, middle, high = (float(path.place[i]) for i in (max(0, k - 1), k, min(last, k + 1)))
+    place = locate(closure, position, (low, middle, high), typical)
+    return None if place is None else Meeting(place, position(place), 0.0)
+
+
+def instants(path: Path, mechanism: Mechanism, until: float, place: float) -> list[float]:
+    """The instants at which the drives pass a place on the path [s].
+
+    Parameters
+    ----------
+    path : Path
+    mechanism : Mechanism
+    until : float
+        End of the time [s].
+    place : float
+
+    Returns
+    -------
+    list of float
+    """
+    if path.parameter == "time":
+        return [place]
+    from scipy.optimize import brentq  # a tenth of a second that most runs need not wait for
+
+    inputs = path.closure.inputs
+    times = grid(mechanism, until)
+    error = inputs.over(times)[:, 0] - place
+    close = 1e-9 * max(1.0, abs(place))
+    there = np.abs(error) <= close
+    passed = (error[:-1] * error[1:] < 0.0) & ~there[:-1] & ~there[1:]
+    found = []
+    for k in np.flatnonzero(there[:-1] | passed).tolist():
+        if there[k]:
+            found.append(float(times[k]))
+        else:
+            found.append(float(brentq(lambda t: inputs.at(t)[0] - place, times[k], times[k + 1], xtol=1e-15)))
+    if there[-1]:
+        found.append(float(times[-1]))
+    return found

@@ -1,0 +1,185 @@
+"""The scalar equation to which closure equations reduce near a position where one singular value is small.
+
+With the singular vectors u and v of that value, F(y, s) = g u and v (y - y0) = a define a smooth function g(a, s) whose
+zeros are the positions of the mechanism (Lyapunov-Schmidt reduction by a bordered system; Govaerts 2000, Numerical Methods for
+Bifurcations of Dynamical Equilibria, chapters 3 and 6). Singular positions are zeros of g with dg/da = 0. Where both
+derivatives vanish, g is by how much the branches of the assembly miss each other: they meet if it is zero.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from scissordyn.kinematics.closure import Closure
+
+__all__ = ["DIFFERENCE", "Point", "Unfolding"]
+
+SOLVED = 1e-15
+"""Times the number of coordinates: error of the bordered equations at which Newton's method ends."""
+
+MOST_STEPS = 25
+
+FURTHEST = 1.0
+"""Positions further away than this, in coordinates of the order of one, are not near by."""
+
+DIFFERENCE = 0.01
+"""Derivatives of the inputs are differences over this fraction of the width of the neighbourhood."""
+
+CONVERGED = 1e-13
+"""Last step of Newton's method: in `a`, and as a fraction of the width of the neighbourhood."""
+
+STALLED = 1e-9
+"""A step of this size that grows no smaller is one of round-off."""
+
+AtPlace = Callable[[float], np.ndarray]
+
+
+@dataclass(frozen=True)
+class Point:
+    """A position and the derivatives of g there.
+
+    Parameters
+    ----------
+    a, place : float
+    z : ndarray, shape (nZ,)
+        Natural coordinates.
+    g : float
+    slope : ndarray, shape (2,)
+        Derivatives of g by a and by the place.
+    curvature : ndarray, shape (2, 2)
+    """
+
+    a: float
+    place: float
+    z: np.ndarray
+    g: float
+    slope: np.ndarray
+    curvature: np.ndarray
+
+    @property
+    def saddle(self) -> float:
+        """Minus the determinant of the second derivatives: positive where two branches meet, or nearly do."""
+        return float(self.curvature[0, 1] ** 2 - self.curvature[0, 0] * self.curvature[1, 1])
+
+
+class Unfolding:
+    """The function g near a position.
+
+    Parameters
+    ----------
+    closure : Closure
+        As many chosen constraints as coordinates.
+    inputs : callable
+        Values of the inputs at a place on the path.
+    place, z : float and ndarray, shape (nZ,)
+        Where the singular vectors are taken.
+    width : float
+        Of the neighbourhood, on the path.
+    """
+
+    def __init__(self, closure: Closure, inputs: AtPlace, place: float, z: np.ndarray, width: float) -> None:
+        self.closure, self.inputs, self.place, self.z, self.width = closure, inputs, place, z, width
+        left, self.values, right = np.linalg.svd(closure.jacobian(z))
+        self.u, self.v = left[:, -1], right[-1]
+        self._y0 = z[closure.stays]
+
+    def at(self, a: float, place: float, guess: np.ndarray) -> Point | None:
+        """Value and derivatives of the function; None if the bordered equations are not solved near the guess.
+
+        Parameters
+        ----------
+        a, place : float
+        guess : ndarray, shape (nZ,)
+            Natural coordinates near by.
+
+        Returns
+        -------
+        Point or None
+        """
+        closure, n = self.closure, self._y0.size
+        known, value = closure.known_at(self.inputs(place)), closure.values_at(self.inputs(place))
+        y, g, last = guess[closure.stays].copy(), 0.0, np.inf
+        z: np.ndarray = known + closure.free @ y
+        allowed = SOLVED * (10.0 + closure.total)
+        border = np.zeros((n + 1, n + 1))
+        border[:n, n], border[n, :n] = -self.u, self.v
+        error = np.empty(n + 1)
+        for _ in range(MOST_STEPS):
+            border[:n, :n] = closure.jacobian(z)
+            error[:n], error[n] = closure.left_of(z) - value - g * self.u, self.v @ (y - self._y0) - a
+            worst = float(np.max(np.abs(error)))
+            if worst < allowed or (worst < STALLED and worst >= 0.5 * last):
+                return self._derivatives(border, a, place, z, g)
+            try:
+                change = np.linalg.solve(border, error)
+            except np.linalg.LinAlgError:
+                return None
+            if not np.max(np.abs(change[:n])) < FURTHEST:
+                return None
+            y, g, last = y - change[:n], g - float(change[n]), worst
+            z = known + closure.free @ y
+        return None
+
+    def _derivatives(self, border: np.ndarray, a: float, place: float, z: np.ndarray, g: float) -> Point | None:
+        closure, n = self.closure, self._y0.size
+        h = DIFFERENCE * self.width
+        rows = [self.inputs(place + k * h) for k in (-2, -1, 0, 1, 2)]
+        known, value = (np.array([part(row) for row in rows]) for part in (closure.known_at, closure.values_at))
+        first, second = (
+            np.array([1.0, -8.0, 0.0, 8.0, -1.0]) / (12.0 * h),
+            np.array([-1.0, 16.0, -30.0, 16.0, -1.0]) / (12.0 * h * h),
+        )
+        moved, bent = first @ known, second @ known
+        sides = np.zeros((n + 1, 2))
+        sides[n, 0], sides[:n, 1] = 1.0, first @ value - closure.product(z, moved)
+        last = np.zeros(n + 1)
+        last[n] = 1.0
+        try:
+            found, across = np.linalg.solve(border, sides), np.linalg.solve(border.T, last)[:n]
+        except np.linalg.LinAlgError:
+            return None
+        by_a, by_s = closure.free @ found[:n, 0], closure.free @ found[:n, 1] + moved
+        straight = -across @ closure.form(by_a, by_a), -across @ closure.form(by_a, by_s)
+        along = -across @ (closure.form(by_s, by_s) + closure.product(z, bent) - second @ value)
+        curvature = np.array([[straight[0], straight[1]], [straight[1], along]])
+        return Point(a, place, z, g, found[n], curvature)
+
+    def meeting(self) -> Point | None:
+        """Where g is stationary: two branches meet there, if g is zero, or come near each other; None if not near by."""
+        return self._newton(lambda point: (point.slope, point.curvature), self.at(0.0, self.place, self.z))
+
+    def limit(self, near: Point | None = None) -> Point | None:
+        """Where the input is at a limit, g = dg/da = 0; None if not near by.
+
+        Parameters
+        ----------
+        near : Point, optional
+            Where to begin; where the singular vectors were taken by default.
+        """
+
+        def equations(point: Point) -> tuple[np.ndarray, np.ndarray]:
+            return np.array([point.g, point.slope[0]]), np.array([point.slope, point.curvature[0]])
+
+        return self._newton(equations, self.at(0.0, self.place, self.z) if near is None else near)
+
+    def _newton(self, equations: Callable[[Point], tuple[np.ndarray, np.ndarray]], point: Point | None) -> Point | None:
+        unit, last = np.array([1.0, self.width]), np.inf
+        for _ in range(MOST_STEPS):
+            if point is None or abs(point.a) > FURTHEST or abs(point.place - self.place) > 3.0 * self.width:
+                return None
+            error, matrix = equations(point)
+            try:
+                change = -np.linalg.solve(matrix, error)
+            except np.linalg.LinAlgError:
+                return None
+            size = float(np.max(np.abs(change / unit)))
+            if not np.isfinite(size):
+                return None
+            if size < CONVERGED or (size < STALLED and size >= 0.5 * last):
+                return point
+            change, last = change / max(1.0, 2.0 * size), size
+            point = self.at(point.a + change[0], point.place + change[1], point.z)
+        return None

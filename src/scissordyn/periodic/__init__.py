@@ -1,0 +1,1 @@
+"""Motion from one period of a drive to the next: cycles, bifurcation diagrams, ensembles, exponents."""

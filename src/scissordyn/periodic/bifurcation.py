@@ -1,0 +1,234 @@
+"""Bifurcation diagrams: the asymptotic motion of a periodic run over a parameter."""
+
+from __future__ import annotations
+
+import os
+import time
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import Annotated
+
+import numpy as np
+import xarray as xr
+
+from scissordyn.errors import InputError
+from scissordyn.model.mechanism import Mechanism
+from scissordyn.periodic.cycles import per_cycle
+from scissordyn.periodic.diagram import (
+    PENDING,
+    DiagramCase,
+    DiagramRow,
+    conclude,
+    diagram_from,
+    empty_diagram,
+    enter,
+    final_state,
+)
+from scissordyn.periodic.follow import carried
+from scissordyn.periodic.stroboscope import drive_period, run_cycles
+from scissordyn.run.demand import CYCLE_TIME, check_cycles, check_memory, count_in_words, machine_memory
+from scissordyn.run.options import Options, StartKind
+from scissordyn.run.snapshot import Snapshot
+from scissordyn.run.store import save
+from scissordyn.study.engine import Engine, EngineError, Outcome, Threads
+from scissordyn.units import Meaning, checked
+
+__all__ = ["bifurcation", "check_diagram"]
+
+VALUE_BYTES = 5000
+"""Memory of a value beside its cycles: the mechanism that it makes."""
+
+KEPT, KEPT_OF_JOINT = 8, 6
+"""Numbers of a cycle that is kept, and of each of its joints."""
+
+SAVE_EVERY = 10.0
+"""Shortest time between two writes of the store [s]: the work that can be lost."""
+
+
+@checked
+def bifurcation(
+    mechanism: Mechanism,
+    *,
+    over: str | Callable[[float], Mechanism],
+    values: Sequence[float] | np.ndarray,
+    cycles: int = 200,
+    keep: int = 100,
+    period: float | None = None,
+    phase: float = 0.0,
+    follow: bool = False,
+    start: StartKind = "concentric",
+    rtol: float = 1e-6,
+    atol: float = 1e-6,
+    method: str = "auto",
+    most_steps: int = 1_000_000,
+    engine: Annotated[Engine | None, Meaning("where the values are computed", "Threads(2)")] = None,
+    store: str | os.PathLike[str] | None = None,
+    progress: Callable[[int, int], None] | None = None,
+) -> xr.Dataset:
+    """The stroboscopic map of a periodically driven mechanism for many values of a parameter.
+
+    Parameters
+    ----------
+    mechanism : Mechanism
+    over : str or callable
+        The varied parameter: "A.clearance", "A.friction.kinetic", "drive.speed", "drive.angular_frequency", "gravity"; see
+        `model.address`. Or a function from a value to a mechanism.
+    values : sequence of float
+        Of the parameter, in SI units, in the order of computation.
+    cycles, keep : int
+        Number of cycles for each value, and how many of the last are returned.
+    period : float, optional
+        Of the map [s]; that of each mechanism's drive if not given.
+    phase : float
+        Phase of the samples in the cycle, in [0, 1).
+    follow : bool
+        Start each value from the end of the one before instead of `start`, which follows a branch of solutions. The values are
+        then computed one by one, here.
+    start : {"concentric", "in-contact", "static"}
+    rtol, atol : float
+    method : str
+    most_steps : int
+        Of a cycle.
+    engine : Engine, optional
+        Where the values are computed: threads of this process, one per processor, if not given. The result does not
+        depend on it.
+    store : path, optional
+        A NetCDF file with the results so far, updated during the computation. If it exists, only missing values are computed.
+    progress : callable, optional
+        Called after each value with the number done and the total.
+
+    Returns
+    -------
+    Dataset
+        Dimensions value, cycle, joint, axis; the coordinate "value" has the parameter's unit. Per value: status ("complete",
+        "failed", "interrupted", or "pending" after Ctrl-C), cause, warnings (one a line), completed_cycles, total_steps,
+        total_events, seconds, processor_seconds. Numbers are NaN where a cycle was not reached, and only there. Attributes:
+        status, cycles_per_second (of processor time), wall_seconds of this call, parameter, cycles, configuration, warnings
+        (laws outside their range in the cycles kept, and singular positions that the drives lead through).
+
+    Raises
+    ------
+    InputError
+        For a parameter, value or option that cannot be used, or a store that belongs to another diagram.
+    EngineError
+        If the workers of a scheduler are lost; what is done is in the store.
+    """
+    began = time.perf_counter()
+    numbers = _numbers(values)
+    check_diagram(mechanism, len(numbers), cycles, keep)
+    mechanisms = [mechanism.replace(over, value) if isinstance(over, str) else over(value) for value in numbers]
+    options = Options(1.0 if period is None else period, start, 2, rtol, atol, method, most_steps)
+    cases = _cases(mechanisms, options, period, cycles, keep, phase)
+    target = None if store is None else Path(store)
+    diagram = diagram_from(target, empty_diagram(mechanism, over, numbers, cases, follow), mechanisms[0])
+    todo = np.flatnonzero(np.isin(diagram["status"].values, (PENDING, "interrupted"))).tolist()
+    results = _chain(cases, diagram, todo) if follow else (engine or Threads()).each(_row, [cases[at] for at in todo])
+    interrupted = _compute(results, diagram, target, progress)
+    conclude(diagram, interrupted, time.perf_counter() - began)
+    if target is not None:
+        save(diagram, target)
+    return diagram
+
+
+def check_diagram(mechanism: Mechanism, values: int, cycles: int, keep: int) -> None:
+    """Raise `InputError` for numbers of cycles that cannot be, or a diagram that does not fit into the memory of this machine.
+
+    Parameters
+    ----------
+    mechanism : Mechanism
+    values, cycles, keep : int
+        See `bifurcation`.
+    """
+    for name, count, most in (("cycles", cycles, None), ("keep", keep, cycles)):
+        if isinstance(count, bool) or not isinstance(count, int) or count < 1 or (most is not None and count > most):
+            raise InputError(f"{name} = {count!r}", "a whole number >= 1" + (f" and <= {most}" if most is not None else ""))
+    check_cycles(mechanism, cycles)
+    needed = VALUE_BYTES + 8 * keep * (KEPT + KEPT_OF_JOINT * len(mechanism.contacts))
+    check_memory(
+        f"{count_in_words(values)} values with {count_in_words(keep)} cycles kept of each",
+        values * needed,
+        CYCLE_TIME * values * cycles,
+        f"at most {machine_memory() // needed} values here",
+        "--values 300, or a smaller --keep",
+    )
+
+
+def _cases(
+    mechanisms: Sequence[Mechanism], options: Options, period: float | None, cycles: int, keep: int, phase: float
+) -> list[DiagramCase]:
+    """A case for each value."""
+    if len({tuple(joint.name for joint in one.clearance_joints) for one in mechanisms}) > 1:
+        raise InputError("mechanisms with different clearance joints", "the same clearance joints for every value")
+    own = [options if period is not None else replace(options, until=drive_period(one)) for one in mechanisms]
+    pairs = enumerate(zip(mechanisms, own, strict=True))
+    return [DiagramCase(at, one, each, cycles, keep, phase, options.start) for at, (one, each) in pairs]
+
+
+def _numbers(values: Sequence[float] | np.ndarray) -> list[float]:
+    """The parameter's values."""
+    numbers = [float(value) for value in values]
+    if not numbers or not np.all(np.isfinite(numbers)):
+        raise InputError("values that are empty or not finite", "one number or more")
+    return numbers
+
+
+def _compute(
+    results: Iterator[Outcome[DiagramCase, DiagramRow]],
+    diagram: xr.Dataset,
+    target: Path | None,
+    progress: Callable[[int, int], None] | None,
+) -> bool:
+    """Enter results as they come, and save them now and then; returns whether the user stopped it."""
+    saved = time.perf_counter()
+    try:
+        for result in results:
+            enter(diagram, result)
+            if progress is not None:
+                progress(int(np.sum(diagram["status"].values != PENDING)), diagram.sizes["value"])
+            if target is not None and time.perf_counter() - saved > SAVE_EVERY:
+                save(diagram, target)
+                saved = time.perf_counter()
+    except KeyboardInterrupt:
+        return True
+    except EngineError:
+        if target is not None:
+            save(diagram, target)
+        raise
+    return False
+
+
+def _row(case: DiagramCase) -> DiagramRow:
+    """Compute one value."""
+    began, worked = time.perf_counter(), time.thread_time()
+    found = run_cycles(case.mechanism, case.options, cycles=case.cycles, keep=case.keep, phase=case.phase, start=case.start)
+    if found.status == "interrupted":
+        raise KeyboardInterrupt
+    first = case.cycles - case.keep
+    values = {name: values[first:] for name, values in per_cycle(case.mechanism, found).items()}
+    return DiagramRow(
+        values=values,
+        done=found.samples.time.size,
+        end=found.end,
+        status=found.status,
+        cause=found.cause,
+        warnings=found.warnings,
+        steps=int(found.statistics["steps"]),
+        events=int(found.statistics["events"]),
+        seconds=time.perf_counter() - began,
+        processor_seconds=time.thread_time() - worked,
+    )
+
+
+def _chain(cases: Sequence[DiagramCase], diagram: xr.Dataset, todo: list[int]) -> Iterator[Outcome[DiagramCase, DiagramRow]]:
+    """All values in order, each from the final state of the one before; from the initial start after a failure."""
+    end: Snapshot | None = None
+    for index in todo:
+        case = cases[index]
+        if index and end is None and diagram["status"].values[index - 1] == "complete":
+            end = final_state(diagram, index - 1, cases[index - 1].mechanism)
+        if index and end is not None:
+            case = replace(case, start=carried(cases[index - 1].mechanism, end, case.mechanism))
+        for result in Threads(1).each(_row, [case]):
+            end = result.value.end if result.value is not None and result.value.status == "complete" else None
+            yield result

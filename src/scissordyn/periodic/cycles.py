@@ -1,0 +1,250 @@
+"""Long periodic runs: stroboscopic samples and statistics of every cycle, without a dense record."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Callable
+
+import numpy as np
+import xarray as xr
+
+from scissordyn.errors import InputError
+from scissordyn.kinematics.branching import drive_warnings
+from scissordyn.mechanics.acting import acting, component_states, friction_states
+from scissordyn.mechanics.assembly import eccentricity_map
+from scissordyn.mechanics.outputs import record
+from scissordyn.model.mechanism import Mechanism
+from scissordyn.model.record import to_plain
+from scissordyn.periodic.stroboscope import Cycles, drive_period, run_cycles
+from scissordyn.run.configuration import number_attribute, read_configuration, write_configuration
+from scissordyn.run.dataset import output_guide
+from scissordyn.run.events import ACCOUNTS
+from scissordyn.run.options import Options, StartKind
+from scissordyn.run.snapshot import Snapshot
+from scissordyn.units import checked
+
+__all__ = ["DESCRIBED", "cycle", "per_cycle", "recorded"]
+
+
+@checked
+def cycle(
+    mechanism: Mechanism,
+    *,
+    cycles: int,
+    period: float | None = None,
+    keep: int | None = None,
+    phase: float = 0.0,
+    start: StartKind | xr.Dataset = "concentric",
+    rtol: float = 1e-6,
+    atol: float = 1e-6,
+    method: str = "auto",
+    most_steps: int = 1_000_000,
+    progress: Callable[[float], None] | None = None,
+) -> xr.Dataset:
+    """Run a mechanism through many periods of its drive and record it once in each: its stroboscopic map.
+
+    The state is taken at (k + phase) T on the same dense output as the samples of `simulate`; statistics of cycle k are
+    over the time from k T to (k + 1) T. Steps end at every k T, so that a run can be continued from its result: cycles
+    done in two calls are bit for bit those done in one.
+
+    Parameters
+    ----------
+    mechanism : Mechanism
+    cycles : int
+        Number of cycles.
+    period : float, optional
+        T [s]; that of the mechanism's drive if not given.
+    keep : int, optional
+        How many of the last cycles to return; all if not given. Energies and largest forces are followed in these alone, so
+        that the cycles before take about a quarter less time.
+    phase : float
+        Phase of the samples in the cycle, in [0, 1).
+    start : {"concentric", "in-contact", "static"} or Dataset
+        As in `simulate`, or the result of an earlier call, to continue it.
+    rtol, atol : float
+        As in `simulate`.
+    method : str
+        As in `simulate`.
+    most_steps : int
+        Largest number of steps of a cycle; with more the run fails.
+    progress : callable, optional
+        Called after every cycle with the simulated time [s].
+
+    Returns
+    -------
+    Dataset
+        Dimensions cycle and joint (the clearance joints), free and internal (coordinates of the state; internal states are
+        named after their joint or component). Variables that begin with "end" are the final state, from which a run can be
+        continued. Numbers are in SI; a variable whose entries have different units has no attribute "units". Attributes: status
+        ("complete", "interrupted" or "failed"), cause, period, cycles_per_second, statistics, configuration. A run that fails
+        in cycle k has the cycles before k. "warnings" says where laws are outside their range or controllers at their limits in
+        the cycles returned, and names the singular positions that the drives lead through in a period; those of a motion that
+        the drives do not determine are not looked for.
+
+    Raises
+    ------
+    InputError
+        If the mechanism cannot be assembled, has no period, or an option is out of bounds.
+    """
+    period = drive_period(mechanism) if period is None else period
+    kind = start if isinstance(start, str) else _start_of(start)
+    options = Options(period, kind, 2, rtol, atol, method, most_steps)
+    found = run_cycles(
+        mechanism,
+        options,
+        cycles=cycles,
+        keep=keep,
+        phase=phase,
+        start=start if isinstance(start, str) else _state_of(start, mechanism, period),
+        progress=progress,
+    )
+    return _to_dataset(mechanism, options, found, phase, cycles if keep is None else keep)
+
+
+def _start_of(run: xr.Dataset) -> StartKind:
+    """The start option of an earlier run, on which the choice of the method depends."""
+    options = read_configuration(run).options if "end_y" in run else None
+    if options is None:
+        raise InputError("start = a dataset without a final state", "a Dataset that cycle() made")
+    return options.start
+
+
+def _state_of(run: xr.Dataset, mechanism: Mechanism, period: float) -> Snapshot:
+    """The final state of an earlier run."""
+    before = number_attribute(run, "period")
+    if not math.isclose(before, period, rel_tol=1e-12):
+        raise InputError(f"start = cycles of {before:g} s for cycles of {period:g} s", "the same period")
+    if read_configuration(run).plain != to_plain(mechanism):
+        raise InputError("start = cycles of another mechanism", "cycles of the same mechanism")
+    return Snapshot.from_plain({str(name)[4:]: part.values for name, part in run.data_vars.items() if str(name)[:4] == "end_"})
+
+
+def stroboscopic_samples(mechanism: Mechanism, found: Cycles) -> dict[str, np.ndarray]:
+    """The quantities of a stroboscopic map, at the samples.
+
+    Parameters
+    ----------
+    mechanism : Mechanism
+    found : Cycles
+
+    Returns
+    -------
+    dict of ndarray
+        "eccentricity", "eccentricity_rate" (cycles, nj, 2), "in_contact" (cycles, nj), "energy" (cycles,), and
+        "slider_position", "slider_velocity", "slider_acceleration" (cycles,) if the output body has a guide on the ground.
+    """
+    samples, system = found.samples, found.system.content
+    rows = record(found.reduced, found.system, samples)
+    contacts = range(system.parameters.contact.size)
+    maps = [eccentricity_map(system, j) for j in contacts]
+    shape = (samples.time.size, len(contacts), 2)
+    values = {
+        "eccentricity": np.stack([each.at(rows.X) for each in maps], axis=1) if maps else np.zeros(shape),
+        "eccentricity_rate": np.stack([each.at(rows.V) for each in maps], axis=1) if maps else np.zeros(shape),
+        "in_contact": samples.mode[:, : len(contacts)] == 1,
+        "energy": rows.kinetic + rows.potential + rows.elastic + rows.stored,
+    }
+    guide = output_guide(mechanism)
+    if guide is not None:
+        guided = found.reduced.place(guide.follower)
+        along = np.array([math.cos(guide.direction), math.sin(guide.direction)])
+        values["slider_position"] = (guided.at(rows.X) - np.array(guide.through)) @ along
+        values["slider_velocity"] = guided.at(rows.V) @ along
+        values["slider_acceleration"] = guided.at(rows.A) @ along
+    return values
+
+
+DESCRIBED = {
+    "slider_position": (("cycle",), "m", "position of the slider along its guide"),
+    "slider_velocity": (("cycle",), "m/s", "velocity of the slider along its guide"),
+    "slider_acceleration": (("cycle",), "m/s^2", "acceleration of the slider along its guide"),
+    "eccentricity": (("cycle", "joint", "axis"), "m", "journal centre relative to the bearing centre"),
+    "eccentricity_rate": (("cycle", "joint", "axis"), "m/s", "rate of the eccentricity"),
+    "in_contact": (("cycle", "joint"), "1", "journal and bearing in contact"),
+    "energy": (("cycle",), "J", "kinetic, potential, elastic and spring energy"),
+    "impacts": (("cycle", "joint"), "1", "contacts that started in the cycle"),
+    "contact_fraction": (("cycle", "joint"), "1", "fraction of the cycle in contact"),
+    "peak_force": (("cycle", "joint"), "N", "largest normal force in the cycle"),
+    "drive_work": (("cycle",), "J", "work of the drives in the cycle"),
+    "dissipated_energy": (("cycle",), "J", "energy dissipated in the cycle"),
+    "steps": (("cycle",), "1", "integration steps in the cycle"),
+}
+"""Dimensions, unit and long name of the quantities recorded once per cycle."""
+
+FREE_UNITS = {"free_position": "kg^0.5 m", "free_velocity": "kg^0.5 m/s"}
+"""Units of the free coordinates; internal states have that of their law or component."""
+
+END_UNITS = {"counts": "1", "mode": "1", "history_length": "1", "reference": "rad", "total": "J"}
+"""Units of the parts of the final state whose entries share one."""
+
+
+def recorded(mechanism: Mechanism) -> tuple[str, ...]:
+    """Names of the quantities that are recorded once per cycle of a mechanism and can be drawn."""
+    absent = [name for name in DESCRIBED if name.startswith("slider_")] if output_guide(mechanism) is None else []
+    absent += [name for name, (dims, _, _) in DESCRIBED.items() if "joint" in dims and not mechanism.contacts]
+    return tuple(name for name in DESCRIBED if name not in absent)
+
+
+def per_cycle(mechanism: Mechanism, found: Cycles) -> dict[str, np.ndarray]:
+    """The quantities recorded once per cycle, by the names of `DESCRIBED`."""
+    return {
+        **stroboscopic_samples(mechanism, found),
+        "impacts": found.impacts,
+        "contact_fraction": found.contact_fraction,
+        "peak_force": found.peak_force,
+        "drive_work": found.work[:, ACCOUNTS.index("drive_work")],
+        "dissipated_energy": found.work[:, [ACCOUNTS.index(name) for name in ACCOUNTS if name.endswith("loss")]].sum(axis=1),
+        "steps": found.steps,
+    }
+
+
+def _internal_states(mechanism: Mechanism) -> np.ndarray:
+    """What each internal state is: "A: bristle_deflection"."""
+    found = [f"{contact.name}: {state.name}" for contact in mechanism.contacts for state in friction_states(contact)]
+    found += [f"{part.name}: {state.name}" for part in acting(mechanism) for state in component_states(part)]
+    return np.array(found, dtype=str)
+
+
+def _to_dataset(mechanism: Mechanism, options: Options, found: Cycles, phase: float, keep: int) -> xr.Dataset:
+    n = found.reduced.free
+    variables = {}
+    for name, values in per_cycle(mechanism, found).items():
+        dims, units, long_name = DESCRIBED[name]
+        variables[name] = (dims, values, {"units": units, "long_name": long_name})
+    state = found.samples.state
+    for name, dim, part in (
+        ("free_position", "free", state[:, :n]),
+        ("free_velocity", "free", state[:, n : 2 * n]),
+        ("internal_state", "internal", state[:, 2 * n :]),
+    ):
+        about = {"units": FREE_UNITS[name]} if name in FREE_UNITS else {}
+        variables[name] = (("cycle", dim), part.copy(), {**about, "long_name": name.replace("_", " ")})
+    clearance = np.array([contact.clearance.clearance for contact in mechanism.contacts if contact.clearance is not None])
+    variables["clearance"] = (("joint",), clearance, {"units": "m", "long_name": "radial clearance"})
+    first = max(0, found.samples.time.size - keep)
+    coordinates = {
+        "cycle": ("cycle", found.first + np.arange(found.samples.time.size), {"long_name": "cycle"}),
+        "time": ("cycle", found.samples.time, {"units": "s", "long_name": "time of the sample"}),
+        "joint": ("joint", [joint.name for joint in mechanism.contacts]),
+        "axis": ("axis", ["x", "y"]),
+        "internal": ("internal", _internal_states(mechanism), {"long_name": "internal state, in SI units"}),
+    }
+    run = xr.Dataset(variables, coords=coordinates).isel(cycle=slice(first, None))
+    for name, part in found.end.plain().items():
+        dims = tuple(f"end_{name}_{axis}" for axis in range(part.ndim))
+        about = {"units": END_UNITS[name]} if name in END_UNITS else {}
+        run[f"end_{name}"] = (dims, part, {**about, "long_name": f"{name} at the end, to go on from, in SI units"})
+    run.attrs = {
+        "title": "scissordyn cycles",
+        "status": found.status,
+        "cause": found.cause,
+        "period": options.until,
+        "phase": phase,
+        "end_cycle": found.first + found.steps.size,
+        "cycles_per_second": found.statistics["cycles_per_second"],
+        "statistics": json.dumps(found.statistics),
+        "warnings": json.dumps([*found.warnings, *drive_warnings(mechanism, options.until)]),
+        "configuration": write_configuration(mechanism, options),
+    }
+    return run

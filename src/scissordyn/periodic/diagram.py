@@ -1,0 +1,316 @@
+"""The Dataset of a bifurcation diagram: empty, from a file, and filled value by value."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import xarray as xr
+
+from scissordyn.errors import InputError
+from scissordyn.file.provenance import provenance
+from scissordyn.kinematics.branching import drive_warnings
+from scissordyn.model.address import number
+from scissordyn.model.mechanism import Mechanism
+from scissordyn.model.record import to_plain
+from scissordyn.periodic.cycles import DESCRIBED, recorded
+from scissordyn.periodic.stroboscope import start_state
+from scissordyn.run.configuration import read_configuration, write_configuration
+from scissordyn.run.options import Options, StartKind
+from scissordyn.run.snapshot import Snapshot
+from scissordyn.run.store import load
+from scissordyn.study.engine import Outcome, error_text
+from scissordyn.study.grouped import grouped
+
+__all__ = [
+    "PENDING",
+    "DiagramCase",
+    "DiagramRow",
+    "OtherDiagramError",
+    "conclude",
+    "diagram_from",
+    "empty_diagram",
+    "enter",
+    "final_state",
+]
+
+TITLE = "scissordyn bifurcation"
+
+PENDING = "pending"
+"""Status of a value that has not been computed yet."""
+
+
+@dataclass(frozen=True)
+class DiagramCase:
+    """One value of the parameter, with all inputs of a worker.
+
+    Parameters
+    ----------
+    at : int
+        Its place among the values.
+    mechanism : Mechanism
+    options : Options
+        `until` is the period.
+    cycles, keep : int
+    phase : float
+    start : {"concentric", "in-contact", "static"} or Snapshot
+    """
+
+    at: int
+    mechanism: Mechanism
+    options: Options
+    cycles: int
+    keep: int
+    phase: float
+    start: StartKind | Snapshot
+
+
+@dataclass(frozen=True)
+class DiagramRow:
+    """The result of one value.
+
+    Parameters
+    ----------
+    values : dict of ndarray
+        The last cycles, by the names of `periodic.cycles.DESCRIBED`; shorter where the run failed.
+    done : int
+        Whole cycles.
+    end : Snapshot
+    status, cause : str
+    warnings : tuple of str
+    steps, events : int
+    seconds, processor_seconds : float
+        Of this value, by the clock and of the processor.
+    """
+
+    values: dict[str, np.ndarray]
+    done: int
+    end: Snapshot
+    status: str
+    cause: str
+    warnings: tuple[str, ...]
+    steps: int
+    events: int
+    seconds: float
+    processor_seconds: float
+
+
+class OtherDiagramError(InputError):
+    """A store holds anything but this diagram, made by these sources and libraries."""
+
+
+def empty_diagram(
+    mechanism: Mechanism,
+    over: str | Callable[[float], Mechanism],
+    numbers: list[float],
+    cases: Sequence[DiagramCase],
+    follow: bool,
+) -> xr.Dataset:
+    """A diagram without results.
+
+    Parameters
+    ----------
+    mechanism : Mechanism
+    over : str or callable
+        The parameter.
+    numbers : list of float
+        Its values.
+    cases : sequence of DiagramCase
+        One for each.
+    follow : bool
+
+    Returns
+    -------
+    Dataset
+    """
+    count, first = len(cases), cases[0]
+    if isinstance(over, str):
+        quantity = number(mechanism, over).quantity
+        assert quantity is not None
+        units, long_name, name = quantity.unit, quantity.help or over, over
+    else:
+        units, long_name, name = "1", "parameter", getattr(over, "__name__", "function")
+    identity = [
+        {"mechanism": to_plain(case.mechanism), "options": to_plain(case.options), "phase": case.phase} for case in cases
+    ]
+    made_with = json.loads(provenance())
+    diagram = {
+        "over": name,
+        "cycles": first.cycles,
+        "keep": first.keep,
+        "follow": follow,
+        "cases": hashlib.sha256(json.dumps(identity).encode()).hexdigest(),
+        **made_with,
+    }
+    text = np.full(count, "", dtype=object)
+    return xr.Dataset(
+        {
+            "status": ("value", np.full(count, PENDING, dtype=object), {"long_name": "status"}),
+            "cause": ("value", text, {"long_name": "cause if it is not complete"}),
+            "warnings": ("value", text.copy(), {"long_name": "warnings about the cycles kept, one a line"}),
+            "completed_cycles": ("value", np.zeros(count, np.int64), {"units": "1", "long_name": "whole cycles"}),
+            "total_steps": ("value", np.zeros(count, np.int64), {"units": "1", "long_name": "integration steps"}),
+            "total_events": ("value", np.zeros(count, np.int64), {"units": "1", "long_name": "contacts begun and ended"}),
+            "seconds": ("value", np.zeros(count), {"units": "s", "long_name": "time taken"}),
+            "processor_seconds": ("value", np.zeros(count), {"units": "s", "long_name": "time of the processor taken"}),
+        },
+        coords={
+            "value": ("value", np.array(numbers), {"units": units, "long_name": long_name}),
+            "cycle": ("cycle", np.arange(first.cycles - first.keep, first.cycles), {"long_name": "cycle"}),
+            "joint": ("joint", np.array([joint.name for joint in first.mechanism.contacts], dtype=object)),
+            "axis": ("axis", np.array(["x", "y"], dtype=object)),
+            "period": ("value", np.array([case.options.until for case in cases]), {"units": "s", "long_name": "period"}),
+        },
+        attrs={
+            "title": TITLE,
+            "status": PENDING,
+            "parameter": name,
+            "phase": first.phase,
+            "cycles": first.cycles,
+            "versions": json.dumps({name: value for name, value in made_with.items() if name != "sources"}),
+            "warnings": json.dumps(_warnings(cases, [_said(name, value, units) for value in numbers])),
+            "configuration": write_configuration(mechanism, diagram=diagram),
+        },
+    )
+
+
+def _said(name: object, value: float, units: object) -> str:
+    """A value of the parameter, for messages."""
+    return f"{name} = {value:g}" + ("" if units == "1" else f" {units}")
+
+
+def _warnings(cases: Sequence[DiagramCase], values: list[str]) -> list[str]:
+    """Singular positions that the drives lead through; those of some values only with the first of these values."""
+    first: dict[str, str] = {}
+    count: dict[str, int] = {}
+    known: dict[str, list[str]] = {}
+    for case, value in zip(cases, values, strict=True):
+        key = json.dumps([to_plain(case.mechanism.ideal()), case.options.until])
+        if key not in known:
+            known[key] = drive_warnings(case.mechanism, case.options.until)
+        for text in known[key]:
+            first.setdefault(text, value)
+            count[text] = count.get(text, 0) + 1
+    return [text if count[text] == len(cases) else f"{value}: {text}" for text, value in first.items()]
+
+
+def diagram_from(target: Path | None, blank: xr.Dataset, mechanism: Mechanism) -> xr.Dataset:
+    """What a file already holds of a diagram; the diagram without results if there is no file.
+
+    Parameters
+    ----------
+    target : Path or None
+    blank : Dataset
+        The diagram without results.
+    mechanism : Mechanism
+        Of a value.
+
+    Returns
+    -------
+    Dataset
+
+    Raises
+    ------
+    OtherDiagramError
+        If the file holds anything else, or parts of it are missing.
+    """
+    if target is None or not target.exists():
+        return blank
+    try:
+        stored = load(target)
+        wanted, there = read_configuration(blank), read_configuration(stored)
+    except InputError as error:
+        raise OtherDiagramError(error.what, error.allowed, error.type_this) from None
+    differs = [key for key, value in wanted.diagram.items() if there.diagram.get(key) != value]
+    differs += ["mechanism"] if wanted.plain != there.plain else []
+    differs += [
+        str(name)
+        for name, variable in blank.variables.items()
+        if name not in stored.variables or stored.variables[name].shape != variable.shape
+    ]
+    if not differs and not np.array_equal(blank["value"].values, stored["value"].values):
+        differs = ["values"]
+    if not differs:
+        states = {str(state) for state in stored["status"].values}
+        begun = "complete" in states
+        differs = [name for name in (*recorded(mechanism), "end") if begun and "value" not in _dims(stored, name)]
+        differs += ["status"] if states - {PENDING, "complete", "failed", "interrupted"} else []
+    if differs:
+        raise OtherDiagramError(
+            f"'{target}' holds another diagram (differs in {', '.join(differs)})",
+            "the file of the same diagram, or a name that is not taken",
+            "store='another.nc'",
+        )
+    stored.attrs |= {name: value for name, value in blank.attrs.items() if name != "status"}
+    for name in ("status", "cause", "warnings"):
+        stored[name] = stored[name].astype(object)
+    return stored
+
+
+def _dims(stored: xr.Dataset, name: str) -> tuple[object, ...]:
+    return stored[name].dims if name in stored else ()
+
+
+def enter(diagram: xr.Dataset, result: Outcome[DiagramCase, DiagramRow]) -> None:
+    """Write one value's results into the diagram."""
+    case, row = result.task, result.value
+    at = case.at
+    if row is None:
+        assert result.error is not None
+        diagram["status"].values[at], diagram["cause"].values[at] = "failed", error_text(result.error)
+        return
+    for name, values in row.values.items():
+        if name not in diagram:
+            dims, units, long_name = DESCRIBED[name]
+            shape = (diagram.sizes["value"], case.keep, *values.shape[1:])
+            about = {"units": units, "long_name": long_name}
+            diagram[name] = (("value", *dims), np.full(shape, np.nan), about)
+        diagram[name].values[at, : values.shape[0]] = values
+    diagram["status"].values[at], diagram["cause"].values[at] = row.status, row.cause
+    diagram["warnings"].values[at] = "\n".join(row.warnings)
+    diagram["completed_cycles"].values[at] = row.done
+    diagram["total_steps"].values[at], diagram["total_events"].values[at] = row.steps, row.events
+    diagram["seconds"].values[at], diagram["processor_seconds"].values[at] = row.seconds, row.processor_seconds
+    packed = np.concatenate([row.end.y, row.end.mode, row.end.arrays["memory"], row.end.arrays["reference"]])
+    if "end" not in diagram:
+        about = {"long_name": "state, modes, approach speeds and angles at the end, each in its SI unit"}
+        diagram["end"] = (("value", "entry"), np.full((diagram.sizes["value"], packed.size), np.nan), about)
+    if packed.size == diagram.sizes["entry"]:  # a function may give mechanisms of different sizes
+        diagram["end"].values[at] = packed
+
+
+def final_state(diagram: xr.Dataset, at: int, mechanism: Mechanism) -> Snapshot:
+    """The state at the end of a value, from what is stored of it."""
+    begin, packed = start_state(mechanism), diagram["end"].values[at]
+    guards, first = begin.mode.size, begin.y.size
+    y, mode, memory, reference = np.split(packed, [first, first + guards, first + 2 * guards])
+    return begin.changed(y=y, mode=mode.astype(np.int64), memory=memory, reference=reference)
+
+
+def conclude(diagram: xr.Dataset, interrupted: bool, seconds: float) -> None:
+    """Enter the status of the whole, its warnings, and how long it took."""
+    status = diagram["status"].values
+    worked = float(diagram["processor_seconds"].sum())
+    failed = int(np.sum(status == "failed"))
+    diagram.attrs |= {
+        "status": "interrupted" if interrupted else ("failed" if failed == status.size else "complete"),
+        "failed_values": failed,
+        "cycles_per_second": float(diagram["completed_cycles"].sum()) / worked if worked > 0.0 else 0.0,
+        "wall_seconds": seconds,
+        "warnings": json.dumps([*json.loads(diagram.attrs["warnings"]), *_of_values(diagram)]),
+    }
+
+
+def _of_values(diagram: xr.Dataset) -> list[str]:
+    """The warnings about single values, each once with the first value that has it."""
+    texts, values = diagram["warnings"].values.tolist(), diagram["value"].values
+    said = grouped((text, at) for at, lines in enumerate(texts) if lines for text in lines.split("\n"))
+    found = []
+    for text, at in said.items():
+        others = f", the first of {len(at)} values" if len(at) > 1 else ""
+        found.append(f"{_said(diagram.attrs['parameter'], values[at[0]], diagram['value'].attrs['units'])}{others}: {text}")
+    return found

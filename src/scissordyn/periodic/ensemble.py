@@ -1,0 +1,266 @@
+"""Many members of one case whose starts differ by round-off: the predictability of a periodic run."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Annotated
+
+import numpy as np
+import xarray as xr
+
+from scissordyn.errors import InputError
+from scissordyn.kinematics.branching import drive_warnings
+from scissordyn.mechanics.reduce import reduce_mechanism
+from scissordyn.model.mechanism import Mechanism
+from scissordyn.periodic.cycles import DESCRIBED, per_cycle
+from scissordyn.periodic.follow import consistent
+from scissordyn.periodic.stroboscope import drive_period, run_cycles, start_state
+from scissordyn.run.configuration import write_configuration
+from scissordyn.run.demand import check_cycles
+from scissordyn.run.driver import make_system
+from scissordyn.run.options import Options, StartKind
+from scissordyn.run.snapshot import Snapshot
+from scissordyn.study.engine import Engine, Outcome, Threads, error_text
+from scissordyn.study.grouped import grouped
+from scissordyn.units import Meaning, checked
+
+__all__ = ["ensemble"]
+
+LEAST, MOST = 1e-16, 1e-6
+"""Range of relative perturbations on the scale of round-off."""
+
+_Recorded = tuple[dict[str, np.ndarray], str, str, tuple[str, ...]]
+"""What a member recorded once per cycle, its status, its cause, and its warnings."""
+
+
+@dataclass(frozen=True)
+class Member:
+    """One member of an ensemble, with all inputs of a worker.
+
+    Parameters
+    ----------
+    number : int
+    mechanism : Mechanism
+    options : Options
+        `until` is the period.
+    cycles : int
+    phase : float
+    start : Snapshot
+    """
+
+    number: int
+    mechanism: Mechanism
+    options: Options
+    cycles: int
+    phase: float
+    start: Snapshot
+
+
+@checked
+def ensemble(
+    mechanism: Mechanism,
+    *,
+    members: int,
+    cycles: int,
+    period: float | None = None,
+    phase: float = 0.0,
+    perturbation: float = 1e-14,
+    seed: int = 0,
+    skip: int = 0,
+    agreement: float = 1e-3,
+    start: StartKind = "concentric",
+    rtol: float = 1e-6,
+    atol: float = 1e-6,
+    method: str = "auto",
+    most_steps: int = 1_000_000,
+    engine: Annotated[Engine | None, Meaning("where the members are computed", "Threads(2)")] = None,
+    progress: Callable[[int, int], None] | None = None,
+) -> xr.Dataset:
+    """Run the same mechanism from starts that differ by round-off.
+
+    Every entry y of a member's state starts as y (1 + p g), with g from a normal distribution; member 0 is not perturbed. Two
+    members agree in a cycle if their journals are within a fraction of the clearance of each other at all clearance joints.
+    That fraction is small: where the reaction presses the journal to the same side in every cycle, even unrelated members are
+    close.
+
+    Parameters
+    ----------
+    mechanism : Mechanism
+        With a clearance joint.
+    members, cycles : int
+    period : float, optional
+        [s]; that of the drive if not given.
+    phase : float
+        Phase of the samples in the cycle, in [0, 1).
+    perturbation : float
+        p, from 1e-16 to 1e-6.
+    seed : int
+        Of the perturbations; the same seed gives the same ensemble, whatever the engine.
+    skip : int
+        Number of cycles at the start that are left out of means.
+    agreement : float
+        Largest distance of agreeing members, as a fraction of the clearance.
+    start : {"concentric", "in-contact", "static"}
+    rtol, atol : float
+    method : str
+    most_steps : int
+        Of a cycle.
+    engine : Engine, optional
+        Where the members are computed: threads of this process, one per processor, if not given.
+    progress : callable, optional
+        Called after each member with the number done and the total.
+
+    Returns
+    -------
+    Dataset
+        Every variable of `cycle` along (member, cycle), NaN after a member has failed; for each that is not a flag
+        `mean_...` along member, the mean over its counted cycles, and `spread_...`, the standard deviation of these means.
+        `agreeing(cycle)`, the fraction of members that agree with member 0; `divergence_cycle(member)`, the first cycle in
+        which a member does not (the number of cycles if none); attributes trusted_cycles and trusted_until [s], before which
+        all agree; `status(member)`, `cause(member)`; attribute warnings.
+
+    Raises
+    ------
+    InputError
+        For an option that cannot be used.
+    """
+    _check(mechanism, members, cycles, skip, perturbation, agreement)
+    check_cycles(mechanism, members * cycles)
+    period = drive_period(mechanism) if period is None else period
+    options = Options(period, start, 2, rtol, atol, method, most_steps)
+    starts = _starts(mechanism, start, members, perturbation, seed)
+    cases = [Member(number, mechanism, options, cycles, phase, one) for number, one in enumerate(starts)]
+    found = _outcomes(cases, Threads() if engine is None else engine, progress)
+    run, status = _collected(mechanism, found, cycles)
+    _add_agreement(run, mechanism, agreement, period, phase)
+    _add_means(run, skip)
+    settings = {"period": period, "phase": phase, "perturbation": perturbation, "seed": seed, "agreement": agreement}
+    run.attrs |= _attributes(mechanism, options, status, settings)
+    said = grouped((text, one.task.number) for one in found if one.value is not None for text in one.value[3])
+    run.attrs["warnings"] = json.dumps([*said, *drive_warnings(mechanism, period)])
+    return run
+
+
+def _outcomes(
+    cases: Sequence[Member], engine: Engine, progress: Callable[[int, int], None] | None
+) -> list[Outcome[Member, _Recorded]]:
+    """What became of the members, in their order."""
+    found: list[Outcome[Member, _Recorded]] = []
+    for one in engine.each(_run, cases):
+        found.append(one)
+        if progress is not None:
+            progress(len(found), len(cases))
+    return sorted(found, key=lambda one: one.task.number)
+
+
+def _attributes(
+    mechanism: Mechanism, options: Options, status: list[str], settings: dict[str, float]
+) -> dict[str, str | float]:
+    return {
+        "title": "scissordyn ensemble",
+        "status": "complete" if set(status) == {"complete"} else "failed",
+        **settings,
+        "configuration": write_configuration(mechanism, options),
+    }
+
+
+def _check(mechanism: Mechanism, members: int, cycles: int, skip: int, perturbation: float, agreement: float) -> None:
+    for name, count, least in (("members", members, 2), ("cycles", cycles, 1), ("skip", skip, 0)):
+        if isinstance(count, bool) or not isinstance(count, int) or count < least:
+            raise InputError(f"{name} = {count!r}", f"a whole number >= {least}")
+    if skip >= cycles:
+        raise InputError(f"skip = {skip} of {cycles} cycles", "fewer than there are")
+    if not LEAST <= perturbation <= MOST:
+        raise InputError(f"perturbation = {perturbation!r}", f"a number from {LEAST:g} to {MOST:g}")
+    if not 0.0 < agreement < 1.0:
+        raise InputError(f"agreement = {agreement!r}", "a fraction of the clearance, above 0 and below 1")
+    if not mechanism.contacts:
+        raise InputError("an ensemble of a mechanism without clearance joints", "a mechanism with a clearance")
+
+
+def _collected(mechanism: Mechanism, found: Sequence[Outcome[Member, _Recorded]], cycles: int) -> tuple[xr.Dataset, list[str]]:
+    """What the members recorded, and their status."""
+    variables: dict[str, tuple[tuple[str, ...], np.ndarray, dict[str, str]]] = {}
+    status, cause = ["failed"] * len(found), [""] * len(found)
+    for number, result in enumerate(found):
+        if result.value is None:
+            assert result.error is not None
+            cause[number] = error_text(result.error)
+            continue
+        values, status[number], cause[number], _ = result.value
+        for name, array in values.items():
+            if name not in variables:
+                dims, units, long_name = DESCRIBED[name]
+                full = np.full((len(found), cycles, *array.shape[1:]), np.nan)
+                variables[name] = (("member", *dims), full, {"units": units, "long_name": long_name})
+            variables[name][1][number, : array.shape[0]] = array
+    if not variables:
+        raise InputError(f"an ensemble in which no member ran: {cause[0]}", "a mechanism that runs")
+    run = xr.Dataset(
+        variables,
+        coords={
+            "member": np.arange(len(found)),
+            "cycle": ("cycle", np.arange(cycles), {"long_name": "cycle"}),
+            "joint": [joint.name for joint in mechanism.contacts],
+            "axis": ["x", "y"],
+        },
+    )
+    run["status"] = ("member", status, {"long_name": "status"})
+    run["cause"] = ("member", cause, {"long_name": "cause if it is not complete"})
+    return run, status
+
+
+def _starts(mechanism: Mechanism, start: StartKind, members: int, perturbation: float, seed: int) -> list[Snapshot]:
+    """The consistent initial states of all members."""
+    first = start_state(mechanism, start)
+    system = make_system(reduce_mechanism(mechanism))
+    numbers = np.random.default_rng(seed)
+    found = [first]
+    for _ in range(members - 1):
+        factor = 1.0 + perturbation * numbers.standard_normal(first.y.size)
+        found.append(consistent(system, first.changed(y=first.y * factor)))
+    return found
+
+
+def _run(member: Member) -> _Recorded:
+    found = run_cycles(member.mechanism, member.options, cycles=member.cycles, phase=member.phase, start=member.start)
+    if found.status == "interrupted":
+        raise KeyboardInterrupt
+    return per_cycle(member.mechanism, found), found.status, found.cause, found.warnings
+
+
+def _add_agreement(run: xr.Dataset, mechanism: Mechanism, agreement: float, period: float, phase: float) -> None:
+    """When members diverge from the first."""
+    clearance = np.array([joint.clearance.clearance for joint in mechanism.contacts if joint.clearance])
+    place = run["eccentricity"].values
+    difference = place - place[:1]
+    apart = np.max(np.hypot(difference[..., 0], difference[..., 1]) / clearance, axis=2)
+    # a member that broke off is NaN and agrees with no other
+    agrees = apart <= agreement
+    cycles = run.sizes["cycle"]
+    diverged = np.where(np.all(agrees, axis=1), cycles, np.argmin(agrees, axis=1))
+    fraction = np.mean(agrees[1:], axis=0)
+    run["agreeing"] = ("cycle", fraction, {"units": "1", "long_name": "fraction of the members that agree with member 0"})
+    run["divergence_cycle"] = (
+        "member",
+        diverged,
+        {"units": "1", "long_name": "first cycle that differs from that of member 0"},
+    )
+    trusted = int(np.min(diverged[1:]))
+    run.attrs |= {"trusted_cycles": trusted, "trusted_until": max(0.0, (trusted - 1 + phase) * period)}
+
+
+def _add_means(run: xr.Dataset, skip: int) -> None:
+    """Means over the counted cycles of each member, and their spread."""
+    for name in DESCRIBED:
+        if name not in run or name == "in_contact":
+            continue
+        about = run[name].attrs
+        mean = run[name].isel(cycle=slice(skip, None)).mean("cycle", skipna=False)
+        run[f"mean_{name}"] = mean.assign_attrs(units=about["units"], long_name=f"mean of: {about['long_name']}")
+        spread = run[f"mean_{name}"].std("member", ddof=1, skipna=False)
+        run[f"spread_{name}"] = spread.assign_attrs(
+            units=about["units"], long_name=f"spread of the mean of: {about['long_name']}"
+        )

@@ -1,0 +1,348 @@
+"""Largest Lyapunov exponent of a mechanism, by two independent methods for the same equations of motion."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+
+import numpy as np
+import xarray as xr
+
+from scissordyn.analysis.lyapunov import exponent_from_growth
+from scissordyn.errors import InputError
+from scissordyn.integrate.advance import FINISHED
+from scissordyn.jit import Handle
+from scissordyn.kinematics.time_functions import check_tables
+from scissordyn.laws.damping.none import NoDamping
+from scissordyn.laws.friction.none import NoFriction
+from scissordyn.mechanics import functions
+from scissordyn.mechanics.reduce import reduce_mechanism
+from scissordyn.model.mechanism import Mechanism
+from scissordyn.periodic.follow import consistent
+from scissordyn.periodic.stroboscope import drive_period
+from scissordyn.run.configuration import write_configuration
+from scissordyn.run.driver import make_system
+from scissordyn.run.options import Options, StartKind
+from scissordyn.run.snapshot import Snapshot
+from scissordyn.run.trajectory import Trajectory, broken_off, compute, make_driver
+from scissordyn.units import checked
+
+__all__ = ["separation_exponent", "variational_exponent"]
+
+NUDGE = 1e-7
+"""Length of the difference for the projection of a tangent onto the length constraints, as a fraction of the state."""
+
+UNFREE = 1e-4
+"""Length of a random direction, projected onto what the constraints allow, below which they allow none: the error of the
+projection is about `NUDGE`, and of a free direction a length of order one is left."""
+
+
+@checked
+def separation_exponent(
+    mechanism: Mechanism,
+    *,
+    cycles: int,
+    period: float | None = None,
+    intervals: int = 16,
+    skip: int = 0,
+    distance: float = 1e-5,
+    start: StartKind = "concentric",
+    rtol: float = 1e-10,
+    atol: float = 1e-10,
+    method: str = "auto",
+    seed: int = 0,
+    progress: Callable[[int, int], None] | None = None,
+) -> xr.Dataset:
+    """Largest Lyapunov exponent from two trajectories, with repeated rescaling of their distance.
+
+    After each of the `intervals` of a cycle the distance d between the trajectories is measured, ln(d/d0) recorded, and the
+    companion moved to the distance d0 in the same direction (Benettin et al. 1980, doi:10.1007/BF02128236). It is projected
+    onto the length constraints; the differences of internal states and approach speeds of joints in contact in both are scaled
+    by the same factor, and a joint in contact in one only keeps the companion's values. The method is valid for any law.
+    Distance: d^2 =
+    ``|dx'|^2 + (2 pi/T)^2 |dx|^2`` in free coordinates, whose mass matrix is the identity; internal states are carried but not
+    measured, since they relax to the motion within microseconds.
+
+    Parameters
+    ----------
+    mechanism : Mechanism
+    cycles : int
+        Whole periods.
+    period : float, optional
+        T [s]; that of the drive if not given.
+    intervals : int
+        Number of intervals of a cycle; the difference must stay small in each.
+    skip : int
+        Number of cycles at the start that are left out.
+    distance : float
+        d0, as a fraction of (2 pi/T) times the smallest clearance (of 1 kg^0.5 m if no joint has clearance).
+    start : {"concentric", "in-contact", "static"}
+    rtol, atol : float
+        Errors in a step must be small against d0.
+    method : str
+    seed : int
+        Of the direction of the first difference.
+    progress : callable, optional
+        Called after each cycle with the number done and the total.
+
+    Returns
+    -------
+    Dataset
+        `exponent` [1/s], `standard_error` and `running` as from `analysis.lyapunov.exponent_from_growth`, and `log_growth` of
+        every interval. Attributes: status, cause, and `apart`, the fraction of interval ends with different contact modes of
+        the two trajectories.
+
+    Raises
+    ------
+    InputError
+        For an option that cannot be used.
+    """
+    period = drive_period(mechanism) if period is None else period
+    _check_counts(cycles=cycles, intervals=intervals)
+    check_tables(mechanism, cycles * period)
+    part = period / intervals
+    least = min((joint.clearance.clearance for joint in mechanism.contacts if joint.clearance), default=1.0)
+    pair = _Pair(mechanism, Options(part, start, 2, rtol, atol, method), 2.0 * math.pi / period, distance * least, seed)
+    status, cause = "complete", ""
+    for interval in range(cycles * intervals):
+        try:
+            cause = pair.advance((interval + 1) * part)
+        except KeyboardInterrupt:
+            status, cause = "interrupted", "interrupted"
+            break
+        if cause:
+            status = "failed"
+            break
+        if progress is not None and (interval + 1) % intervals == 0:
+            progress((interval + 1) // intervals, cycles)
+    result = _concluded(mechanism, pair.growth, part, skip * intervals, "two trajectories", status, cause)
+    result.attrs |= {"apart": 1.0 - pair.together / max(1, len(pair.growth)), "period": period, "distance": distance}
+    return result
+
+
+class _Pair:
+    """Two trajectories side by side, put back to their first distance after each interval.
+
+    Parameters
+    ----------
+    mechanism : Mechanism
+    options : Options
+    pulse : float
+        Angular frequency by which positions are weighed [rad/s].
+    distance : float
+        First distance over the pulse [kg^0.5 m].
+    seed : int
+
+    Attributes
+    ----------
+    growth : list of float
+        Logarithm of the growth in each interval.
+    together : int
+        Ends of intervals at which both have the same contact modes.
+    """
+
+    def __init__(self, mechanism: Mechanism, options: Options, pulse: float, distance: float, seed: int) -> None:
+        reduced = reduce_mechanism(mechanism)
+        self.n, self.system, self.pulse, self.distance = reduced.free, make_system(reduced), pulse, distance * pulse
+        self.drivers = [make_driver(reduced, options)[0] for _ in range(2)]
+        for driver in self.drivers:
+            driver.monitor(False)
+        self.growth: list[float] = []
+        self.together = 0
+        reference = self.drivers[0].snapshot()
+        difference = _first_tangent(self.system, reference.y, self.n, pulse, seed)
+        self.companion = _companion(self.system, reference, reference, difference, self.distance)
+
+    def advance(self, until: float) -> str:
+        """Go on until a time [s]; returns why one of the two cannot, empty if both can."""
+        self.drivers[1].restore(self.companion)
+        ended = [driver.advance(until) for driver in self.drivers]
+        broken = next((pair for pair in zip(ended, self.drivers, strict=True) if pair[0] != FINISHED), None)
+        if broken is not None:
+            return broken_off(*broken)
+        for driver in self.drivers:
+            driver.clear_log()
+        reference, companion = (driver.snapshot() for driver in self.drivers)
+        difference = companion.y - reference.y
+        apart = _length(difference, self.n, self.pulse)
+        self.growth.append(math.log(apart / self.distance))
+        self.together += int(np.array_equal(reference.mode, companion.mode))
+        self.companion = _companion(self.system, reference, companion, difference, self.distance / apart)
+        return ""
+
+
+@checked
+def variational_exponent(
+    mechanism: Mechanism,
+    *,
+    cycles: int,
+    period: float | None = None,
+    intervals: int = 16,
+    skip: int = 0,
+    substeps: int = 1500,
+    start: StartKind = "concentric",
+    rtol: float = 1e-10,
+    atol: float = 1e-10,
+    method: str = "auto",
+    seed: int = 0,
+    progress: Callable[[int, int], None] | None = None,
+) -> xr.Dataset:
+    """Largest Lyapunov exponent from a tangent vector along one trajectory.
+
+    The variational equation u' = J(t) u is integrated by the implicit midpoint rule u <- (1 - hJ/2)^-1 (1 + hJ/2) u, with J the
+    mechanics' own linearisation at the middle of each substep; its error is of second order in h. The contact force is
+    continuous at delta = 0, and so is its derivative for every law stiffer than linear, so that u is continuous at the start of
+    a contact. The damping laws divide by the approach speed of the contact, a number that depends on the trajectory and not on
+    the state, and friction states start anew with each contact: for these the variational equation is not defined; use
+    `separation_exponent`.
+
+    Parameters
+    ----------
+    mechanism : Mechanism
+        Clearance joints without friction and with damping "none".
+    cycles, period, intervals, skip
+        As in `separation_exponent`.
+    substeps : int
+        In an interval; each must be short against the oscillation of a contact.
+    start, rtol, atol, method, seed, progress
+        As in `separation_exponent`; the same seed gives the same first tangent.
+
+    Returns
+    -------
+    Dataset
+        As from `separation_exponent`.
+
+    Raises
+    ------
+    InputError
+        If a joint has friction or damping.
+    """
+    period = drive_period(mechanism) if period is None else period
+    _check_counts(cycles=cycles, intervals=intervals, substeps=substeps)
+    _check_continuous(mechanism)
+    check_tables(mechanism, cycles * period)
+    pulse, part = 2.0 * math.pi / period, period / intervals
+    # samples at the ends and the middles of all substeps
+    rows = 2 * cycles * intervals * substeps + 1
+    path = compute(mechanism, Options(cycles * period, start, rows, rtol, atol, method), monitor=False)
+    tangent = _first_tangent(path.system, path.samples.state[0], path.reduced.free, pulse, seed)
+    growth = []
+    for interval in range((path.samples.time.size - 1) // (2 * substeps)):
+        tangent = _carried(path, tangent, 2 * interval * substeps, substeps, part / substeps)
+        length = _length(tangent, path.reduced.free, pulse)
+        growth.append(math.log(length))
+        tangent /= length
+        if progress is not None and (interval + 1) % intervals == 0:
+            progress((interval + 1) // intervals, cycles)
+    result = _concluded(mechanism, growth, part, skip * intervals, "variational", path.status, path.cause)
+    result.attrs |= {"substeps": substeps, "period": period}
+    return result
+
+
+def _check_continuous(mechanism: Mechanism) -> None:
+    """Raise `InputError` for a mechanism whose variational equation is not defined or not continuous."""
+    for joint in mechanism.contacts:
+        laws = joint.clearance
+        if laws is not None and not (isinstance(laws.damping, NoDamping) and isinstance(laws.friction, NoFriction)):
+            raise InputError(
+                f"joint '{joint.name}' with damping '{laws.damping.name}' and friction '{laws.friction.name}', for which the "
+                "variational equation is not defined",
+                "damping 'none' and friction 'none'",
+                "separation_exponent(...)",
+            )
+    if any(part.declaration.gap is not None for part in mechanism.components) or mechanism.latches:
+        raise InputError(
+            "the variational equation of a mechanism with end stops or latches, where it is discontinuous",
+            "a mechanism without",
+        )
+
+
+def _carried(path: Trajectory, tangent: np.ndarray, first: int, substeps: int, h: float) -> np.ndarray:
+    """A tangent at the sample `first`, carried along a trajectory by so many substeps of length h [s]."""
+    samples, live, address = path.samples, path.system.content.state, path.system.address
+    slope, slope_t, answer = np.zeros(samples.state.shape[1]), np.zeros(samples.state.shape[1]), np.zeros(2)
+    last = first + 2 * substeps
+    for at in range(first + 1, last, 2):
+        live.mode[:], live.memory[:], live.reference[:] = samples.mode[at], samples.memory[at], samples.reference[at]
+        functions.accept(samples.time[at], samples.state[at], address, answer)
+        functions.linearise(samples.time[at], samples.state[at], address, slope, slope_t)
+        if functions.factorize(0.5 * h, address) >= 0:
+            raise ArithmeticError(f"singular step matrix of the variational equation at t = {samples.time[at]:g} s")
+        before = tangent.copy()
+        functions.solve(tangent, address)
+        tangent *= 4.0 / h
+        tangent -= before
+    return _on_conditions(path.system, samples.time[last], samples.state[last], tangent)
+
+
+def _check_counts(**counts: int) -> None:
+    for name, count in counts.items():
+        if isinstance(count, bool) or not isinstance(count, int) or count < 1:
+            raise InputError(f"{name} = {count!r}", "a whole number >= 1")
+
+
+def _length(difference: np.ndarray, n: int, pulse: float) -> float:
+    """Norm of a difference of states: speeds, and positions times the angular frequency `pulse`."""
+    return float(np.sqrt(np.sum(difference[n : 2 * n] ** 2) + pulse**2 * np.sum(difference[:n] ** 2)))
+
+
+def _first_tangent(system: Handle, state: np.ndarray, n: int, pulse: float, seed: int) -> np.ndarray:
+    """A direction of unit length in which the mechanism can move."""
+    tangent = np.zeros(state.size)
+    tangent[: 2 * n] = np.random.default_rng(seed).standard_normal(2 * n)
+    tangent[:n] /= pulse
+    tangent = _on_conditions(system, 0.0, state, tangent)
+    length = _length(tangent, n, pulse)
+    if not length > UNFREE:
+        raise InputError(
+            "the exponent of a mechanism whose drives prescribe its whole motion",
+            "one that can move by itself",
+            "mechanism.with_clearance(...)",
+        )
+    return tangent / length
+
+
+def _on_conditions(system: Handle, time: float, state: np.ndarray, tangent: np.ndarray) -> np.ndarray:
+    """The projection of a tangent onto the length constraints, from the difference between two projected states."""
+    base, answer = state.copy(), np.zeros(2)
+    functions.accept(time, base, system.address, answer)
+    size = NUDGE * max(1.0, float(np.max(np.abs(base)))) / float(np.max(np.abs(tangent)))
+    ends = [base + size * tangent, base - size * tangent]
+    for end in ends:
+        functions.accept(time, end, system.address, answer)
+    return np.asarray((ends[0] - ends[1]) / (2.0 * size))
+
+
+def _companion(system: Handle, reference: Snapshot, companion: Snapshot, difference: np.ndarray, factor: float) -> Snapshot:
+    """The companion at `factor` times its difference from the reference, consistent again."""
+    model, contacts = system.content.model, system.content.parameters.contact.size
+    full = reference.y + factor * difference
+    both = (reference.mode == 1) & (companion.mode == 1)
+    memories = reference.arrays["memory"], companion.arrays["memory"]
+    memory = np.where(both, memories[0] + factor * (memories[1] - memories[0]), memories[1])
+    for j in range(contacts):
+        internal = slice(2 * model.n + int(model.state_start[j]), 2 * model.n + int(model.state_start[j + 1]))
+        if not both[j]:
+            full[internal] = companion.y[internal]
+    put = consistent(system, companion.changed(y=full, memory=memory))
+    clock = companion.arrays["clock"].copy()
+    clock["longest"], clock["prepared"] = put.arrays["clock"]["longest"], 0
+    return put.changed(clock=clock)
+
+
+def _concluded(
+    mechanism: Mechanism, growth: list[float], part: float, skip: int, road: str, status: str, cause: str
+) -> xr.Dataset:
+    if len(growth) <= skip:
+        raise InputError(f"no interval left to average over: {cause or 'all are skipped'}", "a run longer than skip")
+    counted = np.array(growth[skip:])
+    result = exponent_from_growth(counted, part)
+    result["log_growth"] = ("interval", counted, {"units": "1", "long_name": "logarithm of the growth in an interval"})
+    result.attrs |= {
+        "title": "scissordyn exponent",
+        "road": road,
+        "status": status,
+        "cause": cause,
+        "configuration": write_configuration(mechanism),
+    }
+    return result

@@ -1,0 +1,273 @@
+"""The loop over cycles: from one period of a drive to the next, in plain arrays."""
+
+from __future__ import annotations
+
+import math
+import time as clocks
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from scissordyn.component.time_function import ConstantSpeed, Harmonic
+from scissordyn.errors import InputError
+from scissordyn.integrate import advance as loop
+from scissordyn.integrate.integration import Samples
+from scissordyn.jit import Handle
+from scissordyn.kinematics.time_functions import check_tables, prescribed
+from scissordyn.mechanics.reduce import reduce_mechanism
+from scissordyn.mechanics.reduced_model import ReducedModel
+from scissordyn.model.mechanism import Mechanism
+from scissordyn.run.contacts import PEAK
+from scissordyn.run.demand import check_cycles
+from scissordyn.run.driver import Driver, counted
+from scissordyn.run.events import ACCOUNTS, accounts
+from scissordyn.run.method import Choice
+from scissordyn.run.options import Options, StartKind
+from scissordyn.run.snapshot import Snapshot
+from scissordyn.run.trajectory import broken_off, make_driver
+from scissordyn.run.warn import Extremes
+
+__all__ = ["Cycles", "drive_period", "run_cycles", "start_state"]
+
+
+@dataclass(frozen=True)
+class Cycles:
+    """The result of a periodic run: one sample and one row of statistics per complete cycle.
+
+    Parameters
+    ----------
+    reduced : ReducedModel
+    system : Handle
+        Of the mechanics' `System`.
+    first : int
+        Number of the first cycle; cycle k lasts from k to k + 1 periods.
+    samples : Samples
+        One row per cycle, at its start plus the phase.
+    impacts : ndarray of int, shape (cycles, nj)
+        Contacts that started.
+    contact_fraction : ndarray, shape (cycles, nj)
+        Fraction of the cycle spent in contact.
+    peak_force : ndarray, shape (cycles, nj)
+        Largest normal force [N].
+    work : ndarray, shape (cycles, accounts)
+        Increment of each of `events.ACCOUNTS` [J].
+    steps : ndarray of int, shape (cycles,)
+    end : Snapshot
+        After the last whole cycle.
+    status : str
+        "complete", "interrupted" or "failed".
+    cause : str
+        Cause if it is not complete.
+    statistics : dict
+        Method, steps, rejected, rates, jacobians, events, seconds of integration, cycles per second.
+    warnings : tuple of str
+        Of the start, and of the cycles that are kept.
+    """
+
+    reduced: ReducedModel
+    system: Handle
+    first: int
+    samples: Samples
+    impacts: np.ndarray
+    contact_fraction: np.ndarray
+    peak_force: np.ndarray
+    work: np.ndarray
+    steps: np.ndarray
+    end: Snapshot
+    status: str
+    cause: str
+    statistics: dict[str, str | int | float]
+    warnings: tuple[str, ...]
+
+
+def drive_period(mechanism: Mechanism) -> float:
+    """The period of a mechanism's only periodic drive.
+
+    Parameters
+    ----------
+    mechanism : Mechanism
+
+    Returns
+    -------
+    float
+        2 pi / W of a harmonic drive, 2 pi / |w| of one at constant speed [s].
+
+    Raises
+    ------
+    InputError
+        If there is none, or if several differ.
+    """
+    # a drive at constant speed is periodic, a growing distance is not
+    turning = (drive.motion for drive in mechanism.drives if isinstance(drive.motion, ConstantSpeed))
+    found = {2.0 * math.pi / abs(motion.speed) for motion in turning if motion.speed != 0.0}
+    found |= {2.0 * math.pi / motion.angular_frequency for _, motion in prescribed(mechanism) if isinstance(motion, Harmonic)}
+    if len(found) != 1:
+        raise InputError(
+            f"{len(found) or 'no'} periods among the drives of the mechanism",
+            "the period [s]",
+            "period=0.25, or a harmonic drive",
+        )
+    return found.pop()
+
+
+def start_state(mechanism: Mechanism, start: StartKind = "concentric", *, rtol: float = 1e-6, atol: float = 1e-6) -> Snapshot:
+    """The initial state of a mechanism.
+
+    Parameters
+    ----------
+    mechanism : Mechanism
+    start : str
+        See `Options.start`.
+    rtol, atol : float
+
+    Returns
+    -------
+    Snapshot
+    """
+    driver, _, _ = make_driver(reduce_mechanism(mechanism), Options(1.0, start, 2, rtol, atol))
+    return driver.snapshot()
+
+
+def run_cycles(
+    mechanism: Mechanism,
+    options: Options,
+    *,
+    cycles: int,
+    keep: int | None = None,
+    phase: float = 0.0,
+    start: StartKind | Snapshot = "concentric",
+    progress: Callable[[float], None] | None = None,
+) -> Cycles:
+    """The cycles as plain arrays; see `cycle` for the parameters.
+
+    Parameters
+    ----------
+    mechanism : Mechanism
+    options : Options
+        `until` is the period, `most_steps` the most for one cycle; `start` only for the choice of the method.
+    cycles : int
+    keep : int, optional
+        How many of the last cycles are wanted with forces and energies, which take part of the time; all if not given.
+    phase : float
+    start : str or Snapshot
+    progress : callable, optional
+
+    Returns
+    -------
+    Cycles
+    """
+    if isinstance(cycles, bool) or not isinstance(cycles, int) or cycles < 1:
+        raise InputError(f"cycles = {cycles!r}", "a whole number >= 1")
+    keep = cycles if keep is None else keep
+    if isinstance(keep, bool) or not isinstance(keep, int) or keep < 1:
+        raise InputError(f"keep = {keep!r}", "a whole number >= 1")
+    check_cycles(mechanism, cycles)
+    if not 0.0 <= phase < 1.0:
+        raise InputError(f"phase = {phase!r}", "a fraction of the period, at least 0 and below 1")
+    period = options.until
+    driver, prepared, choice = make_driver(
+        reduce_mechanism(mechanism), replace(options, start=start) if isinstance(start, str) else options
+    )
+    if isinstance(start, Snapshot):
+        driver.restore(start)
+    warned = prepared.warnings if isinstance(start, str) else ()
+    first = round(driver.time / period)
+    check_tables(mechanism, (first + cycles) * period)
+    found = _cycled(driver, options, choice, range(first, first + cycles), keep, phase, progress)
+    return replace(found, warnings=(*warned, *found.warnings))
+
+
+def _cycled(
+    driver: Driver,
+    options: Options,
+    choice: Choice,
+    numbers: range,
+    keep: int,
+    phase: float,
+    progress: Callable[[float], None] | None,
+) -> Cycles:
+    """The loop over cycles."""
+    period, state, first, cycles = options.until, driver.state, numbers.start, len(numbers)
+    contacts = len(driver.reduced.mechanism.contacts)
+    driver.sample_at((first + np.arange(cycles) + phase) * period)
+    impacts, steps = np.zeros((cycles, contacts), np.int64), np.zeros(cycles, np.int64)
+    fraction, peak, gained = np.zeros((cycles, contacts)), np.zeros((cycles, contacts)), np.zeros((cycles, len(ACCOUNTS)))
+    extremes = Extremes(driver.reduced.mechanism)
+    done, events, cause, end, status = 0, 0, "", driver.snapshot(), loop.ADVANCING
+    began, before = clocks.perf_counter(), counted(state)
+    try:
+        for number in numbers:
+            mode, taken = state.mode.copy(), int(state.counts["steps"][0])
+            driver.clear_log()
+            wanted = number >= numbers.stop - keep
+            driver.monitor(wanted)
+            # energies and peaks are those of the cycle; a contact that lasts across its start is monitored from there on
+            state.total[:] = state.peak[:] = 0.0
+            state.peak[:, 1] = driver.time
+            status = driver.advance((number + 1) * period, most_steps=options.most_steps)
+            state = driver.state
+            if wanted:
+                extremes.add(driver)
+            if status != loop.FINISHED:
+                break
+            log, begin = driver.log, number * period
+            summarise(log, mode[:contacts], begin, period, impacts[done], fraction[done])
+            highest = np.where(state.mode == 1, state.peak[: state.mode.size, 0], 0.0)
+            np.maximum.at(highest, log[:, 1].astype(np.int64), log[:, PEAK])
+            peak[done] = highest[:contacts]
+            gained[done] = accounts(driver.reduced.mechanism, state.total[None], log, np.array([math.inf]))[0]
+            steps[done] = int(state.counts["steps"][0]) - taken
+            end = driver.snapshot()
+            done, events = done + 1, events + log.shape[0]
+            if progress is not None:
+                progress(driver.time)
+    except KeyboardInterrupt:
+        cause = "interrupted"
+    seconds = clocks.perf_counter() - began
+    if status == loop.ADVANCING and not cause and done < cycles:
+        cause = f"{options.most_steps} steps are not enough for a cycle"
+    cause = cause or broken_off(status, driver)
+    ended = "complete" if done == cycles else ("interrupted" if cause == "interrupted" else "failed")
+    if ended != "complete":
+        cause = f"stopped in cycle {first + done} at t = {driver.time:.9g} s, {driver.time / period:.6g} periods: {cause}"
+    after = counted(driver.state)
+    return Cycles(
+        reduced=driver.reduced,
+        system=driver.system,
+        first=first,
+        samples=Samples(*(part[:done] for part in driver.samples)),
+        impacts=impacts[:done],
+        contact_fraction=fraction[:done],
+        peak_force=peak[:done],
+        work=gained[:done],
+        steps=steps[:done],
+        end=end,
+        status=ended,
+        cause=cause,
+        statistics={
+            "method": choice.method,
+            "reason": choice.reason,
+            **{name: after[name] - before[name] for name in after},
+            "events": events,
+            "seconds": seconds,
+            "cycles_per_second": done / seconds if seconds > 0.0 else math.nan,
+        },
+        warnings=tuple(extremes.warnings()),
+    )
+
+
+def summarise(
+    log: np.ndarray, mode: np.ndarray, begin: float, period: float, impacts: np.ndarray, fraction: np.ndarray
+) -> None:
+    """Count the contacts that started in a cycle and add up the time in contact; `mode` is that at its start."""
+    for j in range(mode.size):
+        own = log[log[:, 1] == j]
+        time, rises = own[:, 0], own[:, 2] == 1.0
+        impacts[j] = int(np.sum(rises))
+        lasted = float(np.sum(time[~rises]) - np.sum(time[rises]))
+        if mode[j] == 1:
+            lasted -= begin
+        if (own[-1, 2] if own.shape[0] else mode[j]) == 1:
+            lasted += begin + period
+        fraction[j] = min(1.0, max(0.0, lasted / period))

@@ -1,0 +1,1 @@
+"""Runs: consistent start, time stepping, what is recorded, Dataset."""

@@ -1,0 +1,51 @@
+"""``run.scissordyn``: what a run can do by itself, in xarray's own way."""
+
+from __future__ import annotations
+
+import os
+import sys
+from pathlib import Path
+from typing import Any
+
+import xarray as xr
+
+from scissordyn.file.export import export
+from scissordyn.model.mechanism import Mechanism
+from scissordyn.run.configuration import read_configuration
+
+__all__ = ["RunAccessor"]
+
+
+@xr.register_dataset_accessor("scissordyn")  # type: ignore[no-untyped-call]
+class RunAccessor:
+    """Mechanism, pictures, films and exports of a run, from what it has recorded.
+
+    Parameters
+    ----------
+    run : Dataset
+    """
+
+    def __init__(self, run: xr.Dataset) -> None:
+        self._run = run
+
+    @property
+    def mechanism(self) -> Mechanism:
+        """The mechanism that was run; `InputError` if it uses functions in a file of the user's."""
+        return read_configuration(self._run).build_mechanism()
+
+    @property
+    def plot(self) -> Any:
+        """Pictures of the run, as ``run.scissordyn.plot.force(joint="A")``; see `plot.Pictures`."""
+        # pictures are rooms above this one: the lazy names of the package lead there
+        package: Any = sys.modules["scissordyn"]
+        return package.plot.Pictures(self._run)
+
+    def animate(self, path: str | os.PathLike[str], **options: Any) -> Path:
+        """Write a film of the run; see `plot.animation.animate` for the options."""
+        package: Any = sys.modules["scissordyn"]
+        written: Path = package.animate(self._run, self.mechanism, path, **options)
+        return written
+
+    def export(self, path: str | os.PathLike[str]) -> Path:
+        """Write the run as a table, .csv or .parquet, or with all its arrays, .mat; see `file.export`."""
+        return export(self._run, path)

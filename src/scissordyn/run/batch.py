@@ -1,0 +1,278 @@
+"""Many runs of one mechanism with other numbers: threads without the interpreter's lock, measures in place of histories."""
+
+from __future__ import annotations
+
+import itertools
+import os
+import threading
+import time as clocks
+from collections.abc import Callable, Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor, wait
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from numpy.typing import ArrayLike
+
+from scissordyn.errors import InputError, did_you_mean
+from scissordyn.mechanics.reduce import reduce_mechanism
+from scissordyn.model.address import changed_all, find, number
+from scissordyn.model.mechanism import Mechanism
+from scissordyn.run.batch_worker import Worker
+from scissordyn.run.configuration import write_configuration
+from scissordyn.run.interrupt import look, stopped_by
+from scissordyn.run.measure import COMPONENT_UNIT, MEASURES, Ended, Measure, component_units, parts_of
+from scissordyn.run.options import EventKind, Options, StartKind
+from scissordyn.run.warn import Extremes
+
+__all__ = ["simulate_many"]
+
+WAIT = 0.2
+"""How often the caller's thread looks at progress and at Ctrl-C [s]."""
+
+TITLE = "scissordyn batch"
+
+LARGEST_PERTURBATION = 1e-6
+"""What is larger is another start, not round-off."""
+
+
+def simulate_many(
+    mechanism: Mechanism,
+    over: Mapping[str, ArrayLike],
+    *,
+    until: float,
+    measures: Sequence[str] | Mapping[str, Measure] = ("peak_force", "peak_drive_torque", "contact_count", "contact_fraction"),
+    members: ArrayLike = 0,
+    perturbation: float = 1e-14,
+    seed: int = 0,
+    start: StartKind = Options.start,
+    rtol: float = Options.rtol,
+    atol: float = Options.atol,
+    method: str = Options.method,
+    most_steps: int = Options.most_steps,
+    events: EventKind = Options.events,
+    threads: int | None = None,
+    progress: Callable[[int, int], None] | None = None,
+) -> xr.Dataset:
+    """Simulate a mechanism for many values of some of its numbers.
+
+    Each case is the run that `simulate` makes, step by step and bit for bit, whatever the number of threads.
+
+    Parameters
+    ----------
+    mechanism : Mechanism
+    over : mapping of str to array_like
+        Values in SI by address ("A.clearance", "drive.speed", see `model.address`); arrays of one length, or single numbers.
+        For a grid, ``numpy.meshgrid`` and ``ravel``.
+    until : float
+        End of the simulated time [s].
+    measures : sequence of str, or mapping of str to Measure
+        Names from `run.measure.MEASURES`, or measures of your own by name.
+    members : array_like of int
+        One number for all cases or one for each: with 0 a case starts as `simulate` does; member k starts with every entry y of
+        its state perturbed to y (1 + p g), g normal random numbers that depend on k and `seed` only.
+    perturbation : float
+        p, from 0 to 1e-6.
+    seed : int
+    start, rtol, atol, method, most_steps, events
+        As for `simulate`.
+    threads : int, optional
+        One per processor if not given.
+    progress : callable, optional
+        Called now and then with the cases done and their number.
+
+    Returns
+    -------
+    Dataset
+        Along `case`: the values, the measures, `status` ("complete", "failed", or "pending" after Ctrl-C), `cause`, and
+        `warnings`: laws outside their range, friction beyond its limit, controllers at theirs. A case that fails has NaN and
+        its cause; the others go on.
+
+    Raises
+    ------
+    InputError
+        If an address, a measure or an option is wrong.
+    """
+    options = Options(until, start, Options.samples, rtol, atol, method, most_steps, events)
+    values = _columns(mechanism, over)
+    chosen = _chosen(measures)
+    if threads is not None and (isinstance(threads, bool) or not isinstance(threads, int) or threads < 1):
+        raise InputError(f"threads = {threads!r}", "a whole number >= 1")
+    cases = len(next(iter(values.values())))
+    perturbed = _Perturbed(_member_of_each(members, cases), perturbation, seed)
+    batch = _Batch(mechanism, values, chosen, perturbed)
+    began = clocks.perf_counter()
+    interrupted = _run_all(batch, options, min(threads or os.cpu_count() or 1, cases), progress)
+    return _dataset(mechanism, values, options, batch, clocks.perf_counter() - began, interrupted=interrupted)
+
+
+def _columns(mechanism: Mechanism, over: Mapping[str, ArrayLike]) -> dict[str, np.ndarray]:
+    """Values by address, all of one length."""
+    if not isinstance(over, Mapping) or not over:
+        given = "no numbers to vary" if isinstance(over, Mapping) else f"over = {over!r:.60}"
+        raise InputError(given, "addresses and their values", "{'A.clearance': [1e-4, 2e-4]}")
+    found = {address: np.atleast_1d(np.asarray(given, float)) for address, given in over.items()}
+    for address, column in found.items():
+        number(mechanism, address)
+        if column.ndim > 1 or not column.size:
+            raise InputError(f"'{address}': values of shape {column.shape}", "one dimension; ravel a grid")
+    sizes = {column.size for column in found.values()} - {1}
+    if len(sizes) > 1:
+        raise InputError(f"columns of {', '.join(map(str, sorted(sizes)))} values", "columns of one length, or single numbers")
+    cases = max(sizes, default=1)
+    return {address: np.broadcast_to(column, cases) for address, column in found.items()}
+
+
+def _chosen(measures: Sequence[str] | Mapping[str, Measure]) -> dict[str, Measure]:
+    """Measures by name."""
+    if isinstance(measures, Mapping):
+        return dict(measures)
+    for name in measures:
+        if name not in MEASURES:
+            raise InputError(f"measure '{name}'{did_you_mean(name, MEASURES)}", ", ".join(MEASURES))
+    return {name: MEASURES[name] for name in measures}
+
+
+def _member_of_each(members: ArrayLike, cases: int) -> np.ndarray:
+    found = np.asarray(members)
+    if found.dtype.kind not in "iu" or found.ndim > 1 or found.size not in (1, cases) or np.any(found < 0):
+        raise InputError(f"members of shape {found.shape} for {cases} cases", "a whole number >= 0, or one for each case")
+    return np.broadcast_to(found.ravel(), cases)
+
+
+@dataclass(frozen=True)
+class _Perturbed:
+    """Perturbations of the starts on the scale of round-off."""
+
+    members: np.ndarray
+    perturbation: float
+    seed: int
+
+    def __post_init__(self) -> None:
+        if not 0.0 <= self.perturbation <= LARGEST_PERTURBATION:
+            raise InputError(f"perturbation = {self.perturbation!r}", f"a number from 0 to {LARGEST_PERTURBATION:g}")
+
+    def start(self, case: int, y: np.ndarray) -> np.ndarray:
+        """The state of a case at its start; the driver projects it onto the constraints."""
+        member = int(self.members[case])
+        if not member:
+            return y
+        numbers = np.random.Generator(np.random.Philox(key=[self.seed, member]))
+        return np.asarray(y * (1.0 + self.perturbation * numbers.standard_normal(y.size)))
+
+
+class _Batch:
+    """The cases, with their measures, status and cause; each is written by one thread, to its own place."""
+
+    def __init__(
+        self,
+        mechanism: Mechanism,
+        columns: Mapping[str, np.ndarray],
+        measures: Mapping[str, Measure],
+        perturbed: _Perturbed,
+    ) -> None:
+        self.base, self.columns, self.start = mechanism, columns, perturbed.start
+        self.places = {address: find(mechanism, address) for address in columns}
+        cases = perturbed.members.size
+        self.sizes = parts_of(mechanism)
+        self.measures = measures
+        self.values = {
+            name: np.full((cases, *(len(self.sizes[dim]) for dim in measure.dims)), np.nan)
+            for name, measure in measures.items()
+        }
+        self.compares = any(measure.compares for measure in measures.values()) and bool(mechanism.tracks)
+        self.status = np.full(cases, "pending", dtype="U8")
+        self.cause = np.full(cases, "", dtype=object)
+        self.warnings = np.full(cases, "", dtype=object)
+        self.seconds = np.full(cases, np.nan)
+
+    def mechanism(self, case: int) -> Mechanism:
+        """The mechanism with the numbers of a case."""
+        changes = {address: float(column[case]) for address, column in self.columns.items()}
+        return changed_all(self.base, changes, self.places)
+
+    def failed(self, case: int, cause: str) -> None:
+        """Note why a case has no measures."""
+        self.cause[case], self.status[case] = cause, "failed"
+
+    def take(self, case: int, ended: Ended, seconds: float, warned: Sequence[str]) -> None:
+        """Write the measures of a case that is complete, and its warnings."""
+        for name, measure in self.measures.items():
+            self.values[name][case] = measure.value(ended)
+        extremes = Extremes(ended.mechanism)
+        extremes.add(ended.driver)
+        self.warnings[case] = "\n".join([*warned, *extremes.warnings()])
+        self.seconds[case] = seconds
+        self.status[case] = "complete"
+
+
+def _run_all(batch: _Batch, options: Options, threads: int, progress: Callable[[int, int], None] | None) -> bool:
+    """Run all cases; returns whether the user stopped it."""
+    base = reduce_mechanism(batch.base)
+    cases, waiting, stop = batch.status.size, itertools.count(), threading.Event()
+
+    def work() -> None:
+        worker = Worker(base, options, batch)
+        with stopped_by(stop):
+            while not stop.is_set():
+                group = [case for case in itertools.islice(waiting, worker.size(cases, threads)) if case < cases]
+                if not group:
+                    return
+                worker.run(group)
+
+    with ThreadPoolExecutor(threads, thread_name_prefix="scissordyn") as pool:
+        futures = [pool.submit(work) for _ in range(threads)]
+        try:
+            while wait(futures, WAIT).not_done:
+                look()
+                if progress is not None:
+                    progress(int(np.sum(batch.status != "pending")), cases)
+        except KeyboardInterrupt:
+            stop.set()
+        except BaseException:
+            stop.set()
+            raise
+    for future in futures:
+        future.result()
+    if progress is not None and not stop.is_set():
+        progress(cases, cases)
+    return stop.is_set()
+
+
+def _dataset(
+    mechanism: Mechanism,
+    values: dict[str, np.ndarray],
+    options: Options,
+    batch: _Batch,
+    seconds: float,
+    *,
+    interrupted: bool,
+) -> xr.Dataset:
+    exerted = component_units(mechanism)
+    every = " or ".join(dict.fromkeys(exerted.values())) or "1"
+    variables: dict[str, Any] = {}
+    for name, measure in batch.measures.items():
+        about = {"units": every if measure.dims == ("component",) else measure.units, "long_name": measure.long_name}
+        variables[name] = (("case", *measure.dims), batch.values[name], about)
+    variables["status"] = ("case", batch.status.astype(str), {"long_name": "complete, failed or pending"})
+    variables["cause"] = ("case", batch.cause.astype(str), {"long_name": "why a case failed"})
+    variables["warnings"] = ("case", batch.warnings.astype(str), {"long_name": "warnings of a complete case, one a line"})
+    coordinates: dict[str, Any] = {}
+    for address, column in values.items():
+        quantity = number(mechanism, address).quantity
+        assert quantity is not None
+        coordinates[address] = ("case", column, {"units": quantity.unit, "long_name": quantity.help or address})
+    used = {dim for measure in batch.measures.values() for dim in measure.dims}
+    coordinates |= {dim: batch.sizes[dim] for dim in sorted(used)}
+    if "component" in used:
+        coordinates[COMPONENT_UNIT] = ("component", np.array(list(exerted.values()), dtype=str))
+    attributes = {
+        "title": TITLE,
+        "status": "interrupted" if interrupted else "complete",
+        "failed_cases": int(np.sum(batch.status == "failed")),
+        "seconds": seconds,
+        "integration_seconds": float(np.nansum(batch.seconds)),
+        "configuration": write_configuration(mechanism, options),
+    }
+    return xr.Dataset(variables, coords=coordinates, attrs=attributes)

@@ -1,0 +1,198 @@
+"""What one thread of a batch does: it prepares some cases, advances them one after another and hands over their measures."""
+
+from __future__ import annotations
+
+import time as clocks
+from collections.abc import Callable, Sequence
+from functools import partial
+from typing import Protocol
+
+import numpy as np
+
+from scissordyn.errors import ScissordynError
+from scissordyn.integrate import advance as loop
+from scissordyn.kinematics.time_functions import check_tables
+from scissordyn.mechanics.build import build_model
+from scissordyn.mechanics.reduce import reduce_mechanism
+from scissordyn.mechanics.reduced_model import ReducedModel
+from scissordyn.model.mechanism import Mechanism
+from scissordyn.run.driver import SLICE, UNFINISHED, Driver, advance_together, make_system, put_parameters
+from scissordyn.run.ideal_path import IdealPath, ideal_path
+from scissordyn.run.measure import Ended
+from scissordyn.run.method import choose_method
+from scissordyn.run.options import Options
+from scissordyn.run.shared_model import same_model
+from scissordyn.run.slice import FIRST
+from scissordyn.run.start import prepare_start
+from scissordyn.run.tolerance import error_weights
+from scissordyn.run.trajectory import broken_off, crosses
+
+__all__ = ["Cases", "Worker"]
+
+MOST_TOGETHER = 16
+"""Cases that are prepared one after the other. Between two runs of the loop, which leave nothing in the processor's caches,
+preparing one case takes three to ten times as long as after another."""
+
+GROUP_SECONDS = 0.1
+"""Time that a group should take, so that threads end together and Ctrl-C is noticed."""
+
+
+class Cases(Protocol):
+    """The cases of a batch, by number, and where their results go."""
+
+    compares: bool
+    """Whether tracked points are compared with the ideal mechanism."""
+
+    def mechanism(self, case: int) -> Mechanism:
+        """The mechanism with the numbers of a case."""
+
+    def start(self, case: int, y: np.ndarray) -> np.ndarray:
+        """The state that a case starts from, given that of its mechanism."""
+
+    def failed(self, case: int, cause: str) -> None:
+        """Note why a case has no measures."""
+
+    def take(self, case: int, ended: Ended, seconds: float, warned: Sequence[str]) -> None:
+        """Write the measures of a case that is complete, and its warnings, some of which are known from its start."""
+
+
+class Worker:
+    """One thread's arrays, which it keeps from case to case.
+
+    Parameters
+    ----------
+    base : ReducedModel
+        Of the mechanism whose numbers are varied.
+    options : Options
+    cases : Cases
+    """
+
+    def __init__(self, base: ReducedModel, options: Options, cases: Cases) -> None:
+        self.base, self.options, self.cases = base, options, cases
+        self.slots: list[_Slot] = []
+        self.ideal: tuple[Mechanism, IdealPath] | None = None
+        self.seconds, self.slice = 0.0, FIRST
+
+    def size(self, cases: int, threads: int) -> int:
+        """How many cases to do together, by how long the last ones took."""
+        if not self.seconds:
+            return 1
+        return max(1, min(MOST_TOGETHER, int(GROUP_SECONDS / self.seconds), cases // (8 * threads)))
+
+    def run(self, group: Sequence[int]) -> None:
+        """Simulate some cases, given by their numbers, and hand over their results; see `interrupt.stopped_by`."""
+        began = clocks.perf_counter()
+        while len(self.slots) < len(group):
+            self.slots.append(_Slot(self.base))
+        started = [(case, slot, self._started(case, slot)) for case, slot in zip(group, self.slots, strict=False)]
+        ready = [(case, slot, driver) for case, slot, driver in started if driver is not None]
+        statuses, seconds = self._together([driver for _, _, driver in ready])
+        ended = [
+            (case, slot, driver, self._advance(case, driver, status, seconds))
+            for (case, slot, driver), status in zip(ready, statuses, strict=True)
+        ]
+        for case, slot, driver, taken in ended:
+            try:
+                if taken is not None:
+                    self.cases.take(case, Ended(driver), taken, slot.warned)
+            except ScissordynError as error:  # of a measure of the user's
+                self.cases.failed(case, str(error))
+        self.seconds = (clocks.perf_counter() - began) / len(group)
+
+    def _started(self, case: int, slot: _Slot) -> Driver | None:
+        """The driver at the start of a case; None if there is no such start."""
+        try:
+            mechanism = self.cases.mechanism(case)
+            driver = slot.started(mechanism, self.options, partial(self.cases.start, case))
+            if self.cases.compares:
+                self._compare(driver, mechanism)
+        except KeyboardInterrupt:
+            return None
+        except ScissordynError as error:
+            self.cases.failed(case, str(error))
+            return None
+        return driver
+
+    def _together(self, drivers: Sequence[Driver]) -> tuple[list[int], float]:
+        """Advance for about `GROUP_SECONDS`; returns statuses, and the time that each took on the average [s]."""
+        if not drivers:
+            return [], 0.0
+        began = clocks.perf_counter()
+        steps = min(max(1, self.slice // len(drivers)), self.options.most_steps)
+        statuses = advance_together(drivers, self.options.until, steps)
+        seconds = clocks.perf_counter() - began
+        self.slice = min(int(sum(driver.tried for driver in drivers) * GROUP_SECONDS / max(seconds, 1e-9)), SLICE)
+        return statuses, seconds / len(drivers)
+
+    def _advance(self, case: int, driver: Driver, status: int, seconds: float) -> float | None:
+        """Advance to the end from where `_together` got; returns the time of both, None if it did not get there."""
+        began, options = clocks.perf_counter(), self.options
+        try:
+            if status in UNFINISHED:
+                status = driver.advance(options.until, most_steps=options.most_steps - driver.tried)
+        except KeyboardInterrupt:
+            return None
+        except ScissordynError as error:
+            self.cases.failed(case, str(error))
+            return None
+        if status == loop.FINISHED:
+            return seconds + clocks.perf_counter() - began
+        steps = f"{options.most_steps} steps are not enough"
+        cause = steps if status == loop.ADVANCING else broken_off(status, driver)
+        self.cases.failed(case, f"stopped at t = {driver.time:.9g} s of {options.until:g} s: {cause}")
+        return None
+
+    def _compare(self, driver: Driver, mechanism: Mechanism) -> None:
+        """Have the driver compare with the ideal mechanism, which is simulated anew only where it is another one."""
+        ideal = mechanism.ideal()
+        if self.ideal is None or self.ideal[0] != ideal:
+            self.ideal = ideal, ideal_path(mechanism, self.options)
+        path = self.ideal[1]
+        if path.warnings:
+            raise ScissordynError(path.warnings[0])
+        driver.compare_with(path.table, path.step)
+
+
+class _Slot:
+    """A driver and the arrays that it works on, for one case after another.
+
+    Parameters
+    ----------
+    base : ReducedModel
+        Of the first case.
+    """
+
+    def __init__(self, base: ReducedModel) -> None:
+        self.base, self.model = base, build_model(base)
+        self.system = make_system(base, self.model)
+        self.driver: Driver | None = None
+        self.warned: tuple[str, ...] = ()
+
+    def started(self, mechanism: Mechanism, options: Options, perturb: Callable[[np.ndarray], np.ndarray]) -> Driver:
+        """A driver at the start of a case, in the arrays of the case before if they fit."""
+        check_tables(mechanism, options.until)
+        shared = same_model(self.base.mechanism, mechanism)
+        reduced = self.base.with_numbers(mechanism) if shared else reduce_mechanism(mechanism)
+        if not (shared and put_parameters(self.system, reduced, self.model)):
+            self.base, self.model = reduced, build_model(reduced)
+            self.system, self.driver = make_system(reduced, self.model), None
+        prepared = prepare_start(reduced, self.system, options.start)
+        self.warned = prepared.warnings
+        y = perturb(prepared.y)
+        tolerances = error_weights(reduced, self.system, y, rtol=options.rtol, atol=options.atol)
+        choice = choose_method(reduced, self.system, y, options, tolerances)
+        driver, across = self.driver, crosses(mechanism, options)
+        if driver is not None and driver.method == choice.method:
+            driver.restart(reduced, y, tolerances, crosses=across, initial_events=prepared.initial_events)
+            return driver
+        made = Driver(
+            reduced,
+            self.system,
+            y,
+            method=choice.method,
+            tolerances=tolerances,
+            crosses=across,
+            initial_events=prepared.initial_events,
+        )
+        self.driver = made
+        return made

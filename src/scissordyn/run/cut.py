@@ -1,0 +1,68 @@
+"""Where a run ends whose accelerations are not defined at a sample: at the last sample before."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Callable
+
+import numpy as np
+
+from scissordyn.integrate.integration import Samples
+from scissordyn.mechanics.outputs import Record, record
+from scissordyn.model.mechanism import Mechanism
+from scissordyn.run.cause import singular_position
+from scissordyn.run.ideal_path import IdealPath
+from scissordyn.run.options import Options
+from scissordyn.run.trajectory import Trajectory, compute
+
+__all__ = ["recorded"]
+
+
+def recorded(
+    mechanism: Mechanism,
+    options: Options,
+    path: Trajectory,
+    progress: Callable[[float], None] | None = None,
+    *,
+    ideal: IdealPath | None = None,
+) -> tuple[Trajectory, Record]:
+    """A trajectory up to the first sample at which the accelerations are not defined, and what is recorded of it.
+
+    If there is one, the run counts as failed there and is computed again up to the last sample before: events, peaks,
+    deviations and integrals of what is still going on hold until there.
+
+    Parameters
+    ----------
+    mechanism : Mechanism
+    options : Options
+    path : Trajectory
+    progress : callable, optional
+        As for `compute`.
+    ideal : IdealPath, optional
+        That tracked points were compared with.
+
+    Returns
+    -------
+    path : Trajectory
+        The given one if nothing is undefined.
+    found : Record
+    """
+    samples = path.samples
+    found = record(path.reduced, path.system, samples)
+    undefined = np.flatnonzero(~np.all(np.isfinite(found.A), axis=1))
+    if not undefined.size:
+        return path, found
+    first, time = int(undefined[0]), float(samples.time[undefined[0]])
+    why = singular_position(path.reduced, path.system, samples.state[first], time) or "accelerations are not defined"
+    kept = Samples(*(part[:first] for part in samples))
+    last = float(kept.time[-1]) if first else 0.0
+    if last > 0.0:
+        cut = compute(mechanism, dataclasses.replace(options, until=last, samples=2), progress, times=kept.time, ideal=ideal)
+        if cut.status == "interrupted":
+            return cut, record(cut.reduced, cut.system, cut.samples)
+    else:
+        cut = dataclasses.replace(
+            path, samples=kept, log=path.log[:0], peak=np.full_like(path.peak, np.nan), band=np.full_like(path.band, np.nan)
+        )
+    cut = dataclasses.replace(cut, end=last, status="failed", cause=f"stopped at t = {time:.9g} s: {why}")
+    return cut, record(cut.reduced, cut.system, cut.samples)

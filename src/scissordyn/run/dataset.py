@@ -1,0 +1,409 @@
+"""A trajectory as the Dataset that the user reads."""
+
+from __future__ import annotations
+
+import json
+import math
+import platform
+from functools import cache, lru_cache
+from importlib.metadata import version
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+import scissordyn.run.accessor  # noqa: F401  registers run.scissordyn
+from scissordyn.component.actuator import Actuator
+from scissordyn.component.declaration import Component
+from scissordyn.component.place import GROUND
+from scissordyn.control.signal import MEASURED
+from scissordyn.errors import InputError
+from scissordyn.mechanics.acting import acting
+from scissordyn.mechanics.monitored import (
+    COMPONENT_FORCE,
+    DRIVE_TORQUE,
+    EXCEEDED,
+    FRICTION_RATIO,
+    INDENTATION,
+    PRESSURE_VELOCITY,
+)
+from scissordyn.mechanics.outputs import Record
+from scissordyn.mechanics.reactions import solve_reactions
+from scissordyn.model.guide_clearance import ContactPoint
+from scissordyn.model.joint import Guide
+from scissordyn.model.mechanism import Mechanism
+from scissordyn.run.configuration import TITLE, write_configuration
+from scissordyn.run.contacts import columns, contacts
+from scissordyn.run.events import ACCOUNTS, accounts, event_variables
+from scissordyn.run.options import Options
+from scissordyn.run.synchronisation import synchronisation_variables
+from scissordyn.run.track import track_variables
+from scissordyn.run.trajectory import Trajectory
+
+__all__ = ["output_guide", "to_dataset"]
+
+Variables = dict[str, xr.Variable]
+
+
+@cache
+def _versions() -> str:
+    packages = ("scissordyn", "numpy", "scipy", "numba")
+    return json.dumps({"python": platform.python_version(), **{name: version(name) for name in packages}})
+
+
+def _described(dims: tuple[str, ...], values: np.ndarray, units: str, long_name: str) -> xr.Variable:
+    return xr.Variable(dims, values, {"units": units, "long_name": long_name}, fastpath=True)
+
+
+def _named(dim: str, names: list[str]) -> xr.Variable:
+    return xr.Variable((dim,), np.array(names, dtype=str), {"long_name": dim.replace("_", " ")})
+
+
+def to_dataset(mechanism: Mechanism, options: Options, path: Trajectory, found: Record) -> xr.Dataset:
+    """All results of a run; nothing is simulated here.
+
+    Parameters
+    ----------
+    mechanism : Mechanism
+    options : Options
+    path : Trajectory
+    found : Record
+        Of its samples, all of them defined (see `cut.recorded`).
+
+    Returns
+    -------
+    Dataset
+        With the names of the package's contract; all values in SI units and radians.
+    """
+    variables = {
+        "time": _described(("time",), path.samples.time, "s", "time"),
+        "body": _named("body", [body.name for body in mechanism.bodies]),
+        "joint": _named("joint", list(mechanism.joint_names)),
+        "axis": _named("axis", ["x", "y"]),
+        **_motion_variables(mechanism, path, found),
+        **_joint_variables(mechanism, path, found),
+        **_rod_variables(mechanism, path, found),
+        **_control_variables(mechanism, path, found),
+        **_energy_variables(mechanism, path, found),
+        **_drive_variables(mechanism, path, found),
+        **_contact_variables(mechanism, path),
+        **track_variables(path, found),
+        **synchronisation_variables(mechanism, found),
+        **{name: xr.Variable(*parts) for name, parts in event_variables(mechanism, path.log).items()},
+    }
+    components = _component_variables(mechanism, path, found)
+    for name in components.keys() & variables.keys():
+        raise InputError(f"a component's variable '{name}', which every run has", "another section or name of the output")
+    variables |= components
+    attributes = {
+        "title": TITLE,
+        "status": path.status,
+        "cause": path.cause,
+        "end": path.end,
+        "statistics": json.dumps(path.statistics),
+        "warnings": "[]",
+        "configuration": write_configuration(mechanism, options),
+        "versions": _versions(),
+        "length_error": float(found.length_error[0]),
+    }
+    return _assembled(variables, attributes)
+
+
+@lru_cache(256)
+def _index_of_names(dim: str, names: tuple[str, ...]) -> xr.Index:
+    """The index of a dimension of names, which runs of the same mechanism share; pandas takes long for texts."""
+    return xr.indexes.PandasIndex(np.array(names, dtype=str), dim)
+
+
+def _assembled(variables: Variables, attributes: dict[str, Any]) -> xr.Dataset:
+    """A Dataset of variables that are known to fit together; its usual constructor would take as long as a run."""
+    made_of = {name: variable for name, variable in variables.items() if variable.dims == (name,)}
+    indexes: dict[Any, xr.Index] = {
+        name: _index_of_names(name, tuple(variable.values.tolist()))
+        if variable.dtype.kind == "U"
+        else xr.indexes.PandasIndex(variable.values, name)
+        for name, variable in made_of.items()
+    }
+    coordinates = {name: index.create_variables({name: made_of[name]})[name] for name, index in indexes.items()}
+    direct = getattr(xr.Dataset, "_construct_direct", None)
+    if direct is None:
+        return xr.Dataset(variables, attrs=attributes)
+    sizes = {dim: size for part in variables.values() for dim, size in zip(part.dims, part.shape, strict=True)}
+    made: xr.Dataset = direct({**variables, **coordinates}, set(coordinates), dims=sizes, attrs=attributes, indexes=indexes)
+    return made
+
+
+def output_guide(mechanism: Mechanism) -> Guide | None:
+    """The guide on the ground that leads the output body, the first if there are several."""
+    for guide in mechanism.guides:
+        if guide.follower[0] == mechanism.output_body and guide.body == GROUND:
+            return guide
+    return None
+
+
+def _motion_variables(mechanism: Mechanism, path: Trajectory, found: Record) -> Variables:
+    point, rotation = ("time", "body", "axis"), ("time", "body")
+    variables = {
+        "position": _described(point, found.position, "m", "position of the mass centre"),
+        "velocity": _described(point, found.velocity, "m/s", "velocity of the mass centre"),
+        "acceleration": _described(point, found.acceleration, "m/s^2", "acceleration of the mass centre"),
+        "angle": _described(rotation, found.angle, "rad", "angle"),
+        "angular_velocity": _described(rotation, found.angular_velocity, "rad/s", "angular velocity"),
+        "angular_acceleration": _described(rotation, found.angular_acceleration, "rad/s^2", "angular acceleration"),
+    }
+    guide = output_guide(mechanism)
+    if guide is not None:
+        guided = path.reduced.place(guide.follower)
+        along = np.array([math.cos(guide.direction), math.sin(guide.direction)])
+        for name, values, units in (
+            ("position", guided.at(found.X) - np.array(guide.through), "m"),
+            ("velocity", guided.at(found.V), "m/s"),
+            ("acceleration", guided.at(found.A), "m/s^2"),
+        ):
+            text = f"{name} of the guided point along its guide"
+            variables[f"slider_{name}"] = _described(("time",), values @ along, units, text)
+    return variables
+
+
+def _reactions(mechanism: Mechanism, found: Record) -> np.ndarray:
+    """Forces on the journals of joints and on the followers of guides, shape (nt, joints, 2) [N]."""
+    names = list(mechanism.joint_names)
+    joints, guided, _ = solve_reactions(
+        mechanism,
+        direction=found.direction,
+        position=found.position,
+        acceleration=found.acceleration,
+        angular_acceleration=found.angular_acceleration,
+        known=found.load,
+    )
+    reaction = np.zeros((found.X.shape[0], len(names), 2))
+    for j, contact in enumerate(mechanism.contacts):
+        at = names.index(contact.name)
+        reaction[:, at] = found.wrench[:, j, :2]
+        if isinstance(contact, ContactPoint):
+            reaction[:, names.index(contact.guide)] += found.wrench[:, j, :2]
+    reaction[:, [names.index(joint.name) for joint in mechanism.ideal_joints]] = joints
+    bodies = [body.name for body in mechanism.bodies]
+    for g, guide in enumerate(mechanism.ideal_guides):
+        across = np.array([-math.sin(guide.direction), math.cos(guide.direction)])
+        if guide.body != GROUND:
+            cos, sin = found.direction[:, bodies.index(guide.body)].T
+            across = np.stack([cos * across[0] - sin * across[1], sin * across[0] + cos * across[1]], axis=1)
+        reaction[:, names.index(guide.name)] = guided[:, g : g + 1] * across
+    return reaction
+
+
+def _joint_variables(mechanism: Mechanism, path: Trajectory, found: Record) -> Variables:
+    """Quantities per joint; those that exist at clearance joints only are NaN at ideal ones."""
+    names = list(mechanism.joint_names)
+    per_joint = ("time", "joint")
+    what = "force on the journal (contact force at clearance joints, reaction at ideal ones), on the follower for guides"
+    variables = {"reaction": _described((*per_joint, "axis"), _reactions(mechanism, found), "N", what)}
+    if not mechanism.contacts:
+        return variables
+    at = np.array([names.index(contact.name) for contact in mechanism.contacts], int)
+    instants, contact = found.X.shape[0], found.contact
+
+    def everywhere(values: np.ndarray) -> np.ndarray:
+        full = np.full((instants, len(names)), np.nan)
+        full[:, at] = values
+        return full
+
+    eccentricity = np.full((instants, len(names), 2), np.nan)
+    eccentricity[:, at, 0] = contact["distance"] * contact["nx"]
+    eccentricity[:, at, 1] = contact["distance"] * contact["ny"]
+    touching = np.zeros((instants, len(names)), bool)
+    touching[:, at] = path.samples.mode[:, : at.size] == 1
+    clearance = np.full(len(names), np.nan)
+    clearance[at] = path.system.content.parameters.contact["clearance"]
+    about = "journal centre relative to the bearing centre; for a contact point, the displacement across the guide"
+    variables |= {
+        "eccentricity": _described((*per_joint, "axis"), eccentricity, "m", about),
+        "indentation": _described(per_joint, everywhere(contact["depth"]), "m", "indentation, negative in free flight"),
+        "normal_force": _described(per_joint, everywhere(contact["normal"]), "N", "normal contact force"),
+        "friction_force": _described(per_joint, everywhere(contact["tangential"]), "N", "tangential contact force"),
+        "slip_speed": _described(per_joint, everywhere(contact["slip"]), "m/s", "slip speed of the two surfaces"),
+        "in_contact": _described(per_joint, touching, "1", "journal and bearing in contact"),
+        "clearance": _described(("joint",), clearance, "m", "radial clearance"),
+    }
+    variables |= _joint_peaks(mechanism, path, at)
+    if mechanism.contact_points:
+        plane = np.isin(names, [point.name for point in mechanism.contact_points])
+        variables["plane_contact"] = _described(("joint",), plane, "1", "contact point of a block at a guide surface")
+    for j, joint in enumerate(mechanism.contacts):
+        assert joint.clearance is not None
+        first = 2 * path.reduced.free + int(path.system.content.model.state_start[j])
+        for s, declared in enumerate(joint.clearance.friction.states):
+            name = declared.name
+            if name not in variables:
+                empty = np.full((instants, len(names)), np.nan)
+                variables[name] = _described(per_joint, empty, declared.unit, name.replace("_", " "))
+            state = path.samples.state[:, first + s]
+            variables[name].values[:, at[j]] = np.where(path.samples.mode[:, j] == 1, state, np.nan)
+    return variables
+
+
+def _joint_peaks(mechanism: Mechanism, path: Trajectory, at: np.ndarray) -> Variables:
+    """Located maxima per joint; NaN where there is no such quantity."""
+    pressure, depth, ratio = (path.peaks(kind) for kind in (PRESSURE_VELOCITY, INDENTATION, FRICTION_RATIO))
+    bristles = at[path.monitored(FRICTION_RATIO)]
+    about = "friction over the static limit of its law"
+    variables: Variables = {}
+    for name, joints, values, units, text in (
+        (
+            "peak_pressure_velocity",
+            at,
+            pressure[:, 0],
+            "Pa m/s",
+            "largest product of mean pressure F_n/(2 R_J L_b) and slip speed",
+        ),
+        ("peak_indentation", at, depth[:, 0], "m", "largest indentation"),
+        ("peak_indentation_time", at, depth[:, 1], "s", "when the indentation is largest"),
+        ("peak_friction_ratio", bristles, ratio[:, 0], "1", f"largest {about}, where the law has internal states"),
+        ("friction_excess_time", bristles, ratio[:, 3], "s", f"how long {about} is above {EXCEEDED:g}"),
+    ):
+        if values.size:
+            full = np.full(len(mechanism.joint_names), np.nan)
+            full[joints[: values.size]] = values
+            variables[name] = _described(("joint",), full, units, text)
+    return variables
+
+
+def _component_variables(mechanism: Mechanism, path: Trajectory, found: Record) -> Variables:
+    """What the components declare, along one dimension for each kind."""
+    variables: Variables = {}
+    peaks = path.peaks(COMPONENT_FORCE)
+    kinds: dict[str, list[int]] = {}
+    for i, component in enumerate(acting(mechanism)):
+        if not isinstance(component, Actuator):
+            kinds.setdefault(component.declaration.section, []).append(i)
+    parts: tuple[Component, ...] = acting(mechanism)
+    for section, index in kinds.items():
+        declared = parts[index[0]].declaration
+        variables[section] = _named(section, [parts[i].name for i in index])
+        if declared.force is None:
+            torque = found.wrench[:, [len(mechanism.contacts) + i for i in index], 2]
+            text = f"torque of a locked {declared.label} on its body"
+            variables[f"{section}_torque"] = _described(("time", section), torque, "N m", text)
+        else:
+            largest = peaks[[i for i in index if i < len(mechanism.components)]]
+            kind = "torque" if declared.port.forces == ("torque",) else "force"
+            unit = "N m" if kind == "torque" else "N"
+            variables[f"{section}_peak_{kind}"] = _described((section,), largest[:, 0], unit, f"largest {kind}")
+        for output in declared.reported:
+            if declared.force is None and not output.coordinate:
+                continue
+            source = found.coordinate if output.coordinate else found.result
+            last = output.first + output.components
+            values = source[:, index, output.first : last] if output.components > 1 else source[:, index, output.first]
+            dims = ("time", section, "axis") if output.components > 1 else ("time", section)
+            text = f"{output.help} ({declared.label})"
+            variables[f"{section}_{output.name}"] = _described(dims, np.ascontiguousarray(values), output.unit, text)
+    return variables
+
+
+def _rod_variables(mechanism: Mechanism, path: Trajectory, found: Record) -> Variables:
+    if not mechanism.rods:
+        return {}
+    spans = [path.reduced.place(rod.end).at(found.X) - path.reduced.place(rod.start).at(found.X) for rod in mechanism.rods]
+    span = np.stack(spans, axis=1)
+    length = np.sqrt(np.sum(span * span, axis=-1))
+    tension = -np.sum(found.wrench[:, -len(mechanism.rods) :, :2] * span, axis=-1) / length
+    return {
+        "rod": _named("rod", [rod.name for rod in mechanism.rods]),
+        "rod_force": _described(("time", "rod"), tension, "N", "force in a rod, positive in tension"),
+        "rod_length": _described(("time", "rod"), length, "m", "length of a rod"),
+    }
+
+
+def _control_variables(mechanism: Mechanism, path: Trajectory, found: Record) -> Variables:
+    """Quantities per actuator; internal states and recorded signals are NaN at controllers that have none."""
+    chosen = [(i, part) for i, part in enumerate(mechanism.components) if isinstance(part, Actuator)]
+    if not chosen:
+        return {}
+    index = [i for i, _ in chosen]
+    over, content = ("time", "actuator"), path.system.content
+    peaks = path.peaks(COMPONENT_FORCE)[index]
+    variables: Variables = {
+        "actuator": _named("actuator", [part.name for _, part in chosen]),
+        "control_torque": _described(over, found.result[:, index, 0], "N m", "torque that a controller gives"),
+        "control_error": _described(over, found.observed[:, index, 0], "rad", "reference less measured angle"),
+        "peak_control_torque": _described(("actuator",), peaks[:, 0], "N m", "largest torque that a controller gives"),
+    }
+    recorder = content.model.recorder
+    if np.any(recorder >= 0):
+        for name, unit in MEASURED.items():
+            at = (recorder[index] >= 0) & [part.controller.recorded == name for _, part in chosen]
+            if at.any():
+                values = np.where(at, found.observed[:, index, 1], np.nan)
+                text = f"{name.replace('_', ' ')} as a controller with a delay records it"
+                variables[f"recorded_{name}"] = _described(over, values, unit, text)
+    for place, (i, part) in enumerate(chosen):
+        first = 2 * path.reduced.free + int(content.model.state_start[len(mechanism.contacts) + i])
+        for s, declared in enumerate(part.controller.states):
+            name = declared.name
+            if name not in variables:
+                empty = np.full((found.X.shape[0], len(chosen)), np.nan)
+                variables[name] = _described(over, empty, declared.unit, name.replace("_", " "))
+            variables[name].values[:, place] = path.samples.state[:, first + s]
+    return variables
+
+
+def _energy_variables(mechanism: Mechanism, path: Trajectory, found: Record) -> Variables:
+    found_accounts = accounts(mechanism, path.samples.total, path.log, path.samples.time)
+    account = dict(zip(ACCOUNTS, found_accounts.T, strict=True))
+    energy = found.kinetic + found.potential + found.elastic + found.stored
+    lost = account["damping_loss"] + account["friction_loss"] + account["damper_loss"] + account["switching_loss"]
+    work = account["drive_work"] + account["load_work"] + account["motor_work"]
+    named = {
+        "kinetic_energy": (found.kinetic, "kinetic energy"),
+        "potential_energy": (found.potential, "potential energy of gravity"),
+        "elastic_energy": (found.elastic, "elastic energy of the contacts"),
+        "stored_energy": (found.stored, "energy stored in springs and other components"),
+        "drive_work": (account["drive_work"], "work of the drives, their impulses included"),
+        "motor_work": (account["motor_work"], "work of motors and actuators"),
+        "load_work": (account["load_work"], "work of forces and torques"),
+        "damping_loss": (account["damping_loss"], "energy dissipated by contact damping"),
+        "friction_loss": (account["friction_loss"], "energy dissipated by friction"),
+        "damper_loss": (account["damper_loss"], "energy dissipated by dampers and other components"),
+        "switching_loss": (account["switching_loss"], "energy dissipated by latches that lock and tape springs that snap"),
+        "dissipated_energy": (lost, "dissipated energy"),
+        "energy_residual": (energy - energy[:1] - work + lost, "what the energy balance misses"),
+    }
+    return {name: _described(("time",), np.ascontiguousarray(values), "J", text) for name, (values, text) in named.items()}
+
+
+def _drive_variables(mechanism: Mechanism, path: Trajectory, found: Record) -> Variables:
+    if not mechanism.drives:
+        return {}
+    peaks = path.peaks(DRIVE_TORQUE)
+    variables = {
+        "drive": _named("drive", [drive.body for drive in mechanism.drives]),
+        # with several drives the first is the one that the contract names; all of them stand beside it
+        "drive_torque": _described(("time",), found.torque[:, 0].copy(), "N m", "driving torque"),
+        "peak_drive_torque": _described(("drive",), peaks[:, 0], "N m", "largest driving torque"),
+        "peak_drive_torque_time": _described(("drive",), peaks[:, 1], "s", "when the driving torque is largest"),
+    }
+    if len(mechanism.drives) > 1:
+        variables["drive_torques"] = _described(("time", "drive"), found.torque, "N m", "driving torque of each drive")
+    return variables
+
+
+def _contact_variables(mechanism: Mechanism, path: Trajectory) -> Variables:
+    table = columns(contacts(path.log, path.peak[: len(mechanism.contacts)]))
+    names = np.array([joint.name for joint in mechanism.contacts], dtype=object)
+    joint = names[table["joint"]] if names.size else names
+    along = ("contact",)
+    return {
+        "contact_joint": xr.Variable(along, joint.astype(str), {"long_name": "joint"}),
+        "contact_start": _described(along, table["start"], "s", "start of the contact"),
+        "approach_speed": _described(along, table["approach_speed"], "m/s", "approach speed"),
+        "contact_angle": _described(along, table["angle"], "rad", "direction of the normal at the start"),
+        "peak_force": _described(along, table["peak_force"], "N", "largest normal force"),
+        "peak_time": _described(along, table["peak_time"], "s", "time from the start to the largest normal force"),
+        "contact_duration": _described(along, table["duration"], "s", "duration"),
+        "rebound_speed": _described(along, table["rebound_speed"], "m/s", "rate of indentation at the end"),
+        "impulse": _described(along, table["impulse"], "N s", "impulse of the normal force"),
+        "contact_damping_loss": _described(along, table["damping_loss"], "J", "energy dissipated by damping in the contact"),
+        "contact_friction_loss": _described(along, table["friction_loss"], "J", "energy dissipated by friction in the contact"),
+    }

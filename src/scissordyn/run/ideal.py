@@ -1,0 +1,132 @@
+"""The ideal kinematics of a mechanism: range of motion, singular positions, transmission angles, torque, reactions."""
+
+from __future__ import annotations
+
+import json
+import math
+
+import numpy as np
+import xarray as xr
+
+from scissordyn.kinematics.branching import path_warnings
+from scissordyn.kinematics.closure import closure_of
+from scissordyn.kinematics.path import Path, follow, instants, path_of, start_of
+from scissordyn.kinematics.peak import smooth_peak
+from scissordyn.kinematics.singular import LOCKING
+from scissordyn.kinematics.transmission import dyads, transmission_angle
+from scissordyn.model.mechanism import Mechanism
+from scissordyn.run.simulate import simulate
+
+__all__ = ["ideal_kinematics", "motion_range"]
+
+SAMPLES = 501
+
+FURTHEST = 3.0
+"""Lengths of a driven rod are followed up to this multiple of the mechanism's size."""
+
+SHORT = 1e-3
+"""And down to this fraction of it."""
+
+
+def ideal_kinematics(mechanism: Mechanism, *, until: float, samples: int = SAMPLES) -> xr.Dataset:
+    """The mechanism with ideal joints along its stroke: motion, transmission angles, torque, reactions, singular positions.
+
+    Positions are followed by continuation, which finds where branches of the assembly meet (change points) and where the drive
+    can go no further (locking positions). Torque and reactions are those of a run with ideal joints.
+
+    Parameters
+    ----------
+    mechanism : Mechanism
+        Its clearances are ignored.
+    until : float
+        End of the time of the drives [s].
+    samples : int
+        Number of instants.
+
+    Returns
+    -------
+    Dataset
+        The run of `simulate` with ideal joints, until it ends, and with it `transmission_angle (time, dyad)`, `peak_reaction`
+        and `peak_reaction_time (joint)` located between the samples and, per singular position that the drives lead to,
+        `singular_time`, `singular_input`, `singular_kind`, `singular_subject (singular)`.
+        Attributes `range_low` and `range_high`: the input between locking positions, NaN where there is none within a
+        revolution, `range_unit` ("rad" or "m", empty without a single drive); `singular_warnings`.
+
+    Raises
+    ------
+    InputError
+        If the mechanism cannot be assembled.
+    """
+    run = simulate(mechanism.ideal(), until=until, samples=samples)
+    ideal = mechanism.ideal()
+    chosen = dyads(ideal)
+    position, angle = run["position"].transpose("time", "body", "axis").values, run["angle"].transpose("time", "body").values
+    values = [transmission_angle(ideal, dyad, position, angle) for dyad in chosen]
+    run = run.assign_coords(dyad=("dyad", np.array([dyad.joint for dyad in chosen], dtype=object)))
+    run["transmission_angle"] = (
+        ("time", "dyad"),
+        np.stack(values, axis=1) if values else np.zeros((run.sizes["time"], 0)),
+        {"units": "rad", "long_name": "transmission angle at the inner joint of a dyad"},
+    )
+    force = np.linalg.norm(run["reaction"].transpose("joint", "time", "axis").values, axis=2)
+    largest = np.array([smooth_peak(run["time"].values, each) for each in force]).reshape(-1, 2)
+    run["peak_reaction"] = ("joint", largest[:, 0], {"units": "N", "long_name": "largest reaction"})
+    run["peak_reaction_time"] = ("joint", largest[:, 1], {"units": "s", "long_name": "when the reaction is largest"})
+    path = path_of(ideal, until)
+    _add_singular(run, ideal, path, until)
+    low, high, unit = motion_range(ideal) if path is not None and path.parameter != "time" else (math.nan, math.nan, "")
+    run.attrs.update(title="scissordyn ideal kinematics", range_low=low, range_high=high, range_unit=unit)
+    run.attrs["singular_warnings"] = json.dumps([] if path is None else path_warnings(path, ideal, until))
+    return run
+
+
+def _add_singular(run: xr.Dataset, mechanism: Mechanism, path: Path | None, until: float) -> None:
+    """Write the singular positions of a path, each once for every time that it is passed."""
+    rows = [
+        (time, each.place, each.kind, each.subject)
+        for each in (() if path is None else path.singular)
+        for time in instants(path, mechanism, until, each.place)  # type: ignore[arg-type]
+    ]
+    rows.sort(key=lambda row: row[0])
+    unit = {"angle": "rad", "length": "m", "time": "s"}["time" if path is None else path.parameter]
+    for k, (name, units, long_name) in enumerate(
+        (
+            ("singular_time", "s", "time at which a singular position is passed"),
+            ("singular_input", unit, "input at a singular position"),
+            ("singular_kind", "1", "change point, near change point or locking position"),
+            ("singular_subject", "1", "bodies and joints that can move there to first order"),
+        )
+    ):
+        column = np.array([row[k] for row in rows], dtype=float if k < 2 else object)
+        run[name] = (("singular",), column, {"units": units, "long_name": long_name})
+
+
+def motion_range(mechanism: Mechanism) -> tuple[float, float, str]:
+    """How far the only input of a mechanism can go in both directions before it locks, and its unit.
+
+    Parameters
+    ----------
+    mechanism : Mechanism
+
+    Returns
+    -------
+    low, high : float
+        [rad] or [m]; NaN where nothing locks within a revolution.
+    unit : str
+    """
+    closure = closure_of(mechanism)
+    start = start_of(closure)
+    if start is None or closure.inputs.count != 1 or closure.mobility != 0:
+        return math.nan, math.nan, ""
+    first = float(closure.inputs.at(0.0)[0])
+    turns = bool(closure.inputs.bodies)
+    ends = (
+        (first - 2.0 * math.pi, first + 2.0 * math.pi)
+        if turns
+        else (SHORT * mechanism.size, max(2.0 * first, FURTHEST * mechanism.size))
+    )
+    path = follow(closure, "angle" if turns else "length", lambda value: np.array([value]), start, first, *ends)
+    locks = [each.place for each in path.singular if each.kind == LOCKING]
+    low = max((place for place in locks if place < first), default=math.nan)
+    high = min((place for place in locks if place > first), default=math.nan)
+    return low, high, "rad" if turns else "m"

@@ -1,0 +1,233 @@
+"""Measures of a run: numbers that the loop has accumulated, with located maxima, so that no histories are needed.
+
+They are read from what the integrator holds at the end: the event log, the peaks and the integrals.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from types import MappingProxyType
+
+import numpy as np
+
+from scissordyn.mechanics.monitored import (
+    COMPONENT_FORCE,
+    DRIVE_TORQUE,
+    INDENTATION,
+    POWERS,
+    PRESSURE_VELOCITY,
+    TRACK_DEVIATION,
+)
+from scissordyn.model.mechanism import Mechanism
+from scissordyn.run.contacts import Contact, contacts
+from scissordyn.run.driver import Driver
+from scissordyn.run.events import ACCOUNTS, accounts
+from scissordyn.run.settling import SETTLING, settling_times
+
+__all__ = ["COMPONENT_UNIT", "MEASURES", "Ended", "Measure", "component_units", "parts_of"]
+
+
+class Ended:
+    """What a driver has accumulated up to now.
+
+    Parameters
+    ----------
+    driver : Driver
+    """
+
+    def __init__(self, driver: Driver) -> None:
+        self.driver = driver
+        self.mechanism = driver.reduced.mechanism
+        self.time = driver.time
+
+    @cached_property
+    def contacts(self) -> list[Contact]:
+        """All contacts in order of their starts."""
+        return contacts(self.driver.log, self.driver.state.peak[: len(self.mechanism.contacts)])
+
+    @cached_property
+    def by_joint(self) -> list[list[Contact]]:
+        """The contacts of each clearance joint and contact point."""
+        own: list[list[Contact]] = [[] for _ in self.mechanism.contacts]
+        for contact in self.contacts:
+            own[contact.joint].append(contact)
+        return own
+
+    def per_joint(self, value: Callable[[list[Contact]], float]) -> np.ndarray:
+        """A number from the contacts of each clearance joint and contact point."""
+        return np.array([value(found) for found in self.by_joint], float)
+
+    def lasting(self, contact: Contact) -> float:
+        """Duration of a contact, up to now if it goes on [s]."""
+        return self.time - contact.start if math.isnan(contact.duration) else contact.duration
+
+    def peaks(self, kind: int) -> np.ndarray:
+        """Largest values of one kind of monitored quantity."""
+        return np.array(self.driver.state.peak[self.rows(kind), 0])
+
+    def root_mean_squares(self, kind: int) -> np.ndarray:
+        """Over the time up to now."""
+        return np.asarray(np.sqrt(self.driver.state.peak[self.rows(kind), 3] / self.time))
+
+    def settled(self) -> np.ndarray:
+        """From when on the tracked points stay within their tolerances [s]."""
+        guards = self.driver.state.mode.size
+        return settling_times(self.mechanism, self.driver.state.band[self.rows(TRACK_DEVIATION) - guards], self.time)
+
+    def deployed(self) -> float:
+        """When the last latch has locked [s]; NaN while one is open, and without latches."""
+        locked = [
+            float(self.driver.log[self.driver.log[:, 1] == guard, 0][-1]) if self.driver.state.mode[guard] == 1 else math.nan
+            for guard in self._latches
+        ]
+        return max(locked) if locked and not any(map(math.isnan, locked)) else math.nan
+
+    @cached_property
+    def accounts(self) -> np.ndarray:
+        """Along `events.ACCOUNTS` [J]."""
+        driver = self.driver
+        found: np.ndarray = accounts(self.mechanism, driver.state.total[None], driver.log, np.array([math.inf]))[0]
+        return found
+
+    @cached_property
+    def _latches(self) -> list[int]:
+        """Guards of the latches."""
+        model = self.driver.system.content.model
+        return [int(model.component_guard[component]) for component in model.latch[:, 2]]
+
+    def rows(self, kind: int) -> np.ndarray:
+        """Rows of the peaks of one kind of monitored quantity."""
+        return self.driver.rows(kind)
+
+
+@dataclass(frozen=True)
+class Measure:
+    """A number, or one for each joint, drive or component.
+
+    Parameters
+    ----------
+    units, long_name : str
+    dims : tuple of str
+        (), ("joint",), ("drive",), ("component",) or ("track",).
+    value : callable
+        From an `Ended` to a float or an array along the dimension.
+    compares : bool
+        Whether it is a deviation from the ideal mechanism, which is then simulated too.
+    """
+
+    units: str
+    long_name: str
+    dims: tuple[str, ...]
+    value: Callable[[Ended], float | np.ndarray]
+    compares: bool = False
+
+
+def _energy(name: str) -> Measure:
+    place = ACCOUNTS.index(name)
+    words = {"drive_work": "work of the drives", "load_work": "work of the loads", "motor_work": "work of the motors"}
+    known = words.get(name, f"energy dissipated by {'dampers' if name == 'damper_loss' else 'contact ' + name.split('_')[0]}")
+    return Measure("J", known, (), lambda ended: float(ended.accounts[place]))
+
+
+_JOINT, _TRACK = ("joint",), ("track",)
+
+_APART = "distance of a tracked point from where it is in the ideal mechanism"
+
+MEASURES: Mapping[str, Measure] = MappingProxyType(
+    {
+        "peak_force": Measure(
+            "N",
+            "largest normal force",
+            _JOINT,
+            lambda e: e.per_joint(lambda own: max((c.peak_force for c in own), default=0.0)),
+        ),
+        "peak_approach_speed": Measure(
+            "m/s",
+            "largest approach speed",
+            _JOINT,
+            lambda e: e.per_joint(lambda own: max((c.approach_speed for c in own), default=0.0)),
+        ),
+        "contact_count": Measure("1", "contacts", _JOINT, lambda e: e.per_joint(len)),
+        "contact_fraction": Measure(
+            "1", "fraction of the time in contact", _JOINT, lambda e: e.per_joint(lambda own: sum(map(e.lasting, own))) / e.time
+        ),
+        "first_contact": Measure(
+            "s", "start of the first contact", _JOINT, lambda e: e.per_joint(lambda own: own[0].start if own else math.nan)
+        ),
+        "impulse": Measure(
+            "N s", "impulse of the normal forces", _JOINT, lambda e: e.per_joint(lambda own: sum(c.impulse for c in own))
+        ),
+        "peak_pressure_velocity": Measure(
+            "Pa m/s",
+            "largest product of mean pressure F_n/(2 R_J L_b) and slip speed, NaN for contact points",
+            _JOINT,
+            lambda e: _padded(e.peaks(PRESSURE_VELOCITY), len(e.mechanism.contacts)),
+        ),
+        "peak_drive_torque": Measure("N m", "largest driving torque", ("drive",), lambda e: e.peaks(DRIVE_TORQUE)),
+        "rms_drive_torque": Measure(
+            "N m", "root mean square of the driving torque", ("drive",), lambda e: e.root_mean_squares(DRIVE_TORQUE)
+        ),
+        "peak_indentation": Measure("m", "largest indentation", _JOINT, lambda e: e.peaks(INDENTATION)),
+        "peak_track_deviation": Measure("m", f"largest {_APART}", _TRACK, lambda e: e.peaks(TRACK_DEVIATION), True),
+        "rms_track_deviation": Measure(
+            "m", f"root mean square {_APART}", _TRACK, lambda e: e.root_mean_squares(TRACK_DEVIATION), True
+        ),
+        "settling_time": Measure("s", SETTLING, _TRACK, lambda e: e.settled(), True),
+        "deployment_time": Measure("s", "when the last latch has locked", (), lambda e: e.deployed()),
+        "peak_component_force": Measure(
+            "N or N m", "largest force [N] or torque [N m]", ("component",), lambda e: e.peaks(COMPONENT_FORCE)
+        ),
+        **{name: _energy(name) for name in POWERS},
+        "steps": Measure("1", "integration steps", (), lambda e: float(e.driver.state.counts["steps"][0])),
+        "end": Measure("s", "time reached", (), lambda e: e.time),
+    }
+)
+"""Measures by name."""
+
+
+COMPONENT_UNIT = "component_unit"
+"""Coordinate of results: the unit of what each component exerts."""
+
+
+def component_units(mechanism: Mechanism) -> dict[str, str]:
+    """The unit of what each component exerts, as its port declares it.
+
+    Parameters
+    ----------
+    mechanism : Mechanism
+
+    Returns
+    -------
+    dict of str to str
+        "N" or "N m" by the names of the components, in their order.
+    """
+    return {each.name: each.declaration.port.outputs[0].unit for each in mechanism.components}
+
+
+def parts_of(mechanism: Mechanism) -> dict[str, list[str]]:
+    """Names along the dimensions of measures.
+
+    Parameters
+    ----------
+    mechanism : Mechanism
+
+    Returns
+    -------
+    dict of str to list of str
+        By "joint", "drive", "component" and "track".
+    """
+    return {
+        "joint": [contact.name for contact in mechanism.contacts],
+        "drive": [drive.body for drive in mechanism.drives],
+        "component": [component.name for component in mechanism.components],
+        "track": [track.name for track in mechanism.tracks],
+    }
+
+
+def _padded(values: np.ndarray, count: int) -> np.ndarray:
+    full = np.full(count, math.nan)
+    full[: values.size] = values
+    return full

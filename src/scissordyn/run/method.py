@@ -1,0 +1,126 @@
+"""Which integrator suits a mechanism: an estimate of stiffness."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from scissordyn.jit import Handle
+from scissordyn.mechanics import functions
+from scissordyn.mechanics.acting import acting
+from scissordyn.mechanics.reduced_model import ReducedModel
+from scissordyn.mechanics.system import System
+from scissordyn.run.options import Options
+from scissordyn.run.tolerance import Tolerances
+
+__all__ = ["Choice", "choose_method"]
+
+EXPLICIT, STIFF = "dop853", "rodas5p"
+
+STABLE = 6.0
+"""An explicit step of DOP853 is stable up to about this number over the rate of a decaying mode."""
+
+RESOLVED = 40.0
+"""Steps that a contact or the fastest oscillation takes for accuracy anyway; more steps than this that only stability asks for
+make a problem stiff."""
+
+OVERDAMPED = 0.7
+"""Modes with at least this damping ratio are forgotten rather than resolved."""
+
+MOST_EIGENVALUES = 400
+"""Above this number of states the modes are not computed, and what declares itself stiff decides."""
+
+
+@dataclass(frozen=True)
+class Choice:
+    """A method, and why it was chosen.
+
+    Parameters
+    ----------
+    method : str
+    reason : str
+    """
+
+    method: str
+    reason: str
+
+
+def choose_method(reduced: ReducedModel, system: Handle, y: np.ndarray, options: Options, tolerances: Tolerances) -> Choice:
+    """The method that was asked for, or the one that an estimate of stiffness suggests.
+
+    Parameters
+    ----------
+    reduced : ReducedModel
+    system : Handle
+        Its state is left as it was.
+    y : ndarray, shape (ny,)
+        At the start.
+    options : Options
+    tolerances : Tolerances
+
+    Returns
+    -------
+    Choice
+    """
+    if options.method != "auto":
+        return Choice(options.method, "asked for")
+    mechanism = reduced.mechanism
+    stiff = [contact.name for contact in mechanism.contacts if contact.clearance and contact.clearance.friction.stiff]
+    if stiff:
+        return Choice(STIFF, f"the friction law of joint '{stiff[0]}' has internal states that relax within microseconds")
+    if mechanism.contacts and options.start != "concentric":
+        return Choice(STIFF, "contacts that start at rest have a stiff damping")
+    if not mechanism.components:
+        return Choice(EXPLICIT, "nothing decays faster than it has to be resolved")
+    if y.size > MOST_EIGENVALUES:
+        return Choice(EXPLICIT, f"more than {MOST_EIGENVALUES} states: stiffness is not estimated")
+    decay, oscillation = fastest_modes(reduced, system, y, tolerances)
+    resolved = max(oscillation, 2.0 * math.pi / tolerances.time_scale) * RESOLVED / (2.0 * math.pi)
+    if decay / STABLE > resolved:
+        return Choice(
+            STIFF, f"the fastest decay, {decay:.3g} 1/s, would keep explicit steps below {STABLE / decay:.2g} s without need"
+        )
+    return Choice(EXPLICIT, f"the fastest decay, {decay:.3g} 1/s, allows steps that accuracy needs anyway")
+
+
+def fastest_modes(reduced: ReducedModel, system: Handle, y: np.ndarray, tolerances: Tolerances) -> tuple[float, float]:
+    """Largest rate of decay of strongly damped modes, and largest angular frequency of the others, near the start [1/s].
+
+    End stops, cables and their like are taken as acting too, contacts as pressed in by a hundredth of their clearance.
+    """
+    content: System = system.content
+    state = content.state
+    before = state.mode.copy(), state.memory.copy()
+    decay = oscillation = 0.0
+    guards = [i for i, part in enumerate(acting(reduced.mechanism)) if part.declaration.gap is not None]
+    sizes = [0] if not guards else [0, 1]
+    for active in sizes:
+        for i in guards:
+            if reduced.mechanism.components and i < len(reduced.mechanism.components):
+                state.mode[content.model.component_guard[i]] = active
+        matrix = jacobian(system, y)
+        if not np.all(np.isfinite(matrix)):
+            continue
+        values = np.linalg.eigvals(matrix)
+        size = np.abs(values)
+        damped = -values.real >= OVERDAMPED * size
+        decay = max(decay, float(np.max(size[damped], initial=0.0)))
+        oscillation = max(oscillation, float(np.max(np.abs(values.imag[~damped]), initial=0.0)))
+    state.mode[:], state.memory[:] = before
+    return decay, oscillation
+
+
+def jacobian(system: Handle, y: np.ndarray) -> np.ndarray:
+    """Derivatives of the rates by the state at t = 0, by central differences, shape (ny, ny)."""
+    matrix, up, down = np.zeros((y.size, y.size)), np.zeros(y.size), np.zeros(y.size)
+    for k in range(y.size):
+        h = 1e-6 * max(abs(y[k]), 1e-3)
+        moved = y.copy()
+        moved[k] = y[k] + h
+        functions.rate(0.0, moved, system.address, up)
+        moved[k] = y[k] - h
+        functions.rate(0.0, moved, system.address, down)
+        matrix[:, k] = (up - down) / (2.0 * h)
+    return matrix

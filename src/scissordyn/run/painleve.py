@@ -1,0 +1,79 @@
+"""Contacts in which friction turns the effect of the contact force round: Painlevé's paradox."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from scissordyn.laws.friction.none import NoFriction
+from scissordyn.mechanics import functions
+from scissordyn.mechanics.assembly import eccentricity_map
+from scissordyn.mechanics.outputs import Record
+from scissordyn.model.mechanism import Mechanism
+from scissordyn.run.trajectory import Trajectory
+
+__all__ = ["painleve_warnings"]
+
+MOST_SAMPLES, FEWEST = 600, 10
+"""So many samples of a run are looked at, shared by its contacts and evenly spread over each, and no fewer of a contact."""
+
+
+def painleve_warnings(mechanism: Mechanism, path: Trajectory, found: Record) -> list[str]:
+    """Contacts whose force, friction included, accelerates the surfaces into each other, in words.
+
+    With f the normal force, mu the friction over it and n, t the normal and the tangent, the indentation accelerates by
+    -f (n M n - mu n M t), M the inverse of the mass that the joints leave. Where the bracket is negative a rigid contact has no
+    solution or several (Painlevé's paradox), and the motion depends on the stiffness and damping of the contact.
+
+    Parameters
+    ----------
+    mechanism : Mechanism
+    path : Trajectory
+    found : Record
+        Of its samples.
+
+    Returns
+    -------
+    list of str
+        One a contact.
+
+    References
+    ----------
+    Champneys and Varkonyi 2016, arXiv:1601.03545
+    """
+    warnings, contacts = [], mechanism.contacts
+    share = max(FEWEST, MOST_SAMPLES // max(1, len(contacts)))
+    for j, joint in enumerate(contacts):
+        assert joint.clearance is not None
+        if isinstance(joint.clearance.friction, NoFriction):
+            continue
+        force, friction = found.contact["normal"][:, j], found.contact["tangential"][:, j]
+        held = np.flatnonzero((path.samples.mode[:, j] == 1) & (force > 0.0) & (friction != 0.0))
+        looked_at = held[:: -(-held.size // share) or 1]
+        turned = _pressed_together(path, found, j, looked_at)
+        if turned.size:
+            first, ratio = turned[0], abs(friction[turned[0]]) / force[turned[0]]
+            warnings.append(
+                f"joint '{joint.name}': Painlevé's paradox at {turned.size} of {looked_at.size} samples in contact, first at "
+                f"t = {path.samples.time[first]:.6g} s: with friction of {ratio:.3g} of the normal force the contact force "
+                "presses the surfaces together; a rigid contact has no or several solutions there, and the motion depends on "
+                "stiffness and damping of the contact"
+            )
+    return warnings
+
+
+def _pressed_together(path: Trajectory, found: Record, contact: int, looked_at: np.ndarray) -> np.ndarray:
+    """The samples at which the force of a contact accelerates its indentation: accelerations with it less those without."""
+    samples, address, state = path.samples, path.system.address, path.system.content.state
+    vector, n = eccentricity_map(path.system.content, contact), path.reduced.free
+    free = vector.columns < n
+    columns, rows = vector.columns[free], vector.rows[:, free]
+    without, rate = np.zeros((looked_at.size, columns.size)), np.zeros(samples.state.shape[1])
+    for k, at in enumerate(looked_at.tolist()):
+        state.mode[:], state.memory[:], state.reference[:] = samples.mode[at], samples.memory[at], samples.reference[at]
+        functions.activate(address)
+        state.mode[contact] = 0
+        functions.rate(samples.time[at], samples.state[at], address, rate)
+        without[k] = rate[n + columns]
+    apart = (found.A[looked_at][:, columns] - without) @ rows.T
+    row = found.contact[looked_at, contact]
+    return np.asarray(looked_at[apart[:, 0] * row["nx"] + apart[:, 1] * row["ny"] > 0.0])

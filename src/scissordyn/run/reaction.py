@@ -1,0 +1,63 @@
+"""Reactions of the ideal mechanism at the start."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from scissordyn.integrate.integration import Samples
+from scissordyn.mechanics.assembly import Held, Start, assemble, held_rods, placed_start
+from scissordyn.mechanics.outputs import record
+from scissordyn.mechanics.reactions import solve_reactions
+from scissordyn.mechanics.reduce import reduce_mechanism
+from scissordyn.model.mechanism import Mechanism
+from scissordyn.run.driver import make_system
+
+__all__ = ["ideal_reactions"]
+
+
+def ideal_reactions(
+    mechanism: Mechanism, position: np.ndarray | None = None, reference: np.ndarray | None = None
+) -> np.ndarray:
+    """Forces on the journals of all revolute joints of a mechanism, taken as ideal, at t = 0.
+
+    Parameters
+    ----------
+    mechanism : Mechanism
+    position : ndarray, shape (n,), optional
+        Free coordinates of the ideal mechanism, at rest there; assembled and moving as its drives demand if not given.
+    reference : ndarray, optional
+        Angles that turns are counted from there [rad]; as placed if not given.
+
+    Returns
+    -------
+    ndarray, shape (joints, 2)
+        [N]; NaN where the reaction is not determined.
+    """
+    reduced = reduce_mechanism(mechanism.ideal())
+    system = make_system(reduced)
+    if position is None:
+        held = Held()
+        held_rods(reduced, system.content, held)
+        start = assemble(reduced, system.content, placed_start(reduced, system.content), held)
+    else:
+        start = Start(position, np.zeros(reduced.free))
+    state = system.content.state
+    internal = np.zeros(int(system.content.model.state_start[-1]))
+    samples = Samples(
+        time=np.zeros(1),
+        state=np.concatenate([start.position, start.velocity, internal])[None, :],
+        total=np.zeros((1, 0)),
+        mode=state.mode[None, :].copy(),
+        memory=state.memory[None, :].copy(),
+        reference=(state.reference if reference is None else reference)[None, :].copy(),
+    )
+    found = record(reduced, system, samples)
+    joints, _, _ = solve_reactions(
+        reduced.mechanism,
+        direction=found.direction,
+        position=found.position,
+        acceleration=found.acceleration,
+        angular_acceleration=found.angular_acceleration,
+        known=found.load,
+    )
+    return np.asarray(joints[0])

@@ -1,0 +1,185 @@
+"""Simulate a mechanism."""
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Callable, Sequence
+from typing import Annotated
+
+import xarray as xr
+
+from scissordyn.errors import InputError
+from scissordyn.kinematics.branching import passing_warnings
+from scissordyn.kinematics.time_functions import check_tables
+from scissordyn.model.mechanism import Mechanism
+from scissordyn.run.checkpoint import Checkpoint, Keeper, open_checkpoint
+from scissordyn.run.configuration import is_run, read_configuration
+from scissordyn.run.cut import recorded
+from scissordyn.run.dataset import to_dataset
+from scissordyn.run.demand import check_samples
+from scissordyn.run.ideal_path import ideal_path
+from scissordyn.run.options import EventKind, Options, StartKind
+from scissordyn.run.painleve import painleve_warnings
+from scissordyn.run.predictability import compared, predictability
+from scissordyn.run.state_scale import scale_warnings
+from scissordyn.run.track import deviation_variables
+from scissordyn.run.trajectory import compute
+from scissordyn.run.warn import contact_failures, run_warnings
+from scissordyn.units import Meaning, checked
+
+__all__ = ["replay", "simulate"]
+
+
+@checked
+def simulate(
+    mechanism: Mechanism,
+    *,
+    until: float,
+    start: StartKind = Options.start,
+    samples: int = Options.samples,
+    rtol: float = Options.rtol,
+    atol: float = Options.atol,
+    method: str = Options.method,
+    most_steps: int = Options.most_steps,
+    events: EventKind = Options.events,
+    trust: bool = Options.trust,
+    progress: Callable[[float], None] | None = None,
+    checkpoint: Annotated[Checkpoint | None, Meaning("where the state is kept", "Checkpoint('run.checkpoint')")] = None,
+) -> xr.Dataset:
+    """Simulate a mechanism and return its motion, forces, contacts and energies.
+
+    Parameters
+    ----------
+    mechanism : Mechanism
+    until : float
+        End of the simulated time [s].
+    start : {"concentric", "in-contact", "static", "as-placed"}
+        Journals concentric with their bearings and moving as in the ideal mechanism; resting in contact along the line
+        of the ideal reaction; in static equilibrium under gravity, springs and loads, the drives fixed at t = 0; or with
+        positions and velocities as the bodies are given, so that a journal can start anywhere in its bearing.
+    samples : int
+        Number of recorded instants, equally spaced; steps and events do not depend on it.
+    rtol : float
+        Error allowed in a step, relative to the speeds and to the internal states of friction laws.
+    atol : float
+        Error in positions allowed in a step, as a fraction of the smallest clearance (of the largest body if there is none).
+    method : str
+        "auto", chosen by an estimate of stiffness, or "dop853", "dopri5", "rodas5p", "rodas4p".
+    most_steps : int
+        Largest number of steps; with more the run fails.
+    events : {"auto", "located", "crossed"}
+        Whether each step ends where a contact begins or ends, or goes across that as long as its error allows; "auto" crosses
+        in mechanisms with many clearance joints.
+    trust : bool
+        Repeat the run at a much tighter tolerance and report the predictability horizon: the time until which both agree.
+    progress : callable, optional
+        Called repeatedly with the simulated time [s].
+    checkpoint : Checkpoint, optional
+        File in which the state is kept now and then. If the file is there already, the run goes on from it; its results are
+        those of a run without interruption, bit for bit.
+
+    Returns
+    -------
+    Dataset
+        Coordinates time, body, joint, axis, contact; every variable has units and a long name. Its attributes hold the
+        configuration, versions, solver statistics, warnings, and a status: "complete", "interrupted" or "failed". A warning
+        says if a contact model has failed, an energy balance does not close, or a controller is at its limit.
+
+    Raises
+    ------
+    InputError
+        If the mechanism cannot be assembled, an option is out of bounds, or the checkpoint is of another run. A failed run
+        raises no error: its Dataset has the results up to the failure, and the cause.
+    """
+    options = Options(until, start, samples, rtol, atol, method, most_steps, events, trust)
+    return _simulate(mechanism, options, progress, checkpoint)
+
+
+_MAKERS = {
+    "scissordyn batch": "simulate_many(...)",
+    "scissordyn bifurcation": "bifurcation(...)",
+    "scissordyn cycles": "cycle(...)",
+}
+"""What makes other datasets again, by their titles."""
+
+
+def replay(
+    run: xr.Dataset,
+    *,
+    allow_code: str | os.PathLike[str] | Sequence[str | os.PathLike[str]] = (),
+    progress: Callable[[float], None] | None = None,
+    checkpoint: Checkpoint | None = None,
+) -> xr.Dataset:
+    """Run a saved run again, from its attributes; the same versions give the same numbers bit for bit.
+
+    Nothing that the run names is executed. If it used functions in a file of the user's own, that file must be allowed.
+
+    Parameters
+    ----------
+    run : Dataset
+    allow_code : path or sequence of path
+        Python files that may be executed. A function is taken from the one with the digest that the run holds.
+    progress : callable, optional
+    checkpoint : Checkpoint, optional
+        As for `simulate`.
+
+    Returns
+    -------
+    Dataset
+
+    Raises
+    ------
+    InputError
+        If it is no run of `simulate`, or uses a function that is in none of the allowed files.
+    """
+    configuration = read_configuration(run)
+    if configuration.options is None or not is_run(run):
+        given = run.attrs.get("title", "a dataset without a title")
+        raise InputError(f"replay of {given!r:.60}", "a Dataset that simulate() made", _MAKERS.get(str(given), ""))
+    return _simulate(configuration.build_mechanism(allow_code), configuration.options, progress, checkpoint)
+
+
+def _simulate(
+    mechanism: Mechanism,
+    options: Options,
+    progress: Callable[[float], None] | None,
+    checkpoint: Checkpoint | None,
+) -> xr.Dataset:
+    check_tables(mechanism, options.until)
+    check_samples(mechanism, options.samples)
+    keeper = None if checkpoint is None else open_checkpoint(checkpoint, mechanism, options)
+    run = _computed(mechanism, options, progress, keeper)
+    if keeper is not None and run.attrs["status"] != "interrupted":
+        keeper.finish()
+    return run
+
+
+def _computed(
+    mechanism: Mechanism, options: Options, progress: Callable[[float], None] | None, keeper: Keeper | None
+) -> xr.Dataset:
+    ideal = ideal_path(mechanism, options) if mechanism.tracks and mechanism.contacts else None
+    states = None
+    if options.trust:
+        path, states = compared(mechanism, options, progress, ideal=ideal, keeper=keeper)
+    else:
+        path = compute(mechanism, options, progress, ideal=ideal, keeper=keeper)
+    path, record = recorded(mechanism, options, path, progress, ideal=ideal)
+    run = to_dataset(mechanism, options, path, record)
+    found = [*path.warnings, *run_warnings(mechanism, run, path.immobile), *passing_warnings(mechanism, run, options.until)]
+    found += painleve_warnings(mechanism, path, record) + scale_warnings(mechanism, options, path)
+    if run.attrs["status"] == "failed":
+        run.attrs["cause"] = "; ".join([run.attrs["cause"], *contact_failures(mechanism, run)])
+    if ideal is not None:
+        run = run.assign(deviation_variables(run, path, ideal))
+        found += ideal.warnings
+    if states is not None:
+        horizon = predictability(options, path, states, run, progress, keeper)
+        run.attrs.update(horizon.attributes)
+        if horizon.interrupted:
+            cause = "interrupted while the run was repeated; the run itself is complete, and its horizon is unknown"
+            run.attrs.update(status="interrupted", cause=cause)
+    if keeper is not None and keeper.problem:
+        found.append(f"the last checkpoints are missing: {keeper.problem}")
+    run.attrs["warnings"] = json.dumps(found)
+    return run

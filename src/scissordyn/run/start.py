@@ -1,0 +1,295 @@
+"""The state a run starts from: journals concentric, resting in contact, as placed, or the whole mechanism at rest."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from scissordyn.component.actuator import Actuator
+from scissordyn.errors import InputError
+from scissordyn.integrate.advance import LOG_COLUMNS
+from scissordyn.integrate.integration import RESET_DATA, RISE
+from scissordyn.jit import Handle
+from scissordyn.laws.dispatch import elastic_force
+from scissordyn.mechanics import functions
+from scissordyn.mechanics.assembly import (
+    Held,
+    Start,
+    assemble,
+    basis_at_start,
+    eccentricity_map,
+    held_rods,
+    natural_state,
+    placed_start,
+)
+from scissordyn.mechanics.reduce import reduce_mechanism
+from scissordyn.mechanics.reduced_model import ReducedModel
+from scissordyn.mechanics.redundancy import nearest
+from scissordyn.mechanics.system import APPROACH_FLOOR, System
+from scissordyn.mechanics.time_function import function_at
+from scissordyn.model.mechanism import Mechanism
+from scissordyn.model.proportion import proportion_warnings
+from scissordyn.run.cause import check_springs, full_coordinates
+from scissordyn.run.driver import make_system
+from scissordyn.run.options import StartKind
+from scissordyn.run.reaction import ideal_reactions
+from scissordyn.run.rest import at_rest, count_turns, equilibrium, turns
+
+__all__ = ["Prepared", "prepare_start"]
+
+MOVED = 1e-3
+"""An assembly that moves a point of a body by more than this fraction of the mechanism's size is said."""
+
+TURNED = 1e-2
+"""Likewise for angles [rad]."""
+
+DROPPED = 1e-2
+"""Likewise for given velocities, as a fraction of them."""
+
+
+@dataclass(frozen=True)
+class Prepared:
+    """A state to start from.
+
+    Parameters
+    ----------
+    y : ndarray, shape (ny,)
+    initial_events : tuple of rows of the event log
+        Of contacts and components that act from the start on.
+    warnings : tuple of str
+    """
+
+    y: np.ndarray
+    initial_events: tuple[list[float], ...]
+    warnings: tuple[str, ...]
+
+
+def prepare_start(reduced: ReducedModel, system: Handle, kind: StartKind) -> Prepared:
+    """The state to start from.
+
+    Parameters
+    ----------
+    reduced : ReducedModel
+    system : Handle
+        Of a `System` whose modes, angles and memories are set.
+    kind : str
+        See `Options.start`.
+
+    Returns
+    -------
+    Prepared
+    """
+    mechanism, content = reduced.mechanism, system.content
+    guess, held = placed_start(reduced, content), Held()
+    held_rods(reduced, content, held)
+    _hold_references(reduced, content, held)
+    warnings: list[str] = []
+    match kind:
+        case "as-placed":
+            start = assemble(reduced, content, guess, held)
+        case "in-contact" if mechanism.contacts:
+            start = _resting(reduced, content, _concentric(reduced, content, guess, held), held)
+        case "static":
+            place, turned = _resting_place(mechanism)
+            count_turns(reduced, content, turned)
+            start = assemble(reduced, content, Start(place, guess.velocity * 0.0), _held_at(reduced, content, place))
+        case _:
+            start = _concentric(reduced, content, guess, held)
+    warnings += _far_from_placed(reduced, content, start, kind)
+    warnings += proportion_warnings(mechanism)
+    y = np.concatenate([start.position, start.velocity, np.zeros(int(content.model.state_start[-1]))])
+    check_springs(reduced, full_coordinates(reduced, content, y, 0.0))
+    events = _touching(system, y, kind)
+    return Prepared(y, tuple(events), tuple(warnings))
+
+
+def _concentric(reduced: ReducedModel, system: System, guess: Start, held: Held) -> Start:
+    """The state of the mechanism with ideal joints, on the same drives."""
+    mechanism = reduced.mechanism
+    if mechanism.contact_points:  # an ideal guide holds what its contact points do not
+        ideal = reduce_mechanism(mechanism.ideal())
+        handle = make_system(ideal)
+        held = Held()
+        held_rods(ideal, handle.content, held)
+        _hold_references(ideal, handle.content, held)
+        start = assemble(ideal, handle.content, placed_start(ideal, handle.content), held)
+        position, velocity = natural_state(ideal, handle.content, start)
+        b, rate = basis_at_start(system)
+        return Start(nearest(reduced, b, position), nearest(reduced, rate, velocity))
+    for j, joint in enumerate(mechanism.clearance_joints):
+        held.add(joint.name, eccentricity_map(system, j), (0.0, 0.0), (0.0, 0.0), reduced.size)
+    return assemble(reduced, system, guess, held)
+
+
+def _resting(reduced: ReducedModel, system: System, start: Start, held: Held) -> Start:
+    """The state in which the journals rest in contact along the ideal reactions."""
+    mechanism = reduced.mechanism
+    if mechanism.contact_points:
+        raise InputError(
+            f"start = 'in-contact' with the clearance guide '{mechanism.contact_points[0].guide}', whose contact points may "
+            "rest in several ways",
+            "start = 'static', or 'concentric', from which they settle",
+        )
+    offsets = _resting_offsets(mechanism, system, ideal_reactions(mechanism))
+    resting = Held()
+    held_rods(reduced, system, resting)
+    _hold_references(reduced, system, resting)
+    for j, joint in enumerate(mechanism.clearance_joints):
+        resting.add(joint.name, eccentricity_map(system, j), tuple(offsets[j]), (0.0, 0.0), reduced.size)
+    return assemble(reduced, system, start, resting)
+
+
+def _held_at(reduced: ReducedModel, system: System, place: np.ndarray) -> Held:
+    """Journals held where they are at a position."""
+    held, full = Held(), np.append(place, basis_at_start(system)[0])
+    for j, joint in enumerate(reduced.mechanism.clearance_joints):
+        vector = eccentricity_map(system, j)
+        held.add(joint.name, vector, tuple(vector.at(full)), (0.0, 0.0), reduced.size)
+    return held
+
+
+def _resting_place(mechanism: Mechanism) -> tuple[np.ndarray, dict[str, float]]:
+    """Free coordinates and turns of static equilibrium: of the ideal mechanism, then near it of the one with clearances."""
+    still = at_rest(mechanism)
+    ideal = reduce_mechanism(still.ideal())
+    system = make_system(ideal)
+    first = assemble(ideal, system.content, placed_start(ideal, system.content), Held())
+    place, load = equilibrium(ideal, system, first.position)
+    rest = Start(place, np.zeros(ideal.free))
+    turned = turns(ideal, system.content)
+    if not mechanism.contacts:
+        return rest.position, turned
+    reduced = reduce_mechanism(still)
+    handle = make_system(reduced)
+    count_turns(reduced, handle.content, turned)
+    b, rate = basis_at_start(handle.content)
+    position, velocity = natural_state(ideal, system.content, rest)
+    start = Start(nearest(reduced, b, position), nearest(reduced, rate, velocity))
+    forces = ideal_reactions(still, rest.position, system.content.state.reference)
+    with_clearance = [joint.clearance is not None for joint in mechanism.joints]
+    if np.all(np.isfinite(forces[with_clearance])):
+        offsets, held = _resting_offsets(still, handle.content, forces), Held()
+        for j, joint in enumerate(still.clearance_joints):
+            held.add(joint.name, eccentricity_map(handle.content, j), tuple(offsets[j]), (0.0, 0.0), reduced.size)
+        start = assemble(reduced, handle.content, start, held)
+    place, _ = equilibrium(reduced, handle, start.position, load)
+    return place, turns(reduced, handle.content)
+
+
+def _resting_offsets(mechanism: Mechanism, system: System, force: np.ndarray) -> np.ndarray:
+    """Eccentricities at which the elastic contact forces equal the reactions of the ideal joints, shape (nj, 2) [m]."""
+    offsets = np.zeros((len(mechanism.clearance_joints), 2))
+    names = [other.name for other in mechanism.joints]
+    for j, joint in enumerate(mechanism.clearance_joints):
+        reaction = force[names.index(joint.name)]
+        if not np.all(np.isfinite(reaction)):
+            raise InputError(
+                f"start = 'in-contact' with clearance joint '{joint.name}', whose ideal reaction is not determined (more "
+                "joints than the mechanism needs, or a singular position)",
+                "start = 'concentric'",
+            )
+        size = float(np.hypot(*reaction))
+        depth = _indentation(system, j, size)
+        reach = system.parameters.contact["clearance"][j] + depth
+        offsets[j] = -reach * reaction / size if size > 0.0 else 0.0
+    return offsets
+
+
+def _indentation(system: System, j: int, force: float) -> float:
+    """Indentation at which the elastic part of contact j balances a force (bisection on a monotone law)."""
+    if force == 0.0:
+        return 0.0
+    numbers = system.parameters
+    kind, row = numbers.law["stiffness"][j], numbers.elastic[j]
+    low, high = 0.0, float(numbers.contact["clearance"][j])
+    while elastic_force(kind, high, row) < force and high < numbers.contact["radius"][j]:
+        high *= 2.0
+    for _ in range(200):
+        middle = 0.5 * (low + high)
+        if elastic_force(kind, middle, row) < force:
+            low = middle
+        else:
+            high = middle
+    return high
+
+
+def _touching(system: Handle, y: np.ndarray, kind: StartKind) -> list[list[float]]:
+    """Let everything act that is past its gap at the start; returns the rows of the event log.
+
+    A concentric start has no contacts, whatever round-off says; stops and cables may act.
+    """
+    content: System = system.content
+    contacts, rows = content.parameters.contact.size, []
+    value, rate = np.zeros(content.state.mode.size), np.zeros(content.state.mode.size)
+    functions.guards(0.0, y, system.address, value, rate)
+    latches = {int(content.model.component_guard[component]) for _, _, component in content.model.latch.tolist()}
+    for guard in np.flatnonzero(value > 0.0).tolist():
+        if guard in latches or (guard < contacts and kind == "concentric"):
+            continue
+        data = np.zeros(RESET_DATA)
+        functions.touch(0.0, y, guard, system.address, data)
+        row = [0.0, float(guard), float(RISE), max(float(data[0]), APPROACH_FLOOR), float(data[1])]
+        rows.append(row + [0.0] * (LOG_COLUMNS - len(row)))
+    return rows
+
+
+def _hold_references(reduced: ReducedModel, system: System, held: Held) -> None:
+    """Hold bodies at the angles and speeds of the references that they are to start on, and count their turns from there."""
+    numbers, model, work = system.parameters, system.model, system.work
+    for i, component in enumerate(reduced.mechanism.components):
+        if isinstance(component, Actuator) and component.start_on_reference:
+            first = model.function[i]
+            rows = numbers.motion[numbers.motion_start[first] : numbers.motion_start[first + 1]]
+            function_at(0.0, rows, work.function_value)
+            angle, speed = work.function_value[:2].tolist()
+            cos, sin = math.cos(angle), math.sin(angle)
+            name = f"the reference of actuator '{component.name}'"
+            held.add(name, reduced.direction(component.body), (cos, sin), (-speed * sin, speed * cos))
+            system.state.reference[model.reference_of[i]] = angle
+
+
+def _far_from_placed(reduced: ReducedModel, system: System, start: Start, kind: StartKind) -> list[str]:
+    """What the assembly changed of the given positions and velocities, in words."""
+    (given, given_velocity), (position, velocity) = reduced.placed, natural_state(reduced, system, start)
+    found = _moved(reduced, given, position)
+    if kind != "static" and np.any(given_velocity):
+        found += _changed_velocity(reduced, given_velocity, velocity, kind)
+    return found
+
+
+def _moved(reduced: ReducedModel, given: np.ndarray, position: np.ndarray) -> list[str]:
+    """The body that was moved or rotated farthest, if any was noticeably."""
+    size = reduced.size
+    if np.abs(position - given).max(initial=0.0) < 0.5 * min(MOVED * size, TURNED):  # half: of both components
+        return []
+    prescribed = {part.body for part in reduced.mechanism.components if isinstance(part, Actuator) and part.start_on_reference}
+    prescribed |= {drive.body for drive in reduced.mechanism.drives}
+    farthest, text = MOVED * size, ""
+    for body in reduced.mechanism.bodies:
+        p = reduced.offsets[body.name]
+        far = math.dist(position[p : p + 2], given[p : p + 2])
+        if far > farthest:
+            farthest, text = far, f"body '{body.name}' was moved by {far * 1e3:.4g} mm"
+        if body.rotates and body.name not in prescribed:
+            (cos, sin), (x, y) = given[p + 2 : p + 4], position[p + 2 : p + 4]
+            angle = abs(math.atan2(cos * y - sin * x, cos * x + sin * y))
+            if angle > TURNED and angle * size > farthest:
+                farthest, text = angle * size, f"body '{body.name}' was rotated by {math.degrees(angle):.4g} deg"
+    return [f"to assemble the mechanism at the start, {text} from where it was placed"] if text else []
+
+
+def _changed_velocity(reduced: ReducedModel, given: np.ndarray, velocity: np.ndarray, kind: StartKind) -> list[str]:
+    """The body whose given velocity was changed most, if any was noticeably."""
+    most, name = 0.0, ""
+    for body in reduced.mechanism.bodies:
+        p = reduced.offsets[body.name]
+        change = math.dist(given[p : p + 2], velocity[p : p + 2])
+        wanted = math.hypot(*body.velocity) + abs(body.angular_velocity) * reduced.size
+        if wanted > 0.0 and change > max(DROPPED * wanted, most):
+            most, name = change, body.name
+    if not name:
+        return []
+    advice = "" if kind == "as-placed" else "; start = 'as-placed' keeps what clearance joints allow of it"
+    return [f"the velocity given for body '{name}' is changed by {most:.4g} m/s to fit joints and drives{advice}"]

@@ -1,0 +1,86 @@
+"""Motion of tracked points, and their deviation from the ideal mechanism on the same drive."""
+
+from __future__ import annotations
+
+import numpy as np
+import xarray as xr
+
+from scissordyn.mechanics.monitored import TRACK_DEVIATION
+from scissordyn.mechanics.outputs import Record
+from scissordyn.run.ideal_path import IdealPath
+from scissordyn.run.settling import SETTLING, settling_times
+from scissordyn.run.trajectory import Trajectory
+
+__all__ = ["deviation_variables", "track_variables"]
+
+Variables = dict[str, xr.Variable]
+
+
+def track_variables(path: Trajectory, found: Record) -> Variables:
+    """Position, velocity and acceleration of the tracked points, along `track`; nothing if there are none.
+
+    Parameters
+    ----------
+    path : Trajectory
+    found : Record
+
+    Returns
+    -------
+    dict of str to Variable
+    """
+    tracks = path.reduced.mechanism.tracks
+    if not tracks:
+        return {}
+    maps = [path.reduced.tracked(track) for track in tracks]
+    dims = ("time", "track", "axis")
+    variables: Variables = {
+        "track": xr.Variable(("track",), np.array([track.name for track in tracks]), {"long_name": "tracked point"})
+    }
+    for name, rows, units in (("position", found.X, "m"), ("velocity", found.V, "m/s"), ("acceleration", found.A, "m/s^2")):
+        values = np.stack([each.at(rows) for each in maps], axis=1)
+        text = f"{name} of the tracked point"
+        variables[f"track_{name}"] = xr.Variable(dims, values, {"units": units, "long_name": text})
+    return variables
+
+
+def deviation_variables(run: xr.Dataset, path: Trajectory, ideal: IdealPath) -> Variables:
+    """Distance of the tracked points from where they are in the ideal mechanism.
+
+    Parameters
+    ----------
+    run : Dataset
+        With the motion of the tracked points.
+    path : Trajectory
+        Of the same run.
+    ideal : IdealPath
+        That it was compared with.
+
+    Returns
+    -------
+    dict of str to Variable
+        `track_deviation` along time and track [m], NaN where the ideal mechanism does not reach; along track its located
+        maximum `peak_track_deviation` [m] with `peak_track_deviation_time` [s], its root mean square `rms_track_deviation` [m],
+        and `settling_time` [s] of the points that have a tolerance. The last four are NaN if the ideal mechanism ends early.
+    """
+    place = ideal.at(run["time"].values)
+    difference = run["track_position"].transpose("time", "track", "axis").values - place
+    about = "distance of the tracked point from where it is in the ideal mechanism"
+    peaks = path.peaks(TRACK_DEVIATION)
+    columns = (
+        ("peak_track_deviation", peaks[:, 0], "m", f"largest {about}"),
+        ("peak_track_deviation_time", peaks[:, 1], "s", f"when the {about} is largest"),
+        ("rms_track_deviation", np.sqrt(peaks[:, 3] / path.end) if path.end > 0.0 else peaks[:, 0], "m", f"r.m.s. {about}"),
+        ("settling_time", settling_times(path.reduced.mechanism, path.bands(TRACK_DEVIATION), path.end), "s", SETTLING),
+    )
+    unknown = ideal.end < path.end * (1.0 - 1e-9)
+    return {
+        "track_deviation": xr.Variable(("time", "track"), np.hypot(*np.moveaxis(difference, -1, 0)), _text("m", about)),
+        **{
+            name: xr.Variable(("track",), np.full_like(values, np.nan) if unknown else values, _text(units, text))
+            for name, values, units, text in columns
+        },
+    }
+
+
+def _text(units: str, long_name: str) -> dict[str, str]:
+    return {"units": units, "long_name": long_name}

@@ -1,0 +1,248 @@
+"""From a mechanism to samples and events."""
+
+from __future__ import annotations
+
+import time as clocks
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from scissordyn.integrate import advance as loop
+from scissordyn.integrate.integration import Samples
+from scissordyn.jit import Handle
+from scissordyn.mechanics import functions
+from scissordyn.mechanics.monitored import monitored_rows
+from scissordyn.mechanics.reduce import reduce_mechanism
+from scissordyn.mechanics.reduced_model import ReducedModel
+from scissordyn.model.mechanism import Mechanism
+from scissordyn.run.cause import failed_latch, full_coordinates, immobile_joints, singular_position
+from scissordyn.run.checkpoint import Keeper
+from scissordyn.run.driver import Driver, counted, make_system
+from scissordyn.run.method import Choice, choose_method
+from scissordyn.run.options import Options
+from scissordyn.run.shared_model import share_model
+from scissordyn.run.start import Prepared, prepare_start
+from scissordyn.run.tolerance import error_weights
+
+if TYPE_CHECKING:
+    from scissordyn.run.ideal_path import IdealPath
+
+__all__ = ["Trajectory", "broken_off", "compute", "crosses", "make_driver"]
+
+CROSSED_FROM = 6
+"""Number of clearance joints from which steps go across contacts that begin and end (docs/decisions)."""
+
+CAUSES = {
+    loop.STEP_TOO_SMALL: "the step size fell to round-off",
+    loop.NOT_FINITE: "a law or a position became infinite or not a number",
+    loop.STUCK: "contacts and separations followed each other without any progress in time",
+}
+
+
+@dataclass(frozen=True)
+class Trajectory:
+    """What a run returns: samples, events and how it ended.
+
+    Parameters
+    ----------
+    reduced : ReducedModel
+    system : Handle
+        Of the mechanics' `System`.
+    samples : Samples
+        Trimmed to what was reached.
+    log : ndarray, shape (events, LOG_COLUMNS)
+        Time, guard, new mode, rate and angle of n or loss; of the contact that ended the largest normal force, when, impulse,
+        losses.
+    peak : ndarray, shape (guards + monitors, 5)
+        The same five of contacts still going on at the end, and the largest values of what is monitored throughout.
+    end : float
+        Time reached [s].
+    status : str
+        "complete", "interrupted" or "failed".
+    cause : str
+        Why it is not complete.
+    statistics : dict
+        Method and the reason for it, steps, rejected, rates, jacobians, events, seconds.
+    immobile : tuple of str
+        Clearance joints that cannot move.
+    warnings : tuple of str
+        From the start.
+    steps : tuple of ndarray
+        Time, state and modes at the end of each step, if they were recorded.
+    band : ndarray, shape (monitors, 3)
+        Of what is monitored throughout: a limit, the last instant above it, the first at or below it [s].
+    """
+
+    reduced: ReducedModel
+    system: Handle
+    samples: Samples
+    log: np.ndarray
+    peak: np.ndarray
+    end: float
+    status: str
+    cause: str
+    statistics: dict[str, str | int | float]
+    immobile: tuple[str, ...]
+    warnings: tuple[str, ...]
+    steps: tuple[np.ndarray, np.ndarray, np.ndarray]
+    band: np.ndarray
+
+    def peaks(self, kind: int) -> np.ndarray:
+        """Of one kind of quantity that is monitored throughout: largest value, when, and the integrals."""
+        return np.asarray(self.peak[monitored_rows(self.system.content.model, kind)])
+
+    def monitored(self, kind: int) -> np.ndarray:
+        """Which drives, components, contacts or tracked points have a quantity of one kind."""
+        monitor = self.system.content.model.monitor
+        return np.asarray(monitor[monitor[:, 0] == kind, 1])
+
+    def bands(self, kind: int) -> np.ndarray:
+        """Of one kind of quantity that is monitored throughout: limit, last instant above it, first at or below it."""
+        model = self.system.content.model
+        return np.asarray(self.band[monitored_rows(model, kind) - model.guard_component.size])
+
+
+def make_driver(reduced: ReducedModel, options: Options) -> tuple[Driver, Prepared, Choice]:
+    """A driver at the start of a run.
+
+    Parameters
+    ----------
+    reduced : ReducedModel
+    options : Options
+
+    Returns
+    -------
+    driver : Driver
+    prepared : Prepared
+    choice : Choice
+    """
+    system = make_system(reduced)
+    prepared = prepare_start(reduced, system, options.start)
+    tolerances = error_weights(reduced, system, prepared.y, rtol=options.rtol, atol=options.atol)
+    choice = choose_method(reduced, system, prepared.y, options, tolerances)
+    driver = Driver(
+        reduced,
+        system,
+        prepared.y,
+        method=choice.method,
+        tolerances=tolerances,
+        crosses=crosses(reduced.mechanism, options),
+        initial_events=prepared.initial_events,
+    )
+    return driver, prepared, choice
+
+
+def crosses(mechanism: Mechanism, options: Options) -> bool:
+    """Whether steps go across contacts that begin and end."""
+    if options.events == "auto":
+        return len(mechanism.contacts) >= CROSSED_FROM
+    return options.events == "crossed"
+
+
+def compute(
+    mechanism: Mechanism,
+    options: Options,
+    progress: Callable[[float], None] | None = None,
+    *,
+    times: np.ndarray | None = None,
+    record_steps: bool = False,
+    monitor: bool = True,
+    ideal: IdealPath | None = None,
+    keeper: Keeper | None = None,
+    part: str = "run",
+) -> Trajectory:
+    """Simulate a mechanism.
+
+    Parameters
+    ----------
+    mechanism : Mechanism
+    options : Options
+    progress : callable, optional
+        Called now and then with the simulated time [s].
+    times : ndarray, optional
+        Instants of the samples [s]; equally spaced as the options say if not given.
+    record_steps : bool
+        Whether to keep time and state at the end of each step.
+    monitor : bool
+        Whether energies and largest values are wanted, which take part of the time; the motion does not depend on it.
+    ideal : IdealPath, optional
+        That tracked points are compared with.
+    keeper : Keeper, optional
+        Writes checkpoints, and may have one to go on from.
+    part : str
+        What they call this computation.
+
+    Returns
+    -------
+    Trajectory
+    """
+    share_model(mechanism)
+    reduced = reduce_mechanism(mechanism)
+    driver, prepared, choice = make_driver(reduced, options)
+    content = driver.system.content
+    still = tuple(immobile_joints(reduced, content, full_coordinates(reduced, content, prepared.y, 0.0)))
+    driver.sample_at(np.linspace(0.0, options.until, options.samples) if times is None else times)
+    driver.monitor(monitor)
+    if record_steps:
+        driver.record_steps()
+    if ideal is not None:
+        driver.compare_with(ideal.table, ideal.step)
+    began = clocks.perf_counter()
+    if keeper is not None:
+        began -= keeper.take_up(part, driver)
+        progress = keeper.watching(part, driver, progress, lambda: clocks.perf_counter() - began)
+    cause, status = "", loop.ADVANCING
+    try:
+        status = driver.advance(options.until, most_steps=options.most_steps - driver.tried, progress=progress)
+        if status == loop.ADVANCING:
+            cause = f"{options.most_steps} steps are not enough"
+    except KeyboardInterrupt:
+        cause = "interrupted"
+    seconds = clocks.perf_counter() - began
+    if keeper is not None and (status == loop.FINISHED or cause == "interrupted"):
+        keeper.write(part, driver, seconds)
+    cause = cause or broken_off(status, driver)
+    ended = "complete" if status == loop.FINISHED else ("interrupted" if cause == "interrupted" else "failed")
+    if ended != "complete":
+        cause = f"stopped at t = {driver.time:.9g} s of {options.until:g} s: {cause}"
+    return Trajectory(
+        reduced=reduced,
+        system=driver.system,
+        samples=driver.samples,
+        log=driver.log.copy(),
+        peak=driver.state.peak.copy(),
+        end=driver.time,
+        status=ended,
+        cause=cause,
+        statistics={"method": choice.method, "reason": choice.reason, **counted(driver.state), "seconds": seconds},
+        immobile=still,
+        warnings=prepared.warnings,
+        steps=driver.steps,
+        band=driver.state.band.copy(),
+    )
+
+
+def broken_off(status: int, driver: Driver) -> str:
+    """Why the loop broke off, with the parts that are at fault; empty if it did not."""
+    if status not in CAUSES:
+        return ""
+    reduced, state = driver.reduced, driver.state
+    named = failed_latch(reduced, driver.system) or singular_position(reduced, driver.system, state.y, driver.time)
+    return named or f"{CAUSES[status]}{_culprit(driver)}"
+
+
+def _culprit(driver: Driver) -> str:
+    """Which contact is in the worst state, for the message of a failed run."""
+    mechanism, state = driver.reduced.mechanism, driver.state
+    if not mechanism.contacts:
+        return ""
+    values, rates = np.zeros(state.mode.size), np.zeros(state.mode.size)
+    functions.guards(driver.time, state.y, driver.system.address, values, rates)
+    clearance = driver.system.content.parameters.contact["clearance"]
+    gap = values[: clearance.size]
+    j = int(np.argmax(np.where(np.isnan(gap), np.inf, gap / clearance)))
+    return (
+        f"; joint '{mechanism.contacts[j].name}': indentation {gap[j] * 1e3:.4g} mm at a clearance of {clearance[j] * 1e3:g} mm"
+    )

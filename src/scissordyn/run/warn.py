@@ -1,0 +1,302 @@
+"""Warnings of a run: models outside their range, limits reached, balances that do not close."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+import numpy as np
+import xarray as xr
+
+from scissordyn.component.actuator import Actuator
+from scissordyn.integrate.integration import RISE
+from scissordyn.laws.validity import contact_failure, contact_warnings
+from scissordyn.mechanics.monitored import COMPONENT_FORCE, EXCEEDED, FRICTION_RATIO, INDENTATION
+from scissordyn.model.mechanism import Mechanism
+
+if TYPE_CHECKING:
+    from scissordyn.run.driver import Driver
+
+__all__ = ["Extremes", "contact_failures", "energy_turned_over", "run_warnings"]
+
+TURNED_OVER = (
+    "kinetic_energy",
+    "potential_energy",
+    "elastic_energy",
+    "stored_energy",
+    "drive_work",
+    "motor_work",
+    "load_work",
+)
+"""Energies whose change during a run is what its energy balance is compared with."""
+
+UNBALANCED = 1e-3
+"""Residual of the energy balance over the energy turned over above which a run has a warning. At the default tolerances it is
+below 1e-6."""
+
+CARRIED = 1e-6
+"""Residual over the largest energy below which the balance closes however little energy is turned over: a body that rotates
+freely carries energy and turns none over."""
+
+MOVED = 1e-9
+"""Of the mechanism's size, and in rad: a mechanism that moves by less stands still, and its energies change by the errors that
+default tolerances allow."""
+
+AT_LIMIT = 1.0 - 1e-9
+"""Torque over its limit above which a controller is at the limit."""
+
+
+def run_warnings(mechanism: Mechanism, run: xr.Dataset, immobile: tuple[str, ...]) -> list[str]:
+    """The warnings of a run, each once.
+
+    Parameters
+    ----------
+    mechanism : Mechanism
+    run : Dataset
+    immobile : tuple of str
+        Clearance joints that cannot move.
+
+    Returns
+    -------
+    list of str
+    """
+    found = contact_failures(mechanism, run)
+    touched, speed = _values(run, "contact_joint"), _values(run, "approach_speed")
+    for number, joint in enumerate(mechanism.contacts):
+        depth = float(_values(run, "peak_indentation")[mechanism.joint_names.index(joint.name)])
+        found += _of_contact(mechanism, number, speed[touched == joint.name].tolist(), depth)
+    for i, rod in enumerate(mechanism.rods):
+        force = _values(run, "rod_force")[:, i]
+        if rod.tension_only and np.min(force, initial=0.0) < 0.0:
+            first, worst = int(np.argmax(force < 0.0)), int(np.argmin(force))
+            found.append(
+                f"joint '{rod.name}': negative normal force from t = {run['time'].values[first]:.6g} s on (N falls to "
+                f"{force[worst]:.6g} N at t = {run['time'].values[worst]:.6g} s); constrained contact is not possible there"
+            )
+    found += [
+        f"clearance joint '{name}' cannot move: the rest of the mechanism is rigid there, so the clearance has no effect"
+        for name in immobile
+    ]
+    found += _exceeded(run)
+    found += _undetermined(run)
+    found += _saturated(mechanism, run)
+    found += _gained(run)
+    found += _impulses(run)
+    if not _stands_still(mechanism, run):
+        found += _unbalanced(run)
+    return list(dict.fromkeys(found))
+
+
+class Extremes:
+    """What contacts, friction and controllers have come to at most in one or more stretches of a run.
+
+    Parameters
+    ----------
+    mechanism : Mechanism
+    """
+
+    def __init__(self, mechanism: Mechanism) -> None:
+        self.mechanism = mechanism
+        self._speeds: list[list[float]] = [[] for _ in mechanism.contacts]
+        self._indentation = np.zeros(len(mechanism.contacts))
+        self._friction = dict[int, tuple[float, float]]()
+        self._effort = np.zeros(len(mechanism.components))
+
+    def add(self, driver: Driver) -> None:
+        """Add what a driver has accumulated since it last began to count.
+
+        Parameters
+        ----------
+        driver : Driver
+        """
+        log, peak, count = driver.log, driver.state.peak, len(self._speeds)
+        for guard, _, speed in log[log[:, 2] == RISE, 1:4].tolist():
+            if guard < count:
+                self._speeds[int(guard)].append(speed)
+        if count:
+            np.maximum(self._indentation, peak[driver.rows(INDENTATION), 0], out=self._indentation)
+        for row in driver.rows(FRICTION_RATIO).tolist():
+            joint = int(driver.system.content.model.monitor[row - driver.state.mode.size, 1])
+            ratio, lasting = self._friction.get(joint, (0.0, 0.0))
+            self._friction[joint] = max(ratio, float(peak[row, 0])), lasting + float(peak[row, 3])
+        if self._effort.size:
+            np.maximum(self._effort, peak[driver.rows(COMPONENT_FORCE)[: self._effort.size], 0], out=self._effort)
+
+    def warnings(self) -> list[str]:
+        """The warnings that follow, without samples: of contact laws, friction and controllers.
+
+        Singular positions, redundant joints, and an energy balance that does not close are reported by single runs only.
+        """
+        mechanism, depth, found = self.mechanism, self._indentation.tolist(), list[str]()
+        for number, joint in enumerate(mechanism.contacts):
+            assert joint.clearance is not None
+            failed = contact_failure(joint.name, joint.clearance.contact, depth[number])
+            found += [f"the contact model has failed: {failed}"] if failed else []
+            found += _of_contact(mechanism, number, self._speeds[number], depth[number])
+        for number, (ratio, lasting) in self._friction.items():
+            if lasting > 0.0:
+                found.append(_exceeding(mechanism.contacts[number].name, ratio, lasting))
+        for number, part in enumerate(mechanism.components):
+            limit = getattr(part.controller, "limit", None) if isinstance(part, Actuator) else None
+            if limit is not None and self._effort[number] >= AT_LIMIT * limit:
+                found.append(f"actuator '{part.name}': the controller reaches its limit of {limit:g} N m")
+        return list(dict.fromkeys(found))
+
+
+def _of_contact(mechanism: Mechanism, number: int, speeds: list[float], depth: float) -> list[str]:
+    joint = mechanism.contacts[number]
+    assert joint.clearance is not None
+    laws = joint.clearance
+    return contact_warnings(
+        joint.name, laws.contact, laws.stiffness, laws.damping, laws.friction, approach_speed=speeds, indentation=depth
+    )
+
+
+def contact_failures(mechanism: Mechanism, run: xr.Dataset) -> list[str]:
+    """For each joint whose journal was pressed in by more than its radius: that its contact model has failed, and when."""
+    found = []
+    for joint in mechanism.contacts:
+        assert joint.clearance is not None
+        at = mechanism.joint_names.index(joint.name)
+        text = contact_failure(joint.name, joint.clearance.contact, float(_values(run, "peak_indentation")[at]))
+        if text:
+            beyond = _values(run, "indentation")[:, at] > joint.clearance.contact.journal_radius
+            largest = float(_values(run, "peak_indentation_time")[at])
+            first = min(largest, _values(run, "time")[int(np.argmax(beyond))]) if beyond.any() else largest
+            found.append(f"the contact model has failed, and the results from t = {first:.6g} s on are not valid: {text}")
+    return found
+
+
+def energy_turned_over(run: xr.Dataset) -> float:
+    """The largest change of an energy or work during a run [J]."""
+    return (
+        max((float(np.ptp(_values(run, name))) for name in TURNED_OVER if name in run.variables), default=0.0)
+        if run.sizes["time"]
+        else 0.0
+    )
+
+
+def _values(run: xr.Dataset, name: str) -> np.ndarray:
+    """The values of a variable; run[name] would make a DataArray with its coordinates."""
+    return np.asarray(run.variables[name].values)
+
+
+def _stands_still(mechanism: Mechanism, run: xr.Dataset) -> bool:
+    """Whether no body moves by more than `MOVED`."""
+    if not run.sizes["time"]:
+        return True
+    motion = (_values(run, "position"), MOVED * mechanism.size), (_values(run, "angle"), MOVED)
+    middle = run.sizes["time"] // 2
+    if any(np.any(np.abs(part[middle] - part[0]) > least) for part, least in motion):  # most runs move, which is soon seen
+        return False
+    return not any(np.any(np.ptp(part, axis=0) > least) for part, least in motion)  # angles of point masses are no numbers
+
+
+def _unbalanced(run: xr.Dataset) -> list[str]:
+    """A run that gains or loses energy."""
+    residual = float(np.max(np.abs(_values(run, "energy_residual")), initial=0.0))
+    turned_over = energy_turned_over(run)
+    largest = max(
+        (float(np.max(np.abs(_values(run, name)), initial=0.0)) for name in TURNED_OVER if name in run.variables),
+        default=0.0,
+    )
+    if not residual > max(UNBALANCED * turned_over, CARRIED * largest):
+        return []
+    share = f", {residual / turned_over:.2g} of the energy turned over" if turned_over > 0.0 else ""
+    return [f"the energy balance misses {residual:.3g} J{share}: the results are not accurate; try a smaller rtol and atol"]
+
+
+def _gained(run: xr.Dataset) -> list[str]:
+    """Losses that are gains: the balance closes with them, as they are computed from the force that does the work."""
+    turned_over, found, unseen = energy_turned_over(run), list[str](), "; the energy balance does not see it"
+    for name, what in (("damping_loss", "the damping of a contact"), ("damper_loss", "a component")):
+        loss = _values(run, name)
+        gain = np.maximum.accumulate(loss) - loss
+        if float(np.max(gain, initial=0.0)) > UNBALANCED * turned_over:
+            worst = int(np.argmax(gain))
+            when = run["time"].values[worst]
+            found.append(f"{what} gives energy: {name} falls by {gain[worst]:.3g} J until t = {when:.6g} s{unseen}")
+    if "event_loss" in run.variables:
+        rows = zip(*(_values(run, f"event_{key}") for key in ("name", "time", "loss")), strict=True)
+        found += [
+            f"the event of '{name}' at t = {when:.6g} s gives {-loss:.3g} J{unseen}"
+            for name, when, loss in rows
+            if -loss > CARRIED * turned_over
+        ]
+    return found
+
+
+def _impulses(run: xr.Dataset) -> list[str]:
+    """Latches that lock while a drive keeps its speed: its torque is no number there."""
+    if "event_drive_work" not in run.variables:
+        return []
+    rows = zip(*(_values(run, f"event_{key}") for key in ("name", "time", "drive_work")), strict=True)
+    least = CARRIED * energy_turned_over(run)
+    return [
+        f"latch '{name}' locks at t = {when:.6g} s by an impulse that the drives take up with {work:.3g} J; the largest "
+        "driving torques do not contain it"
+        for name, when, work in rows
+        if abs(work) > least
+    ]
+
+
+def _saturated(mechanism: Mechanism, run: xr.Dataset) -> list[str]:
+    """Controllers at their limit, how long, and how far from their reference."""
+    found = []
+    actuators = [part for part in mechanism.components if isinstance(part, Actuator)]
+    for k, part in enumerate(actuators):
+        limit = getattr(part.controller, "limit", None)
+        if limit is None or not float(_values(run, "peak_control_torque")[k]) >= AT_LIMIT * limit:
+            continue
+        at = np.abs(_values(run, "control_torque")[:, k]) >= AT_LIMIT * limit
+        time = _values(run, "time")
+        text = f"actuator '{part.name}': the controller is at its limit of {limit:g} N m "
+        if at.any():
+            text += f"for {np.mean(at):.2g} of the run, first at t = {time[at][0]:.6g} s"
+        else:
+            text += "for less than the time between two samples"
+        if part.reference is not None and at.any():
+            behind = float(np.max(np.abs(_values(run, "control_error")[at, k])))
+            text += f", and there up to {math.degrees(behind):.3g} deg from its reference"
+        found.append(text)
+    return found
+
+
+def _exceeded(run: xr.Dataset) -> list[str]:
+    """Bristles that give more friction than their law's static limit, how much and how long."""
+    if "peak_friction_ratio" not in run:
+        return []
+    rows = zip(
+        _values(run, "joint"),
+        _values(run, "peak_friction_ratio"),
+        _values(run, "friction_excess_time"),
+        strict=True,
+    )
+    return [_exceeding(name, ratio, lasting) for name, ratio, lasting in rows if lasting > 0.0]
+
+
+def _exceeding(name: str, ratio: float, lasting: float) -> str:
+    return (
+        f"joint '{name}': friction reaches {ratio:.3g} times the static limit of its law, and exceeds {EXCEEDED:g} times it "
+        f"for {lasting:.3g} s; see bristle_damping and damping_speed"
+    )
+
+
+def _undetermined(run: xr.Dataset) -> list[str]:
+    """Reactions that are not determined, at all times or where bodies are aligned."""
+    missing = np.isnan(_values(run, "reaction")).any(axis=2)
+    if not missing.any():
+        return []
+    names = _some(_values(run, "joint")[missing.any(axis=0)].tolist())
+    instants = missing.any(axis=1)
+    if instants.all():
+        return [f"there are redundant ideal joints; the reactions of {names} are not determined and are left out (NaN)"]
+    return [
+        f"at {np.sum(instants)} of {instants.size} instants, first at t = {run['time'].values[instants][0]:.6g} s, bodies are "
+        f"aligned (a singular position): the reactions of {names} are not determined there and are left out (NaN)"
+    ]
+
+
+def _some(names: list[str], most: int = 6) -> str:
+    quoted = [f"'{name}'" for name in names[:most]] + ([f"{len(names) - most} more"] if len(names) > most else [])
+    return ", ".join(quoted)

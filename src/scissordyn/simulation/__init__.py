@@ -1,1 +1,0 @@
-"""Simulation: mechanism, consistent start, time stepping, Dataset."""

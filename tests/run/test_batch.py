@@ -1,0 +1,146 @@
+"""Many cases of one mechanism."""
+
+import math
+import threading
+from typing import Any
+
+import numpy as np
+import pytest
+import xarray as xr
+
+import scissordyn as sd
+from scissordyn.run.measure import MEASURES
+
+CASES = 12
+
+
+def arm(**clearance: Any) -> sd.Mechanism:
+    """The paper's array with joint A."""
+    loose = sd.scissor(units=2).with_clearance("A", sd.Clearance(0.5e-3, **clearance)).driven(speed=sd.rpm(150))
+    return loose.track("tip", "unit 2/bar 1", "end", 1e-3)
+
+
+OVER = {
+    "A.clearance": np.linspace(1e-4, 7e-4, CASES),
+    "drive.speed": sd.rpm(1) * np.linspace(250.0, 100.0, CASES),
+}
+
+
+@pytest.fixture(scope="module", params=["frictionless", "lugre"])
+def case(request: pytest.FixtureRequest) -> tuple[sd.Mechanism, xr.Dataset]:
+    """A mechanism and its batch on one thread."""
+    mechanism = arm(friction=sd.LuGre(0.05)) if request.param == "lugre" else arm()
+    return mechanism, sd.simulate_many(mechanism, OVER, until=0.02, measures=tuple(MEASURES), threads=1)
+
+
+def test_a_case_is_the_run_of_simulate(case: tuple[sd.Mechanism, xr.Dataset]) -> None:
+    """Cross-check: every measure is that of `simulate`, bit for bit, whatever was in the thread's arrays before."""
+    mechanism, batch = case
+    for k in range(CASES):
+        changed = mechanism.replace("A.clearance", OVER["A.clearance"][k]).replace("drive.speed", OVER["drive.speed"][k])
+        run, one = sd.simulate(changed, until=0.02, samples=2), batch.isel(case=k).sel(joint="A")
+        assert float(one["peak_force"]) == float(run["peak_force"].max())
+        assert float(one["contact_count"]) == run.sizes["contact"] > 0
+        assert float(one["first_contact"]) == float(run["contact_start"][0])
+        assert float(one["peak_drive_torque"][0]) == float(run["peak_drive_torque"][0])
+        for name in ("peak_pressure_velocity", "peak_indentation"):
+            assert float(one[name]) == float(run[name].sel(joint="A")), name
+        for name in ("peak_track_deviation", "rms_track_deviation", "settling_time"):
+            np.testing.assert_array_equal(one[name].values, run[name].values, err_msg=name)
+        assert np.isnan(one["deployment_time"])
+        for name in ("drive_work", "damping_loss", "friction_loss"):
+            assert float(one[name]) == float(run[name][-1]), name
+
+
+def test_threads_and_order_change_nothing(case: tuple[sd.Mechanism, xr.Dataset]) -> None:
+    """Identity: two threads, and the cases in another order, give the same numbers bit for bit."""
+    mechanism, batch = case
+    order = np.random.default_rng(1).permutation(CASES)
+    again = sd.simulate_many(
+        mechanism, {name: values[order] for name, values in OVER.items()}, until=0.02, measures=tuple(MEASURES), threads=2
+    )
+    for name in MEASURES:
+        np.testing.assert_array_equal(again[name].values, batch[name].values[order], err_msg=name)
+
+
+def test_lengths_and_masses_are_eliminated_anew() -> None:
+    """Cross-check: numbers that enter the model, and others between them, give the runs of `simulate`."""
+    masses, clearances = np.array([5.0, 5.0, 2.0, 8.0]), np.array([1e-4, 3e-4, 3e-4, 1e-4])
+    over = {"body.slider.mass": masses, "A.clearance": clearances}
+    batch = sd.simulate_many(arm(), over, until=0.01, threads=1)
+    for k in range(4):
+        run = sd.simulate(arm().replace("slider.mass", masses[k]).replace("A.clearance", clearances[k]), until=0.01, samples=2)
+        assert float(batch["peak_drive_torque"][k, 0]) == float(run["peak_drive_torque"][0])
+        assert float(batch["peak_force"][k, 0]) == float(run["peak_force"].max())
+
+
+def test_a_case_that_fails_is_data() -> None:
+    """Identity: it has its cause and NaN, and costs the others nothing."""
+    batch = sd.simulate_many(arm(), {"A.clearance": [1e-4, 2e-4, -1.0, 3e-4]}, until=0.01, threads=2)
+    assert batch["status"].values.tolist() == ["complete", "complete", "failed", "complete"]
+    assert "clearance" in str(batch["cause"].values[2])
+    assert np.isnan(batch["peak_force"].values[2]).all()
+    assert batch.attrs["failed_cases"] == 1
+    short = sd.simulate_many(arm(), {"A.clearance": [1e-4]}, until=0.01, most_steps=20)
+    assert "20 steps are not enough" in str(short["cause"].values[0])
+
+
+def test_ctrl_c_keeps_what_is_done(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Identity: a batch that is stopped has its complete cases, and the others are pending."""
+
+    def stop(done: int, total: int) -> None:
+        if done >= 1:
+            raise KeyboardInterrupt
+
+    before = threading.active_count()  # libraries keep threads of their own
+    found = sd.simulate_many(arm(), {"A.clearance": np.full(400, 2e-4)}, until=0.05, threads=1, progress=stop)
+    assert found.attrs["status"] == "interrupted"
+    states = found["status"].values.tolist()
+    assert states.count("complete") >= 1
+    assert states.count("pending") >= 1
+    assert threading.active_count() <= before
+    assert not np.isnan(found["peak_force"].values[np.array(states) == "complete"]).any()
+
+
+@pytest.mark.parametrize(
+    ("over", "options", "says"),
+    [
+        ({}, {}, "no numbers to vary"),
+        ({"A.clearence": [1e-4]}, {}, "did you mean 'clearance'"),
+        ({"A.clearance": [[1e-4]]}, {}, "ravel a grid"),
+        ({"A.clearance": [1e-4, 2e-4], "drive.speed": [1.0, 2.0, 3.0]}, {}, "columns of one length"),
+        ({"A.clearance": [1e-4]}, {"measures": ("peak_fource",)}, "did you mean 'peak_force'"),
+        ({"A.clearance": [1e-4]}, {"threads": 0}, "threads = 0"),
+        ([{}], {}, r"over = \[\{\}\]; allowed: addresses and their values"),
+    ],
+)
+def test_what_cannot_be(over: Any, options: Any, says: str) -> None:
+    """Identity: one-line errors before anything is computed."""
+    with pytest.raises(sd.InputError, match=says):
+        sd.simulate_many(arm(), over, until=0.01, **options)
+
+
+def test_fractions_are_between_none_and_all() -> None:
+    """Limit: the fraction in contact is the sampled one, and without contacts there is none."""
+    batch = sd.simulate_many(arm(), {"A.clearance": [2e-4]}, until=0.05)
+    run = sd.simulate(arm().replace("A.clearance", 2e-4), until=0.05, samples=20_001)
+    sampled = float(run["in_contact"].sel(joint="A").mean())
+    assert float(batch["contact_fraction"][0, 0]) == pytest.approx(sampled, abs=1e-3)
+    early = sd.simulate_many(arm(), {"A.clearance": [7e-4]}, until=1e-4, measures=("contact_fraction", "first_contact"))
+    assert float(early["contact_fraction"][0, 0]) == 0.0
+    assert math.isnan(float(early["first_contact"][0, 0]))
+
+
+def test_when_a_structure_is_deployed() -> None:
+    """Closed form: a bar that turns by 0.5 rad at constant speed; NaN while its latch is open."""
+    one = sd.Body("bar", 1.0, 0.1, points={"pin": (0.0, 0.0)}, angular_velocity=2.0)
+    swinging = sd.Mechanism(
+        bodies=(one,),
+        joints=(sd.Revolute("O", ("bar", "pin"), ("ground", "O")),),
+        ground=(("O", (0.0, 0.0)),),
+        latches=(sd.Latch("latch", "bar", 0.5),),
+        gravity=0.0,
+    )
+    batch = sd.simulate_many(swinging, {"body.bar.angular_velocity": [2.0, 1.0, 0.1]}, until=1.0, measures=("deployment_time",))
+    np.testing.assert_allclose(batch["deployment_time"][:2], [0.25, 0.5], rtol=1e-9)
+    assert np.isnan(batch["deployment_time"][2])

@@ -1,0 +1,454 @@
+"""Checkpoints: a run that is killed goes on from its file, and its results are those of a run without interruption."""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import os
+import random
+import re
+import shutil
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import Annotated, Any
+
+import numpy as np
+import pytest
+import xarray as xr
+
+import scissordyn as sd
+from scissordyn.cli.main import status_of
+from scissordyn.config.file import read_case
+from scissordyn.errors import InputError
+from scissordyn.mechanics.reduce import reduce_mechanism
+from scissordyn.model.mechanism import Mechanism
+from scissordyn.run import driver as driver_module
+from scissordyn.run.checkpoint import Checkpoint, Keeper, open_checkpoint
+from scissordyn.run.driver import Driver
+from scissordyn.run.options import Options
+from scissordyn.run.simulate import replay, simulate
+from scissordyn.run.store import load, save
+from scissordyn.run.trajectory import compute, make_driver
+
+EXAMPLES = Path(__file__).parents[2] / "examples"
+
+CASES = {
+    "paper": "0.03 s",  # one joint, located events, explicit
+    "mast": "0.02 s",  # several joints
+    "controlled": "0.1 s",  # an actuator
+    "self_deploying": "0.5 s",  # a latch and springs
+    "clearance_guide": "0.01 s",
+    "press": "0.2 s",
+}
+"""Examples, and until when they are run."""
+
+
+def case(name: str, *changes: str) -> tuple[Mechanism, Options]:
+    """An example with a shorter time, and changes."""
+    found = read_case(EXAMPLES / f"{name}.toml", [f"run.until={CASES[name]}", "run.samples=101", "run.trust=false", *changes])
+    return found.mechanism, found.run
+
+
+def fresh(mechanism: Mechanism, options: Options) -> Driver:
+    """A driver at the start of a run with samples and recorded steps."""
+    driver, _, _ = make_driver(reduce_mechanism(mechanism), options)
+    driver.sample_at(np.linspace(0.0, options.until, options.samples))
+    driver.record_steps()
+    return driver
+
+
+def numbers(run: xr.Dataset) -> dict[str, bytes]:
+    """All numbers of a run as bytes, and its attributes but for how long it took."""
+    found = {
+        str(name): repr(part.values.tolist()).encode() if part.dtype.kind in "OUb" else part.values.tobytes()
+        for name, part in run.variables.items()
+    }
+    attributes = dict(run.attrs)
+    attributes["statistics"] = {key: value for key, value in json.loads(run.attrs["statistics"]).items() if key != "seconds"}
+    return found | {"attributes": repr(sorted(attributes.items(), key=lambda item: item[0])).encode()}
+
+
+@pytest.mark.parametrize("changes", [(), ("run.method=rodas5p",)])
+@pytest.mark.parametrize("name", CASES)
+def test_a_driver_goes_on_bit_for_bit(name: str, changes: tuple[str, ...], monkeypatch: pytest.MonkeyPatch) -> None:
+    """Identity: all arrays at the end are those of a run without interruption, from whatever step another driver takes up."""
+    mechanism, options = case(name, *changes)
+    monkeypatch.setattr(driver_module, "FIRST", 3)
+    monkeypatch.setattr(driver_module, "SLICE", 3)  # so that every few steps are a moment to be killed at
+    moments: list[dict[str, np.ndarray]] = []
+    whole = fresh(mechanism, options)
+    draw = random.Random(f"{name} {changes}")
+
+    def look(_: float) -> None:
+        if draw.random() < 0.1:
+            moments.append({key: part.copy() for key, part in whole.arrays().items()})
+
+    assert whole.advance(options.until, progress=look) == 1
+    assert len(moments) > 3
+    expected = {key: part.tobytes() for key, part in whole.arrays().items()}
+    monkeypatch.setattr(driver_module, "SLICE", 20_000)
+    for moment in draw.sample(moments, 3):
+        other = fresh(mechanism, options)
+        other.take_up(moment)
+        assert {key: part.tobytes() for key, part in other.arrays().items()} == {
+            key: part.tobytes() for key, part in moment.items()
+        }
+        assert other.advance(options.until) == 1
+        assert {key: part.tobytes() for key, part in other.arrays().items()} == expected
+
+
+def stopped(mechanism: Mechanism, checkpoint: Checkpoint, after: int, **options: object) -> xr.Dataset:
+    """A run that is interrupted when progress has been reported so many times."""
+    calls = [0]
+
+    def told(_: float) -> None:
+        calls[0] += 1
+        if calls[0] == after:
+            raise KeyboardInterrupt
+
+    return simulate(mechanism, checkpoint=checkpoint, progress=told, **options)  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize("trust", [False, True])
+def test_an_interrupted_run_goes_on(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, frictional_array: Mechanism, trust: bool
+) -> None:
+    """Identity: interrupted several times, also while it is repeated; the file is removed at the end."""
+    monkeypatch.setattr(driver_module, "FIRST", 50)
+    monkeypatch.setattr(driver_module, "SLICE", 50)
+    tracked = frictional_array.track("tip", "slider", "centre")
+    expected = simulate(tracked, until=0.02, samples=101, trust=trust)
+    checkpoint = Checkpoint(tmp_path / "run.checkpoint")
+    part, times = None, 0
+    while part is None or part.attrs["status"] == "interrupted":
+        part = stopped(tracked, checkpoint, 5, until=0.02, samples=101, trust=trust)
+        times += 1
+        assert (tmp_path / "run.checkpoint").exists() == (part.attrs["status"] == "interrupted")
+    assert times > 2
+    assert numbers(part) == numbers(expected)
+
+
+def test_delayed_feedback_goes_on(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Identity: the history of signals is a part of the state, and grows when it is taken up."""
+    monkeypatch.setattr(driver_module, "FIRST", 10)
+    monkeypatch.setattr(driver_module, "SLICE", 10)
+    bar = sd.Mechanism(
+        (sd.bar("arm", length=0.5, mass=1.0),),
+        (sd.Revolute("O", ("arm", "start"), ("ground", "O")),),
+        ground=(("O", (0.0, 0.0)),),
+        input_body="arm",
+    )
+    mechanism = bar.controlled(sd.Pyragas(0.05, 0.02, onset=0.0))
+    expected = simulate(mechanism, until=2.0, samples=51)
+    checkpoint = Checkpoint(tmp_path / "run.checkpoint", every=0.0)
+    part = stopped(mechanism, checkpoint, 7, until=2.0, samples=51)
+    assert part.attrs["status"] == "interrupted"
+    assert numbers(simulate(mechanism, until=2.0, samples=51, checkpoint=checkpoint)) == numbers(expected)
+
+
+def test_a_saved_run_is_replayed_with_checkpoints(tmp_path: Path, clearance_run: xr.Dataset) -> None:
+    """Identity: `replay` keeps checkpoints too; `keep` leaves the file, from which a further run ends at once."""
+    checkpoint = Checkpoint(tmp_path / "run.checkpoint", every=0.0, keep=True)
+    assert numbers(replay(clearance_run, checkpoint=checkpoint)) == numbers(clearance_run)
+    assert load(checkpoint.path).attrs["reached"] == clearance_run.attrs["end"]
+    began = time.perf_counter()
+    assert numbers(replay(clearance_run, checkpoint=checkpoint)) == numbers(clearance_run)
+    assert time.perf_counter() - began < 10.0
+    checkpoint.remove()
+    assert not list(tmp_path.iterdir())
+
+
+def test_other_runs_are_refused(tmp_path: Path, clearance_array: Mechanism) -> None:
+    """Identity: another description, option or version, a damaged file and one of another kind are named in one line."""
+    checkpoint = Checkpoint(tmp_path / "run.checkpoint", every=0.0)
+    options = Options(0.01)
+
+    def refused(mechanism: Mechanism, options: Options) -> str:
+        with pytest.raises(InputError) as error:
+            open_checkpoint(checkpoint, mechanism, options)
+        assert "\n" not in str(error.value)
+        return str(error.value)
+
+    keeper = open_checkpoint(checkpoint, clearance_array, options)
+    compute(clearance_array, options, keeper=keeper)
+    assert open_checkpoint(checkpoint, clearance_array, options).parts.keys() == {"run"}
+    assert "configuration.options.until = 0.01 there, 0.02 here" in refused(clearance_array, Options(0.02))
+    other = clearance_array.replace("A.clearance", 4e-4)
+    assert "configuration.mechanism.joints[1].clearance.clearance = 0.0005 there, 0.0004 here" in refused(other, options)
+    whole = load(checkpoint.path)
+    save(whole.assign_attrs(versions=json.dumps({**json.loads(whole.attrs["versions"]), "sources": "0"})), checkpoint.path)
+    assert 'versions.sources = "0" there' in refused(clearance_array, options)
+    damaged = whole.copy(deep=True)
+    damaged["content"].values[100] += 1
+    save(damaged, checkpoint.path)
+    assert "is damaged" in refused(clearance_array, options)
+    save(simulate(clearance_array, until=1e-4, samples=2), checkpoint.path)
+    assert "is a 'scissordyn run'" in refused(clearance_array, options)
+    Path(checkpoint.path).write_text("something else\n")
+    assert "is not overwritten" in refused(clearance_array, options)
+
+
+def test_a_full_disk_does_not_end_the_run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, clearance_array: Mechanism) -> None:
+    """Identity: the run goes on and warns; a folder that is missing is refused before it."""
+    expected = simulate(clearance_array, until=5e-3, samples=11)
+
+    def full(*_: Any, **__: Any) -> None:
+        raise InputError("cannot write 'run.checkpoint': No space left on device")
+
+    monkeypatch.setattr("scissordyn.run.store.save", full)
+    checkpoint = Checkpoint(tmp_path / "run.checkpoint", every=0.0)
+    run = simulate(clearance_array, until=5e-3, samples=11, checkpoint=checkpoint)
+    assert run.equals(expected)
+    assert "the last checkpoints are missing: cannot write" in run.attrs["warnings"]
+    with pytest.raises(InputError, match="no folder"):
+        simulate(clearance_array, until=5e-3, checkpoint=Checkpoint(tmp_path / "none" / "run.checkpoint"))
+
+
+def test_a_state_of_another_size_is_refused(tmp_path: Path, clearance_array: Mechanism, frictional_array: Mechanism) -> None:
+    """Identity: arrays of the wrong shape are an error of one line, should a file claim to be of this run."""
+    checkpoint = Checkpoint(tmp_path / "run.checkpoint")
+    keeper = Keeper(checkpoint, {})
+    compute(frictional_array, Options(1e-3, samples=5), keeper=keeper)
+    with pytest.raises(InputError, match="does not fit this run"):
+        compute(clearance_array, Options(1e-3, samples=5), keeper=keeper)
+
+
+def stiffening(length, rate, stiffness):
+    """Force, energy, dissipation."""
+    return -stiffness * length, 0.5 * stiffness * length**2, 0.0
+
+
+def softening(length, rate, stiffness):
+    """The same at half the stiffness."""
+    return -0.5 * stiffness * length, 0.25 * stiffness * length**2, 0.0
+
+
+def test_edited_kernels_are_refused(tmp_path: Path) -> None:
+    """Identity: a component of a class in Python, whose kernel differs, is another run though its fields are the same."""
+    checkpoint, options = Checkpoint(tmp_path / "run.checkpoint"), Options(1e-3, samples=2)
+    arms = []
+    for kernel in (stiffening, softening):
+
+        @sd.component(port="line", force=kernel, section="rubber")
+        class Rubber:
+            """A rubber band."""
+
+            name: str
+            start: tuple[str, str]
+            end: tuple[str, str]
+            stiffness: Annotated[float, sd.Quantity("N/m", above=0.0)] = 10.0
+
+        band = Rubber("band", ("unit 1/bar 1", "end"), ("unit 1/bar 2", "end"))
+        arms.append(sd.scissor(units=1).replace("components", (band,)))
+    keeper = open_checkpoint(checkpoint, arms[0], options)
+    compute(arms[0], options, keeper=keeper)
+    assert open_checkpoint(checkpoint, arms[0], options).parts
+    with pytest.raises(InputError, match=r"is of another run: kernels\.band\[0\]"):
+        open_checkpoint(checkpoint, arms[1], options)
+
+
+CASE = ("run", str(EXAMPLES / "paper.toml"), "--set", "run.until=10 ms")
+
+
+def test_ctrl_c_keeps_run_and_checkpoint(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Identity: both files are there, the same command goes on, and its run is that of a command without interruption."""
+    whole, target = tmp_path / "whole.nc", tmp_path / "run.nc"
+    assert status_of([*CASE, "-o", str(whole)]) == 0
+    monkeypatch.setattr(driver_module, "FIRST", 20)
+    watching = Keeper.watching
+
+    def once(keeper: Keeper, *arguments: Any) -> Callable[[float], None]:
+        monkeypatch.setattr(Keeper, "watching", watching)
+
+        def told(_: float) -> None:
+            raise KeyboardInterrupt
+
+        return told
+
+    monkeypatch.setattr(Keeper, "watching", once)
+    kept = [*CASE, "-o", str(target), "--checkpoint", "1 min"]
+    assert status_of(kept) == 130
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["run.nc", "run.nc.checkpoint", "whole.nc"]
+    assert 0.0 < load(target).attrs["end"] < 0.01
+    assert status_of(kept) == 0
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["run.nc", "whole.nc"]
+    assert numbers(load(target)) == numbers(load(whole))
+    capsys.readouterr()
+
+
+@pytest.mark.parametrize(
+    ("arguments", "says"),
+    [
+        (("--checkpoint", "60 s"), "--checkpoint without -o"),
+        (("-o", "run.nc", "--checkpoint", "60"), "--checkpoint 60: missing unit"),
+        (("-o", "run.nc", "--checkpoint", "-1 s"), "--checkpoint -1 s: out of bounds"),
+        (("-o", "other", "--checkpoint", "1 s"), "'other.checkpoint' exists and is not a NetCDF file of scissordyn"),
+    ],
+)
+def test_what_cannot_be_kept(
+    arguments: tuple[str, ...], says: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Identity: one line, status 2, before anything is computed."""
+    monkeypatch.chdir(tmp_path)
+    Path("other.checkpoint").write_text("notes\n")
+    assert status_of([*CASE, *arguments]) == 2
+    said = capsys.readouterr().err
+    assert says in said
+    assert said.count("\n") == 1
+
+
+COMMAND = (sys.executable, "-m", "scissordyn.cli.main", "run")
+
+
+def command(target: Path, until: str) -> list[str]:
+    """A run of about half a minute."""
+    changes = (
+        "--set",
+        f"run.until={until}",
+        "--set",
+        "run.most_steps=1000000000",
+        "--set",
+        "run.samples=500",
+        "--set",
+        "run.rtol=1e-11",
+    )
+    return [*COMMAND, str(EXAMPLES / "mast.toml"), *changes, "-o", str(target), "--checkpoint", "0.2 s"]
+
+
+def killed(target: Path, until: str, writes: int, delay: float) -> bool:
+    """Whether a command was killed, so many checkpoints and seconds after its start; otherwise it had ended before."""
+    state = target.with_name(f"{target.name}.checkpoint")
+
+    def written() -> int:
+        return state.stat().st_mtime_ns if state.exists() else 0
+
+    process = subprocess.Popen(
+        command(target, until), stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, start_new_session=True
+    )
+    last, seen = written(), 0
+    while seen < writes and process.poll() is None:
+        time.sleep(0.005)
+        now = written()
+        seen, last = seen + (now != last), now
+    time.sleep(delay)
+    if process.poll() is not None:
+        return False
+    os.killpg(process.pid, signal.SIGKILL)
+    process.wait()
+    return True
+
+
+@pytest.mark.slow
+def test_twenty_real_kills(tmp_path: Path) -> None:
+    """Identity: killed twenty times at random moments by the operating system, the run is that of a process left in peace."""
+    until, draw, kills = "1 s", random.Random(4), 0
+    undisturbed, target = tmp_path / "undisturbed.nc", tmp_path / "run.nc"
+    subprocess.run(command(undisturbed, until), check=True, capture_output=True)
+    reached = []
+    while kills < 20:
+        assert killed(target, until, draw.randrange(4), draw.uniform(0.0, 0.4)), f"done after {kills} kills"
+        kills += 1
+        state = target.with_name("run.nc.checkpoint")
+        reached.append(load(state).attrs["reached"] if state.exists() else 0.0)
+    assert reached == sorted(reached)
+    assert reached[-1] > reached[0]
+    subprocess.run(command(target, until), check=True, capture_output=True)
+    assert numbers(load(target)) == numbers(load(undisturbed))
+    assert sorted(tmp_path.iterdir()) == [target, undisturbed]
+
+
+FUZZED_QUICK, FUZZED, FUZZED_PART = 25, 1000, 250
+
+
+def spoiled(path: Path, chance: random.Random) -> str:
+    """Do something to a checkpoint, below or above the library of its format, and say what."""
+    what = chance.choice(("cut", "flip", "flips", "attribute", "content", "overwrite"))
+    content = bytearray(path.read_bytes())
+    if what == "cut":
+        path.write_bytes(content[: chance.randrange(len(content))])
+    elif what in ("flip", "flips"):
+        for _ in range(1 if what == "flip" else 30):
+            content[chance.randrange(len(content))] ^= 1 << chance.randrange(8)
+        path.write_bytes(content)
+    elif what == "overwrite":
+        path.write_bytes(chance.choice([b"\0" * 100, chance.randbytes(300), b"CDF\1", b"{}"]))
+    else:
+        stored = load(path)
+        if what == "attribute":
+            name = chance.choice(sorted(stored.attrs))
+            stored.attrs[name] = chance.choice(changed_values(str(stored.attrs[name]), chance))
+            what = f"attribute {name}"
+        else:
+            words = stored["content"].values.copy()
+            words[chance.randrange(words.size)] ^= 1 << chance.randrange(62)
+            other = chance.choice([words, words[: words.size // 2], words.astype(float), words.astype(str).astype(object)])
+            stored = stored.drop_vars("content").assign(content=("word", other))
+        with contextlib.suppress(InputError):  # a title of another program
+            save(stored, path)
+    return what
+
+
+def changed_values(text: str, chance: random.Random) -> list[Any]:
+    """What an attribute may hold instead."""
+    at = chance.randrange(len(text) + 1)
+    numbers = re.sub(r"\d+", lambda found: str(int(found[0]) + chance.choice((0, 1))), text)
+    others = ("", "[]", "{}", "null", "3", 3, np.array([1.0, 2.0]), np.array([1, 2, 3]))
+    return [text[:at], *others, numbers, f"{text} ", text[at:]]
+
+
+def fuzzed(first: int, last: int, tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> list[int]:
+    """Statuses of a run with spoiled checkpoints; one that it goes on from gives the results of the undisturbed run."""
+    (tmp_path / "case.toml").write_text(
+        '[structure]\nkind = "scissor"\n[drive]\nspeed = "150 rpm"\n[[clearance]]\njoint = "A"\nclearance = "0.5 mm"\n'
+        '[run]\nuntil = "6 ms"\nsamples = 21\ntrust = false\n'
+    )
+    found = read_case(tmp_path / "case.toml", [])
+    whole = simulate(found.mechanism, **found.run.keywords, checkpoint=Checkpoint(tmp_path / "kept.nc", 0.0, keep=True))
+    statuses, state = [], tmp_path / "run.nc.checkpoint"
+    for number in range(first, last):
+        chance = random.Random(number)
+        shutil.copy(tmp_path / "kept.nc", state)
+        (tmp_path / "run.nc").unlink(missing_ok=True)
+        what = spoiled(state, chance)
+        status = status_of(["run", str(tmp_path / "case.toml"), "-o", str(tmp_path / "run.nc"), "--checkpoint", "60 s"])
+        said = capfd.readouterr().err
+        assert status in (0, 2, 3), (number, what, said)
+        assert said.count("\n") == (0 if status == 0 else 1), (number, what, said)
+        if status == 0:
+            np.testing.assert_array_equal(load(tmp_path / "run.nc")["position"].values, whole["position"].values)
+        statuses.append(status)
+    return statuses
+
+
+def test_spoiled_checkpoints(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    """Identity: whatever a checkpoint holds, statuses 0, 2 and 3 with one line, and no other numbers."""
+    assert 2 in fuzzed(0, FUZZED_QUICK, tmp_path, capfd)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("first", range(0, FUZZED, FUZZED_PART))
+def test_a_thousand_spoiled_checkpoints(first: int, tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    """Identity: as above."""
+    assert len(fuzzed(first, first + FUZZED_PART, tmp_path, capfd)) == FUZZED_PART
+
+
+@pytest.mark.parametrize("change", ["other words", "no layout", "an array"])
+def test_the_layout_of_a_checkpoint_is_in_its_digest(change: str, tmp_path: Path) -> None:
+    """Identity: a checkpoint whose arrays are cut elsewhere is damaged, and said to be."""
+    mechanism, options = case("paper")
+    checkpoint = Checkpoint(tmp_path / "state.nc", 0.0, keep=True)
+    simulate(mechanism, **options.keywords, checkpoint=checkpoint)
+    stored = load(checkpoint.path)
+    layout = json.loads(stored.attrs["layout"])
+    for part in layout.values():
+        part["words"] -= 1
+    stored.attrs["layout"] = {"other words": json.dumps(layout), "no layout": "3", "an array": np.ones(3)}[change]
+    save(stored, checkpoint.path)
+    with pytest.raises(InputError, match="is damaged"):
+        open_checkpoint(checkpoint, mechanism, options)

@@ -1,0 +1,234 @@
+"""Files of results: whole or not at all, and never in the place of something else."""
+
+from __future__ import annotations
+
+import os
+import stat
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import h5py
+import numpy as np
+import pytest
+import xarray as xr
+
+import scissordyn as sd
+from scissordyn.file import output_file
+from scissordyn.file.netcdf import NetcdfFile
+from scissordyn.file.output_file import check_target, write_file
+from scissordyn.run.store import load, save
+
+
+@pytest.fixture
+def run() -> xr.Dataset:
+    """A dataset of half a megabyte with the attributes of a run."""
+    values = {"position": ("time", np.linspace(0.0, 1.0, 60_000)), "joint": ("joint", ["A", "B"])}
+    return xr.Dataset(values, attrs={"title": "scissordyn run", "configuration": "{}"})
+
+
+FULL = """
+import resource, sys
+import scissordyn as sd
+run = sd.load(sys.argv[1])
+room = int(sys.argv[3])
+resource.setrlimit(resource.RLIMIT_FSIZE, (room, room))
+try:
+    sd.save(run, sys.argv[2])
+except sd.InputError as error:
+    print(error)
+    sys.exit(2)
+"""
+
+
+@pytest.mark.parametrize("room", [0, 1000, 100_000, 400_000])
+def test_a_full_disk_is_an_error_of_one_line(run: xr.Dataset, tmp_path: Path, room: int) -> None:
+    """Identity: where there is no room an error says so, the process goes on, and what was there before is still there."""
+    whole, target = save(run, tmp_path / "whole.nc"), tmp_path / "folder" / "run.nc"
+    target.parent.mkdir()
+    small = save(run.isel(time=slice(0, 2)), target).read_bytes()
+    command = [sys.executable, "-c", FULL, str(whole), str(target), str(room)]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=100, check=False)
+    assert (done.returncode, done.stderr) == (2, "")
+    assert done.stdout.startswith(f"cannot write '{target}': File too large;")
+    assert done.stdout.count("\n") == 1
+    assert list(target.parent.iterdir()) == [target]
+    assert target.read_bytes() == small
+
+
+def test_what_is_written_is_what_is_read(run: xr.Dataset, tmp_path: Path) -> None:
+    """Identity: a result is replaced by the next one, links are followed, and the user's mask of permissions holds."""
+    target, link = tmp_path / "run.nc", tmp_path / "link.nc"
+    link.symlink_to(target)
+    before = os.umask(0o027)
+    try:
+        assert save(run, link) == link
+    finally:
+        os.umask(before)
+    assert link.is_symlink()
+    assert stat.S_IMODE(target.stat().st_mode) == 0o640
+    xr.testing.assert_identical(load(target), run)
+    xr.testing.assert_identical(load(save(run.isel(time=slice(0, 5)), target)), run.isel(time=slice(0, 5)))
+
+
+def test_the_mask_of_the_process_is_left_alone(run: xr.Dataset, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Identity: it belongs to all threads, which would make files that anybody may write meanwhile."""
+
+    def changed(_: int) -> int:
+        raise AssertionError
+
+    monkeypatch.setattr(os, "umask", changed)
+    save(run, tmp_path / "run.nc")
+
+
+def test_texts_that_netcdf_cannot_hold(run: xr.Dataset, tmp_path: Path) -> None:
+    """Identity: a NUL in a name does not lose the run; it stands there as its code."""
+    names = ["A\0B", "B", "é\x1b[31m"]
+    named = run.drop_vars("joint").assign_coords(joint=("joint", np.array(names, dtype=object)))
+    named["cause"] = ("joint", np.array([f"joint '{name}'" for name in names], dtype=object))
+    named.attrs["cause"] = "joint 'A\0B'"
+    found = load(save(named, tmp_path / "run.nc"))
+    assert found["joint"].values.tolist() == [r"A\x00B", "B", "é\x1b[31m"]
+    assert found["cause"].values[0] == r"joint 'A\x00B'"
+    assert found.attrs["cause"] == r"joint 'A\x00B'"
+
+
+def test_control_c_while_writing_loses_nothing(run: xr.Dataset, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Identity: it counts once the file is whole."""
+    flush, calls = os.fsync, []
+
+    def interrupted(handle: int) -> None:
+        calls.append(handle)
+        if len(calls) == 1:
+            raise KeyboardInterrupt
+        flush(handle)
+
+    monkeypatch.setattr(output_file.os, "fsync", interrupted)
+    with pytest.raises(KeyboardInterrupt):
+        save(run, tmp_path / "run.nc")
+    xr.testing.assert_identical(load(tmp_path / "run.nc"), run)
+    assert len(list(tmp_path.iterdir())) == 1
+
+
+KILLED = """
+import os, signal, sys
+from scissordyn.file import output_file
+from scissordyn.file.netcdf import NetcdfFile
+def stop(handle):
+    print("writing", flush=True)
+    signal.pause()
+output_file.os.fsync = stop
+output_file.write_file(sys.argv[1], b"half")
+"""
+
+
+def test_what_killed_writers_left_is_removed(tmp_path: Path) -> None:
+    """Identity: the next writer of a file removes what a killed one left beside it, but not what another one is writing."""
+    target = tmp_path / "run.nc"
+    writers = [
+        subprocess.Popen([sys.executable, "-c", KILLED, str(target)], stdout=subprocess.PIPE, text=True) for _ in range(2)
+    ]
+    for writer in writers:
+        assert writer.stdout is not None
+        assert writer.stdout.readline() == "writing\n"
+    assert len(list(tmp_path.glob(".*.part"))) == 2
+    writers[0].kill()
+    writers[0].communicate()
+    write_file(target, b"whole")
+    assert len(list(tmp_path.glob(".*.part"))) == 1
+    writers[1].kill()
+    writers[1].communicate()
+    write_file(tmp_path / "other.nc", b"another file")
+    assert len(list(tmp_path.glob(".*.part"))) == 1
+    write_file(target, b"whole")
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["other.nc", "run.nc"]
+    assert target.read_bytes() == b"whole"
+
+
+def test_what_is_not_ours_is_not_overwritten(run: xr.Dataset, tmp_path: Path) -> None:
+    """Identity: texts, other programs' HDF5 files, half a file, devices, pipes and folders stay; an empty file does not."""
+    with h5py.File(tmp_path / "foreign.nc", "w") as foreign:
+        foreign["x"] = 1.0
+    (tmp_path / "case.TOML").write_text("[structure]\n")
+    (tmp_path / "half.nc").write_bytes(save(run, tmp_path / "whole.nc").read_bytes()[:1000])
+    os.mkfifo(tmp_path / "pipe")
+    (tmp_path / "link.nc").symlink_to("/dev/null")
+    for name, says in (
+        ("foreign.nc", "not a NetCDF file of scissordyn"),
+        ("case.TOML", "not a NetCDF file of scissordyn"),
+        ("half.nc", "not a NetCDF file of scissordyn"),
+        ("pipe", "not a regular file"),
+        ("link.nc", "not a regular file"),
+        ("/dev/full", "not a regular file"),
+        (".", "it is a folder"),
+    ):
+        target = tmp_path / name
+        before = target.read_bytes() if target.is_file() else b""
+        with pytest.raises(sd.InputError, match=says):
+            save(run, target)
+        assert (target.read_bytes() if target.is_file() else b"") == before
+    (tmp_path / "empty.nc").touch()
+    save(run, tmp_path / "empty.nc")
+    save(run, tmp_path / "whole.nc")
+    save(run, tmp_path / "half.nc", replace_broken=True)
+    assert all(load(tmp_path / name).equals(run) for name in ("empty.nc", "whole.nc", "half.nc"))
+
+
+def test_a_dataset_without_a_title_is_ours_as_well(tmp_path: Path) -> None:
+    """Identity: what was saved can be saved again."""
+    table = xr.Dataset({"x": ("n", [1.0, 2.0])})
+    save(table, tmp_path / "table.nc")
+    save(2.0 * table, tmp_path / "table.nc")
+    assert load(tmp_path / "table.nc")["x"].values.tolist() == [2.0, 4.0]
+
+
+def test_pictures_replace_pictures_only(tmp_path: Path) -> None:
+    """Identity: by what a file begins with."""
+    beginnings = {"png": b"\x89PNG\r\n\x1a\n", "gif": b"GIF89a", "svg": b"<?xml ", "mp4": b"\0\0\0 ftyp"}
+    beginnings["html"] = b"<!DOCTYPE html>"
+    for ending, begins in beginnings.items():
+        target = tmp_path / f"picture.{ending}"
+        target.write_bytes(begins + b" and so on")
+        check_target(target)
+        target.write_text("[structure]\n")
+        with pytest.raises(sd.InputError, match="not overwritten"):
+            check_target(target)
+
+
+def test_what_has_no_end_is_not_read(tmp_path: Path) -> None:
+    """Identity: a device and a pipe without a writer are refused at once."""
+    os.mkfifo(tmp_path / "pipe")
+    began = time.monotonic()
+    for path in ("/dev/zero", tmp_path / "pipe"):
+        with pytest.raises(sd.InputError, match="not a regular file"):
+            load(path)
+    assert time.monotonic() - began < 1.0
+
+
+def test_files_that_are_not_whole_leave_no_trace(run: xr.Dataset, tmp_path: Path) -> None:
+    """Identity: 60 damaged files are read or refused, and nothing is printed or crashes when they are closed."""
+    code = """
+import random, sys
+from pathlib import Path
+import scissordyn as sd
+whole, dice = Path(sys.argv[1]).read_bytes(), random.Random(1)
+for _ in range(60):
+    damaged = bytearray(whole)
+    for _ in range(dice.choice([1, 5, 50])):
+        damaged[dice.randrange(len(damaged))] = dice.randrange(256)
+    Path(sys.argv[2]).write_bytes(damaged)
+    try:
+        sd.load(sys.argv[2])
+    except sd.InputError as error:
+        assert str(error).isprintable()
+"""
+    whole = save(run.isel(time=slice(0, 3)), tmp_path / "whole.nc")
+    command = [sys.executable, "-c", code, str(whole), str(tmp_path / "damaged.nc")]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=100, check=False)
+    assert (done.returncode, done.stdout, done.stderr) == (0, "", "")
+
+
+def test_a_file_that_was_not_opened_is_closed() -> None:
+    """Identity: nothing is wrong with it if a signal came between its creation and its opening."""
+    NetcdfFile.__new__(NetcdfFile).close()

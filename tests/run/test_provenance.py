@@ -1,0 +1,108 @@
+"""What kept results go by: every source that can enter the numbers, and the libraries below."""
+
+from __future__ import annotations
+
+import json
+import os
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import grimp
+import numpy as np
+import pytest
+
+import scissordyn
+import scissordyn as sd
+from scissordyn.file.provenance import FACES, provenance
+from scissordyn.paper.cache import SHOWN
+from scissordyn.periodic import diagram as diagram_module
+from scissordyn.study.engine import Threads
+
+PACKAGE = Path(scissordyn.__file__).parent
+ASK = "from scissordyn.file.provenance import provenance as p; print(p(), p({skip}), sep='\\n')"
+
+
+def asked(packages: Path, skip: tuple[str, ...]) -> tuple[str, str]:
+    """The digests of a copy of the package: for diagrams, and with other sources left out."""
+    environment = {**os.environ, "PYTHONPATH": str(packages), "PYTHONDONTWRITEBYTECODE": "1"}
+    command = [sys.executable, "-c", ASK.replace("{skip}", repr(skip))]
+    done = subprocess.run(command, env=environment, capture_output=True, text=True, check=True)
+    first, second = (json.loads(line)["sources"] for line in done.stdout.splitlines())
+    return first, second
+
+
+def test_every_source_counts(tmp_path: Path) -> None:
+    """Identity: an edit in any room that can enter the numbers, old or new, changes the digest; one in a face does not."""
+    copy = tmp_path / PACKAGE.name
+    shutil.copytree(PACKAGE, copy, ignore=shutil.ignore_patterns("__pycache__"))
+    before = asked(tmp_path, SHOWN)
+    rooms = sorted(path.name for path in copy.iterdir() if path.is_dir() or path.suffix == ".py")
+    assert {"model", "simulation", "study", "config", "plugin", "units.py", "jit.py", "laws", "errors.py"} <= set(rooms)
+    for room in [*rooms, "new_room"]:
+        place = copy / room
+        file = place if room.endswith(".py") else place / "added.py"
+        file.parent.mkdir(exist_ok=True)
+        text = file.read_text() if file.exists() else None
+        file.write_text((text or "") + "\n# edited\n")
+        after = asked(tmp_path, SHOWN)
+        assert (after[0] != before[0]) == (room not in (*FACES, "paper")), room
+        assert (after[1] != before[1]) == (room not in FACES), room
+        file.unlink() if text is None else file.write_text(text)
+    assert asked(tmp_path, SHOWN) == before
+
+
+def test_what_is_left_out_is_not_imported() -> None:
+    """Identity: nothing that computes a kept number imports, itself or through others, a source that the digest leaves out."""
+    graph = grimp.build_graph("scissordyn")
+    entries = {
+        ("periodic.bifurcation", "periodic.ensemble", "periodic.lyapunov"): (*FACES, "paper"),
+        ("paper.runs", "paper.periodic", "paper.controlled", "paper.sensitivity", "paper.cache"): SHOWN,
+    }
+    for modules, skipped in entries.items():
+        left_out = [f"scissordyn.{name.removesuffix('.py').replace('/', '.')}" for name in skipped]
+        for module in modules:
+            used = upstream(graph, f"scissordyn.{module}")
+            wrong = [name for name in used if any(name == one or name.startswith(f"{one}.") for one in left_out)]
+            assert not wrong, (module, wrong)
+
+
+def upstream(graph: grimp.ImportGraph, module: str) -> set[str]:
+    """What a module imports, itself or through others; the package's own file, which names every public member, aside."""
+    found, waiting = {module}, [module]
+    while waiting:
+        for name in graph.find_modules_directly_imported_by(waiting.pop()):
+            if name not in found and name != "scissordyn":
+                found.add(name)
+                waiting.append(name)
+    return found
+
+
+def test_libraries_are_named() -> None:
+    """Identity: the versions of what computes."""
+    assert {"scissordyn", "numpy", "scipy", "numba", "llvmlite", "xarray", "sources"} == set(json.loads(provenance()))
+
+
+def test_a_diagram_of_other_sources_is_not_taken_up(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Identity: a stored diagram is gone on with by the sources and libraries that it was begun with, and by no others."""
+    arm, other = (sd.four_bar(rocker=rocker).driven(sd.Harmonic(1.0, 0.2, 20.0)) for rocker in (0.15, 0.151))
+    options = {
+        "over": "drive.angular_frequency",
+        "values": np.array([20.0, 21.0]),
+        "cycles": 1,
+        "keep": 1,
+        "engine": Threads(1),
+    }
+    store = tmp_path / "diagram.nc"
+    first = sd.bifurcation(arm, store=store, **options)
+    again = sd.bifurcation(arm, store=store, **options)
+    assert again["total_steps"].equals(first["total_steps"])
+    now = json.loads(provenance())
+    for name in ("sources", "numpy", "numba", "scipy"):
+        monkeypatch.setattr(diagram_module, "provenance", lambda name=name: json.dumps({**now, name: "other"}))
+        with pytest.raises(sd.InputError, match=f"differs in {name}"):
+            sd.bifurcation(arm, store=store, **options)
+    monkeypatch.undo()
+    with pytest.raises(sd.InputError, match="differs in cases, mechanism"):
+        sd.bifurcation(other, store=store, **options)

@@ -1,0 +1,244 @@
+"""Singular positions of the ideal mechanism: where they are, and that runs, maps, diagrams and the command line name them."""
+
+from __future__ import annotations
+
+import json
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import scissordyn as sd
+from scissordyn.cli.main import status_of
+from scissordyn.config.file import read_case
+from scissordyn.kinematics.branching import drive_warnings
+from scissordyn.kinematics.path import Path as Stroke
+from scissordyn.kinematics.path import instants, path_of
+from scissordyn.kinematics.singular import CHANGE, LOCKING
+from scissordyn.study.engine import Threads
+
+EXAMPLES = sorted((Path(__file__).parents[2] / "examples").glob("*.toml"))
+
+LOCATED = 1e-6
+"""Asked of the place of a singular position, as a fraction of the stroke."""
+
+
+def stroke(mechanism: sd.Mechanism, until: float) -> Stroke:
+    """The path of a driven mechanism."""
+    path = path_of(mechanism, until)
+    assert path is not None
+    return path
+
+
+def assert_places(path: Stroke, expected: list[tuple[str, float]]) -> None:
+    """The singular positions are these, as exactly as asked."""
+    assert [each.kind for each in path.singular] == [kind for kind, _ in expected]
+    length = path.place[-1] - path.place[0]
+    for each, (_, place) in zip(path.singular, expected, strict=True):
+        assert each.place == pytest.approx(place, abs=LOCATED * length)
+
+
+@pytest.mark.parametrize("units", [2, 3, 8])
+def test_scissor_at_a_right_angle(units: int) -> None:
+    """Closed form: driven at w from 30 deg, the rhombi of an array are flat at 90 deg, at t = (pi/3)/w."""
+    array = sd.scissor(units=units, angle=sd.degrees(30)).driven(speed=2.0)
+    path = stroke(array, 1.0)
+    assert_places(path, [(CHANGE, math.pi / 2)])
+    assert instants(path, array, 1.0, path.singular[0].place) == pytest.approx([math.pi / 6], abs=1e-6)
+    assert all(name.endswith(("bar 1", "bar 2")) for name in path.singular[0].bodies)
+    assert f"unit {units}/pivot" in path.singular[0].joints
+
+
+def test_one_unit_has_no_change_point_at_a_right_angle() -> None:
+    """Closed form: without a rhombus an array can branch where the slider meets the pin, at 0 and 180 deg, and only there."""
+    assert_places(stroke(sd.scissor(units=1, angle=0.5).driven(speed=1.0), 4.0), [(CHANGE, math.pi)])
+
+
+def test_scissor_turned_through() -> None:
+    """Closed form: an array that is turned all the way round is flat at every multiple of 90 deg."""
+    path = stroke(sd.scissor(units=2, angle=0.5).driven(speed=1.0), 2.0 * math.pi)
+    assert_places(path, [(CHANGE, k * math.pi / 2) for k in range(1, 5)])
+
+
+def test_slider_crank_with_equal_lengths() -> None:
+    """Closed form: with rod and crank of one length the slider is at the crank's pin at 90 deg, and can stay there."""
+    path = stroke(sd.slider_crank(crank=0.1, rod=0.1, angle=1.2).driven(speed=1.0), 0.5)
+    assert_places(path, [(CHANGE, math.pi / 2)])
+
+
+def test_dead_centres_of_the_output_are_no_change_points() -> None:
+    """Closed form: where crank and rod line up only the slider stops; the assembly has one branch near by."""
+    assert not stroke(sd.slider_crank(crank=0.05, rod=0.12).driven(speed=1.0), 7.0).singular
+    assert not stroke(sd.four_bar(ground=0.2, crank=0.06, coupler=0.18, rocker=0.12).driven(speed=1.0), 7.0).singular
+
+
+def test_slider_crank_locks() -> None:
+    """Closed form: a crank longer than the rod stops where sin(th) = rod/crank."""
+    assert_places(
+        stroke(sd.slider_crank(crank=0.12, rod=0.1, angle=0.5).driven(speed=1.0), 1.0), [(LOCKING, math.asin(1 / 1.2))]
+    )
+
+
+def test_four_bar_locks() -> None:
+    """Closed form: crank against stretched coupler and rocker, by the law of cosines; named are coupler and rocker."""
+    ground, crank, coupler, rocker = 0.2, 0.15, 0.12, 0.1
+    linkage = sd.four_bar(ground=ground, crank=crank, coupler=coupler, rocker=rocker).driven(speed=1.0)
+    path = stroke(linkage, 2.0)
+    angle = math.acos((ground**2 + crank**2 - (coupler + rocker) ** 2) / (2.0 * ground * crank))
+    assert_places(path, [(LOCKING, angle)])
+    assert set(path.singular[0].bodies) == {"coupler", "rocker"}
+    assert path.singular[0].joints[0] == "rocker pin"
+
+
+def test_parallelogram_and_crossed_parallelogram_fold_flat() -> None:
+    """Closed form: the two assemblies of a four-bar with equal opposite sides meet at 0 and 180 deg."""
+    sides = {"ground": 0.2, "crank": 0.1, "coupler": 0.2, "rocker": 0.1, "angle": 0.3}
+    parallel = stroke(sd.four_bar(**sides).driven(speed=-1.0), 4.0)
+    assert_places(parallel, [(CHANGE, -math.pi), (CHANGE, 0.0)])
+    assert_places(stroke(sd.four_bar(**sides, branch="crossed").driven(speed=-1.0), 0.5), [(CHANGE, 0.0)])
+
+
+def test_kite() -> None:
+    """Closed form: with ground as long as the crank, coupler and rocker fall on one line at th = 0 and are free to turn."""
+    kite = sd.four_bar(ground=0.2, crank=0.2, coupler=0.3, rocker=0.3, angle=0.3).driven(speed=-1.0)
+    path = stroke(kite, 0.5)
+    assert_places(path, [(CHANGE, 0.0)])
+    assert set(path.singular[0].bodies) == {"coupler", "rocker"}
+
+
+def test_mast_driven_too_far() -> None:
+    """Closed form: all units of a mast are flat at 90 deg; on its ordinary stroke there is nothing to say."""
+    mast = sd.mast(units=5, angle=sd.degrees(15))
+    far = sd.Cycloidal(start=sd.degrees(15), end=sd.degrees(120), duration=1.0)
+    path = stroke(mast.driven(far), 1.0)
+    assert_places(path, [(CHANGE, math.pi / 2)])
+    assert not drive_warnings(mast.driven(sd.Cycloidal(start=sd.degrees(15), end=sd.degrees(60), duration=1.0)), 1.0)
+
+
+def test_stroke_that_ends_flat() -> None:
+    """Limit: a drive that stops at the change point leaves the mechanism there, which is said."""
+    drive = sd.Cycloidal(start=sd.degrees(60), end=sd.degrees(90), duration=1.0)
+    assert_places(stroke(sd.scissor(units=2, angle=sd.degrees(60)).driven(drive), 2.0), [(CHANGE, math.pi / 2)])
+
+
+def test_ring_through_its_limit() -> None:
+    """Closed form: the radii of a ring are proportional to cos(th); all its bars meet at 90 deg, despite redundant joints."""
+    path = stroke(sd.hoberman_ring(units=6).driven(speed=1.0), 1.0)
+    assert_places(path, [(CHANGE, math.pi / 2)])
+
+
+def test_positions_are_those_of_a_run() -> None:
+    """Cross-check by a second formulation: positions along the stroke against the integrated motion of the reduced model."""
+    linkage = sd.four_bar(ground=0.2, crank=0.06, coupler=0.18, rocker=0.12, gravity=0.0).driven(speed=1.0)
+    path = stroke(linkage, 2.0)
+    run = sd.simulate(linkage, until=2.0, samples=2001)
+    driven = path.closure.mechanism.bodies.index(linkage.body("crank"))
+    angle = run["angle"].values
+    for k in range(angle.shape[1]):
+        there = np.interp(path.place, angle[:, driven], angle[:, k])
+        assert np.allclose(np.cos(path.angle[:, k] - there), 1.0, atol=1e-6)
+
+
+@pytest.mark.parametrize("case", EXAMPLES, ids=lambda path: path.stem)
+def test_examples_have_none(case: Path) -> None:
+    """Closed form: no example passes a singular position.
+
+    The arrays stay between 15 and 75 deg: paper 30 to 75, long 60 to 54, periodic 45 to 51, mast 15 to 60, ring 15 to 35, and
+    the jack takes the lift from 70 to 45 deg (sin th is the distance from slider to foot in m: 0.9397 and 0.71). The rods of
+    the slider-cranks are 2.4 times as long as the cranks, and the crank of the four-bar is its shortest side with 60 + 200 <
+    180 + 120 mm (Grashof): both turn without limit. Controlled array, press and self-deploying array have no drive that
+    prescribes motion.
+    """
+    read = read_case(case, [])
+    assert drive_warnings(read.mechanism, read.run.until) == []
+
+
+def paper(speed: str) -> sd.Mechanism:
+    """The array of the paper at another speed."""
+    return read_case(EXAMPLES[0].with_name("paper.toml"), [f"drive.speed={speed!r}"]).mechanism
+
+
+def singular_warnings(text: str) -> list[str]:
+    """Those about singular positions among the warnings of a result."""
+    return [each for each in json.loads(text) if each.startswith((CHANGE, LOCKING))]
+
+
+def test_run_with_clearance_is_warned() -> None:
+    """Closed form: 250 rpm turn the paper's array from 30 through 90 deg at t = 60/(6 * 250) s; 150 rpm do not."""
+    warned = singular_warnings(sd.simulate(paper("250 rpm"), until=0.05, samples=501).attrs["warnings"])
+    assert len(warned) == 1
+    assert "at t = 0.04 s (drive of 'unit 1/bar 1' at 90 deg)" in warned[0]
+    assert "matter of chance" in warned[0]
+    assert not singular_warnings(sd.simulate(paper("150 rpm"), until=0.05, samples=501).attrs["warnings"])
+
+
+def test_run_with_few_samples_is_warned() -> None:
+    """Identity: the warning does not depend on the samples."""
+    array = sd.scissor(units=2, angle=0.5).driven(speed=1.0)
+    for samples in (2, 5, 50, 500):
+        assert singular_warnings(sd.simulate(array, until=1.5, samples=samples).attrs["warnings"]), samples
+
+
+def test_failed_run_says_where_it_locks() -> None:
+    """Closed form: the run of a crank longer than its rod names the angle at which it locks."""
+    run = sd.simulate(sd.slider_crank(crank=0.12, rod=0.1, angle=0.5).driven(speed=1.0), until=1.0)
+    assert run.attrs["status"] == "failed"
+    (text,) = singular_warnings(run.attrs["warnings"])
+    assert text.startswith(LOCKING)
+    assert f"at {math.degrees(math.asin(1 / 1.2)):.6g} deg" in text
+
+
+def test_free_motion_is_judged_by_its_samples() -> None:
+    """Closed form: an array turned by a controller passes 90 deg, seen from the samples; short of it nothing is said."""
+    free = sd.scissor(units=2, angle=sd.degrees(60), gravity=0.0)
+    turning = free.controlled(sd.PID(200.0, derivative=100.0), speed=2.0)
+    passed = sd.simulate(turning, until=0.6, samples=301)
+    (text,) = singular_warnings(passed.attrs["warnings"])
+    angle = np.degrees(passed["angle"].sel(body="unit 1/bar 1").values)
+    when = float(text.split("t = ")[1].split(" s")[0])
+    assert when == pytest.approx(float(np.interp(90.0, angle, passed["time"].values)), abs=1e-3)
+    assert not singular_warnings(sd.simulate(turning, until=0.2, samples=301).attrs["warnings"])
+
+
+def test_redundant_joints_are_no_change_point() -> None:
+    """Closed form: three free parallel cranks with a platform, as many equations as unknowns, pass one only when flat."""
+    cranks = [
+        sd.Body(
+            f"crank {k}",
+            1.0,
+            0.1,
+            {"foot": (0.0, 0.0), "tip": (0.5, 0.0)},
+            position=(float(k), 0.0),
+            angle=1.0,
+            angular_velocity=0.5,
+        )
+        for k in range(3)
+    ]
+    tip = 0.5 * math.cos(1.0), 0.5 * math.sin(1.0)
+    platform = sd.Body("platform", 1.0, 0.1, {str(k): (float(k), 0.0) for k in range(3)}, position=tip)
+    joints = [sd.Revolute(f"foot {k}", (f"crank {k}", "foot"), ("ground", str(k))) for k in range(3)]
+    joints += [sd.Revolute(f"tip {k}", (f"crank {k}", "tip"), ("platform", str(k))) for k in range(3)]
+    ground = tuple((str(k), (float(k), 0.0)) for k in range(3))
+    free = sd.Mechanism((*cranks, platform), tuple(joints), ground=ground, gravity=0.0)
+    assert not singular_warnings(sd.simulate(free, until=1.0, samples=201).attrs["warnings"])
+    assert singular_warnings(sd.simulate(free, until=10.0, samples=401).attrs["warnings"])
+
+
+def test_map_and_diagram_are_warned() -> None:
+    """Identity: a map and a diagram of an array in constant rotation say that it passes its flat positions."""
+    array = (
+        sd.scissor(units=2, angle=0.5).with_clearance("A", sd.Clearance(0.5e-3, friction=sd.NoFriction())).driven(speed=100.0)
+    )
+    assert len(singular_warnings(sd.cycle(array, cycles=1).attrs["warnings"])) == 4
+    diagram = sd.bifurcation(array, over="A.clearance", values=[0.4e-3, 0.5e-3], cycles=1, keep=1, engine=Threads(1))
+    assert len(singular_warnings(diagram.attrs["warnings"])) == 4
+
+
+def test_check_says_it_before_the_run(capsys: pytest.CaptureFixture[str]) -> None:
+    """Identity: `scissordyn check` prints the warning of the README's faster run."""
+    case = str(EXAMPLES[0].with_name("paper.toml"))
+    assert status_of(["check", case, "--set", "drive.speed='250 rpm'"]) == 0
+    assert "change point at t = 0.0" in " ".join(capsys.readouterr().out.split())
+    assert status_of(["check", case]) == 0
+    assert "change point" not in capsys.readouterr().out

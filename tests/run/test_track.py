@@ -1,0 +1,104 @@
+"""Tracked points."""
+
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import scissordyn as sd
+from scissordyn.config.file import read_case
+from scissordyn.run.ideal_path import ideal_path
+from scissordyn.run.options import Options
+
+ARM = sd.scissor(units=2).driven(speed=sd.rpm(150))
+
+
+def test_a_point_of_a_rotating_bar() -> None:
+    """Closed form: a point at (x, y) of a bar at constant speed moves on a circle, with its own distance and speed."""
+    x, y, speed = 0.7, -0.3, sd.rpm(150)
+    run = sd.simulate(ARM.track("P", "unit 1/bar 1", (x, y)).track("end", "unit 1/bar 1", "end"), until=0.05, samples=51)
+    angle = ARM.body("unit 1/bar 1").angle + speed * run["time"].values
+    cos, sin = np.cos(angle), np.sin(angle)
+    place = np.stack([cos * x - sin * y, sin * x + cos * y], axis=1)
+    np.testing.assert_allclose(run["track_position"].sel(track="P"), place, atol=1e-12)
+    np.testing.assert_allclose(run["track_velocity"].sel(track="P"), speed * place[:, ::-1] * [-1.0, 1.0], atol=1e-11)
+    np.testing.assert_allclose(run["track_acceleration"].sel(track="P"), -(speed**2) * place, atol=1e-9)
+    length = ARM.body("unit 1/bar 1").points["end"][0]
+    np.testing.assert_allclose(run["track_position"].sel(track="end"), length * np.stack([cos, sin], axis=1), atol=1e-12)
+    assert "track_deviation" not in run
+
+
+def test_deviation_from_the_ideal_mechanism() -> None:
+    """Cross-check: the deviation is the distance between two runs, with and without clearance; at the pin itself it is e."""
+    loose = ARM.with_clearance("A", sd.Clearance(0.5e-3)).track("tip", "unit 2/bar 1", "end").track("pin", "slider", (0.0, 0.0))
+    run, ideal = sd.simulate(loose, until=0.02, samples=201), sd.simulate(loose.ideal(), until=0.02, samples=201)
+    expected = np.linalg.norm(run["track_position"].values - ideal["track_position"].values, axis=2)
+    np.testing.assert_allclose(run["track_deviation"], expected, atol=1e-10)
+    assert 0.0 < float(run["peak_track_deviation"].sel(track="tip")) < 5.0 * 0.5e-3
+    assert sd.replay(run).equals(run)
+
+
+def test_the_largest_deviation_is_located() -> None:
+    """Cross-check: with two samples, peak, r.m.s. and settling time are those of a hundred thousand samples."""
+    loose = ARM.with_clearance("A", sd.Clearance(0.5e-3)).track("tip", "unit 2/bar 1", "end", 0.9e-3)
+    coarse, fine = (sd.simulate(loose, until=0.02, samples=samples) for samples in (2, 100_001))
+    apart, time = fine["track_deviation"].values[:, 0], fine["time"].values
+    for name in ("peak_track_deviation", "peak_track_deviation_time", "rms_track_deviation", "settling_time"):
+        assert float(coarse[name][0]) == float(fine[name][0])
+    peak, when = float(coarse["peak_track_deviation"][0]), float(coarse["peak_track_deviation_time"][0])
+    assert 0.0 <= peak - apart.max() < 1e-6 * peak
+    assert abs(when - time[np.argmax(apart)]) <= 2e-7
+    assert float(coarse["rms_track_deviation"][0]) == pytest.approx(math.sqrt(np.trapezoid(apart**2, time) / 0.02), rel=1e-6)
+    outside = time[apart > 0.9e-3]
+    assert 0.0 < outside[-1] < 0.02 - 1e-6
+    assert 0.0 <= float(coarse["settling_time"][0]) - outside[-1] <= 2e-7
+
+
+def test_settling_of_points_without_end() -> None:
+    """Limit: 0 for a point that never leaves its tolerance; NaN for one that is outside at the end, or has no tolerance."""
+    loose = ARM.with_clearance("A", sd.Clearance(0.5e-3))
+    for number, tolerance in enumerate((1.0, 1e-9, None)):
+        loose = loose.track(f"P{number}", "unit 2/bar 1", "end", tolerance)
+    found = sd.simulate(loose, until=0.01, samples=2)["settling_time"].values
+    assert found[0] == 0.0
+    assert np.isnan(found[1:]).all()
+
+
+@pytest.mark.parametrize("motion", [sd.Harmonic(0.6, 0.3, 60.0), sd.Cycloidal(0.5, 0.9, 0.031)])
+def test_the_table_of_the_ideal_mechanism(motion) -> None:
+    """Limit: between its rows the table errs by no more than it promises, whatever the drive does."""
+    arm = sd.scissor(units=3, angle=0.5).driven(motion).track("tip", "unit 3/bar 1", "end")
+    path = ideal_path(arm, Options(until=0.06))
+    times = np.linspace(0.0, 0.06, 1237)
+    exact = sd.simulate(arm, until=0.06, samples=1237)["track_position"].transpose("time", "track", "axis").values
+    assert path.warnings == ()
+    assert np.max(np.abs(path.at(times) - exact)) < 1e-9 * arm.size
+
+
+def test_in_a_case_file(tmp_path: Path) -> None:
+    """Identity: [[track]] is mechanism.track."""
+    case = '[structure]\nkind = "scissor"\n[drive]\nspeed = "150 rpm"\n[run]\nuntil = "1 ms"\n'
+    tracks = '[[track]]\nname = "P"\nbody = "slider"\npoint = "10, -20 mm"\ntolerance = "2 mm"\n'
+    tracks += '[[track]]\nname = "E"\nbody = "unit 1/bar 1"\npoint = "end"\n'
+    path = tmp_path / "case.toml"
+    path.write_text(case + tracks)
+    found = read_case(path).mechanism.tracks
+    assert found == (sd.Track("P", "slider", (0.01, -0.02), 0.002), sd.Track("E", "unit 1/bar 1", "end"))
+
+
+@pytest.mark.parametrize(
+    ("track", "says"),
+    [
+        (("P", "slyder", "centre"), "did you mean 'slider'"),
+        (("P", "slider", "end"), "point 'end' of body 'slider'"),
+        (("", "slider", "centre"), "a name"),
+        (("P", "slider", (math.nan, 0.0)), "tracked point 'P'"),
+    ],
+)
+def test_what_cannot_be_tracked(track: tuple[str, str, str], says: str) -> None:
+    """Identity: one-line errors."""
+    with pytest.raises(sd.InputError, match=says):
+        ARM.track(*track)
+    with pytest.raises(sd.InputError, match="tracked point 'P' given 2 times"):
+        ARM.track("P", "slider", "centre").track("P", "slider", "centre")

@@ -1,0 +1,137 @@
+"""Warnings of a run about what its laws, controllers and steps cannot do."""
+
+from __future__ import annotations
+
+import json
+
+import numpy as np
+import pytest
+
+import scissordyn as sd
+from scissordyn.run.warn import energy_turned_over, run_warnings
+
+
+def warnings(run) -> list[str]:
+    """Those that the Dataset holds."""
+    return json.loads(run.attrs["warnings"])
+
+
+def test_a_journal_pressed_in_by_its_radius_is_a_failed_model() -> None:
+    """Limit: a material a million times softer than its load: the run says from when on its contact has failed."""
+    rubber = sd.Material("rubber", 1e3, 0.49, 1000.0)
+    soft = sd.Clearance(1e-4, journal_radius=1e-3, material=rubber)
+    arm = sd.scissor(units=1, slider_mass=500.0).with_clearance("A", soft).driven(speed=0.0)
+    run = sd.simulate(arm, until=0.2, samples=401)
+    deep = run["indentation"].sel(joint="A").values
+    assert deep.max() > 1e-3
+    first = run["time"].values[np.argmax(deep > 1e-3)]
+    (said,) = [text for text in warnings(run) if "contact model has failed" in text]
+    assert f"from t = {first:.6g} s on are not valid: joint 'A': indentation" in said
+    assert "exceeds the journal radius of 1 mm" in said
+    assert said in run.attrs["cause"] or run.attrs["status"] == "complete"
+    short = sd.simulate(arm, until=0.2, samples=401, most_steps=run_steps(run) - 1)
+    assert short.attrs["status"] == "failed"
+    assert "the contact model has failed" in short.attrs["cause"]
+
+
+def run_steps(run) -> int:
+    """Steps that a run took."""
+    return json.loads(run.attrs["statistics"])["steps"]
+
+
+def test_a_controller_at_its_limit() -> None:
+    """Identity: for how much of the run its torque is the limit, and the largest error meanwhile; nothing below the limit."""
+    arm = sd.scissor(units=1)
+    run = sd.simulate(arm.controlled(sd.PID(2e4, derivative=1500.0, limit=100.0), speed=sd.rpm(20)), until=0.05, samples=101)
+    torque, error = run["control_torque"].values[:, 0], run["control_error"].values[:, 0]
+    at = np.abs(torque) == 100.0
+    (said,) = warnings(run)
+    assert "is at its limit of 100 N m" in said
+    assert f"for {np.mean(at):.2g} of the run" in said
+    assert f"up to {np.degrees(np.abs(error[at]).max()):.3g} deg from its reference" in said
+    wide = sd.simulate(arm.controlled(sd.PID(2e4, derivative=1500.0, limit=1e5), speed=sd.rpm(20)), until=0.05, samples=101)
+    assert warnings(wide) == []
+
+
+def test_warnings_of_a_batch() -> None:
+    """Identity: each case has those of its own run, of contacts, bristles and controllers, and no others."""
+    constant = sd.LuGre(0.1, bristle_damping=316.0, damping_speed=1e6)
+    arm = sd.scissor(units=2).driven(speed=sd.rpm(150)).with_clearance("A", sd.Clearance(5e-4, friction=constant))
+    speeds = [sd.rpm(20), sd.rpm(250)]
+    batch = sd.simulate_many(arm, {"drive.speed": speeds}, until=0.02, measures=("steps",))
+    for speed, said in zip(speeds, batch["warnings"].values.tolist(), strict=True):
+        run = sd.simulate(arm.replace("drive.speed", speed), until=0.02, samples=2)
+        assert [text for text in said.split("\n") if text] == [text for text in warnings(run) if text.startswith("joint 'A'")]
+    assert ["of its law" in said for said in batch["warnings"].values.tolist()] == [False, True]
+    assert "start faster" in str(batch["warnings"].values[1])
+    servo = sd.scissor(units=1).controlled(sd.PID(2e4, derivative=1500.0, limit=100.0), speed=sd.rpm(20))
+    limited = sd.simulate_many(
+        servo, {f"{servo.components[0].name}.controller.limit": [100.0, 1e5]}, until=0.05, measures=("steps",)
+    )
+    assert [bool(said) for said in limited["warnings"].values.tolist()] == [True, False]
+    assert "the controller reaches its limit of 100 N m" in str(limited["warnings"].values[0])
+
+
+def test_bristles_beyond_the_static_limit() -> None:
+    """Limit: with a constant micro-damping the run says how far and for how long; with the default, never."""
+    arm = sd.scissor(units=2).driven(speed=sd.rpm(150))
+    constant = sd.LuGre(0.1, bristle_damping=316.0, damping_speed=1e6)
+    run = sd.simulate(arm.with_clearance("A", sd.Clearance(5e-4, friction=constant)), until=0.05, samples=50_001)
+    (said,) = [text for text in warnings(run) if "static limit" in text]
+    joint = run.sel(joint="A")
+    ratio = np.abs(joint["friction_force"]) / np.maximum(0.15 * joint["normal_force"], 1e-300)
+    ratio = ratio.where(joint["in_contact"], 0.0).values
+    peak, lasting = float(joint["peak_friction_ratio"]), float(joint["friction_excess_time"])
+    assert 0.9 * ratio.max() < peak
+    assert peak > 1.5
+    assert lasting == pytest.approx(np.mean(ratio > 1.05) * 0.05, rel=0.1)
+    assert f"reaches {peak:.3g} times" in said
+    assert f"for {lasting:.3g} s" in said
+    fading = sd.simulate(arm.with_clearance("A", sd.Clearance(5e-4, friction=sd.LuGre(0.1))), until=0.05, samples=2)
+    assert float(fading["peak_friction_ratio"].sel(joint="A")) <= 1.0 + 1e-9
+    assert not [text for text in warnings(fading) if "static limit" in text]
+
+
+def test_a_peak_of_indentation_between_two_samples(clearance_run, clearance_array) -> None:
+    """Cross-check: what the warnings judge is located, and does not depend on the samples."""
+    coarse = sd.simulate(clearance_array, until=0.05, samples=2)
+    fine = sd.simulate(clearance_array, until=0.05, samples=200_001).sel(joint="A")
+    found, when = (float(coarse[name].sel(joint="A")) for name in ("peak_indentation", "peak_indentation_time"))
+    assert 0.0 <= found - float(fine["indentation"].max()) < 1e-5 * found
+    assert abs(when - float(fine["time"][int(np.argmax(fine["indentation"].values))])) < 3e-7
+    assert found == float(clearance_run["peak_indentation"].sel(joint="A"))
+
+
+def test_a_balance_that_does_not_close(clearance_run, clearance_array) -> None:
+    """Limit: a thousandth of the energy turned over is the limit; at the default tolerance runs are far below it."""
+    whole = energy_turned_over(clearance_run)
+    assert not any("energy balance" in text for text in warnings(clearance_run))
+    for share, count in ((0.99e-3, 0), (1.01e-3, 1)):
+        off = clearance_run.copy(deep=True)
+        off["energy_residual"][-1] = share * whole
+        found = [text for text in run_warnings(clearance_array, off, ()) if "energy balance misses" in text]
+        assert len(found) == count
+
+
+def test_a_mechanism_at_rest_has_no_energy_to_balance() -> None:
+    """Limit: nothing moves and nothing is turned over; rounding is no loss."""
+    run = sd.simulate(sd.scissor(units=1).driven(speed=0.0), until=0.01, samples=11)
+    assert warnings(run) == []
+
+
+@pytest.mark.parametrize("make", [sd.Force, sd.Torque])
+def test_time_functions_of_loads_that_end_before_the_run(make) -> None:
+    """Identity: a table is not continued beyond its end, for a load as for a drive."""
+    table = sd.Tabulated((0.0, 1e-3, 2e-3, 3e-3, 4e-3, 5e-3), (0.0, 1.0, 1.0, 1.0, 1.0, 1.0))
+    where = ("unit 1/bar 1", "end") if make is sd.Force else "unit 1/bar 1"
+    amount = (0.0, 1.0) if make is sd.Force else 1.0
+    arm = sd.scissor(units=1)
+    loaded = sd.Mechanism(**{**vars_of(arm), "components": (make("load", where, amount, time_function=table),)})
+    assert sd.simulate(loaded, until=5e-3, samples=3).attrs["status"] == "complete"
+    with pytest.raises(sd.InputError, match=r"time function of 'load' is tabulated until 0\.005 s"):
+        sd.simulate(loaded, until=5.1e-3, samples=3)
+
+
+def vars_of(mechanism) -> dict:
+    """Fields of a mechanism."""
+    return {name: getattr(mechanism, name) for name in mechanism.__dataclass_fields__}

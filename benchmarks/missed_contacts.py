@@ -83,7 +83,7 @@ def judge(kind: str, number: int) -> Judged:
     sample, sampled = outside(path, samples.time, samples.state, samples.mode)
     step, stepped = outside(path, *ends(*steps))
     contacts = path.system.content.parameters.contact.size
-    begun = int(np.sum((path.log[:, 1] < contacts) & (path.log[:, 2] == 1)))
+    begun = int(np.sum((path.log["guard"] < contacts) & (path.log["mode"] == 1)))
     method, when = str(path.statistics["method"]), sampled if sample >= step else stepped
     return Judged(kind, number, rtol, events, method, path.end, begun, sample, step, when)
 

@@ -8,7 +8,15 @@ import pytest
 from numba import types
 
 from scissordyn.integrate import advance as loop
-from scissordyn.integrate.integration import Integration, make_problem, make_record, make_samples, make_state, make_work
+from scissordyn.integrate.integration import (
+    LOG_COLUMNS,
+    Integration,
+    make_problem,
+    make_record,
+    make_samples,
+    make_state,
+    make_work,
+)
 from scissordyn.integrate.tableau import METHODS, tableau
 from scissordyn.jit import Handle, kernel, opener
 
@@ -178,7 +186,7 @@ def run(name, rate, linearise, start, until, tolerance, samples, *, floor, step=
     if math.isfinite(step):
         state.clock["first"] = state.clock["step"] = step
     out = make_samples(np.linspace(0.0, until, samples), state)
-    log = np.zeros((100, loop.LOG_COLUMNS))
+    log = np.zeros((100, LOG_COLUMNS))
     whole = Handle(Integration(method, state, work, out, make_record(0, state), log))
     status = np.array([loop.ADVANCING])
     while status[0] == loop.ADVANCING:

@@ -29,14 +29,15 @@ def test_the_motion_does_not_depend_on_it(name, method):
     options = Options(0.02, samples=101, method=method, rtol=1e-6, atol=1e-6)
     whole, motion = (compute(arrays()[name], options, monitor=on, record_steps=True) for on in (True, False))
     assert whole.status == "complete"
-    assert whole.log.shape[0] > 1
+    assert whole.log.size > 1
     for part in ("time", "state", "mode", "memory", "reference"):
         np.testing.assert_array_equal(getattr(motion.samples, part), getattr(whole.samples, part), err_msg=part)
     for mine, other in zip(motion.steps, whole.steps, strict=True):
         np.testing.assert_array_equal(mine, other)
-    np.testing.assert_array_equal(motion.log[:, :5], whole.log[:, :5])
+    for name in ("time", "guard", "mode", "rate", "angle"):
+        np.testing.assert_array_equal(motion.log[name], whole.log[name])
     assert motion.statistics["steps"] == whole.statistics["steps"]
     assert motion.statistics["rates"] < whole.statistics["rates"]
     assert np.any(whole.samples.total)
     assert not np.any(motion.samples.total)
-    assert not np.any(motion.peak[:, [0, 2, 3, 4]])
+    assert not any(np.any(motion.peak[name]) for name in ("largest", "integral", "square", "friction_loss"))

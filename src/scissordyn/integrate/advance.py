@@ -37,7 +37,7 @@ from scissordyn.integrate.crossing import crossed, end_inactive, log_crossings
 from scissordyn.integrate.dense import complete, dense_value, integrals_at
 from scissordyn.integrate.event import find_crossings, sign_of
 from scissordyn.integrate.history import keep_history
-from scissordyn.integrate.integration import FALL, MONITORED, RESET_DATA, RISE, open_integration
+from scissordyn.integrate.integration import DATA, ENDED, FALL, GUARD, MODE, RISE, TIME, WHEN, open_integration
 from scissordyn.integrate.monitor import monitor_step, step_integral
 from scissordyn.integrate.step import EVERYTHING, NOTHING, OUTPUTS, attempt, error_norm, prepare
 from scissordyn.integrate.step_scaling import fraction, place, speed
@@ -48,7 +48,6 @@ __all__ = [
     "ADVANCING",
     "FINISHED",
     "HISTORY_FULL",
-    "LOG_COLUMNS",
     "LOG_FULL",
     "NOT_FINITE",
     "RECORD_FULL",
@@ -61,10 +60,7 @@ __all__ = [
 ADVANCING, FINISHED, LOG_FULL, STEP_TOO_SMALL, NOT_FINITE, STUCK, HISTORY_FULL, RECORD_FULL = range(8)
 """What `advance` returns: more to do, done, the event log wants more room, the ways to fail, other stores want more room."""
 
-LOG_COLUMNS = 5 + RESET_DATA + MONITORED
-"""Time, guard, new mode, the reset's data, the largest first monitored number and its time, integrals of the monitored."""
-
-_EXPLICIT, _DATA = EXPLICIT, 3 + RESET_DATA
+_EXPLICIT = EXPLICIT
 
 MOST_STALLED = 1000
 """Trials and events without progress in time after which a run is stuck."""
@@ -315,14 +311,14 @@ def take_event(problem, now, guard, s, w, S, log):
     counts = s.counts[0]
     row = log[counts.events]
     event = RISE if s.mode[guard] == 0 else FALL
-    if not problem.reset(now, s.y, guard, S, row[3:_DATA]):
+    if not problem.reset(now, s.y, guard, S, row[DATA:ENDED]):
         return -1
-    row[0], row[1], row[2] = now, guard, event
-    for q in range(_DATA, row.size):
-        row[q] = s.peak[guard, q - _DATA]
+    row[TIME], row[GUARD], row[MODE] = now, guard, event
+    for q in range(ENDED, row.size):
+        row[q] = s.peak[guard, q - ENDED]
     if event == RISE:
         s.peak[guard, :] = 0.0
-        s.peak[guard, 1] = now
+        s.peak[guard, WHEN] = now
     s.monitored[guard, 0] = 0.0
     counts.events += 1
     return event

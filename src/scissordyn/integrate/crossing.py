@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from scissordyn.integrate.dense import dense_value
 from scissordyn.integrate.event import find_crossings
-from scissordyn.integrate.integration import FALL, RISE
+from scissordyn.integrate.integration import DATA, ENDED, FALL, GUARD, MODE, RISE, TIME, WHEN
 from scissordyn.integrate.step import NOTHING, attempt, error_norm, prepare
 from scissordyn.integrate.step_scaling import fraction
 from scissordyn.jit import kernel
@@ -127,20 +127,19 @@ def log_crossings(problem, T, t, h, s, w, S, log, rises):
         k, theta = (w.rise_guard[c], w.rise_place[c]) if rises else (w.crossing_guard[c], w.crossing_place[c])
         now = t + fraction(w.scaling[0], theta) * h
         row = log[counts.events]
-        row[0], row[1] = now, k
-        data = 3 + w.rise_data.shape[1]
+        row[TIME], row[GUARD] = now, k
         if rises:
-            row[2] = RISE
-            for q in range(3, row.size):
-                row[q] = w.rise_data[c, q - 3] if q < data else 0.0
+            row[MODE] = RISE
+            for q in range(DATA, row.size):
+                row[q] = w.rise_data[c, q - DATA] if q < ENDED else 0.0
             s.peak[k, :] = 0.0
-            s.peak[k, 1] = now
+            s.peak[k, WHEN] = now
         else:
-            row[2] = FALL
+            row[MODE] = FALL
             dense_value(theta, T.pattern, s.y, w.dense, w.inside)
-            problem.reset(now, w.inside, k, S, row[3:data])
-            for q in range(data, row.size):
-                row[q] = s.peak[k, q - data]
+            problem.reset(now, w.inside, k, S, row[DATA:ENDED])
+            for q in range(ENDED, row.size):
+                row[q] = s.peak[k, q - ENDED]
         counts.events += 1
 
 

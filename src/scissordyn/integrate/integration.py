@@ -17,12 +17,24 @@ from scissordyn.jit import F1, F2, F3, I1, I2, opener
 __all__ = [
     "CLOCK",
     "COUNTS",
+    "DATA",
+    "ENDED",
     "FALL",
+    "FIRST_WITHIN",
+    "GUARD",
+    "INTEGRAL",
+    "LARGEST",
+    "LAST_ABOVE",
+    "LIMIT",
+    "LOG_COLUMNS",
+    "MODE",
     "MONITORED",
     "NO_EVENT",
     "RESET_DATA",
     "RISE",
     "SPARE_ROWS",
+    "TIME",
+    "WHEN",
     "Integration",
     "Problem",
     "Samples",
@@ -50,6 +62,18 @@ SPARE_ROWS = 4
 
 HALVINGS = 12
 """How often the distance between two probes is halved in search of a rise that is followed by a fall."""
+
+TIME, GUARD, MODE, DATA = range(4)
+ENDED = DATA + RESET_DATA
+"""Columns of the event log: when, which guard, its new mode; from `DATA` on what the reset wrote, from `ENDED` on the peak."""
+
+LARGEST, WHEN, INTEGRAL = range(3)
+"""Columns of `State.peak`: the largest value, when, and from `INTEGRAL` on the integrals."""
+
+LIMIT, LAST_ABOVE, FIRST_WITHIN = range(3)
+"""Columns of `State.band`."""
+
+LOG_COLUMNS = ENDED + INTEGRAL + MONITORED
 
 NO_EVENT, FALL, RISE = -1, 0, 1
 """Kinds of events; a rise ends in mode 1, a fall in mode 0."""
@@ -111,8 +135,8 @@ class State(NamedTuple):
     reference: F1  # angles counted so far
     total: F1  # (quadratures,)
     monitored: F2  # (rows, MONITORED) at the present instant
-    peak: F2  # (rows, 2 + MONITORED): since the last rise the largest number, when, and the integrals
-    band: F2  # (rows - guards, 3): a limit, the last instant above it, the first at or below it
+    peak: F2  # (rows, INTEGRAL + MONITORED) since the last rise
+    band: F2  # (rows - guards, 3)
     history: F2  # (steps, 2 + signals * coefficients), see `history`
     history_length: I1  # (1,)
 
@@ -258,7 +282,7 @@ def make_state(
     """The state at the start y of an integration at t = 0."""
     rows = mode.size + monitors
     limits = np.zeros((monitors, 3))
-    limits[:, 0] = np.inf if band is None else band
+    limits[:, LIMIT] = np.inf if band is None else band
     made = State(
         clock=np.zeros(1, CLOCK),
         counts=np.zeros(1, COUNTS),
@@ -268,7 +292,7 @@ def make_state(
         reference=reference,
         total=np.zeros(quadratures),
         monitored=np.zeros((rows, MONITORED)),
-        peak=np.zeros((rows, 2 + MONITORED)),
+        peak=np.zeros((rows, INTEGRAL + MONITORED)),
         band=limits,
         history=np.zeros((0, 2)) if history is None else history,
         history_length=np.zeros(1, np.int64) if history_length is None else history_length,
@@ -284,7 +308,7 @@ def reset_state(state: State, y: np.ndarray, *, crosses: bool) -> None:
     state.clock["crosses"], state.clock["monitors"] = int(crosses), 1
     state.y[:] = y
     state.total[:], state.monitored[:], state.peak[:] = 0.0, 0.0, 0.0
-    state.band[:, 1:] = np.nan
+    state.band[:, LAST_ABOVE:] = np.nan
 
 
 def make_work(

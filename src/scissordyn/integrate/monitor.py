@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 
 from scissordyn.integrate.dense import complete, dense_value, inside_at
-from scissordyn.integrate.integration import SPARE_ROWS
+from scissordyn.integrate.integration import FIRST_WITHIN, INTEGRAL, LARGEST, LAST_ABOVE, LIMIT, SPARE_ROWS, WHEN
 from scissordyn.integrate.step_scaling import fraction, speed
 from scissordyn.integrate.tableau import EXPLICIT
 from scissordyn.jit import kernel
@@ -66,7 +66,7 @@ def monitor_step(problem, T, t, h, s, w, S):
         monitor_nodes(problem, T, t, h, s, w, S)
         last = T.gauss.size + 1
     for row in range(s.mode.size, s.peak.shape[0]):
-        if s.band[row - s.mode.size, 0] < math.inf:
+        if s.band[row - s.mode.size, LIMIT] < math.inf:
             follow_band(problem, T, row, t, h, s, w, S)
     for row in range(s.peak.shape[0]):
         for q in range(s.monitored.shape[1]):
@@ -84,16 +84,16 @@ def monitor_stages(problem, T, t, h, s, w, S):
         for stage in range(T.stages):
             weight = h * T.a[T.stages, stage] * speed(w.scaling[0], T.nodes[stage])
             for q in range(w.monitored.shape[2]):
-                peak[2 + q] += weight * w.monitored[stage, row, q]
+                peak[INTEGRAL + q] += weight * w.monitored[stage, row, q]
             highest = max(highest, w.monitored[stage, row, 0])
-        best = max(peak[0], w.monitored[T.stages, row, 0])
+        best = max(peak[LARGEST], w.monitored[T.stages, row, 0])
         if highest >= HINT * best and highest > 0.0:
             if not looked:
                 look_inside(problem, T, t, h, s, w, S)
                 looked = True
             find_peak(problem, T, row, t, h, s, w, S)
-        elif best > peak[0]:
-            peak[0], peak[1] = best, t + h
+        elif best > peak[LARGEST]:
+            peak[LARGEST], peak[WHEN] = best, t + h
 
 
 @kernel(inline=True)
@@ -124,7 +124,7 @@ def monitor_nodes(problem, T, t, h, s, w, S):
         if followed(row, s):
             for node in range(T.gauss.size):
                 for q in range(w.monitored.shape[2]):
-                    s.peak[row, 2 + q] += h * T.weight[node] * w.monitored[node + 1, row, q]
+                    s.peak[row, INTEGRAL + q] += h * T.weight[node] * w.monitored[node + 1, row, q]
             find_peak(problem, T, row, t, h, s, w, S)
 
 
@@ -200,7 +200,7 @@ def find_peak(problem, T, row, t, h, s, w, S):
     elif best == last:
         inside = vertex(T, row, last - 2, w) < 1.0 + NEARLY
     peak = s.peak[row]
-    if value < peak[0]:
+    if value < peak[LARGEST]:
         return
     if inside and not 0 < best < last:
         # the parabola is too coarse to tell on which side of the step's end the maximum is
@@ -208,8 +208,8 @@ def find_peak(problem, T, row, t, h, s, w, S):
     if inside:
         low, high = place_of(T, max(best - 1, 0)), place_of(T, min(best + 1, last))
         theta, value = refine(problem, T, row, low, theta, high, value, t, h, s, w, S)
-    if value > peak[0]:
-        peak[0], peak[1] = value, t + fraction(w.scaling[0], theta) * h
+    if value > peak[LARGEST]:
+        peak[LARGEST], peak[WHEN] = value, t + fraction(w.scaling[0], theta) * h
 
 
 @kernel()
@@ -266,28 +266,28 @@ def refine(problem, T, row, low, best, high, value, t, h, s, w, S):
 def follow_band(problem, T, row, t, h, s, w, S):
     """Note when a monitored number is last above its limit, and when it is first at or below it."""
     band = s.band[row - s.mode.size]
-    limit, last = band[0], last_point(T)
+    limit, last = band[LIMIT], last_point(T)
     start, end = w.monitored[0, row, 0], w.monitored[index_of(T, last), row, 0]
-    if math.isnan(band[2]) and start <= limit:
-        band[2] = t
+    if math.isnan(band[FIRST_WITHIN]) and start <= limit:
+        band[FIRST_WITHIN] = t
     highest = max(start, end)
     if T.kind == _EXPLICIT:
         for stage in range(1, T.stages):
             highest = max(highest, w.monitored[stage, row, 0])
         if min(start, end) > limit or highest <= limit:
             if start > limit:
-                band[1] = t + h
+                band[LAST_ABOVE] = t + h
             return
         look_inside(problem, T, t, h, s, w, S)
     for point in range(1, last + 1):
         before, after = w.monitored[index_of(T, point - 1), row, 0], w.monitored[index_of(T, point), row, 0]
         if after > limit:
-            band[1] = t + fraction(w.scaling[0], place_of(T, point)) * h
+            band[LAST_ABOVE] = t + fraction(w.scaling[0], place_of(T, point)) * h
         elif before > limit:
             theta = passing(problem, T, row, place_of(T, point - 1), place_of(T, point), limit, t, h, s, w, S)
-            band[1] = t + fraction(w.scaling[0], theta) * h
-            if math.isnan(band[2]):
-                band[2] = band[1]
+            band[LAST_ABOVE] = t + fraction(w.scaling[0], theta) * h
+            if math.isnan(band[FIRST_WITHIN]):
+                band[FIRST_WITHIN] = band[LAST_ABOVE]
 
 
 @kernel()

@@ -12,13 +12,12 @@ import numpy as np
 from scissordyn.component.time_function import ConstantSpeed, Harmonic
 from scissordyn.errors import InputError
 from scissordyn.integrate import advance as loop
-from scissordyn.integrate.integration import Samples
+from scissordyn.integrate.integration import RISE, Samples
 from scissordyn.jit import Handle
 from scissordyn.kinematics.time_functions import check_tables, prescribed
 from scissordyn.mechanics.reduce import reduce_mechanism
 from scissordyn.mechanics.reduced_model import ReducedModel
 from scissordyn.model.mechanism import Mechanism
-from scissordyn.run.contacts import PEAK
 from scissordyn.run.demand import check_cycles
 from scissordyn.run.driver import Driver, counted
 from scissordyn.run.events import ACCOUNTS, accounts
@@ -204,7 +203,7 @@ def _cycled(
             driver.monitor(wanted)
             # energies and peaks are those of the cycle; a contact that lasts across its start is monitored from there on
             state.total[:] = state.peak[:] = 0.0
-            state.peak[:, 1] = driver.time
+            driver.peak["largest_time"] = driver.time
             status = driver.advance((number + 1) * period, most_steps=options.most_steps)
             state = driver.state
             if wanted:
@@ -213,8 +212,8 @@ def _cycled(
                 break
             log, begin = driver.log, number * period
             summarise(log, mode[:contacts], begin, period, impacts[done], fraction[done])
-            highest = np.where(state.mode == 1, state.peak[: state.mode.size, 0], 0.0)
-            np.maximum.at(highest, log[:, 1].astype(np.int64), log[:, PEAK])
+            highest = np.where(state.mode == 1, driver.peak["largest"][: state.mode.size], 0.0)
+            np.maximum.at(highest, log["guard"].astype(np.int64), log["largest"])
             peak[done] = highest[:contacts]
             gained[done] = accounts(driver.reduced.mechanism, state.total[None], log, np.array([math.inf]))[0]
             steps[done] = int(state.counts["steps"][0]) - taken
@@ -262,12 +261,12 @@ def summarise(
 ) -> None:
     """Count the contacts that started in a cycle and add up the time in contact; `mode` is that at its start."""
     for j in range(mode.size):
-        own = log[log[:, 1] == j]
-        time, rises = own[:, 0], own[:, 2] == 1.0
+        own = log[log["guard"] == j]
+        time, rises = own["time"], own["mode"] == RISE
         impacts[j] = int(np.sum(rises))
         lasted = float(np.sum(time[~rises]) - np.sum(time[rises]))
         if mode[j] == 1:
             lasted -= begin
-        if (own[-1, 2] if own.shape[0] else mode[j]) == 1:
+        if (own["mode"][-1] if own.size else mode[j]) == 1:
             lasted += begin + period
         fraction[j] = min(1.0, max(0.0, lasted / period))

@@ -7,13 +7,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from scissordyn.integrate.integration import RESET_DATA
+from scissordyn.integrate.integration import RISE
 
-__all__ = ["PEAK", "Contact", "contacts"]
+__all__ = ["Contact", "contacts"]
 
-
-PEAK = 3 + RESET_DATA
-"""Column of the event log with the largest normal force; behind it when, then the integrals."""
+LARGEST = ("largest", "largest_time", "impulse", "damping_loss", "friction_loss")
+EVENT = ("guard", "mode", "time", "rate", "angle", *LARGEST)
 
 
 class Contact(NamedTuple):
@@ -61,30 +60,26 @@ def contacts(log: np.ndarray, peak: np.ndarray) -> list[Contact]:
 
     Parameters
     ----------
-    log : ndarray, shape (events, LOG_COLUMNS)
-        Time, joint, 1 for a start and 0 for an end, delta', angle of n, 0, largest normal force and when, impulse and losses.
-    peak : ndarray, shape (nj, 5)
-        The last five for contacts that have not ended; guards after the joints are left out.
+    log : ndarray of LOG, shape (events,)
+    peak : ndarray of PEAK, shape (nj,)
+        Of contacts that have not ended; guards after the joints are left out.
 
     Returns
     -------
     list of Contact
         In order of their starts.
     """
-    open_, found = {}, []
-    for row in log.tolist():
-        joint = int(row[1])
-        if joint >= peak.shape[0]:
-            continue
-        if row[2] == 1.0:
-            open_[joint] = row
+    open_, found = dict[int, tuple[float, float, float]](), []
+    for guard, mode, time, rate, angle, force, when, *integrals in log[log["guard"] < peak.size][list(EVENT)].tolist():
+        joint = int(guard)
+        if mode == RISE:
+            open_[joint] = time, rate, angle
         elif joint in open_:
-            start = open_.pop(joint)
-            timing = row[PEAK + 1] - start[0], row[0] - start[0]
-            found.append(Contact(joint, start[0], start[3], start[4], row[PEAK], *timing, row[3], *row[PEAK + 2 :]))
-    for joint, start in open_.items():
-        force, when, *integrals = peak[joint].tolist()
-        found.append(Contact(joint, start[0], start[3], start[4], force, when - start[0], math.nan, math.nan, *integrals))
+            start, approach, direction = open_.pop(joint)
+            found.append(Contact(joint, start, approach, direction, force, when - start, time - start, rate, *integrals))
+    for joint, (start, approach, direction) in open_.items():
+        force, when, *integrals = peak[list(LARGEST)][joint].tolist()
+        found.append(Contact(joint, start, approach, direction, force, when - start, math.nan, math.nan, *integrals))
     return sorted(found, key=lambda contact: contact.start)
 
 

@@ -12,6 +12,7 @@ from scissordyn.mechanics.outputs import Record, record
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.run.cause import singular_position
 from scissordyn.run.ideal_path import IdealPath
+from scissordyn.run.log import unknown
 from scissordyn.run.options import Options
 from scissordyn.run.trajectory import Trajectory, compute
 
@@ -61,8 +62,6 @@ def recorded(
         if cut.status == "interrupted":
             return cut, record(cut.reduced, cut.system, cut.samples)
     else:
-        cut = dataclasses.replace(
-            path, samples=kept, log=path.log[:0], peak=np.full_like(path.peak, np.nan), band=np.full_like(path.band, np.nan)
-        )
+        cut = dataclasses.replace(path, samples=kept, log=path.log[:0], peak=unknown(path.peak), band=unknown(path.band))
     cut = dataclasses.replace(cut, end=last, status="failed", cause=f"stopped at t = {time:.9g} s: {why}")
     return cut, record(cut.reduced, cut.system, cut.samples)

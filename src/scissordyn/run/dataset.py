@@ -253,14 +253,14 @@ def _joint_peaks(mechanism: Mechanism, path: Trajectory, at: np.ndarray) -> Vari
         (
             "peak_pressure_velocity",
             at,
-            pressure[:, 0],
+            pressure["largest"],
             "Pa m/s",
             "largest product of mean pressure F_n/(2 R_J L_b) and slip speed",
         ),
-        ("peak_indentation", at, depth[:, 0], "m", "largest indentation"),
-        ("peak_indentation_time", at, depth[:, 1], "s", "when the indentation is largest"),
-        ("peak_friction_ratio", bristles, ratio[:, 0], "1", f"largest {about}, where the law has internal states"),
-        ("friction_excess_time", bristles, ratio[:, 3], "s", f"how long {about} is above {EXCEEDED:g}"),
+        ("peak_indentation", at, depth["largest"], "m", "largest indentation"),
+        ("peak_indentation_time", at, depth["largest_time"], "s", "when the indentation is largest"),
+        ("peak_friction_ratio", bristles, ratio["largest"], "1", f"largest {about}, where the law has internal states"),
+        ("friction_excess_time", bristles, ratio["excess_time"], "s", f"how long {about} is above {EXCEEDED:g}"),
     ):
         if values.size:
             full = np.full(len(mechanism.joint_names), np.nan)
@@ -289,7 +289,7 @@ def _component_variables(mechanism: Mechanism, path: Trajectory, found: Record) 
             largest = peaks[[i for i in index if i < len(mechanism.components)]]
             kind = "torque" if declared.port.forces == ("torque",) else "force"
             unit = "N m" if kind == "torque" else "N"
-            variables[f"{section}_peak_{kind}"] = _described((section,), largest[:, 0], unit, f"largest {kind}")
+            variables[f"{section}_peak_{kind}"] = _described((section,), largest["largest"], unit, f"largest {kind}")
         for output in declared.reported:
             if declared.force is None and not output.coordinate:
                 continue
@@ -328,7 +328,7 @@ def _control_variables(mechanism: Mechanism, path: Trajectory, found: Record) ->
         "actuator": _named("actuator", [part.name for _, part in chosen]),
         "control_torque": _described(over, found.result[:, index, 0], "N m", "torque that a controller gives"),
         "control_error": _described(over, found.observed[:, index, 0], "rad", "reference less measured angle"),
-        "peak_control_torque": _described(("actuator",), peaks[:, 0], "N m", "largest torque that a controller gives"),
+        "peak_control_torque": _described(("actuator",), peaks["largest"], "N m", "largest torque that a controller gives"),
     }
     recorder = content.model.recorder
     if np.any(recorder >= 0):
@@ -381,8 +381,8 @@ def _drive_variables(mechanism: Mechanism, path: Trajectory, found: Record) -> V
         "drive": _named("drive", [drive.body for drive in mechanism.drives]),
         # with several drives the first is the one that the contract names; all of them stand beside it
         "drive_torque": _described(("time",), found.torque[:, 0].copy(), "N m", "driving torque"),
-        "peak_drive_torque": _described(("drive",), peaks[:, 0], "N m", "largest driving torque"),
-        "peak_drive_torque_time": _described(("drive",), peaks[:, 1], "s", "when the driving torque is largest"),
+        "peak_drive_torque": _described(("drive",), peaks["largest"], "N m", "largest driving torque"),
+        "peak_drive_torque_time": _described(("drive",), peaks["largest_time"], "s", "when the driving torque is largest"),
     }
     if len(mechanism.drives) > 1:
         variables["drive_torques"] = _described(("time", "drive"), found.torque, "N m", "driving torque of each drive")

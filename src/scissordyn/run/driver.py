@@ -12,6 +12,7 @@ from scissordyn.errors import InputError
 from scissordyn.integrate import advance as loop
 from scissordyn.integrate.history import make_history
 from scissordyn.integrate.integration import (
+    LOG_COLUMNS,
     Integration,
     Samples,
     State,
@@ -32,6 +33,7 @@ from scissordyn.mechanics.system import Model, Parameters, System
 from scissordyn.mechanics.workspace import initial_state, make_workspace
 from scissordyn.run.compiled import compiled_loop, compiled_mechanics
 from scissordyn.run.interrupt import look
+from scissordyn.run.log import BAND, LOG, PEAK, by_name
 from scissordyn.run.slice import FIRST, next_slice
 from scissordyn.run.snapshot import Snapshot
 from scissordyn.run.tolerance import Tolerances
@@ -190,7 +192,7 @@ class Driver:
             reads=entries_read(model, len(reduced.mechanism.contacts)),
             delays=tolerances.delays,
         )
-        log = np.zeros((LOG_ROWS + 4 * model.guard_component.size + len(initial_events), loop.LOG_COLUMNS))
+        log = np.zeros((LOG_ROWS + 4 * model.guard_component.size + len(initial_events), LOG_COLUMNS))
         samples, record = make_samples(np.zeros(0), integrated), make_record(0, integrated)
         self.integration = Handle(Integration(coefficients, integrated, work, samples, record, log))
         self._begin(initial_events)
@@ -223,9 +225,9 @@ class Driver:
             work.rounding[:] = tolerances.rounding
         work.has_dense[0] = work.scaling[0] = work.crossing_count[0] = work.rise_count[0] = 0
         reset_state(content.state, y, crosses=crosses)
-        content.state.band[:, 0] = self._limits()
+        self.band["limit"] = self._limits()
         if len(initial_events) > content.log.shape[0]:
-            self._exchange(log=np.zeros((2 * len(initial_events), loop.LOG_COLUMNS)))
+            self._exchange(log=np.zeros((2 * len(initial_events), LOG_COLUMNS)))
         self._begin(initial_events)
 
     def _begin(self, initial_events: tuple[list[float], ...]) -> None:
@@ -252,8 +254,22 @@ class Driver:
 
     @property
     def log(self) -> np.ndarray:
-        """Rows of the event log so far: see `advance.LOG_COLUMNS`."""
+        """The events so far, see `log.LOG`: a view."""
+        return by_name(self._events, LOG)
+
+    @property
+    def _events(self) -> np.ndarray:
         return np.asarray(self.integration.content.log[: int(self.state.counts["events"][0])])
+
+    @property
+    def peak(self) -> np.ndarray:
+        """The largest values so far, see `log.PEAK`: a view."""
+        return by_name(self.state.peak, PEAK)
+
+    @property
+    def band(self) -> np.ndarray:
+        """What is known of limits so far, see `log.BAND`: a view."""
+        return by_name(self.state.band, BAND)
 
     @property
     def samples(self) -> Samples:
@@ -408,7 +424,7 @@ class Driver:
         found["state.history"] = found["state.history"][: int(self.state.history_length[0])]
         for owner, parts, rows in (("samples", content.samples, "samples"), ("steps", content.steps, "recorded")):
             found |= {f"{owner}.{name}": part[: int(counts[rows][0])] for name, part in parts._asdict().items()}
-        return found | {"log": self.log}
+        return found | {"log": self._events}
 
     def take_up(self, arrays: Mapping[str, np.ndarray]) -> None:
         """Put back what `arrays` gave for a driver made in the same way, which goes on from there bit for bit.

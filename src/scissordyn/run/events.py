@@ -13,9 +13,6 @@ __all__ = ["ACCOUNTS", "accounts", "event_variables"]
 ACCOUNTS = (*POWERS, "switching_loss")
 """The accounts of the energy balance: integrals of powers, to which events add, and what events alone dissipate."""
 
-LOSS, DRIVE_WORK = 4, 5
-"""Columns of the event log with the energy that an event of a component dissipates, and the work that the drives do in it."""
-
 
 def event_variables(mechanism: Mechanism, log: np.ndarray) -> dict[str, tuple[tuple[str, ...], np.ndarray, dict[str, str]]]:
     """Table of the events of components, for the Dataset.
@@ -23,7 +20,7 @@ def event_variables(mechanism: Mechanism, log: np.ndarray) -> dict[str, tuple[tu
     Parameters
     ----------
     mechanism : Mechanism
-    log : ndarray, shape (events, LOG_COLUMNS)
+    log : ndarray of LOG, shape (events,)
 
     Returns
     -------
@@ -34,25 +31,25 @@ def event_variables(mechanism: Mechanism, log: np.ndarray) -> dict[str, tuple[tu
     if not guarded:
         return {}
     first = len(mechanism.contacts)
-    rows = log[log[:, 1] >= first]
-    parts = [guarded[k] for k in (rows[:, 1].astype(int) - first).tolist()]
-    kinds = [part.declaration.events[int(mode)] for part, mode in zip(parts, rows[:, 2], strict=True)]
+    rows = log[log["guard"] >= first]
+    parts = [guarded[k] for k in (rows["guard"].astype(int) - first).tolist()]
+    kinds = [part.declaration.events[int(mode)] for part, mode in zip(parts, rows["mode"], strict=True)]
     along = ("event",)
     coordinates = [output.unit for part in guarded for output in part.declaration.port.outputs if output.coordinate]
     rates = " or ".join(dict.fromkeys(f"{unit}/s" for unit in coordinates)) or "1/s"
     return {
         "event_time": (
             along,
-            rows[:, 0],
+            rows["time"],
             {"units": "s", "long_name": "instant of the event, 0 of what acts from the start on"},
         ),
         "event_name": (along, np.array([part.name for part in parts], dtype=str), {"long_name": "component"}),
         "event_kind": (along, np.array(kinds, dtype=str), {"long_name": "what happened"}),
-        "event_speed": (along, rows[:, 3], {"units": rates, "long_name": "rate of approach"}),
-        "event_loss": (along, rows[:, LOSS], {"units": "J", "long_name": "energy dissipated by the event"}),
+        "event_speed": (along, rows["rate"], {"units": rates, "long_name": "rate of approach"}),
+        "event_loss": (along, rows["loss"], {"units": "J", "long_name": "energy dissipated by the event"}),
         "event_drive_work": (
             along,
-            rows[:, DRIVE_WORK],
+            rows["drive_work"],
             {"units": "J", "long_name": "work of the drives' impulses in the event"},
         ),
     }
@@ -66,7 +63,7 @@ def accounts(mechanism: Mechanism, total: np.ndarray, log: np.ndarray, time: np.
     mechanism : Mechanism
     total : ndarray, shape (nt, powers)
         Integrals of `monitored.POWERS` [J].
-    log : ndarray, shape (events, LOG_COLUMNS)
+    log : ndarray of LOG, shape (events,)
     time : ndarray, shape (nt,)
         [s]; infinite for all events of the log.
 
@@ -76,9 +73,9 @@ def accounts(mechanism: Mechanism, total: np.ndarray, log: np.ndarray, time: np.
         Along `ACCOUNTS` [J].
     """
     found = np.column_stack([total, np.zeros(len(time))])
-    rows = log[log[:, 1] >= len(mechanism.contacts)]
+    rows = log[log["guard"] >= len(mechanism.contacts)]
     if rows.size:
-        past = time[:, None] > rows[None, :, 0]  # a sample at an event is the state before it
-        found[:, ACCOUNTS.index("drive_work")] += past @ rows[:, DRIVE_WORK]
-        found[:, ACCOUNTS.index("switching_loss")] += past @ rows[:, LOSS]
+        past = time[:, None] > rows["time"]  # a sample at an event is the state before it
+        found[:, ACCOUNTS.index("drive_work")] += past @ rows["drive_work"]
+        found[:, ACCOUNTS.index("switching_loss")] += past @ rows["loss"]
     return found

@@ -46,7 +46,7 @@ class Ended:
     @cached_property
     def contacts(self) -> list[Contact]:
         """All contacts in order of their starts."""
-        return contacts(self.driver.log, self.driver.state.peak[: len(self.mechanism.contacts)])
+        return contacts(self.driver.log, self.driver.peak[: len(self.mechanism.contacts)])
 
     @cached_property
     def by_joint(self) -> list[list[Contact]]:
@@ -66,21 +66,22 @@ class Ended:
 
     def peaks(self, kind: int) -> np.ndarray:
         """Largest values of one kind of monitored quantity."""
-        return np.array(self.driver.state.peak[self.rows(kind), 0])
+        return np.asarray(self.driver.peak["largest"][self.rows(kind)])
 
     def root_mean_squares(self, kind: int) -> np.ndarray:
         """Over the time up to now."""
-        return np.asarray(np.sqrt(self.driver.state.peak[self.rows(kind), 3] / self.time))
+        return np.asarray(np.sqrt(self.driver.peak["square"][self.rows(kind)] / self.time))
 
     def settled(self) -> np.ndarray:
         """From when on the tracked points stay within their tolerances [s]."""
         guards = self.driver.state.mode.size
-        return settling_times(self.mechanism, self.driver.state.band[self.rows(TRACK_DEVIATION) - guards], self.time)
+        return settling_times(self.mechanism, self.driver.band[self.rows(TRACK_DEVIATION) - guards], self.time)
 
     def deployed(self) -> float:
         """When the last latch has locked [s]; NaN while one is open, and without latches."""
+        log = self.driver.log
         locked = [
-            float(self.driver.log[self.driver.log[:, 1] == guard, 0][-1]) if self.driver.state.mode[guard] == 1 else math.nan
+            float(log["time"][log["guard"] == guard][-1]) if self.driver.state.mode[guard] == 1 else math.nan
             for guard in self._latches
         ]
         return max(locked) if locked and not any(map(math.isnan, locked)) else math.nan

@@ -19,8 +19,7 @@ def settling_times(mechanism: Mechanism, bands: np.ndarray, end: float) -> np.nd
     Parameters
     ----------
     mechanism : Mechanism
-    bands : ndarray, shape (tracks, 3)
-        Tolerance, the last instant above it, the first at or below it.
+    bands : ndarray of BAND, shape (tracks,)
     end : float
         End of the run [s].
 
@@ -29,6 +28,6 @@ def settling_times(mechanism: Mechanism, bands: np.ndarray, end: float) -> np.nd
     ndarray, shape (tracks,)
         0 for one that never leaves its tolerance; NaN for one without a tolerance, or not within it at the end.
     """
-    found = np.where(np.isnan(bands[:, 1]), 0.0, bands[:, 1])
+    found = np.where(np.isnan(bands["last_above"]), 0.0, bands["last_above"])
     found[found >= end * (1.0 - 1e-12)] = math.nan
     return np.where([track.tolerance is None for track in mechanism.tracks], math.nan, found)

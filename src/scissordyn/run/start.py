@@ -9,8 +9,7 @@ import numpy as np
 
 from scissordyn.component.actuator import Actuator
 from scissordyn.errors import InputError
-from scissordyn.integrate.advance import LOG_COLUMNS
-from scissordyn.integrate.integration import RESET_DATA, RISE
+from scissordyn.integrate.integration import LOG_COLUMNS, RESET_DATA, RISE
 from scissordyn.jit import Handle
 from scissordyn.laws.dispatch import elastic_force
 from scissordyn.mechanics import functions

@@ -66,10 +66,11 @@ def deviation_variables(run: xr.Dataset, path: Trajectory, ideal: IdealPath) -> 
     difference = run["track_position"].transpose("time", "track", "axis").values - place
     about = "distance of the tracked point from where it is in the ideal mechanism"
     peaks = path.peaks(TRACK_DEVIATION)
+    mean = np.sqrt(peaks["square"] / path.end) if path.end > 0.0 else peaks["largest"]
     columns = (
-        ("peak_track_deviation", peaks[:, 0], "m", f"largest {about}"),
-        ("peak_track_deviation_time", peaks[:, 1], "s", f"when the {about} is largest"),
-        ("rms_track_deviation", np.sqrt(peaks[:, 3] / path.end) if path.end > 0.0 else peaks[:, 0], "m", f"r.m.s. {about}"),
+        ("peak_track_deviation", peaks["largest"], "m", f"largest {about}"),
+        ("peak_track_deviation_time", peaks["largest_time"], "s", f"when the {about} is largest"),
+        ("rms_track_deviation", mean, "m", f"r.m.s. {about}"),
         ("settling_time", settling_times(path.reduced.mechanism, path.bands(TRACK_DEVIATION), path.end), "s", SETTLING),
     )
     unknown = ideal.end < path.end * (1.0 - 1e-9)

@@ -52,11 +52,9 @@ class Trajectory:
         Of the mechanics' `System`.
     samples : Samples
         Trimmed to what was reached.
-    log : ndarray, shape (events, LOG_COLUMNS)
-        Time, guard, new mode, rate and angle of n or loss; of the contact that ended the largest normal force, when, impulse,
-        losses.
-    peak : ndarray, shape (guards + monitors, 5)
-        The same five of contacts still going on at the end, and the largest values of what is monitored throughout.
+    log : ndarray of LOG, shape (events,)
+    peak : ndarray of PEAK, shape (guards + monitors,)
+        Of contacts still going on at the end, then of what is monitored throughout.
     end : float
         Time reached [s].
     status : str
@@ -71,8 +69,8 @@ class Trajectory:
         From the start.
     steps : tuple of ndarray
         Time, state and modes at the end of each step, if they were recorded.
-    band : ndarray, shape (monitors, 3)
-        Of what is monitored throughout: a limit, the last instant above it, the first at or below it [s].
+    band : ndarray of BAND, shape (monitors,)
+        Of what is monitored throughout.
     """
 
     reduced: ReducedModel
@@ -212,7 +210,7 @@ def compute(
         system=driver.system,
         samples=driver.samples,
         log=driver.log.copy(),
-        peak=driver.state.peak.copy(),
+        peak=driver.peak.copy(),
         end=driver.time,
         status=ended,
         cause=cause,
@@ -220,7 +218,7 @@ def compute(
         immobile=still,
         warnings=prepared.warnings,
         steps=driver.steps,
-        band=driver.state.band.copy(),
+        band=driver.band.copy(),
     )
 
 

@@ -109,18 +109,17 @@ class Extremes:
         ----------
         driver : Driver
         """
-        log, peak, count = driver.log, driver.state.peak, len(self._speeds)
-        for guard, _, speed in log[log[:, 2] == RISE, 1:4].tolist():
-            if guard < count:
-                self._speeds[int(guard)].append(speed)
+        log, peak, count = driver.log, driver.peak, len(self._speeds)
+        for guard, speed in log[(log["mode"] == RISE) & (log["guard"] < count)][["guard", "rate"]].tolist():
+            self._speeds[int(guard)].append(speed)
         if count:
-            np.maximum(self._indentation, peak[driver.rows(INDENTATION), 0], out=self._indentation)
+            np.maximum(self._indentation, peak["largest"][driver.rows(INDENTATION)], out=self._indentation)
         for row in driver.rows(FRICTION_RATIO).tolist():
             joint = int(driver.system.content.model.monitor[row - driver.state.mode.size, 1])
             ratio, lasting = self._friction.get(joint, (0.0, 0.0))
-            self._friction[joint] = max(ratio, float(peak[row, 0])), lasting + float(peak[row, 3])
+            self._friction[joint] = max(ratio, float(peak["largest"][row])), lasting + float(peak["excess_time"][row])
         if self._effort.size:
-            np.maximum(self._effort, peak[driver.rows(COMPONENT_FORCE)[: self._effort.size], 0], out=self._effort)
+            np.maximum(self._effort, peak["largest"][driver.rows(COMPONENT_FORCE)[: self._effort.size]], out=self._effort)
 
     def warnings(self) -> list[str]:
         """The warnings that follow, without samples: of contact laws, friction and controllers.

@@ -207,7 +207,7 @@ def component(
 def _check_fields(described: Any) -> None:
     declaration, names = described.declaration, [field.name for field in dataclasses.fields(described)]
     port = declaration.port
-    needed = ("name", *port.points, *port.turning, *(("direction",) if port is TRAVEL else ()))
+    needed = ("name", *port.points, *port.turning, *port.numbers)
     missing = [name for name in needed if name not in names]
     if missing:
         raise InputError(

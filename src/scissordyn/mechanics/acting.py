@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from itertools import accumulate
 from typing import Any
 
@@ -11,14 +10,13 @@ import numpy as np
 from scissordyn.component.actuator import Actuator
 from scissordyn.component.declaration import Component
 from scissordyn.component.place import GROUND
-from scissordyn.component.port import ACTUATOR, HINGE, LINE, POINT, TRAVEL
 from scissordyn.component.time_function import ConstantSpeed
 from scissordyn.model.guide_clearance import ContactPoint
 from scissordyn.model.joint import Revolute
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.units import State
 
-__all__ = ["acting", "angular_bodies", "component_states", "friction_states", "offsets", "start_coordinates", "time_functions"]
+__all__ = ["acting", "component_states", "friction_states", "offsets", "start_coordinates", "time_functions"]
 
 
 def acting(mechanism: Mechanism) -> tuple[Component, ...]:
@@ -27,34 +25,14 @@ def acting(mechanism: Mechanism) -> tuple[Component, ...]:
     return (*mechanism.components, *latches)
 
 
-def angular_bodies(component: Any) -> tuple[str, str]:
-    """The body whose angle a component reads, and the one that it is measured against."""
-    port = component.declaration.port
-    return (component.body, component.base) if port in (HINGE, ACTUATOR) else (component.end[0], component.start[0])
-
-
 def start_coordinates(mechanism: Mechanism, component: Any) -> tuple[float, ...]:
     """Coordinates of a component's port where the bodies are placed."""
 
     def angle(body: str) -> float:
         return 0.0 if body == GROUND else mechanism.body(body).angle
 
-    port = component.declaration.port
-    if port is POINT:
-        turned = angle(component.point[0])
-        return (*mechanism.place(component.point), math.cos(turned), math.sin(turned))
-    if port is TRAVEL:
-        x, y = mechanism.place(component.point)
-        return (x * math.cos(component.direction) + y * math.sin(component.direction),)
-    if port in (HINGE, ACTUATOR):
-        return (angle(component.body) - angle(component.base),)
-    (ax, ay), (bx, by) = mechanism.place(component.start), mechanism.place(component.end)
-    if port is LINE:
-        return (math.dist((ax, ay), (bx, by)),)
-    base = angle(component.start[0])
-    cos, sin = math.cos(base), math.sin(base)
-    x, y = bx - ax, by - ay
-    return cos * x + sin * y, cos * y - sin * x, angle(component.end[0]) - base
+    found: tuple[float, ...] = component.declaration.port.start(component, mechanism.place, angle)
+    return found
 
 
 def friction_states(contact: Revolute | ContactPoint) -> tuple[State, ...]:

@@ -15,7 +15,7 @@ from scissordyn.component.catalogue import COMPONENTS
 from scissordyn.component.compiled import Kernels, at_rest, kernels_of
 from scissordyn.component.declaration import Component
 from scissordyn.component.motor import Motor
-from scissordyn.component.port import ACTUATOR, FRAME, HINGE, LINE, POINT, TRAVEL
+from scissordyn.component.port import TRAVEL, Attachment
 from scissordyn.kept import kept
 from scissordyn.mechanics.acting import acting, component_states, friction_states, offsets, start_coordinates, time_functions
 from scissordyn.mechanics.monitored import (
@@ -31,8 +31,6 @@ from scissordyn.mechanics.reduced_model import ReducedModel
 from scissordyn.mechanics.system import (
     Model,
 )
-from scissordyn.model.guide_clearance import ContactPoint
-from scissordyn.model.joint import Revolute
 from scissordyn.model.mechanism import Mechanism
 
 __all__ = ["build_model"]
@@ -49,37 +47,23 @@ def _stacked(maps: list[PointMap], height: int) -> tuple[np.ndarray, np.ndarray,
     return start, np.concatenate([m.columns for m in maps]), np.ascontiguousarray(np.hstack([m.rows for m in maps]))
 
 
-def _contact_map(reduced: ReducedModel, contact: Revolute | ContactPoint) -> PointMap:
-    """The six rows of a clearance joint, or of a contact point at its guide surface."""
-    if isinstance(contact, ContactPoint):
-        ends = (reduced.at(contact.follower, contact.centre), 0, 1.0), (reduced.at(contact.body, contact.through), 0, -1.0)
-        surface = reduced.frame(contact.body)
-        return joined([*ends, (reduced.direction(contact.follower), 2, 1.0), (surface, 4, 1.0)])
-    parts = [(reduced.place(contact.journal), 0, 1.0), (reduced.place(contact.bearing), 0, -1.0)]
-    parts += [(reduced.direction(contact.journal[0]), 2, 1.0), (reduced.direction(contact.bearing[0]), 4, 1.0)]
-    return joined(parts)
+def _element_map(reduced: ReducedModel, attachments: Iterable[Attachment]) -> PointMap:
+    """The six rows of a force element."""
+    return joined([(_attached(reduced, each), each.row, each.sign) for each in attachments])
 
 
-def _component_map(reduced: ReducedModel, component: Any) -> PointMap:
-    """The six rows of a component."""
-    port = component.declaration.port
-    if port is LINE:
-        return joined([(reduced.place(component.end), 0, 1.0), (reduced.place(component.start), 0, -1.0)])
-    if port is TRAVEL:
-        point = reduced.place(component.point)
-        along = np.array([[math.cos(component.direction), math.sin(component.direction)], [0.0, 0.0]])
-        return joined([(PointMap(point.columns, along @ point.rows), 0, 1.0)])
-    if port is POINT:
-        return joined([(reduced.place(component.point), 0, 1.0), (reduced.frame(component.point[0]), 2, 1.0)])
-    if port is FRAME:
-        parts = [(reduced.place(component.end), 0, 1.0), (reduced.place(component.start), 0, -1.0)]
-        return joined([*parts, (reduced.frame(component.end[0]), 2, 1.0), (reduced.frame(component.start[0]), 4, 1.0)])
-    parts = [(reduced.direction(component.body), 2, 1.0), (reduced.frame(component.base), 4, 1.0)]
-    if isinstance(component, Actuator) and component.sensor is not None:
-        parts.append((reduced.place(component.sensor), 0, 1.0))
-        if component.sensor_origin is not None:
-            parts.append((reduced.place(component.sensor_origin), 0, -1.0))
-    return joined(parts)
+def _attached(reduced: ReducedModel, attachment: Attachment) -> PointMap:
+    """What an attachment reads, as a map."""
+    if attachment.what == "frame":
+        return reduced.frame(attachment.body)
+    if attachment.what == "direction":
+        return reduced.direction(attachment.body)
+    body, point = attachment.body, attachment.point
+    found = reduced.place((body, point)) if isinstance(point, str) else reduced.at(body, point or (0.0, 0.0))
+    if attachment.along is None:
+        return found
+    along = np.array([[math.cos(attachment.along), math.sin(attachment.along)], [0.0, 0.0]])
+    return PointMap(found.columns, along @ found.rows)
 
 
 def _kernels(component: Component, start: tuple[float, ...]) -> Kernels:
@@ -110,7 +94,8 @@ def build_model(reduced: ReducedModel) -> Model:
     )
     contacts, components = mechanism.contacts, acting(mechanism)
     states = [len(friction_states(each)) for each in contacts] + [len(component_states(each)) for each in components]
-    maps = [_contact_map(reduced, each) for each in contacts] + [_component_map(reduced, each) for each in components]
+    attachments = [each.attachments for each in contacts] + [each.declaration.port.attachments(each) for each in components]
+    maps = [_element_map(reduced, each) for each in attachments]
     element_start, element_column, element_row = _stacked(maps, 6)
     counts = np.diff(element_start)
     rotation_start, rotation_column, rotation_row = _stacked([family.maps[0] for family in reduced.families], 2)
@@ -177,7 +162,7 @@ def _components(mechanism: Mechanism, rotations: int) -> dict[str, np.ndarray]:
     kernels = [_kernels(each, start_coordinates(mechanism, each)) for each in components]
     function, feed_forward, _ = time_functions(mechanism, len(mechanism.drives))
     guarded = [i for i, each in enumerate(declared) if each.gap is not None]
-    angular = [i for i, each in enumerate(declared) if each.port in (HINGE, FRAME, ACTUATOR)]
+    angular = [i for i, each in enumerate(declared) if each.port.angle is not None]
     recorded = [i for i, each in enumerate(components) if isinstance(each, Actuator) and each.controller.delay > 0.0]
 
     def numbered(chosen: list[int], first: int) -> np.ndarray:
@@ -187,6 +172,7 @@ def _components(mechanism: Mechanism, rotations: int) -> dict[str, np.ndarray]:
 
     return {
         "component_port": _integers(each.port.code for each in declared),
+        "component_sense": np.array([each.port.sense for each in declared], float),
         "component_coordinates": _integers(len(each.port.coordinates) for each in declared),
         "component_forces": _integers(len(each.port.forces) for each in declared),
         "component_passive": _integers(each.passive for each in declared),

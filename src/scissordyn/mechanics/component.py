@@ -7,19 +7,18 @@ d q_i'/dm and the second derivatives of q_i, which are written once for each por
 
 from __future__ import annotations
 
-import math
-
 from scissordyn.component.compiled import call_kernel
-from scissordyn.component.port import ACTUATOR, FRAME, HINGE, LINE, POINT, TRAVEL
+from scissordyn.component.port import ACTUATOR
 from scissordyn.jit import kernel
 from scissordyn.mechanics.actuator import actuator_torque, linearise_actuator
-from scissordyn.mechanics.force_element import add_forces, add_torques, map_values, write_wrench
+from scissordyn.mechanics.force_element import add_forces, map_values, write_wrench
+from scissordyn.mechanics.port import add_port_curvature, port_forces, port_wrench, sense_port, write_port_gradients
 from scissordyn.mechanics.rotation import relative_angle
 from scissordyn.mechanics.time_function import motion_at
 
 __all__ = ["add_component", "component_gap", "linearise_component", "switch_loss"]
 
-_LINE, _HINGE, _TRAVEL, _POINT, _FRAME, _ACTUATOR = (p.code for p in (LINE, HINGE, TRAVEL, POINT, FRAME, ACTUATOR))
+_ACTUATOR = ACTUATOR.code
 
 TIME, FACTOR, MODE, APPROACH_SPEED = range(4)
 """Places of `declaration.CONTEXT`."""
@@ -55,27 +54,11 @@ def write_context(t, i, S):
 
 
 @kernel(inline=True)
-def sense_port(i, S, maps):
+def sense(i, S, maps):
     """Write coordinates and rates of the port of component i."""
-    ux, uy, ax, ay, bx, by, vx, vy, px, py, qx, qy = maps
-    q, v, port = S.work.coordinates[i], S.work.coordinate_rates[i], S.model.component_port[i]
-    if port == _LINE:
-        q[0] = math.sqrt(ux * ux + uy * uy)
-        v[0] = (ux * vx + uy * vy) / q[0] if q[0] > 0.0 else math.sqrt(vx * vx + vy * vy)
-    elif port == _TRAVEL:
-        q[0], v[0] = ux, vx
-    elif port == _POINT:
-        q[0], q[1], q[2], q[3] = ux, uy, ax, ay
-        v[0], v[1], v[2], v[3] = vx, vy, px, py
-    else:
-        k = 0
-        if port == _FRAME:
-            q[0], q[1] = bx * ux + by * uy, bx * uy - by * ux
-            v[0] = bx * vx + by * vy + qx * ux + qy * uy
-            v[1] = bx * vy - by * vx + qx * uy - qy * ux
-            k = 2
-        q[k] = relative_angle(i, S, ax, ay, bx, by)
-        v[k] = (ax * py - ay * px) - (bx * qy - by * qx)
+    _, _, ax, ay, bx, by, _, _, _, _, _, _ = maps
+    angle = relative_angle(i, S, ax, ay, bx, by) if S.model.reference_of[i] >= 0 else 0.0
+    sense_port(S.model.component_port[i], maps, angle, S.work.coordinates[i], S.work.coordinate_rates[i])
 
 
 @kernel(inline=True)
@@ -88,7 +71,7 @@ def evaluate(i, S, z, address, result):
 @kernel()
 def component_gap(t, i, z, S):
     """Value and rate of the guard of component i."""
-    sense_port(i, S, map_values(S.parameters.contact.size + i, S))
+    sense(i, S, map_values(S.parameters.contact.size + i, S))
     write_context(t, i, S)
     evaluate(i, S, z, S.model.gap_kernel[i], S.work.answer)
     return S.work.answer[0], S.work.answer[1]
@@ -99,7 +82,7 @@ def switch_loss(t, i, z, S):
     """Energy [J] that component i loses as the mode of its guard changes."""
     if S.model.switch_kernel[i] == 0:
         return 0.0
-    sense_port(i, S, map_values(S.parameters.contact.size + i, S))
+    sense(i, S, map_values(S.parameters.contact.size + i, S))
     write_context(t, i, S)
     evaluate(i, S, z, S.model.switch_kernel[i], S.work.answer)
     return S.work.answer[0]
@@ -111,7 +94,7 @@ def add_component(t, i, S, z, dz):
     M, W = S.model, S.work
     element, port, out = S.parameters.contact.size + i, M.component_port[i], W.result[i]
     maps = map_values(element, S)
-    sense_port(i, S, maps)
+    sense(i, S, maps)
     if port == _ACTUATOR:
         out[0] = actuator_torque(t, i, S, maps, z, dz)
     else:
@@ -124,40 +107,15 @@ def add_component(t, i, S, z, dz):
     forces, power = M.component_forces[i], 0.0
     for k in range(forces):
         power += out[k] * W.coordinate_rates[i, k]
-    if port == _LINE:
-        power = -power
-    apply(element, i, port, S, maps, out)
+    power *= M.component_sense[i]
+    fx, fy, gx, gy, hx, hy = port_forces(port, maps, W.coordinates[i], out)
+    force_x, force_y, torque_a, torque_b = port_wrench(port, maps, M.travel_direction[i], out, fx, fy)
+    write_wrench(element, S, force_x, force_y, torque_a, torque_b)
+    add_forces(element, S, fx, fy, gx, gy, hx, hy, W.force, 0, W.force.size)
     if M.component_passive[i] == 1:
         W.stored_energy[i], W.dissipation[i], W.power_in[i] = out[forces], out[forces + 1], 0.0
     else:
         W.stored_energy[i], W.dissipation[i], W.power_in[i] = 0.0, 0.0, power
-
-
-@kernel(inline=True)
-def apply(element, i, port, S, maps, out):
-    """Add the forces of a port to Work.force, and note them."""
-    ux, uy, _, _, bx, by, _, _, _, _, _, _ = maps
-    ax, ay, target = maps[2], maps[3], S.work.force
-    if port == _LINE:
-        length = S.work.coordinates[i, 0]
-        fx, fy = (-out[0] * ux / length, -out[0] * uy / length) if length > 0.0 else (0.0, 0.0)
-        write_wrench(element, S, fx, fy, 0.0, 0.0)
-        add_forces(element, S, fx, fy, 0.0, 0.0, 0.0, 0.0, target, 0, target.size)
-    elif port == _TRAVEL:
-        along = S.model.travel_direction[i]
-        write_wrench(element, S, out[0] * along[0], out[0] * along[1], 0.0, 0.0)
-        add_forces(element, S, out[0], 0.0, 0.0, 0.0, 0.0, 0.0, target, 0, target.size)
-    elif port == _POINT:
-        write_wrench(element, S, out[0], out[1], 0.0, 0.0)
-        add_forces(element, S, out[0], out[1], 0.0, 0.0, 0.0, 0.0, target, 0, target.size)
-    elif port == _FRAME:
-        fx, fy, torque = out[0] * bx - out[1] * by, out[0] * by + out[1] * bx, out[2]
-        gx, gy = out[0] * ux + out[1] * uy, out[0] * uy - out[1] * ux
-        write_wrench(element, S, fx, fy, torque, -torque - (ux * fy - uy * fx))
-        add_forces(element, S, fx, fy, -torque * ay, torque * ax, gx + torque * by, gy - torque * bx, target, 0, target.size)
-    else:
-        write_wrench(element, S, 0.0, 0.0, out[0], -out[0])
-        add_torques(element, S, 0.0, 0.0, out[0], -out[0], ax, ay, bx, by, target, 0, target.size)
 
 
 @kernel()
@@ -201,69 +159,6 @@ def port_slopes(t, i, S, z):
             W.slope[forces + s, k] = (up[first + s] - down[first + s]) / apart
 
 
-@kernel(inline=True)
-def write_gradients(port, S, maps):
-    """Gradients of the coordinates, and of their rates, by the maps: rows of Work.gradient_q and Work.gradient_v."""
-    ux, uy, ax, ay, bx, by, vx, vy, px, py, qx, qy = maps
-    G, R = S.work.gradient_q, S.work.gradient_v
-    G[:, :] = 0.0
-    R[:, :] = 0.0
-    if port == _LINE:
-        length = math.sqrt(ux * ux + uy * uy)
-        if length > 0.0:
-            nx, ny = ux / length, uy / length
-            along = nx * vx + ny * vy
-            # the part of u' across the line turns it, over its length
-            G[0, 0], G[0, 1] = nx, ny
-            R[0, 0], R[0, 1] = (vx - along * nx) / length, (vy - along * ny) / length
-    elif port == _TRAVEL:
-        G[0, 0] = 1.0
-    elif port == _POINT:
-        G[0, 0] = G[1, 1] = G[2, 2] = G[3, 3] = 1.0
-    else:
-        k = 0
-        if port == _FRAME:
-            G[0, 0], G[0, 1], G[0, 4], G[0, 5] = bx, by, ux, uy
-            G[1, 0], G[1, 1], G[1, 4], G[1, 5] = -by, bx, uy, -ux
-            R[0, 0], R[0, 1], R[0, 4], R[0, 5] = qx, qy, vx, vy
-            R[1, 0], R[1, 1], R[1, 4], R[1, 5] = -qy, qx, vy, -vx
-            k = 2
-        G[k, 2], G[k, 3], G[k, 4], G[k, 5] = -ay, ax, by, -bx
-        R[k, 2], R[k, 3], R[k, 4], R[k, 5] = py, -px, -qy, qx
-
-
-@kernel(inline=True)
-def add_curvature(i, port, S, out):
-    """Add what the maps' forces change because the gradients turn, while the port's forces stay."""
-    K, G = S.work.by_map, S.work.gradient_q
-    if port == _LINE:
-        length = S.work.coordinates[i, 0]
-        if length > 0.0:
-            across = -out[0] / length
-            nx, ny = G[0, 0], G[0, 1]
-            K[0, 0] += across * (1.0 - nx * nx)
-            K[0, 1] -= across * nx * ny
-            K[1, 0] -= across * nx * ny
-            K[1, 1] += across * (1.0 - ny * ny)
-        return
-    if port == _FRAME:
-        fx, fy = out[0], out[1]
-        K[0, 4] += fx
-        K[1, 5] += fx
-        K[4, 0] += fx
-        K[5, 1] += fx
-        K[0, 5] -= fy
-        K[1, 4] += fy
-        K[4, 1] += fy
-        K[5, 0] -= fy
-    if port == _HINGE or port == _FRAME or port == _ACTUATOR:  # noqa: SIM109 -- a tuple costs a loop in a kernel
-        torque = out[2] if port == _FRAME else out[0]
-        K[2, 3] -= torque
-        K[3, 2] += torque
-        K[4, 5] += torque
-        K[5, 4] -= torque
-
-
 @kernel()
 def linearise_component(t, i, S, z, dt, first_state):
     """Write the derivatives of component i's generalized forces into Work.block_x and Work.block_v, and those of its states.
@@ -278,16 +173,16 @@ def linearise_component(t, i, S, z, dt, first_state):
     D[:, :] = 0.0
     if port == _ACTUATOR:
         W.result[i, 0] = linearise_actuator(t, i, S, z, dt, first_state)
-        add_curvature(i, port, S, W.result[i])
+        add_port_curvature(port, W.coordinates[i], W.result[i], G, K)
     elif M.force_kernel[i] != 0:
-        sense_port(i, S, maps)
+        sense(i, S, maps)
         write_context(t, i, S)
         evaluate(i, S, z, M.force_kernel[i], W.result[i])
         port_slopes(t, i, S, z)
-        write_gradients(port, S, maps)
+        write_port_gradients(port, maps, G, R)
         forces, coordinates = M.component_forces[i], M.component_coordinates[i]
         last = 2 * coordinates + z.size
-        if port == _LINE:  # tension pulls against the length
+        if M.component_sense[i] < 0.0:  # tension pulls against the length
             for k in range(last + 1):
                 W.slope[0, k] = -W.slope[0, k]
         for f in range(forces):
@@ -315,7 +210,7 @@ def linearise_component(t, i, S, z, dt, first_state):
                     M.n,
                     M.n,
                 )
-        add_curvature(i, port, S, W.result[i])
+        add_port_curvature(port, W.coordinates[i], W.result[i], G, K)
         linearise_states(element, forces, coordinates, S, z, dt, first_state)
     spread_blocks(element, S)
 

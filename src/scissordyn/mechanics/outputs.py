@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import math
-from typing import NamedTuple, Protocol
+from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 
-from scissordyn.component.place import GROUND, BodyPoint
-from scissordyn.component.port import ACTUATOR, HINGE, LINE, POINT, TRAVEL
+from scissordyn.component.place import GROUND
+from scissordyn.component.port.declaration import Ends
 from scissordyn.jit import F1, F2, I2, Handle, kernel
 from scissordyn.kept import kept
 from scissordyn.laws.dispatch import elastic_energy
@@ -22,7 +22,7 @@ from scissordyn.mechanics.point_map import PointMap, joined
 from scissordyn.mechanics.reduced_model import ReducedModel
 from scissordyn.mechanics.rotation import counted_angle, rotation_direction
 from scissordyn.mechanics.system import CONTACT_RESULT, RESULTS, open_system
-from scissordyn.model.guide_clearance import ContactPoint
+from scissordyn.model.mechanism import Mechanism
 
 __all__ = ["BodyMaps", "Record", "Sampled", "body_maps", "record"]
 
@@ -161,9 +161,11 @@ def body_maps(reduced: ReducedModel) -> BodyMaps:
     for b, body in enumerate(mechanism.bodies):
         if rotation[b] < 0:
             offset[b] = body.angle
-    ends = [_ends(reduced, part) for part in (*mechanism.contacts, *acting(mechanism), *mechanism.rods)]
-    acted_on = np.array([[index.get(end[0], -1) for end in pair] for pair in ends], np.int64).reshape(-1, 2)
-    arm = np.array([[end[1] for end in pair] for pair in ends], float).reshape(-1, 2, 2)
+    parts: tuple[Any, ...] = (*acting(mechanism), *mechanism.rods)
+    ends = [contact.ends for contact in mechanism.contacts] + [part.declaration.port.ends(part) for part in parts]
+    acting_at = [_ends(mechanism, each) for each in ends]
+    acted_on = np.array([[index.get(end[0], -1) for end in pair] for pair in acting_at], np.int64).reshape(-1, 2)
+    arm = np.array([[end[1] for end in pair] for pair in acting_at], float).reshape(-1, 2, 2)
     names = [constraint.name for constraint in reduced.constraints]
     rods = [names.index(rod.name) for rod in mechanism.rods]
     return BodyMaps(
@@ -192,30 +194,17 @@ def _turned(first: PointMap, other: PointMap, first_angle: float, other_angle: f
     return sense, offset + 2.0 * math.pi * turns
 
 
-def _ends(reduced: ReducedModel, part: object) -> tuple[tuple[str, tuple[float, float]], tuple[str, tuple[float, float]]]:
-    """Body and arm from its mass centre of the two points at which a part acts."""
-    mechanism = reduced.mechanism
+def _ends(mechanism: Mechanism, ends: Ends) -> list[tuple[str, tuple[float, float]]]:
+    """Body and arm from its mass centre of the two points at which an element acts; no arm where only a torque acts."""
 
-    def at(point: BodyPoint) -> tuple[str, tuple[float, float]]:
-        body, name = point
-        return arm(body, (0.0, 0.0) if body == GROUND else mechanism.body(body).points[name])
+    def arm(body: str, point: str | tuple[float, float] | None) -> tuple[str, tuple[float, float]]:
+        if body == GROUND or point is None:
+            return body, (0.0, 0.0)
+        described = mechanism.body(body)
+        place = described.points[point] if isinstance(point, str) else point
+        return body, (place[0] - described.centre[0], place[1] - described.centre[1])
 
-    def arm(body: str, place: tuple[float, float]) -> tuple[str, tuple[float, float]]:
-        x, y = (0.0, 0.0) if body == GROUND else mechanism.body(body).centre
-        return body, (place[0] - x, place[1] - y)
-
-    if isinstance(part, ContactPoint):
-        return arm(part.follower, part.centre), arm(part.body, part.through)
-    declared = getattr(part, "declaration", None)
-    if declared is None:
-        return at(part.journal), at(part.bearing)  # type: ignore[attr-defined]
-    if declared.port in (POINT, TRAVEL):
-        return at(part.point), (GROUND, (0.0, 0.0))  # type: ignore[attr-defined]
-    if declared.port in (HINGE, ACTUATOR):
-        nowhere = (0.0, 0.0)
-        return (part.body, nowhere), (part.base, nowhere)  # type: ignore[attr-defined]
-    assert declared.port is LINE or declared.port.points == ("start", "end")
-    return at(part.end), at(part.start)  # type: ignore[attr-defined]
+    return [arm(*end) for end in ends]
 
 
 @kernel(inline=True)

@@ -93,6 +93,7 @@ class Model(NamedTuple):
     rotation_row: F2  # (2, entries)
     state_start: I1  # (force elements + 1,) internal states
     component_port: I1  # (components,) codes of `component.port`
+    component_sense: F1  # -1 for a tension, which pulls against its coordinate
     component_coordinates: I1
     component_forces: I1
     component_passive: I1  # whether it stores and dissipates energy

@@ -7,6 +7,8 @@ from dataclasses import dataclass, field
 from typing import Annotated
 
 from scissordyn.component.place import Point
+from scissordyn.component.port.contact import surface_attachments, surface_ends
+from scissordyn.component.port.declaration import Attachment, Ends
 from scissordyn.errors import InputError
 from scissordyn.laws.contact import Damping, Elastic, Friction, JointContact
 from scissordyn.laws.damping.factors import Flores
@@ -155,6 +157,16 @@ class ContactPoint:
     normal: Point
     distance: float
     clearance: GuideClearance
+
+    @property
+    def attachments(self) -> tuple[Attachment, ...]:
+        """What the maps of the contact read."""
+        return surface_attachments(self)
+
+    @property
+    def ends(self) -> Ends:
+        """What the contact acts on."""
+        return surface_ends(self)
 
 
 def block_contact_points(

@@ -6,6 +6,8 @@ from dataclasses import dataclass
 from typing import Annotated
 
 from scissordyn.component.place import GROUND, BodyPoint, Point
+from scissordyn.component.port.contact import journal_attachments, journal_ends
+from scissordyn.component.port.declaration import Attachment, Ends
 from scissordyn.errors import InputError
 from scissordyn.model.clearance import Clearance
 from scissordyn.model.guide_clearance import GuideClearance
@@ -43,6 +45,16 @@ class Revolute:
     def bodies(self) -> tuple[str, str]:
         """Names of the two bodies."""
         return self.journal[0], self.bearing[0]
+
+    @property
+    def attachments(self) -> tuple[Attachment, ...]:
+        """What the maps of its contact read, with clearance."""
+        return journal_attachments(self)
+
+    @property
+    def ends(self) -> Ends:
+        """What its contact acts on."""
+        return journal_ends(self)
 
 
 @dataclass(frozen=True)

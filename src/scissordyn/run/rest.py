@@ -15,7 +15,7 @@ from scissordyn.errors import InputError
 from scissordyn.jit import Handle
 from scissordyn.laws.friction.none import NoFriction
 from scissordyn.mechanics import functions
-from scissordyn.mechanics.acting import acting, angular_bodies
+from scissordyn.mechanics.acting import acting
 from scissordyn.mechanics.outputs import body_maps
 from scissordyn.mechanics.reduced_model import ReducedModel
 from scissordyn.mechanics.system import System
@@ -236,7 +236,9 @@ def count_turns(reduced: ReducedModel, system: System, turned: Mapping[str, floa
         state.reference[k] += turned[family.bodies[0]]
     for i, component in enumerate(acting(reduced.mechanism)):
         if model.reference_of[i] >= 0:
-            body, base = angular_bodies(component)
+            angle = component.declaration.port.angle
+            assert angle is not None
+            body, base = angle(component)
             state.reference[model.reference_of[i]] += turned[body] - turned[base]
 
 

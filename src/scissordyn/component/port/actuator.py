@@ -1,0 +1,36 @@
+"""A hinge whose torque a controller chooses; it may sense a point beside."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from scissordyn.component.port import hinge
+from scissordyn.component.port.declaration import Attachment, Output, Port, place
+
+__all__ = ["ACTUATOR"]
+
+
+def attachments(component: Any) -> tuple[Attachment, ...]:
+    """The directions of both bodies, then where the sensor is from its origin."""
+    found = hinge.attachments(component)
+    if component.sensor is not None:
+        found = (*found, place(component.sensor))
+        if component.sensor_origin is not None:
+            found = (*found, place(component.sensor_origin, -1.0))
+    return found
+
+
+ACTUATOR = Port(
+    name="actuator",
+    code=5,
+    coordinates=("angle",),
+    rates=("speed",),
+    forces=("torque",),
+    turning=("body", "base"),
+    outputs=(Output("torque", "N m", "torque on the body"),),
+    symbols=("motor",),
+    attachments=attachments,
+    start=hinge.start,
+    ends=hinge.ends,
+    angle=hinge.bodies,
+)

@@ -1,0 +1,137 @@
+"""What a port is: how an element is attached to bodies, what it senses there, and what it exerts."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+__all__ = ["Attachment", "Ends", "Output", "Port", "Turned", "Where", "direction", "frame", "place"]
+
+Point = tuple[float, float]
+Where = Callable[[tuple[str, Any]], Point]
+"""Where a point of a body is, as placed [m]."""
+
+Turned = Callable[[str], float]
+"""Angle of a body, as placed [rad]; 0 for the ground."""
+
+Ends = tuple[tuple[str, str | Point | None], tuple[str, str | Point | None]]
+"""The two bodies that an element acts on, each with its point: a name, a place in its frame, or None for a torque alone."""
+
+
+@dataclass(frozen=True)
+class Attachment:
+    """What a pair of the six rows of an element's maps (u, a, b) reads from the mechanism.
+
+    Parameters
+    ----------
+    row : int
+        0 for u, a vector between two points or a point; 2 and 4 for a and b, unit directions of the two bodies.
+    sign : float
+    what : {"place", "direction", "frame"}
+        A point of a body in the fixed frame [m]; the direction of a body that rotates; that of any body, or of the ground.
+    body : str
+    point : str or (float, float) or None
+        Of a place: a name, or a place in the body's frame [m].
+    along : float or None
+        Direction [rad] along which alone a place counts.
+    """
+
+    row: int
+    sign: float
+    what: str
+    body: str
+    point: str | Point | None = None
+    along: float | None = None
+
+
+def place(point: tuple[str, Any], sign: float = 1.0, *, along: float | None = None) -> Attachment:
+    """A point of a body as, or as a part of, the vector u."""
+    return Attachment(0, sign, "place", *point, along)
+
+
+def direction(row: int, body: str) -> Attachment:
+    """The direction of a body that rotates; nothing for others."""
+    return Attachment(row, 1.0, "direction", body)
+
+
+def frame(row: int, body: str) -> Attachment:
+    """The direction of the x axis of a body, or of the ground."""
+    return Attachment(row, 1.0, "frame", body)
+
+
+@dataclass(frozen=True)
+class Output:
+    """A quantity that a run reports for a component.
+
+    Parameters
+    ----------
+    name : str
+        The variable of a run is called after the component's section and this name, such as "spring_force".
+    unit : str
+    help : str
+    first : int
+        Where it stands in what the kernel returned, or among the port's coordinates.
+    components : int
+        1 for a number, 2 for a vector in the plane.
+    coordinate : bool
+        Whether it is a coordinate of the port rather than a result of the kernel.
+    """
+
+    name: str
+    unit: str
+    help: str
+    first: int = 0
+    components: int = 1
+    coordinate: bool = False
+
+
+@dataclass(frozen=True, kw_only=True)
+class Port:
+    """How an element is attached; each of its own file says all of it.
+
+    The forces do work on the coordinates: their power on the mechanism is `sense` times the sum of force times rate.
+
+    Parameters
+    ----------
+    name : str
+    code : int
+        Branch of the kernels.
+    coordinates, rates, forces : tuple of str
+        Arguments and leading results of the component's kernel.
+    points : tuple of str
+        Fields of the component that name a body and a point of it.
+    turning : tuple of str
+        Fields that name a body which must have an angle, the one that may not be the ground first.
+    numbers : tuple of str
+        Fields with further numbers of the attachment, such as a direction.
+    outputs : tuple of Output
+    symbols : tuple of str
+        How pictures can draw a component with this port; the first is the default.
+    attachments : callable
+        From a component to the `Attachment` of each row of its maps, in order.
+    start : callable
+        From a component, where points are and how bodies are turned as placed, to the coordinates there.
+    ends : callable
+        From a component to what it acts on, see `Ends`; the first gets the force, the second the opposite one.
+    angle : callable, optional
+        From a component to the body whose angle it reads and the one that it is measured against.
+    sense : float
+        -1 for a tension, which pulls against its coordinate.
+    """
+
+    name: str
+    code: int
+    coordinates: tuple[str, ...]
+    rates: tuple[str, ...]
+    forces: tuple[str, ...]
+    points: tuple[str, ...] = ()
+    turning: tuple[str, ...] = ()
+    numbers: tuple[str, ...] = ()
+    outputs: tuple[Output, ...] = ()
+    symbols: tuple[str, ...] = ()
+    attachments: Callable[[Any], tuple[Attachment, ...]]
+    start: Callable[[Any, Where, Turned], tuple[float, ...]]
+    ends: Callable[[Any], Ends]
+    angle: Callable[[Any], tuple[str, str]] | None = None
+    sense: float = 1.0

@@ -1,0 +1,89 @@
+"""A hinge between two bodies: the angle of one against the other [rad], turns counted, and a torque [N m] on the first."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from scissordyn.component.port.declaration import Attachment, Ends, Output, Port, Turned, Where, direction, frame
+from scissordyn.jit import kernel
+
+__all__ = ["HINGE", "attachments", "bodies", "curvature", "ends", "forces", "gradients", "sense", "start", "wrench"]
+
+
+def attachments(component: Any) -> tuple[Attachment, ...]:
+    """The directions of both bodies."""
+    return direction(2, component.body), frame(4, component.base)
+
+
+def start(component: Any, where: Where, turned: Turned) -> tuple[float, ...]:
+    """The angle as placed."""
+    return (turned(component.body) - turned(component.base),)
+
+
+def ends(component: Any) -> Ends:
+    """Torques alone."""
+    return (component.body, None), (component.base, None)
+
+
+def bodies(component: Any) -> tuple[str, str]:
+    """The body whose angle is read, and its base."""
+    return component.body, component.base
+
+
+HINGE = Port(
+    name="hinge",
+    code=1,
+    coordinates=("angle",),
+    rates=("speed",),
+    forces=("torque",),
+    turning=("body", "base"),
+    outputs=(
+        Output("torque", "N m", "torque on the body"),
+        Output("angle", "rad", "angle of the body against its base", coordinate=True),
+    ),
+    symbols=("hinge", "spiral", "tape", "arc", "motor", "stop", "latch"),
+    attachments=attachments,
+    start=start,
+    ends=ends,
+    angle=bodies,
+)
+
+
+@kernel(inline=True)
+def sense(maps, angle, q, v):
+    """Angle and its rate."""
+    _, _, ax, ay, bx, by, _, _, px, py, qx, qy = maps
+    q[0] = angle
+    v[0] = (ax * py - ay * px) - (bx * qy - by * qx)
+
+
+@kernel(inline=True)
+def forces(maps, q, out):
+    """Forces on the maps: a torque is the force torque J d on a unit direction d."""
+    _, _, ax, ay, bx, by, _, _, _, _, _, _ = maps
+    torque, opposite = out[0], -out[0]
+    return 0.0, 0.0, -torque * ay, torque * ax, -opposite * by, opposite * bx
+
+
+@kernel(inline=True)
+def wrench(maps, along, out, fx, fy):
+    """Torques on both bodies."""
+    return 0.0, 0.0, out[0], -out[0]
+
+
+@kernel(inline=True)
+def gradients(maps, G, R):
+    """Of the angle, and of its rate, by the maps."""
+    _, _, ax, ay, bx, by, _, _, px, py, qx, qy = maps
+    G[0, 2], G[0, 3], G[0, 4], G[0, 5] = -ay, ax, by, -bx
+    R[0, 2], R[0, 3], R[0, 4], R[0, 5] = py, -px, -qy, qx
+
+
+@kernel(inline=True)
+def curvature(q, out, G, K):
+    """What the maps' forces change because the gradients turn, while the torque stays."""
+    torque = out[0]
+    K[2, 3] -= torque
+    K[3, 2] += torque
+    K[4, 5] += torque
+    K[5, 4] -= torque

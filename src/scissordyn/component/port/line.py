@@ -1,0 +1,92 @@
+"""A line between two points: their distance [m], and a tension [N] that pulls them together."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+from scissordyn.component.port.declaration import Attachment, Ends, Output, Port, Turned, Where, place
+from scissordyn.jit import kernel
+
+__all__ = ["LINE", "curvature", "forces", "gradients", "sense", "wrench"]
+
+
+def attachments(component: Any) -> tuple[Attachment, ...]:
+    """From the start to the end."""
+    return place(component.end), place(component.start, -1.0)
+
+
+def start(component: Any, where: Where, turned: Turned) -> tuple[float, ...]:
+    """The distance as placed."""
+    return (math.dist(where(component.start), where(component.end)),)
+
+
+def ends(component: Any) -> Ends:
+    """The tension pulls at the end."""
+    return component.end, component.start
+
+
+LINE = Port(
+    name="line",
+    code=0,
+    coordinates=("length",),
+    rates=("rate",),
+    forces=("tension",),
+    points=("start", "end"),
+    outputs=(
+        Output("force", "N", "force along the line, positive in tension"),
+        Output("length", "m", "distance of the two points", coordinate=True),
+    ),
+    symbols=("line", "spring", "cable", "coil", "rod"),
+    attachments=attachments,
+    start=start,
+    ends=ends,
+    sense=-1.0,
+)
+
+
+@kernel(inline=True)
+def sense(maps, angle, q, v):
+    """Distance and its rate; at no distance the speed of the points."""
+    ux, uy, _, _, _, _, vx, vy, _, _, _, _ = maps
+    q[0] = math.sqrt(ux * ux + uy * uy)
+    v[0] = (ux * vx + uy * vy) / q[0] if q[0] > 0.0 else math.sqrt(vx * vx + vy * vy)
+
+
+@kernel(inline=True)
+def forces(maps, q, out):
+    """Forces on the maps: against the line, none without a direction."""
+    if not q[0] > 0.0:
+        return 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+    return -out[0] * maps[0] / q[0], -out[0] * maps[1] / q[0], 0.0, 0.0, 0.0, 0.0
+
+
+@kernel(inline=True)
+def wrench(maps, along, out, fx, fy):
+    """Force on the end; torques on both bodies."""
+    return fx, fy, 0.0, 0.0
+
+
+@kernel(inline=True)
+def gradients(maps, G, R):
+    """Of the coordinates, and of their rates, by the maps."""
+    ux, uy, _, _, _, _, vx, vy, _, _, _, _ = maps
+    length = math.sqrt(ux * ux + uy * uy)
+    if length > 0.0:
+        nx, ny = ux / length, uy / length
+        along = nx * vx + ny * vy
+        # the part of u' across the line turns it, over its length
+        G[0, 0], G[0, 1] = nx, ny
+        R[0, 0], R[0, 1] = (vx - along * nx) / length, (vy - along * ny) / length
+
+
+@kernel(inline=True)
+def curvature(q, out, G, K):
+    """What the maps' forces change because the gradients turn, while the tension stays."""
+    if q[0] > 0.0:
+        across = -out[0] / q[0]
+        nx, ny = G[0, 0], G[0, 1]
+        K[0, 0] += across * (1.0 - nx * nx)
+        K[0, 1] -= across * nx * ny
+        K[1, 0] -= across * nx * ny
+        K[1, 1] += across * (1.0 - ny * ny)

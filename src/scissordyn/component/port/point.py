@@ -1,0 +1,73 @@
+"""A point of a body: its place [m], the direction of the body's x axis, and a force on it [N]."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+from scissordyn.component.place import GROUND
+from scissordyn.component.port.declaration import Attachment, Ends, Output, Port, Turned, Where, frame, place
+from scissordyn.jit import kernel
+
+__all__ = ["POINT", "curvature", "forces", "gradients", "sense", "wrench"]
+
+
+def attachments(component: Any) -> tuple[Attachment, ...]:
+    """The point, and the direction of its body."""
+    return place(component.point), frame(2, component.point[0])
+
+
+def start(component: Any, where: Where, turned: Turned) -> tuple[float, ...]:
+    """Place and direction as placed."""
+    angle = turned(component.point[0])
+    return (*where(component.point), math.cos(angle), math.sin(angle))
+
+
+def ends(component: Any) -> Ends:
+    """The point, against the ground."""
+    return component.point, (GROUND, (0.0, 0.0))
+
+
+POINT = Port(
+    name="point",
+    code=3,
+    coordinates=("x", "y", "cosine", "sine"),
+    rates=("x_rate", "y_rate", "cosine_rate", "sine_rate"),
+    forces=("force_x", "force_y"),
+    points=("point",),
+    outputs=(Output("force", "N", "force on the point", components=2),),
+    symbols=("arrow",),
+    attachments=attachments,
+    start=start,
+    ends=ends,
+)
+
+
+@kernel(inline=True)
+def sense(maps, angle, q, v):
+    """Place, direction and their rates."""
+    q[0], q[1], q[2], q[3] = maps[0], maps[1], maps[2], maps[3]
+    v[0], v[1], v[2], v[3] = maps[6], maps[7], maps[8], maps[9]
+
+
+@kernel(inline=True)
+def forces(maps, q, out):
+    """Forces on the maps."""
+    return out[0], out[1], 0.0, 0.0, 0.0, 0.0
+
+
+@kernel(inline=True)
+def wrench(maps, along, out, fx, fy):
+    """Force on the point."""
+    return out[0], out[1], 0.0, 0.0
+
+
+@kernel(inline=True)
+def gradients(maps, G, R):
+    """Of the coordinates, by the maps."""
+    G[0, 0] = G[1, 1] = G[2, 2] = G[3, 3] = 1.0
+
+
+@kernel(inline=True)
+def curvature(q, out, G, K):
+    """None: the coordinates are linear in the maps."""

@@ -1,0 +1,76 @@
+"""Travel of a point along a fixed direction: its coordinate [m], and a force along it [N]."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+from scissordyn.component.place import GROUND
+from scissordyn.component.port.declaration import Attachment, Ends, Output, Port, Turned, Where, place
+from scissordyn.jit import kernel
+
+__all__ = ["TRAVEL", "curvature", "forces", "gradients", "sense", "wrench"]
+
+
+def attachments(component: Any) -> tuple[Attachment, ...]:
+    """The point, along the direction alone."""
+    return (place(component.point, along=component.direction),)
+
+
+def start(component: Any, where: Where, turned: Turned) -> tuple[float, ...]:
+    """The coordinate as placed."""
+    x, y = where(component.point)
+    return (x * math.cos(component.direction) + y * math.sin(component.direction),)
+
+
+def ends(component: Any) -> Ends:
+    """The point, against the ground."""
+    return component.point, (GROUND, (0.0, 0.0))
+
+
+TRAVEL = Port(
+    name="travel",
+    code=2,
+    coordinates=("travel",),
+    rates=("speed",),
+    forces=("force",),
+    points=("point",),
+    numbers=("direction",),
+    outputs=(
+        Output("force", "N", "force along the direction of travel"),
+        Output("travel", "m", "coordinate along the direction of travel", coordinate=True),
+    ),
+    symbols=("travel", "stop"),
+    attachments=attachments,
+    start=start,
+    ends=ends,
+)
+
+
+@kernel(inline=True)
+def sense(maps, angle, q, v):
+    """Coordinate and its rate."""
+    q[0], v[0] = maps[0], maps[6]
+
+
+@kernel(inline=True)
+def forces(maps, q, out):
+    """Forces on the maps."""
+    return out[0], 0.0, 0.0, 0.0, 0.0, 0.0
+
+
+@kernel(inline=True)
+def wrench(maps, along, out, fx, fy):
+    """Force on the point, along the direction."""
+    return out[0] * along[0], out[0] * along[1], 0.0, 0.0
+
+
+@kernel(inline=True)
+def gradients(maps, G, R):
+    """Of the coordinate, by the maps."""
+    G[0, 0] = 1.0
+
+
+@kernel(inline=True)
+def curvature(q, out, G, K):
+    """None: the coordinate is linear in the maps."""

@@ -9,10 +9,10 @@ from functools import cache
 
 import xarray as xr
 
-from scissordyn.paper.cases import Choice
-from scissordyn.paper.sensitivity import survey
-from scissordyn.paper.statements import CLAUSES
 from scissordyn.run.configuration import read_configuration
+from scissordyn_paper.cases import Choice
+from scissordyn_paper.sensitivity import survey
+from scissordyn_paper.statements import CLAUSES
 
 
 @cache

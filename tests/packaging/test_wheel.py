@@ -41,7 +41,8 @@ def test_wheel_contains_the_package_and_nothing_else(wheel: Path) -> None:
         names = set(archive.namelist())
         metadata = archive.read(f"scissordyn-{sd.__version__}.dist-info/METADATA").decode()
         scripts = archive.read(f"scissordyn-{sd.__version__}.dist-info/entry_points.txt").decode()
-    package = [path for path in (ROOT / "src" / "scissordyn").rglob("*") if path.is_file() and "__pycache__" not in path.parts]
+    folders = [ROOT / "src" / name for name in ("scissordyn", "scissordyn_paper")]
+    package = [path for folder in folders for path in folder.rglob("*") if path.is_file() and "__pycache__" not in path.parts]
     here = {path.relative_to(ROOT / "src").as_posix() for path in package}
     assert "scissordyn/py.typed" in here
     assert {name for name in names if ".dist-info/" not in name} == here

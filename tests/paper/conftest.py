@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import pytest
 
-from scissordyn.paper.cases import every_case
-from scissordyn.paper.runs import fetch_runs
-from scissordyn.paper.sensitivity import DEFAULT
 from scissordyn.study.engine import Threads
+from scissordyn_paper.cases import every_case
+from scissordyn_paper.runs import fetch_runs
+from scissordyn_paper.sensitivity import DEFAULT
 
 
 @pytest.fixture(scope="session")

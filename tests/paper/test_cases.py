@@ -12,12 +12,12 @@ from scissordyn.laws.elastic.bai_zhao import BaiZhaoAsPrinted
 from scissordyn.laws.friction.lugre import LuGre
 from scissordyn.model.clearance import Clearance
 from scissordyn.model.scissor import scissor
-from scissordyn.paper.cases import OSCILLATION, Choice, PaperCase, contact_starts, every_case
-from scissordyn.paper.figures import FIGURES, figure_of
-from scissordyn.paper.periodic import PERIODIC
-from scissordyn.paper.runs import compute
-from scissordyn.paper.sensitivity import full_factorial, one_at_a_time
 from scissordyn.units import degrees, rpm
+from scissordyn_paper.cases import OSCILLATION, Choice, PaperCase, contact_starts, every_case
+from scissordyn_paper.figures import FIGURES, figure_of
+from scissordyn_paper.periodic import PERIODIC
+from scissordyn_paper.runs import compute
+from scissordyn_paper.sensitivity import full_factorial, one_at_a_time
 
 
 def test_the_case_file_says_what_python_says(tmp_path):

@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
-from scissordyn.paper.cases import CONTROLLED, PaperCase
-from scissordyn.paper.controlled import merits
-from scissordyn.paper.measures import measure
-from scissordyn.paper.runs import compute
+from scissordyn_paper.cases import CONTROLLED, PaperCase
+from scissordyn_paper.controlled import merits
+from scissordyn_paper.measures import measure
+from scissordyn_paper.runs import compute
 
 HALF = 1.0  # of a bar of 2 m
 

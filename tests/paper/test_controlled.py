@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from scissordyn.paper.cases import ARRAY
-from scissordyn.paper.controlled import (
+from scissordyn_paper.cases import ARRAY
+from scissordyn_paper.controlled import (
     CONTROLLED_RUNS,
     LIMIT,
     PERIOD,

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from scissordyn.paper.measures import measure
+from scissordyn_paper.measures import measure
 
 TIME = np.linspace(0.0, 0.05, 501)
 

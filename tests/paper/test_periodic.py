@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from scissordyn.errors import InputError
-from scissordyn.paper import periodic
-from scissordyn.paper.cases import PaperCase
-from scissordyn.paper.periodic import CYCLES, PERIODIC, SKIP, examine, fetch_diagram, read
 from scissordyn.study.engine import Threads
+from scissordyn_paper import periodic
+from scissordyn_paper.cases import PaperCase
+from scissordyn_paper.periodic import CYCLES, PERIODIC, SKIP, examine, fetch_diagram, read
 
 
 @pytest.fixture

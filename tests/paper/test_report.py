@@ -14,16 +14,16 @@ from scissordyn.cli import paper as command
 from scissordyn.cli.where import Where
 from scissordyn.config.file import read_case
 from scissordyn.errors import InputError
-from scissordyn.paper import controlled, periodic
-from scissordyn.paper import reproduce as module
-from scissordyn.paper.cases import CLEARANCES, CONTROLLED, FRICTION, SPEEDS
-from scissordyn.paper.figures import FIGURES, FURTHER
-from scissordyn.paper.reproduce import draw_figure, reproduce
-from scissordyn.paper.sensitivity import fetch_sensitivity, full_factorial
-from scissordyn.paper.statements import CLAUSES
 from scissordyn.run import compiled
 from scissordyn.study import engine
 from scissordyn.study.engine import Threads
+from scissordyn_paper import controlled, periodic
+from scissordyn_paper import reproduce as module
+from scissordyn_paper.cases import CLEARANCES, CONTROLLED, FRICTION, SPEEDS
+from scissordyn_paper.figures import FIGURES, FURTHER
+from scissordyn_paper.reproduce import draw_figure, reproduce
+from scissordyn_paper.sensitivity import fetch_sensitivity, full_factorial
+from scissordyn_paper.statements import CLAUSES
 
 CHROMIUM = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
 VOID = {"meta", "img", "br"}

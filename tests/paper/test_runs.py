@@ -4,13 +4,13 @@ import pytest
 import xarray as xr
 
 from scissordyn.errors import ScissordynError
-from scissordyn.paper import runs as module
-from scissordyn.paper.cache import Jobs, computed, fetch_all, provenance
-from scissordyn.paper.cases import Choice, PaperCase, every_case
-from scissordyn.paper.events import REFERENCE, event_table
-from scissordyn.paper.runs import compute, fetch_runs
 from scissordyn.run.store import load, save
 from scissordyn.study.engine import Outcome, Threads
+from scissordyn_paper import runs as module
+from scissordyn_paper.cache import Jobs, computed, fetch_all, provenance
+from scissordyn_paper.cases import Choice, PaperCase, every_case
+from scissordyn_paper.events import REFERENCE, event_table
+from scissordyn_paper.runs import compute, fetch_runs
 
 CASE = PaperCase(None)
 

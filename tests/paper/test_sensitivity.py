@@ -7,10 +7,11 @@ import pytest
 import xarray as xr
 
 from scissordyn.errors import ScissordynError
-from scissordyn.paper import sensitivity
-from scissordyn.paper.periodic import PERIODIC
-from scissordyn.paper.reproduce import verdicts
-from scissordyn.paper.sensitivity import (
+from scissordyn.study.engine import Threads
+from scissordyn_paper import sensitivity
+from scissordyn_paper.periodic import PERIODIC
+from scissordyn_paper.reproduce import verdicts
+from scissordyn_paper.sensitivity import (
     DEFAULT,
     FACTORS,
     Survey,
@@ -20,9 +21,8 @@ from scissordyn.paper.sensitivity import (
     one_at_a_time,
     survey,
 )
-from scissordyn.paper.statements import CLAUSES
-from scissordyn.paper.verdict import Finding
-from scissordyn.study.engine import Threads
+from scissordyn_paper.statements import CLAUSES
+from scissordyn_paper.verdict import Finding
 
 OTHER = dataclasses.replace(DEFAULT, driven_bar="slider", restitution=0.5)
 

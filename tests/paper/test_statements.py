@@ -5,12 +5,12 @@ import math
 
 import pytest
 
-from scissordyn.paper.cases import CLEARANCES, CONTROLLED, FRICTION, SPEEDS, Choice, PaperCase
-from scissordyn.paper.findings import OSCILLATING
-from scissordyn.paper.measures import Deviation, Measures
-from scissordyn.paper.periodic import BY_CLEARANCE, BY_FRICTION, PERIODIC, Regularity
-from scissordyn.paper.statements import CLAUSES
-from scissordyn.paper.verdict import answer
+from scissordyn_paper.cases import CLEARANCES, CONTROLLED, FRICTION, SPEEDS, Choice, PaperCase
+from scissordyn_paper.findings import OSCILLATING
+from scissordyn_paper.measures import Deviation, Measures
+from scissordyn_paper.periodic import BY_CLEARANCE, BY_FRICTION, PERIODIC, Regularity
+from scissordyn_paper.statements import CLAUSES
+from scissordyn_paper.verdict import answer
 
 CHOICE = Choice()
 

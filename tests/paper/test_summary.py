@@ -3,11 +3,11 @@
 import numpy as np
 import xarray as xr
 
-from scissordyn.paper.findings import percent
-from scissordyn.paper.sensitivity import full_factorial
-from scissordyn.paper.statements import CLAUSES
-from scissordyn.paper.summary import in_words, summary
-from scissordyn.paper.verdict import Finding, Verdict
+from scissordyn_paper.findings import percent
+from scissordyn_paper.sensitivity import full_factorial
+from scissordyn_paper.statements import CLAUSES
+from scissordyn_paper.summary import in_words, summary
+from scissordyn_paper.verdict import Finding, Verdict
 
 
 def test_clauses_are_sorted_by_how_often_they_hold():

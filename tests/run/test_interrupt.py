@@ -13,9 +13,9 @@ import xarray as xr
 
 import scissordyn as sd
 from scissordyn.cli.main import status_of
-from scissordyn.paper import controlled, periodic, runs
-from scissordyn.paper.cases import PaperCase
 from scissordyn.run.slice import next_slice
+from scissordyn_paper import controlled, periodic, runs
+from scissordyn_paper.cases import PaperCase
 
 PAPER = Path(__file__).parents[2] / "examples" / "paper.toml"
 
@@ -28,14 +28,18 @@ def interrupted(*_: object, **__: object) -> xr.Dataset:
 
 PARTS: dict[str, tuple[str, str, Callable[[Path], object]]] = {
     "the torque of the ideal mechanism": (
-        "run.feed_forward",
+        "scissordyn.run.feed_forward",
         "simulate",
         lambda _: sd.feed_forward(sd.scissor(units=1), sd.ConstantSpeed(1.0), until=0.1),
     ),
-    "a run of the paper": ("paper.runs", "simulate", lambda _: runs.compute(PaperCase())),
-    "a controlled run": ("paper.controlled", "simulate", lambda _: controlled.compute(controlled.CONTROLLED_RUNS[0])),
-    "a periodic motion": ("paper.periodic", "cycle", lambda _: periodic.examine(periodic.EVERY[0])),
-    "a diagram": ("paper.periodic", "bifurcation", lambda folder: periodic.fetch_diagram(folder / "diagram.nc")),
+    "a run of the paper": ("scissordyn_paper.runs", "simulate", lambda _: runs.compute(PaperCase())),
+    "a controlled run": (
+        "scissordyn_paper.controlled",
+        "simulate",
+        lambda _: controlled.compute(controlled.CONTROLLED_RUNS[0]),
+    ),
+    "a periodic motion": ("scissordyn_paper.periodic", "cycle", lambda _: periodic.examine(periodic.EVERY[0])),
+    "a diagram": ("scissordyn_paper.periodic", "bifurcation", lambda folder: periodic.fetch_diagram(folder / "diagram.nc")),
 }
 
 
@@ -43,7 +47,7 @@ PARTS: dict[str, tuple[str, str, Callable[[Path], object]]] = {
 def test_a_part_that_is_interrupted(part: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Identity: it is no failure of the part, after which the rest would go on."""
     module, name, whole = PARTS[part]
-    monkeypatch.setattr(import_module(f"scissordyn.{module}"), name, interrupted)
+    monkeypatch.setattr(import_module(module), name, interrupted)
     with pytest.raises(KeyboardInterrupt):
         whole(tmp_path)
 

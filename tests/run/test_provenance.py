@@ -16,9 +16,9 @@ import pytest
 import scissordyn
 import scissordyn as sd
 from scissordyn.file.provenance import FACES, provenance
-from scissordyn.paper.cache import SHOWN
 from scissordyn.periodic import diagram as diagram_module
 from scissordyn.study.engine import Threads
+from scissordyn_paper.cache import SHOWN
 
 PACKAGE = Path(scissordyn.__file__).parent
 ASK = "from scissordyn.file.provenance import provenance as p; print(p(), p({skip}), sep='\\n')"
@@ -39,7 +39,7 @@ def test_every_source_counts(tmp_path: Path) -> None:
     shutil.copytree(PACKAGE, copy, ignore=shutil.ignore_patterns("__pycache__"))
     before = asked(tmp_path, SHOWN)
     rooms = sorted(path.name for path in copy.iterdir() if path.is_dir() or path.suffix == ".py")
-    assert {"model", "simulation", "study", "config", "plugin", "units.py", "jit.py", "laws", "errors.py"} <= set(rooms)
+    assert {"model", "run", "study", "config", "plugin", "units.py", "jit.py", "laws", "errors.py"} <= set(rooms)
     for room in [*rooms, "new_room"]:
         place = copy / room
         file = place if room.endswith(".py") else place / "added.py"
@@ -47,7 +47,7 @@ def test_every_source_counts(tmp_path: Path) -> None:
         text = file.read_text() if file.exists() else None
         file.write_text((text or "") + "\n# edited\n")
         after = asked(tmp_path, SHOWN)
-        assert (after[0] != before[0]) == (room not in (*FACES, "paper")), room
+        assert (after[0] != before[0]) == (room not in FACES), room
         assert (after[1] != before[1]) == (room not in FACES), room
         file.unlink() if text is None else file.write_text(text)
     assert asked(tmp_path, SHOWN) == before
@@ -55,15 +55,18 @@ def test_every_source_counts(tmp_path: Path) -> None:
 
 def test_what_is_left_out_is_not_imported() -> None:
     """Identity: nothing that computes a kept number imports, itself or through others, a source that the digest leaves out."""
-    graph = grimp.build_graph("scissordyn")
+    graph = grimp.build_graph("scissordyn", "scissordyn_paper")
     entries = {
-        ("periodic.bifurcation", "periodic.ensemble", "periodic.lyapunov"): (*FACES, "paper"),
-        ("paper.runs", "paper.periodic", "paper.controlled", "paper.sensitivity", "paper.cache"): SHOWN,
+        ("periodic.bifurcation", "periodic.ensemble", "periodic.lyapunov"): FACES,
+        ("runs", "periodic", "controlled", "sensitivity", "cache"): SHOWN,
     }
     for modules, skipped in entries.items():
-        left_out = [f"scissordyn.{name.removesuffix('.py').replace('/', '.')}" for name in skipped]
+        package = "scissordyn_paper" if skipped is SHOWN else "scissordyn"
+        left_out = [
+            f"{owner}.{name.removesuffix('.py').replace('/', '.')}" for owner in {package, "scissordyn"} for name in skipped
+        ]
         for module in modules:
-            used = upstream(graph, f"scissordyn.{module}")
+            used = upstream(graph, f"{package}.{module}")
             wrong = [name for name in used if any(name == one or name.startswith(f"{one}.") for one in left_out)]
             assert not wrong, (module, wrong)
 

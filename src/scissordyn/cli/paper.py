@@ -16,7 +16,7 @@ from scissordyn.cli.status import DONE, INTERRUPTED
 from scissordyn.cli.where import MOST_THREADS, Where
 
 if TYPE_CHECKING:
-    from scissordyn.paper.verdict import Verdict
+    from scissordyn_paper.verdict import Verdict
 
 __all__ = ["paper"]
 
@@ -41,7 +41,7 @@ def paper(
     check_folder(output, "-o paper")
     kept = f"what is done is in {output}, and the same command goes on from it"
     tell_where(kept)
-    from scissordyn.paper.reproduce import draw_figure, reproduce
+    from scissordyn_paper.reproduce import draw_figure, reproduce
 
     try:
         where = _where(threads, workers, figure)

@@ -8,33 +8,37 @@ from functools import cache
 from importlib.metadata import version
 from pathlib import Path
 
-__all__ = ["FACES", "LIBRARIES", "provenance"]
+__all__ = ["FACES", "LIBRARIES", "PACKAGE", "provenance"]
 
 LIBRARIES = ("scissordyn", "numpy", "scipy", "numba", "llvmlite", "xarray")
+
+PACKAGE = Path(__file__).parents[1]
 
 FACES = ("cli", "plot")
 """Rooms that only show numbers. Every other source counts, so that a new one does without being named."""
 
 
 @cache
-def provenance(skip: tuple[str, ...] = (*FACES, "paper")) -> str:
+def provenance(skip: tuple[str, ...] = FACES, packages: tuple[Path, ...] = (PACKAGE,)) -> str:
     """Versions, and a digest of the sources that numbers may depend on; equal means equal numbers.
 
     Parameters
     ----------
     skip : tuple of str
-        Folders and files of the package that no number depends on.
+        Folders and files of the packages that no number depends on.
+    packages : tuple of Path
+        Folders of the packages whose sources count.
 
     Returns
     -------
     str
         JSON.
     """
-    package = Path(__file__).parents[1]
-    left_out = [package / name for name in skip]
     digest = hashlib.sha256()
-    for path in sorted(package.rglob("*.py")):
-        if not any(path.is_relative_to(other) for other in left_out):
-            digest.update(str(path.relative_to(package)).encode())
-            digest.update(path.read_bytes())
+    for package in packages:
+        left_out = [package / name for name in skip]
+        for path in sorted(package.rglob("*.py")):
+            if not any(path.is_relative_to(other) for other in left_out):
+                digest.update(str(path.relative_to(package)).encode())
+                digest.update(path.read_bytes())
     return json.dumps({**{name: version(name) for name in LIBRARIES}, "sources": digest.hexdigest()[:16]})

@@ -32,7 +32,7 @@ from scissordyn.study.requirement import Requirement, Response
 
 __all__ = ["Cases", "Factor", "OwnMeasure", "Sampling", "Study", "check_part"]
 
-NUMERICS = ("cli", "plot", "paper", "config", "study", "analysis")
+NUMERICS = ("cli", "plot", "config", "study", "periodic", "analysis")
 """Rooms that no measure of a case depends on."""
 
 UNCERTAIN_SEEDS = 2**32

@@ -8,8 +8,8 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from scissordyn.paper.cases import PaperCase
 from scissordyn.plot.style import NORMAL, legend, panels
+from scissordyn_paper.cases import PaperCase
 
 __all__ = ["in_words", "panel_by_case"]
 

@@ -16,11 +16,11 @@ from __future__ import annotations
 
 import math
 
-from scissordyn.paper import findings, periodic_findings
-from scissordyn.paper.cases import ARRAY
-from scissordyn.paper.findings import QUARTER, VISIBLE, millimetres, percent
-from scissordyn.paper.measures import CONTINUOUS, LATE, SETTLED
-from scissordyn.paper.verdict import Clause, Periodically
+from scissordyn_paper import findings, periodic_findings
+from scissordyn_paper.cases import ARRAY
+from scissordyn_paper.findings import QUARTER, VISIBLE, millimetres, percent
+from scissordyn_paper.measures import CONTINUOUS, LATE, SETTLED
+from scissordyn_paper.verdict import Clause, Periodically
 
 __all__ = ["CLAUSES"]
 

@@ -9,12 +9,12 @@ from html import escape
 import xarray as xr
 
 from scissordyn.analysis.contact import contact_statistics
-from scissordyn.paper.cases import ARRAY, CLEARANCES, CONTROLLED, FRICTION, SPEEDS, PaperCase
-from scissordyn.paper.controlled import MANOEUVRES, ControlledRun, merits, mismatch
-from scissordyn.paper.figure.panel import in_words
-from scissordyn.paper.measures import JOINT
-from scissordyn.paper.page import Cell, folded, paragraph, table
-from scissordyn.paper.periodic import (
+from scissordyn_paper.cases import ARRAY, CLEARANCES, CONTROLLED, FRICTION, SPEEDS, PaperCase
+from scissordyn_paper.controlled import MANOEUVRES, ControlledRun, merits, mismatch
+from scissordyn_paper.figure.panel import in_words
+from scissordyn_paper.measures import JOINT
+from scissordyn_paper.page import Cell, folded, paragraph, table
+from scissordyn_paper.periodic import (
     BY_CLEARANCE,
     BY_FRICTION,
     CYCLES,
@@ -26,7 +26,7 @@ from scissordyn.paper.periodic import (
     Regularity,
     read,
 )
-from scissordyn.paper.results import Results
+from scissordyn_paper.results import Results
 
 __all__ = ["contacts", "control", "regularity"]
 

@@ -7,9 +7,9 @@ from collections.abc import Sequence
 import numpy as np
 import xarray as xr
 
-from scissordyn.paper.page import paragraph, tally
-from scissordyn.paper.sensitivity import DEFAULT, FACTORS, full_factorial
-from scissordyn.paper.verdict import Verdict
+from scissordyn_paper.page import paragraph, tally
+from scissordyn_paper.sensitivity import DEFAULT, FACTORS, full_factorial
+from scissordyn_paper.verdict import Verdict
 
 __all__ = ["OFTEN", "in_words", "summary"]
 

@@ -9,13 +9,13 @@ from functools import partial
 import xarray as xr
 from matplotlib.figure import Figure
 
-from scissordyn.paper.cases import SIZES, SPEEDS, PaperCase
-from scissordyn.paper.measures import JOINT
 from scissordyn.plot.contact import force_curve
 from scissordyn.plot.scale import Scale
 from scissordyn.plot.series import compare, finish, time_scale
 from scissordyn.plot.source import torque_sources
 from scissordyn.plot.style import BLUE, GREEN, NORMAL, VERMILION, legend, panels
+from scissordyn_paper.cases import SIZES, SPEEDS, PaperCase
+from scissordyn_paper.measures import JOINT
 
 __all__ = ["BY_CLEARANCE", "BY_SPEED", "draw", "draw_by_clearance", "draw_by_speed"]
 

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
-from scissordyn.paper.cases import Choice, PaperCase
-from scissordyn.paper.measures import Measures
-from scissordyn.paper.periodic import Regularity
+from scissordyn_paper.cases import Choice, PaperCase
+from scissordyn_paper.measures import Measures
+from scissordyn_paper.periodic import Regularity
 
 __all__ = ["Clause", "Finding", "Measured", "Periodically", "Settled", "Verdict", "answer"]
 

@@ -12,20 +12,20 @@ import xarray as xr
 
 from scissordyn.errors import InputError
 from scissordyn.file.output_file import write_file
-from scissordyn.paper import controlled, periodic
-from scissordyn.paper.cache import Jobs, Progress, fetch_all
-from scissordyn.paper.cases import PaperCase, contact_starts, every_case
-from scissordyn.paper.figures import FIGURES, FURTHER, figure_of
-from scissordyn.paper.measures import measure
-from scissordyn.paper.report import page
-from scissordyn.paper.results import Results
-from scissordyn.paper.runs import compute, fetch_runs
-from scissordyn.paper.sensitivity import DEFAULT, MEMBERS, Survey, fetch_surveys, full_factorial, one_at_a_time
-from scissordyn.paper.statements import CLAUSES
-from scissordyn.paper.tables import as_csv, as_json
-from scissordyn.paper.verdict import Settled, Verdict, answer
 from scissordyn.plot.file import FORMATS, write
 from scissordyn.study.engine import Engine
+from scissordyn_paper import controlled, periodic
+from scissordyn_paper.cache import Jobs, Progress, fetch_all
+from scissordyn_paper.cases import PaperCase, contact_starts, every_case
+from scissordyn_paper.figures import FIGURES, FURTHER, figure_of
+from scissordyn_paper.measures import measure
+from scissordyn_paper.report import page
+from scissordyn_paper.results import Results
+from scissordyn_paper.runs import compute, fetch_runs
+from scissordyn_paper.sensitivity import DEFAULT, MEMBERS, Survey, fetch_surveys, full_factorial, one_at_a_time
+from scissordyn_paper.statements import CLAUSES
+from scissordyn_paper.tables import as_csv, as_json
+from scissordyn_paper.verdict import Settled, Verdict, answer
 
 __all__ = ["Reproduction", "draw_figure", "reproduce", "verdicts"]
 

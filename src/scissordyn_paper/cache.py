@@ -12,7 +12,7 @@ from typing import Any, Protocol, TypeVar, cast
 import xarray as xr
 
 from scissordyn.errors import InputError, ScissordynError
-from scissordyn.file.provenance import FACES
+from scissordyn.file.provenance import FACES, PACKAGE
 from scissordyn.file.provenance import provenance as made_with
 from scissordyn.run.store import load, save
 from scissordyn.study.engine import Engine, Threads, error_text
@@ -24,8 +24,8 @@ Progress = Callable[[str, int, int], None]
 
 SHOWN = (
     *FACES,
-    *(f"paper/{name}.py" for name in ("beyond", "events", "figures", "page", "report", "reproduce", "results")),
-    *(f"paper/{name}" for name in ("figure", "summary.py", "tables.py")),
+    *(f"{name}.py" for name in ("beyond", "events", "figures", "page", "report", "reproduce", "results")),
+    *("figure", "summary.py", "tables.py"),
 )
 """Sources that no kept number depends on: they draw and write what was computed."""
 
@@ -49,7 +49,7 @@ Value = TypeVar("Value")
 
 def provenance() -> str:
     """Versions, and a digest of the sources that the numbers depend on, as JSON; equal means equal numbers."""
-    return made_with(SHOWN)
+    return made_with(SHOWN, (PACKAGE, Path(__file__).parent))
 
 
 @dataclass(frozen=True)

@@ -13,16 +13,16 @@ import numpy as np
 import xarray as xr
 
 from scissordyn.errors import InputError
-from scissordyn.paper.cache import Progress, computed, provenance
-from scissordyn.paper.cases import DRIVEN, Choice, PaperCase, every_case
-from scissordyn.paper.measures import IdealMotion, Measures, ideal_motion, measure
-from scissordyn.paper.periodic import PERIODIC
-from scissordyn.paper.runs import compute
-from scissordyn.paper.statements import CLAUSES
-from scissordyn.paper.verdict import Finding, answer
 from scissordyn.run.store import load, save
 from scissordyn.study.engine import Engine
 from scissordyn.units import degrees
+from scissordyn_paper.cache import Progress, computed, provenance
+from scissordyn_paper.cases import DRIVEN, Choice, PaperCase, every_case
+from scissordyn_paper.measures import IdealMotion, Measures, ideal_motion, measure
+from scissordyn_paper.periodic import PERIODIC
+from scissordyn_paper.runs import compute
+from scissordyn_paper.statements import CLAUSES
+from scissordyn_paper.verdict import Finding, answer
 
 __all__ = [
     "DEFAULT",

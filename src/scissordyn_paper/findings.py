@@ -6,9 +6,9 @@ import itertools
 import math
 from collections.abc import Sequence
 
-from scissordyn.paper.cases import CLEARANCES, CONTROLLED, FRICTION, SIZES, SPEEDS, Choice, PaperCase
-from scissordyn.paper.measures import CONTINUOUS, Measures
-from scissordyn.paper.verdict import Finding, Measured
+from scissordyn_paper.cases import CLEARANCES, CONTROLLED, FRICTION, SIZES, SPEEDS, Choice, PaperCase
+from scissordyn_paper.measures import CONTINUOUS, Measures
+from scissordyn_paper.verdict import Finding, Measured
 
 __all__ = [
     "OSCILLATING",

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 
 import xarray as xr
 
-from scissordyn.paper.cases import PaperCase
-from scissordyn.paper.controlled import ControlledRun
+from scissordyn_paper.cases import PaperCase
+from scissordyn_paper.controlled import ControlledRun
 
 __all__ = ["Results"]
 

@@ -9,10 +9,10 @@ import xarray as xr
 from matplotlib.figure import Figure
 
 from scissordyn.errors import InputError
-from scissordyn.paper.cases import PaperCase
-from scissordyn.paper.figure import further, load, orbit, response, scatter
-from scissordyn.paper.periodic import BY_CLEARANCE, BY_FRICTION
-from scissordyn.paper.results import Results
+from scissordyn_paper.cases import PaperCase
+from scissordyn_paper.figure import further, load, orbit, response, scatter
+from scissordyn_paper.periodic import BY_CLEARANCE, BY_FRICTION
+from scissordyn_paper.results import Results
 
 __all__ = ["FIGURES", "FURTHER", "FurtherFigure", "PaperFigure", "figure_of"]
 

@@ -9,9 +9,9 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from scissordyn.paper.cases import CLEARANCES, CONTROLLED, FRICTION, PaperCase
-from scissordyn.paper.figure.panel import panel_by_case
 from scissordyn.plot.orbit import orbit
+from scissordyn_paper.cases import CLEARANCES, CONTROLLED, FRICTION, PaperCase
+from scissordyn_paper.figure.panel import panel_by_case
 
 __all__ = ["BY_CLEARANCE", "BY_FRICTION", "CONSTRAINED", "draw", "draw_by_clearance", "draw_by_friction", "draw_constrained"]
 

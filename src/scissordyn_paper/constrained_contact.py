@@ -8,8 +8,8 @@ import numpy as np
 import xarray as xr
 
 from scissordyn.model.mechanism import Mechanism
-from scissordyn.paper.measures import JOINT
 from scissordyn.run.placement import Placement
+from scissordyn_paper.measures import JOINT
 
 __all__ = ["with_contact"]
 

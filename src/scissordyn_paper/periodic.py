@@ -19,9 +19,6 @@ from scissordyn.analysis.classify import classify
 from scissordyn.analysis.consensus import consensus
 from scissordyn.errors import ScissordynError
 from scissordyn.file.output_file import check_target
-from scissordyn.paper.cache import Progress
-from scissordyn.paper.cases import CLEARANCES, FRICTION, Choice, PaperCase
-from scissordyn.paper.measures import JOINT
 from scissordyn.periodic.bifurcation import bifurcation
 from scissordyn.periodic.cycles import cycle
 from scissordyn.periodic.diagram import OtherDiagramError
@@ -30,6 +27,9 @@ from scissordyn.periodic.lyapunov import separation_exponent
 from scissordyn.run.interrupt import pass_on
 from scissordyn.study.engine import Engine, Threads
 from scissordyn.units import degrees
+from scissordyn_paper.cache import Progress
+from scissordyn_paper.cases import CLEARANCES, FRICTION, Choice, PaperCase
+from scissordyn_paper.measures import JOINT
 
 __all__ = [
     "BY_CLEARANCE",

@@ -10,13 +10,13 @@ import xarray as xr
 
 from scissordyn.config.case import Case
 from scissordyn.errors import ScissordynError
-from scissordyn.paper.cache import Progress, fetch
-from scissordyn.paper.cases import PaperCase
-from scissordyn.paper.constrained_contact import with_contact
 from scissordyn.run.constrained_contact import constrain_contact
 from scissordyn.run.interrupt import pass_on
 from scissordyn.run.simulate import simulate
 from scissordyn.study.engine import Engine
+from scissordyn_paper.cache import Progress, fetch
+from scissordyn_paper.cases import PaperCase
+from scissordyn_paper.constrained_contact import with_contact
 
 __all__ = ["compute", "fetch_runs"]
 

@@ -7,8 +7,8 @@ from collections.abc import Mapping
 import xarray as xr
 from matplotlib.figure import Figure
 
-from scissordyn.paper.cases import PaperCase
 from scissordyn.plot.response import response
+from scissordyn_paper.cases import PaperCase
 
 __all__ = ["CASES", "draw"]
 

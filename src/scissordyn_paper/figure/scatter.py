@@ -13,12 +13,12 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from scissordyn.paper.cases import PaperCase
-from scissordyn.paper.figure.orbit import BY_CLEARANCE, BY_FRICTION
-from scissordyn.paper.figure.panel import panel_by_case
-from scissordyn.paper.measures import JOINT
 from scissordyn.plot.scale import engineering
 from scissordyn.plot.style import BLUE, IDEAL, VERMILION
+from scissordyn_paper.cases import PaperCase
+from scissordyn_paper.figure.orbit import BY_CLEARANCE, BY_FRICTION
+from scissordyn_paper.figure.panel import panel_by_case
+from scissordyn_paper.measures import JOINT
 
 __all__ = ["CASES_BY_CLEARANCE", "CASES_BY_FRICTION", "draw", "draw_by_clearance", "draw_by_friction"]
 

@@ -7,9 +7,9 @@ import io
 import json
 from collections.abc import Sequence
 
-from scissordyn.paper.cache import provenance
-from scissordyn.paper.sensitivity import DEFAULT
-from scissordyn.paper.verdict import Verdict
+from scissordyn_paper.cache import provenance
+from scissordyn_paper.sensitivity import DEFAULT
+from scissordyn_paper.verdict import Verdict
 
 __all__ = ["as_csv", "as_json"]
 

@@ -5,10 +5,10 @@ from __future__ import annotations
 import itertools
 from collections.abc import Callable, Mapping, Sequence
 
-from scissordyn.paper.cases import PaperCase
-from scissordyn.paper.measures import CONTINUOUS
-from scissordyn.paper.periodic import BY_CLEARANCE, BY_FRICTION, Regularity
-from scissordyn.paper.verdict import Finding, Settled
+from scissordyn_paper.cases import PaperCase
+from scissordyn_paper.measures import CONTINUOUS
+from scissordyn_paper.periodic import BY_CLEARANCE, BY_FRICTION, Regularity
+from scissordyn_paper.verdict import Finding, Settled
 
 __all__ = [
     "again_more",

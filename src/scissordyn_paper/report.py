@@ -9,16 +9,16 @@ from html import escape
 import numpy as np
 import xarray as xr
 
-from scissordyn.paper.beyond import contacts, control, regularity
-from scissordyn.paper.cache import provenance
-from scissordyn.paper.cases import ARRAY, Choice, PaperCase
-from scissordyn.paper.events import event_table
-from scissordyn.paper.figures import FIGURES, FURTHER
-from scissordyn.paper.page import Cell, badge, document, folded, paragraph, picture, section, table
-from scissordyn.paper.results import Results
-from scissordyn.paper.sensitivity import DEFAULT, FACTORS, MEMBERS, PAIR, full_factorial, one_at_a_time
-from scissordyn.paper.summary import in_words, summary
-from scissordyn.paper.verdict import Verdict
+from scissordyn_paper.beyond import contacts, control, regularity
+from scissordyn_paper.cache import provenance
+from scissordyn_paper.cases import ARRAY, Choice, PaperCase
+from scissordyn_paper.events import event_table
+from scissordyn_paper.figures import FIGURES, FURTHER
+from scissordyn_paper.page import Cell, badge, document, folded, paragraph, picture, section, table
+from scissordyn_paper.results import Results
+from scissordyn_paper.sensitivity import DEFAULT, FACTORS, MEMBERS, PAIR, full_factorial, one_at_a_time
+from scissordyn_paper.summary import in_words, summary
+from scissordyn_paper.verdict import Verdict
 
 __all__ = ["TITLE", "page"]
 

@@ -11,14 +11,14 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator, NullFormatter, StrMethodFormatter
 
 from scissordyn.analysis.scatter import velocity_acceleration
-from scissordyn.paper.cases import ARRAY, CLEARANCES, CONTROLLED, FRICTION, PaperCase
-from scissordyn.paper.controlled import MANOEUVRES, ControlledRun
-from scissordyn.paper.figure.panel import in_words
-from scissordyn.paper.measures import JOINT
-from scissordyn.paper.periodic import read
 from scissordyn.plot.regularity import bifurcation, stroboscopic_map
 from scissordyn.plot.regularity import velocity_acceleration as scatter
 from scissordyn.plot.style import BLUE, GREEN, GREY, IDEAL, LINE, NORMAL, ORANGE, SMALL, VERMILION, legend, panels
+from scissordyn_paper.cases import ARRAY, CLEARANCES, CONTROLLED, FRICTION, PaperCase
+from scissordyn_paper.controlled import MANOEUVRES, ControlledRun
+from scissordyn_paper.figure.panel import in_words
+from scissordyn_paper.measures import JOINT
+from scissordyn_paper.periodic import read
 
 __all__ = ["draw_bifurcation", "draw_contacts", "draw_maps", "draw_torques"]
 

@@ -5,6 +5,8 @@ from __future__ import annotations
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
+from scissordyn.offer import hand_down
+
 __version__ = "0.1.0"
 
 if TYPE_CHECKING:
@@ -299,6 +301,9 @@ def __getattr__(name: str) -> Any:
     value = getattr(import_module(f"scissordyn.{_HOME[name]}"), name)
     globals()[name] = value
     return value
+
+
+hand_down(__getattr__)
 
 
 def __dir__() -> list[str]:

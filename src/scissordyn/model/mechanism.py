@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import dataclasses
 import math
-import sys
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from functools import cached_property
@@ -30,6 +29,7 @@ from scissordyn.model.guide_clearance import ContactPoint, GuideClearance, block
 from scissordyn.model.joint import Guide, Revolute
 from scissordyn.model.pattern import matching
 from scissordyn.model.track import Track
+from scissordyn.offer import offered
 from scissordyn.units import Meaning, Quantity, check_quantities, checked
 
 __all__ = ["Gravity", "GravityDirection", "Mechanism"]
@@ -193,14 +193,11 @@ class Mechanism:
         -------
         Axes
         """
-        # pictures are rooms above this one: the lazy names of the package lead there
-        package: Any = sys.modules["scissordyn"]
-        return package.preview(self)
+        return offered("preview")(self)
 
     def _repr_svg_(self) -> str:
         """The drawing of `plot` in a notebook."""
-        package: Any = sys.modules["scissordyn"]
-        drawn: str = package.preview_svg(self)
+        drawn: str = offered("preview_svg")(self)
         return drawn
 
     def to_case(self, run: Any = None) -> str:
@@ -216,8 +213,7 @@ class Mechanism:
         str
             TOML.
         """
-        package: Any = sys.modules["scissordyn"]  # case files are a room above this one, as pictures are
-        text: str = package.case_text(self, run)
+        text: str = offered("case_text")(self, run)
         return text
 
     @checked

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import sys
 from pathlib import Path
 from typing import Any
 
@@ -11,6 +10,7 @@ import xarray as xr
 
 from scissordyn.file.export import export
 from scissordyn.model.mechanism import Mechanism
+from scissordyn.offer import offered
 from scissordyn.run.configuration import read_configuration
 
 __all__ = ["RunAccessor"]
@@ -36,14 +36,11 @@ class RunAccessor:
     @property
     def plot(self) -> Any:
         """Pictures of the run, as ``run.scissordyn.plot.force(joint="A")``; see `plot.Pictures`."""
-        # pictures are rooms above this one: the lazy names of the package lead there
-        package: Any = sys.modules["scissordyn"]
-        return package.plot.Pictures(self._run)
+        return offered("plot").Pictures(self._run)
 
     def animate(self, path: str | os.PathLike[str], **options: Any) -> Path:
         """Write a film of the run; see `plot.animation.animate` for the options."""
-        package: Any = sys.modules["scissordyn"]
-        written: Path = package.animate(self._run, self.mechanism, path, **options)
+        written: Path = offered("animate")(self._run, self.mechanism, path, **options)
         return written
 
     def export(self, path: str | os.PathLike[str]) -> Path:

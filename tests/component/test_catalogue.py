@@ -75,7 +75,7 @@ def assert_drawn(run: xr.Dataset, mechanism: Mechanism, name: str, strokes: int)
     scene = scene_of(run, mechanism, np.array([0, 3, 10]), [])
     assert sum(shape.name == name for shape in scene.shapes) == len(drawn.strokes)
     Film(scene, 10.0).show(2)
-    assert f"<title>{name}</title>" in film_page(scene, 10, 10.0)
+    assert f'"name":"{name}"' in film_page(scene, run, 10.0)
 
 
 @pytest.mark.parametrize("section", SECTIONS)

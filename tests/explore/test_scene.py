@@ -8,11 +8,11 @@ import pytest
 import xarray as xr
 
 import scissordyn as sd
-from scissordyn.explore.scene import packed_scene
 from scissordyn.explore.table import contact_table
 from scissordyn.laws.elastic.linear import Linear
 from scissordyn.model.guide_clearance import GuideClearance
 from scissordyn.model.linkage import slider_crank
+from scissordyn.plot.canvas import packed_scene
 from scissordyn.plot.channel_scene import GAP
 
 CLEARANCE, WIDTH = 1e-4, 0.02

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from importlib.resources import files
 from typing import Any
 
 import xarray as xr
 
 from scissordyn.errors import InputError
-from scissordyn.explore.scene import packed_scene
+from scissordyn.plot.canvas import CANVAS, packed_scene
 from scissordyn.run.configuration import read_configuration
 
 __all__ = ["view"]
@@ -44,7 +43,7 @@ def view(run: xr.Dataset, *, ghost: xr.Dataset | None = None) -> Any:
     class RunView(anywidget.AnyWidget):  # type: ignore[misc]
         """The mechanism on a canvas."""
 
-        _esm = files("scissordyn.explore").joinpath("assets/canvas.js").read_text(encoding="utf-8")
+        _esm = CANVAS
         _css = ".sd-stage { height: 420px }"
         scene = traitlets.Unicode().tag(sync=True)
         ghost = traitlets.Unicode().tag(sync=True)

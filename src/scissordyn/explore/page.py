@@ -217,7 +217,7 @@ class Page:
         run, case, pinned = self.shown.run, self.shown.case, self.session.pins
         parts: dict[str, Any] = {"bar": self._bar(self.shown)}
         if scene or pins:
-            from scissordyn.explore.scene import packed_scene
+            from scissordyn.plot.canvas import packed_scene
 
             if scene:
                 parts["scene"] = packed_scene(run, case.mechanism, number=self.shown.number)
@@ -351,7 +351,7 @@ class Page:
 
     def _draft(self) -> None:
         """Show what the drag has made; each answer differs from the one before, as the browser waits for it."""
-        from scissordyn.explore.scene import packed_scene
+        from scissordyn.plot.canvas import packed_scene
 
         assert self.drag is not None
         self.answers += 1

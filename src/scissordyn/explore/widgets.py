@@ -9,13 +9,14 @@ from typing import Any
 import param
 from panel.custom import JSComponent
 
+from scissordyn.plot.canvas import CANVAS
+
 __all__ = ["Canvas", "Contacts", "Form", "Toolbar"]
 
 MOST_ENTRIES = 20
 """Entries of a message; the page sends fewer."""
 
 ASSETS = Path(__file__).parent / "assets"
-CANVAS = (ASSETS / "canvas.js").read_text(encoding="utf-8")
 
 ADAPTER = """
 const changes = name => name.startsWith("change:") ? name.slice(7) : name;

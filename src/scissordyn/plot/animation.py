@@ -67,7 +67,7 @@ def animate(
         Frames per second, 25 if not given, of a GIF 10; a run with fewer samples than frames is shown with fewer.
     joints : sequence of str, optional
         Which revolute clearance joints to magnify; those with the largest forces if not given, and all guides with clearance.
-        A page goes through all of them; a GIF or MP4 says how many more there are.
+        A page shows the others after them; a GIF or MP4 says how many more there are.
 
     Returns
     -------
@@ -97,7 +97,7 @@ def animate(
         with tempfile.TemporaryDirectory(prefix="scissordyn-film-") as folder:
             part = Path(folder) / f"film{target.suffix.lower()}"
             if target.suffix.lower() == ".html":
-                write_page(scene, part, rate, slower)
+                write_page(scene, run, part, seconds)
             else:
                 write_film(scene, part, rate, slower)
             film = part.read_bytes()

@@ -13,6 +13,7 @@ import xarray as xr
 from scissordyn.component.place import GROUND
 from scissordyn.errors import InputError
 from scissordyn.model.mechanism import Mechanism
+from scissordyn.model.track import Track
 from scissordyn.plot.channel_scene import GAP, Channel, channel_of
 from scissordyn.plot.contact import frame_contacts
 from scissordyn.plot.label_place import aside
@@ -25,7 +26,7 @@ from scissordyn.run.placement import Placement
 __all__ = ["TRAIL", "ClearanceJoint", "Scene", "Shape", "newtons", "scene_of", "time_scale_in_words"]
 
 TRAIL = 12
-"""Number of frames over which the journal's path stays visible."""
+"""Number of frames over which the journal's path stays visible in a GIF or MP4."""
 
 FINEST = 4000
 """Largest number of points of a journal's path in a film, about the resolution of a screen."""
@@ -114,6 +115,9 @@ class Scene:
         How many clearance joints and channels are magnified at the same time.
     asides : ndarray, shape (magnified, 2)
         Middles of the names of `magnified`, relative to their joints, for a region with a longer side of `REGION` [pt].
+    pin_names : tuple of str
+    tracks : tuple of (str, ndarray of shape (frames, 2))
+        Tracked points, with their names [m].
     """
 
     time: np.ndarray
@@ -128,6 +132,8 @@ class Scene:
     channels: tuple[Channel, ...] = ()
     shown: int = MOST_JOINTS
     asides: np.ndarray = dataclasses.field(default_factory=lambda: np.empty((0, 2)))
+    pin_names: tuple[str, ...] = ()
+    tracks: tuple[tuple[str, np.ndarray], ...] = ()
 
     @property
     def magnified(self) -> list[Channel | ClearanceJoint]:
@@ -204,8 +210,16 @@ def scene_of(
         turns=placement.turns,
         channels=tuple(_channel(run, mechanism, placement, frames, name) for name in guides),
         shown=shown,
+        pin_names=tuple(joint.name for joint in mechanism.ideal_joints),
+        tracks=tuple((track.name, _tracked(mechanism, placement, track)) for track in mechanism.tracks),
     )
     return dataclasses.replace(scene, asides=_asides(scene))
+
+
+def _tracked(mechanism: Mechanism, placement: Placement, track: Track) -> np.ndarray:
+    """Where a tracked point is."""
+    point = mechanism.body(track.body).points[track.point] if isinstance(track.point, str) else track.point
+    return placement.points(track.body, np.array([point], float))[:, 0]
 
 
 def _asides(scene: Scene) -> np.ndarray:

@@ -1,5 +1,5 @@
 // The mechanism on a canvas, with a player: an anywidget component. It needs no other file and no network.
-// In: scene, ghost, draft (JSON, see scene.py), selected (name of a joint), movable (false: no drags). Out: selected, and messages
+// In: scene, ghost, draft (JSON, see canvas.py), selected (name of a joint), movable (false: no drags). Out: selected, and messages
 // of drags.
 
 const TRAIL = 40;            // frames over which the journal's path stays visible
@@ -10,7 +10,6 @@ const LETTER = "system-ui, sans-serif";
 const HIGH = 15;             // of a name [pixel]
 const MOST_NAMES = 6;        // of more joints only the chosen one has its name in the drawing
 const SPEEDS = [0.1, 0.25, 0.5, 1, 2, 4];
-const SECONDS = 6;           // a run is shown in so many seconds at speed 1
 
 const STYLE = `
 .sd-stage { display: flex; flex-direction: column; height: 100%; min-height: 320px; color: var(--sd-ink, #222);
@@ -331,7 +330,7 @@ function render({ model, el }) {
   }
   function step(instant) {
     if (!playing) return;
-    if (before !== null) now += (instant - before) / 1000 * (frames() - 1) / SECONDS * Number(speed.value);
+    if (before !== null) now += (instant - before) / 1000 * (frames() - 1) / scene.seconds * Number(speed.value);
     before = instant;
     if (now >= frames() - 1) { now = frames() - 1; play(false); return; }
     show();
@@ -444,6 +443,7 @@ function render({ model, el }) {
     else if (event.key === "ArrowUp" || event.key === "ArrowDown") { event.preventDefault(); turn(event.key === "ArrowUp" ? -1 : 1); }
   });
 
+  root.frame = go;
   // where joints and the handles of lengths are on the screen, for tests and other scripts
   root.handles = () => {
     const source = shown(), frame = frameOf(), [X, Y] = onto(), found = {};

@@ -1,9 +1,10 @@
-"""A run as data for the canvas: JSON, with arrays as 32-bit floats in base64."""
+"""The scene of a film as data for the canvas of browsers: JSON, with arrays as 32-bit floats in base64."""
 
 from __future__ import annotations
 
 import base64
 import json
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -12,18 +13,22 @@ import xarray as xr
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.plot.animation_scene import ClearanceJoint, Scene, scene_of
 from scissordyn.plot.channel_scene import EDGE, Channel
-from scissordyn.plot.place import upright
 from scissordyn.plot.series import clearance_pins, largest_forces, predictability_horizon
-from scissordyn.run.placement import Placement
 
-__all__ = ["FRAMES", "packed_scene"]
+__all__ = ["CANVAS", "FRAMES", "packed", "packed_scene"]
+
+CANVAS = (Path(__file__).parent / "assets" / "canvas.js").read_text(encoding="utf-8")
+"""The script of the canvas: an anywidget, for the explorer, notebooks and films."""
 
 FRAMES = 500
-"""Most frames of an animation; between two of them contacts and largest forces are kept."""
+"""Most frames in the explorer; between two of them contacts and largest forces are kept."""
+
+SECONDS = 6.0
+"""How long a run is shown at speed 1 [s]."""
 
 
 def packed_scene(run: xr.Dataset, mechanism: Mechanism, *, number: int = 0, note: str = "", frames: int = FRAMES) -> str:
-    """The scene of a run for the canvas.
+    """The scene of a run, with everything magnified that has a clearance.
 
     Parameters
     ----------
@@ -45,13 +50,33 @@ def packed_scene(run: xr.Dataset, mechanism: Mechanism, *, number: int = 0, note
     """
     samples = run.sizes["time"]
     chosen = np.unique(np.linspace(0, samples - 1, min(samples, frames)).round().astype(int))
-    pins = clearance_pins(run)
     loose = [guide.name for guide in mechanism.guides if guide.clearance is not None]
-    scene = scene_of(run, mechanism, chosen, pins, guides=loose)
-    placement = Placement.at(mechanism, run, chosen, turns=upright(mechanism))
+    return packed(scene_of(run, mechanism, chosen, clearance_pins(run), guides=loose), run, number=number, note=note)
+
+
+def packed(scene: Scene, run: xr.Dataset, *, number: int = 0, note: str = "", seconds: float = SECONDS) -> str:
+    """A scene for the canvas.
+
+    Parameters
+    ----------
+    scene : Scene
+    run : Dataset
+        Whose scene it is.
+    number, note
+        As for `packed_scene`.
+    seconds : float
+        How long it is shown at speed 1 [s].
+
+    Returns
+    -------
+    str
+        JSON.
+    """
+    largest = largest_forces(run) if scene.channels else {}
     data = {
         "run": number,
         "note": note,
+        "seconds": seconds,
         "time": _packed(scene.time),
         "timeScale": scene.scale.factor,
         "timeUnit": scene.scale.unit,
@@ -68,14 +93,13 @@ def packed_scene(run: xr.Dataset, mechanism: Mechanism, *, number: int = 0, note
             }
             for shape in scene.shapes
         ],
-        "pins": {"names": [joint.name for joint in mechanism.ideal_joints], "points": _packed(scene.pins)},
+        "pins": {"names": list(scene.pin_names), "points": _packed(scene.pins)},
         "supports": scene.supports.tolist(),
         "joints": [_joint(joint) for joint in scene.clearance_joints],
-        "channels": [_channel(channel, run, mechanism) for channel in scene.channels],
+        # a click on a channel shows the curves of its corner with the largest force
+        "channels": [_channel(channel, max(channel.corners, key=largest.__getitem__)) for channel in scene.channels],
         "asides": scene.asides.tolist(),
-        "tracks": [
-            {"name": track.name, "points": _packed(_tracked(mechanism, placement, track))} for track in mechanism.tracks
-        ],
+        "tracks": [{"name": name, "points": _packed(points)} for name, points in scene.tracks],
     }
     return json.dumps(data, separators=(",", ":"))
 
@@ -100,12 +124,10 @@ def _joint(joint: ClearanceJoint) -> dict[str, Any]:
     }
 
 
-def _channel(channel: Channel, run: xr.Dataset, mechanism: Mechanism) -> dict[str, Any]:
-    largest = largest_forces(run)
-    corners = [point.name for point in mechanism.contact_points if point.guide == channel.name]
+def _channel(channel: Channel, joint: str) -> dict[str, Any]:
     return {
         "name": channel.name,
-        "joint": max(corners, key=lambda name: largest[name]),  # whose curves a click shows
+        "joint": joint,
         "gain": channel.gain,
         "edge": EDGE,
         "surfaces": [[side, height] for side, height in channel.surfaces.items()],
@@ -115,8 +137,3 @@ def _channel(channel: Channel, run: xr.Dataset, mechanism: Mechanism) -> dict[st
         "touching": _packed(channel.touching, np.uint8),
         "force": _packed(channel.force),
     }
-
-
-def _tracked(mechanism: Mechanism, placement: Placement, track: Any) -> np.ndarray:
-    point = mechanism.body(track.body).points[track.point] if isinstance(track.point, str) else track.point
-    return placement.points(track.body, np.array([point], float))[:, 0]

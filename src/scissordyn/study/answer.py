@@ -25,6 +25,7 @@ __all__ = [
     "feasible_fraction",
     "replay_command",
     "responses",
+    "safest_point",
     "warned",
     "worst_cases",
 ]
@@ -55,6 +56,10 @@ class FeasibleFraction:
     low: float
     high: float
     trials: int
+
+    def __str__(self) -> str:
+        interval = "" if np.isnan(self.low) else f" ({self.low:.0%} to {self.high:.0%})"
+        return f"{self.label}: {self.fraction:.0%} of the range{interval}"
 
 
 @dataclass(frozen=True)
@@ -259,6 +264,25 @@ def worst_cases(study: Study, results: xr.Dataset, count: int = 5) -> list[Worst
                     value, margin = float(values[case]), float(margins[case])
                     found[point] = Worst(int(case), requirement.label, value, units, margin)
     return sorted(found.values(), key=lambda one: one.margin)[:count]
+
+
+def safest_point(study: Study, results: xr.Dataset) -> int:
+    """The point whose worst case is farthest on the right side of all requirements, as a fraction of their bounds.
+
+    Parameters
+    ----------
+    study : Study
+        With requirements.
+    results : Dataset
+
+    Returns
+    -------
+    int
+    """
+    count = results.sizes["case"] // study.per_point
+    margins = [one.margin(response_values(results, one.response)) for one in study.requirements]
+    least = np.min(margins, axis=0)[: count * study.per_point].reshape(count, study.per_point).min(axis=1)
+    return int(np.argmax(np.where(np.isnan(least), -np.inf, least)))
 
 
 def replay_command(address: str, case: int) -> str:

@@ -10,9 +10,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from scissordyn.errors import InputError
+from scissordyn.run.engine import Engine, error_text, opened, whole_number
 from scissordyn.study.block import Block, BlockResult, ProgramError, give_up, pilot, run_block
 from scissordyn.study.description import Study
-from scissordyn.study.engine import Engine, Threads, error_text
 from scissordyn.study.store import COMPLETE, FAILED, PENDING, Store, StoreError
 
 __all__ = ["Progress", "block_seconds", "execute", "extend", "prepare"]
@@ -51,6 +51,8 @@ class Progress:
         Since it was begun or taken up [s].
     done_here : int
         Cases since then.
+    generation : int
+        Of an optimisation, from 1.
     """
 
     complete: int
@@ -58,6 +60,7 @@ class Progress:
     cases: int
     seconds: float
     done_here: int
+    generation: int = 0
 
     @property
     def rate(self) -> float:
@@ -95,8 +98,8 @@ def prepare(
         store.check(study)
         return
     store.check_place()
-    if block is not None and (isinstance(block, bool) or not isinstance(block, int) or block < 1):
-        raise InputError(f"block = {block!r}", "a whole number of cases >= 1")
+    if block is not None:
+        whole_number("block", block)
     if any(own.of == "dataset" for own in study.own_measures) and study.members > 1:
         raise InputError(
             "a measure of the dataset with several members", "a measure of 'accumulators', or members = 1", "members = 1"
@@ -130,7 +133,7 @@ def execute(
     study: Study,
     address: str | os.PathLike[str],
     *,
-    engine: Engine | None = None,
+    engine: Engine | int | None = None,
     block: int | None = None,
     retry: bool = False,
     points: np.ndarray | None = None,
@@ -143,8 +146,8 @@ def execute(
     study : Study
     address : str or path
         Of the store: made if there is none.
-    engine : Engine, optional
-        Threads of this process, one per processor, if not given.
+    engine : Engine or int, optional
+        A number is one of threads; one thread per processor if not given.
     block : int, optional
         Cases of a block of a new store.
     retry : bool
@@ -169,17 +172,19 @@ def execute(
     KeyboardInterrupt
         After Ctrl-C; what is complete is kept.
     """
-    engine = Threads() if engine is None else engine
     store = Store(address)
-    prepare(study, store, block=block, workers=engine.workers, points=points)
-    with store.alone():
-        if study.cases > store.cases or (study.cases < store.cases and points is None):
-            raise InputError(
-                f"'{store.address}' has {store.cases} cases and the study {study.cases}",
-                "the same number of points",
-                "scissordyn study extend, with --points",
-            )
-        _missing_blocks(study, store, engine, retry, points, progress)
+    if store.exists():
+        store.check(study)  # before workers are started for nothing
+    with opened(engine) as chosen:
+        prepare(study, store, block=block, workers=chosen.workers, points=points)
+        with store.alone():
+            if study.cases > store.cases or (study.cases < store.cases and points is None):
+                raise InputError(
+                    f"'{store.address}' has {store.cases} cases and the study {study.cases}",
+                    "the same number of points",
+                    "scissordyn study extend, with --points",
+                )
+            _missing_blocks(study, store, chosen, retry, points, progress)
     return store
 
 
@@ -239,7 +244,7 @@ def extend(
     address: str | os.PathLike[str],
     points: int,
     *,
-    engine: Engine | None = None,
+    engine: Engine | int | None = None,
     progress: Callable[[Progress], None] | None = None,
 ) -> Store:
     """Add points to a random, Sobol or Saltelli design, and do them.

@@ -40,7 +40,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-__all__ = ["figures", "write_figures", "write_report"]
+__all__ = ["figures", "summary_html", "write_figures", "write_report"]
 
 STYLE = """
 body { font: 16px/1.5 system-ui, sans-serif; max-width: 64rem; margin: 2rem auto; padding: 0 1rem; color: #222; }
@@ -163,7 +163,7 @@ def write_report(study: Study, results: xr.Dataset, address: str, path: Path) ->
     """
     if path.suffix.lower() not in (".html", ".htm"):
         raise InputError(f"'{path}' as a report", "a name that ends in .html", "-o report.html")
-    parts = [*_summary(study, results), *_sensitivities(study, results), *_cases(study, results, address)]
+    parts = [summary_html(study, results), *_sensitivities(study, results), *_cases(study, results, address)]
     for title, figure in figures(study, results):
         picture = io.BytesIO()
         figure.savefig(picture, format="png", dpi=DPI)
@@ -179,6 +179,11 @@ def write_report(study: Study, results: xr.Dataset, address: str, path: Path) ->
         return write_file(path, content, sample="-o report.html")
     except OSError as error:
         raise ScissordynError(f"cannot write '{path}': {error.strerror or error}") from None
+
+
+def summary_html(study: Study, results: xr.Dataset) -> str:
+    """The head of the report, which a notebook shows as well: counts, numbers, responses, requirements, best points."""
+    return "".join(_summary(study, results))
 
 
 def _summary(study: Study, results: xr.Dataset) -> Iterator[str]:

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from types import MappingProxyType
+from typing import Protocol
 
 import numpy as np
 import xarray as xr
@@ -18,6 +19,7 @@ __all__ = [
     "KINDS",
     "Requirement",
     "Response",
+    "read_response",
     "response_unit",
     "response_values",
     "units_of_parts",
@@ -30,6 +32,21 @@ BY_COMPONENT = frozenset(name for name, measure in MEASURES.items() if measure.d
 
 KINDS: Mapping[str, str] = MappingProxyType({"N": "force", "N m": "torque"})
 """What a component exerts, by its unit."""
+
+ALIASES = {"error": "peak_track_deviation"}
+"""Measures that are called otherwise behind the name of a tracked point: ``tip.error``."""
+
+
+class Named(Protocol):
+    """A measure of the user's."""
+
+    @property
+    def name(self) -> str:
+        """Of the measure."""
+
+    @property
+    def units(self) -> str:
+        """Of its values."""
 
 
 @dataclass(frozen=True)
@@ -122,6 +139,30 @@ class Requirement:
                     return np.asarray(values > self.bound)
                 case _:
                     return np.asarray(values >= self.bound)
+
+
+def read_response(text: str, own: Iterable[Named] = ()) -> tuple[str, str, str]:
+    """Part, measure and unit of what a requirement or a goal is about.
+
+    Parameters
+    ----------
+    text : str
+        ``peak_force``, ``A.peak_force``, ``tip.error``.
+    own : iterable
+        Measures of the user's.
+
+    Returns
+    -------
+    tuple of str
+    """
+    units = {name: measure.units for name, measure in MEASURES.items()} | {each.name: each.units for each in own}
+    if text in units:
+        return "", text, units[text]
+    part, dot, measure = text.rpartition(".")
+    measure = ALIASES.get(measure, measure) if dot and measure not in units else measure
+    if measure not in units:
+        raise InputError(f"unknown measure '{measure}'{did_you_mean(measure, units)}", ", ".join(units))
+    return part, measure, units[measure]
 
 
 def response_values(results: xr.Dataset, response: Response) -> np.ndarray:

@@ -47,7 +47,7 @@ if TYPE_CHECKING:
     from scissordyn.component.travel_stop import TravelStop
     from scissordyn.config.case import Case
     from scissordyn.config.file import read_case, write_case
-    from scissordyn.config.studies import study
+    from scissordyn.config.studies import open_study, study
     from scissordyn.control.catalogue import controller
     from scissordyn.control.delayed.extended import ExtendedDelayedFeedback
     from scissordyn.control.delayed.pyragas import Pyragas
@@ -95,7 +95,6 @@ if TYPE_CHECKING:
     from scissordyn.study.distribution import Empirical, Interval, Levels, LogNormal, Normal, Uniform
     from scissordyn.study.engine import Cluster
     from scissordyn.study.processes import Processes
-    from scissordyn.study.result import open_study
     from scissordyn.units import Pairs, Quantity, State, degrees, rpm
 
     # named without an import: pictures enter no number, and what imports the package for its numbers does not depend on them
@@ -292,11 +291,10 @@ _HOMES = {
     "plot.preview": ("preview", "preview_svg"),
     "model.scissor": ("scissor",),
     "model.track": ("Track",),
-    "config.studies": ("study",),
+    "config.studies": ("open_study", "study"),
     "study.distribution": ("Empirical", "Interval", "Levels", "LogNormal", "Normal", "Uniform"),
     "study.engine": ("Cluster",),
     "study.processes": ("Processes",),
-    "study.result": ("open_study",),
     "run.batch": ("simulate_many",),
     "run.engine": ("Threads",),
     "run.checkpoint": ("Checkpoint",),

@@ -14,7 +14,7 @@ import numpy as np
 
 from scissordyn.config.case import Case
 from scissordyn.config.file import read_case
-from scissordyn.config.study import OWN, described_study, read_study, study_of
+from scissordyn.config.study import described_study, own_measure, read_study, study_of
 from scissordyn.errors import InputError
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.run.engine import Engine
@@ -27,7 +27,7 @@ from scissordyn.study.requirement import Requirement, read_response
 from scissordyn.study.result import StudyResult, computed
 from scissordyn.study.store import Store
 
-__all__ = ["study"]
+__all__ = ["open_study", "study"]
 
 Address = str | os.PathLike[str]
 Varied = Mapping[str, Any]
@@ -173,6 +173,40 @@ def _result(
     return found
 
 
+def open_study(
+    path: Address, *, allow_code: Address | Sequence[Address] = (), measures: Mapping[str, Callable[..., float]] | None = None
+) -> StudyResult:
+    """The study of a store; nothing of the user's is executed to read one.
+
+    Parameters
+    ----------
+    path : path
+        Of the store.
+    allow_code : path or sequence of path
+        Python files of yours that the study uses, which may be executed to resume, extend or replay it.
+    measures : mapping of str to function, optional
+        Functions that the study measures by and that are no file's, as for `study`.
+
+    Returns
+    -------
+    StudyResult
+
+    Raises
+    ------
+    InputError
+        If there is no store of a study.
+    """
+    store = Store(path)
+    if not store.exists():
+        raise InputError(f"no study at '{path}'", "the store of a study")
+    files = [allow_code] if isinstance(allow_code, (str, os.PathLike)) else allow_code
+    allowed = {
+        "allow_code": [Path(file) for file in files],
+        "own_measures": [_own(name, function) for name, function in (measures or {}).items()],
+    }
+    return StudyResult(store.study(reading=True), store, lambda: store.study(**allowed))
+
+
 def _case(case: Mechanism | Case | Address, until: float | None, options: Options | None) -> tuple[Mechanism, Options]:
     """The mechanism, and the options of its runs."""
     if isinstance(case, (str, os.PathLike)):
@@ -214,15 +248,13 @@ def _measures(given: Any) -> list[str | OwnMeasure]:
     if isinstance(given, Mapping):
         return [_own(name, function) for name, function in given.items()]
     listed = [given] if isinstance(given, str) or callable(given) else list(given)
-    return [_own(getattr(each, "__name__", ""), each) if callable(each) else each for each in listed]
+    return [_own(getattr(each, "__name__", repr(each)), each) if callable(each) else each for each in listed]
 
 
-def _own(name: str, function: Callable[..., float]) -> OwnMeasure:
-    found = OWN.fullmatch(name)
-    if found is None or not callable(function):
-        what = f"measure '{name}' by {function!r:.60}"
-        raise InputError(what, "a function by its name, with its unit if it has one", "{'late [N]': late}")
-    return OwnMeasure(found[1], function, of=found[3] or "dataset", units=(found[2] or "1").strip())
+def _own(name: str, function: Any) -> OwnMeasure:
+    if not callable(function):
+        raise InputError(f"measure '{name}' by {function!r:.60}", "a function by its name and unit", "{'late [N]': late}")
+    return own_measure(name, function)
 
 
 def _requirements(given: Any, own: Sequence[OwnMeasure]) -> list[str | Requirement]:

@@ -6,7 +6,7 @@ import dataclasses
 import math
 import re
 import tomllib
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -26,7 +26,7 @@ from scissordyn.study.goal import Optimisation, read_goal
 from scissordyn.study.requirement import BY_COMPONENT, KINDS, Requirement, Response, read_response
 from scissordyn.units import Quantity
 
-__all__ = ["StudyText", "read_requirement", "read_study", "read_variation", "study_of"]
+__all__ = ["StudyText", "described_study", "own_measure", "read_requirement", "read_study", "read_variation", "study_of"]
 
 VARY = "--vary A.clearance='0.05..0.4 mm'"
 
@@ -245,7 +245,7 @@ def described_study(
     for response in asked:
         check_part(mechanism, response)
     given = (each for each in measures if each not in texts)
-    own = tuple(_own_measure(each) if isinstance(each, str) else each for each in given)
+    own = tuple(own_measure(*_parted(each)) if isinstance(each, str) else each for each in given)
     wanted_goals = tuple(read_goal(goal, own, tuple(vary)) for goal in goals)
     requirements = tuple(read_requirement(each, own) if isinstance(each, str) else each for each in require)
     needed = [one.measure for one in requirements] + [goal.measure for goal in wanted_goals if goal.measure not in vary]
@@ -282,6 +282,11 @@ def _factors(mechanism: Mechanism, given: Mapping[str, str | Variation], folder:
     return tuple(factors)
 
 
+def _parted(measure: str) -> tuple[str, str]:
+    name, _, reference = measure.partition("=")
+    return name, reference.strip()
+
+
 def _unit_of(text: str) -> str:
     """The unit in which the user writes a variation."""
     called = CALL.fullmatch(text)
@@ -291,9 +296,21 @@ def _unit_of(text: str) -> str:
     return _split(last)[1]
 
 
-def _own_measure(text: str) -> OwnMeasure:
-    name, _, reference = text.partition("=")
-    found = OWN.fullmatch(name)
+def own_measure(name: str, function: str | Callable[..., float]) -> OwnMeasure:
+    """A measure of the user's.
+
+    Parameters
+    ----------
+    name : str
+        With the unit in brackets and what the function gets: ``late [N] of accumulators``.
+    function : callable or str
+        Or ``file.py:function``.
+
+    Returns
+    -------
+    OwnMeasure
+    """
+    found, text = OWN.fullmatch(name), f"{name}={function}" if isinstance(function, str) else name
     if found is None:
         raise InputError(f"measure '{text}'", "a name, its unit if it has one, and a function of a file", OWN_SAMPLE)
     unit = (found[2] or "1").strip()
@@ -302,7 +319,7 @@ def _own_measure(text: str) -> OwnMeasure:
             unit_factor(unit, unit)
         except InputError as error:
             raise InputError(f"measure '{text}': {error.what}", "a unit such as N, mm, N m", OWN_SAMPLE) from None
-    return OwnMeasure(found[1], reference.strip(), of=found[3] or "dataset", units=unit)
+    return OwnMeasure(found[1], function, of=found[3] or "dataset", units=unit)
 
 
 def read_variation(text: str, quantity: Quantity, *, address: str = "", folder: Path | None = None) -> Variation:

@@ -9,9 +9,9 @@ from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
 from contextlib import AbstractContextManager, ExitStack, nullcontext
 from dataclasses import dataclass
 from types import TracebackType
-from typing import Any, Generic, Protocol, Self, TypeVar, cast, runtime_checkable
+from typing import Generic, Protocol, Self, TypeVar, cast, runtime_checkable
 
-from scissordyn.errors import InputError, ScissordynError
+from scissordyn.errors import InputError, ScissordynError, whole_number
 from scissordyn.run.interrupt import look, stopped_by
 
 __all__ = [
@@ -27,7 +27,6 @@ __all__ = [
     "opened",
     "outcomes",
     "processors",
-    "whole_number",
 ]
 
 Task = TypeVar("Task")
@@ -50,30 +49,6 @@ class EngineError(ScissordynError):
 def processors() -> int:
     """Processors that this process may use."""
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else (os.cpu_count() or 1)
-
-
-def whole_number(name: str, value: object, least: int = 1, most: int | None = None) -> int:
-    """A count that a user gave.
-
-    Parameters
-    ----------
-    name : str
-        As the user calls it.
-    value
-    least, most : int, optional
-
-    Returns
-    -------
-    int
-
-    Raises
-    ------
-    InputError
-        If it is none, or out of bounds.
-    """
-    if isinstance(value, bool) or not isinstance(value, int) or value < least or (most is not None and value > most):
-        raise InputError(f"{name} = {value!r}", f"a whole number >= {least}" + (f" and <= {most}" if most is not None else ""))
-    return value
 
 
 @dataclass(frozen=True)
@@ -128,9 +103,11 @@ def opened(engine: Engine | int | None) -> AbstractContextManager[Engine]:
     """
     if engine is None or isinstance(engine, int):
         return nullcontext(Threads(engine))
+    if isinstance(engine, Begun):
+        return cast(AbstractContextManager[Engine], engine)
     if not isinstance(engine, Engine):
         raise InputError(f"engine = {engine!r:.60}", "threads, processes, a cluster, or a number of threads", "engine=4")
-    return cast(AbstractContextManager[Any], engine) if isinstance(engine, AbstractContextManager) else nullcontext(engine)
+    return nullcontext(engine)
 
 
 def outcomes(

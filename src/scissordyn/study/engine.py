@@ -71,7 +71,7 @@ class Cluster(Begun):
         submitted from this machine.
     """
 
-    client: Client
+    client: Client | None = None
 
     def __init__(self, where: str | Path | Client) -> None:
         self._where = Path(where) if isinstance(where, str) and where.endswith((".yaml", ".yml")) else where
@@ -86,12 +86,12 @@ class Cluster(Begun):
     @property
     def protected(self) -> bool:
         """Whether its connections are encrypted and only those with a certificate are admitted."""
-        return str(self.client.scheduler.address).startswith("tls://")
+        return self.client is not None and str(self.client.scheduler.address).startswith("tls://")
 
     @property
     def workers(self) -> int:
         """Threads of all workers, at least 1."""
-        return max(1, int(sum(self.client.nthreads().values())))
+        return 1 if self.client is None else max(1, int(sum(self.client.nthreads().values())))
 
     @contextmanager
     def _joined(self, scheduler: str) -> Iterator[None]:
@@ -176,8 +176,10 @@ class Cluster(Begun):
         """
         from distributed import as_completed
 
+        client = self.client
+        assert client is not None
         waiting, handed, count, kernels = iter(tasks), dict[str, Task](), 0, shared_folder()
-        running, limit, again = as_completed(loop=self.client.loop), 0, 0.0
+        running, limit, again = as_completed(loop=client.loop), 0, 0.0
         try:
             while True:
                 if time.monotonic() > again:
@@ -187,13 +189,13 @@ class Cluster(Begun):
                     if task is None:
                         break
                     name = f"task-{id(self):x}-{count}"
-                    future = self.client.submit(_elsewhere, function, task, kernels, pure=False, retries=0, key=name)
+                    future = client.submit(_elsewhere, function, task, kernels, pure=False, retries=0, key=name)
                     handed[future.key] = task
                     running.add(future)
                     count += 1
                 if not handed:
                     return
-                if self.client.status not in ("running", "connecting"):
+                if client.status not in ("running", "connecting"):
                     raise EngineError(LOST)
                 future = next(running)
                 yield _remote_outcome(future, handed.pop(future.key))
@@ -203,7 +205,7 @@ class Cluster(Begun):
             # of the connection: errors of a task are in its outcome
             raise EngineError(LOST) from error
         except BaseException:
-            _within(QUICKLY, lambda: self.client.cancel(list(handed), force=True))
+            _within(QUICKLY, lambda: client.cancel(list(handed), force=True))
             raise
 
 

@@ -9,8 +9,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from scissordyn.errors import InputError
-from scissordyn.run.engine import Engine, error_text, opened, whole_number
+from scissordyn.errors import InputError, whole_number
+from scissordyn.run.engine import Engine, error_text, opened
 from scissordyn.study.block import Block, BlockResult, ProgramError, give_up, pilot, run_block
 from scissordyn.study.description import Study
 from scissordyn.study.store import COMPLETE, FAILED, PENDING, Store, StoreError

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from scissordyn.errors import InputError
+from scissordyn.errors import InputError, whole_number
 from scissordyn.study.design import Design
 from scissordyn.study.requirement import Named, Response, read_response
 
@@ -73,9 +73,7 @@ class Optimisation:
             raise InputError("an optimisation without a goal", "at least one", "'minimise peak_force'")
         risk_value(np.zeros((1, 1)), self.risk)
         for name, least in (("population", 0), ("generations", 1), ("seed", 0)):
-            value = getattr(self, name)
-            if isinstance(value, bool) or not isinstance(value, int) or value < least:
-                raise InputError(f"{name} = {value!r}", f"a whole number >= {least}")
+            whole_number(name, getattr(self, name), least)
 
     def size(self, factors: int) -> int:
         """Candidates of a generation: by default 4 + 3 ln n (Hansen 2016), or 40 with several goals."""

@@ -17,8 +17,8 @@ from typing import Any, TypeVar
 from numba.core.serialize import dumps
 
 from scissordyn.cache.folder import adopt_folder, shared_folder
-from scissordyn.errors import ScissordynError
-from scissordyn.run.engine import QUICKLY, Begun, EngineError, Outcome, in_threads, whole_number
+from scissordyn.errors import ScissordynError, whole_number
+from scissordyn.run.engine import QUICKLY, Begun, EngineError, Outcome, in_threads
 from scissordyn.study.engine import ATTEMPTS, signals_blocked
 
 __all__ = ["Processes"]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import html
 import os
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable
 from dataclasses import replace
 from functools import cached_property
 from pathlib import Path
@@ -29,7 +29,7 @@ from scissordyn.study.answer import (
     warned,
     worst_cases,
 )
-from scissordyn.study.description import OwnMeasure, Study
+from scissordyn.study.description import Study
 from scissordyn.study.execute import Progress, execute, extend
 from scissordyn.study.export import export, table
 from scissordyn.study.goal import Optimisation, read_goal
@@ -43,7 +43,7 @@ if TYPE_CHECKING:
 
     from scissordyn.study.pictures import StudyPictures
 
-__all__ = ["StudyResult", "computed", "open_study"]
+__all__ = ["StudyResult", "computed"]
 
 Address = str | os.PathLike[str]
 Told = Callable[[Progress], None] | None
@@ -177,7 +177,7 @@ class StudyResult:
     @property
     def design(self) -> Mechanism:
         """The mechanism with the numbers of the best point."""
-        return changed_all(self._built().mechanism, self.best)
+        return changed_all(self.built().mechanism, self.best)
 
     @property
     def plot(self) -> StudyPictures:
@@ -193,7 +193,7 @@ class StudyResult:
         if isinstance(case, bool) or not 0 <= case < self.dataset.sizes["case"]:
             raise InputError(f"case {case!r}", f"0 to {self.dataset.sizes['case'] - 1}", "result.replay(0)")
         changes = {address: float(self.dataset[column(address)][case]) for address in self.study.addresses}
-        return changed_all(self._built().mechanism, changes)
+        return changed_all(self.built().mechanism, changes)
 
     def replay(self, case: int) -> xr.Dataset:
         """Simulate a case again, with histories.
@@ -228,7 +228,7 @@ class StudyResult:
         StudyResult
             The same, with what there is now.
         """
-        return self._now(_done(self._built(), self.store.address, engine=engine, retry=retry, progress=progress))
+        return self._now(computed(self.built(), self.store.address, engine=engine, retry=retry, progress=progress))
 
     def extend(self, points: int, *, engine: Engine | int | None = None, progress: Told = None) -> StudyResult:
         """Add points to a random, Sobol or Saltelli design, or generations to an optimisation, and do them.
@@ -245,12 +245,10 @@ class StudyResult:
         StudyResult
             The same, with what there is now.
         """
-        study = self._built()
-        if study.optimisation is None:
-            return self._now(extend(study, self.store.address, points, engine=engine, progress=progress))
-        study = replace(study, optimisation=replace(study.optimisation, generations=points))
-        self.study = replace(self.study, optimisation=study.optimisation)
-        return self._now(optimise(study, self.store.address, engine=engine, progress=progress))
+        study = self.built()
+        if study.optimisation is not None:
+            study = replace(study, optimisation=replace(study.optimisation, generations=points))
+        return self._now(computed(study, self.store.address, points=points, engine=engine, progress=progress))
 
     def optimise(
         self,
@@ -283,7 +281,7 @@ class StudyResult:
         StudyResult
             Of the search.
         """
-        study = self._built()
+        study = self.built()
         wanted = tuple(read_goal(goal, study.own_measures, [one.address for one in study.factors]) for goal in goals)
         search = Optimisation(wanted, risk, population, generations, seed)
         needed = [goal.measure for goal in wanted if goal.measure not in (*study.addresses, *study.measure_names)]
@@ -295,14 +293,15 @@ class StudyResult:
         )
         return computed(study, store, engine=engine, progress=progress)
 
-    def _built(self) -> Study:
+    def built(self) -> Study:
+        """The study with its mechanism and functions, to compute with."""
         return self.study if self._build is None else self._build()
 
-    def _now(self, store: Store) -> StudyResult:
+    def _now(self, found: StudyResult) -> StudyResult:
         """This result after a computation: what was read before is read anew."""
         for name in ("dataset", "points"):
             self.__dict__.pop(name, None)
-        self.store, self.study = store, replace(self.study, design=store.design())
+        self.store, self.study = found.store, replace(self.study, design=found.study.design)
         return self
 
     # --- files and notebooks --------------------------------------------------------------------------------------------
@@ -344,22 +343,15 @@ class StudyResult:
         return f"<b>Study {html.escape(Path(self.store.address).name)}</b>{summary_html(self.study, self.dataset)}"
 
 
-def _done(
+def computed(
     study: Study,
     address: Address,
     *,
     engine: Engine | int | None = None,
     block: int | None = None,
     retry: bool = False,
+    points: int | None = None,
     progress: Told = None,
-) -> Store:
-    if study.optimisation is not None:
-        return optimise(study, address, engine=engine, block=block, progress=progress)
-    return execute(study, address, engine=engine, block=block, retry=retry, progress=progress)
-
-
-def computed(
-    study: Study, address: Address, *, engine: Engine | int | None = None, block: int | None = None, progress: Told = None
 ) -> StudyResult:
     """Compute a study, or what its store lacks of it.
 
@@ -368,42 +360,19 @@ def computed(
     study : Study
     address : path
         Of the store: made if there is none.
-    engine, block, progress
+    engine, block, retry, progress
         As for `study.execute.execute`.
+    points : int, optional
+        Number of points of the design from now on.
 
     Returns
     -------
     StudyResult
     """
-    store = _done(study, address, engine=engine, block=block, progress=progress)
+    if study.optimisation is not None:
+        store = optimise(study, address, engine=engine, block=block, progress=progress)
+    elif points is not None:
+        store = extend(study, address, points, engine=engine, progress=progress)
+    else:
+        store = execute(study, address, engine=engine, block=block, retry=retry, progress=progress)
     return StudyResult(replace(study, design=store.design()), store)
-
-
-def open_study(
-    path: Address, *, allow_code: Iterable[Address] = (), own_measures: Sequence[OwnMeasure] = ()
-) -> StudyResult:
-    """The study of a store; nothing of the user's is executed to read one.
-
-    Parameters
-    ----------
-    path : path
-        Of the store.
-    allow_code : iterable of path
-        Python files of yours that the study uses, which may be executed to resume, extend or replay it.
-    own_measures : sequence of OwnMeasure
-        Functions that the study measures by and that are no file's.
-
-    Returns
-    -------
-    StudyResult
-
-    Raises
-    ------
-    InputError
-        If there is no store of a study.
-    """
-    store, files = Store(path), [Path(file) for file in allow_code]
-    if not store.exists():
-        raise InputError(f"no study at '{path}'", "the store of a study")
-    read = store.study(reading=True)
-    return StudyResult(read, store, lambda: store.study(allow_code=files, own_measures=own_measures))

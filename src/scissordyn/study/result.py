@@ -154,7 +154,8 @@ class StudyResult:
     def front(self) -> pd.DataFrame:
         """The points than which no other that meets the requirements is better in all goals."""
         points = self.optimum.points
-        return points.isel(point=np.flatnonzero(points["front"].values)).to_dataframe()
+        numbered = points.assign_coords(point=np.arange(points.sizes["point"]))
+        return numbered.isel(point=np.flatnonzero(points["front"].values)).to_dataframe()
 
     @property
     def best(self) -> dict[str, float]:

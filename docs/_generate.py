@@ -238,7 +238,7 @@ def api_page(heading: str, names: tuple[str, ...]) -> str:
     for name in names:
         value = getattr(sd, name)
         # `study` is a room that is called
-        routine = inspect.isroutine(value) or inspect.ismodule(value) and callable(value)
+        routine = inspect.isroutine(value) or (inspect.ismodule(value) and callable(value))
         kind = "autoclass" if inspect.isclass(value) else "autofunction" if routine else "autodata"
         lines += [f".. {kind}:: {name}"]
         if kind == "autoclass":

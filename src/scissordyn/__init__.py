@@ -323,7 +323,7 @@ class _Study(ModuleType):
     def __dir__(self) -> list[str]:
         return []
 
-    __doc__ = property(lambda _: _study().__doc__)  # type: ignore[assignment]
+    __doc__ = property(lambda _: _study().__doc__)
     __signature__ = property(lambda _: import_module("inspect").signature(_study()))
 
 
@@ -332,7 +332,7 @@ def _study() -> Any:
 
 
 class _Package(ModuleType):
-    """This package. Its function `study` has the name of a room, which Python would put in its place when it loads that."""
+    """The package. Its function `study` has the name of a room, which Python would put in its place when it loads that."""
 
     @property
     def study(self) -> Any:

@@ -135,5 +135,6 @@ def whole_number(name: str, value: object, least: int = 1, most: int | None = No
         If it is none, or out of bounds.
     """
     if isinstance(value, bool) or not isinstance(value, int) or value < least or (most is not None and value > most):
-        raise InputError(f"{name} = {value!r}", f"a whole number >= {least}" + (f" and <= {most}" if most is not None else ""), sample)
+        allowed = f"a whole number >= {least}" + (f" and <= {most}" if most is not None else "")
+        raise InputError(f"{name} = {value!r}", allowed, sample)
     return value

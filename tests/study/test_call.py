@@ -119,7 +119,9 @@ def test_cases_and_files(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Non
     """Identity: a mechanism, a case, a case file and a study file give the same stores, and so does the command line."""
     monkeypatch.chdir(tmp_path)
     case = sd.write_case(arm(), "arm.toml", run=sd.Options(UNTIL))
-    Path("study.toml").write_text('case = "arm.toml"\nrequire = ["peak_force < 60 kN"]\n[vary]\n"A.clearance" = "0.1, 0.2 mm"\n')
+    Path("study.toml").write_text(
+        'case = "arm.toml"\nrequire = ["peak_force < 60 kN"]\n[vary]\n"A.clearance" = "0.1, 0.2 mm"\n'
+    )
     asked_for: dict[str, Any] = {"requirements": ["peak_force < 60 kN"], "block": 1}
     vary = {"A.clearance": "0.1, 0.2 mm"}
     stores = [
@@ -143,9 +145,9 @@ def test_answers_are_those_of_the_cases(found: StudyResult) -> None:
     assert 0.0 < found.feasible.low < found.feasible.fraction < found.feasible.high < 1.0
     best = int(np.argmin(peaks.max(axis=1)))
     assert found.best == {name: float(found.points[name][best]) for name in VARIED}
-    assert to_plain(found.design) == to_plain(arm().replace("A.clearance", found.best["A.clearance"]).replace(
-        "drive.speed", found.best["drive.speed"]
-    ))
+    assert to_plain(found.design) == to_plain(
+        arm().replace("A.clearance", found.best["A.clearance"]).replace("drive.speed", found.best["drive.speed"])
+    )
     worst = found.worst(1)[0]
     assert worst.value == peaks.max()
     assert float(found.replay(worst.case)["peak_force"].max()) == worst.value
@@ -159,7 +161,7 @@ def test_pictures(found: StudyResult, tmp_path: Path) -> None:
     """Identity: each picture is there, on given Axes; a report has the tables."""
     import matplotlib.pyplot as plt
 
-    figure, axes = plt.subplots()
+    _, axes = plt.subplots()
     assert found.plot.map("peak_force", axes=axes) == [axes]
     assert len(found.plot.curves()) == 2
     assert len(found.plot.requirements()) == 1
@@ -197,12 +199,13 @@ def test_failed_cases_are_done_again(tmp_path: Path) -> None:
     """Identity: causes are named, and with `retry` they are computed anew."""
     file = tmp_path / "mine.py"
     file.write_text(
-        f"from pathlib import Path\ndef flag(run):\n    assert Path({str(tmp_path / 'flag')!r}).exists(), 'no flag'\n    return 1.0\n"
+        f"from pathlib import Path\ndef flag(run):\n    assert Path({str(tmp_path / 'flag')!r}).exists(), 'no flag'\n"
+        "    return 1.0\n"
     )
     asked_for: dict[str, Any] = {"until": UNTIL, "measures": [f"flag = {file}:flag"], "store": tmp_path / "a.zarr"}
     broken = sd.study(arm(), {"A.clearance": [1e-4, 2e-4]}, **asked_for)
     assert broken.counts["failed"] == 2
-    assert [cases for cases in broken.causes.values()] == [[0, 1]]
+    assert list(broken.causes.values()) == [[0, 1]]
     assert "no flag" in next(iter(broken.causes))
     (tmp_path / "flag").touch()
     assert sd.open_study(tmp_path / "a.zarr", allow_code=file).resume(retry=True).counts["complete"] == 2
@@ -221,9 +224,7 @@ def test_a_search(found: StudyResult, tmp_path: Path) -> None:
     )
     tried = np.stack([-both.points["A.clearance"].values, both.points["drive.speed"].values], axis=1)
     met = (both.dataset["peak_force"].values[:, 0].reshape(8, 2).mean(axis=1) < BOUND).tolist()
-    beaten = [
-        any(np.all(other <= one) and np.any(other < one) for k, other in enumerate(tried) if met[k]) for one in tried
-    ]
+    beaten = [any(np.all(other <= one) and np.any(other < one) for k, other in enumerate(tried) if met[k]) for one in tried]
     assert both.front.index.tolist() == [k for k in range(8) if met[k] and not beaten[k]]
     assert len(both.plot.front()) == 1
     with pytest.raises(sd.InputError, match=r"the best point for 2 goals.*type: result\.front"):

@@ -8,7 +8,17 @@ from scipy import stats
 
 import scissordyn as sd
 from scissordyn.study.design import DESIGNS, Design, design_size, design_values, uniform_numbers
-from scissordyn.study.distribution import Interval, Levels, LogNormal, Normal, Empirical, Uniform, Variation, from_plain, to_plain
+from scissordyn.study.distribution import (
+    Empirical,
+    Interval,
+    Levels,
+    LogNormal,
+    Normal,
+    Uniform,
+    Variation,
+    from_plain,
+    to_plain,
+)
 
 TWO: tuple[Variation, ...] = (Interval(1.0, 3.0, 3), Levels((5.0, 7.0)))
 BASE = np.array([2.5, 6.0])

@@ -153,8 +153,7 @@ def compute(
         if store.exists() and points is None and described.design.kind != "adaptive":
             store.check(described)  # before workers are started for nothing
         with where.engine() as engine, _progress() as told:
-            asked = {"engine": engine, "block": block, "retry": retry, "points": points, "progress": told}
-            result = computed(described, address, **asked)
+            result = computed(described, address, engine=engine, block=block, retry=retry, points=points, progress=told)
     except KeyboardInterrupt:
         print(f"scissordyn: interrupted; {kept()}", file=sys.stderr)
         return INTERRUPTED

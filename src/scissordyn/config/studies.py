@@ -68,16 +68,16 @@ def study(
     case : Mechanism, Case or path
         A mechanism (with `until` or `options`), a case, a case file, or, without `factors` and `uncertain`, a study file.
     factors : mapping of str to values
-        The numbers that are chosen, by address (`model.address`): a pair is a range, a list levels, a number one level; or one of
-        `Interval`, `Levels`, `Uniform`, `Normal`, `LogNormal`, `Empirical`; all in SI. Or a text as in a study file, with its unit:
-        ``"0.05..0.4 mm, 20 values, log"``.
+        The numbers that are chosen, by address (`model.address`), in SI: a pair is a range, a list levels, a number one level;
+        or one of `Interval`, `Levels`, `Uniform`, `Normal`, `LogNormal`, `Empirical`. Or a text as in a study file, with its
+        unit: ``"0.05..0.4 mm, 20 values, log"``.
     until : float, optional
         End of the simulated time [s], in place of that of the case.
     options : Options, optional
         In place of those of the case.
     measures : sequence, or mapping of str to function
-        Names of `run.measure.MEASURES`, ``"late [N] = mine.py:late"``, or functions of your own, which get the Dataset of a run;
-        by name, with the unit in brackets: ``{"late [N]": late}``; behind it ``of accumulators`` for one that gets the batch's.
+        Names of `run.measure.MEASURES`, ``"late [N] = mine.py:late"``, or functions of your own, which get the Dataset of a
+        run; by name, with the unit in brackets: ``{"late [N]": late}``; ``"late [N] of accumulators"`` gets the batch's.
     requirements : sequence of str, or mapping of str to bound
         ``"peak_force < 500 N"``, or ``{"peak_force": 500.0}``, an upper bound in SI, or ``{"tip.error": "< 0.6 mm"}``.
     uncertain : mapping of str to values
@@ -99,11 +99,11 @@ def study(
     risk, population, generations
         See `StudyResult.optimise`.
     store : path, optional
-        A folder, in which the results stay; what it holds of this study already is not computed again. A temporary one, which ends
-        with the result, if not given.
+        A folder, in which the results stay; what it holds of this study already is not computed again. A temporary one, which
+        ends with the result, if not given.
     engine : Engine or int, optional
-        `Threads`, `Processes(8)`, `Cluster("tls://host:8786")`, `Cluster("cluster.yaml")`, or a number of threads; one thread per
-        processor if not given.
+        `Processes(8)`, `Cluster("tls://host:8786")`, `Cluster("cluster.yaml")`, `Threads(4)`, or a number of threads; one
+        thread per processor if not given.
     block : int, optional
         Cases of a block of a new store.
     progress : callable, optional
@@ -199,12 +199,9 @@ def open_study(
     store = Store(path)
     if not store.exists():
         raise InputError(f"no study at '{path}'", "the store of a study")
-    files = [allow_code] if isinstance(allow_code, (str, os.PathLike)) else allow_code
-    allowed = {
-        "allow_code": [Path(file) for file in files],
-        "own_measures": [_own(name, function) for name, function in (measures or {}).items()],
-    }
-    return StudyResult(store.study(reading=True), store, lambda: store.study(**allowed))
+    files = [Path(file) for file in ([allow_code] if isinstance(allow_code, (str, os.PathLike)) else allow_code)]
+    own = [_own(name, function) for name, function in (measures or {}).items()]
+    return StudyResult(store.study(reading=True), store, lambda: store.study(allow_code=files, own_measures=own))
 
 
 def _case(case: Mechanism | Case | Address, until: float | None, options: Options | None) -> tuple[Mechanism, Options]:
@@ -212,14 +209,16 @@ def _case(case: Mechanism | Case | Address, until: float | None, options: Option
     if isinstance(case, (str, os.PathLike)):
         case = read_case(Path(case))
     if isinstance(case, Case):
-        given, mechanism = options or Options(**{**case.run.keywords}), case.mechanism
+        given, mechanism = options or Options(**case.run.keywords), case.mechanism
     elif isinstance(case, Mechanism):
         mechanism = case
         if options is None and until is None:
             raise InputError("a study of a mechanism without an end of its runs", "until [s], or options", "until=0.5")
         given = options or Options(until or 0.0)
     else:
-        raise InputError(f"a study of {case!r:.60}", "a mechanism, a case, a case file or a study file", "sd.study('study.toml')")
+        raise InputError(
+            f"a study of {case!r:.60}", "a mechanism, a case, a case file or a study file", "sd.study('study.toml')"
+        )
     return mechanism, given if until is None else replace(given, until=until)
 
 

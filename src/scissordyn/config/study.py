@@ -21,7 +21,7 @@ from scissordyn.model.mechanism import Mechanism
 from scissordyn.run.options import Options
 from scissordyn.study.description import Factor, OwnMeasure, Sampling, Study, check_part
 from scissordyn.study.design import Design
-from scissordyn.study.distribution import Interval, Levels, LogNormal, Normal, Empirical, Uniform, Variation
+from scissordyn.study.distribution import Empirical, Interval, Levels, LogNormal, Normal, Uniform, Variation
 from scissordyn.study.goal import Optimisation, read_goal
 from scissordyn.study.requirement import BY_COMPONENT, KINDS, Requirement, Response, read_response
 from scissordyn.units import Quantity
@@ -202,12 +202,9 @@ def study_of(text: StudyText) -> Study:
         For an address, a unit, a range or a requirement that does not fit.
     """
     case = read_case(text.case, list(text.changes))
-    return described_study(
-        case.mechanism,
-        Options(**{each.name: getattr(case.run, each.name) for each in dataclasses.fields(Options)}),
-        **{each.name: getattr(text, each.name) for each in dataclasses.fields(StudyText) if each.name not in ("case", "changes")},
-        folder=text.case.parent,
-    )
+    asked = {each.name: getattr(text, each.name) for each in dataclasses.fields(text)}
+    del asked["case"], asked["changes"]
+    return described_study(case.mechanism, Options(**case.run.keywords), **asked, folder=text.case.parent)
 
 
 def described_study(

@@ -29,6 +29,7 @@ __all__ = ["OtherDiagramError", "conclude", "diagram_from", "empty_diagram", "en
 
 TITLE = "scissordyn bifurcation"
 
+
 class OtherDiagramError(InputError):
     """A store holds anything but this diagram, made by these sources and libraries."""
 

@@ -31,6 +31,7 @@ __all__ = ["ensemble"]
 LEAST, MOST = 1e-16, 1e-6
 """Range of relative perturbations on the scale of round-off."""
 
+
 @checked
 def ensemble(
     mechanism: Mechanism,

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
@@ -77,7 +76,7 @@ def run_case(case: CycleCase) -> CycleRow:
     found = run_cycles(case.mechanism, case.options, cycles=case.cycles, keep=case.keep, phase=case.phase, start=case.start)
     if found.status == "interrupted":
         raise KeyboardInterrupt
-    about = {
+    about: dict[str, str | int | float] = {
         "status": found.status,
         "cause": found.cause,
         "warnings": "\n".join(found.warnings),
@@ -91,7 +90,10 @@ def run_case(case: CycleCase) -> CycleRow:
     return CycleRow(values, found.end, about)
 
 
-COLUMNS = {
+Column = tuple[str, np.ndarray, dict[str, str]]
+"""A variable of a Dataset along one dimension."""
+
+COLUMNS: dict[str, tuple[str | int | float, dict[str, str]]] = {
     "status": (PENDING, {"long_name": "status"}),
     "cause": ("", {"long_name": "cause if it is not complete"}),
     "warnings": ("", {"long_name": "warnings about the cycles kept, one a line"}),
@@ -104,7 +106,7 @@ COLUMNS = {
 """What is known of each case beside its cycles: the value before it is computed, and attributes."""
 
 
-def status_columns(along: str, count: int, names: Iterable[str] = tuple(COLUMNS)) -> dict[str, tuple[str, np.ndarray, dict[str, str]]]:
+def status_columns(along: str, count: int) -> dict[str, Column]:
     """Variables of a Dataset for what is known of cases, before anything is.
 
     Parameters
@@ -112,18 +114,12 @@ def status_columns(along: str, count: int, names: Iterable[str] = tuple(COLUMNS)
     along : str
         Dimension of the cases.
     count : int
-    names : iterable of str
-        Of `COLUMNS`.
-
-    Returns
-    -------
-    dict
     """
     kinds = {str: object, int: np.int64, float: float}
-    return {name: (along, np.full(count, COLUMNS[name][0], kinds[type(COLUMNS[name][0])]), COLUMNS[name][1]) for name in names}
+    return {name: (along, np.full(count, blank, kinds[type(blank)]), about) for name, (blank, about) in COLUMNS.items()}
 
 
-def coordinates(case: CycleCase) -> dict[str, tuple[str, np.ndarray, dict[str, str]]]:
+def coordinates(case: CycleCase) -> dict[str, Column]:
     """Cycles, joints and axes of the values of a case."""
     return {
         "cycle": ("cycle", np.arange(case.cycles - case.keep, case.cycles), {"long_name": "cycle"}),

@@ -254,5 +254,3 @@ def _done(function: Callable[[Task], Value], task: Task) -> Outcome[Task, Value]
         return Outcome(task, function(task))
     except Exception as error:
         return Outcome(task, None, error)
-
-

@@ -5,7 +5,6 @@ from __future__ import annotations
 import asyncio
 import contextlib
 import logging
-import os
 import shutil
 import signal
 import threading
@@ -60,8 +59,8 @@ class Cluster(Begun):
     Parameters
     ----------
     where : str, Path or Client
-        The address of a scheduler that runs already, ``"tls://host:8786"``, whose certificates are those of dask's configuration;
-        a file that says which jobs a queueing system is to start, in YAML: ``kind: slurm`` (or pbs, lsf, sge, htcondor, oar),
+        The address of a scheduler that runs already, ``"tls://host:8786"``, with the certificates of dask's configuration; a
+        file that says which jobs a queueing system is to start, in YAML: ``kind: slurm`` (or pbs, lsf, sge, htcondor, oar),
         ``jobs: 20``, and the options of the class of dask-jobqueue; or a client that is connected.
 
     Raises

@@ -161,8 +161,8 @@ class StudyResult:
     def best(self) -> dict[str, float]:
         """The numbers of the best point, in SI.
 
-        Of one goal the best point that meets the requirements (the least violation if none does); without a goal the point whose
-        worst case is farthest on the right side of all requirements, as a fraction of their bounds.
+        Of one goal the best point that meets the requirements (the least violation if none does); without a goal the point
+        whose worst case is farthest on the right side of all requirements, as a fraction of their bounds.
         """
         if self.study.optimisation is None:
             self._need_requirements()
@@ -299,7 +299,7 @@ class StudyResult:
         return self.study if self._build is None else self._build()
 
     def _now(self, found: StudyResult) -> StudyResult:
-        """This result after a computation: what was read before is read anew."""
+        """The same result after a computation: what was read before is read anew."""
         for name in ("dataset", "points"):
             self.__dict__.pop(name, None)
         self.store, self.study = found.store, replace(self.study, design=found.study.design)

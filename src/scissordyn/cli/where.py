@@ -41,14 +41,7 @@ UNPROTECTED = (
 
 @dataclass(frozen=True)
 class Where:
-    """Where cases are computed.
-
-    Parameters
-    ----------
-    threads, workers : int or None
-    scheduler : str or None
-    cluster : Path or None
-    """
+    """Where cases are computed."""
 
     threads: int | None = None
     workers: int | None = None

@@ -53,10 +53,6 @@ def empty_diagram(
     cases : sequence of CycleCase
         One for each.
     follow : bool
-
-    Returns
-    -------
-    Dataset
     """
     first = cases[0]
     if isinstance(over, str):
@@ -127,10 +123,6 @@ def diagram_from(target: Path | None, blank: xr.Dataset, mechanism: Mechanism) -
         The diagram without results.
     mechanism : Mechanism
         Of a value.
-
-    Returns
-    -------
-    Dataset
 
     Raises
     ------

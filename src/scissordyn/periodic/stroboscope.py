@@ -84,10 +84,6 @@ class Cycles:
 def drive_period(mechanism: Mechanism) -> float:
     """The period of a mechanism's only periodic drive.
 
-    Parameters
-    ----------
-    mechanism : Mechanism
-
     Returns
     -------
     float
@@ -120,10 +116,6 @@ def start_state(mechanism: Mechanism, start: StartKind = "concentric", *, rtol: 
     start : str
         See `Options.start`.
     rtol, atol : float
-
-    Returns
-    -------
-    Snapshot
     """
     driver, _, _ = make_driver(reduce_mechanism(mechanism), Options(1.0, start, 2, rtol, atol))
     return driver.snapshot()
@@ -152,10 +144,6 @@ def run_cycles(
     phase : float
     start : str or Snapshot
     progress : callable, optional
-
-    Returns
-    -------
-    Cycles
     """
     whole_number("cycles", cycles)
     keep = whole_number("keep", cycles if keep is None else keep)

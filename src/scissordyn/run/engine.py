@@ -130,10 +130,6 @@ def outcomes(
     total : int
     progress : callable, optional
         Called after each task, when its outcome has been used, with the number done and the total.
-
-    Yields
-    ------
-    Outcome
     """
     with opened(engine) as chosen:
         for done, outcome in enumerate(chosen.each(function, tasks), 1):
@@ -216,10 +212,6 @@ def in_threads(
     threads : int
     stop : callable
         Ends what is in work.
-
-    Yields
-    ------
-    Outcome
     """
     pool = ThreadPoolExecutor(threads, thread_name_prefix="task")
     handed: set[Future[Outcome[Task, Value]]] = set()

@@ -79,14 +79,6 @@ class BlockResult:
 def run_block(block: Block) -> BlockResult:
     """Do what is missing of a block.
 
-    Parameters
-    ----------
-    block : Block
-
-    Returns
-    -------
-    BlockResult
-
     Raises
     ------
     KeyboardInterrupt
@@ -130,17 +122,7 @@ def _same_program(block: Block, store: Store) -> Mapping[str, str]:
 
 
 def give_up(block: Block, cause: str) -> BlockResult:
-    """Mark the missing cases of a block as failed.
-
-    Parameters
-    ----------
-    block : Block
-    cause : str
-
-    Returns
-    -------
-    BlockResult
-    """
+    """Mark the missing cases of a block as failed."""
     store = Store(block.store)
     cases, status = store.cases_of(block.number)
     missing = (status == PENDING) & (cases < block.study.cases)
@@ -162,10 +144,6 @@ def pilot(study: Study, cases: np.ndarray, points: np.ndarray | None = None) -> 
     cases : ndarray of int
     points : ndarray, optional
         Of an adaptive design.
-
-    Returns
-    -------
-    Dataset
     """
     return _simulated(study, study.numbers(cases, points))
 

@@ -307,10 +307,6 @@ class Study:
         cases : ndarray of int, shape (n,)
         points : ndarray, shape (design points, factors), optional
             Of an adaptive design.
-
-        Returns
-        -------
-        Cases
         """
         point, rest = np.divmod(cases, self.per_point)
         sample, member = np.divmod(rest, self.members)
@@ -371,10 +367,6 @@ class Study:
             The functions that are no file's.
         reading : bool
             No case will be computed: the mechanism is left as a `Description`, and nothing of the user is executed.
-
-        Returns
-        -------
-        Study
 
         Raises
         ------
@@ -450,13 +442,7 @@ class Study:
 
 
 def check_part(mechanism: Mechanism, response: Response) -> None:
-    """Raise `InputError` if a response is about a joint, drive, component or tracked point that its measure does not have.
-
-    Parameters
-    ----------
-    mechanism : Mechanism
-    response : Response
-    """
+    """Raise `InputError` if a response is about a joint, drive, component or tracked point that its measure does not have."""
     if not response.part:
         return
     dims = MEASURES[response.measure].dims if response.measure in MEASURES else ()

@@ -76,12 +76,7 @@ class Design:
 
 
 def check_seed(seed: int) -> None:
-    """Raise `InputError` for a seed that not every generator takes.
-
-    Parameters
-    ----------
-    seed : int
-    """
+    """Raise `InputError` for a seed that not every generator takes."""
     if not 0 <= seed <= LARGEST_SEED:
         raise InputError(f"seed = {seed!r}", f"a whole number >= 0 and <= {LARGEST_SEED}", "--seed 1, or seed = 1")
 
@@ -117,15 +112,6 @@ def uniform_numbers(seed: int, stream: int, dimensions: int, at: np.ndarray) -> 
 
 def design_size(design: Design, variations: Sequence[Variation]) -> int:
     """Number of points.
-
-    Parameters
-    ----------
-    design : Design
-    variations : sequence of Variation
-
-    Returns
-    -------
-    int
 
     Raises
     ------

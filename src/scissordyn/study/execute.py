@@ -157,10 +157,6 @@ def execute(
     progress : callable, optional
         Called after each block.
 
-    Returns
-    -------
-    Store
-
     Raises
     ------
     InputError
@@ -258,10 +254,6 @@ def extend(
         Number of points (of base points of a Saltelli design) from now on.
     engine, progress
         As for `execute`.
-
-    Returns
-    -------
-    Store
 
     Raises
     ------

@@ -106,10 +106,6 @@ def read_goal(text: str, own: Iterable[Named] = (), addresses: Sequence[str] = (
         Measures of the user's.
     addresses : sequence of str
         Of the numbers that are chosen.
-
-    Returns
-    -------
-    Goal
     """
     direction, _, rest = text.strip().partition(" ")
     if direction not in ("minimise", "maximise") or not rest:

@@ -107,15 +107,6 @@ class _Nsga2:
 def proposer(optimisation: Optimisation, dimensions: int) -> Proposer:
     """The method for an optimisation: CMA-ES for one goal, NSGA-II for several.
 
-    Parameters
-    ----------
-    optimisation : Optimisation
-    dimensions : int
-
-    Returns
-    -------
-    Proposer
-
     Raises
     ------
     InputError
@@ -150,10 +141,6 @@ def optimise(
     address : str or path
     engine, block, progress
         As for `execute`.
-
-    Returns
-    -------
-    Store
 
     Raises
     ------
@@ -230,10 +217,6 @@ def candidates(study: Study, results: xr.Dataset) -> Optimum:
     study : Study
     results : Dataset
         From `Store.results`.
-
-    Returns
-    -------
-    Optimum
     """
     plan = study.optimisation
     assert plan is not None

@@ -80,11 +80,6 @@ def figures(study: Study, results: xr.Dataset) -> Iterator[tuple[str, Figure]]:
     study : Study
     results : Dataset
         From `Store.results`.
-
-    Yields
-    ------
-    title : str
-    figure : Figure
     """
     points = by_point(study, results)
     responses = [str(name) for name, variable in points.data_vars.items() if variable.attrs.get("role") == "response"]
@@ -127,10 +122,6 @@ def write_figures(study: Study, results: xr.Dataset, folder: Path) -> list[Path]
         From `Store.results`.
     folder : Path
         Made if there is none.
-
-    Returns
-    -------
-    list of Path
     """
     folder.mkdir(parents=True, exist_ok=True)
     drawn = figures(study, results)
@@ -149,10 +140,6 @@ def write_report(study: Study, results: xr.Dataset, address: str, path: Path) ->
         Of the store, for the commands that replay cases.
     path : Path
         Ends in .html.
-
-    Returns
-    -------
-    Path
 
     Raises
     ------

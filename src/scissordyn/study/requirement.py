@@ -150,10 +150,6 @@ def read_response(text: str, own: Iterable[Named] = ()) -> tuple[str, str, str]:
         ``peak_force``, ``A.peak_force``, ``tip.error``.
     own : iterable
         Measures of the user's.
-
-    Returns
-    -------
-    tuple of str
     """
     units = {name: measure.units for name, measure in MEASURES.items()} | {each.name: each.units for each in own}
     if text in units:
@@ -214,11 +210,6 @@ def response_values(results: xr.Dataset, response: Response) -> np.ndarray:
 def units_of_parts(results: xr.Dataset, measure: str) -> list[str]:
     """The units of a measure's parts, which differ only between components.
 
-    Parameters
-    ----------
-    results : Dataset
-    measure : str
-
     Returns
     -------
     list of str
@@ -238,10 +229,6 @@ def response_unit(results: xr.Dataset, response: Response) -> str:
     results : Dataset
         With the measures along `case`.
     response : Response
-
-    Returns
-    -------
-    str
     """
     found = results[response.measure]
     if response.part and COMPONENT_UNIT in found.coords:

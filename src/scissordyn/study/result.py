@@ -365,10 +365,6 @@ def computed(
         As for `study.execute.execute`.
     points : int, optional
         Number of points of the design from now on.
-
-    Returns
-    -------
-    StudyResult
     """
     if study.optimisation is not None:
         store = optimise(study, address, engine=engine, block=block, progress=progress)

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from scissordyn.cli.interrupt import tell_where
+from scissordyn.cli.progress import DESCRIPTION, bar
 from scissordyn.cli.status import DONE, INTERRUPTED, UNFINISHED
 from scissordyn.cli.where import QueueFile, Scheduler, ThreadCount, Where, WorkerCount
 from scissordyn.errors import InputError, command, did_you_mean, printable
@@ -174,23 +175,18 @@ def _installed() -> None:
 @contextmanager
 def _progress() -> Iterator[Callable[[Progress], None]]:
     """A function of the progress: a bar on a terminal, a line now and then elsewhere."""
-    if not sys.stderr.isatty():
-        last = [time.monotonic()]
+    last = [time.monotonic()]
 
-        def line(one: Progress) -> None:
-            if time.monotonic() - last[0] > EVERY:
-                last[0] = time.monotonic()
-                print(_words(one), file=sys.stderr)
+    def line(one: Progress) -> None:
+        if time.monotonic() - last[0] > EVERY:
+            last[0] = time.monotonic()
+            print(_words(one), file=sys.stderr)
 
-        yield line
-        return
-    from rich.console import Console
-    from rich.progress import BarColumn, Progress, TextColumn
-
-    columns = (BarColumn(), TextColumn("{task.description}", markup=False))
-    with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
-        task = bar.add_task("preparing", total=None)
-        yield lambda one: bar.update(task, completed=one.complete + one.failed, total=one.cases, description=_words(one))
+    with bar("BarColumn", DESCRIPTION, described="preparing", total=None) as update:
+        if update is None:
+            yield line
+        else:
+            yield lambda one: update(completed=one.complete + one.failed, total=one.cases, description=_words(one))
 
 
 def _words(one: Progress) -> str:

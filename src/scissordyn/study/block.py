@@ -62,18 +62,17 @@ class BlockResult:
     Parameters
     ----------
     number : int
-    complete, failed : int
-        Cases.
+    status : ndarray of int
+        Of all its cases.
     seconds : float
         From its begin to the last byte [s]; 0 if it was complete already.
     integration_seconds : float
     """
 
     number: int
-    complete: int
-    failed: int
-    seconds: float
-    integration_seconds: float
+    status: np.ndarray
+    seconds: float = 0.0
+    integration_seconds: float = 0.0
 
 
 def run_block(block: Block) -> BlockResult:
@@ -93,7 +92,7 @@ def run_block(block: Block) -> BlockResult:
     missing = (status == PENDING) | (block.again & (status == FAILED))
     missing &= cases < block.study.cases
     if not missing.any():  # a worker was lost after it had written everything
-        return BlockResult(block.number, int(np.sum(status == COMPLETE)), int(np.sum(status == FAILED)), 0.0, 0.0)
+        return BlockResult(block.number, status)
     todo = cases[missing]
     numbers = block.study.numbers(todo, block.points)
     found = _simulated(block.study, numbers)
@@ -104,8 +103,7 @@ def run_block(block: Block) -> BlockResult:
     integration = float(found.attrs["integration_seconds"])
     store.write(todo, columns, states, (time.perf_counter() - began, integration, float(todo.size)), program_digest(here))
     status[missing] = states
-    complete, failed = int(np.sum(status == COMPLETE)), int(np.sum(status == FAILED))
-    return BlockResult(block.number, complete, failed, time.perf_counter() - began, integration)
+    return BlockResult(block.number, status, time.perf_counter() - began, integration)
 
 
 def _same_program(block: Block, store: Store) -> Mapping[str, str]:
@@ -132,7 +130,7 @@ def give_up(block: Block, cause: str) -> BlockResult:
         columns["cause"] = np.full(int(missing.sum()), cause, dtype=object)
         store.write(cases[missing], columns, np.full(int(missing.sum()), FAILED, np.int8), (0.0, 0.0, 0.0))
         status[missing] = FAILED
-    return BlockResult(block.number, int(np.sum(status == COMPLETE)), int(np.sum(status == FAILED)), 0.0, 0.0)
+    return BlockResult(block.number, status)
 
 
 def pilot(study: Study, cases: np.ndarray, points: np.ndarray | None = None) -> xr.Dataset:

@@ -197,20 +197,14 @@ def _missing_blocks(
     missing = (status == PENDING) | (retry & (status == FAILED))
     numbers = np.unique(np.flatnonzero(missing) // store.block)
     tasks = (Block(study, store.address, int(number), retry, points, fingerprint) for number in numbers)
-    began, done_here = time.perf_counter(), 0
-    complete = {int(k): 0 for k in numbers}
-    known_complete, known_failed = int(np.sum(status == COMPLETE)), int(np.sum(status == FAILED))
-    for number in complete:
-        part = status[number * store.block : (number + 1) * store.block]
-        known_complete -= int(np.sum(part == COMPLETE))
-        known_failed -= int(np.sum(part == FAILED))
-        complete[number] = int(np.sum(part == PENDING) + (retry and np.sum(part == FAILED)))
+    began, now = time.perf_counter(), np.where(missing, PENDING, status)
     for result in _finished(engine, tasks):
-        known_complete += result.complete
-        known_failed += result.failed
-        done_here += complete[result.number]
+        part = now[result.number * store.block :][: store.block]
+        part[:] = result.status[: part.size]
         if progress is not None:
-            progress(Progress(known_complete, known_failed, status.size, time.perf_counter() - began, done_here))
+            complete, failed = int(np.sum(now == COMPLETE)), int(np.sum(now == FAILED))
+            done_here = int(np.sum((now != PENDING) & missing))
+            progress(Progress(complete, failed, now.size, time.perf_counter() - began, done_here))
 
 
 def _finished(engine: Engine, tasks: Iterator[Block]) -> Iterator[BlockResult]:

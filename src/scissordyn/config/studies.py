@@ -14,7 +14,7 @@ import numpy as np
 
 from scissordyn.config.case import Case
 from scissordyn.config.file import read_case
-from scissordyn.config.study import described_study, own_measure, read_study, study_of
+from scissordyn.config.study import StudyText, described_study, own_measure, read_study, study_of
 from scissordyn.errors import InputError
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.run.engine import Engine
@@ -127,21 +127,19 @@ def study(
     else:
         mechanism, chosen = _case(case, until, options)
         own = _measures(measures)
-        sampled = Design(design or ("sobol" if points else "grid"), points, seed)
-        described = described_study(
-            mechanism,
-            chosen,
+        asked = StudyText(
+            case=Path("case"),
             vary=_varied(factors or {}),
             uncertain=_varied(uncertain or {}),
             measures=own,
             require=_requirements(requirements, [each for each in own if isinstance(each, OwnMeasure)]),
-            design=sampled,
+            design=Design(design or ("sobol" if points else "grid"), points, seed),
             sampling=Sampling(samples, sampling, seed, common),
             members=members,
             goals=(goals,) if isinstance(goals, str) else tuple(goals),
             optimise={"risk": risk, "population": population, "generations": generations, "seed": seed},
-            folder=Path(),
         )
+        described = described_study(mechanism, chosen, asked)
     return _result(described, store, engine, block, progress, compute)
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 import math
 import re
 import tomllib
@@ -50,7 +49,7 @@ COMPARISON = re.compile(r"\s*([^<>=]+?)\s*(<=|>=|<|>)\s*([^<>=]+?)\s*")
 
 @dataclass(frozen=True)
 class StudyText:
-    """A study as the user writes it.
+    """A study as the user writes it: of texts, or in Python of what they stand for.
 
     Parameters
     ----------
@@ -73,10 +72,10 @@ class StudyText:
 
     case: Path
     changes: tuple[str, ...] = ()
-    vary: Mapping[str, str] = field(default_factory=dict)
-    uncertain: Mapping[str, str] = field(default_factory=dict)
-    measures: tuple[str, ...] = ()
-    require: tuple[str, ...] = ()
+    vary: Mapping[str, str | Variation] = field(default_factory=dict)
+    uncertain: Mapping[str, str | Variation] = field(default_factory=dict)
+    measures: Sequence[str | OwnMeasure] = ()
+    require: Sequence[str | Requirement] = ()
     design: Design = field(default_factory=Design)
     sampling: Sampling = field(default_factory=Sampling)
     members: int = 1
@@ -202,67 +201,50 @@ def study_of(text: StudyText) -> Study:
         For an address, a unit, a range or a requirement that does not fit.
     """
     case = read_case(text.case, list(text.changes))
-    asked = {each.name: getattr(text, each.name) for each in dataclasses.fields(text)}
-    del asked["case"], asked["changes"]
-    return described_study(case.mechanism, Options(**case.run.keywords), **asked, folder=text.case.parent)
+    return described_study(case.mechanism, Options(**case.run.keywords), text)
 
 
-def described_study(
-    mechanism: Mechanism,
-    options: Options,
-    *,
-    vary: Mapping[str, str | Variation],
-    uncertain: Mapping[str, str | Variation],
-    measures: Sequence[str | OwnMeasure],
-    require: Sequence[str | Requirement],
-    design: Design,
-    sampling: Sampling,
-    members: int,
-    goals: Sequence[str],
-    optimise: Mapping[str, Any],
-    folder: Path,
-) -> Study:
-    """The study of a mechanism, of texts as in a study file or of what they stand for.
+def described_study(mechanism: Mechanism, options: Options, asked: StudyText) -> Study:
+    """The study of a mechanism.
 
     Parameters
     ----------
     mechanism : Mechanism
     options : Options
-    vary, uncertain, measures, require, design, sampling, members, goals, optimise
-        See `StudyText`.
-    folder : Path
-        Where names of files start.
+    asked : StudyText
+        Of texts, or of what they stand for. Names of files start at the folder of its case, which is not read.
 
     Returns
     -------
     Study
     """
-    texts = [name for name in measures if isinstance(name, str) and "=" not in name]
-    asked = [Response(measure, part) for part, measure, _ in (read_response(name, ()) for name in texts)]
-    for response in asked:
+    texts = [name for name in asked.measures if isinstance(name, str) and "=" not in name]
+    wanted = [Response(measure, part) for part, measure, _ in (read_response(name, ()) for name in texts)]
+    for response in wanted:
         check_part(mechanism, response)
-    given = (each for each in measures if each not in texts)
+    given = (each for each in asked.measures if each not in texts)
     own = tuple(own_measure(*_parted(each)) if isinstance(each, str) else each for each in given)
-    wanted_goals = tuple(read_goal(goal, own, tuple(vary)) for goal in goals)
-    requirements = tuple(read_requirement(each, own) if isinstance(each, str) else each for each in require)
-    needed = [one.measure for one in requirements] + [goal.measure for goal in wanted_goals if goal.measure not in vary]
+    goals = tuple(read_goal(goal, own, tuple(asked.vary)) for goal in asked.goals)
+    requirements = tuple(read_requirement(each, own) if isinstance(each, str) else each for each in asked.require)
+    needed = [one.measure for one in requirements] + [goal.measure for goal in goals if goal.measure not in asked.vary]
     taken = {each.name for each in own}
-    wanted = [*(response.measure for response in asked), *(name for name in needed if name not in taken)]
-    optimisation = Optimisation(wanted_goals, **optimise) if wanted_goals else None
-    factors = _factors(mechanism, vary, folder)
+    names = [*(response.measure for response in wanted), *(name for name in needed if name not in taken)]
+    optimisation = Optimisation(goals, **asked.optimise) if goals else None
+    folder = asked.case.parent
+    factors = _factors(mechanism, asked.vary, folder)
     return Study(
         mechanism=mechanism,
         options=options,
         factors=factors,
-        design=design if optimisation is None else optimisation.design(1, len(factors)),
-        measures=tuple(dict.fromkeys(wanted)) or ("peak_force", "peak_drive_torque"),
+        design=asked.design if optimisation is None else optimisation.design(1, len(factors)),
+        measures=tuple(dict.fromkeys(names)) or ("peak_force", "peak_drive_torque"),
         own_measures=own,
-        uncertain=_factors(mechanism, uncertain, folder),
-        sampling=sampling,
-        members=members,
+        uncertain=_factors(mechanism, asked.uncertain, folder),
+        sampling=asked.sampling,
+        members=asked.members,
         requirements=requirements,
         optimisation=optimisation,
-        responses=tuple(dict.fromkeys(response for response in asked if response.part)),
+        responses=tuple(dict.fromkeys(response for response in wanted if response.part)),
     )
 
 

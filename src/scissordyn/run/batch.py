@@ -23,7 +23,7 @@ from scissordyn.run.measure import COMPONENT_UNIT, MEASURES, Ended, Measure, com
 from scissordyn.run.options import EventKind, Options, StartKind
 from scissordyn.run.warn import Extremes
 
-__all__ = ["simulate_many"]
+__all__ = ["simulate_cases", "simulate_many"]
 
 TITLE = "scissordyn batch"
 
@@ -89,12 +89,26 @@ def simulate_many(
         If an address, a measure or an option is wrong.
     """
     options = Options(until, start, Options.samples, rtol, atol, method, most_steps, events)
+    perturbed = (members, perturbation, seed)
+    return simulate_cases(mechanism, over, options, measures, perturbed, threads=threads, progress=progress)
+
+
+def simulate_cases(
+    mechanism: Mechanism,
+    over: Mapping[str, ArrayLike],
+    options: Options,
+    measures: Sequence[str] | Mapping[str, Measure],
+    perturbed: tuple[ArrayLike, float, int],
+    *,
+    threads: int | None = None,
+    progress: Callable[[int, int], None] | None = None,
+) -> xr.Dataset:
+    """The same with the options of `simulate` together, and members, perturbation and seed."""
     values = _columns(mechanism, over)
-    chosen = _chosen(measures)
-    spread = Threads(threads)
-    cases = len(next(iter(values.values())))
-    perturbed = _Perturbed(_member_of_each(members, cases), perturbation, seed)
-    batch = _Batch(mechanism, values, chosen, perturbed)
+    chosen, spread = _chosen(measures), Threads(threads)
+    members, perturbation, seed = perturbed
+    member_of_each = _member_of_each(members, len(next(iter(values.values()))))
+    batch = _Batch(mechanism, values, chosen, _Perturbed(member_of_each, perturbation, seed))
     began = clocks.perf_counter()
     interrupted = _run_all(batch, options, spread, progress)
     return _dataset(mechanism, values, options, batch, clocks.perf_counter() - began, interrupted=interrupted)

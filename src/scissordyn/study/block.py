@@ -15,7 +15,7 @@ import xarray as xr
 
 from scissordyn.errors import InputError, ScissordynError
 from scissordyn.model.address import changed_all, find
-from scissordyn.run.batch import simulate_many
+from scissordyn.run.batch import simulate_cases
 from scissordyn.run.interrupt import look, pass_on
 from scissordyn.run.measure import MEASURES, Ended, Measure
 from scissordyn.run.simulate import simulate
@@ -148,25 +148,10 @@ def pilot(study: Study, cases: np.ndarray, points: np.ndarray | None = None) -> 
 
 def _simulated(study: Study, numbers: Cases) -> xr.Dataset:
     """The cases as one batch on one thread: engines run several blocks beside each other."""
-    options = study.options
     measures = {name: MEASURES[name] for name in study.measures}
     measures |= {own.name: _accumulated(own) for own in study.own_measures if own.of == "accumulators"}
-    simulated = simulate_many(
-        study.mechanism,
-        numbers.values,
-        until=options.until,
-        measures=measures,
-        members=numbers.members,
-        perturbation=study.perturbation,
-        start=options.start,
-        rtol=options.rtol,
-        atol=options.atol,
-        method=options.method,
-        most_steps=options.most_steps,
-        events=options.events,
-        threads=1,
-    )
-    found = pass_on(simulated)
+    perturbed = (numbers.members, study.perturbation, 0)
+    found = pass_on(simulate_cases(study.mechanism, numbers.values, study.options, measures, perturbed, threads=1))
     own = [each for each in study.own_measures if each.of == "dataset"]
     return _of_datasets(study, numbers, found, own) if own else found
 

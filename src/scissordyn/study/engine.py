@@ -10,7 +10,7 @@ import signal
 import threading
 import time
 from collections.abc import Callable, Iterable, Iterator
-from concurrent.futures import CancelledError
+from concurrent.futures import CancelledError, Future
 from contextlib import AbstractContextManager, contextmanager
 from multiprocessing import resource_tracker
 from pathlib import Path
@@ -204,7 +204,7 @@ class Cluster(Begun):
             # of the connection: errors of a task are in its outcome
             raise EngineError(LOST) from error
         except BaseException:
-            _within(QUICKLY, lambda: client.cancel(list(handed), force=True))
+            _ended(QUICKLY, lambda: client.cancel(list(handed), force=True))
             raise
 
 
@@ -243,43 +243,46 @@ def _closed(*connected: Any) -> Iterator[None]:
         yield
     except BaseException:
         for each in connected:
-            _within(QUICKLY, each.close)
+            _ended(QUICKLY, each.close)
         raise
     for each in connected:
-        _within(PATIENCE, each.close)
+        _ended(PATIENCE, each.close)
 
 
-def _within(seconds: float, function: Callable[[], object]) -> None:
-    """Call something, and wait no longer than that: the other end may be gone, and the library would wait for ever."""
+def _within(seconds: float, function: Callable[[], Value]) -> Value | None:
+    """Call something, and wait no longer than that: the other end may be gone or silent, and the library would wait for ever.
+
+    Returns
+    -------
+    value
+        None if it is not done by then.
+    """
+    found: Future[Value] = Future()
 
     def call() -> None:
-        with contextlib.suppress(Exception, CancelledError, asyncio.CancelledError):
-            function()
+        try:
+            found.set_result(function())
+        except (Exception, CancelledError, asyncio.CancelledError) as error:
+            found.set_exception(error)
 
-    thread = threading.Thread(target=call, name="closing", daemon=True)
-    thread.start()
-    thread.join(seconds)
+    threading.Thread(target=call, name="cluster", daemon=True).start()
+    with contextlib.suppress(TimeoutError):
+        return found.result(seconds)
+    return None
+
+
+def _ended(seconds: float, function: Callable[[], object]) -> None:
+    """Call something that may fail, and wait no longer than that."""
+    with contextlib.suppress(Exception, CancelledError, asyncio.CancelledError):
+        _within(seconds, function)
 
 
 def _answering(connect: Callable[[], Client]) -> Client:
-    """A connection; the library itself waits for ever for a server that accepts it and then is silent."""
-    found: list[Client] = []
-    failed: list[Exception] = []
-
-    def attempt() -> None:
-        try:
-            found.append(connect())
-        except Exception as error:
-            failed.append(error)
-
-    trying = threading.Thread(target=attempt, name="connect", daemon=True)
-    trying.start()
-    trying.join(PATIENCE + 1.0)
-    if failed:
-        raise failed[0]
-    if not found:
+    """A connection."""
+    client = _within(PATIENCE + 1.0, connect)
+    if client is None:
         raise TimeoutError(f"no answer within {PATIENCE:g} s")
-    return found[0]
+    return client
 
 
 def _remote_outcome(future: Any, task: Task) -> Outcome[Task, Any]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import operator
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from types import MappingProxyType
@@ -25,7 +26,7 @@ __all__ = [
     "units_of_parts",
 ]
 
-SIGNS = ("<=", ">=", "<", ">")
+SIGNS = {"<=": operator.le, ">=": operator.ge, "<": operator.lt, ">": operator.gt}
 
 BY_COMPONENT = frozenset(name for name, measure in MEASURES.items() if measure.dims == ("component",))
 """Measures whose unit is that of what a component exerts."""
@@ -130,15 +131,7 @@ class Requirement:
     def met(self, values: np.ndarray) -> np.ndarray:
         """Whether values meet it; not where they are NaN."""
         with np.errstate(invalid="ignore"):
-            match self.sign:
-                case "<":
-                    return np.asarray(values < self.bound)
-                case "<=":
-                    return np.asarray(values <= self.bound)
-                case ">":
-                    return np.asarray(values > self.bound)
-                case _:
-                    return np.asarray(values >= self.bound)
+            return np.asarray(SIGNS[self.sign](values, self.bound))
 
 
 def read_response(text: str, own: Iterable[Named] = ()) -> tuple[str, str, str]:

@@ -198,7 +198,7 @@ def measure(cases: int = CASES, tasks: int = TASKS, kept: Path | None = None) ->
         found["2 threads"] = timed("2 threads", cases, Threads(2), folder)
         found["1 thread"] = timed("1 thread", fewer, Threads(1), folder)
         for workers, title in ((1, "1 process"), (2, "2 processes")):
-            with Processes.started(workers) as engine:
+            with Processes(workers) as engine:
                 found[title] = timed(title, fewer * workers, engine, folder)
         with _dask(2) as cluster:
             clock, cost = per_task(cluster, tasks)

@@ -85,7 +85,20 @@ GROUPS: dict[str, tuple[str, ...]] = {
         "load",
         "preview",
     ),
-    "Studies": ("bifurcation", "ensemble", "separation_exponent", "variational_exponent"),
+    "Studies": (
+        "study",
+        "open_study",
+        "Interval",
+        "Levels",
+        "Uniform",
+        "Normal",
+        "LogNormal",
+        "Empirical",
+        "Threads",
+        "Processes",
+        "Cluster",
+    ),
+    "Periodic motion": ("bifurcation", "ensemble", "separation_exponent", "variational_exponent"),
     "Analysis": (
         "classify",
         "consensus",
@@ -101,23 +114,9 @@ GROUPS: dict[str, tuple[str, ...]] = {
 """The public names; what no group has is listed under the last heading."""
 
 MODULES: dict[str, dict[str, tuple[str, ...]]] = {
-    "Studies of many cases": {
-        "study.description": ("Study", "Factor", "Sampling", "OwnMeasure"),
-        "study.design": ("Design",),
-        "study.distribution": ("Interval", "Levels", "Uniform", "Normal", "LogNormal", "Table"),
-        "study.requirement": ("Requirement",),
-        "study.goal": ("Goal", "Optimisation"),
-        "study.engine": ("Threads", "Cluster"),
-        "study.processes": ("Processes",),
-        "study.execute": ("execute", "extend"),
-        "study.optimise": ("optimise", "candidates"),
-        "study.store": ("Store",),
-        "study.answer": ("by_point", "feasible_fraction", "worst_cases", "causes", "counts"),
-        "study.indices": ("sensitivity",),
-        "study.replay": ("replay_case",),
-        "study.export": ("table", "export"),
-        "study.report": ("write_report",),
-        "config.study": ("read_study", "study_of"),
+    "Results of studies": {
+        "study.result": ("StudyResult",),
+        "study.pictures": ("StudyPictures",),
     },
     "Samples and maps": {
         "analysis.recurrence": ("recurrence",),
@@ -137,12 +136,11 @@ MODULES: dict[str, dict[str, tuple[str, ...]]] = {
             "distribution",
             "velocity_acceleration",
         ),
-        "plot.study": ("feasibility_map", "response_curves", "requirement_bars", "sensitivity_bars", "pareto_front"),
     },
 }
 """What is imported from modules, by heading and module."""
 
-MEMBERS = ("Mechanism", "Pictures", "RunAccessor")
+MEMBERS = ("Mechanism", "Pictures", "RunAccessor", "StudyPictures", "StudyResult")
 """Classes whose methods are listed."""
 
 
@@ -239,7 +237,9 @@ def api_page(heading: str, names: tuple[str, ...]) -> str:
     lines = [f"# {heading}", "", "```{eval-rst}", ".. currentmodule:: scissordyn", ""]
     for name in names:
         value = getattr(sd, name)
-        kind = "autoclass" if inspect.isclass(value) else "autofunction" if inspect.isroutine(value) else "autodata"
+        # `study` is a room that is called
+        routine = inspect.isroutine(value) or (inspect.ismodule(value) and callable(value))
+        kind = "autoclass" if inspect.isclass(value) else "autofunction" if routine else "autodata"
         lines += [f".. {kind}:: {name}"]
         if kind == "autoclass":
             lines += ["   :members:"] if name in MEMBERS else []

@@ -144,7 +144,7 @@ from scissordyn.study.processes import Processes
 
 if __name__ == "__main__":
     force(0)
-    with Processes.started(2) as engine:
+    with Processes(2) as engine:
         for result in engine.each(force, [1, 2, 3]):
             print(*result.value)
 """

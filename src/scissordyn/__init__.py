@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import sys
 from importlib import import_module
+from types import ModuleType
 from typing import TYPE_CHECKING, Any
 
 from scissordyn.offer import hand_down
@@ -47,6 +49,7 @@ if TYPE_CHECKING:
     from scissordyn.component.travel_stop import TravelStop
     from scissordyn.config.case import Case
     from scissordyn.config.file import read_case, write_case
+    from scissordyn.config.studies import open_study, study
     from scissordyn.control.catalogue import controller
     from scissordyn.control.delayed.extended import ExtendedDelayedFeedback
     from scissordyn.control.delayed.pyragas import Pyragas
@@ -85,11 +88,15 @@ if TYPE_CHECKING:
     from scissordyn.run.batch import simulate_many
     from scissordyn.run.checkpoint import Checkpoint
     from scissordyn.run.constrained_contact import constrain_contact
+    from scissordyn.run.engine import Threads
     from scissordyn.run.feed_forward import feed_forward
     from scissordyn.run.ideal import ideal_kinematics
     from scissordyn.run.options import Options
     from scissordyn.run.simulate import replay, simulate
     from scissordyn.run.store import load, save
+    from scissordyn.study.distribution import Empirical, Interval, Levels, LogNormal, Normal, Uniform
+    from scissordyn.study.engine import Cluster
+    from scissordyn.study.processes import Processes
     from scissordyn.units import Pairs, Quantity, State, degrees, rpm
 
     # named without an import: pictures enter no number, and what imports the package for its numbers does not depend on them
@@ -110,10 +117,12 @@ __all__ = [
     "Case",
     "Checkpoint",
     "Clearance",
+    "Cluster",
     "ConstantForceSpring",
     "ConstantSpeed",
     "Cycloidal",
     "Drive",
+    "Empirical",
     "ExtendedDelayedFeedback",
     "FeedForward",
     "Flores",
@@ -123,19 +132,24 @@ __all__ = [
     "Harmonic",
     "Hertz",
     "InputError",
+    "Interval",
     "LankaraniNikravesh",
     "Latch",
+    "Levels",
     "Liu",
+    "LogNormal",
     "LuGre",
     "Material",
     "Mechanism",
     "Motor",
     "NoControl",
     "NoFriction",
+    "Normal",
     "Options",
     "Output",
     "Pairs",
     "Polynomial",
+    "Processes",
     "Pyragas",
     "Quantity",
     "Revolute",
@@ -145,11 +159,13 @@ __all__ = [
     "State",
     "Tabulated",
     "TapeSpring",
+    "Threads",
     "Torque",
     "TorsionSpring",
     "Track",
     "Trapezoidal",
     "TravelStop",
+    "Uniform",
     "UserController",
     "UserDamping",
     "UserElastic",
@@ -179,6 +195,7 @@ __all__ = [
     "load",
     "mast",
     "n_four_bar",
+    "open_study",
     "plot",
     "point_mass",
     "polar_scissor",
@@ -195,6 +212,7 @@ __all__ = [
     "slider_crank",
     "spectrum",
     "stroboscopic",
+    "study",
     "tabulated",
     "variational_exponent",
     "view",
@@ -275,7 +293,12 @@ _HOMES = {
     "plot.preview": ("preview", "preview_svg"),
     "model.scissor": ("scissor",),
     "model.track": ("Track",),
+    "config.studies": ("open_study", "study"),
+    "study.distribution": ("Empirical", "Interval", "Levels", "LogNormal", "Normal", "Uniform"),
+    "study.engine": ("Cluster",),
+    "study.processes": ("Processes",),
     "run.batch": ("simulate_many",),
+    "run.engine": ("Threads",),
     "run.checkpoint": ("Checkpoint",),
     "periodic.cycles": ("cycle",),
     "file.export": ("export",),
@@ -293,6 +316,35 @@ _HOMES = {
 _HOME = {name: home for home, names in _HOMES.items() for name in names}
 
 
+class _Study(ModuleType):
+    """The room of studies, which can be called: ``sd.study(...)``."""
+
+    def __call__(self, *given: Any, **named: Any) -> Any:
+        return _study()(*given, **named)
+
+    def __dir__(self) -> list[str]:
+        return []
+
+    __doc__ = property(lambda _: _study().__doc__)
+    __signature__ = property(lambda _: import_module("inspect").signature(_study()))
+
+
+def _study() -> Any:
+    return import_module("scissordyn.config.studies").study
+
+
+class _Package(ModuleType):
+    """The package. Its function `study` has the name of a room, which Python would put in its place when it loads that."""
+
+    @property
+    def study(self) -> Any:
+        return import_module("scissordyn.study")
+
+    @study.setter
+    def study(self, room: ModuleType) -> None:
+        room.__class__ = _Study
+
+
 def __getattr__(name: str) -> Any:
     if name == "plot":  # a room with names of its own
         return import_module("scissordyn.plot")
@@ -307,4 +359,7 @@ hand_down(__getattr__)
 
 
 def __dir__() -> list[str]:
-    return sorted({*globals(), *__all__})
+    return ["__version__", *__all__]
+
+
+sys.modules[__name__].__class__ = _Package

@@ -7,7 +7,7 @@ import unicodedata
 from collections.abc import Iterable
 from difflib import get_close_matches
 
-__all__ = ["InputError", "ScissordynError", "command", "did_you_mean", "printable", "shortened"]
+__all__ = ["InputError", "ScissordynError", "command", "did_you_mean", "printable", "shortened", "whole_number"]
 
 BREAKS = re.compile(r"[\t\n\v\f\r\x1c-\x1e\x85\u2028\u2029]+")
 """Characters that end a line or jump within it."""
@@ -111,3 +111,30 @@ def did_you_mean(name: object, known: Iterable[str]) -> str:
     """The known name nearest to `name`, as a question to append to a message, or nothing."""
     near = get_close_matches(str(name), list(known), n=1, cutoff=0.5)
     return f" (did you mean '{near[0]}'?)" if near else ""
+
+
+def whole_number(name: str, value: object, least: int = 1, most: int | None = None, *, sample: str = "") -> int:
+    """A count that a user gave.
+
+    Parameters
+    ----------
+    name : str
+        As the user calls it.
+    value
+    least, most : int, optional
+    sample : str
+        What to type.
+
+    Returns
+    -------
+    int
+
+    Raises
+    ------
+    InputError
+        If it is none, or out of bounds.
+    """
+    if isinstance(value, bool) or not isinstance(value, int) or value < least or (most is not None and value > most):
+        allowed = f"a whole number >= {least}" + (f" and <= {most}" if most is not None else "")
+        raise InputError(f"{name} = {value!r}", allowed, sample)
+    return value

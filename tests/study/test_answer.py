@@ -24,7 +24,6 @@ from scissordyn.study.export import export, table
 from scissordyn.study.goal import Goal, Optimisation, risk_value
 from scissordyn.study.indices import morris_indices, sensitivity, sobol_indices
 from scissordyn.study.optimise import candidates, nondominated, optimise, proposer
-from scissordyn.study.replay import replay_case
 from scissordyn.study.report import write_report
 from scissordyn.study.requirement import Requirement
 from scissordyn.study.store import COMPLETE, FAILED, Store
@@ -278,8 +277,9 @@ def test_tables_reports_and_replays(tmp_path: Path) -> None:
     np.testing.assert_allclose(read["A.peak_force [N]"], rows["A.peak_force [N]"], rtol=1e-15)
     with xr.open_dataset(export(results, tmp_path / "a.nc"), engine="h5netcdf") as saved:
         np.testing.assert_array_equal(saved["peak_force"].values, results["peak_force"].values)
-    run, member = replay_case(described, results, 4)
-    assert member == 0
+    found = sd.open_study(tmp_path / "a.zarr")
+    run = found.replay(4)
+    assert int(found.dataset["member"][4]) == 0
     assert float(run["peak_force"].max()) == float(results["peak_force"][4, 0])
     text = write_report(described, results, "a.zarr", tmp_path / "r.html").read_text()
     hostile = write_report(described, results, "<script>alert(1)", tmp_path / "h.html").read_text()

@@ -56,7 +56,7 @@ def files(folder: Path) -> dict[str, bytes]:
 def test_processes_give_the_bytes_of_threads(tmp_path: Path) -> None:
     """Identity: and a process that dies costs nothing but time."""
     whole = execute(study(), tmp_path / "threads.zarr", block=3, engine=Threads(1))
-    with Processes.started(2) as engine:
+    with Processes(2) as engine:
         victims = [outcome.value for outcome in engine.each(process_of, [1])]
         killed = []
 
@@ -93,7 +93,7 @@ def test_a_worker_with_other_sources_is_refused(tmp_path: Path) -> None:
             time.sleep(0.1)
         worker = [*dask, "worker", address, "--nthreads", "1", "--no-dashboard", "--no-nanny"]
         processes.append(subprocess.Popen(worker, env={**os.environ, "PYTHONPATH": str(package.parent)}, **quiet))
-        with Cluster.joined(address) as cluster:
+        with Cluster(address) as cluster:
             cluster.client.wait_for_workers(1, timeout=120)
             with pytest.raises(
                 ProgramError, match=re.escape(f"with '{package}' would compute other numbers (differs in program)")
@@ -114,14 +114,14 @@ def test_a_scheduler_that_does_not_answer(monkeypatch: pytest.MonkeyPatch) -> No
         taken.bind(("127.0.0.1", 0))
         taken.listen()
         address = f"tcp://127.0.0.1:{taken.getsockname()[1]}"
-        with pytest.raises(sd.InputError, match="does not answer"), Cluster.joined(address):
+        with pytest.raises(sd.InputError, match="does not answer"), Cluster(address):
             pass
-    with pytest.raises(sd.InputError, match="does not answer"), Cluster.joined("nonsense://x"):
+    with pytest.raises(sd.InputError, match="does not answer"), Cluster("nonsense://x"):
         pass
     with socket.create_server(("127.0.0.1", 0)) as other:  # some other server, which says something else
         threading.Thread(target=_greet, args=(other,), daemon=True).start()
         address = f"tcp://127.0.0.1:{other.getsockname()[1]}"
-        with pytest.raises(sd.InputError, match="does not answer"), Cluster.joined(address):
+        with pytest.raises(sd.InputError, match="does not answer"), Cluster(address):
             pass
 
 
@@ -153,7 +153,7 @@ def test_bad_cluster_files(tmp_path: Path, text: str, says: str, monkeypatch: py
     queueing_system(tmp_path, monkeypatch, "sbatch")
     file = tmp_path / "cluster.yaml"
     file.write_text(text)
-    with pytest.raises(sd.InputError, match=says) as error, Cluster.queued(file):
+    with pytest.raises(sd.InputError, match=says) as error, Cluster(file):
         pass
     assert "\n" not in str(error.value)
 
@@ -192,7 +192,7 @@ def test_jobs_of_a_queueing_system(kind: str, submit: str, asks: str, tmp_path: 
     file = tmp_path / "cluster.yaml"
     file.write_text(f"kind: {kind}\njobs: 2\ncores: 1\nmemory: 1GB\nwalltime: '00:05:00'\n")
     whole = execute(study(8), tmp_path / "threads.zarr", engine=Threads(1), block=2)
-    with Cluster.queued(file) as engine:
+    with Cluster(file) as engine:
         store = execute(study(8), tmp_path / "jobs.zarr", engine=engine, block=2)
     assert files(Path(store.address)) == files(Path(whole.address))
     texts = [path.read_text() for path in jobs.glob("*.sh")]

@@ -8,7 +8,17 @@ from scipy import stats
 
 import scissordyn as sd
 from scissordyn.study.design import DESIGNS, Design, design_size, design_values, uniform_numbers
-from scissordyn.study.distribution import Interval, Levels, LogNormal, Normal, Table, Uniform, Variation, from_plain, to_plain
+from scissordyn.study.distribution import (
+    Empirical,
+    Interval,
+    Levels,
+    LogNormal,
+    Normal,
+    Uniform,
+    Variation,
+    from_plain,
+    to_plain,
+)
 
 TWO: tuple[Variation, ...] = (Interval(1.0, 3.0, 3), Levels((5.0, 7.0)))
 BASE = np.array([2.5, 6.0])
@@ -106,7 +116,7 @@ def test_quantiles(ours: Variation, theirs: object) -> None:
 
 def test_a_table_gives_its_own_values_back() -> None:
     """Closed form: linear between the sorted values."""
-    table = Table((3.0, 1.0, 2.0))
+    table = Empirical((3.0, 1.0, 2.0))
     np.testing.assert_allclose(table.quantile(np.array([0.0, 0.25, 0.5, 1.0])), [1.0, 1.5, 2.0, 3.0])
 
 

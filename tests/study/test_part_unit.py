@@ -24,7 +24,8 @@ from scissordyn.study.export import table
 from scissordyn.study.goal import Goal, Optimisation
 from scissordyn.study.report import write_report
 from scissordyn.study.requirement import Requirement
-from scissordyn.study.store import COMPLETE
+from scissordyn.study.result import StudyResult
+from scissordyn.study.store import COMPLETE, Store
 
 MEASURE = "peak_component_force"
 SPRING = sd.Spring("tie", ("unit 1/bar 1", "end"), ("unit 1/bar 2", "end"), stiffness=100.0, free_length=1.0)
@@ -91,7 +92,9 @@ def test_forces_and_torques_are_kept_apart(tmp_path: Path, capsys: pytest.Captur
     assert points[f"{MEASURE} (torque)"].values.tolist() == [10.0, 20.0, 30.0]
     assert points[f"{MEASURE} (force)"].values.tolist() == [1.0, 2.0, 3.0]
     assert (worst_cases(described, found)[0].value, worst_cases(described, found)[0].units) == (30.0, "N m")
-    show_answers(described, found, "a.zarr")
+    result = StudyResult(described, Store("a.zarr"))
+    result.dataset = found  # as it is read from a store
+    show_answers(result)
     shown = " ".join(capsys.readouterr().out.split())
     page = write_report(described, found, "a.zarr", tmp_path / "r.html").read_text(encoding="utf-8")
     assert f"{MEASURE} (torque) 10 20 30 N·m {MEASURE} (force) 1 2 3 N" in shown

@@ -123,7 +123,7 @@ def test_what_becomes_of_tasks() -> None:
 
 UNGUARDED = """
 from scissordyn.study.processes import Processes
-with Processes.started(1) as engine:
+with Processes(1) as engine:
     list(engine.each(abs, [1]))
 """
 
@@ -190,7 +190,7 @@ def test_jobs_admit_no_stranger(tmp_path: Path, monkeypatch: pytest.MonkeyPatch)
     monkeypatch.chdir(tmp_path)
     unprotected = LocalCluster(n_workers=0, processes=False, protocol="tcp", host="127.0.0.1", dashboard_address="127.0.0.1:0")
     before = every_port()
-    with unprotected, Cluster.queued(file) as engine:
+    with unprotected, Cluster(file) as engine:
         assert [outcome.value for outcome in engine.each(abs, [-1])] == [1]
         assert engine.protected
         ports = every_port() - before

@@ -66,7 +66,7 @@ def _written(folder: Path, text: str) -> list[str]:
 def test_python(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """Identity: the lines for Python run and print a share."""
     exec(snippets("python")[1], {})
-    assert re.match(r"\d+% \(\d+% to \d+%\) meet it; \d+ chaotic", capsys.readouterr().out)
+    assert re.match(r"all requirements: \d+% of the range \(\d+% to \d+%\)\n\{'A\.clearance'", capsys.readouterr().out)
 
 
 @pytest.mark.parametrize("file", sorted((EXAMPLES / "studies").glob("*.toml")), ids=lambda path: path.stem)

@@ -21,7 +21,8 @@ from scissordyn.study.goal import Goal, Optimisation
 from scissordyn.study.indices import morris_indices
 from scissordyn.study.report import write_figures, write_report
 from scissordyn.study.requirement import Requirement
-from scissordyn.study.store import COMPLETE
+from scissordyn.study.result import StudyResult
+from scissordyn.study.store import COMPLETE, Store
 from scissordyn.study.summary import agreement, best_points, sensitivities, varied_numbers
 
 CLEARANCE = Factor("A.clearance", Interval(1e-4, 5e-4, 5), "mm", 1e-3)
@@ -79,7 +80,9 @@ def test_terminal_and_report_have_units(tmp_path: Path, capsys: pytest.CaptureFi
     """Identity: the same numbers with the same prefixes, and warnings with the number of their cases and a command."""
     described = study()
     found = results(described, np.array([20e3, 30e3, 40e3, 50e3, 84.07e3]), "limit 5\nother")
-    show_answers(described, found, "a.zarr")
+    result = StudyResult(described, Store("a.zarr"))
+    result.dataset = found  # as it is read from a store
+    show_answers(result)
     shown = " ".join(capsys.readouterr().out.split())
     page = write_report(described, found, "a.zarr", tmp_path / "r.html").read_text(encoding="utf-8")
     for text in ("peak_force 20 40 84.07 kN 0.0%", "84.07 kN (40.1% beyond the bound)", "Warning in 10 cases, as in: limit 5"):

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-import xarray as xr
 from rich import box
 from rich.table import Table as RichTable
 from rich.text import Text
@@ -13,7 +12,7 @@ from scissordyn.cli.show import console
 from scissordyn.errors import command, printable
 
 if TYPE_CHECKING:
-    from scissordyn.study.description import Study
+    from scissordyn.study.result import StudyResult
     from scissordyn.study.summary import Table
 
 __all__ = ["show_answers", "show_causes", "show_damage", "show_warnings"]
@@ -22,29 +21,18 @@ ROWS = 12
 """Points of a front or of a table that are shown."""
 
 
-def show_answers(study: Study, results: xr.Dataset, address: str) -> None:
-    """Print counts, fractions, sensitivity, the best points and the worst cases.
-
-    Parameters
-    ----------
-    study : Study
-    results : Dataset
-        From `Store.results`.
-    address : str
-        Of the store.
-    """
-    from scissordyn.study.answer import by_point, counts
+def show_answers(result: StudyResult) -> None:
+    """Print counts, fractions, sensitivity, the best points and the worst cases."""
     from scissordyn.study.indices import sensitivity
     from scissordyn.study.summary import agreement, best_points, requirement_fractions, response_ranges, sensitivities
 
-    complete, failed, pending = counts(results)
-    print(f"{complete} cases complete, {failed} failed, {pending} pending; {study.points} points")
-    show_damage(results, address)
-    points = by_point(study, results)
+    study, results = result.study, result.dataset
+    print(f"{', '.join(f'{n} {name}' for name, n in result.counts.items())}; {study.points} points".replace(" ", " cases ", 1))
+    show_damage(result)
     if study.requirements:
         _show(requirement_fractions(study, results))
-    _show(response_ranges(study, points))
-    if said := agreement(study, points):
+    _show(response_ranges(study, result.points))
+    if said := agreement(study, result.points):
         console().print(said, markup=False)
     indices, left_out = sensitivity(study, results)
     for table in sensitivities(indices):
@@ -55,9 +43,9 @@ def show_answers(study: Study, results: xr.Dataset, address: str) -> None:
     if best is not None:
         print(best.title)
         _show(best)
-    _worst(study, results, address)
-    show_causes(results, address)
-    show_warnings(results, address)
+    _worst(result)
+    show_causes(result)
+    show_warnings(result)
 
 
 def _show(table: Table) -> None:
@@ -76,57 +64,38 @@ def _cell(text: str) -> Text:
     return Text(printable(text))
 
 
-def _worst(study: Study, results: xr.Dataset, address: str) -> None:
-    from scissordyn.study.answer import replay_command, worst_cases
+def _worst(result: StudyResult) -> None:
     from scissordyn.study.summary import worst_value
 
-    for one in worst_cases(study, results, 3):
+    for one in result.worst(3) if result.study.requirements else ():
         what, place = ("Worst", "beyond") if one.margin < 0.0 else ("Nearest", "from")
-        print(f"{what} for {one.requirement}: {worst_value(one)} ({abs(one.margin):.1%} {place} the bound)")
-        print(f"  {replay_command(address, one.case)}")
+        _with_command(
+            result, f"{what} for {one.requirement}: {worst_value(one)} ({abs(one.margin):.1%} {place} the bound)", one.case
+        )
 
 
-def show_warnings(results: xr.Dataset, address: str) -> None:
-    """Print the warnings, each with the number of its cases and a command that shows one.
-
-    Parameters
-    ----------
-    results : Dataset
-    address : str
-        Of the store.
-    """
-    from scissordyn.study.answer import replay_command, warned
-
-    for text, cases in list(warned(results).items())[:ROWS]:
-        print(f"Warning in {len(cases)} {'case' if len(cases) == 1 else 'cases'}, as in: {printable(text)}")
-        print(f"  {replay_command(address, cases[0])}")
+def show_warnings(result: StudyResult) -> None:
+    """Print the warnings, each with the number of its cases and a command that shows one."""
+    for text, cases in list(result.warnings.items())[:ROWS]:
+        many = "case" if len(cases) == 1 else "cases"
+        _with_command(result, f"Warning in {len(cases)} {many}, as in: {printable(text)}", cases[0])
 
 
-def show_damage(results: xr.Dataset, address: str) -> None:
-    """Name the blocks that were written and are not whole, and the command that computes them anew.
-
-    Parameters
-    ----------
-    results : Dataset
-    address : str
-        Of the store.
-    """
-    if "damage" in results.attrs:
-        print(results.attrs["damage"])
-        print(f"  To compute them anew: {command('scissordyn', 'study', 'resume', address)}")
+def show_causes(result: StudyResult) -> None:
+    """Print the failed cases by cause, each with a command that shows one."""
+    for cause, cases in list(result.causes.items())[:ROWS]:
+        _with_command(result, f"{len(cases)} failed: {printable(cause)}", cases[0])
 
 
-def show_causes(results: xr.Dataset, address: str) -> None:
-    """Print the failed cases by cause, each with a command that shows one.
+def _with_command(result: StudyResult, text: str, case: int) -> None:
+    from scissordyn.study.answer import replay_command
 
-    Parameters
-    ----------
-    results : Dataset
-    address : str
-        Of the store.
-    """
-    from scissordyn.study.answer import causes, replay_command
+    print(text)
+    print(f"  {replay_command(result.store.address, case)}")
 
-    for cause, cases in list(causes(results).items())[:ROWS]:
-        print(f"{len(cases)} failed: {printable(cause)}")
-        print(f"  {replay_command(address, cases[0])}")
+
+def show_damage(result: StudyResult) -> None:
+    """Name the blocks that were written and are not whole, and the command that computes them anew."""
+    if "damage" in result.dataset.attrs:
+        print(result.dataset.attrs["damage"])
+        print(f"  To compute them anew: {command('scissordyn', 'study', 'resume', result.store.address)}")

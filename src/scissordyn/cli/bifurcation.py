@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import json
 import sys
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -13,6 +11,7 @@ import typer
 
 from scissordyn.cli.interrupt import tell_where
 from scissordyn.cli.output import check_file
+from scissordyn.cli.progress import DESCRIPTION, bar
 from scissordyn.cli.status import DONE, INTERRUPTED, UNFINISHED
 from scissordyn.cli.where import QueueFile, Scheduler, ThreadCount, Where, WorkerCount
 from scissordyn.errors import InputError, command, did_you_mean, printable
@@ -76,7 +75,9 @@ def bifurcation(
     check_diagram(described.mechanism, values, cycles, keep)
     ends = _number(first, quantity, "--from"), _number(last, quantity, "--to")
     tell_where("no value is kept" if output is None else f"what is done is in {output}, and the same command goes on from it")
-    with Where(threads, workers, scheduler, cluster).engine() as engine, _progress(values) as progress:
+    columns = (DESCRIPTION, "BarColumn", "MofNCompleteColumn", "TimeRemainingColumn")
+    shown = bar(*columns, described="values", total=values)
+    with Where(threads, workers, scheduler, cluster).engine() as engine, shown as update:
         diagram = compute(
             described.mechanism,
             over=over,
@@ -90,7 +91,7 @@ def bifurcation(
             method=described.run.method,
             engine=engine,
             store=output,
-            progress=progress,
+            progress=None if update is None else lambda done, _: update(completed=done),
         )
     return _show(diagram, output, plot, variable)
 
@@ -146,18 +147,3 @@ def _show(diagram: xr.Dataset, output: Path | None, plot: Path | None, variable:
         )
         return UNFINISHED
     return DONE
-
-
-@contextmanager
-def _progress(total: int) -> Iterator[Callable[[int, int], None] | None]:
-    """A function of the number of values done that updates a bar on stderr; None without a terminal."""
-    if not sys.stderr.isatty():
-        yield None
-        return
-    from rich.console import Console
-    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
-
-    columns = (TextColumn("values", markup=False), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
-    with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
-        task = bar.add_task("values", total=total)
-        yield lambda done, _: bar.update(task, completed=done)

@@ -1,4 +1,4 @@
-"""A progress bar of the simulated time, on a terminal."""
+"""Progress bars on a terminal."""
 
 from __future__ import annotations
 
@@ -6,7 +6,34 @@ import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
-__all__ = ["progress_bar"]
+__all__ = ["DESCRIPTION", "bar", "progress_bar"]
+
+DESCRIPTION = "{task.description}"
+"""A column."""
+
+
+@contextmanager
+def bar(*columns: str, described: str, total: float | None) -> Iterator[Callable[..., None] | None]:
+    """A function that updates a bar on stderr, with the keywords of rich's `Progress.update`; None without a terminal.
+
+    Parameters
+    ----------
+    *columns : str
+        Names of columns of rich, or texts with fields.
+    described : str
+        What the bar says at first.
+    total : float or None
+    """
+    if not sys.stderr.isatty():
+        yield None
+        return
+    from rich import progress
+    from rich.console import Console
+
+    shown = [progress.TextColumn(each, markup=False) if "{" in each else getattr(progress, each)() for each in columns]
+    with progress.Progress(*shown, console=Console(stderr=True), transient=True) as drawn:
+        task = drawn.add_task(described, total=total)
+        yield lambda **changes: drawn.update(task, **changes)
 
 
 @contextmanager
@@ -18,18 +45,6 @@ def progress_bar(until: float) -> Iterator[Callable[[float], None] | None]:
     until : float
         End of the simulated time [s].
     """
-    if not sys.stderr.isatty():
-        yield None
-        return
-    from rich.console import Console
-    from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
-
-    columns = (
-        TextColumn("{task.description}", markup=False),
-        BarColumn(),
-        TextColumn("{task.percentage:3.0f} % of " + f"{until * 1e3:g} ms"),
-        TimeRemainingColumn(),
-    )
-    with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
-        task = bar.add_task("preparing ", total=until)
-        yield lambda time: bar.update(task, completed=time, description="simulating")
+    percent = "{task.percentage:3.0f} % of " + f"{until * 1e3:g} ms"
+    with bar(DESCRIPTION, "BarColumn", percent, "TimeRemainingColumn", described="preparing ", total=until) as update:
+        yield None if update is None else lambda time: update(completed=time, description="simulating")

@@ -6,13 +6,13 @@ import sys
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from scissordyn.cli.interrupt import tell_where
+from scissordyn.cli.progress import DESCRIPTION, bar
 from scissordyn.cli.status import DONE, INTERRUPTED, UNFINISHED
 from scissordyn.cli.where import QueueFile, Scheduler, ThreadCount, Where, WorkerCount
 from scissordyn.errors import InputError, command, did_you_mean, printable
@@ -20,14 +20,11 @@ from scissordyn.errors import InputError, command, did_you_mean, printable
 if TYPE_CHECKING:
     from scissordyn.study.description import Study
     from scissordyn.study.execute import Progress
-    from scissordyn.study.store import Store
+    from scissordyn.study.result import StudyResult
 
 __all__ = ["compute", "study"]
 
 ACTIONS = ("status", "resume", "retry", "extend", "report", "export", "replay")
-
-READING = ("status", "report", "export")
-"""Those that compute no case, and need no function of the user's."""
 
 EVENTS = 20
 """Contacts of a replayed case that are shown."""
@@ -62,38 +59,33 @@ def study(
         return _from_file(what, store, output, where, block)
     if store is None:
         raise InputError(f"'study {what}' without a store", "the store of a study", f"scissordyn study {what} study.zarr")
-    from scissordyn.study.store import Store
+    from scissordyn.config.studies import open_study
 
-    opened = Store(store)
-    if not opened.exists():
-        raise InputError(f"no study at '{store}'", "the store of a study")
-    if opened.restored:
-        print(f"scissordyn: restored from its copy in '{store}': {', '.join(opened.restored)}", file=sys.stderr)
-    described = opened.study(allow_code=allow_code or [], reading=what in READING)
+    result = open_study(store, allow_code=allow_code or [])
+    if result.store.restored:
+        print(f"scissordyn: restored from its copy in '{store}': {', '.join(result.store.restored)}", file=sys.stderr)
     match what:
         case "status":
-            return _status(described, opened)
+            return _status(result)
         case "resume" | "retry":
-            return compute(described, store, where, retry=what == "retry")
+            return compute(result.built(), store, where, retry=what == "retry")
         case "extend":
-            if described.optimisation is not None:
+            if result.study.optimisation is not None:
                 sample = command("scissordyn", "study", "study.toml", "-o", store)
                 raise InputError("more points of an optimisation", "its study file with more generations", sample)
             if points is None:
                 raise InputError("'study extend' without --points", "the number of points from now on", "--points 2048")
-            return compute(described, store, where, points=points)
+            return compute(result.built(), store, where, points=points)
         case "report":
-            return _report(described, opened, output, plot)
+            return _report(result, output, plot)
         case "export":
             from scissordyn.cli.answers import show_damage
-            from scissordyn.study.export import export
 
-            results = opened.results()
-            print(f"Saved to {export(results, Path(output or 'study.csv'))}")
-            show_damage(results, store)
+            print(f"Saved to {result.export(output or 'study.csv')}")
+            show_damage(result)
             return DONE
         case _:
-            return _replay(described, opened, case, output)
+            return _replay(result, case, output)
 
 
 def _from_file(what: str, store: str | None, output: str | None, where: Where, block: int | None) -> int:
@@ -141,10 +133,9 @@ def compute(
     int
         Exit status.
     """
+    from scissordyn.run.engine import EngineError
     from scissordyn.study.block import ProgramError
-    from scissordyn.study.engine import EngineError
-    from scissordyn.study.execute import execute, extend
-    from scissordyn.study.optimise import optimise
+    from scissordyn.study.result import computed
     from scissordyn.study.store import Store, StoreError
 
     _installed()
@@ -153,28 +144,25 @@ def compute(
     def kept() -> str:
         if not store.begun():
             return "nothing was computed yet; the same command begins anew"
-        return f"what is complete is in {printable(address)}; to go on: {command('scissordyn', 'study', 'resume', address)}"
+        return f"what is complete is in {printable(address)}; {on()}"
+
+    def on() -> str:
+        return f"to go on: {command('scissordyn', 'study', 'resume', address)}"
 
     tell_where(kept)
     try:
         if store.exists() and points is None and described.design.kind != "adaptive":
             store.check(described)  # before workers are started for nothing
         with where.engine() as engine, _progress() as told:
-            if described.optimisation is not None:
-                store = optimise(described, address, engine=engine, block=block, progress=told)
-            elif points is not None:
-                store = extend(described, address, points, engine=engine, progress=told)
-            else:
-                store = execute(described, address, engine=engine, block=block, retry=retry, progress=told)
+            result = computed(described, address, engine=engine, block=block, retry=retry, points=points, progress=told)
     except KeyboardInterrupt:
         print(f"scissordyn: interrupted; {kept()}", file=sys.stderr)
         return INTERRUPTED
     except (EngineError, StoreError, ProgramError) as error:
-        begun = store.begun()
-        then = f"to go on: {command('scissordyn', 'study', 'resume', address)}" if begun else "the same command begins anew"
+        then = on() if store.begun() else "the same command begins anew"
         print(f"scissordyn: {printable(str(error))}; {then}", file=sys.stderr)
         return UNFINISHED
-    return _answers(replace(described, design=store.design()), store)
+    return _answers(result)
 
 
 def _installed() -> None:
@@ -185,110 +173,95 @@ def _installed() -> None:
 
 
 @contextmanager
-def _progress() -> Iterator[Callable[..., None]]:
+def _progress() -> Iterator[Callable[[Progress], None]]:
     """A function of the progress: a bar on a terminal, a line now and then elsewhere."""
-    if not sys.stderr.isatty():
-        last = [time.monotonic()]
+    last = [time.monotonic()]
 
-        def line(one: Progress, generation: int = 0) -> None:
-            if time.monotonic() - last[0] > EVERY:
-                last[0] = time.monotonic()
-                print(_words(one, generation), file=sys.stderr)
+    def line(one: Progress) -> None:
+        if time.monotonic() - last[0] > EVERY:
+            last[0] = time.monotonic()
+            print(_words(one), file=sys.stderr)
 
-        yield line
-        return
-    from rich.console import Console
-    from rich.progress import BarColumn, Progress, TextColumn
-
-    columns = (BarColumn(), TextColumn("{task.description}", markup=False))
-    with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
-        task = bar.add_task("preparing", total=None)
-        yield lambda one, generation=0: bar.update(
-            task, completed=one.complete + one.failed, total=one.cases, description=_words(one, generation)
-        )
+    with bar("BarColumn", DESCRIPTION, described="preparing", total=None) as update:
+        if update is None:
+            yield line
+        else:
+            yield lambda one: update(completed=one.complete + one.failed, total=one.cases, description=_words(one))
 
 
-def _words(one: Progress, generation: int) -> str:
+def _words(one: Progress) -> str:
     done = one.complete + one.failed
     failed = f", {one.failed / max(done, 1):.1%} failed" if one.failed else ""
     minutes, seconds = divmod(int(min(one.left, 1e9)), 60)
     left = f"{minutes // 60} h {minutes % 60} min" if minutes >= 60 else f"{minutes} min {seconds} s"
-    which = f"generation {generation}: " if generation else ""
+    which = f"generation {one.generation}: " if one.generation else ""
     return f"{which}{done} of {one.cases} cases{failed}, {one.rate:.1f} a second, {left} left"
 
 
-def _answers(described: Study, store: Store) -> int:
+def _answers(result: StudyResult) -> int:
     from scissordyn.cli.answers import show_answers
-    from scissordyn.study.answer import counts
 
-    results = store.results()
-    show_answers(described, results, store.address)
-    print(f"Saved to {printable(store.address)}")
-    complete, failed, _ = counts(results)
-    if failed and not complete:
-        why = command("scissordyn", "study", "status", store.address)
-        print(f"scissordyn: all {failed} cases failed; for the causes: {why}", file=sys.stderr)
+    show_answers(result)
+    address, counts = result.store.address, result.counts
+    print(f"Saved to {printable(address)}")
+    if counts["failed"] and not counts["complete"]:
+        why = command("scissordyn", "study", "status", address)
+        print(f"scissordyn: all {counts['failed']} cases failed; for the causes: {why}", file=sys.stderr)
         return UNFINISHED
     return DONE
 
 
-def _status(described: Study, store: Store) -> int:
+def _status(result: StudyResult) -> int:
     from scissordyn.cli.answers import show_causes, show_damage, show_warnings
-    from scissordyn.study.answer import counts
 
-    results = store.results()
-    complete, failed, pending = counts(results)
-    times = store.times()
+    counts, study, times = result.counts, result.study, result.store.times()
+    said = ", ".join(f"{count} {name}" for name, count in counts.items())
+    print(f"{study.points} points x {study.per_point} cases: {said}; blocks of {result.store.block}")
     worked, cases = float(times["seconds"].sum()), float(times["cases"].sum())
-    print(
-        f"{described.points} points x {described.per_point} cases: {complete} complete, {failed} failed, {pending} pending; "
-        f"blocks of {store.block}"
-    )
     if cases and worked:
         integration = float(times["integration_seconds"].sum())
         print(
             f"{worked / cases * 1e3:.3g} ms a case and worker, {1.0 - integration / worked:.0%} of it beside the integration; "
-            f"about {pending * worked / cases / 60.0:.3g} worker minutes to go"
+            f"about {counts['pending'] * worked / cases / 60.0:.3g} worker minutes to go"
         )
-    show_causes(results, store.address)
-    show_warnings(results, store.address)
-    show_damage(results, store.address)
-    if pending:
-        print(f"To go on: {command('scissordyn', 'study', 'resume', store.address)}")
+    show_causes(result)
+    show_warnings(result)
+    show_damage(result)
+    if counts["pending"]:
+        print(f"To go on: {command('scissordyn', 'study', 'resume', result.store.address)}")
     return DONE
 
 
-def _report(described: Study, store: Store, output: str | None, plot: Path | None) -> int:
+def _report(result: StudyResult, output: str | None, plot: Path | None) -> int:
     from scissordyn.cli.answers import show_answers
     from scissordyn.cli.output import check_folder
-    from scissordyn.study.report import write_figures, write_report
+    from scissordyn.study.report import write_figures
 
-    results = store.results()
     if plot is not None:
         check_folder(plot, "--plot figures")
-    files = [write_report(described, results, store.address, Path(output or "report.html"))]
-    files += [] if plot is None else write_figures(described, results, plot)
-    show_answers(described, results, store.address)
+    files = [result.report(output or "report.html")]
+    files += [] if plot is None else write_figures(result.study, result.dataset, plot)
+    show_answers(result)
     for path in files:
         print(f"Saved to {path}")
     return DONE
 
 
-def _replay(described: Study, store: Store, case: int | None, output: str | None) -> int:
+def _replay(result: StudyResult, case: int | None, output: str | None) -> int:
     from scissordyn.study.answer import replay_command
 
-    if case is None or not 0 <= case < store.cases:
+    address = result.store.address
+    if case is None or not 0 <= case < result.store.cases:
         what = "'study replay' without a case" if case is None else f"case {case}"
-        raise InputError(what, f"0 to {store.cases - 1}", replay_command(store.address, 0))
+        raise InputError(what, f"0 to {result.store.cases - 1}", replay_command(address, 0))
     from scissordyn.cli.output import check_file
     from scissordyn.cli.show import console, show_events, show_summary
     from scissordyn.run.store import save
-    from scissordyn.study.replay import replay_case
 
     if output is not None:
-        check_file(Path(output), Path(store.address) / "zarr.json", "-o run.nc")
-    run, member = replay_case(described, store.results(), case)
-    if member:
+        check_file(Path(output), Path(address) / "zarr.json", "-o run.nc")
+    run = result.replay(case)
+    if member := int(result.dataset["member"][case]):
         print(f"Case {case} is member {member}: its start differs from this run's by round-off")
     to = console()
     show_events(run, EVENTS, to)

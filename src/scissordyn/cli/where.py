@@ -15,7 +15,7 @@ import typer
 from scissordyn.errors import InputError
 
 if TYPE_CHECKING:
-    from scissordyn.study.engine import Engine
+    from scissordyn.run.engine import Engine
 
 __all__ = ["MOST_THREADS", "QueueFile", "Scheduler", "ThreadCount", "Where", "WorkerCount"]
 
@@ -41,14 +41,7 @@ UNPROTECTED = (
 
 @dataclass(frozen=True)
 class Where:
-    """Where cases are computed.
-
-    Parameters
-    ----------
-    threads, workers : int or None
-    scheduler : str or None
-    cluster : Path or None
-    """
+    """Where cases are computed."""
 
     threads: int | None = None
     workers: int | None = None
@@ -62,25 +55,19 @@ class Where:
     @contextmanager
     def engine(self) -> Iterator[Engine]:
         """The engine; one choice at most."""
-        from scissordyn.study.engine import Cluster, Threads
+        from scissordyn.run.engine import Threads, opened
+        from scissordyn.study.engine import Cluster
         from scissordyn.study.processes import Processes
 
-        chosen = [name for name in ("threads", "workers", "scheduler", "cluster") if getattr(self, name) is not None]
+        made = {"threads": Threads, "workers": Processes, "scheduler": Cluster, "cluster": Cluster}
+        chosen = [name for name in made if getattr(self, name) is not None]
         if len(chosen) > 1:
             raise InputError(f"--{' and --'.join(chosen)}", "one of them")
-        if self.workers is not None:
-            with Processes.started(self.workers) as engine:
-                yield engine
-        elif self.scheduler is not None:
-            with Cluster.joined(self.scheduler) as engine:
-                if not engine.protected:
-                    print(UNPROTECTED, file=sys.stderr)
-                yield engine
-        elif self.cluster is not None:
-            with Cluster.queued(self.cluster) as engine:
-                yield engine
-        else:
-            yield Threads(self.threads)
+        name = chosen[0] if chosen else "threads"
+        with opened(made[name](getattr(self, name))) as engine:
+            if name == "scheduler" and isinstance(engine, Cluster) and not engine.protected:
+                print(UNPROTECTED, file=sys.stderr)
+            yield engine
 
 
 def _check_workers(workers: int) -> None:

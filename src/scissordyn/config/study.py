@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-import dataclasses
 import math
 import re
 import tomllib
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -18,16 +17,15 @@ from scissordyn.config.text import read_text
 from scissordyn.errors import InputError, did_you_mean
 from scissordyn.model.address import number
 from scissordyn.model.mechanism import Mechanism
-from scissordyn.run.measure import MEASURES
 from scissordyn.run.options import Options
 from scissordyn.study.description import Factor, OwnMeasure, Sampling, Study, check_part
 from scissordyn.study.design import Design
-from scissordyn.study.distribution import Interval, Levels, LogNormal, Normal, Table, Uniform, Variation
-from scissordyn.study.goal import Goal, Optimisation
-from scissordyn.study.requirement import BY_COMPONENT, KINDS, Requirement, Response
+from scissordyn.study.distribution import Empirical, Interval, Levels, LogNormal, Normal, Uniform, Variation
+from scissordyn.study.goal import Optimisation, read_goal
+from scissordyn.study.requirement import BY_COMPONENT, KINDS, Requirement, Response, read_response
 from scissordyn.units import Quantity
 
-__all__ = ["StudyText", "read_requirement", "read_study", "read_variation", "study_of"]
+__all__ = ["StudyText", "described_study", "own_measure", "read_requirement", "read_study", "read_variation", "study_of"]
 
 VARY = "--vary A.clearance='0.05..0.4 mm'"
 
@@ -37,9 +35,6 @@ DISTRIBUTIONS = {"uniform": 2, "normal": 2, "truncated": 4, "lognormal": 2, "tab
 """Their numbers of parameters."""
 
 CALL = re.compile(r"\s*([a-z]+)\s*\((.*)\)\s*(.*)", re.DOTALL)
-ALIASES = {"error": "peak_track_deviation"}
-"""Measures that are called otherwise behind the name of a tracked point: ``tip.error``."""
-
 OWN = re.compile(r"\s*([^\s\[\]]+)\s*(?:\[([^\[\]]*)\])?\s*(?:\bof\s+(\S+))?\s*")
 """What stands before the equals sign of a measure of the user's: a name, a unit in brackets, and what its function gets."""
 
@@ -54,7 +49,7 @@ COMPARISON = re.compile(r"\s*([^<>=]+?)\s*(<=|>=|<|>)\s*([^<>=]+?)\s*")
 
 @dataclass(frozen=True)
 class StudyText:
-    """A study as the user writes it.
+    """A study as the user writes it: of texts, or in Python of what they stand for.
 
     Parameters
     ----------
@@ -77,10 +72,10 @@ class StudyText:
 
     case: Path
     changes: tuple[str, ...] = ()
-    vary: Mapping[str, str] = field(default_factory=dict)
-    uncertain: Mapping[str, str] = field(default_factory=dict)
-    measures: tuple[str, ...] = ()
-    require: tuple[str, ...] = ()
+    vary: Mapping[str, str | Variation] = field(default_factory=dict)
+    uncertain: Mapping[str, str | Variation] = field(default_factory=dict)
+    measures: Sequence[str | OwnMeasure] = ()
+    require: Sequence[str | Requirement] = ()
     design: Design = field(default_factory=Design)
     sampling: Sampling = field(default_factory=Sampling)
     members: int = 1
@@ -206,45 +201,69 @@ def study_of(text: StudyText) -> Study:
         For an address, a unit, a range or a requirement that does not fit.
     """
     case = read_case(text.case, list(text.changes))
-    asked = [Response(measure, part) for part, measure, _ in (_response(name, ()) for name in text.measures if "=" not in name)]
-    for response in asked:
-        check_part(case.mechanism, response)
-    names = [response.measure for response in asked]
-    own = tuple(_own_measure(each) for each in text.measures if "=" in each)
-    goals = tuple(read_goal(goal, own, tuple(text.vary)) for goal in text.goals)
-    requirements = tuple(read_requirement(each, own) for each in text.require)
+    return described_study(case.mechanism, Options(**case.run.keywords), text)
+
+
+def described_study(mechanism: Mechanism, options: Options, asked: StudyText) -> Study:
+    """The study of a mechanism.
+
+    Parameters
+    ----------
+    mechanism : Mechanism
+    options : Options
+    asked : StudyText
+        Of texts, or of what they stand for. Names of files start at the folder of its case, which is not read.
+
+    Returns
+    -------
+    Study
+    """
+    texts = [name for name in asked.measures if isinstance(name, str) and "=" not in name]
+    wanted = [Response(measure, part) for part, measure, _ in (read_response(name, ()) for name in texts)]
+    for response in wanted:
+        check_part(mechanism, response)
+    given = (each for each in asked.measures if each not in texts)
+    own = tuple(own_measure(*_parted(each)) if isinstance(each, str) else each for each in given)
+    goals = tuple(read_goal(goal, own, tuple(asked.vary)) for goal in asked.goals)
+    requirements = tuple(read_requirement(each, own) if isinstance(each, str) else each for each in asked.require)
+    needed = [one.measure for one in requirements] + [goal.measure for goal in goals if goal.measure not in asked.vary]
     taken = {each.name for each in own}
-    needed = [requirement.measure for requirement in requirements] + [
-        goal.measure for goal in goals if goal.measure not in text.vary
-    ]
-    wanted = [*names, *(name for name in needed if name not in taken)]
-    measures = tuple(dict.fromkeys(wanted)) or ("peak_force", "peak_drive_torque")
-    optimisation = Optimisation(goals, **text.optimise) if goals else None
-    factors = _factors(case.mechanism, text.vary, text.case.parent)
+    names = [*(response.measure for response in wanted), *(name for name in needed if name not in taken)]
+    optimisation = Optimisation(goals, **asked.optimise) if goals else None
+    folder = asked.case.parent
+    factors = _factors(mechanism, asked.vary, folder)
     return Study(
-        mechanism=case.mechanism,
-        options=Options(**{each.name: getattr(case.run, each.name) for each in dataclasses.fields(Options)}),
+        mechanism=mechanism,
+        options=options,
         factors=factors,
-        design=text.design if optimisation is None else optimisation.design(1, len(factors)),
-        measures=measures,
+        design=asked.design if optimisation is None else optimisation.design(1, len(factors)),
+        measures=tuple(dict.fromkeys(names)) or ("peak_force", "peak_drive_torque"),
         own_measures=own,
-        uncertain=_factors(case.mechanism, text.uncertain, text.case.parent),
-        sampling=text.sampling,
-        members=text.members,
+        uncertain=_factors(mechanism, asked.uncertain, folder),
+        sampling=asked.sampling,
+        members=asked.members,
         requirements=requirements,
         optimisation=optimisation,
-        responses=tuple(dict.fromkeys(response for response in asked if response.part)),
+        responses=tuple(dict.fromkeys(response for response in wanted if response.part)),
     )
 
 
-def _factors(mechanism: Mechanism, given: Mapping[str, str], folder: Path) -> tuple[Factor, ...]:
+def _factors(mechanism: Mechanism, given: Mapping[str, str | Variation], folder: Path) -> tuple[Factor, ...]:
     factors = []
     for address, text in given.items():
         quantity = number(mechanism, address).quantity
         assert quantity is not None
+        if not isinstance(text, str):
+            factors.append(Factor(address, text))
+            continue
         variation, unit = read_variation(text, quantity, address=address, folder=folder), _unit_of(text)
         factors.append(Factor(address, variation, unit, unit_factor(unit, quantity.unit) if unit else 1.0))
     return tuple(factors)
+
+
+def _parted(measure: str) -> tuple[str, str]:
+    name, _, reference = measure.partition("=")
+    return name, reference.strip()
 
 
 def _unit_of(text: str) -> str:
@@ -256,9 +275,21 @@ def _unit_of(text: str) -> str:
     return _split(last)[1]
 
 
-def _own_measure(text: str) -> OwnMeasure:
-    name, _, reference = text.partition("=")
-    found = OWN.fullmatch(name)
+def own_measure(name: str, function: str | Callable[..., float]) -> OwnMeasure:
+    """A measure of the user's.
+
+    Parameters
+    ----------
+    name : str
+        With the unit in brackets and what the function gets: ``late [N] of accumulators``.
+    function : callable or str
+        Or ``file.py:function``.
+
+    Returns
+    -------
+    OwnMeasure
+    """
+    found, text = OWN.fullmatch(name), f"{name}={function}" if isinstance(function, str) else name
     if found is None:
         raise InputError(f"measure '{text}'", "a name, its unit if it has one, and a function of a file", OWN_SAMPLE)
     unit = (found[2] or "1").strip()
@@ -267,7 +298,7 @@ def _own_measure(text: str) -> OwnMeasure:
             unit_factor(unit, unit)
         except InputError as error:
             raise InputError(f"measure '{text}': {error.what}", "a unit such as N, mm, N m", OWN_SAMPLE) from None
-    return OwnMeasure(found[1], reference.strip(), of=found[3] or "dataset", units=unit)
+    return OwnMeasure(found[1], function, of=found[3] or "dataset", units=unit)
 
 
 def read_variation(text: str, quantity: Quantity, *, address: str = "", folder: Path | None = None) -> Variation:
@@ -350,7 +381,7 @@ def _distribution(name: str, inside: str, unit: str, quantity: Quantity, folder:
     if name not in DISTRIBUTIONS:
         raise InputError(f"distribution '{name}'{did_you_mean(name, DISTRIBUTIONS)}", ", ".join(DISTRIBUTIONS))
     if name == "table":
-        return Table(tuple(_si(repr(value), unit, quantity) for value in _column(folder / inside.strip())))
+        return Empirical(tuple(_si(repr(value), unit, quantity) for value in _column(folder / inside.strip())))
     parts = [part for part in inside.split(",") if part.strip()]
     if len(parts) != DISTRIBUTIONS[name]:
         raise InputError(f"{len(parts)} numbers of a {name} distribution", f"{DISTRIBUTIONS[name]} numbers")
@@ -383,18 +414,6 @@ def _column(path: Path) -> Sequence[float]:
         raise InputError(f"'{path}': {error}", "one number in each line") from None
 
 
-def _response(text: str, own: Sequence[OwnMeasure]) -> tuple[str, str, str]:
-    """Part, measure and unit of what a requirement or a goal is about."""
-    units = {name: measure.units for name, measure in MEASURES.items()} | {each.name: each.units for each in own}
-    if text in units:
-        return "", text, units[text]
-    part, dot, measure = text.rpartition(".")
-    measure = ALIASES.get(measure, measure) if dot and measure not in units else measure
-    if measure not in units:
-        raise InputError(f"unknown measure '{measure}'{did_you_mean(measure, units)}", ", ".join(units))
-    return part, measure, units[measure]
-
-
 def read_requirement(text: str, own: Sequence[OwnMeasure] = ()) -> Requirement:
     """A requirement such as ``peak_force < 500 N`` or ``A.peak_force < 500 N``.
 
@@ -416,7 +435,7 @@ def read_requirement(text: str, own: Sequence[OwnMeasure] = ()) -> Requirement:
     if found is None:
         raise InputError(f"'{text}' is no requirement", "a measure, a sign and a bound", "'peak_force < 500 N'")
     try:
-        part, measure, unit = _response(found[1], own)
+        part, measure, unit = read_response(found[1], own)
         value, given = _split(found[3])
         if measure in BY_COMPONENT:
             unit = _exerted(given, value)
@@ -443,27 +462,3 @@ def _exerted(given: str, value: str) -> str:
             unit_factor(given, unit)
             return unit
     raise InputError(f"unit '{given}' does not fit", "one of a force [N] or of a torque [N m]", f"{value} {next(iter(KINDS))}")
-
-
-def read_goal(text: str, own: Sequence[OwnMeasure] = (), addresses: Sequence[str] = ()) -> Goal:
-    """A goal such as ``minimise peak_force``.
-
-    Parameters
-    ----------
-    text : str
-        ``minimise`` or ``maximise``, then a measure, or the address of a number that varies.
-    own : sequence of OwnMeasure
-    addresses : sequence of str
-        Of the numbers that are chosen.
-
-    Returns
-    -------
-    Goal
-    """
-    direction, _, rest = text.strip().partition(" ")
-    if direction not in ("minimise", "maximise") or not rest:
-        raise InputError(f"goal '{text}'", "minimise or maximise, and a measure", "'minimise peak_force'")
-    if rest.strip() in addresses:
-        return Goal(rest.strip(), "", direction == "maximise")
-    part, measure, _ = _response(rest.strip(), own)
-    return Goal(measure, part, direction == "maximise")

@@ -12,26 +12,17 @@ from typing import Annotated
 import numpy as np
 import xarray as xr
 
-from scissordyn.errors import InputError
+from scissordyn.errors import InputError, whole_number
 from scissordyn.model.mechanism import Mechanism
-from scissordyn.periodic.cycles import per_cycle
-from scissordyn.periodic.diagram import (
-    PENDING,
-    DiagramCase,
-    DiagramRow,
-    conclude,
-    diagram_from,
-    empty_diagram,
-    enter,
-    final_state,
-)
+from scissordyn.periodic.diagram import conclude, diagram_from, empty_diagram, enter_value, final_state
 from scissordyn.periodic.follow import carried
-from scissordyn.periodic.stroboscope import drive_period, run_cycles
+from scissordyn.periodic.rows import PENDING, CycleCase, CycleRow, run_case
+from scissordyn.periodic.stroboscope import drive_period
 from scissordyn.run.demand import CYCLE_TIME, check_cycles, check_memory, count_in_words, machine_memory
+from scissordyn.run.engine import Engine, EngineError, Outcome, Threads, outcomes
 from scissordyn.run.options import Options, StartKind
 from scissordyn.run.snapshot import Snapshot
 from scissordyn.run.store import save
-from scissordyn.study.engine import Engine, EngineError, Outcome, Threads
 from scissordyn.units import Meaning, checked
 
 __all__ = ["bifurcation", "check_diagram"]
@@ -123,7 +114,7 @@ def bifurcation(
     target = None if store is None else Path(store)
     diagram = diagram_from(target, empty_diagram(mechanism, over, numbers, cases, follow), mechanisms[0])
     todo = np.flatnonzero(np.isin(diagram["status"].values, (PENDING, "interrupted"))).tolist()
-    results = _chain(cases, diagram, todo) if follow else (engine or Threads()).each(_row, [cases[at] for at in todo])
+    results = _chain(cases, diagram, todo) if follow else outcomes(engine, run_case, [cases[at] for at in todo])
     interrupted = _compute(results, diagram, target, progress)
     conclude(diagram, interrupted, time.perf_counter() - began)
     if target is not None:
@@ -140,9 +131,8 @@ def check_diagram(mechanism: Mechanism, values: int, cycles: int, keep: int) -> 
     values, cycles, keep : int
         See `bifurcation`.
     """
-    for name, count, most in (("cycles", cycles, None), ("keep", keep, cycles)):
-        if isinstance(count, bool) or not isinstance(count, int) or count < 1 or (most is not None and count > most):
-            raise InputError(f"{name} = {count!r}", "a whole number >= 1" + (f" and <= {most}" if most is not None else ""))
+    whole_number("cycles", cycles)
+    whole_number("keep", keep, 1, cycles)
     check_cycles(mechanism, cycles)
     needed = VALUE_BYTES + 8 * keep * (KEPT + KEPT_OF_JOINT * len(mechanism.contacts))
     check_memory(
@@ -156,13 +146,13 @@ def check_diagram(mechanism: Mechanism, values: int, cycles: int, keep: int) -> 
 
 def _cases(
     mechanisms: Sequence[Mechanism], options: Options, period: float | None, cycles: int, keep: int, phase: float
-) -> list[DiagramCase]:
+) -> list[CycleCase]:
     """A case for each value."""
     if len({tuple(joint.name for joint in one.clearance_joints) for one in mechanisms}) > 1:
         raise InputError("mechanisms with different clearance joints", "the same clearance joints for every value")
     own = [options if period is not None else replace(options, until=drive_period(one)) for one in mechanisms]
     pairs = enumerate(zip(mechanisms, own, strict=True))
-    return [DiagramCase(at, one, each, cycles, keep, phase, options.start) for at, (one, each) in pairs]
+    return [CycleCase(at, one, each, cycles, keep, phase, options.start) for at, (one, each) in pairs]
 
 
 def _numbers(values: Sequence[float] | np.ndarray) -> list[float]:
@@ -174,7 +164,7 @@ def _numbers(values: Sequence[float] | np.ndarray) -> list[float]:
 
 
 def _compute(
-    results: Iterator[Outcome[DiagramCase, DiagramRow]],
+    results: Iterator[Outcome[CycleCase, CycleRow]],
     diagram: xr.Dataset,
     target: Path | None,
     progress: Callable[[int, int], None] | None,
@@ -183,7 +173,7 @@ def _compute(
     saved = time.perf_counter()
     try:
         for result in results:
-            enter(diagram, result)
+            enter_value(diagram, result)
             if progress is not None:
                 progress(int(np.sum(diagram["status"].values != PENDING)), diagram.sizes["value"])
             if target is not None and time.perf_counter() - saved > SAVE_EVERY:
@@ -198,29 +188,7 @@ def _compute(
     return False
 
 
-def _row(case: DiagramCase) -> DiagramRow:
-    """Compute one value."""
-    began, worked = time.perf_counter(), time.thread_time()
-    found = run_cycles(case.mechanism, case.options, cycles=case.cycles, keep=case.keep, phase=case.phase, start=case.start)
-    if found.status == "interrupted":
-        raise KeyboardInterrupt
-    first = case.cycles - case.keep
-    values = {name: values[first:] for name, values in per_cycle(case.mechanism, found).items()}
-    return DiagramRow(
-        values=values,
-        done=found.samples.time.size,
-        end=found.end,
-        status=found.status,
-        cause=found.cause,
-        warnings=found.warnings,
-        steps=int(found.statistics["steps"]),
-        events=int(found.statistics["events"]),
-        seconds=time.perf_counter() - began,
-        processor_seconds=time.thread_time() - worked,
-    )
-
-
-def _chain(cases: Sequence[DiagramCase], diagram: xr.Dataset, todo: list[int]) -> Iterator[Outcome[DiagramCase, DiagramRow]]:
+def _chain(cases: Sequence[CycleCase], diagram: xr.Dataset, todo: list[int]) -> Iterator[Outcome[CycleCase, CycleRow]]:
     """All values in order, each from the final state of the one before; from the initial start after a failure."""
     end: Snapshot | None = None
     for index in todo:
@@ -229,6 +197,7 @@ def _chain(cases: Sequence[DiagramCase], diagram: xr.Dataset, todo: list[int]) -
             end = final_state(diagram, index - 1, cases[index - 1].mechanism)
         if index and end is not None:
             case = replace(case, start=carried(cases[index - 1].mechanism, end, case.mechanism))
-        for result in Threads(1).each(_row, [case]):
-            end = result.value.end if result.value is not None and result.value.status == "complete" else None
+        for result in Threads(1).each(run_case, [case]):
+            row = result.value
+            end = row.end if row is not None and row.about["status"] == "complete" else None
             yield result

@@ -123,11 +123,6 @@ def _state_of(run: xr.Dataset, mechanism: Mechanism, period: float) -> Snapshot:
 def stroboscopic_samples(mechanism: Mechanism, found: Cycles) -> dict[str, np.ndarray]:
     """The quantities of a stroboscopic map, at the samples.
 
-    Parameters
-    ----------
-    mechanism : Mechanism
-    found : Cycles
-
     Returns
     -------
     dict of ndarray

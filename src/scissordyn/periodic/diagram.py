@@ -5,7 +5,6 @@ from __future__ import annotations
 import hashlib
 import json
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -17,86 +16,18 @@ from scissordyn.kinematics.branching import drive_warnings
 from scissordyn.model.address import number
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.model.record import to_plain
-from scissordyn.periodic.cycles import DESCRIBED, recorded
+from scissordyn.periodic.cycles import recorded
+from scissordyn.periodic.rows import PENDING, CycleCase, CycleRow, coordinates, enter, status_columns
 from scissordyn.periodic.stroboscope import start_state
 from scissordyn.run.configuration import read_configuration, write_configuration
-from scissordyn.run.options import Options, StartKind
+from scissordyn.run.engine import Outcome
 from scissordyn.run.snapshot import Snapshot
 from scissordyn.run.store import load
-from scissordyn.study.engine import Outcome, error_text
 from scissordyn.study.grouped import grouped
 
-__all__ = [
-    "PENDING",
-    "DiagramCase",
-    "DiagramRow",
-    "OtherDiagramError",
-    "conclude",
-    "diagram_from",
-    "empty_diagram",
-    "enter",
-    "final_state",
-]
+__all__ = ["OtherDiagramError", "conclude", "diagram_from", "empty_diagram", "enter_value", "final_state"]
 
 TITLE = "scissordyn bifurcation"
-
-PENDING = "pending"
-"""Status of a value that has not been computed yet."""
-
-
-@dataclass(frozen=True)
-class DiagramCase:
-    """One value of the parameter, with all inputs of a worker.
-
-    Parameters
-    ----------
-    at : int
-        Its place among the values.
-    mechanism : Mechanism
-    options : Options
-        `until` is the period.
-    cycles, keep : int
-    phase : float
-    start : {"concentric", "in-contact", "static"} or Snapshot
-    """
-
-    at: int
-    mechanism: Mechanism
-    options: Options
-    cycles: int
-    keep: int
-    phase: float
-    start: StartKind | Snapshot
-
-
-@dataclass(frozen=True)
-class DiagramRow:
-    """The result of one value.
-
-    Parameters
-    ----------
-    values : dict of ndarray
-        The last cycles, by the names of `periodic.cycles.DESCRIBED`; shorter where the run failed.
-    done : int
-        Whole cycles.
-    end : Snapshot
-    status, cause : str
-    warnings : tuple of str
-    steps, events : int
-    seconds, processor_seconds : float
-        Of this value, by the clock and of the processor.
-    """
-
-    values: dict[str, np.ndarray]
-    done: int
-    end: Snapshot
-    status: str
-    cause: str
-    warnings: tuple[str, ...]
-    steps: int
-    events: int
-    seconds: float
-    processor_seconds: float
 
 
 class OtherDiagramError(InputError):
@@ -107,7 +38,7 @@ def empty_diagram(
     mechanism: Mechanism,
     over: str | Callable[[float], Mechanism],
     numbers: list[float],
-    cases: Sequence[DiagramCase],
+    cases: Sequence[CycleCase],
     follow: bool,
 ) -> xr.Dataset:
     """A diagram without results.
@@ -119,15 +50,11 @@ def empty_diagram(
         The parameter.
     numbers : list of float
         Its values.
-    cases : sequence of DiagramCase
+    cases : sequence of CycleCase
         One for each.
     follow : bool
-
-    Returns
-    -------
-    Dataset
     """
-    count, first = len(cases), cases[0]
+    first = cases[0]
     if isinstance(over, str):
         quantity = number(mechanism, over).quantity
         assert quantity is not None
@@ -146,23 +73,11 @@ def empty_diagram(
         "cases": hashlib.sha256(json.dumps(identity).encode()).hexdigest(),
         **made_with,
     }
-    text = np.full(count, "", dtype=object)
     return xr.Dataset(
-        {
-            "status": ("value", np.full(count, PENDING, dtype=object), {"long_name": "status"}),
-            "cause": ("value", text, {"long_name": "cause if it is not complete"}),
-            "warnings": ("value", text.copy(), {"long_name": "warnings about the cycles kept, one a line"}),
-            "completed_cycles": ("value", np.zeros(count, np.int64), {"units": "1", "long_name": "whole cycles"}),
-            "total_steps": ("value", np.zeros(count, np.int64), {"units": "1", "long_name": "integration steps"}),
-            "total_events": ("value", np.zeros(count, np.int64), {"units": "1", "long_name": "contacts begun and ended"}),
-            "seconds": ("value", np.zeros(count), {"units": "s", "long_name": "time taken"}),
-            "processor_seconds": ("value", np.zeros(count), {"units": "s", "long_name": "time of the processor taken"}),
-        },
+        status_columns("value", len(cases)),
         coords={
             "value": ("value", np.array(numbers), {"units": units, "long_name": long_name}),
-            "cycle": ("cycle", np.arange(first.cycles - first.keep, first.cycles), {"long_name": "cycle"}),
-            "joint": ("joint", np.array([joint.name for joint in first.mechanism.contacts], dtype=object)),
-            "axis": ("axis", np.array(["x", "y"], dtype=object)),
+            **coordinates(first),
             "period": ("value", np.array([case.options.until for case in cases]), {"units": "s", "long_name": "period"}),
         },
         attrs={
@@ -183,7 +98,7 @@ def _said(name: object, value: float, units: object) -> str:
     return f"{name} = {value:g}" + ("" if units == "1" else f" {units}")
 
 
-def _warnings(cases: Sequence[DiagramCase], values: list[str]) -> list[str]:
+def _warnings(cases: Sequence[CycleCase], values: list[str]) -> list[str]:
     """Singular positions that the drives lead through; those of some values only with the first of these values."""
     first: dict[str, str] = {}
     count: dict[str, int] = {}
@@ -208,10 +123,6 @@ def diagram_from(target: Path | None, blank: xr.Dataset, mechanism: Mechanism) -
         The diagram without results.
     mechanism : Mechanism
         Of a value.
-
-    Returns
-    -------
-    Dataset
 
     Raises
     ------
@@ -255,32 +166,18 @@ def _dims(stored: xr.Dataset, name: str) -> tuple[object, ...]:
     return stored[name].dims if name in stored else ()
 
 
-def enter(diagram: xr.Dataset, result: Outcome[DiagramCase, DiagramRow]) -> None:
-    """Write one value's results into the diagram."""
-    case, row = result.task, result.value
-    at = case.at
-    if row is None:
-        assert result.error is not None
-        diagram["status"].values[at], diagram["cause"].values[at] = "failed", error_text(result.error)
+def enter_value(diagram: xr.Dataset, outcome: Outcome[CycleCase, CycleRow]) -> None:
+    """Write one value's results into the diagram, with the state at the end, from which it can be followed."""
+    enter(diagram, "value", outcome)
+    if outcome.value is None:
         return
-    for name, values in row.values.items():
-        if name not in diagram:
-            dims, units, long_name = DESCRIBED[name]
-            shape = (diagram.sizes["value"], case.keep, *values.shape[1:])
-            about = {"units": units, "long_name": long_name}
-            diagram[name] = (("value", *dims), np.full(shape, np.nan), about)
-        diagram[name].values[at, : values.shape[0]] = values
-    diagram["status"].values[at], diagram["cause"].values[at] = row.status, row.cause
-    diagram["warnings"].values[at] = "\n".join(row.warnings)
-    diagram["completed_cycles"].values[at] = row.done
-    diagram["total_steps"].values[at], diagram["total_events"].values[at] = row.steps, row.events
-    diagram["seconds"].values[at], diagram["processor_seconds"].values[at] = row.seconds, row.processor_seconds
-    packed = np.concatenate([row.end.y, row.end.mode, row.end.arrays["memory"], row.end.arrays["reference"]])
+    end = outcome.value.end
+    packed = np.concatenate([end.y, end.mode, end.arrays["memory"], end.arrays["reference"]])
     if "end" not in diagram:
         about = {"long_name": "state, modes, approach speeds and angles at the end, each in its SI unit"}
         diagram["end"] = (("value", "entry"), np.full((diagram.sizes["value"], packed.size), np.nan), about)
     if packed.size == diagram.sizes["entry"]:  # a function may give mechanisms of different sizes
-        diagram["end"].values[at] = packed
+        diagram["end"].values[outcome.task.at] = packed
 
 
 def final_state(diagram: xr.Dataset, at: int, mechanism: Mechanism) -> Snapshot:

@@ -3,26 +3,26 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable
 from typing import Annotated
 
 import numpy as np
 import xarray as xr
 
-from scissordyn.errors import InputError
+from scissordyn.errors import InputError, whole_number
 from scissordyn.kinematics.branching import drive_warnings
 from scissordyn.mechanics.reduce import reduce_mechanism
 from scissordyn.model.mechanism import Mechanism
-from scissordyn.periodic.cycles import DESCRIBED, per_cycle
+from scissordyn.periodic.cycles import DESCRIBED
 from scissordyn.periodic.follow import consistent
-from scissordyn.periodic.stroboscope import drive_period, run_cycles, start_state
+from scissordyn.periodic.rows import COLUMNS, CycleCase, coordinates, enter, run_case, status_columns
+from scissordyn.periodic.stroboscope import drive_period, start_state
 from scissordyn.run.configuration import write_configuration
 from scissordyn.run.demand import check_cycles
 from scissordyn.run.driver import make_system
+from scissordyn.run.engine import Engine, outcomes
 from scissordyn.run.options import Options, StartKind
 from scissordyn.run.snapshot import Snapshot
-from scissordyn.study.engine import Engine, Outcome, Threads, error_text
 from scissordyn.study.grouped import grouped
 from scissordyn.units import Meaning, checked
 
@@ -30,32 +30,6 @@ __all__ = ["ensemble"]
 
 LEAST, MOST = 1e-16, 1e-6
 """Range of relative perturbations on the scale of round-off."""
-
-_Recorded = tuple[dict[str, np.ndarray], str, str, tuple[str, ...]]
-"""What a member recorded once per cycle, its status, its cause, and its warnings."""
-
-
-@dataclass(frozen=True)
-class Member:
-    """One member of an ensemble, with all inputs of a worker.
-
-    Parameters
-    ----------
-    number : int
-    mechanism : Mechanism
-    options : Options
-        `until` is the period.
-    cycles : int
-    phase : float
-    start : Snapshot
-    """
-
-    number: int
-    mechanism: Mechanism
-    options: Options
-    cycles: int
-    phase: float
-    start: Snapshot
 
 
 @checked
@@ -131,45 +105,33 @@ def ensemble(
     period = drive_period(mechanism) if period is None else period
     options = Options(period, start, 2, rtol, atol, method, most_steps)
     starts = _starts(mechanism, start, members, perturbation, seed)
-    cases = [Member(number, mechanism, options, cycles, phase, one) for number, one in enumerate(starts)]
-    found = _outcomes(cases, Threads() if engine is None else engine, progress)
-    run, status = _collected(mechanism, found, cycles)
+    cases = [CycleCase(at, mechanism, options, cycles, cycles, phase, one) for at, one in enumerate(starts)]
+    run = xr.Dataset(status_columns("member", members), coords={"member": np.arange(members), **coordinates(cases[0])})
+    for outcome in outcomes(engine, run_case, cases, total=members, progress=progress):
+        enter(run, "member", outcome)
+    said = grouped((text, at) for at, lines in enumerate(run["warnings"].values) for text in lines.split("\n") if text)
+    run = run.drop_vars([name for name in run.data_vars if name in COLUMNS and name not in ("status", "cause")])
+    if "energy" not in run:
+        raise InputError(f"an ensemble in which no member ran: {run['cause'].values[0]}", "a mechanism that runs")
     _add_agreement(run, mechanism, agreement, period, phase)
     _add_means(run, skip)
-    settings = {"period": period, "phase": phase, "perturbation": perturbation, "seed": seed, "agreement": agreement}
-    run.attrs |= _attributes(mechanism, options, status, settings)
-    said = grouped((text, one.task.number) for one in found if one.value is not None for text in one.value[3])
-    run.attrs["warnings"] = json.dumps([*said, *drive_warnings(mechanism, period)])
-    return run
-
-
-def _outcomes(
-    cases: Sequence[Member], engine: Engine, progress: Callable[[int, int], None] | None
-) -> list[Outcome[Member, _Recorded]]:
-    """What became of the members, in their order."""
-    found: list[Outcome[Member, _Recorded]] = []
-    for one in engine.each(_run, cases):
-        found.append(one)
-        if progress is not None:
-            progress(len(found), len(cases))
-    return sorted(found, key=lambda one: one.task.number)
-
-
-def _attributes(
-    mechanism: Mechanism, options: Options, status: list[str], settings: dict[str, float]
-) -> dict[str, str | float]:
-    return {
+    run.attrs |= {
         "title": "scissordyn ensemble",
-        "status": "complete" if set(status) == {"complete"} else "failed",
-        **settings,
+        "status": "complete" if set(run["status"].values) == {"complete"} else "failed",
+        "period": period,
+        "phase": phase,
+        "perturbation": perturbation,
+        "seed": seed,
+        "agreement": agreement,
         "configuration": write_configuration(mechanism, options),
+        "warnings": json.dumps([*said, *drive_warnings(mechanism, period)]),
     }
+    return run
 
 
 def _check(mechanism: Mechanism, members: int, cycles: int, skip: int, perturbation: float, agreement: float) -> None:
     for name, count, least in (("members", members, 2), ("cycles", cycles, 1), ("skip", skip, 0)):
-        if isinstance(count, bool) or not isinstance(count, int) or count < least:
-            raise InputError(f"{name} = {count!r}", f"a whole number >= {least}")
+        whole_number(name, count, least)
     if skip >= cycles:
         raise InputError(f"skip = {skip} of {cycles} cycles", "fewer than there are")
     if not LEAST <= perturbation <= MOST:
@@ -178,38 +140,6 @@ def _check(mechanism: Mechanism, members: int, cycles: int, skip: int, perturbat
         raise InputError(f"agreement = {agreement!r}", "a fraction of the clearance, above 0 and below 1")
     if not mechanism.contacts:
         raise InputError("an ensemble of a mechanism without clearance joints", "a mechanism with a clearance")
-
-
-def _collected(mechanism: Mechanism, found: Sequence[Outcome[Member, _Recorded]], cycles: int) -> tuple[xr.Dataset, list[str]]:
-    """What the members recorded, and their status."""
-    variables: dict[str, tuple[tuple[str, ...], np.ndarray, dict[str, str]]] = {}
-    status, cause = ["failed"] * len(found), [""] * len(found)
-    for number, result in enumerate(found):
-        if result.value is None:
-            assert result.error is not None
-            cause[number] = error_text(result.error)
-            continue
-        values, status[number], cause[number], _ = result.value
-        for name, array in values.items():
-            if name not in variables:
-                dims, units, long_name = DESCRIBED[name]
-                full = np.full((len(found), cycles, *array.shape[1:]), np.nan)
-                variables[name] = (("member", *dims), full, {"units": units, "long_name": long_name})
-            variables[name][1][number, : array.shape[0]] = array
-    if not variables:
-        raise InputError(f"an ensemble in which no member ran: {cause[0]}", "a mechanism that runs")
-    run = xr.Dataset(
-        variables,
-        coords={
-            "member": np.arange(len(found)),
-            "cycle": ("cycle", np.arange(cycles), {"long_name": "cycle"}),
-            "joint": [joint.name for joint in mechanism.contacts],
-            "axis": ["x", "y"],
-        },
-    )
-    run["status"] = ("member", status, {"long_name": "status"})
-    run["cause"] = ("member", cause, {"long_name": "cause if it is not complete"})
-    return run, status
 
 
 def _starts(mechanism: Mechanism, start: StartKind, members: int, perturbation: float, seed: int) -> list[Snapshot]:
@@ -222,13 +152,6 @@ def _starts(mechanism: Mechanism, start: StartKind, members: int, perturbation: 
         factor = 1.0 + perturbation * numbers.standard_normal(first.y.size)
         found.append(consistent(system, first.changed(y=first.y * factor)))
     return found
-
-
-def _run(member: Member) -> _Recorded:
-    found = run_cycles(member.mechanism, member.options, cycles=member.cycles, phase=member.phase, start=member.start)
-    if found.status == "interrupted":
-        raise KeyboardInterrupt
-    return per_cycle(member.mechanism, found), found.status, found.cause, found.warnings
 
 
 def _add_agreement(run: xr.Dataset, mechanism: Mechanism, agreement: float, period: float, phase: float) -> None:

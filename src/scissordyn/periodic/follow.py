@@ -33,10 +33,6 @@ def carried(before: Mechanism, state: Snapshot, after: Mechanism) -> Snapshot:
     after : Mechanism
         Of the same bodies and joints; lengths, masses, drives, clearances and laws may differ.
 
-    Returns
-    -------
-    Snapshot
-
     Raises
     ------
     InputError
@@ -71,10 +67,6 @@ def consistent(system: Handle, state: Snapshot) -> Snapshot:
     system : Handle
         Of a `System`; its state is overwritten.
     state : Snapshot
-
-    Returns
-    -------
-    Snapshot
     """
     live, y, answer = system.content.state, state.y.copy(), np.zeros(2)
     live.mode[:], live.memory[:], live.reference[:] = state.mode, state.arrays["memory"], state.arrays["reference"]

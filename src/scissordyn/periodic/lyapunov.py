@@ -9,7 +9,7 @@ import numpy as np
 import xarray as xr
 
 from scissordyn.analysis.lyapunov import exponent_from_growth
-from scissordyn.errors import InputError
+from scissordyn.errors import InputError, whole_number
 from scissordyn.integrate.advance import FINISHED
 from scissordyn.jit import Handle
 from scissordyn.kinematics.time_functions import check_tables
@@ -277,8 +277,7 @@ def _carried(path: Trajectory, tangent: np.ndarray, first: int, substeps: int, h
 
 def _check_counts(**counts: int) -> None:
     for name, count in counts.items():
-        if isinstance(count, bool) or not isinstance(count, int) or count < 1:
-            raise InputError(f"{name} = {count!r}", "a whole number >= 1")
+        whole_number(name, count)
 
 
 def _length(difference: np.ndarray, n: int, pulse: float) -> float:

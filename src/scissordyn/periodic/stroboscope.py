@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from scissordyn.component.time_function import ConstantSpeed, Harmonic
-from scissordyn.errors import InputError
+from scissordyn.errors import InputError, whole_number
 from scissordyn.integrate import advance as loop
 from scissordyn.integrate.integration import RISE, Samples
 from scissordyn.jit import Handle
@@ -83,10 +83,6 @@ class Cycles:
 def drive_period(mechanism: Mechanism) -> float:
     """The period of a mechanism's only periodic drive.
 
-    Parameters
-    ----------
-    mechanism : Mechanism
-
     Returns
     -------
     float
@@ -119,10 +115,6 @@ def start_state(mechanism: Mechanism, start: StartKind = "concentric", *, rtol: 
     start : str
         See `Options.start`.
     rtol, atol : float
-
-    Returns
-    -------
-    Snapshot
     """
     driver, _, _ = make_driver(reduce_mechanism(mechanism), Options(1.0, start, 2, rtol, atol))
     return driver.snapshot()
@@ -151,16 +143,9 @@ def run_cycles(
     phase : float
     start : str or Snapshot
     progress : callable, optional
-
-    Returns
-    -------
-    Cycles
     """
-    if isinstance(cycles, bool) or not isinstance(cycles, int) or cycles < 1:
-        raise InputError(f"cycles = {cycles!r}", "a whole number >= 1")
-    keep = cycles if keep is None else keep
-    if isinstance(keep, bool) or not isinstance(keep, int) or keep < 1:
-        raise InputError(f"keep = {keep!r}", "a whole number >= 1")
+    whole_number("cycles", cycles)
+    keep = whole_number("keep", cycles if keep is None else keep)
     check_cycles(mechanism, cycles)
     if not 0.0 <= phase < 1.0:
         raise InputError(f"phase = {phase!r}", "a fraction of the period, at least 0 and below 1")

@@ -29,6 +29,9 @@ _HOMES = {name: "pictures" if name == "Pictures" else name for name in __all__}
 class _Room(ModuleType):
     """The package. Its functions have the names of their modules, which Python would put in their place when it loads one."""
 
+    def __dir__(self) -> list[str]:
+        return sorted(__all__)
+
 
 def _function(name: str) -> property:
     def found(room: ModuleType) -> Any:

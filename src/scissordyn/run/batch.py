@@ -2,12 +2,9 @@
 
 from __future__ import annotations
 
-import itertools
-import os
-import threading
+import queue
 import time as clocks
-from collections.abc import Callable, Mapping, Sequence
-from concurrent.futures import ThreadPoolExecutor, wait
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -21,15 +18,12 @@ from scissordyn.model.address import changed_all, find, number
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.run.batch_worker import Worker
 from scissordyn.run.configuration import write_configuration
-from scissordyn.run.interrupt import look, stopped_by
+from scissordyn.run.engine import Threads
 from scissordyn.run.measure import COMPONENT_UNIT, MEASURES, Ended, Measure, component_units, parts_of
 from scissordyn.run.options import EventKind, Options, StartKind
 from scissordyn.run.warn import Extremes
 
-__all__ = ["simulate_many"]
-
-WAIT = 0.2
-"""How often the caller's thread looks at progress and at Ctrl-C [s]."""
+__all__ = ["simulate_cases", "simulate_many"]
 
 TITLE = "scissordyn batch"
 
@@ -80,7 +74,7 @@ def simulate_many(
     threads : int, optional
         One per processor if not given.
     progress : callable, optional
-        Called now and then with the cases done and their number.
+        Called after each group of cases with the cases done and their number.
 
     Returns
     -------
@@ -95,15 +89,28 @@ def simulate_many(
         If an address, a measure or an option is wrong.
     """
     options = Options(until, start, Options.samples, rtol, atol, method, most_steps, events)
+    perturbed = (members, perturbation, seed)
+    return simulate_cases(mechanism, over, options, measures, perturbed, threads=threads, progress=progress)
+
+
+def simulate_cases(
+    mechanism: Mechanism,
+    over: Mapping[str, ArrayLike],
+    options: Options,
+    measures: Sequence[str] | Mapping[str, Measure],
+    perturbed: tuple[ArrayLike, float, int],
+    *,
+    threads: int | None = None,
+    progress: Callable[[int, int], None] | None = None,
+) -> xr.Dataset:
+    """The same with the options of `simulate` together, and members, perturbation and seed."""
     values = _columns(mechanism, over)
-    chosen = _chosen(measures)
-    if threads is not None and (isinstance(threads, bool) or not isinstance(threads, int) or threads < 1):
-        raise InputError(f"threads = {threads!r}", "a whole number >= 1")
-    cases = len(next(iter(values.values())))
-    perturbed = _Perturbed(_member_of_each(members, cases), perturbation, seed)
-    batch = _Batch(mechanism, values, chosen, perturbed)
+    chosen, spread = _chosen(measures), Threads(threads)
+    members, perturbation, seed = perturbed
+    member_of_each = _member_of_each(members, len(next(iter(values.values()))))
+    batch = _Batch(mechanism, values, chosen, _Perturbed(member_of_each, perturbation, seed))
     began = clocks.perf_counter()
-    interrupted = _run_all(batch, options, min(threads or os.cpu_count() or 1, cases), progress)
+    interrupted = _run_all(batch, options, spread, progress)
     return _dataset(mechanism, values, options, batch, clocks.perf_counter() - began, interrupted=interrupted)
 
 
@@ -207,37 +214,37 @@ class _Batch:
         self.status[case] = "complete"
 
 
-def _run_all(batch: _Batch, options: Options, threads: int, progress: Callable[[int, int], None] | None) -> bool:
+def _run_all(batch: _Batch, options: Options, threads: Threads, progress: Callable[[int, int], None] | None) -> bool:
     """Run all cases; returns whether the user stopped it."""
-    base = reduce_mechanism(batch.base)
-    cases, waiting, stop = batch.status.size, itertools.count(), threading.Event()
+    base, cases = reduce_mechanism(batch.base), batch.status.size
+    free: queue.SimpleQueue[Worker] = queue.SimpleQueue()
+    workers = [Worker(base, options, batch) for _ in range(min(threads.workers, cases))]
+    for each in workers:
+        free.put(each)
 
-    def work() -> None:
-        worker = Worker(base, options, batch)
-        with stopped_by(stop):
-            while not stop.is_set():
-                group = [case for case in itertools.islice(waiting, worker.size(cases, threads)) if case < cases]
-                if not group:
-                    return
-                worker.run(group)
+    def groups() -> Iterator[range]:
+        first = 0
+        while first < cases:
+            last = min(first + min(worker.size(cases, len(workers)) for worker in workers), cases)
+            yield range(first, last)
+            first = last
 
-    with ThreadPoolExecutor(threads, thread_name_prefix="scissordyn") as pool:
-        futures = [pool.submit(work) for _ in range(threads)]
+    def run(group: range) -> None:
+        worker = free.get()
         try:
-            while wait(futures, WAIT).not_done:
-                look()
-                if progress is not None:
-                    progress(int(np.sum(batch.status != "pending")), cases)
-        except KeyboardInterrupt:
-            stop.set()
-        except BaseException:
-            stop.set()
-            raise
-    for future in futures:
-        future.result()
-    if progress is not None and not stop.is_set():
-        progress(cases, cases)
-    return stop.is_set()
+            worker.run(group)
+        finally:
+            free.put(worker)
+
+    try:
+        for outcome in Threads(len(workers)).each(run, groups()):
+            if outcome.error is not None:
+                raise outcome.error
+            if progress is not None:
+                progress(int(np.sum(batch.status != "pending")), cases)
+    except KeyboardInterrupt:
+        return True
+    return False
 
 
 def _dataset(

@@ -106,8 +106,6 @@ class Worker:
             driver = slot.started(mechanism, self.options, partial(self.cases.start, case))
             if self.cases.compares:
                 self._compare(driver, mechanism)
-        except KeyboardInterrupt:
-            return None
         except ScissordynError as error:
             self.cases.failed(case, str(error))
             return None
@@ -130,8 +128,6 @@ class Worker:
         try:
             if status in UNFINISHED:
                 status = driver.advance(options.until, most_steps=options.most_steps - driver.tried)
-        except KeyboardInterrupt:
-            return None
         except ScissordynError as error:
             self.cases.failed(case, str(error))
             return None

@@ -17,12 +17,7 @@ _STOP: ContextVar[threading.Event | None] = ContextVar("_STOP", default=None)
 
 @contextmanager
 def stopped_by(event: threading.Event) -> Iterator[None]:
-    """Interrupt the runs of this thread once an event is set, as Ctrl-C interrupts those of the main thread.
-
-    Parameters
-    ----------
-    event : Event
-    """
+    """Interrupt the runs of this thread once an event is set, as Ctrl-C interrupts those of the main thread."""
     token = _STOP.set(event)
     try:
         yield
@@ -41,10 +36,6 @@ def pass_on(part: xr.Dataset) -> xr.Dataset:
     """Raise `KeyboardInterrupt` again if a run was interrupted that is only a part of what was asked for.
 
     A run that is interrupted returns what it has. Where that is of no use by itself, the whole computation has to end.
-
-    Parameters
-    ----------
-    part : Dataset
 
     Returns
     -------

@@ -25,6 +25,7 @@ __all__ = [
     "feasible_fraction",
     "replay_command",
     "responses",
+    "safest_point",
     "warned",
     "worst_cases",
 ]
@@ -56,6 +57,10 @@ class FeasibleFraction:
     high: float
     trials: int
 
+    def __str__(self) -> str:
+        interval = "" if np.isnan(self.low) else f" ({self.low:.0%} to {self.high:.0%})"
+        return f"{self.label}: {self.fraction:.0%} of the range{interval}"
+
 
 @dataclass(frozen=True)
 class Worst:
@@ -82,11 +87,6 @@ class Worst:
 def responses(study: Study, results: xr.Dataset) -> dict[str, np.ndarray]:
     """The numbers that requirements and goals are about, and all other measures.
 
-    Parameters
-    ----------
-    study : Study
-    results : Dataset
-
     Returns
     -------
     dict of str to ndarray, shape (cases,)
@@ -107,11 +107,6 @@ def _answered(study: Study, results: xr.Dataset) -> list[Response]:
 
 def by_point(study: Study, results: xr.Dataset) -> xr.Dataset:
     """What is known of each point of the design.
-
-    Parameters
-    ----------
-    study : Study
-    results : Dataset
 
     Returns
     -------
@@ -183,11 +178,6 @@ def _met(study: Study, results: xr.Dataset) -> np.ndarray:
 def feasible_fraction(study: Study, results: xr.Dataset) -> list[FeasibleFraction]:
     """Fractions of the range that meet each requirement, and all of them; cases that failed are left out.
 
-    Parameters
-    ----------
-    study : Study
-    results : Dataset
-
     Returns
     -------
     list of FeasibleFraction
@@ -231,12 +221,6 @@ def _interval(fraction: float, trials: int) -> tuple[float, float]:
 def worst_cases(study: Study, results: xr.Dataset, count: int = 5) -> list[Worst]:
     """The cases that are farthest beyond a requirement, or nearest to it.
 
-    Parameters
-    ----------
-    study : Study
-    results : Dataset
-    count : int
-
     Returns
     -------
     list of Worst
@@ -261,6 +245,21 @@ def worst_cases(study: Study, results: xr.Dataset, count: int = 5) -> list[Worst
     return sorted(found.values(), key=lambda one: one.margin)[:count]
 
 
+def safest_point(study: Study, results: xr.Dataset) -> int:
+    """The point whose worst case is farthest on the right side of all requirements, as a fraction of their bounds.
+
+    Parameters
+    ----------
+    study : Study
+        With requirements.
+    results : Dataset
+    """
+    count = results.sizes["case"] // study.per_point
+    margins = [one.margin(response_values(results, one.response)) for one in study.requirements]
+    least = np.min(margins, axis=0)[: count * study.per_point].reshape(count, study.per_point).min(axis=1)
+    return int(np.argmax(np.where(np.isnan(least), -np.inf, least)))
+
+
 def replay_command(address: str, case: int) -> str:
     """What to type to simulate a case again, with its histories.
 
@@ -269,20 +268,12 @@ def replay_command(address: str, case: int) -> str:
     address : str
         Of the store.
     case : int
-
-    Returns
-    -------
-    str
     """
     return command("scissordyn", "study", "replay", address, case)
 
 
 def causes(results: xr.Dataset) -> dict[str, list[int]]:
     """Failed cases by cause, the most frequent first; numbers in a cause do not make it another one.
-
-    Parameters
-    ----------
-    results : Dataset
 
     Returns
     -------
@@ -295,10 +286,6 @@ def causes(results: xr.Dataset) -> dict[str, list[int]]:
 
 def warned(results: xr.Dataset) -> dict[str, list[int]]:
     """Complete cases by warning, the most frequent first; numbers in a warning do not make it another one.
-
-    Parameters
-    ----------
-    results : Dataset
 
     Returns
     -------

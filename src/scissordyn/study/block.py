@@ -15,7 +15,7 @@ import xarray as xr
 
 from scissordyn.errors import InputError, ScissordynError
 from scissordyn.model.address import changed_all, find
-from scissordyn.run.batch import simulate_many
+from scissordyn.run.batch import simulate_cases
 from scissordyn.run.interrupt import look, pass_on
 from scissordyn.run.measure import MEASURES, Ended, Measure
 from scissordyn.run.simulate import simulate
@@ -62,30 +62,21 @@ class BlockResult:
     Parameters
     ----------
     number : int
-    complete, failed : int
-        Cases.
+    status : ndarray of int
+        Of all its cases.
     seconds : float
         From its begin to the last byte [s]; 0 if it was complete already.
     integration_seconds : float
     """
 
     number: int
-    complete: int
-    failed: int
-    seconds: float
-    integration_seconds: float
+    status: np.ndarray
+    seconds: float = 0.0
+    integration_seconds: float = 0.0
 
 
 def run_block(block: Block) -> BlockResult:
     """Do what is missing of a block.
-
-    Parameters
-    ----------
-    block : Block
-
-    Returns
-    -------
-    BlockResult
 
     Raises
     ------
@@ -101,7 +92,7 @@ def run_block(block: Block) -> BlockResult:
     missing = (status == PENDING) | (block.again & (status == FAILED))
     missing &= cases < block.study.cases
     if not missing.any():  # a worker was lost after it had written everything
-        return BlockResult(block.number, int(np.sum(status == COMPLETE)), int(np.sum(status == FAILED)), 0.0, 0.0)
+        return BlockResult(block.number, status)
     todo = cases[missing]
     numbers = block.study.numbers(todo, block.points)
     found = _simulated(block.study, numbers)
@@ -112,8 +103,7 @@ def run_block(block: Block) -> BlockResult:
     integration = float(found.attrs["integration_seconds"])
     store.write(todo, columns, states, (time.perf_counter() - began, integration, float(todo.size)), program_digest(here))
     status[missing] = states
-    complete, failed = int(np.sum(status == COMPLETE)), int(np.sum(status == FAILED))
-    return BlockResult(block.number, complete, failed, time.perf_counter() - began, integration)
+    return BlockResult(block.number, status, time.perf_counter() - began, integration)
 
 
 def _same_program(block: Block, store: Store) -> Mapping[str, str]:
@@ -130,17 +120,7 @@ def _same_program(block: Block, store: Store) -> Mapping[str, str]:
 
 
 def give_up(block: Block, cause: str) -> BlockResult:
-    """Mark the missing cases of a block as failed.
-
-    Parameters
-    ----------
-    block : Block
-    cause : str
-
-    Returns
-    -------
-    BlockResult
-    """
+    """Mark the missing cases of a block as failed."""
     store = Store(block.store)
     cases, status = store.cases_of(block.number)
     missing = (status == PENDING) & (cases < block.study.cases)
@@ -150,7 +130,7 @@ def give_up(block: Block, cause: str) -> BlockResult:
         columns["cause"] = np.full(int(missing.sum()), cause, dtype=object)
         store.write(cases[missing], columns, np.full(int(missing.sum()), FAILED, np.int8), (0.0, 0.0, 0.0))
         status[missing] = FAILED
-    return BlockResult(block.number, int(np.sum(status == COMPLETE)), int(np.sum(status == FAILED)), 0.0, 0.0)
+    return BlockResult(block.number, status)
 
 
 def pilot(study: Study, cases: np.ndarray, points: np.ndarray | None = None) -> xr.Dataset:
@@ -162,35 +142,16 @@ def pilot(study: Study, cases: np.ndarray, points: np.ndarray | None = None) -> 
     cases : ndarray of int
     points : ndarray, optional
         Of an adaptive design.
-
-    Returns
-    -------
-    Dataset
     """
     return _simulated(study, study.numbers(cases, points))
 
 
 def _simulated(study: Study, numbers: Cases) -> xr.Dataset:
     """The cases as one batch on one thread: engines run several blocks beside each other."""
-    options = study.options
     measures = {name: MEASURES[name] for name in study.measures}
     measures |= {own.name: _accumulated(own) for own in study.own_measures if own.of == "accumulators"}
-    simulated = simulate_many(
-        study.mechanism,
-        numbers.values,
-        until=options.until,
-        measures=measures,
-        members=numbers.members,
-        perturbation=study.perturbation,
-        start=options.start,
-        rtol=options.rtol,
-        atol=options.atol,
-        method=options.method,
-        most_steps=options.most_steps,
-        events=options.events,
-        threads=1,
-    )
-    found = pass_on(simulated)
+    perturbed = (numbers.members, study.perturbation, 0)
+    found = pass_on(simulate_cases(study.mechanism, numbers.values, study.options, measures, perturbed, threads=1))
     own = [each for each in study.own_measures if each.of == "dataset"]
     return _of_datasets(study, numbers, found, own) if own else found
 

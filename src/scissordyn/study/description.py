@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from scissordyn.errors import InputError, command, did_you_mean
+from scissordyn.errors import InputError, command, did_you_mean, whole_number
 from scissordyn.file.provenance import provenance
 from scissordyn.model.address import number
 from scissordyn.model.description import Description, parse
@@ -88,11 +88,8 @@ class Sampling:
         if self.kind not in ("random", "latin-hypercube", "sobol"):
             kinds = ("random", "latin-hypercube", "sobol")
             raise InputError(f"sampling '{self.kind}'{did_you_mean(self.kind, kinds)}", ", ".join(kinds), 'kind = "sobol"')
-        if isinstance(self.samples, bool) or not isinstance(self.samples, int) or self.samples < 1:
-            raise InputError(f"samples = {self.samples!r}", "a whole number >= 1")
-        if isinstance(self.seed, bool) or not isinstance(self.seed, int):
-            raise InputError(f"seed = {self.seed!r}", "a whole number >= 0")
-        check_seed(self.seed)
+        whole_number("samples", self.samples)
+        check_seed(whole_number("seed", self.seed, 0))
         if not self.common and self.kind == "latin-hypercube":
             raise InputError("a Latin hypercube of its own for each point", "common = true, or random, or sobol")
 
@@ -227,8 +224,7 @@ class Study:
                 "a number that nobody chooses, with its distribution",
                 "--uncertain A.damping.restitution='uniform(0.5, 0.9)', or the same in [uncertain]",
             )
-        if isinstance(self.members, bool) or not isinstance(self.members, int) or self.members < 1:
-            raise InputError(f"members = {self.members!r}", "a whole number >= 1")
+        whole_number("members", self.members)
         for name in self.measures:
             if name not in MEASURES:
                 raise InputError(f"measure '{name}'{did_you_mean(name, MEASURES)}", ", ".join(MEASURES))
@@ -311,10 +307,6 @@ class Study:
         cases : ndarray of int, shape (n,)
         points : ndarray, shape (design points, factors), optional
             Of an adaptive design.
-
-        Returns
-        -------
-        Cases
         """
         point, rest = np.divmod(cases, self.per_point)
         sample, member = np.divmod(rest, self.members)
@@ -376,10 +368,6 @@ class Study:
         reading : bool
             No case will be computed: the mechanism is left as a `Description`, and nothing of the user is executed.
 
-        Returns
-        -------
-        Study
-
         Raises
         ------
         InputError
@@ -400,7 +388,7 @@ class Study:
                 raise InputError(
                     f"the study's measure '{each['name']}' is a Python function of no file",
                     "the function, from Python",
-                    f"Store('study.zarr').study(own_measures=[OwnMeasure('{each['name']}', function)])",
+                    f"sd.open_study('study.zarr', measures={{'{each['name']}': function}})",
                 )
             path = Path(each["function"].rpartition(":")[0])
             if path.resolve() not in {Path(file).resolve() for file in allow_code}:
@@ -454,13 +442,7 @@ class Study:
 
 
 def check_part(mechanism: Mechanism, response: Response) -> None:
-    """Raise `InputError` if a response is about a joint, drive, component or tracked point that its measure does not have.
-
-    Parameters
-    ----------
-    mechanism : Mechanism
-    response : Response
-    """
+    """Raise `InputError` if a response is about a joint, drive, component or tracked point that its measure does not have."""
     if not response.part:
         return
     dims = MEASURES[response.measure].dims if response.measure in MEASURES else ()

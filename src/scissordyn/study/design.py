@@ -76,12 +76,7 @@ class Design:
 
 
 def check_seed(seed: int) -> None:
-    """Raise `InputError` for a seed that not every generator takes.
-
-    Parameters
-    ----------
-    seed : int
-    """
+    """Raise `InputError` for a seed that not every generator takes."""
     if not 0 <= seed <= LARGEST_SEED:
         raise InputError(f"seed = {seed!r}", f"a whole number >= 0 and <= {LARGEST_SEED}", "--seed 1, or seed = 1")
 
@@ -117,15 +112,6 @@ def uniform_numbers(seed: int, stream: int, dimensions: int, at: np.ndarray) -> 
 
 def design_size(design: Design, variations: Sequence[Variation]) -> int:
     """Number of points.
-
-    Parameters
-    ----------
-    design : Design
-    variations : sequence of Variation
-
-    Returns
-    -------
-    int
 
     Raises
     ------
@@ -196,23 +182,11 @@ def _one_at_a_time(_: Design, variations: Sequence[Variation], base: np.ndarray,
     return rows
 
 
-def _at_quantiles(variations: Sequence[Variation], u: np.ndarray) -> np.ndarray:
-    return np.stack([variation.quantile(u[:, place]) for place, variation in enumerate(variations)], axis=1)
-
-
-def _random(design: Design, variations: Sequence[Variation], base: np.ndarray, at: np.ndarray) -> np.ndarray:
-    return _at_quantiles(variations, uniform_numbers(design.seed, 0, len(variations), at))
-
-
 @lru_cache(maxsize=4)
 def _hypercube(points: int, dimensions: int, seed: int) -> np.ndarray:
     from scipy.stats import qmc
 
     return np.asarray(qmc.LatinHypercube(dimensions, rng=np.random.default_rng(seed)).random(points))
-
-
-def _latin_hypercube(design: Design, variations: Sequence[Variation], base: np.ndarray, at: np.ndarray) -> np.ndarray:
-    return _at_quantiles(variations, _hypercube(design.points, len(variations), design.seed)[at])
 
 
 def _sobol_numbers(seed: int, dimensions: int, at: np.ndarray) -> np.ndarray:
@@ -229,19 +203,14 @@ def _sobol_numbers(seed: int, dimensions: int, at: np.ndarray) -> np.ndarray:
     return np.asarray(drawn[at - low])
 
 
-def _sobol(design: Design, variations: Sequence[Variation], base: np.ndarray, at: np.ndarray) -> np.ndarray:
-    return _at_quantiles(variations, _sobol_numbers(design.seed, len(variations), at))
-
-
-def _saltelli(design: Design, variations: Sequence[Variation], base: np.ndarray, at: np.ndarray) -> np.ndarray:
+def _saltelli_numbers(seed: int, d: int, at: np.ndarray) -> np.ndarray:
     """Rows A, A with one column of B for each factor, B: the order that SALib takes (Saltelli et al. 2010)."""
-    d = len(variations)
     row, part = np.divmod(at, d + 2)
-    both = _sobol_numbers(design.seed, 2 * d, row)
+    both = _sobol_numbers(seed, 2 * d, row)
     u = np.where((part == d + 1)[:, None], both[:, d:], both[:, :d])
     for k in range(d):
         u[part == k + 1, k] = both[part == k + 1, d + k]
-    return _at_quantiles(variations, u)
+    return u
 
 
 @lru_cache(maxsize=4)
@@ -252,13 +221,19 @@ def _trajectories(count: int, dimensions: int, seed: int) -> np.ndarray:
     return np.asarray(morris.sample(problem, count, num_levels=MORRIS_LEVELS, seed=seed))
 
 
-def _morris(design: Design, variations: Sequence[Variation], base: np.ndarray, at: np.ndarray) -> np.ndarray:
-    return _at_quantiles(variations, morris_numbers(design, len(variations))[at])
-
-
 def morris_numbers(design: Design, dimensions: int) -> np.ndarray:
     """Points of the trajectories in the unit cube, drawn in by `DRAWN_IN`."""
     return 0.5 * (1.0 - DRAWN_IN) + DRAWN_IN * _trajectories(design.points, dimensions, design.seed)
+
+
+def _sampled(numbers: Callable[[Design, int, np.ndarray], np.ndarray]) -> Points:
+    """A design by its numbers in the unit cube, of which the quantile functions make values."""
+
+    def values(design: Design, variations: Sequence[Variation], base: np.ndarray, at: np.ndarray) -> np.ndarray:
+        u = numbers(design, len(variations), at)
+        return np.stack([variation.quantile(u[:, place]) for place, variation in enumerate(variations)], axis=1)
+
+    return values
 
 
 def _adaptive(design: Design, variations: Sequence[Variation], base: np.ndarray, at: np.ndarray) -> np.ndarray:
@@ -270,11 +245,11 @@ DESIGNS: Mapping[str, Points] = MappingProxyType(
         "grid": _grid,
         "zip": _zip,
         "one-at-a-time": _one_at_a_time,
-        "random": _random,
-        "latin-hypercube": _latin_hypercube,
-        "sobol": _sobol,
-        "saltelli": _saltelli,
-        "morris": _morris,
+        "random": _sampled(lambda design, d, at: uniform_numbers(design.seed, 0, d, at)),
+        "latin-hypercube": _sampled(lambda design, d, at: _hypercube(design.points, d, design.seed)[at]),
+        "sobol": _sampled(lambda design, d, at: _sobol_numbers(design.seed, d, at)),
+        "saltelli": _sampled(lambda design, d, at: _saltelli_numbers(design.seed, d, at)),
+        "morris": _sampled(lambda design, d, at: morris_numbers(design, d)[at]),
         "adaptive": _adaptive,
     }
 )

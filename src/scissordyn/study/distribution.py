@@ -15,11 +15,11 @@ from scipy import special
 from scissordyn.errors import InputError, did_you_mean
 
 __all__ = [
+    "Empirical",
     "Interval",
     "Levels",
     "LogNormal",
     "Normal",
-    "Table",
     "Uniform",
     "Variation",
     "from_plain",
@@ -254,8 +254,8 @@ class LogNormal(_Distribution):
 
 
 @dataclass(frozen=True)
-class Table(_Distribution):
-    """Distribution of measured values: their quantile function, linear between the sorted values.
+class Empirical(_Distribution):
+    """Empirical distribution of measured values: their quantile function, linear between the sorted values.
 
     Parameters
     ----------
@@ -283,7 +283,7 @@ class Table(_Distribution):
 
 
 VARIATIONS: Mapping[str, type[Any]] = MappingProxyType(
-    {each.kind: each for each in (Levels, Interval, Uniform, Normal, LogNormal, Table)}
+    {each.kind: each for each in (Levels, Interval, Uniform, Normal, LogNormal, Empirical)}
 )
 """Variations by kind."""
 

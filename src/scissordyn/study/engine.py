@@ -1,53 +1,45 @@
-"""Engines: where the blocks of a study are done. An engine maps a function over tasks and knows nothing else."""
+"""Workers of dask.distributed: those of a scheduler that runs, or jobs of a queueing system."""
 
 from __future__ import annotations
 
 import asyncio
 import contextlib
 import logging
-import os
 import shutil
 import signal
 import threading
 import time
 from collections.abc import Callable, Iterable, Iterator
-from concurrent.futures import FIRST_COMPLETED, CancelledError, Future, ThreadPoolExecutor, wait
-from contextlib import contextmanager
-from dataclasses import dataclass
+from concurrent.futures import CancelledError, Future
+from contextlib import AbstractContextManager, contextmanager
 from multiprocessing import resource_tracker
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Generic, Protocol, TypeVar, runtime_checkable
+from typing import TYPE_CHECKING, Any, TypeVar
 
 from scissordyn.cache.folder import adopt_folder, shared_folder
-from scissordyn.errors import InputError, ScissordynError
-from scissordyn.run.interrupt import stopped_by
+from scissordyn.errors import InputError
+from scissordyn.run.engine import (
+    AHEAD,
+    QUICKLY,
+    Begun,
+    Engine,
+    EngineError,
+    Outcome,
+    Threads,
+    error_text,
+    processors,
+)
 
 if TYPE_CHECKING:
     from distributed import Client
 
-__all__ = [
-    "Cluster",
-    "Engine",
-    "EngineError",
-    "Outcome",
-    "Threads",
-    "error_text",
-    "in_threads",
-    "processors",
-    "signals_blocked",
-]
+__all__ = ["ATTEMPTS", "Cluster", "Engine", "EngineError", "Outcome", "Threads", "error_text", "processors", "signals_blocked"]
 
 Task = TypeVar("Task")
 Value = TypeVar("Value")
 
-AHEAD = 2
-"""Tasks handed out per worker: one in work and one that waits, so that no worker waits for this process."""
-
 ATTEMPTS = 3
 """A task whose worker died this often is given up."""
-
-QUICKLY = 0.5
-"""How long a worker, thread or process, may take to end by itself after Ctrl-C [s]."""
 
 RECOUNT = 1.0
 """How often the scheduler is asked for the number of its workers [s]."""
@@ -61,180 +53,48 @@ KEYS = ("_job_ca_file", "_job_cert", "_job_key")
 LOST = "the connection to the scheduler was lost; what is complete is kept"
 
 
-class EngineError(ScissordynError):
-    """Workers that could be reached before and cannot now."""
-
-
-def processors() -> int:
-    """Processors that this process may use."""
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else (os.cpu_count() or 1)
-
-
-@dataclass(frozen=True)
-class Outcome(Generic[Task, Value]):
-    """What became of a task.
-
-    Parameters
-    ----------
-    task
-    value
-        None if it failed.
-    error : Exception or None
-    """
-
-    task: Task
-    value: Value | None
-    error: Exception | None = None
-
-
-def error_text(error: Exception) -> str:
-    """An error of a task in one line: the text of an error of this package, the kind and the text of any other."""
-    if type(error).__name__ == "KilledWorker":
-        return "the processes that computed it died"
-    text = " ".join(str(error).split())
-    return text if isinstance(error, ScissordynError) and text else f"{type(error).__name__}: {text}".rstrip(": ")
-
-
-@runtime_checkable
-class Engine(Protocol):
-    """Whatever maps a function over tasks."""
-
-    @property
-    def workers(self) -> int:
-        """Tasks in work at the same time."""
-
-    def each(self, function: Callable[[Task], Value], tasks: Iterable[Task]) -> Iterator[Outcome[Task, Value]]:
-        """Results in the order in which they come."""
-
-
-class Threads:
-    """Threads of this process: kernels release the interpreter's lock.
-
-    Parameters
-    ----------
-    workers : int, optional
-        One per processor if not given; with 1, tasks are done on the thread that asks for them.
-    """
-
-    def __init__(self, workers: int | None = None) -> None:
-        if workers is not None and (isinstance(workers, bool) or not isinstance(workers, int) or workers < 1):
-            raise InputError(f"threads = {workers!r}", "a whole number >= 1")
-        self.workers = workers or processors()
-
-    def each(self, function: Callable[[Task], Value], tasks: Iterable[Task]) -> Iterator[Outcome[Task, Value]]:
-        """Results in the order in which they come; Ctrl-C interrupts the runs in work.
-
-        Parameters
-        ----------
-        function : callable
-            Of a task.
-        tasks : iterable
-
-        Yields
-        ------
-        Outcome
-        """
-        if self.workers == 1:
-            for task in tasks:
-                yield _done(function, task)
-            return
-        stop = threading.Event()
-
-        def stoppable(task: Task) -> Outcome[Task, Value]:
-            with stopped_by(stop):
-                return _done(function, task)
-
-        yield from in_threads(stoppable, tasks, self.workers, stop.set)
-
-
-def in_threads(
-    outcome: Callable[[Task], Outcome[Task, Value]], tasks: Iterable[Task], threads: int, stop: Callable[[], None]
-) -> Iterator[Outcome[Task, Value]]:
-    """Outcomes of tasks in the order in which they come.
-
-    Parameters
-    ----------
-    outcome : callable
-        Of a task.
-    tasks : iterable
-    threads : int
-    stop : callable
-        Ends what is in work.
-
-    Yields
-    ------
-    Outcome
-    """
-    pool = ThreadPoolExecutor(threads, thread_name_prefix="task")
-    handed: set[Future[Outcome[Task, Value]]] = set()
-    waiting, stopped = iter(tasks), False
-    try:
-        while True:
-            for task in waiting:
-                handed.add(pool.submit(outcome, task))
-                if len(handed) >= AHEAD * threads:
-                    break
-            if not handed:
-                break
-            for future in wait(handed, return_when=FIRST_COMPLETED).done:
-                handed.remove(future)
-                yield future.result()
-    except BaseException:
-        stopped = True
-        stop()
-        for future in handed:
-            future.cancel()
-        raise
-    finally:
-        # after a stop runs end with their slice; what a task computes besides may take seconds
-        going = wait(handed, QUICKLY if stopped else None).not_done
-        pool.shutdown(wait=not going)
-
-
-def _done(function: Callable[[Task], Value], task: Task) -> Outcome[Task, Value]:
-    try:
-        return Outcome(task, function(task))
-    except Exception as error:
-        return Outcome(task, None, error)
-
-
-class Cluster:
+class Cluster(Begun):
     """Workers of dask.distributed.
 
     Parameters
     ----------
-    client : Client
-        Connected to a scheduler.
+    where : str, Path or Client
+        The address of a scheduler that runs already, ``"tls://host:8786"``, with the certificates of dask's configuration; a
+        file that says which jobs a queueing system is to start, in YAML: ``kind: slurm`` (or pbs, lsf, sge, htcondor, oar),
+        ``jobs: 20``, and the options of the class of dask-jobqueue; or a client that is connected.
+
+    Raises
+    ------
+    InputError
+        When it is begun: if no scheduler answers, the file cannot be used, dask-jobqueue is not installed, or jobs cannot be
+        submitted from this machine.
     """
 
-    def __init__(self, client: Client) -> None:
-        self.client = client
+    client: Client | None = None
+
+    def __init__(self, where: str | Path | Client) -> None:
+        self._where = Path(where) if isinstance(where, str) and where.endswith((".yaml", ".yml")) else where
+        if not isinstance(self._where, (str, Path)):
+            self.client = self._where
+
+    def _running(self) -> AbstractContextManager[object]:
+        if isinstance(self._where, str):
+            return self._joined(self._where)
+        return self._queued(self._where) if isinstance(self._where, Path) else contextlib.nullcontext()
 
     @property
     def protected(self) -> bool:
         """Whether its connections are encrypted and only those with a certificate are admitted."""
-        return str(self.client.scheduler.address).startswith("tls://")
+        return self.client is not None and str(self.client.scheduler.address).startswith("tls://")
 
     @property
     def workers(self) -> int:
         """Threads of all workers, at least 1."""
-        return max(1, int(sum(self.client.nthreads().values())))
+        return 1 if self.client is None else max(1, int(sum(self.client.nthreads().values())))
 
-    @classmethod
     @contextmanager
-    def joined(cls, scheduler: str) -> Iterator[Cluster]:
-        """Workers of a scheduler that runs already.
-
-        Parameters
-        ----------
-        scheduler : str
-            Its address, ``tls://host:8786``; certificates are those of dask's configuration.
-
-        Raises
-        ------
-        InputError
-            If no scheduler answers there.
-        """
+    def _joined(self, scheduler: str) -> Iterator[None]:
+        """Workers of a scheduler that runs already."""
         distributed = _distributed()
         try:
             with signals_blocked():
@@ -247,23 +107,12 @@ class Cluster:
                 "tls://host:8786",
             ) from None
         with _closed(client):
-            yield cls(client)
+            self.client = client
+            yield
 
-    @classmethod
     @contextmanager
-    def queued(cls, file: Path) -> Iterator[Cluster]:
-        """Workers that a queueing system starts, by dask-jobqueue.
-
-        Parameters
-        ----------
-        file : Path
-            YAML: ``kind: slurm`` (or pbs, lsf, sge, htcondor, oar), ``jobs: 20``, and the options of the class.
-
-        Raises
-        ------
-        InputError
-            If the file cannot be used, dask-jobqueue is not installed, or jobs cannot be submitted from this machine.
-        """
+    def _queued(self, file: Path) -> Iterator[None]:
+        """Workers that a queueing system starts, by dask-jobqueue."""
         distributed = _distributed()
         options = _cluster_options(file)
         if given := {"security", "protocol"} & {*options, *(options.get("scheduler_options") or {})}:
@@ -300,7 +149,8 @@ class Cluster:
             cluster.scale(jobs=jobs)
             client = distributed.Client(cluster, timeout=PATIENCE, set_as_default=False)
             with _closed(client, cluster):
-                yield cls(client)
+                self.client = client
+                yield
         finally:
             for name in KEYS:
                 vars(cluster)[name].close()
@@ -325,8 +175,10 @@ class Cluster:
         """
         from distributed import as_completed
 
+        client = self.client
+        assert client is not None
         waiting, handed, count, kernels = iter(tasks), dict[str, Task](), 0, shared_folder()
-        running, limit, again = as_completed(loop=self.client.loop), 0, 0.0
+        running, limit, again = as_completed(loop=client.loop), 0, 0.0
         try:
             while True:
                 if time.monotonic() > again:
@@ -336,13 +188,13 @@ class Cluster:
                     if task is None:
                         break
                     name = f"task-{id(self):x}-{count}"
-                    future = self.client.submit(_elsewhere, function, task, kernels, pure=False, retries=0, key=name)
+                    future = client.submit(_elsewhere, function, task, kernels, pure=False, retries=0, key=name)
                     handed[future.key] = task
                     running.add(future)
                     count += 1
                 if not handed:
                     return
-                if self.client.status not in ("running", "connecting"):
+                if client.status not in ("running", "connecting"):
                     raise EngineError(LOST)
                 future = next(running)
                 yield _remote_outcome(future, handed.pop(future.key))
@@ -352,7 +204,7 @@ class Cluster:
             # of the connection: errors of a task are in its outcome
             raise EngineError(LOST) from error
         except BaseException:
-            _within(QUICKLY, lambda: self.client.cancel(list(handed), force=True))
+            _ended(QUICKLY, lambda: client.cancel(list(handed), force=True))
             raise
 
 
@@ -391,43 +243,46 @@ def _closed(*connected: Any) -> Iterator[None]:
         yield
     except BaseException:
         for each in connected:
-            _within(QUICKLY, each.close)
+            _ended(QUICKLY, each.close)
         raise
     for each in connected:
-        _within(PATIENCE, each.close)
+        _ended(PATIENCE, each.close)
 
 
-def _within(seconds: float, function: Callable[[], object]) -> None:
-    """Call something, and wait no longer than that: the other end may be gone, and the library would wait for ever."""
+def _within(seconds: float, function: Callable[[], Value]) -> Value | None:
+    """Call something, and wait no longer than that: the other end may be gone or silent, and the library would wait for ever.
+
+    Returns
+    -------
+    value
+        None if it is not done by then.
+    """
+    found: Future[Value] = Future()
 
     def call() -> None:
-        with contextlib.suppress(Exception, CancelledError, asyncio.CancelledError):
-            function()
+        try:
+            found.set_result(function())
+        except (Exception, CancelledError, asyncio.CancelledError) as error:
+            found.set_exception(error)
 
-    thread = threading.Thread(target=call, name="closing", daemon=True)
-    thread.start()
-    thread.join(seconds)
+    threading.Thread(target=call, name="cluster", daemon=True).start()
+    with contextlib.suppress(TimeoutError):
+        return found.result(seconds)
+    return None
+
+
+def _ended(seconds: float, function: Callable[[], object]) -> None:
+    """Call something that may fail, and wait no longer than that."""
+    with contextlib.suppress(Exception, CancelledError, asyncio.CancelledError):
+        _within(seconds, function)
 
 
 def _answering(connect: Callable[[], Client]) -> Client:
-    """A connection; the library itself waits for ever for a server that accepts it and then is silent."""
-    found: list[Client] = []
-    failed: list[Exception] = []
-
-    def attempt() -> None:
-        try:
-            found.append(connect())
-        except Exception as error:
-            failed.append(error)
-
-    trying = threading.Thread(target=attempt, name="connect", daemon=True)
-    trying.start()
-    trying.join(PATIENCE + 1.0)
-    if failed:
-        raise failed[0]
-    if not found:
+    """A connection."""
+    client = _within(PATIENCE + 1.0, connect)
+    if client is None:
         raise TimeoutError(f"no answer within {PATIENCE:g} s")
-    return found[0]
+    return client
 
 
 def _remote_outcome(future: Any, task: Task) -> Outcome[Task, Any]:

@@ -9,10 +9,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from scissordyn.errors import InputError
+from scissordyn.errors import InputError, whole_number
+from scissordyn.run.engine import Engine, error_text, opened
 from scissordyn.study.block import Block, BlockResult, ProgramError, give_up, pilot, run_block
 from scissordyn.study.description import Study
-from scissordyn.study.engine import Engine, Threads, error_text
 from scissordyn.study.store import COMPLETE, FAILED, PENDING, Store, StoreError
 
 __all__ = ["Progress", "block_seconds", "execute", "extend", "prepare"]
@@ -51,6 +51,8 @@ class Progress:
         Since it was begun or taken up [s].
     done_here : int
         Cases since then.
+    generation : int
+        Of an optimisation, from 1.
     """
 
     complete: int
@@ -58,6 +60,7 @@ class Progress:
     cases: int
     seconds: float
     done_here: int
+    generation: int = 0
 
     @property
     def rate(self) -> float:
@@ -95,8 +98,8 @@ def prepare(
         store.check(study)
         return
     store.check_place()
-    if block is not None and (isinstance(block, bool) or not isinstance(block, int) or block < 1):
-        raise InputError(f"block = {block!r}", "a whole number of cases >= 1")
+    if block is not None:
+        whole_number("block", block)
     if any(own.of == "dataset" for own in study.own_measures) and study.members > 1:
         raise InputError(
             "a measure of the dataset with several members", "a measure of 'accumulators', or members = 1", "members = 1"
@@ -130,7 +133,7 @@ def execute(
     study: Study,
     address: str | os.PathLike[str],
     *,
-    engine: Engine | None = None,
+    engine: Engine | int | None = None,
     block: int | None = None,
     retry: bool = False,
     points: np.ndarray | None = None,
@@ -143,8 +146,8 @@ def execute(
     study : Study
     address : str or path
         Of the store: made if there is none.
-    engine : Engine, optional
-        Threads of this process, one per processor, if not given.
+    engine : Engine or int, optional
+        A number is one of threads; one thread per processor if not given.
     block : int, optional
         Cases of a block of a new store.
     retry : bool
@@ -153,10 +156,6 @@ def execute(
         Of an adaptive design.
     progress : callable, optional
         Called after each block.
-
-    Returns
-    -------
-    Store
 
     Raises
     ------
@@ -169,17 +168,19 @@ def execute(
     KeyboardInterrupt
         After Ctrl-C; what is complete is kept.
     """
-    engine = Threads() if engine is None else engine
     store = Store(address)
-    prepare(study, store, block=block, workers=engine.workers, points=points)
-    with store.alone():
-        if study.cases > store.cases or (study.cases < store.cases and points is None):
-            raise InputError(
-                f"'{store.address}' has {store.cases} cases and the study {study.cases}",
-                "the same number of points",
-                "scissordyn study extend, with --points",
-            )
-        _missing_blocks(study, store, engine, retry, points, progress)
+    if store.exists():
+        store.check(study)  # before workers are started for nothing
+    with opened(engine) as chosen:
+        prepare(study, store, block=block, workers=chosen.workers, points=points)
+        with store.alone():
+            if study.cases > store.cases or (study.cases < store.cases and points is None):
+                raise InputError(
+                    f"'{store.address}' has {store.cases} cases and the study {study.cases}",
+                    "the same number of points",
+                    "scissordyn study extend, with --points",
+                )
+            _missing_blocks(study, store, chosen, retry, points, progress)
     return store
 
 
@@ -196,20 +197,14 @@ def _missing_blocks(
     missing = (status == PENDING) | (retry & (status == FAILED))
     numbers = np.unique(np.flatnonzero(missing) // store.block)
     tasks = (Block(study, store.address, int(number), retry, points, fingerprint) for number in numbers)
-    began, done_here = time.perf_counter(), 0
-    complete = {int(k): 0 for k in numbers}
-    known_complete, known_failed = int(np.sum(status == COMPLETE)), int(np.sum(status == FAILED))
-    for number in complete:
-        part = status[number * store.block : (number + 1) * store.block]
-        known_complete -= int(np.sum(part == COMPLETE))
-        known_failed -= int(np.sum(part == FAILED))
-        complete[number] = int(np.sum(part == PENDING) + (retry and np.sum(part == FAILED)))
+    began, now = time.perf_counter(), np.where(missing, PENDING, status)
     for result in _finished(engine, tasks):
-        known_complete += result.complete
-        known_failed += result.failed
-        done_here += complete[result.number]
+        part = now[result.number * store.block :][: store.block]
+        part[:] = result.status[: part.size]
         if progress is not None:
-            progress(Progress(known_complete, known_failed, status.size, time.perf_counter() - began, done_here))
+            complete, failed = int(np.sum(now == COMPLETE)), int(np.sum(now == FAILED))
+            done_here = int(np.sum((now != PENDING) & missing))
+            progress(Progress(complete, failed, now.size, time.perf_counter() - began, done_here))
 
 
 def _finished(engine: Engine, tasks: Iterator[Block]) -> Iterator[BlockResult]:
@@ -239,7 +234,7 @@ def extend(
     address: str | os.PathLike[str],
     points: int,
     *,
-    engine: Engine | None = None,
+    engine: Engine | int | None = None,
     progress: Callable[[Progress], None] | None = None,
 ) -> Store:
     """Add points to a random, Sobol or Saltelli design, and do them.
@@ -253,10 +248,6 @@ def extend(
         Number of points (of base points of a Saltelli design) from now on.
     engine, progress
         As for `execute`.
-
-    Returns
-    -------
-    Store
 
     Raises
     ------

@@ -31,10 +31,6 @@ def table(results: xr.Dataset) -> pd.DataFrame:
     ----------
     results : Dataset
         From `Store.results`.
-
-    Returns
-    -------
-    DataFrame
     """
     import pandas as pd
 
@@ -68,10 +64,6 @@ def export(results: xr.Dataset, path: Path) -> Path:
         From `Store.results`.
     path : Path
         ``.csv``, ``.parquet`` or ``.nc``.
-
-    Returns
-    -------
-    Path
 
     Raises
     ------

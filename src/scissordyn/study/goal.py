@@ -4,17 +4,17 @@ from __future__ import annotations
 
 import dataclasses
 import re
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
-from scissordyn.errors import InputError
+from scissordyn.errors import InputError, whole_number
 from scissordyn.study.design import Design
-from scissordyn.study.requirement import Response
+from scissordyn.study.requirement import Named, Response, read_response
 
-__all__ = ["Goal", "Optimisation", "risk_value"]
+__all__ = ["Goal", "Optimisation", "read_goal", "risk_value"]
 
 RISK = re.compile(r"(mean|worst)|(quantile|cvar)\s+(\d+(?:\.\d+)?)\s*%")
 
@@ -73,9 +73,7 @@ class Optimisation:
             raise InputError("an optimisation without a goal", "at least one", "'minimise peak_force'")
         risk_value(np.zeros((1, 1)), self.risk)
         for name, least in (("population", 0), ("generations", 1), ("seed", 0)):
-            value = getattr(self, name)
-            if isinstance(value, bool) or not isinstance(value, int) or value < least:
-                raise InputError(f"{name} = {value!r}", f"a whole number >= {least}")
+            whole_number(name, getattr(self, name), least)
 
     def size(self, factors: int) -> int:
         """Candidates of a generation: by default 4 + 3 ln n (Hansen 2016), or 40 with several goals."""
@@ -95,6 +93,27 @@ class Optimisation:
     def from_plain(cls, plain: Mapping[str, Any]) -> Optimisation:
         """What `to_plain` wrote."""
         return cls(**{**plain, "goals": tuple(Goal(**goal) for goal in plain["goals"])})
+
+
+def read_goal(text: str, own: Iterable[Named] = (), addresses: Sequence[str] = ()) -> Goal:
+    """A goal such as ``minimise peak_force``.
+
+    Parameters
+    ----------
+    text : str
+        ``minimise`` or ``maximise``, then a measure, or the address of a number that varies.
+    own : iterable
+        Measures of the user's.
+    addresses : sequence of str
+        Of the numbers that are chosen.
+    """
+    direction, _, rest = text.strip().partition(" ")
+    if direction not in ("minimise", "maximise") or not rest:
+        raise InputError(f"goal '{text}'", "minimise or maximise, and a measure", "'minimise peak_force'")
+    if rest.strip() in addresses:
+        return Goal(rest.strip(), "", direction == "maximise")
+    part, measure, _ = read_response(rest.strip(), own)
+    return Goal(measure, part, direction == "maximise")
 
 
 def risk_value(values: np.ndarray, risk: str) -> np.ndarray:

@@ -110,11 +110,6 @@ def _check_count(count: int, what: str) -> None:
 def sensitivity(study: Study, results: xr.Dataset) -> tuple[dict[str, xr.Dataset], dict[str, str]]:
     """Indices of each response, if the design is one for indices.
 
-    Parameters
-    ----------
-    study : Study
-    results : Dataset
-
     Returns
     -------
     found : dict of str to Dataset

@@ -5,14 +5,15 @@ from __future__ import annotations
 import os
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import Any, Protocol
 
 import numpy as np
 import xarray as xr
 
 from scissordyn.errors import InputError
+from scissordyn.run.engine import Engine, opened
 from scissordyn.study.description import Study
-from scissordyn.study.engine import Engine
 from scissordyn.study.execute import Progress, execute
 from scissordyn.study.goal import Goal, Optimisation, risk_value
 from scissordyn.study.requirement import response_unit, response_values
@@ -106,15 +107,6 @@ class _Nsga2:
 def proposer(optimisation: Optimisation, dimensions: int) -> Proposer:
     """The method for an optimisation: CMA-ES for one goal, NSGA-II for several.
 
-    Parameters
-    ----------
-    optimisation : Optimisation
-    dimensions : int
-
-    Returns
-    -------
-    Proposer
-
     Raises
     ------
     InputError
@@ -133,9 +125,9 @@ def optimise(
     study: Study,
     address: str | os.PathLike[str],
     *,
-    engine: Engine | None = None,
+    engine: Engine | int | None = None,
     block: int | None = None,
-    progress: Callable[[Progress, int], None] | None = None,
+    progress: Callable[[Progress], None] | None = None,
 ) -> Store:
     """Search for the best points; every point that is tried is in the store.
 
@@ -147,14 +139,8 @@ def optimise(
     study : Study
         With an `optimisation`.
     address : str or path
-    engine, block
+    engine, block, progress
         As for `execute`.
-    progress : callable, optional
-        Called after each block, with the generation.
-
-    Returns
-    -------
-    Store
 
     Raises
     ------
@@ -164,8 +150,20 @@ def optimise(
     plan = study.optimisation
     if plan is None or not study.factors:
         raise InputError("a study without a goal or without a factor", "goals, and numbers to choose", "'minimise peak_force'")
+    with opened(engine) as chosen:
+        return _search(study, plan, Store(address), chosen, block, progress)
+
+
+def _search(
+    study: Study,
+    plan: Optimisation,
+    store: Store,
+    engine: Engine,
+    block: int | None,
+    progress: Callable[[Progress], None] | None,
+) -> Store:
+    """One generation after the other."""
     method, width = proposer(plan, len(study.factors)), plan.size(len(study.factors))
-    store = Store(address)
     points = np.empty((0, len(study.factors)))
     for generation in range(plan.generations):
         u = method.ask()
@@ -177,10 +175,10 @@ def optimise(
             store.check(here)
             with store.alone():
                 store.extend(here)
-        told = None if progress is None else _told(progress, generation + 1)
+        told = None if progress is None else partial(_tell, progress, generation + 1)
         missing = there > points.shape[0] and (store.status()[: here.cases] == PENDING).any()
         if there <= points.shape[0] or missing:
-            store = execute(here, address, engine=engine, block=block, points=points, progress=told)
+            store = execute(here, store.address, engine=engine, block=block, points=points, progress=told)
         results = store.results().isel(case=slice(0, points.shape[0] * study.per_point))
         _same_points(results, study, points, store)
         tried = candidates(here, results).points.isel(point=slice(-width, None))
@@ -189,8 +187,8 @@ def optimise(
     return store
 
 
-def _told(progress: Callable[[Progress, int], None], generation: int) -> Callable[[Progress], None]:
-    return lambda one: progress(one, generation)
+def _tell(progress: Callable[[Progress], None], generation: int, one: Progress) -> None:
+    progress(replace(one, generation=generation))
 
 
 def _same_points(results: xr.Dataset, study: Study, points: np.ndarray, store: Store) -> None:
@@ -219,10 +217,6 @@ def candidates(study: Study, results: xr.Dataset) -> Optimum:
     study : Study
     results : Dataset
         From `Store.results`.
-
-    Returns
-    -------
-    Optimum
     """
     plan = study.optimisation
     assert plan is not None

@@ -31,13 +31,7 @@ def possible_units(mechanism: Mechanism, response: Response) -> tuple[str, ...]:
 
 
 def check_unit(mechanism: Mechanism, response: Response) -> None:
-    """Raise `InputError` for a response that no component has, or that would compare forces with torques.
-
-    Parameters
-    ----------
-    mechanism : Mechanism
-    response : Response
-    """
+    """Raise `InputError` for a response that no component has, or that would compare forces with torques."""
     if response.measure not in BY_COMPONENT:
         return
     units, possible = component_units(mechanism), possible_units(mechanism, response)
@@ -51,16 +45,6 @@ def check_unit(mechanism: Mechanism, response: Response) -> None:
 
 
 def whole_responses(results: xr.Dataset, measure: str) -> list[Response]:
-    """The responses of a measure without a part: one, or one of the forces and one of the torques.
-
-    Parameters
-    ----------
-    results : Dataset
-    measure : str
-
-    Returns
-    -------
-    list of Response
-    """
+    """The responses of a measure without a part: one, or one of the forces and one of the torques."""
     units = list(dict.fromkeys(units_of_parts(results, measure)))
     return [Response(measure, unit=unit) for unit in units] if len(units) > 1 else [Response(measure)]

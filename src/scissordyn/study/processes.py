@@ -17,8 +17,9 @@ from typing import Any, TypeVar
 from numba.core.serialize import dumps
 
 from scissordyn.cache.folder import adopt_folder, shared_folder
-from scissordyn.errors import InputError, ScissordynError
-from scissordyn.study.engine import ATTEMPTS, QUICKLY, EngineError, Outcome, in_threads, signals_blocked
+from scissordyn.errors import ScissordynError, whole_number
+from scissordyn.run.engine import QUICKLY, Begun, EngineError, Outcome, in_threads
+from scissordyn.study.engine import ATTEMPTS, signals_blocked
 
 __all__ = ["Processes"]
 
@@ -42,8 +43,10 @@ class _DiedError(Exception):
     """A process ended in the middle of a task."""
 
 
-class Processes:
+class Processes(Begun):
     """Other processes of this machine, each of which does one task at a time.
+
+    They end with the context in which they are used, and also with this process if that is killed.
 
     Parameters
     ----------
@@ -57,38 +60,24 @@ class Processes:
     """
 
     def __init__(self, workers: int) -> None:
-        if isinstance(workers, bool) or not isinstance(workers, int) or workers < 1:
-            raise InputError(f"workers = {workers!r}", "a whole number >= 1")
-        self.workers = workers
+        self.workers = whole_number("workers", workers)
         self._all = [_Worker() for _ in range(workers)]
         self._idle: queue.SimpleQueue[_Worker] = queue.SimpleQueue()
         for worker in self._all:
             self._idle.put(worker)
 
-    @classmethod
     @contextmanager
-    def started(cls, workers: int) -> Iterator[Processes]:
-        """Start them; they end with the context, and also with this process if that is killed.
-
-        Parameters
-        ----------
-        workers : int
-
-        Yields
-        ------
-        Processes
-        """
-        engine = cls(workers)
+    def _running(self) -> Iterator[None]:
         try:
-            for worker in engine._all:
+            for worker in self._all:
                 worker.start()
-            yield engine
+            yield
         except BaseException:
-            engine._kill()
+            self._kill()
             raise
-        for worker in engine._all:
+        for worker in self._all:
             worker.pipe.close()
-        for worker in engine._all:
+        for worker in self._all:
             worker.process.join(PATIENCE)
             worker.kill()
 

@@ -40,7 +40,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-__all__ = ["figures", "write_figures", "write_report"]
+__all__ = ["figures", "summary_html", "write_figures", "write_report"]
 
 STYLE = """
 body { font: 16px/1.5 system-ui, sans-serif; max-width: 64rem; margin: 2rem auto; padding: 0 1rem; color: #222; }
@@ -80,11 +80,6 @@ def figures(study: Study, results: xr.Dataset) -> Iterator[tuple[str, Figure]]:
     study : Study
     results : Dataset
         From `Store.results`.
-
-    Yields
-    ------
-    title : str
-    figure : Figure
     """
     points = by_point(study, results)
     responses = [str(name) for name, variable in points.data_vars.items() if variable.attrs.get("role") == "response"]
@@ -127,10 +122,6 @@ def write_figures(study: Study, results: xr.Dataset, folder: Path) -> list[Path]
         From `Store.results`.
     folder : Path
         Made if there is none.
-
-    Returns
-    -------
-    list of Path
     """
     folder.mkdir(parents=True, exist_ok=True)
     drawn = figures(study, results)
@@ -150,10 +141,6 @@ def write_report(study: Study, results: xr.Dataset, address: str, path: Path) ->
     path : Path
         Ends in .html.
 
-    Returns
-    -------
-    Path
-
     Raises
     ------
     InputError
@@ -163,7 +150,7 @@ def write_report(study: Study, results: xr.Dataset, address: str, path: Path) ->
     """
     if path.suffix.lower() not in (".html", ".htm"):
         raise InputError(f"'{path}' as a report", "a name that ends in .html", "-o report.html")
-    parts = [*_summary(study, results), *_sensitivities(study, results), *_cases(study, results, address)]
+    parts = [summary_html(study, results), *_sensitivities(study, results), *_cases(study, results, address)]
     for title, figure in figures(study, results):
         picture = io.BytesIO()
         figure.savefig(picture, format="png", dpi=DPI)
@@ -179,6 +166,11 @@ def write_report(study: Study, results: xr.Dataset, address: str, path: Path) ->
         return write_file(path, content, sample="-o report.html")
     except OSError as error:
         raise ScissordynError(f"cannot write '{path}': {error.strerror or error}") from None
+
+
+def summary_html(study: Study, results: xr.Dataset) -> str:
+    """The head of the report, which a notebook shows as well: counts, numbers, responses, requirements, best points."""
+    return "".join(_summary(study, results))
 
 
 def _summary(study: Study, results: xr.Dataset) -> Iterator[str]:

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import operator
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from types import MappingProxyType
+from typing import Protocol
 
 import numpy as np
 import xarray as xr
@@ -18,18 +20,34 @@ __all__ = [
     "KINDS",
     "Requirement",
     "Response",
+    "read_response",
     "response_unit",
     "response_values",
     "units_of_parts",
 ]
 
-SIGNS = ("<=", ">=", "<", ">")
+SIGNS = {"<=": operator.le, ">=": operator.ge, "<": operator.lt, ">": operator.gt}
 
 BY_COMPONENT = frozenset(name for name, measure in MEASURES.items() if measure.dims == ("component",))
 """Measures whose unit is that of what a component exerts."""
 
 KINDS: Mapping[str, str] = MappingProxyType({"N": "force", "N m": "torque"})
 """What a component exerts, by its unit."""
+
+ALIASES = {"error": "peak_track_deviation"}
+"""Measures that are called otherwise behind the name of a tracked point: ``tip.error``."""
+
+
+class Named(Protocol):
+    """A measure of the user's."""
+
+    @property
+    def name(self) -> str:
+        """Of the measure."""
+
+    @property
+    def units(self) -> str:
+        """Of its values."""
 
 
 @dataclass(frozen=True)
@@ -113,15 +131,27 @@ class Requirement:
     def met(self, values: np.ndarray) -> np.ndarray:
         """Whether values meet it; not where they are NaN."""
         with np.errstate(invalid="ignore"):
-            match self.sign:
-                case "<":
-                    return np.asarray(values < self.bound)
-                case "<=":
-                    return np.asarray(values <= self.bound)
-                case ">":
-                    return np.asarray(values > self.bound)
-                case _:
-                    return np.asarray(values >= self.bound)
+            return np.asarray(SIGNS[self.sign](values, self.bound))
+
+
+def read_response(text: str, own: Iterable[Named] = ()) -> tuple[str, str, str]:
+    """Part, measure and unit of what a requirement or a goal is about.
+
+    Parameters
+    ----------
+    text : str
+        ``peak_force``, ``A.peak_force``, ``tip.error``.
+    own : iterable
+        Measures of the user's.
+    """
+    units = {name: measure.units for name, measure in MEASURES.items()} | {each.name: each.units for each in own}
+    if text in units:
+        return "", text, units[text]
+    part, dot, measure = text.rpartition(".")
+    measure = ALIASES.get(measure, measure) if dot and measure not in units else measure
+    if measure not in units:
+        raise InputError(f"unknown measure '{measure}'{did_you_mean(measure, units)}", ", ".join(units))
+    return part, measure, units[measure]
 
 
 def response_values(results: xr.Dataset, response: Response) -> np.ndarray:
@@ -173,11 +203,6 @@ def response_values(results: xr.Dataset, response: Response) -> np.ndarray:
 def units_of_parts(results: xr.Dataset, measure: str) -> list[str]:
     """The units of a measure's parts, which differ only between components.
 
-    Parameters
-    ----------
-    results : Dataset
-    measure : str
-
     Returns
     -------
     list of str
@@ -197,10 +222,6 @@ def response_unit(results: xr.Dataset, response: Response) -> str:
     results : Dataset
         With the measures along `case`.
     response : Response
-
-    Returns
-    -------
-    str
     """
     found = results[response.measure]
     if response.part and COMPONENT_UNIT in found.coords:

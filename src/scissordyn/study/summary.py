@@ -73,10 +73,6 @@ def varied_numbers(study: Study, results: xr.Dataset) -> Table:
     study : Study
     results : Dataset
         Of its store, which has their units.
-
-    Returns
-    -------
-    Table
     """
     rows = [(factor.address, "chosen", _over(results, factor)) for factor in study.factors]
     rows += [(factor.address, "uncertain", _over(results, factor)) for factor in study.uncertain]
@@ -118,10 +114,6 @@ def agreement(study: Study, points: xr.Dataset) -> str:
     study : Study
     points : Dataset
         Of `answer.by_point`.
-
-    Returns
-    -------
-    str
     """
     if study.members == 1:
         return ""
@@ -146,10 +138,6 @@ def response_ranges(study: Study, points: xr.Dataset) -> Table:
     study : Study
     points : Dataset
         Of `answer.by_point`.
-
-    Returns
-    -------
-    Table
     """
     rows = []
     for name, variable in points.data_vars.items():
@@ -170,10 +158,6 @@ def requirement_fractions(study: Study, results: xr.Dataset) -> Table:
     study : Study
     results : Dataset
         From `Store.results`.
-
-    Returns
-    -------
-    Table
     """
     meanings = [*(meaning(results, requirement) for requirement in study.requirements), ""]
     rows, explained = [], any(meanings)
@@ -206,10 +190,6 @@ def sensitivities(indices: dict[str, xr.Dataset]) -> list[Table]:
     ----------
     indices : dict of str to Dataset
         Of `indices.sensitivity`.
-
-    Returns
-    -------
-    list of Table
     """
     found = []
     for name, table in indices.items():
@@ -243,10 +223,6 @@ def best_points(study: Study, results: xr.Dataset, most: int) -> Table | None:
         From `Store.results`.
     most : int
         Rows.
-
-    Returns
-    -------
-    Table or None
     """
     if study.optimisation is None:
         return None

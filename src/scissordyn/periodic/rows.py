@@ -1,0 +1,154 @@
+"""Many periodic runs: cases in, rows out, written into one Dataset as they come."""
+
+from __future__ import annotations
+
+import time
+from dataclasses import dataclass
+
+import numpy as np
+import xarray as xr
+
+from scissordyn.model.mechanism import Mechanism
+from scissordyn.periodic.cycles import DESCRIBED, per_cycle
+from scissordyn.periodic.stroboscope import run_cycles
+from scissordyn.run.engine import Outcome, error_text
+from scissordyn.run.options import Options, StartKind
+from scissordyn.run.snapshot import Snapshot
+
+__all__ = ["COLUMNS", "PENDING", "CycleCase", "CycleRow", "coordinates", "enter", "run_case", "status_columns"]
+
+PENDING = "pending"
+"""Status of a case that has not been computed yet."""
+
+
+@dataclass(frozen=True)
+class CycleCase:
+    """One periodic run, with all inputs of a worker.
+
+    Parameters
+    ----------
+    at : int
+        Its place among the cases.
+    mechanism : Mechanism
+    options : Options
+        `until` is the period.
+    cycles, keep : int
+    phase : float
+    start : {"concentric", "in-contact", "static"} or Snapshot
+    """
+
+    at: int
+    mechanism: Mechanism
+    options: Options
+    cycles: int
+    keep: int
+    phase: float
+    start: StartKind | Snapshot
+
+
+@dataclass(frozen=True)
+class CycleRow:
+    """The result of one case.
+
+    Parameters
+    ----------
+    values : dict of ndarray
+        The last cycles, by the names of `periodic.cycles.DESCRIBED`; shorter where the run failed.
+    end : Snapshot
+    about : dict
+        Status, cause, warnings (one a line), completed_cycles, total_steps, total_events, seconds and processor_seconds.
+    """
+
+    values: dict[str, np.ndarray]
+    end: Snapshot
+    about: dict[str, str | int | float]
+
+
+def run_case(case: CycleCase) -> CycleRow:
+    """Compute one case.
+
+    Raises
+    ------
+    KeyboardInterrupt
+        If the user stopped it.
+    """
+    began, worked = time.perf_counter(), time.thread_time()
+    found = run_cycles(case.mechanism, case.options, cycles=case.cycles, keep=case.keep, phase=case.phase, start=case.start)
+    if found.status == "interrupted":
+        raise KeyboardInterrupt
+    about: dict[str, str | int | float] = {
+        "status": found.status,
+        "cause": found.cause,
+        "warnings": "\n".join(found.warnings),
+        "completed_cycles": found.samples.time.size,
+        "total_steps": int(found.statistics["steps"]),
+        "total_events": int(found.statistics["events"]),
+        "seconds": time.perf_counter() - began,
+        "processor_seconds": time.thread_time() - worked,
+    }
+    values = {name: values[case.cycles - case.keep :] for name, values in per_cycle(case.mechanism, found).items()}
+    return CycleRow(values, found.end, about)
+
+
+Column = tuple[str, np.ndarray, dict[str, str]]
+"""A variable of a Dataset along one dimension."""
+
+COLUMNS: dict[str, tuple[str | int | float, dict[str, str]]] = {
+    "status": (PENDING, {"long_name": "status"}),
+    "cause": ("", {"long_name": "cause if it is not complete"}),
+    "warnings": ("", {"long_name": "warnings about the cycles kept, one a line"}),
+    "completed_cycles": (0, {"units": "1", "long_name": "whole cycles"}),
+    "total_steps": (0, {"units": "1", "long_name": "integration steps"}),
+    "total_events": (0, {"units": "1", "long_name": "contacts begun and ended"}),
+    "seconds": (0.0, {"units": "s", "long_name": "time taken"}),
+    "processor_seconds": (0.0, {"units": "s", "long_name": "time of the processor taken"}),
+}
+"""What is known of each case beside its cycles: the value before it is computed, and attributes."""
+
+
+def status_columns(along: str, count: int) -> dict[str, Column]:
+    """Variables of a Dataset for what is known of cases, before anything is.
+
+    Parameters
+    ----------
+    along : str
+        Dimension of the cases.
+    count : int
+    """
+    kinds = {str: object, int: np.int64, float: float}
+    return {name: (along, np.full(count, blank, kinds[type(blank)]), about) for name, (blank, about) in COLUMNS.items()}
+
+
+def coordinates(case: CycleCase) -> dict[str, Column]:
+    """Cycles, joints and axes of the values of a case."""
+    return {
+        "cycle": ("cycle", np.arange(case.cycles - case.keep, case.cycles), {"long_name": "cycle"}),
+        "joint": ("joint", np.array([joint.name for joint in case.mechanism.contacts], dtype=object), {}),
+        "axis": ("axis", np.array(["x", "y"], dtype=object), {}),
+    }
+
+
+def enter(rows: xr.Dataset, along: str, outcome: Outcome[CycleCase, CycleRow]) -> None:
+    """Write what became of a case into its row; numbers of cycles that were not reached stay NaN.
+
+    Parameters
+    ----------
+    rows : Dataset
+        With some of the `status_columns`.
+    along : str
+        Dimension of the cases.
+    outcome : Outcome
+    """
+    at, row = outcome.task.at, outcome.value
+    if row is None:
+        assert outcome.error is not None
+        rows["status"].values[at], rows["cause"].values[at] = "failed", error_text(outcome.error)
+        return
+    for name, values in row.values.items():
+        if name not in rows:
+            dims, units, long_name = DESCRIBED[name]
+            full = np.full((rows.sizes[along], rows.sizes["cycle"], *values.shape[1:]), np.nan)
+            rows[name] = ((along, *dims), full, {"units": units, "long_name": long_name})
+        rows[name].values[at, : values.shape[0]] = values
+    for name in row.about.keys() & rows.keys():
+        rows[name].values[at] = row.about[name]

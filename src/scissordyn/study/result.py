@@ -1,0 +1,375 @@
+"""A study and what its store holds as one object: answers, tables, pictures, and what can be done next."""
+
+from __future__ import annotations
+
+import html
+import os
+from collections.abc import Callable
+from dataclasses import replace
+from functools import cached_property
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+import xarray as xr
+
+from scissordyn.errors import InputError
+from scissordyn.model.address import changed_all
+from scissordyn.model.mechanism import Mechanism
+from scissordyn.run.engine import Engine
+from scissordyn.run.simulate import simulate
+from scissordyn.study.answer import (
+    FeasibleFraction,
+    Worst,
+    by_point,
+    causes,
+    counts,
+    feasible_fraction,
+    safest_point,
+    warned,
+    worst_cases,
+)
+from scissordyn.study.description import Study
+from scissordyn.study.execute import Progress, execute, extend
+from scissordyn.study.export import export, table
+from scissordyn.study.goal import Optimisation, read_goal
+from scissordyn.study.indices import sensitivity
+from scissordyn.study.optimise import Optimum, candidates, optimise
+from scissordyn.study.store import Store, column
+from scissordyn.study.summary import design_size
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+    from scissordyn.study.pictures import StudyPictures
+
+__all__ = ["StudyResult", "computed"]
+
+Address = str | os.PathLike[str]
+Told = Callable[[Progress], None] | None
+
+
+class StudyResult:
+    """A study and what its store holds, read when it is first asked for.
+
+    Parameters
+    ----------
+    study : Study
+        What was asked.
+    store : Store
+    build : callable, optional
+        The study with its mechanism and functions, where `study` is one that was only read.
+    """
+
+    def __init__(self, study: Study, store: Store, build: Callable[[], Study] | None = None) -> None:
+        self.study, self.store, self._build = study, store, build
+
+    # --- what there is --------------------------------------------------------------------------------------------------
+
+    @cached_property
+    def dataset(self) -> xr.Dataset:
+        """All cases: factors, uncertain numbers and measures along `case`, with status (0 pending, 1 complete, 2 failed)."""
+        return self.store.results()
+
+    @cached_property
+    def points(self) -> xr.Dataset:
+        """What is known of each point of the design; see `study.answer.by_point`."""
+        return by_point(self.study, self.dataset)
+
+    @property
+    def table(self) -> pd.DataFrame:
+        """One row for each case, in SI units, which stand in the heads of the columns."""
+        return table(self.dataset)
+
+    @property
+    def counts(self) -> dict[str, int]:
+        """Numbers of cases by status."""
+        return dict(zip(("complete", "failed", "pending"), counts(self.dataset), strict=True))
+
+    @property
+    def causes(self) -> dict[str, list[int]]:
+        """Failed cases by cause, the most frequent first."""
+        return causes(self.dataset)
+
+    @property
+    def warnings(self) -> dict[str, list[int]]:
+        """Complete cases by warning, the most frequent first."""
+        return warned(self.dataset)
+
+    # --- answers --------------------------------------------------------------------------------------------------------
+
+    @property
+    def requirements(self) -> list[FeasibleFraction]:
+        """The fraction of the range that meets each requirement, with its 95 % interval."""
+        self._need_requirements()
+        return feasible_fraction(self.study, self.dataset)[:-1]
+
+    @property
+    def feasible(self) -> FeasibleFraction:
+        """The fraction of the range that meets all requirements, with its 95 % interval."""
+        self._need_requirements()
+        return feasible_fraction(self.study, self.dataset)[-1]
+
+    def worst(self, count: int = 5) -> list[Worst]:
+        """The cases that are farthest beyond a requirement, or nearest to it; the worst first."""
+        self._need_requirements()
+        return worst_cases(self.study, self.dataset, count)
+
+    def _need_requirements(self) -> None:
+        if not self.study.requirements:
+            raise InputError("a study without requirements", "bounds on measures", "requirements={'peak_force': 500.0}")
+
+    def sensitivity(self, response: str = "") -> xr.Dataset | dict[str, xr.Dataset]:
+        """What responses depend on: Sobol indices of a Saltelli design, elementary effects of a Morris design.
+
+        Parameters
+        ----------
+        response : str
+            All that have indices if empty.
+
+        Returns
+        -------
+        Dataset, or dict of str to Dataset
+            Along `factor`, with 95 % intervals; by response if none is named.
+        """
+        found, left_out = sensitivity(self.study, self.dataset)
+        if self.study.design.kind not in ("saltelli", "morris"):
+            what = f"sensitivity of a {self.study.design.kind} design"
+            raise InputError(what, "a design for indices", "design='saltelli', or design='morris'")
+        if not response:
+            return found
+        if response not in found:
+            why = left_out.get(response, "no such response")
+            raise InputError(f"no indices of '{response}': {why}", ", ".join(found) or "none")
+        return found[response]
+
+    @property
+    def optimum(self) -> Optimum:
+        """All points that an optimisation has tried; see `study.optimise.candidates`."""
+        if self.study.optimisation is None:
+            raise InputError("a study without goals", "goals", "result.optimise('minimise peak_force', store='best.zarr')")
+        return candidates(self.study, self.dataset)
+
+    @property
+    def front(self) -> pd.DataFrame:
+        """The points than which no other that meets the requirements is better in all goals."""
+        points = self.optimum.points
+        numbered = points.assign_coords(point=np.arange(points.sizes["point"]))
+        return numbered.isel(point=np.flatnonzero(points["front"].values)).to_dataframe()
+
+    @property
+    def best(self) -> dict[str, float]:
+        """The numbers of the best point, in SI.
+
+        Of one goal the best point that meets the requirements (the least violation if none does); without a goal the point
+        whose worst case is farthest on the right side of all requirements, as a fraction of their bounds.
+        """
+        if self.study.optimisation is None:
+            self._need_requirements()
+            points, place = self.points, safest_point(self.study, self.dataset)
+        else:
+            points, place = self.optimum.points, self.optimum.best
+        if place < 0:
+            several = len(self.study.optimisation.goals) if self.study.optimisation else 0
+            what = f"the best point for {several} goals" if several > 1 else "the best of points that all failed"
+            raise InputError(what, "one goal; of several there is a front", "result.front")
+        return {one.address: float(points[one.address][place]) for one in self.study.factors}
+
+    @property
+    def design(self) -> Mechanism:
+        """The mechanism with the numbers of the best point."""
+        return changed_all(self.built().mechanism, self.best)
+
+    @property
+    def plot(self) -> StudyPictures:
+        """Pictures: ``result.plot.map()``, ``curves()``, ``requirements()``, ``sensitivity()``, ``front()``."""
+        from scissordyn.study.pictures import StudyPictures
+
+        return StudyPictures(self)
+
+    # --- one case again -------------------------------------------------------------------------------------------------
+
+    def mechanism(self, case: int) -> Mechanism:
+        """The mechanism with the numbers of a case."""
+        if isinstance(case, bool) or not 0 <= case < self.dataset.sizes["case"]:
+            raise InputError(f"case {case!r}", f"0 to {self.dataset.sizes['case'] - 1}", "result.replay(0)")
+        changes = {address: float(self.dataset[column(address)][case]) for address in self.study.addresses}
+        return changed_all(self.built().mechanism, changes)
+
+    def replay(self, case: int) -> xr.Dataset:
+        """Simulate a case again, with histories.
+
+        Parameters
+        ----------
+        case : int
+
+        Returns
+        -------
+        Dataset
+            As from `simulate`. Its measures are those of member 0, bit for bit; other members start perturbed in the study.
+        """
+        return simulate(self.mechanism(case), **{**self.study.options.keywords, "trust": False})
+
+    # --- going on -------------------------------------------------------------------------------------------------------
+
+    def resume(self, *, engine: Engine | int | None = None, retry: bool = False, progress: Told = None) -> StudyResult:
+        """Do what is missing.
+
+        Parameters
+        ----------
+        engine : Engine or int, optional
+            A number is one of threads; one thread per processor if not given.
+        retry : bool
+            Do cases that failed again.
+        progress : callable, optional
+            Called after each block with a `study.execute.Progress`.
+
+        Returns
+        -------
+        StudyResult
+            The same, with what there is now.
+        """
+        return self._now(computed(self.built(), self.store.address, engine=engine, retry=retry, progress=progress))
+
+    def extend(self, points: int, *, engine: Engine | int | None = None, progress: Told = None) -> StudyResult:
+        """Add points to a random, Sobol or Saltelli design, or generations to an optimisation, and do them.
+
+        Parameters
+        ----------
+        points : int
+            Number of points (of base points of a Saltelli design), or of generations, from now on.
+        engine, progress
+            As for `resume`.
+
+        Returns
+        -------
+        StudyResult
+            The same, with what there is now.
+        """
+        study = self.built()
+        if study.optimisation is not None:
+            study = replace(study, optimisation=replace(study.optimisation, generations=points))
+        return self._now(computed(study, self.store.address, points=points, engine=engine, progress=progress))
+
+    def optimise(
+        self,
+        *goals: str,
+        store: Address,
+        risk: str = "mean",
+        population: int = 0,
+        generations: int = 20,
+        seed: int = 0,
+        engine: Engine | int | None = None,
+        progress: Told = None,
+    ) -> StudyResult:
+        """Search the ranges of this study for the best points.
+
+        Parameters
+        ----------
+        *goals : str
+            ``"minimise peak_force"``, ``"maximise A.clearance"``. One is searched by CMA-ES, several by NSGA-II.
+        store : path
+            Of the search; one that was begun goes on.
+        risk : str
+            What counts of a goal over uncertain numbers and members: "mean", "worst", "quantile 95 %", "cvar 95 %".
+        population, generations, seed : int
+            Candidates of a generation (0 for the method's own choice), number of generations, seed of the method.
+        engine, progress
+            As for `resume`.
+
+        Returns
+        -------
+        StudyResult
+            Of the search.
+        """
+        study = self.built()
+        wanted = tuple(read_goal(goal, study.own_measures, [one.address for one in study.factors]) for goal in goals)
+        search = Optimisation(wanted, risk, population, generations, seed)
+        needed = [goal.measure for goal in wanted if goal.measure not in (*study.addresses, *study.measure_names)]
+        study = replace(
+            study,
+            optimisation=search,
+            design=search.design(1, len(study.factors)),
+            measures=(*study.measures, *dict.fromkeys(needed)),
+        )
+        return computed(study, store, engine=engine, progress=progress)
+
+    def built(self) -> Study:
+        """The study with its mechanism and functions, to compute with."""
+        return self.study if self._build is None else self._build()
+
+    def _now(self, found: StudyResult) -> StudyResult:
+        """The same result after a computation: what was read before is read anew."""
+        for name in ("dataset", "points"):
+            self.__dict__.pop(name, None)
+        self.store, self.study = found.store, replace(self.study, design=found.study.design)
+        return self
+
+    # --- files and notebooks --------------------------------------------------------------------------------------------
+
+    def export(self, path: Address) -> Path:
+        """Write all cases as a table, .csv or .parquet, or as a NetCDF file, .nc."""
+        return export(self.dataset, Path(path))
+
+    def report(self, path: Address, *, figures: Address | None = None) -> Path:
+        """Write one HTML file with tables and pictures.
+
+        Parameters
+        ----------
+        path : path
+            Ends in .html.
+        figures : path, optional
+            A folder for the pictures as files.
+
+        Returns
+        -------
+        Path
+        """
+        from scissordyn.study.report import write_figures, write_report
+
+        written = write_report(self.study, self.dataset, self.store.address, Path(path))
+        if figures is not None:
+            write_figures(self.study, self.dataset, Path(figures))
+        return written
+
+    def __repr__(self) -> str:
+        done = ", ".join(f"{count} {name}" for name, count in self.counts.items() if count or name == "complete")
+        said = [f"{design_size(self.study)}: {done}"]
+        said += [str(self.feasible)] if self.study.requirements else []
+        return f"<study '{self.store.address}': {'; '.join(said)}>"
+
+    def _repr_html_(self) -> str:
+        from scissordyn.study.report import summary_html
+
+        return f"<b>Study {html.escape(Path(self.store.address).name)}</b>{summary_html(self.study, self.dataset)}"
+
+
+def computed(
+    study: Study,
+    address: Address,
+    *,
+    engine: Engine | int | None = None,
+    block: int | None = None,
+    retry: bool = False,
+    points: int | None = None,
+    progress: Told = None,
+) -> StudyResult:
+    """Compute a study, or what its store lacks of it.
+
+    Parameters
+    ----------
+    study : Study
+    address : path
+        Of the store: made if there is none.
+    engine, block, retry, progress
+        As for `study.execute.execute`.
+    points : int, optional
+        Number of points of the design from now on.
+    """
+    if study.optimisation is not None:
+        store = optimise(study, address, engine=engine, block=block, progress=progress)
+    elif points is not None:
+        store = extend(study, address, points, engine=engine, progress=progress)
+    else:
+        store = execute(study, address, engine=engine, block=block, retry=retry, progress=progress)
+    return StudyResult(replace(study, design=store.design()), store)

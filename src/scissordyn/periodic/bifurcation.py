@@ -143,7 +143,7 @@ def check_diagram(mechanism: Mechanism, values: int, cycles: int, keep: int) -> 
     for name, count, most in (("cycles", cycles, None), ("keep", keep, cycles)):
         if isinstance(count, bool) or not isinstance(count, int) or count < 1 or (most is not None and count > most):
             raise InputError(f"{name} = {count!r}", "a whole number >= 1" + (f" and <= {most}" if most is not None else ""))
-    check_cycles(mechanism, cycles)
+    check_cycles(len(mechanism.contacts), cycles)
     needed = VALUE_BYTES + 8 * keep * (KEPT + KEPT_OF_JOINT * len(mechanism.contacts))
     check_memory(
         f"{count_in_words(values)} values with {count_in_words(keep)} cycles kept of each",

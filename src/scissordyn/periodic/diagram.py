@@ -19,6 +19,7 @@ from scissordyn.model.mechanism import Mechanism
 from scissordyn.model.record import to_plain
 from scissordyn.periodic.cycles import DESCRIBED, recorded
 from scissordyn.periodic.stroboscope import start_state
+from scissordyn.plan.plan import plan
 from scissordyn.run.configuration import read_configuration, write_configuration
 from scissordyn.run.options import Options, StartKind
 from scissordyn.run.snapshot import Snapshot
@@ -191,7 +192,7 @@ def _warnings(cases: Sequence[DiagramCase], values: list[str]) -> list[str]:
     for case, value in zip(cases, values, strict=True):
         key = json.dumps([to_plain(case.mechanism.ideal()), case.options.until])
         if key not in known:
-            known[key] = drive_warnings(case.mechanism, case.options.until)
+            known[key] = drive_warnings(plan(case.mechanism), case.options.until)
         for text in known[key]:
             first.setdefault(text, value)
             count[text] = count.get(text, 0) + 1

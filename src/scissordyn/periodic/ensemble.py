@@ -12,11 +12,11 @@ import xarray as xr
 
 from scissordyn.errors import InputError
 from scissordyn.kinematics.branching import drive_warnings
-from scissordyn.mechanics.reduce import reduce_mechanism
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.periodic.cycles import DESCRIBED, per_cycle
 from scissordyn.periodic.follow import consistent
 from scissordyn.periodic.stroboscope import drive_period, run_cycles, start_state
+from scissordyn.plan.plan import plan
 from scissordyn.run.configuration import write_configuration
 from scissordyn.run.demand import check_cycles
 from scissordyn.run.driver import make_system
@@ -127,7 +127,7 @@ def ensemble(
         For an option that cannot be used.
     """
     _check(mechanism, members, cycles, skip, perturbation, agreement)
-    check_cycles(mechanism, members * cycles)
+    check_cycles(len(mechanism.contacts), members * cycles)
     period = drive_period(mechanism) if period is None else period
     options = Options(period, start, 2, rtol, atol, method, most_steps)
     starts = _starts(mechanism, start, members, perturbation, seed)
@@ -139,7 +139,7 @@ def ensemble(
     settings = {"period": period, "phase": phase, "perturbation": perturbation, "seed": seed, "agreement": agreement}
     run.attrs |= _attributes(mechanism, options, status, settings)
     said = grouped((text, one.task.number) for one in found if one.value is not None for text in one.value[3])
-    run.attrs["warnings"] = json.dumps([*said, *drive_warnings(mechanism, period)])
+    run.attrs["warnings"] = json.dumps([*said, *drive_warnings(plan(mechanism), period)])
     return run
 
 
@@ -215,7 +215,7 @@ def _collected(mechanism: Mechanism, found: Sequence[Outcome[Member, _Recorded]]
 def _starts(mechanism: Mechanism, start: StartKind, members: int, perturbation: float, seed: int) -> list[Snapshot]:
     """The consistent initial states of all members."""
     first = start_state(mechanism, start)
-    system = make_system(reduce_mechanism(mechanism))
+    system = make_system(plan(mechanism))
     numbers = np.random.default_rng(seed)
     found = [first]
     for _ in range(members - 1):

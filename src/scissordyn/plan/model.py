@@ -1,4 +1,4 @@
-"""From a reduced model to the arrays of the kernels that follow from topology and lengths."""
+"""From a mechanism and its coordinates to the arrays of the kernels that follow from topology and lengths."""
 
 from __future__ import annotations
 
@@ -16,8 +16,6 @@ from scissordyn.component.compiled import Kernels, at_rest, kernels_of
 from scissordyn.component.declaration import Component
 from scissordyn.component.motor import Motor
 from scissordyn.component.port import ACTUATOR, FRAME, HINGE, LINE, POINT, TRAVEL
-from scissordyn.kept import kept
-from scissordyn.mechanics.acting import acting, component_states, friction_states, offsets, start_coordinates, time_functions
 from scissordyn.mechanics.monitored import (
     COMPONENT_FORCE,
     DRIVE_TORQUE,
@@ -26,16 +24,15 @@ from scissordyn.mechanics.monitored import (
     PRESSURE_VELOCITY,
     TRACK_DEVIATION,
 )
-from scissordyn.mechanics.point_map import PointMap, joined
-from scissordyn.mechanics.reduced_model import ReducedModel
-from scissordyn.mechanics.system import (
-    Model,
-)
+from scissordyn.mechanics.point_map import Constraint, PointMap, joined
+from scissordyn.mechanics.system import Model
 from scissordyn.model.guide_clearance import ContactPoint
 from scissordyn.model.joint import Revolute
 from scissordyn.model.mechanism import Mechanism
+from scissordyn.plan.acting import acting, component_states, friction_states, offsets, start_coordinates, time_functions
+from scissordyn.plan.coordinates import Coordinates
 
-__all__ = ["build_model"]
+__all__ = ["make_model"]
 
 FEW = 12
 """Up to so many unknowns the step matrix is taken as full."""
@@ -49,36 +46,39 @@ def _stacked(maps: list[PointMap], height: int) -> tuple[np.ndarray, np.ndarray,
     return start, np.concatenate([m.columns for m in maps]), np.ascontiguousarray(np.hstack([m.rows for m in maps]))
 
 
-def _contact_map(reduced: ReducedModel, contact: Revolute | ContactPoint) -> PointMap:
+def _contact_map(coordinates: Coordinates, contact: Revolute | ContactPoint) -> PointMap:
     """The six rows of a clearance joint, or of a contact point at its guide surface."""
     if isinstance(contact, ContactPoint):
-        ends = (reduced.at(contact.follower, contact.centre), 0, 1.0), (reduced.at(contact.body, contact.through), 0, -1.0)
-        surface = reduced.frame(contact.body)
-        return joined([*ends, (reduced.direction(contact.follower), 2, 1.0), (surface, 4, 1.0)])
-    parts = [(reduced.place(contact.journal), 0, 1.0), (reduced.place(contact.bearing), 0, -1.0)]
-    parts += [(reduced.direction(contact.journal[0]), 2, 1.0), (reduced.direction(contact.bearing[0]), 4, 1.0)]
+        ends = (
+            (coordinates.at(contact.follower, contact.centre), 0, 1.0),
+            (coordinates.at(contact.body, contact.through), 0, -1.0),
+        )
+        surface = coordinates.frame(contact.body)
+        return joined([*ends, (coordinates.direction(contact.follower), 2, 1.0), (surface, 4, 1.0)])
+    parts = [(coordinates.place(contact.journal), 0, 1.0), (coordinates.place(contact.bearing), 0, -1.0)]
+    parts += [(coordinates.direction(contact.journal[0]), 2, 1.0), (coordinates.direction(contact.bearing[0]), 4, 1.0)]
     return joined(parts)
 
 
-def _component_map(reduced: ReducedModel, component: Any) -> PointMap:
+def _component_map(coordinates: Coordinates, component: Any) -> PointMap:
     """The six rows of a component."""
     port = component.declaration.port
     if port is LINE:
-        return joined([(reduced.place(component.end), 0, 1.0), (reduced.place(component.start), 0, -1.0)])
+        return joined([(coordinates.place(component.end), 0, 1.0), (coordinates.place(component.start), 0, -1.0)])
     if port is TRAVEL:
-        point = reduced.place(component.point)
+        point = coordinates.place(component.point)
         along = np.array([[math.cos(component.direction), math.sin(component.direction)], [0.0, 0.0]])
         return joined([(PointMap(point.columns, along @ point.rows), 0, 1.0)])
     if port is POINT:
-        return joined([(reduced.place(component.point), 0, 1.0), (reduced.frame(component.point[0]), 2, 1.0)])
+        return joined([(coordinates.place(component.point), 0, 1.0), (coordinates.frame(component.point[0]), 2, 1.0)])
     if port is FRAME:
-        parts = [(reduced.place(component.end), 0, 1.0), (reduced.place(component.start), 0, -1.0)]
-        return joined([*parts, (reduced.frame(component.end[0]), 2, 1.0), (reduced.frame(component.start[0]), 4, 1.0)])
-    parts = [(reduced.direction(component.body), 2, 1.0), (reduced.frame(component.base), 4, 1.0)]
+        parts = [(coordinates.place(component.end), 0, 1.0), (coordinates.place(component.start), 0, -1.0)]
+        return joined([*parts, (coordinates.frame(component.end[0]), 2, 1.0), (coordinates.frame(component.start[0]), 4, 1.0)])
+    parts = [(coordinates.direction(component.body), 2, 1.0), (coordinates.frame(component.base), 4, 1.0)]
     if isinstance(component, Actuator) and component.sensor is not None:
-        parts.append((reduced.place(component.sensor), 0, 1.0))
+        parts.append((coordinates.place(component.sensor), 0, 1.0))
         if component.sensor_origin is not None:
-            parts.append((reduced.place(component.sensor_origin), 0, -1.0))
+            parts.append((coordinates.place(component.sensor_origin), 0, -1.0))
     return joined(parts)
 
 
@@ -90,37 +90,37 @@ def _kernels(component: Component, start: tuple[float, ...]) -> Kernels:
     return kernels_of(type(component), len(component.parameters(start)))
 
 
-@kept
-def build_model(reduced: ReducedModel) -> Model:
+def make_model(mechanism: Mechanism, coordinates: Coordinates) -> Model:
     """Everything that follows from topology and lengths.
 
     Parameters
     ----------
-    reduced : ReducedModel
+    mechanism : Mechanism
+    coordinates : Coordinates
 
     Returns
     -------
     Model
     """
-    mechanism, n = reduced.mechanism, reduced.free
-    moving, known = reduced.coordinates[:, :n], reduced.coordinates[:, n:]
-    carried = reduced.mass @ known
+    n = coordinates.free
+    moving, known = coordinates.matrix[:, :n], coordinates.matrix[:, n:]
+    carried = coordinates.mass @ known
     inertia, inertia_b = (
         each if isinstance(each, np.ndarray) else each.toarray() for each in (moving.T @ carried, known.T @ carried)
     )
     contacts, components = mechanism.contacts, acting(mechanism)
     states = [len(friction_states(each)) for each in contacts] + [len(component_states(each)) for each in components]
-    maps = [_contact_map(reduced, each) for each in contacts] + [_component_map(reduced, each) for each in components]
+    maps = [_contact_map(coordinates, each) for each in contacts] + [_component_map(coordinates, each) for each in components]
     element_start, element_column, element_row = _stacked(maps, 6)
     counts = np.diff(element_start)
-    rotation_start, rotation_column, rotation_row = _stacked([family.maps[0] for family in reduced.families], 2)
-    track_start, track_column, track_row = _stacked([reduced.tracked(track) for track in mechanism.tracks], 2)
-    permutation, reach = _ordering(reduced, element_start, element_column, states)
-    constraints = _constraints(reduced)
+    rotation_start, rotation_column, rotation_row = _stacked([family.maps[0] for family in coordinates.families], 2)
+    track_start, track_column, track_row = _stacked([coordinates.tracked(track) for track in mechanism.tracks], 2)
+    permutation, reach = _ordering(coordinates, element_start, element_column, states)
+    constraints = _constraints(mechanism, coordinates)
     gram = int(np.max(-np.diff(constraints["overlap"], axis=1), initial=0))
     return Model(
         n=n,
-        nb=reduced.basis,
+        nb=coordinates.basis,
         inertia=np.ascontiguousarray(inertia),
         inertia_b=np.ascontiguousarray(inertia_b),
         element_start=element_start,
@@ -148,9 +148,9 @@ def _integers(values: Iterable[int]) -> np.ndarray:
     return np.array(list(values), np.int64)
 
 
-def _constraints(reduced: ReducedModel) -> dict[str, np.ndarray]:
+def _constraints(mechanism: Mechanism, coordinates: Coordinates) -> dict[str, np.ndarray]:
     """The part of a model that describes its quadratic constraints."""
-    mechanism, constraints = reduced.mechanism, reduced.constraints
+    constraints = coordinates.constraints
     parts = [(k, weight, each) for k, constraint in enumerate(constraints) for weight, each in constraint.parts]
     part_start, column, row = _stacked([each for _, _, each in parts], 2)
     timed = [k for k, constraint in enumerate(constraints) if constraint.motion]
@@ -162,11 +162,11 @@ def _constraints(reduced: ReducedModel) -> dict[str, np.ndarray]:
         "timed": _integers(timed),
         "timed_function": _integers(first + k for k in range(len(timed))),
         "timed_unit": np.array([1.0 / constraints[k].scale for k in timed], float),
-        "latch": _latches(reduced, part_start, len(mechanism.components)),
+        "latch": _latches(mechanism, constraints),
         "constraint_start": offsets(constraint.columns.size for constraint in constraints),
         "constraint_column": column,
         "constraint_row": row,
-        "overlap": _overlaps(reduced),
+        "overlap": _overlaps(coordinates),
     }
 
 
@@ -227,17 +227,18 @@ def _monitors(mechanism: Mechanism) -> np.ndarray:
     return np.array(rows, np.int64).reshape(-1, 2)
 
 
-def _latches(reduced: ReducedModel, part_start: np.ndarray, first: int) -> np.ndarray:
+def _latches(mechanism: Mechanism, constraints: tuple[Constraint, ...]) -> np.ndarray:
     """Constraint, first part and component of each latch."""
-    parts = np.cumsum([0, *(len(constraint.parts) for constraint in reduced.constraints)])
-    names = [constraint.name for constraint in reduced.constraints]
-    found = [(names.index(latch.name), parts[names.index(latch.name)]) for latch in reduced.mechanism.latches]
+    parts = np.cumsum([0, *(len(constraint.parts) for constraint in constraints)])
+    names = [constraint.name for constraint in constraints]
+    first = len(mechanism.components)
+    found = [(names.index(latch.name), parts[names.index(latch.name)]) for latch in mechanism.latches]
     return np.array([(k, p, first + i) for i, (k, p) in enumerate(found)], np.int64).reshape(-1, 3)
 
 
-def _overlaps(reduced: ReducedModel) -> np.ndarray:
+def _overlaps(coordinates: Coordinates) -> np.ndarray:
     """Pairs k >= l of quadratic constraints on common free coordinates, by k, shape (pairs, 2)."""
-    own = _incidence([each.columns[each.columns < reduced.free] for each in reduced.constraints], reduced.free)
+    own = _incidence([each.columns[each.columns < coordinates.free] for each in coordinates.constraints], coordinates.free)
     k, l = (own @ own.T).nonzero()
     pairs = np.stack([k, l], axis=1)[k >= l].astype(np.int64)
     return np.ascontiguousarray(pairs[np.lexsort((pairs[:, 1], pairs[:, 0]))])
@@ -251,14 +252,14 @@ def _incidence(groups: list[np.ndarray], columns: int) -> csr_array:
 
 
 def _ordering(
-    reduced: ReducedModel, element_start: np.ndarray, element_column: np.ndarray, states: list[int]
+    coordinates: Coordinates, element_start: np.ndarray, element_column: np.ndarray, states: list[int]
 ) -> tuple[np.ndarray, int]:
     """Rows of the step matrix for accelerations, multipliers and internal states, so that its band is narrow, and its reach."""
-    n, m = reduced.free, len(reduced.constraints)
+    n, m = coordinates.free, len(coordinates.constraints)
     size = n + m + sum(states)
     if size <= FEW:
         return np.arange(size, dtype=np.int64), max(0, size - 1)
-    groups = [np.append(each.columns[each.columns < n], n + k) for k, each in enumerate(reduced.constraints)]
+    groups = [np.append(each.columns[each.columns < n], n + k) for k, each in enumerate(coordinates.constraints)]
     first_state = n + m
     for e, count in enumerate(states):
         columns = element_column[element_start[e] : element_start[e + 1]]

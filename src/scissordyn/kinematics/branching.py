@@ -39,8 +39,8 @@ what it is at them."""
 PRESSED = 0.1
 """A journal pressed in by more than this fraction of its clearance may be forced by a drive beyond a locking position."""
 
-BETWEEN = 513
-"""Instants at which inputs are looked at for where they go farthest."""
+BETWEEN = 9
+"""So many instants around the sample at which an input is farthest are looked at as well."""
 
 APART = 0.1
 """A position of the ideal mechanism so far from a sample, in lengths as a fraction of the size or in rad, is not its own."""
@@ -77,7 +77,7 @@ def passing_warnings(plan: Plan, run: xr.Dataset, until: float) -> list[str]:
     """
     if _equations(plan) > MOST_EQUATIONS:
         return [_not_looked_for(plan)]
-    angle = run["angle"].values
+    angle = run.variables["angle"].values
     rotation = np.max(np.abs(np.diff(angle, axis=0)), axis=1, initial=0.0)
     rotated = np.concatenate([[0.0], np.cumsum(rotation)])
     closure = _closure(plan)
@@ -92,16 +92,20 @@ def passing_warnings(plan: Plan, run: xr.Dataset, until: float) -> list[str]:
     count = max(FEWEST, int(rotated[-1] / ROTATED))
     wanted = np.linspace(0.0, rotated[-1], count) if rotated[-1] > 0.0 else np.zeros(1)
     chosen = np.unique(np.minimum(np.searchsorted(rotated, wanted), len(angle) - 1))
-    position = run["position"].values
+    position = run.variables["position"].values
     z = closure.of_motion(position[chosen], angle[chosen])
     near = suspects(measure(closure, z))
     if near and square:
         # a redundant constraint and a free coordinate make as many equations as unknowns, dependent everywhere
         near = [] if start_of(closure) is None else suspects(measure(closure, z))
-    time, found = run["time"].values, []
+    time, found = run.variables["time"].values, []
     if driven and closure.mobility == 0:
-        forced = _pressed(plan, run) and not _closed_along(closure, time[chosen], z)
-        return _driven(closure, run, until) if near or forced else []
+        if not near and not _pressed(plan, run):
+            return []
+        whole = not near and run.attrs["status"] == "complete"
+        if whole and _known(closure, until) is None and _closed_along(closure, time[chosen], z):
+            _keep(closure, until, ())
+        return _driven(closure, run, until)
     for k in near:
         first, last = chosen[max(0, k - 1)], chosen[min(chosen.size - 1, k + 1)]
         part = slice(int(first), int(last) + 1)
@@ -124,12 +128,11 @@ def _closed_along(closure: Closure, time: np.ndarray, z: np.ndarray) -> bool:
 
     Between samples its drives may go farthest: it has to close there as well.
     """
-    between = np.linspace(time[0], time[-1], BETWEEN)
-    inputs = closure.inputs.over(between)
-    extreme = between[np.unique(np.concatenate([np.argmin(inputs, axis=0), np.argmax(inputs, axis=0)]))]
-    near = np.minimum(np.searchsorted(time, extreme), time.size - 1)
-    guess = np.concatenate([z, z[near]])
-    closed = closure.close_all(guess, np.array([closure.inputs.at(t) for t in (*time.tolist(), *extreme.tolist())]))
+    inputs = closure.inputs.over(time)
+    ends = np.unique(np.concatenate([np.argmin(inputs, axis=0), np.argmax(inputs, axis=0)]))
+    around = np.concatenate([np.linspace(time[max(0, k - 1)], time[min(time.size - 1, k + 1)], BETWEEN) for k in ends])
+    guess = np.concatenate([z, np.repeat(z[ends], BETWEEN, axis=0)])
+    closed = closure.close_all(guess, np.concatenate([inputs, closure.inputs.over(around)]))
     if closed is None or np.max(np.abs(closed[: time.size] - z)) > APART:
         return False
     side = np.linalg.slogdet(closure.jacobian(closed))[0]
@@ -142,12 +145,12 @@ def _driven(closure: Closure, run: xr.Dataset, until: float) -> list[str]:
     found = [text for _, _, text in said]
     lock = min((time for time, kind, _ in said if kind == LOCKING), default=math.inf)
     joints = plan.contacts
-    if not joints or not run.sizes["time"] or not float(run["time"].values[-1]) > lock:
+    if not joints or not run.sizes["time"] or not float(run.variables["time"].values[-1]) > lock:
         return found
     at = plan.places(joint.name for joint in joints)
     force = run.variables["normal_force"].values[:, at]
     k, largest = (int(each) for each in np.unravel_index(np.argmax(force), force.shape))
-    time = float(run["time"].values[k])
+    time = float(run.variables["time"].values[k])
     if time >= lock:
         found.append(
             f"the drive is forced beyond its locking position of t = {lock:.6g} s: forces from there on, up to "
@@ -179,14 +182,22 @@ def drive_warnings(plan: Plan, until: float) -> list[str]:
 
 
 def _said(closure: Closure, until: float) -> tuple[Said, ...]:
-    """The singular positions that the drives lead to; the last ones asked for are known, whatever the clearances."""
-    known, asked = closure.plan.known, (closure.plan.drives, until)
-    last = known.get("singular")
-    if last is None or last[0] != asked:
+    """The singular positions that the drives lead to; those asked for last are known, whatever the clearances."""
+    found = _known(closure, until)
+    if found is None:
         path = path_of(closure.plan, until, closure)
-        last = known["singular"] = asked, () if path is None else tuple(_of_path(path, until))
-    found: tuple[Said, ...] = last[1]
+        found = () if path is None else tuple(_of_path(path, until))
+        _keep(closure, until, found)
     return found
+
+
+def _known(closure: Closure, until: float) -> tuple[Said, ...] | None:
+    asked, found = closure.plan.known.get("singular", (None, ()))
+    return found if asked == (closure.plan.drives, until) else None
+
+
+def _keep(closure: Closure, until: float, said: tuple[Said, ...]) -> None:
+    closure.plan.known["singular"] = (closure.plan.drives, until), said
 
 
 def _equations(plan: Plan) -> int:

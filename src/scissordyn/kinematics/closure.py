@@ -24,9 +24,6 @@ ROUNDINGS = 1e-15
 
 MOST_STEPS = 12
 
-NO_GRADIENT = 1e-12
-"""A quadratic constraint whose maps do not vary by more than this holds whatever the free coordinates are."""
-
 ALIKE = 1e-7
 """Quadratic constraints, each with a gradient of the order of one, are dependent below this (plan/redundancy.py)."""
 
@@ -92,17 +89,11 @@ class Closure:
         self.origins = origins(tables.natural)
         self.stays, self.free, self.known = tables.stays, tables.free, tables.known
         self.rows, self.constant, self.weight = tables.rows, tables.constant, tables.weight
-        self.moving = self.rows @ self.free
+        self.moving, self.begin, self.scale = tables.moving, tables.begin, tables.scale
         self.value = np.array([constraint.value for constraint in tables.constraints])
         timed = [k for k, constraint in enumerate(tables.constraints) if constraint.motion is not None]
         self.timed = [(k, len(plan.drives) + i, tables.constraints[k].scale) for i, k in enumerate(timed)]
-        counts = [len(constraint.parts) for constraint in tables.constraints]
-        self.begin = np.cumsum([0, *counts])[:-1]
-        """First part of each constraint."""
-        scale = self._sum(np.abs(self.weight) * np.sqrt(np.sum(self.moving * self.moving, axis=(1, 2))), 0)
-        self.scale = np.where(scale > NO_GRADIENT, scale, 1.0)
-        """Length that the gradient of each constraint can have."""
-        self.chosen = np.flatnonzero(scale > NO_GRADIENT)
+        self.chosen = tables.varies
         """Constraints that are asked; `choose` leaves those out that follow from others."""
 
     def basis(self, inputs: np.ndarray) -> np.ndarray:

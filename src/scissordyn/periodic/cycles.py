@@ -11,7 +11,6 @@ import xarray as xr
 
 from scissordyn.errors import InputError
 from scissordyn.kinematics.branching import drive_warnings
-from scissordyn.mechanics.assembly import eccentricity_map
 from scissordyn.mechanics.outputs import record
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.model.record import to_plain
@@ -136,7 +135,7 @@ def stroboscopic_samples(mechanism: Mechanism, found: Cycles) -> dict[str, np.nd
     samples, system = found.samples, found.system.content
     rows = record(found.plan.maps, found.system, samples)
     contacts = range(system.parameters.contact.size)
-    maps = [eccentricity_map(system, j) for j in contacts]
+    maps = [found.plan.eccentricity(j) for j in contacts]
     shape = (samples.time.size, len(contacts), 2)
     values = {
         "eccentricity": np.stack([each.at(rows.X) for each in maps], axis=1) if maps else np.zeros(shape),

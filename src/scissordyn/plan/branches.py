@@ -19,6 +19,9 @@ from scissordyn.plan.quadratic_constraints import quadratic_constraints
 
 __all__ = ["Branches", "every_branch"]
 
+NO_GRADIENT = 1e-12
+"""A quadratic constraint whose maps do not vary by more than this holds whatever the free coordinates are."""
+
 
 @dataclass(frozen=True)
 class Branches:
@@ -37,6 +40,14 @@ class Branches:
         Maps of the quadratic constraints: those of one follow each other.
     constant : ndarray, shape (parts, 2)
     weight : ndarray, shape (parts,)
+    moving : ndarray, shape (parts, 2, n)
+        Their dependence on y.
+    begin : ndarray of int, shape (m,)
+        First part of each constraint.
+    scale : ndarray, shape (m,)
+        Length that the gradient of each constraint can have, 1 where it has none.
+    varies : ndarray of int
+        Constraints that have a gradient.
     constraints : tuple of Constraint
         Unit lengths, moving guides and rods.
     """
@@ -48,6 +59,10 @@ class Branches:
     rows: np.ndarray
     constant: np.ndarray
     weight: np.ndarray
+    moving: np.ndarray
+    begin: np.ndarray
+    scale: np.ndarray
+    varies: np.ndarray
     constraints: tuple[Constraint, ...]
 
 
@@ -76,13 +91,22 @@ def every_branch(mechanism: Mechanism) -> Branches:
     rows = np.zeros((len(parts), 2, total + 1))
     for row, (_, each) in zip(rows, parts, strict=True):
         row[:, each.columns] = each.rows
+    free, maps, weight = expressed[:, stays], np.ascontiguousarray(rows[:, :, :total]), np.array([w for w, _ in parts], float)
+    moving = maps @ free
+    begin = np.cumsum([0, *(len(constraint.parts) for constraint in constraints)])[:-1]
+    size = np.abs(weight) * np.sqrt(np.sum(moving * moving, axis=(1, 2)))
+    scale = np.add.reduceat(size, begin) if begin.size else size
     return Branches(
-        natural,
-        stays,
-        expressed[:, stays],
-        expressed[:, total:],
-        np.ascontiguousarray(rows[:, :, :total]),
-        rows[:, :, total].copy(),
-        np.array([weight for weight, _ in parts], float),
-        constraints,
+        natural=natural,
+        stays=stays,
+        free=free,
+        known=expressed[:, total:],
+        rows=maps,
+        constant=rows[:, :, total].copy(),
+        weight=weight,
+        moving=moving,
+        begin=begin,
+        scale=np.where(scale > NO_GRADIENT, scale, 1.0),
+        varies=np.flatnonzero(scale > NO_GRADIENT),
+        constraints=constraints,
     )

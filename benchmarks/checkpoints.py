@@ -11,8 +11,9 @@ import numpy as np
 
 import scissordyn as sd
 from benchmarks.measure import command, table
-from scissordyn.mechanics.reduce import reduce_mechanism
+from scissordyn.plan.plan import plan
 from scissordyn.run.checkpoint import Checkpoint, open_checkpoint
+from scissordyn.run.configuration import write_configuration
 from scissordyn.run.trajectory import make_driver
 
 EXAMPLES = Path(__file__).parent.parent / "examples"
@@ -24,18 +25,19 @@ def measure(quick: bool = False) -> str:
     repeats, rows = (3 if quick else 15), []
     for name in NAMED:
         case = sd.read_case(EXAMPLES / f"{name}.toml", ["run.trust=false"])
-        driver, _, _ = make_driver(reduce_mechanism(case.mechanism), case.run)
+        driver, _, _ = make_driver(plan(case.mechanism), case.run)
         driver.sample_at(np.linspace(0.0, case.run.until, case.run.samples))
         driver.advance(0.5 * case.run.until)
         with tempfile.TemporaryDirectory() as folder:
+            text = write_configuration(case.mechanism, case.run)
             checkpoint = Checkpoint(Path(folder) / "run.checkpoint")
-            keeper = open_checkpoint(checkpoint, case.mechanism, case.run)
+            keeper = open_checkpoint(checkpoint, driver.plan, text)
             written, read = [], []
             for _ in range(repeats + 1):
                 began = time.process_time()
                 keeper.write("run", driver, 0.0)
                 done = time.process_time()
-                open_checkpoint(checkpoint, case.mechanism, case.run).take_up("run", driver)
+                open_checkpoint(checkpoint, driver.plan, text).take_up("run", driver)
                 written.append(done - began)
                 read.append(time.process_time() - done)
             size = Path(checkpoint.path).stat().st_size

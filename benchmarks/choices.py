@@ -16,8 +16,8 @@ from benchmarks.cases import FRICTION, UNTIL, array, name_of
 from benchmarks.measure import command, interleaved, table
 from scissordyn.integrate import tableau
 from scissordyn.integrate.quadrature import gauss_nodes, primitives
-from scissordyn.mechanics.reduce import reduce_mechanism
 from scissordyn.mechanics.system import open_system
+from scissordyn.plan.plan import plan
 from scissordyn.run import driver, tolerance
 from scissordyn.run.driver import make_system
 
@@ -64,7 +64,7 @@ def _with_nodes(name: str, points: int) -> tableau.Tableau:
 
 
 def _handing_over(repeats: int) -> str:
-    handle = make_system(reduce_mechanism(array(None)))
+    handle = make_system(plan(array(None)))
     system = handle.content
     candidates = {
         "by value": _caller(True, True, system),

@@ -9,8 +9,8 @@ from typing import Annotated, Any
 
 import scissordyn as sd
 from benchmarks.measure import command, table
-from scissordyn.mechanics.reduce import reduce_mechanism
 from scissordyn.model.mechanism import Mechanism
+from scissordyn.plan.plan import plan
 from scissordyn.run.driver import counted
 from scissordyn.run.options import Options
 from scissordyn.run.trajectory import make_driver
@@ -57,7 +57,7 @@ def measure(quick: bool = False) -> str:
         cases = {(kind.__name__, n): with_springs(kind, n) for kind in (sd.Spring, OwnSpring) for n in counts}
         for turn in range(repeats + 1):
             for key, mechanism in cases.items():
-                driver, _, _ = make_driver(reduce_mechanism(mechanism), Options(UNTIL, method=method))
+                driver, _, _ = make_driver(plan(mechanism), Options(UNTIL, method=method))
                 began = time.process_time()
                 driver.advance(UNTIL)
                 seconds, done = time.process_time() - began, counted(driver.state)

@@ -13,6 +13,7 @@ from benchmarks.kept import Kept
 from benchmarks.measure import command, table
 from scissordyn.laws.damping.none import NoDamping
 from scissordyn.mechanics import functions
+from scissordyn.plan.plan import plan
 from scissordyn.run.options import Options
 from scissordyn.run.trajectory import Trajectory, compute
 
@@ -78,7 +79,7 @@ def judge(kind: str, number: int) -> Judged:
     mechanism, until = makers[kind](random)
     rtol, events = float(10.0 ** random.uniform(-9.0, -5.0)), ("located", "crossed")[number % 2]
     options = Options(until, samples=SAMPLES, rtol=rtol, atol=rtol, events=events)  # type: ignore[arg-type]
-    path = compute(mechanism, options, record_steps=True)
+    path = compute(plan(mechanism), options, record_steps=True)
     samples, steps = path.samples, path.steps
     sample, sampled = outside(path, samples.time, samples.state, samples.mode)
     step, stepped = outside(path, *ends(*steps))

@@ -10,6 +10,8 @@ from statistics import median
 from benchmarks.cases import UNTIL, array, clearance_everywhere, friction_everywhere, name_of
 from benchmarks.measure import command, fitted_exponent, table
 from scissordyn.model.mechanism import Mechanism
+from scissordyn.plan.plan import plan
+from scissordyn.run.configuration import write_configuration
 from scissordyn.run.cut import recorded
 from scissordyn.run.dataset import to_dataset
 from scissordyn.run.options import Options
@@ -57,9 +59,9 @@ def _phases(cases: Mapping[str, tuple[Mechanism, Options]], repeats: int) -> dic
     for turn in range(repeats + 1):
         for name, (mechanism, options) in cases.items():
             began = time.perf_counter()
-            path = paths[name] = compute(mechanism, options)
+            path = paths[name] = compute(plan(mechanism), options)
             computed = time.perf_counter()
-            to_dataset(mechanism, options, *recorded(mechanism, options, path))
+            to_dataset(path.plan, write_configuration(mechanism, options), *recorded(path.plan, options, path))
             integration = float(path.statistics["seconds"])
             if turn:
                 times[name].append((integration, computed - began - integration, time.perf_counter() - computed))
@@ -77,7 +79,7 @@ def _one_clearance(units: tuple[int, ...], repeats: int) -> str:
         rows.append(
             [
                 name,
-                str(path.reduced.free),
+                str(path.plan.coordinates.free),
                 str(path.statistics["steps"]),
                 f"{1e3 * phases.integration:.2f}",
                 verdict if path.status == "complete" else path.status,
@@ -115,7 +117,7 @@ def _clearance_everywhere(units: tuple[int, ...], repeats: int) -> str:
             [
                 f"N = {count}",
                 str(len(mechanism.clearance_joints)),
-                str(path.reduced.free),
+                str(path.plan.coordinates.free),
                 f"{1e6 * per_rate[-1]:.2f}",
                 path.status,
                 str(path.statistics["steps"]),

@@ -5,6 +5,7 @@ from __future__ import annotations
 import scissordyn as sd
 from benchmarks.cases import FRICTION, UNTIL, array, name_of
 from benchmarks.measure import Measured, command, interleaved, table
+from scissordyn.plan.plan import plan
 from scissordyn.run.options import Options
 from scissordyn.run.trajectory import compute
 
@@ -22,14 +23,14 @@ def _own(repeats: int) -> str:
     candidates: dict[str, Measured] = {}
     for kinetic in FRICTION:
         mechanism, name = array(kinetic), name_of(kinetic)
-        candidates[f"{name} integration"] = lambda m=mechanism: float(compute(m, Options(UNTIL)).statistics["seconds"])
-        candidates[f"{name} compute"] = lambda m=mechanism: _ignore(compute(m, Options(UNTIL)))
+        candidates[f"{name} integration"] = lambda m=mechanism: float(compute(plan(m), Options(UNTIL)).statistics["seconds"])
+        candidates[f"{name} compute"] = lambda m=mechanism: _ignore(compute(plan(m), Options(UNTIL)))
         candidates[f"{name} simulate"] = lambda m=mechanism: _ignore(sd.simulate(m, until=UNTIL))
     times = interleaved(candidates, repeats)
     rows = []
     for kinetic in FRICTION:
         name = name_of(kinetic)
-        path = compute(array(kinetic), Options(UNTIL))
+        path = compute(plan(array(kinetic)), Options(UNTIL))
         if path.status != "complete":
             raise RuntimeError(f"{name}: {path.cause}")
         statistics = path.statistics
@@ -64,8 +65,8 @@ def _explicit_against_stiff(repeats: int) -> str:
             paths = {}
             for method in ("dop853", "rodas5p"):
                 options = Options(UNTIL, rtol=tolerance, atol=tolerance, method=method)
-                candidates[method] = lambda m=mechanism, o=options: float(compute(m, o).statistics["seconds"])
-                paths[method] = compute(mechanism, options)
+                candidates[method] = lambda m=mechanism, o=options: float(compute(plan(m), o).statistics["seconds"])
+                paths[method] = compute(plan(mechanism), options)
             times = interleaved(candidates, repeats)
             # time and steps of a failed run are not comparable
             whole = {method: path.status == "complete" for method, path in paths.items()}

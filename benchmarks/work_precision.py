@@ -11,6 +11,7 @@ import scissordyn as sd
 from benchmarks.cases import CLEARANCE, FRICTION, UNTIL, array, name_of
 from benchmarks.measure import DECISIONS, Measured, command, interleaved, table
 from scissordyn.integrate.tableau import METHODS
+from scissordyn.plan.plan import plan
 from scissordyn.run.options import Options
 from scissordyn.run.trajectory import compute
 
@@ -104,8 +105,8 @@ def _case(
     for method in METHODS:
         for tolerance in tolerances:
             options = Options(UNTIL, samples=2, rtol=tolerance, atol=tolerance, method=method)
-            candidates[f"{method} {tolerance}"] = lambda o=options: float(compute(mechanism, o).statistics["seconds"])
-            counts[method, tolerance] = int(compute(mechanism, options).statistics["steps"])
+            candidates[f"{method} {tolerance}"] = lambda o=options: float(compute(plan(mechanism), o).statistics["seconds"])
+            counts[method, tolerance] = int(compute(plan(mechanism), options).statistics["steps"])
     times = interleaved(candidates, repeats)
     points = {
         (method, tolerance): Point(

@@ -10,7 +10,7 @@ import pytest
 
 import scissordyn as sd
 from scissordyn.errors import InputError
-from scissordyn.mechanics.reduce import reduce_mechanism
+from scissordyn.plan.plan import plan
 from scissordyn.run.driver import make_system
 from scissordyn.run.tolerance import Tolerances, error_weights
 
@@ -83,10 +83,10 @@ def test_a_scale_that_does_not_fit_is_told() -> None:
 
 def weights(*components: object) -> Tolerances:
     """Weights of a mechanism at its start."""
-    reduced = reduce_mechanism(turning(*components))
-    system = make_system(reduced)
-    y = np.zeros(2 * reduced.free + int(system.content.model.state_start[-1]))
-    return error_weights(reduced, system, y, rtol=1e-8, atol=1e-9)
+    made = plan(turning(*components))
+    system = make_system(made)
+    y = np.zeros(2 * made.coordinates.free + int(system.content.model.state_start[-1]))
+    return error_weights(made, system, y, rtol=1e-8, atol=1e-9)
 
 
 def test_each_state_is_weighed_alone() -> None:
@@ -113,12 +113,12 @@ def test_the_torque_of_an_integrator() -> None:
         pin = sd.Revolute("pin", ("rod", "start"), ("ground", "O"))
         free = sd.Mechanism((bar,), joints=(pin,), ground=(("O", (0.0, 0.0)),), input_body="rod")
         held = free.controlled(sd.PID(1e-3 * mass, integral=1e-3 * mass), reference=sd.Polynomial((0.1,)))
-        reduced = reduce_mechanism(held)
-        system = make_system(reduced)
-        y = np.zeros(2 * reduced.free + 1)
-        y[: reduced.free] = reduced.placed[0][: reduced.free]
-        found = error_weights(reduced, system, y, rtol=1e-8, atol=1e-8)
-        fastest = (found.absolute[0] / found.absolute[reduced.free]) ** -2  # 1/t_f^2 of the reference length
+        made = plan(held)
+        system = make_system(made)
+        y = np.zeros(2 * made.coordinates.free + 1)
+        y[: made.coordinates.free] = made.coordinates.placed[0][: made.coordinates.free]
+        found = error_weights(made, system, y, rtol=1e-8, atol=1e-8)
+        fastest = (found.absolute[0] / found.absolute[made.coordinates.free]) ** -2  # 1/t_f^2 of the reference length
         assert found.absolute[-1] == pytest.approx(1e-8 * min(1.0, mass * size * size * fastest), rel=1e-9)
         assert found.relative[-1] == 1e-8
 
@@ -127,9 +127,9 @@ def test_the_states_of_friction_laws() -> None:
     """Identity: as docs/decisions/0003 says, 100 times the tolerance of their size in steady sliding, in one group."""
     law = sd.LuGre(0.05)
     arm = sd.scissor().with_clearance("all", sd.Clearance(2e-4, friction=law)).driven(speed=1.0)
-    reduced = reduce_mechanism(arm)
-    system, n, contacts = make_system(reduced), reduced.free, len(arm.contacts)
-    found = error_weights(reduced, system, np.zeros(2 * n + contacts), rtol=1e-8, atol=1e-9)
+    made = plan(arm)
+    system, n, contacts = make_system(made), made.coordinates.free, len(arm.contacts)
+    found = error_weights(made, system, np.zeros(2 * n + contacts), rtol=1e-8, atol=1e-9)
     assert found.group.tolist() == [0, n, 2 * n, 2 * n + contacts]
     np.testing.assert_array_equal(found.relative[2 * n :], 1e-6)
     np.testing.assert_allclose(found.absolute[2 * n :], 1e-6 * 0.05 / law.bristle_stiffness, rtol=1e-3)

@@ -8,7 +8,7 @@ import pytest
 import scissordyn as sd
 from scissordyn.component.torque import Torque
 from scissordyn.errors import InputError
-from scissordyn.mechanics.reduce import reduce_mechanism
+from scissordyn.plan.plan import plan
 
 TIGHT = {"rtol": 1e-12, "atol": 1e-12, "samples": 41}
 PIN = sd.Clearance(0.5e-3)
@@ -23,8 +23,8 @@ def place(run, mechanism, body, point):
 
 
 def degrees_of_freedom(mechanism):
-    reduced = reduce_mechanism(mechanism)
-    return reduced.free - len(reduced.constraints)
+    coordinates = plan(mechanism).coordinates
+    return coordinates.free - len(coordinates.constraints)
 
 
 @pytest.mark.parametrize(("inner", "outer", "kink"), [(0.8, 1.2, 0.0), (1.2, 0.8, 0.0), (1.0, 1.0, 0.3), (0.9, 1.1, 0.1)])

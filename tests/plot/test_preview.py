@@ -18,6 +18,7 @@ import scissordyn as sd
 from scissordyn.cli.main import status_of
 from scissordyn.config.file import read_case
 from scissordyn.kinematics.transmission import dyads
+from scissordyn.plan.plan import plan
 from scissordyn.plot.kinematics import kinematics
 from scissordyn.plot.preview import preview
 from scissordyn.run.ideal import ideal_kinematics, motion_range
@@ -147,10 +148,10 @@ def test_transmission_angle_of_a_slider_crank() -> None:
 def test_every_body_of_an_array_is_in_a_dyad() -> None:
     """Identity: behind the driven bar an array of N units has N dyads, for a jack at the slider too; a ring has none."""
     for units in (1, 2, 5):
-        assert len(dyads(sd.scissor(units=units).driven(speed=1.0))) == units
+        assert len(dyads(plan(sd.scissor(units=units).driven(speed=1.0)))) == units
     lift = read_case(EXAMPLES[0].with_name("lift.toml"), []).mechanism
-    assert [dyad.joint for dyad in dyads(lift)] == ["unit 1/pivot", "unit 2/pivot", "unit 3/pivot"]
-    assert not dyads(sd.hoberman_ring(units=6).driven(speed=1.0))
+    assert [dyad.joint for dyad in dyads(plan(lift))] == ["unit 1/pivot", "unit 2/pivot", "unit 3/pivot"]
+    assert not dyads(plan(sd.hoberman_ring(units=6).driven(speed=1.0)))
 
 
 def test_range_of_motion() -> None:

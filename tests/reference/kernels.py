@@ -6,8 +6,8 @@ import numpy as np
 
 from scissordyn.jit import Handle
 from scissordyn.mechanics import functions
-from scissordyn.mechanics.reduce import reduce_mechanism
 from scissordyn.model.mechanism import Mechanism
+from scissordyn.plan.plan import plan
 from scissordyn.run.driver import make_system
 from scissordyn.run.start import prepare_start
 
@@ -16,9 +16,9 @@ __all__ = ["accepted", "at_start"]
 
 def at_start(mechanism: Mechanism) -> tuple[Handle, np.ndarray]:
     """The system of a mechanism and its concentric start."""
-    reduced = reduce_mechanism(mechanism)
-    system = make_system(reduced)
-    return system, prepare_start(reduced, system, "concentric").y
+    made = plan(mechanism)
+    system = make_system(made)
+    return system, prepare_start(made, system, "concentric").y
 
 
 def accepted(system: Handle, y: np.ndarray, time: float = 0.0) -> np.ndarray:

@@ -24,10 +24,11 @@ import scissordyn as sd
 from scissordyn.cli.main import status_of
 from scissordyn.config.file import read_case
 from scissordyn.errors import InputError
-from scissordyn.mechanics.reduce import reduce_mechanism
 from scissordyn.model.mechanism import Mechanism
+from scissordyn.plan.plan import plan
 from scissordyn.run import driver as driver_module
 from scissordyn.run.checkpoint import Checkpoint, Keeper, open_checkpoint
+from scissordyn.run.configuration import write_configuration
 from scissordyn.run.driver import Driver
 from scissordyn.run.options import Options
 from scissordyn.run.simulate import replay, simulate
@@ -53,9 +54,14 @@ def case(name: str, *changes: str) -> tuple[Mechanism, Options]:
     return found.mechanism, found.run
 
 
+def opened(checkpoint: Checkpoint, mechanism: Mechanism, options: Options) -> Keeper:
+    """What keeps the checkpoints of a run."""
+    return open_checkpoint(checkpoint, plan(mechanism), write_configuration(mechanism, options))
+
+
 def fresh(mechanism: Mechanism, options: Options) -> Driver:
     """A driver at the start of a run with samples and recorded steps."""
-    driver, _, _ = make_driver(reduce_mechanism(mechanism), options)
+    driver, _, _ = make_driver(plan(mechanism), options)
     driver.sample_at(np.linspace(0.0, options.until, options.samples))
     driver.record_steps()
     return driver
@@ -169,13 +175,13 @@ def test_other_runs_are_refused(tmp_path: Path, clearance_array: Mechanism) -> N
 
     def refused(mechanism: Mechanism, options: Options) -> str:
         with pytest.raises(InputError) as error:
-            open_checkpoint(checkpoint, mechanism, options)
+            opened(checkpoint, mechanism, options)
         assert "\n" not in str(error.value)
         return str(error.value)
 
-    keeper = open_checkpoint(checkpoint, clearance_array, options)
-    compute(clearance_array, options, keeper=keeper)
-    assert open_checkpoint(checkpoint, clearance_array, options).parts.keys() == {"run"}
+    keeper = opened(checkpoint, clearance_array, options)
+    compute(plan(clearance_array), options, keeper=keeper)
+    assert opened(checkpoint, clearance_array, options).parts.keys() == {"run"}
     assert "configuration.options.until = 0.01 there, 0.02 here" in refused(clearance_array, Options(0.02))
     other = clearance_array.replace("A.clearance", 4e-4)
     assert "configuration.mechanism.joints[1].clearance.clearance = 0.0005 there, 0.0004 here" in refused(other, options)
@@ -212,9 +218,9 @@ def test_a_state_of_another_size_is_refused(tmp_path: Path, clearance_array: Mec
     """Identity: arrays of the wrong shape are an error of one line, should a file claim to be of this run."""
     checkpoint = Checkpoint(tmp_path / "run.checkpoint")
     keeper = Keeper(checkpoint, {})
-    compute(frictional_array, Options(1e-3, samples=5), keeper=keeper)
+    compute(plan(frictional_array), Options(1e-3, samples=5), keeper=keeper)
     with pytest.raises(InputError, match="does not fit this run"):
-        compute(clearance_array, Options(1e-3, samples=5), keeper=keeper)
+        compute(plan(clearance_array), Options(1e-3, samples=5), keeper=keeper)
 
 
 def stiffening(length, rate, stiffness):
@@ -244,11 +250,11 @@ def test_edited_kernels_are_refused(tmp_path: Path) -> None:
 
         band = Rubber("band", ("unit 1/bar 1", "end"), ("unit 1/bar 2", "end"))
         arms.append(sd.scissor(units=1).replace("components", (band,)))
-    keeper = open_checkpoint(checkpoint, arms[0], options)
-    compute(arms[0], options, keeper=keeper)
-    assert open_checkpoint(checkpoint, arms[0], options).parts
+    keeper = opened(checkpoint, arms[0], options)
+    compute(plan(arms[0]), options, keeper=keeper)
+    assert opened(checkpoint, arms[0], options).parts
     with pytest.raises(InputError, match=r"is of another run: kernels\.band\[0\]"):
-        open_checkpoint(checkpoint, arms[1], options)
+        opened(checkpoint, arms[1], options)
 
 
 CASE = ("run", str(EXAMPLES / "paper.toml"), "--set", "run.until=10 ms")
@@ -451,4 +457,4 @@ def test_the_layout_of_a_checkpoint_is_in_its_digest(change: str, tmp_path: Path
     stored.attrs["layout"] = {"other words": json.dumps(layout), "no layout": "3", "an array": np.ones(3)}[change]
     save(stored, checkpoint.path)
     with pytest.raises(InputError, match="is damaged"):
-        open_checkpoint(checkpoint, mechanism, options)
+        opened(checkpoint, mechanism, options)

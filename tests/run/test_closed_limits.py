@@ -13,6 +13,7 @@ from closed_limits import GAPS, Case, four_bar, scissor, slider_crank
 import scissordyn as sd
 from scissordyn.kinematics.path import instants, path_of
 from scissordyn.kinematics.singular import CHANGE, LOCKING, NEAR
+from scissordyn.plan.plan import plan
 from scissordyn.plot.kinematics import MARKS, kinematics
 
 LOCATED = 1e-6
@@ -26,9 +27,9 @@ Generator = Callable[[np.random.Generator, float | None], Case]
 
 def found(mechanism: sd.Mechanism, until: float) -> list[tuple[str, float]]:
     """Kinds and times of the singular positions."""
-    path = path_of(mechanism, until)
+    path = path_of(plan(mechanism), until)
     assert path is not None
-    times = [(each.kind, time) for each in path.singular for time in instants(path, mechanism, until, each.place)]
+    times = [(each.kind, time) for each in path.singular for time in instants(path, until, each.place)]
     return sorted(times, key=lambda each: each[1])
 
 

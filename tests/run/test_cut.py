@@ -8,6 +8,7 @@ import xarray as xr
 
 import scissordyn as sd
 from scissordyn.file import export, netcdf, output_file
+from scissordyn.plan.plan import plan
 from scissordyn.run import (
     configuration,
     contacts,
@@ -20,6 +21,7 @@ from scissordyn.run import (
     track,
     trajectory,
 )
+from scissordyn.run.configuration import write_configuration
 from scissordyn.run.options import Options
 
 ENDS = ("peak_force", "peak_time", "impulse", "contact_damping_loss", "contact_friction_loss")
@@ -57,8 +59,8 @@ def undefined_from(whole: xr.Dataset, last: int, monkeypatch: pytest.MonkeyPatch
     """Let accelerations be undefined after a sample."""
     evaluate = cut.record
 
-    def undefined_after(reduced, system, samples):
-        found = evaluate(reduced, system, samples)
+    def undefined_after(maps, system, samples):
+        found = evaluate(maps, system, samples)
         found.A[samples.time > whole["time"].values[last]] = np.nan
         return found
 
@@ -94,14 +96,14 @@ def test_cut_run_is_the_run_up_to_there(arm: sd.Mechanism, monkeypatch: pytest.M
 def test_writers_do_not_simulate(arm: sd.Mechanism, monkeypatch: pytest.MonkeyPatch) -> None:
     """Identity: a Dataset is made of a trajectory and its record without any call that advances a mechanism."""
     options = Options(until=2e-3, samples=11)
-    path = trajectory.compute(arm, options)
-    path, record = cut.recorded(arm, options, path)
+    path = trajectory.compute(plan(arm), options)
+    path, record = cut.recorded(path.plan, options, path)
 
     def refuse(*arguments: object, **named: object) -> None:
         raise AssertionError("simulated")
 
     monkeypatch.setattr(driver.Driver, "advance", refuse)
-    made = dataset.to_dataset(arm, options, path, record)
+    made = dataset.to_dataset(path.plan, write_configuration(arm, options), path, record)
     assert made.sizes["time"] == 11
     modules = (dataset, track, events, contacts, synchronisation, configuration, store, netcdf, export, output_file)
     assert not [module.__name__ for module in modules if {"compute", "Driver", "simulate"} & set(vars(module))]

@@ -7,6 +7,7 @@ from benchmarks.missed_contacts import CASES, RELEASED, SEEN, ends, judge, outsi
 
 import scissordyn as sd
 from scissordyn.laws.damping.none import NoDamping
+from scissordyn.plan.plan import plan
 from scissordyn.run.options import Options
 from scissordyn.run.trajectory import compute
 
@@ -27,7 +28,8 @@ def fall(angle: float, one: float, other: float) -> sd.Mechanism:
 )
 def test_flight_that_leaves_the_bearing(mechanism: sd.Mechanism, until: float, tolerance: float, events: str) -> None:
     """Identity: an open joint is open. Both joints fly for more than 30 ms, and leave their bearings for 4 ms."""
-    path = compute(mechanism, Options(until, samples=20_001, rtol=tolerance, atol=tolerance, events=events), record_steps=True)
+    options = Options(until, samples=20_001, rtol=tolerance, atol=tolerance, events=events)
+    path = compute(plan(mechanism), options, record_steps=True)
     assert outside(path, path.samples.time, path.samples.state, path.samples.mode)[0] < SEEN
     assert outside(path, *ends(*path.steps))[0] < SEEN
 

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 import scissordyn as sd
+from scissordyn.plan.plan import plan
 from scissordyn.run.options import Options
 from scissordyn.run.trajectory import compute
 
@@ -27,7 +28,7 @@ def arrays() -> dict[str, sd.Mechanism]:
 def test_the_motion_does_not_depend_on_it(name, method):
     """Identity: bit for bit the same samples, steps and instants of contact, with fewer evaluations and no energies."""
     options = Options(0.02, samples=101, method=method, rtol=1e-6, atol=1e-6)
-    whole, motion = (compute(arrays()[name], options, monitor=on, record_steps=True) for on in (True, False))
+    whole, motion = (compute(plan(arrays()[name]), options, monitor=on, record_steps=True) for on in (True, False))
     assert whole.status == "complete"
     assert whole.log.size > 1
     for part in ("time", "state", "mode", "memory", "reference"):

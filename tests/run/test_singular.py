@@ -16,6 +16,7 @@ from scissordyn.kinematics.branching import drive_warnings
 from scissordyn.kinematics.path import Path as Stroke
 from scissordyn.kinematics.path import instants, path_of
 from scissordyn.kinematics.singular import CHANGE, LOCKING
+from scissordyn.plan.plan import plan
 from scissordyn.study.engine import Threads
 
 EXAMPLES = sorted((Path(__file__).parents[2] / "examples").glob("*.toml"))
@@ -26,7 +27,7 @@ LOCATED = 1e-6
 
 def stroke(mechanism: sd.Mechanism, until: float) -> Stroke:
     """The path of a driven mechanism."""
-    path = path_of(mechanism, until)
+    path = path_of(plan(mechanism), until)
     assert path is not None
     return path
 
@@ -45,7 +46,7 @@ def test_scissor_at_a_right_angle(units: int) -> None:
     array = sd.scissor(units=units, angle=sd.degrees(30)).driven(speed=2.0)
     path = stroke(array, 1.0)
     assert_places(path, [(CHANGE, math.pi / 2)])
-    assert instants(path, array, 1.0, path.singular[0].place) == pytest.approx([math.pi / 6], abs=1e-6)
+    assert instants(path, 1.0, path.singular[0].place) == pytest.approx([math.pi / 6], abs=1e-6)
     assert all(name.endswith(("bar 1", "bar 2")) for name in path.singular[0].bodies)
     assert f"unit {units}/pivot" in path.singular[0].joints
 
@@ -113,7 +114,7 @@ def test_mast_driven_too_far() -> None:
     far = sd.Cycloidal(start=sd.degrees(15), end=sd.degrees(120), duration=1.0)
     path = stroke(mast.driven(far), 1.0)
     assert_places(path, [(CHANGE, math.pi / 2)])
-    assert not drive_warnings(mast.driven(sd.Cycloidal(start=sd.degrees(15), end=sd.degrees(60), duration=1.0)), 1.0)
+    assert not drive_warnings(plan(mast.driven(sd.Cycloidal(start=sd.degrees(15), end=sd.degrees(60), duration=1.0))), 1.0)
 
 
 def test_stroke_that_ends_flat() -> None:
@@ -133,7 +134,7 @@ def test_positions_are_those_of_a_run() -> None:
     linkage = sd.four_bar(ground=0.2, crank=0.06, coupler=0.18, rocker=0.12, gravity=0.0).driven(speed=1.0)
     path = stroke(linkage, 2.0)
     run = sd.simulate(linkage, until=2.0, samples=2001)
-    driven = path.closure.mechanism.bodies.index(linkage.body("crank"))
+    driven = path.closure.plan.bodies.index(linkage.body("crank"))
     angle = run["angle"].values
     for k in range(angle.shape[1]):
         there = np.interp(path.place, angle[:, driven], angle[:, k])
@@ -151,7 +152,7 @@ def test_examples_have_none(case: Path) -> None:
     prescribes motion.
     """
     read = read_case(case, [])
-    assert drive_warnings(read.mechanism, read.run.until) == []
+    assert drive_warnings(plan(read.mechanism), read.run.until) == []
 
 
 def paper(speed: str) -> sd.Mechanism:

@@ -8,6 +8,7 @@ import pytest
 
 import scissordyn as sd
 from scissordyn.config.file import read_case
+from scissordyn.plan.plan import plan
 from scissordyn.run.ideal_path import ideal_path
 from scissordyn.run.options import Options
 
@@ -69,7 +70,7 @@ def test_settling_of_points_without_end() -> None:
 def test_the_table_of_the_ideal_mechanism(motion) -> None:
     """Limit: between its rows the table errs by no more than it promises, whatever the drive does."""
     arm = sd.scissor(units=3, angle=0.5).driven(motion).track("tip", "unit 3/bar 1", "end")
-    path = ideal_path(arm, Options(until=0.06))
+    path = ideal_path(plan(arm), Options(until=0.06))
     times = np.linspace(0.0, 0.06, 1237)
     exact = sd.simulate(arm, until=0.06, samples=1237)["track_position"].transpose("time", "track", "axis").values
     assert path.warnings == ()

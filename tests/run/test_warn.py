@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 import scissordyn as sd
+from scissordyn.plan.plan import plan
 from scissordyn.run.warn import energy_turned_over, run_warnings
 
 
@@ -109,7 +110,7 @@ def test_a_balance_that_does_not_close(clearance_run, clearance_array) -> None:
     for share, count in ((0.99e-3, 0), (1.01e-3, 1)):
         off = clearance_run.copy(deep=True)
         off["energy_residual"][-1] = share * whole
-        found = [text for text in run_warnings(clearance_array, off, ()) if "energy balance misses" in text]
+        found = [text for text in run_warnings(plan(clearance_array), off, ()) if "energy balance misses" in text]
         assert len(found) == count
 
 

@@ -13,7 +13,7 @@ from test_bad_mechanisms import HUNG, PIN, braced_frame, mechanism, part, pin, r
 import scissordyn as sd
 from scissordyn.component.latch import Latch
 from scissordyn.component.rod import Rod
-from scissordyn.mechanics.reduce import reduce_mechanism
+from scissordyn.plan.plan import plan
 
 ROPE = ("u", "b"), ("ground", "P")
 KNEE = pin("knee", "u.b", "v.a")
@@ -175,7 +175,7 @@ def test_no_reaction_of_a_braced_frame_is_determined() -> None:
 @pytest.mark.parametrize(("build", "count"), [(lambda: braced_frame(1.0), 1), (lambda: tripod(1.0), 1), (sd.four_bar, 0)])
 def test_conditions_that_follow_are_left_out(build, count: int) -> None:
     """Identity: a frame with one redundant bar loses one constraint; a linkage, also one that starts straight, none."""
-    reduced = reduce_mechanism(build())
-    assert len(reduced.redundant) == count
+    made = plan(build())
+    assert len(made.coordinates.redundant) == count
     straight = mechanism(part("u"), part("v", x=1.0), joints=(HUNG, KNEE, pin("far", "v.b", "ground.Q")))
-    assert reduce_mechanism(straight).redundant == ()
+    assert plan(straight).coordinates.redundant == ()

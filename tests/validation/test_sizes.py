@@ -11,9 +11,10 @@ import pytest
 
 import scissordyn as sd
 from scissordyn.kinematics.branching import MOST_EQUATIONS, passing_warnings
-from scissordyn.mechanics.build import build_model
 from scissordyn.mechanics.elimination import Elimination
-from scissordyn.mechanics.reduce import reduce_mechanism
+from scissordyn.plan.linear_constraints import reduced
+from scissordyn.plan.model import make_model
+from scissordyn.plan.plan import plan
 
 
 def chain(count: int) -> sd.Mechanism:
@@ -37,9 +38,10 @@ def test_too_many_units_are_refused_at_once(make):
 
 def test_memory_of_an_open_chain():
     """Limit: a model of 100 bars, all of whose coordinates are coupled, takes some megabytes, not the cube of their number."""
-    reduced = reduce_mechanism(chain(100))
+    mechanism = chain(100)
+    coordinates = reduced(mechanism)
     tracemalloc.start()
-    build_model(reduced)
+    make_model(mechanism, coordinates)
     peak = tracemalloc.get_traced_memory()[1]
     tracemalloc.stop()
     # maps of the directions take 100 x 200 x 2 numbers, 0.3 MB; a list of common entries of pairs took 160 MB
@@ -68,7 +70,7 @@ def test_roundings_along_a_ring_are_no_constraint():
 @pytest.mark.slow
 def test_ring_of_a_thousand_units():
     """Identity: a ring of 1000 units has the freedoms of one of 12."""
-    few, many = (reduce_mechanism(sd.hoberman_ring(units=units)) for units in (12, 1000))
+    few, many = (reduced(sd.hoberman_ring(units=units)) for units in (12, 1000))
     assert (many.free, len(many.constraints)) == (few.free, len(few.constraints))
 
 
@@ -84,7 +86,7 @@ def test_array_of_two_thousand_units():
 def test_singular_positions_of_large_mechanisms_are_not_looked_for_in_silence():
     """Limit: above the largest number of closure equations a run says that it has not looked for singular positions."""
     array = sd.scissor(units=MOST_EQUATIONS // 2 + 1).driven(speed=1.0)
-    assert passing_warnings(array, sd.simulate(sd.scissor(), until=1e-3, samples=3), 1e-3) == [
+    assert passing_warnings(plan(array), sd.simulate(sd.scissor(), until=1e-3, samples=3), 1e-3) == [
         f"singular positions were not looked for: {MOST_EQUATIONS + 2} closure equations are more than {MOST_EQUATIONS}"
     ]
 

@@ -13,6 +13,7 @@ from reference.laws import hertz, lankarani_nikravesh
 from reference.marching import ClearanceJoint, March
 from reference.slider_crank import SliderCrank
 from scissordyn.mechanics.outputs import record
+from scissordyn.plan.plan import plan
 from scissordyn.run.options import Options
 from scissordyn.run.trajectory import compute
 from validation.case import Case, Check, Code, Measured, mechanism, run
@@ -58,8 +59,8 @@ def ours(tolerance: float) -> Measured:
 
 def integration(tolerance: float, monitor: bool = True) -> Measured:
     """The package, integration alone; with torque, energies, peaks and events, or motion and events only."""
-    path = compute(mechanism(NAME), Options(UNTIL, samples=SAMPLES, rtol=tolerance, atol=tolerance), monitor=monitor)
-    pin = record(path.reduced, path.system, path.samples).contact[:, 0]
+    path = compute(plan(mechanism(NAME)), Options(UNTIL, samples=SAMPLES, rtol=tolerance, atol=tolerance), monitor=monitor)
+    pin = record(path.plan.maps, path.system, path.samples).contact[:, 0]
     orbit = pin["distance"][:, None] * np.column_stack([pin["nx"], pin["ny"]])
     return error(orbit), float(path.statistics["seconds"])
 

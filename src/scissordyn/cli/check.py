@@ -29,27 +29,26 @@ def check(
     from scissordyn.config.file import read_case
     from scissordyn.kinematics.branching import drive_warnings
     from scissordyn.kinematics.time_functions import check_tables
-    from scissordyn.mechanics.acting import acting
-    from scissordyn.mechanics.reduce import reduce_mechanism
+    from scissordyn.plan.plan import plan
     from scissordyn.run.demand import check_samples
     from scissordyn.run.trajectory import make_driver
 
     read = read_case(case, change or [])
     mechanism = read.mechanism
     rods: tuple[Any, ...] = mechanism.rods  # type checkers do not see what makes them components
-    check_tables(mechanism, read.run.until)
-    check_samples(mechanism, read.run.samples)
-    reduced = reduce_mechanism(mechanism)
-    _, prepared, choice = make_driver(reduced, read.run)
+    made = plan(mechanism)
+    check_tables(made, read.run.until)
+    check_samples(made, read.run.samples)
+    _, prepared, choice = make_driver(made, read.run)
 
     lines = [
         f"{case} is complete and can be assembled.",
         f"Mechanism: {len(mechanism.bodies)} bodies, {len(mechanism.ideal_joints)} ideal and "
         f"{len(mechanism.clearance_joints)} clearance joints, "
-        f"{reduced.free} free coordinates with {len(reduced.constraints)} quadratic constraints.",
+        f"{made.coordinates.free} free coordinates with {len(made.coordinates.constraints)} quadratic constraints.",
     ]
     lines += [f"Drive of {drive.body}: {_in_words(drive.motion)}." for drive in mechanism.drives]
-    components: tuple[Component, ...] = (*acting(mechanism), *rods)
+    components: tuple[Component, ...] = (*made.acting, *rods)
     lines += [f"{part.declaration.label.capitalize()} {part.name}." for part in components]
     parts = [("Joint", joint.name, joint.clearance) for joint in mechanism.clearance_joints]
     for kind, name, gap in (*parts, *(("Guide", guide.name, guide.clearance) for guide in mechanism.guides)):
@@ -59,7 +58,7 @@ def check(
         lines.append(f"{kind} {name}: clearance {1e3 * gap.clearance:g} mm, {gap.contact.journal.name}, {laws}.")
     method = choice.method if read.run.method != "auto" else f"{choice.method} ({choice.reason})"
     lines.append(f"Run: {1e3 * read.run.until:g} ms, {read.run.start} start, {read.run.samples} samples, {method}.")
-    warnings = [*prepared.warnings, *drive_warnings(mechanism, read.run.until)]
+    warnings = [*prepared.warnings, *drive_warnings(made, read.run.until)]
     lines += [f"Warning: {text}." for text in warnings]
     if as_json:
         print_json(
@@ -67,8 +66,8 @@ def check(
                 "bodies": len(mechanism.bodies),
                 "ideal_joints": [joint.name for joint in mechanism.ideal_joints],
                 "clearance_joints": [joint.name for joint in mechanism.clearance_joints],
-                "free_coordinates": reduced.free,
-                "constraints": len(reduced.constraints),
+                "free_coordinates": made.coordinates.free,
+                "constraints": len(made.coordinates.constraints),
                 "drives": [drive.body for drive in mechanism.drives],
                 "components": [part.name for part in components],
                 "until": read.run.until,

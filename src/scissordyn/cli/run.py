@@ -165,11 +165,12 @@ def _from_case(path: Path, changes: list[str], checkpoint: Checkpoint | None) ->
     from scissordyn.cli.compiling import compile_kernels
     from scissordyn.cli.progress import progress_bar
     from scissordyn.config.file import read_case
+    from scissordyn.plan.plan import plan
     from scissordyn.run.demand import check_samples
     from scissordyn.run.simulate import simulate
 
     case = read_case(path, changes)
-    check_samples(case.mechanism, case.run.samples)
+    check_samples(plan(case.mechanism), case.run.samples)
     with progress_bar(case.run.until) as progress:
         compile_kernels()
         return case.mechanism, simulate(case.mechanism, **case.run.keywords, progress=progress, checkpoint=checkpoint)

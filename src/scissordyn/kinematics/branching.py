@@ -13,12 +13,10 @@ import xarray as xr
 
 from scissordyn.component.place import GROUND
 from scissordyn.errors import InputError
-from scissordyn.kept import kept
-from scissordyn.kinematics.closure import Closure, closure_of, closure_template
+from scissordyn.kinematics.closure import Closure
 from scissordyn.kinematics.path import Path, instants, path_of, start_of
 from scissordyn.kinematics.singular import CHANGE, LOCKING, NEAR, SingularPosition, concerned, measure, smallest, suspects
-from scissordyn.model.drive import Drive
-from scissordyn.model.mechanism import Mechanism
+from scissordyn.plan.plan import Plan
 
 __all__ = ["drive_warnings", "passing_warnings", "path_warnings"]
 
@@ -41,8 +39,11 @@ what it is at them."""
 PRESSED = 0.1
 """A journal pressed in by more than this fraction of its clearance may be forced by a drive beyond a locking position."""
 
-MOST_KNOWN = 64
-"""So many strokes of one mechanism have their singular positions kept."""
+BETWEEN = 9
+"""So many instants around the sample at which an input is farthest are looked at as well."""
+
+APART = 0.1
+"""A position of the ideal mechanism so far from a sample, in lengths as a fraction of the size or in rad, is not its own."""
 
 
 class Said(NamedTuple):
@@ -57,7 +58,7 @@ class Said(NamedTuple):
 CHANCE = "which one is taken there is a matter of chance in the real structure"
 
 
-def passing_warnings(mechanism: Mechanism, run: xr.Dataset, until: float) -> list[str]:
+def passing_warnings(plan: Plan, run: xr.Dataset, until: float) -> list[str]:
     """The singular positions that a run passes, in words.
 
     Recorded samples say where one may be, at little cost. Where the drives determine the motion, the ideal mechanism then says
@@ -65,7 +66,7 @@ def passing_warnings(mechanism: Mechanism, run: xr.Dataset, until: float) -> lis
 
     Parameters
     ----------
-    mechanism : Mechanism
+    plan : Plan
     run : Dataset
     until : float
         End of the time of the run [s].
@@ -74,32 +75,37 @@ def passing_warnings(mechanism: Mechanism, run: xr.Dataset, until: float) -> lis
     -------
     list of str
     """
-    if _equations(mechanism) > MOST_EQUATIONS:
-        return [_not_looked_for(mechanism)]
-    angle = run["angle"].values
+    if _equations(plan) > MOST_EQUATIONS:
+        return [_not_looked_for(plan)]
+    angle = run.variables["angle"].values
     rotation = np.max(np.abs(np.diff(angle, axis=0)), axis=1, initial=0.0)
     rotated = np.concatenate([[0.0], np.cumsum(rotation)])
-    closure = _closure(mechanism)
+    closure = _closure(plan)
     if closure is None or not closure.chosen.size or not len(angle):
         return []
     driven = bool(closure.inputs.count)
     if driven and (np.max(rotation, initial=0.0) > COARSE or len(angle) < FEWEST):
-        return _driven(mechanism, run, until, closure)
+        return _driven(closure, run, until)
     square = closure.chosen.size == closure.free.shape[1]
     if not square and start_of(closure) is None:
         return []
     count = max(FEWEST, int(rotated[-1] / ROTATED))
     wanted = np.linspace(0.0, rotated[-1], count) if rotated[-1] > 0.0 else np.zeros(1)
     chosen = np.unique(np.minimum(np.searchsorted(rotated, wanted), len(angle) - 1))
-    position = run["position"].values
+    position = run.variables["position"].values
     z = closure.of_motion(position[chosen], angle[chosen])
     near = suspects(measure(closure, z))
     if near and square:
         # a redundant constraint and a free coordinate make as many equations as unknowns, dependent everywhere
         near = [] if start_of(closure) is None else suspects(measure(closure, z))
-    if driven and closure.mobility == 0 and (near or _pressed(mechanism, run)):
-        return _driven(mechanism, run, until, closure)
-    time, found = run["time"].values, []
+    time, found = run.variables["time"].values, []
+    if driven and closure.mobility == 0:
+        if not near and not _pressed(plan, run):
+            return []
+        whole = not near and run.attrs["status"] == "complete"
+        if whole and _known(closure, until) is None and _closed_along(closure, time[chosen], z):
+            _keep(closure, until, ())
+        return _driven(closure, run, until)
     for k in near:
         first, last = chosen[max(0, k - 1)], chosen[min(chosen.size - 1, k + 1)]
         part = slice(int(first), int(last) + 1)
@@ -107,27 +113,44 @@ def passing_warnings(mechanism: Mechanism, run: xr.Dataset, until: float) -> lis
     return [_passed_in_words(closure, singular, z) for singular, z in found]
 
 
-def _pressed(mechanism: Mechanism, run: xr.Dataset) -> bool:
+def _pressed(plan: Plan, run: xr.Dataset) -> bool:
     """Whether a journal is pressed in far."""
-    gaps = {joint.name: joint.clearance.contact.clearance for joint in mechanism.contacts if joint.clearance is not None}
-    if not gaps:
+    if not plan.contacts:
         return False
-    depth = run.variables["peak_indentation"].values
-    return any(depth[mechanism.joint_names.index(name)] > PRESSED * gap for name, gap in gaps.items())
+    at = plan.places(contact.name for contact in plan.contacts)
+    names = ("peak_indentation", "clearance")
+    depth, gap = (run.variables[name].values[at] for name in names)
+    return bool(np.any(depth > PRESSED * gap))
 
 
-def _driven(mechanism: Mechanism, run: xr.Dataset, until: float, closure: Closure) -> list[str]:
+def _closed_along(closure: Closure, time: np.ndarray, z: np.ndarray) -> bool:
+    """Whether the ideal mechanism closes near the samples of a run, and is nowhere near a singular position.
+
+    Between samples its drives may go farthest: it has to close there as well.
+    """
+    inputs = closure.inputs.over(time)
+    ends = np.unique(np.concatenate([np.argmin(inputs, axis=0), np.argmax(inputs, axis=0)]))
+    around = np.concatenate([np.linspace(time[max(0, k - 1)], time[min(time.size - 1, k + 1)], BETWEEN) for k in ends])
+    guess = np.concatenate([z, np.repeat(z[ends], BETWEEN, axis=0)])
+    closed = closure.close_all(guess, np.concatenate([inputs, closure.inputs.over(around)]))
+    if closed is None or np.max(np.abs(closed[: time.size] - z)) > APART:
+        return False
+    side = np.linalg.slogdet(closure.jacobian(closed))[0]
+    return bool(np.all(side == side[0])) and not suspects(measure(closure, closed[: time.size]))
+
+
+def _driven(closure: Closure, run: xr.Dataset, until: float) -> list[str]:
     """What the drives lead to, and how far clearances have let them go beyond a locking position."""
-    said = _said(mechanism, until, closure)
+    plan, said = closure.plan, _said(closure, until)
     found = [text for _, _, text in said]
     lock = min((time for time, kind, _ in said if kind == LOCKING), default=math.inf)
-    joints = mechanism.contacts
-    if not joints or not run.sizes["time"] or not float(run["time"].values[-1]) > lock:
+    joints = plan.contacts
+    if not joints or not run.sizes["time"] or not float(run.variables["time"].values[-1]) > lock:
         return found
-    at = [mechanism.joint_names.index(joint.name) for joint in joints]
+    at = plan.places(joint.name for joint in joints)
     force = run.variables["normal_force"].values[:, at]
     k, largest = (int(each) for each in np.unravel_index(np.argmax(force), force.shape))
-    time = float(run["time"].values[k])
+    time = float(run.variables["time"].values[k])
     if time >= lock:
         found.append(
             f"the drive is forced beyond its locking position of t = {lock:.6g} s: forces from there on, up to "
@@ -137,12 +160,12 @@ def _driven(mechanism: Mechanism, run: xr.Dataset, until: float, closure: Closur
     return found
 
 
-def drive_warnings(mechanism: Mechanism, until: float) -> list[str]:
+def drive_warnings(plan: Plan, until: float) -> list[str]:
     """The singular positions that the drives of a mechanism lead its ideal counterpart to, in words.
 
     Parameters
     ----------
-    mechanism : Mechanism
+    plan : Plan
     until : float
         End of the time of the drives [s].
 
@@ -150,60 +173,61 @@ def drive_warnings(mechanism: Mechanism, until: float) -> list[str]:
     -------
     list of str
     """
-    if not (mechanism.drives or any(rod.motion is not None for rod in mechanism.rods)):
+    if not plan.motions:
         return []
-    if _equations(mechanism) > MOST_EQUATIONS:
-        return [_not_looked_for(mechanism)]
-    closure = _closure(mechanism)
-    return [] if closure is None else [text for _, _, text in _said(mechanism, until, closure)]
+    if _equations(plan) > MOST_EQUATIONS:
+        return [_not_looked_for(plan)]
+    closure = _closure(plan)
+    return [] if closure is None else [text for _, _, text in _said(closure, until)]
 
 
-def _said(mechanism: Mechanism, until: float, closure: Closure) -> tuple[Said, ...]:
-    """The singular positions that the drives lead to; the last ones asked for are kept."""
-    known, asked = _known(closure_template(mechanism)), (mechanism.drives, until)
-    found = known.get(asked)
+def _said(closure: Closure, until: float) -> tuple[Said, ...]:
+    """The singular positions that the drives lead to; those asked for last are known, whatever the clearances."""
+    found = _known(closure, until)
     if found is None:
-        path = path_of(mechanism, until, closure)
-        found = () if path is None else tuple(_of_path(path, mechanism, until))
-        if len(known) < MOST_KNOWN:
-            known[asked] = found
+        path = path_of(closure.plan, until, closure)
+        found = () if path is None else tuple(_of_path(path, until))
+        _keep(closure, until, found)
     return found
 
 
-@kept
-def _known(_: Closure) -> dict[tuple[tuple[Drive, ...], float], tuple[Said, ...]]:
-    """What was found for closure equations, by drives and the end of their time: clearances have no effect on it."""
-    return {}
+def _known(closure: Closure, until: float) -> tuple[Said, ...] | None:
+    asked, found = closure.plan.known.get("singular", (None, ()))
+    return found if asked == (closure.plan.drives, until) else None
 
 
-def _equations(mechanism: Mechanism) -> int:
+def _keep(closure: Closure, until: float, said: tuple[Said, ...]) -> None:
+    closure.plan.known["singular"] = (closure.plan.drives, until), said
+
+
+def _equations(plan: Plan) -> int:
     """Number of quadratic closure equations of the ideal mechanism at most."""
-    rotating = sum(body.rotates for body in mechanism.bodies)
-    return rotating + sum(guide.body != GROUND for guide in mechanism.guides) + len(mechanism.rods)
+    rotating = sum(body.rotates for body in plan.bodies)
+    return rotating + sum(guide.body != GROUND for guide in plan.guides) + len(plan.rods)
 
 
-def _not_looked_for(mechanism: Mechanism) -> str:
-    count = _equations(mechanism)
+def _not_looked_for(plan: Plan) -> str:
+    count = _equations(plan)
     return f"singular positions were not looked for: {count} closure equations are more than {MOST_EQUATIONS}"
 
 
-def _closure(mechanism: Mechanism) -> Closure | None:
+def _closure(plan: Plan) -> Closure | None:
     """The closure equations; None for a mechanism that only its clearances let close."""
     try:
-        return closure_of(mechanism)
+        return Closure(plan)
     except InputError:
         return None
 
 
-def path_warnings(path: Path, mechanism: Mechanism, until: float) -> list[str]:
+def path_warnings(path: Path, until: float) -> list[str]:
     """The singular positions of a path, in words, in the order of time."""
-    return [text for _, _, text in _of_path(path, mechanism, until)]
+    return [text for _, _, text in _of_path(path, until)]
 
 
-def _of_path(path: Path, mechanism: Mechanism, until: float) -> list[Said]:
+def _of_path(path: Path, until: float) -> list[Said]:
     found: list[Said] = []
     for singular in path.singular:
-        times = instants(path, mechanism, until, singular.place)
+        times = instants(path, until, singular.place)
         if not times:  # beyond the last position by round-off
             continue
         when = f"at t = {times[0]:.6g} s" + (f", the first of {len(times)} times," if len(times) > 1 else "")
@@ -255,10 +279,10 @@ def _passed(closure: Closure, time: np.ndarray, z: np.ndarray) -> list[tuple[Sin
 
 
 def _passed_in_words(closure: Closure, singular: SingularPosition, z: np.ndarray) -> str:
-    mechanism = closure.mechanism
-    named = mechanism.input_body or (singular.bodies[0] if singular.bodies else mechanism.bodies[0].name)
+    plan = closure.plan
+    named = plan.input_body or (singular.bodies[0] if singular.bodies else plan.bodies[0].name)
     angle = ""
-    if mechanism.body(named).rotates:
+    if plan.body(named).rotates:
         p = closure.first[named]
         angle = f" ('{named}' at {math.degrees(math.atan2(z[p + 3], z[p + 2])):.4g} deg)"
     return (

@@ -1,44 +1,31 @@
 """The closure equations of a mechanism with ideal joints, in natural coordinates, parallelograms included.
 
-The equations of motion use that opposite bars of a parallelogram stay parallel, which is true on one assembly branch only.
-Whether another branch meets it must be asked of the equations without that assumption. They are few and small: linear
-constraints are eliminated, lengths, moving guides and rods remain.
+Linear constraints are eliminated, lengths, moving guides and rods remain (`plan.branches`).
 """
 
 from __future__ import annotations
 
-import copy
-import math
-from dataclasses import dataclass
-
 import numpy as np
-import scipy.sparse as sp
 
-from scissordyn.component.place import GROUND, BodyPoint
-from scissordyn.kept import kept
-from scissordyn.mechanics.elimination import Elimination, Expression
-from scissordyn.mechanics.reduce import impose_all
 from scissordyn.mechanics.time_function import function_at, function_rows
-from scissordyn.model.mechanism import Mechanism
+from scissordyn.plan.linear_constraints import origins
+from scissordyn.plan.plan import Plan
 
-__all__ = ["Closure", "Inputs", "closure_of", "closure_template"]
+__all__ = ["Closure", "Inputs"]
 
 CLOSED = 1e-13
 """Equations are met within this, in maps of the order of one."""
+
+NEARLY_CLOSED = 1e-10
+"""Likewise, where it is asked only whether there is a position."""
 
 ROUNDINGS = 1e-15
 """Times the number of coordinates: what round-off leaves of an equation."""
 
 MOST_STEPS = 12
 
-NO_GRADIENT = 1e-12
-"""A quadratic constraint whose maps do not vary by more than this holds whatever the free coordinates are."""
-
-PARALLELOGRAM = "the parallelogram of"
-"""How the names of the constraints begin that parallelograms add (mechanics/reduce.py)."""
-
 ALIKE = 1e-7
-"""Quadratic constraints, each with a gradient of the order of one, are dependent below this (mechanics/redundancy.py)."""
+"""Quadratic constraints, each with a gradient of the order of one, are dependent below this (plan/redundancy.py)."""
 
 
 class Inputs:
@@ -46,14 +33,14 @@ class Inputs:
 
     Parameters
     ----------
-    mechanism : Mechanism
+    plan : Plan
     """
 
-    def __init__(self, mechanism: Mechanism) -> None:
-        self.bodies = [drive.body for drive in mechanism.drives]
-        timed = [(rod.name, rod.motion) for rod in mechanism.rods if rod.motion is not None]
+    def __init__(self, plan: Plan) -> None:
+        self.bodies = [drive.body for drive in plan.drives]
+        timed = [(rod.name, rod.motion) for rod in plan.rods if rod.motion is not None]
         self.rods = [name for name, _ in timed]
-        self._rows = [function_rows(drive.motion, mechanism.body(drive.body).angle) for drive in mechanism.drives]
+        self._rows = [function_rows(drive.motion, plan.body(drive.body).angle) for drive in plan.drives]
         self._rows += [function_rows(motion, 0.0) for _, motion in timed]
         self._table = np.empty(0), np.empty((0, self.count))
 
@@ -82,55 +69,6 @@ class Inputs:
         return self._table[1]
 
 
-@dataclass(frozen=True)
-class _Part:
-    """One term of a quadratic constraint: weight |M z + m|^2 / 2."""
-
-    weight: float
-    rows: np.ndarray
-    constant: np.ndarray
-
-
-class _EveryBranch(Elimination):
-    """Linear constraints without those that hold on one branch of the assembly only."""
-
-    def impose(self, constraint: Expression, name: str) -> None:
-        """Make `constraint` vanish unless it is the parallelism of a parallelogram."""
-        if not name.startswith(PARALLELOGRAM):
-            self.imposed.append((constraint, name))
-
-
-@kept
-def _eliminated(mechanism: Mechanism) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Solve the linear constraints: joints, guides on the ground, welds, constant angles between bodies, drives.
-
-    Parameters
-    ----------
-    mechanism : Mechanism
-
-    Returns
-    -------
-    stays : ndarray of int, shape (n,)
-        Which of z are y.
-    free : ndarray, shape (nZ, n)
-        N.
-    known : ndarray, shape (nZ, 1 + 2 drives)
-        P.
-    """
-    first: dict[str, int] = {}
-    preferred: list[bool] = []
-    for body in mechanism.bodies:
-        first[body.name] = len(preferred)
-        preferred += [True, True, False, False] if body.rotates else [True, True]
-    total, basis = len(preferred), 1 + 2 * len(mechanism.drives)
-    elimination = _EveryBranch(preferred, basis)
-    impose_all(mechanism.ideal(), first, total, mechanism.size, elimination)
-    start, columns, values = elimination.rows()
-    expressed = sp.csr_array((values, columns, start), shape=(total, total + basis)).toarray()
-    stays = np.flatnonzero(elimination.solved_at[:total] < 0)
-    return stays, expressed[:, stays], expressed[:, total:]
-
-
 class Closure:
     """The closure equations of a mechanism with ideal joints.
 
@@ -139,114 +77,30 @@ class Closure:
 
     Parameters
     ----------
-    mechanism : Mechanism
+    plan : Plan
         Its clearances are ignored.
     """
 
-    def __init__(self, mechanism: Mechanism) -> None:
-        self.mechanism, self.size, self.inputs = mechanism, mechanism.size, Inputs(mechanism)
-        self.first: dict[str, int] = {}
-        total = 0
-        for body in mechanism.bodies:
-            self.first[body.name] = total
-            total += 4 if body.rotates else 2
-        self.total = total
-        self.rotating = [body.name for body in mechanism.bodies if body.rotates]
-        self.directions = np.array([self.first[name] + 2 for name in self.rotating], int)
-        self.stays, self.free, self.known = _eliminated(mechanism)
-        self._quadratic()
-
-    def of_same_parts(self, mechanism: Mechanism) -> Closure:
-        """The closure equations of a mechanism that differs from this one's only in clearances and in motions of drives.
-
-        Which constraints are chosen is found anew for each.
-        """
-        found = copy.copy(self)
-        found.mechanism, found.inputs = mechanism, Inputs(mechanism)
-        return found
-
-    def _point(self, reference: BodyPoint) -> _Part:
-        """A point of a body or of the ground as rows of z, in units of the size."""
-        body, name = reference
-        rows, unit = np.zeros((2, self.total)), 1.0 / self.size
-        if body == GROUND:
-            return _Part(1.0, rows, np.array(dict(self.mechanism.ground)[name], float) * unit)
-        x, y = self.mechanism.body(body).points[name]
-        return self._fixed(body, x * unit, y * unit)
-
-    def _fixed(self, body: str, x: float, y: float) -> _Part:
-        """A point in the frame of a body as rows of z, coordinates in units of the size."""
-        rows, p = np.zeros((2, self.total)), self.first[body]
-        rows[0, p] = rows[1, p + 1] = 1.0
-        if self.mechanism.body(body).rotates:
-            rows[0, p + 2] = rows[1, p + 3] = x
-            rows[0, p + 3], rows[1, p + 2] = -y, y
-            return _Part(1.0, rows, np.zeros(2))
-        angle = self.mechanism.body(body).angle
-        cos, sin = math.cos(angle), math.sin(angle)
-        return _Part(1.0, rows, np.array([cos * x - sin * y, sin * x + cos * y]))
-
-    def _frame(self, body: str) -> _Part:
-        """The direction of a body's x axis."""
-        rows = np.zeros((2, self.total))
-        if body != GROUND and self.mechanism.body(body).rotates:
-            d = self.first[body] + 2
-            rows[0, d] = rows[1, d + 1] = 1.0
-            return _Part(1.0, rows, np.zeros(2))
-        angle = 0.0 if body == GROUND else self.mechanism.body(body).angle
-        return _Part(1.0, rows, np.array([math.cos(angle), math.sin(angle)]))
-
-    def _quadratic(self) -> None:
-        """The quadratic constraints: lengths, guides on moving bodies, rods."""
-        mechanism = self.mechanism
-        parts: list[_Part] = []
-        owner: list[int] = []
-        self.value: list[float] = []
-        self.timed: list[tuple[int, int, float]] = []
-        driven = set(self.inputs.bodies)
-
-        def add(value: float, *terms: _Part) -> None:
-            parts.extend(terms)
-            owner.extend([len(self.value)] * len(terms))
-            self.value.append(value)
-
-        for name in self.rotating:
-            if name not in driven:
-                add(0.5, self._frame(name))
-        for guide in mechanism.guides:
-            if guide.body == GROUND:
-                continue
-            across, frame = _turn(guide.direction + 0.5 * math.pi), self._frame(guide.body)
-            here, base = self._point(guide.follower), self._fixed(guide.body, 0.0, 0.0)
-            w, g = (here.rows - base.rows, here.constant - base.constant), (across @ frame.rows, across @ frame.constant)
-            level = (across[:, 0] @ np.array(guide.through)) / self.size
-            plus, minus = (_Part(0.5 * s, w[0] + s * g[0], w[1] + s * g[1]) for s in (1.0, -1.0))
-            add(float(level), plus, minus)
-        for rod in mechanism.rods:
-            length = rod.length or math.dist(mechanism.place(rod.start), mechanism.place(rod.end))
-            if rod.motion is not None:
-                length = float(self.inputs.at(0.0)[len(self.inputs.bodies) + self.inputs.rods.index(rod.name)])
-                self.timed.append((len(self.value), len(self.inputs.bodies) + len(self.timed), length))
-            one, other, unit = self._point(rod.start), self._point(rod.end), self.size / length
-            add(0.5, _Part(1.0, unit * (other.rows - one.rows), unit * (other.constant - one.constant)))
-        rows = np.stack([part.rows for part in parts]) if parts else np.zeros((0, 2, self.total))
-        moving = rows @ self.free
-        size = np.sqrt(np.sum(moving * moving, axis=(1, 2)))
-        self.weight = np.array([part.weight for part in parts])
-        self.begin = np.unique(np.array(owner, int), return_index=True)[1]
-        """First part of each constraint."""
-        scale = self._sum(np.abs(self.weight) * size, 0)
-        self.scale = np.where(scale > NO_GRADIENT, scale, 1.0)
-        """Length that the gradient of each constraint can have."""
-        self.moving, self.rows = moving, rows
-        self.constant = np.stack([part.constant for part in parts]) if parts else np.zeros((0, 2))
-        self.chosen = np.flatnonzero(scale > NO_GRADIENT)
+    def __init__(self, plan: Plan) -> None:
+        tables = plan.branches
+        self.plan, self.size, self.inputs = plan, plan.size, Inputs(plan)
+        self.first, self.total = tables.natural.offsets, tables.natural.total
+        self.directions = np.array([self.first[body.name] + 2 for body in plan.bodies if body.rotates], int)
+        self.origins = origins(tables.natural)
+        self.stays, self.free, self.known = tables.stays, tables.free, tables.known
+        self.rows, self.constant, self.weight = tables.rows, tables.constant, tables.weight
+        self.moving, self.begin, self.scale = tables.moving, tables.begin, tables.scale
+        self.value = np.array([constraint.value for constraint in tables.constraints])
+        timed = [k for k, constraint in enumerate(tables.constraints) if constraint.motion is not None]
+        self.timed = [(k, len(plan.drives) + i, tables.constraints[k].scale) for i, k in enumerate(timed)]
+        self.chosen = tables.varies
         """Constraints that are asked; `choose` leaves those out that follow from others."""
 
     def basis(self, inputs: np.ndarray) -> np.ndarray:
-        """(1, cos th_1, sin th_1, ...)."""
-        angles = inputs[: len(self.inputs.bodies)]
-        return np.concatenate([[1.0], np.stack([np.cos(angles), np.sin(angles)], axis=1).ravel()])
+        """(1, cos th_1, sin th_1, ...) of one set of inputs or many."""
+        angles = inputs[..., : len(self.inputs.bodies)]
+        pairs = np.stack([np.cos(angles), np.sin(angles)], axis=-1).reshape(*angles.shape[:-1], 2 * angles.shape[-1])
+        return np.concatenate([np.ones((*angles.shape[:-1], 1)), pairs], axis=-1)
 
     def maps(self, z: np.ndarray) -> np.ndarray:
         """The maps of the quadratic constraints at one z or many, shape (..., parts, 2)."""
@@ -264,20 +118,20 @@ class Closure:
         return np.asarray(self.left_of(z) - self.values_at(inputs))
 
     def left_of(self, z: np.ndarray) -> np.ndarray:
-        """Left sides of the chosen constraints at z."""
+        """Left sides of the chosen constraints at one z or many."""
         maps = self.maps(z)
-        return np.asarray((self._sum(0.5 * self.weight * np.sum(maps * maps, axis=-1), 0) / self.scale)[self.chosen])
+        return np.asarray((self._sum(0.5 * self.weight * np.sum(maps * maps, axis=-1), -1) / self.scale)[..., self.chosen])
 
     def values_at(self, inputs: np.ndarray) -> np.ndarray:
-        """What the left sides of the chosen constraints have to be."""
-        value = np.array(self.value)
+        """What the left sides of the chosen constraints have to be for one set of inputs or many."""
+        value = np.tile(self.value, (*inputs.shape[:-1], 1))
         for k, which, unit in self.timed:
-            value[k] = 0.5 * (inputs[which] / unit) ** 2
-        return np.asarray((value / self.scale)[self.chosen])
+            value[..., k] = 0.5 * (inputs[..., which] / unit) ** 2
+        return np.asarray((value / self.scale)[..., self.chosen])
 
     def known_at(self, inputs: np.ndarray) -> np.ndarray:
-        """The part of z that the inputs determine."""
-        return np.asarray(self.known @ self.basis(inputs))
+        """The part of z that one set of inputs or many determine."""
+        return np.asarray(self.basis(inputs) @ self.known.T)
 
     def product(self, z: np.ndarray, change: np.ndarray) -> np.ndarray:
         """First derivative of the left sides at z in the direction of a change of z."""
@@ -323,21 +177,36 @@ class Closure:
             z = z - self.free @ _least_change(self.jacobian(z), residual)
         return None
 
+    def close_all(self, guess: np.ndarray, inputs: np.ndarray) -> np.ndarray | None:
+        """The natural coordinates near many guesses, shape (samples, nZ); None if one fails.
+
+        As many constraints are chosen as there are unknowns.
+        """
+        z: np.ndarray = self.known_at(inputs) + guess[:, self.stays] @ self.free.T
+        for _ in range(MOST_STEPS):
+            residual = self.residual(z, inputs)
+            worst = float(np.max(np.abs(residual), initial=0.0))
+            if worst < NEARLY_CLOSED:
+                return z
+            if not worst < 1e3:
+                return None
+            try:
+                z = z - np.linalg.solve(self.jacobian(z), residual[..., None])[..., 0] @ self.free.T
+            except np.linalg.LinAlgError:  # exactly singular
+                return None
+        return None
+
     def placed(self) -> np.ndarray:
         """Natural coordinates of the bodies as they are placed."""
-        z = np.zeros(self.total)
-        for body in self.mechanism.bodies:
-            p = self.first[body.name]
-            z[p : p + 2] = np.array(body.position) / self.size
-            if body.rotates:
-                z[p + 2 : p + 4] = math.cos(body.angle), math.sin(body.angle)
+        z = self.plan.coordinates.natural.placed()[0]
+        z[self.origins] /= self.size
         return z
 
     def of_motion(self, position: np.ndarray, angle: np.ndarray) -> np.ndarray:
         """Natural coordinates from mass centres (samples, bodies, 2) [m] and angles (samples, bodies) [rad]."""
         z = np.empty((len(angle), self.total))
         cosines, sines = np.cos(angle), np.sin(angle)  # of a body that does not rotate: of the angle that it is placed at
-        for k, body in enumerate(self.mechanism.bodies):
+        for k, body in enumerate(self.plan.bodies):
             p, (x, y) = self.first[body.name], body.centre
             cos, sin = cosines[:, k], sines[:, k]
             z[:, p] = (position[:, k, 0] - cos * x + sin * y) / self.size
@@ -375,30 +244,3 @@ def _least_change(rows: np.ndarray, residual: np.ndarray) -> np.ndarray:
         except np.linalg.LinAlgError:  # exactly singular
             pass
     return np.asarray(np.linalg.lstsq(rows, residual, rcond=1e-12)[0])
-
-
-def _turn(angle: float) -> np.ndarray:
-    """The matrix of a rotation."""
-    cos, sin = math.cos(angle), math.sin(angle)
-    return np.array([[cos, -sin], [sin, cos]])
-
-
-@kept
-def closure_template(mechanism: Mechanism) -> Closure:
-    """The closure equations of a mechanism, to be copied; see `closure_of`."""
-    return Closure(mechanism)
-
-
-def closure_of(mechanism: Mechanism) -> Closure:
-    """The closure equations of a mechanism, of which is kept what does not depend on clearances and drives.
-
-    Parameters
-    ----------
-    mechanism : Mechanism
-
-    Returns
-    -------
-    Closure
-        Not shared: its constraints can be chosen.
-    """
-    return closure_template(mechanism).of_same_parts(mechanism)

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from scissordyn.kinematics.closure import Closure, closure_of
+from scissordyn.kinematics.closure import Closure
 from scissordyn.kinematics.continuation import MARGIN, AtPlace, Meeting, extrapolated, meeting_between, walk
 from scissordyn.kinematics.singular import (
     CHANGE,
@@ -20,9 +20,8 @@ from scissordyn.kinematics.singular import (
     smallest,
     suspects,
 )
-from scissordyn.kinematics.time_functions import prescribed
 from scissordyn.mechanics.time_function import breaks_of
-from scissordyn.model.mechanism import Mechanism
+from scissordyn.plan.plan import Plan
 
 __all__ = ["Path", "follow", "instants", "path_of", "start_of"]
 
@@ -70,8 +69,8 @@ class Path:
     @property
     def angle(self) -> np.ndarray:
         """Angles of all bodies, continuous along the path, shape (points, bodies) [rad]."""
-        found = np.empty((self.place.size, len(self.closure.mechanism.bodies)))
-        for k, body in enumerate(self.closure.mechanism.bodies):
+        found = np.empty((self.place.size, len(self.closure.plan.bodies)))
+        for k, body in enumerate(self.closure.plan.bodies):
             p = self.closure.first[body.name]
             found[:, k] = np.unwrap(np.arctan2(self.z[:, p + 3], self.z[:, p + 2])) if body.rotates else body.angle
         return found
@@ -79,8 +78,8 @@ class Path:
     @property
     def position(self) -> np.ndarray:
         """Mass centres, shape (points, bodies, axes) [m]."""
-        found = np.empty((self.place.size, len(self.closure.mechanism.bodies), 2))
-        for (k, body), turn in zip(enumerate(self.closure.mechanism.bodies), self.angle.T, strict=True):
+        found = np.empty((self.place.size, len(self.closure.plan.bodies), 2))
+        for (k, body), turn in zip(enumerate(self.closure.plan.bodies), self.angle.T, strict=True):
             p, (x, y) = self.closure.first[body.name], body.centre
             cos, sin = np.cos(turn), np.sin(turn)
             found[:, k, 0] = self.closure.size * self.z[:, p] + cos * x - sin * y
@@ -105,30 +104,30 @@ def start_of(closure: Closure) -> np.ndarray | None:
     return start
 
 
-def path_of(mechanism: Mechanism, until: float, closure: Closure | None = None) -> Path | None:
+def path_of(plan: Plan, until: float, closure: Closure | None = None) -> Path | None:
     """The path of a driven mechanism with ideal joints.
 
     Parameters
     ----------
-    mechanism : Mechanism
+    plan : Plan
     until : float
         End of the time of the drives [s].
     closure : Closure, optional
-        Of the mechanism, with its constraints chosen.
+        Of the plan, with its constraints chosen.
 
     Returns
     -------
     Path or None
         None if the drives alone do not determine the motion, or the mechanism cannot be closed with ideal joints.
     """
-    closure = closure_of(mechanism) if closure is None else closure
+    closure = Closure(plan) if closure is None else closure
     inputs = closure.inputs
     start = start_of(closure)
     if start is None or not inputs.count or closure.mobility != 0:
         return None
     if inputs.count > 1:
         return follow(closure, "time", inputs.at, start, 0.0, 0.0, until)
-    values = inputs.over(grid(mechanism, until))[:, 0]
+    values = inputs.over(grid(closure.plan, until))[:, 0]
     first, low, high = float(values[0]), float(values.min()), float(values.max())
     if inputs.bodies:
         most = 2.0 * math.pi * MOST_TURNS
@@ -137,9 +136,9 @@ def path_of(mechanism: Mechanism, until: float, closure: Closure | None = None) 
     return follow(closure, kind, lambda value: np.array([value]), start, first, low, high)
 
 
-def grid(mechanism: Mechanism, until: float) -> np.ndarray:
+def grid(plan: Plan, until: float) -> np.ndarray:
     """Instants at which the inputs are looked at."""
-    breaks = [t for _, motion in prescribed(mechanism) for t in breaks_of(motion) if 0.0 < t < until]
+    breaks = [t for _, motion in plan.motions for t in breaks_of(motion) if 0.0 < t < until]
     return np.unique(np.concatenate([np.linspace(0.0, until, GRID), breaks]))
 
 
@@ -236,13 +235,12 @@ def _together(path: Path, inputs: AtPlace, k: int, typical: float) -> Meeting | 
     return None if place is None else Meeting(place, position(place), 0.0)
 
 
-def instants(path: Path, mechanism: Mechanism, until: float, place: float) -> list[float]:
+def instants(path: Path, until: float, place: float) -> list[float]:
     """The instants at which the drives pass a place on the path [s].
 
     Parameters
     ----------
     path : Path
-    mechanism : Mechanism
     until : float
         End of the time [s].
     place : float
@@ -256,7 +254,7 @@ def instants(path: Path, mechanism: Mechanism, until: float, place: float) -> li
     from scipy.optimize import brentq  # a tenth of a second that most runs need not wait for
 
     inputs = path.closure.inputs
-    times = grid(mechanism, until)
+    times = grid(path.closure.plan, until)
     error = inputs.over(times)[:, 0] - place
     close = 1e-9 * max(1.0, abs(place))
     there = np.abs(error) <= close

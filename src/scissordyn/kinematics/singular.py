@@ -215,14 +215,13 @@ def concerned(closure: Closure, z: np.ndarray, typical: float) -> tuple[tuple[st
     -------
     bodies, joints : tuple of str
     """
-    mechanism = closure.mechanism
     rows = closure.jacobian(z)
     _, values, right = np.linalg.svd(rows, full_matrices=False)
     loose = max(1, int(np.sum(values < max(DEPENDENT * typical, 2.0 * values[-1]))))
     motion = closure.free @ right[len(values) - loose :].T
     speed: dict[str, np.ndarray] = {GROUND: np.zeros(loose)}
     size: dict[str, float] = {}
-    for body in mechanism.bodies:
+    for body in closure.plan.bodies:
         p = closure.first[body.name]
         speed[body.name] = np.zeros(loose)
         if body.rotates:
@@ -232,7 +231,9 @@ def concerned(closure: Closure, z: np.ndarray, typical: float) -> tuple[tuple[st
     most = max(size.values())
     bodies = [name for name, each in size.items() if each > CONCERNED * most and np.any(speed[name])]
     bodies = bodies or [name for name, each in size.items() if each > CONCERNED * most]
-    turning = {joint.name: float(np.linalg.norm(speed[joint.bodies[0]] - speed[joint.bodies[1]])) for joint in mechanism.joints}
+    turning = {
+        joint.name: float(np.linalg.norm(speed[joint.bodies[0]] - speed[joint.bodies[1]])) for joint in closure.plan.joints
+    }
     largest = max(turning.values(), default=0.0)
     joints = [name for name, each in turning.items() if each > CONCERNED * largest and largest > 0.0]
     return (

@@ -1,26 +1,20 @@
-"""The time functions of a mechanism, and whether their tables cover a run."""
+"""Whether the tables of time functions cover a run."""
 
 from __future__ import annotations
 
 import dataclasses
 
-from scissordyn.component.time_function import Tabulated, TimeFunction
+from scissordyn.component.time_function import Tabulated
 from scissordyn.errors import InputError
-from scissordyn.model.mechanism import Mechanism
+from scissordyn.plan.plan import Plan
 
-__all__ = ["check_tables", "prescribed"]
-
-
-def prescribed(mechanism: Mechanism) -> list[tuple[str, TimeFunction]]:
-    """Prescribed angles and distances, each with its description."""
-    angles = [(f"the drive of '{drive.body}'", drive.motion) for drive in mechanism.drives]
-    return angles + [(f"the length of rod '{rod.name}'", rod.motion) for rod in mechanism.rods if rod.motion is not None]
+__all__ = ["check_tables"]
 
 
-def check_tables(mechanism: Mechanism, until: float) -> None:
+def check_tables(plan: Plan, until: float) -> None:
     """Raise `InputError` for a tabulated time function that does not last from 0 to `until` [s]."""
-    functions = prescribed(mechanism)
-    for component in mechanism.components:
+    functions = plan.motions
+    for component in plan.components:
         given = (getattr(component, field.name) for field in dataclasses.fields(component))  # type: ignore[arg-type]
         functions += [(f"a time function of '{component.name}'", each) for each in given if isinstance(each, Tabulated)]
     for name, function in functions:

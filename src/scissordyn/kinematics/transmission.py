@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from scissordyn.component.place import GROUND, BodyPoint
-from scissordyn.model.mechanism import Mechanism
+from scissordyn.plan.plan import Plan
 
 __all__ = ["Dyad", "dyads", "transmission_angle"]
 
@@ -41,12 +41,12 @@ class Dyad:
     guide: float | None = None
 
 
-def dyads(mechanism: Mechanism) -> list[Dyad]:
+def dyads(plan: Plan) -> list[Dyad]:
     """The dyads of a mechanism, in the order in which its drives determine them.
 
     Parameters
     ----------
-    mechanism : Mechanism
+    plan : Plan
         Its clearances are ignored.
 
     Returns
@@ -55,21 +55,21 @@ def dyads(mechanism: Mechanism) -> list[Dyad]:
         Empty without drives. Bodies that are held in another way, and all behind them, belong to none.
     """
     known = {GROUND}
-    for drive in mechanism.drives:
-        if _pin(mechanism, drive.body, "", known) is not None:
+    for drive in plan.drives:
+        if _pin(plan, drive.body, "", known) is not None:
             known.add(drive.body)
-    slides = {guide.follower[0]: guide.direction for guide in mechanism.guides if guide.body == GROUND}
-    sliding = {guide.follower[0] for guide in mechanism.guides if guide.aligned}
-    sliding |= {name for name in slides if not mechanism.body(name).rotates}
-    for rod in mechanism.rods:  # a jack that moves a slider
+    slides = {guide.follower[0]: guide.direction for guide in plan.guides if guide.body == GROUND}
+    sliding = {guide.follower[0] for guide in plan.guides if guide.aligned}
+    sliding |= {name for name in slides if not plan.body(name).rotates}
+    for rod in plan.rods:  # a jack that moves a slider
         ends = {rod.start[0], rod.end[0]}
         if rod.motion is not None and GROUND in ends:
-            known |= {body for body in ends if body in slides and not mechanism.body(body).rotates}
+            known |= {body for body in ends if body in slides and not plan.body(body).rotates}
     if len(known) == 1:
         return []
     found: list[Dyad] = []
     while True:
-        new = _next(mechanism, known, slides, sliding)
+        new = _next(plan, known, slides, sliding)
         if new is None:
             return found
         dyad, bodies = new
@@ -77,30 +77,30 @@ def dyads(mechanism: Mechanism) -> list[Dyad]:
         known |= bodies
 
 
-def _next(mechanism: Mechanism, known: set[str], slides: dict[str, float], sliding: set[str]) -> tuple[Dyad, set[str]] | None:
+def _next(plan: Plan, known: set[str], slides: dict[str, float], sliding: set[str]) -> tuple[Dyad, set[str]] | None:
     """A further dyad on the known bodies, and its bodies; all points of bodies that are `sliding` move along their guides."""
-    for joint in mechanism.joints:
+    for joint in plan.joints:
         one, other = joint.bodies
         if one in known or other in known:
             continue
-        pins = [_pin(mechanism, body, joint.name, known) for body in (one, other)]
+        pins = [_pin(plan, body, joint.name, known) for body in (one, other)]
         if pins[0] is not None and pins[1] is not None:
             return Dyad(joint.name, joint.journal, (pins[0], pins[1])), {one, other}
         for slider, pin in ((one, pins[1]), (other, pins[0])):
             if slider in slides and slider in sliding and pin is not None:
                 return Dyad(joint.name, joint.journal, (pin,), slides[slider]), {one, other}
     for body, direction in slides.items():  # a body that a pin and a guide hold
-        follower = next(guide.follower for guide in mechanism.guides if guide.follower[0] == body)
-        pin = None if body in known else _pin(mechanism, body, "", known)
+        follower = next(guide.follower for guide in plan.guides if guide.follower[0] == body)
+        pin = None if body in known else _pin(plan, body, "", known)
         if pin is not None:
-            name = next(guide.name for guide in mechanism.guides if guide.follower == follower)
+            name = next(guide.name for guide in plan.guides if guide.follower == follower)
             return Dyad(name, follower, (pin,), direction), {body}
     return None
 
 
-def _pin(mechanism: Mechanism, body: str, but: str, known: set[str]) -> BodyPoint | None:
+def _pin(plan: Plan, body: str, but: str, known: set[str]) -> BodyPoint | None:
     """The point at which a body is joined to a known one, by another joint than `but`."""
-    for joint in mechanism.joints:
+    for joint in plan.joints:
         if joint.name != but and body in joint.bodies:
             here, there = (joint.journal, joint.bearing) if joint.journal[0] == body else (joint.bearing, joint.journal)
             if there[0] in known:
@@ -108,12 +108,12 @@ def _pin(mechanism: Mechanism, body: str, but: str, known: set[str]) -> BodyPoin
     return None
 
 
-def transmission_angle(mechanism: Mechanism, dyad: Dyad, position: np.ndarray, angle: np.ndarray) -> np.ndarray:
+def transmission_angle(plan: Plan, dyad: Dyad, position: np.ndarray, angle: np.ndarray) -> np.ndarray:
     """Transmission angle of a dyad, folded into 0 to 90 deg.
 
     Parameters
     ----------
-    mechanism : Mechanism
+    plan : Plan
     dyad : Dyad
     position : ndarray, shape (samples, bodies, 2)
         Of the mass centres [m].
@@ -125,21 +125,21 @@ def transmission_angle(mechanism: Mechanism, dyad: Dyad, position: np.ndarray, a
     ndarray, shape (samples,)
         [rad]
     """
-    inner = _place(mechanism, dyad.inner, position, angle)
-    first = inner - _place(mechanism, dyad.outer[0], position, angle)
+    inner = _place(plan, dyad.inner, position, angle)
+    first = inner - _place(plan, dyad.outer[0], position, angle)
     if dyad.guide is None:
-        second = inner - _place(mechanism, dyad.outer[1], position, angle)
+        second = inner - _place(plan, dyad.outer[1], position, angle)
     else:
         second = np.broadcast_to([-math.sin(dyad.guide), math.cos(dyad.guide)], first.shape)
     across = np.abs(first[:, 0] * second[:, 1] - first[:, 1] * second[:, 0])
     return np.asarray(np.arctan2(across, np.abs(np.sum(first * second, axis=1))))
 
 
-def _place(mechanism: Mechanism, reference: BodyPoint, position: np.ndarray, angle: np.ndarray) -> np.ndarray:
+def _place(plan: Plan, reference: BodyPoint, position: np.ndarray, angle: np.ndarray) -> np.ndarray:
     """A point of a body over the samples, shape (samples, 2)."""
     name, point = reference
-    k = [body.name for body in mechanism.bodies].index(name)
-    body = mechanism.bodies[k]
+    k = [body.name for body in plan.bodies].index(name)
+    body = plan.bodies[k]
     x, y = np.array(body.points[point]) - np.array(body.centre)
     cos, sin = np.cos(angle[:, k]), np.sin(angle[:, k])
     found: np.ndarray = position[:, k] + np.stack([cos * x - sin * y, sin * x + cos * y], axis=1)

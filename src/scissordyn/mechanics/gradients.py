@@ -9,7 +9,6 @@ import numpy as np
 import scipy.sparse as sp
 
 from scissordyn.mechanics.point_map import Constraint, PointMap
-from scissordyn.mechanics.reduced_model import ReducedModel
 
 __all__ = ["Gradients", "least_change"]
 
@@ -25,20 +24,21 @@ class Gradients:
 
     Parameters
     ----------
-    reduced : ReducedModel
+    free, basis : int
+        Numbers of free coordinates and of entries of b.
     constraints : sequence of Constraint
     held : sequence of PointMap
         Vectors to hold at given values, such as the eccentricities of clearance joints.
     """
 
-    def __init__(self, reduced: ReducedModel, constraints: Sequence[Constraint], held: Sequence[PointMap] = ()) -> None:
-        self.free, self.count = reduced.free, len(constraints)
+    def __init__(self, free: int, basis: int, constraints: Sequence[Constraint], held: Sequence[PointMap] = ()) -> None:
+        self.free, self.count = free, len(constraints)
         parts = [(k, weight, each) for k, constraint in enumerate(constraints) for weight, each in constraint.parts]
         self.owner = np.array([k for k, _, _ in parts], int)
         self.weight = np.array([weight for _, weight, _ in parts], float)
         self.value = np.array([constraint.value for constraint in constraints], float)
         self.timed = np.array([constraint.motion is not None for constraint in constraints], bool)
-        width = reduced.free + reduced.basis
+        width = free + basis
         self.maps = _matrix([each for _, _, each in parts], width)
         self.held = _matrix(list(held), width)
         moving = self.maps[:, : self.free]

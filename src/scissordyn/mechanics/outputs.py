@@ -2,29 +2,21 @@
 
 from __future__ import annotations
 
-import math
-from typing import Any, NamedTuple, Protocol
+from typing import NamedTuple, Protocol
 
 import numpy as np
 
-from scissordyn.component.place import GROUND
-from scissordyn.component.port.declaration import Ends
 from scissordyn.jit import F1, F2, I2, Handle, kernel
-from scissordyn.kept import kept
 from scissordyn.laws.dispatch import elastic_energy
-from scissordyn.mechanics.acting import acting
 from scissordyn.mechanics.constraint_solver import project
 from scissordyn.mechanics.contact import kinematics, no_forces
 from scissordyn.mechanics.equations import accelerate
 from scissordyn.mechanics.latch import engage
 from scissordyn.mechanics.monitored import constraint_forces, drive_torque
-from scissordyn.mechanics.point_map import PointMap, joined
-from scissordyn.mechanics.reduced_model import ReducedModel
 from scissordyn.mechanics.rotation import counted_angle, rotation_direction
 from scissordyn.mechanics.system import CONTACT_RESULT, RESULTS, open_system
-from scissordyn.model.mechanism import Mechanism
 
-__all__ = ["BodyMaps", "Record", "Sampled", "body_maps", "record"]
+__all__ = ["BodyMaps", "Record", "Sampled", "record"]
 
 
 class Sampled(Protocol):
@@ -140,71 +132,6 @@ class Record(NamedTuple):
     elastic: np.ndarray
     stored: np.ndarray
     length_error: np.ndarray
-
-
-@kept
-def body_maps(reduced: ReducedModel) -> BodyMaps:
-    """Maps of the bodies of a mechanism."""
-    mechanism = reduced.mechanism
-    index = {body.name: k for k, body in enumerate(mechanism.bodies)}
-    maps = [
-        joined([(reduced.at(body.name, body.centre), 0, 1.0), (reduced.frame(body.name), 2, 1.0)], 4)
-        for body in mechanism.bodies
-    ]
-    rotation, sense, offset = np.full(len(maps), -1, np.int64), np.ones(len(maps)), np.zeros(len(maps))
-    for k, family in enumerate(reduced.families):
-        first = mechanism.body(family.bodies[0]).angle
-        for name, direction in zip(family.bodies, family.maps, strict=True):
-            b = index[name]
-            rotation[b] = k
-            sense[b], offset[b] = _turned(family.maps[0], direction, first, mechanism.body(name).angle)
-    for b, body in enumerate(mechanism.bodies):
-        if rotation[b] < 0:
-            offset[b] = body.angle
-    parts: tuple[Any, ...] = (*acting(mechanism), *mechanism.rods)
-    ends = [contact.ends for contact in mechanism.contacts] + [part.declaration.port.ends(part) for part in parts]
-    acting_at = [_ends(mechanism, each) for each in ends]
-    acted_on = np.array([[index.get(end[0], -1) for end in pair] for pair in acting_at], np.int64).reshape(-1, 2)
-    arm = np.array([[end[1] for end in pair] for pair in acting_at], float).reshape(-1, 2, 2)
-    names = [constraint.name for constraint in reduced.constraints]
-    rods = [names.index(rod.name) for rod in mechanism.rods]
-    return BodyMaps(
-        start=np.cumsum([0, *(each.columns.size for each in maps)], dtype=np.int64),
-        column=np.concatenate([each.columns for each in maps]),
-        row=np.ascontiguousarray(np.hstack([each.rows for each in maps])),
-        rotation=rotation,
-        sense=sense,
-        offset=offset,
-        body=acted_on,
-        arm=arm,
-        rod=np.array(rods, np.int64),
-        rod_scale=np.array([reduced.constraints[k].scale for k in rods], float),
-    )
-
-
-def _turned(first: PointMap, other: PointMap, first_angle: float, other_angle: float) -> tuple[float, float]:
-    """Sense and offset of the angle of a direction against that of another, which it is a rotation or a reflection of."""
-    square = first.rows @ first.rows.T
-    if np.linalg.det(square) <= 1e-12 * np.trace(square) ** 2:  # a constant direction
-        return 1.0, other_angle - first_angle
-    matrix = other.rows @ first.rows.T @ np.linalg.inv(square)
-    sense = 1.0 if np.linalg.det(matrix) > 0.0 else -1.0
-    offset = math.atan2(matrix[1, 0], matrix[0, 0])
-    turns = round((other_angle - sense * first_angle - offset) / (2.0 * math.pi))
-    return sense, offset + 2.0 * math.pi * turns
-
-
-def _ends(mechanism: Mechanism, ends: Ends) -> list[tuple[str, tuple[float, float]]]:
-    """Body and arm from its mass centre of the two points at which an element acts; no arm where only a torque acts."""
-
-    def arm(body: str, point: str | tuple[float, float] | None) -> tuple[str, tuple[float, float]]:
-        if body == GROUND or point is None:
-            return body, (0.0, 0.0)
-        described = mechanism.body(body)
-        place = described.points[point] if isinstance(point, str) else point
-        return body, (place[0] - described.centre[0], place[1] - described.centre[1])
-
-    return [arm(*end) for end in ends]
 
 
 @kernel(inline=True)
@@ -360,12 +287,12 @@ def fill(samples, address, B, R, counted):
         write_loads(at, B, S, R)
 
 
-def record(reduced: ReducedModel, system: Handle, samples: Sampled) -> Record:
+def record(maps: BodyMaps, system: Handle, samples: Sampled) -> Record:
     """Evaluate everything at the samples.
 
     Parameters
     ----------
-    reduced : ReducedModel
+    maps : BodyMaps
     system : Handle
         Of a `System`; its state is overwritten.
     samples : Sampled
@@ -376,7 +303,6 @@ def record(reduced: ReducedModel, system: Handle, samples: Sampled) -> Record:
     Record
     """
     content = system.content
-    maps = body_maps(reduced)
     nt, columns, bodies = samples.time.size, content.model.n + content.model.nb, maps.rotation.size
     contacts, components = content.parameters.contact.size, content.model.component_port.size
     found = Record(

@@ -10,18 +10,13 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-import scipy.sparse as sp
-from scipy.sparse.csgraph import reverse_cuthill_mckee
 
-from scissordyn.component.place import GROUND, Point
 from scissordyn.jit import kernel
-from scissordyn.kept import kept
 from scissordyn.mechanics import band
 from scissordyn.mechanics.band import width
-from scissordyn.mechanics.reduce import body_inertia
-from scissordyn.model.mechanism import Mechanism
+from scissordyn.mechanics.outputs import Record
 
-__all__ = ["Balance", "balance", "solve_reactions"]
+__all__ = ["Balance", "solve_reactions"]
 
 _factorize, _solve = band.factorize, band.solve
 
@@ -38,9 +33,6 @@ SHIFT = 1e-13
 REFINEMENTS = 3
 """Repetitions after which what is determined is exact to round-off."""
 
-FEW = 6
-"""Up to so many unknowns their order does not matter."""
-
 LANES = 32
 """Instants that are solved side by side, so that the processor's vector units are used."""
 
@@ -49,10 +41,6 @@ PROBES = 3
 
 TOUCHED = 1e-4
 """An unknown is not determined if the null space has a larger share in it."""
-
-
-Entry = tuple[int, tuple[float, float, float], Point, int, int]
-"""Unknown, force and torque per unit of it, arm, anchor and frame: see `Balance`."""
 
 
 class Balance(NamedTuple):
@@ -79,6 +67,8 @@ class Balance(NamedTuple):
         Place of each unknown (joints x, y; welds x, y, torque; guides; aligned guides' torques; drives) among the ordered ones.
     band : int
         Half bandwidth of the normal equations.
+    joints, guides, drives : tuple of int
+        Where the forces of the ideal joints, those of the ideal guides and the torques of the drives begin and end.
     """
 
     start: np.ndarray
@@ -92,95 +82,9 @@ class Balance(NamedTuple):
     length: float
     order: np.ndarray
     band: int
-
-
-@kept
-def balance(mechanism: Mechanism) -> Balance:
-    """Set up the balances of all bodies.
-
-    Parameters
-    ----------
-    mechanism : Mechanism
-
-    Returns
-    -------
-    Balance
-    """
-    names = [body.name for body in mechanism.bodies]
-    index = {name: k for k, name in enumerate(names)}
-    entries: dict[str, list[Entry]] = {name: [] for name in names}
-
-    def enter(
-        body: str, unknown: int, direction: tuple[float, float, float], anchor: tuple[str, str], frame: str = GROUND
-    ) -> None:
-        arm = _arm(mechanism, *anchor)
-        entries[body].append((unknown, direction, arm, index[anchor[0]], index.get(frame, -1)))
-
-    sizes = [math.hypot(*point) for body in mechanism.bodies for point in body.points.values()]
-    length = max([size for size in sizes if size > 0.0], default=1.0)
-    count = 0
-    for joint in mechanism.ideal_joints:
-        for (body, point), sign in ((joint.journal, 1.0), (joint.bearing, -1.0)):
-            if body != GROUND:
-                enter(body, count, (sign, 0.0, 0.0), (body, point))
-                enter(body, count + 1, (0.0, sign, 0.0), (body, point))
-        count += 2
-    for weld in mechanism.welds:
-        for (body, point), sign in ((weld.start, 1.0), (weld.end, -1.0)):
-            if body != GROUND:
-                enter(body, count, (sign, 0.0, 0.0), (body, point))
-                enter(body, count + 1, (0.0, sign, 0.0), (body, point))
-                enter(body, count + 2, (0.0, 0.0, sign * length), (body, point))
-        count += 3
-    for guide in mechanism.ideal_guides:
-        across = -math.sin(guide.direction), math.cos(guide.direction)
-        enter(guide.follower[0], count, (*across, 0.0), guide.follower, guide.body)
-        if guide.body != GROUND:
-            enter(guide.body, count, (-across[0], -across[1], 0.0), guide.follower, guide.body)
-        count += 1
-    for guide in mechanism.ideal_guides:
-        if not guide.aligned:
-            continue
-        enter(guide.follower[0], count, (0.0, 0.0, length), guide.follower)
-        if guide.body != GROUND:
-            enter(guide.body, count, (0.0, 0.0, -length), guide.follower)
-        count += 1
-    for drive in mechanism.drives:
-        enter(drive.body, count, (0.0, 0.0, length), (drive.body, next(iter(mechanism.body(drive.body).points))))
-        count += 1
-
-    groups = [np.array([unknown for unknown, *_ in entries[name]], np.int64) for name in names]
-    rows = np.concatenate([np.arange(count), *(np.repeat(group, group.size) for group in groups)])
-    beside = np.concatenate([np.arange(count), *(np.tile(group, group.size) for group in groups)])
-    order = np.empty(count, np.int64)
-    if count <= FEW:
-        order[:] = np.arange(count)
-    else:
-        graph = sp.csr_array((np.ones(rows.size), (rows, beside)), shape=(count, count))
-        order[reverse_cuthill_mckee(graph, symmetric_mode=True)] = np.arange(count)
-    reach = int(np.max(np.abs(order[rows] - order[beside]), initial=0))
-
-    listed = [entry for name in names for entry in entries[name]]
-    return Balance(
-        start=np.cumsum([0, *(len(entries[name]) for name in names)], dtype=np.int64),
-        unknown=np.array([order[unknown] for unknown, *_ in listed], np.int64),
-        direction=np.array([direction for _, direction, *_ in listed]).reshape(-1, 3),
-        arm=np.array([arm for _, _, arm, *_ in listed]).reshape(-1, 2),
-        anchor=np.array([anchor for *_, anchor, _ in listed], np.int64),
-        frame=np.array([frame for *_, frame in listed], np.int64),
-        mass=np.array([body.mass for body in mechanism.bodies]),
-        inertia=np.array([body_inertia(mechanism, body) if body.rotates else 0.0 for body in mechanism.bodies]),
-        length=length,
-        order=order,
-        band=reach,
-    )
-
-
-def _arm(mechanism: Mechanism, body: str, point: str) -> tuple[float, float]:
-    """A point from the mass centre, in the body's frame [m]."""
-    described = mechanism.body(body)
-    x, y = described.points[point]
-    return x - described.centre[0], y - described.centre[1]
+    joints: tuple[int, int]
+    guides: tuple[int, int]
+    drives: tuple[int, int]
 
 
 @kernel(inline=True)
@@ -352,30 +256,16 @@ class _Work(NamedTuple):
     probe: np.ndarray
 
 
-def solve_reactions(
-    mechanism: Mechanism,
-    *,
-    direction: np.ndarray,
-    position: np.ndarray,
-    acceleration: np.ndarray,
-    angular_acceleration: np.ndarray,
-    known: np.ndarray,
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def solve_reactions(parts: Balance, gravity: np.ndarray, found: Record) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Reactions of ideal joints, guides and drives at many instants.
 
     Parameters
     ----------
-    mechanism : Mechanism
-    direction : ndarray, shape (nt, bodies, 2)
-        Cosine and sine of the angle of each body.
-    position : ndarray, shape (nt, bodies, 2)
-        Of the mass centres [m].
-    acceleration : ndarray, shape (nt, bodies, 2)
-        Of the mass centres [m/s^2].
-    angular_acceleration : ndarray, shape (nt, bodies)
-        [rad/s^2]
-    known : ndarray, shape (nt, bodies, 3)
-        Sum of the known forces on each body [N] and of their moments about its mass centre [N m], gravity apart.
+    parts : Balance
+    gravity : ndarray, shape (2,)
+        [m/s^2]
+    found : Record
+        The motion of the bodies, and the sum of the known forces on each, gravity apart.
 
     Returns
     -------
@@ -386,11 +276,9 @@ def solve_reactions(
     torques : ndarray, shape (nt, drives)
         Torque on the driven body [N m].
     """
-    parts = balance(mechanism)
-    instants, unknowns = direction.shape[0], parts.order.size
+    instants, unknowns = found.direction.shape[0], parts.order.size
     values = np.zeros((instants, unknowns))
     if unknowns:
-        gravity = mechanism.gravity * np.array([math.cos(mechanism.gravity_direction), math.sin(mechanism.gravity_direction)])
         widest, reach = int(np.max(np.diff(parts.start))), parts.band
         work = _Work(
             matrix=np.zeros((unknowns, 2 * reach + 1, LANES)),
@@ -404,9 +292,8 @@ def solve_reactions(
             work=np.zeros(unknowns),
             probe=np.zeros(unknowns),
         )
-        fill(parts, gravity, direction, position, acceleration, angular_acceleration, known, work, values)
+        motion = found.direction, found.position, found.acceleration, found.angular_acceleration, found.load
+        fill(parts, gravity, *motion, work, values)
     values = values[:, parts.order]
-    joints, guides = 2 * len(mechanism.ideal_joints), len(mechanism.ideal_guides)
-    welds = joints + 3 * len(mechanism.welds)
-    reactions = values[:, :joints].reshape(instants, joints // 2, 2)
-    return reactions, values[:, welds : welds + guides], parts.length * values[:, values.shape[1] - len(mechanism.drives) :]
+    joints, guides, drives = (values[:, first:last] for first, last in (parts.joints, parts.guides, parts.drives))
+    return joints.reshape(instants, joints.shape[1] // 2, 2), guides, parts.length * drives

@@ -7,9 +7,7 @@ import math
 import numpy as np
 
 from scissordyn.control.signal import SIGNALS
-from scissordyn.mechanics.acting import acting, start_coordinates
 from scissordyn.mechanics.band import width
-from scissordyn.mechanics.reduced_model import ReducedModel
 from scissordyn.mechanics.system import (
     APPROACH_FLOOR,
     CONTACT_RESULT,
@@ -23,18 +21,13 @@ from scissordyn.mechanics.system import (
 __all__ = ["initial_state", "make_workspace"]
 
 
-def initial_state(reduced: ReducedModel, model: Model) -> MechanismState:
-    """Everything open, and angles as placed."""
-    mechanism = reduced.mechanism
+def initial_state(model: Model, angles: np.ndarray) -> MechanismState:
+    """Everything open, and angles of rotations, then of components, as placed."""
     guards, signals = model.guard_component.size, int(np.max(model.recorder, initial=-1)) + 1
-    angles = [mechanism.body(family.bodies[0]).angle for family in reduced.families]
-    for i, component in enumerate(acting(mechanism)):
-        if model.reference_of[i] >= 0:
-            angles.append(start_coordinates(mechanism, component)[-1])
     return MechanismState(
         mode=np.zeros(guards, np.int64),
         memory=np.full(guards, APPROACH_FLOOR),
-        reference=np.array(angles, float),
+        reference=angles.copy(),
         history=np.zeros((0, 2)),
         history_length=np.zeros(1, np.int64),
         initial_history=np.zeros(signals),

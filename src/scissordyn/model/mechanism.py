@@ -18,7 +18,6 @@ from scissordyn.component.rod import Rod
 from scissordyn.component.time_function import ConstantSpeed, TimeFunction
 from scissordyn.control.controller import Controller
 from scissordyn.errors import InputError, did_you_mean
-from scissordyn.kept import without_kept
 from scissordyn.model.address import changed
 from scissordyn.model.body import Body
 from scissordyn.model.check import check_parts
@@ -93,7 +92,7 @@ class Mechanism:
         check_parts(self)
 
     def __getstate__(self) -> dict[str, Any]:
-        return without_kept(self)
+        return {name: self.__dict__[name] for name in Mechanism.__dataclass_fields__}  # nothing that follows from them
 
     def body(self, name: str) -> Body:
         """The body of that name."""
@@ -156,6 +155,12 @@ class Mechanism:
                 follower_direction=base + guide.direction - follower.angle,
             )
         return tuple(found)
+
+    @property
+    def output_guide(self) -> Guide | None:
+        """The guide on the ground that leads the output body, the first if there are several."""
+        led = (guide for guide in self.guides if guide.follower[0] == self.output_body and guide.body == GROUND)
+        return next(led, None)
 
     @cached_property
     def ideal_guides(self) -> tuple[Guide, ...]:

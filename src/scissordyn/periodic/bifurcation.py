@@ -133,7 +133,7 @@ def check_diagram(mechanism: Mechanism, values: int, cycles: int, keep: int) -> 
     """
     whole_number("cycles", cycles)
     whole_number("keep", keep, 1, cycles)
-    check_cycles(mechanism, cycles)
+    check_cycles(len(mechanism.contacts), cycles)
     needed = VALUE_BYTES + 8 * keep * (KEPT + KEPT_OF_JOINT * len(mechanism.contacts))
     check_memory(
         f"{count_in_words(values)} values with {count_in_words(keep)} cycles kept of each",

@@ -11,14 +11,12 @@ import xarray as xr
 
 from scissordyn.errors import InputError
 from scissordyn.kinematics.branching import drive_warnings
-from scissordyn.mechanics.acting import acting, component_states, friction_states
-from scissordyn.mechanics.assembly import eccentricity_map
 from scissordyn.mechanics.outputs import record
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.model.record import to_plain
 from scissordyn.periodic.stroboscope import Cycles, drive_period, run_cycles
+from scissordyn.plan.acting import acting, component_states, friction_states
 from scissordyn.run.configuration import number_attribute, read_configuration, write_configuration
-from scissordyn.run.dataset import output_guide
 from scissordyn.run.events import ACCOUNTS
 from scissordyn.run.options import Options, StartKind
 from scissordyn.run.snapshot import Snapshot
@@ -130,9 +128,9 @@ def stroboscopic_samples(mechanism: Mechanism, found: Cycles) -> dict[str, np.nd
         "slider_position", "slider_velocity", "slider_acceleration" (cycles,) if the output body has a guide on the ground.
     """
     samples, system = found.samples, found.system.content
-    rows = record(found.reduced, found.system, samples)
+    rows = record(found.plan.maps, found.system, samples)
     contacts = range(system.parameters.contact.size)
-    maps = [eccentricity_map(system, j) for j in contacts]
+    maps = [found.plan.eccentricity(j) for j in contacts]
     shape = (samples.time.size, len(contacts), 2)
     values = {
         "eccentricity": np.stack([each.at(rows.X) for each in maps], axis=1) if maps else np.zeros(shape),
@@ -140,9 +138,9 @@ def stroboscopic_samples(mechanism: Mechanism, found: Cycles) -> dict[str, np.nd
         "in_contact": samples.mode[:, : len(contacts)] == 1,
         "energy": rows.kinetic + rows.potential + rows.elastic + rows.stored,
     }
-    guide = output_guide(mechanism)
+    guide = mechanism.output_guide
     if guide is not None:
-        guided = found.reduced.place(guide.follower)
+        guided = found.plan.coordinates.place(guide.follower)
         along = np.array([math.cos(guide.direction), math.sin(guide.direction)])
         values["slider_position"] = (guided.at(rows.X) - np.array(guide.through)) @ along
         values["slider_velocity"] = guided.at(rows.V) @ along
@@ -176,7 +174,7 @@ END_UNITS = {"counts": "1", "mode": "1", "history_length": "1", "reference": "ra
 
 def recorded(mechanism: Mechanism) -> tuple[str, ...]:
     """Names of the quantities that are recorded once per cycle of a mechanism and can be drawn."""
-    absent = [name for name in DESCRIBED if name.startswith("slider_")] if output_guide(mechanism) is None else []
+    absent = [name for name in DESCRIBED if name.startswith("slider_")] if mechanism.output_guide is None else []
     absent += [name for name, (dims, _, _) in DESCRIBED.items() if "joint" in dims and not mechanism.contacts]
     return tuple(name for name in DESCRIBED if name not in absent)
 
@@ -202,7 +200,7 @@ def _internal_states(mechanism: Mechanism) -> np.ndarray:
 
 
 def _to_dataset(mechanism: Mechanism, options: Options, found: Cycles, phase: float, keep: int) -> xr.Dataset:
-    n = found.reduced.free
+    n = found.plan.coordinates.free
     variables = {}
     for name, values in per_cycle(mechanism, found).items():
         dims, units, long_name = DESCRIBED[name]
@@ -239,7 +237,7 @@ def _to_dataset(mechanism: Mechanism, options: Options, found: Cycles, phase: fl
         "end_cycle": found.first + found.steps.size,
         "cycles_per_second": found.statistics["cycles_per_second"],
         "statistics": json.dumps(found.statistics),
-        "warnings": json.dumps([*found.warnings, *drive_warnings(mechanism, options.until)]),
+        "warnings": json.dumps([*found.warnings, *drive_warnings(found.plan, options.until)]),
         "configuration": write_configuration(mechanism, options),
     }
     return run

@@ -19,6 +19,7 @@ from scissordyn.model.record import to_plain
 from scissordyn.periodic.cycles import recorded
 from scissordyn.periodic.rows import PENDING, CycleCase, CycleRow, coordinates, enter, status_columns
 from scissordyn.periodic.stroboscope import start_state
+from scissordyn.plan.plan import plan
 from scissordyn.run.configuration import read_configuration, write_configuration
 from scissordyn.run.engine import Outcome
 from scissordyn.run.snapshot import Snapshot
@@ -106,7 +107,7 @@ def _warnings(cases: Sequence[CycleCase], values: list[str]) -> list[str]:
     for case, value in zip(cases, values, strict=True):
         key = json.dumps([to_plain(case.mechanism.ideal()), case.options.until])
         if key not in known:
-            known[key] = drive_warnings(case.mechanism, case.options.until)
+            known[key] = drive_warnings(plan(case.mechanism), case.options.until)
         for text in known[key]:
             first.setdefault(text, value)
             count[text] = count.get(text, 0) + 1

@@ -11,12 +11,12 @@ import xarray as xr
 
 from scissordyn.errors import InputError, whole_number
 from scissordyn.kinematics.branching import drive_warnings
-from scissordyn.mechanics.reduce import reduce_mechanism
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.periodic.cycles import DESCRIBED
 from scissordyn.periodic.follow import consistent
 from scissordyn.periodic.rows import COLUMNS, CycleCase, coordinates, enter, run_case, status_columns
 from scissordyn.periodic.stroboscope import drive_period, start_state
+from scissordyn.plan.plan import plan
 from scissordyn.run.configuration import write_configuration
 from scissordyn.run.demand import check_cycles
 from scissordyn.run.driver import make_system
@@ -101,7 +101,7 @@ def ensemble(
         For an option that cannot be used.
     """
     _check(mechanism, members, cycles, skip, perturbation, agreement)
-    check_cycles(mechanism, members * cycles)
+    check_cycles(len(mechanism.contacts), members * cycles)
     period = drive_period(mechanism) if period is None else period
     options = Options(period, start, 2, rtol, atol, method, most_steps)
     starts = _starts(mechanism, start, members, perturbation, seed)
@@ -124,7 +124,7 @@ def ensemble(
         "seed": seed,
         "agreement": agreement,
         "configuration": write_configuration(mechanism, options),
-        "warnings": json.dumps([*said, *drive_warnings(mechanism, period)]),
+        "warnings": json.dumps([*said, *drive_warnings(plan(mechanism), period)]),
     }
     return run
 
@@ -145,7 +145,7 @@ def _check(mechanism: Mechanism, members: int, cycles: int, skip: int, perturbat
 def _starts(mechanism: Mechanism, start: StartKind, members: int, perturbation: float, seed: int) -> list[Snapshot]:
     """The consistent initial states of all members."""
     first = start_state(mechanism, start)
-    system = make_system(reduce_mechanism(mechanism))
+    system = make_system(plan(mechanism))
     numbers = np.random.default_rng(seed)
     found = [first]
     for _ in range(members - 1):

@@ -7,13 +7,12 @@ import numpy as np
 from scissordyn.errors import InputError
 from scissordyn.integrate.integration import NO_EVENT, RESET_DATA
 from scissordyn.jit import Handle
+from scissordyn.kinematics.assembly import Start, basis_at_start, natural_state
 from scissordyn.mechanics import functions
-from scissordyn.mechanics.assembly import Start, basis_at_start, natural_state
-from scissordyn.mechanics.reduce import reduce_mechanism
-from scissordyn.mechanics.redundancy import nearest
 from scissordyn.mechanics.system import APPROACH_FLOOR
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.periodic.stroboscope import start_state
+from scissordyn.plan.plan import plan
 from scissordyn.run.driver import make_system
 from scissordyn.run.snapshot import Snapshot
 
@@ -42,15 +41,15 @@ def carried(before: Mechanism, state: Snapshot, after: Mechanism) -> Snapshot:
         after
     ):
         raise InputError("follow = True over mechanisms of different bodies or clearance joints", "follow = False")
-    old, new = reduce_mechanism(before), reduce_mechanism(after)
+    old, new = plan(before), plan(after)
     system = make_system(new)
-    n = old.free
+    n = old.coordinates.free
     position, velocity = natural_state(old, make_system(old).content, Start(state.y[:n], state.y[n : 2 * n]))
     b, rate = basis_at_start(system.content)
     internal = state.y[2 * n :]
     if internal.size != int(system.content.model.state_start[-1]):
         raise InputError("follow = True over mechanisms whose friction laws have different states", "follow = False")
-    full = np.concatenate([nearest(new, b, position), nearest(new, rate, velocity), internal])
+    full = np.concatenate([new.coordinates.nearest(b, position), new.coordinates.nearest(rate, velocity), internal])
     begin = start_state(after)
     moved = begin.changed(y=full, mode=state.mode, memory=state.arrays["memory"], reference=state.arrays["reference"])
     return consistent(system, moved)

@@ -16,10 +16,10 @@ from scissordyn.kinematics.time_functions import check_tables
 from scissordyn.laws.damping.none import NoDamping
 from scissordyn.laws.friction.none import NoFriction
 from scissordyn.mechanics import functions
-from scissordyn.mechanics.reduce import reduce_mechanism
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.periodic.follow import consistent
 from scissordyn.periodic.stroboscope import drive_period
+from scissordyn.plan.plan import plan
 from scissordyn.run.configuration import write_configuration
 from scissordyn.run.driver import make_system
 from scissordyn.run.options import Options, StartKind
@@ -99,7 +99,7 @@ def separation_exponent(
     """
     period = drive_period(mechanism) if period is None else period
     _check_counts(cycles=cycles, intervals=intervals)
-    check_tables(mechanism, cycles * period)
+    check_tables(plan(mechanism), cycles * period)
     part = period / intervals
     least = min((joint.clearance.clearance for joint in mechanism.contacts if joint.clearance), default=1.0)
     pair = _Pair(mechanism, Options(part, start, 2, rtol, atol, method), 2.0 * math.pi / period, distance * least, seed)
@@ -142,9 +142,9 @@ class _Pair:
     """
 
     def __init__(self, mechanism: Mechanism, options: Options, pulse: float, distance: float, seed: int) -> None:
-        reduced = reduce_mechanism(mechanism)
-        self.n, self.system, self.pulse, self.distance = reduced.free, make_system(reduced), pulse, distance * pulse
-        self.drivers = [make_driver(reduced, options)[0] for _ in range(2)]
+        made = plan(mechanism)
+        self.n, self.system, self.pulse, self.distance = made.coordinates.free, make_system(made), pulse, distance * pulse
+        self.drivers = [make_driver(made, options)[0] for _ in range(2)]
         for driver in self.drivers:
             driver.monitor(False)
         self.growth: list[float] = []
@@ -220,16 +220,16 @@ def variational_exponent(
     period = drive_period(mechanism) if period is None else period
     _check_counts(cycles=cycles, intervals=intervals, substeps=substeps)
     _check_continuous(mechanism)
-    check_tables(mechanism, cycles * period)
+    check_tables(plan(mechanism), cycles * period)
     pulse, part = 2.0 * math.pi / period, period / intervals
     # samples at the ends and the middles of all substeps
     rows = 2 * cycles * intervals * substeps + 1
-    path = compute(mechanism, Options(cycles * period, start, rows, rtol, atol, method), monitor=False)
-    tangent = _first_tangent(path.system, path.samples.state[0], path.reduced.free, pulse, seed)
+    path = compute(plan(mechanism), Options(cycles * period, start, rows, rtol, atol, method), monitor=False)
+    tangent = _first_tangent(path.system, path.samples.state[0], path.plan.coordinates.free, pulse, seed)
     growth = []
     for interval in range((path.samples.time.size - 1) // (2 * substeps)):
         tangent = _carried(path, tangent, 2 * interval * substeps, substeps, part / substeps)
-        length = _length(tangent, path.reduced.free, pulse)
+        length = _length(tangent, path.plan.coordinates.free, pulse)
         growth.append(math.log(length))
         tangent /= length
         if progress is not None and (interval + 1) % intervals == 0:

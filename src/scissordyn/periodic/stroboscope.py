@@ -14,10 +14,9 @@ from scissordyn.errors import InputError, whole_number
 from scissordyn.integrate import advance as loop
 from scissordyn.integrate.integration import RISE, Samples
 from scissordyn.jit import Handle
-from scissordyn.kinematics.time_functions import check_tables, prescribed
-from scissordyn.mechanics.reduce import reduce_mechanism
-from scissordyn.mechanics.reduced_model import ReducedModel
+from scissordyn.kinematics.time_functions import check_tables
 from scissordyn.model.mechanism import Mechanism
+from scissordyn.plan.plan import Plan, plan
 from scissordyn.run.demand import check_cycles
 from scissordyn.run.driver import Driver, counted
 from scissordyn.run.events import ACCOUNTS, accounts
@@ -36,7 +35,7 @@ class Cycles:
 
     Parameters
     ----------
-    reduced : ReducedModel
+    plan : Plan
     system : Handle
         Of the mechanics' `System`.
     first : int
@@ -64,7 +63,7 @@ class Cycles:
         Of the start, and of the cycles that are kept.
     """
 
-    reduced: ReducedModel
+    plan: Plan
     system: Handle
     first: int
     samples: Samples
@@ -96,7 +95,7 @@ def drive_period(mechanism: Mechanism) -> float:
     # a drive at constant speed is periodic, a growing distance is not
     turning = (drive.motion for drive in mechanism.drives if isinstance(drive.motion, ConstantSpeed))
     found = {2.0 * math.pi / abs(motion.speed) for motion in turning if motion.speed != 0.0}
-    found |= {2.0 * math.pi / motion.angular_frequency for _, motion in prescribed(mechanism) if isinstance(motion, Harmonic)}
+    found |= {2.0 * math.pi / motion.angular_frequency for _, motion in plan(mechanism).motions if isinstance(motion, Harmonic)}
     if len(found) != 1:
         raise InputError(
             f"{len(found) or 'no'} periods among the drives of the mechanism",
@@ -116,7 +115,7 @@ def start_state(mechanism: Mechanism, start: StartKind = "concentric", *, rtol: 
         See `Options.start`.
     rtol, atol : float
     """
-    driver, _, _ = make_driver(reduce_mechanism(mechanism), Options(1.0, start, 2, rtol, atol))
+    driver, _, _ = make_driver(plan(mechanism), Options(1.0, start, 2, rtol, atol))
     return driver.snapshot()
 
 
@@ -146,18 +145,18 @@ def run_cycles(
     """
     whole_number("cycles", cycles)
     keep = whole_number("keep", cycles if keep is None else keep)
-    check_cycles(mechanism, cycles)
+    check_cycles(len(mechanism.contacts), cycles)
     if not 0.0 <= phase < 1.0:
         raise InputError(f"phase = {phase!r}", "a fraction of the period, at least 0 and below 1")
     period = options.until
     driver, prepared, choice = make_driver(
-        reduce_mechanism(mechanism), replace(options, start=start) if isinstance(start, str) else options
+        plan(mechanism), replace(options, start=start) if isinstance(start, str) else options
     )
     if isinstance(start, Snapshot):
         driver.restore(start)
     warned = prepared.warnings if isinstance(start, str) else ()
     first = round(driver.time / period)
-    check_tables(mechanism, (first + cycles) * period)
+    check_tables(driver.plan, (first + cycles) * period)
     found = _cycled(driver, options, choice, range(first, first + cycles), keep, phase, progress)
     return replace(found, warnings=(*warned, *found.warnings))
 
@@ -173,11 +172,11 @@ def _cycled(
 ) -> Cycles:
     """The loop over cycles."""
     period, state, first, cycles = options.until, driver.state, numbers.start, len(numbers)
-    contacts = len(driver.reduced.mechanism.contacts)
+    contacts = len(driver.plan.contacts)
     driver.sample_at((first + np.arange(cycles) + phase) * period)
     impacts, steps = np.zeros((cycles, contacts), np.int64), np.zeros(cycles, np.int64)
     fraction, peak, gained = np.zeros((cycles, contacts)), np.zeros((cycles, contacts)), np.zeros((cycles, len(ACCOUNTS)))
-    extremes = Extremes(driver.reduced.mechanism)
+    extremes = Extremes(driver.plan)
     done, events, cause, end, status = 0, 0, "", driver.snapshot(), loop.ADVANCING
     began, before = clocks.perf_counter(), counted(state)
     try:
@@ -200,7 +199,7 @@ def _cycled(
             highest = np.where(state.mode == 1, driver.peak["largest"][: state.mode.size], 0.0)
             np.maximum.at(highest, log["guard"].astype(np.int64), log["largest"])
             peak[done] = highest[:contacts]
-            gained[done] = accounts(driver.reduced.mechanism, state.total[None], log, np.array([math.inf]))[0]
+            gained[done] = accounts(driver.plan, state.total[None], log, np.array([math.inf]))[0]
             steps[done] = int(state.counts["steps"][0]) - taken
             end = driver.snapshot()
             done, events = done + 1, events + log.shape[0]
@@ -217,7 +216,7 @@ def _cycled(
         cause = f"stopped in cycle {first + done} at t = {driver.time:.9g} s, {driver.time / period:.6g} periods: {cause}"
     after = counted(driver.state)
     return Cycles(
-        reduced=driver.reduced,
+        plan=driver.plan,
         system=driver.system,
         first=first,
         samples=Samples(*(part[:done] for part in driver.samples)),

@@ -14,6 +14,7 @@ from scissordyn.component.actuator import Actuator
 from scissordyn.component.place import GROUND
 from scissordyn.kinematics.closure import Inputs
 from scissordyn.model.mechanism import Mechanism
+from scissordyn.plan.plan import plan
 from scissordyn.plot.file import svg
 from scissordyn.plot.label import Label, write_labels
 from scissordyn.plot.place import upright
@@ -252,7 +253,7 @@ def _clearance(joint: Any) -> str:
 
 def _direction(mechanism: Mechanism, body: str) -> float:
     """The sense in which a driven body turns at first; counter-clockwise if it does not."""
-    inputs = Inputs(mechanism)
+    inputs = Inputs(plan(mechanism))
     if body not in inputs.bodies:
         return 1.0
     k = inputs.bodies.index(body)

@@ -13,9 +13,9 @@ import xarray as xr
 from numpy.typing import ArrayLike
 
 from scissordyn.errors import InputError, did_you_mean
-from scissordyn.mechanics.reduce import reduce_mechanism
 from scissordyn.model.address import changed_all, find, number
 from scissordyn.model.mechanism import Mechanism
+from scissordyn.plan.plan import plan
 from scissordyn.run.batch_worker import Worker
 from scissordyn.run.configuration import write_configuration
 from scissordyn.run.engine import Threads
@@ -207,7 +207,7 @@ class _Batch:
         """Write the measures of a case that is complete, and its warnings."""
         for name, measure in self.measures.items():
             self.values[name][case] = measure.value(ended)
-        extremes = Extremes(ended.mechanism)
+        extremes = Extremes(ended.plan)
         extremes.add(ended.driver)
         self.warnings[case] = "\n".join([*warned, *extremes.warnings()])
         self.seconds[case] = seconds
@@ -216,7 +216,7 @@ class _Batch:
 
 def _run_all(batch: _Batch, options: Options, threads: Threads, progress: Callable[[int, int], None] | None) -> bool:
     """Run all cases; returns whether the user stopped it."""
-    base, cases = reduce_mechanism(batch.base), batch.status.size
+    base, cases = plan(batch.base), batch.status.size
     free: queue.SimpleQueue[Worker] = queue.SimpleQueue()
     workers = [Worker(base, options, batch) for _ in range(min(threads.workers, cases))]
     for each in workers:

@@ -12,16 +12,13 @@ import numpy as np
 from scissordyn.errors import ScissordynError
 from scissordyn.integrate import advance as loop
 from scissordyn.kinematics.time_functions import check_tables
-from scissordyn.mechanics.build import build_model
-from scissordyn.mechanics.reduce import reduce_mechanism
-from scissordyn.mechanics.reduced_model import ReducedModel
 from scissordyn.model.mechanism import Mechanism
-from scissordyn.run.driver import SLICE, UNFINISHED, Driver, advance_together, make_system, put_parameters
+from scissordyn.plan.plan import Plan, plan
+from scissordyn.run.driver import SLICE, UNFINISHED, Driver, advance_together, make_system, put_numbers
 from scissordyn.run.ideal_path import IdealPath, ideal_path
 from scissordyn.run.measure import Ended
 from scissordyn.run.method import choose_method
 from scissordyn.run.options import Options
-from scissordyn.run.shared_model import same_model
 from scissordyn.run.slice import FIRST
 from scissordyn.run.start import prepare_start
 from scissordyn.run.tolerance import error_weights
@@ -61,13 +58,13 @@ class Worker:
 
     Parameters
     ----------
-    base : ReducedModel
+    base : Plan
         Of the mechanism whose numbers are varied.
     options : Options
     cases : Cases
     """
 
-    def __init__(self, base: ReducedModel, options: Options, cases: Cases) -> None:
+    def __init__(self, base: Plan, options: Options, cases: Cases) -> None:
         self.base, self.options, self.cases = base, options, cases
         self.slots: list[_Slot] = []
         self.ideal: tuple[Mechanism, IdealPath] | None = None
@@ -102,10 +99,9 @@ class Worker:
     def _started(self, case: int, slot: _Slot) -> Driver | None:
         """The driver at the start of a case; None if there is no such start."""
         try:
-            mechanism = self.cases.mechanism(case)
-            driver = slot.started(mechanism, self.options, partial(self.cases.start, case))
+            driver = slot.started(self.cases.mechanism(case), self.options, partial(self.cases.start, case))
             if self.cases.compares:
-                self._compare(driver, mechanism)
+                self._compare(driver)
         except ScissordynError as error:
             self.cases.failed(case, str(error))
             return None
@@ -138,11 +134,11 @@ class Worker:
         self.cases.failed(case, f"stopped at t = {driver.time:.9g} s of {options.until:g} s: {cause}")
         return None
 
-    def _compare(self, driver: Driver, mechanism: Mechanism) -> None:
+    def _compare(self, driver: Driver) -> None:
         """Have the driver compare with the ideal mechanism, which is simulated anew only where it is another one."""
-        ideal = mechanism.ideal()
+        ideal = driver.plan.mechanism.ideal()
         if self.ideal is None or self.ideal[0] != ideal:
-            self.ideal = ideal, ideal_path(mechanism, self.options)
+            self.ideal = ideal, ideal_path(driver.plan, self.options)
         path = self.ideal[1]
         if path.warnings:
             raise ScissordynError(path.warnings[0])
@@ -154,35 +150,33 @@ class _Slot:
 
     Parameters
     ----------
-    base : ReducedModel
+    plan : Plan
         Of the first case.
     """
 
-    def __init__(self, base: ReducedModel) -> None:
-        self.base, self.model = base, build_model(base)
-        self.system = make_system(base, self.model)
+    def __init__(self, plan: Plan) -> None:
+        self.plan, self.system = plan, make_system(plan)
         self.driver: Driver | None = None
         self.warned: tuple[str, ...] = ()
 
     def started(self, mechanism: Mechanism, options: Options, perturb: Callable[[np.ndarray], np.ndarray]) -> Driver:
         """A driver at the start of a case, in the arrays of the case before if they fit."""
-        check_tables(mechanism, options.until)
-        shared = same_model(self.base.mechanism, mechanism)
-        reduced = self.base.with_numbers(mechanism) if shared else reduce_mechanism(mechanism)
-        if not (shared and put_parameters(self.system, reduced, self.model)):
-            self.base, self.model = reduced, build_model(reduced)
-            self.system, self.driver = make_system(reduced, self.model), None
-        prepared = prepare_start(reduced, self.system, options.start)
+        fits = self.plan.fits(mechanism)
+        self.plan = self.plan.case(mechanism) if fits else plan(mechanism)
+        check_tables(self.plan, options.until)
+        if not (fits and put_numbers(self.system, self.plan)):
+            self.system, self.driver = make_system(self.plan), None
+        prepared = prepare_start(self.plan, self.system, options.start)
         self.warned = prepared.warnings
         y = perturb(prepared.y)
-        tolerances = error_weights(reduced, self.system, y, rtol=options.rtol, atol=options.atol)
-        choice = choose_method(reduced, self.system, y, options, tolerances)
-        driver, across = self.driver, crosses(mechanism, options)
+        tolerances = error_weights(self.plan, self.system, y, rtol=options.rtol, atol=options.atol)
+        choice = choose_method(self.plan, self.system, y, options, tolerances)
+        driver, across = self.driver, crosses(self.plan, options)
         if driver is not None and driver.method == choice.method:
-            driver.restart(reduced, y, tolerances, crosses=across, initial_events=prepared.initial_events)
+            driver.restart(self.plan, y, tolerances, crosses=across, initial_events=prepared.initial_events)
             return driver
         made = Driver(
-            reduced,
+            self.plan,
             self.system,
             y,
             method=choice.method,

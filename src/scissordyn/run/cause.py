@@ -12,12 +12,11 @@ from scissordyn.component.compiled import at_rest
 from scissordyn.component.port import LINE
 from scissordyn.errors import InputError
 from scissordyn.jit import Handle
-from scissordyn.mechanics.assembly import eccentricity_map
 from scissordyn.mechanics.elimination import in_words
 from scissordyn.mechanics.gradients import Gradients
-from scissordyn.mechanics.reduced_model import ReducedModel
 from scissordyn.mechanics.system import System
 from scissordyn.mechanics.time_function import prescribe
+from scissordyn.plan.plan import Plan
 
 __all__ = ["check_springs", "failed_latch", "full_coordinates", "immobile_joints", "singular_position"]
 
@@ -37,20 +36,20 @@ NO_LENGTH = 1e-12
 """A spring shorter than this fraction of the mechanism's size has no direction."""
 
 
-def full_coordinates(reduced: ReducedModel, system: System, state: np.ndarray, time: float) -> np.ndarray:
+def full_coordinates(plan: Plan, system: System, state: np.ndarray, time: float) -> np.ndarray:
     """[x; b(t)] of a state, shape (n + nb,)."""
     numbers, work = system.parameters, system.work
     basis = np.empty_like(work.basis)
     prescribe(time, time, numbers.motion, numbers.motion_start, basis, work.function_value)
-    return np.append(state[: reduced.free], basis[0])
+    return np.append(state[: plan.coordinates.free], basis[0])
 
 
-def singular_position(reduced: ReducedModel, system: Handle, state: np.ndarray, time: float) -> str:
+def singular_position(plan: Plan, system: Handle, state: np.ndarray, time: float) -> str:
     """The bodies that a singular position is made of, in words; empty if the position is not near a singular one.
 
     Parameters
     ----------
-    reduced : ReducedModel
+    plan : Plan
     system : Handle
         Of the `System`.
     state : ndarray, shape (ny,)
@@ -63,12 +62,12 @@ def singular_position(reduced: ReducedModel, system: Handle, state: np.ndarray, 
     """
     content: System = system.content
     inactive = content.work.inactive.tolist()
-    active = [constraint for constraint, off in zip(reduced.constraints, inactive, strict=True) if off == 0.0]
+    active = [constraint for constraint, off in zip(plan.coordinates.constraints, inactive, strict=True) if off == 0.0]
     if not active or not np.all(np.isfinite(state)):
         return ""
-    unit = Gradients(reduced, active).unit(full_coordinates(reduced, content, state, time))
+    unit = Gradients(plan.coordinates.free, plan.coordinates.basis, active).unit(full_coordinates(plan, content, state, time))
     rows = unit if isinstance(unit, np.ndarray) else unit.toarray()
-    left, values, _ = np.linalg.svd(rows, full_matrices=len(active) > reduced.free)
+    left, values, _ = np.linalg.svd(rows, full_matrices=len(active) > plan.coordinates.free)
     smallest = float(values[-1]) if values.size == len(active) else 0.0
     if smallest > NEAR:
         return ""
@@ -78,23 +77,23 @@ def singular_position(reduced: ReducedModel, system: Handle, state: np.ndarray, 
     return f"singular position: {in_words(named)} {verb}"
 
 
-def failed_latch(reduced: ReducedModel, system: Handle) -> str:
+def failed_latch(plan: Plan, system: Handle) -> str:
     """The latch that could not lock, in words; empty if there is none."""
     content: System = system.content
-    for (_, _, component), latch in zip(content.model.latch.tolist(), reduced.mechanism.latches, strict=True):
+    for (_, _, component), latch in zip(content.model.latch.tolist(), plan.latches, strict=True):
         if math.isnan(content.state.memory[content.model.component_guard[component]]):
             return f"latch '{latch.name}' cannot lock: joints, rods, drives or other latches hold body '{latch.body}' there"
     return ""
 
 
-def check_springs(reduced: ReducedModel, full: np.ndarray) -> None:
+def check_springs(plan: Plan, full: np.ndarray) -> None:
     """Raise `InputError` for a component that acts along a line without direction at the start, where [x; b] is `full`."""
-    components: tuple[Any, ...] = reduced.mechanism.components
+    components: tuple[Any, ...] = plan.components
     for part in components:
         if part.declaration.port is not LINE:
             continue
-        span = reduced.place(part.end).at(full) - reduced.place(part.start).at(full)
-        if math.hypot(*span) < NO_LENGTH * reduced.size and at_rest(part, (0.0,))[0] != 0.0:
+        span = plan.coordinates.place(part.end).at(full) - plan.coordinates.place(part.start).at(full)
+        if math.hypot(*span) < NO_LENGTH * plan.coordinates.size and at_rest(part, (0.0,))[0] != 0.0:
             raise InputError(
                 f"{part.declaration.label} '{part.name}' starts with zero length, so that the direction of its force is not "
                 "defined",
@@ -102,7 +101,7 @@ def check_springs(reduced: ReducedModel, full: np.ndarray) -> None:
             )
 
 
-def immobile_joints(reduced: ReducedModel, system: System, full: np.ndarray) -> list[str]:
+def immobile_joints(plan: Plan, full: np.ndarray) -> list[str]:
     """Clearance joints that cannot move at all because everything else is rigid there.
 
     A journal moves against its bearing by E x', with D x' = 0 for the gradients D of the constraints: it cannot move if E
@@ -110,8 +109,7 @@ def immobile_joints(reduced: ReducedModel, system: System, full: np.ndarray) -> 
 
     Parameters
     ----------
-    reduced : ReducedModel
-    system : System
+    plan : Plan
     full : ndarray, shape (n + nb,)
         [x; b] at the start.
 
@@ -120,11 +118,11 @@ def immobile_joints(reduced: ReducedModel, system: System, full: np.ndarray) -> 
     list of str
         Names.
     """
-    joints, n = reduced.mechanism.clearance_joints, reduced.free
+    joints, n = plan.clearance_joints, plan.coordinates.free
     if not joints:
         return []
-    holding = [constraint for constraint in reduced.constraints if not constraint.latch]
-    gradients = Gradients(reduced, holding, [eccentricity_map(system, j) for j in range(len(joints))])
+    holding = [constraint for constraint in plan.coordinates.constraints if not constraint.latch]
+    gradients = Gradients(n, plan.coordinates.basis, holding, [plan.eccentricity(j) for j in range(len(joints))])
     moves = gradients.held[:, :n]
     square = moves * moves if isinstance(moves, np.ndarray) else moves.multiply(moves)
     size = np.asarray(square.sum(axis=1)).reshape(-1, 2).sum(axis=1)

@@ -17,11 +17,9 @@ import xarray as xr
 from scissordyn.errors import InputError
 from scissordyn.file.output_file import check_target
 from scissordyn.file.provenance import provenance
-from scissordyn.model.mechanism import Mechanism
 from scissordyn.model.record import DIGEST, PACKAGE, first_difference, to_plain
-from scissordyn.run.configuration import write_configuration
+from scissordyn.plan.plan import Plan
 from scissordyn.run.driver import Driver
-from scissordyn.run.options import Options
 from scissordyn.units import Quantity, check_quantities
 
 __all__ = ["Checkpoint", "Keeper", "Part", "open_checkpoint"]
@@ -166,14 +164,15 @@ class Keeper:
             self.checkpoint.remove()
 
 
-def open_checkpoint(checkpoint: Checkpoint, mechanism: Mechanism, options: Options) -> Keeper:
+def open_checkpoint(checkpoint: Checkpoint, plan: Plan, configuration: str) -> Keeper:
     """What keeps the checkpoints of a run, with those that its file holds already.
 
     Parameters
     ----------
     checkpoint : Checkpoint
-    mechanism : Mechanism
-    options : Options
+    plan : Plan
+    configuration : str
+        The attribute "configuration" of the run.
 
     Returns
     -------
@@ -184,7 +183,7 @@ def open_checkpoint(checkpoint: Checkpoint, mechanism: Mechanism, options: Optio
     InputError
         If the file is of another run, not whole, or something else.
     """
-    keeper = Keeper(checkpoint, _attributes(mechanism, options))
+    keeper = Keeper(checkpoint, _attributes(plan, configuration))
     check_target(checkpoint.path, sample=SAMPLE)
     folder = Path(checkpoint.path).absolute().parent
     if not folder.is_dir():
@@ -196,16 +195,16 @@ def open_checkpoint(checkpoint: Checkpoint, mechanism: Mechanism, options: Optio
     return keeper
 
 
-def _attributes(mechanism: Mechanism, options: Options) -> dict[str, str]:
+def _attributes(plan: Plan, configuration: str) -> dict[str, str]:
     """What the numbers of a run depend on: description, options, code of the user's own, versions and sources."""
-    components: tuple[Any, ...] = mechanism.components
+    components: tuple[Any, ...] = plan.components
     kernels = {
         part.name: [to_plain(kernel)[DIGEST] for kernel in _kernels(part)]
         for part in components
         if not type(part).__module__.startswith(PACKAGE) and not hasattr(type(part), "origin")
     }
     return {
-        "configuration": write_configuration(mechanism, options),
+        "configuration": configuration,
         "kernels": json.dumps(kernels),
         "versions": provenance(),
     }

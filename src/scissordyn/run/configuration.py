@@ -14,7 +14,6 @@ import xarray as xr
 
 from scissordyn.annotation import is_number, shown
 from scissordyn.errors import InputError
-from scissordyn.kept import kept
 from scissordyn.model.description import Description, build, from_plain, parse
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.model.record import to_plain
@@ -175,9 +174,4 @@ def write_configuration(
     if diagram is not None:
         plain["diagram"] = dict(diagram)
     rest = json.dumps(plain)
-    return f'{{"mechanism": {_written(mechanism)}{", " if plain else ""}{rest[1:]}'
-
-
-@kept
-def _written(mechanism: Mechanism) -> str:
-    return json.dumps(to_plain(mechanism))
+    return f'{{"mechanism": {json.dumps(to_plain(mechanism))}{", " if plain else ""}{rest[1:]}'

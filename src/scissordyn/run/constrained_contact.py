@@ -10,6 +10,7 @@ import numpy as np
 from scissordyn.component.rod import Rod
 from scissordyn.errors import InputError
 from scissordyn.model.mechanism import Mechanism
+from scissordyn.plan.plan import plan
 from scissordyn.run.reaction import ideal_reactions
 from scissordyn.units import checked
 
@@ -55,7 +56,7 @@ def constrain_contact(mechanism: Mechanism, *, indentation: float = 0.0, directi
         )
     angles = {joint.name: direction for joint in mechanism.clearance_joints}
     if direction is None:
-        for joint, force in zip(mechanism.joints, ideal_reactions(mechanism), strict=True):
+        for joint, force in zip(mechanism.joints, ideal_reactions(plan(mechanism)), strict=True):
             if joint.clearance is None:
                 continue
             if not np.all(np.isfinite(force)) or not np.any(force):

@@ -9,7 +9,7 @@ import numpy as np
 
 from scissordyn.integrate.integration import Samples
 from scissordyn.mechanics.outputs import Record, record
-from scissordyn.model.mechanism import Mechanism
+from scissordyn.plan.plan import Plan
 from scissordyn.run.cause import singular_position
 from scissordyn.run.ideal_path import IdealPath
 from scissordyn.run.log import unknown
@@ -20,7 +20,7 @@ __all__ = ["recorded"]
 
 
 def recorded(
-    mechanism: Mechanism,
+    plan: Plan,
     options: Options,
     path: Trajectory,
     progress: Callable[[float], None] | None = None,
@@ -34,7 +34,7 @@ def recorded(
 
     Parameters
     ----------
-    mechanism : Mechanism
+    plan : Plan
     options : Options
     path : Trajectory
     progress : callable, optional
@@ -49,19 +49,19 @@ def recorded(
     found : Record
     """
     samples = path.samples
-    found = record(path.reduced, path.system, samples)
+    found = record(path.plan.maps, path.system, samples)
     undefined = np.flatnonzero(~np.all(np.isfinite(found.A), axis=1))
     if not undefined.size:
         return path, found
     first, time = int(undefined[0]), float(samples.time[undefined[0]])
-    why = singular_position(path.reduced, path.system, samples.state[first], time) or "accelerations are not defined"
+    why = singular_position(path.plan, path.system, samples.state[first], time) or "accelerations are not defined"
     kept = Samples(*(part[:first] for part in samples))
     last = float(kept.time[-1]) if first else 0.0
     if last > 0.0:
-        cut = compute(mechanism, dataclasses.replace(options, until=last, samples=2), progress, times=kept.time, ideal=ideal)
+        cut = compute(plan, dataclasses.replace(options, until=last, samples=2), progress, times=kept.time, ideal=ideal)
         if cut.status == "interrupted":
-            return cut, record(cut.reduced, cut.system, cut.samples)
+            return cut, record(cut.plan.maps, cut.system, cut.samples)
     else:
         cut = dataclasses.replace(path, samples=kept, log=path.log[:0], peak=unknown(path.peak), band=unknown(path.band))
     cut = dataclasses.replace(cut, end=last, status="failed", cause=f"stopped at t = {time:.9g} s: {why}")
-    return cut, record(cut.reduced, cut.system, cut.samples)
+    return cut, record(cut.plan.maps, cut.system, cut.samples)

@@ -18,7 +18,6 @@ from scissordyn.component.declaration import Component
 from scissordyn.component.place import GROUND
 from scissordyn.control.signal import MEASURED
 from scissordyn.errors import InputError
-from scissordyn.mechanics.acting import acting
 from scissordyn.mechanics.monitored import (
     COMPONENT_FORCE,
     DRIVE_TORQUE,
@@ -29,18 +28,15 @@ from scissordyn.mechanics.monitored import (
 )
 from scissordyn.mechanics.outputs import Record
 from scissordyn.mechanics.reactions import solve_reactions
-from scissordyn.model.guide_clearance import ContactPoint
-from scissordyn.model.joint import Guide
-from scissordyn.model.mechanism import Mechanism
-from scissordyn.run.configuration import TITLE, write_configuration
+from scissordyn.plan.plan import Plan
+from scissordyn.run.configuration import TITLE
 from scissordyn.run.contacts import columns, contacts
 from scissordyn.run.events import ACCOUNTS, accounts, event_variables
-from scissordyn.run.options import Options
 from scissordyn.run.synchronisation import synchronisation_variables
 from scissordyn.run.track import track_variables
 from scissordyn.run.trajectory import Trajectory
 
-__all__ = ["output_guide", "to_dataset"]
+__all__ = ["to_dataset"]
 
 Variables = dict[str, xr.Variable]
 
@@ -59,13 +55,14 @@ def _named(dim: str, names: list[str]) -> xr.Variable:
     return xr.Variable((dim,), np.array(names, dtype=str), {"long_name": dim.replace("_", " ")})
 
 
-def to_dataset(mechanism: Mechanism, options: Options, path: Trajectory, found: Record) -> xr.Dataset:
+def to_dataset(plan: Plan, configuration: str, path: Trajectory, found: Record) -> xr.Dataset:
     """All results of a run; nothing is simulated here.
 
     Parameters
     ----------
-    mechanism : Mechanism
-    options : Options
+    plan : Plan
+    configuration : str
+        Its attribute "configuration".
     path : Trajectory
     found : Record
         Of its samples, all of them defined (see `cut.recorded`).
@@ -77,21 +74,21 @@ def to_dataset(mechanism: Mechanism, options: Options, path: Trajectory, found: 
     """
     variables = {
         "time": _described(("time",), path.samples.time, "s", "time"),
-        "body": _named("body", [body.name for body in mechanism.bodies]),
-        "joint": _named("joint", list(mechanism.joint_names)),
+        "body": _named("body", [body.name for body in plan.bodies]),
+        "joint": _named("joint", list(plan.joint_names)),
         "axis": _named("axis", ["x", "y"]),
-        **_motion_variables(mechanism, path, found),
-        **_joint_variables(mechanism, path, found),
-        **_rod_variables(mechanism, path, found),
-        **_control_variables(mechanism, path, found),
-        **_energy_variables(mechanism, path, found),
-        **_drive_variables(mechanism, path, found),
-        **_contact_variables(mechanism, path),
+        **_motion_variables(plan, path, found),
+        **_joint_variables(plan, path, found),
+        **_rod_variables(plan, path, found),
+        **_control_variables(plan, path, found),
+        **_energy_variables(plan, path, found),
+        **_drive_variables(plan, path, found),
+        **_contact_variables(plan, path),
         **track_variables(path, found),
-        **synchronisation_variables(mechanism, found),
-        **{name: xr.Variable(*parts) for name, parts in event_variables(mechanism, path.log).items()},
+        **synchronisation_variables(plan, found),
+        **{name: xr.Variable(*parts) for name, parts in event_variables(plan, path.log).items()},
     }
-    components = _component_variables(mechanism, path, found)
+    components = _component_variables(plan, path, found)
     for name in components.keys() & variables.keys():
         raise InputError(f"a component's variable '{name}', which every run has", "another section or name of the output")
     variables |= components
@@ -102,7 +99,7 @@ def to_dataset(mechanism: Mechanism, options: Options, path: Trajectory, found: 
         "end": path.end,
         "statistics": json.dumps(path.statistics),
         "warnings": "[]",
-        "configuration": write_configuration(mechanism, options),
+        "configuration": configuration,
         "versions": _versions(),
         "length_error": float(found.length_error[0]),
     }
@@ -133,15 +130,7 @@ def _assembled(variables: Variables, attributes: dict[str, Any]) -> xr.Dataset:
     return made
 
 
-def output_guide(mechanism: Mechanism) -> Guide | None:
-    """The guide on the ground that leads the output body, the first if there are several."""
-    for guide in mechanism.guides:
-        if guide.follower[0] == mechanism.output_body and guide.body == GROUND:
-            return guide
-    return None
-
-
-def _motion_variables(mechanism: Mechanism, path: Trajectory, found: Record) -> Variables:
+def _motion_variables(plan: Plan, path: Trajectory, found: Record) -> Variables:
     point, rotation = ("time", "body", "axis"), ("time", "body")
     variables = {
         "position": _described(point, found.position, "m", "position of the mass centre"),
@@ -151,9 +140,9 @@ def _motion_variables(mechanism: Mechanism, path: Trajectory, found: Record) -> 
         "angular_velocity": _described(rotation, found.angular_velocity, "rad/s", "angular velocity"),
         "angular_acceleration": _described(rotation, found.angular_acceleration, "rad/s^2", "angular acceleration"),
     }
-    guide = output_guide(mechanism)
+    guide = plan.output_guide
     if guide is not None:
-        guided = path.reduced.place(guide.follower)
+        guided = path.plan.coordinates.place(guide.follower)
         along = np.array([math.cos(guide.direction), math.sin(guide.direction)])
         for name, values, units in (
             ("position", guided.at(found.X) - np.array(guide.through), "m"),
@@ -165,43 +154,33 @@ def _motion_variables(mechanism: Mechanism, path: Trajectory, found: Record) -> 
     return variables
 
 
-def _reactions(mechanism: Mechanism, found: Record) -> np.ndarray:
+def _reactions(plan: Plan, found: Record) -> np.ndarray:
     """Forces on the journals of joints and on the followers of guides, shape (nt, joints, 2) [N]."""
-    names = list(mechanism.joint_names)
-    joints, guided, _ = solve_reactions(
-        mechanism,
-        direction=found.direction,
-        position=found.position,
-        acceleration=found.acceleration,
-        angular_acceleration=found.angular_acceleration,
-        known=found.load,
-    )
-    reaction = np.zeros((found.X.shape[0], len(names), 2))
-    for j, contact in enumerate(mechanism.contacts):
-        at = names.index(contact.name)
-        reaction[:, at] = found.wrench[:, j, :2]
-        if isinstance(contact, ContactPoint):
-            reaction[:, names.index(contact.guide)] += found.wrench[:, j, :2]
-    reaction[:, [names.index(joint.name) for joint in mechanism.ideal_joints]] = joints
-    bodies = [body.name for body in mechanism.bodies]
-    for g, guide in enumerate(mechanism.ideal_guides):
+    joints, guided, _ = solve_reactions(plan.balance, plan.gravity, found)
+    reaction = np.zeros((found.X.shape[0], len(plan.joint_names), 2))
+    at = plan.places(contact.name for contact in plan.contacts)
+    reaction[:, at] = found.wrench[:, : at.size, :2]
+    for j, point in enumerate(plan.contact_points, len(plan.clearance_joints)):
+        reaction[:, plan.places([point.guide])] += found.wrench[:, j : j + 1, :2]
+    reaction[:, plan.places(joint.name for joint in plan.ideal_joints)] = joints
+    for g, guide in enumerate(plan.ideal_guides):
         across = np.array([-math.sin(guide.direction), math.cos(guide.direction)])
         if guide.body != GROUND:
-            cos, sin = found.direction[:, bodies.index(guide.body)].T
+            cos, sin = found.direction[:, plan.body_place(guide.body)].T
             across = np.stack([cos * across[0] - sin * across[1], sin * across[0] + cos * across[1]], axis=1)
-        reaction[:, names.index(guide.name)] = guided[:, g : g + 1] * across
+        reaction[:, plan.places([guide.name])[0]] = guided[:, g : g + 1] * across
     return reaction
 
 
-def _joint_variables(mechanism: Mechanism, path: Trajectory, found: Record) -> Variables:
+def _joint_variables(plan: Plan, path: Trajectory, found: Record) -> Variables:
     """Quantities per joint; those that exist at clearance joints only are NaN at ideal ones."""
-    names = list(mechanism.joint_names)
+    names = list(plan.joint_names)
     per_joint = ("time", "joint")
     what = "force on the journal (contact force at clearance joints, reaction at ideal ones), on the follower for guides"
-    variables = {"reaction": _described((*per_joint, "axis"), _reactions(mechanism, found), "N", what)}
-    if not mechanism.contacts:
+    variables = {"reaction": _described((*per_joint, "axis"), _reactions(plan, found), "N", what)}
+    if not plan.contacts:
         return variables
-    at = np.array([names.index(contact.name) for contact in mechanism.contacts], int)
+    at = plan.places(contact.name for contact in plan.contacts)
     instants, contact = found.X.shape[0], found.contact
 
     def everywhere(values: np.ndarray) -> np.ndarray:
@@ -226,13 +205,13 @@ def _joint_variables(mechanism: Mechanism, path: Trajectory, found: Record) -> V
         "in_contact": _described(per_joint, touching, "1", "journal and bearing in contact"),
         "clearance": _described(("joint",), clearance, "m", "radial clearance"),
     }
-    variables |= _joint_peaks(mechanism, path, at)
-    if mechanism.contact_points:
-        plane = np.isin(names, [point.name for point in mechanism.contact_points])
+    variables |= _joint_peaks(plan, path, at)
+    if plan.contact_points:
+        plane = np.isin(names, [point.name for point in plan.contact_points])
         variables["plane_contact"] = _described(("joint",), plane, "1", "contact point of a block at a guide surface")
-    for j, joint in enumerate(mechanism.contacts):
+    for j, joint in enumerate(plan.contacts):
         assert joint.clearance is not None
-        first = 2 * path.reduced.free + int(path.system.content.model.state_start[j])
+        first = 2 * path.plan.coordinates.free + int(path.system.content.model.state_start[j])
         for s, declared in enumerate(joint.clearance.friction.states):
             name = declared.name
             if name not in variables:
@@ -243,7 +222,7 @@ def _joint_variables(mechanism: Mechanism, path: Trajectory, found: Record) -> V
     return variables
 
 
-def _joint_peaks(mechanism: Mechanism, path: Trajectory, at: np.ndarray) -> Variables:
+def _joint_peaks(plan: Plan, path: Trajectory, at: np.ndarray) -> Variables:
     """Located maxima per joint; NaN where there is no such quantity."""
     pressure, depth, ratio = (path.peaks(kind) for kind in (PRESSURE_VELOCITY, INDENTATION, FRICTION_RATIO))
     bristles = at[path.monitored(FRICTION_RATIO)]
@@ -263,30 +242,30 @@ def _joint_peaks(mechanism: Mechanism, path: Trajectory, at: np.ndarray) -> Vari
         ("friction_excess_time", bristles, ratio["excess_time"], "s", f"how long {about} is above {EXCEEDED:g}"),
     ):
         if values.size:
-            full = np.full(len(mechanism.joint_names), np.nan)
+            full = np.full(len(plan.joint_names), np.nan)
             full[joints[: values.size]] = values
             variables[name] = _described(("joint",), full, units, text)
     return variables
 
 
-def _component_variables(mechanism: Mechanism, path: Trajectory, found: Record) -> Variables:
+def _component_variables(plan: Plan, path: Trajectory, found: Record) -> Variables:
     """What the components declare, along one dimension for each kind."""
     variables: Variables = {}
     peaks = path.peaks(COMPONENT_FORCE)
     kinds: dict[str, list[int]] = {}
-    for i, component in enumerate(acting(mechanism)):
+    for i, component in enumerate(plan.acting):
         if not isinstance(component, Actuator):
             kinds.setdefault(component.declaration.section, []).append(i)
-    parts: tuple[Component, ...] = acting(mechanism)
+    parts: tuple[Component, ...] = plan.acting
     for section, index in kinds.items():
         declared = parts[index[0]].declaration
         variables[section] = _named(section, [parts[i].name for i in index])
         if declared.force is None:
-            torque = found.wrench[:, [len(mechanism.contacts) + i for i in index], 2]
+            torque = found.wrench[:, [len(plan.contacts) + i for i in index], 2]
             text = f"torque of a locked {declared.label} on its body"
             variables[f"{section}_torque"] = _described(("time", section), torque, "N m", text)
         else:
-            largest = peaks[[i for i in index if i < len(mechanism.components)]]
+            largest = peaks[[i for i in index if i < len(plan.components)]]
             kind = "torque" if declared.port.forces == ("torque",) else "force"
             unit = "N m" if kind == "torque" else "N"
             variables[f"{section}_peak_{kind}"] = _described((section,), largest["largest"], unit, f"largest {kind}")
@@ -302,23 +281,26 @@ def _component_variables(mechanism: Mechanism, path: Trajectory, found: Record) 
     return variables
 
 
-def _rod_variables(mechanism: Mechanism, path: Trajectory, found: Record) -> Variables:
-    if not mechanism.rods:
+def _rod_variables(plan: Plan, path: Trajectory, found: Record) -> Variables:
+    if not plan.rods:
         return {}
-    spans = [path.reduced.place(rod.end).at(found.X) - path.reduced.place(rod.start).at(found.X) for rod in mechanism.rods]
+    spans = [
+        path.plan.coordinates.place(rod.end).at(found.X) - path.plan.coordinates.place(rod.start).at(found.X)
+        for rod in plan.rods
+    ]
     span = np.stack(spans, axis=1)
     length = np.sqrt(np.sum(span * span, axis=-1))
-    tension = -np.sum(found.wrench[:, -len(mechanism.rods) :, :2] * span, axis=-1) / length
+    tension = -np.sum(found.wrench[:, -len(plan.rods) :, :2] * span, axis=-1) / length
     return {
-        "rod": _named("rod", [rod.name for rod in mechanism.rods]),
+        "rod": _named("rod", [rod.name for rod in plan.rods]),
         "rod_force": _described(("time", "rod"), tension, "N", "force in a rod, positive in tension"),
         "rod_length": _described(("time", "rod"), length, "m", "length of a rod"),
     }
 
 
-def _control_variables(mechanism: Mechanism, path: Trajectory, found: Record) -> Variables:
+def _control_variables(plan: Plan, path: Trajectory, found: Record) -> Variables:
     """Quantities per actuator; internal states and recorded signals are NaN at controllers that have none."""
-    chosen = [(i, part) for i, part in enumerate(mechanism.components) if isinstance(part, Actuator)]
+    chosen = plan.actuators
     if not chosen:
         return {}
     index = [i for i, _ in chosen]
@@ -339,7 +321,7 @@ def _control_variables(mechanism: Mechanism, path: Trajectory, found: Record) ->
                 text = f"{name.replace('_', ' ')} as a controller with a delay records it"
                 variables[f"recorded_{name}"] = _described(over, values, unit, text)
     for place, (i, part) in enumerate(chosen):
-        first = 2 * path.reduced.free + int(content.model.state_start[len(mechanism.contacts) + i])
+        first = 2 * path.plan.coordinates.free + int(content.model.state_start[len(plan.contacts) + i])
         for s, declared in enumerate(part.controller.states):
             name = declared.name
             if name not in variables:
@@ -349,8 +331,8 @@ def _control_variables(mechanism: Mechanism, path: Trajectory, found: Record) ->
     return variables
 
 
-def _energy_variables(mechanism: Mechanism, path: Trajectory, found: Record) -> Variables:
-    found_accounts = accounts(mechanism, path.samples.total, path.log, path.samples.time)
+def _energy_variables(plan: Plan, path: Trajectory, found: Record) -> Variables:
+    found_accounts = accounts(plan, path.samples.total, path.log, path.samples.time)
     account = dict(zip(ACCOUNTS, found_accounts.T, strict=True))
     energy = found.kinetic + found.potential + found.elastic + found.stored
     lost = account["damping_loss"] + account["friction_loss"] + account["damper_loss"] + account["switching_loss"]
@@ -373,25 +355,25 @@ def _energy_variables(mechanism: Mechanism, path: Trajectory, found: Record) -> 
     return {name: _described(("time",), np.ascontiguousarray(values), "J", text) for name, (values, text) in named.items()}
 
 
-def _drive_variables(mechanism: Mechanism, path: Trajectory, found: Record) -> Variables:
-    if not mechanism.drives:
+def _drive_variables(plan: Plan, path: Trajectory, found: Record) -> Variables:
+    if not plan.drives:
         return {}
     peaks = path.peaks(DRIVE_TORQUE)
     variables = {
-        "drive": _named("drive", [drive.body for drive in mechanism.drives]),
+        "drive": _named("drive", [drive.body for drive in plan.drives]),
         # with several drives the first is the one that the contract names; all of them stand beside it
         "drive_torque": _described(("time",), found.torque[:, 0].copy(), "N m", "driving torque"),
         "peak_drive_torque": _described(("drive",), peaks["largest"], "N m", "largest driving torque"),
         "peak_drive_torque_time": _described(("drive",), peaks["largest_time"], "s", "when the driving torque is largest"),
     }
-    if len(mechanism.drives) > 1:
+    if len(plan.drives) > 1:
         variables["drive_torques"] = _described(("time", "drive"), found.torque, "N m", "driving torque of each drive")
     return variables
 
 
-def _contact_variables(mechanism: Mechanism, path: Trajectory) -> Variables:
-    table = columns(contacts(path.log, path.peak[: len(mechanism.contacts)]))
-    names = np.array([joint.name for joint in mechanism.contacts], dtype=object)
+def _contact_variables(plan: Plan, path: Trajectory) -> Variables:
+    table = columns(contacts(path.log, path.peak[: len(plan.contacts)]))
+    names = np.array([joint.name for joint in plan.contacts], dtype=object)
     joint = names[table["joint"]] if names.size else names
     along = ("contact",)
     return {

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 from scissordyn.errors import InputError
 
 if TYPE_CHECKING:
-    from scissordyn.model.mechanism import Mechanism
+    from scissordyn.plan.plan import Plan
 
 __all__ = [
     "CYCLE_TIME",
@@ -140,19 +140,19 @@ def check_memory(what: str, needed: int, seconds: float | Decimal, allowed: str,
         )
 
 
-def check_samples(mechanism: Mechanism, samples: int) -> None:
+def check_samples(plan: Plan, samples: int) -> None:
     """Raise `InputError` if the samples of a run do not fit into the memory of this machine.
 
     Parameters
     ----------
-    mechanism : Mechanism
+    plan : Plan
     samples : int
     """
-    joints = len(mechanism.joint_names)
-    numbers = BODY * len(mechanism.bodies) + (JOINT + (CONTACT_JOINT if mechanism.contacts else 0)) * joints
+    joints = len(plan.joint_names)
+    numbers = BODY * len(plan.bodies) + (JOINT + (CONTACT_JOINT if plan.contacts else 0)) * joints
     most = machine_memory() // (NUMBER * numbers)
     check_memory(
-        f"{samples} samples of {len(mechanism.bodies)} bodies and {joints} joints",
+        f"{samples} samples of {len(plan.bodies)} bodies and {joints} joints",
         NUMBER * numbers * samples,
         RECORDED * numbers * samples,
         f"at most {most} samples",
@@ -160,15 +160,16 @@ def check_samples(mechanism: Mechanism, samples: int) -> None:
     )
 
 
-def check_cycles(mechanism: Mechanism, cycles: int) -> None:
+def check_cycles(contacts: int, cycles: int) -> None:
     """Raise `InputError` if what is kept of each cycle does not fit into the memory of this machine.
 
     Parameters
     ----------
-    mechanism : Mechanism
+    contacts : int
+        Their number.
     cycles : int
     """
-    needed = NUMBER * (CYCLE + CYCLE_CONTACT * len(mechanism.contacts))
+    needed = NUMBER * (CYCLE + CYCLE_CONTACT * contacts)
     check_memory(
         f"{count_in_words(cycles)} cycles",
         needed * cycles,

@@ -25,12 +25,10 @@ from scissordyn.integrate.integration import (
 from scissordyn.integrate.tableau import EXPLICIT, tableau
 from scissordyn.jit import Handle
 from scissordyn.mechanics import functions
-from scissordyn.mechanics.build import build_model
 from scissordyn.mechanics.monitored import POWERS, TRACK_DEVIATION, entries_read, monitored_rows
-from scissordyn.mechanics.parameters import make_parameters
-from scissordyn.mechanics.reduced_model import ReducedModel
-from scissordyn.mechanics.system import Model, Parameters, System
+from scissordyn.mechanics.system import Parameters, System
 from scissordyn.mechanics.workspace import initial_state, make_workspace
+from scissordyn.plan.plan import Plan
 from scissordyn.run.compiled import compiled_loop, compiled_mechanics
 from scissordyn.run.interrupt import look
 from scissordyn.run.log import BAND, LOG, PEAK, by_name
@@ -74,37 +72,31 @@ def advance_together(drivers: Sequence[Driver], until: float, most_steps: int) -
     return found
 
 
-def make_system(reduced: ReducedModel, model: Model | None = None, parameters: Parameters | None = None) -> Handle:
+def make_system(plan: Plan) -> Handle:
     """A system at rest with everything open, for one thread.
 
     Parameters
     ----------
-    reduced : ReducedModel
-    model : Model, optional
-        One that is shared; built anew if not given.
-    parameters : Parameters, optional
-        Those of the reduced model's mechanism if not given.
+    plan : Plan
 
     Returns
     -------
     Handle
         Of a `System`.
     """
-    model = build_model(reduced) if model is None else model
-    parameters = make_parameters(reduced) if parameters is None else parameters
-    return Handle(System(model, parameters, initial_state(reduced, model), make_workspace(model, parameters)))
+    model, numbers = plan.model, plan.numbers()
+    return Handle(System(model, numbers, initial_state(model, plan.angles), make_workspace(model, numbers)))
 
 
-def put_parameters(system: Handle, reduced: ReducedModel, model: Model) -> bool:
-    """Put the numbers of another case in the place of a system's, and its state back to the start.
+def put_numbers(system: Handle, plan: Plan) -> bool:
+    """Put the numbers of another case of the same tables in the place of a system's, and its state back to the start.
 
     Parameters
     ----------
     system : Handle
-        Of a `System` on this model.
-    reduced : ReducedModel
+        Of a `System`.
+    plan : Plan
         Of the other case.
-    model : Model
 
     Returns
     -------
@@ -112,7 +104,7 @@ def put_parameters(system: Handle, reduced: ReducedModel, model: Model) -> bool:
         Whether the arrays of the system could hold them; it is left as it was otherwise.
     """
     content: System = system.content
-    parameters, state = make_parameters(reduced), initial_state(reduced, model)
+    model, parameters, state = plan.model, plan.numbers(), initial_state(plan.model, plan.angles)
     # the table of the ideal mechanism is another one for each case: see `compare_with`
     parameters = parameters._replace(ideal=content.parameters.ideal, ideal_step=content.parameters.ideal_step)
     pairs = [*zip(content.parameters, parameters, strict=True), *zip(content.state, state, strict=True)]
@@ -135,7 +127,7 @@ class Driver:
 
     Parameters
     ----------
-    reduced : ReducedModel
+    plan : Plan
     system : Handle
         Of a `System`; its state is the driver's from here on.
     y : ndarray, shape (ny,)
@@ -149,7 +141,7 @@ class Driver:
 
     def __init__(
         self,
-        reduced: ReducedModel,
+        plan: Plan,
         system: Handle,
         y: np.ndarray,
         *,
@@ -158,7 +150,7 @@ class Driver:
         crosses: bool = False,
         initial_events: tuple[list[float], ...] = (),
     ) -> None:
-        self.reduced, self.system, self.method = reduced, system, method
+        self.plan, self.system, self.method = plan, system, method
         self._pace, self._rows = FIRST, dict[int, np.ndarray]()
         content: System = system.content
         state, model = content.state, content.model
@@ -189,7 +181,7 @@ class Driver:
             group=tolerances.group,
             precision=tolerances.precision,
             crossable=tolerances.crossable,
-            reads=entries_read(model, len(reduced.mechanism.contacts)),
+            reads=entries_read(model, len(plan.contacts)),
             delays=tolerances.delays,
         )
         log = np.zeros((LOG_ROWS + 4 * model.guard_component.size + len(initial_events), LOG_COLUMNS))
@@ -199,24 +191,24 @@ class Driver:
 
     def restart(
         self,
-        reduced: ReducedModel,
+        plan: Plan,
         y: np.ndarray,
         tolerances: Tolerances,
         *,
         crosses: bool = False,
         initial_events: tuple[list[float], ...] = (),
     ) -> None:
-        """Begin another case of the same model without delays, whose numbers `put_parameters` has put in place.
+        """Begin another case of the same model without delays, whose numbers `put_numbers` has put in place.
 
         Parameters
         ----------
-        reduced : ReducedModel
+        plan : Plan
         y : ndarray, shape (ny,)
         tolerances : Tolerances
         crosses : bool
         initial_events : tuple of rows of the event log
         """
-        self.reduced = reduced
+        self.plan = plan
         content = self.integration.content
         work = content.work
         work.atol[:], work.rtol[:], work.precision[:] = tolerances.absolute, tolerances.relative, tolerances.precision
@@ -293,7 +285,7 @@ class Driver:
 
     def _limits(self) -> np.ndarray:
         """A limit for each quantity that is monitored throughout: the tolerances of tracked points."""
-        model, tracks = self.system.content.model, self.reduced.mechanism.tracks
+        model, tracks = self.system.content.model, self.plan.tracks
         limits = np.full(model.monitor.shape[0], np.inf)
         if tracks:
             tolerances = [np.inf if track.tolerance is None else track.tolerance for track in tracks]

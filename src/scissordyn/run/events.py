@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from scissordyn.mechanics.acting import acting
 from scissordyn.mechanics.monitored import POWERS
-from scissordyn.model.mechanism import Mechanism
+from scissordyn.plan.plan import Plan
 
 __all__ = ["ACCOUNTS", "accounts", "event_variables"]
 
@@ -14,12 +13,12 @@ ACCOUNTS = (*POWERS, "switching_loss")
 """The accounts of the energy balance: integrals of powers, to which events add, and what events alone dissipate."""
 
 
-def event_variables(mechanism: Mechanism, log: np.ndarray) -> dict[str, tuple[tuple[str, ...], np.ndarray, dict[str, str]]]:
+def event_variables(plan: Plan, log: np.ndarray) -> dict[str, tuple[tuple[str, ...], np.ndarray, dict[str, str]]]:
     """Table of the events of components, for the Dataset.
 
     Parameters
     ----------
-    mechanism : Mechanism
+    plan : Plan
     log : ndarray of LOG, shape (events,)
 
     Returns
@@ -27,10 +26,10 @@ def event_variables(mechanism: Mechanism, log: np.ndarray) -> dict[str, tuple[tu
     dict
         Empty for a mechanism without such components.
     """
-    guarded = [part for part in acting(mechanism) if part.declaration.gap is not None]
+    guarded = [part for part in plan.acting if part.declaration.gap is not None]
     if not guarded:
         return {}
-    first = len(mechanism.contacts)
+    first = len(plan.contacts)
     rows = log[log["guard"] >= first]
     parts = [guarded[k] for k in (rows["guard"].astype(int) - first).tolist()]
     kinds = [part.declaration.events[int(mode)] for part, mode in zip(parts, rows["mode"], strict=True)]
@@ -55,12 +54,12 @@ def event_variables(mechanism: Mechanism, log: np.ndarray) -> dict[str, tuple[tu
     }
 
 
-def accounts(mechanism: Mechanism, total: np.ndarray, log: np.ndarray, time: np.ndarray) -> np.ndarray:
+def accounts(plan: Plan, total: np.ndarray, log: np.ndarray, time: np.ndarray) -> np.ndarray:
     """The accounts of the energy balance at some instants.
 
     Parameters
     ----------
-    mechanism : Mechanism
+    plan : Plan
     total : ndarray, shape (nt, powers)
         Integrals of `monitored.POWERS` [J].
     log : ndarray of LOG, shape (events,)
@@ -73,7 +72,7 @@ def accounts(mechanism: Mechanism, total: np.ndarray, log: np.ndarray, time: np.
         Along `ACCOUNTS` [J].
     """
     found = np.column_stack([total, np.zeros(len(time))])
-    rows = log[log["guard"] >= len(mechanism.contacts)]
+    rows = log[log["guard"] >= len(plan.contacts)]
     if rows.size:
         past = time[:, None] > rows["time"]  # a sample at an event is the state before it
         found[:, ACCOUNTS.index("drive_work")] += past @ rows["drive_work"]

@@ -9,12 +9,13 @@ import numpy as np
 import xarray as xr
 
 from scissordyn.kinematics.branching import path_warnings
-from scissordyn.kinematics.closure import closure_of
+from scissordyn.kinematics.closure import Closure
 from scissordyn.kinematics.path import Path, follow, instants, path_of, start_of
 from scissordyn.kinematics.peak import smooth_peak
 from scissordyn.kinematics.singular import LOCKING
 from scissordyn.kinematics.transmission import dyads, transmission_angle
 from scissordyn.model.mechanism import Mechanism
+from scissordyn.plan.plan import Plan, plan
 from scissordyn.run.simulate import simulate
 
 __all__ = ["ideal_kinematics", "motion_range"]
@@ -58,7 +59,7 @@ def ideal_kinematics(mechanism: Mechanism, *, until: float, samples: int = SAMPL
         If the mechanism cannot be assembled.
     """
     run = simulate(mechanism.ideal(), until=until, samples=samples)
-    ideal = mechanism.ideal()
+    ideal = plan(mechanism.ideal())
     chosen = dyads(ideal)
     position, angle = run["position"].transpose("time", "body", "axis").values, run["angle"].transpose("time", "body").values
     values = [transmission_angle(ideal, dyad, position, angle) for dyad in chosen]
@@ -73,19 +74,19 @@ def ideal_kinematics(mechanism: Mechanism, *, until: float, samples: int = SAMPL
     run["peak_reaction"] = ("joint", largest[:, 0], {"units": "N", "long_name": "largest reaction"})
     run["peak_reaction_time"] = ("joint", largest[:, 1], {"units": "s", "long_name": "when the reaction is largest"})
     path = path_of(ideal, until)
-    _add_singular(run, ideal, path, until)
+    _add_singular(run, path, until)
     low, high, unit = motion_range(ideal) if path is not None and path.parameter != "time" else (math.nan, math.nan, "")
     run.attrs.update(title="scissordyn ideal kinematics", range_low=low, range_high=high, range_unit=unit)
-    run.attrs["singular_warnings"] = json.dumps([] if path is None else path_warnings(path, ideal, until))
+    run.attrs["singular_warnings"] = json.dumps([] if path is None else path_warnings(path, until))
     return run
 
 
-def _add_singular(run: xr.Dataset, mechanism: Mechanism, path: Path | None, until: float) -> None:
+def _add_singular(run: xr.Dataset, path: Path | None, until: float) -> None:
     """Write the singular positions of a path, each once for every time that it is passed."""
     rows = [
         (time, each.place, each.kind, each.subject)
         for each in (() if path is None else path.singular)
-        for time in instants(path, mechanism, until, each.place)  # type: ignore[arg-type]
+        for time in instants(path, until, each.place)  # type: ignore[arg-type]
     ]
     rows.sort(key=lambda row: row[0])
     unit = {"angle": "rad", "length": "m", "time": "s"}["time" if path is None else path.parameter]
@@ -101,12 +102,12 @@ def _add_singular(run: xr.Dataset, mechanism: Mechanism, path: Path | None, unti
         run[name] = (("singular",), column, {"units": units, "long_name": long_name})
 
 
-def motion_range(mechanism: Mechanism) -> tuple[float, float, str]:
+def motion_range(plan: Plan) -> tuple[float, float, str]:
     """How far the only input of a mechanism can go in both directions before it locks, and its unit.
 
     Parameters
     ----------
-    mechanism : Mechanism
+    plan : Plan
 
     Returns
     -------
@@ -114,16 +115,14 @@ def motion_range(mechanism: Mechanism) -> tuple[float, float, str]:
         [rad] or [m]; NaN where nothing locks within a revolution.
     unit : str
     """
-    closure = closure_of(mechanism)
+    closure = Closure(plan)
     start = start_of(closure)
     if start is None or closure.inputs.count != 1 or closure.mobility != 0:
         return math.nan, math.nan, ""
     first = float(closure.inputs.at(0.0)[0])
     turns = bool(closure.inputs.bodies)
     ends = (
-        (first - 2.0 * math.pi, first + 2.0 * math.pi)
-        if turns
-        else (SHORT * mechanism.size, max(2.0 * first, FURTHEST * mechanism.size))
+        (first - 2.0 * math.pi, first + 2.0 * math.pi) if turns else (SHORT * plan.size, max(2.0 * first, FURTHEST * plan.size))
     )
     path = follow(closure, "angle" if turns else "length", lambda value: np.array([value]), start, first, *ends)
     locks = [each.place for each in path.singular if each.kind == LOCKING]

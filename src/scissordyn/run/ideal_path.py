@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from scissordyn.mechanics.outputs import record
-from scissordyn.model.mechanism import Mechanism
+from scissordyn.plan.plan import Plan
 from scissordyn.run.options import Options
 from scissordyn.run.trajectory import compute
 
@@ -63,12 +63,12 @@ class IdealPath:
         return found
 
 
-def ideal_path(mechanism: Mechanism, options: Options) -> IdealPath:
+def ideal_path(plan: Plan, options: Options) -> IdealPath:
     """Simulate the ideal mechanism and tabulate its tracked points, as finely as a quintic between two rows needs.
 
     Parameters
     ----------
-    mechanism : Mechanism
+    plan : Plan
         With tracked points.
     options : Options
 
@@ -76,7 +76,7 @@ def ideal_path(mechanism: Mechanism, options: Options) -> IdealPath:
     -------
     IdealPath
     """
-    ideal, smooth = mechanism.ideal(), replace(options, start="concentric", method="auto", trust=False)
+    ideal, smooth = plan.ideal, replace(options, start="concentric", method="auto", trust=False)
     intervals = NODES
     while True:
         # every other instant lies between two rows, and shows the error there
@@ -84,8 +84,8 @@ def ideal_path(mechanism: Mechanism, options: Options) -> IdealPath:
         path = compute(ideal, smooth, times=times, monitor=False)
         if path.status == "interrupted":  # before anything of the run itself has been computed
             raise KeyboardInterrupt
-        found = record(path.reduced, path.system, path.samples)
-        maps = [path.reduced.tracked(track) for track in ideal.tracks]
+        found = record(path.plan.maps, path.system, path.samples)
+        maps = [path.plan.coordinates.tracked(track) for track in ideal.tracks]
         rows = np.stack([[each.at(part) for each in maps] for part in (found.X, found.V, found.A)])  # kind, track, time, axis
         values = np.moveaxis(rows, 2, 0).swapaxes(1, 2)  # time, track, kind, axis
         table, between = values[::2], values[1::2, :, 0]

@@ -40,18 +40,19 @@ class Ended:
 
     def __init__(self, driver: Driver) -> None:
         self.driver = driver
-        self.mechanism = driver.reduced.mechanism
+        self.plan = driver.plan
+        self.mechanism = driver.plan.mechanism
         self.time = driver.time
 
     @cached_property
     def contacts(self) -> list[Contact]:
         """All contacts in order of their starts."""
-        return contacts(self.driver.log, self.driver.peak[: len(self.mechanism.contacts)])
+        return contacts(self.driver.log, self.driver.peak[: len(self.plan.contacts)])
 
     @cached_property
     def by_joint(self) -> list[list[Contact]]:
         """The contacts of each clearance joint and contact point."""
-        own: list[list[Contact]] = [[] for _ in self.mechanism.contacts]
+        own: list[list[Contact]] = [[] for _ in self.plan.contacts]
         for contact in self.contacts:
             own[contact.joint].append(contact)
         return own
@@ -75,7 +76,7 @@ class Ended:
     def settled(self) -> np.ndarray:
         """From when on the tracked points stay within their tolerances [s]."""
         guards = self.driver.state.mode.size
-        return settling_times(self.mechanism, self.driver.band[self.rows(TRACK_DEVIATION) - guards], self.time)
+        return settling_times(self.plan, self.driver.band[self.rows(TRACK_DEVIATION) - guards], self.time)
 
     def deployed(self) -> float:
         """When the last latch has locked [s]; NaN while one is open, and without latches."""
@@ -90,7 +91,7 @@ class Ended:
     def accounts(self) -> np.ndarray:
         """Along `events.ACCOUNTS` [J]."""
         driver = self.driver
-        found: np.ndarray = accounts(self.mechanism, driver.state.total[None], driver.log, np.array([math.inf]))[0]
+        found: np.ndarray = accounts(self.plan, driver.state.total[None], driver.log, np.array([math.inf]))[0]
         return found
 
     @cached_property
@@ -165,7 +166,7 @@ MEASURES: Mapping[str, Measure] = MappingProxyType(
             "Pa m/s",
             "largest product of mean pressure F_n/(2 R_J L_b) and slip speed, NaN for contact points",
             _JOINT,
-            lambda e: _padded(e.peaks(PRESSURE_VELOCITY), len(e.mechanism.contacts)),
+            lambda e: _padded(e.peaks(PRESSURE_VELOCITY), len(e.plan.contacts)),
         ),
         "peak_drive_torque": Measure("N m", "largest driving torque", ("drive",), lambda e: e.peaks(DRIVE_TORQUE)),
         "rms_drive_torque": Measure(

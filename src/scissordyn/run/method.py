@@ -9,9 +9,8 @@ import numpy as np
 
 from scissordyn.jit import Handle
 from scissordyn.mechanics import functions
-from scissordyn.mechanics.acting import acting
-from scissordyn.mechanics.reduced_model import ReducedModel
 from scissordyn.mechanics.system import System
+from scissordyn.plan.plan import Plan
 from scissordyn.run.options import Options
 from scissordyn.run.tolerance import Tolerances
 
@@ -47,12 +46,12 @@ class Choice:
     reason: str
 
 
-def choose_method(reduced: ReducedModel, system: Handle, y: np.ndarray, options: Options, tolerances: Tolerances) -> Choice:
+def choose_method(plan: Plan, system: Handle, y: np.ndarray, options: Options, tolerances: Tolerances) -> Choice:
     """The method that was asked for, or the one that an estimate of stiffness suggests.
 
     Parameters
     ----------
-    reduced : ReducedModel
+    plan : Plan
     system : Handle
         Its state is left as it was.
     y : ndarray, shape (ny,)
@@ -66,17 +65,16 @@ def choose_method(reduced: ReducedModel, system: Handle, y: np.ndarray, options:
     """
     if options.method != "auto":
         return Choice(options.method, "asked for")
-    mechanism = reduced.mechanism
-    stiff = [contact.name for contact in mechanism.contacts if contact.clearance and contact.clearance.friction.stiff]
+    stiff = [contact.name for contact in plan.contacts if contact.clearance and contact.clearance.friction.stiff]
     if stiff:
         return Choice(STIFF, f"the friction law of joint '{stiff[0]}' has internal states that relax within microseconds")
-    if mechanism.contacts and options.start != "concentric":
+    if plan.contacts and options.start != "concentric":
         return Choice(STIFF, "contacts that start at rest have a stiff damping")
-    if not mechanism.components:
+    if not plan.components:
         return Choice(EXPLICIT, "nothing decays faster than it has to be resolved")
     if y.size > MOST_EIGENVALUES:
         return Choice(EXPLICIT, f"more than {MOST_EIGENVALUES} states: stiffness is not estimated")
-    decay, oscillation = fastest_modes(reduced, system, y, tolerances)
+    decay, oscillation = fastest_modes(plan, system, y, tolerances)
     resolved = max(oscillation, 2.0 * math.pi / tolerances.time_scale) * RESOLVED / (2.0 * math.pi)
     if decay / STABLE > resolved:
         return Choice(
@@ -85,7 +83,7 @@ def choose_method(reduced: ReducedModel, system: Handle, y: np.ndarray, options:
     return Choice(EXPLICIT, f"the fastest decay, {decay:.3g} 1/s, allows steps that accuracy needs anyway")
 
 
-def fastest_modes(reduced: ReducedModel, system: Handle, y: np.ndarray, tolerances: Tolerances) -> tuple[float, float]:
+def fastest_modes(plan: Plan, system: Handle, y: np.ndarray, tolerances: Tolerances) -> tuple[float, float]:
     """Largest rate of decay of strongly damped modes, and largest angular frequency of the others, near the start [1/s].
 
     End stops, cables and their like are taken as acting too, contacts as pressed in by a hundredth of their clearance.
@@ -94,11 +92,11 @@ def fastest_modes(reduced: ReducedModel, system: Handle, y: np.ndarray, toleranc
     state = content.state
     before = state.mode.copy(), state.memory.copy()
     decay = oscillation = 0.0
-    guards = [i for i, part in enumerate(acting(reduced.mechanism)) if part.declaration.gap is not None]
+    guards = [i for i, part in enumerate(plan.acting) if part.declaration.gap is not None]
     sizes = [0] if not guards else [0, 1]
     for active in sizes:
         for i in guards:
-            if reduced.mechanism.components and i < len(reduced.mechanism.components):
+            if plan.components and i < len(plan.components):
                 state.mode[content.model.component_guard[i]] = active
         matrix = jacobian(system, y)
         if not np.all(np.isfinite(matrix)):

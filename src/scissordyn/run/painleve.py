@@ -6,9 +6,7 @@ import numpy as np
 
 from scissordyn.laws.friction.none import NoFriction
 from scissordyn.mechanics import functions
-from scissordyn.mechanics.assembly import eccentricity_map
 from scissordyn.mechanics.outputs import Record
-from scissordyn.model.mechanism import Mechanism
 from scissordyn.run.trajectory import Trajectory
 
 __all__ = ["painleve_warnings"]
@@ -17,7 +15,7 @@ MOST_SAMPLES, FEWEST = 600, 10
 """So many samples of a run are looked at, shared by its contacts and evenly spread over each, and no fewer of a contact."""
 
 
-def painleve_warnings(mechanism: Mechanism, path: Trajectory, found: Record) -> list[str]:
+def painleve_warnings(path: Trajectory, found: Record) -> list[str]:
     """Contacts whose force, friction included, accelerates the surfaces into each other, in words.
 
     With f the normal force, mu the friction over it and n, t the normal and the tangent, the indentation accelerates by
@@ -26,7 +24,6 @@ def painleve_warnings(mechanism: Mechanism, path: Trajectory, found: Record) -> 
 
     Parameters
     ----------
-    mechanism : Mechanism
     path : Trajectory
     found : Record
         Of its samples.
@@ -40,7 +37,7 @@ def painleve_warnings(mechanism: Mechanism, path: Trajectory, found: Record) -> 
     ----------
     Champneys and Varkonyi 2016, arXiv:1601.03545
     """
-    warnings, contacts = [], mechanism.contacts
+    warnings, contacts = [], path.plan.contacts
     share = max(FEWEST, MOST_SAMPLES // max(1, len(contacts)))
     for j, joint in enumerate(contacts):
         assert joint.clearance is not None
@@ -64,7 +61,7 @@ def painleve_warnings(mechanism: Mechanism, path: Trajectory, found: Record) -> 
 def _pressed_together(path: Trajectory, found: Record, contact: int, looked_at: np.ndarray) -> np.ndarray:
     """The samples at which the force of a contact accelerates its indentation: accelerations with it less those without."""
     samples, address, state = path.samples, path.system.address, path.system.content.state
-    vector, n = eccentricity_map(path.system.content, contact), path.reduced.free
+    vector, n = path.plan.eccentricity(contact), path.plan.coordinates.free
     free = vector.columns < n
     columns, rows = vector.columns[free], vector.rows[:, free]
     without, rate = np.zeros((looked_at.size, columns.size)), np.zeros(samples.state.shape[1])

@@ -19,8 +19,7 @@ from scissordyn.integrate import advance as loop
 from scissordyn.integrate.integration import Samples
 from scissordyn.jit import Handle
 from scissordyn.mechanics import functions
-from scissordyn.mechanics.assembly import eccentricity_map
-from scissordyn.model.mechanism import Mechanism
+from scissordyn.plan.plan import Plan
 from scissordyn.run.checkpoint import Keeper
 from scissordyn.run.driver import counted
 from scissordyn.run.ideal_path import IdealPath
@@ -113,7 +112,7 @@ class Horizon:
 
 
 def compared(
-    mechanism: Mechanism,
+    plan: Plan,
     options: Options,
     progress: Callable[[float], None] | None = None,
     *,
@@ -124,7 +123,7 @@ def compared(
 
     Parameters
     ----------
-    mechanism : Mechanism
+    plan : Plan
     options : Options
     progress : callable, optional
     ideal : IdealPath, optional
@@ -140,7 +139,7 @@ def compared(
     """
     asked = np.linspace(0.0, options.until, options.samples)
     every = np.union1d(asked, np.linspace(0.0, options.until, INSTANTS))
-    path = compute(mechanism, options, progress, times=every, record_steps=True, ideal=ideal, keeper=keeper)
+    path = compute(plan, options, progress, times=every, record_steps=True, ideal=ideal, keeper=keeper)
     found, wanted = path.samples, np.isin(path.samples.time, asked)
     own = np.isin(found.time, np.linspace(0.0, options.until, INSTANTS))
     times, index = np.unique(np.concatenate([path.steps[0], found.time[own]]), return_index=True)
@@ -217,7 +216,7 @@ def _repeated(
     keeper: Keeper | None,
 ) -> _Repeated:
     """Run again piece by piece, as long as both runs agree."""
-    driver, _, _ = make_driver(path.reduced, options)
+    driver, _, _ = make_driver(path.plan, options)
     driver.monitor(False)
     driver.sample_at(compared.time)
     began = clocks.perf_counter()
@@ -257,21 +256,20 @@ def _repeated(
 
 def _apart(path: Trajectory, times: np.ndarray, one: np.ndarray, other: np.ndarray) -> np.ndarray:
     """Largest distance of two trajectories at some instants, in units of what counts as divergence, shape (nt,)."""
-    reduced, system = path.reduced, path.system.content
-    mechanism, n = reduced.mechanism, reduced.free
-    difference = np.zeros((times.size, n + reduced.basis))  # the drives are the same in both
+    plan, system, n = path.plan, path.system.content, path.plan.coordinates.free
+    difference = np.zeros((times.size, n + plan.coordinates.basis))  # the drives are the same in both
     difference[:, :n] = one[:, :n] - other[:, :n]
-    vectors = [reduced.place((body.name, point)) for body in mechanism.bodies for point in body.points]
-    vectors += [reduced.at(body.name, body.centre) for body in mechanism.bodies]
-    limits = np.full(len(vectors), DIVERGENCE_BODY * reduced.size)
-    clearance, journals = system.parameters.contact["clearance"], len(mechanism.clearance_joints)
-    vectors += [eccentricity_map(system, j) for j in range(journals)]
+    vectors = [plan.coordinates.place((body.name, point)) for body in plan.bodies for point in body.points]
+    vectors += [plan.coordinates.at(body.name, body.centre) for body in plan.bodies]
+    limits = np.full(len(vectors), DIVERGENCE_BODY * plan.coordinates.size)
+    clearance, journals = system.parameters.contact["clearance"], len(plan.clearance_joints)
+    vectors += [plan.eccentricity(j) for j in range(journals)]
     limits = np.append(limits, DIVERGENCE * clearance[:journals])
     apart = np.zeros(times.size)
     for vector, limit in zip(vectors, limits, strict=True):
         moved = vector.at(difference)
         apart = np.maximum(apart, np.hypot(moved[:, 0], moved[:, 1]) / limit)
-    if mechanism.contact_points:
+    if plan.contact_points:
         points = slice(journals, clearance.size)
         across = _gaps(path.system, times, one)[:, points] - _gaps(path.system, times, other)[:, points]
         apart = np.maximum(apart, np.max(np.abs(across) / (DIVERGENCE * clearance[points]), axis=1))

@@ -5,24 +5,21 @@ from __future__ import annotations
 import numpy as np
 
 from scissordyn.integrate.integration import Samples
-from scissordyn.mechanics.assembly import Held, Start, assemble, held_rods, placed_start
+from scissordyn.kinematics.assembly import Held, Start, assemble, held_rods, placed_start
 from scissordyn.mechanics.outputs import record
 from scissordyn.mechanics.reactions import solve_reactions
-from scissordyn.mechanics.reduce import reduce_mechanism
-from scissordyn.model.mechanism import Mechanism
+from scissordyn.plan.plan import Plan
 from scissordyn.run.driver import make_system
 
 __all__ = ["ideal_reactions"]
 
 
-def ideal_reactions(
-    mechanism: Mechanism, position: np.ndarray | None = None, reference: np.ndarray | None = None
-) -> np.ndarray:
+def ideal_reactions(plan: Plan, position: np.ndarray | None = None, reference: np.ndarray | None = None) -> np.ndarray:
     """Forces on the journals of all revolute joints of a mechanism, taken as ideal, at t = 0.
 
     Parameters
     ----------
-    mechanism : Mechanism
+    plan : Plan
     position : ndarray, shape (n,), optional
         Free coordinates of the ideal mechanism, at rest there; assembled and moving as its drives demand if not given.
     reference : ndarray, optional
@@ -33,14 +30,14 @@ def ideal_reactions(
     ndarray, shape (joints, 2)
         [N]; NaN where the reaction is not determined.
     """
-    reduced = reduce_mechanism(mechanism.ideal())
-    system = make_system(reduced)
+    plan = plan.ideal
+    system = make_system(plan)
     if position is None:
         held = Held()
-        held_rods(reduced, system.content, held)
-        start = assemble(reduced, system.content, placed_start(reduced, system.content), held)
+        held_rods(plan, system.content, held)
+        start = assemble(plan, system.content, placed_start(plan, system.content), held)
     else:
-        start = Start(position, np.zeros(reduced.free))
+        start = Start(position, np.zeros(plan.coordinates.free))
     state = system.content.state
     internal = np.zeros(int(system.content.model.state_start[-1]))
     samples = Samples(
@@ -51,13 +48,6 @@ def ideal_reactions(
         memory=state.memory[None, :].copy(),
         reference=(state.reference if reference is None else reference)[None, :].copy(),
     )
-    found = record(reduced, system, samples)
-    joints, _, _ = solve_reactions(
-        reduced.mechanism,
-        direction=found.direction,
-        position=found.position,
-        acceleration=found.acceleration,
-        angular_acceleration=found.angular_acceleration,
-        known=found.load,
-    )
+    found = record(plan.maps, system, samples)
+    joints, _, _ = solve_reactions(plan.balance, plan.gravity, found)
     return np.asarray(joints[0])

@@ -2,31 +2,19 @@
 
 from __future__ import annotations
 
-import dataclasses
 import math
 from collections.abc import Mapping
-from typing import TypeVar
 
 import numpy as np
 
 from scissordyn.component.place import GROUND
-from scissordyn.component.time_function import ConstantSpeed, Polynomial, TimeFunction
 from scissordyn.errors import InputError
 from scissordyn.jit import Handle
-from scissordyn.laws.friction.none import NoFriction
 from scissordyn.mechanics import functions
-from scissordyn.mechanics.acting import acting
-from scissordyn.mechanics.outputs import body_maps
-from scissordyn.mechanics.reduced_model import ReducedModel
 from scissordyn.mechanics.system import System
-from scissordyn.mechanics.time_function import function_start
-from scissordyn.mechanics.workspace import initial_state
-from scissordyn.model.joint import Guide, Revolute
-from scissordyn.model.mechanism import Mechanism
+from scissordyn.plan.plan import Plan
 
-__all__ = ["at_rest", "count_turns", "equilibrium", "turns"]
-
-Joint = TypeVar("Joint", Revolute, Guide)
+__all__ = ["count_turns", "equilibrium", "turns"]
 
 AT_REST = 1e-9
 """Unbalanced force, relative to the load, below which a mechanism is in equilibrium: the round-off of a stiff contact."""
@@ -57,31 +45,7 @@ MOST_GROWTH = 10.0
 """An implicit step that increases the force by more than this factor is rejected."""
 
 
-def at_rest(mechanism: Mechanism) -> Mechanism:
-    """The same mechanism with its drives and prescribed distances constant at their values of t = 0, and without friction."""
-
-    def constant(motion: TimeFunction, start: float) -> TimeFunction:
-        return Polynomial((start if isinstance(motion, ConstantSpeed) else function_start(motion),))
-
-    return dataclasses.replace(
-        mechanism,
-        drives=tuple(
-            dataclasses.replace(drive, motion=constant(drive.motion, mechanism.body(drive.body).angle))
-            for drive in mechanism.drives
-        ),
-        joints=tuple(_frictionless(joint) for joint in mechanism.joints),
-        guides=tuple(_frictionless(guide) for guide in mechanism.guides),
-        rods=tuple(dataclasses.replace(rod, motion=rod.motion and constant(rod.motion, 0.0)) for rod in mechanism.rods),
-    )
-
-
-def _frictionless(joint: Joint) -> Joint:
-    if joint.clearance is None:
-        return joint
-    return dataclasses.replace(joint, clearance=dataclasses.replace(joint.clearance, friction=NoFriction()))
-
-
-def equilibrium(reduced: ReducedModel, handle: Handle, position: np.ndarray, load: float = 0.0) -> tuple[np.ndarray, float]:
+def equilibrium(plan: Plan, handle: Handle, position: np.ndarray, load: float = 0.0) -> tuple[np.ndarray, float]:
     """Free coordinates of a stable equilibrium, by descent from a given position.
 
     Pseudo-transient continuation: implicit Euler steps from rest, each solved by Newton's method, with a step size that grows
@@ -90,8 +54,8 @@ def equilibrium(reduced: ReducedModel, handle: Handle, position: np.ndarray, loa
 
     Parameters
     ----------
-    reduced : ReducedModel
-        Of a mechanism with constant drives (see `at_rest`).
+    plan : Plan
+        Of a mechanism with constant drives (see `Plan.at_rest`).
     handle : Handle
         Of a `System` of it that counts turns as `count_turns` left it; its state is overwritten.
     position : ndarray, shape (n,)
@@ -112,7 +76,7 @@ def equilibrium(reduced: ReducedModel, handle: Handle, position: np.ndarray, loa
     ----------
     Kelley and Keyes 1998, doi:10.1137/S0036142996304796
     """
-    descent, step = _Descent(reduced, handle, position, load), FIRST_STEP
+    descent, step = _Descent(plan, handle, position, load), FIRST_STEP
     for _ in range(MOST_STEPS):
         found = descent.implicit_step(step)
         if found == "rest":
@@ -132,7 +96,7 @@ class _Descent:
 
     Parameters
     ----------
-    reduced : ReducedModel
+    plan : Plan
     handle : Handle
     position : ndarray, shape (n,)
     load : float
@@ -144,16 +108,15 @@ class _Descent:
         Where it is, with velocities of zero.
     """
 
-    def __init__(self, reduced: ReducedModel, handle: Handle, position: np.ndarray, load: float) -> None:
-        self.handle, self.free, self.first = handle, reduced.free, position
+    def __init__(self, plan: Plan, handle: Handle, position: np.ndarray, load: float) -> None:
+        self.handle, self.free, self.first = handle, plan.coordinates.free, position
         self.system: System = handle.content
         self.internal = int(self.system.model.state_start[-1])
         self.state = np.concatenate([position, np.zeros(self.free + self.internal)])
         # the weight that ideal guides bear counts, too: the part along them may be round-off only
-        mechanism = reduced.mechanism
-        inertia = math.sqrt(sum(body.mass for body in mechanism.bodies))
-        self.load = load or mechanism.gravity * inertia
-        self.size = inertia * reduced.size
+        inertia = math.sqrt(sum(body.mass for body in plan.bodies))
+        self.load = load or plan.weight * inertia
+        self.size = inertia * plan.coordinates.size
         self.force, self.scale = np.inf, self.load
         functions.accept(0.0, self.state, handle.address, np.zeros(2))  # turns are counted from where it begins
 
@@ -214,27 +177,27 @@ class _Descent:
         )
 
 
-def turns(reduced: ReducedModel, system: System) -> dict[str, float]:
+def turns(plan: Plan, system: System) -> dict[str, float]:
     """By how much each body has turned from where it was placed, full turns included [rad]."""
-    maps, placed = body_maps(reduced), initial_state(reduced, system.model).reference
-    change = np.append(system.state.reference - placed, 0.0)[: len(reduced.families)]
-    found = dict.fromkeys((GROUND, *(body.name for body in reduced.mechanism.bodies)), 0.0)
-    for b, body in enumerate(reduced.mechanism.bodies):
+    maps, placed = plan.maps, plan.angles
+    change = np.append(system.state.reference - placed, 0.0)[: len(plan.coordinates.families)]
+    found = dict.fromkeys((GROUND, *(body.name for body in plan.bodies)), 0.0)
+    for b, body in enumerate(plan.bodies):
         if maps.rotation[b] >= 0:
             found[body.name] = float(maps.sense[b] * change[maps.rotation[b]])
     return found
 
 
-def count_turns(reduced: ReducedModel, system: System, turned: Mapping[str, float]) -> None:
+def count_turns(plan: Plan, system: System, turned: Mapping[str, float]) -> None:
     """Let a system count turns from where its bodies have turned to, as `turns` tells for another one.
 
     Angles are known up to full turns, and an angular spring that is taken for one a turn off pulls the wrong way.
     """
     state, model = system.state, system.model
-    state.reference[:] = initial_state(reduced, model).reference
-    for k, family in enumerate(reduced.families):
+    state.reference[:] = plan.angles
+    for k, family in enumerate(plan.coordinates.families):
         state.reference[k] += turned[family.bodies[0]]
-    for i, component in enumerate(acting(reduced.mechanism)):
+    for i, component in enumerate(plan.acting):
         if model.reference_of[i] >= 0:
             angle = component.declaration.port.angle
             assert angle is not None

@@ -6,19 +6,19 @@ import math
 
 import numpy as np
 
-from scissordyn.model.mechanism import Mechanism
+from scissordyn.plan.plan import Plan
 
 __all__ = ["SETTLING", "settling_times"]
 
 SETTLING = "from when on the deviation of a tracked point stays within its tolerance"
 
 
-def settling_times(mechanism: Mechanism, bands: np.ndarray, end: float) -> np.ndarray:
+def settling_times(plan: Plan, bands: np.ndarray, end: float) -> np.ndarray:
     """From when on the tracked points stay within their tolerances [s].
 
     Parameters
     ----------
-    mechanism : Mechanism
+    plan : Plan
     bands : ndarray of BAND, shape (tracks,)
     end : float
         End of the run [s].
@@ -30,4 +30,4 @@ def settling_times(mechanism: Mechanism, bands: np.ndarray, end: float) -> np.nd
     """
     found = np.where(np.isnan(bands["last_above"]), 0.0, bands["last_above"])
     found[found >= end * (1.0 - 1e-12)] = math.nan
-    return np.where([track.tolerance is None for track in mechanism.tracks], math.nan, found)
+    return np.where([track.tolerance is None for track in plan.tracks], math.nan, found)

@@ -13,8 +13,9 @@ from scissordyn.errors import InputError
 from scissordyn.kinematics.branching import passing_warnings
 from scissordyn.kinematics.time_functions import check_tables
 from scissordyn.model.mechanism import Mechanism
+from scissordyn.plan.plan import Plan, plan
 from scissordyn.run.checkpoint import Checkpoint, Keeper, open_checkpoint
-from scissordyn.run.configuration import is_run, read_configuration
+from scissordyn.run.configuration import is_run, read_configuration, write_configuration
 from scissordyn.run.cut import recorded
 from scissordyn.run.dataset import to_dataset
 from scissordyn.run.demand import check_samples
@@ -146,30 +147,32 @@ def _simulate(
     progress: Callable[[float], None] | None,
     checkpoint: Checkpoint | None,
 ) -> xr.Dataset:
-    check_tables(mechanism, options.until)
-    check_samples(mechanism, options.samples)
-    keeper = None if checkpoint is None else open_checkpoint(checkpoint, mechanism, options)
-    run = _computed(mechanism, options, progress, keeper)
+    made = plan(mechanism)
+    check_tables(made, options.until)
+    check_samples(made, options.samples)
+    configuration = write_configuration(mechanism, options)
+    keeper = None if checkpoint is None else open_checkpoint(checkpoint, made, configuration)
+    run = _computed(made, options, configuration, progress, keeper)
     if keeper is not None and run.attrs["status"] != "interrupted":
         keeper.finish()
     return run
 
 
 def _computed(
-    mechanism: Mechanism, options: Options, progress: Callable[[float], None] | None, keeper: Keeper | None
+    plan: Plan, options: Options, configuration: str, progress: Callable[[float], None] | None, keeper: Keeper | None
 ) -> xr.Dataset:
-    ideal = ideal_path(mechanism, options) if mechanism.tracks and mechanism.contacts else None
+    ideal = ideal_path(plan, options) if plan.tracks and plan.contacts else None
     states = None
     if options.trust:
-        path, states = compared(mechanism, options, progress, ideal=ideal, keeper=keeper)
+        path, states = compared(plan, options, progress, ideal=ideal, keeper=keeper)
     else:
-        path = compute(mechanism, options, progress, ideal=ideal, keeper=keeper)
-    path, record = recorded(mechanism, options, path, progress, ideal=ideal)
-    run = to_dataset(mechanism, options, path, record)
-    found = [*path.warnings, *run_warnings(mechanism, run, path.immobile), *passing_warnings(mechanism, run, options.until)]
-    found += painleve_warnings(mechanism, path, record) + scale_warnings(mechanism, options, path)
+        path = compute(plan, options, progress, ideal=ideal, keeper=keeper)
+    path, record = recorded(plan, options, path, progress, ideal=ideal)
+    run = to_dataset(plan, configuration, path, record)
+    found = [*path.warnings, *run_warnings(plan, run, path.immobile), *passing_warnings(plan, run, options.until)]
+    found += painleve_warnings(path, record) + scale_warnings(options, path)
     if run.attrs["status"] == "failed":
-        run.attrs["cause"] = "; ".join([run.attrs["cause"], *contact_failures(mechanism, run)])
+        run.attrs["cause"] = "; ".join([run.attrs["cause"], *contact_failures(plan, run)])
     if ideal is not None:
         run = run.assign(deviation_variables(run, path, ideal))
         found += ideal.warnings

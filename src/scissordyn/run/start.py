@@ -11,30 +11,25 @@ from scissordyn.component.actuator import Actuator
 from scissordyn.errors import InputError
 from scissordyn.integrate.integration import LOG_COLUMNS, RESET_DATA, RISE
 from scissordyn.jit import Handle
-from scissordyn.laws.dispatch import elastic_force
-from scissordyn.mechanics import functions
-from scissordyn.mechanics.assembly import (
+from scissordyn.kinematics.assembly import (
     Held,
     Start,
     assemble,
     basis_at_start,
-    eccentricity_map,
     held_rods,
     natural_state,
     placed_start,
 )
-from scissordyn.mechanics.reduce import reduce_mechanism
-from scissordyn.mechanics.reduced_model import ReducedModel
-from scissordyn.mechanics.redundancy import nearest
+from scissordyn.laws.dispatch import elastic_force
+from scissordyn.mechanics import functions
 from scissordyn.mechanics.system import APPROACH_FLOOR, System
 from scissordyn.mechanics.time_function import function_at
-from scissordyn.model.mechanism import Mechanism
-from scissordyn.model.proportion import proportion_warnings
+from scissordyn.plan.plan import Plan
 from scissordyn.run.cause import check_springs, full_coordinates
 from scissordyn.run.driver import make_system
 from scissordyn.run.options import StartKind
 from scissordyn.run.reaction import ideal_reactions
-from scissordyn.run.rest import at_rest, count_turns, equilibrium, turns
+from scissordyn.run.rest import count_turns, equilibrium, turns
 
 __all__ = ["Prepared", "prepare_start"]
 
@@ -65,12 +60,12 @@ class Prepared:
     warnings: tuple[str, ...]
 
 
-def prepare_start(reduced: ReducedModel, system: Handle, kind: StartKind) -> Prepared:
+def prepare_start(plan: Plan, system: Handle, kind: StartKind) -> Prepared:
     """The state to start from.
 
     Parameters
     ----------
-    reduced : ReducedModel
+    plan : Plan
     system : Handle
         Of a `System` whose modes, angles and memories are set.
     kind : str
@@ -80,35 +75,34 @@ def prepare_start(reduced: ReducedModel, system: Handle, kind: StartKind) -> Pre
     -------
     Prepared
     """
-    mechanism, content = reduced.mechanism, system.content
-    guess, held = placed_start(reduced, content), Held()
-    held_rods(reduced, content, held)
-    _hold_references(reduced, content, held)
+    content = system.content
+    guess, held = placed_start(plan, content), Held()
+    held_rods(plan, content, held)
+    _hold_references(plan, content, held)
     warnings: list[str] = []
     match kind:
         case "as-placed":
-            start = assemble(reduced, content, guess, held)
-        case "in-contact" if mechanism.contacts:
-            start = _resting(reduced, content, _concentric(reduced, content, guess, held), held)
+            start = assemble(plan, content, guess, held)
+        case "in-contact" if plan.contacts:
+            start = _resting(plan, content, _concentric(plan, content, guess, held), held)
         case "static":
-            place, turned = _resting_place(mechanism)
-            count_turns(reduced, content, turned)
-            start = assemble(reduced, content, Start(place, guess.velocity * 0.0), _held_at(reduced, content, place))
+            place, turned = _resting_place(plan)
+            count_turns(plan, content, turned)
+            start = assemble(plan, content, Start(place, guess.velocity * 0.0), _held_at(plan, content, place))
         case _:
-            start = _concentric(reduced, content, guess, held)
-    warnings += _far_from_placed(reduced, content, start, kind)
-    warnings += proportion_warnings(mechanism)
+            start = _concentric(plan, content, guess, held)
+    warnings += _far_from_placed(plan, content, start, kind)
+    warnings += plan.out_of_proportion
     y = np.concatenate([start.position, start.velocity, np.zeros(int(content.model.state_start[-1]))])
-    check_springs(reduced, full_coordinates(reduced, content, y, 0.0))
+    check_springs(plan, full_coordinates(plan, content, y, 0.0))
     events = _touching(system, y, kind)
     return Prepared(y, tuple(events), tuple(warnings))
 
 
-def _concentric(reduced: ReducedModel, system: System, guess: Start, held: Held) -> Start:
+def _concentric(plan: Plan, system: System, guess: Start, held: Held) -> Start:
     """The state of the mechanism with ideal joints, on the same drives."""
-    mechanism = reduced.mechanism
-    if mechanism.contact_points:  # an ideal guide holds what its contact points do not
-        ideal = reduce_mechanism(mechanism.ideal())
+    if plan.contact_points:  # an ideal guide holds what its contact points do not
+        ideal = plan.ideal
         handle = make_system(ideal)
         held = Held()
         held_rods(ideal, handle.content, held)
@@ -116,72 +110,70 @@ def _concentric(reduced: ReducedModel, system: System, guess: Start, held: Held)
         start = assemble(ideal, handle.content, placed_start(ideal, handle.content), held)
         position, velocity = natural_state(ideal, handle.content, start)
         b, rate = basis_at_start(system)
-        return Start(nearest(reduced, b, position), nearest(reduced, rate, velocity))
-    for j, joint in enumerate(mechanism.clearance_joints):
-        held.add(joint.name, eccentricity_map(system, j), (0.0, 0.0), (0.0, 0.0), reduced.size)
-    return assemble(reduced, system, guess, held)
+        return Start(plan.coordinates.nearest(b, position), plan.coordinates.nearest(rate, velocity))
+    for j, joint in enumerate(plan.clearance_joints):
+        held.add(joint.name, plan.eccentricity(j), (0.0, 0.0), (0.0, 0.0), plan.coordinates.size)
+    return assemble(plan, system, guess, held)
 
 
-def _resting(reduced: ReducedModel, system: System, start: Start, held: Held) -> Start:
+def _resting(plan: Plan, system: System, start: Start, held: Held) -> Start:
     """The state in which the journals rest in contact along the ideal reactions."""
-    mechanism = reduced.mechanism
-    if mechanism.contact_points:
+    if plan.contact_points:
         raise InputError(
-            f"start = 'in-contact' with the clearance guide '{mechanism.contact_points[0].guide}', whose contact points may "
+            f"start = 'in-contact' with the clearance guide '{plan.contact_points[0].guide}', whose contact points may "
             "rest in several ways",
             "start = 'static', or 'concentric', from which they settle",
         )
-    offsets = _resting_offsets(mechanism, system, ideal_reactions(mechanism))
+    offsets = _resting_offsets(plan, system, ideal_reactions(plan))
     resting = Held()
-    held_rods(reduced, system, resting)
-    _hold_references(reduced, system, resting)
-    for j, joint in enumerate(mechanism.clearance_joints):
-        resting.add(joint.name, eccentricity_map(system, j), tuple(offsets[j]), (0.0, 0.0), reduced.size)
-    return assemble(reduced, system, start, resting)
+    held_rods(plan, system, resting)
+    _hold_references(plan, system, resting)
+    for j, joint in enumerate(plan.clearance_joints):
+        resting.add(joint.name, plan.eccentricity(j), tuple(offsets[j]), (0.0, 0.0), plan.coordinates.size)
+    return assemble(plan, system, start, resting)
 
 
-def _held_at(reduced: ReducedModel, system: System, place: np.ndarray) -> Held:
+def _held_at(plan: Plan, system: System, place: np.ndarray) -> Held:
     """Journals held where they are at a position."""
     held, full = Held(), np.append(place, basis_at_start(system)[0])
-    for j, joint in enumerate(reduced.mechanism.clearance_joints):
-        vector = eccentricity_map(system, j)
-        held.add(joint.name, vector, tuple(vector.at(full)), (0.0, 0.0), reduced.size)
+    for j, joint in enumerate(plan.clearance_joints):
+        vector = plan.eccentricity(j)
+        held.add(joint.name, vector, tuple(vector.at(full)), (0.0, 0.0), plan.coordinates.size)
     return held
 
 
-def _resting_place(mechanism: Mechanism) -> tuple[np.ndarray, dict[str, float]]:
+def _resting_place(plan: Plan) -> tuple[np.ndarray, dict[str, float]]:
     """Free coordinates and turns of static equilibrium: of the ideal mechanism, then near it of the one with clearances."""
-    still = at_rest(mechanism)
-    ideal = reduce_mechanism(still.ideal())
+    still = plan.at_rest
+    ideal = still.ideal
     system = make_system(ideal)
     first = assemble(ideal, system.content, placed_start(ideal, system.content), Held())
     place, load = equilibrium(ideal, system, first.position)
-    rest = Start(place, np.zeros(ideal.free))
+    rest = Start(place, np.zeros(ideal.coordinates.free))
     turned = turns(ideal, system.content)
-    if not mechanism.contacts:
+    if not plan.contacts:
         return rest.position, turned
-    reduced = reduce_mechanism(still)
-    handle = make_system(reduced)
-    count_turns(reduced, handle.content, turned)
+    handle = make_system(still)
+    count_turns(still, handle.content, turned)
     b, rate = basis_at_start(handle.content)
     position, velocity = natural_state(ideal, system.content, rest)
-    start = Start(nearest(reduced, b, position), nearest(reduced, rate, velocity))
+    start = Start(still.coordinates.nearest(b, position), still.coordinates.nearest(rate, velocity))
     forces = ideal_reactions(still, rest.position, system.content.state.reference)
-    with_clearance = [joint.clearance is not None for joint in mechanism.joints]
+    with_clearance = [joint.clearance is not None for joint in plan.joints]
     if np.all(np.isfinite(forces[with_clearance])):
         offsets, held = _resting_offsets(still, handle.content, forces), Held()
         for j, joint in enumerate(still.clearance_joints):
-            held.add(joint.name, eccentricity_map(handle.content, j), tuple(offsets[j]), (0.0, 0.0), reduced.size)
-        start = assemble(reduced, handle.content, start, held)
-    place, _ = equilibrium(reduced, handle, start.position, load)
-    return place, turns(reduced, handle.content)
+            held.add(joint.name, still.eccentricity(j), tuple(offsets[j]), (0.0, 0.0), still.coordinates.size)
+        start = assemble(still, handle.content, start, held)
+    place, _ = equilibrium(still, handle, start.position, load)
+    return place, turns(still, handle.content)
 
 
-def _resting_offsets(mechanism: Mechanism, system: System, force: np.ndarray) -> np.ndarray:
+def _resting_offsets(plan: Plan, system: System, force: np.ndarray) -> np.ndarray:
     """Eccentricities at which the elastic contact forces equal the reactions of the ideal joints, shape (nj, 2) [m]."""
-    offsets = np.zeros((len(mechanism.clearance_joints), 2))
-    names = [other.name for other in mechanism.joints]
-    for j, joint in enumerate(mechanism.clearance_joints):
+    offsets = np.zeros((len(plan.clearance_joints), 2))
+    names = [other.name for other in plan.joints]
+    for j, joint in enumerate(plan.clearance_joints):
         reaction = force[names.index(joint.name)]
         if not np.all(np.isfinite(reaction)):
             raise InputError(
@@ -234,10 +226,10 @@ def _touching(system: Handle, y: np.ndarray, kind: StartKind) -> list[list[float
     return rows
 
 
-def _hold_references(reduced: ReducedModel, system: System, held: Held) -> None:
+def _hold_references(plan: Plan, system: System, held: Held) -> None:
     """Hold bodies at the angles and speeds of the references that they are to start on, and count their turns from there."""
     numbers, model, work = system.parameters, system.model, system.work
-    for i, component in enumerate(reduced.mechanism.components):
+    for i, component in enumerate(plan.components):
         if isinstance(component, Actuator) and component.start_on_reference:
             first = model.function[i]
             rows = numbers.motion[numbers.motion_start[first] : numbers.motion_start[first + 1]]
@@ -245,29 +237,29 @@ def _hold_references(reduced: ReducedModel, system: System, held: Held) -> None:
             angle, speed = work.function_value[:2].tolist()
             cos, sin = math.cos(angle), math.sin(angle)
             name = f"the reference of actuator '{component.name}'"
-            held.add(name, reduced.direction(component.body), (cos, sin), (-speed * sin, speed * cos))
+            held.add(name, plan.coordinates.direction(component.body), (cos, sin), (-speed * sin, speed * cos))
             system.state.reference[model.reference_of[i]] = angle
 
 
-def _far_from_placed(reduced: ReducedModel, system: System, start: Start, kind: StartKind) -> list[str]:
+def _far_from_placed(plan: Plan, system: System, start: Start, kind: StartKind) -> list[str]:
     """What the assembly changed of the given positions and velocities, in words."""
-    (given, given_velocity), (position, velocity) = reduced.placed, natural_state(reduced, system, start)
-    found = _moved(reduced, given, position)
+    (given, given_velocity), (position, velocity) = plan.coordinates.placed, natural_state(plan, system, start)
+    found = _moved(plan, given, position)
     if kind != "static" and np.any(given_velocity):
-        found += _changed_velocity(reduced, given_velocity, velocity, kind)
+        found += _changed_velocity(plan, given_velocity, velocity, kind)
     return found
 
 
-def _moved(reduced: ReducedModel, given: np.ndarray, position: np.ndarray) -> list[str]:
+def _moved(plan: Plan, given: np.ndarray, position: np.ndarray) -> list[str]:
     """The body that was moved or rotated farthest, if any was noticeably."""
-    size = reduced.size
+    size = plan.coordinates.size
     if np.abs(position - given).max(initial=0.0) < 0.5 * min(MOVED * size, TURNED):  # half: of both components
         return []
-    prescribed = {part.body for part in reduced.mechanism.components if isinstance(part, Actuator) and part.start_on_reference}
-    prescribed |= {drive.body for drive in reduced.mechanism.drives}
+    prescribed = {part.body for part in plan.components if isinstance(part, Actuator) and part.start_on_reference}
+    prescribed |= {drive.body for drive in plan.drives}
     farthest, text = MOVED * size, ""
-    for body in reduced.mechanism.bodies:
-        p = reduced.offsets[body.name]
+    for body in plan.bodies:
+        p = plan.coordinates.natural.offsets[body.name]
         far = math.dist(position[p : p + 2], given[p : p + 2])
         if far > farthest:
             farthest, text = far, f"body '{body.name}' was moved by {far * 1e3:.4g} mm"
@@ -279,13 +271,13 @@ def _moved(reduced: ReducedModel, given: np.ndarray, position: np.ndarray) -> li
     return [f"to assemble the mechanism at the start, {text} from where it was placed"] if text else []
 
 
-def _changed_velocity(reduced: ReducedModel, given: np.ndarray, velocity: np.ndarray, kind: StartKind) -> list[str]:
+def _changed_velocity(plan: Plan, given: np.ndarray, velocity: np.ndarray, kind: StartKind) -> list[str]:
     """The body whose given velocity was changed most, if any was noticeably."""
     most, name = 0.0, ""
-    for body in reduced.mechanism.bodies:
-        p = reduced.offsets[body.name]
+    for body in plan.bodies:
+        p = plan.coordinates.natural.offsets[body.name]
         change = math.dist(given[p : p + 2], velocity[p : p + 2])
-        wanted = math.hypot(*body.velocity) + abs(body.angular_velocity) * reduced.size
+        wanted = math.hypot(*body.velocity) + abs(body.angular_velocity) * plan.coordinates.size
         if wanted > 0.0 and change > max(DROPPED * wanted, most):
             most, name = change, body.name
     if not name:

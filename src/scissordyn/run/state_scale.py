@@ -8,8 +8,7 @@ from scissordyn.component.actuator import Actuator
 from scissordyn.component.declaration import Component
 from scissordyn.jit import Handle
 from scissordyn.mechanics import functions
-from scissordyn.mechanics.acting import acting, component_states
-from scissordyn.model.mechanism import Mechanism
+from scissordyn.plan.acting import component_states
 from scissordyn.run.options import Options
 from scissordyn.run.tolerance import state_tolerance
 from scissordyn.run.trajectory import Trajectory
@@ -25,12 +24,11 @@ MOST = 500
 """Samples at which this is looked at."""
 
 
-def scale_warnings(mechanism: Mechanism, options: Options, path: Trajectory) -> list[str]:
+def scale_warnings(options: Options, path: Trajectory) -> list[str]:
     """A warning for each state whose declared scale is so large that its allowed error is seen in the force.
 
     Parameters
     ----------
-    mechanism : Mechanism
     options : Options
     path : Trajectory
 
@@ -38,7 +36,7 @@ def scale_warnings(mechanism: Mechanism, options: Options, path: Trajectory) -> 
     -------
     list of str
     """
-    places = _places(mechanism, path)
+    places = _places(path)
     instants = path.samples.time.size
     if not places or not instants:
         return []
@@ -50,7 +48,7 @@ def scale_warnings(mechanism: Mechanism, options: Options, path: Trajectory) -> 
         y = path.samples.state[at].copy()
         for k, (i, component, entry, _) in enumerate(places):
             forces, here = len(component.declaration.port.forces), y[entry]
-            error = allowed * content.parameters.state_scale[entry - 2 * path.reduced.free]
+            error = allowed * content.parameters.state_scale[entry - 2 * path.plan.coordinates.free]
             answers = []
             for moved in (here, here + error, here - error):
                 y[entry] = moved
@@ -61,7 +59,7 @@ def scale_warnings(mechanism: Mechanism, options: Options, path: Trajectory) -> 
     for k, (_, component, entry, state) in enumerate(places):
         if not change[k] > COARSE * allowed * size[k] > 0.0:
             continue
-        scale, share = content.parameters.state_scale[entry - 2 * path.reduced.free], change[k] / size[k]
+        scale, share = content.parameters.state_scale[entry - 2 * path.plan.coordinates.free], change[k] / size[k]
         force = component.declaration.port.forces[0].partition("_")[0]
         found.append(
             f"{component.declaration.label} '{component.name}': an error of {allowed * scale:.2g} {state.unit}, which the "
@@ -71,12 +69,12 @@ def scale_warnings(mechanism: Mechanism, options: Options, path: Trajectory) -> 
     return found
 
 
-def _places(mechanism: Mechanism, path: Trajectory) -> list[tuple[int, Component, int, State]]:
+def _places(path: Trajectory) -> list[tuple[int, Component, int, State]]:
     """Of each state of a component: the component's number, itself, the entry of y, the declared state."""
     start, found = path.system.content.model.state_start, []
-    for i, component in enumerate(acting(mechanism)):
+    for i, component in enumerate(path.plan.acting):
         if not isinstance(component, Actuator):
-            first = 2 * path.reduced.free + int(start[len(mechanism.contacts) + i])
+            first = 2 * path.plan.coordinates.free + int(start[len(path.plan.contacts) + i])
             found += [(i, component, first + s, state) for s, state in enumerate(component_states(component))]
     return found
 

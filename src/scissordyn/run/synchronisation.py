@@ -8,19 +8,19 @@ import numpy as np
 import xarray as xr
 
 from scissordyn.mechanics.outputs import Record
-from scissordyn.model.mechanism import Mechanism
+from scissordyn.plan.plan import Plan
 
 __all__ = ["synchronisation_variables", "units_of"]
 
 BAR = re.compile(r"(unit \d+)/bar ([12])")
 
 
-def units_of(mechanism: Mechanism) -> dict[str, tuple[int, int]]:
+def units_of(plan: Plan) -> dict[str, tuple[int, int]]:
     """The scissor units of a mechanism: for each the places of its bars 1 and 2 among the bodies.
 
     Parameters
     ----------
-    mechanism : Mechanism
+    plan : Plan
 
     Returns
     -------
@@ -28,14 +28,14 @@ def units_of(mechanism: Mechanism) -> dict[str, tuple[int, int]]:
         By the names of the units, in the order of their first bars.
     """
     bars: dict[str, dict[str, int]] = {}
-    for place, body in enumerate(mechanism.bodies):
+    for place, body in enumerate(plan.bodies):
         found = BAR.fullmatch(body.name)
         if found and body.rotates:
             bars.setdefault(found[1], {})[found[2]] = place
     return {unit: (pair["1"], pair["2"]) for unit, pair in bars.items() if len(pair) == 2}
 
 
-def synchronisation_variables(mechanism: Mechanism, found: Record) -> dict[str, xr.Variable]:
+def synchronisation_variables(plan: Plan, found: Record) -> dict[str, xr.Variable]:
     """The synchronisation error of each unit, along `unit`; nothing for fewer than two units.
 
     With phi_1 and phi_2 the angles of its bars, the deployment angle of a unit is half of the angle between them,
@@ -46,7 +46,7 @@ def synchronisation_variables(mechanism: Mechanism, found: Record) -> dict[str, 
 
     Parameters
     ----------
-    mechanism : Mechanism
+    plan : Plan
     found : Record
 
     Returns
@@ -54,7 +54,7 @@ def synchronisation_variables(mechanism: Mechanism, found: Record) -> dict[str, 
     dict of str to Variable
         `synchronisation_error` along time and unit [rad]; `peak_synchronisation_error` along unit, its largest sampled size.
     """
-    units = units_of(mechanism)
+    units = units_of(plan)
     if len(units) < 2:
         return {}
     first, second = np.array(list(units.values())).T

@@ -11,9 +11,9 @@ from scissordyn.component.actuator import Actuator
 from scissordyn.jit import Handle
 from scissordyn.laws.dispatch import friction_start
 from scissordyn.mechanics import functions
-from scissordyn.mechanics.acting import acting, component_states
-from scissordyn.mechanics.reduced_model import ReducedModel
 from scissordyn.mechanics.system import System
+from scissordyn.plan.acting import component_states
+from scissordyn.plan.plan import Plan
 
 __all__ = ["Tolerances", "error_weights", "state_tolerance"]
 
@@ -64,7 +64,7 @@ class Tolerances:
     time_scale: float
 
 
-def error_weights(reduced: ReducedModel, system: Handle, y: np.ndarray, *, rtol: float, atol: float) -> Tolerances:
+def error_weights(plan: Plan, system: Handle, y: np.ndarray, *, rtol: float, atol: float) -> Tolerances:
     """Weights from how far free coordinates move the points of the bodies.
 
     Positions are weighed against the smallest clearance, or the largest body where there is none; speeds against the speed of
@@ -74,7 +74,7 @@ def error_weights(reduced: ReducedModel, system: Handle, y: np.ndarray, *, rtol:
 
     Parameters
     ----------
-    reduced : ReducedModel
+    plan : Plan
     system : Handle
     y : ndarray, shape (ny,)
         At the start.
@@ -84,29 +84,29 @@ def error_weights(reduced: ReducedModel, system: Handle, y: np.ndarray, *, rtol:
     -------
     Tolerances
     """
-    n, mechanism = reduced.free, reduced.mechanism
+    n = plan.coordinates.free
     content: System = system.content
     parameters = content.parameters
-    reach = reduced.reach
+    reach = plan.coordinates.reach
     contacts = parameters.contact.size
     if contacts:
         scale = float(np.min(parameters.contact["clearance"]))
     else:
-        scale = max((body.extent for body in mechanism.bodies), default=1.0) or 1.0
+        scale = max((body.extent for body in plan.bodies), default=1.0) or 1.0
     rate = np.zeros(y.size)
     functions.rate(0.0, y.copy(), system.address, rate)
-    fastest = float(np.max(reach * np.abs(content.work.A[:n]), initial=mechanism.gravity if n else 0.0))
+    fastest = float(np.max(reach * np.abs(content.work.A[:n]), initial=plan.weight if n else 0.0))
     duration = math.sqrt(scale / fastest) if 0.0 < fastest < math.inf else 1.0
-    internal = _internal_weights(reduced, content, rtol=rtol, atol=atol, acceleration=scale / duration**2)
+    internal = _internal_weights(plan, content, rtol=rtol, atol=atol, acceleration=scale / duration**2)
     position = atol * scale / reach
     rounding = np.zeros(y.size)
-    rounding[n : 2 * n] = ROUNDINGS * np.finfo(float).eps * reduced.farthest / reach
-    delays = [part.controller.delay for part in mechanism.components if isinstance(part, Actuator)]
+    rounding[n : 2 * n] = ROUNDINGS * np.finfo(float).eps * plan.coordinates.farthest / reach
+    delays = [part.controller.delay for _, part in plan.actuators]
     crossable, precision = [1] * contacts, (LOCATED * parameters.contact["clearance"]).tolist()
-    for part in acting(mechanism):
+    for part in plan.acting:
         if part.declaration.gap is not None:
             crossable.append(int(part.declaration.force is not None and part.declaration.switch is None))
-            precision.append(GUARD * (1.0 if part.declaration.port.turning else reduced.size))
+            precision.append(GUARD * (1.0 if part.declaration.port.turning else plan.coordinates.size))
     return Tolerances(
         absolute=np.concatenate([position, position / duration, internal[0]]),
         relative=np.concatenate([np.full(n, ROUND_OFF), np.full(n, rtol), internal[1]]),
@@ -125,7 +125,7 @@ def state_tolerance(rtol: float, atol: float) -> float:
 
 
 def _internal_weights(
-    reduced: ReducedModel, system: System, *, rtol: float, atol: float, acceleration: float
+    plan: Plan, system: System, *, rtol: float, atol: float, acceleration: float
 ) -> tuple[np.ndarray, np.ndarray]:
     """Absolute and relative weights of the internal states, in their order in y."""
     declared = system.parameters.state_scale
@@ -135,9 +135,9 @@ def _internal_weights(
     own = np.where(declared > 0.0, declared, 1.0)
     absolute[:friction] = relative[:friction] = INTERNAL_STATES * rtol
     absolute[:friction] *= np.where(sliding > 0.0, sliding, own)[:friction]
-    torque = acceleration * reduced.size * sum(body.mass for body in reduced.mechanism.bodies)
+    torque = acceleration * plan.coordinates.size * sum(body.mass for body in plan.bodies)
     k = friction
-    for component in acting(reduced.mechanism):
+    for component in plan.acting:
         for _ in component_states(component):
             if isinstance(component, Actuator):
                 absolute[k], relative[k] = rtol * min(declared[k], torque), rtol

@@ -28,10 +28,10 @@ def track_variables(path: Trajectory, found: Record) -> Variables:
     -------
     dict of str to Variable
     """
-    tracks = path.reduced.mechanism.tracks
+    tracks = path.plan.tracks
     if not tracks:
         return {}
-    maps = [path.reduced.tracked(track) for track in tracks]
+    maps = [path.plan.coordinates.tracked(track) for track in tracks]
     dims = ("time", "track", "axis")
     variables: Variables = {
         "track": xr.Variable(("track",), np.array([track.name for track in tracks]), {"long_name": "tracked point"})
@@ -71,7 +71,7 @@ def deviation_variables(run: xr.Dataset, path: Trajectory, ideal: IdealPath) -> 
         ("peak_track_deviation", peaks["largest"], "m", f"largest {about}"),
         ("peak_track_deviation_time", peaks["largest_time"], "s", f"when the {about} is largest"),
         ("rms_track_deviation", mean, "m", f"r.m.s. {about}"),
-        ("settling_time", settling_times(path.reduced.mechanism, path.bands(TRACK_DEVIATION), path.end), "s", SETTLING),
+        ("settling_time", settling_times(path.plan, path.bands(TRACK_DEVIATION), path.end), "s", SETTLING),
     )
     unknown = ideal.end < path.end * (1.0 - 1e-9)
     return {

@@ -14,15 +14,12 @@ from scissordyn.integrate.integration import Samples
 from scissordyn.jit import Handle
 from scissordyn.mechanics import functions
 from scissordyn.mechanics.monitored import monitored_rows
-from scissordyn.mechanics.reduce import reduce_mechanism
-from scissordyn.mechanics.reduced_model import ReducedModel
-from scissordyn.model.mechanism import Mechanism
+from scissordyn.plan.plan import Plan
 from scissordyn.run.cause import failed_latch, full_coordinates, immobile_joints, singular_position
 from scissordyn.run.checkpoint import Keeper
 from scissordyn.run.driver import Driver, counted, make_system
 from scissordyn.run.method import Choice, choose_method
 from scissordyn.run.options import Options
-from scissordyn.run.shared_model import share_model
 from scissordyn.run.start import Prepared, prepare_start
 from scissordyn.run.tolerance import error_weights
 
@@ -47,7 +44,7 @@ class Trajectory:
 
     Parameters
     ----------
-    reduced : ReducedModel
+    plan : Plan
     system : Handle
         Of the mechanics' `System`.
     samples : Samples
@@ -73,7 +70,7 @@ class Trajectory:
         Of what is monitored throughout.
     """
 
-    reduced: ReducedModel
+    plan: Plan
     system: Handle
     samples: Samples
     log: np.ndarray
@@ -102,12 +99,12 @@ class Trajectory:
         return np.asarray(self.band[monitored_rows(model, kind) - model.guard_component.size])
 
 
-def make_driver(reduced: ReducedModel, options: Options) -> tuple[Driver, Prepared, Choice]:
+def make_driver(plan: Plan, options: Options) -> tuple[Driver, Prepared, Choice]:
     """A driver at the start of a run.
 
     Parameters
     ----------
-    reduced : ReducedModel
+    plan : Plan
     options : Options
 
     Returns
@@ -116,31 +113,31 @@ def make_driver(reduced: ReducedModel, options: Options) -> tuple[Driver, Prepar
     prepared : Prepared
     choice : Choice
     """
-    system = make_system(reduced)
-    prepared = prepare_start(reduced, system, options.start)
-    tolerances = error_weights(reduced, system, prepared.y, rtol=options.rtol, atol=options.atol)
-    choice = choose_method(reduced, system, prepared.y, options, tolerances)
+    system = make_system(plan)
+    prepared = prepare_start(plan, system, options.start)
+    tolerances = error_weights(plan, system, prepared.y, rtol=options.rtol, atol=options.atol)
+    choice = choose_method(plan, system, prepared.y, options, tolerances)
     driver = Driver(
-        reduced,
+        plan,
         system,
         prepared.y,
         method=choice.method,
         tolerances=tolerances,
-        crosses=crosses(reduced.mechanism, options),
+        crosses=crosses(plan, options),
         initial_events=prepared.initial_events,
     )
     return driver, prepared, choice
 
 
-def crosses(mechanism: Mechanism, options: Options) -> bool:
+def crosses(plan: Plan, options: Options) -> bool:
     """Whether steps go across contacts that begin and end."""
     if options.events == "auto":
-        return len(mechanism.contacts) >= CROSSED_FROM
+        return len(plan.contacts) >= CROSSED_FROM
     return options.events == "crossed"
 
 
 def compute(
-    mechanism: Mechanism,
+    plan: Plan,
     options: Options,
     progress: Callable[[float], None] | None = None,
     *,
@@ -155,7 +152,7 @@ def compute(
 
     Parameters
     ----------
-    mechanism : Mechanism
+    plan : Plan
     options : Options
     progress : callable, optional
         Called now and then with the simulated time [s].
@@ -176,11 +173,9 @@ def compute(
     -------
     Trajectory
     """
-    share_model(mechanism)
-    reduced = reduce_mechanism(mechanism)
-    driver, prepared, choice = make_driver(reduced, options)
+    driver, prepared, choice = make_driver(plan, options)
     content = driver.system.content
-    still = tuple(immobile_joints(reduced, content, full_coordinates(reduced, content, prepared.y, 0.0)))
+    still = tuple(immobile_joints(plan, full_coordinates(plan, content, prepared.y, 0.0)))
     driver.sample_at(np.linspace(0.0, options.until, options.samples) if times is None else times)
     driver.monitor(monitor)
     if record_steps:
@@ -206,7 +201,7 @@ def compute(
     if ended != "complete":
         cause = f"stopped at t = {driver.time:.9g} s of {options.until:g} s: {cause}"
     return Trajectory(
-        reduced=reduced,
+        plan=plan,
         system=driver.system,
         samples=driver.samples,
         log=driver.log.copy(),
@@ -226,21 +221,19 @@ def broken_off(status: int, driver: Driver) -> str:
     """Why the loop broke off, with the parts that are at fault; empty if it did not."""
     if status not in CAUSES:
         return ""
-    reduced, state = driver.reduced, driver.state
-    named = failed_latch(reduced, driver.system) or singular_position(reduced, driver.system, state.y, driver.time)
+    plan, state = driver.plan, driver.state
+    named = failed_latch(plan, driver.system) or singular_position(plan, driver.system, state.y, driver.time)
     return named or f"{CAUSES[status]}{_culprit(driver)}"
 
 
 def _culprit(driver: Driver) -> str:
     """Which contact is in the worst state, for the message of a failed run."""
-    mechanism, state = driver.reduced.mechanism, driver.state
-    if not mechanism.contacts:
+    plan, state = driver.plan, driver.state
+    if not plan.contacts:
         return ""
     values, rates = np.zeros(state.mode.size), np.zeros(state.mode.size)
     functions.guards(driver.time, state.y, driver.system.address, values, rates)
     clearance = driver.system.content.parameters.contact["clearance"]
     gap = values[: clearance.size]
     j = int(np.argmax(np.where(np.isnan(gap), np.inf, gap / clearance)))
-    return (
-        f"; joint '{mechanism.contacts[j].name}': indentation {gap[j] * 1e3:.4g} mm at a clearance of {clearance[j] * 1e3:g} mm"
-    )
+    return f"; joint '{plan.contacts[j].name}': indentation {gap[j] * 1e3:.4g} mm at a clearance of {clearance[j] * 1e3:g} mm"

@@ -12,7 +12,7 @@ from scissordyn.component.actuator import Actuator
 from scissordyn.integrate.integration import RISE
 from scissordyn.laws.validity import contact_failure, contact_warnings
 from scissordyn.mechanics.monitored import COMPONENT_FORCE, EXCEEDED, FRICTION_RATIO, INDENTATION
-from scissordyn.model.mechanism import Mechanism
+from scissordyn.plan.plan import Plan
 
 if TYPE_CHECKING:
     from scissordyn.run.driver import Driver
@@ -46,12 +46,12 @@ AT_LIMIT = 1.0 - 1e-9
 """Torque over its limit above which a controller is at the limit."""
 
 
-def run_warnings(mechanism: Mechanism, run: xr.Dataset, immobile: tuple[str, ...]) -> list[str]:
+def run_warnings(plan: Plan, run: xr.Dataset, immobile: tuple[str, ...]) -> list[str]:
     """The warnings of a run, each once.
 
     Parameters
     ----------
-    mechanism : Mechanism
+    plan : Plan
     run : Dataset
     immobile : tuple of str
         Clearance joints that cannot move.
@@ -60,12 +60,12 @@ def run_warnings(mechanism: Mechanism, run: xr.Dataset, immobile: tuple[str, ...
     -------
     list of str
     """
-    found = contact_failures(mechanism, run)
+    found = contact_failures(plan, run)
     touched, speed = _values(run, "contact_joint"), _values(run, "approach_speed")
-    for number, joint in enumerate(mechanism.contacts):
-        depth = float(_values(run, "peak_indentation")[mechanism.joint_names.index(joint.name)])
-        found += _of_contact(mechanism, number, speed[touched == joint.name].tolist(), depth)
-    for i, rod in enumerate(mechanism.rods):
+    for number, joint in enumerate(plan.contacts):
+        depth = float(_values(run, "peak_indentation")[plan.joint_names.index(joint.name)])
+        found += _of_contact(plan, number, speed[touched == joint.name].tolist(), depth)
+    for i, rod in enumerate(plan.rods):
         force = _values(run, "rod_force")[:, i]
         if rod.tension_only and np.min(force, initial=0.0) < 0.0:
             first, worst = int(np.argmax(force < 0.0)), int(np.argmin(force))
@@ -79,10 +79,10 @@ def run_warnings(mechanism: Mechanism, run: xr.Dataset, immobile: tuple[str, ...
     ]
     found += _exceeded(run)
     found += _undetermined(run)
-    found += _saturated(mechanism, run)
+    found += _saturated(plan, run)
     found += _gained(run)
     found += _impulses(run)
-    if not _stands_still(mechanism, run):
+    if not _stands_still(plan, run):
         found += _unbalanced(run)
     return list(dict.fromkeys(found))
 
@@ -92,15 +92,15 @@ class Extremes:
 
     Parameters
     ----------
-    mechanism : Mechanism
+    plan : Plan
     """
 
-    def __init__(self, mechanism: Mechanism) -> None:
-        self.mechanism = mechanism
-        self._speeds: list[list[float]] = [[] for _ in mechanism.contacts]
-        self._indentation = np.zeros(len(mechanism.contacts))
+    def __init__(self, plan: Plan) -> None:
+        self.plan = plan
+        self._speeds: list[list[float]] = [[] for _ in plan.contacts]
+        self._indentation = np.zeros(len(plan.contacts))
         self._friction = dict[int, tuple[float, float]]()
-        self._effort = np.zeros(len(mechanism.components))
+        self._effort = np.zeros(len(plan.components))
 
     def add(self, driver: Driver) -> None:
         """Add what a driver has accumulated since it last began to count.
@@ -126,24 +126,24 @@ class Extremes:
 
         Singular positions, redundant joints, and an energy balance that does not close are reported by single runs only.
         """
-        mechanism, depth, found = self.mechanism, self._indentation.tolist(), list[str]()
-        for number, joint in enumerate(mechanism.contacts):
+        plan, depth, found = self.plan, self._indentation.tolist(), list[str]()
+        for number, joint in enumerate(plan.contacts):
             assert joint.clearance is not None
             failed = contact_failure(joint.name, joint.clearance.contact, depth[number])
             found += [f"the contact model has failed: {failed}"] if failed else []
-            found += _of_contact(mechanism, number, self._speeds[number], depth[number])
+            found += _of_contact(plan, number, self._speeds[number], depth[number])
         for number, (ratio, lasting) in self._friction.items():
             if lasting > 0.0:
-                found.append(_exceeding(mechanism.contacts[number].name, ratio, lasting))
-        for number, part in enumerate(mechanism.components):
+                found.append(_exceeding(plan.contacts[number].name, ratio, lasting))
+        for number, part in enumerate(plan.components):
             limit = getattr(part.controller, "limit", None) if isinstance(part, Actuator) else None
             if limit is not None and self._effort[number] >= AT_LIMIT * limit:
                 found.append(f"actuator '{part.name}': the controller reaches its limit of {limit:g} N m")
         return list(dict.fromkeys(found))
 
 
-def _of_contact(mechanism: Mechanism, number: int, speeds: list[float], depth: float) -> list[str]:
-    joint = mechanism.contacts[number]
+def _of_contact(plan: Plan, number: int, speeds: list[float], depth: float) -> list[str]:
+    joint = plan.contacts[number]
     assert joint.clearance is not None
     laws = joint.clearance
     return contact_warnings(
@@ -151,12 +151,12 @@ def _of_contact(mechanism: Mechanism, number: int, speeds: list[float], depth: f
     )
 
 
-def contact_failures(mechanism: Mechanism, run: xr.Dataset) -> list[str]:
+def contact_failures(plan: Plan, run: xr.Dataset) -> list[str]:
     """For each joint whose journal was pressed in by more than its radius: that its contact model has failed, and when."""
     found = []
-    for joint in mechanism.contacts:
+    for joint in plan.contacts:
         assert joint.clearance is not None
-        at = mechanism.joint_names.index(joint.name)
+        at = plan.joint_names.index(joint.name)
         text = contact_failure(joint.name, joint.clearance.contact, float(_values(run, "peak_indentation")[at]))
         if text:
             beyond = _values(run, "indentation")[:, at] > joint.clearance.contact.journal_radius
@@ -180,11 +180,11 @@ def _values(run: xr.Dataset, name: str) -> np.ndarray:
     return np.asarray(run.variables[name].values)
 
 
-def _stands_still(mechanism: Mechanism, run: xr.Dataset) -> bool:
+def _stands_still(plan: Plan, run: xr.Dataset) -> bool:
     """Whether no body moves by more than `MOVED`."""
     if not run.sizes["time"]:
         return True
-    motion = (_values(run, "position"), MOVED * mechanism.size), (_values(run, "angle"), MOVED)
+    motion = (_values(run, "position"), MOVED * plan.size), (_values(run, "angle"), MOVED)
     middle = run.sizes["time"] // 2
     if any(np.any(np.abs(part[middle] - part[0]) > least) for part, least in motion):  # most runs move, which is soon seen
         return False
@@ -239,10 +239,10 @@ def _impulses(run: xr.Dataset) -> list[str]:
     ]
 
 
-def _saturated(mechanism: Mechanism, run: xr.Dataset) -> list[str]:
+def _saturated(plan: Plan, run: xr.Dataset) -> list[str]:
     """Controllers at their limit, how long, and how far from their reference."""
     found = []
-    actuators = [part for part in mechanism.components if isinstance(part, Actuator)]
+    actuators = [part for part in plan.components if isinstance(part, Actuator)]
     for k, part in enumerate(actuators):
         limit = getattr(part.controller, "limit", None)
         if limit is None or not float(_values(run, "peak_control_torque")[k]) >= AT_LIMIT * limit:

@@ -9,11 +9,10 @@ import scipy.sparse as sp
 
 from scissordyn.errors import InputError
 from scissordyn.mechanics.gradients import Gradients, least_change
-from scissordyn.mechanics.quadratic_constraints import order_constraints
-from scissordyn.mechanics.reduced_model import ReducedModel
-from scissordyn.mechanics.time_function import function_start
+from scissordyn.plan.coordinates import Coordinates
+from scissordyn.plan.quadratic_constraints import order_constraints
 
-__all__ = ["independent", "nearest", "start_basis"]
+__all__ = ["independent"]
 
 CLOSED = 1e-11
 """Constraints that hold within this are met."""
@@ -34,15 +33,8 @@ LARGE = 60
 """More constraints than this are looked at by a sparse factorization first."""
 
 
-def start_basis(reduced: ReducedModel) -> np.ndarray:
-    """Angles of the drives at t = 0 [rad]."""
-    return np.array(
-        [function_start(drive.motion, reduced.mechanism.body(drive.body).angle) for drive in reduced.mechanism.drives], float
-    )
-
-
-def independent(reduced: ReducedModel) -> ReducedModel:
-    """A reduced model without the constraints that follow from the others wherever the mechanism goes.
+def independent(coordinates: Coordinates, angles: np.ndarray) -> Coordinates:
+    """Coordinates without the constraints that follow from the others wherever the mechanism goes.
 
     At a position near the start, after a small random move of the drives too, the rank of the gradients tells which might
     follow; they are left out if they still hold after another such move that only the others guided. Where only the start is
@@ -50,54 +42,49 @@ def independent(reduced: ReducedModel) -> ReducedModel:
 
     Parameters
     ----------
-    reduced : ReducedModel
+    coordinates : Coordinates
+    angles : ndarray, shape (drives,)
+        Of the drives at t = 0 [rad].
 
     Returns
     -------
-    ReducedModel
+    Coordinates
 
     Raises
     ------
     InputError
         If a rod follows from the other parts: its force is not determined.
     """
-    holding = [constraint for constraint in reduced.constraints if not constraint.latch]
+    holding = [constraint for constraint in coordinates.constraints if not constraint.latch]
     if len(holding) < 2:
-        return reduced
-    angles = start_basis(reduced)
-    gradients = Gradients(reduced, holding)
+        return coordinates
+    gradients = Gradients(coordinates.free, coordinates.basis, holding)
     b = _basis(angles)
-    x = nearest(reduced, b, reduced.placed[0])
+    x = coordinates.nearest(b, coordinates.placed[0])
     if _beyond_doubt(gradients, np.append(x, b)):
-        return reduced
+        return coordinates
     everything = np.arange(len(holding))
     random = np.random.default_rng(0)
     x_start = _close(gradients, everything, x, b)
     moved = None if x_start is None else _move(gradients, everything, x_start, angles, random)
     if moved is None:
-        return reduced  # the assembly says why
+        return coordinates  # the assembly says why
     x_near, b_near = moved
     unit = gradients.unit(np.append(x_near, b_near))
     # rods first: what is left out had better be a length, whose multiplier nobody asks for
     order = np.argsort([not constraint.name for constraint in holding], kind="stable")
     kept, left = _pivots(unit if isinstance(unit, np.ndarray) else unit.toarray(), order)
     if not left:
-        return reduced
+        return coordinates
     again = _move(gradients, np.array(kept), x_near, angles, random)
     if again is None or np.max(np.abs(gradients.residual(np.append(*again))[left])) > FOLLOWS:
-        return reduced
+        return coordinates
     for k in left:
         if holding[k].name:
             raise InputError(f"{holding[k].subject} keeps a distance that other parts keep already", "leave it out")
     names = tuple(holding[k].subject for k in left)
-    stay = [holding[k] for k in sorted(kept)] + [constraint for constraint in reduced.constraints if constraint.latch]
-    return reduced.with_constraints(order_constraints(reduced, stay), names)
-
-
-def nearest(reduced: ReducedModel, b: np.ndarray, natural: np.ndarray) -> np.ndarray:
-    """Free coordinates (or their rates) nearest, in the sense of kinetic energy, to natural coordinates (or velocities)."""
-    moving, known = reduced.coordinates[:, : reduced.free], reduced.coordinates[:, reduced.free :]
-    return np.asarray(moving.T @ (reduced.mass @ (natural - known @ b)))
+    stay = [holding[k] for k in sorted(kept)] + [constraint for constraint in coordinates.constraints if constraint.latch]
+    return coordinates.with_constraints(order_constraints(coordinates.free, stay), names)
 
 
 def _basis(angles: np.ndarray) -> np.ndarray:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from typing import Any
 
@@ -12,33 +13,34 @@ from scissordyn.component.declaration import PARAMETERS as COMPONENT_PARAMETERS
 from scissordyn.component.declaration import Component
 from scissordyn.control.signal import SIGNALS
 from scissordyn.laws.contact import PARAMETERS
-from scissordyn.mechanics.acting import acting, component_states, friction_states, offsets, start_coordinates, time_functions
-from scissordyn.mechanics.reduced_model import ReducedModel
 from scissordyn.mechanics.system import CONTACT, LAW, Parameters
 from scissordyn.mechanics.time_function import COLUMNS, breaks_of, function_rows
 from scissordyn.model.guide_clearance import ContactPoint
 from scissordyn.model.joint import Revolute
+from scissordyn.model.mechanism import Mechanism
+from scissordyn.plan.acting import acting, component_states, friction_states, offsets, start_coordinates, time_functions
+from scissordyn.plan.coordinates import Coordinates
 
 __all__ = ["make_parameters"]
 
 
-def make_parameters(reduced: ReducedModel) -> Parameters:
+def make_parameters(mechanism: Mechanism, coordinates: Coordinates) -> Parameters:
     """The numbers of a case.
 
     Parameters
     ----------
-    reduced : ReducedModel
-        Of the case's mechanism, or of one that differs in numbers that do not enter the reduction only.
+    mechanism : Mechanism
+    coordinates : Coordinates
+        Of the case's mechanism, or of one that differs in numbers that do not enter them only.
 
     Returns
     -------
     system.Parameters
     """
-    mechanism = reduced.mechanism
     contacts, components = mechanism.contacts, acting(mechanism)
     listed = [(drive.motion, mechanism.body(drive.body).angle) for drive in mechanism.drives]
     listed += time_functions(mechanism, 0)[2] if components else []
-    listed += [(constraint.motion, 0.0) for constraint in reduced.constraints if constraint.motion]
+    listed += [(constraint.motion, 0.0) for constraint in coordinates.constraints if constraint.motion]
     rows = [function_rows(motion, start) for motion, start in listed]
 
     surfaces, law = np.zeros(len(contacts), CONTACT), np.zeros(len(contacts), LAW)
@@ -75,11 +77,11 @@ def make_parameters(reduced: ReducedModel) -> Parameters:
             numbers_of[i, : len(described)] = described
     breaks = sorted({instant for motion, _ in listed for instant in breaks_of(motion)})
     return Parameters(
-        weight=reduced.weight.copy(),
+        weight=_weight(mechanism, coordinates),
         motion=np.concatenate(rows) if rows else np.zeros((0, COLUMNS)),
         motion_start=offsets(map(len, rows)),
         breaks=np.array(breaks, float),
-        value=np.array([constraint.value for constraint in reduced.constraints], float),
+        value=np.array([constraint.value for constraint in coordinates.constraints], float),
         contact=surfaces,
         law=law,
         elastic=tables[0],
@@ -93,6 +95,19 @@ def make_parameters(reduced: ReducedModel) -> Parameters:
         ideal=np.zeros((0, 6 * len(mechanism.tracks))),
         ideal_step=np.zeros(1),
     )
+
+
+def _weight(mechanism: Mechanism, coordinates: Coordinates) -> np.ndarray:
+    """Generalized forces of gravity on [x; b], shape (n + nb,)."""
+    placed, natural = coordinates.natural, np.zeros(coordinates.natural.total)
+    gx = mechanism.gravity * math.cos(mechanism.gravity_direction)
+    gy = mechanism.gravity * math.sin(mechanism.gravity_direction)
+    for name, body in placed.bodies.items():
+        p, m, (x, y) = placed.offsets[name], body.mass, body.centre
+        natural[p : p + 2] = m * gx, m * gy
+        if body.rotates:
+            natural[p + 2 : p + 4] = m * (x * gx + y * gy), m * (x * gy - y * gx)
+    return np.asarray(coordinates.matrix.T @ natural)
 
 
 def _of_friction(contacts: Sequence[Revolute | ContactPoint]) -> list[float]:

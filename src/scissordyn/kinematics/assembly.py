@@ -13,13 +13,11 @@ from scissordyn.errors import InputError
 from scissordyn.mechanics.elimination import in_words
 from scissordyn.mechanics.gradients import Gradients, least_change
 from scissordyn.mechanics.point_map import PointMap
-from scissordyn.mechanics.reduced_model import ReducedModel
-from scissordyn.mechanics.redundancy import nearest
 from scissordyn.mechanics.system import System
 from scissordyn.mechanics.time_function import function_at, prescribe
-from scissordyn.model.mechanism import Mechanism
+from scissordyn.plan.plan import Plan
 
-__all__ = ["Held", "Start", "assemble", "basis_at_start", "eccentricity_map", "held_rods", "natural_state", "placed_start"]
+__all__ = ["Held", "Start", "assemble", "basis_at_start", "held_rods", "natural_state", "placed_start"]
 
 CLOSED = 1e-12
 ROUNDINGS = 8.0
@@ -87,36 +85,30 @@ def basis_at_start(system: System) -> tuple[np.ndarray, np.ndarray]:
     return basis[0], basis[1]
 
 
-def placed_start(reduced: ReducedModel, system: System) -> Start:
+def placed_start(plan: Plan, system: System) -> Start:
     """The free coordinates nearest to where the user placed the bodies, and to how they move there."""
     b, rate = basis_at_start(system)
-    position, velocity = reduced.placed
-    return Start(nearest(reduced, b, position), nearest(reduced, rate, velocity))
+    position, velocity = plan.coordinates.placed
+    return Start(plan.coordinates.nearest(b, position), plan.coordinates.nearest(rate, velocity))
 
 
-def natural_state(reduced: ReducedModel, system: System, start: Start) -> tuple[np.ndarray, np.ndarray]:
+def natural_state(plan: Plan, system: System, start: Start) -> tuple[np.ndarray, np.ndarray]:
     """Natural coordinates and velocities of a state."""
     b, rate = basis_at_start(system)
-    return reduced.coordinates @ np.append(start.position, b), reduced.coordinates @ np.append(start.velocity, rate)
+    matrix = plan.coordinates.matrix
+    return matrix @ np.append(start.position, b), matrix @ np.append(start.velocity, rate)
 
 
-def eccentricity_map(system: System, contact: int) -> PointMap:
-    """The eccentricity of a clearance joint, or the vector of a contact point, as a map."""
-    model = system.model
-    part = slice(model.element_start[contact], model.element_start[contact + 1])
-    return PointMap(model.element_column[part], model.element_row[:2, part])
-
-
-def held_rods(reduced: ReducedModel, system: System, held: Held) -> None:
+def held_rods(plan: Plan, system: System, held: Held) -> None:
     """Hold the rods whose direction at the start is given."""
     rates = value_rates(system)
-    for rod in reduced.mechanism.rods:
+    constraints = plan.coordinates.constraints
+    for rod, k in zip(plan.rods, plan.maps.rod.tolist(), strict=True):
         if rod.direction is not None:
-            k = [constraint.name for constraint in reduced.constraints].index(rod.name)
-            length = math.sqrt(2.0 * reduced.constraints[k].value)
+            length = math.sqrt(2.0 * constraints[k].value)
             cos, sin = math.cos(rod.direction), math.sin(rod.direction)
             speed = rates[k] / length
-            held.add(rod.name, reduced.constraints[k].parts[0][1], (length * cos, length * sin), (speed * cos, speed * sin))
+            held.add(rod.name, constraints[k].parts[0][1], (length * cos, length * sin), (speed * cos, speed * sin))
 
 
 def value_rates(system: System) -> np.ndarray:
@@ -129,12 +121,12 @@ def value_rates(system: System) -> np.ndarray:
     return rates
 
 
-def assemble(reduced: ReducedModel, system: System, guess: Start, held: Held) -> Start:
+def assemble(plan: Plan, system: System, guess: Start, held: Held) -> Start:
     """The state nearest to a guess in which all constraints are met and some vectors have given values.
 
     Parameters
     ----------
-    reduced : ReducedModel
+    plan : Plan
     system : System
     guess : Start
     held : Held
@@ -152,27 +144,27 @@ def assemble(reduced: ReducedModel, system: System, guess: Start, held: Held) ->
     values, rates = (np.array(numbers, float).ravel() for numbers in (held.values, held.rates))
     # cases of a batch often differ in how fast the mechanism moves, not in where it is, or in neither
     asked = guess.position.tobytes(), b.tobytes(), values.tobytes(), tuple(held.names)
-    last = reduced.last_assembly.get("last")  # which another thread may replace
+    last = plan.known.get("assembly")  # which another thread may replace
     if last is None or last[0] != asked:
         velocities: dict[tuple[bytes, bytes, bytes], np.ndarray] = {}
-        last = reduced.last_assembly["last"] = asked, *_closed(reduced, b, guess.position, held, values), velocities
+        last = plan.known["assembly"] = asked, *_closed(plan, b, guess.position, held, values), velocities
     _, x, jacobian, velocities = last
-    active = [not constraint.latch for constraint in reduced.constraints]
+    active = [not constraint.latch for constraint in plan.coordinates.constraints]
     wanted = np.concatenate([value_rates(system)[active], rates]) if active else rates
     moving = guess.velocity.tobytes(), b_rate.tobytes(), wanted.tobytes()
     velocity = velocities.get(moving)
     if velocity is None:
-        change = least_change(jacobian[:, : reduced.free], jacobian @ np.append(guess.velocity, b_rate) - wanted)
+        change = least_change(jacobian[:, : plan.coordinates.free], jacobian @ np.append(guess.velocity, b_rate) - wanted)
         velocity = guess.velocity - change
         if len(velocities) < MOST_VELOCITIES:
             velocities[moving] = velocity
     return Start(x.copy(), velocity.copy())
 
 
-def _closed(reduced: ReducedModel, b: np.ndarray, guess: np.ndarray, held: Held, values: np.ndarray) -> tuple[np.ndarray, Any]:
+def _closed(plan: Plan, b: np.ndarray, guess: np.ndarray, held: Held, values: np.ndarray) -> tuple[np.ndarray, Any]:
     """The position nearest to a guess in which all constraints are met, and the gradients there."""
-    constraints = [constraint for constraint in reduced.constraints if not constraint.latch]
-    gradients = Gradients(reduced, constraints, held.maps)
+    constraints = [constraint for constraint in plan.coordinates.constraints if not constraint.latch]
+    gradients = Gradients(plan.coordinates.free, plan.coordinates.basis, constraints, held.maps)
     x = guess.copy()
     for _ in range(MOST_STEPS):
         full = np.append(x, b)
@@ -180,14 +172,14 @@ def _closed(reduced: ReducedModel, b: np.ndarray, guess: np.ndarray, held: Held,
         jacobian = gradients.jacobian(full)
         if np.all(np.abs(residual) < np.maximum(CLOSED, ROUNDINGS * gradients.rounding(full))):
             return x, jacobian
-        x -= least_change(jacobian[:, : reduced.free], residual)
+        x -= least_change(jacobian[:, : plan.coordinates.free], residual)
     raise InputError(
-        f"the mechanism as placed cannot be assembled: {_worst(reduced, constraints, residual, held.names)}",
+        f"the mechanism as placed cannot be assembled: {_worst(plan, constraints, residual, held.names)}",
         "positions and angles at the start that are near a closed configuration",
     )
 
 
-def _worst(reduced: ReducedModel, constraints: list[Any], residual: np.ndarray, held: list[str]) -> str:
+def _worst(plan: Plan, constraints: list[Any], residual: np.ndarray, held: list[str]) -> str:
     """What is furthest from being kept, and what holds it: where the search ends, the errors are the contradiction."""
     count = len(constraints)
     errors = np.abs(residual)
@@ -198,14 +190,14 @@ def _worst(reduced: ReducedModel, constraints: list[Any], residual: np.ndarray, 
     subjects = [constraint.subject for constraint in rods or far]
     bodies = sorted({body for constraint in far for body in constraint.bodies if body != GROUND})
     at = " at " + in_words([f"body '{body}'" for body in bodies]) if rods else ""
-    around = _holding(reduced.mechanism, set(bodies))
+    around = _holding(plan, set(bodies))
     by = f", held by {in_words(around)}" if around else ""
     return f"{in_words(subjects)} cannot keep the length{'s' if len(subjects) > 1 else ''} given{at}{by}"
 
 
-def _holding(mechanism: Mechanism, bodies: set[str]) -> list[str]:
+def _holding(plan: Plan, bodies: set[str]) -> list[str]:
     """The joints, guides, welds and drives at some bodies."""
-    names = [f"joint '{joint.name}'" for joint in mechanism.joints if bodies & set(joint.bodies)]
-    names += [f"guide '{guide.name}'" for guide in mechanism.guides if bodies & {guide.follower[0], guide.body}]
-    names += [f"weld '{weld.name}'" for weld in mechanism.welds if bodies & {weld.start[0], weld.end[0]}]
-    return names + [f"the drive of body '{drive.body}'" for drive in mechanism.drives if drive.body in bodies]
+    names = [f"joint '{joint.name}'" for joint in plan.joints if bodies & set(joint.bodies)]
+    names += [f"guide '{guide.name}'" for guide in plan.guides if bodies & {guide.follower[0], guide.body}]
+    names += [f"weld '{weld.name}'" for weld in plan.welds if bodies & {weld.start[0], weld.end[0]}]
+    return names + [f"the drive of body '{drive.body}'" for drive in plan.drives if drive.body in bodies]

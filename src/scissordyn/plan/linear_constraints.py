@@ -1,4 +1,4 @@
-"""From a mechanism to its reduced model: linear constraints are eliminated, the mass matrix becomes the identity.
+"""From a mechanism to its coordinates: linear constraints are eliminated, the mass matrix becomes the identity.
 
 Each body is its origin p and, if it rotates, the unit vector d along its x axis; every point of it is p + x d + y J d,
 linear in both. Pins, guides and prescribed directions are linear constraints, and so is the parallelism of opposite bars in a
@@ -18,68 +18,79 @@ from scipy.sparse.csgraph import connected_components
 
 from scissordyn.component.actuator import Actuator
 from scissordyn.component.motor import Motor
-from scissordyn.component.place import GROUND
+from scissordyn.component.place import GROUND, BodyPoint
 from scissordyn.errors import InputError
-from scissordyn.kept import kept
 from scissordyn.mechanics.elimination import Elimination, add, scaled
-from scissordyn.mechanics.parallelogram import parallel_bodies
-from scissordyn.mechanics.quadratic_constraints import find_constraints
-from scissordyn.mechanics.reduced_model import ReducedModel, point_expression
-from scissordyn.mechanics.redundancy import independent
+from scissordyn.mechanics.time_function import function_start
 from scissordyn.model.body import Body
 from scissordyn.model.connection import Weld
 from scissordyn.model.mechanism import Mechanism
+from scissordyn.plan.coordinates import Coordinates, Natural, natural_coordinates
+from scissordyn.plan.parallelogram import parallel_bodies
+from scissordyn.plan.quadratic_constraints import order_constraints, quadratic_constraints
+from scissordyn.plan.redundancy import independent
 
-__all__ = ["body_inertia", "reduce_mechanism"]
+__all__ = ["body_inertia", "eliminated", "origins", "reduced"]
 
 SMALL = 200
 """Up to so many natural coordinates full matrices are quicker to handle than sparse ones."""
 
 
-@kept
-def reduce_mechanism(mechanism: Mechanism) -> ReducedModel:
-    """Eliminate all linear constraints of a mechanism.
-
-    Parameters
-    ----------
-    mechanism : Mechanism
-
-    Returns
-    -------
-    ReducedModel
+def reduced(mechanism: Mechanism) -> Coordinates:
+    """The coordinates of a mechanism with all linear constraints eliminated, its quadratic constraints found.
 
     Raises
     ------
     InputError
         If the joints and drives contradict each other.
     """
-    offsets: dict[str, int] = {}
-    preferred: list[bool] = []
-    for body in mechanism.bodies:
-        offsets[body.name] = len(preferred)
-        # origins are eliminated before directions: lengths then stay short expressions
-        preferred += [True, True, False, False] if body.rotates else [True, True]
-    total, basis, size = len(preferred), 1 + 2 * len(mechanism.drives), mechanism.size
-    elimination = Elimination(preferred, basis)
-    impose_all(mechanism, offsets, total, size, elimination)
-    start, columns, values = elimination.rows()
-
+    natural, size, basis = natural_coordinates(mechanism), mechanism.size, 1 + 2 * len(mechanism.drives)
+    elimination, (start, columns, values) = eliminated(mechanism, natural)
+    total = natural.total
     is_free = elimination.solved_at[:total] < 0
     free = int(np.sum(is_free))
     position = np.concatenate([np.cumsum(is_free) - 1, free + np.arange(basis)])
     # origins are in units of the mechanism's size
-    unit = np.where(np.concatenate([[True, True, False, False][: 4 if b.rotates else 2] for b in mechanism.bodies]), size, 1.0)
+    unit = np.where(origins(natural), size, 1.0)
     data = values * np.repeat(unit, np.diff(start))
-    coordinates: Any = sp.csr_array((data, position[columns], start), shape=(total, free + basis))
-    mass: Any = _mass(mechanism, offsets, total)
+    matrix: Any = sp.csr_array((data, position[columns], start), shape=(total, free + basis))
+    mass: Any = _mass(mechanism, natural)
     if total <= SMALL:
-        coordinates, mass = coordinates.toarray(), mass.toarray()
+        matrix, mass = matrix.toarray(), mass.toarray()
     try:
-        coordinates = _normalized(coordinates, mass, free)
+        matrix = _normalized(matrix, mass, free)
     except np.linalg.LinAlgError:
         raise _lost_inertia(mechanism) from None
-    bare = ReducedModel(mechanism, free, basis, coordinates, mass, offsets, size)
-    return independent(bare.with_constraints(find_constraints(bare, elimination)))
+    bare = Coordinates(natural, free, basis, matrix, mass, size)
+    constraints = order_constraints(free, quadratic_constraints(mechanism, bare, elimination))
+    angles = [function_start(drive.motion, natural.angle(drive.body)) for drive in mechanism.drives]
+    return independent(bare.with_constraints(constraints), np.array(angles, float))
+
+
+def eliminated(
+    mechanism: Mechanism, natural: Natural, *, every_branch: bool = False
+) -> tuple[Elimination, tuple[np.ndarray, np.ndarray, np.ndarray]]:
+    """All linear constraints solved, origins in units of the size, and the natural coordinates in what is left, by rows.
+
+    Parameters
+    ----------
+    mechanism : Mechanism
+    natural : Natural
+    every_branch : bool
+        Leave out that opposite bars of a parallelogram stay parallel, which holds on one branch of the assembly only.
+    """
+    # origins are eliminated before directions: lengths then stay short expressions
+    elimination = Elimination(origins(natural), 1 + 2 * len(mechanism.drives))
+    _impose_all(mechanism, natural, elimination, [] if every_branch else parallel_bodies(mechanism))
+    return elimination, elimination.rows()
+
+
+def origins(natural: Natural) -> np.ndarray:
+    """Which natural coordinates are those of origins rather than of directions."""
+    found = np.zeros(natural.total, bool)
+    for first in natural.offsets.values():
+        found[first : first + 2] = True
+    return found
 
 
 def _lost_inertia(mechanism: Mechanism) -> InputError:
@@ -103,63 +114,62 @@ def _between(one: str, other: str) -> str:
     return f"bodies {names[0]} and {names[1]}" if len(names) == 2 else f"body {names[0]} and the ground"
 
 
-def impose_all(mechanism: Mechanism, offsets: dict[str, int], ones: int, size: float, elimination: Elimination) -> None:
-    """Impose all linear constraints of a mechanism, origins and lengths in units of `size`."""
+def _impose_all(
+    mechanism: Mechanism, natural: Natural, elimination: Elimination, parallel: list[tuple[str, str, float]]
+) -> None:
+    """Impose all linear constraints of a mechanism."""
+    ones, size = natural.total, mechanism.size
     for index, drive in enumerate(mechanism.drives):
-        d = offsets[drive.body] + 2
+        d = natural.offsets[drive.body] + 2
         for axis in (0, 1):
             elimination.impose({d + axis: 1.0, ones + 1 + 2 * index + axis: -1.0}, f"the drive of body '{drive.body}'")
-    for one, other, angle in parallel_bodies(mechanism):
-        _impose_angle(offsets, ones, elimination, one, other, angle, f"the parallelogram of {_between(one, other)}")
+    for one, other, angle in parallel:
+        _impose_angle(natural, elimination, one, other, angle, f"the parallelogram of {_between(one, other)}")
     for weld in mechanism.welds:
-        _impose_weld(mechanism, offsets, ones, size, elimination, weld)
+        _impose_weld(natural, size, elimination, weld)
     for joint in mechanism.ideal_joints:
-        here = point_expression(mechanism, offsets, joint.journal, ones, size)
-        there = point_expression(mechanism, offsets, joint.bearing, ones, size)
-        name = f"joint '{joint.name}' of {_between(*joint.bodies)}"
-        for axis in (0, 1):
-            elimination.impose(add(here[axis], scaled(-1.0, there[axis])), name)
+        _impose_pin(
+            natural, size, elimination, joint.journal, joint.bearing, f"joint '{joint.name}' of {_between(*joint.bodies)}"
+        )
     for guide in mechanism.ideal_guides:
+        follower = guide.follower[0]
         if guide.aligned:
-            follower = mechanism.body(guide.follower[0])
-            base = 0.0 if guide.body == GROUND else mechanism.body(guide.body).angle
-            name = f"guide '{guide.name}'"
-            _impose_angle(offsets, ones, elimination, guide.body, follower.name, follower.angle - base, name)
+            angle = natural.angle(follower) - natural.angle(guide.body)
+            _impose_angle(natural, elimination, guide.body, follower, angle, f"guide '{guide.name}'")
         if guide.body != GROUND:
             continue
-        x, y = point_expression(mechanism, offsets, guide.follower, ones, size)
+        x, y = natural.point(guide.follower, size)
         across = -math.sin(guide.direction), math.cos(guide.direction)
         level = (across[0] * guide.through[0] + across[1] * guide.through[1]) / size
-        name = f"guide '{guide.name}' of body '{guide.follower[0]}'"
+        name = f"guide '{guide.name}' of body '{follower}'"
         elimination.impose(add(scaled(across[0], x), scaled(across[1], y), {ones: -level}), name)
 
 
-def _impose_weld(
-    mechanism: Mechanism, offsets: dict[str, int], ones: int, size: float, elimination: Elimination, weld: Weld
-) -> None:
-    name = f"weld '{weld.name}' of {_between(weld.start[0], weld.end[0])}"
-    here, there = (point_expression(mechanism, offsets, point, ones, size) for point in (weld.start, weld.end))
-    rotating = [body for body, _ in (weld.start, weld.end) if body != GROUND and mechanism.body(body).rotates]
-    angles = {body: mechanism.body(body).angle for body in rotating}
-    if len(rotating) == 2:
-        first, second = rotating
-        _impose_angle(offsets, ones, elimination, first, second, angles[second] - angles[first], name)
-    elif rotating:
-        _impose_angle(offsets, ones, elimination, GROUND, rotating[0], angles[rotating[0]], name)
+def _impose_pin(natural: Natural, size: float, elimination: Elimination, one: BodyPoint, other: BodyPoint, name: str) -> None:
+    here, there = natural.point(one, size), natural.point(other, size)
     for axis in (0, 1):
         elimination.impose(add(here[axis], scaled(-1.0, there[axis])), name)
 
 
-def _impose_angle(
-    offsets: dict[str, int], ones: int, elimination: Elimination, one: str, other: str, angle: float, name: str
-) -> None:
+def _impose_weld(natural: Natural, size: float, elimination: Elimination, weld: Weld) -> None:
+    name = f"weld '{weld.name}' of {_between(weld.start[0], weld.end[0])}"
+    rotating = [body for body, _ in (weld.start, weld.end) if natural.rotates(body)]
+    if len(rotating) == 2:
+        first, second = rotating
+        _impose_angle(natural, elimination, first, second, natural.angle(second) - natural.angle(first), name)
+    elif rotating:
+        _impose_angle(natural, elimination, GROUND, rotating[0], natural.angle(rotating[0]), name)
+    _impose_pin(natural, size, elimination, weld.start, weld.end, name)
+
+
+def _impose_angle(natural: Natural, elimination: Elimination, one: str, other: str, angle: float, name: str) -> None:
     """Keep the direction of a body at a constant angle from that of another, or of the ground."""
-    b, cos, sin = offsets[other] + 2, math.cos(angle), math.sin(angle)
+    ones, b, cos, sin = natural.total, natural.offsets[other] + 2, math.cos(angle), math.sin(angle)
     if one == GROUND:
         elimination.impose({b: 1.0, ones: -cos}, name)
         elimination.impose({b + 1: 1.0, ones: -sin}, name)
         return
-    a = offsets[one] + 2
+    a = natural.offsets[one] + 2
     elimination.impose({b: 1.0, a: -cos, a + 1: sin}, name)
     elimination.impose({b + 1: 1.0, a: -sin, a + 1: -cos}, name)
 
@@ -170,10 +180,10 @@ def body_inertia(mechanism: Mechanism, body: Body) -> float:
     return (body.inertia or 0.0) + sum(rotors)
 
 
-def _mass(mechanism: Mechanism, offsets: dict[str, int], total: int) -> sp.csr_array:
+def _mass(mechanism: Mechanism, natural: Natural) -> sp.csr_array:
     entries: list[tuple[int, int, float]] = []
     for body in mechanism.bodies:
-        p, m, (x, y) = offsets[body.name], body.mass, body.centre
+        p, m, (x, y) = natural.offsets[body.name], body.mass, body.centre
         entries += [(p, p, m), (p + 1, p + 1, m)]
         if body.inertia is None:
             continue
@@ -183,16 +193,16 @@ def _mass(mechanism: Mechanism, offsets: dict[str, int], total: int) -> sp.csr_a
             if value != 0.0:
                 entries += [(row, column, value), (column, row, value)]
     rows, columns, values = zip(*entries, strict=True)
-    return sp.csr_array((values, (rows, columns)), shape=(total, total))
+    return sp.csr_array((values, (rows, columns)), shape=(natural.total, natural.total))
 
 
-def _normalized(coordinates: Any, mass: Any, free: int) -> Any:
+def _normalized(matrix: Any, mass: Any, free: int) -> Any:
     """Scale and mix the free coordinates, block by block, so that their mass matrix is the identity."""
-    moving = coordinates[:, :free]
-    if isinstance(coordinates, np.ndarray):
+    moving = matrix[:, :free]
+    if isinstance(matrix, np.ndarray):
         lower = np.linalg.cholesky(moving.T @ mass @ moving)
-        coordinates[:, :free] = moving @ np.linalg.inv(lower).T
-        return coordinates
+        matrix[:, :free] = moving @ np.linalg.inv(lower).T
+        return matrix
     reduced = sp.csr_array(moving.T @ mass @ moving)
     count, label = connected_components(reduced, directed=False)
     order = np.argsort(label, kind="stable")
@@ -205,7 +215,7 @@ def _normalized(coordinates: Any, mass: Any, free: int) -> Any:
         first += size
     back = np.argsort(order)
     mixing = sp.csr_array(sp.block_diag(blocks, format="csr"))[back][:, back]
-    result = sp.csr_array(sp.hstack([moving @ mixing, coordinates[:, free:]]))
+    result = sp.csr_array(sp.hstack([moving @ mixing, matrix[:, free:]]))
     result.eliminate_zeros()
     result.sort_indices()
     return result

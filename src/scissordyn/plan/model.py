@@ -1,4 +1,4 @@
-"""From a reduced model to the arrays of the kernels that follow from topology and lengths."""
+"""From a mechanism and its coordinates to the arrays of the kernels that follow from topology and lengths."""
 
 from __future__ import annotations
 
@@ -16,8 +16,6 @@ from scissordyn.component.compiled import Kernels, at_rest, kernels_of
 from scissordyn.component.declaration import Component
 from scissordyn.component.motor import Motor
 from scissordyn.component.port import TRAVEL, Attachment
-from scissordyn.kept import kept
-from scissordyn.mechanics.acting import acting, component_states, friction_states, offsets, start_coordinates, time_functions
 from scissordyn.mechanics.monitored import (
     COMPONENT_FORCE,
     DRIVE_TORQUE,
@@ -26,14 +24,13 @@ from scissordyn.mechanics.monitored import (
     PRESSURE_VELOCITY,
     TRACK_DEVIATION,
 )
-from scissordyn.mechanics.point_map import PointMap, joined
-from scissordyn.mechanics.reduced_model import ReducedModel
-from scissordyn.mechanics.system import (
-    Model,
-)
+from scissordyn.mechanics.point_map import Constraint, PointMap, joined
+from scissordyn.mechanics.system import Model
 from scissordyn.model.mechanism import Mechanism
+from scissordyn.plan.acting import acting, component_states, friction_states, offsets, start_coordinates, time_functions
+from scissordyn.plan.coordinates import Coordinates
 
-__all__ = ["build_model"]
+__all__ = ["make_model"]
 
 FEW = 12
 """Up to so many unknowns the step matrix is taken as full."""
@@ -47,19 +44,19 @@ def _stacked(maps: list[PointMap], height: int) -> tuple[np.ndarray, np.ndarray,
     return start, np.concatenate([m.columns for m in maps]), np.ascontiguousarray(np.hstack([m.rows for m in maps]))
 
 
-def _element_map(reduced: ReducedModel, attachments: Iterable[Attachment]) -> PointMap:
+def _element_map(coordinates: Coordinates, attachments: Iterable[Attachment]) -> PointMap:
     """The six rows of a force element."""
-    return joined([(_attached(reduced, each), each.row, each.sign) for each in attachments])
+    return joined([(_attached(coordinates, each), each.row, each.sign) for each in attachments])
 
 
-def _attached(reduced: ReducedModel, attachment: Attachment) -> PointMap:
+def _attached(coordinates: Coordinates, attachment: Attachment) -> PointMap:
     """What an attachment reads, as a map."""
     if attachment.what == "frame":
-        return reduced.frame(attachment.body)
+        return coordinates.frame(attachment.body)
     if attachment.what == "direction":
-        return reduced.direction(attachment.body)
+        return coordinates.direction(attachment.body)
     body, point = attachment.body, attachment.point
-    found = reduced.place((body, point)) if isinstance(point, str) else reduced.at(body, point or (0.0, 0.0))
+    found = coordinates.place((body, point)) if isinstance(point, str) else coordinates.at(body, point or (0.0, 0.0))
     if attachment.along is None:
         return found
     along = np.array([[math.cos(attachment.along), math.sin(attachment.along)], [0.0, 0.0]])
@@ -74,38 +71,38 @@ def _kernels(component: Component, start: tuple[float, ...]) -> Kernels:
     return kernels_of(type(component), len(component.parameters(start)))
 
 
-@kept
-def build_model(reduced: ReducedModel) -> Model:
+def make_model(mechanism: Mechanism, coordinates: Coordinates) -> Model:
     """Everything that follows from topology and lengths.
 
     Parameters
     ----------
-    reduced : ReducedModel
+    mechanism : Mechanism
+    coordinates : Coordinates
 
     Returns
     -------
     Model
     """
-    mechanism, n = reduced.mechanism, reduced.free
-    moving, known = reduced.coordinates[:, :n], reduced.coordinates[:, n:]
-    carried = reduced.mass @ known
+    n = coordinates.free
+    moving, known = coordinates.matrix[:, :n], coordinates.matrix[:, n:]
+    carried = coordinates.mass @ known
     inertia, inertia_b = (
         each if isinstance(each, np.ndarray) else each.toarray() for each in (moving.T @ carried, known.T @ carried)
     )
     contacts, components = mechanism.contacts, acting(mechanism)
     states = [len(friction_states(each)) for each in contacts] + [len(component_states(each)) for each in components]
     attachments = [each.attachments for each in contacts] + [each.declaration.port.attachments(each) for each in components]
-    maps = [_element_map(reduced, each) for each in attachments]
+    maps = [_element_map(coordinates, each) for each in attachments]
     element_start, element_column, element_row = _stacked(maps, 6)
     counts = np.diff(element_start)
-    rotation_start, rotation_column, rotation_row = _stacked([family.maps[0] for family in reduced.families], 2)
-    track_start, track_column, track_row = _stacked([reduced.tracked(track) for track in mechanism.tracks], 2)
-    permutation, reach = _ordering(reduced, element_start, element_column, states)
-    constraints = _constraints(reduced)
+    rotation_start, rotation_column, rotation_row = _stacked([family.maps[0] for family in coordinates.families], 2)
+    track_start, track_column, track_row = _stacked([coordinates.tracked(track) for track in mechanism.tracks], 2)
+    permutation, reach = _ordering(coordinates, element_start, element_column, states)
+    constraints = _constraints(mechanism, coordinates)
     gram = int(np.max(-np.diff(constraints["overlap"], axis=1), initial=0))
     return Model(
         n=n,
-        nb=reduced.basis,
+        nb=coordinates.basis,
         inertia=np.ascontiguousarray(inertia),
         inertia_b=np.ascontiguousarray(inertia_b),
         element_start=element_start,
@@ -133,9 +130,9 @@ def _integers(values: Iterable[int]) -> np.ndarray:
     return np.array(list(values), np.int64)
 
 
-def _constraints(reduced: ReducedModel) -> dict[str, np.ndarray]:
+def _constraints(mechanism: Mechanism, coordinates: Coordinates) -> dict[str, np.ndarray]:
     """The part of a model that describes its quadratic constraints."""
-    mechanism, constraints = reduced.mechanism, reduced.constraints
+    constraints = coordinates.constraints
     parts = [(k, weight, each) for k, constraint in enumerate(constraints) for weight, each in constraint.parts]
     part_start, column, row = _stacked([each for _, _, each in parts], 2)
     timed = [k for k, constraint in enumerate(constraints) if constraint.motion]
@@ -147,11 +144,11 @@ def _constraints(reduced: ReducedModel) -> dict[str, np.ndarray]:
         "timed": _integers(timed),
         "timed_function": _integers(first + k for k in range(len(timed))),
         "timed_unit": np.array([1.0 / constraints[k].scale for k in timed], float),
-        "latch": _latches(reduced, part_start, len(mechanism.components)),
+        "latch": _latches(mechanism, constraints),
         "constraint_start": offsets(constraint.columns.size for constraint in constraints),
         "constraint_column": column,
         "constraint_row": row,
-        "overlap": _overlaps(reduced),
+        "overlap": _overlaps(coordinates),
     }
 
 
@@ -213,17 +210,18 @@ def _monitors(mechanism: Mechanism) -> np.ndarray:
     return np.array(rows, np.int64).reshape(-1, 2)
 
 
-def _latches(reduced: ReducedModel, part_start: np.ndarray, first: int) -> np.ndarray:
+def _latches(mechanism: Mechanism, constraints: tuple[Constraint, ...]) -> np.ndarray:
     """Constraint, first part and component of each latch."""
-    parts = np.cumsum([0, *(len(constraint.parts) for constraint in reduced.constraints)])
-    names = [constraint.name for constraint in reduced.constraints]
-    found = [(names.index(latch.name), parts[names.index(latch.name)]) for latch in reduced.mechanism.latches]
+    parts = np.cumsum([0, *(len(constraint.parts) for constraint in constraints)])
+    names = [constraint.name for constraint in constraints]
+    first = len(mechanism.components)
+    found = [(names.index(latch.name), parts[names.index(latch.name)]) for latch in mechanism.latches]
     return np.array([(k, p, first + i) for i, (k, p) in enumerate(found)], np.int64).reshape(-1, 3)
 
 
-def _overlaps(reduced: ReducedModel) -> np.ndarray:
+def _overlaps(coordinates: Coordinates) -> np.ndarray:
     """Pairs k >= l of quadratic constraints on common free coordinates, by k, shape (pairs, 2)."""
-    own = _incidence([each.columns[each.columns < reduced.free] for each in reduced.constraints], reduced.free)
+    own = _incidence([each.columns[each.columns < coordinates.free] for each in coordinates.constraints], coordinates.free)
     k, l = (own @ own.T).nonzero()
     pairs = np.stack([k, l], axis=1)[k >= l].astype(np.int64)
     return np.ascontiguousarray(pairs[np.lexsort((pairs[:, 1], pairs[:, 0]))])
@@ -237,14 +235,14 @@ def _incidence(groups: list[np.ndarray], columns: int) -> csr_array:
 
 
 def _ordering(
-    reduced: ReducedModel, element_start: np.ndarray, element_column: np.ndarray, states: list[int]
+    coordinates: Coordinates, element_start: np.ndarray, element_column: np.ndarray, states: list[int]
 ) -> tuple[np.ndarray, int]:
     """Rows of the step matrix for accelerations, multipliers and internal states, so that its band is narrow, and its reach."""
-    n, m = reduced.free, len(reduced.constraints)
+    n, m = coordinates.free, len(coordinates.constraints)
     size = n + m + sum(states)
     if size <= FEW:
         return np.arange(size, dtype=np.int64), max(0, size - 1)
-    groups = [np.append(each.columns[each.columns < n], n + k) for k, each in enumerate(reduced.constraints)]
+    groups = [np.append(each.columns[each.columns < n], n + k) for k, each in enumerate(coordinates.constraints)]
     first_state = n + m
     for e, count in enumerate(states):
         columns = element_column[element_start[e] : element_start[e + 1]]

@@ -12,11 +12,12 @@ from scissordyn.component.place import GROUND
 from scissordyn.errors import InputError
 from scissordyn.mechanics.elimination import Elimination, Expression, contradiction, in_words
 from scissordyn.mechanics.point_map import Constraint, PointMap, combined
-from scissordyn.mechanics.reduced_model import ReducedModel
 from scissordyn.mechanics.time_function import function_start
 from scissordyn.model.check import SAME_PLACE
+from scissordyn.model.mechanism import Mechanism
+from scissordyn.plan.coordinates import Coordinates
 
-__all__ = ["find_constraints", "order_constraints"]
+__all__ = ["order_constraints", "quadratic_constraints"]
 
 CONTRADICTION = 1e-7
 """Lengths that differ by less than this fraction are one length."""
@@ -25,61 +26,69 @@ NAMED = 3
 """So many of a family of parallel bodies are named."""
 
 
-def _is_free(reduced: ReducedModel, point_map: PointMap) -> bool:
-    return bool(np.any(point_map.columns < reduced.free))
+def _is_free(coordinates: Coordinates, point_map: PointMap) -> bool:
+    return bool(np.any(point_map.columns < coordinates.free))
 
 
-def find_constraints(reduced: ReducedModel, elimination: Elimination) -> tuple[Constraint, ...]:
+def quadratic_constraints(
+    mechanism: Mechanism, coordinates: Coordinates, elimination: Elimination | None = None
+) -> list[Constraint]:
     """The quadratic constraints of a mechanism.
 
     Parameters
     ----------
-    reduced : ReducedModel
+    mechanism : Mechanism
+    coordinates : Coordinates
         Without constraints.
-    elimination : Elimination
+    elimination : Elimination, optional
         Of the linear constraints, to say which of them contradict a length.
 
     Returns
     -------
-    tuple of Constraint
+    list of Constraint
 
     Raises
     ------
     InputError
         If what is known of a body's direction contradicts its length.
     """
-    found = [*_lengths(reduced, elimination), *_moving_guides(reduced), *_rods(reduced), *_latches(reduced)]
-    return order_constraints(reduced, found)
+    lengths = _lengths(coordinates, elimination)
+    return [
+        *lengths,
+        *_moving_guides(mechanism, coordinates),
+        *_rods(mechanism, coordinates),
+        *_latches(mechanism, coordinates),
+    ]
 
 
-def order_constraints(reduced: ReducedModel, found: list[Constraint]) -> tuple[Constraint, ...]:
-    """Constraints in an order in which those that share coordinates are near."""
+def order_constraints(unknowns: int, found: list[Constraint]) -> tuple[Constraint, ...]:
+    """Constraints in an order in which those that share free coordinates are near."""
     if len(found) < 3:
         return tuple(found)
     rows = np.repeat(np.arange(len(found)), [constraint.columns.size for constraint in found])
     columns = np.concatenate([constraint.columns for constraint in found])
-    free = columns < reduced.free
-    incidence = sp.csr_array((np.ones(int(np.sum(free))), (rows[free], columns[free])), shape=(len(found), reduced.free))
+    free = columns < unknowns
+    incidence = sp.csr_array((np.ones(int(np.sum(free))), (rows[free], columns[free])), shape=(len(found), unknowns))
     graph = sp.csr_array(incidence @ incidence.T)
     return tuple(found[index] for index in reverse_cuthill_mckee(graph, symmetric_mode=True))
 
 
-def _lengths(reduced: ReducedModel, elimination: Elimination) -> list[Constraint]:
+def _lengths(coordinates: Coordinates, elimination: Elimination | None) -> list[Constraint]:
     """One constraint of unit length per family of parallel bars."""
     found = []
-    for family in reduced.families:
+    for family in coordinates.families:
         first = family.maps[0]
         if not family.free:
             for name, direction in zip(family.bodies, family.maps, strict=True):
-                length = _known_length(reduced, direction)
+                length = _known_length(coordinates, direction)
                 if not abs(length - 1.0) <= CONTRADICTION:  # NaN is no length
-                    raise _wrong_length(reduced, elimination, name, length)
+                    raise _wrong_length(coordinates, elimination, name, length)
             continue
         size = float(np.max(np.sum(first.rows * first.rows, axis=0)))
         for name, direction in zip(family.bodies[1:], family.maps[1:], strict=True):
             length = math.sqrt(float(np.max(np.sum(direction.rows * direction.rows, axis=0))) / size)
             if abs(length - 1.0) > CONTRADICTION:
-                raise _wrong_length(reduced, elimination, name, length, family.bodies[0])
+                raise _wrong_length(coordinates, elimination, name, length, family.bodies[0])
         found.append(Constraint(((1.0, first),), 0.5, subject=_bodies(family.bodies), bodies=family.bodies))
     return found
 
@@ -90,19 +99,19 @@ def _bodies(names: tuple[str, ...]) -> str:
     return ("body " if len(names) == 1 else "bodies ") + in_words(quoted, NAMED)
 
 
-def _known_length(reduced: ReducedModel, direction: PointMap) -> float:
+def _known_length(coordinates: Coordinates, direction: PointMap) -> float:
     """Length of a direction that only b(t) enters; NaN if it varies with the drives.
 
     |d|^2 = b^T Q b is constant for all angles th_i if Q has no coupling between 1 and the drives, nor between two drives, and
     is a multiple of the identity for each drive; it is then the sum of these multiples.
     """
-    basis = direction.columns - reduced.free
-    full = np.zeros((reduced.basis, reduced.basis))
+    basis = direction.columns - coordinates.free
+    full = np.zeros((coordinates.basis, coordinates.basis))
     full[np.ix_(basis, basis)] = direction.rows.T @ direction.rows
     total = full[0, 0]
     expected = np.zeros_like(full)
     expected[0, 0] = total
-    for first in range(1, reduced.basis, 2):
+    for first in range(1, coordinates.basis, 2):
         part = 0.5 * (full[first, first] + full[first + 1, first + 1])
         expected[first, first] = expected[first + 1, first + 1] = part
         total += part
@@ -110,13 +119,16 @@ def _known_length(reduced: ReducedModel, direction: PointMap) -> float:
     return math.nan if varies else math.sqrt(max(float(total), 0.0))
 
 
-def _wrong_length(reduced: ReducedModel, elimination: Elimination, body: str, length: float, twin: str = "") -> InputError:
+def _wrong_length(
+    coordinates: Coordinates, elimination: Elimination | None, body: str, length: float, twin: str = ""
+) -> InputError:
     """The error for a body whose direction, known or a multiple of that of its twin, would not have its length."""
-    d = reduced.offsets[body] + 2
+    assert elimination is not None
+    d = coordinates.natural.offsets[body] + 2
     relation: list[Expression] = [{d: 1.0}, {d + 1: 1.0}]
     if twin:
-        matrix = reduced.direction(body).rows @ np.linalg.pinv(reduced.direction(twin).rows)
-        e = reduced.offsets[twin] + 2
+        matrix = coordinates.direction(body).rows @ np.linalg.pinv(coordinates.direction(twin).rows)
+        e = coordinates.natural.offsets[twin] + 2
         relation = [{d + axis: 1.0, e: -float(matrix[axis, 0]), e + 1: -float(matrix[axis, 1])} for axis in (0, 1)]
     change = (
         "would have to change its length" if math.isnan(length) else f"would have to be {length:.6g} times as long as it is"
@@ -124,27 +136,27 @@ def _wrong_length(reduced: ReducedModel, elimination: Elimination, body: str, le
     return contradiction(elimination.behind(relation), f"body '{body}' {change}")
 
 
-def _moving_guides(reduced: ReducedModel) -> list[Constraint]:
+def _moving_guides(mechanism: Mechanism, coordinates: Coordinates) -> list[Constraint]:
     """Followers on lines that moving bodies carry.
 
     With w from the body's origin to the follower, in units of the mechanism's size, and g the unit vector across the line,
     w . g is constant.
     """
     found = []
-    for guide in reduced.mechanism.ideal_guides:
+    for guide in mechanism.ideal_guides:
         if guide.body == GROUND:
             continue
         across = -math.sin(guide.direction), math.cos(guide.direction)
-        turned = reduced.direction(guide.body)
+        turned = coordinates.direction(guide.body)
         g = PointMap(turned.columns, np.array([[across[0], -across[1]], [across[1], across[0]]]) @ turned.rows)
-        unit = 1.0 / reduced.size
-        w = combined((reduced.place(guide.follower), unit), (reduced.origin(guide.body), -unit))
+        unit = 1.0 / coordinates.size
+        w = combined((coordinates.place(guide.follower), unit), (coordinates.origin(guide.body), -unit))
         value = (across[0] * guide.through[0] + across[1] * guide.through[1]) * unit
         subject = f"guide '{guide.name}' of bodies '{guide.follower[0]}' and '{guide.body}'"
         parts = _product(w, g)
-        if any(_is_free(reduced, part) for _, part in parts):
+        if any(_is_free(coordinates, part) for _, part in parts):
             bodies = guide.follower[0], guide.body
-            found.append(Constraint(parts, value, scale=reduced.size, subject=subject, bodies=bodies))
+            found.append(Constraint(parts, value, scale=coordinates.size, subject=subject, bodies=bodies))
             continue
         raise InputError(f"{subject} lies between bodies that cannot move against each other", "leave it out")
     return found
@@ -155,21 +167,21 @@ def _product(w: PointMap, g: PointMap) -> tuple[tuple[float, PointMap], ...]:
     return (0.5, combined((w, 1.0), (g, 1.0))), (-0.5, combined((w, 1.0), (g, -1.0)))
 
 
-def _rods(reduced: ReducedModel) -> list[Constraint]:
+def _rods(mechanism: Mechanism, coordinates: Coordinates) -> list[Constraint]:
     """Rods: |end - start|^2 / 2 is constant, or follows a time function; in units of the length at the start."""
-    mechanism, found = reduced.mechanism, []
+    found = []
     for rod in mechanism.rods:
         length = function_start(rod.motion) if rod.motion else rod.length
         if length is None:
             length = math.dist(mechanism.place(rod.start), mechanism.place(rod.end))
-        if not length > SAME_PLACE * reduced.size:  # rounding leaves a little of points at one place
+        if not length > SAME_PLACE * coordinates.size:  # rounding leaves a little of points at one place
             raise InputError(
                 f"rod '{rod.name}' starts with length {length:g} m",
                 "points that are apart; a joint holds two points at one place",
             )
         unit = 1.0 / length
-        span = combined((reduced.place(rod.end), unit), (reduced.place(rod.start), -unit))
-        if not _is_free(reduced, span):
+        span = combined((coordinates.place(rod.end), unit), (coordinates.place(rod.start), -unit))
+        if not _is_free(coordinates, span):
             raise InputError(f"rod '{rod.name}' between points that cannot move against each other", "leave it out")
         found.append(
             Constraint(
@@ -185,15 +197,15 @@ def _rods(reduced: ReducedModel) -> list[Constraint]:
     return found
 
 
-def _latches(reduced: ReducedModel) -> list[Constraint]:
+def _latches(mechanism: Mechanism, coordinates: Coordinates) -> list[Constraint]:
     """Latches: with w the body's direction turned back by the angle and g the base's turned left, w . g = 0."""
     found = []
-    for latch in reduced.mechanism.latches:
+    for latch in mechanism.latches:
         cos, sin = math.cos(latch.angle), math.sin(latch.angle)
-        body, base = reduced.direction(latch.body), reduced.frame(latch.base)
+        body, base = coordinates.direction(latch.body), coordinates.frame(latch.base)
         w = PointMap(body.columns, np.array([[cos, sin], [-sin, cos]]) @ body.rows)
         parts = _product(w, PointMap(base.columns, np.array([[0.0, -1.0], [1.0, 0.0]]) @ base.rows))
-        if not any(_is_free(reduced, part) for _, part in parts):
+        if not any(_is_free(coordinates, part) for _, part in parts):
             raise InputError(f"latch '{latch.name}' between bodies whose angle is prescribed", "bodies that can turn freely")
         found.append(
             Constraint(

@@ -1,0 +1,112 @@
+"""The closure equations of a mechanism with ideal joints, on every branch of its assembly.
+
+The equations of motion use that opposite bars of a parallelogram stay parallel, which is true on one branch only. Whether
+another branch meets it must be asked of the equations without that assumption. They are few and small.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import scipy.sparse as sp
+
+from scissordyn.mechanics.point_map import Constraint
+from scissordyn.model.mechanism import Mechanism
+from scissordyn.plan.coordinates import Coordinates, Natural, natural_coordinates
+from scissordyn.plan.linear_constraints import eliminated, origins
+from scissordyn.plan.quadratic_constraints import quadratic_constraints
+
+__all__ = ["Branches", "every_branch"]
+
+NO_GRADIENT = 1e-12
+"""A quadratic constraint whose maps do not vary by more than this holds whatever the free coordinates are."""
+
+
+@dataclass(frozen=True)
+class Branches:
+    """Natural coordinates z, origins in units of the size, as N y + P b, and the quadratic constraints on z.
+
+    Parameters
+    ----------
+    natural : Natural
+    stays : ndarray of int, shape (n,)
+        Which of z are y.
+    free : ndarray, shape (nZ, n)
+        N.
+    known : ndarray, shape (nZ, 1 + 2 drives)
+        P.
+    rows : ndarray, shape (parts, 2, nZ)
+        Maps of the quadratic constraints: those of one follow each other.
+    constant : ndarray, shape (parts, 2)
+    weight : ndarray, shape (parts,)
+    moving : ndarray, shape (parts, 2, n)
+        Their dependence on y.
+    begin : ndarray of int, shape (m,)
+        First part of each constraint.
+    scale : ndarray, shape (m,)
+        Length that the gradient of each constraint can have, 1 where it has none.
+    varies : ndarray of int
+        Constraints that have a gradient.
+    constraints : tuple of Constraint
+        Unit lengths, moving guides and rods.
+    """
+
+    natural: Natural
+    stays: np.ndarray
+    free: np.ndarray
+    known: np.ndarray
+    rows: np.ndarray
+    constant: np.ndarray
+    weight: np.ndarray
+    moving: np.ndarray
+    begin: np.ndarray
+    scale: np.ndarray
+    varies: np.ndarray
+    constraints: tuple[Constraint, ...]
+
+
+def every_branch(mechanism: Mechanism) -> Branches:
+    """The closure equations of a mechanism with ideal joints.
+
+    Parameters
+    ----------
+    mechanism : Mechanism
+
+    Returns
+    -------
+    Branches
+    """
+    natural, basis = natural_coordinates(mechanism), 1 + 2 * len(mechanism.drives)
+    elimination, (start, columns, values) = eliminated(mechanism, natural, every_branch=True)
+    total = natural.total
+    expressed = sp.csr_array((values, columns, start), shape=(total, total + basis)).toarray()
+    stays = np.flatnonzero(elimination.solved_at[:total] < 0)
+    # every natural coordinate is free here, and the last column stands for 1
+    unit = np.zeros((total, total + 1))
+    unit[:, :total] = np.diag(np.where(origins(natural), mechanism.size, 1.0))
+    every = Coordinates(natural, total, 1, unit, None, mechanism.size)
+    constraints = tuple(each for each in quadratic_constraints(mechanism, every) if not each.latch)
+    parts = [part for constraint in constraints for part in constraint.parts]
+    rows = np.zeros((len(parts), 2, total + 1))
+    for row, (_, each) in zip(rows, parts, strict=True):
+        row[:, each.columns] = each.rows
+    free, maps, weight = expressed[:, stays], np.ascontiguousarray(rows[:, :, :total]), np.array([w for w, _ in parts], float)
+    moving = maps @ free
+    begin = np.cumsum([0, *(len(constraint.parts) for constraint in constraints)])[:-1]
+    size = np.abs(weight) * np.sqrt(np.sum(moving * moving, axis=(1, 2)))
+    scale = np.add.reduceat(size, begin) if begin.size else size
+    return Branches(
+        natural=natural,
+        stays=stays,
+        free=free,
+        known=expressed[:, total:],
+        rows=maps,
+        constant=rows[:, :, total].copy(),
+        weight=weight,
+        moving=moving,
+        begin=begin,
+        scale=np.where(scale > NO_GRADIENT, scale, 1.0),
+        varies=np.flatnonzero(scale > NO_GRADIENT),
+        constraints=constraints,
+    )

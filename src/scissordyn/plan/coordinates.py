@@ -1,0 +1,261 @@
+"""The coordinates of a mechanism with its linear constraints eliminated: natural ones as affine functions of few free ones."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+import scipy.sparse as sp
+
+from scissordyn.component.place import GROUND, BodyPoint, Point
+from scissordyn.mechanics.elimination import Expression
+from scissordyn.mechanics.point_map import Constraint, PointMap
+from scissordyn.model.body import Body
+from scissordyn.model.mechanism import Mechanism
+from scissordyn.model.track import Track
+
+__all__ = ["Coordinates", "Family", "Natural", "find_families", "natural_coordinates"]
+
+
+SAME = 1e-9
+"""Products of coefficients, the largest one being one, that are the same to within this belong to parallel bodies."""
+
+
+@dataclass(frozen=True)
+class Natural:
+    """The natural coordinates of some bodies: the origin p of each and, if it rotates, the unit vector d along its x axis.
+
+    Every point of a body is p + x d + y J d, linear in both.
+
+    Parameters
+    ----------
+    bodies : dict of str to Body
+    ground : dict of str to (float, float)
+        Named points of the fixed frame [m].
+    offsets : dict of str to int
+        First coordinate of each body.
+    total : int
+        Their number; as a column it stands for 1.
+    """
+
+    bodies: dict[str, Body]
+    ground: dict[str, Point]
+    offsets: dict[str, int]
+    total: int
+
+    def angle(self, body: str) -> float:
+        """Angle at which a body, or the ground, is placed [rad]."""
+        return 0.0 if body == GROUND else self.bodies[body].angle
+
+    def rotates(self, body: str) -> bool:
+        """Whether it is a body that rotates."""
+        return body != GROUND and self.bodies[body].rotates
+
+    def point(self, reference: BodyPoint, size: float = 1.0) -> tuple[Expression, Expression]:
+        """Both components of a point of a body; see `fixed`."""
+        body, name = reference
+        return self.fixed(body, (self.ground if body == GROUND else self.bodies[body].points)[name], size)
+
+    def fixed(self, body: str, point: Point, size: float = 1.0) -> tuple[Expression, Expression]:
+        """Both components of a point in the frame of a body, or of the ground; lengths and origins are in units of `size`."""
+        x, y = point[0] / size, point[1] / size
+        if body == GROUND:
+            return {self.total: x}, {self.total: y}
+        p, placed = self.offsets[body], self.bodies[body]
+        if not placed.rotates:
+            cos, sin = math.cos(placed.angle), math.sin(placed.angle)
+            return {p: 1.0, self.total: cos * x - sin * y}, {p + 1: 1.0, self.total: sin * x + cos * y}
+        return {p: 1.0, p + 2: x, p + 3: -y}, {p + 1: 1.0, p + 2: y, p + 3: x}
+
+    def placed(self) -> tuple[np.ndarray, np.ndarray]:
+        """Natural coordinates and velocities of the bodies as the user placed them."""
+        position, velocity = np.zeros(self.total), np.zeros(self.total)
+        for name, body in self.bodies.items():
+            p = self.offsets[name]
+            position[p : p + 2] = body.position
+            velocity[p : p + 2] = body.velocity
+            if body.rotates:
+                cos, sin = math.cos(body.angle), math.sin(body.angle)
+                position[p + 2 : p + 4] = cos, sin
+                velocity[p + 2 : p + 4] = -sin * body.angular_velocity, cos * body.angular_velocity
+        return position, velocity
+
+
+def natural_coordinates(mechanism: Mechanism) -> Natural:
+    """The natural coordinates of a mechanism."""
+    offsets, total = {}, 0
+    for body in mechanism.bodies:
+        offsets[body.name] = total
+        total += 4 if body.rotates else 2
+    return Natural({body.name: body for body in mechanism.bodies}, dict(mechanism.ground), offsets, total)
+
+
+@dataclass(frozen=True)
+class Family:
+    """Bodies that keep their relative directions, turned or mirrored.
+
+    Parameters
+    ----------
+    bodies : tuple of str
+    maps : tuple of PointMap
+        Their directions.
+    free : bool
+        Whether a free coordinate enters.
+    """
+
+    bodies: tuple[str, ...]
+    maps: tuple[PointMap, ...]
+    free: bool
+
+
+@dataclass(frozen=True)
+class Coordinates:
+    """Natural coordinates as T [x; b(t)], with T constant and b = (1, cos th_1, sin th_1, ...) the prescribed directions.
+
+    Parameters
+    ----------
+    natural : Natural
+    free : int
+        Number n of free coordinates x.
+    basis : int
+        Number nb of entries of b(t).
+    matrix : ndarray or sparse matrix, shape (nZ, n + nb)
+        T.
+    mass : ndarray or sparse matrix, shape (nZ, nZ)
+        Mass matrix of the natural coordinates [kg, kg m, kg m^2].
+    size : float
+        Length of the mechanism's parts [m].
+    constraints : tuple of Constraint
+        Unit lengths, moving guides, rods and latches, ordered for a narrow band.
+    redundant : tuple of str
+        Subjects of constraints that were left out because they follow from the others.
+    """
+
+    natural: Natural = field(repr=False)
+    free: int
+    basis: int
+    matrix: Any = field(repr=False)
+    mass: Any = field(repr=False)
+    size: float
+    constraints: tuple[Constraint, ...] = ()
+    redundant: tuple[str, ...] = ()
+
+    def with_constraints(self, constraints: tuple[Constraint, ...], redundant: tuple[str, ...] = ()) -> Coordinates:
+        """The same with these constraints; what is known of the coordinates is taken along."""
+        made = replace(self, constraints=constraints, redundant=redundant)
+        own = Coordinates.__dataclass_fields__
+        made.__dict__.update({name: value for name, value in self.__dict__.items() if name not in own})
+        return made
+
+    def place(self, point: BodyPoint) -> PointMap:
+        """Position of a point of a body."""
+        return self._map(self.natural.point(point))
+
+    def tracked(self, track: Track) -> PointMap:
+        """Position of a tracked point."""
+        return self.place((track.body, track.point)) if isinstance(track.point, str) else self.at(track.body, track.point)
+
+    @cached_property
+    def placed(self) -> tuple[np.ndarray, np.ndarray]:
+        """Natural coordinates and velocities of the bodies as the user placed them."""
+        return self.natural.placed()
+
+    def nearest(self, b: np.ndarray, natural: np.ndarray) -> np.ndarray:
+        """Free coordinates (or their rates) nearest, in the sense of kinetic energy, to natural coordinates (or velocities)."""
+        moving, known = self.matrix[:, : self.free], self.matrix[:, self.free :]
+        return np.asarray(moving.T @ (self.mass @ (natural - known @ b)))
+
+    @cached_property
+    def reach(self) -> np.ndarray:
+        """How far each free coordinate moves a point of a body, at most, shape (n,)."""
+        moved = np.ones(self.matrix.shape[0])
+        for name, body in self.natural.bodies.items():
+            if body.rotates:
+                moved[self.natural.offsets[name] + 2 :][:2] = body.extent
+        moving = abs(self.matrix[:, : self.free])
+        if isinstance(moving, np.ndarray):
+            return np.asarray(np.max(moved[:, None] * moving, axis=0, initial=0.0))
+        return np.asarray((moving.multiply(moved[:, None])).max(axis=0).toarray()).ravel()
+
+    @cached_property
+    def farthest(self) -> float:
+        """Distance of a body's farthest point from the origin, at most [m]."""
+        return max((math.hypot(*body.position) + body.extent for body in self.natural.bodies.values()), default=1.0)
+
+    def at(self, body: str, point: Point) -> PointMap:
+        """Position of a point in the frame of a body, or of the ground."""
+        return self._map(self.natural.fixed(body, point))
+
+    def origin(self, body: str) -> PointMap:
+        """Position of the origin of a body."""
+        p = self.natural.offsets[body]
+        return self._map(({p: 1.0}, {p + 1: 1.0}))
+
+    def direction(self, body: str) -> PointMap:
+        """Direction vector of a body; nothing for the ground and for a body that does not rotate."""
+        found = self._directions.get(body)
+        return PointMap(np.empty(0, np.int64), np.empty((2, 0))) if found is None else found
+
+    def frame(self, body: str) -> PointMap:
+        """Direction vector of a body's x axis, constant for the ground and for a body that does not rotate."""
+        if self.natural.rotates(body):
+            return self.direction(body)
+        angle = self.natural.angle(body)
+        return PointMap(np.array([self.free], np.int64), np.array([[math.cos(angle)], [math.sin(angle)]]))
+
+    @cached_property
+    def _directions(self) -> dict[str, PointMap]:
+        """Direction vectors of the bodies that rotate."""
+        found = {}
+        for name, body in self.natural.bodies.items():
+            if body.rotates:
+                d = self.natural.offsets[name] + 2
+                found[name] = self._map(({d: 1.0}, {d + 1: 1.0}))
+        return found
+
+    @cached_property
+    def families(self) -> tuple[Family, ...]:
+        """The rotating bodies, by families."""
+        return find_families(self._directions, self.free)
+
+    @cached_property
+    def _rows(self) -> list[list[tuple[int, float]]]:
+        """Columns and coefficients of each natural coordinate."""
+        matrix = sp.csr_array(self.matrix)
+        starts, columns, values = matrix.indptr.tolist(), matrix.indices.tolist(), matrix.data.tolist()
+        pairs = list(zip(columns, values, strict=True))
+        return [pairs[a:b] for a, b in itertools.pairwise(starts)]
+
+    def _map(self, pair: tuple[Expression, Expression]) -> PointMap:
+        """A pair of expressions in natural coordinates as a map of [x; b]."""
+        table: dict[int, list[float]] = {}
+        rows, ones = self._rows, self.natural.total
+        for axis, expression in enumerate(pair):
+            for column, coefficient in expression.items():
+                for key, value in ((self.free, 1.0),) if column == ones else rows[column]:
+                    entry = table.get(key)
+                    if entry is None:
+                        entry = table[key] = [0.0, 0.0]
+                    entry[axis] += coefficient * value
+        columns = sorted(table)
+        return PointMap(np.array(columns, np.int64), np.array([table[key] for key in columns], float).reshape(-1, 2).T.copy())
+
+
+def find_families(directions: dict[str, PointMap], free: int) -> tuple[Family, ...]:
+    """Bodies by families, from their directions as maps of so many free coordinates and the basis."""
+    found: dict[tuple[bytes, ...], list[str]] = {}
+    for name, direction in directions.items():
+        square = direction.rows.T @ direction.rows  # the same for directions that differ by a rotation or a reflection
+        scale = float(square.diagonal().max(initial=0.0)) or 1.0
+        row, column = np.nonzero(np.abs(square) > 1e-12 * scale)
+        values = np.round(square[row, column] / (scale * SAME)) * SAME + 0.0  # no negative zeros
+        key = direction.columns[row].tobytes(), direction.columns[column].tobytes(), values.tobytes()
+        found.setdefault(key, []).append(name)
+    return tuple(
+        Family(tuple(names), tuple(map(directions.__getitem__, names)), bool((directions[names[0]].columns < free).any()))
+        for names in found.values()
+    )

@@ -1,0 +1,290 @@
+"""A mechanism compiled: tables for the kernels, and the names of what is in them."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from scissordyn.component.actuator import Actuator
+from scissordyn.component.declaration import Component
+from scissordyn.component.latch import Latch
+from scissordyn.component.rod import Rod
+from scissordyn.component.time_function import TimeFunction
+from scissordyn.mechanics.outputs import BodyMaps
+from scissordyn.mechanics.point_map import PointMap
+from scissordyn.mechanics.reactions import Balance
+from scissordyn.mechanics.system import Model, Parameters
+from scissordyn.model.body import Body
+from scissordyn.model.connection import Weld
+from scissordyn.model.drive import Drive
+from scissordyn.model.guide_clearance import ContactPoint
+from scissordyn.model.joint import Guide, Revolute
+from scissordyn.model.mechanism import Mechanism
+from scissordyn.model.proportion import proportion_warnings
+from scissordyn.model.track import Track
+from scissordyn.plan.acting import acting, start_coordinates
+from scissordyn.plan.balance import balance
+from scissordyn.plan.bodies import body_maps
+from scissordyn.plan.branches import Branches, every_branch
+from scissordyn.plan.coordinates import Coordinates
+from scissordyn.plan.fit import same_tables
+from scissordyn.plan.linear_constraints import reduced
+from scissordyn.plan.model import make_model
+from scissordyn.plan.numbers import make_parameters
+from scissordyn.plan.rest import at_rest
+
+__all__ = ["Plan", "plan"]
+
+PLACE = "_plan"
+
+
+@dataclass(frozen=True)
+class Plan:
+    """What everything below works on in place of a mechanism: tables that follow from its parts, and their names.
+
+    The tables are never written; cases that differ only in numbers which do not enter them share them (`fits`, `case`).
+
+    Parameters
+    ----------
+    mechanism : Mechanism
+        Read here only.
+    coordinates : Coordinates
+        Maps of points and directions, and the quadratic constraints.
+    model : Model
+        What the kernels read of topology and lengths.
+    maps : BodyMaps
+        Where the bodies are, and where force elements, rods and latches act on them.
+    balance : Balance
+        Of forces and moments, for the reactions of ideal joints.
+    angles : ndarray
+        That turns are counted from: of families of parallel bodies, then of components [rad].
+    known : dict
+        What was last found with these tables, by what it was asked for: the assembly at the start, singular positions.
+    """
+
+    mechanism: Mechanism = field(repr=False)
+    coordinates: Coordinates
+    model: Model = field(repr=False)
+    maps: BodyMaps = field(repr=False)
+    balance: Balance = field(repr=False)
+    angles: np.ndarray = field(repr=False)
+    known: dict[str, Any] = field(default_factory=dict, repr=False)
+
+    def fits(self, other: Mechanism) -> bool:
+        """Whether another mechanism has the same tables: it differs only in clearances, laws, motions of drives and gravity."""
+        return same_tables(self.mechanism, other)
+
+    def case(self, other: Mechanism) -> Plan:
+        """The plan of another case that fits: the same tables, its own parts and numbers."""
+        return replace(self, mechanism=other)
+
+    def numbers(self) -> Parameters:
+        """The numbers of the case, in arrays of their own."""
+        return make_parameters(self.mechanism, self.coordinates)
+
+    @cached_property
+    def ideal(self) -> Plan:
+        """The plan of the mechanism with ideal joints and guides; itself if they are."""
+        ideal = self.mechanism.ideal()
+        return self if ideal is self.mechanism else plan(ideal)
+
+    @property
+    def at_rest(self) -> Plan:
+        """The plan of the mechanism without friction, its drives and prescribed distances constant at their values of t = 0."""
+        return plan(at_rest(self.mechanism))
+
+    @cached_property
+    def branches(self) -> Branches:
+        """The closure equations of the ideal mechanism on every branch of its assembly."""
+        return every_branch(self.mechanism.ideal())
+
+    @property
+    def bodies(self) -> tuple[Body, ...]:
+        """The bodies, in the order of the results."""
+        return self.mechanism.bodies
+
+    @property
+    def drives(self) -> tuple[Drive, ...]:
+        """The prescribed rotations."""
+        return self.mechanism.drives
+
+    @property
+    def joints(self) -> tuple[Revolute, ...]:
+        """All revolute joints."""
+        return self.mechanism.joints
+
+    @property
+    def guides(self) -> tuple[Guide, ...]:
+        """All guides."""
+        return self.mechanism.guides
+
+    @property
+    def welds(self) -> tuple[Weld, ...]:
+        """The rigid connections."""
+        return self.mechanism.welds
+
+    @property
+    def rods(self) -> tuple[Rod, ...]:
+        """The rods, which act behind the components."""
+        return self.mechanism.rods
+
+    @property
+    def latches(self) -> tuple[Latch, ...]:
+        """The latches."""
+        return self.mechanism.latches
+
+    @property
+    def tracks(self) -> tuple[Track, ...]:
+        """The tracked points."""
+        return self.mechanism.tracks
+
+    @property
+    def components(self) -> tuple[Component, ...]:
+        """The components that exert forces."""
+        return self.mechanism.components
+
+    @property
+    def acting(self) -> tuple[Component, ...]:
+        """The components that the kernels know: those that exert forces, then the latches."""
+        return acting(self.mechanism)
+
+    @property
+    def actuators(self) -> list[tuple[int, Actuator]]:
+        """The actuators, each with its number among the components."""
+        return [(i, part) for i, part in enumerate(self.mechanism.components) if isinstance(part, Actuator)]
+
+    @property
+    def contacts(self) -> tuple[Revolute | ContactPoint, ...]:
+        """The possible contacts: clearance joints, then the contact points of clearance guides."""
+        return self.mechanism.contacts
+
+    @property
+    def clearance_joints(self) -> tuple[Revolute, ...]:
+        """The first of the contacts."""
+        return self.mechanism.clearance_joints
+
+    @property
+    def contact_points(self) -> tuple[ContactPoint, ...]:
+        """The other contacts."""
+        return self.mechanism.contact_points
+
+    @property
+    def joint_names(self) -> tuple[str, ...]:
+        """Names of all joints, guides and contact points, in the order of the results."""
+        return self.mechanism.joint_names
+
+    @property
+    def ideal_joints(self) -> tuple[Revolute, ...]:
+        """The revolute joints without clearance."""
+        return self.mechanism.ideal_joints
+
+    @property
+    def ideal_guides(self) -> tuple[Guide, ...]:
+        """The guides without clearance."""
+        return self.mechanism.ideal_guides
+
+    def places(self, names: Iterable[str]) -> np.ndarray:
+        """Where some joints, guides or contact points stand among `joint_names`."""
+        return np.array([self._joint_place[name] for name in names], np.int64)
+
+    @cached_property
+    def _joint_place(self) -> dict[str, int]:
+        return {name: k for k, name in enumerate(self.joint_names)}
+
+    def body_place(self, name: str) -> int:
+        """Where a body stands among `bodies`."""
+        return [body.name for body in self.bodies].index(name)
+
+    @property
+    def motions(self) -> list[tuple[str, TimeFunction]]:
+        """Prescribed angles and distances, each with its description."""
+        angles = [(f"the drive of '{drive.body}'", drive.motion) for drive in self.drives]
+        return angles + [(f"the length of rod '{rod.name}'", rod.motion) for rod in self.rods if rod.motion is not None]
+
+    @property
+    def size(self) -> float:
+        """Length of the mechanism's parts [m]."""
+        return self.coordinates.size
+
+    @property
+    def gravity(self) -> np.ndarray:
+        """Gravitational acceleration, shape (2,) [m/s^2]."""
+        angle = self.mechanism.gravity_direction
+        return self.mechanism.gravity * np.array([math.cos(angle), math.sin(angle)])
+
+    @property
+    def weight(self) -> float:
+        """Size of the gravitational acceleration [m/s^2]."""
+        return self.mechanism.gravity
+
+    @property
+    def output_guide(self) -> Guide | None:
+        """The guide on the ground that leads the output body, the first if there are several."""
+        return self.mechanism.output_guide
+
+    @property
+    def input_body(self) -> str:
+        """The body that is driven by default; empty if none is named."""
+        return self.mechanism.input_body
+
+    @property
+    def out_of_proportion(self) -> list[str]:
+        """Numbers that are far beyond those of the rest, in words."""
+        return proportion_warnings(self.mechanism)
+
+    def body(self, name: str) -> Body:
+        """The body of that name."""
+        return self.mechanism.body(name)
+
+    def eccentricity(self, contact: int) -> PointMap:
+        """The eccentricity of a clearance joint, or the vector of a contact point, as a map."""
+        part = slice(self.model.element_start[contact], self.model.element_start[contact + 1])
+        return PointMap(self.model.element_column[part], self.model.element_row[:2, part])
+
+
+def plan(mechanism: Mechanism) -> Plan:
+    """The plan of a mechanism.
+
+    It takes a fifth of the time of a short run, and is kept with the mechanism, which never changes.
+
+    Parameters
+    ----------
+    mechanism : Mechanism
+
+    Returns
+    -------
+    Plan
+
+    Raises
+    ------
+    InputError
+        If joints, guides, rods and drives contradict each other.
+    """
+    made: Plan | None = mechanism.__dict__.get(PLACE)
+    if made is None:
+        coordinates = reduced(mechanism)
+        model = make_model(mechanism, coordinates)
+        made = Plan(
+            mechanism,
+            coordinates,
+            model,
+            body_maps(mechanism, coordinates),
+            balance(mechanism),
+            _angles(mechanism, coordinates, model),
+        )
+        mechanism.__dict__[PLACE] = made
+    return made
+
+
+def _angles(mechanism: Mechanism, coordinates: Coordinates, model: Model) -> np.ndarray:
+    """Angles of families of parallel bodies, then of components, as placed."""
+    angles = [mechanism.body(family.bodies[0]).angle for family in coordinates.families]
+    for i, component in enumerate(acting(mechanism)):
+        if model.reference_of[i] >= 0:
+            angles.append(start_coordinates(mechanism, component)[-1])
+    return np.array(angles, float)

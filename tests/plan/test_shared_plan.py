@@ -1,0 +1,106 @@
+"""Cases that share the tables of a plan, and mechanisms that do not."""
+
+import copy
+import dataclasses
+import pickle
+
+import pytest
+
+import scissordyn as sd
+from scissordyn.plan.plan import Plan, plan
+from scissordyn.run.driver import Driver
+from scissordyn.run.options import Options
+from scissordyn.run.trajectory import Trajectory, compute, make_driver
+
+FREE = sd.Clearance(0.5e-3)
+RUBBING = sd.Clearance(0.5e-3, friction=sd.LuGre(kinetic=0.05))
+OPTIONS = Options(0.02, samples=101)
+
+
+def array() -> sd.Mechanism:
+    """An array with clearance at joint A."""
+    return sd.scissor(units=2).with_clearance("A", FREE).driven(speed=sd.rpm(150)).track("tip", "slider", "centre")
+
+
+VARIATIONS = {
+    "clearance": lambda known: known.replace("A.clearance", 0.2e-3),
+    "laws": lambda known: known.with_clearance("A", sd.Clearance(0.3e-3, damping=sd.Flores(restitution=0.5))),
+    "motion": lambda known: known.driven(sd.Harmonic(0.5236, 0.1, 60.0)),
+    "gravity": lambda known: known.replace("gravity", 1.62),
+}
+
+OTHERS = {
+    "friction": lambda known: known.with_clearance("A", RUBBING),
+    "ideal": lambda known: known.ideal(),
+    "joint": lambda known: known.with_clearance("unit 1/pivot", FREE),
+    "name": lambda known: dataclasses.replace(
+        known, joints=tuple(dataclasses.replace(each, name=f"{each.name}'") for each in known.joints)
+    ),
+    "mass": lambda known: known.replace("slider.mass", 7.0),
+    "rod": lambda known: sd.constrain_contact(known),
+    "component": lambda known: dataclasses.replace(known, components=(sd.Force("load", ("slider", "centre"), (10.0, 0.0)),)),
+    "drive": lambda known: dataclasses.replace(known, drives=()),
+    "track": lambda known: dataclasses.replace(known, tracks=(sd.Track("tip", "slider", (0.1, 0.0)),)),
+}
+
+
+def run(made: Plan) -> Trajectory:
+    """A run of a plan."""
+    return compute(made, OPTIONS)
+
+
+def assert_same(one: Trajectory, other: Trajectory) -> None:
+    """Bit for bit, but for the time that was taken."""
+    for name in ("time", "state", "total", "mode", "memory", "reference"):
+        assert getattr(one.samples, name).tobytes() == getattr(other.samples, name).tobytes(), name
+    assert one.log.tobytes() == other.log.tobytes()
+    assert one.peak.tobytes() == other.peak.tobytes()
+    assert (one.status, one.warnings) == (other.status, other.warnings)
+
+
+@pytest.mark.parametrize("variation", VARIATIONS)
+def test_a_case_that_fits_shares_the_tables(variation: str) -> None:
+    """Identity: bit for bit the run of the plan that is made for the same mechanism alone."""
+    known = plan(array())
+    run(known)
+    varied = VARIATIONS[variation](array())
+    assert known.fits(varied)
+    shared = known.case(varied)
+    assert shared.model is known.model
+    assert_same(run(shared), run(plan(pickle.loads(pickle.dumps(varied)))))
+
+
+@pytest.mark.parametrize("other", OTHERS)
+def test_what_enters_the_tables_does_not_fit(other: str) -> None:
+    """Limit: lengths, masses, joints, rods, components, drives and tracked points have a plan of their own."""
+    assert not plan(array()).fits(OTHERS[other](array()))
+
+
+def test_equal_mechanisms_fit() -> None:
+    """Identity: what is equal fits, whoever made it."""
+    assert plan(array()).fits(array())
+
+
+def test_the_plan_is_no_part_of_the_mechanism() -> None:
+    """Identity: a mechanism with a plan is equal to one without, and is copied and sent without it."""
+    known, fresh = array(), array()
+    assert plan(known) is plan(known)
+    assert known == fresh
+    assert len(pickle.dumps(known)) == len(pickle.dumps(fresh))
+    for other in (copy.copy(known), pickle.loads(pickle.dumps(known)), dataclasses.replace(known)):
+        assert other == known
+        assert plan(other) is not plan(known)
+
+
+def test_numbers_are_not_shared() -> None:
+    """Identity: two systems of one plan have arrays of their own, where a driver may write."""
+    made = plan(array())
+    one, other = made.numbers(), made.numbers()
+    for name, first, second in zip(one._fields, one, other, strict=True):
+        assert not first.size or first is not second, name
+    first_driver, _, _ = make_driver(made, OPTIONS)
+    second_driver, _, _ = make_driver(made, OPTIONS)
+    assert isinstance(first_driver, Driver)
+    first_driver.advance(0.01)
+    assert second_driver.time == 0.0
+    assert_same(run(made), run(plan(array())))

@@ -10,7 +10,7 @@ from functools import cache
 from numbers import Real
 from typing import Annotated, Any, TypeGuard, TypeVar
 
-__all__ = ["MismatchError", "accepted", "in_words", "is_a", "is_number", "plain_hint", "shown", "type_decides"]
+__all__ = ["MismatchError", "accepted", "body_point", "in_words", "is_a", "is_number", "plain_hint", "shown", "type_decides"]
 
 _ACCEPTED: set[tuple[Any, type]] = set()
 """Hints and the types that were found to fit them as they are: descriptions are made by the thousand in a batch."""
@@ -155,7 +155,23 @@ def _object(value: Any, hint: Any) -> Any:
     return value
 
 
+def body_point(text: str) -> tuple[str, str]:
+    """Body and point of "BODY.POINT", the form that case files have.
+
+    Raises
+    ------
+    MismatchError
+        If it is something else.
+    """
+    body, _, point = text.rpartition(".")
+    if not (body and point):
+        raise MismatchError
+    return body, point
+
+
 def _entries(value: Any, inside: tuple[Any, ...]) -> tuple[Any, ...]:
+    if isinstance(value, str) and inside == (str, str):
+        return body_point(value)
     if isinstance(value, str | bytes | Mapping) or not isinstance(value, Iterable):
         raise MismatchError
     try:

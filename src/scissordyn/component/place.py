@@ -11,4 +11,4 @@ Point = tuple[float, float]
 """Coordinates in a body's frame, or in the fixed frame [m]."""
 
 BodyPoint = tuple[str, str]
-"""A body's name and the name of one of its points; the body may be "ground"."""
+"""A body's name and the name of one of its points; the body may be "ground". Where one is given, "BODY.POINT" is the same."""

@@ -9,7 +9,6 @@ from typing import Annotated, Any
 from pydantic import Field, PlainValidator, ValidationInfo
 
 from scissordyn.component.actuator import Actuator
-from scissordyn.component.place import BodyPoint
 from scissordyn.component.time_function import ConstantSpeed, Tabulated, TimeFunction
 from scissordyn.config.quantity import read_numbers
 from scissordyn.config.table import Table, build, toml
@@ -103,15 +102,8 @@ class ControlTable(Table):
             reference=reference,
             body=self.body,
             feed_forward=torque,
-            sensor=self._sensor(mechanism),
+            sensor=self.sensor or None,
             inertia=self.inertia,
             start_on_reference=self.start_on_reference,
             name=self.name,
         )
-
-    def _sensor(self, mechanism: Mechanism) -> str | BodyPoint | None:
-        if not self.sensor:
-            return None
-        body, dot, point = self.sensor.rpartition(".")
-        known = {other.name for other in mechanism.bodies}
-        return (body, point) if dot and body in known and self.sensor not in mechanism.joint_names else self.sensor

@@ -11,6 +11,7 @@ from typing import Annotated, Any, get_args, get_origin, get_type_hints
 
 from pydantic import Field, PlainValidator, ValidationInfo
 
+from scissordyn.annotation import MismatchError, body_point
 from scissordyn.component.catalogue import COMPONENTS
 from scissordyn.component.declaration import Declaration
 from scissordyn.component.place import BodyPoint, Point
@@ -58,10 +59,10 @@ def _read_points(given: Any) -> dict[str, Point]:
 
 
 def _read_body_point(given: Any) -> BodyPoint:
-    body, dot, point = given.rpartition(".") if isinstance(given, str) else ("", "", "")
-    if not (dot and body and point):
-        raise InputError("not a point of a body", 'text "BODY.POINT", where the body may be ground', '"crank.end"')
-    return body, point
+    try:
+        return body_point(given if isinstance(given, str) else "")
+    except MismatchError:
+        raise InputError("not a point of a body", 'text "BODY.POINT", where the body may be ground', '"crank.end"') from None
 
 
 BODY_POINT = PlainValidator(_read_body_point)

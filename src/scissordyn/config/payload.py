@@ -26,10 +26,7 @@ class PayloadTable(Table):
 
     def carried(self, mechanism: Mechanism) -> Mechanism:
         """The mechanism with the payload."""
-        names = [joint.name for joint in mechanism.joints]
-        body, dot, point = self.at.rpartition(".")
-        place = (body, point) if dot and self.at not in names else self.at
-        return with_payload(mechanism, place, self.mass, inertia=self.inertia)
+        return with_payload(mechanism, self.at, self.mass, inertia=self.inertia)
 
 
 class PanelsTable(Table):

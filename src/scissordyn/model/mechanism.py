@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Annotated, Any, TypeVar
 
-from scissordyn.annotation import shown
+from scissordyn.annotation import body_point, shown
 from scissordyn.component.actuator import Actuator
 from scissordyn.component.declaration import Component
 from scissordyn.component.latch import Latch
@@ -126,8 +126,14 @@ class Mechanism:
 
     def place(self, reference: BodyPoint) -> Point:
         """Position of a point of a body or of the ground at the start [m]."""
-        body, point = reference
+        body, point = body_point(reference) if isinstance(reference, str) else reference
         return dict(self.ground)[point] if body == GROUND else self.body(body).place(point)
+
+    def joint_or_point(self, named: str | BodyPoint) -> Revolute | BodyPoint:
+        """The revolute joint of a name, or the point that "BODY.POINT" or a body and one of its points name."""
+        if not isinstance(named, str):
+            return named
+        return body_point(named) if "." in named and named not in self._joints else self.joint(named)
 
     @cached_property
     def joint_names(self) -> tuple[str, ...]:
@@ -319,7 +325,7 @@ class Mechanism:
         feed_forward : TimeFunction, optional
             A torque over time, for controllers with feed-forward [N m].
         sensor : str or (str, str), optional
-            A joint, whose eccentricity is measured, or a body and its point.
+            A joint, whose eccentricity is measured, or a body and its point, as "BODY.POINT" or a pair.
         inertia : float
             Of the rotor [kg m^2].
         start_on_reference : bool
@@ -348,11 +354,12 @@ class Mechanism:
             label = f"actuator {number} of {chosen}"
         first = not any(isinstance(each, Actuator) and each.body == chosen for each in self.components)
         ends: tuple[BodyPoint | None, BodyPoint | None] = (None, None)
-        if isinstance(sensor, str):
-            ends = self.joint(sensor).journal, self.joint(sensor).bearing
+        sensed = None if sensor is None else self.joint_or_point(sensor)
+        if isinstance(sensed, Revolute):
+            ends = sensed.journal, sensed.bearing
             ends = (ends[1], ends[0]) if ends[0][0] == GROUND else ends
-        elif sensor is not None:
-            ends = sensor, None
+        else:
+            ends = sensed, None
         actuator: Any = Actuator(
             label,
             chosen,

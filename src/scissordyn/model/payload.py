@@ -10,6 +10,7 @@ from typing import Annotated
 from scissordyn.component.place import GROUND, BodyPoint, Point
 from scissordyn.errors import InputError, did_you_mean
 from scissordyn.model.body import Body
+from scissordyn.model.joint import Revolute
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.model.pattern import matching
 from scissordyn.units import Quantity, checked
@@ -31,7 +32,7 @@ def with_payload(
     ----------
     mechanism : Mechanism
     place : str or (str, str)
-        A revolute joint, whose journal's body carries the payload, or a body and one of its points.
+        A revolute joint, whose journal's body carries the payload, or a body and one of its points, as "BODY.POINT" or a pair.
     mass : float
         [kg]
     inertia : float
@@ -41,7 +42,8 @@ def with_payload(
     -------
     Mechanism
     """
-    name, point = mechanism.joint(place).journal if isinstance(place, str) else place
+    held = mechanism.joint_or_point(place)
+    name, point = held.journal if isinstance(held, Revolute) else held
     if name == GROUND:
         raise InputError(f"a payload on the ground at '{place}'", "a body and one of its points")
     body = mechanism.body(name)

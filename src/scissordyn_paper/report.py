@@ -119,8 +119,8 @@ def _answers(verdicts: Sequence[Verdict]) -> list[str]:
     return [
         paragraph(
             "Each statement is split into clauses that can be answered by yes or no. Criteria follow the paper's wording; the "
-            "source file paper/statements.py states which were corrected after the first results, and why. Statements 5 and 6 "
-            "have two answers: "
+            "source file scissordyn_paper/statements.py states which were corrected after the first results, and why. "
+            "Statements 5 and 6 have two answers: "
             "that of the paper's single stroke, and below it that of a periodic drive, for which their terms are defined."
         ),
         table(("", "The paper says", "Answer", "Measured"), rows),

@@ -17,6 +17,8 @@ import time
 from collections.abc import Callable
 from types import FrameType
 
+from scissordyn.run.interrupt import advances
+
 __all__ = ["install", "received", "tell_where"]
 
 SIGNALS = (signal.SIGINT, signal.SIGTERM)
@@ -26,11 +28,6 @@ PATIENCE = 1.3
 
 LONGEST = 60.0
 """Seconds for which a command may go on that is writing down what it has computed."""
-
-COMPILERS = ("numba", "llvmlite")
-
-ADVANCING = ("scissordyn.run.driver", "advance")
-"""Module and function in which a simulation advances: whoever is there, or comes back to it, has lost the signal."""
 
 _received: list[int] = []
 _delivered = threading.Event()
@@ -115,17 +112,19 @@ def _is_finishing() -> bool:
 
     Other threads that simulate end after the slice that they are in; a pass of the compiler may take a minute.
     """
-    if not _delivered.is_set():
+    return _delivered.is_set() and not advances(threading.main_thread().ident) and not _compiles()
+
+
+def _compiles() -> bool:
+    """Whether a thread compiles: it has numba's lock then. What has not been imported compiles nothing."""
+    compiler = sys.modules.get("numba.core.compiler_lock")
+    lock = None if compiler is None else getattr(compiler, "global_compiler_lock", None)
+    if lock is None:
         return False
-    main = threading.main_thread().ident or 0
-    for thread, innermost in sys._current_frames().items():
-        frame: FrameType | None = innermost
-        while frame is not None:
-            module = str(frame.f_globals.get("__name__", ""))
-            if module.partition(".")[0] in COMPILERS or (thread == main and (module, frame.f_code.co_name) == ADVANCING):
-                return False
-            frame = frame.f_back
-    return True
+    free = lock._lock.acquire(blocking=False)
+    if free:
+        lock._lock.release()
+    return not free
 
 
 def _end(number: int) -> None:

@@ -30,7 +30,7 @@ from scissordyn.mechanics.system import Parameters, System
 from scissordyn.mechanics.workspace import initial_state, make_workspace
 from scissordyn.plan.plan import Plan
 from scissordyn.run.compiled import compiled_loop, compiled_mechanics
-from scissordyn.run.interrupt import look
+from scissordyn.run.interrupt import advancing, look
 from scissordyn.run.log import BAND, LOG, PEAK, by_name
 from scissordyn.run.slice import FIRST, next_slice
 from scissordyn.run.snapshot import Snapshot
@@ -351,19 +351,20 @@ class Driver:
             One of the statuses of `integrate.advance`; ADVANCING if the steps did not suffice.
         """
         status, left = loop.ADVANCING, most_steps
-        while status == loop.ADVANCING and left > 0:
-            before, called = self.tried, clocks.perf_counter()
-            status = advance_together([self], until, min(self._pace, left))[0]
-            taken = self.tried - before
-            left -= max(1, taken)
-            if status == loop.ADVANCING:
-                self._pace = next_slice(taken, clocks.perf_counter() - called, SLICE)
-            if status in _GROWING:
-                self._grow(status)
-                status = loop.ADVANCING
-            look()
-            if progress is not None:
-                progress(self.time)
+        with advancing():
+            while status == loop.ADVANCING and left > 0:
+                before, called = self.tried, clocks.perf_counter()
+                status = advance_together([self], until, min(self._pace, left))[0]
+                taken = self.tried - before
+                left -= max(1, taken)
+                if status == loop.ADVANCING:
+                    self._pace = next_slice(taken, clocks.perf_counter() - called, SLICE)
+                if status in _GROWING:
+                    self._grow(status)
+                    status = loop.ADVANCING
+                look()
+                if progress is not None:
+                    progress(self.time)
         return status
 
     @property

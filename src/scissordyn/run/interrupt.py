@@ -6,13 +6,34 @@ import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
 from contextvars import ContextVar
+from typing import TYPE_CHECKING
 
-import xarray as xr
+if TYPE_CHECKING:
+    import xarray as xr
 
-__all__ = ["look", "pass_on", "stopped_by"]
+__all__ = ["advances", "advancing", "look", "pass_on", "stopped_by"]
 
 _STOP: ContextVar[threading.Event | None] = ContextVar("_STOP", default=None)
 """Python tells the main thread alone of Ctrl-C; what other threads look at instead."""
+
+_ADVANCING = set[int]()
+"""Threads in which a simulation advances."""
+
+
+@contextmanager
+def advancing() -> Iterator[None]:
+    """Tell that a simulation advances in this thread."""
+    thread = threading.get_ident()
+    _ADVANCING.add(thread)
+    try:
+        yield
+    finally:
+        _ADVANCING.discard(thread)
+
+
+def advances(thread: int | None) -> bool:
+    """Whether a simulation advances in a thread: if it has been told to stop, it has lost the word."""
+    return thread in _ADVANCING
 
 
 @contextmanager

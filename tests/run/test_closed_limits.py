@@ -142,7 +142,7 @@ def test_drive_that_is_beyond_its_limit_between_two_samples() -> None:
 
 
 def test_journal_pressed_in_far_from_any_limit() -> None:
-    """Identity: runs whose journals are pressed in by more than a tenth of a small clearance have the warnings of the drives."""
+    """Identity: runs whose journals are pressed far into a small clearance have the warnings of the drives."""
     for angle, until in ((0.5, 0.04), (1.2, 0.08)):
         linkage = sd.slider_crank(crank=0.3, rod=1.0, angle=angle).driven(speed=60.0)
         loose = linkage.with_clearance(linkage.joints[-1].name, sd.Clearance(1e-6))

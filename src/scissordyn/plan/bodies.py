@@ -9,11 +9,10 @@ import numpy as np
 from scissordyn.component.place import GROUND, BodyPoint
 from scissordyn.component.port import ACTUATOR, HINGE, LINE, POINT, TRAVEL
 from scissordyn.mechanics.outputs import BodyMaps
-from scissordyn.mechanics.point_map import PointMap, joined
 from scissordyn.model.guide_clearance import ContactPoint
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.plan.acting import acting
-from scissordyn.plan.coordinates import Coordinates
+from scissordyn.plan.coordinates import Coordinates, PointMap, joined
 
 __all__ = ["body_maps"]
 

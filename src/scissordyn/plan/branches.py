@@ -11,9 +11,8 @@ from dataclasses import dataclass
 import numpy as np
 import scipy.sparse as sp
 
-from scissordyn.mechanics.point_map import Constraint
 from scissordyn.model.mechanism import Mechanism
-from scissordyn.plan.coordinates import Coordinates, Natural, natural_coordinates
+from scissordyn.plan.coordinates import Constraint, Coordinates, Natural, natural_coordinates
 from scissordyn.plan.linear_constraints import eliminated, origins
 from scissordyn.plan.quadratic_constraints import quadratic_constraints
 

@@ -16,7 +16,6 @@ from scissordyn.component.latch import Latch
 from scissordyn.component.rod import Rod
 from scissordyn.component.time_function import TimeFunction
 from scissordyn.mechanics.outputs import BodyMaps
-from scissordyn.mechanics.point_map import PointMap
 from scissordyn.mechanics.reactions import Balance
 from scissordyn.mechanics.system import Model, Parameters
 from scissordyn.model.body import Body
@@ -31,7 +30,7 @@ from scissordyn.plan.acting import acting, start_coordinates
 from scissordyn.plan.balance import balance
 from scissordyn.plan.bodies import body_maps
 from scissordyn.plan.branches import Branches, every_branch
-from scissordyn.plan.coordinates import Coordinates
+from scissordyn.plan.coordinates import Coordinates, PointMap
 from scissordyn.plan.fit import same_tables
 from scissordyn.plan.linear_constraints import reduced
 from scissordyn.plan.model import make_model

@@ -22,7 +22,7 @@ NO_GRADIENT = 1e-12
 """A quadratic constraint whose maps do not vary by more than this holds whatever the free coordinates are."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Branches:
     """Natural coordinates z, origins in units of the size, as N y + P b, and the quadratic constraints on z.
 

@@ -194,7 +194,7 @@ class Family:
     free: bool
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Coordinates:
     """Natural coordinates as T [x; b(t)], with T constant and b = (1, cos th_1, sin th_1, ...) the prescribed directions.
 

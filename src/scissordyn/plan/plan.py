@@ -42,7 +42,7 @@ __all__ = ["Plan", "plan"]
 PLACE = "_plan"
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Plan:
     """What everything below works on in place of a mechanism: tables that follow from its parts, and their names.
 
@@ -211,15 +211,15 @@ class Plan:
         return self.coordinates.size
 
     @property
-    def gravity(self) -> np.ndarray:
-        """Gravitational acceleration, shape (2,) [m/s^2]."""
-        angle = self.mechanism.gravity_direction
-        return self.mechanism.gravity * np.array([math.cos(angle), math.sin(angle)])
+    def gravity(self) -> float:
+        """Gravitational acceleration [m/s^2]."""
+        return self.mechanism.gravity
 
     @property
-    def weight(self) -> float:
-        """Size of the gravitational acceleration [m/s^2]."""
-        return self.mechanism.gravity
+    def gravity_vector(self) -> np.ndarray:
+        """The same with its direction, shape (2,) [m/s^2]."""
+        angle = self.mechanism.gravity_direction
+        return self.gravity * np.array([math.cos(angle), math.sin(angle)])
 
     @property
     def output_guide(self) -> Guide | None:

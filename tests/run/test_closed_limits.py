@@ -11,6 +11,7 @@ import pytest
 from closed_limits import GAPS, Case, four_bar, scissor, slider_crank
 
 import scissordyn as sd
+from scissordyn.kinematics.branching import drive_warnings
 from scissordyn.kinematics.path import instants, path_of
 from scissordyn.kinematics.singular import CHANGE, LOCKING, NEAR
 from scissordyn.plan.plan import plan
@@ -124,3 +125,29 @@ def test_loose_linkage_forced_beyond_its_limit() -> None:
     assert any(text.startswith(f"the drive is forced beyond its locking position of t = {limit:.6g} s") for text in warnings)
     before = sd.simulate(linkage.driven(speed=1.0), until=limit - 0.005, samples=101)
     assert not [text for text in json.loads(before.attrs["warnings"]) if "locking" in text]
+
+
+def test_drive_that_is_beyond_its_limit_between_two_samples() -> None:
+    """Identity: a linkage with clearance whose drive turns back just beyond its limit, seen by no sample, is named with it."""
+    linkage = sd.four_bar(ground=1.0, crank=1.2, coupler=0.7, rocker=0.8).with_clearance("rocker pin", sd.Clearance(1e-3))
+    limit = math.acos((1.0 + 1.44 - 2.25) / 2.4)
+    middle, turn = math.pi / 3, limit - math.pi / 3
+    for beyond, expected in ((1e-5, True), (-0.01, False)):
+        motion = sd.Harmonic(middle, turn + beyond, 2.0)
+        run = sd.simulate(linkage.driven(motion), until=1.0, samples=42)
+        driven = run["angle"].sel(body="crank").values
+        assert (driven.max() < limit) or not expected
+        said = [text for text in json.loads(run.attrs["warnings"]) if text.startswith(LOCKING)]
+        assert bool(said) is expected, (said, run.attrs["warnings"])
+
+
+def test_journal_pressed_in_far_from_any_limit() -> None:
+    """Identity: runs whose journals are pressed far into a small clearance have the warnings of the drives."""
+    for angle, until in ((0.5, 0.04), (1.2, 0.08)):
+        linkage = sd.slider_crank(crank=0.3, rod=1.0, angle=angle).driven(speed=60.0)
+        loose = linkage.with_clearance(linkage.joints[-1].name, sd.Clearance(1e-6))
+        run = sd.simulate(loose, until=until, samples=201)
+        depth, gap = (run[name].sel(joint=loose.clearance_joints[0].name).item() for name in ("peak_indentation", "clearance"))
+        assert depth > 0.1 * gap
+        assert drive_warnings(plan(linkage), until) == []
+        assert not [text for text in json.loads(run.attrs["warnings"]) if "change point" in text or "locking" in text]

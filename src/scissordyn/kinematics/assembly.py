@@ -11,10 +11,10 @@ import numpy as np
 from scissordyn.component.place import GROUND
 from scissordyn.errors import InputError
 from scissordyn.mechanics.elimination import in_words
-from scissordyn.mechanics.gradients import Gradients, least_change
-from scissordyn.mechanics.point_map import PointMap
 from scissordyn.mechanics.system import System
 from scissordyn.mechanics.time_function import function_at, prescribe
+from scissordyn.plan.coordinates import PointMap
+from scissordyn.plan.gradients import Gradients, least_change
 from scissordyn.plan.plan import Plan
 
 __all__ = ["Held", "Start", "assemble", "basis_at_start", "held_rods", "natural_state", "placed_start"]

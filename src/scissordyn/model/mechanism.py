@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 import dataclasses
 import math
 from collections.abc import Iterable, Mapping
@@ -424,9 +425,8 @@ class Mechanism:
         -------
         Mechanism
         """
-        made = object.__new__(Mechanism)
-        known = self.__dict__
-        made.__dict__.update({name: parts[name] if name in parts else known[name] for name in Mechanism.__dataclass_fields__})
+        made = copy.copy(self)
+        made.__dict__.update(parts)
         return made
 
     def _with_joints(self, changed: Iterable[Revolute]) -> Mechanism:

@@ -10,10 +10,9 @@ import numpy as np
 from scissordyn.component.place import GROUND
 from scissordyn.component.port.declaration import Ends
 from scissordyn.mechanics.outputs import BodyMaps
-from scissordyn.mechanics.point_map import PointMap, joined
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.plan.acting import acting
-from scissordyn.plan.coordinates import Coordinates
+from scissordyn.plan.coordinates import Coordinates, PointMap, joined
 
 __all__ = ["body_maps"]
 

@@ -11,9 +11,8 @@ from dataclasses import dataclass
 import numpy as np
 import scipy.sparse as sp
 
-from scissordyn.mechanics.point_map import Constraint
 from scissordyn.model.mechanism import Mechanism
-from scissordyn.plan.coordinates import Coordinates, Natural, natural_coordinates
+from scissordyn.plan.coordinates import Constraint, Coordinates, Natural, natural_coordinates
 from scissordyn.plan.linear_constraints import eliminated, origins
 from scissordyn.plan.quadratic_constraints import quadratic_constraints
 
@@ -23,7 +22,7 @@ NO_GRADIENT = 1e-12
 """A quadratic constraint whose maps do not vary by more than this holds whatever the free coordinates are."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Branches:
     """Natural coordinates z, origins in units of the size, as N y + P b, and the quadratic constraints on z.
 

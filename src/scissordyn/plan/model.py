@@ -24,11 +24,10 @@ from scissordyn.mechanics.monitored import (
     PRESSURE_VELOCITY,
     TRACK_DEVIATION,
 )
-from scissordyn.mechanics.point_map import Constraint, PointMap, joined
 from scissordyn.mechanics.system import Model
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.plan.acting import acting, component_states, friction_states, offsets, start_coordinates, time_functions
-from scissordyn.plan.coordinates import Coordinates
+from scissordyn.plan.coordinates import Constraint, Coordinates, PointMap, joined
 
 __all__ = ["make_model"]
 

@@ -16,7 +16,6 @@ from scissordyn.component.latch import Latch
 from scissordyn.component.rod import Rod
 from scissordyn.component.time_function import TimeFunction
 from scissordyn.mechanics.outputs import BodyMaps
-from scissordyn.mechanics.point_map import PointMap
 from scissordyn.mechanics.reactions import Balance
 from scissordyn.mechanics.system import Model, Parameters
 from scissordyn.model.body import Body
@@ -31,7 +30,7 @@ from scissordyn.plan.acting import acting, start_coordinates
 from scissordyn.plan.balance import balance
 from scissordyn.plan.bodies import body_maps
 from scissordyn.plan.branches import Branches, every_branch
-from scissordyn.plan.coordinates import Coordinates
+from scissordyn.plan.coordinates import Coordinates, PointMap
 from scissordyn.plan.fit import same_tables
 from scissordyn.plan.linear_constraints import reduced
 from scissordyn.plan.model import make_model
@@ -43,7 +42,7 @@ __all__ = ["Plan", "plan"]
 PLACE = "_plan"
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Plan:
     """What everything below works on in place of a mechanism: tables that follow from its parts, and their names.
 
@@ -212,15 +211,15 @@ class Plan:
         return self.coordinates.size
 
     @property
-    def gravity(self) -> np.ndarray:
-        """Gravitational acceleration, shape (2,) [m/s^2]."""
-        angle = self.mechanism.gravity_direction
-        return self.mechanism.gravity * np.array([math.cos(angle), math.sin(angle)])
+    def gravity(self) -> float:
+        """Gravitational acceleration [m/s^2]."""
+        return self.mechanism.gravity
 
     @property
-    def weight(self) -> float:
-        """Size of the gravitational acceleration [m/s^2]."""
-        return self.mechanism.gravity
+    def gravity_vector(self) -> np.ndarray:
+        """The same with its direction, shape (2,) [m/s^2]."""
+        angle = self.mechanism.gravity_direction
+        return self.gravity * np.array([math.cos(angle), math.sin(angle)])
 
     @property
     def output_guide(self) -> Guide | None:

@@ -11,11 +11,10 @@ from scipy.sparse.csgraph import reverse_cuthill_mckee
 from scissordyn.component.place import GROUND
 from scissordyn.errors import InputError
 from scissordyn.mechanics.elimination import Elimination, Expression, contradiction, in_words
-from scissordyn.mechanics.point_map import Constraint, PointMap, combined
 from scissordyn.mechanics.time_function import function_start
 from scissordyn.model.check import SAME_PLACE
 from scissordyn.model.mechanism import Mechanism
-from scissordyn.plan.coordinates import Coordinates
+from scissordyn.plan.coordinates import Constraint, Coordinates, PointMap, combined
 
 __all__ = ["order_constraints", "quadratic_constraints"]
 

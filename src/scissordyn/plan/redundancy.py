@@ -8,8 +8,8 @@ import numpy as np
 import scipy.sparse as sp
 
 from scissordyn.errors import InputError
-from scissordyn.mechanics.gradients import Gradients, least_change
 from scissordyn.plan.coordinates import Coordinates
+from scissordyn.plan.gradients import Gradients, least_change
 from scissordyn.plan.quadratic_constraints import order_constraints
 
 __all__ = ["independent"]

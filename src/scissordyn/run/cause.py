@@ -13,9 +13,9 @@ from scissordyn.component.port import LINE
 from scissordyn.errors import InputError
 from scissordyn.jit import Handle
 from scissordyn.mechanics.elimination import in_words
-from scissordyn.mechanics.gradients import Gradients
 from scissordyn.mechanics.system import System
 from scissordyn.mechanics.time_function import prescribe
+from scissordyn.plan.gradients import Gradients
 from scissordyn.plan.plan import Plan
 
 __all__ = ["check_springs", "failed_latch", "full_coordinates", "immobile_joints", "singular_position"]

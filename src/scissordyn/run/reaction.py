@@ -49,5 +49,5 @@ def ideal_reactions(plan: Plan, position: np.ndarray | None = None, reference: n
         reference=(state.reference if reference is None else reference)[None, :].copy(),
     )
     found = record(plan.maps, system, samples)
-    joints, _, _ = solve_reactions(plan.balance, plan.gravity, found)
+    joints, _, _ = solve_reactions(plan.balance, plan.gravity_vector, found)
     return np.asarray(joints[0])

@@ -115,7 +115,7 @@ class _Descent:
         self.state = np.concatenate([position, np.zeros(self.free + self.internal)])
         # the weight that ideal guides bear counts, too: the part along them may be round-off only
         inertia = math.sqrt(sum(body.mass for body in plan.bodies))
-        self.load = load or plan.weight * inertia
+        self.load = load or plan.gravity * inertia
         self.size = inertia * plan.coordinates.size
         self.force, self.scale = np.inf, self.load
         functions.accept(0.0, self.state, handle.address, np.zeros(2))  # turns are counted from where it begins

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import scipy.sparse as sp
 
-from scissordyn.mechanics.point_map import Constraint, PointMap
+from scissordyn.plan.coordinates import Constraint, PointMap
 
 __all__ = ["Gradients", "least_change"]
 

@@ -20,7 +20,7 @@ from scissordyn.periodic.stroboscope import drive_period, start_state
 from scissordyn.run.configuration import write_configuration
 from scissordyn.run.demand import check_cycles
 from scissordyn.run.driver import make_system
-from scissordyn.run.engine import Engine, outcomes
+from scissordyn.run.engine import ENGINES, Engine, outcomes
 from scissordyn.run.options import Options, StartKind
 from scissordyn.run.snapshot import Snapshot
 from scissordyn.study.grouped import grouped
@@ -49,7 +49,7 @@ def ensemble(
     atol: float = 1e-6,
     method: str = "auto",
     most_steps: int = 1_000_000,
-    engine: Annotated[Engine | None, Meaning("where the members are computed", "Threads(2)")] = None,
+    engine: Annotated[Engine | int | None, Meaning(ENGINES, "Threads(2)")] = None,
     progress: Callable[[int, int], None] | None = None,
 ) -> xr.Dataset:
     """Run the same mechanism from starts that differ by round-off.
@@ -76,13 +76,10 @@ def ensemble(
         Number of cycles at the start that are left out of means.
     agreement : float
         Largest distance of agreeing members, as a fraction of the clearance.
-    start : {"concentric", "in-contact", "static"}
-    rtol, atol : float
-    method : str
-    most_steps : int
-        Of a cycle.
-    engine : Engine, optional
-        Where the members are computed: threads of this process, one per processor, if not given.
+    start, rtol, atol, method, most_steps
+        As for `cycle`.
+    engine : Engine or int, optional
+        As for `bifurcation`.
     progress : callable, optional
         Called after each member with the number done and the total.
 

@@ -16,6 +16,7 @@ from scissordyn.run.interrupt import look, stopped_by
 
 __all__ = [
     "AHEAD",
+    "ENGINES",
     "QUICKLY",
     "Begun",
     "Engine",
@@ -88,6 +89,10 @@ class Engine(Protocol):
         """Results in the order in which they come."""
 
 
+ENGINES = "threads, processes, a cluster, or a number of threads"
+"""What may be given as an engine."""
+
+
 def opened(engine: Engine | int | None) -> AbstractContextManager[Engine]:
     """The engine that is meant, begun and ended with the context if it has to be and is not yet.
 
@@ -106,7 +111,7 @@ def opened(engine: Engine | int | None) -> AbstractContextManager[Engine]:
     if isinstance(engine, Begun):
         return cast(AbstractContextManager[Engine], engine)
     if not isinstance(engine, Engine):
-        raise InputError(f"engine = {engine!r:.60}", "threads, processes, a cluster, or a number of threads", "engine=4")
+        raise InputError(f"engine = {engine!r:.60}", ENGINES, "engine=4")
     return nullcontext(engine)
 
 

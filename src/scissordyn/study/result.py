@@ -283,7 +283,8 @@ class StudyResult:
             Of the search.
         """
         study = self.built()
-        wanted = tuple(read_goal(goal, study.own_measures, [one.address for one in study.factors]) for goal in goals)
+        units = {own.name: own.units for own in study.own_measures}
+        wanted = tuple(read_goal(goal, units, [one.address for one in study.factors]) for goal in goals)
         search = Optimisation(wanted, risk, population, generations, seed)
         needed = [goal.measure for goal in wanted if goal.measure not in (*study.addresses, *study.measure_names)]
         study = replace(

@@ -23,7 +23,7 @@ from scissordyn.run.driver import make_system
 from scissordyn.run.engine import ENGINES, Engine, outcomes
 from scissordyn.run.options import Options, StartKind
 from scissordyn.run.snapshot import Snapshot
-from scissordyn.study.grouped import grouped
+from scissordyn.study.grouped import grouped_lines
 from scissordyn.units import Meaning, checked
 
 __all__ = ["ensemble"]
@@ -106,7 +106,7 @@ def ensemble(
     run = xr.Dataset(status_columns("member", members), coords={"member": np.arange(members), **coordinates(cases[0])})
     for outcome in outcomes(engine, run_case, cases, total=members, progress=progress):
         enter(run, "member", outcome)
-    said = grouped((text, at) for at, lines in enumerate(run["warnings"].values) for text in lines.split("\n") if text)
+    said = grouped_lines(run["warnings"].values)
     run = run.drop_vars([name for name in run.data_vars if name in COLUMNS and name not in ("status", "cause")])
     if "energy" not in run:
         raise InputError(f"an ensemble in which no member ran: {run['cause'].values[0]}", "a mechanism that runs")

@@ -18,6 +18,7 @@ __all__ = [
     "AHEAD",
     "ENGINES",
     "QUICKLY",
+    "STATES",
     "Begun",
     "Engine",
     "EngineError",
@@ -41,6 +42,9 @@ QUICKLY = 0.5
 
 LOOK = 0.2
 """How often a thread that waits for others looks whether it is to stop itself [s]."""
+
+STATES = ("pending", "complete", "failed")
+"""Of a case; a store has their numbers."""
 
 
 class EngineError(ScissordynError):

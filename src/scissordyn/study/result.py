@@ -87,6 +87,11 @@ class StudyResult:
         return dict(zip(("complete", "failed", "pending"), counts(self.dataset), strict=True))
 
     @property
+    def damage(self) -> str:
+        """Blocks of the store that are damaged, whose cases are pending; empty if there are none."""
+        return str(self.dataset.attrs.get("damage", ""))
+
+    @property
     def causes(self) -> dict[str, list[int]]:
         """Failed cases by cause, the most frequent first."""
         return causes(self.dataset)
@@ -337,6 +342,7 @@ class StudyResult:
         done = ", ".join(f"{count} {name}" for name, count in self.counts.items() if count or name == "complete")
         said = [f"{design_size(self.study)}: {done}"]
         said += [str(self.feasible)] if self.study.requirements else []
+        said += [self.damage] if self.damage else []
         return f"<study '{self.store.address}': {'; '.join(said)}>"
 
     def _repr_html_(self) -> str:

@@ -175,7 +175,7 @@ def test_what_cannot_be_used(impacting):
         ({"values": (1e-4,), "keep": 300}, "keep = 300"),
         ({"values": (1e-4,), "cycles": 0}, "cycles = 0"),
         ({"values": (-1e-4,)}, "clearance = -0.0001"),
-        ({"values": (1e-4,), "engine": 2}, r"engine = 2.*Threads\(2\)"),
+        ({"values": (1e-4,), "engine": "two"}, r"engine = 'two'.*Threads\(2\)"),
     ):
         with pytest.raises(InputError, match=words):
             bifurcation(impacting, over="A.clearance", **{"cycles": 2, "keep": 1, **options})

@@ -195,6 +195,22 @@ def test_going_on(tmp_path: Path) -> None:
     assert read.counts["complete"] == 7
 
 
+def test_damage_is_said(tmp_path: Path) -> None:
+    """Identity: a flipped bit makes the cases of its block pending, the result says so, and `resume` computes them anew."""
+    asked_for: dict[str, Any] = {"until": UNTIL, "measures": ["peak_force"], "store": tmp_path / "a.zarr", "block": 1}
+    whole = sd.study(arm(), {"A.clearance": [1e-4, 2e-4]}, **asked_for)
+    peaks = whole.dataset["peak_force"].values
+    assert whole.damage == ""
+    chunk = next((tmp_path / "a.zarr" / "peak_force" / "c" / "1").rglob("*"))
+    chunk.write_bytes(chunk.read_bytes()[:-1])
+    broken = sd.open_study(tmp_path / "a.zarr")
+    assert broken.counts == {"complete": 1, "failed": 0, "pending": 1}
+    assert "peak_force is not what was written" in repr(broken)
+    assert "damaged" in broken._repr_html_()
+    np.testing.assert_array_equal(broken.resume().dataset["peak_force"].values, peaks)
+    assert broken.damage == ""
+
+
 def test_failed_cases_are_done_again(tmp_path: Path) -> None:
     """Identity: causes are named, and with `retry` they are computed anew."""
     file = tmp_path / "mine.py"

@@ -96,6 +96,6 @@ def _with_command(result: StudyResult, text: str, case: int) -> None:
 
 def show_damage(result: StudyResult) -> None:
     """Name the blocks that were written and are not whole, and the command that computes them anew."""
-    if "damage" in result.dataset.attrs:
-        print(result.dataset.attrs["damage"])
+    if result.damage:
+        print(result.damage)
         print(f"  To compute them anew: {command('scissordyn', 'study', 'resume', result.store.address)}")

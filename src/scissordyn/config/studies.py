@@ -132,7 +132,7 @@ def study(
             vary=_varied(factors or {}),
             uncertain=_varied(uncertain or {}),
             measures=own,
-            require=_requirements(requirements, [each for each in own if isinstance(each, OwnMeasure)]),
+            require=_requirements(requirements, {each.name: each.units for each in own if isinstance(each, OwnMeasure)}),
             design=Design(design or ("sobol" if points else "grid"), points, seed),
             sampling=Sampling(samples, sampling, seed, common),
             members=members,
@@ -254,7 +254,7 @@ def _own(name: str, function: Any) -> OwnMeasure:
     return own_measure(name, function)
 
 
-def _requirements(given: Any, own: Sequence[OwnMeasure]) -> list[str | Requirement]:
+def _requirements(given: Any, own: Mapping[str, str]) -> list[str | Requirement]:
     """Requirements, of texts and bounds."""
     if not isinstance(given, Mapping):
         return [given] if isinstance(given, (str, Requirement)) else list(given)

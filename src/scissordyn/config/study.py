@@ -219,16 +219,16 @@ def described_study(mechanism: Mechanism, options: Options, asked: StudyText) ->
     Study
     """
     texts = [name for name in asked.measures if isinstance(name, str) and "=" not in name]
-    wanted = [Response(measure, part) for part, measure, _ in (read_response(name, ()) for name in texts)]
+    wanted = [Response(measure, part) for part, measure, _ in (read_response(name) for name in texts)]
     for response in wanted:
         check_part(mechanism, response)
     given = (each for each in asked.measures if each not in texts)
     own = tuple(own_measure(*_parted(each)) if isinstance(each, str) else each for each in given)
-    goals = tuple(read_goal(goal, own, tuple(asked.vary)) for goal in asked.goals)
-    requirements = tuple(read_requirement(each, own) if isinstance(each, str) else each for each in asked.require)
+    units = {each.name: each.units for each in own}
+    goals = tuple(read_goal(goal, units, tuple(asked.vary)) for goal in asked.goals)
+    requirements = tuple(read_requirement(each, units) if isinstance(each, str) else each for each in asked.require)
     needed = [one.measure for one in requirements] + [goal.measure for goal in goals if goal.measure not in asked.vary]
-    taken = {each.name for each in own}
-    names = [*(response.measure for response in wanted), *(name for name in needed if name not in taken)]
+    names = [*(response.measure for response in wanted), *(name for name in needed if name not in units)]
     optimisation = Optimisation(goals, **asked.optimise) if goals else None
     folder = asked.case.parent
     factors = _factors(mechanism, asked.vary, folder)
@@ -414,13 +414,14 @@ def _column(path: Path) -> Sequence[float]:
         raise InputError(f"'{path}': {error}", "one number in each line") from None
 
 
-def read_requirement(text: str, own: Sequence[OwnMeasure] = ()) -> Requirement:
+def read_requirement(text: str, own: Mapping[str, str] | None = None) -> Requirement:
     """A requirement such as ``peak_force < 500 N`` or ``A.peak_force < 500 N``.
 
     Parameters
     ----------
     text : str
-    own : sequence of OwnMeasure
+    own : mapping of str to str, optional
+        Units of measures of the user's.
 
     Returns
     -------

@@ -19,7 +19,7 @@ from scissordyn.periodic.follow import carried
 from scissordyn.periodic.rows import PENDING, CycleCase, CycleRow, run_case
 from scissordyn.periodic.stroboscope import drive_period
 from scissordyn.run.demand import CYCLE_TIME, check_cycles, check_memory, count_in_words, machine_memory
-from scissordyn.run.engine import Engine, EngineError, Outcome, Threads, outcomes
+from scissordyn.run.engine import ENGINES, Engine, EngineError, Outcome, Threads, outcomes
 from scissordyn.run.options import Options, StartKind
 from scissordyn.run.snapshot import Snapshot
 from scissordyn.run.store import save
@@ -53,7 +53,7 @@ def bifurcation(
     atol: float = 1e-6,
     method: str = "auto",
     most_steps: int = 1_000_000,
-    engine: Annotated[Engine | None, Meaning("where the values are computed", "Threads(2)")] = None,
+    engine: Annotated[Engine | int | None, Meaning(ENGINES, "Threads(2)")] = None,
     store: str | os.PathLike[str] | None = None,
     progress: Callable[[int, int], None] | None = None,
 ) -> xr.Dataset:
@@ -76,13 +76,10 @@ def bifurcation(
     follow : bool
         Start each value from the end of the one before instead of `start`, which follows a branch of solutions. The values are
         then computed one by one, here.
-    start : {"concentric", "in-contact", "static"}
-    rtol, atol : float
-    method : str
-    most_steps : int
-        Of a cycle.
-    engine : Engine, optional
-        Where the values are computed: threads of this process, one per processor, if not given. The result does not
+    start, rtol, atol, method, most_steps
+        As for `cycle`.
+    engine : Engine or int, optional
+        Where the values are computed; a number is one of threads; one thread per processor if not given. The result does not
         depend on it.
     store : path, optional
         A NetCDF file with the results so far, updated during the computation. If it exists, only missing values are computed.

@@ -24,7 +24,7 @@ from scissordyn.run.configuration import read_configuration, write_configuration
 from scissordyn.run.engine import Outcome
 from scissordyn.run.snapshot import Snapshot
 from scissordyn.run.store import load
-from scissordyn.study.grouped import grouped
+from scissordyn.study.grouped import grouped_lines
 
 __all__ = ["OtherDiagramError", "conclude", "diagram_from", "empty_diagram", "enter_value", "final_state"]
 
@@ -205,10 +205,8 @@ def conclude(diagram: xr.Dataset, interrupted: bool, seconds: float) -> None:
 
 def _of_values(diagram: xr.Dataset) -> list[str]:
     """The warnings about single values, each once with the first value that has it."""
-    texts, values = diagram["warnings"].values.tolist(), diagram["value"].values
-    said = grouped((text, at) for at, lines in enumerate(texts) if lines for text in lines.split("\n"))
-    found = []
-    for text, at in said.items():
+    values, found = diagram["value"].values, []
+    for text, at in grouped_lines(diagram["warnings"].values).items():
         others = f", the first of {len(at)} values" if len(at) > 1 else ""
         found.append(f"{_said(diagram.attrs['parameter'], values[at[0]], diagram['value'].attrs['units'])}{others}: {text}")
     return found

@@ -20,10 +20,10 @@ from scissordyn.plan.plan import plan
 from scissordyn.run.configuration import write_configuration
 from scissordyn.run.demand import check_cycles
 from scissordyn.run.driver import make_system
-from scissordyn.run.engine import Engine, outcomes
+from scissordyn.run.engine import ENGINES, Engine, outcomes
 from scissordyn.run.options import Options, StartKind
 from scissordyn.run.snapshot import Snapshot
-from scissordyn.study.grouped import grouped
+from scissordyn.study.grouped import grouped_lines
 from scissordyn.units import Meaning, checked
 
 __all__ = ["ensemble"]
@@ -49,7 +49,7 @@ def ensemble(
     atol: float = 1e-6,
     method: str = "auto",
     most_steps: int = 1_000_000,
-    engine: Annotated[Engine | None, Meaning("where the members are computed", "Threads(2)")] = None,
+    engine: Annotated[Engine | int | None, Meaning(ENGINES, "Threads(2)")] = None,
     progress: Callable[[int, int], None] | None = None,
 ) -> xr.Dataset:
     """Run the same mechanism from starts that differ by round-off.
@@ -76,13 +76,10 @@ def ensemble(
         Number of cycles at the start that are left out of means.
     agreement : float
         Largest distance of agreeing members, as a fraction of the clearance.
-    start : {"concentric", "in-contact", "static"}
-    rtol, atol : float
-    method : str
-    most_steps : int
-        Of a cycle.
-    engine : Engine, optional
-        Where the members are computed: threads of this process, one per processor, if not given.
+    start, rtol, atol, method, most_steps
+        As for `cycle`.
+    engine : Engine or int, optional
+        As for `bifurcation`.
     progress : callable, optional
         Called after each member with the number done and the total.
 
@@ -109,7 +106,7 @@ def ensemble(
     run = xr.Dataset(status_columns("member", members), coords={"member": np.arange(members), **coordinates(cases[0])})
     for outcome in outcomes(engine, run_case, cases, total=members, progress=progress):
         enter(run, "member", outcome)
-    said = grouped((text, at) for at, lines in enumerate(run["warnings"].values) for text in lines.split("\n") if text)
+    said = grouped_lines(run["warnings"].values)
     run = run.drop_vars([name for name in run.data_vars if name in COLUMNS and name not in ("status", "cause")])
     if "energy" not in run:
         raise InputError(f"an ensemble in which no member ran: {run['cause'].values[0]}", "a mechanism that runs")

@@ -16,7 +16,9 @@ from scissordyn.run.interrupt import look, stopped_by
 
 __all__ = [
     "AHEAD",
+    "ENGINES",
     "QUICKLY",
+    "STATES",
     "Begun",
     "Engine",
     "EngineError",
@@ -40,6 +42,9 @@ QUICKLY = 0.5
 
 LOOK = 0.2
 """How often a thread that waits for others looks whether it is to stop itself [s]."""
+
+STATES = ("pending", "complete", "failed")
+"""Of a case; a store has their numbers."""
 
 
 class EngineError(ScissordynError):
@@ -88,6 +93,10 @@ class Engine(Protocol):
         """Results in the order in which they come."""
 
 
+ENGINES = "threads, processes, a cluster, or a number of threads"
+"""What may be given as an engine."""
+
+
 def opened(engine: Engine | int | None) -> AbstractContextManager[Engine]:
     """The engine that is meant, begun and ended with the context if it has to be and is not yet.
 
@@ -106,7 +115,7 @@ def opened(engine: Engine | int | None) -> AbstractContextManager[Engine]:
     if isinstance(engine, Begun):
         return cast(AbstractContextManager[Engine], engine)
     if not isinstance(engine, Engine):
-        raise InputError(f"engine = {engine!r:.60}", "threads, processes, a cluster, or a number of threads", "engine=4")
+        raise InputError(f"engine = {engine!r:.60}", ENGINES, "engine=4")
     return nullcontext(engine)
 
 

@@ -10,7 +10,7 @@ from scipy import stats
 
 from scissordyn.errors import command
 from scissordyn.study.description import Study
-from scissordyn.study.grouped import grouped
+from scissordyn.study.grouped import grouped, grouped_lines
 from scissordyn.study.part_unit import whole_responses
 from scissordyn.study.requirement import Response, response_unit, response_values
 from scissordyn.study.store import COMPLETE, FAILED, PENDING, column
@@ -292,10 +292,7 @@ def warned(results: xr.Dataset) -> dict[str, list[int]]:
     dict of str to list of int
         Cases by the warning of the first of them.
     """
-    if "warnings" not in results:  # of a store of an earlier version
-        return {}
-    texts = results["warnings"].values
-    return grouped((text, case) for case in np.flatnonzero(texts != "").tolist() for text in str(texts[case]).split("\n"))
+    return grouped_lines(results["warnings"].values if "warnings" in results else ())  # a store of an earlier version has none
 
 
 def counts(results: xr.Dataset) -> tuple[int, int, int]:

@@ -10,9 +10,9 @@ import xarray as xr
 
 from scissordyn.errors import InputError
 from scissordyn.file.output_file import check_target, write_file
+from scissordyn.run.engine import STATES
 from scissordyn.run.store import save
 from scissordyn.study.requirement import units_of_parts
-from scissordyn.study.store import COMPLETE, FAILED, PENDING
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -20,8 +20,6 @@ if TYPE_CHECKING:
 __all__ = ["export", "table"]
 
 ENDINGS = (".csv", ".parquet", ".nc")
-
-WORDS = {PENDING: "pending", COMPLETE: "complete", FAILED: "failed"}
 
 
 def table(results: xr.Dataset) -> pd.DataFrame:
@@ -45,7 +43,7 @@ def table(results: xr.Dataset) -> pd.DataFrame:
                 continue
             for place, part in enumerate(variable[variable.dims[1]].values):
                 columns[_headed(f"{part}.{name}", units[place])] = variable.values[:, place]
-    columns["status"] = np.array([WORDS[int(code)] for code in results["status"].values])
+    columns["status"] = np.array([STATES[int(code)] for code in results["status"].values])
     columns["cause"] = results["cause"].values.astype(object)
     return pd.DataFrame(columns)
 

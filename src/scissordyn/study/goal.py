@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import re
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -12,7 +12,7 @@ import numpy as np
 
 from scissordyn.errors import InputError, whole_number
 from scissordyn.study.design import Design
-from scissordyn.study.requirement import Named, Response, read_response
+from scissordyn.study.requirement import Response, read_response
 
 __all__ = ["Goal", "Optimisation", "read_goal", "risk_value"]
 
@@ -95,15 +95,15 @@ class Optimisation:
         return cls(**{**plain, "goals": tuple(Goal(**goal) for goal in plain["goals"])})
 
 
-def read_goal(text: str, own: Iterable[Named] = (), addresses: Sequence[str] = ()) -> Goal:
+def read_goal(text: str, own: Mapping[str, str] | None = None, addresses: Sequence[str] = ()) -> Goal:
     """A goal such as ``minimise peak_force``.
 
     Parameters
     ----------
     text : str
         ``minimise`` or ``maximise``, then a measure, or the address of a number that varies.
-    own : iterable
-        Measures of the user's.
+    own : mapping of str to str, optional
+        Units of measures of the user's.
     addresses : sequence of str
         Of the numbers that are chosen.
     """

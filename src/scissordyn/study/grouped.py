@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable
 
-__all__ = ["grouped"]
+__all__ = ["grouped", "grouped_lines"]
 
 NUMBER = re.compile(r"[-+]?\d+(?:\.\d+)?(?:e[-+]?\d+)?")
 
@@ -30,3 +30,8 @@ def grouped(said: Iterable[tuple[str, int]]) -> dict[str, list[int]]:
         if not cases or cases[-1] != case:  # of several joints of a case it may say the same
             cases.append(case)
     return dict(sorted(groups.items(), key=lambda item: -len(item[1])))
+
+
+def grouped_lines(texts: Iterable[object]) -> dict[str, list[int]]:
+    """Cases by what the lines of their texts say, as `grouped` does."""
+    return grouped((line, case) for case, text in enumerate(texts) for line in str(text).split("\n") if line)

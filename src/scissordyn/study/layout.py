@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import xarray as xr
 
+from scissordyn.run.engine import STATES
 from scissordyn.run.measure import COMPONENT_UNIT
 from scissordyn.study.description import Study
 from scissordyn.study.seal import RECORD
@@ -18,7 +19,7 @@ if TYPE_CHECKING:
 
 __all__ = ["COMPLETE", "FAILED", "NOTED", "PENDING", "TIMES", "column", "consolidate", "write_layout"]
 
-PENDING, COMPLETE, FAILED = 0, 1, 2
+PENDING, COMPLETE, FAILED = range(len(STATES))
 """Status of a case; pending is the fill value: a block that nobody has written is pending."""
 
 TIMING = "timing"
@@ -70,7 +71,7 @@ def write_layout(folder: Path, study: Study, pilot: xr.Dataset, block: int, attr
                 _labels(root, COMPONENT_UNIT, pilot[COMPONENT_UNIT])
     for name, meaning in (("cause", "why a case failed"), ("warnings", "warnings of a complete case, one a line")):
         _array(root, name, study.cases, block, (), str, "", {"long_name": meaning})
-    about = {"long_name": "status", "flag_values": [PENDING, COMPLETE, FAILED], "flag_meanings": "pending complete failed"}
+    about = {"long_name": "status", "flag_values": list(range(len(STATES))), "flag_meanings": " ".join(STATES)}
     _array(root, "status", study.cases, block, (), np.int8, PENDING, about)
     root.create_group(TIMING).create_array(
         "blocks",

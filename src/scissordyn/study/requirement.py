@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 import operator
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from types import MappingProxyType
-from typing import Protocol
 
 import numpy as np
 import xarray as xr
@@ -36,18 +35,6 @@ KINDS: Mapping[str, str] = MappingProxyType({"N": "force", "N m": "torque"})
 
 ALIASES = {"error": "peak_track_deviation"}
 """Measures that are called otherwise behind the name of a tracked point: ``tip.error``."""
-
-
-class Named(Protocol):
-    """A measure of the user's."""
-
-    @property
-    def name(self) -> str:
-        """Of the measure."""
-
-    @property
-    def units(self) -> str:
-        """Of its values."""
 
 
 @dataclass(frozen=True)
@@ -134,17 +121,17 @@ class Requirement:
             return np.asarray(SIGNS[self.sign](values, self.bound))
 
 
-def read_response(text: str, own: Iterable[Named] = ()) -> tuple[str, str, str]:
+def read_response(text: str, own: Mapping[str, str] | None = None) -> tuple[str, str, str]:
     """Part, measure and unit of what a requirement or a goal is about.
 
     Parameters
     ----------
     text : str
         ``peak_force``, ``A.peak_force``, ``tip.error``.
-    own : iterable
-        Measures of the user's.
+    own : mapping of str to str, optional
+        Units of measures of the user's.
     """
-    units = {name: measure.units for name, measure in MEASURES.items()} | {each.name: each.units for each in own}
+    units = {name: measure.units for name, measure in MEASURES.items()} | dict(own or {})
     if text in units:
         return "", text, units[text]
     part, dot, measure = text.rpartition(".")

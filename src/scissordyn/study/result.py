@@ -87,6 +87,11 @@ class StudyResult:
         return dict(zip(("complete", "failed", "pending"), counts(self.dataset), strict=True))
 
     @property
+    def damage(self) -> str:
+        """Blocks of the store that are damaged, whose cases are pending; empty if there are none."""
+        return str(self.dataset.attrs.get("damage", ""))
+
+    @property
     def causes(self) -> dict[str, list[int]]:
         """Failed cases by cause, the most frequent first."""
         return causes(self.dataset)
@@ -283,7 +288,8 @@ class StudyResult:
             Of the search.
         """
         study = self.built()
-        wanted = tuple(read_goal(goal, study.own_measures, [one.address for one in study.factors]) for goal in goals)
+        units = {own.name: own.units for own in study.own_measures}
+        wanted = tuple(read_goal(goal, units, [one.address for one in study.factors]) for goal in goals)
         search = Optimisation(wanted, risk, population, generations, seed)
         needed = [goal.measure for goal in wanted if goal.measure not in (*study.addresses, *study.measure_names)]
         study = replace(
@@ -336,6 +342,7 @@ class StudyResult:
         done = ", ".join(f"{count} {name}" for name, count in self.counts.items() if count or name == "complete")
         said = [f"{design_size(self.study)}: {done}"]
         said += [str(self.feasible)] if self.study.requirements else []
+        said += [self.damage] if self.damage else []
         return f"<study '{self.store.address}': {'; '.join(said)}>"
 
     def _repr_html_(self) -> str:

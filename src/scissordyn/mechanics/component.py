@@ -9,13 +9,13 @@ from __future__ import annotations
 
 import math
 
-from scissordyn.component.compiled import call_kernel
 from scissordyn.component.port import ACTUATOR, FRAME, HINGE, LINE, POINT, TRAVEL
 from scissordyn.jit import kernel
 from scissordyn.mechanics.actuator import actuator_torque, linearise_actuator
 from scissordyn.mechanics.force_element import add_forces, add_torques, map_values, write_wrench
 from scissordyn.mechanics.rotation import relative_angle
 from scissordyn.mechanics.time_function import motion_at
+from scissordyn.plugin.address import call_at
 
 __all__ = ["add_component", "component_gap", "linearise_component", "switch_loss"]
 
@@ -82,7 +82,7 @@ def sense_port(i, S, maps):
 def evaluate(i, S, z, address, result):
     """Call a kernel of component i at what stands in the work space."""
     W = S.work
-    call_kernel(address, W.coordinates[i], W.coordinate_rates[i], z, W.context, S.parameters.component[i], result)  # type: ignore[call-arg]
+    call_at(address, W.coordinates[i], W.coordinate_rates[i], z, W.context, S.parameters.component[i], result)  # type: ignore[call-arg]
 
 
 @kernel()

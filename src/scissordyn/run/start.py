@@ -12,7 +12,7 @@ from scissordyn.errors import InputError
 from scissordyn.integrate.advance import LOG_COLUMNS
 from scissordyn.integrate.integration import RESET_DATA, RISE
 from scissordyn.jit import Handle
-from scissordyn.laws.dispatch import elastic_force
+from scissordyn.laws.evaluate import elastic_force
 from scissordyn.mechanics import functions
 from scissordyn.mechanics.assembly import (
     Held,

@@ -10,8 +10,8 @@ import numpy as np
 import scissordyn as sd
 from benchmarks.cases import CLEARANCE, UNTIL
 from benchmarks.measure import command, table
-from scissordyn.laws.contact import PARAMETERS
-from scissordyn.laws.dispatch import friction_force, friction_limit, friction_start
+from scissordyn.laws.evaluate import friction_force, friction_limit, friction_states
+from scissordyn.plugin.element import addresses, row_of
 
 CONSTANT = 1e6
 """A damping speed [m/s] at which sigma_1 does not fade."""
@@ -43,8 +43,7 @@ def variants(kinetic: float) -> dict[str, sd.LuGre]:
 
 def row(law: sd.LuGre) -> np.ndarray:
     """A law's numbers as the kernels read them."""
-    numbers = law.parameters(sd.Clearance(CLEARANCE).contact)
-    return np.array([*numbers, *([0.0] * (PARAMETERS - len(numbers)))])
+    return row_of(law, sd.Clearance(CLEARANCE).contact)
 
 
 def measure(quick: bool = False) -> str:
@@ -61,7 +60,10 @@ def _runs(coefficients: tuple[float, ...]) -> str:
             joint, p = run.sel(joint="A"), row(law)
             normal, tangential = joint["normal_force"].values, np.abs(joint["friction_force"].values)
             limit = np.array(
-                [friction_limit(law.kernel_kind, v, n, p) for v, n in zip(joint["slip_speed"].values, normal, strict=True)]
+                [
+                    friction_limit(addresses(law)["limit"], v, n, p)
+                    for v, n in zip(joint["slip_speed"].values, normal, strict=True)
+                ]
             )
             pressed = normal > PRESSED
             statistics = json.loads(run.attrs["statistics"])
@@ -107,10 +109,10 @@ def cycle_work(law: sd.LuGre, fast: float, *, slow: float = 1e-4, length: float 
             h = length / abs(speed) / steps
             for _ in range(steps):
                 # Heun's method: the bristle relaxes over a micrometre, more than a thousand steps
-                before, start = friction_force(law.kernel_kind, speed, 1.0, z, dz, p), z[0]
+                before, start = friction_force(addresses(law)["force"], speed, 1.0, z, dz, p), z[0]
                 first = dz[0]
                 z[0] = start + h * first
-                after = friction_force(law.kernel_kind, speed, 1.0, z, dz, p)
+                after = friction_force(addresses(law)["force"], speed, 1.0, z, dz, p)
                 z[0] = start + 0.5 * h * (first + dz[0])
                 if turn == 2:
                     work += 0.5 * (before + after) * speed * h
@@ -123,7 +125,7 @@ def _starts() -> str:
         found = []
         for law in (sd.LuGre(0.1), sd.law("friction", "elasto-plastic")(0.1), sd.law("friction", "dahl")(0.1)):
             z, p = np.zeros(1), row(law)
-            friction_start(law.kernel_kind, v, z, p)
+            friction_states(addresses(law)["start"], v, z, p)
             found.append(f"{z[0] * law.bristle_stiffness:.6f}")
         rows.append([f"{v:g}", *found])
     text = "Coefficient sigma_0 z that a contact starts with, by its slip speed; mu_k = 0.1.\n\n"

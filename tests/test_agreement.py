@@ -18,12 +18,13 @@ from scissordyn.laws.damping.factors import Flores, LankaraniNikravesh
 from scissordyn.laws.elastic import hertz, liu
 from scissordyn.laws.elastic.hertz import Hertz
 from scissordyn.laws.elastic.liu import Liu
-from scissordyn.laws.friction import lugre
+from scissordyn.laws.evaluate import friction_force, friction_states
 from scissordyn.laws.friction.lugre import LuGre
 from scissordyn.laws.friction.none import NoFriction
 from scissordyn.model.clearance import Clearance
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.model.scissor import scissor
+from scissordyn.plugin.element import addresses
 from scissordyn.run.simulate import simulate
 
 C = 5e-4
@@ -98,32 +99,42 @@ def test_normal_laws_agree(pair: str) -> None:
     clearance = pin_clearance(pair)
     described, other = clearance.contact, clearance_joint(clearance)
     kernel = {"liu": liu.force, "hertz": hertz.force}[pair]
-    parameters = np.array(clearance.stiffness.parameters(described))
+    parameters = clearance.stiffness.parameters(described)
     for depth in np.geomspace(1e-9, 1e-3, 13).tolist():
-        elastic = kernel(depth, parameters)
+        elastic = kernel(depth, *parameters)
         assert elastic == pytest.approx(other.elastic(depth), rel=1e-13)
-        factor = np.array(clearance.damping.parameters(described))
+        (factor,) = clearance.damping.parameters(described)
         for rate in (-0.4, 0.0, 0.7):
             damped = other.elastic(depth) * (1.0 + other.damping * rate / 0.7)
-            assert proportional.force(elastic, depth, rate, 0.7, factor) == pytest.approx(damped, rel=1e-13)
+            assert proportional.force(elastic, rate, 0.7, factor) == pytest.approx(damped, rel=1e-13)
 
 
 @pytest.mark.parametrize("kinetic", [0.01, 0.1])
 def test_lugre_agrees(kinetic: float) -> None:
     """Cross-check: force, bristle rate and first deflection, also about the Stribeck speed, where runs hardly stay."""
     clearance = pin_clearance(kinetic=kinetic)
-    parameters = np.array(clearance.friction.parameters(clearance.contact))
+    parameters = clearance.friction.parameters(clearance.contact)
     other = clearance_joint(clearance).friction
     assert other is not None
-    bristle, rate = np.zeros(1), np.zeros(1)
+    z, dz, row, at = np.zeros(1), np.zeros(1), np.array(parameters), addresses(clearance.friction)
+
+    def friction(slip: float, bristle: float) -> tuple[float, float]:
+        z[0] = bristle
+        return friction_force(at["force"], slip, 300.0, z, dz, row), dz[0]
+
+    def start(slip: float) -> float:
+        friction_states(at["start"], slip, z, row)
+        return float(z[0])
+
     for slip in (-0.3, -2e-3, -4e-4, 1e-5, 7e-4, 1.5e-3, 0.05):
         for fraction in (-0.8, 0.0, 0.5, 1.0):
-            bristle[0] = fraction * kinetic / 1e5
-            coefficient, growth = other.evaluate(slip, bristle[0])
-            assert lugre.force(slip, 300.0, bristle, rate, parameters) == pytest.approx(300.0 * coefficient, rel=1e-12)
-            assert rate[0] == pytest.approx(growth, rel=1e-12)
-        lugre.start(slip, bristle, parameters)
-        assert bristle[0] == pytest.approx(other.begin(slip), rel=1e-13)
+            bristle = fraction * kinetic / 1e5
+            force, rate = friction(slip, bristle)
+            coefficient, growth = other.evaluate(slip, bristle)
+            assert force == pytest.approx(300.0 * coefficient, rel=1e-12)
+            assert rate == pytest.approx(growth, rel=1e-12)
+        bristle = start(slip)
+        assert bristle == pytest.approx(other.begin(slip), rel=1e-13)
 
 
 @pytest.mark.parametrize("kinetic", [None, 0.05])

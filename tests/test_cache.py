@@ -23,8 +23,8 @@ PACKAGE = Path(scissordyn.__file__).parent
 ASK = """
 import json
 import numpy as np
-from scissordyn.laws.dispatch import elastic_force
-force = elastic_force(0, 1e-5, np.array([1e9, 5e-4]))
+from scissordyn.laws.elastic.liu import force as elastic_force
+force = elastic_force(1e-5, 1e9, 5e-4)
 stats = elastic_force.stats
 print(json.dumps([force, sum(stats.cache_hits.values()), sum(stats.cache_misses.values())]))
 """
@@ -131,10 +131,10 @@ def test_a_cache_that_cannot_be_written(tmp_path: Path, place: str, limit: str) 
 
 FORCE = """
 import numpy as np
-from scissordyn.laws.dispatch import elastic_force
+from scissordyn.laws.elastic.liu import force as elastic_force
 
 def force(k):
-    value = elastic_force(0, 1e-5, np.array([1e9, 5e-4]))
+    value = elastic_force(1e-5, 1e9, 5e-4)
     return value, sum(elastic_force.stats.cache_hits.values())
 """
 

@@ -15,10 +15,10 @@ import numpy as np
 
 from scissordyn.laws.catalogue import BY_KIND
 from scissordyn.laws.contact import JointContact
-from scissordyn.laws.dispatch import elastic_force, friction_force, friction_start, normal_force
-from scissordyn.laws.impact import table_row
+from scissordyn.laws.evaluate import elastic_force, friction_force, friction_states, normal_force
 from scissordyn.laws.material import STEEL
 from scissordyn.laws.user import UserDamping, UserElastic, UserFriction
+from scissordyn.plugin.element import addresses, row_of
 
 JOINT = JointContact(clearance=0.5e-3, journal_radius=10e-3, length=15e-3, journal=STEEL, bearing=STEEL)
 CALLS = 200_000
@@ -27,26 +27,26 @@ REFERENCE = {"stiffness": "liu", "damping": "flores", "friction": "lugre"}
 
 
 @numba.njit
-def _elastic_loop(kernel_kind, p, calls):
+def _elastic_loop(address, p, calls):
     total = 0.0
     for k in range(calls):
-        total += elastic_force(kernel_kind, 1e-6 + 1e-10 * k + 1e-30 * total, p)
+        total += elastic_force(address, 1e-6 + 1e-10 * k + 1e-30 * total, p)
     return total
 
 
 @numba.njit
-def _normal_loop(kernel_kind, p, calls):
+def _normal_loop(address, p, calls):
     total = 0.0
     for k in range(calls):
-        total += normal_force(kernel_kind, 100.0 + 1e-3 * k + 1e-30 * total, 1e-5, 0.1, 0.5, p)
+        total += normal_force(address, 100.0 + 1e-3 * k + 1e-30 * total, 1e-5, 0.1, 0.5, p)
     return total
 
 
 @numba.njit
-def _friction_loop(kernel_kind, p, z, dz, calls):
+def _friction_loop(address, p, z, dz, calls):
     total = 0.0
     for k in range(calls):
-        total += friction_force(kernel_kind, 1e-4 + 1e-8 * k + 1e-30 * total, 100.0, z, dz, p)
+        total += friction_force(address, 1e-4 + 1e-8 * k + 1e-30 * total, 100.0, z, dz, p)
     return total
 
 
@@ -73,7 +73,7 @@ def rounds(calls):
 
 def main():
     """Print a Markdown table for each kind."""
-    liu = table_row(BY_KIND["stiffness"]["liu"](), JOINT)
+    liu = row_of(BY_KIND["stiffness"]["liu"](), JOINT)
     users = {
         "stiffness": UserElastic(lambda d, k, c: k * d * math.sqrt(d / (2.0 * (c + d))), (liu[0], liu[1])),
         "damping": UserDamping(lambda f, d, r, a, xi: f * (1.0 + xi * r / a), (0.2,)),
@@ -82,15 +82,15 @@ def main():
     for kind, laws in BY_KIND.items():
         calls = {"": (_empty_loop,)}
         for name, law in ({name: law() for name, law in laws.items()} | {"a user's function": users[kind]}).items():
-            row = table_row(law, JOINT)
+            row = row_of(law, JOINT)
             if kind == "stiffness":
-                calls[name] = _elastic_loop, law.kernel_kind, row
+                calls[name] = _elastic_loop, addresses(law)["force"], row
             elif kind == "damping":
-                calls[name] = _normal_loop, law.kernel_kind, row
+                calls[name] = _normal_loop, addresses(law)["force"], row
             else:
                 z, dz = np.zeros(len(law.states)), np.zeros(len(law.states))
-                friction_start(law.kernel_kind, 0.01, z, row)
-                calls[name] = _friction_loop, law.kernel_kind, row, z, dz
+                friction_states(addresses(law)["start"], 0.01, z, row)
+                calls[name] = _friction_loop, addresses(law)["force"], row, z, dz
         found = rounds(calls)
         empty = found.pop("")
         print(f"| {kind} | ns | against {REFERENCE[kind]} |\n| --- | ---: | ---: |")

@@ -31,7 +31,7 @@ from scissordyn.errors import InputError
 from scissordyn.integrate.tableau import METHODS
 from scissordyn.model.description import PLUGINS
 from scissordyn.model.record import to_plain
-from scissordyn.plugin.pointer import USER
+from scissordyn.plugin.short_form import ShortForm
 from scissordyn.run.options import Options
 from scissordyn.units import Pairs, Quantity, quantities
 
@@ -194,7 +194,7 @@ def candidates(described: type, name: str) -> list[list[Any]]:
 
 def is_own(described: type) -> bool:
     """Whether it stands for a function in a user's file."""
-    return getattr(described, "kernel_kind", None) == USER and "function" in getattr(described, "__dataclass_fields__", {})
+    return isinstance(described, type) and issubclass(described, ShortForm)
 
 
 def made(described: type, values: Mapping[str, Any]) -> Any:

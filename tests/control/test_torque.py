@@ -7,24 +7,21 @@ import math
 import numpy as np
 import pytest
 
-from scissordyn.control.controller import PARAMETERS
 from scissordyn.control.delayed.extended import ExtendedDelayedFeedback
 from scissordyn.control.delayed.pyragas import Pyragas
-from scissordyn.control.dispatch import control_torque
-from scissordyn.control.signal import SIGNALS
+from scissordyn.control.signal import SIGNALS, control_torque
 from scissordyn.control.tracking.feed_forward import FeedForward
 from scissordyn.control.tracking.none import NoControl
 from scissordyn.control.tracking.pid import PID
+from scissordyn.plugin.element import addresses, row_of
 
 
 def torque(controller, signals, *, t=1.0, integral=0.3):
     """Torque and rate of the integral at named signals; the others are numbers that would show."""
     q = np.array([signals.get(name, 1e3 + k) for k, name in enumerate(SIGNALS)])
-    p = np.zeros(PARAMETERS)
-    numbers = controller.parameters()
-    p[: len(numbers)] = numbers
+    recorded = q[SIGNALS.index(controller.recorded)] if controller.recorded else 0.0
     z, dz = np.full(len(controller.states), integral), np.full(len(controller.states), np.nan)
-    return control_torque(controller.kernel_kind, t, q, z, dz, p), dz
+    return control_torque(addresses(controller)["torque"], t, recorded, q, z, dz, row_of(controller)), dz
 
 
 TRACKING = {"reference_speed": 2.0, "error": 0.03, "speed": 1.7, "feed_forward": 0.0}
@@ -98,6 +95,5 @@ def test_onset_of_delayed_feedback(law):
 
 
 def test_none_and_unknown():
-    """Limit: no control is no torque, and a kind without a branch is NaN."""
+    """Limit: no control is no torque."""
     assert torque(NoControl(), TRACKING)[0] == 0.0
-    assert math.isnan(control_torque(98, 0.0, np.zeros(len(SIGNALS)), np.zeros(0), np.zeros(0), np.zeros(PARAMETERS)))

@@ -10,12 +10,13 @@ from scissordyn.component.actuator import Actuator
 from scissordyn.component.time_function import Cycloidal, Harmonic, Polynomial
 from scissordyn.component.torsion_spring import TorsionSpring
 from scissordyn.control.catalogue import CONTROLLERS, controller
-from scissordyn.control.controller import PARAMETERS, Controller
+from scissordyn.control.controller import Controller
 from scissordyn.control.tracking.feed_forward import FeedForward
 from scissordyn.control.tracking.none import NoControl
 from scissordyn.control.tracking.pid import PID
 from scissordyn.control.user import UserController
 from scissordyn.model.mechanism import Mechanism
+from scissordyn.plugin.element import PARAMETERS
 from scissordyn.run.feed_forward import feed_forward
 
 TIGHT = {"rtol": 1e-11, "atol": 1e-11, "samples": 101}

@@ -7,9 +7,10 @@ import math
 import numba
 import numpy as np
 
-from scissordyn.laws.contact import PARAMETERS, JointContact
-from scissordyn.laws.dispatch import elastic_force, normal_force
+from scissordyn.laws.contact import JointContact
+from scissordyn.laws.evaluate import elastic_force, normal_force
 from scissordyn.laws.material import STEEL
+from scissordyn.plugin.element import addresses, row_of
 
 JOINT = JointContact(clearance=0.5e-3, journal_radius=9.5e-3, length=15e-3, journal=STEEL, bearing=STEEL)
 UNIT_LENGTH = JointContact(clearance=0.5e-3, journal_radius=9.5e-3, length=1.0, journal=STEEL, bearing=STEEL)
@@ -18,58 +19,60 @@ UNIT_LENGTH = JointContact(clearance=0.5e-3, journal_radius=9.5e-3, length=1.0, 
 
 def row(law, joint=JOINT):
     """A law's numbers as the kernels read them."""
-    numbers = np.zeros(PARAMETERS)
-    given = law.parameters(joint)
-    numbers[: len(given)] = given
-    return numbers
+    return row_of(law, joint)
+
+
+def at(law, kernel="force"):
+    """The address of a law's kernel."""
+    return addresses(law)[kernel]
 
 
 def force(law, delta, joint=JOINT):
     """Elastic force at one indentation."""
-    return elastic_force(law.kernel_kind, delta, row(law, joint))
+    return elastic_force(at(law), delta, row(law, joint))
 
 
 @numba.njit
-def _acceleration(delta, rate, kernel_kind, p, damping, q, speed, mass):
+def _acceleration(delta, rate, stiffness, p, damping, q, speed, mass):
     if delta <= 0.0:
         return 0.0
-    return -normal_force(damping, elastic_force(kernel_kind, delta, p), delta, rate, speed, q) / mass
+    return -normal_force(damping, elastic_force(stiffness, delta, p), delta, rate, speed, q) / mass
 
 
 @numba.njit
-def _advance(delta, rate, h, kernel_kind, p, damping, q, speed, mass):
-    a1 = _acceleration(delta, rate, kernel_kind, p, damping, q, speed, mass)
+def _advance(delta, rate, h, stiffness, p, damping, q, speed, mass):
+    a1 = _acceleration(delta, rate, stiffness, p, damping, q, speed, mass)
     v2 = rate + 0.5 * h * a1
-    a2 = _acceleration(delta + 0.5 * h * rate, v2, kernel_kind, p, damping, q, speed, mass)
+    a2 = _acceleration(delta + 0.5 * h * rate, v2, stiffness, p, damping, q, speed, mass)
     v3 = rate + 0.5 * h * a2
-    a3 = _acceleration(delta + 0.5 * h * v2, v3, kernel_kind, p, damping, q, speed, mass)
+    a3 = _acceleration(delta + 0.5 * h * v2, v3, stiffness, p, damping, q, speed, mass)
     v4 = rate + h * a3
-    a4 = _acceleration(delta + h * v3, v4, kernel_kind, p, damping, q, speed, mass)
+    a4 = _acceleration(delta + h * v3, v4, stiffness, p, damping, q, speed, mass)
     return delta + h / 6.0 * (rate + 2.0 * v2 + 2.0 * v3 + v4), rate + h / 6.0 * (a1 + 2.0 * a2 + 2.0 * a3 + a4)
 
 
 @numba.njit
-def bounce(kernel_kind, p, damping, q, speed, mass, h):
+def bounce(stiffness, p, damping, q, speed, mass, h):
     """Deepest indentation, rebound speed and energy loss of one impact with steps h."""
     # the forces start with a power or a logarithm of the indentation: the first step is refined towards the touch
     delta, rate = 0.0, speed
     for k in range(40):
         delta, rate = _advance(
-            delta, rate, h * (2.0**-40 if k == 0 else 2.0 ** (k - 41)), kernel_kind, p, damping, q, speed, mass
+            delta, rate, h * (2.0**-40 if k == 0 else 2.0 ** (k - 41)), stiffness, p, damping, q, speed, mass
         )
     deepest = 0.0
     for _ in range(10_000_000):
-        new_delta, new_rate = _advance(delta, rate, h, kernel_kind, p, damping, q, speed, mass)
+        new_delta, new_rate = _advance(delta, rate, h, stiffness, p, damping, q, speed, mass)
         if rate > 0.0 >= new_rate:
             part = h * rate / (rate - new_rate)
             for _ in range(6):
-                d, v = _advance(delta, rate, part, kernel_kind, p, damping, q, speed, mass)
-                part -= v / _acceleration(d, v, kernel_kind, p, damping, q, speed, mass)
-            deepest = _advance(delta, rate, part, kernel_kind, p, damping, q, speed, mass)[0]
+                d, v = _advance(delta, rate, part, stiffness, p, damping, q, speed, mass)
+                part -= v / _acceleration(d, v, stiffness, p, damping, q, speed, mass)
+            deepest = _advance(delta, rate, part, stiffness, p, damping, q, speed, mass)[0]
         if new_delta <= 0.0:
             part = -delta / rate
             for _ in range(6):
-                d, v = _advance(delta, rate, part, kernel_kind, p, damping, q, speed, mass)
+                d, v = _advance(delta, rate, part, stiffness, p, damping, q, speed, mass)
                 part -= d / v
             return deepest, -v
         delta, rate = new_delta, new_rate
@@ -84,9 +87,7 @@ def step(stiffness, mass, speed, joint=JOINT, parts=4000):
         middle = math.sqrt(low * high)
         # the work of any of the forces up to delta lies between a third and all of F delta
         low, high = (
-            (middle, high)
-            if 0.5 * elastic_force(stiffness.kernel_kind, middle, p) * middle < 0.5 * mass * speed**2
-            else (low, middle)
+            (middle, high) if 0.5 * elastic_force(at(stiffness), middle, p) * middle < 0.5 * mass * speed**2 else (low, middle)
         )
     return 2.0 * low / speed / parts
 
@@ -98,5 +99,5 @@ def work(stiffness, deepest, joint=JOINT):
     """The integral of the elastic force up to an indentation, by Gauss quadrature in its fourth root."""
     p = row(stiffness, joint)
     r = 0.5 * (1.0 + _NODES)
-    values = np.array([elastic_force(stiffness.kernel_kind, deepest * x**4, p) * 4.0 * x**3 for x in r])
+    values = np.array([elastic_force(at(stiffness), deepest * x**4, p) * 4.0 * x**3 for x in r])
     return 0.5 * deepest * float(_WEIGHTS @ values)

@@ -7,11 +7,11 @@ import math
 
 import numpy as np
 import pytest
-from bouncing import row
+from bouncing import at, row
 
 import scissordyn as sd
 from scissordyn.laws import catalogue
-from scissordyn.laws.dispatch import friction_force, friction_limit, friction_start
+from scissordyn.laws.evaluate import friction_force, friction_limit, friction_states
 from scissordyn.laws.friction.ambrosio import Ambrosio
 from scissordyn.laws.friction.bengisu_akay import BengisuAkay
 from scissordyn.laws.friction.brown_mcphee import BrownMcPhee
@@ -22,7 +22,6 @@ from scissordyn.laws.friction.gonthier import GonthierBristle
 from scissordyn.laws.friction.lugre import LuGre
 from scissordyn.laws.friction.stribeck import Stribeck
 from scissordyn.laws.friction.threlfall import Threlfall
-from scissordyn.plugin.pointer import USER
 
 NORMAL = 1000.0
 CONSTANT = 1e6
@@ -39,13 +38,13 @@ def by_name(law):
 def force(law, v, z, normal=NORMAL):
     """Tangential force and rates of the states."""
     states, rates = np.array(z, float), np.full(len(law.states), np.nan)
-    return friction_force(law.kernel_kind, v, normal, states, rates, row(law)), rates
+    return friction_force(at(law), v, normal, states, rates, row(law)), rates
 
 
 def start(law, v):
     """States at the start of a contact."""
     z = np.full(len(law.states), np.nan)
-    friction_start(law.kernel_kind, v, z, row(law))
+    friction_states(at(law, "start"), v, z, row(law))
     return z
 
 
@@ -78,13 +77,12 @@ def states_of(law):
 def test_static_limit(law, limit):
     """Closed form: the largest force a law allows at 2 m/s under 1 kN, the same in both directions."""
     for v in (2.0, -2.0):
-        assert friction_limit(law.kernel_kind, v, NORMAL, row(law)) == pytest.approx(limit, rel=1e-14)
+        assert friction_limit(at(law, "limit"), v, NORMAL, row(law)) == pytest.approx(limit, rel=1e-14)
 
 
 def test_users_friction_has_no_limit():
-    """Limit: nothing is known of a user's law; a kind without a branch is NaN."""
-    assert friction_limit(USER, 2.0, NORMAL, np.zeros(16)) == math.inf
-    assert math.isnan(friction_limit(98, 2.0, NORMAL, np.zeros(16)))
+    """Limit: nothing is known of a function of the user's."""
+    assert friction_limit(at(sd.UserFriction(lambda v, n: 0.1 * n * v), "limit"), 2.0, NORMAL, np.zeros(16)) == math.inf
 
 
 @pytest.mark.parametrize("law", [law for law in catalogue.FRICTION.values() if law.name != "none"], ids=by_name)
@@ -99,7 +97,7 @@ def test_friction_keeps_to_its_limit(law, kinetic):
     for given in options:
         friction = law(kinetic, **given)
         for v, z in itertools.product((*SLIP, *-SLIP[1:]), states_of(friction)):
-            limit = friction_limit(law.kernel_kind, v, NORMAL, row(friction))
+            limit = friction_limit(at(law, "limit"), v, NORMAL, row(friction))
             assert abs(force(friction, v, z)[0]) <= limit * (1.0 + 1e-13)
 
 
@@ -179,11 +177,11 @@ def test_slip_reversal_under_load(law):
         largest[name] = 0.0
         for k in range(20_000):
             v = 0.05 - 5e3 * k * h
-            found = friction_force(friction.kernel_kind, v, 1.0, z, dz, p)
+            found = friction_force(at(friction), v, 1.0, z, dz, p)
             largest[name] = max(largest[name], abs(found))
             here, first = z[0], dz[0]
             z[0] = here + h * first
-            friction_force(friction.kernel_kind, v - 5e3 * h, 1.0, z, dz, p)
+            friction_force(at(friction), v - 5e3 * h, 1.0, z, dz, p)
             z[0] = here + 0.5 * h * (first + dz[0])
     assert largest["fading"] <= 0.15 * (1.0 + 1e-12)
     assert largest["constant"] > 100.0 * 0.15
@@ -196,10 +194,10 @@ def cycle_work(law, fast, *, slow=1e-4, length=3e-6, steps=1000):
     for turn, speed in itertools.product(range(3), (slow, fast, -slow, -fast)):
         h = length / abs(speed) / steps
         for _ in range(steps):
-            before, here = friction_force(law.kernel_kind, speed, 1.0, z, dz, p), z.copy()
+            before, here = friction_force(at(law), speed, 1.0, z, dz, p), z.copy()
             first = dz.copy()
             z[:] = here + h * first
-            after = friction_force(law.kernel_kind, speed, 1.0, z, dz, p)
+            after = friction_force(at(law), speed, 1.0, z, dz, p)
             z[:] = here + 0.5 * h * (first + dz)
             work += 0.5 * (before + after) * speed * h * (turn == 2)
     return work / (law.kinetic * 4.0 * length)
@@ -251,7 +249,7 @@ def test_contact_that_begins_at_rest(law):
     for v in SLIP:
         assert not np.any(start(friction, v)[1:])
         found = abs(force(friction, v, start(friction, v))[0])
-        assert found <= friction_limit(law.kernel_kind, v, NORMAL, row(friction)) * (1.0 + 1e-13)
+        assert found <= friction_limit(at(law, "limit"), v, NORMAL, row(friction)) * (1.0 + 1e-13)
 
 
 @pytest.mark.parametrize("law", BRISTLES, ids=by_name)

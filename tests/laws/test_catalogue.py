@@ -1,4 +1,4 @@
-"""The catalogue: every law by name, each with its branch, its facts and its source."""
+"""The catalogue: every law by name, each with its kernels, its facts and its source."""
 
 from __future__ import annotations
 
@@ -7,28 +7,29 @@ import re
 
 import numpy as np
 import pytest
-from bouncing import JOINT, row
+from bouncing import JOINT, at, row
 
 from scissordyn.errors import InputError
 from scissordyn.laws import catalogue
-from scissordyn.laws.contact import PARAMETERS, Damping, Elastic, Friction, Proportional
+from scissordyn.laws.contact import Damping, Elastic, Friction, Proportional
 from scissordyn.laws.damping import proportional
-from scissordyn.laws.dispatch import elastic_force, friction_force, friction_start, normal_force
+from scissordyn.laws.evaluate import elastic_force, friction_force, friction_states, normal_force
+from scissordyn.plugin.element import PARAMETERS
 
 KINDS = {"stiffness": Elastic, "damping": Damping, "friction": Friction}
 ENTRIES = [(kind, name) for kind, laws in catalogue.BY_KIND.items() for name in laws]
-NO_BRANCH = 98
 
 
-def answer(kind, kernel_kind, p, states=0):
-    """What the dispatch of a kind returns for a kernel kind."""
+def answer(kind, law):
+    """What the kernels of a law return."""
+    p, states = row(law), len(getattr(law, "states", ()))
     if kind == "stiffness":
-        return elastic_force(kernel_kind, 1e-5, p)
+        return elastic_force(at(law), 1e-5, p)
     if kind == "damping":
-        return normal_force(kernel_kind, 100.0, 1e-5, 0.1, 0.5, p)
+        return normal_force(at(law), 100.0, 1e-5, 0.1, 0.5, p)
     z, dz = np.zeros(states), np.full(states, np.nan)
-    friction_start(kernel_kind, 0.1, z, p)
-    force = friction_force(kernel_kind, 0.1, 100.0, z, dz, p)
+    friction_states(at(law, "start"), 0.1, z, p)
+    force = friction_force(at(law), 0.1, 100.0, z, dz, p)
     return force + dz.sum()
 
 
@@ -50,24 +51,9 @@ def test_everything_is_there():
 
 
 @pytest.mark.parametrize(("kind", "name"), ENTRIES)
-def test_every_law_has_its_branch(kind, name):
-    """Identity: the dispatch returns a number for a law's kernel kind, and NaN for one without a branch."""
-    law = catalogue.law(kind, name)()
-    assert math.isfinite(answer(kind, law.kernel_kind, row(law), len(getattr(law, "states", ()))))
-    assert math.isnan(answer(kind, NO_BRANCH, row(law)))
-
-
-@pytest.mark.parametrize("kind", KINDS)
-def test_kernel_kinds_are_shared_only_with_a_kernel(kind):
-    """Identity: two laws have one kernel kind only where their files have no kernel and use another module's kind."""
-    own = {}
-    for law in catalogue.BY_KIND[kind].values():
-        module = __import__(law.__module__, fromlist=["force"])
-        if hasattr(module, "force"):
-            assert law.kernel_kind not in own, (
-                f"{law.name} and {own.get(law.kernel_kind)} both have a kernel for kind {law.kernel_kind}"
-            )
-            own[law.kernel_kind] = law.name
+def test_every_law_has_its_kernels(kind, name):
+    """Identity: a law is evaluated by the addresses of its kernels."""
+    assert math.isfinite(answer(kind, catalogue.law(kind, name)()))
 
 
 @pytest.mark.parametrize(("kind", "name"), ENTRIES)
@@ -84,7 +70,7 @@ def test_facts(kind, name):
         if not isinstance(parameter.default, bool):
             assert parameter.quantity.help
             assert parameter.default is None or parameter.quantity.admits(parameter.default)
-    if kind == "damping" and law.kernel_kind == proportional.KERNEL_KIND and name != "none":
+    if kind == "damping" and law.declaration.kernels["force"] is proportional.force and name != "none":
         assert isinstance(law(), Proportional)
 
 

@@ -7,7 +7,7 @@ import math
 
 import numpy as np
 import pytest
-from bouncing import JOINT, bounce, row, step, work
+from bouncing import JOINT, at, bounce, row, step, work
 
 from scissordyn.errors import InputError
 from scissordyn.laws import catalogue
@@ -16,10 +16,12 @@ from scissordyn.laws.damping.anagnostopoulos import Anagnostopoulos
 from scissordyn.laws.damping.exact import Exact, exact_factor, returned_restitution
 from scissordyn.laws.damping.gonthier import Gonthier
 from scissordyn.laws.damping.kelvin_voigt import KelvinVoigt
-from scissordyn.laws.dispatch import normal_force
 from scissordyn.laws.elastic.linear import Linear
+from scissordyn.laws.evaluate import normal_force
 
-FACTORS = [law for law in catalogue.DAMPING.values() if law.kernel_kind == proportional.KERNEL_KIND and law.name != "none"]
+FACTORS = [
+    law for law in catalogue.DAMPING.values() if law.declaration.kernels["force"] is proportional.force and law.name != "none"
+]
 MASS = 2.0
 
 
@@ -104,9 +106,7 @@ def test_whole_table():
         for restitution, speed in itertools.product((0.3, 0.6, 0.95), (0.05, 1.0)):
             law = made(damping, restitution)
             xi = law.factor
-            deepest, rebound = bounce(
-                stiffness.kernel_kind, p, law.kernel_kind, row(law), speed, MASS, step(stiffness, MASS, speed)
-            )
+            deepest, rebound = bounce(at(stiffness), p, at(law), row(law), speed, MASS, step(stiffness, MASS, speed))
             returned = rebound / speed
             energy = MASS * speed**2 * ((xi - math.log1p(xi)) / xi**2 if xi else 0.5)
             first = abs(math.log((1 + xi) / (1 - xi * returned)) - xi * (1 + returned)) if xi else abs(returned - 1.0)
@@ -122,9 +122,7 @@ def test_whole_table():
 def test_each_factor_in_an_impact(law):
     """Identity: e_out of an impact on a linear spring is the root of the identity for the factor worked out elsewhere."""
     stiffness, damping = Linear(1e8), law(restitution=0.7)
-    _, rebound = bounce(
-        stiffness.kernel_kind, row(stiffness), damping.kernel_kind, row(damping), 0.3, MASS, step(stiffness, MASS, 0.3)
-    )
+    _, rebound = bounce(at(stiffness), row(stiffness), at(damping), row(damping), 0.3, MASS, step(stiffness, MASS, 0.3))
     assert rebound / 0.3 == pytest.approx(returned_restitution(damping.factor), rel=1e-7)
 
 
@@ -140,9 +138,7 @@ def test_dashpot_closed_form(restitution):
     root = math.sqrt(1 - zeta**2)
     expected = math.exp(-zeta / root * (math.pi - math.atan2(2 * zeta * root, 1 - 2 * zeta**2)))
     stiffness = Linear(k)
-    _, rebound = bounce(
-        stiffness.kernel_kind, row(stiffness), law.kernel_kind, row(law), speed, MASS, step(stiffness, MASS, speed)
-    )
+    _, rebound = bounce(at(stiffness), row(stiffness), at(law), row(law), speed, MASS, step(stiffness, MASS, speed))
     assert rebound / speed == pytest.approx(expected, rel=1e-6)
     # with the tension included, the given restitution is returned: the time is pi/w_d
     assert math.exp(-zeta / root * math.pi) == pytest.approx(restitution, rel=1e-12)
@@ -158,9 +154,9 @@ def test_kelvin_voigt():
     """Closed form: kelvin-voigt adds C delta' and is never negative."""
     law = KelvinVoigt(coefficient=50.0)
     q = row(law)
-    assert normal_force(law.kernel_kind, 100.0, 1e-5, 0.5, 1.0, q) == pytest.approx(125.0, rel=1e-15)
-    assert normal_force(law.kernel_kind, 100.0, 1e-5, -3.0, 1.0, q) == 0.0
-    assert law.kernel_kind == dashpot.KERNEL_KIND
+    assert normal_force(at(law), 100.0, 1e-5, 0.5, 1.0, q) == pytest.approx(125.0, rel=1e-15)
+    assert normal_force(at(law), 100.0, 1e-5, -3.0, 1.0, q) == 0.0
+    assert law.declaration.kernels["force"] is dashpot.force
 
 
 @pytest.mark.parametrize("damping", catalogue.DAMPING.values(), ids=by_name)
@@ -169,7 +165,7 @@ def test_no_tension_and_no_gain(damping):
     law = damping()
     q = row(law)
     for elastic, rate in itertools.product((0.0, 1.0, 1e4), (-5.0, -0.1, 0.0, 0.1, 5.0)):
-        force = normal_force(law.kernel_kind, elastic, 1e-5, rate, 0.5, q)
+        force = normal_force(at(law), elastic, 1e-5, rate, 0.5, q)
         assert force >= 0.0
         assert (force - elastic) * rate >= 0.0
 

@@ -7,12 +7,11 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from bouncing import JOINT, UNIT_LENGTH, force, row
+from bouncing import JOINT, UNIT_LENGTH, at, force, row
 from scipy.special import lambertw
 
 from scissordyn.errors import InputError
 from scissordyn.laws import catalogue
-from scissordyn.laws.dispatch import elastic_force
 from scissordyn.laws.elastic.bai_zhao import BaiZhaoAsPrinted
 from scissordyn.laws.elastic.braendlein import Braendlein
 from scissordyn.laws.elastic.dubowsky_freudenstein import DubowskyFreudenstein
@@ -25,6 +24,7 @@ from scissordyn.laws.elastic.pereira import Pereira
 from scissordyn.laws.elastic.persson import Persson
 from scissordyn.laws.elastic.power_law import PowerLaw
 from scissordyn.laws.elastic.radzimovsky import Radzimovsky
+from scissordyn.laws.evaluate import elastic_force
 
 DEPTHS = np.logspace(-12, -3.4, 200)
 ALL = list(catalogue.ELASTIC.values())
@@ -138,7 +138,7 @@ def test_johnson_domain():
     """Closed form: the law turns at 4 c/e^2; it is followed until TURN e^(1-TURN) = 97.35 % of that and is smooth there."""
     p = row(Johnson(), UNIT_LENGTH)
     assert p[2] == pytest.approx(1.25 * math.exp(-0.25) * 4 * 0.5e-3 / math.e**2, rel=1e-14)
-    below, above = (elastic_force(Johnson.kernel_kind, p[2] * (1 + s * 1e-9), p) for s in (-1, 1))
+    below, above = (elastic_force(at(Johnson), p[2] * (1 + s * 1e-9), p) for s in (-1, 1))
     assert (above - below) / (2e-9 * p[2]) == pytest.approx(p[4], rel=1e-4)
 
 
@@ -175,7 +175,7 @@ def test_persson_tangent():
     p = row(Persson(), UNIT_LENGTH)
     assert p[2] == pytest.approx(6 * 0.5e-3, rel=1e-14)
     h = 1e-7 * p[2]
-    below = [elastic_force(Persson.kernel_kind, p[2] - k * h, p) for k in (1, 2)]
+    below = [elastic_force(at(Persson), p[2] - k * h, p) for k in (1, 2)]
     assert below[0] == pytest.approx(p[3] - p[4] * h, rel=1e-10)
     assert (below[0] - below[1]) / h == pytest.approx(p[4], rel=1e-5)
 

@@ -8,12 +8,11 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from bouncing import JOINT, row
+from bouncing import JOINT, at, row
 from scipy.integrate import quad
 
 from scissordyn.laws import catalogue
 from scissordyn.laws.contact import Continued
-from scissordyn.laws.dispatch import elastic_energy, elastic_force
 from scissordyn.laws.elastic.dubowsky_freudenstein import DubowskyFreudenstein
 from scissordyn.laws.elastic.hertz import Hertz
 from scissordyn.laws.elastic.johnson import Johnson
@@ -21,6 +20,7 @@ from scissordyn.laws.elastic.liu import Liu
 from scissordyn.laws.elastic.persson import Persson
 from scissordyn.laws.elastic.power_law import PowerLaw
 from scissordyn.laws.elastic.radzimovsky import Radzimovsky
+from scissordyn.laws.evaluate import elastic_energy, elastic_force
 from scissordyn.laws.user import UserElastic
 
 C = JOINT.clearance
@@ -36,7 +36,7 @@ def by_name(law):
 
 def energy(law, delta, joint=JOINT):
     """What the kernel says."""
-    return elastic_energy(law.kernel_kind, delta, row(law, joint))
+    return elastic_energy(at(law, "energy"), at(law), delta, row(law, joint))
 
 
 def work(law, delta, joint=JOINT, breaks=()):
@@ -44,7 +44,7 @@ def work(law, delta, joint=JOINT, breaks=()):
     p = row(law, joint)
     ends = np.sqrt([0.0, *sorted(b for b in breaks if b < delta), delta])
     return math.fsum(
-        quad(lambda s: elastic_force(law.kernel_kind, s * s, p) * 2.0 * s, a, b, epsabs=0.0, epsrel=5e-13, limit=200)[0]
+        quad(lambda s: elastic_force(at(law), s * s, p) * 2.0 * s, a, b, epsabs=0.0, epsrel=5e-13, limit=200)[0]
         for a, b in itertools.pairwise(ends)
     )
 
@@ -70,14 +70,14 @@ def test_force_is_the_slope_of_the_energy(law):
     for share in (1e-3, 0.3, 0.52, 0.7, 1.0, 2.5, 7.0):
         delta, h = share * C, 1e-3 * share * C
         slope = sum(weight * energy(law, delta + k * h) for k, weight in weights.items()) / h
-        assert slope == pytest.approx(elastic_force(law.kernel_kind, delta, row(law)), rel=1e-9)
+        assert slope == pytest.approx(elastic_force(at(law), delta, row(law)), rel=1e-9)
 
 
 def test_hertz_and_johnson_by_hand():
     """Closed form: 2/5 K delta^(5/2); and johnson's F delta/2 - F^2/(4 pi E* L_b) on its branch."""
     assert energy(Hertz(), 1e-4) == pytest.approx(0.4 * 6.61020e10 * 1e-10, rel=1e-5)
     delta = 0.3 * C
-    force = elastic_force(Johnson.kernel_kind, delta, row(Johnson()))
+    force = elastic_force(at(Johnson), delta, row(Johnson()))
     expected = 0.5 * force * delta - 0.25 * force**2 / (math.pi * JOINT.modulus * JOINT.length)
     assert energy(Johnson(), delta) == pytest.approx(expected, rel=1e-13)
 
@@ -112,7 +112,7 @@ def test_users_laws():
     assert energy(UserElastic(kinked), 4e-4) == pytest.approx(expected, rel=1e-12)
     assert energy(UserElastic(late), 4e-4) == pytest.approx(0.5 * 5e8 * 3e-4**2, rel=1e-12)
     hole = UserElastic(lambda indentation: math.nan if 1.2e-4 < indentation < 1.6e-4 else 1e8 * indentation)
-    assert math.isnan(elastic_energy(hole.kernel_kind, 4e-4, np.array([*hole.parameters(replace(JOINT, clearance=1e-4)), 0.0])))
+    assert math.isnan(elastic_energy(at(hole, "energy"), at(hole), 4e-4, row(hole, replace(JOINT, clearance=1e-4))))
 
 
 def test_users_law_that_is_nowhere_smooth():

@@ -6,12 +6,12 @@ import math
 
 import numpy as np
 import pytest
-from bouncing import JOINT, row
+from bouncing import JOINT, at, row
 from scipy.integrate import solve_ivp
 
 from scissordyn.errors import InputError
 from scissordyn.laws import catalogue
-from scissordyn.laws.dispatch import friction_force, friction_start, friction_steady
+from scissordyn.laws.evaluate import friction_force, friction_states
 from scissordyn.laws.friction.ambrosio import Ambrosio
 from scissordyn.laws.friction.bengisu_akay import BengisuAkay
 from scissordyn.laws.friction.brown_mcphee import BrownMcPhee
@@ -43,13 +43,13 @@ class Sliding:
     def start(self, v):
         """States at the start of a contact."""
         z = np.full(self.count, np.nan)
-        friction_start(self.law.kernel_kind, v, z, self.p)
+        friction_states(at(self.law, "start"), v, z, self.p)
         return z
 
     def __call__(self, v, z):
         """Force and rates."""
         dz = np.full(self.count, np.nan)
-        return friction_force(self.law.kernel_kind, v, self.normal, np.array(z, float), dz, self.p), dz
+        return friction_force(at(self.law), v, self.normal, np.array(z, float), dz, self.p), dz
 
     def settled(self, v, z=None, time=0.1):
         """Force after sliding at a constant speed for a long time, by scipy's Radau."""
@@ -112,9 +112,9 @@ def test_steady_states(law):
     sliding = Sliding(law())
     for v in SPEEDS:
         z = np.full(sliding.count, np.nan)
-        friction_steady(law.kernel_kind, v, z, sliding.p)
+        friction_states(at(law, "steady"), v, z, sliding.p)
         assert sliding(v, z)[0] == pytest.approx(sliding.settled(v), rel=1e-7)
-    friction_steady(law.kernel_kind, 0.0, z, sliding.p)
+    friction_states(at(law, "steady"), 0.0, z, sliding.p)
     assert z[0] == 0.0
 
 
@@ -274,9 +274,9 @@ def test_gonthier_bristle_steady_states():
     law = GonthierBristle(0.1, 0.3, bristle_damping=50.0)
     z, p = np.zeros(2), row(law)
     for v, bend in ((1e-4, 0.1 + 0.2 * math.exp(-0.01)), (-1e-4, -0.1 - 0.2 * math.exp(-0.01)), (0.05, 0.1)):
-        friction_steady(law.kernel_kind, v, z, p)
+        friction_states(at(law, "steady"), v, z, p)
         assert z == pytest.approx([bend / 1e5, math.exp(-((v / 1e-3) ** 2))], rel=1e-13, abs=0.0)
-    friction_steady(law.kernel_kind, 2e-3, z, p)
+    friction_states(at(law, "steady"), 2e-3, z, p)
     assert z[0] * 1e5 == pytest.approx(0.1 + 50.0 * 2e-3 * math.exp(-4.0) / (1.0 - math.exp(-4.0)), rel=1e-13, abs=0.0)
 
 

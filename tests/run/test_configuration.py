@@ -90,10 +90,10 @@ INJECTED = 'p, x="""): return 0\n{}\ndef unused():\n    try: pass\n    #'
 
 EVIL: dict[str, Callable[[Path], Any]] = {
     "code in the name of an argument": lambda folder: {
-        "kind": "plugin.user_compile._compiled",
-        "function": {"kind": "jit.kernel"},
-        "leading": [INJECTED.format(f"open({str(folder / 'done')!r}, 'w').write('')")],
-        "count": 0,
+        "kind": "plugin.address.address_of",
+        "kernel": {"kind": "jit.kernel"},
+        "handed": [INJECTED.format(f"open({str(folder / 'done')!r}, 'w').write('')")],
+        "targets": [],
     },
     "a file that is loaded": lambda folder: {
         "kind": "plugin.user_file.load_function",

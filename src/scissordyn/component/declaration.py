@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-import inspect
 import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
@@ -13,6 +12,7 @@ from typing import Any, ClassVar, Protocol, TypeVar, dataclass_transform, runtim
 from scissordyn.component.place import GROUND
 from scissordyn.component.port import PORTS, TRAVEL, Output, Port
 from scissordyn.errors import InputError, did_you_mean
+from scissordyn.plugin.address import Kernel, arguments_of
 from scissordyn.units import State, check_quantities, quantities
 
 __all__ = ["CONTEXT", "PARAMETERS", "Component", "Declaration", "Kernel", "check_attachment", "component"]
@@ -26,8 +26,6 @@ guard (1 after a rise, 0 after a fall), and the rate of the guard's value at the
 
 ENERGY = ("energy", "dissipation")
 """What the kernel of a passive component returns after its forces: stored energy [J] and dissipated power [W]."""
-
-Kernel = Callable[..., Any]
 
 
 @dataclass(frozen=True)
@@ -245,7 +243,7 @@ def _check_fields(described: Any) -> None:
         *quantities(described),
     )
     for kernel in filter(None, (declaration.force, declaration.gap, declaration.switch)):
-        given = tuple(inspect.signature(getattr(kernel, "py_func", kernel)).parameters)
+        given = arguments_of(kernel)
         if given != wanted:
             raise InputError(
                 f"kernel '{kernel.__name__}' of component '{described.__name__}' takes ({', '.join(given)})",

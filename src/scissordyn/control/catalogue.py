@@ -5,7 +5,6 @@ from __future__ import annotations
 import importlib
 import pkgutil
 from collections.abc import Mapping
-from dataclasses import is_dataclass
 from types import MappingProxyType
 from typing import Any
 
@@ -22,7 +21,7 @@ def _controllers() -> Mapping[str, type[Any]]:
         for entry in pkgutil.iter_modules(folder.__path__):
             module = importlib.import_module(f"{folder.__name__}.{entry.name}")
             for thing in vars(module).values():
-                if isinstance(thing, type) and is_dataclass(thing) and thing.__module__ == module.__name__:
+                if isinstance(thing, type) and "declaration" in vars(thing) and thing.__module__ == module.__name__:
                     name: str = vars(thing)["name"]
                     if name in found:
                         raise TypeError(f"two controllers named '{name}': {found[name].__module__} and {module.__name__}")

@@ -4,10 +4,9 @@ from __future__ import annotations
 
 from typing import ClassVar, Protocol, runtime_checkable
 
-from scissordyn.plugin.pointer import PARAMETERS
 from scissordyn.units import State
 
-__all__ = ["PARAMETERS", "Controller"]
+__all__ = ["Controller"]
 
 
 @runtime_checkable
@@ -15,10 +14,7 @@ class Controller(Protocol):
     """From the signals of an actuator to its torque."""
 
     name: ClassVar[str]
-    kernel_kind: ClassVar[int]
     source: ClassVar[str]
-    uses_feed_forward: ClassVar[bool]
-    """Whether it uses a feed-forward torque."""
 
     @property
     def states(self) -> tuple[State, ...]:
@@ -37,8 +33,12 @@ class Controller(Protocol):
         """R in the recorded S(t) = y(t) + R S(t - T) [1]."""
 
     @property
+    def uses_feed_forward(self) -> bool:
+        """Whether it uses a feed-forward torque."""
+
+    @property
     def uses_sensor(self) -> bool:
         """Whether it uses the actuator's sensor."""
 
     def parameters(self) -> tuple[float, ...]:
-        """The numbers that the kernel reads, at most `PARAMETERS` of them."""
+        """The numbers that the kernel reads."""

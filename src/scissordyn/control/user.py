@@ -4,22 +4,18 @@ from __future__ import annotations
 
 import itertools
 from dataclasses import dataclass
-from typing import Annotated, ClassVar
+from typing import Annotated, Any, ClassVar
 
-from scissordyn.control.signal import SIGNALS, check_signal
+from scissordyn.control.signal import CONTROL, SIGNALS, check_signal
 from scissordyn.errors import InputError
-from scissordyn.plugin.pointer import USER
-from scissordyn.plugin.user_compile import Function, probe, row
-from scissordyn.plugin.user_file import pinned
-from scissordyn.units import Quantity, State, check_quantities
+from scissordyn.plugin.short_form import Function, ShortForm
+from scissordyn.units import Quantity, check_quantities
 
 __all__ = ["UserController"]
 
-LEADING = ("t", *SIGNALS)
-
 
 @dataclass(frozen=True)
-class UserController:
+class UserController(ShortForm):
     """A user-defined controller, without internal states.
 
     Parameters
@@ -49,17 +45,15 @@ class UserController:
     delay: Annotated[float, Quantity("s", minimum=0.0, help="delay of the recorded signal")] = 0.0
     recorded: str = ""
 
-    name: ClassVar[str] = "user"
     title: ClassVar[str] = "controller"
-    kernel_kind: ClassVar[int] = USER
-    source: ClassVar[str] = "the user"
+    slot: ClassVar[Any] = CONTROL
+    leading: ClassVar[tuple[str, ...]] = ("t", *SIGNALS)
     uses_feed_forward: ClassVar[bool] = True
-    states: ClassVar[tuple[State, ...]] = ()
     recursion_gain: ClassVar[float] = 0.0
 
     def __post_init__(self) -> None:
         check_quantities(self)
-        object.__setattr__(self, "digest", pinned(self.title, self.function, self.digest))
+        super().__post_init__()
         if (self.delay > 0.0) != bool(self.recorded):
             raise InputError(
                 f"UserController with delay = {self.delay:g} s and recorded = {self.recorded!r}", "both or neither of them"
@@ -73,13 +67,9 @@ class UserController:
                 (0.0, 1.0), (0.0, 0.7), (-10.0, 0.0, 10.0), (-3.0, 0.0, 0.01), (0.0, 1e-3), (0.0, 1.0)
             )
         )
-        probe(self.title, self.function, self.digest, self.constants, LEADING, grid)
+        self.probe(grid)
 
     @property
     def uses_sensor(self) -> bool:
         """Whether the recorded signal is the sensor's; the other signals that the function uses are not known."""
         return self.recorded.startswith("sensor")
-
-    def parameters(self) -> tuple[float, ...]:
-        """Address of the compiled function in this process, then the constants."""
-        return row(self.title, self.function, self.digest, self.constants, LEADING)

@@ -7,10 +7,9 @@ from dataclasses import dataclass
 from typing import ClassVar, Literal, Protocol, runtime_checkable
 
 from scissordyn.laws.material import Material
-from scissordyn.plugin.pointer import PARAMETERS
 from scissordyn.units import State
 
-__all__ = ["PARAMETERS", "Continued", "Damping", "Doubtful", "Elastic", "Friction", "JointContact", "Proportional"]
+__all__ = ["Continued", "Damping", "Doubtful", "Elastic", "Friction", "JointContact", "Proportional"]
 
 
 @dataclass(frozen=True)
@@ -68,7 +67,6 @@ class Elastic(Protocol):
     """An elastic part: force against indentation."""
 
     name: ClassVar[str]
-    kernel_kind: ClassVar[int]
     source: ClassVar[str]
     small_contact: ClassVar[bool]
     """Whether the law assumes a contact patch that is small against the radii."""
@@ -78,7 +76,7 @@ class Elastic(Protocol):
     """Limitation of the law, for the user; empty for none."""
 
     def parameters(self, joint: JointContact) -> tuple[float, ...]:
-        """The numbers that the kernel reads, at most `PARAMETERS` of them."""
+        """The numbers that the kernels read."""
 
 
 @runtime_checkable
@@ -102,13 +100,12 @@ class Damping(Protocol):
     """A damping part: normal force from the elastic force and the rate of indentation."""
 
     name: ClassVar[str]
-    kernel_kind: ClassVar[int]
     source: ClassVar[str]
     restitution_range: ClassVar[tuple[float, float] | None]
     """Range of restitution coefficients in the source; None without a restitution or a range."""
 
     def parameters(self, joint: JointContact) -> tuple[float, ...]:
-        """The numbers that the kernel reads, at most `PARAMETERS` of them."""
+        """The numbers that the kernels read."""
 
 
 @runtime_checkable
@@ -129,7 +126,6 @@ class Friction(Protocol):
     """A friction law: tangential force against slip speed, normal force and internal states."""
 
     name: ClassVar[str]
-    kernel_kind: ClassVar[int]
     source: ClassVar[str]
     states: ClassVar[tuple[State, ...]]
     """Its internal states; empty for none."""
@@ -137,4 +133,4 @@ class Friction(Protocol):
     """Whether the law makes the equations of motion stiff."""
 
     def parameters(self, joint: JointContact) -> tuple[float, ...]:
-        """The numbers that the kernel reads, at most `PARAMETERS` of them."""
+        """The numbers that the kernels read."""

@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from scipy.integrate import solve_ivp
 
-from scissordyn.laws.contact import PARAMETERS, Damping, Elastic, JointContact
-from scissordyn.laws.dispatch import elastic_force, normal_force
+from scissordyn.laws.contact import Damping, Elastic, JointContact
+from scissordyn.laws.evaluate import elastic_force, normal_force
+from scissordyn.plugin.element import addresses, row_of
 
-__all__ = ["Impact", "impact", "table_row"]
+__all__ = ["Impact", "impact"]
 
 
 @dataclass(frozen=True)
@@ -33,14 +33,6 @@ class Impact:
     def restitution(self) -> float:
         """Rebound over approach speed [1]."""
         return float(-self.rate[-1] / self.rate[0])
-
-
-def table_row(law: Any, joint: JointContact) -> np.ndarray:
-    """A law's numbers in the form of the kernels, shape (PARAMETERS,)."""
-    row = np.zeros(PARAMETERS)
-    numbers = law.parameters(joint)
-    row[: len(numbers)] = numbers
-    return row
 
 
 def impact(
@@ -65,13 +57,14 @@ def impact(
     -------
     Impact
     """
-    of_elastic, of_damping = table_row(stiffness, joint), table_row(damping, joint)
+    of_elastic, of_damping = row_of(stiffness, joint), row_of(damping, joint)
+    at_elastic, at_damping = addresses(stiffness)["force"], addresses(damping)["force"]
 
     def force(delta: float, rate: float) -> float:
         if delta <= 0.0:
             return 0.0
-        elastic = elastic_force(stiffness.kernel_kind, delta, of_elastic)
-        return float(normal_force(damping.kernel_kind, elastic, delta, rate, speed, of_damping))
+        elastic = elastic_force(at_elastic, delta, of_elastic)
+        return float(normal_force(at_damping, elastic, delta, rate, speed, of_damping))
 
     def motion(t: float, y: np.ndarray) -> tuple[float, float]:
         return y[1], -force(y[0], y[1]) / mass

@@ -10,8 +10,8 @@ from numpy.typing import ArrayLike
 from scipy.integrate import solve_ivp
 
 from scissordyn.laws.contact import Friction, JointContact
-from scissordyn.laws.dispatch import friction_force, friction_steady
-from scissordyn.laws.impact import table_row
+from scissordyn.laws.evaluate import friction_force, friction_states
+from scissordyn.plugin.element import addresses, row_of
 
 __all__ = ["Oscillation", "oscillation", "steady_coefficient"]
 
@@ -31,13 +31,13 @@ def steady_coefficient(friction: Friction, joint: JointContact, slip_speed: Arra
     ndarray
         F_t/F_n [1], of the shape of the slip speeds.
     """
-    row, states = table_row(friction, joint), np.zeros(len(friction.states))
+    row, states, at = row_of(friction, joint), np.zeros(len(friction.states)), addresses(friction)
     rates = np.zeros_like(states)
     speeds = np.asarray(slip_speed, float)
     found = np.empty(speeds.size)
     for index, speed in enumerate(speeds.flat):
-        friction_steady(friction.kernel_kind, speed, states, row)
-        found[index] = friction_force(friction.kernel_kind, speed, 1.0, states, rates, row)
+        friction_states(at["steady"], speed, states, row)
+        found[index] = friction_force(at["force"], speed, 1.0, states, rates, row)
     return found.reshape(speeds.shape)
 
 
@@ -75,12 +75,12 @@ def oscillation(
     -------
     Oscillation
     """
-    row, count = table_row(friction, joint), len(friction.states)
+    row, count, at = row_of(friction, joint), len(friction.states), addresses(friction)["force"]
     omega = 2.0 * math.pi * frequency
 
     def force(t: float, z: np.ndarray) -> tuple[float, np.ndarray]:
         rates = np.zeros(count)
-        return friction_force(friction.kernel_kind, amplitude * omega * math.cos(omega * t), 1.0, z, rates, row), rates
+        return friction_force(at, amplitude * omega * math.cos(omega * t), 1.0, z, rates, row), rates
 
     time = np.linspace(2.0, 3.0, samples) / frequency
     states = np.zeros((count, samples))

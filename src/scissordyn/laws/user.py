@@ -1,18 +1,16 @@
-"""A user's own law: a plain Python function, compiled and called by its address."""
+"""A user's own law as a plain Python function, the short form of an element."""
 
 from __future__ import annotations
 
 import itertools
 from dataclasses import dataclass
-from typing import ClassVar, Literal
+from typing import Any, ClassVar
 
 import numpy as np
 
 from scissordyn.laws.contact import JointContact
-from scissordyn.plugin.pointer import USER
-from scissordyn.plugin.user_compile import Function, probe, row
-from scissordyn.plugin.user_file import pinned
-from scissordyn.units import State
+from scissordyn.laws.slot import DAMPING, ELASTIC, FRICTION
+from scissordyn.plugin.short_form import Function, ShortForm
 
 __all__ = ["UserDamping", "UserElastic", "UserFriction"]
 
@@ -42,7 +40,7 @@ def _reach(joint: JointContact) -> tuple[float, str]:
 
 
 @dataclass(frozen=True)
-class UserElastic:
+class UserElastic(ShortForm):
     """An elastic part of the user's own.
 
     Parameters
@@ -66,32 +64,27 @@ class UserElastic:
     constants: tuple[float, ...] = ()
     digest: str = ""
 
-    name: ClassVar[str] = "user"
     title: ClassVar[str] = "stiffness law"
-    kernel_kind: ClassVar[int] = USER
-    source: ClassVar[str] = "the user"
+    slot: ClassVar[Any] = ELASTIC
+    leading: ClassVar[tuple[str, ...]] = ELASTIC.inputs
     small_contact: ClassVar[bool] = False
-    materials: ClassVar[Literal["any", "same", "steel"]] = "any"
+    materials: ClassVar[str] = "any"
     caveat: ClassVar[str] = ""
-    leading: ClassVar[tuple[str, ...]] = ("indentation",)
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "digest", pinned(self.title, self.function, self.digest))
-        grid = ((delta,) for delta in INDENTATIONS)
-        probe(self.title, self.function, self.digest, self.constants, self.leading, grid)
+        super().__post_init__()
+        self.probe((delta,) for delta in INDENTATIONS)
 
     def parameters(self, joint: JointContact) -> tuple[float, ...]:
-        """Address of the compiled function in this process, then the constants; the law is tried up to the clearance first."""
+        """The constants; the law is tried up to the clearance first."""
         self._forces(joint)
-        return row(self.title, self.function, self.digest, self.constants, self.leading)
+        return super().parameters()
 
     def _forces(self, joint: JointContact) -> np.ndarray:
         """Its force at `DEPTHS`, refused where it cannot be right [N]."""
         size, what = _reach(joint)
-        law = self.title, self.function, self.digest, self.constants, self.leading
-        (deepest,) = probe(*law, [(size,)], right=lambda point, force: force > 0.0, allowed=f"a push at one {what}: above 0 N")
-        return probe(
-            *law,
+        (deepest,) = self.probe([(size,)], lambda _, force: force > 0.0, f"a push at one {what}: above 0 N")
+        return self.probe(
             [(float(depth) * size,) for depth in DEPTHS],
             right=lambda point, force: force >= 0.0 if point[0] > 0.0 else abs(force) <= AT_TOUCH * deepest,
             allowed=f"a push up to the {what}: 0 N or more, and 0 N at 0 m",
@@ -117,7 +110,7 @@ class UserElastic:
 
 
 @dataclass(frozen=True)
-class UserDamping:
+class UserDamping(ShortForm):
     """A damping part of the user's own: the whole normal force, which is cut off at zero.
 
     Parameters
@@ -141,21 +134,19 @@ class UserDamping:
     constants: tuple[float, ...] = ()
     digest: str = ""
 
-    name: ClassVar[str] = "user"
     title: ClassVar[str] = "damping law"
-    kernel_kind: ClassVar[int] = USER
-    source: ClassVar[str] = "the user"
+    slot: ClassVar[Any] = DAMPING
+    leading: ClassVar[tuple[str, ...]] = DAMPING.inputs
     restitution_range: ClassVar[tuple[float, float] | None] = None
-    leading: ClassVar[tuple[str, ...]] = ("elastic", "indentation", "rate", "approach")
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "digest", pinned(self.title, self.function, self.digest))
+        super().__post_init__()
         self._forces(INDENTATIONS[::3])
 
     def parameters(self, joint: JointContact) -> tuple[float, ...]:
-        """Address of the compiled function in this process, then the constants; the law is tried up to the clearance first."""
+        """The constants; the law is tried up to the clearance first."""
         self._forces(self._depths(joint))
-        return row(self.title, self.function, self.digest, self.constants, self.leading)
+        return super().parameters()
 
     @staticmethod
     def _depths(joint: JointContact) -> tuple[float, ...]:
@@ -163,9 +154,9 @@ class UserDamping:
 
     def _forces(self, depths: tuple[float, ...]) -> np.ndarray:
         """Normal forces [N], shape (FORCES, depths, RATES, APPROACHES)."""
-        grid = itertools.product(FORCES, depths, RATES, APPROACHES)
-        found = probe(self.title, self.function, self.digest, self.constants, self.leading, grid)
-        return found.reshape(len(FORCES), len(depths), len(RATES), len(APPROACHES))
+        return self.probe(itertools.product(FORCES, depths, RATES, APPROACHES)).reshape(
+            len(FORCES), len(depths), len(RATES), len(APPROACHES)
+        )
 
     def doubts(self, joint: JointContact) -> list[str]:
         """What is doubtful about the law in a joint, one clause each.
@@ -190,7 +181,7 @@ class UserDamping:
 
 
 @dataclass(frozen=True)
-class UserFriction:
+class UserFriction(ShortForm):
     """A friction law of the user's own, without internal states.
 
     Parameters
@@ -214,30 +205,18 @@ class UserFriction:
     constants: tuple[float, ...] = ()
     digest: str = ""
 
-    name: ClassVar[str] = "user"
     title: ClassVar[str] = "friction law"
-    kernel_kind: ClassVar[int] = USER
-    source: ClassVar[str] = "the user"
-    states: ClassVar[tuple[State, ...]] = ()
+    slot: ClassVar[Any] = FRICTION
+    leading: ClassVar[tuple[str, ...]] = FRICTION.inputs
     stiff: ClassVar[bool] = True
-    leading: ClassVar[tuple[str, ...]] = ("slip_speed", "normal_force")
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "digest", pinned(self.title, self.function, self.digest))
+        super().__post_init__()
         self._forces()
-
-    def parameters(self, joint: JointContact) -> tuple[float, ...]:
-        """Address of the compiled function in this process, then the constants."""
-        return row(self.title, self.function, self.digest, self.constants, self.leading)
 
     def _forces(self) -> np.ndarray:
         """Tangential forces [N], shape (SPEEDS, FORCES), refused where they drive the slip."""
-        found = probe(
-            self.title,
-            self.function,
-            self.digest,
-            self.constants,
-            self.leading,
+        found = self.probe(
             itertools.product(SPEEDS, FORCES),
             right=lambda point, force: force * point[0] >= 0.0,
             allowed="a force of the sign of the slip speed, or 0 N",

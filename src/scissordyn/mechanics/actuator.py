@@ -6,8 +6,7 @@ An actuator's three maps are s, the vector of its sensor, and a, b, the unit map
 
 from __future__ import annotations
 
-from scissordyn.control.dispatch import control_torque
-from scissordyn.control.signal import DELAYED, ERROR, FEED_FORWARD, REFERENCE, SENSOR, SIGNALS, SPEED
+from scissordyn.control.signal import DELAYED, ERROR, FEED_FORWARD, REFERENCE, SENSOR, SIGNALS, SPEED, control_torque
 from scissordyn.jit import kernel
 from scissordyn.mechanics.force_element import add_torques, map_values
 from scissordyn.mechanics.rotation import relative_angle
@@ -68,13 +67,20 @@ def sense(t, i, S, maps):
 
 
 @kernel(inline=True)
+def torque_at(t, i, S, z, dz):
+    """Torque of component i [N m] at the signals in W.signal; writes the rates of its controller's states into dz."""
+    P, q = S.parameters, S.work.signal
+    return control_torque(P.controller[i], t, q[int(P.actuator[i, RECORDED])], q, z, dz, P.control[i])
+
+
+@kernel(inline=True)
 def actuator_torque(t, i, S, maps, z, dz):
     """Torque of component i [N m]; writes the rates of its controller's states into dz, and what it observed."""
     P, W = S.parameters, S.work
     sense(t, i, S, maps)
     W.observed[i, 0] = W.signal[ERROR]
     W.observed[i, 1] = W.signal[int(P.actuator[i, RECORDED])] + P.actuator[i, GAIN] * W.signal[DELAYED]
-    return control_torque(P.controller[i], t, W.signal, z, dz, P.control[i])
+    return torque_at(t, i, S, z, dz)
 
 
 @kernel(inline=True)
@@ -91,31 +97,31 @@ def controller_slopes(t, i, S, z):
 
     Rows: the torque, then the states' rates. Columns: signals, states, time.
     """
-    P, W = S.parameters, S.work
-    states, q, p, tag = z.size, W.signal, P.control[i], P.controller[i]
+    W = S.work
+    states, q = z.size, W.signal
     up, down = W.control_work[0, :states], W.control_work[1, :states]
     for k in range(SIGNAL_COUNT + states + 1):
         ahead = behind = t
         if k == SIGNAL_COUNT + states:
             h = 1e-7 * (1.0 + abs(t))
             ahead, behind = t + h, t - h
-            high = control_torque(tag, ahead, q, z, up, p)
-            low = control_torque(tag, behind, q, z, down, p)
+            high = torque_at(ahead, i, S, z, up)
+            low = torque_at(behind, i, S, z, down)
         elif k < SIGNAL_COUNT:
             here = q[k]
             h = 1e-6 * abs(here) + 1e-9
             q[k] = here + h
-            high = control_torque(tag, t, q, z, up, p)
+            high = torque_at(t, i, S, z, up)
             q[k] = here - h
-            low = control_torque(tag, t, q, z, down, p)
+            low = torque_at(t, i, S, z, down)
             q[k] = here
         else:
             here = z[k - SIGNAL_COUNT]
             h = 1e-6 * abs(here) + 1e-9
             z[k - SIGNAL_COUNT] = here + h
-            high = control_torque(tag, t, q, z, up, p)
+            high = torque_at(t, i, S, z, up)
             z[k - SIGNAL_COUNT] = here - h
-            low = control_torque(tag, t, q, z, down, p)
+            low = torque_at(t, i, S, z, down)
             z[k - SIGNAL_COUNT] = here
         W.slope[0, k] = (high - low) / (2.0 * h)
         for s in range(states):
@@ -133,7 +139,7 @@ def linearise_actuator(t, i, S, z, dt, first_state):
     maps = map_values(element, S)
     _, _, ax, ay, bx, by, _, _, px, py, qx, qy = maps
     sense(t, i, S, maps)
-    torque = control_torque(P.controller[i], t, W.signal, z, W.control_work[0, :states], P.control[i])
+    torque = torque_at(t, i, S, z, W.control_work[0, :states])
     controller_slopes(t, i, S, z)
     slope, K, D = W.slope, W.by_map, W.by_map_rate
     row, start, count = M.element_row, M.element_start[element], M.element_start[element + 1] - M.element_start[element]

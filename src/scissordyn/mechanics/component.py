@@ -7,7 +7,6 @@ d q_i'/dm and the second derivatives of q_i, which are written once for each por
 
 from __future__ import annotations
 
-from scissordyn.component.compiled import call_kernel
 from scissordyn.component.port import ACTUATOR
 from scissordyn.jit import kernel
 from scissordyn.mechanics.actuator import actuator_torque, linearise_actuator
@@ -15,6 +14,7 @@ from scissordyn.mechanics.force_element import add_forces, map_values, write_wre
 from scissordyn.mechanics.port import add_port_curvature, port_forces, port_wrench, sense_port, write_port_gradients
 from scissordyn.mechanics.rotation import relative_angle
 from scissordyn.mechanics.time_function import motion_at
+from scissordyn.plugin.address import call_at
 
 __all__ = ["add_component", "component_gap", "linearise_component", "switch_loss"]
 
@@ -65,7 +65,7 @@ def sense(i, S, maps):
 def evaluate(i, S, z, address, result):
     """Call a kernel of component i at what stands in the work space."""
     W = S.work
-    call_kernel(address, W.coordinates[i], W.coordinate_rates[i], z, W.context, S.parameters.component[i], result)  # type: ignore[call-arg]
+    call_at(address, W.coordinates[i], W.coordinate_rates[i], z, W.context, S.parameters.component[i], result)  # type: ignore[call-arg]
 
 
 @kernel()

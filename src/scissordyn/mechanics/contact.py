@@ -11,7 +11,7 @@ from __future__ import annotations
 import math
 
 from scissordyn.jit import kernel
-from scissordyn.laws.dispatch import elastic_force, friction_force, friction_start, normal_force
+from scissordyn.laws.evaluate import elastic_force, friction_force, friction_states, normal_force
 from scissordyn.mechanics.constraint_solver import expand_element
 from scissordyn.mechanics.force_element import add_torques, map_values, write_wrench
 from scissordyn.mechanics.plane_contact import plane_forces, plane_gap, plane_kinematics
@@ -125,7 +125,7 @@ def begin_contact(y, j, S, data, resting):
     data[0] = C.memory[j] if resting else found.rate
     data[1] = math.atan2(found.ny, found.nx)
     start, stop = 2 * M.n + M.state_start[j], 2 * M.n + M.state_start[j + 1]
-    friction_start(S.parameters.law[j].friction, found.slip, y[start:stop], S.parameters.friction[j])
+    friction_states(S.parameters.law[j].start, found.slip, y[start:stop], S.parameters.friction[j])
     return True
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from scissordyn.jit import kernel
-from scissordyn.laws.dispatch import elastic_force, friction_force, normal_force
+from scissordyn.laws.evaluate import elastic_force, friction_force, normal_force
 from scissordyn.mechanics.force_element import map_values
 from scissordyn.mechanics.plane_contact import plane_slopes
 from scissordyn.mechanics.system import ARM_N, ARM_T, N_BY_V, N_BY_X, OTHER, OWN, SLIP_BY_V, SLIP_BY_X

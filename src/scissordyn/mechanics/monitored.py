@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from scissordyn.jit import kernel
-from scissordyn.laws.dispatch import friction_limit
+from scissordyn.laws.evaluate import friction_limit
 from scissordyn.mechanics.constraint_solver import expand_track
 from scissordyn.mechanics.contact import contact_at
 from scissordyn.mechanics.equations import accelerate
@@ -126,7 +126,7 @@ def friction_ratio(j, S):
     found, P = S.work.contact[j], S.parameters
     if not found.normal > 0.0:
         return 0.0
-    limit = friction_limit(P.law[j].friction, found.slip, found.normal, P.friction[j])
+    limit = friction_limit(P.law[j].limit, found.slip, found.normal, P.friction[j])
     return abs(found.tangential) / limit if limit > 0.0 else 0.0
 
 

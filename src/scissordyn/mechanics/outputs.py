@@ -7,7 +7,7 @@ from typing import NamedTuple, Protocol
 import numpy as np
 
 from scissordyn.jit import F1, F2, I2, Handle, kernel
-from scissordyn.laws.dispatch import elastic_energy
+from scissordyn.laws.evaluate import elastic_energy
 from scissordyn.mechanics.constraint_solver import project
 from scissordyn.mechanics.contact import kinematics, no_forces
 from scissordyn.mechanics.equations import accelerate
@@ -224,7 +224,8 @@ def write_energies(at, S, R):
             kinetic += 0.5 * W.basis[1, i] * M.inertia_b[i, k] * W.basis[1, k]
     for j in range(S.parameters.contact.size):
         if S.state.mode[j] == 1:
-            elastic += elastic_energy(S.parameters.law[j].stiffness, W.contact[j].depth, S.parameters.elastic[j])
+            law = S.parameters.law[j]
+            elastic += elastic_energy(law.energy, law.stiffness, W.contact[j].depth, S.parameters.elastic[j])
     for i in range(W.stored_energy.size):
         stored += W.stored_energy[i]
     R.kinetic[at], R.potential[at], R.elastic[at], R.stored[at] = kinetic, potential, elastic, stored

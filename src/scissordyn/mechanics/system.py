@@ -45,8 +45,9 @@ CONTACT = np.dtype(
         ("plane", "i8"),  # 1 for a corner at a guide surface, 0 for a journal in a bearing
     ]
 )
-LAW = np.dtype([("stiffness", "i8"), ("damping", "i8"), ("friction", "i8")])
-"""Kinds of the laws of a contact."""
+LAW = np.dtype([(name, "i8") for name in ("stiffness", "energy", "damping", "friction", "start", "limit")])
+"""Addresses of the kernels of a contact's laws, or 0: elastic force and energy, normal force, friction, its states at the start
+of a contact and its limit."""
 
 CONTACT_RESULT = np.dtype(
     [(name, "f8") for name in ("depth", "rate", "slip", "elastic", "normal", "tangential", "nx", "ny", "distance")]
@@ -136,7 +137,7 @@ class Parameters(NamedTuple):
     friction: F2
     component: F2  # (components, PARAMETERS)
     state_scale: F1  # (internal states,) the sizes that their errors are compared with; 0 where the friction law tells it
-    controller: I1  # (components,) kind of an actuator's controller
+    controller: I1  # (components,) address of the torque of an actuator's controller, or 0
     control: F2  # (components, PARAMETERS)
     actuator: F2  # (components, 3): delay, place of the recorded signal, recursion gain
     ideal: F2  # (nodes, 6 tracks) the tracked points of the ideal mechanism: position, velocity, acceleration of each

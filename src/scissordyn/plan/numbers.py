@@ -12,14 +12,14 @@ from scissordyn.component.actuator import Actuator
 from scissordyn.component.declaration import PARAMETERS as COMPONENT_PARAMETERS
 from scissordyn.component.declaration import Component
 from scissordyn.control.signal import SIGNALS
-from scissordyn.laws.contact import PARAMETERS
 from scissordyn.mechanics.system import CONTACT, LAW, Parameters
 from scissordyn.mechanics.time_function import COLUMNS, breaks_of, function_rows
 from scissordyn.model.guide_clearance import ContactPoint
 from scissordyn.model.joint import Revolute
 from scissordyn.model.mechanism import Mechanism
-from scissordyn.plan.acting import acting, component_states, friction_states, offsets, start_coordinates, time_functions
+from scissordyn.plan.acting import acting, component_states, offsets, start_coordinates, time_functions
 from scissordyn.plan.coordinates import Coordinates
+from scissordyn.plugin.element import PARAMETERS, addresses, row_of
 
 __all__ = ["make_parameters"]
 
@@ -57,19 +57,18 @@ def make_parameters(mechanism: Mechanism, coordinates: Coordinates) -> Parameter
             p["normal_x"], p["normal_y"] = contact.normal
         for which, kind in enumerate(("stiffness", "damping", "friction")):
             chosen: Any = getattr(clearance, kind)
-            numbers = chosen.parameters(joint)
-            law[j][kind] = chosen.kernel_kind
-            tables[which, j, : len(numbers)] = numbers
+            tables[which, j] = row_of(chosen, joint)
+            for name, address in addresses(chosen).items():
+                if name != "steady":
+                    law[j][kind if name == "force" else name] = address
 
     numbers_of = np.zeros((len(components), COMPONENT_PARAMETERS))
-    control, kind_of, actuator = np.zeros((len(components), PARAMETERS)), np.zeros(len(components), np.int64), None
+    control, torque = np.zeros((len(components), PARAMETERS)), np.zeros(len(components), np.int64)
     actuator = np.zeros((len(components), 3))
     for i, component in enumerate(components):
         if isinstance(component, Actuator):
             controller = component.controller
-            chosen_numbers = controller.parameters()
-            control[i, : len(chosen_numbers)] = chosen_numbers
-            kind_of[i] = controller.kernel_kind
+            control[i], torque[i] = row_of(controller), addresses(controller)["torque"]
             recorded = SIGNALS.index(controller.recorded) if controller.recorded else 0
             actuator[i] = controller.delay, recorded, controller.recursion_gain
         else:
@@ -89,7 +88,7 @@ def make_parameters(mechanism: Mechanism, coordinates: Coordinates) -> Parameter
         friction=tables[2],
         component=numbers_of,
         state_scale=np.array([*_of_friction(contacts), *_of_components(components)], float),
-        controller=kind_of,
+        controller=torque,
         control=control,
         actuator=actuator,
         ideal=np.zeros((0, 6 * len(mechanism.tracks))),
@@ -112,7 +111,8 @@ def _weight(mechanism: Mechanism, coordinates: Coordinates) -> np.ndarray:
 
 def _of_friction(contacts: Sequence[Revolute | ContactPoint]) -> list[float]:
     """Declared scales of the states of friction laws, 0 for none."""
-    return [0.0 if state.scale is None else state.size(contact) for contact in contacts for state in friction_states(contact)]
+    laws: list[Any] = [contact.clearance.friction for contact in contacts if contact.clearance is not None]
+    return [0.0 if state.scale is None else state.size(law) for law in laws for state in law.states]
 
 
 def _of_components(components: Sequence[Component]) -> list[float]:

@@ -11,9 +11,9 @@ from matplotlib.axes import Axes
 from scissordyn.laws.catalogue import DAMPING, ELASTIC, FRICTION
 from scissordyn.laws.contact import Damping, Elastic, Friction, JointContact
 from scissordyn.laws.damping.factors import Flores
-from scissordyn.laws.dispatch import elastic_force
 from scissordyn.laws.elastic.liu import Liu
-from scissordyn.laws.impact import Impact, impact, table_row
+from scissordyn.laws.evaluate import elastic_force
+from scissordyn.laws.impact import Impact, impact
 from scissordyn.laws.material import STEEL
 from scissordyn.laws.sliding import oscillation, steady_coefficient
 from scissordyn.plot.scale import Scale, engineering
@@ -34,6 +34,7 @@ from scissordyn.plot.style import (
     literal,
     panels,
 )
+from scissordyn.plugin.element import addresses, row_of
 
 __all__ = ["JOINT", "FreeMass", "draw_gallery", "draw_law"]
 
@@ -84,8 +85,8 @@ def _draw_impact(
     (panel,) = panels(axes, 1, size=(5.6, 3.6))
     history = impact(stiffness, damping, joint, mass=free_mass.mass, speed=free_mass.speed)
     depth = np.linspace(0.0, float(history.indentation.max()), 200)[1:]
-    row = table_row(stiffness, joint)
-    elastic = np.array([elastic_force(stiffness.kernel_kind, delta, row) for delta in depth])
+    row, address = row_of(stiffness, joint), addresses(stiffness)["force"]
+    elastic = np.array([elastic_force(address, delta, row) for delta in depth])
     force, length = engineering("N", history.force, elastic), engineering("m", depth)
     _loop(panel, history, force, length, color=BLUE, label=literal(f"{stiffness.name} + {damping.name}"))
     panel.plot(length.factor * depth, force.factor * elastic, **IDEAL, label=literal(f"{stiffness.name} alone"))

@@ -20,7 +20,7 @@ from scissordyn.kinematics.assembly import (
     natural_state,
     placed_start,
 )
-from scissordyn.laws.dispatch import elastic_force
+from scissordyn.laws.evaluate import elastic_force
 from scissordyn.mechanics import functions
 from scissordyn.mechanics.system import APPROACH_FLOOR, System
 from scissordyn.mechanics.time_function import function_at

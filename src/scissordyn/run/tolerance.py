@@ -9,7 +9,7 @@ import numpy as np
 
 from scissordyn.component.actuator import Actuator
 from scissordyn.jit import Handle
-from scissordyn.laws.dispatch import friction_start
+from scissordyn.laws.evaluate import friction_states
 from scissordyn.mechanics import functions
 from scissordyn.mechanics.system import System
 from scissordyn.plan.acting import component_states
@@ -132,9 +132,9 @@ def _internal_weights(
     friction = int(system.model.state_start[system.parameters.contact.size])
     sliding, absolute, relative = _sliding_states(system), np.empty(declared.size), np.empty(declared.size)
     # a bristle's error fades, an integrator's does not
-    own = np.where(declared > 0.0, declared, 1.0)
+    size = np.where(declared > 0.0, declared, np.where(sliding > 0.0, sliding, 1.0))
     absolute[:friction] = relative[:friction] = INTERNAL_STATES * rtol
-    absolute[:friction] *= np.where(sliding > 0.0, sliding, own)[:friction]
+    absolute[:friction] *= size[:friction]
     torque = acceleration * plan.coordinates.size * sum(body.mass for body in plan.bodies)
     k = friction
     for component in plan.acting:
@@ -160,6 +160,6 @@ def _sliding_states(system: System) -> np.ndarray:
         part = slice(model.state_start[j], model.state_start[j + 1])
         if part.stop > part.start:
             state = np.zeros(part.stop - part.start)
-            friction_start(parameters.law["friction"][j], 1.0, state, parameters.friction[j])
+            friction_states(parameters.law["start"][j], 1.0, state, parameters.friction[j])
             scale[part] = np.abs(state)
     return scale

@@ -5,26 +5,21 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from scissordyn.control.signal import DELAYED, SIGNALS, check_signal, limited, ramped
-from scissordyn.jit import kernel
+from scissordyn.control.signal import check_signal, limited, ramped
 
 __all__ = ["difference_numbers", "torque"]
 
-_limited, _ramped = limited, ramped
 
-
-def difference_numbers(described: Any, recursion_gain: float) -> tuple[float, ...]:
-    """K, R, limit, onset, ramp and index of the recorded signal, of a controller that has these fields."""
+def difference_numbers(described: Any) -> dict[str, float]:
+    """Limit and onset of a controller that has the fields of these."""
     check_signal(type(described).__name__, described.recorded)
     limit = math.inf if described.limit is None else described.limit
-    onset = described.delay if described.onset is None else described.onset
-    return described.gain, recursion_gain, limit, onset, described.ramp, float(SIGNALS.index(described.recorded))
+    return {"limit": limit, "onset": described.delay if described.onset is None else described.onset}
 
 
-@kernel()
-def torque(t, q, p):
-    """Torque [N m] at signals q: K [(1-R) S(t-T) - y(t)] from the onset on."""
-    if t < p[3]:
+def torque(time, recorded, delayed, gain, recursion_gain, limit, onset, ramp):
+    """Torque [N m]: K [(1-R) S(t-T) - y(t)] from the onset on."""
+    if time < onset:
         return 0.0
-    command = p[0] * ((1.0 - p[1]) * q[DELAYED] - q[int(p[5])])
-    return _limited(command if p[4] == 0.0 else _ramped(t, p[3], p[4]) * command, p[2])
+    command = gain * ((1.0 - recursion_gain) * delayed - recorded)
+    return limited(command if ramp == 0.0 else ramped(time, onset, ramp) * command, limit)

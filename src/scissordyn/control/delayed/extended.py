@@ -2,16 +2,22 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import Annotated, ClassVar
+from typing import Annotated
 
-from scissordyn.control.delayed.difference import difference_numbers
-from scissordyn.units import Quantity, State, check_quantities
+from scissordyn.control.delayed.difference import difference_numbers, torque
+from scissordyn.control.signal import CONTROL
+from scissordyn.plugin.element import element, numbers
+from scissordyn.units import Quantity, check_quantities
 
 __all__ = ["ExtendedDelayedFeedback"]
 
 
-@dataclass(frozen=True)
+@element(
+    slot=CONTROL,
+    name="extended",
+    torque=torque,
+    source="Socolar, Sukow and Gauthier 1994, Physical Review E 50",
+)
 class ExtendedDelayedFeedback:
     r"""Feedback of the difference between a signal and a weighted sum of its values one, two, three ... periods ago.
 
@@ -48,21 +54,10 @@ class ExtendedDelayedFeedback:
     ramp: Annotated[float, Quantity("s", minimum=0.0, help="time over which the gain rises from zero")] = 0.0
     limit: Annotated[float | None, Quantity("N m", above=0.0, help="largest torque in either sense")] = None
 
-    name: ClassVar[str] = "extended"
-    kernel_kind: ClassVar[int] = 2
-    source: ClassVar[str] = "Socolar, Sukow and Gauthier 1994, Physical Review E 50"
-    uses_feed_forward: ClassVar[bool] = False
-    states: ClassVar[tuple[State, ...]] = ()
-
     def __post_init__(self) -> None:
         check_quantities(self)
-        difference_numbers(self, self.recursion_gain)
-
-    @property
-    def uses_sensor(self) -> bool:
-        """Whether the signal is the sensor's."""
-        return self.recorded.startswith("sensor")
+        difference_numbers(self)
 
     def parameters(self) -> tuple[float, ...]:
-        """K, R, limit, onset, ramp, index of the signal."""
-        return difference_numbers(self, self.recursion_gain)
+        """The limit is infinite unless given, the onset one delay."""
+        return numbers(self, **difference_numbers(self))

@@ -2,16 +2,22 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import Annotated, ClassVar
+from typing import Annotated
 
-from scissordyn.control.delayed.difference import difference_numbers
-from scissordyn.units import Quantity, State, check_quantities
+from scissordyn.control.delayed.difference import difference_numbers, torque
+from scissordyn.control.signal import CONTROL
+from scissordyn.plugin.element import element, numbers
+from scissordyn.units import Quantity, check_quantities
 
 __all__ = ["Pyragas"]
 
 
-@dataclass(frozen=True)
+@element(
+    slot=CONTROL,
+    name="pyragas",
+    torque=torque,
+    source=("Pyragas 1992, doi:10.1016/0375-9601(92)90745-8; limitation: Nakajima 1997, doi:10.1016/S0375-9601(97)00362-9"),
+)
 class Pyragas:
     r"""Feedback of the difference between a signal and its value one period ago.
 
@@ -45,24 +51,10 @@ class Pyragas:
     ramp: Annotated[float, Quantity("s", minimum=0.0, help="time over which the gain rises from zero")] = 0.0
     limit: Annotated[float | None, Quantity("N m", above=0.0, help="largest torque in either sense")] = None
 
-    name: ClassVar[str] = "pyragas"
-    kernel_kind: ClassVar[int] = 2
-    source: ClassVar[str] = (
-        "Pyragas 1992, doi:10.1016/0375-9601(92)90745-8; limitation: Nakajima 1997, doi:10.1016/S0375-9601(97)00362-9"
-    )
-    uses_feed_forward: ClassVar[bool] = False
-    states: ClassVar[tuple[State, ...]] = ()
-    recursion_gain: ClassVar[float] = 0.0
-
     def __post_init__(self) -> None:
         check_quantities(self)
-        difference_numbers(self, 0.0)
-
-    @property
-    def uses_sensor(self) -> bool:
-        """Whether the signal is the sensor's."""
-        return self.recorded.startswith("sensor")
+        difference_numbers(self)
 
     def parameters(self) -> tuple[float, ...]:
-        """K, R = 0, limit, onset, ramp, index of the signal."""
-        return difference_numbers(self, 0.0)
+        """The limit is infinite unless given, the onset one delay."""
+        return numbers(self, **difference_numbers(self))

@@ -2,16 +2,52 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import Annotated, ClassVar
+import math
+from typing import Annotated
 
-from scissordyn.control.tracking.feedback import INTEGRAL, feedback_numbers
+from scissordyn.control.signal import CONTROL
+from scissordyn.control.tracking.feedback import INTEGRAL, feedback_numbers, settled
+from scissordyn.plugin.element import element, numbers
 from scissordyn.units import Quantity, State, check_quantities
 
 __all__ = ["FeedForward"]
 
 
-@dataclass(frozen=True)
+def torque(
+    time,
+    error,
+    reference_speed,
+    speed,
+    feed_forward,
+    sensor_x,
+    sensor_y,
+    sensor_rate_x,
+    sensor_rate_y,
+    integral_torque,
+    proportional,
+    derivative,
+    integral,
+    limit,
+    ramp,
+    back_calculation,
+    eccentricity_rate_damping,
+    regularisation_length,
+):
+    """Torque [N m] and z' [N m/s]."""
+    command = proportional * error + derivative * (reference_speed - speed) + feed_forward
+    if eccentricity_rate_damping != 0.0:
+        square = sensor_x * sensor_x + sensor_y * sensor_y + regularisation_length * regularisation_length
+        command -= eccentricity_rate_damping * (sensor_x * sensor_rate_x + sensor_y * sensor_rate_y) / math.sqrt(square)
+    return settled(time, command, error, integral_torque, integral, limit, ramp, back_calculation)
+
+
+@element(
+    slot=CONTROL,
+    name="feed-forward",
+    torque=torque,
+    states=(INTEGRAL,),
+    source="Astrom and Hagglund 1995, PID Controllers, ISBN 1-55617-516-7",
+)
 class FeedForward:
     r"""A torque over time with feedback of the angle error and of the rate of a distance, within a limit.
 
@@ -38,14 +74,6 @@ class FeedForward:
         float, Quantity("m", above=0.0, help="s_0, which regularises the direction of small distances")
     ] = 1e-5
 
-    name: ClassVar[str] = "feed-forward"
-    kernel_kind: ClassVar[int] = 1
-    source: ClassVar[str] = "Astrom and Hagglund 1995, PID Controllers, ISBN 1-55617-516-7"
-    uses_feed_forward: ClassVar[bool] = True
-    delay: ClassVar[float] = 0.0
-    recorded: ClassVar[str] = ""
-    recursion_gain: ClassVar[float] = 0.0
-
     def __post_init__(self) -> None:
         check_quantities(self)
         feedback_numbers(self)
@@ -61,5 +89,5 @@ class FeedForward:
         return self.eccentricity_rate_damping != 0.0
 
     def parameters(self) -> tuple[float, ...]:
-        """k_p, k_d, k_i, limit, ramp, 1/T_t, factor of the feed-forward, k_s, s_0."""
-        return (*feedback_numbers(self), 1.0, self.eccentricity_rate_damping, self.regularisation_length)
+        """The limit is infinite unless given; in place of the tracking time one over it."""
+        return numbers(self, **feedback_numbers(self))

@@ -2,28 +2,16 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import ClassVar
-
-from scissordyn.units import State
+from scissordyn.control.signal import CONTROL
+from scissordyn.plugin.element import element
 
 __all__ = ["NoControl"]
 
 
-@dataclass(frozen=True)
+@element(
+    slot=CONTROL,
+    name="none",
+    source="definition",
+)
 class NoControl:
     """An actuator without torque: u = 0."""
-
-    name: ClassVar[str] = "none"
-    kernel_kind: ClassVar[int] = 0
-    source: ClassVar[str] = "definition"
-    uses_feed_forward: ClassVar[bool] = False
-    states: ClassVar[tuple[State, ...]] = ()
-    delay: ClassVar[float] = 0.0
-    recorded: ClassVar[str] = ""
-    recursion_gain: ClassVar[float] = 0.0
-    uses_sensor: ClassVar[bool] = False
-
-    def parameters(self) -> tuple[float, ...]:
-        """Nothing."""
-        return ()

@@ -2,16 +2,31 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import Annotated, ClassVar
+from typing import Annotated
 
-from scissordyn.control.tracking.feedback import INTEGRAL, feedback_numbers
+from scissordyn.control.signal import CONTROL
+from scissordyn.control.tracking.feedback import INTEGRAL, feedback_numbers, settled
+from scissordyn.plugin.element import element, numbers
 from scissordyn.units import Quantity, State, check_quantities
 
 __all__ = ["PID"]
 
 
-@dataclass(frozen=True)
+def torque(
+    time, error, reference_speed, speed, integral_torque, proportional, derivative, integral, limit, ramp, back_calculation
+):
+    """Torque [N m] and z' [N m/s]."""
+    command = proportional * error + derivative * (reference_speed - speed)
+    return settled(time, command, error, integral_torque, integral, limit, ramp, back_calculation)
+
+
+@element(
+    slot=CONTROL,
+    name="pid",
+    torque=torque,
+    states=(INTEGRAL,),
+    source="Astrom and Hagglund 1995, PID Controllers, ISBN 1-55617-516-7",
+)
 class PID:
     r"""Feedback of the angle error, its rate and its integral, within a limit.
 
@@ -30,15 +45,6 @@ class PID:
         None
     )
 
-    name: ClassVar[str] = "pid"
-    kernel_kind: ClassVar[int] = 1
-    source: ClassVar[str] = "Astrom and Hagglund 1995, PID Controllers, ISBN 1-55617-516-7"
-    uses_feed_forward: ClassVar[bool] = False
-    delay: ClassVar[float] = 0.0
-    recorded: ClassVar[str] = ""
-    recursion_gain: ClassVar[float] = 0.0
-    uses_sensor: ClassVar[bool] = False
-
     def __post_init__(self) -> None:
         check_quantities(self)
         feedback_numbers(self)
@@ -49,5 +55,5 @@ class PID:
         return (INTEGRAL,) if self.integral > 0.0 else ()
 
     def parameters(self) -> tuple[float, ...]:
-        """k_p, k_d, k_i, limit, ramp, 1/T_t, then no feed-forward and no rate damping."""
-        return (*feedback_numbers(self), 0.0, 0.0, 1.0)
+        """The limit is infinite unless given; in place of the tracking time one over it."""
+        return numbers(self, **feedback_numbers(self))

@@ -3,18 +3,25 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
-from typing import Annotated, ClassVar
+from typing import Annotated
 
 from scissordyn.laws.contact import JointContact
 from scissordyn.laws.damping import dashpot
 from scissordyn.laws.damping.proportional import PositiveRestitution
-from scissordyn.units import Quantity, check_quantities
+from scissordyn.laws.slot import DAMPING
+from scissordyn.plugin.element import element
+from scissordyn.units import Quantity
 
 __all__ = ["Anagnostopoulos"]
 
 
-@dataclass(frozen=True)
+@element(
+    slot=DAMPING,
+    name="anagnostopoulos",
+    force=dashpot.force,
+    restitution_range=(0.0, 1.0),
+    source="Anagnostopoulos 1988",
+)
 class Anagnostopoulos:
     r"""The linear dashpot that with a linear spring k gives the restitution coefficient c_e for an effective mass m.
 
@@ -29,14 +36,6 @@ class Anagnostopoulos:
     restitution: PositiveRestitution = 0.9
     stiffness: Annotated[float, Quantity("N/m", minimum=1e-3, maximum=1e15, help="stiffness k that the constant is for")] = 1e9
     mass: Annotated[float, Quantity("kg", minimum=1e-12, maximum=1e9, help="effective mass m of the two bodies")] = 1.0
-
-    name: ClassVar[str] = "anagnostopoulos"
-    kernel_kind: ClassVar[int] = dashpot.KERNEL_KIND
-    source: ClassVar[str] = "Anagnostopoulos 1988"
-    restitution_range: ClassVar[tuple[float, float] | None] = (0.0, 1.0)
-
-    def __post_init__(self) -> None:
-        check_quantities(self)
 
     @property
     def damping_ratio(self) -> float:

@@ -2,14 +2,9 @@
 
 from __future__ import annotations
 
-from scissordyn.jit import kernel
-
-__all__ = ["KERNEL_KIND", "force"]
-
-KERNEL_KIND = 1
+__all__ = ["force"]
 
 
-@kernel()
-def force(elastic, delta, rate, approach, p):
+def force(elastic, rate, coefficient):
     """Normal force [N], not yet clipped, from the elastic part [N] and delta' [m/s]; p is C [N s/m]."""
-    return elastic + p[0] * rate
+    return elastic + coefficient * rate

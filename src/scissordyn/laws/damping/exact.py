@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
 from functools import cache
-from typing import ClassVar
 
+from scissordyn.laws.damping import proportional
 from scissordyn.laws.damping.proportional import DampingFactor, PositiveRestitution
+from scissordyn.laws.slot import DAMPING
+from scissordyn.plugin.element import element
 
 __all__ = ["Exact", "exact_factor", "returned_restitution"]
 
@@ -79,7 +80,13 @@ def returned_restitution(factor: float) -> float:
     return 1.0 if factor == 0.0 else _root(lambda s: factor) / factor
 
 
-@dataclass(frozen=True)
+@element(
+    slot=DAMPING,
+    name="exact",
+    force=proportional.force,
+    restitution_range=(0.0, 1.0),
+    source="Carvalho, Martins 2019, doi:10.1016/j.mechmachtheory.2019.03.028; the root by bisection",
+)
 class Exact(DampingFactor):
     r"""The factor with which a free body, whatever the elastic part, rebounds with c_e times its approach speed.
 
@@ -87,10 +94,6 @@ class Exact(DampingFactor):
     """
 
     restitution: PositiveRestitution = 0.9
-
-    name: ClassVar[str] = "exact"
-    source: ClassVar[str] = "Carvalho, Martins 2019, doi:10.1016/j.mechmachtheory.2019.03.028; the root by bisection"
-    restitution_range: ClassVar[tuple[float, float] | None] = (0.0, 1.0)
 
     @staticmethod
     def _xi(c: float) -> float:

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
-from typing import ClassVar
 
+from scissordyn.laws.damping import proportional
 from scissordyn.laws.damping.proportional import DampingFactor, PositiveRestitution, Restitution
+from scissordyn.laws.slot import DAMPING
+from scissordyn.plugin.element import element
 
 __all__ = [
     "CarvalhoMartins",
@@ -25,7 +26,12 @@ WHOLE = (0.0, 1.0)
 """A source that offers its factor for every restitution; one that speaks of high restitution without a number has None."""
 
 
-@dataclass(frozen=True)
+@element(
+    slot=DAMPING,
+    name="hunt-crossley",
+    force=proportional.force,
+    source="Hunt, Crossley 1975, doi:10.1115/1.3423596",
+)
 class HuntCrossley(DampingFactor):
     r"""Damping that vanishes with the indentation, so that the force starts and ends at zero.
 
@@ -34,16 +40,17 @@ class HuntCrossley(DampingFactor):
 
     restitution: Restitution = 0.9
 
-    name: ClassVar[str] = "hunt-crossley"
-    source: ClassVar[str] = "Hunt, Crossley 1975, doi:10.1115/1.3423596"
-    restitution_range: ClassVar[Range] = None
-
     @staticmethod
     def _xi(c: float) -> float:
         return 1.5 * (1.0 - c)
 
 
-@dataclass(frozen=True)
+@element(
+    slot=DAMPING,
+    name="herbert-mcwhannell",
+    force=proportional.force,
+    source="Herbert, McWhannell 1977",
+)
 class HerbertMcWhannell(DampingFactor):
     r"""Damping whose energy loss is found along the approach curve of the damped contact.
 
@@ -54,16 +61,17 @@ class HerbertMcWhannell(DampingFactor):
 
     restitution: Restitution = 0.9
 
-    name: ClassVar[str] = "herbert-mcwhannell"
-    source: ClassVar[str] = "Herbert, McWhannell 1977"
-    restitution_range: ClassVar[Range] = None
-
     @staticmethod
     def _xi(c: float) -> float:
         return 6.0 * (1.0 - c) / ((2.0 * c - 1.0) ** 2 + 3.0)
 
 
-@dataclass(frozen=True)
+@element(
+    slot=DAMPING,
+    name="lee-wang",
+    force=proportional.force,
+    source="Lee, Wang 1983, J. Mech. Transm. Autom. Des. 105, 534-540",
+)
 class LeeWang(DampingFactor):
     r"""Half of Hunt and Crossley's damping, for intermittent motion mechanisms.
 
@@ -74,16 +82,17 @@ class LeeWang(DampingFactor):
 
     restitution: Restitution = 0.9
 
-    name: ClassVar[str] = "lee-wang"
-    source: ClassVar[str] = "Lee, Wang 1983, J. Mech. Transm. Autom. Des. 105, 534-540"
-    restitution_range: ClassVar[Range] = None
-
     @staticmethod
     def _xi(c: float) -> float:
         return 0.75 * (1.0 - c)
 
 
-@dataclass(frozen=True)
+@element(
+    slot=DAMPING,
+    name="lankarani-nikravesh",
+    force=proportional.force,
+    source="Lankarani, Nikravesh 1990, doi:10.1115/1.2912617",
+)
 class LankaraniNikravesh(DampingFactor):
     r"""Damping that returns the nominal restitution for nearly elastic contacts.
 
@@ -92,16 +101,18 @@ class LankaraniNikravesh(DampingFactor):
 
     restitution: Restitution = 0.9
 
-    name: ClassVar[str] = "lankarani-nikravesh"
-    source: ClassVar[str] = "Lankarani, Nikravesh 1990, doi:10.1115/1.2912617"
-    restitution_range: ClassVar[Range] = None
-
     @staticmethod
     def _xi(c: float) -> float:
         return 0.75 * (1.0 - c**2)
 
 
-@dataclass(frozen=True)
+@element(
+    slot=DAMPING,
+    name="zhiying-qishao",
+    force=proportional.force,
+    restitution_range=WHOLE,
+    source="Qin (Zhiying), Lu (Qishao) 2006, Journal of Dynamics and Control 4, 294-298",
+)
 class ZhiyingQishao(DampingFactor):
     r"""Lankarani and Nikravesh's factor, raised for soft contacts.
 
@@ -112,16 +123,18 @@ class ZhiyingQishao(DampingFactor):
 
     restitution: Restitution = 0.9
 
-    name: ClassVar[str] = "zhiying-qishao"
-    source: ClassVar[str] = "Qin (Zhiying), Lu (Qishao) 2006, Journal of Dynamics and Control 4, 294-298"
-    restitution_range: ClassVar[Range] = WHOLE
-
     @staticmethod
     def _xi(c: float) -> float:
         return 0.75 * (1.0 - c**2) * math.exp(2.0 * (1.0 - c))
 
 
-@dataclass(frozen=True)
+@element(
+    slot=DAMPING,
+    name="flores",
+    force=proportional.force,
+    restitution_range=WHOLE,
+    source="Flores et al. 2011, doi:10.1007/s11044-010-9237-4",
+)
 class Flores(DampingFactor):
     r"""Damping for the whole range of restitution, soft contacts too.
 
@@ -130,16 +143,18 @@ class Flores(DampingFactor):
 
     restitution: PositiveRestitution = 0.9
 
-    name: ClassVar[str] = "flores"
-    source: ClassVar[str] = "Flores et al. 2011, doi:10.1007/s11044-010-9237-4"
-    restitution_range: ClassVar[Range] = WHOLE
-
     @staticmethod
     def _xi(c: float) -> float:
         return 8.0 * (1.0 - c) / (5.0 * c)
 
 
-@dataclass(frozen=True)
+@element(
+    slot=DAMPING,
+    name="hu-guo",
+    force=proportional.force,
+    restitution_range=WHOLE,
+    source="Hu, Guo 2015, doi:10.1007/s11044-015-9453-z",
+)
 class HuGuo(DampingFactor):
     r"""Damping for the whole range of restitution, its energy balance taken over approach and rebound.
 
@@ -151,16 +166,18 @@ class HuGuo(DampingFactor):
 
     restitution: PositiveRestitution = 0.9
 
-    name: ClassVar[str] = "hu-guo"
-    source: ClassVar[str] = "Hu, Guo 2015, doi:10.1007/s11044-015-9453-z"
-    restitution_range: ClassVar[Range] = WHOLE
-
     @staticmethod
     def _xi(c: float) -> float:
         return 1.5 * (1.0 - c) / c
 
 
-@dataclass(frozen=True)
+@element(
+    slot=DAMPING,
+    name="carvalho-martins",
+    force=proportional.force,
+    restitution_range=WHOLE,
+    source="Carvalho, Martins 2019, doi:10.1016/j.mechmachtheory.2019.03.028",
+)
 class CarvalhoMartins(DampingFactor):
     r"""A rational fit of the exact factor.
 
@@ -169,16 +186,18 @@ class CarvalhoMartins(DampingFactor):
 
     restitution: Restitution = 0.9
 
-    name: ClassVar[str] = "carvalho-martins"
-    source: ClassVar[str] = "Carvalho, Martins 2019, doi:10.1016/j.mechmachtheory.2019.03.028"
-    restitution_range: ClassVar[Range] = WHOLE
-
     @staticmethod
     def _xi(c: float) -> float:
         return 1.5 * (1.0 - c) * (11.0 - c) / (1.0 + 9.0 * c)
 
 
-@dataclass(frozen=True)
+@element(
+    slot=DAMPING,
+    name="safaeifar-farshidianfar",
+    force=proportional.force,
+    restitution_range=WHOLE,
+    source="Safaeifar, Farshidianfar 2020, doi:10.1007/s11044-020-09732-2",
+)
 class SafaeifarFarshidianfar(DampingFactor):
     r"""Damping from an energy balance with different approach and rebound curves.
 
@@ -188,10 +207,6 @@ class SafaeifarFarshidianfar(DampingFactor):
     """
 
     restitution: PositiveRestitution = 0.9
-
-    name: ClassVar[str] = "safaeifar-farshidianfar"
-    source: ClassVar[str] = "Safaeifar, Farshidianfar 2020, doi:10.1007/s11044-020-09732-2"
-    restitution_range: ClassVar[Range] = WHOLE
 
     @staticmethod
     def _xi(c: float) -> float:

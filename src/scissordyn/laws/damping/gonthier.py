@@ -2,16 +2,22 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import ClassVar
-
+from scissordyn.laws.damping import proportional
 from scissordyn.laws.damping.exact import exact_factor
 from scissordyn.laws.damping.proportional import DampingFactor, PositiveRestitution
+from scissordyn.laws.slot import DAMPING
+from scissordyn.plugin.element import element
 
 __all__ = ["Gonthier"]
 
 
-@dataclass(frozen=True)
+@element(
+    slot=DAMPING,
+    name="gonthier",
+    force=proportional.force,
+    restitution_range=(0.0, 1.0),
+    source="Gonthier et al. 2004, doi:10.1023/B:MUBO.0000029392.21648.bc",
+)
 class Gonthier(DampingFactor):
     r"""Damping found from the restitution without an assumption on the size of the loss.
 
@@ -22,10 +28,6 @@ class Gonthier(DampingFactor):
 
     restitution: PositiveRestitution = 0.9
     approximate: bool = False
-
-    name: ClassVar[str] = "gonthier"
-    source: ClassVar[str] = "Gonthier et al. 2004, doi:10.1023/B:MUBO.0000029392.21648.bc"
-    restitution_range: ClassVar[tuple[float, float] | None] = (0.0, 1.0)
 
     @property
     def factor(self) -> float:

@@ -2,17 +2,22 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import Annotated, ClassVar
+from typing import Annotated
 
-from scissordyn.laws.contact import JointContact
 from scissordyn.laws.damping import dashpot
-from scissordyn.units import Quantity, check_quantities
+from scissordyn.laws.slot import DAMPING
+from scissordyn.plugin.element import element
+from scissordyn.units import Quantity
 
 __all__ = ["KelvinVoigt"]
 
 
-@dataclass(frozen=True)
+@element(
+    slot=DAMPING,
+    name="kelvin-voigt",
+    force=dashpot.force,
+    source="Goldsmith 1960, Impact",
+)
 class KelvinVoigt:
     r"""A linear dashpot with a given constant.
 
@@ -22,15 +27,3 @@ class KelvinVoigt:
     """
 
     coefficient: Annotated[float, Quantity("N*s/m", minimum=0.0, maximum=1e12, help="damping coefficient C")] = 1e3
-
-    name: ClassVar[str] = "kelvin-voigt"
-    kernel_kind: ClassVar[int] = dashpot.KERNEL_KIND
-    source: ClassVar[str] = "Goldsmith 1960, Impact"
-    restitution_range: ClassVar[tuple[float, float] | None] = None
-
-    def __post_init__(self) -> None:
-        check_quantities(self)
-
-    def parameters(self, joint: JointContact) -> tuple[float, ...]:
-        """C [N s/m]."""
-        return (self.coefficient,)

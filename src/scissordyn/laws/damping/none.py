@@ -2,23 +2,22 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import ClassVar
-
 from scissordyn.laws.contact import JointContact
 from scissordyn.laws.damping import proportional
+from scissordyn.laws.slot import DAMPING
+from scissordyn.plugin.element import element
 
 __all__ = ["NoDamping"]
 
 
-@dataclass(frozen=True)
+@element(
+    slot=DAMPING,
+    name="none",
+    force=proportional.force,
+    source="Hertz 1881",
+)
 class NoDamping:
     """A contact without dissipation: xi = 0."""
-
-    name: ClassVar[str] = "none"
-    kernel_kind: ClassVar[int] = proportional.KERNEL_KIND
-    source: ClassVar[str] = "Hertz 1881"
-    restitution_range: ClassVar[tuple[float, float] | None] = None
 
     @property
     def factor(self) -> float:

@@ -2,15 +2,12 @@
 
 from __future__ import annotations
 
-from typing import Annotated, ClassVar
+from typing import Annotated
 
-from scissordyn.jit import kernel
 from scissordyn.laws.contact import JointContact
-from scissordyn.units import Quantity, check_quantities
+from scissordyn.units import Quantity
 
-__all__ = ["KERNEL_KIND", "DampingFactor", "PositiveRestitution", "Restitution", "force"]
-
-KERNEL_KIND = 0
+__all__ = ["DampingFactor", "PositiveRestitution", "Restitution", "force"]
 
 Restitution = Annotated[float, Quantity("1", minimum=0.0, maximum=1.0, help="restitution coefficient c_e")]
 PositiveRestitution = Annotated[float, Quantity("1", minimum=1e-3, maximum=1.0, help="restitution coefficient c_e")]
@@ -21,10 +18,6 @@ class DampingFactor:
     """A damping factor found from a restitution; a law adds its name, source, range and formula."""
 
     restitution: float
-    kernel_kind: ClassVar[int] = KERNEL_KIND
-
-    def __post_init__(self) -> None:
-        check_quantities(self)
 
     @staticmethod
     def _xi(c: float) -> float:
@@ -40,7 +33,6 @@ class DampingFactor:
         return (self.factor,)
 
 
-@kernel()
-def force(elastic, delta, rate, approach, p):
+def force(elastic, rate, approach, factor):
     """Normal force [N], not yet clipped, from the elastic part [N], delta' [m/s] and delta'(-) [m/s]."""
-    return elastic * (1.0 + p[0] * rate / approach)
+    return elastic * (1.0 + factor * rate / approach)

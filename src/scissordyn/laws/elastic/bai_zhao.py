@@ -3,17 +3,46 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
-from typing import ClassVar, Literal
 
 from scissordyn.jit import kernel
 from scissordyn.laws.contact import JointContact
 from scissordyn.laws.elastic.quadrature import NODES, WEIGHTS
+from scissordyn.laws.slot import ELASTIC
+from scissordyn.plugin.element import element
 
 __all__ = ["BaiZhaoAsPrinted", "energy", "force"]
 
 
-@dataclass(frozen=True)
+@kernel()
+def force(indentation, scale, clearance):
+    """The printed force, in SI numbers, at indentation delta > 0 [m]."""
+    c = clearance
+    sum_ = c + indentation
+    return scale * indentation * indentation * (3.0 * c + 2.0 * indentation) / sum_ * math.sqrt(2.0 / sum_)
+
+
+def energy(indentation, scale, clearance):
+    """Integral of the force up to delta [m]: in closed form, below one clearance, where that cancels, by quadrature."""
+    c = clearance
+    if indentation > c:
+        # with u = c + indentation the force is scale sqrt(2) (2 u^3 - 3 c u^2 + c^3) u^(-3/2)
+        u = c + indentation
+        at_u = math.sqrt(u) * (0.8 * u * u - 2.0 * c * u - 2.0 * c**3 / u)
+        return scale * math.sqrt(2.0) * (at_u + 3.2 * c * c * math.sqrt(c))
+    total = 0.0
+    for k in range(NODES.size):
+        total += WEIGHTS[k] * force(indentation * NODES[k] ** 2, scale, clearance) * 2.0 * NODES[k]
+    return total * indentation
+
+
+@element(
+    slot=ELASTIC,
+    name="bai-zhao-as-printed",
+    force=force,
+    energy=energy,
+    caveat=("as printed, its units are not those of a force and the bearing length does not enter: for comparison only"),
+    source="Bai, Zhao 2013",
+)
 class BaiZhaoAsPrinted:
     r"""The modified force of the clearance literature, for comparison only: its units are not those of a force.
 
@@ -25,38 +54,6 @@ class BaiZhaoAsPrinted:
     The citation could not be verified.
     """
 
-    name: ClassVar[str] = "bai-zhao-as-printed"
-    kernel_kind: ClassVar[int] = 6
-    source: ClassVar[str] = "Bai, Zhao 2013"
-    small_contact: ClassVar[bool] = False
-    materials: ClassVar[Literal["any", "same", "steel"]] = "any"
-    caveat: ClassVar[str] = (
-        "as printed, its units are not those of a force and the bearing length does not enter: for comparison only"
-    )
-
     def parameters(self, joint: JointContact) -> tuple[float, ...]:
         """Scale pi E*/8 [Pa] and c [m]."""
         return 0.125 * math.pi * joint.modulus, joint.clearance
-
-
-@kernel()
-def force(delta, p):
-    """The printed force, in SI numbers, at indentation delta > 0 [m]."""
-    c = p[1]
-    sum_ = c + delta
-    return p[0] * delta * delta * (3.0 * c + 2.0 * delta) / sum_ * math.sqrt(2.0 / sum_)
-
-
-@kernel()
-def energy(delta, p):
-    """Integral of the force up to delta [m]: in closed form, below one clearance, where that cancels, by quadrature."""
-    c = p[1]
-    if delta > c:
-        # with u = c + delta the force is p[0] sqrt(2) (2 u^3 - 3 c u^2 + c^3) u^(-3/2)
-        u = c + delta
-        at_u = math.sqrt(u) * (0.8 * u * u - 2.0 * c * u - 2.0 * c**3 / u)
-        return p[0] * math.sqrt(2.0) * (at_u + 3.2 * c * c * math.sqrt(c))
-    total = 0.0
-    for k in range(NODES.size):
-        total += WEIGHTS[k] * force(delta * NODES[k] ** 2, p) * 2.0 * NODES[k]
-    return total * delta

@@ -2,16 +2,23 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import ClassVar, Literal
-
 from scissordyn.laws.contact import JointContact
 from scissordyn.laws.elastic import power
+from scissordyn.laws.slot import ELASTIC
+from scissordyn.plugin.element import element
 
 __all__ = ["Braendlein"]
 
 
-@dataclass(frozen=True)
+@element(
+    slot=ELASTIC,
+    name="braendlein",
+    force=power.force,
+    energy=power.energy,
+    small_contact=True,
+    materials="steel",
+    source="Braendlein, Eschmann, Hasbargen, Weigand 1995, Die Waelzlagerpraxis",
+)
 class Braendlein:
     r"""A steel roller between steel races, fitted to rolling bearings.
 
@@ -21,13 +28,6 @@ class Braendlein:
 
     The citation could not be verified.
     """
-
-    name: ClassVar[str] = "braendlein"
-    kernel_kind: ClassVar[int] = power.KERNEL_KIND
-    source: ClassVar[str] = "Braendlein, Eschmann, Hasbargen, Weigand 1995, Die Waelzlagerpraxis"
-    small_contact: ClassVar[bool] = True
-    materials: ClassVar[Literal["any", "same", "steel"]] = "steel"
-    caveat: ClassVar[str] = ""
 
     def parameters(self, joint: JointContact) -> tuple[float, ...]:
         """K [N/m^(10/9)] and n = 10/9."""

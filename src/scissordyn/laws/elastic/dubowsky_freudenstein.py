@@ -3,17 +3,25 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
-from typing import Annotated, ClassVar, Literal
+from typing import Annotated
 
 from scissordyn.laws.contact import JointContact
 from scissordyn.laws.elastic import logarithmic
-from scissordyn.units import Quantity, check_quantities
+from scissordyn.laws.slot import ELASTIC
+from scissordyn.plugin.element import element
+from scissordyn.units import Quantity
 
 __all__ = ["DubowskyFreudenstein"]
 
 
-@dataclass(frozen=True)
+@element(
+    slot=ELASTIC,
+    name="dubowsky-freudenstein",
+    force=logarithmic.force,
+    energy=logarithmic.energy,
+    small_contact=True,
+    source=("Dubowsky, Freudenstein 1971, Dynamic Analysis of Mechanical Systems With Clearances; Goldsmith 1960, Impact"),
+)
 class DubowskyFreudenstein:
     r"""A cylindrical pin in an elastic hole.
 
@@ -27,18 +35,6 @@ class DubowskyFreudenstein:
     """
 
     length_exponent: Annotated[float, Quantity("1", minimum=0.0, maximum=4.0, help="exponent m of the bearing length")] = 3.0
-
-    name: ClassVar[str] = "dubowsky-freudenstein"
-    kernel_kind: ClassVar[int] = logarithmic.KERNEL_KIND
-    source: ClassVar[str] = (
-        "Dubowsky, Freudenstein 1971, Dynamic Analysis of Mechanical Systems With Clearances; Goldsmith 1960, Impact"
-    )
-    small_contact: ClassVar[bool] = True
-    materials: ClassVar[Literal["any", "same", "steel"]] = "any"
-    caveat: ClassVar[str] = ""
-
-    def __post_init__(self) -> None:
-        check_quantities(self)
 
     def parameters(self, joint: JointContact) -> tuple[float, ...]:
         """The row of `logarithmic.row`."""

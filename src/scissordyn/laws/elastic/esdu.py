@@ -3,16 +3,23 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
-from typing import ClassVar, Literal
 
 from scissordyn.laws.contact import JointContact
 from scissordyn.laws.elastic import logarithmic
+from scissordyn.laws.slot import ELASTIC
+from scissordyn.plugin.element import element
 
 __all__ = ["Esdu"]
 
 
-@dataclass(frozen=True)
+@element(
+    slot=ELASTIC,
+    name="esdu-78035",
+    force=logarithmic.force,
+    energy=logarithmic.energy,
+    small_contact=True,
+    source=("ESDU 78035, Contact phenomena I, 1978; as given by Pereira et al. 2011, Nonlinear Dynamics 63, 681-697"),
+)
 class Esdu:
     r"""A cylinder in a cylindrical seat, after the engineering data item: Johnson's form with +1 in place of -1.
 
@@ -21,15 +28,6 @@ class Esdu:
 
     The citation could not be verified.
     """
-
-    name: ClassVar[str] = "esdu-78035"
-    kernel_kind: ClassVar[int] = logarithmic.KERNEL_KIND
-    source: ClassVar[str] = (
-        "ESDU 78035, Contact phenomena I, 1978; as given by Pereira et al. 2011, Nonlinear Dynamics 63, 681-697"
-    )
-    small_contact: ClassVar[bool] = True
-    materials: ClassVar[Literal["any", "same", "steel"]] = "any"
-    caveat: ClassVar[str] = ""
 
     def parameters(self, joint: JointContact) -> tuple[float, ...]:
         """The row of `logarithmic.row`."""

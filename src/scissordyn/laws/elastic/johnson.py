@@ -3,16 +3,23 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
-from typing import ClassVar, Literal
 
 from scissordyn.laws.contact import JointContact
 from scissordyn.laws.elastic import logarithmic
+from scissordyn.laws.slot import ELASTIC
+from scissordyn.plugin.element import element
 
 __all__ = ["Johnson"]
 
 
-@dataclass(frozen=True)
+@element(
+    slot=ELASTIC,
+    name="johnson",
+    force=logarithmic.force,
+    energy=logarithmic.energy,
+    small_contact=True,
+    source="Johnson 1985, Contact Mechanics, section 4.2, doi:10.1017/CBO9781139171731",
+)
 class Johnson:
     r"""A cylinder in a cylindrical seat, on the ascending branch of the curve.
 
@@ -20,13 +27,6 @@ class Johnson:
 
     The branch ends at delta = 4 c/e^2 = 0.54 c; from 97 % of that on the law continues along its tangent.
     """
-
-    name: ClassVar[str] = "johnson"
-    kernel_kind: ClassVar[int] = logarithmic.KERNEL_KIND
-    source: ClassVar[str] = "Johnson 1985, Contact Mechanics, section 4.2, doi:10.1017/CBO9781139171731"
-    small_contact: ClassVar[bool] = True
-    materials: ClassVar[Literal["any", "same", "steel"]] = "any"
-    caveat: ClassVar[str] = ""
 
     def parameters(self, joint: JointContact) -> tuple[float, ...]:
         """The row of `logarithmic.row`."""

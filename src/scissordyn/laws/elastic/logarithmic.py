@@ -13,9 +13,7 @@ import numpy as np
 
 from scissordyn.jit import kernel
 
-__all__ = ["KERNEL_KIND", "TURN", "energy", "force", "row"]
-
-KERNEL_KIND = 2
+__all__ = ["TURN", "energy", "force", "row"]
 
 TURN = 1.25
 """t from which on the tangent continues the curve. At t = 1 the laws have their largest indentation and an infinite stiffness;
@@ -72,11 +70,11 @@ _PIECES = _pieces()
 
 
 @kernel()
-def force(delta, p):
+def force(indentation, inverse, ceiling, deepest, last_force, last_stiffness):
     """Force [N] at indentation delta > 0 [m]."""
-    if delta >= p[2]:
-        return p[3] + p[4] * (delta - p[2])
-    y = delta * p[0]
+    if indentation >= deepest:
+        return last_force + last_stiffness * (indentation - deepest)
+    y = indentation * inverse
     level = -math.log(y)
     s = STEPS * math.sqrt(level - 1.0)
     if s < STEPS * LAST:
@@ -92,13 +90,12 @@ def force(delta, p):
         t = level
         for _ in range(12):
             t = level + math.log(t)
-    return p[1] * y / t
+    return ceiling * y / t
 
 
-@kernel()
-def energy(delta, p):
+def energy(indentation, inverse, ceiling, deepest, last_force, last_stiffness):
     """Work [J] to press in by delta [m]: F delta/2 - A F^2/4, the integral of F d delta = A F (ln(G/F) - 1) dF."""
-    rest = max(delta - p[2], 0.0)
-    within = delta - rest
-    at = force(within, p)
-    return 0.5 * at * within - 0.25 * at * at / (p[0] * p[1]) + rest * (at + 0.5 * p[4] * rest)
+    rest = max(indentation - deepest, 0.0)
+    within = indentation - rest
+    at = force(within, inverse, ceiling, deepest, last_force, last_stiffness)
+    return 0.5 * at * within - 0.25 * at * at / (inverse * ceiling) + rest * (at + 0.5 * last_stiffness * rest)

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
-from typing import ClassVar, Literal
 
 from scissordyn.errors import InputError
 from scissordyn.laws.contact import JointContact
 from scissordyn.laws.elastic import power
+from scissordyn.laws.slot import ELASTIC
+from scissordyn.plugin.element import element
 
 __all__ = ["Pereira"]
 
@@ -16,7 +16,13 @@ CLEARANCES = (0.005, 0.34954, 10.0)
 """Limits of the two pieces of the exponent, c in mm."""
 
 
-@dataclass(frozen=True)
+@element(
+    slot=ELASTIC,
+    name="pereira",
+    force=power.force,
+    energy=power.energy,
+    source="Pereira, Ramalho, Ambrosio 2011, Nonlinear Dynamics 63, 681-697",
+)
 class Pereira:
     r"""An explicit power law fitted to Johnson's internal contact, exponent and stiffness depending on the clearance.
 
@@ -29,13 +35,6 @@ class Pereira:
 
     The citation could not be verified.
     """
-
-    name: ClassVar[str] = "pereira"
-    kernel_kind: ClassVar[int] = power.KERNEL_KIND
-    source: ClassVar[str] = "Pereira, Ramalho, Ambrosio 2011, Nonlinear Dynamics 63, 681-697"
-    small_contact: ClassVar[bool] = False
-    materials: ClassVar[Literal["any", "same", "steel"]] = "any"
-    caveat: ClassVar[str] = ""
 
     def parameters(self, joint: JointContact) -> tuple[float, ...]:
         """K [N/m^n] and n."""

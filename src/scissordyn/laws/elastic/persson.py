@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
-from typing import ClassVar, Literal
 
-from scissordyn.jit import kernel
 from scissordyn.laws.contact import JointContact
 from scissordyn.laws.elastic.quadrature import NODES, WEIGHTS
+from scissordyn.laws.slot import ELASTIC
+from scissordyn.plugin.element import element
 
 __all__ = ["Persson", "energy", "force"]
 
@@ -19,7 +18,35 @@ LAST_ARC = 0.75
 """b^2 from which on the tangent continues the law: its pole is at 0.834, at about ten clearances."""
 
 
-@dataclass(frozen=True)
+def force(indentation, scale, clearance, deepest, last_force, last_stiffness):
+    """Force [N] at indentation delta > 0 [m]."""
+    if indentation >= deepest:
+        return last_force + last_stiffness * (indentation - deepest)
+    q = indentation / (2.0 * clearance + indentation)  # b^2
+    return scale * q * (q + 1.0) / (2.0 - math.log1p(q) - 2.0 * q * q)
+
+
+def energy(indentation, scale, clearance, deepest, last_force, last_stiffness):
+    """Work [J] to press in by delta [m], by quadrature over q = b^2, d delta = 2 c dq/(1 - q)^2."""
+    rest = max(indentation - deepest, 0.0)
+    within = indentation - rest
+    last = within / (2.0 * clearance + within)
+    total = 0.0
+    for piece in range(PIECES):
+        for k in range(NODES.size):
+            q = last * (piece + NODES[k]) / PIECES
+            total += WEIGHTS[k] * q * (q + 1.0) / ((2.0 - math.log1p(q) - 2.0 * q * q) * (1.0 - q) ** 2)
+    return scale * 2.0 * clearance * total * last / PIECES + rest * (last_force + 0.5 * last_stiffness * rest)
+
+
+@element(
+    slot=ELASTIC,
+    name="persson",
+    force=force,
+    energy=energy,
+    materials="same",
+    source="Persson 1964, Chalmers; Ciavarella, Decuzzi 2001",
+)
 class Persson:
     r"""A disc in a hole of almost its size, for arcs of contact that are not small; both of one material.
 
@@ -31,13 +58,6 @@ class Persson:
 
     The citation could not be verified.
     """
-
-    name: ClassVar[str] = "persson"
-    kernel_kind: ClassVar[int] = 5
-    source: ClassVar[str] = "Persson 1964, Chalmers; Ciavarella, Decuzzi 2001"
-    small_contact: ClassVar[bool] = False
-    materials: ClassVar[Literal["any", "same", "steel"]] = "same"
-    caveat: ClassVar[str] = ""
 
     def parameters(self, joint: JointContact) -> tuple[float, ...]:
         """Scale pi L_b E* c [N], c [m], and at the tangent the indentation [m], the force [N] and the stiffness [N/m]."""
@@ -52,26 +72,3 @@ class Persson:
     def deepest(self, joint: JointContact) -> float:
         """The indentation [m] from which the law goes on along its tangent."""
         return self.parameters(joint)[2]
-
-
-@kernel()
-def force(delta, p):
-    """Force [N] at indentation delta > 0 [m]."""
-    if delta >= p[2]:
-        return p[3] + p[4] * (delta - p[2])
-    q = delta / (2.0 * p[1] + delta)  # b^2
-    return p[0] * q * (q + 1.0) / (2.0 - math.log1p(q) - 2.0 * q * q)
-
-
-@kernel()
-def energy(delta, p):
-    """Work [J] to press in by delta [m], by quadrature over q = b^2, d delta = 2 c dq/(1 - q)^2."""
-    rest = max(delta - p[2], 0.0)
-    within = delta - rest
-    last = within / (2.0 * p[1] + within)
-    total = 0.0
-    for piece in range(PIECES):
-        for k in range(NODES.size):
-            q = last * (piece + NODES[k]) / PIECES
-            total += WEIGHTS[k] * q * (q + 1.0) / ((2.0 - math.log1p(q) - 2.0 * q * q) * (1.0 - q) ** 2)
-    return p[0] * 2.0 * p[1] * total * last / PIECES + rest * (p[3] + 0.5 * p[4] * rest)

@@ -2,20 +2,14 @@
 
 from __future__ import annotations
 
-from scissordyn.jit import kernel
-
-__all__ = ["KERNEL_KIND", "energy", "force"]
-
-KERNEL_KIND = 3
+__all__ = ["energy", "force"]
 
 
-@kernel()
-def force(delta, p):
+def force(indentation, coefficient, exponent):
     """Force [N] at indentation delta > 0 [m]; p is K [N/m^n] and n."""
-    return p[0] * delta ** p[1]
+    return coefficient * indentation**exponent
 
 
-@kernel()
-def energy(delta, p):
+def energy(indentation, coefficient, exponent):
     """Work [J] to press in by delta [m]."""
-    return p[0] * delta ** (p[1] + 1.0) / (p[1] + 1.0)
+    return coefficient * indentation ** (exponent + 1.0) / (exponent + 1.0)

@@ -2,17 +2,23 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import Annotated, ClassVar, Literal
+from typing import Annotated
 
-from scissordyn.laws.contact import JointContact
 from scissordyn.laws.elastic import power
-from scissordyn.units import Quantity, check_quantities
+from scissordyn.laws.slot import ELASTIC
+from scissordyn.plugin.element import element
+from scissordyn.units import Quantity
 
 __all__ = ["PowerLaw"]
 
 
-@dataclass(frozen=True)
+@element(
+    slot=ELASTIC,
+    name="power",
+    force=power.force,
+    energy=power.energy,
+    source="definition; K as in Flores and co-workers 2006",
+)
 class PowerLaw:
     r"""A spring that hardens with a constant exponent.
 
@@ -23,17 +29,3 @@ class PowerLaw:
 
     coefficient: Annotated[float, Quantity("1", minimum=1e-3, maximum=1e40, help="K, in N/m^n with the n given here")] = 6.61e10
     exponent: Annotated[float, Quantity("1", minimum=0.5, maximum=5.0, help="n")] = 1.5
-
-    name: ClassVar[str] = "power"
-    kernel_kind: ClassVar[int] = power.KERNEL_KIND
-    source: ClassVar[str] = "definition; K as in Flores and co-workers 2006"
-    small_contact: ClassVar[bool] = False
-    materials: ClassVar[Literal["any", "same", "steel"]] = "any"
-    caveat: ClassVar[str] = ""
-
-    def __post_init__(self) -> None:
-        check_quantities(self)
-
-    def parameters(self, joint: JointContact) -> tuple[float, ...]:
-        """K [N/m^n] and n."""
-        return self.coefficient, self.exponent

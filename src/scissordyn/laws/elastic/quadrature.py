@@ -1,13 +1,13 @@
-"""Gauss quadrature of elastic forces: its nodes, and the energy of a user's law, of which nothing is known."""
+"""Gauss quadrature of elastic forces: its nodes, and the energy of a law of which nothing but the force is known."""
 
 from __future__ import annotations
 
 import numpy as np
 
 from scissordyn.jit import kernel
-from scissordyn.plugin.pointer import call_at
+from scissordyn.plugin.address import call_at
 
-__all__ = ["NODES", "WEIGHTS", "user_energy"]
+__all__ = ["NODES", "WEIGHTS", "quadrature_energy"]
 
 NODES: np.ndarray = 0.5 * (np.polynomial.legendre.leggauss(16)[0] + 1.0)
 WEIGHTS: np.ndarray = 0.5 * np.polynomial.legendre.leggauss(16)[1]
@@ -20,28 +20,28 @@ MOST_PIECES = 4000
 
 
 @kernel(inline=True)
-def piece(low, high, delta, p):
-    """Integral of a user's force over s in [low, high], per unit of delta."""
+def piece(address, low, high, delta, p):
+    """Integral of a force over s in [low, high], per unit of delta."""
     total = 0.0
     for k in range(NODES.size):
         s = low + (high - low) * NODES[k]
-        total += WEIGHTS[k] * call_at((delta * s * s,), p) * 2.0 * s  # type: ignore[call-arg]
+        total += WEIGHTS[k] * call_at(address, (delta * s * s,), (), (), (), p, ()) * 2.0 * s  # type: ignore[call-arg]
     return total * (high - low)
 
 
 @kernel()
-def user_energy(delta, p):
-    """Work [J] to press a user's elastic part in by delta [m], by halving where the force has kinks.
+def quadrature_energy(address, delta, p):
+    """Work [J] to press an elastic part in by delta [m], by halving where the force has kinks.
 
     The pieces are [k, k + 1]/2^level; once one is done the next is the end of the largest that it completes.
     """
-    tolerance = ROUNDING * abs(piece(0.0, 1.0, delta, p))
+    tolerance = ROUNDING * abs(piece(address, 0.0, 1.0, delta, p))
     total, level, k, count = 0.0, 0, 0, 0
     while True:
         width = 0.5**level
         low = k * width
-        whole = piece(low, low + width, delta, p)
-        halves = piece(low, low + 0.5 * width, delta, p) + piece(low + 0.5 * width, low + width, delta, p)
+        whole = piece(address, low, low + width, delta, p)
+        halves = piece(address, low, low + 0.5 * width, delta, p) + piece(address, low + 0.5 * width, low + width, delta, p)
         count += 1
         # a NaN compares as false and ends the halving
         if abs(halves - whole) > tolerance and level < DEEPEST_LEVEL and count < MOST_PIECES:

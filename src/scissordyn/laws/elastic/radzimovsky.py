@@ -3,17 +3,25 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
-from typing import Annotated, ClassVar, Literal
+from typing import Annotated
 
 from scissordyn.laws.contact import JointContact
 from scissordyn.laws.elastic import logarithmic
-from scissordyn.units import Quantity, check_quantities
+from scissordyn.laws.slot import ELASTIC
+from scissordyn.plugin.element import element
+from scissordyn.units import Quantity
 
 __all__ = ["Radzimovsky"]
 
 
-@dataclass(frozen=True)
+@element(
+    slot=ELASTIC,
+    name="radzimovsky",
+    force=logarithmic.force,
+    energy=logarithmic.energy,
+    small_contact=True,
+    source="Radzimovsky 1953, University of Illinois Engineering Experiment Station Bulletin 408",
+)
 class Radzimovsky:
     r"""Two cylinders whose axes approach as the contact flattens to a strip of half width b.
 
@@ -30,16 +38,6 @@ class Radzimovsky:
     half_width: Annotated[float, Quantity("1", minimum=0.1, maximum=10.0, help="k_b in b = k_b sqrt(f R/E*)")] = (
         2.0 / math.sqrt(math.pi)
     )
-
-    name: ClassVar[str] = "radzimovsky"
-    kernel_kind: ClassVar[int] = logarithmic.KERNEL_KIND
-    source: ClassVar[str] = "Radzimovsky 1953, University of Illinois Engineering Experiment Station Bulletin 408"
-    small_contact: ClassVar[bool] = True
-    materials: ClassVar[Literal["any", "same", "steel"]] = "any"
-    caveat: ClassVar[str] = ""
-
-    def __post_init__(self) -> None:
-        check_quantities(self)
 
     def parameters(self, joint: JointContact) -> tuple[float, ...]:
         """The row of `logarithmic.row`."""

@@ -3,19 +3,35 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
-from typing import Annotated, ClassVar
+from typing import Annotated
 
 from scissordyn.errors import InputError
-from scissordyn.jit import kernel
-from scissordyn.laws.contact import JointContact
 from scissordyn.laws.friction.coefficients import Coefficient
-from scissordyn.units import Quantity, State, check_quantities
+from scissordyn.laws.slot import FRICTION
+from scissordyn.plugin.element import element
+from scissordyn.units import Quantity, check_quantities
 
 __all__ = ["Ambrosio", "force", "static_limit"]
 
 
-@dataclass(frozen=True)
+def force(slip_speed, normal_force, kinetic, dead_speed, full_speed):
+    """Tangential force [N] at slip speed v [m/s]."""
+    ramp = min(1.0, max(0.0, (abs(slip_speed) - dead_speed) / (full_speed - dead_speed)))
+    return math.copysign(kinetic * ramp * normal_force, slip_speed)
+
+
+def static_limit(slip_speed, normal_force, kinetic):
+    """Largest |F_t| [N] that the law allows at slip speed v [m/s]."""
+    return kinetic * normal_force
+
+
+@element(
+    slot=FRICTION,
+    name="ambrosio",
+    force=force,
+    limit=static_limit,
+    source="Ambrosio 2003",
+)
 class Ambrosio:
     r"""Coulomb friction whose sign change is a ramp between two slip speeds.
 
@@ -32,12 +48,6 @@ class Ambrosio:
         1e-3
     )
 
-    name: ClassVar[str] = "ambrosio"
-    kernel_kind: ClassVar[int] = 2
-    source: ClassVar[str] = "Ambrosio 2003"
-    states: ClassVar[tuple[State, ...]] = ()
-    stiff: ClassVar[bool] = True
-
     def __post_init__(self) -> None:
         check_quantities(self)
         if self.full_speed <= self.dead_speed:
@@ -45,20 +55,3 @@ class Ambrosio:
                 f"Ambrosio: full_speed = {self.full_speed:g} m/s not above dead_speed = {self.dead_speed:g} m/s",
                 "full_speed > dead_speed",
             )
-
-    def parameters(self, joint: JointContact) -> tuple[float, ...]:
-        """mu, v_0, v_1."""
-        return self.kinetic, self.dead_speed, self.full_speed
-
-
-@kernel()
-def force(v, normal, p):
-    """Tangential force [N] at slip speed v [m/s]."""
-    ramp = min(1.0, max(0.0, (abs(v) - p[1]) / (p[2] - p[1])))
-    return math.copysign(p[0] * ramp * normal, v)
-
-
-@kernel()
-def static_limit(v, normal, p):
-    """Largest |F_t| [N] that the law allows at slip speed v [m/s]."""
-    return p[0] * normal

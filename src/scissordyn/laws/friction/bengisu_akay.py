@@ -3,18 +3,40 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
-from typing import Annotated, ClassVar
+from typing import Annotated
 
-from scissordyn.jit import kernel
 from scissordyn.laws.contact import JointContact
 from scissordyn.laws.friction.coefficients import Kinetic, Static, static_coefficient
-from scissordyn.units import Quantity, State, check_quantities
+from scissordyn.laws.slot import FRICTION
+from scissordyn.plugin.element import element, numbers
+from scissordyn.units import Quantity, check_quantities
 
 __all__ = ["BengisuAkay", "force", "static_limit"]
 
 
-@dataclass(frozen=True)
+def force(slip_speed, normal_force, kinetic, static, peak_speed, decay):
+    """Tangential force [N] at slip speed v [m/s]."""
+    speed = abs(slip_speed)
+    if speed < peak_speed:
+        short = speed / peak_speed - 1.0
+        coefficient = static - static * short * short
+    else:
+        coefficient = kinetic + (static - kinetic) * math.exp(-decay * (speed - peak_speed))
+    return math.copysign(coefficient * normal_force, slip_speed)
+
+
+def static_limit(slip_speed, normal_force, static):
+    """Largest |F_t| [N] that the law allows at slip speed v [m/s]."""
+    return static * normal_force
+
+
+@element(
+    slot=FRICTION,
+    name="bengisu-akay",
+    force=force,
+    limit=static_limit,
+    source="Bengisu, Akay 1994",
+)
 class BengisuAkay:
     r"""A parabola up to static friction and an exponential down to kinetic friction.
 
@@ -37,34 +59,10 @@ class BengisuAkay:
         float, Quantity("s/m", minimum=1e-3, maximum=1e8, help="xi, slope of the fall from static to kinetic friction")
     ] = 1e3
 
-    name: ClassVar[str] = "bengisu-akay"
-    kernel_kind: ClassVar[int] = 5
-    source: ClassVar[str] = "Bengisu, Akay 1994"
-    states: ClassVar[tuple[State, ...]] = ()
-    stiff: ClassVar[bool] = True
-
     def __post_init__(self) -> None:
         check_quantities(self)
         static_coefficient("BengisuAkay", self.kinetic, self.static)
 
     def parameters(self, joint: JointContact) -> tuple[float, ...]:
-        """mu_k, mu_s, v_0 and xi."""
-        return self.kinetic, static_coefficient("BengisuAkay", self.kinetic, self.static), self.peak_speed, self.decay
-
-
-@kernel()
-def force(v, normal, p):
-    """Tangential force [N] at slip speed v [m/s]."""
-    speed = abs(v)
-    if speed < p[2]:
-        short = speed / p[2] - 1.0
-        coefficient = p[1] - p[1] * short * short
-    else:
-        coefficient = p[0] + (p[1] - p[0]) * math.exp(-p[3] * (speed - p[2]))
-    return math.copysign(coefficient * normal, v)
-
-
-@kernel()
-def static_limit(v, normal, p):
-    """Largest |F_t| [N] that the law allows at slip speed v [m/s]."""
-    return p[1] * normal
+        """mu_s is computed unless given."""
+        return numbers(self, static=static_coefficient("BengisuAkay", self.kinetic, self.static))

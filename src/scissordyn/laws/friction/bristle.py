@@ -75,13 +75,20 @@ def onset(v, presliding_speed):
     return math.tanh(v / presliding_speed)
 
 
-@kernel()
-def steady(v, z, p):
-    """Deflection of steady sliding at slip speed v [m/s], none at rest; p starts with mu_k, mu_s, v_s, gamma, sigma_0."""
-    z[0] = math.copysign(sliding_coefficient(v, p), v) / p[4] if v != 0.0 else 0.0
+def steady(slip_speed, kinetic, static, stribeck_speed, stribeck_exponent, bristle_stiffness):
+    """Deflection of steady sliding at slip speed v [m/s], none at rest."""
+    return (
+        math.copysign(sliding_coefficient(slip_speed, kinetic, static, stribeck_speed, stribeck_exponent), slip_speed)
+        / bristle_stiffness
+        if slip_speed != 0.0
+        else 0.0
+    )
 
 
-@kernel()
-def start(v, z, p):
+def start(slip_speed, kinetic, static, stribeck_speed, stribeck_exponent, bristle_stiffness):
     """Deflection at a contact's start at slip speed v [m/s]."""
-    z[0] = onset(v, p[2]) * sliding_coefficient(v, p) / p[4]
+    return (
+        onset(slip_speed, stribeck_speed)
+        * sliding_coefficient(slip_speed, kinetic, static, stribeck_speed, stribeck_exponent)
+        / bristle_stiffness
+    )

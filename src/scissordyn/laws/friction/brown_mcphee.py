@@ -3,18 +3,36 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
-from typing import Annotated, ClassVar
+from typing import Annotated
 
-from scissordyn.jit import kernel
 from scissordyn.laws.contact import JointContact
 from scissordyn.laws.friction.coefficients import Kinetic, Static, static_coefficient
-from scissordyn.units import Quantity, State, check_quantities
+from scissordyn.laws.slot import FRICTION
+from scissordyn.plugin.element import element, numbers
+from scissordyn.units import Quantity, check_quantities
 
 __all__ = ["BrownMcPhee", "force", "static_limit"]
 
 
-@dataclass(frozen=True)
+def force(slip_speed, normal_force, kinetic, static, transition_speed):
+    """Tangential force [N] at slip speed v [m/s]."""
+    s = slip_speed / transition_speed
+    rest = 0.25 * s * s + 0.75
+    return normal_force * (kinetic * math.tanh(4.0 * s) + (static - kinetic) * s / (rest * rest))
+
+
+def static_limit(slip_speed, normal_force, static):
+    """Largest |F_t| [N] that the law allows at slip speed v [m/s]."""
+    return static * normal_force
+
+
+@element(
+    slot=FRICTION,
+    name="brown-mcphee",
+    force=force,
+    limit=static_limit,
+    source="Brown, McPhee 2016, doi:10.1115/1.4033658",
+)
 class BrownMcPhee:
     r"""Stribeck friction as one smooth function, its peak at the transition speed.
 
@@ -28,30 +46,10 @@ class BrownMcPhee:
     static: Static = None
     transition_speed: Annotated[float, Quantity("m/s", minimum=1e-7, maximum=10.0, help="v_t, at which friction peaks")] = 1e-3
 
-    name: ClassVar[str] = "brown-mcphee"
-    kernel_kind: ClassVar[int] = 6
-    source: ClassVar[str] = "Brown, McPhee 2016, doi:10.1115/1.4033658"
-    states: ClassVar[tuple[State, ...]] = ()
-    stiff: ClassVar[bool] = True
-
     def __post_init__(self) -> None:
         check_quantities(self)
         static_coefficient("BrownMcPhee", self.kinetic, self.static)
 
     def parameters(self, joint: JointContact) -> tuple[float, ...]:
-        """mu_k, mu_s and v_t."""
-        return self.kinetic, static_coefficient("BrownMcPhee", self.kinetic, self.static), self.transition_speed
-
-
-@kernel()
-def force(v, normal, p):
-    """Tangential force [N] at slip speed v [m/s]."""
-    s = v / p[2]
-    rest = 0.25 * s * s + 0.75
-    return normal * (p[0] * math.tanh(4.0 * s) + (p[1] - p[0]) * s / (rest * rest))
-
-
-@kernel()
-def static_limit(v, normal, p):
-    """Largest |F_t| [N] that the law allows at slip speed v [m/s]."""
-    return p[1] * normal
+        """mu_s is computed unless given."""
+        return numbers(self, static=static_coefficient("BrownMcPhee", self.kinetic, self.static))

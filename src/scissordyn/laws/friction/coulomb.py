@@ -3,18 +3,40 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
-from typing import ClassVar
 
 from scissordyn.jit import kernel
-from scissordyn.laws.contact import JointContact
 from scissordyn.laws.friction.coefficients import Coefficient, RampSpeed
-from scissordyn.units import State, check_quantities
+from scissordyn.laws.slot import FRICTION
+from scissordyn.plugin.element import element
 
 __all__ = ["Coulomb", "direction", "force", "static_limit"]
 
 
-@dataclass(frozen=True)
+@kernel()
+def direction(v, ramp_speed):
+    """The sign of v, smoothed over a ramp speed where that is not zero."""
+    if ramp_speed > 0.0:
+        return math.tanh(v / ramp_speed)
+    return math.copysign(1.0, v) if v != 0.0 else 0.0
+
+
+def force(slip_speed, normal_force, kinetic, ramp_speed):
+    """Tangential force [N] at slip speed v [m/s]."""
+    return kinetic * normal_force * direction(slip_speed, ramp_speed)
+
+
+def static_limit(slip_speed, normal_force, kinetic):
+    """Largest |F_t| [N] that the law allows at slip speed v [m/s]."""
+    return kinetic * normal_force
+
+
+@element(
+    slot=FRICTION,
+    name="coulomb",
+    force=force,
+    limit=static_limit,
+    source="Coulomb 1785",
+)
 class Coulomb:
     r"""Friction opposite to sliding, independent of its speed.
 
@@ -26,36 +48,3 @@ class Coulomb:
 
     kinetic: Coefficient = 0.05
     ramp_speed: RampSpeed = 1e-4
-
-    name: ClassVar[str] = "coulomb"
-    kernel_kind: ClassVar[int] = 3
-    source: ClassVar[str] = "Coulomb 1785"
-    states: ClassVar[tuple[State, ...]] = ()
-    stiff: ClassVar[bool] = True
-
-    def __post_init__(self) -> None:
-        check_quantities(self)
-
-    def parameters(self, joint: JointContact) -> tuple[float, ...]:
-        """Coefficient mu and v_0."""
-        return self.kinetic, self.ramp_speed
-
-
-@kernel()
-def direction(v, ramp_speed):
-    """The sign of v, smoothed over a ramp speed where that is not zero."""
-    if ramp_speed > 0.0:
-        return math.tanh(v / ramp_speed)
-    return math.copysign(1.0, v) if v != 0.0 else 0.0
-
-
-@kernel()
-def force(v, normal, p):
-    """Tangential force [N] at slip speed v [m/s]."""
-    return p[0] * normal * direction(v, p[1])
-
-
-@kernel()
-def static_limit(v, normal, p):
-    """Largest |F_t| [N] that the law allows at slip speed v [m/s]."""
-    return p[0] * normal

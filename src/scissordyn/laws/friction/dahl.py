@@ -3,19 +3,49 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
-from typing import Annotated, ClassVar
+from typing import Annotated
 
-from scissordyn.jit import kernel
-from scissordyn.laws.contact import JointContact
 from scissordyn.laws.friction.bristle import PRESLIDING_SPEED, BristleStiffness, onset
 from scissordyn.laws.friction.coefficients import Coefficient
-from scissordyn.units import Quantity, State, check_quantities
+from scissordyn.laws.slot import FRICTION
+from scissordyn.plugin.element import element
+from scissordyn.units import Quantity, State
 
 __all__ = ["Dahl", "force", "start", "static_limit", "steady"]
 
 
-@dataclass(frozen=True)
+def force(slip_speed, normal_force, bristle_deflection, kinetic, bristle_stiffness, shape):
+    """Tangential force [N] and z' [m/s]."""
+    rest = 1.0 - bristle_stiffness * bristle_deflection / kinetic * math.copysign(1.0, slip_speed)
+    rate = slip_speed * rest if shape == 1.0 else slip_speed * math.copysign(abs(rest) ** shape, rest)
+    return normal_force * bristle_stiffness * bristle_deflection, rate
+
+
+def steady(slip_speed, kinetic, bristle_stiffness):
+    """Deflection of steady sliding at slip speed v [m/s], none at rest."""
+    return math.copysign(kinetic, slip_speed) / bristle_stiffness if slip_speed != 0.0 else 0.0
+
+
+def start(slip_speed, kinetic, bristle_stiffness):
+    """Deflection at a contact's start at slip speed v [m/s]."""
+    return onset(slip_speed, PRESLIDING_SPEED) * kinetic / bristle_stiffness
+
+
+def static_limit(slip_speed, normal_force, kinetic):
+    """Largest |F_t| [N] that the law allows at slip speed v [m/s]."""
+    return kinetic * normal_force
+
+
+@element(
+    slot=FRICTION,
+    name="dahl",
+    force=force,
+    start=start,
+    steady=steady,
+    limit=static_limit,
+    states=(State("bristle_deflection", "m"),),
+    source="Dahl 1976, doi:10.2514/3.61511",
+)
 class Dahl:
     r"""Friction as the force of elastic surfaces that yield gradually, without a static peak.
 
@@ -28,42 +58,3 @@ class Dahl:
     kinetic: Coefficient = 0.05
     bristle_stiffness: BristleStiffness = 1e5
     shape: Annotated[float, Quantity("1", minimum=0.5, maximum=4.0, help="exponent n, 1 for most materials")] = 1.0
-
-    name: ClassVar[str] = "dahl"
-    kernel_kind: ClassVar[int] = 8
-    source: ClassVar[str] = "Dahl 1976, doi:10.2514/3.61511"
-    states: ClassVar[tuple[State, ...]] = (State("bristle_deflection", "m"),)
-    stiff: ClassVar[bool] = True
-
-    def __post_init__(self) -> None:
-        check_quantities(self)
-
-    def parameters(self, joint: JointContact) -> tuple[float, ...]:
-        """mu, sigma_0 and n."""
-        return self.kinetic, self.bristle_stiffness, self.shape
-
-
-@kernel()
-def force(v, normal, z, dz, p):
-    """Tangential force [N]; writes z' [m/s] into dz[0]. z[0] is the bristle deflection [m]."""
-    rest = 1.0 - p[1] * z[0] / p[0] * math.copysign(1.0, v)
-    dz[0] = v * rest if p[2] == 1.0 else v * math.copysign(abs(rest) ** p[2], rest)
-    return normal * p[1] * z[0]
-
-
-@kernel()
-def steady(v, z, p):
-    """Deflection of steady sliding at slip speed v [m/s], none at rest."""
-    z[0] = math.copysign(p[0], v) / p[1] if v != 0.0 else 0.0
-
-
-@kernel()
-def start(v, z, p):
-    """Deflection at a contact's start at slip speed v [m/s]."""
-    z[0] = onset(v, PRESLIDING_SPEED) * p[0] / p[1]
-
-
-@kernel()
-def static_limit(v, normal, p):
-    """Largest |F_t| [N] that the law allows at slip speed v [m/s]."""
-    return p[0] * normal

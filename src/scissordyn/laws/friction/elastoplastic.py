@@ -3,12 +3,10 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
-from typing import Annotated, ClassVar
+from typing import Annotated
 
 import numpy as np
 
-from scissordyn.jit import kernel
 from scissordyn.laws.contact import JointContact
 from scissordyn.laws.friction.bristle import (
     BristleDamping,
@@ -22,12 +20,54 @@ from scissordyn.laws.friction.bristle import (
 from scissordyn.laws.friction.coefficients import Kinetic, Static, StribeckExponent, StribeckSpeed, Viscous, static_coefficient
 from scissordyn.laws.friction.lugre import static_limit
 from scissordyn.laws.friction.stribeck import sliding_coefficient
+from scissordyn.laws.slot import FRICTION
+from scissordyn.plugin.element import element, numbers
 from scissordyn.units import Quantity, State, check_quantities
 
 __all__ = ["ElastoPlastic", "force", "start", "static_limit", "steady"]
 
 
-@dataclass(frozen=True)
+def force(
+    slip_speed,
+    normal_force,
+    bristle_deflection,
+    kinetic,
+    static,
+    stribeck_speed,
+    stribeck_exponent,
+    bristle_stiffness,
+    bristle_damping,
+    viscous,
+    damping_speed,
+    breakaway,
+):
+    """Tangential force [N] and z' [m/s]."""
+    farthest = sliding_coefficient(slip_speed, kinetic, static, stribeck_speed, stribeck_exponent) / bristle_stiffness  # z_max
+    bend = abs(bristle_deflection)
+    slipping = 0.0  # alpha
+    if bristle_deflection * slip_speed > 0.0 and bend > breakaway:
+        slipping = 1.0
+        if bend < farthest:
+            slipping = 0.5 + 0.5 * math.sin(math.pi * (bend - 0.5 * (farthest + breakaway)) / (farthest - breakaway))
+    rate = slip_speed * (1.0 - slipping * bend / farthest)
+    force = normal_force * (
+        bristle_stiffness * bristle_deflection
+        + micro_damping(slip_speed, bristle_damping, damping_speed) * rate
+        + viscous * slip_speed
+    )
+    return force, rate
+
+
+@element(
+    slot=FRICTION,
+    name="elasto-plastic",
+    force=force,
+    start=start,
+    steady=steady,
+    limit=static_limit,
+    states=(State("bristle_deflection", "m"),),
+    source="Dupont, Hayward, Armstrong, Altpeter 2002, doi:10.1109/TAC.2002.1000274",
+)
 class ElastoPlastic:
     r"""LuGre friction whose bristles first deflect without slip, so that a joint at rest does not creep.
 
@@ -53,30 +93,16 @@ class ElastoPlastic:
         float, Quantity("1", above=0.0, below=1.0, help="fraction of mu_k/sigma_0 up to which bristles only deflect")
     ] = 0.7
 
-    name: ClassVar[str] = "elasto-plastic"
-    kernel_kind: ClassVar[int] = 9
-    source: ClassVar[str] = "Dupont, Hayward, Armstrong, Altpeter 2002, doi:10.1109/TAC.2002.1000274"
-    states: ClassVar[tuple[State, ...]] = (State("bristle_deflection", "m"),)
-    stiff: ClassVar[bool] = True
-
     def __post_init__(self) -> None:
         check_quantities(self)
         static_coefficient("ElastoPlastic", self.kinetic, self.static)
 
     def parameters(self, joint: JointContact) -> tuple[float, ...]:
-        """mu_k, mu_s, v_s, gamma, sigma_0, sigma_1, sigma_2, v_d and z_ba [m]."""
+        """mu_s and v_d are computed unless given; z_ba [m]."""
         static = static_coefficient("ElastoPlastic", self.kinetic, self.static)
-        return (
-            self.kinetic,
-            static,
-            self.stribeck_speed,
-            self.stribeck_exponent,
-            self.bristle_stiffness,
-            self.bristle_damping,
-            self.viscous,
-            self.damping_speed or fading_speed(self._largest(static), self.bristle_damping),
-            self.breakaway * self.kinetic / self.bristle_stiffness,
-        )
+        fading = self.damping_speed or fading_speed(self._largest(static), self.bristle_damping)
+        breakaway = self.breakaway * self.kinetic / self.bristle_stiffness
+        return numbers(self, static=static, damping_speed=fading, breakaway=breakaway)
 
     def _largest(self, static: float) -> float:
         """The largest sigma_1 |v| e^(-(v/v_d)^2) with which friction cannot exceed the static coefficient.
@@ -93,18 +119,3 @@ class ElastoPlastic:
             at, step = u[np.argmin(share)], u[1] - u[0]
             low, high = at - step, at + step
         return static * float(np.min(share))
-
-
-@kernel()
-def force(v, normal, z, dz, p):
-    """Tangential force [N]; writes z' [m/s] into dz[0]. z[0] is the bristle deflection [m]."""
-    farthest = sliding_coefficient(v, p) / p[4]  # z_max
-    bend = abs(z[0])
-    slipping = 0.0  # alpha
-    if z[0] * v > 0.0 and bend > p[8]:
-        slipping = 1.0
-        if bend < farthest:
-            slipping = 0.5 + 0.5 * math.sin(math.pi * (bend - 0.5 * (farthest + p[8])) / (farthest - p[8]))
-    rate = v * (1.0 - slipping * bend / farthest)
-    dz[0] = rate
-    return normal * (p[4] * z[0] + micro_damping(v, p[5], p[7]) * rate + p[6] * v)

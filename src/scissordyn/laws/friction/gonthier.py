@@ -3,19 +3,103 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
-from typing import Annotated, ClassVar
+from typing import Annotated
 
 from scissordyn.jit import kernel
 from scissordyn.laws.contact import JointContact
 from scissordyn.laws.friction.bristle import BristleStiffness, onset
 from scissordyn.laws.friction.coefficients import Kinetic, Static, Viscous, static_coefficient
+from scissordyn.laws.slot import FRICTION
+from scissordyn.plugin.element import element, numbers
 from scissordyn.units import Quantity, State, check_quantities
 
 __all__ = ["GonthierBristle", "force", "start", "static_limit", "steady"]
 
 
-@dataclass(frozen=True)
+@kernel()
+def direction(v, smoothing_speed):
+    """The sign of v, below the smoothing speed by a cubic with a level end."""
+    r = v / smoothing_speed
+    return math.copysign(1.0, v) if abs(r) >= 1.0 else r * (1.5 - 0.5 * r * r)
+
+
+def force(
+    slip_speed,
+    normal_force,
+    bristle_deflection,
+    dwell,
+    kinetic,
+    static,
+    stribeck_speed,
+    smoothing_speed,
+    dwell_time,
+    bristle_stiffness,
+    bristle_damping,
+    viscous,
+):
+    """Tangential force [N], z' [m/s] and w' [1/s]."""
+    x = slip_speed / stribeck_speed
+    stick = math.exp(-x * x)
+    slide = -math.expm1(-x * x)
+    rate = (
+        stick * slip_speed
+        + slide * (kinetic * direction(slip_speed, smoothing_speed) - bristle_stiffness * bristle_deflection) / bristle_damping
+    )
+    lag = stick - dwell
+    dwell_rate = lag / dwell_time if lag >= 0.0 else lag * bristle_stiffness / bristle_damping
+    largest = kinetic + (static - kinetic) * dwell
+    bristle = min(largest, max(-largest, bristle_stiffness * bristle_deflection + bristle_damping * rate))
+    return normal_force * (bristle + viscous * slip_speed), rate, dwell_rate
+
+
+@kernel(inline=True)
+def bend(v, kinetic, stribeck_speed, smoothing_speed, bristle_damping):
+    """Coefficient of bristles in steady sliding at slip speed v != 0 [m/s], not yet bounded by friction, with the sign of v."""
+    x = v / stribeck_speed
+    return kinetic * direction(v, smoothing_speed) - bristle_damping * math.exp(-x * x) * v / math.expm1(-x * x)
+
+
+def steady(slip_speed, kinetic, static, stribeck_speed, smoothing_speed, bristle_stiffness, bristle_damping):
+    """States of steady sliding at slip speed v [m/s], no bristle beyond its largest force, none bent at rest."""
+    x = slip_speed / stribeck_speed
+    dwell = math.exp(-x * x)
+    largest = kinetic + (static - kinetic) * dwell
+    bristle_deflection = (
+        min(largest, max(-largest, bend(slip_speed, kinetic, stribeck_speed, smoothing_speed, bristle_damping)))
+        / bristle_stiffness
+        if slip_speed != 0.0
+        else 0.0
+    )
+    return bristle_deflection, dwell
+
+
+def start(slip_speed, kinetic, stribeck_speed, smoothing_speed, bristle_stiffness, bristle_damping):
+    """States at a contact's start at slip speed v [m/s]; a contact that begins has not dwelt, so kinetic friction bounds it."""
+    bristle_deflection = (
+        onset(slip_speed, stribeck_speed)
+        * min(kinetic, abs(bend(slip_speed, kinetic, stribeck_speed, smoothing_speed, bristle_damping)))
+        / bristle_stiffness
+        if slip_speed != 0.0
+        else 0.0
+    )
+    return bristle_deflection, 0.0
+
+
+def static_limit(slip_speed, normal_force, static, viscous):
+    """Largest |F_t| [N] that the law allows at slip speed v [m/s]."""
+    return normal_force * (static + viscous * abs(slip_speed))
+
+
+@element(
+    slot=FRICTION,
+    name="gonthier-bristle",
+    force=force,
+    start=start,
+    steady=steady,
+    limit=static_limit,
+    states=(State("bristle_deflection", "m"), State("dwell", "1", scale=1.0)),
+    source="Gonthier, McPhee, Lange, Piedboeuf 2004, doi:10.1023/B:MUBO.0000029392.21648.bc",
+)
 class GonthierBristle:
     r"""Bristles that stick at rest and slide when moving, and a static friction that grows with the time at rest.
 
@@ -45,75 +129,10 @@ class GonthierBristle:
     bristle_damping: Annotated[float, Quantity("s/m", minimum=1e-6, maximum=1e6, help="sigma_1 per unit normal force")] = 10.0
     viscous: Viscous = 0.0
 
-    name: ClassVar[str] = "gonthier-bristle"
-    kernel_kind: ClassVar[int] = 10
-    source: ClassVar[str] = "Gonthier, McPhee, Lange, Piedboeuf 2004, doi:10.1023/B:MUBO.0000029392.21648.bc"
-    states: ClassVar[tuple[State, ...]] = (State("bristle_deflection", "m"), State("dwell", "1", scale=1.0))
-    stiff: ClassVar[bool] = True
-
     def __post_init__(self) -> None:
         check_quantities(self)
         static_coefficient("GonthierBristle", self.kinetic, self.static)
 
     def parameters(self, joint: JointContact) -> tuple[float, ...]:
-        """mu_k, mu_s, v_s, smoothing speed, tau_d, sigma_0, sigma_1 and sigma_2."""
-        return (
-            self.kinetic,
-            static_coefficient("GonthierBristle", self.kinetic, self.static),
-            self.stribeck_speed,
-            self.smoothing_speed,
-            self.dwell_time,
-            self.bristle_stiffness,
-            self.bristle_damping,
-            self.viscous,
-        )
-
-
-@kernel()
-def direction(v, smoothing_speed):
-    """The sign of v, below the smoothing speed by a cubic with a level end."""
-    r = v / smoothing_speed
-    return math.copysign(1.0, v) if abs(r) >= 1.0 else r * (1.5 - 0.5 * r * r)
-
-
-@kernel()
-def force(v, normal, z, dz, p):
-    """Tangential force [N]; writes z' [m/s] and w' [1/s] into dz. z[0] is the deflection [m], z[1] the dwell [1]."""
-    x = v / p[2]
-    stick = math.exp(-x * x)
-    slide = -math.expm1(-x * x)
-    dz[0] = stick * v + slide * (p[0] * direction(v, p[3]) - p[5] * z[0]) / p[6]
-    lag = stick - z[1]
-    dz[1] = lag / p[4] if lag >= 0.0 else lag * p[5] / p[6]
-    largest = p[0] + (p[1] - p[0]) * z[1]
-    bristle = min(largest, max(-largest, p[5] * z[0] + p[6] * dz[0]))
-    return normal * (bristle + p[7] * v)
-
-
-@kernel(inline=True)
-def bend(v, p):
-    """Coefficient of bristles in steady sliding at slip speed v != 0 [m/s], not yet bounded by friction, with the sign of v."""
-    x = v / p[2]
-    return p[0] * direction(v, p[3]) - p[6] * math.exp(-x * x) * v / math.expm1(-x * x)
-
-
-@kernel()
-def steady(v, z, p):
-    """States of steady sliding at slip speed v [m/s], no bristle beyond its largest force, none bent at rest."""
-    x = v / p[2]
-    z[1] = math.exp(-x * x)
-    largest = p[0] + (p[1] - p[0]) * z[1]
-    z[0] = min(largest, max(-largest, bend(v, p))) / p[5] if v != 0.0 else 0.0
-
-
-@kernel()
-def start(v, z, p):
-    """States at a contact's start at slip speed v [m/s]; a contact that begins has not dwelt, so kinetic friction bounds it."""
-    z[1] = 0.0
-    z[0] = onset(v, p[2]) * min(p[0], abs(bend(v, p))) / p[5] if v != 0.0 else 0.0
-
-
-@kernel()
-def static_limit(v, normal, p):
-    """Largest |F_t| [N] that the law allows at slip speed v [m/s]."""
-    return normal * (p[1] + p[7] * abs(v))
+        """mu_s is computed unless given."""
+        return numbers(self, static=static_coefficient("GonthierBristle", self.kinetic, self.static))

@@ -2,10 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import ClassVar
-
-from scissordyn.jit import kernel
 from scissordyn.laws.contact import JointContact
 from scissordyn.laws.friction.bristle import (
     BristleDamping,
@@ -18,12 +14,56 @@ from scissordyn.laws.friction.bristle import (
 )
 from scissordyn.laws.friction.coefficients import Kinetic, Static, StribeckExponent, StribeckSpeed, Viscous, static_coefficient
 from scissordyn.laws.friction.stribeck import sliding_coefficient
+from scissordyn.laws.slot import FRICTION
+from scissordyn.plugin.element import element, numbers
 from scissordyn.units import State, check_quantities
 
 __all__ = ["LuGre", "force", "start", "static_limit", "steady"]
 
 
-@dataclass(frozen=True)
+def force(
+    slip_speed,
+    normal_force,
+    bristle_deflection,
+    kinetic,
+    static,
+    stribeck_speed,
+    stribeck_exponent,
+    bristle_stiffness,
+    bristle_damping,
+    viscous,
+    damping_speed,
+):
+    """Tangential force [N] and z' [m/s]."""
+    rate = slip_speed - bristle_stiffness * abs(slip_speed) * bristle_deflection / sliding_coefficient(
+        slip_speed, kinetic, static, stribeck_speed, stribeck_exponent
+    )
+    force = normal_force * (
+        bristle_stiffness * bristle_deflection
+        + micro_damping(slip_speed, bristle_damping, damping_speed) * rate
+        + viscous * slip_speed
+    )
+    return force, rate
+
+
+def static_limit(slip_speed, normal_force, static, viscous):
+    """Largest |F_t| [N] that static friction and the viscous part allow at slip speed v [m/s]."""
+    return normal_force * (static + viscous * abs(slip_speed))
+
+
+@element(
+    slot=FRICTION,
+    name="lugre",
+    force=force,
+    start=start,
+    steady=steady,
+    limit=static_limit,
+    states=(State("bristle_deflection", "m"),),
+    source=(
+        "Canudas de Wit et al. 1995, doi:10.1109/9.376053; fading sigma_1: Canudas de Wit, Lischinsky 1997, "
+        "Int. J. Adaptive Control and Signal Processing 11, 65-80"
+    ),
+)
 class LuGre:
     r"""Bristle friction with pre-sliding, Stribeck effect and stick-slip.
 
@@ -45,42 +85,13 @@ class LuGre:
     viscous: Viscous = 0.0
     damping_speed: DampingSpeed = None
 
-    name: ClassVar[str] = "lugre"
-    kernel_kind: ClassVar[int] = 1
-    source: ClassVar[str] = (
-        "Canudas de Wit et al. 1995, doi:10.1109/9.376053; fading sigma_1: Canudas de Wit, Lischinsky 1997, "
-        "Int. J. Adaptive Control and Signal Processing 11, 65-80"
-    )
-    states: ClassVar[tuple[State, ...]] = (State("bristle_deflection", "m"),)
-    stiff: ClassVar[bool] = True
-
     def __post_init__(self) -> None:
         check_quantities(self)
         static_coefficient("LuGre", self.kinetic, self.static)
 
     def parameters(self, joint: JointContact) -> tuple[float, ...]:
-        """mu_k, mu_s, v_s, gamma, sigma_0, sigma_1, sigma_2 and v_d."""
-        return (
-            self.kinetic,
-            static_coefficient("LuGre", self.kinetic, self.static),
-            self.stribeck_speed,
-            self.stribeck_exponent,
-            self.bristle_stiffness,
-            self.bristle_damping,
-            self.viscous,
-            self.damping_speed or fading_speed(self.kinetic, self.bristle_damping),
+        """mu_s and v_d are computed unless given."""
+        static = static_coefficient("LuGre", self.kinetic, self.static)
+        return numbers(
+            self, static=static, damping_speed=self.damping_speed or fading_speed(self.kinetic, self.bristle_damping)
         )
-
-
-@kernel()
-def force(v, normal, z, dz, p):
-    """Tangential force [N]; writes z' [m/s] into dz[0]. z[0] is the bristle deflection [m]."""
-    rate = v - p[4] * abs(v) * z[0] / sliding_coefficient(v, p)
-    dz[0] = rate
-    return normal * (p[4] * z[0] + micro_damping(v, p[5], p[7]) * rate + p[6] * v)
-
-
-@kernel()
-def static_limit(v, normal, p):
-    """Largest |F_t| [N] that static friction and the viscous part allow at slip speed v [m/s]."""
-    return normal * (p[1] + p[6] * abs(v))

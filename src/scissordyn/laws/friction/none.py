@@ -2,25 +2,23 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import ClassVar
-
-from scissordyn.laws.contact import JointContact
-from scissordyn.units import State
+from scissordyn.laws.slot import FRICTION
+from scissordyn.plugin.element import element
 
 __all__ = ["NoFriction"]
 
 
-@dataclass(frozen=True)
+def static_limit():
+    """Largest |F_t| [N]."""
+    return 0.0
+
+
+@element(
+    slot=FRICTION,
+    name="none",
+    limit=static_limit,
+    stiff=False,
+    source="definition",
+)
 class NoFriction:
     """Two surfaces that slide freely: F_t = 0."""
-
-    name: ClassVar[str] = "none"
-    kernel_kind: ClassVar[int] = 0
-    source: ClassVar[str] = "definition"
-    states: ClassVar[tuple[State, ...]] = ()
-    stiff: ClassVar[bool] = False
-
-    def parameters(self, joint: JointContact) -> tuple[float, ...]:
-        """Nothing."""
-        return ()

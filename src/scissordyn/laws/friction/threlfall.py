@@ -3,18 +3,33 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
-from typing import Annotated, ClassVar
+from typing import Annotated
 
-from scissordyn.jit import kernel
-from scissordyn.laws.contact import JointContact
 from scissordyn.laws.friction.coefficients import Coefficient
-from scissordyn.units import Quantity, State, check_quantities
+from scissordyn.laws.slot import FRICTION
+from scissordyn.plugin.element import element
+from scissordyn.units import Quantity
 
 __all__ = ["Threlfall", "force", "static_limit"]
 
 
-@dataclass(frozen=True)
+def force(slip_speed, normal_force, kinetic, ramp_speed):
+    """Tangential force [N] at slip speed v [m/s]."""
+    return math.copysign(kinetic * normal_force * -math.expm1(-3.0 * abs(slip_speed) / ramp_speed), slip_speed)
+
+
+def static_limit(slip_speed, normal_force, kinetic):
+    """Largest |F_t| [N] that the law allows at slip speed v [m/s]."""
+    return kinetic * normal_force
+
+
+@element(
+    slot=FRICTION,
+    name="threlfall",
+    force=force,
+    limit=static_limit,
+    source="Threlfall 1978",
+)
 class Threlfall:
     r"""Coulomb friction approached exponentially.
 
@@ -29,28 +44,3 @@ class Threlfall:
     ramp_speed: Annotated[
         float, Quantity("m/s", minimum=1e-7, maximum=10.0, help="v_0, at which friction is 95 % of Coulomb's")
     ] = 1e-3
-
-    name: ClassVar[str] = "threlfall"
-    kernel_kind: ClassVar[int] = 4
-    source: ClassVar[str] = "Threlfall 1978"
-    states: ClassVar[tuple[State, ...]] = ()
-    stiff: ClassVar[bool] = True
-
-    def __post_init__(self) -> None:
-        check_quantities(self)
-
-    def parameters(self, joint: JointContact) -> tuple[float, ...]:
-        """Coefficient mu and v_0."""
-        return self.kinetic, self.ramp_speed
-
-
-@kernel()
-def force(v, normal, p):
-    """Tangential force [N] at slip speed v [m/s]."""
-    return math.copysign(p[0] * normal * -math.expm1(-3.0 * abs(v) / p[1]), v)
-
-
-@kernel()
-def static_limit(v, normal, p):
-    """Largest |F_t| [N] that the law allows at slip speed v [m/s]."""
-    return p[0] * normal

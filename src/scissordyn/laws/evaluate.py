@@ -1,0 +1,60 @@
+"""Laws evaluated by the addresses of their kernels, with the numbers that these read."""
+
+from __future__ import annotations
+
+import math
+
+from scissordyn.jit import kernel
+from scissordyn.laws.elastic.quadrature import quadrature_energy
+from scissordyn.plugin.address import call_at
+
+__all__ = ["elastic_energy", "elastic_force", "friction_force", "friction_limit", "friction_states", "normal_force"]
+
+
+@kernel()
+def elastic_force(address, delta, p):
+    """Elastic part [N] at indentation delta > 0 [m]."""
+    return call_at(address, (delta,), (), (), (), p, ())  # type: ignore[call-arg]
+
+
+@kernel()
+def elastic_energy(address, force_address, delta, p):
+    """Work [J] to press the elastic part in by delta [m]; by quadrature of its force where it has no kernel for it."""
+    if delta <= 0.0:
+        return 0.0
+    if address == 0:
+        return quadrature_energy(force_address, delta, p)
+    return call_at(address, (delta,), (), (), (), p, ())  # type: ignore[call-arg]
+
+
+@kernel()
+def normal_force(address, elastic, delta, rate, approach, p):
+    """Normal force [N] from an elastic part; never negative."""
+    force = call_at(address, (elastic, delta, rate, approach), (), (), (), p, ())  # type: ignore[call-arg]
+    # max() would drop a NaN
+    return 0.0 if force < 0.0 else force
+
+
+@kernel()
+def friction_force(address, v, normal, z, dz, p):
+    """Tangential force [N]; writes the rates of the internal states into dz."""
+    if address == 0:
+        return 0.0
+    return call_at(address, (v, normal), (), z, (), p, dz)  # type: ignore[call-arg]
+
+
+@kernel()
+def friction_states(address, v, z, p):
+    """Internal states at the start of a contact that begins at slip speed v [m/s], or those of steady sliding."""
+    if address == 0:
+        z[:] = 0.0
+    else:
+        call_at(address, (v,), (), (), (), p, z)  # type: ignore[call-arg]
+
+
+@kernel()
+def friction_limit(address, v, normal, p):
+    """Largest |F_t| [N] that friction itself allows: static friction and the viscous part; infinite where that is not known."""
+    if address == 0:
+        return math.inf
+    return call_at(address, (v, normal), (), (), (), p, ())  # type: ignore[call-arg]

@@ -1,4 +1,4 @@
-"""Changes of a source file that a test has to notice: a sign, a term, a bound, a comparison."""
+"""Changes of a source file that a test has to notice: a number, a sign, a term, a bound, a comparison."""
 
 from __future__ import annotations
 
@@ -7,7 +7,15 @@ import random
 from dataclasses import dataclass
 from pathlib import Path
 
-__all__ = ["KINDS", "Change", "changed", "changes_of", "drawn"]
+__all__ = ["KINDS", "Change", "Mutator", "changed", "changes_of", "drawn"]
+
+FACTOR = 1.01
+INPUTS = {
+    *("length", "rate", "angle", "speed", "travel", "x", "y", "cosine", "sine", "x_rate", "y_rate", "cosine_rate", "sine_rate"),
+    *("mode", "approach_speed", "factor", "depth", "twist", "table", "first", "count", "straight", "negative", "positive"),
+    *("t", "q", "z", "dz", "p", "follows"),
+}
+"""Arguments of kernels that are no parameters: coordinates, rates, states, rows, counts and switches."""
 
 EDGES = {ast.Lt: ast.LtE, ast.LtE: ast.Lt, ast.Gt: ast.GtE, ast.GtE: ast.Gt}
 OPPOSITES = {ast.Lt: ast.GtE, ast.LtE: ast.Gt, ast.Gt: ast.LtE, ast.GtE: ast.Lt, ast.Eq: ast.NotEq, ast.NotEq: ast.Eq}
@@ -168,3 +176,109 @@ def drawn(root: Path, rooms: dict[str, int], seed: int) -> list[Change]:
             kind = random_.choice(sorted(kind for kind, pool in pools.items() if pool))
             chosen.append(pools[kind].pop(random_.randrange(len(pools[kind]))))
     return chosen
+
+
+class Mutator(ast.NodeTransformer):
+    """Counts the numbers of a file and changes the one with a given index."""
+
+    def __init__(self, target: int | None = None, named: bool = False):
+        self.target, self.named, self.found, self.owner, self.function = target, named, [], "", ""
+        self.parameters: set[str] = set()
+
+    def number(self, node):
+        """The node, scaled if it is the one."""
+        self.found.append((node.lineno, self.owner, self.function, ast.unparse(node)))
+        if len(self.found) - 1 != self.target:
+            return node
+        return ast.BinOp(ast.Constant(FACTOR), ast.Mult(), node)
+
+    def visit_ClassDef(self, node):
+        """Remember whose methods these are."""
+        self.owner = node.name
+        node.body = [self.visit(part) for part in node.body]
+        self.owner = ""
+        return node
+
+    def visit_FunctionDef(self, node):
+        """Only the body counts, and not that of __post_init__, which checks."""
+        if node.name == "__post_init__":
+            return node
+        outer, self.function = self.function, node.name
+        if self.named and not self.owner:
+            self.parameters = {argument.arg for argument in node.args.args} - INPUTS
+        node.body = [self.visit(part) for part in node.body]
+        self.function, self.parameters = outer, set()
+        return node
+
+    def visit_Name(self, node):
+        """A parameter of a component, which its kernel reads by name."""
+        return self.number(node) if node.id in self.parameters and isinstance(node.ctx, ast.Load) else node
+
+    def visit_AnnAssign(self, node):
+        """Fields of a class are declarations."""
+        return node if self.owner else self.generic_visit(node)
+
+    def visit_Raise(self, node):
+        """Nor are messages physics."""
+        return node
+
+    def visit_Call(self, node):
+        """Units and bounds are declarations, and a count of table entries is no measure."""
+        if not isinstance(node.func, ast.Name) or not (self.named or node.func.id == "Quantity"):
+            return self.generic_visit(node)
+        if node.func.id not in ("Quantity", "component", "int"):
+            plain = node.func.id in ("min", "max", "abs")
+            node.args = [self.visit(part) if plain or not self.passed_on(part) else part for part in node.args]
+        return node
+
+    def visit_Attribute(self, node):
+        """A number of a contact's record, which the mechanics read by its name."""
+        record = ast.unparse(node.value) in ("p", "S.parameters.contact[j]")
+        return self.number(node) if record and isinstance(node.ctx, ast.Load) else self.generic_visit(node)
+
+    def passed_on(self, node) -> bool:
+        """Whether an argument is a parameter that another function of the file reads."""
+        return isinstance(node, ast.Name) and node.id in self.parameters and self.function in ("force", "gap", "switch")
+
+    def visit_Compare(self, node):
+        """A parameter that is compared with zero has the same sign when it is scaled."""
+        sides = [node.left, *node.comparators]
+        if any(isinstance(side, ast.Constant) and side.value == 0 for side in sides):
+            sides = [side if is_parameter(side) else self.visit(side) for side in sides]
+            node.left, node.comparators = sides[0], sides[1:]
+            return node
+        return self.generic_visit(node)
+
+    def visit_Return(self, node):
+        """Each number of a row."""
+        rows = self.function in ("parameters", "row") or self.function.endswith("_numbers")
+        if rows and isinstance(node.value, ast.Tuple):
+            # a literal is one number, not two
+            node.value.elts = [
+                self.visit(part) if isinstance(part, ast.Starred | ast.Constant) else self.number(self.visit(part))
+                for part in node.value.elts
+            ]
+            return node
+        return self.generic_visit(node)
+
+    def visit_BinOp(self, node):
+        """An exponent."""
+        node = self.generic_visit(node)
+        if isinstance(node.op, ast.Pow) and isinstance(node.right, ast.Constant) and isinstance(node.right.value, int):
+            node.right = self.number(node.right)
+        return node
+
+    def visit_Constant(self, node):
+        """Any float but zero."""
+        return self.number(node) if isinstance(node.value, float) and node.value != 0.0 else node
+
+    def visit_Subscript(self, node):
+        """A parameter that a kernel reads."""
+        of_table = self.named and isinstance(node.value, ast.Name) and node.value.id == "table"
+        read = (is_parameter(node) or of_table) and isinstance(node.ctx, ast.Load)
+        return self.number(node) if read else self.generic_visit(node)
+
+
+def is_parameter(node) -> bool:
+    """Whether an expression is a number of a kernel's row, p[3]."""
+    return isinstance(node, ast.Subscript) and isinstance(node.value, ast.Name) and node.value.id == "p"

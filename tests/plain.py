@@ -7,6 +7,7 @@ The arithmetic is the same, in the same order.
 
 from __future__ import annotations
 
+import math
 import os
 import weakref
 from collections.abc import Callable
@@ -66,6 +67,12 @@ def opener(described: type) -> Callable[[int], Any]:
     return lambda address: HANDLES[int(address)].open()
 
 
+def floor(x: float) -> float:
+    """As in kernels, which have no integers without an end."""
+    return float(np.floor(x)) if not math.isfinite(x) else _floor(x)
+
+
+_floor, math.floor = math.floor, floor  # type: ignore[assignment]
 np.seterr(all="ignore")  # numbers divide as in kernels
 jit.kernel, jit.callback, jit.Handle, jit.opener = kernel, callback, Handle, opener  # type: ignore[misc, assignment]
 

@@ -66,10 +66,9 @@ def test_the_largest_of_several_maxima():
 
 
 @pytest.mark.parametrize("name", METHODS[:2])
-@pytest.mark.parametrize("bend", [0.02, 0.4])
-def test_a_maximum_is_found_in_few_looks(name, bend):
-    """Order of convergence: by parabolas a cubic's maximum takes 14 to 16 looks inside the step; golden sections alone take 34."""
-    found = run(name, 1.0, rows=polynomials((0.0, 1.0, -1.0, bend)), first=1.0)
+def test_a_maximum_is_found_in_few_looks(name):
+    """Order of convergence: by parabolas it takes 14 looks inside the step, golden sections alone 34."""
+    found = run(name, 1.0, rows=polynomials((0.0, 1.0, -1.0, 0.02)), first=1.0)
     assert 4 < int(found.handle.content.looks[0]) <= 16
 
 

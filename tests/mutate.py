@@ -1,10 +1,13 @@
-"""Multiply one number of a kernel by 1.01 and see whether a physics test notices: for every law, controller and component.
+"""Change one number, sign, term, bound or comparison of the package, and see whether a test notices.
 
-Run by hand: ``python tests/mutate.py [FILE ...] [--write]``. The numbers are every float but zero, every exponent, every
+Run by hand: ``python tests/mutate.py [FILE ...] [--write]``, and ``python tests/mutate.py --drawn [--write]``.
+
+The first multiplies numbers by 1.01, for every law, controller and component: every float but zero, every exponent, every
 parameter that a kernel reads (p[k], or by its name in a component) and every number that a law hands to its kernel, in the
-files of `TARGETS`. Each is changed alone, in a copy of the package. Every change has to be noticed or to stand in
-`EQUIVALENT` with a reason; otherwise the script ends with status 1. ``--write`` keeps the table in docs/decisions/measured.
-A run that was stopped goes on where it was when it is started again on the same sources.
+files of `TARGETS`. The second draws changes of other kinds (`mutators.KINDS`) at random from the rooms of `ROOMS`. Each is made
+alone, in a copy of the package, whose kernels run as plain Python. Every change of a number has to be noticed or to stand in
+`EQUIVALENT` with a reason, and all but `MOST_ALIVE` of those drawn; otherwise the script ends with status 1. ``--write`` keeps
+its part of the page in docs/decisions/measured. A run that was stopped goes on where it was, as far as sources are the same.
 """
 
 from __future__ import annotations
@@ -21,6 +24,7 @@ import tempfile
 import traceback
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import cache
 from pathlib import Path
 
 # kernels run as plain Python unless a target says that its tests need the compiler; numba reads this when it is imported
@@ -31,20 +35,15 @@ import pytest
 for _library in ("numba", "scipy.integrate", "scipy.linalg", "scipy.optimize", "scipy.spatial", "xarray"):
     importlib.import_module(_library)
 
+from mutators import KINDS, Change, Mutator, changed, drawn
+from noticing import ALIVE, MOST_ALIVE, ROOMS, SEED, tests_of
+
 HERE = Path(__file__).parent
 PACKAGE = HERE.parent / "src" / "scissordyn"
 PAGE = HERE.parent / "docs" / "decisions" / "measured" / "mutations.md"
 LOG = HERE.parent / "out" / "mutations.log"
-FACTOR = 1.01
-INPUTS = {
-    *("length", "rate", "angle", "speed", "travel", "x", "y", "cosine", "sine", "x_rate", "y_rate", "cosine_rate", "sine_rate"),
-    *("mode", "approach_speed", "factor", "depth", "twist", "table", "first", "count", "straight", "negative", "positive"),
-    *("t", "q", "z", "dz", "p", "follows"),
-}
-"""Arguments of kernels that are no parameters: coordinates, rates, states, rows, counts and switches."""
-
-PATIENCE = 900
-"""A test that takes longer [s] has noticed, too: a mutation can keep a loop from ending."""
+PATIENCE = 400
+"""A test file that takes longer [s] has noticed, too: a mutation can keep a loop from ending."""
 
 
 @dataclass(frozen=True)
@@ -148,7 +147,7 @@ class Job:
 
     Parameters
     ----------
-    mutation : Mutation or None
+    mutation : Mutation, Change or None
     tests : tuple of str
         Test files below tests/.
     compiled : bool
@@ -157,121 +156,15 @@ class Job:
         Which of them, as pytest's option -k; all if empty.
     """
 
-    mutation: Mutation | None
+    mutation: Mutation | Change | None
     tests: tuple[str, ...]
     compiled: bool
     chosen: str
 
     @property
     def digest(self) -> str:
-        """Names what is done."""
-        return hashlib.sha256(repr(self).encode()).hexdigest()
-
-
-class Mutator(ast.NodeTransformer):
-    """Counts the numbers of a file and changes the one with a given index."""
-
-    def __init__(self, target: int | None = None, named: bool = False):
-        self.target, self.named, self.found, self.owner, self.function = target, named, [], "", ""
-        self.parameters: set[str] = set()
-
-    def number(self, node):
-        """The node, scaled if it is the one."""
-        self.found.append((node.lineno, self.owner, self.function, ast.unparse(node)))
-        if len(self.found) - 1 != self.target:
-            return node
-        return ast.BinOp(ast.Constant(FACTOR), ast.Mult(), node)
-
-    def visit_ClassDef(self, node):
-        """Remember whose methods these are."""
-        self.owner = node.name
-        node.body = [self.visit(part) for part in node.body]
-        self.owner = ""
-        return node
-
-    def visit_FunctionDef(self, node):
-        """Only the body counts, and not that of __post_init__, which checks."""
-        if node.name == "__post_init__":
-            return node
-        outer, self.function = self.function, node.name
-        if self.named and not self.owner:
-            self.parameters = {argument.arg for argument in node.args.args} - INPUTS
-        node.body = [self.visit(part) for part in node.body]
-        self.function, self.parameters = outer, set()
-        return node
-
-    def visit_Name(self, node):
-        """A parameter of a component, which its kernel reads by name."""
-        return self.number(node) if node.id in self.parameters and isinstance(node.ctx, ast.Load) else node
-
-    def visit_AnnAssign(self, node):
-        """Fields of a class are declarations."""
-        return node if self.owner else self.generic_visit(node)
-
-    def visit_Raise(self, node):
-        """Nor are messages physics."""
-        return node
-
-    def visit_Call(self, node):
-        """Units and bounds are declarations, and a count of table entries is no measure."""
-        if not isinstance(node.func, ast.Name) or not (self.named or node.func.id == "Quantity"):
-            return self.generic_visit(node)
-        if node.func.id not in ("Quantity", "component", "int"):
-            plain = node.func.id in ("min", "max", "abs")
-            node.args = [self.visit(part) if plain or not self.passed_on(part) else part for part in node.args]
-        return node
-
-    def visit_Attribute(self, node):
-        """A number of a contact's record, which the mechanics read by its name."""
-        record = ast.unparse(node.value) in ("p", "S.parameters.contact[j]")
-        return self.number(node) if record and isinstance(node.ctx, ast.Load) else self.generic_visit(node)
-
-    def passed_on(self, node) -> bool:
-        """Whether an argument is a parameter that another function of the file reads."""
-        return isinstance(node, ast.Name) and node.id in self.parameters and self.function in ("force", "gap", "switch")
-
-    def visit_Compare(self, node):
-        """A parameter that is compared with zero has the same sign when it is scaled."""
-        sides = [node.left, *node.comparators]
-        if any(isinstance(side, ast.Constant) and side.value == 0 for side in sides):
-            sides = [side if is_parameter(side) else self.visit(side) for side in sides]
-            node.left, node.comparators = sides[0], sides[1:]
-            return node
-        return self.generic_visit(node)
-
-    def visit_Return(self, node):
-        """Each number of a row."""
-        rows = self.function in ("parameters", "row") or self.function.endswith("_numbers")
-        if rows and isinstance(node.value, ast.Tuple):
-            # a literal is one number, not two
-            node.value.elts = [
-                self.visit(part) if isinstance(part, ast.Starred | ast.Constant) else self.number(self.visit(part))
-                for part in node.value.elts
-            ]
-            return node
-        return self.generic_visit(node)
-
-    def visit_BinOp(self, node):
-        """An exponent."""
-        node = self.generic_visit(node)
-        if isinstance(node.op, ast.Pow) and isinstance(node.right, ast.Constant) and isinstance(node.right.value, int):
-            node.right = self.number(node.right)
-        return node
-
-    def visit_Constant(self, node):
-        """Any float but zero."""
-        return self.number(node) if isinstance(node.value, float) and node.value != 0.0 else node
-
-    def visit_Subscript(self, node):
-        """A parameter that a kernel reads."""
-        of_table = self.named and isinstance(node.value, ast.Name) and node.value.id == "table"
-        read = (is_parameter(node) or of_table) and isinstance(node.ctx, ast.Load)
-        return self.number(node) if read else self.generic_visit(node)
-
-
-def is_parameter(node) -> bool:
-    """Whether an expression is a number of a kernel's row, p[3]."""
-    return isinstance(node, ast.Subscript) and isinstance(node.value, ast.Name) and node.value.id == "p"
+        """Names what is done, on which sources."""
+        return hashlib.sha256(f"{self!r}{sources(self.tests)}".encode()).hexdigest()
 
 
 def by_name(file: str) -> bool:
@@ -287,8 +180,10 @@ def mutations_of(file: str) -> list[Mutation]:
     return [Mutation(file, index, *found, texts[:index].count(found[1:])) for index, found in enumerate(everything.found)]
 
 
-def mutated(mutation: Mutation) -> str:
-    """The file with one number changed."""
+def mutated(mutation: Mutation | Change) -> str:
+    """The file with one change."""
+    if isinstance(mutation, Change):
+        return changed(PACKAGE, mutation)
     tree = Mutator(mutation.index, by_name(mutation.file)).visit(ast.parse((PACKAGE / mutation.file).read_text()))
     return ast.unparse(ast.fix_missing_locations(tree))
 
@@ -348,11 +243,12 @@ def start(copy: Path, job: Job) -> int:
         os.environ |= {"PYTHONPATH": str(copy), "SCISSORDYN_CACHE": str(copy / "cache"), "PYTHONDONTWRITEBYTECODE": "1"}
         options = ["-x", "-q", "-p", "no:cacheprovider", *(str(HERE / test) for test in job.tests)]
         options += ["-k", job.chosen] if job.chosen else []
+        options += [] if job.compiled else ["-p", "tests.plain"]
         if job.compiled:
             os.environ["NUMBA_DISABLE_JIT"] = "0"
             os.execv(sys.executable, [sys.executable, "-m", "pytest", *options])
         sys.dont_write_bytecode = True
-        sys.path.insert(0, str(copy))
+        sys.path[:0] = [str(copy), str(HERE.parent)]
         status = int(pytest.main(options))
         sys.stdout.flush()
     except BaseException:
@@ -414,10 +310,12 @@ def jobs_of(targets: tuple[Target, ...]) -> list[Job]:
     return [*sound, *tried]
 
 
-def sources() -> str:
-    """A digest of the package and of all tests: what is kept of a run holds for them only."""
-    files = [*PACKAGE.rglob("*.py"), *HERE.rglob("*.py")]
-    text = "".join(f"{file.relative_to(HERE.parent)}\n{file.read_text()}" for file in sorted(files) if file != Path(__file__))
+@cache
+def sources(tests: tuple[str, ...]) -> str:
+    """A digest of the package, of some test files and of what all tests share: what is kept of a run holds for them only."""
+    files = [*PACKAGE.rglob("*.py"), *(HERE / test for test in tests), HERE / "conftest.py", *(HERE / "reference").glob("*.py")]
+    files += [helper for test in tests for helper in (HERE / test).parent.glob("[!t]*.py")]
+    text = "".join(f"{file.relative_to(HERE.parent)}\n{file.read_text()}" for file in sorted(files))
     return hashlib.sha256(text.encode()).hexdigest()
 
 
@@ -445,22 +343,59 @@ def page(found: list[tuple[Mutation, str]]) -> str:
 
 
 def kept(file: Path) -> dict[str, bool]:
-    """What an earlier run on the same sources found; a file of other sources begins anew."""
-    now = sources()
+    """What earlier runs found."""
+    file.parent.mkdir(parents=True, exist_ok=True)
     lines = file.read_text().split("\n") if file.exists() else []
-    if lines[:1] != [now]:
-        file.parent.mkdir(parents=True, exist_ok=True)
-        file.write_text(f"{now}\n")
-        return {}
     # the last line may be half-written
-    return {line[:64]: line[65:] == "fails" for line in lines[1:] if line[65:] in ("fails", "passes")}
+    return {line[:64]: line[65:] == "fails" for line in lines if line[65:] in ("fails", "passes")}
+
+
+def try_drawn(files: list[str], workers: int, done: dict[str, bool], keep: Callable[[Job, bool], None]) -> list[tuple[Change, str]]:
+    """Each change drawn, and the test file that notices it, empty where none does; one file after another is asked."""
+    changes = [each for each in drawn(PACKAGE, ROOMS, SEED) if not files or each.file.startswith(tuple(files))]
+    tests = {change: tests_of(change.file) for change in changes}
+    asked = dict.fromkeys(test for each in tests.values() for test in each)
+    noticed: dict[Change, str] = {}
+    judge([Job(None, (file,), False, "") for file in asked], workers, done, keep)
+    for turn in range(max(map(len, tests.values()))):
+        jobs = [Job(each, (tests[each][turn],), False, "") for each in changes if each not in noticed and turn < len(tests[each])]
+        judge(jobs, workers, done, keep)
+        noticed |= {job.mutation: job.tests[0] for job in jobs if done[job.digest] and isinstance(job.mutation, Change)}
+    return [(change, noticed.get(change, "")) for change in changes]
+
+
+def drawn_page(found: list[tuple[Change, str]]) -> str:
+    """What was drawn, and what noticed it."""
+    lines = ["| | file | function | kind | expression | noticed by |", "| ---: | --- | --- | --- | --- | --- |"]
+    for number, (change, test) in enumerate(found, start=1):
+        text = change.text if len(change.text) <= 70 else f"{change.text[:67]}..."
+        said = f"tests/{test}" if test else f"none: {ALIVE.get((change.file, change.function, change.kind, change.text), '')}"
+        where = f"{change.file}:{change.line} | {change.function or 'module'}"
+        lines.append(f"| {number} | {where} | {change.kind} | `{text.replace('|', '/')}` | {said} |")
+    rooms = ", ".join(f"{room} {count}" for room, count in ROOMS.items())
+    kinds = "".join(f"* {kind}: {what}\n" for kind, what in KINDS.items())
+    alive = sum(not test for _, test in found)
+    head = f"Drawn with seed {SEED}: {rooms}. Each kind of change in a room is as likely as any other.\n\n{kinds}\n"
+    return f"{head}{chr(10).join(lines)}\n\n{len(found)} changes, {len(found) - alive} noticed, {alive} not."
+
+
+def write(part: str, text: str) -> None:
+    """Keep a part of the page, and the other as it is."""
+    heads = {"numbers": "## Numbers times 1.01", "drawn": "## Changes drawn at random"}
+    old = PAGE.read_text(encoding="utf-8") if PAGE.exists() else ""
+    parts = {name: old.split(head)[1].split("\n## ")[0].strip() if head in old else "" for name, head in heads.items()}
+    package = sources(())
+    parts[part] = f"{text}\n\nOf the package whose sources have the digest {package[:12]} (`sources(())` of the script)."
+    body = "\n\n".join(f"{heads[name]}\n\n{text}" for name, text in parts.items() if text)
+    PAGE.write_text(f"# mutations\n\nWritten by `python tests/mutate.py --write`, a part at a time.\n\n{body}\n", encoding="utf-8")
 
 
 def main() -> int:
     """Print the table."""
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("files", nargs="*", help="files below the package to try, e.g. laws/friction/lugre.py; all of TARGETS")
+    parser.add_argument("files", nargs="*", help="files below the package, e.g. laws/friction/lugre.py, with --drawn rooms, too")
     parser.add_argument("--tests", nargs="+", help="test files below tests/ for the files, if they are in no target")
+    parser.add_argument("--drawn", action="store_true", help="changes drawn at random in the place of numbers")
     parser.add_argument("--workers", type=int, default=2, help="tests that run at once")
     parser.add_argument("--write", action="store_true", help="keep the table in docs/decisions/measured")
     parser.add_argument("--log", type=Path, default=LOG, help="file of what is done; a run on the same sources goes on from it")
@@ -475,7 +410,7 @@ def main() -> int:
             for file in given.files
             if any((PACKAGE / file) in PACKAGE.glob(pattern) for pattern in target.files)
         )
-    jobs, done = jobs_of(targets), kept(given.log)
+    done = kept(given.log)
 
     def keep(job: Job, failing: bool) -> None:
         if job.mutation is None and failing:
@@ -485,14 +420,22 @@ def main() -> int:
             log.write(f"{job.digest} {'fails' if failing else 'passes'}\n")
         if job.mutation:
             where = f"{job.mutation.file}:{job.mutation.line} {job.mutation.function} {job.mutation.text}"
-            print(f"{where}: {verdict(job.mutation, failing)}", flush=True)
+            print(f"{where}: {'noticed' if failing else 'passes'} by {' '.join(job.tests)}", flush=True)
 
+    if given.drawn:
+        seen = try_drawn(given.files, given.workers, done, keep)
+        text = drawn_page(seen)
+        print(text)
+        if given.write:
+            write("drawn", text)
+        return 1 if sum(not test for _, test in seen) > MOST_ALIVE else 0
+    jobs = jobs_of(targets)
     judge(jobs, given.workers, done, keep)
     found = [(job.mutation, verdict(job.mutation, done[job.digest])) for job in jobs if job.mutation]
     text = page(found)
     print(text)
     if given.write:
-        PAGE.write_text(f"# mutations\n\nWritten by `python tests/mutate.py --write`.\n\n{text}\n", encoding="utf-8")
+        write("numbers", text)
     return 1 if any(said == "not noticed" for _, said in found) else 0
 
 

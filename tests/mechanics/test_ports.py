@@ -1,0 +1,153 @@
+"""Each port by itself: rates, gradients, curvature, and the work of its forces, against differences of what it senses."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from scissordyn.component.port import FRAME, HINGE, LINE, POINT, TRAVEL, frame, hinge, line, point, travel
+
+PORTS = {"line": (LINE, line), "hinge": (HINGE, hinge), "travel": (TRAVEL, travel), "point": (POINT, point), "frame": (FRAME, frame)}
+SEEDS = range(3)
+
+
+def plain(module, name):
+    """A kernel of a port in plain Python."""
+    return getattr(getattr(module, name), "py_func", getattr(module, name))
+
+
+def at(seed):
+    """Maps u, a, b with unit directions, and their rates as two rotating bodies have them: with the speeds of both."""
+    rng = np.random.default_rng(seed)
+    first, second = rng.uniform(-3.0, 3.0, 2)
+    speeds = rng.normal(size=2)
+    u, v = rng.normal(size=2), rng.normal(size=2)
+    a, b = np.array([math.cos(first), math.sin(first)]), np.array([math.cos(second), math.sin(second)])
+    turned = [speed * np.array([-d[1], d[0]]) for speed, d in zip(speeds, (a, b), strict=True)]
+    return np.concatenate([u, a, b]), np.concatenate([v, *turned]), speeds
+
+
+def sensed(name, maps, rates):
+    """Coordinates and rates of a port at any maps; the angle is that from b to a."""
+    port, module = PORTS[name]
+    q, v = np.zeros(4), np.zeros(4)
+    _, _, ax, ay, bx, by = maps
+    plain(module, "sense")((*maps, *rates), math.atan2(bx * ay - by * ax, bx * ax + by * ay), q, v)
+    count = len(port.coordinates)
+    return q[:count], v[:count]
+
+
+def slopes(function, x, h=1e-6):
+    """Central differences, shape (results, arguments)."""
+    columns = []
+    for c in range(x.size):
+        up, down = x.copy(), x.copy()
+        up[c] += h
+        down[c] -= h
+        columns.append((np.asarray(function(up)) - np.asarray(function(down))) / (2.0 * h))
+    return np.stack(columns, axis=1)
+
+
+def gradients(name, maps, rates):
+    """Of coordinates and of rates by the maps, as the port says."""
+    port, module = PORTS[name]
+    G, R = np.zeros((4, 6)), np.zeros((4, 6))
+    plain(module, "gradients")((*maps, *rates), G, R)
+    return G[: len(port.coordinates)], R[: len(port.coordinates)]
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+@pytest.mark.parametrize("name", PORTS)
+def test_gradients(name, seed):
+    """Cross-check: analytic gradients of coordinates and of rates by the maps equal central differences.
+
+    An angle is differenced on unit directions only: along each map's own circle, and its radial part is none.
+    """
+    maps, rates, _ = at(seed)
+    G, R = gradients(name, maps, rates)
+    by_maps = slopes(lambda x: sensed(name, x, rates)[0], maps)
+    assert pytest.approx(by_maps, abs=1e-8) == G
+    assert pytest.approx(slopes(lambda x: sensed(name, x, rates)[1], maps), abs=1e-8) == R
+    # the rates follow from the gradients
+    assert sensed(name, maps, rates)[1] == pytest.approx(G @ rates, abs=1e-12)
+    assert slopes(lambda x: sensed(name, maps, x)[1], rates) == pytest.approx(G, abs=1e-8)
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+@pytest.mark.parametrize("name", PORTS)
+def test_forces_do_the_work_of_their_coordinates(name, seed):
+    """Identity: forces on the maps are the gradients times the port's forces, a tension's against its length."""
+    port, module = PORTS[name]
+    maps, rates, speeds = at(seed)
+    out = np.random.default_rng(seed + 10).normal(size=4)
+    q, v = sensed(name, maps, rates)
+    G, _ = gradients(name, maps, rates)
+    forces = np.array(plain(module, "forces")((*maps, *rates), q, out))
+    count = len(port.forces)
+    assert forces == pytest.approx(port.sense * G[:count].T @ out[:count], abs=1e-12)
+    # the same as a force on the first body's point and torques on both bodies
+    along = np.array([0.6, 0.8])
+    fx, fy, torque_a, torque_b = plain(module, "wrench")((*maps, *rates), along, out, forces[0], forces[1])
+    moved = rates[0] * along if name == "travel" else rates[:2]
+    power = fx * moved[0] + fy * moved[1] + torque_a * speeds[0] + torque_b * speeds[1]
+    assert power == pytest.approx(port.sense * out[:count] @ v[:count], abs=1e-12)
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+@pytest.mark.parametrize("name", PORTS)
+def test_curvature(name, seed):
+    """Cross-check: what the maps' forces change while the port's own stay equals central differences."""
+    _, module = PORTS[name]
+    maps, rates, _ = at(seed)
+    out = np.random.default_rng(seed + 20).normal(size=4)
+
+    def forces(x):
+        return plain(module, "forces")((*x, *rates), sensed(name, x, rates)[0], out)
+
+    K = np.ones((6, 6))  # it is added to what is there
+    G, _ = gradients(name, maps, rates)
+    plain(module, "curvature")(sensed(name, maps, rates)[0], out, np.vstack([G, np.zeros((4 - len(G), 6))]), K)
+    assert K - 1.0 == pytest.approx(slopes(forces, maps), abs=1e-8)
+
+
+def test_a_line_without_length():
+    """Limit: at no distance there is no direction and no force; the rate is the speed at which the points part."""
+    maps, rates = np.array([0.0, 0.0, 1.0, 0.0, 1.0, 0.0]), np.array([0.3, -0.4, 0.0, 0.0, 0.0, 0.0])
+    q, v = sensed("line", maps, rates)
+    assert (q[0], v[0]) == (0.0, pytest.approx(0.5))
+    assert plain(line, "forces")((*maps, *rates), q, np.ones(4)) == (0.0,) * 6
+    G, R = gradients("line", maps, rates)
+    assert not np.any(G)
+    assert not np.any(R)
+    K = np.zeros((6, 6))
+    plain(line, "curvature")(q, np.ones(4), np.zeros((4, 6)), K)
+    assert not np.any(K)
+
+
+@pytest.mark.parametrize("name", PORTS)
+def test_declared_start_is_what_is_sensed(name):
+    """Cross-check: coordinates from points and angles as placed equal those sensed on the maps that the port asks for."""
+    from types import SimpleNamespace
+
+    port, _ = PORTS[name]
+    places = {("one", "p"): (0.3, -0.2), ("two", "q"): (-0.5, 0.7)}
+    angles = {"one": 0.4, "two": -1.1}
+    component = SimpleNamespace(start=("one", "p"), end=("two", "q"), point=("two", "q"), body="two", base="one", direction=0.6)
+    maps = np.zeros(6)
+    for part in port.attachments(component):
+        if part.what == "place":
+            value = np.array(places[part.body, part.point])
+            if part.along is not None:
+                value = np.array([value @ (math.cos(part.along), math.sin(part.along)), 0.0])
+        else:
+            value = np.array([math.cos(angles[part.body]), math.sin(angles[part.body])])
+        maps[part.row : part.row + 2] += part.sign * value
+    found = port.start(component, lambda where: places[where], lambda body: angles[body])
+    assert sensed(name, maps, np.zeros(6))[0] == pytest.approx(found, abs=1e-14)
+    (first, first_point), _ = port.ends(component)
+    assert first == "two"
+    assert first_point == (None if name == "hinge" else "q")
+    if port.angle is not None:
+        assert port.angle(component) == ("two", "one")

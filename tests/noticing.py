@@ -1,0 +1,49 @@
+"""Which rooms `mutate` draws changes from, and which tests have to notice a change of a file."""
+
+from __future__ import annotations
+
+from fnmatch import fnmatch
+
+__all__ = ["ALIVE", "MOST_ALIVE", "ROOMS", "SEED", "tests_of"]
+
+SEED = 22
+
+ROOMS = {"integrate": 16, "mechanics": 16, "component/port": 6, "kinematics": 11, "run": 11}
+"""How many changes are drawn from each room."""
+
+MOST_ALIVE = 3
+
+INTEGRATE = ("integrate/test_event.py", "integrate/test_monitor.py", "integrate/test_advance.py")
+MECHANICS = (
+    "mechanics/test_linearisation.py",
+    "mechanics/test_plane_contact.py",
+    "mechanics/test_impulses.py",
+    "mechanics/test_elements.py",
+)
+KINEMATICS = ("kinematics/test_closure.py", "run/test_singular.py")
+
+NOTICING: dict[str, tuple[str, ...]] = {
+    "integrate/dop853.py": ("integrate/test_tableau.py",),
+    "integrate/dopri5.py": ("integrate/test_tableau.py",),
+    "integrate/rodas*.py": ("integrate/test_tableau.py",),
+    "integrate/tableau.py": ("integrate/test_tableau.py",),
+    "integrate/quadrature.py": ("integrate/test_quadrature.py",),
+    "integrate/step_scaling.py": ("integrate/test_step_scaling.py",),
+    "integrate/history.py": ("integrate/test_history.py",),
+    "integrate/monitor.py": ("integrate/test_monitor.py",),
+    "integrate/event.py": ("integrate/test_event.py",),
+    "integrate/*": INTEGRATE,
+    "component/port/*": ("mechanics/test_ports.py",),
+    "mechanics/*": MECHANICS,
+    "kinematics/*": KINEMATICS,
+    "run/*": ("run/test_start.py",),
+}
+"""By the first pattern that a file has: the test files to ask, one after another."""
+
+ALIVE: dict[tuple[str, str, str, str], str] = {}
+"""By file, function, kind and expression: why no test can notice a change."""
+
+
+def tests_of(file: str) -> tuple[str, ...]:
+    """The test files that have to notice a change of a file."""
+    return next(tests for pattern, tests in NOTICING.items() if fnmatch(file, pattern))

@@ -70,6 +70,30 @@ def test_a_case_that_fits_shares_the_tables(variation: str) -> None:
     assert_same(run(shared), run(plan(pickle.loads(pickle.dumps(varied)))))
 
 
+@pytest.mark.parametrize("variation", VARIATIONS)
+def test_a_change_of_a_planned_mechanism_shares_its_tables(variation: str) -> None:
+    """Identity: bit for bit the run of the same mechanism by itself, warnings included."""
+    known = array()
+    sd.simulate(known, until=0.02, samples=101)
+    varied = VARIATIONS[variation](known)
+    assert plan(varied).model is plan(known).model
+    alone = pickle.loads(pickle.dumps(varied))
+    assert plan(alone).model is not plan(known).model
+    near, far = (sd.simulate(each, until=0.02, samples=101) for each in (varied, alone))
+    near.attrs["statistics"] = far.attrs["statistics"]  # it has the time that was taken
+    assert near.identical(far)
+
+
+@pytest.mark.parametrize("other", OTHERS)
+def test_a_change_of_the_tables_is_planned_anew(other: str) -> None:
+    """Identity: a change that does not fit has the plan that it would have by itself."""
+    known = array()
+    plan(known)
+    changed = OTHERS[other](known)
+    assert plan(changed).model is not plan(known).model
+    assert_same(run(plan(changed)), run(plan(pickle.loads(pickle.dumps(changed)))))
+
+
 @pytest.mark.parametrize("other", OTHERS)
 def test_what_enters_the_tables_does_not_fit(other: str) -> None:
     """Limit: lengths, masses, joints, rods, components, drives and tracked points have a plan of their own."""

@@ -164,7 +164,7 @@ def changed_all(
             parts[place.index] = _inside(parts[place.index], place.path, value)
             new[place.field] = tuple(parts)
     # numbers are checked by the part that they belong to; what parts refer to stays as it is
-    return mechanism.with_parts(new) if numbers else dataclasses.replace(mechanism, **new)
+    return mechanism.with_parts(new, check=not numbers)
 
 
 def _named(mechanism: Mechanism) -> Iterator[tuple[str, str, int, str]]:

@@ -32,7 +32,10 @@ from scissordyn.model.track import Track
 from scissordyn.offer import offered
 from scissordyn.units import Meaning, Quantity, check_quantities, checked
 
-__all__ = ["Gravity", "GravityDirection", "Mechanism"]
+__all__ = ["LENT", "PLAN", "Gravity", "GravityDirection", "Mechanism"]
+
+PLAN, LENT = "_plan", "_lent"
+"""Where the plan of a mechanism is kept, and the plan of the one that it was made from (plan/plan.py)."""
 
 Gravity = Annotated[float, Quantity("m/s^2", minimum=0.0, help="gravitational acceleration")]
 GravityDirection = Annotated[float, Quantity("rad", help="direction of gravity")]
@@ -115,7 +118,7 @@ class Mechanism:
             field: tuple(dataclasses.replace(part, clearance=None) if part.clearance is not None else part for part in found)
             for field, found in (("joints", self.joints), ("guides", self.guides))
         }
-        return self if parts == {"joints": self.joints, "guides": self.guides} else self.with_parts(parts)
+        return self if parts == {"joints": self.joints, "guides": self.guides} else self.with_parts(parts, check=False)
 
     @cached_property
     def _bodies(self) -> dict[str, Body]:
@@ -293,7 +296,7 @@ class Mechanism:
             raise InputError("driven() without a body, on a mechanism without an input body", "driven(..., body=NAME)")
         drive = Drive(chosen, ConstantSpeed(speed) if motion is None else motion)  # type: ignore[arg-type]
         others = tuple(other for other in self.drives if other.body != chosen)
-        return dataclasses.replace(self, drives=(*others, drive))
+        return self.with_parts({"drives": (*others, drive)})
 
     @checked
     def controlled(
@@ -413,25 +416,33 @@ class Mechanism:
         """
         return changed(self, address, value)
 
-    def with_parts(self, parts: Mapping[str, Any]) -> Mechanism:
-        """The same mechanism with other parts of the same names between the same bodies, which are not checked again.
+    def with_parts(self, parts: Mapping[str, Any], *, check: bool = True) -> Mechanism:
+        """The same mechanism with other parts. What has been made of this one may serve it too: see `plan`.
 
         Parameters
         ----------
         parts : mapping of str to tuple
             By field.
+        check : bool
+            Whether parts and names have to be checked; not if they have the same names and are between the same bodies.
 
         Returns
         -------
         Mechanism
         """
-        made = copy.copy(self)
-        made.__dict__.update(parts)
+        if check:
+            made = dataclasses.replace(self, **parts)
+        else:
+            made = copy.copy(self)
+            made.__dict__.update(parts)
+        known = self.__dict__.get(PLAN) or self.__dict__.get(LENT)
+        if known is not None:
+            made.__dict__[LENT] = known
         return made
 
     def _with_joints(self, changed: Iterable[Revolute]) -> Mechanism:
         new = {joint.name: joint for joint in changed}
-        return dataclasses.replace(self, joints=tuple(new.get(joint.name, joint) for joint in self.joints))
+        return self.with_parts({"joints": tuple(new.get(joint.name, joint) for joint in self.joints)})
 
     def _with_guides(self, changed: Iterable[Guide]) -> Mechanism:
         new = {guide.name: guide for guide in changed}

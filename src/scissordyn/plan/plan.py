@@ -23,7 +23,7 @@ from scissordyn.model.connection import Weld
 from scissordyn.model.drive import Drive
 from scissordyn.model.guide_clearance import ContactPoint
 from scissordyn.model.joint import Guide, Revolute
-from scissordyn.model.mechanism import Mechanism
+from scissordyn.model.mechanism import LENT, PLAN, Mechanism
 from scissordyn.model.proportion import proportion_warnings
 from scissordyn.model.track import Track
 from scissordyn.plan.acting import acting, start_coordinates
@@ -38,8 +38,6 @@ from scissordyn.plan.numbers import make_parameters
 from scissordyn.plan.rest import at_rest
 
 __all__ = ["Plan", "plan"]
-
-PLACE = "_plan"
 
 
 @dataclass(frozen=True, eq=False)
@@ -80,7 +78,10 @@ class Plan:
 
     def case(self, other: Mechanism) -> Plan:
         """The plan of another case that fits: the same tables, its own parts and numbers."""
-        return replace(self, mechanism=other)
+        made = replace(self, mechanism=other)
+        if "branches" in self.__dict__:
+            made.__dict__["branches"] = self.branches
+        return made
 
     def numbers(self) -> Parameters:
         """The numbers of the case, in arrays of their own."""
@@ -249,7 +250,8 @@ class Plan:
 def plan(mechanism: Mechanism) -> Plan:
     """The plan of a mechanism.
 
-    It takes a fifth of the time of a short run, and is kept with the mechanism, which never changes.
+    It takes a fifth of the time of a short run: it is kept with the mechanism, which never changes, and a mechanism that was
+    made from another one by a change has the tables of that one's plan if it fits.
 
     Parameters
     ----------
@@ -264,20 +266,25 @@ def plan(mechanism: Mechanism) -> Plan:
     InputError
         If joints, guides, rods and drives contradict each other.
     """
-    made: Plan | None = mechanism.__dict__.get(PLACE)
-    if made is None:
-        coordinates = reduced(mechanism)
-        model = make_model(mechanism, coordinates)
-        made = Plan(
-            mechanism,
-            coordinates,
-            model,
-            body_maps(mechanism, coordinates),
-            balance(mechanism),
-            _angles(mechanism, coordinates, model),
-        )
-        mechanism.__dict__[PLACE] = made
-    return made
+    known: Plan | None = mechanism.__dict__.get(PLAN)
+    if known is None:
+        lent: Plan | None = mechanism.__dict__.pop(LENT, None)
+        known = lent.case(mechanism) if lent is not None and lent.fits(mechanism) else _compiled(mechanism)
+        mechanism.__dict__[PLAN] = known
+    return known
+
+
+def _compiled(mechanism: Mechanism) -> Plan:
+    coordinates = reduced(mechanism)
+    model = make_model(mechanism, coordinates)
+    return Plan(
+        mechanism,
+        coordinates,
+        model,
+        body_maps(mechanism, coordinates),
+        balance(mechanism),
+        _angles(mechanism, coordinates, model),
+    )
 
 
 def _angles(mechanism: Mechanism, coordinates: Coordinates, model: Model) -> np.ndarray:

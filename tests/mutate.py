@@ -350,7 +350,9 @@ def kept(file: Path) -> dict[str, bool]:
     return {line[:64]: line[65:] == "fails" for line in lines if line[65:] in ("fails", "passes")}
 
 
-def try_drawn(files: list[str], workers: int, done: dict[str, bool], keep: Callable[[Job, bool], None]) -> list[tuple[Change, str]]:
+def try_drawn(
+    files: list[str], workers: int, done: dict[str, bool], keep: Callable[[Job, bool], None]
+) -> list[tuple[Change, str]]:
     """Each change drawn, and the test file that notices it, empty where none does; one file after another is asked."""
     changes = [each for each in drawn(PACKAGE, ROOMS, SEED) if not files or each.file.startswith(tuple(files))]
     tests = {change: tests_of(change.file) for change in changes}
@@ -358,7 +360,8 @@ def try_drawn(files: list[str], workers: int, done: dict[str, bool], keep: Calla
     noticed: dict[Change, str] = {}
     judge([Job(None, (file,), False, "") for file in asked], workers, done, keep)
     for turn in range(max(map(len, tests.values()))):
-        jobs = [Job(each, (tests[each][turn],), False, "") for each in changes if each not in noticed and turn < len(tests[each])]
+        unnoticed = (each for each in changes if each not in noticed and turn < len(tests[each]))
+        jobs = [Job(each, (tests[each][turn],), False, "") for each in unnoticed]
         judge(jobs, workers, done, keep)
         noticed |= {job.mutation: job.tests[0] for job in jobs if done[job.digest] and isinstance(job.mutation, Change)}
     return [(change, noticed.get(change, "")) for change in changes]
@@ -387,13 +390,14 @@ def write(part: str, text: str) -> None:
     package = sources(())
     parts[part] = f"{text}\n\nOf the package whose sources have the digest {package[:12]} (`sources(())` of the script)."
     body = "\n\n".join(f"{heads[name]}\n\n{text}" for name, text in parts.items() if text)
-    PAGE.write_text(f"# mutations\n\nWritten by `python tests/mutate.py --write`, a part at a time.\n\n{body}\n", encoding="utf-8")
+    said = "Written by `python tests/mutate.py --write`, a part at a time."
+    PAGE.write_text(f"# mutations\n\n{said}\n\n{body}\n", encoding="utf-8")
 
 
 def main() -> int:
     """Print the table."""
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("files", nargs="*", help="files below the package, e.g. laws/friction/lugre.py, with --drawn rooms, too")
+    parser.add_argument("files", nargs="*", help="files below the package, e.g. laws/friction/lugre.py; or rooms with --drawn")
     parser.add_argument("--tests", nargs="+", help="test files below tests/ for the files, if they are in no target")
     parser.add_argument("--drawn", action="store_true", help="changes drawn at random in the place of numbers")
     parser.add_argument("--workers", type=int, default=2, help="tests that run at once")

@@ -1,8 +1,8 @@
 """Every kernel as plain Python, for `mutate`: a changed kernel is tried in seconds instead of the minutes that compiling takes.
 
-``pytest -p tests.plain`` with NUMBA_DISABLE_JIT=1 puts, before anything else of the package is imported, a plain road in the place
-of each that leads through machine code: kernels stay functions, an address names what it belongs to, a record shows its fields.
-The arithmetic is the same, in the same order.
+``pytest -p tests.plain`` with NUMBA_DISABLE_JIT=1 puts, before anything else of the package is imported, a plain road in the
+place of each that leads through machine code: kernels stay functions, an address names what it belongs to, a record
+shows its fields. The arithmetic is the same, in the same order.
 """
 
 from __future__ import annotations

@@ -362,7 +362,8 @@ def _allowed(hint: Any) -> str:
     """An annotation in words; for a protocol, whose name says nothing to a user, what it means."""
     meant = next((extra.help for extra in _extras(hint) if isinstance(extra, Meaning)), "")
     kinds = (plain_hint(hint), *get_args(plain_hint(hint)))
-    return meant if meant and any(getattr(kind, "_is_protocol", False) for kind in kinds) else in_words(hint)
+    named = any(getattr(kind, "_is_protocol", False) or hasattr(kind, "slot") for kind in kinds)
+    return meant if meant and named else in_words(hint)
 
 
 def _out_of_bounds(owner: str, name: str, value: Any, hint: Any, quantity: Quantity) -> InputError:

@@ -1,7 +1,7 @@
 """A course of numbers over time, for what looks inside steps: guards, monitored numbers, powers and signals are polynomials.
 
-The only state is time itself, y' = 1, which every method follows exactly in steps of any length; so each root, maximum, integral
-and delayed value has a closed form, and what is measured is how it is found.
+The only state is time itself, y' = 1, which every method follows exactly in steps of any length; so each root, maximum,
+integral and delayed value has a closed form, and what is measured is how it is found.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ WAVES = 40.0
 
 
 class Numbers(NamedTuple):
-    """Polynomials of the guards, of the monitored rows, of the powers and of the signals; the longest step, the modes of guards, looks inside."""
+    """Polynomials of guards, monitored rows, powers and signals; the longest step, the modes of guards, looks inside."""
 
     guards: Annotated[np.ndarray, types.float64[:, ::1]]
     rows: Annotated[np.ndarray, types.float64[:, ::1]]
@@ -166,6 +166,9 @@ def polynomials(*rows: tuple[float, ...]) -> np.ndarray:
     return table
 
 
+NONE = polynomials()
+
+
 def waves(sine: float = 0.0, cosine: float = 0.0, *rest: float) -> tuple[float, ...]:
     """A sine and a cosine of 40 t beside a polynomial."""
     return (*rest, *[0.0] * (TERMS - 2 - len(rest)), sine, cosine)
@@ -189,10 +192,10 @@ def run(
     name: str,
     until: float,
     *,
-    guards_: np.ndarray = polynomials(),
-    rows: np.ndarray = polynomials(),
-    powers: np.ndarray = polynomials(),
-    signals: np.ndarray = polynomials(),
+    guards_: np.ndarray = NONE,
+    rows: np.ndarray = NONE,
+    powers: np.ndarray = NONE,
+    signals: np.ndarray = NONE,
     step: float = math.inf,
     first: float = 0.0,
     samples: int = 2,

@@ -53,7 +53,7 @@ def test_rises_and_falls_of_several_guards(name, crosses):
 
 @pytest.mark.parametrize("name", METHODS)
 def test_a_rise_between_two_probes(name):
-    """Closed form: a hump 2e-4 wide, of height 1e-8, between two sixths of the step, is entered and left where its roots are."""
+    """Closed form: a hump 2e-4 wide, 1e-8 high, between two sixths of the step, is entered and left where its roots are."""
     middle, half = 0.4231, 1e-4
     hump = shifted(middle - half, middle + half, factor=-1.0)
     found = run(name, 1.0, guards_=polynomials(hump), first=1.0)

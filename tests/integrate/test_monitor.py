@@ -96,7 +96,7 @@ def test_integrals_at_samples(name):
 @pytest.mark.parametrize("name", METHODS)
 @pytest.mark.parametrize("crosses", [False, True])
 def test_peak_and_integral_of_a_contact(name, crosses):
-    """Closed form: a guard's number is followed from its rise to its fall; the log has its largest value, when, and integrals."""
+    """Closed form: a guard's number is followed from rise to fall; the log has its largest value, when, and integrals."""
     roots = 0.31, 0.74
     guard = -np.polynomial.Polynomial.fromroots(roots)
     found = run(name, 1.0, guards_=polynomials(coefficients(guard)), first=0.05, step=0.05, crosses=crosses)

@@ -11,7 +11,7 @@ from bouncing import JOINT, at, row
 
 from scissordyn.errors import InputError
 from scissordyn.laws import catalogue
-from scissordyn.laws.contact import Damping, Elastic, Friction, Proportional
+from scissordyn.laws.contact import Damping, Elastic, Friction
 from scissordyn.laws.damping import proportional
 from scissordyn.laws.evaluate import elastic_force, friction_force, friction_states, normal_force
 from scissordyn.plugin.element import PARAMETERS
@@ -71,7 +71,7 @@ def test_facts(kind, name):
             assert parameter.quantity.help
             assert parameter.default is None or parameter.quantity.admits(parameter.default)
     if kind == "damping" and law.declaration.kernels["force"] is proportional.force and name != "none":
-        assert isinstance(law(), Proportional)
+        assert isinstance(law(), proportional.DampingFactor)
 
 
 def test_friction_states():

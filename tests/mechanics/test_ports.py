@@ -9,7 +9,13 @@ import pytest
 
 from scissordyn.component.port import FRAME, HINGE, LINE, POINT, TRAVEL, frame, hinge, line, point, travel
 
-PORTS = {"line": (LINE, line), "hinge": (HINGE, hinge), "travel": (TRAVEL, travel), "point": (POINT, point), "frame": (FRAME, frame)}
+PORTS = {
+    "line": (LINE, line),
+    "hinge": (HINGE, hinge),
+    "travel": (TRAVEL, travel),
+    "point": (POINT, point),
+    "frame": (FRAME, frame),
+}
 SEEDS = range(3)
 
 
@@ -109,7 +115,7 @@ def test_curvature(name, seed):
     K = np.ones((6, 6))  # it is added to what is there
     G, _ = gradients(name, maps, rates)
     plain(module, "curvature")(sensed(name, maps, rates)[0], out, np.vstack([G, np.zeros((4 - len(G), 6))]), K)
-    assert K - 1.0 == pytest.approx(slopes(forces, maps), abs=1e-8)
+    assert pytest.approx(slopes(forces, maps), abs=1e-8) == K - 1.0
 
 
 def test_a_line_without_length():

@@ -2,43 +2,53 @@
 
 from __future__ import annotations
 
-from typing import ClassVar, Protocol, runtime_checkable
+from typing import Any
 
+from scissordyn.control.signal import SIGNALS
+from scissordyn.plugin.address import arguments_of
+from scissordyn.plugin.element import SLOTS, Part, Slot
 from scissordyn.units import State
 
 __all__ = ["Controller"]
 
+DEFAULTS = {"delay": 0.0, "recorded": "", "recursion_gain": 0.0}
 
-@runtime_checkable
-class Controller(Protocol):
-    """From the signals of an actuator to its torque."""
 
-    name: ClassVar[str]
-    source: ClassVar[str]
+class Controller(Part):
+    """From the signals of an actuator to its torque [N m], and the rates of its states.
+
+    Its kernel names the signals that it uses; `recorded` is the present value of the recorded signal, `delayed` the one of
+    S(t) = y(t) + R S(t - T) a delay ago.
+    """
+
+    slot = Slot("controller", SIGNALS, {"torque": (len(SIGNALS), "force")}, ("time", "recorded"), DEFAULTS)
+    delay: float
+    """Delay of the recorded signal [s]; 0 for none."""
+    recorded: str
+    """The signal whose delayed value it uses; empty for none."""
+    recursion_gain: float
+    """R [1]."""
 
     @property
     def states(self) -> tuple[State, ...]:
         """Its internal states; empty for none."""
+        states: tuple[State, ...] = self.declaration.states
+        return states
 
-    @property
-    def delay(self) -> float:
-        """Delay of the recorded signal [s]; 0 for none."""
-
-    @property
-    def recorded(self) -> str:
-        """The signal whose delayed value it uses; empty for none."""
-
-    @property
-    def recursion_gain(self) -> float:
-        """R in the recorded S(t) = y(t) + R S(t - T) [1]."""
+    def _uses(self, signal: str) -> bool:
+        """Whether the kernel names a signal; of a plain function that is not known."""
+        kernels: Any = self.declaration.kernels.values()
+        return any(name.startswith(signal) for kernel in kernels for name in arguments_of(kernel))
 
     @property
     def uses_feed_forward(self) -> bool:
         """Whether it uses a feed-forward torque."""
+        return bool(self.declaration.leading) or self._uses("feed_forward")
 
     @property
     def uses_sensor(self) -> bool:
         """Whether it uses the actuator's sensor."""
+        return self.recorded.startswith("sensor") or (not self.declaration.leading and self._uses("sensor"))
 
-    def parameters(self) -> tuple[float, ...]:
-        """The numbers that the kernel reads."""
+
+SLOTS[Controller.slot.name] = Controller

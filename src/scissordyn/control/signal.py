@@ -7,15 +7,12 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from types import MappingProxyType
-from typing import Any
 
 from scissordyn.errors import InputError, did_you_mean
 from scissordyn.jit import kernel
-from scissordyn.plugin.address import arguments_of, call_at
-from scissordyn.plugin.element import SLOTS, Slot
+from scissordyn.plugin.address import call_at
 
 __all__ = [
-    "CONTROL",
     "DELAYED",
     "ERROR",
     "FEED_FORWARD",
@@ -55,38 +52,12 @@ MEASURED: Mapping[str, str] = MappingProxyType(
 """Signals whose delayed values can be used, with their units."""
 
 
-def _uses(controller: Any, signal: str) -> bool:
-    """Whether the kernel of a controller names a signal."""
-    return any(name.startswith(signal) for kernel in controller.declaration.kernels.values() for name in arguments_of(kernel))
-
-
-CONTROL = Slot(
-    "controller",
-    SIGNALS,
-    MappingProxyType({"torque": (len(SIGNALS), "force")}),
-    MappingProxyType(
-        {
-            "delay": 0.0,
-            "recorded": "",
-            "recursion_gain": 0.0,
-            "uses_feed_forward": property(lambda self: _uses(self, "feed_forward")),
-            "uses_sensor": property(lambda self: _uses(self, "sensor") or self.recorded.startswith("sensor")),
-        }
-    ),
-    ("time", "recorded"),
-)
-"""Torque [N m] of the signals that a kernel names, and the rates of its states; `recorded` is the present value of the recorded
-signal. Its facts: delay and recursion gain R of the recorded S(t) = y(t) + R S(t - T)."""
-
-SLOTS[CONTROL.name] = CONTROL
-
-
 @kernel()
 def control_torque(address, t, recorded, q, z, dz, p):
     """Torque [N m] of a controller at time t and signals q; writes the rates of its internal states into dz."""
     if address == 0:
         return 0.0
-    return call_at(address, q, (), z, (t, recorded), p, dz)  # type: ignore[call-arg]
+    return call_at(address, q, (), z, (t, recorded), p, dz)
 
 
 def check_signal(owner: str, name: str) -> None:

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import itertools
 from dataclasses import dataclass
-from typing import Annotated, Any, ClassVar
+from typing import Annotated, ClassVar
 
-from scissordyn.control.signal import CONTROL, SIGNALS, check_signal
+from scissordyn.control.controller import Controller
+from scissordyn.control.signal import SIGNALS, check_signal
 from scissordyn.errors import InputError
 from scissordyn.plugin.short_form import Function, ShortForm
 from scissordyn.units import Quantity, check_quantities
@@ -15,7 +16,7 @@ __all__ = ["UserController"]
 
 
 @dataclass(frozen=True)
-class UserController(ShortForm):
+class UserController(ShortForm, Controller):
     """A user-defined controller, without internal states.
 
     Parameters
@@ -46,10 +47,8 @@ class UserController(ShortForm):
     recorded: str = ""
 
     title: ClassVar[str] = "controller"
-    slot: ClassVar[Any] = CONTROL
     leading: ClassVar[tuple[str, ...]] = ("t", *SIGNALS)
-    uses_feed_forward: ClassVar[bool] = True
-    recursion_gain: ClassVar[float] = 0.0
+    recursion_gain = 0.0
 
     def __post_init__(self) -> None:
         check_quantities(self)
@@ -68,8 +67,3 @@ class UserController(ShortForm):
             )
         )
         self.probe(grid)
-
-    @property
-    def uses_sensor(self) -> bool:
-        """Whether the recorded signal is the sensor's; the other signals that the function uses are not known."""
-        return self.recorded.startswith("sensor")

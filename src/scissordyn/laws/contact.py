@@ -7,9 +7,10 @@ from dataclasses import dataclass
 from typing import ClassVar, Literal, Protocol, runtime_checkable
 
 from scissordyn.laws.material import Material
+from scissordyn.plugin.element import SLOTS, Part, Slot
 from scissordyn.units import State
 
-__all__ = ["Continued", "Damping", "Doubtful", "Elastic", "Friction", "JointContact", "Proportional"]
+__all__ = ["Continued", "Damping", "Doubtful", "Elastic", "Friction", "JointContact"]
 
 
 @dataclass(frozen=True)
@@ -62,26 +63,23 @@ class JointContact:
         return 1.0 / self.compliance
 
 
-@runtime_checkable
-class Elastic(Protocol):
-    """An elastic part: force against indentation."""
+class Elastic(Part):
+    """An elastic part: force [N] of an indentation above 0 [m], and, unless quadrature is to find it, the energy [J] of it."""
 
-    name: ClassVar[str]
-    source: ClassVar[str]
-    small_contact: ClassVar[bool]
+    slot = Slot("stiffness", ("indentation",), {"force": (1, "force"), "energy": (1, "number")})
+    small_contact: ClassVar[bool] = False
     """Whether the law assumes a contact patch that is small against the radii."""
-    materials: ClassVar[Literal["any", "same", "steel"]]
+    materials: ClassVar[Literal["any", "same", "steel"]] = "any"
     """Allowed materials of journal and bearing: any, the same, or steel."""
-    caveat: ClassVar[str]
+    caveat: ClassVar[str] = ""
     """Limitation of the law, for the user; empty for none."""
 
-    def parameters(self, joint: JointContact) -> tuple[float, ...]:
-        """The numbers that the kernels read."""
-
 
 @runtime_checkable
-class Continued(Elastic, Protocol):
+class Continued(Protocol):
     """An elastic part whose source describes it up to some indentation, beyond which it goes on along its tangent."""
+
+    name: ClassVar[str]
 
     def deepest(self, joint: JointContact) -> float:
         """The indentation [m] up to which the law itself holds."""
@@ -95,42 +93,29 @@ class Doubtful(Protocol):
         """What is doubtful about it, one clause each."""
 
 
-@runtime_checkable
-class Damping(Protocol):
-    """A damping part: normal force from the elastic force and the rate of indentation."""
+class Damping(Part):
+    """A damping part: normal force [N] of the elastic part [N], delta [m], delta' and delta'(-) [m/s]; a pull is cut off."""
 
-    name: ClassVar[str]
-    source: ClassVar[str]
-    restitution_range: ClassVar[tuple[float, float] | None]
+    slot = Slot("damping", ("elastic", "indentation", "rate", "approach"), {"force": (4, "force")})
+    restitution_range: ClassVar[tuple[float, float] | None] = None
     """Range of restitution coefficients in the source; None without a restitution or a range."""
 
-    def parameters(self, joint: JointContact) -> tuple[float, ...]:
-        """The numbers that the kernels read."""
 
+class Friction(Part):
+    """A friction law: tangential force [N] of slip speed [m/s] and normal force [N], and the rates of its states.
 
-@runtime_checkable
-class Proportional(Damping, Protocol):
-    """A damping that multiplies the elastic part by 1 + xi delta'/delta'(-), with xi from a restitution coefficient."""
+    Its further kernels: the states at the start of a contact, those of steady sliding, the largest |F_t| [N] that it allows.
+    """
 
-    @property
-    def restitution(self) -> float:
-        """c_e [1]."""
-
-    @property
-    def factor(self) -> float:
-        """Damping factor xi [1]."""
-
-
-@runtime_checkable
-class Friction(Protocol):
-    """A friction law: tangential force against slip speed, normal force and internal states."""
-
-    name: ClassVar[str]
-    source: ClassVar[str]
-    states: ClassVar[tuple[State, ...]]
+    slot = Slot(
+        "friction",
+        ("slip_speed", "normal_force"),
+        {"force": (2, "force"), "start": (1, "states"), "steady": (1, "states"), "limit": (2, "number")},
+    )
+    states: ClassVar[tuple[State, ...]] = ()
     """Its internal states; empty for none."""
-    stiff: ClassVar[bool]
+    stiff: ClassVar[bool] = True
     """Whether the law makes the equations of motion stiff."""
 
-    def parameters(self, joint: JointContact) -> tuple[float, ...]:
-        """The numbers that the kernels read."""
+
+SLOTS.update({each.slot.name: each for each in (Elastic, Damping, Friction)})

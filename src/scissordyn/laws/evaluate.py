@@ -14,7 +14,7 @@ __all__ = ["elastic_energy", "elastic_force", "friction_force", "friction_limit"
 @kernel()
 def elastic_force(address, delta, p):
     """Elastic part [N] at indentation delta > 0 [m]."""
-    return call_at(address, (delta,), (), (), (), p, ())  # type: ignore[call-arg]
+    return call_at(address, (delta,), (), (), (), p, ())
 
 
 @kernel()
@@ -24,13 +24,13 @@ def elastic_energy(address, force_address, delta, p):
         return 0.0
     if address == 0:
         return quadrature_energy(force_address, delta, p)
-    return call_at(address, (delta,), (), (), (), p, ())  # type: ignore[call-arg]
+    return call_at(address, (delta,), (), (), (), p, ())
 
 
 @kernel()
 def normal_force(address, elastic, delta, rate, approach, p):
     """Normal force [N] from an elastic part; never negative."""
-    force = call_at(address, (elastic, delta, rate, approach), (), (), (), p, ())  # type: ignore[call-arg]
+    force: float = call_at(address, (elastic, delta, rate, approach), (), (), (), p, ())
     # max() would drop a NaN
     return 0.0 if force < 0.0 else force
 
@@ -40,7 +40,7 @@ def friction_force(address, v, normal, z, dz, p):
     """Tangential force [N]; writes the rates of the internal states into dz."""
     if address == 0:
         return 0.0
-    return call_at(address, (v, normal), (), z, (), p, dz)  # type: ignore[call-arg]
+    return call_at(address, (v, normal), (), z, (), p, dz)
 
 
 @kernel()
@@ -49,7 +49,7 @@ def friction_states(address, v, z, p):
     if address == 0:
         z[:] = 0.0
     else:
-        call_at(address, (v,), (), (), (), p, z)  # type: ignore[call-arg]
+        call_at(address, (v,), (), (), (), p, z)
 
 
 @kernel()
@@ -57,4 +57,4 @@ def friction_limit(address, v, normal, p):
     """Largest |F_t| [N] that friction itself allows: static friction and the viscous part; infinite where that is not known."""
     if address == 0:
         return math.inf
-    return call_at(address, (v, normal), (), (), (), p, ())  # type: ignore[call-arg]
+    return call_at(address, (v, normal), (), (), (), p, ())

@@ -4,12 +4,11 @@ from __future__ import annotations
 
 import itertools
 from dataclasses import dataclass
-from typing import Any, ClassVar
+from typing import ClassVar
 
 import numpy as np
 
-from scissordyn.laws.contact import JointContact
-from scissordyn.laws.slot import DAMPING, ELASTIC, FRICTION
+from scissordyn.laws.contact import Damping, Elastic, Friction, JointContact
 from scissordyn.plugin.short_form import Function, ShortForm
 
 __all__ = ["UserDamping", "UserElastic", "UserFriction"]
@@ -40,7 +39,7 @@ def _reach(joint: JointContact) -> tuple[float, str]:
 
 
 @dataclass(frozen=True)
-class UserElastic(ShortForm):
+class UserElastic(ShortForm, Elastic):
     """An elastic part of the user's own.
 
     Parameters
@@ -65,11 +64,6 @@ class UserElastic(ShortForm):
     digest: str = ""
 
     title: ClassVar[str] = "stiffness law"
-    slot: ClassVar[Any] = ELASTIC
-    leading: ClassVar[tuple[str, ...]] = ELASTIC.inputs
-    small_contact: ClassVar[bool] = False
-    materials: ClassVar[str] = "any"
-    caveat: ClassVar[str] = ""
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -110,7 +104,7 @@ class UserElastic(ShortForm):
 
 
 @dataclass(frozen=True)
-class UserDamping(ShortForm):
+class UserDamping(ShortForm, Damping):
     """A damping part of the user's own: the whole normal force, which is cut off at zero.
 
     Parameters
@@ -135,9 +129,6 @@ class UserDamping(ShortForm):
     digest: str = ""
 
     title: ClassVar[str] = "damping law"
-    slot: ClassVar[Any] = DAMPING
-    leading: ClassVar[tuple[str, ...]] = DAMPING.inputs
-    restitution_range: ClassVar[tuple[float, float] | None] = None
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -181,7 +172,7 @@ class UserDamping(ShortForm):
 
 
 @dataclass(frozen=True)
-class UserFriction(ShortForm):
+class UserFriction(ShortForm, Friction):
     """A friction law of the user's own, without internal states.
 
     Parameters
@@ -206,9 +197,6 @@ class UserFriction(ShortForm):
     digest: str = ""
 
     title: ClassVar[str] = "friction law"
-    slot: ClassVar[Any] = FRICTION
-    leading: ClassVar[tuple[str, ...]] = FRICTION.inputs
-    stiff: ClassVar[bool] = True
 
     def __post_init__(self) -> None:
         super().__post_init__()

@@ -6,8 +6,9 @@ import math
 from collections.abc import Sequence
 
 from scissordyn.annotation import is_a
-from scissordyn.laws.contact import Continued, Damping, Doubtful, Elastic, Friction, JointContact, Proportional
+from scissordyn.laws.contact import Continued, Damping, Doubtful, Elastic, Friction, JointContact
 from scissordyn.laws.damping.exact import returned_restitution
+from scissordyn.laws.damping.proportional import DampingFactor
 
 __all__ = ["DEEPEST", "FASTEST", "OFF", "contact_failure", "contact_warnings"]
 
@@ -108,7 +109,7 @@ def contact_warnings(
         found.append(f"{where}'{stiffness.name}' is for two surfaces of one material")
     if stiffness.materials == "steel" and not all("steel" in m.name for m in (contact.journal, contact.bearing)):
         found.append(f"{where}'{stiffness.name}' has the constants of steel built in")
-    if is_a(damping, Proportional):
+    if isinstance(damping, DampingFactor):
         asked, returned = damping.restitution, returned_restitution(damping.factor)
         claimed = damping.restitution_range
         if claimed is not None and not claimed[0] <= asked <= claimed[1]:

@@ -65,7 +65,7 @@ def sense(i, S, maps):
 def evaluate(i, S, z, address, result):
     """Call a kernel of component i at what stands in the work space."""
     W = S.work
-    call_at(address, W.coordinates[i], W.coordinate_rates[i], z, W.context, S.parameters.component[i], result)  # type: ignore[call-arg]
+    call_at(address, W.coordinates[i], W.coordinate_rates[i], z, W.context, S.parameters.component[i], result)
 
 
 @kernel()

@@ -18,7 +18,7 @@ from typing import Any
 import numba
 from llvmlite import ir
 from numba import types
-from numba.core import cgutils, config
+from numba.core import cgutils
 from numba.core.dispatcher import Dispatcher
 from numba.extending import intrinsic
 
@@ -59,6 +59,9 @@ def arguments_of(kernel: Kernel) -> tuple[str, ...]:
     return tuple(inspect.signature(plain_kernel(kernel)).parameters)
 
 
+PLAINLY = bool(getattr(numba.core.config, "DISABLE_JIT", False))
+"""Whether everything runs as plain Python, in which the compiler is left out to find a fault."""
+
 _KEPT: dict[int, Any] = {}
 """Compiled functions by address: they live as long as the process, since their addresses travel as numbers."""
 
@@ -98,10 +101,10 @@ def address_of(kernel: Kernel, handed: tuple[str, ...], targets: tuple[str, ...]
         "__name__": plain.__module__,
         "__file__": inspect.getfile(plain),
     }
-    if not (isinstance(kernel, Dispatcher) or config.DISABLE_JIT):
+    if not (isinstance(kernel, Dispatcher) or PLAINLY):
         scope["own"] = compile_inside(inline=True)(plain) if ours else numba.njit(error_model="numpy")(plain)
     exec(compile(text.format(name=name), scope["__file__"], "exec"), scope)
-    if config.DISABLE_JIT:
+    if PLAINLY:
         address = len(_KEPT) + 1
         _KEPT[address] = scope[name]
         return address
@@ -123,15 +126,13 @@ def _pointer(context: Any, builder: Any, kind: Any, value: Any) -> Any:
     return place
 
 
-@intrinsic
-def call_at(typing_context, address, q, v, z, x, p, out):
-    """Call the kernel at an address.
+def _call_plainly(address, q, v, z, x, p, out):
+    """Call the function that stands for the kernel at an address."""
+    return _KEPT[int(address)](q, v, z, x, p, out)
 
-    Parameters
-    ----------
-    address : int
-    q, v, z, x, p, out : ndarray or tuple of float
-    """
+
+@intrinsic
+def _call(typing_context, address, q, v, z, x, p, out):
     kinds = (q, v, z, x, p, out)
 
     def generate(context, builder, signature, arguments):
@@ -143,8 +144,5 @@ def call_at(typing_context, address, q, v, z, x, p, out):
     return types.float64(address, *kinds), generate
 
 
-if config.DISABLE_JIT:  # as plain Python, which the compiler is debugged with
-
-    def call_at(address, q, v, z, x, p, out):
-        """Call the function that stands for the kernel at an address."""
-        return _KEPT[int(address)](q, v, z, x, p, out)
+call_at: Any = _call_plainly if PLAINLY else _call
+"""Calls the kernel at an address: ``call_at(address, q, v, z, x, p, out)``, each an array or a tuple of floats."""

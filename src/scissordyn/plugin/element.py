@@ -7,7 +7,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from functools import cache
 from types import MappingProxyType
-from typing import Any, TypeVar, dataclass_transform
+from typing import Any, ClassVar, TypeVar, dataclass_transform
 
 import numba
 import numpy as np
@@ -16,7 +16,7 @@ from scissordyn.errors import InputError, did_you_mean
 from scissordyn.plugin.address import ANSWER, Kernel, address_of, arguments_of
 from scissordyn.units import State, check_quantities, quantities
 
-__all__ = ["PARAMETERS", "Element", "Slot", "addresses", "element", "is_ours", "numbers", "row_of"]
+__all__ = ["PARAMETERS", "SLOTS", "Element", "Part", "Slot", "addresses", "element", "is_ours", "numbers", "row_of"]
 
 PARAMETERS = 16
 """Width of one row of numbers, a law's or a controller's, in the parameter tables that kernels read."""
@@ -38,21 +38,17 @@ class Slot:
     kernels : mapping of str to (int, str)
         The kernels that an element may have, the one it acts through first: how many of the inputs each may name, and its
         results: "force", one number and the rates of the states; "states"; or "number".
-    facts : mapping of str to value
-        What else an element declares, with the defaults.
     context : tuple of str
         What a kernel may name beside, in the order of their row.
+    defaults : mapping of str to value
+        Of attributes that may be fields.
     """
 
     name: str
     inputs: tuple[str, ...]
     kernels: Mapping[str, tuple[int, str]]
-    facts: Mapping[str, Any] = field(default_factory=dict)
     context: tuple[str, ...] = ()
-
-
-SLOTS: dict[str, Slot] = {}
-"""Slots by name."""
+    defaults: Mapping[str, Any] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, eq=False)
@@ -78,19 +74,35 @@ class Element:
     leading: tuple[str, ...] = ()
 
 
-Class = TypeVar("Class", bound=type)
+class Part:
+    """Base of the elements of a slot, with what they declare beside their kernels."""
+
+    slot: ClassVar[Slot]
+    declaration: ClassVar[Any]
+    name: ClassVar[str]
+    source: ClassVar[str]
+
+    def parameters(self, *_: Any) -> tuple[float, ...]:
+        """The numbers that the kernels read."""
+        return numbers(self)
+
+
+SLOTS: dict[str, type[Part]] = {}
+"""The bases by the names of their slots."""
+
+Class = TypeVar("Class")
 
 
 @dataclass_transform(frozen_default=True)
 def element(
-    *, slot: Slot | str, name: str = "", source: str = "the user", states: tuple[State, ...] = (), **declared: Any
-) -> Callable[[Class], Class]:
+    *, slot: str = "", name: str = "", source: str = "the user", states: tuple[State, ...] = (), **declared: Any
+) -> Callable[[type[Class]], type[Class]]:
     """Make a class a contact law, a friction law or a controller: a frozen dataclass whose numbers its kernels name.
 
     Parameters
     ----------
-    slot : Slot or str
-        What it is: "stiffness", "damping", "friction" or "controller".
+    slot : str, optional
+        What it is: "stiffness", "damping", "friction" or "controller"; not for a class that inherits it.
     name : str, optional
         By default the name of the class in lower case with hyphens.
     source : str
@@ -111,34 +123,42 @@ def element(
     InputError
         If there is no such slot, kernel or fact, or a kernel names something else.
     """
-    if isinstance(slot, str) and slot not in SLOTS:
-        raise InputError(f"slot = {slot!r}{did_you_mean(slot, SLOTS)}", ", ".join(SLOTS))
-    chosen = SLOTS[slot] if isinstance(slot, str) else slot
-    for key in declared:
-        known = (*chosen.kernels, *chosen.facts)
-        if key not in known:
-            raise InputError(f"{key} of a {chosen.name} element{did_you_mean(key, known)}", ", ".join(known))
 
-    def declare(described: Class) -> Class:
+    def declare(described: Any) -> Any:
+        base: Any = next((each for each in described.__mro__ if each in SLOTS.values()), SLOTS.get(slot))
+        if base is None:
+            raise InputError(f"slot = {slot!r}{did_you_mean(slot, SLOTS)}", ", ".join(SLOTS))
+        if not issubclass(described, base):
+            inherited = tuple(each for each in described.__bases__ if each is not object)
+            own = {key: value for key, value in vars(described).items() if key not in ("__dict__", "__weakref__")}
+            described = type(described)(described.__name__, (*inherited, base), own)
+        kinds = base.slot.kernels
+        facts = {key: value for key, value in vars(base).items() if key in base.__annotations__ and key != "states"}
+        for key in declared:
+            if key not in (*kinds, *facts):
+                raise InputError(
+                    f"{key} of a {base.slot.name} element{did_you_mean(key, (*kinds, *facts))}", ", ".join((*kinds, *facts))
+                )
         if not hasattr(described, "__post_init__"):
-            described.__post_init__ = check_quantities  # type: ignore[attr-defined]
+            described.__post_init__ = check_quantities
         made: Any = dataclass(frozen=True)(described)
-        kernels = {key: declared[key] for key in chosen.kernels if declared.get(key) is not None}
-        main = kernels.get(next(iter(chosen.kernels)))
-        given = {*chosen.inputs, *chosen.context, *(state.name for state in states)}
-        if hasattr(made, "parameters"):
+        kernels = {key: declared[key] for key in kinds if declared.get(key) is not None}
+        main = kernels.get(next(iter(kinds)))
+        given = {*base.slot.inputs, *base.slot.context, *(state.name for state in states)}
+        named = tuple(quantities(made))
+        if made.parameters is not Part.parameters:  # the class says itself what its kernels read
             named = () if main is None else tuple(each for each in arguments_of(main) if each not in given)
-        else:
-            named = tuple(quantities(made))
-            made.parameters = _own_parameters
-        facts = {**chosen.facts, **{key: declared[key] for key in chosen.facts if key in declared}}
         spelled = re.sub(r"(?<=[a-z0-9])(?=[A-Z])", "-", made.__name__).lower()
-        for key, value in {"name": name or spelled, "source": source, "states": states, **facts}.items():
-            if key not in vars(made) and key not in made.__dataclass_fields__:
-                setattr(made, key, value)
-        made.declaration = Element(chosen, MappingProxyType(kernels), states, named)
+        chosen = {key: declared[key] for key in facts if key in declared}
+        fields = made.__dataclass_fields__
+        chosen |= {key: value for key, value in base.slot.defaults.items() if key not in fields}
+        for key, value in {"name": name or spelled, "source": source, **chosen}.items():
+            setattr(made, key, value)
+        if states and not isinstance(getattr(made, "states", ()), property):
+            made.states = states
+        made.declaration = Element(base.slot, MappingProxyType(kernels), states, named)
         _check(made)
-        return made  # type: ignore[no-any-return]
+        return made
 
     return declare
 
@@ -146,10 +166,6 @@ def element(
 def numbers(part: Any, **derived: float) -> tuple[float, ...]:
     """The numbers that the kernels of an element read, in order: those derived, and otherwise its fields."""
     return tuple(float(derived[name] if name in derived else getattr(part, name)) for name in part.declaration.numbers)
-
-
-def _own_parameters(self: Any, *_: Any) -> tuple[float, ...]:
-    return numbers(self)
 
 
 def _check(made: Any) -> None:
@@ -208,7 +224,9 @@ def addresses(part: Any) -> Mapping[str, int]:
     InputError
         If a kernel cannot be compiled.
     """
-    states = part.states if isinstance(part.states, tuple) else part.declaration.states
+    states = getattr(part, "states", ())
+    if not isinstance(states, tuple):  # of a class whose parts decide
+        states = part.declaration.states
     return _addresses(part.declaration, tuple(state.name for state in states))
 
 

@@ -7,7 +7,7 @@ import math
 from collections.abc import Callable, Iterable
 from functools import cache
 from types import MappingProxyType
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -34,15 +34,18 @@ class ShortForm:
     function: Function | str
     constants: tuple[float, ...]
     digest: str
-    slot: Any
-    title: Any
-    leading: Any
-    name = "user"
-    source = "the user"
-    states = ()
+    title: ClassVar[str]
+    slot: ClassVar[Slot]
+    name: ClassVar[str] = "user"
+    source: ClassVar[str] = "the user"
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "digest", pinned(self.title, self.function, self.digest))
+
+    @property
+    def leading(self) -> tuple[str, ...]:
+        """Names of the arguments before the constants."""
+        return self.slot.inputs
 
     @property
     def loaded(self) -> tuple[Function, str]:
@@ -54,7 +57,7 @@ class ShortForm:
         return loaded, f"{self.title} '{getattr(loaded, '__name__', loaded)}'"
 
     @property
-    def declaration(self) -> Element:
+    def declaration(self) -> Element:  # type: ignore[override, unused-ignore]
         """What the package knows of the function.
 
         Raises
@@ -142,7 +145,7 @@ def answers(address: int, points: np.ndarray, numbers: np.ndarray, *, context: i
 @kernel()
 def _answers(address, context, points, numbers, found):
     for k in range(found.size):
-        found[k] = call_at(address, points[k, context:], (), (), points[k, :context], numbers, ())  # type: ignore[call-arg]
+        found[k] = call_at(address, points[k, context:], (), (), points[k, :context], numbers, ())
 
 
 def _cause(error: Exception) -> str:

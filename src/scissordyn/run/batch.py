@@ -23,7 +23,7 @@ from scissordyn.run.measure import COMPONENT_UNIT, MEASURES, Ended, Measure, com
 from scissordyn.run.options import EventKind, Options, StartKind
 from scissordyn.run.warn import Extremes
 
-__all__ = ["simulate_cases", "simulate_many"]
+__all__ = ["Perturbed", "simulate_cases", "simulate_many"]
 
 TITLE = "scissordyn batch"
 
@@ -89,7 +89,7 @@ def simulate_many(
         If an address, a measure or an option is wrong.
     """
     options = Options(until, start, Options.samples, rtol, atol, method, most_steps, events)
-    perturbed = (members, perturbation, seed)
+    perturbed = Perturbed(members, perturbation, seed)
     return simulate_cases(mechanism, over, options, measures, perturbed, threads=threads, progress=progress)
 
 
@@ -98,17 +98,15 @@ def simulate_cases(
     over: Mapping[str, ArrayLike],
     options: Options,
     measures: Sequence[str] | Mapping[str, Measure],
-    perturbed: tuple[ArrayLike, float, int],
+    perturbed: Perturbed,
     *,
     threads: int | None = None,
     progress: Callable[[int, int], None] | None = None,
 ) -> xr.Dataset:
-    """The same with the options of `simulate` together, and members, perturbation and seed."""
+    """The same with the options of `simulate` together, and the perturbations of the starts."""
     values = _columns(mechanism, over)
     chosen, spread = _chosen(measures), Threads(threads)
-    members, perturbation, seed = perturbed
-    member_of_each = _member_of_each(members, len(next(iter(values.values()))))
-    batch = _Batch(mechanism, values, chosen, _Perturbed(member_of_each, perturbation, seed))
+    batch = _Batch(mechanism, values, chosen, perturbed)
     began = clocks.perf_counter()
     interrupted = _run_all(batch, options, spread, progress)
     return _dataset(mechanism, values, options, batch, clocks.perf_counter() - began, interrupted=interrupted)
@@ -141,28 +139,34 @@ def _chosen(measures: Sequence[str] | Mapping[str, Measure]) -> dict[str, Measur
     return {name: MEASURES[name] for name in measures}
 
 
-def _member_of_each(members: ArrayLike, cases: int) -> np.ndarray:
-    found = np.asarray(members)
-    if found.dtype.kind not in "iu" or found.ndim > 1 or found.size not in (1, cases) or np.any(found < 0):
-        raise InputError(f"members of shape {found.shape} for {cases} cases", "a whole number >= 0, or one for each case")
-    return np.broadcast_to(found.ravel(), cases)
-
-
 @dataclass(frozen=True)
-class _Perturbed:
-    """Perturbations of the starts on the scale of round-off."""
+class Perturbed:
+    """Perturbations of the starts on the scale of round-off; see `simulate_many`.
 
-    members: np.ndarray
+    Parameters
+    ----------
+    members : array_like of int
+    perturbation : float
+    seed : int
+    """
+
+    members: ArrayLike
     perturbation: float
-    seed: int
+    seed: int = 0
 
     def __post_init__(self) -> None:
         if not 0.0 <= self.perturbation <= LARGEST_PERTURBATION:
             raise InputError(f"perturbation = {self.perturbation!r}", f"a number from 0 to {LARGEST_PERTURBATION:g}")
 
-    def start(self, case: int, y: np.ndarray) -> np.ndarray:
-        """The state of a case at its start; the driver projects it onto the constraints."""
-        member = int(self.members[case])
+    def member_of_each(self, cases: int) -> np.ndarray:
+        """The members of so many cases."""
+        found = np.asarray(self.members)
+        if found.dtype.kind not in "iu" or found.ndim > 1 or found.size not in (1, cases) or np.any(found < 0):
+            raise InputError(f"members of shape {found.shape} for {cases} cases", "a whole number >= 0, or one for each case")
+        return np.broadcast_to(found.ravel(), cases)
+
+    def start(self, member: int, y: np.ndarray) -> np.ndarray:
+        """The state of a member at its start; the driver projects it onto the constraints."""
         if not member:
             return y
         numbers = np.random.Generator(np.random.Philox(key=[self.seed, member]))
@@ -177,11 +181,12 @@ class _Batch:
         mechanism: Mechanism,
         columns: Mapping[str, np.ndarray],
         measures: Mapping[str, Measure],
-        perturbed: _Perturbed,
+        perturbed: Perturbed,
     ) -> None:
-        self.base, self.columns, self.start = mechanism, columns, perturbed.start
+        self.base, self.columns, self.perturbed = mechanism, columns, perturbed
         self.places = {address: find(mechanism, address) for address in columns}
-        cases = perturbed.members.size
+        cases = len(next(iter(columns.values())))
+        self.members = perturbed.member_of_each(cases)
         self.sizes = parts_of(mechanism)
         self.measures = measures
         self.values = {
@@ -198,6 +203,10 @@ class _Batch:
         """The mechanism with the numbers of a case."""
         changes = {address: float(column[case]) for address, column in self.columns.items()}
         return changed_all(self.base, changes, self.places)
+
+    def start(self, case: int, y: np.ndarray) -> np.ndarray:
+        """The state that a case starts from, given that of its mechanism."""
+        return self.perturbed.start(int(self.members[case]), y)
 
     def failed(self, case: int, cause: str) -> None:
         """Note why a case has no measures."""

@@ -15,7 +15,7 @@ import xarray as xr
 
 from scissordyn.errors import InputError, ScissordynError
 from scissordyn.model.address import changed_all, find
-from scissordyn.run.batch import simulate_cases
+from scissordyn.run.batch import Perturbed, simulate_cases
 from scissordyn.run.interrupt import look, pass_on
 from scissordyn.run.measure import MEASURES, Ended, Measure
 from scissordyn.run.simulate import simulate
@@ -150,7 +150,7 @@ def _simulated(study: Study, numbers: Cases) -> xr.Dataset:
     """The cases as one batch on one thread: engines run several blocks beside each other."""
     measures = {name: MEASURES[name] for name in study.measures}
     measures |= {own.name: _accumulated(own) for own in study.own_measures if own.of == "accumulators"}
-    perturbed = (numbers.members, study.perturbation, 0)
+    perturbed = Perturbed(numbers.members, study.perturbation)
     found = pass_on(simulate_cases(study.mechanism, numbers.values, study.options, measures, perturbed, threads=1))
     own = [each for each in study.own_measures if each.of == "dataset"]
     return _of_datasets(study, numbers, found, own) if own else found

@@ -4,21 +4,16 @@ from __future__ import annotations
 
 from typing import Annotated
 
+from scissordyn.control.controller import Controller
 from scissordyn.control.delayed.difference import difference_numbers, torque
-from scissordyn.control.signal import CONTROL
 from scissordyn.plugin.element import element, numbers
 from scissordyn.units import Quantity, check_quantities
 
 __all__ = ["ExtendedDelayedFeedback"]
 
 
-@element(
-    slot=CONTROL,
-    name="extended",
-    torque=torque,
-    source="Socolar, Sukow and Gauthier 1994, Physical Review E 50",
-)
-class ExtendedDelayedFeedback:
+@element(name="extended", torque=torque, source="Socolar, Sukow and Gauthier 1994, Physical Review E 50")
+class ExtendedDelayedFeedback(Controller):
     r"""Feedback of the difference between a signal and a weighted sum of its values one, two, three ... periods ago.
 
     .. math::

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import Annotated
 
+from scissordyn.control.controller import Controller
 from scissordyn.control.delayed.difference import difference_numbers, torque
-from scissordyn.control.signal import CONTROL
 from scissordyn.plugin.element import element, numbers
 from scissordyn.units import Quantity, check_quantities
 
@@ -13,12 +13,11 @@ __all__ = ["Pyragas"]
 
 
 @element(
-    slot=CONTROL,
     name="pyragas",
     torque=torque,
     source=("Pyragas 1992, doi:10.1016/0375-9601(92)90745-8; limitation: Nakajima 1997, doi:10.1016/S0375-9601(97)00362-9"),
 )
-class Pyragas:
+class Pyragas(Controller):
     r"""Feedback of the difference between a signal and its value one period ago.
 
     .. math::

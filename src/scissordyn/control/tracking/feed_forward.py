@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import Annotated
 
-from scissordyn.control.signal import CONTROL
+from scissordyn.control.controller import Controller
 from scissordyn.control.tracking.feedback import INTEGRAL, feedback_numbers, settled
 from scissordyn.plugin.element import element, numbers
 from scissordyn.units import Quantity, State, check_quantities
@@ -42,13 +42,12 @@ def torque(
 
 
 @element(
-    slot=CONTROL,
     name="feed-forward",
     torque=torque,
     states=(INTEGRAL,),
     source="Astrom and Hagglund 1995, PID Controllers, ISBN 1-55617-516-7",
 )
-class FeedForward:
+class FeedForward(Controller):
     r"""A torque over time with feedback of the angle error and of the rate of a distance, within a limit.
 
     .. math::

@@ -2,16 +2,12 @@
 
 from __future__ import annotations
 
-from scissordyn.control.signal import CONTROL
+from scissordyn.control.controller import Controller
 from scissordyn.plugin.element import element
 
 __all__ = ["NoControl"]
 
 
-@element(
-    slot=CONTROL,
-    name="none",
-    source="definition",
-)
-class NoControl:
+@element(name="none", source="definition")
+class NoControl(Controller):
     """An actuator without torque: u = 0."""

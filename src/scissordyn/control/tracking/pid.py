@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Annotated
 
-from scissordyn.control.signal import CONTROL
+from scissordyn.control.controller import Controller
 from scissordyn.control.tracking.feedback import INTEGRAL, feedback_numbers, settled
 from scissordyn.plugin.element import element, numbers
 from scissordyn.units import Quantity, State, check_quantities
@@ -20,14 +20,8 @@ def torque(
     return settled(time, command, error, integral_torque, integral, limit, ramp, back_calculation)
 
 
-@element(
-    slot=CONTROL,
-    name="pid",
-    torque=torque,
-    states=(INTEGRAL,),
-    source="Astrom and Hagglund 1995, PID Controllers, ISBN 1-55617-516-7",
-)
-class PID:
+@element(name="pid", torque=torque, states=(INTEGRAL,), source="Astrom and Hagglund 1995, PID Controllers, ISBN 1-55617-516-7")
+class PID(Controller):
     r"""Feedback of the angle error, its rate and its integral, within a limit.
 
     .. math::

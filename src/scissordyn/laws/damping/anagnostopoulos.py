@@ -5,24 +5,17 @@ from __future__ import annotations
 import math
 from typing import Annotated
 
-from scissordyn.laws.contact import JointContact
+from scissordyn.laws.contact import Damping, JointContact
 from scissordyn.laws.damping import dashpot
 from scissordyn.laws.damping.proportional import PositiveRestitution
-from scissordyn.laws.slot import DAMPING
 from scissordyn.plugin.element import element
 from scissordyn.units import Quantity
 
 __all__ = ["Anagnostopoulos"]
 
 
-@element(
-    slot=DAMPING,
-    name="anagnostopoulos",
-    force=dashpot.force,
-    restitution_range=(0.0, 1.0),
-    source="Anagnostopoulos 1988",
-)
-class Anagnostopoulos:
+@element(name="anagnostopoulos", force=dashpot.force, restitution_range=(0.0, 1.0), source="Anagnostopoulos 1988")
+class Anagnostopoulos(Damping):
     r"""The linear dashpot that with a linear spring k gives the restitution coefficient c_e for an effective mass m.
 
     .. math:: F_n = F_{el} + C \delta',\quad C = 2\zeta\sqrt{k m},\quad \zeta = \frac{-\ln c_e}{\sqrt{\pi^2 + \ln^2 c_e}}

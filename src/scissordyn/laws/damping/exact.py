@@ -8,7 +8,6 @@ from functools import cache
 
 from scissordyn.laws.damping import proportional
 from scissordyn.laws.damping.proportional import DampingFactor, PositiveRestitution
-from scissordyn.laws.slot import DAMPING
 from scissordyn.plugin.element import element
 
 __all__ = ["Exact", "exact_factor", "returned_restitution"]
@@ -81,7 +80,6 @@ def returned_restitution(factor: float) -> float:
 
 
 @element(
-    slot=DAMPING,
     name="exact",
     force=proportional.force,
     restitution_range=(0.0, 1.0),

@@ -6,7 +6,6 @@ import math
 
 from scissordyn.laws.damping import proportional
 from scissordyn.laws.damping.proportional import DampingFactor, PositiveRestitution, Restitution
-from scissordyn.laws.slot import DAMPING
 from scissordyn.plugin.element import element
 
 __all__ = [
@@ -26,12 +25,7 @@ WHOLE = (0.0, 1.0)
 """A source that offers its factor for every restitution; one that speaks of high restitution without a number has None."""
 
 
-@element(
-    slot=DAMPING,
-    name="hunt-crossley",
-    force=proportional.force,
-    source="Hunt, Crossley 1975, doi:10.1115/1.3423596",
-)
+@element(name="hunt-crossley", force=proportional.force, source="Hunt, Crossley 1975, doi:10.1115/1.3423596")
 class HuntCrossley(DampingFactor):
     r"""Damping that vanishes with the indentation, so that the force starts and ends at zero.
 
@@ -45,12 +39,7 @@ class HuntCrossley(DampingFactor):
         return 1.5 * (1.0 - c)
 
 
-@element(
-    slot=DAMPING,
-    name="herbert-mcwhannell",
-    force=proportional.force,
-    source="Herbert, McWhannell 1977",
-)
+@element(name="herbert-mcwhannell", force=proportional.force, source="Herbert, McWhannell 1977")
 class HerbertMcWhannell(DampingFactor):
     r"""Damping whose energy loss is found along the approach curve of the damped contact.
 
@@ -66,12 +55,7 @@ class HerbertMcWhannell(DampingFactor):
         return 6.0 * (1.0 - c) / ((2.0 * c - 1.0) ** 2 + 3.0)
 
 
-@element(
-    slot=DAMPING,
-    name="lee-wang",
-    force=proportional.force,
-    source="Lee, Wang 1983, J. Mech. Transm. Autom. Des. 105, 534-540",
-)
+@element(name="lee-wang", force=proportional.force, source="Lee, Wang 1983, J. Mech. Transm. Autom. Des. 105, 534-540")
 class LeeWang(DampingFactor):
     r"""Half of Hunt and Crossley's damping, for intermittent motion mechanisms.
 
@@ -87,12 +71,7 @@ class LeeWang(DampingFactor):
         return 0.75 * (1.0 - c)
 
 
-@element(
-    slot=DAMPING,
-    name="lankarani-nikravesh",
-    force=proportional.force,
-    source="Lankarani, Nikravesh 1990, doi:10.1115/1.2912617",
-)
+@element(name="lankarani-nikravesh", force=proportional.force, source="Lankarani, Nikravesh 1990, doi:10.1115/1.2912617")
 class LankaraniNikravesh(DampingFactor):
     r"""Damping that returns the nominal restitution for nearly elastic contacts.
 
@@ -107,7 +86,6 @@ class LankaraniNikravesh(DampingFactor):
 
 
 @element(
-    slot=DAMPING,
     name="zhiying-qishao",
     force=proportional.force,
     restitution_range=WHOLE,
@@ -129,11 +107,7 @@ class ZhiyingQishao(DampingFactor):
 
 
 @element(
-    slot=DAMPING,
-    name="flores",
-    force=proportional.force,
-    restitution_range=WHOLE,
-    source="Flores et al. 2011, doi:10.1007/s11044-010-9237-4",
+    name="flores", force=proportional.force, restitution_range=WHOLE, source="Flores et al. 2011, doi:10.1007/s11044-010-9237-4"
 )
 class Flores(DampingFactor):
     r"""Damping for the whole range of restitution, soft contacts too.
@@ -148,13 +122,7 @@ class Flores(DampingFactor):
         return 8.0 * (1.0 - c) / (5.0 * c)
 
 
-@element(
-    slot=DAMPING,
-    name="hu-guo",
-    force=proportional.force,
-    restitution_range=WHOLE,
-    source="Hu, Guo 2015, doi:10.1007/s11044-015-9453-z",
-)
+@element(name="hu-guo", force=proportional.force, restitution_range=WHOLE, source="Hu, Guo 2015, doi:10.1007/s11044-015-9453-z")
 class HuGuo(DampingFactor):
     r"""Damping for the whole range of restitution, its energy balance taken over approach and rebound.
 
@@ -172,7 +140,6 @@ class HuGuo(DampingFactor):
 
 
 @element(
-    slot=DAMPING,
     name="carvalho-martins",
     force=proportional.force,
     restitution_range=WHOLE,
@@ -192,7 +159,6 @@ class CarvalhoMartins(DampingFactor):
 
 
 @element(
-    slot=DAMPING,
     name="safaeifar-farshidianfar",
     force=proportional.force,
     restitution_range=WHOLE,

@@ -5,14 +5,12 @@ from __future__ import annotations
 from scissordyn.laws.damping import proportional
 from scissordyn.laws.damping.exact import exact_factor
 from scissordyn.laws.damping.proportional import DampingFactor, PositiveRestitution
-from scissordyn.laws.slot import DAMPING
 from scissordyn.plugin.element import element
 
 __all__ = ["Gonthier"]
 
 
 @element(
-    slot=DAMPING,
     name="gonthier",
     force=proportional.force,
     restitution_range=(0.0, 1.0),

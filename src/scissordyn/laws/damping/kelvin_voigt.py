@@ -4,21 +4,16 @@ from __future__ import annotations
 
 from typing import Annotated
 
+from scissordyn.laws.contact import Damping
 from scissordyn.laws.damping import dashpot
-from scissordyn.laws.slot import DAMPING
 from scissordyn.plugin.element import element
 from scissordyn.units import Quantity
 
 __all__ = ["KelvinVoigt"]
 
 
-@element(
-    slot=DAMPING,
-    name="kelvin-voigt",
-    force=dashpot.force,
-    source="Goldsmith 1960, Impact",
-)
-class KelvinVoigt:
+@element(name="kelvin-voigt", force=dashpot.force, source="Goldsmith 1960, Impact")
+class KelvinVoigt(Damping):
     r"""A linear dashpot with a given constant.
 
     .. math:: F_n = F_{el} + C \delta'

@@ -2,21 +2,15 @@
 
 from __future__ import annotations
 
-from scissordyn.laws.contact import JointContact
+from scissordyn.laws.contact import Damping, JointContact
 from scissordyn.laws.damping import proportional
-from scissordyn.laws.slot import DAMPING
 from scissordyn.plugin.element import element
 
 __all__ = ["NoDamping"]
 
 
-@element(
-    slot=DAMPING,
-    name="none",
-    force=proportional.force,
-    source="Hertz 1881",
-)
-class NoDamping:
+@element(name="none", force=proportional.force, source="Hertz 1881")
+class NoDamping(Damping):
     """A contact without dissipation: xi = 0."""
 
     @property

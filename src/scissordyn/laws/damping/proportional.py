@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Annotated
 
-from scissordyn.laws.contact import JointContact
+from scissordyn.laws.contact import Damping, JointContact
 from scissordyn.units import Quantity
 
 __all__ = ["DampingFactor", "PositiveRestitution", "Restitution", "force"]
@@ -14,7 +14,7 @@ PositiveRestitution = Annotated[float, Quantity("1", minimum=1e-3, maximum=1.0, 
 """For factors that grow as 1/c_e; impacts that return less than a thousandth of their speed are beyond these laws."""
 
 
-class DampingFactor:
+class DampingFactor(Damping):
     """A damping factor found from a restitution; a law adds its name, source, range and formula."""
 
     restitution: float

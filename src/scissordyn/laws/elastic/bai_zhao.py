@@ -5,9 +5,8 @@ from __future__ import annotations
 import math
 
 from scissordyn.jit import kernel
-from scissordyn.laws.contact import JointContact
+from scissordyn.laws.contact import Elastic, JointContact
 from scissordyn.laws.elastic.quadrature import NODES, WEIGHTS
-from scissordyn.laws.slot import ELASTIC
 from scissordyn.plugin.element import element
 
 __all__ = ["BaiZhaoAsPrinted", "energy", "force"]
@@ -36,14 +35,13 @@ def energy(indentation, scale, clearance):
 
 
 @element(
-    slot=ELASTIC,
     name="bai-zhao-as-printed",
     force=force,
     energy=energy,
     caveat=("as printed, its units are not those of a force and the bearing length does not enter: for comparison only"),
     source="Bai, Zhao 2013",
 )
-class BaiZhaoAsPrinted:
+class BaiZhaoAsPrinted(Elastic):
     r"""The modified force of the clearance literature, for comparison only: its units are not those of a force.
 
     .. math:: F = K_n \delta^{3/2},\quad K_n = \frac{\pi E^*}{8} \sqrt{\frac{2\delta (3c + 2\delta)^2}{(c+\delta)^3}}

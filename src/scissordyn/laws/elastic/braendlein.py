@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-from scissordyn.laws.contact import JointContact
+from scissordyn.laws.contact import Elastic, JointContact
 from scissordyn.laws.elastic import power
-from scissordyn.laws.slot import ELASTIC
 from scissordyn.plugin.element import element
 
 __all__ = ["Braendlein"]
 
 
 @element(
-    slot=ELASTIC,
     name="braendlein",
     force=power.force,
     energy=power.energy,
@@ -19,7 +17,7 @@ __all__ = ["Braendlein"]
     materials="steel",
     source="Braendlein, Eschmann, Hasbargen, Weigand 1995, Die Waelzlagerpraxis",
 )
-class Braendlein:
+class Braendlein(Elastic):
     r"""A steel roller between steel races, fitted to rolling bearings.
 
     .. math:: F = 35948\, L_b^{8/9}\, \delta^{10/9} \quad (\mathrm{N}, \mathrm{mm})

@@ -5,9 +5,8 @@ from __future__ import annotations
 import math
 from typing import Annotated
 
-from scissordyn.laws.contact import JointContact
+from scissordyn.laws.contact import Elastic, JointContact
 from scissordyn.laws.elastic import logarithmic
-from scissordyn.laws.slot import ELASTIC
 from scissordyn.plugin.element import element
 from scissordyn.units import Quantity
 
@@ -15,14 +14,13 @@ __all__ = ["DubowskyFreudenstein"]
 
 
 @element(
-    slot=ELASTIC,
     name="dubowsky-freudenstein",
     force=logarithmic.force,
     energy=logarithmic.energy,
     small_contact=True,
     source=("Dubowsky, Freudenstein 1971, Dynamic Analysis of Mechanical Systems With Clearances; Goldsmith 1960, Impact"),
 )
-class DubowskyFreudenstein:
+class DubowskyFreudenstein(Elastic):
     r"""A cylindrical pin in an elastic hole.
 
     .. math:: \delta = \frac{F(h_B+h_J)}{L_b} \left[\ln\frac{L_b^m c}{F R_B R_J (h_B+h_J)} + 1\right],\quad

@@ -4,23 +4,21 @@ from __future__ import annotations
 
 import math
 
-from scissordyn.laws.contact import JointContact
+from scissordyn.laws.contact import Elastic, JointContact
 from scissordyn.laws.elastic import logarithmic
-from scissordyn.laws.slot import ELASTIC
 from scissordyn.plugin.element import element
 
 __all__ = ["Esdu"]
 
 
 @element(
-    slot=ELASTIC,
     name="esdu-78035",
     force=logarithmic.force,
     energy=logarithmic.energy,
     small_contact=True,
     source=("ESDU 78035, Contact phenomena I, 1978; as given by Pereira et al. 2011, Nonlinear Dynamics 63, 681-697"),
 )
-class Esdu:
+class Esdu(Elastic):
     r"""A cylinder in a cylindrical seat, after the engineering data item: Johnson's form with +1 in place of -1.
 
     .. math:: \delta = \frac{F(h_B+h_J)}{L_b} \left[\ln\frac{4 L_b c}{F(h_B+h_J)} + 1\right],\quad

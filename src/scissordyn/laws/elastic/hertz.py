@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import math
 
-from scissordyn.laws.contact import JointContact
-from scissordyn.laws.slot import ELASTIC
+from scissordyn.laws.contact import Elastic, JointContact
 from scissordyn.plugin.element import element
 
 __all__ = ["Hertz", "energy", "force"]
@@ -22,14 +21,13 @@ def energy(indentation, stiffness):
 
 
 @element(
-    slot=ELASTIC,
     name="hertz",
     force=force,
     energy=energy,
     small_contact=True,
     source="Hertz 1881; for a journal in a bearing: Flores and co-workers 2006",
 )
-class Hertz:
+class Hertz(Elastic):
     r"""A ball of the journal's radius in a ball-shaped socket of the bearing's radius.
 
     .. math:: F = K \delta^{3/2},\quad K = \frac{4}{3} E^* \sqrt{\frac{R_B R_J}{R_B - R_J}}

@@ -4,23 +4,21 @@ from __future__ import annotations
 
 import math
 
-from scissordyn.laws.contact import JointContact
+from scissordyn.laws.contact import Elastic, JointContact
 from scissordyn.laws.elastic import logarithmic
-from scissordyn.laws.slot import ELASTIC
 from scissordyn.plugin.element import element
 
 __all__ = ["Johnson"]
 
 
 @element(
-    slot=ELASTIC,
     name="johnson",
     force=logarithmic.force,
     energy=logarithmic.energy,
     small_contact=True,
     source="Johnson 1985, Contact Mechanics, section 4.2, doi:10.1017/CBO9781139171731",
 )
-class Johnson:
+class Johnson(Elastic):
     r"""A cylinder in a cylindrical seat, on the ascending branch of the curve.
 
     .. math:: \delta = \frac{f}{\pi E^*} \left[\ln\frac{4\pi E^* c}{f} - 1\right],\quad f = F/L_b

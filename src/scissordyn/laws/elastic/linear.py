@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Annotated
 
-from scissordyn.laws.slot import ELASTIC
+from scissordyn.laws.contact import Elastic
 from scissordyn.plugin.element import element
 from scissordyn.units import Quantity
 
@@ -21,14 +21,8 @@ def energy(indentation, stiffness):
     return 0.5 * stiffness * indentation * indentation
 
 
-@element(
-    slot=ELASTIC,
-    name="linear",
-    force=force,
-    energy=energy,
-    source="definition",
-)
-class Linear:
+@element(name="linear", force=force, energy=energy, source="definition")
+class Linear(Elastic):
     r"""A spring of constant stiffness.
 
     .. math:: F = k \delta

@@ -5,9 +5,8 @@ from __future__ import annotations
 import math
 
 from scissordyn.jit import kernel
-from scissordyn.laws.contact import JointContact
+from scissordyn.laws.contact import Elastic, JointContact
 from scissordyn.laws.elastic.quadrature import NODES, WEIGHTS
-from scissordyn.laws.slot import ELASTIC
 from scissordyn.plugin.element import element
 
 __all__ = ["Liu", "energy", "force"]
@@ -33,14 +32,8 @@ def energy(indentation, scale, clearance):
     return total * indentation
 
 
-@element(
-    slot=ELASTIC,
-    name="liu",
-    force=force,
-    energy=energy,
-    source="Liu, Zhang, Yang 2007",
-)
-class Liu:
+@element(name="liu", force=force, energy=energy, source="Liu, Zhang, Yang 2007")
+class Liu(Elastic):
     r"""A journal in its bearing on an elastic foundation whose stiffness grows with the contact arc.
 
     .. math:: F = L_b \frac{\pi}{2} E^* \delta \sqrt{\frac{\delta}{2(c+\delta)}}

@@ -5,9 +5,8 @@ from __future__ import annotations
 import math
 
 from scissordyn.errors import InputError
-from scissordyn.laws.contact import JointContact
+from scissordyn.laws.contact import Elastic, JointContact
 from scissordyn.laws.elastic import power
-from scissordyn.laws.slot import ELASTIC
 from scissordyn.plugin.element import element
 
 __all__ = ["Pereira"]
@@ -17,13 +16,12 @@ CLEARANCES = (0.005, 0.34954, 10.0)
 
 
 @element(
-    slot=ELASTIC,
     name="pereira",
     force=power.force,
     energy=power.energy,
     source="Pereira, Ramalho, Ambrosio 2011, Nonlinear Dynamics 63, 681-697",
 )
-class Pereira:
+class Pereira(Elastic):
     r"""An explicit power law fitted to Johnson's internal contact, exponent and stiffness depending on the clearance.
 
     .. math::

@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import math
 
-from scissordyn.laws.contact import JointContact
+from scissordyn.laws.contact import Elastic, JointContact
 from scissordyn.laws.elastic.quadrature import NODES, WEIGHTS
-from scissordyn.laws.slot import ELASTIC
 from scissordyn.plugin.element import element
 
 __all__ = ["Persson", "energy", "force"]
@@ -40,14 +39,9 @@ def energy(indentation, scale, clearance, deepest, last_force, last_stiffness):
 
 
 @element(
-    slot=ELASTIC,
-    name="persson",
-    force=force,
-    energy=energy,
-    materials="same",
-    source="Persson 1964, Chalmers; Ciavarella, Decuzzi 2001",
+    name="persson", force=force, energy=energy, materials="same", source="Persson 1964, Chalmers; Ciavarella, Decuzzi 2001"
 )
-class Persson:
+class Persson(Elastic):
     r"""A disc in a hole of almost its size, for arcs of contact that are not small; both of one material.
 
     .. math::

@@ -4,22 +4,16 @@ from __future__ import annotations
 
 from typing import Annotated
 
+from scissordyn.laws.contact import Elastic
 from scissordyn.laws.elastic import power
-from scissordyn.laws.slot import ELASTIC
 from scissordyn.plugin.element import element
 from scissordyn.units import Quantity
 
 __all__ = ["PowerLaw"]
 
 
-@element(
-    slot=ELASTIC,
-    name="power",
-    force=power.force,
-    energy=power.energy,
-    source="definition; K as in Flores and co-workers 2006",
-)
-class PowerLaw:
+@element(name="power", force=power.force, energy=power.energy, source="definition; K as in Flores and co-workers 2006")
+class PowerLaw(Elastic):
     r"""A spring that hardens with a constant exponent.
 
     .. math:: F = K \delta^n

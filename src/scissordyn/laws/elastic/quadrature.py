@@ -25,7 +25,7 @@ def piece(address, low, high, delta, p):
     total = 0.0
     for k in range(NODES.size):
         s = low + (high - low) * NODES[k]
-        total += WEIGHTS[k] * call_at(address, (delta * s * s,), (), (), (), p, ()) * 2.0 * s  # type: ignore[call-arg]
+        total += WEIGHTS[k] * call_at(address, (delta * s * s,), (), (), (), p, ()) * 2.0 * s
     return total * (high - low)
 
 

@@ -5,9 +5,8 @@ from __future__ import annotations
 import math
 from typing import Annotated
 
-from scissordyn.laws.contact import JointContact
+from scissordyn.laws.contact import Elastic, JointContact
 from scissordyn.laws.elastic import logarithmic
-from scissordyn.laws.slot import ELASTIC
 from scissordyn.plugin.element import element
 from scissordyn.units import Quantity
 
@@ -15,14 +14,13 @@ __all__ = ["Radzimovsky"]
 
 
 @element(
-    slot=ELASTIC,
     name="radzimovsky",
     force=logarithmic.force,
     energy=logarithmic.energy,
     small_contact=True,
     source="Radzimovsky 1953, University of Illinois Engineering Experiment Station Bulletin 408",
 )
-class Radzimovsky:
+class Radzimovsky(Elastic):
     r"""Two cylinders whose axes approach as the contact flattens to a strip of half width b.
 
     .. math:: \delta = \frac{f}{\pi E^*} \left[\tfrac{2}{3} + \ln\frac{4R_B}{b} + \ln\frac{4R_J}{b}\right],\quad

@@ -6,8 +6,8 @@ import math
 from typing import Annotated
 
 from scissordyn.errors import InputError
+from scissordyn.laws.contact import Friction
 from scissordyn.laws.friction.coefficients import Coefficient
-from scissordyn.laws.slot import FRICTION
 from scissordyn.plugin.element import element
 from scissordyn.units import Quantity, check_quantities
 
@@ -25,14 +25,8 @@ def static_limit(slip_speed, normal_force, kinetic):
     return kinetic * normal_force
 
 
-@element(
-    slot=FRICTION,
-    name="ambrosio",
-    force=force,
-    limit=static_limit,
-    source="Ambrosio 2003",
-)
-class Ambrosio:
+@element(name="ambrosio", force=force, limit=static_limit, source="Ambrosio 2003")
+class Ambrosio(Friction):
     r"""Coulomb friction whose sign change is a ramp between two slip speeds.
 
     .. math:: F_t = \mu c_d F_n \operatorname{sgn} v,\quad c_d = \min(1, \max(0, (|v|-v_0)/(v_1-v_0)))

@@ -5,9 +5,8 @@ from __future__ import annotations
 import math
 from typing import Annotated
 
-from scissordyn.laws.contact import JointContact
+from scissordyn.laws.contact import Friction, JointContact
 from scissordyn.laws.friction.coefficients import Kinetic, Static, static_coefficient
-from scissordyn.laws.slot import FRICTION
 from scissordyn.plugin.element import element, numbers
 from scissordyn.units import Quantity, check_quantities
 
@@ -30,14 +29,8 @@ def static_limit(slip_speed, normal_force, static):
     return static * normal_force
 
 
-@element(
-    slot=FRICTION,
-    name="bengisu-akay",
-    force=force,
-    limit=static_limit,
-    source="Bengisu, Akay 1994",
-)
-class BengisuAkay:
+@element(name="bengisu-akay", force=force, limit=static_limit, source="Bengisu, Akay 1994")
+class BengisuAkay(Friction):
     r"""A parabola up to static friction and an exponential down to kinetic friction.
 
     .. math::

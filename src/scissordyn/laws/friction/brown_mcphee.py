@@ -5,9 +5,8 @@ from __future__ import annotations
 import math
 from typing import Annotated
 
-from scissordyn.laws.contact import JointContact
+from scissordyn.laws.contact import Friction, JointContact
 from scissordyn.laws.friction.coefficients import Kinetic, Static, static_coefficient
-from scissordyn.laws.slot import FRICTION
 from scissordyn.plugin.element import element, numbers
 from scissordyn.units import Quantity, check_quantities
 
@@ -26,14 +25,8 @@ def static_limit(slip_speed, normal_force, static):
     return static * normal_force
 
 
-@element(
-    slot=FRICTION,
-    name="brown-mcphee",
-    force=force,
-    limit=static_limit,
-    source="Brown, McPhee 2016, doi:10.1115/1.4033658",
-)
-class BrownMcPhee:
+@element(name="brown-mcphee", force=force, limit=static_limit, source="Brown, McPhee 2016, doi:10.1115/1.4033658")
+class BrownMcPhee(Friction):
     r"""Stribeck friction as one smooth function, its peak at the transition speed.
 
     .. math::

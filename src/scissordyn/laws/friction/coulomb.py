@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 
 from scissordyn.jit import kernel
+from scissordyn.laws.contact import Friction
 from scissordyn.laws.friction.coefficients import Coefficient, RampSpeed
-from scissordyn.laws.slot import FRICTION
 from scissordyn.plugin.element import element
 
 __all__ = ["Coulomb", "direction", "force", "static_limit"]
@@ -30,14 +30,8 @@ def static_limit(slip_speed, normal_force, kinetic):
     return kinetic * normal_force
 
 
-@element(
-    slot=FRICTION,
-    name="coulomb",
-    force=force,
-    limit=static_limit,
-    source="Coulomb 1785",
-)
-class Coulomb:
+@element(name="coulomb", force=force, limit=static_limit, source="Coulomb 1785")
+class Coulomb(Friction):
     r"""Friction opposite to sliding, independent of its speed.
 
     .. math:: F_t = \mu F_n \tanh\frac{v}{v_0}

@@ -5,9 +5,9 @@ from __future__ import annotations
 import math
 from typing import Annotated
 
+from scissordyn.laws.contact import Friction
 from scissordyn.laws.friction.bristle import PRESLIDING_SPEED, BristleStiffness, onset
 from scissordyn.laws.friction.coefficients import Coefficient
-from scissordyn.laws.slot import FRICTION
 from scissordyn.plugin.element import element
 from scissordyn.units import Quantity, State
 
@@ -37,7 +37,6 @@ def static_limit(slip_speed, normal_force, kinetic):
 
 
 @element(
-    slot=FRICTION,
     name="dahl",
     force=force,
     start=start,
@@ -46,7 +45,7 @@ def static_limit(slip_speed, normal_force, kinetic):
     states=(State("bristle_deflection", "m"),),
     source="Dahl 1976, doi:10.2514/3.61511",
 )
-class Dahl:
+class Dahl(Friction):
     r"""Friction as the force of elastic surfaces that yield gradually, without a static peak.
 
     .. math:: z' = v \left|1 - \frac{\sigma_0 z}{\mu}\operatorname{sgn} v\right|^n

@@ -7,7 +7,7 @@ from typing import Annotated
 
 import numpy as np
 
-from scissordyn.laws.contact import JointContact
+from scissordyn.laws.contact import Friction, JointContact
 from scissordyn.laws.friction.bristle import (
     BristleDamping,
     BristleStiffness,
@@ -20,7 +20,6 @@ from scissordyn.laws.friction.bristle import (
 from scissordyn.laws.friction.coefficients import Kinetic, Static, StribeckExponent, StribeckSpeed, Viscous, static_coefficient
 from scissordyn.laws.friction.lugre import static_limit
 from scissordyn.laws.friction.stribeck import sliding_coefficient
-from scissordyn.laws.slot import FRICTION
 from scissordyn.plugin.element import element, numbers
 from scissordyn.units import Quantity, State, check_quantities
 
@@ -59,7 +58,6 @@ def force(
 
 
 @element(
-    slot=FRICTION,
     name="elasto-plastic",
     force=force,
     start=start,
@@ -68,7 +66,7 @@ def force(
     states=(State("bristle_deflection", "m"),),
     source="Dupont, Hayward, Armstrong, Altpeter 2002, doi:10.1109/TAC.2002.1000274",
 )
-class ElastoPlastic:
+class ElastoPlastic(Friction):
     r"""LuGre friction whose bristles first deflect without slip, so that a joint at rest does not creep.
 
     .. math::

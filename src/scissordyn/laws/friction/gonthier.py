@@ -6,10 +6,9 @@ import math
 from typing import Annotated
 
 from scissordyn.jit import kernel
-from scissordyn.laws.contact import JointContact
+from scissordyn.laws.contact import Friction, JointContact
 from scissordyn.laws.friction.bristle import BristleStiffness, onset
 from scissordyn.laws.friction.coefficients import Kinetic, Static, Viscous, static_coefficient
-from scissordyn.laws.slot import FRICTION
 from scissordyn.plugin.element import element, numbers
 from scissordyn.units import Quantity, State, check_quantities
 
@@ -91,7 +90,6 @@ def static_limit(slip_speed, normal_force, static, viscous):
 
 
 @element(
-    slot=FRICTION,
     name="gonthier-bristle",
     force=force,
     start=start,
@@ -100,7 +98,7 @@ def static_limit(slip_speed, normal_force, static, viscous):
     states=(State("bristle_deflection", "m"), State("dwell", "1", scale=1.0)),
     source="Gonthier, McPhee, Lange, Piedboeuf 2004, doi:10.1023/B:MUBO.0000029392.21648.bc",
 )
-class GonthierBristle:
+class GonthierBristle(Friction):
     r"""Bristles that stick at rest and slide when moving, and a static friction that grows with the time at rest.
 
     .. math::

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from scissordyn.laws.contact import JointContact
+from scissordyn.laws.contact import Friction, JointContact
 from scissordyn.laws.friction.bristle import (
     BristleDamping,
     BristleStiffness,
@@ -14,7 +14,6 @@ from scissordyn.laws.friction.bristle import (
 )
 from scissordyn.laws.friction.coefficients import Kinetic, Static, StribeckExponent, StribeckSpeed, Viscous, static_coefficient
 from scissordyn.laws.friction.stribeck import sliding_coefficient
-from scissordyn.laws.slot import FRICTION
 from scissordyn.plugin.element import element, numbers
 from scissordyn.units import State, check_quantities
 
@@ -52,7 +51,6 @@ def static_limit(slip_speed, normal_force, static, viscous):
 
 
 @element(
-    slot=FRICTION,
     name="lugre",
     force=force,
     start=start,
@@ -64,7 +62,7 @@ def static_limit(slip_speed, normal_force, static, viscous):
         "Int. J. Adaptive Control and Signal Processing 11, 65-80"
     ),
 )
-class LuGre:
+class LuGre(Friction):
     r"""Bristle friction with pre-sliding, Stribeck effect and stick-slip.
 
     .. math::

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from scissordyn.laws.slot import FRICTION
+from scissordyn.laws.contact import Friction
 from scissordyn.plugin.element import element
 
 __all__ = ["NoFriction"]
@@ -13,12 +13,6 @@ def static_limit():
     return 0.0
 
 
-@element(
-    slot=FRICTION,
-    name="none",
-    limit=static_limit,
-    stiff=False,
-    source="definition",
-)
-class NoFriction:
+@element(name="none", limit=static_limit, stiff=False, source="definition")
+class NoFriction(Friction):
     """Two surfaces that slide freely: F_t = 0."""

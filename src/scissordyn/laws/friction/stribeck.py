@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from scissordyn.jit import kernel
-from scissordyn.laws.contact import JointContact
+from scissordyn.laws.contact import Friction, JointContact
 from scissordyn.laws.friction.coefficients import (
     Kinetic,
     RampSpeed,
@@ -16,7 +16,6 @@ from scissordyn.laws.friction.coefficients import (
     static_coefficient,
 )
 from scissordyn.laws.friction.coulomb import direction
-from scissordyn.laws.slot import FRICTION
 from scissordyn.plugin.element import element, numbers
 from scissordyn.units import check_quantities
 
@@ -46,13 +45,12 @@ def static_limit(slip_speed, normal_force, static, viscous):
 
 
 @element(
-    slot=FRICTION,
     name="stribeck",
     force=force,
     limit=static_limit,
     source="Stribeck 1902; Armstrong-Helouvry, Dupont, Canudas de Wit 1994, doi:10.1016/0005-1098(94)90209-7",
 )
-class Stribeck:
+class Stribeck(Friction):
     r"""Static friction that falls to kinetic friction as sliding starts, and a viscous part.
 
     .. math:: F_t = F_n \left[g(v) \tanh\frac{v}{v_0} + \sigma_2 v\right],\quad g = \mu_k + (\mu_s - \mu_k) e^{-|v/v_s|^\gamma}

@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 from typing import Annotated
 
+from scissordyn.laws.contact import Friction
 from scissordyn.laws.friction.coefficients import Coefficient
-from scissordyn.laws.slot import FRICTION
 from scissordyn.plugin.element import element
 from scissordyn.units import Quantity
 
@@ -23,14 +23,8 @@ def static_limit(slip_speed, normal_force, kinetic):
     return kinetic * normal_force
 
 
-@element(
-    slot=FRICTION,
-    name="threlfall",
-    force=force,
-    limit=static_limit,
-    source="Threlfall 1978",
-)
-class Threlfall:
+@element(name="threlfall", force=force, limit=static_limit, source="Threlfall 1978")
+class Threlfall(Friction):
     r"""Coulomb friction approached exponentially.
 
     .. math:: F_t = \mu F_n (1 - e^{-3|v|/v_0}) \operatorname{sgn} v

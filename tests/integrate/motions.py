@@ -1,0 +1,306 @@
+"""Small problems with closed forms, compiled once for all tests of the integrators."""
+
+from __future__ import annotations
+
+import math
+from typing import Annotated, Any, NamedTuple
+
+import numpy as np
+from numba import types
+
+from scissordyn.integrate import advance as loop
+from scissordyn.integrate.history import make_history
+from scissordyn.integrate.integration import (
+    LOG_COLUMNS,
+    Integration,
+    make_problem,
+    make_record,
+    make_samples,
+    make_state,
+    make_work,
+)
+from scissordyn.integrate.tableau import tableau
+from scissordyn.jit import F1, F2, I1, Handle, kernel, opener
+
+__all__ = ["COMPLIANT", "DELAYED", "GROWTH", "OSCILLATOR", "POWER", "RELAXING", "STAGGERED", "Result", "solve_problem"]
+
+OSCILLATOR, COMPLIANT, DELAYED, GROWTH, POWER, RELAXING, STAGGERED = range(7)
+"""y'' = -w^2 y; m y'' = -k d^e on a floor below y = 0; y' = -y(t - T); y' = r y; y' = k t^(k-1); y' = r (y - cos t) - sin t;
+y' = -r (y - y_2), y_2' = 1."""
+
+
+class Numbers(NamedTuple):
+    """What the problems work on."""
+
+    kind: I1
+    parameters: F1
+    level: F1  # (guards,) of y above which a guard is positive
+    sense: F1  # (guards,) 1, or -1 for one that is positive below
+    restitution: F1
+    longest: F1
+    jacobian: F2
+    matrix: F2
+    mode: I1
+    history: F2
+    history_length: I1
+    calls: Annotated[np.ndarray, types.int64[::1]]
+
+
+open_numbers = opener(Numbers)
+
+
+@kernel()
+def earlier(when, S):
+    """The first signal at an instant: 1 up to t = 0, then what the rows of the history hold, as powers."""
+    if when <= 0.0 or S.history_length[0] == 0:
+        return 1.0
+    for k in range(S.history_length[0]):
+        row = S.history[k]
+        if when <= row[0] + row[1] * (1.0 + 1e-12):
+            s, total = 2.0 * (when - row[0]) / row[1] - 1.0, 0.0
+            for q in range(row.size - 2):
+                total += row[2 + q] * s**q
+            return total
+    return math.nan
+
+
+@kernel()
+def rate(t, y, address, dy):
+    """The right-hand sides."""
+    S = open_numbers(address)
+    kind, p = S.kind[0], S.parameters
+    S.calls[0] += 1
+    if kind == 0:
+        dy[0], dy[1] = y[1], -p[0] * p[0] * y[0]
+    elif kind == 1:
+        depth = max(0.0, -y[0])
+        dy[0], dy[1] = y[1], -p[2]
+        if S.mode[0] == 1 and depth > 0.0:
+            dy[1] += p[0] * depth ** p[1]
+    elif kind == 2:
+        dy[0] = -earlier(t - p[0], S)
+    elif kind == 3:
+        dy[0] = p[0] * y[0]
+    elif kind == 4:
+        dy[0] = p[0] * t ** (p[0] - 1.0)
+    elif kind == 5:
+        dy[0] = p[0] * (y[0] - math.cos(t)) - math.sin(t)
+    else:
+        dy[0], dy[1] = -p[0] * (y[0] - y[1]), 1.0
+
+
+@kernel()
+def linearise(t, y, address, dy, dt):
+    """The same with Jacobian and derivative by time."""
+    S = open_numbers(address)
+    kind, p, J = S.kind[0], S.parameters, S.jacobian
+    rate(t, y, address, dy)
+    dt[:] = 0.0
+    J[:, :] = 0.0
+    if kind == 0:
+        J[0, 1], J[1, 0] = 1.0, -p[0] * p[0]
+    elif kind == 1:
+        J[0, 1] = 1.0
+        depth = max(0.0, -y[0])
+        if S.mode[0] == 1 and depth > 0.0:
+            J[1, 0] = -p[0] * p[1] * depth ** (p[1] - 1.0)
+    elif kind == 2:
+        dt[0] = -(earlier(t - p[0] + 1e-6, S) - earlier(t - p[0] - 1e-6, S)) / 2e-6 if t > p[0] + 1e-6 else 0.0
+    elif kind == 3:
+        J[0, 0] = p[0]
+    elif kind == 4:
+        dt[0] = p[0] * (p[0] - 1.0) * t ** (p[0] - 2.0) if p[0] > 1.0 else 0.0
+    elif kind == 5:
+        J[0, 0], dt[0] = p[0], p[0] * math.sin(t) - math.cos(t)
+    else:
+        J[0, 0], J[0, 1] = -p[0], p[0]
+
+
+@kernel()
+def factorize(hg, address):
+    """W = 1/hg - J."""
+    S = open_numbers(address)
+    n = S.matrix.shape[0]
+    for i in range(n):
+        for j in range(n):
+            S.matrix[i, j] = (1.0 / hg if i == j else 0.0) - S.jacobian[i, j]
+    return -1
+
+
+@kernel()
+def solve(r, address):
+    """One or two unknowns."""
+    m = open_numbers(address).matrix
+    if r.size == 1:
+        r[0] /= m[0, 0]
+        return
+    determinant = m[0, 0] * m[1, 1] - m[0, 1] * m[1, 0]
+    first = (m[1, 1] * r[0] - m[0, 1] * r[1]) / determinant
+    r[1] = (m[0, 0] * r[1] - m[1, 0] * r[0]) / determinant
+    r[0] = first
+
+
+@kernel()
+def accept(t, y, address, answer):
+    """No manifold to return to."""
+    answer[0], answer[1] = 0.0, open_numbers(address).longest[0]
+
+
+@kernel()
+def guards(t, y, address, value, slope):
+    """How far y is beyond each level."""
+    S = open_numbers(address)
+    for k in range(S.level.size):
+        value[k], slope[k] = S.sense[k] * (y[0] - S.level[k]), S.sense[k] * y[1]
+
+
+@kernel()
+def guard(t, y, k, address, value, slope):
+    """One of them."""
+    S = open_numbers(address)
+    value[k], slope[k] = S.sense[k] * (y[0] - S.level[k]), S.sense[k] * y[1]
+
+
+@kernel()
+def reset(t, y, k, address, data):
+    """Change the mode; with a restitution the speed turns, and the mode stays."""
+    S = open_numbers(address)
+    data[0] = y[1]
+    if S.restitution[0] > 0.0:
+        y[1] *= -S.restitution[0]
+        return True
+    S.mode[k] = 1 - S.mode[k]
+    return True
+
+
+@kernel()
+def monitor(t, y, address, power, rows):
+    """Integrands y and y^2; rows: y of each guard and of the whole time, with its square."""
+    power[0], power[1] = y[0], y[0] * y[0]
+    for row in range(rows.shape[0]):
+        rows[row, 0], rows[row, 1], rows[row, 2] = y[0], y[0] * y[0], 1.0
+
+
+@kernel()
+def probe(t, y, row, address, dy, out):
+    """One row."""
+    out[0], out[1], out[2] = y[0], y[0] * y[0], 1.0
+
+
+@kernel()
+def record(t, y, address, signals):
+    """The first state."""
+    signals[0] = y[0]
+
+
+_FUNCTIONS = {
+    "rate": rate,
+    "linearise": linearise,
+    "factorize": factorize,
+    "solve": solve,
+    "accept": accept,
+    "guards": guards,
+    "guard": guard,
+    "reset": reset,
+    "monitor": monitor,
+    "probe": probe,
+    "record": record,
+}
+
+
+class Result(NamedTuple):
+    """What a run leaves."""
+
+    status: int
+    time: np.ndarray  # of the samples
+    state: np.ndarray
+    total: np.ndarray
+    mode: np.ndarray
+    log: np.ndarray
+    steps: np.ndarray  # ends of steps
+    end: Any  # integrate.integration.State
+    work: Any
+    calls: int
+
+
+def solve_problem(
+    name: str,
+    kind: int,
+    start: tuple[float, ...],
+    until: float,
+    *,
+    parameters: tuple[float, ...] = (1.0,),
+    rtol: float = 1e-10,
+    atol: float = 1e-10,
+    samples: int | np.ndarray = 2,
+    levels: tuple[float, ...] = (),
+    senses: tuple[float, ...] = (),
+    above: tuple[int, ...] = (),
+    restitution: float = 0.0,
+    step: float = math.inf,
+    first: float = 0.0,
+    crosses: bool = False,
+    band: float = math.inf,
+    delays: tuple[float, ...] = (),
+    monitors: bool = True,
+    log_rows: int = 400,
+    history_rows: int = 4000,
+    record_rows: int = 20000,
+    most_steps: int = 100000,
+    group: tuple[int, ...] = (),
+) -> Result:
+    """Solve one of the problems with a method."""
+    n, count = len(start), len(levels)
+    mode = np.array(above or (0,) * count, np.int64)
+    history, length = make_history(1 if delays else 0, history_rows if delays else 0), np.zeros(1, np.int64)
+    numbers = Numbers(
+        np.array([kind]),
+        np.array([*parameters, 0.0, 0.0, 0.0]),
+        np.array(levels),
+        np.array(senses or (1.0,) * count),
+        np.array([restitution]),
+        np.array([step]),
+        np.zeros((n, n)),
+        np.zeros((n, n)),
+        mode,
+        history,
+        length,
+        np.zeros(1, np.int64),
+    )
+    handle, method = Handle(numbers), tableau(name)
+    state = make_state(
+        np.array(start),
+        mode=mode,
+        memory=np.zeros(count),
+        reference=np.zeros(0),
+        quadratures=2,
+        monitors=1,
+        band=np.array([band]),
+        history=history,
+        history_length=length,
+    )
+    work = make_work(
+        state,
+        method,
+        atol=np.full(n, atol),
+        rtol=np.full(n, rtol),
+        group=np.array(group or (0, n), np.int64),
+        precision=np.full(count, 1e-13),
+        crossable=np.full(count, int(crosses), np.int64),
+        delays=delays,
+    )
+    state.clock["end"], state.clock["longest"], state.clock["crosses"] = until, step, int(crosses)
+    state.clock["monitors"] = int(monitors)
+    if first:
+        state.clock["first"] = state.clock["step"] = first
+    out = make_samples(np.linspace(0.0, until, samples) if isinstance(samples, int) else samples, state)
+    log, steps = np.zeros((log_rows, LOG_COLUMNS)), make_record(record_rows, state)
+    whole = Handle(Integration(method, state, work, out, steps, log))
+    status = np.array([loop.ADVANCING])
+    problem = make_problem(dict(_FUNCTIONS))
+    loop.advance_all(problem, np.array([handle.address]), np.array([whole.address]), most_steps, status)
+    ends = steps.time[: state.counts["recorded"][0]]
+    return Result(
+        *(int(status[0]), out.time, out.state, out.total, out.mode, log[: state.counts["events"][0]], ends, state, work),
+        int(numbers.calls[0]),
+    )

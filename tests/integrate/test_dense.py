@@ -1,0 +1,67 @@
+"""Dense output: its order, and integrals up to points inside a step."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from motions import GROWTH, OSCILLATOR, solve_problem
+
+from scissordyn.integrate.tableau import METHODS
+
+ORDERS = {"dop853": 7, "dopri5": 4, "rodas5p": 4, "rodas4p": 3}
+
+
+@pytest.mark.parametrize("name", METHODS)
+def test_order_inside_a_step(name: str) -> None:
+    """Order of convergence: the largest error inside one step falls as h^(p + 1), p the order of the dense output."""
+    sizes = np.array([0.8, 0.4, 0.2] if name == "dop853" else [0.4, 0.2, 0.1])
+    errors = []
+    for h in sizes:
+        result = solve_problem(
+            name, OSCILLATOR, (math.sin(0.3), math.cos(0.3)), h, parameters=(1.0,), first=h, rtol=1e9, atol=1e9, samples=33
+        )
+        assert result.end.counts["steps"][0] == 1
+        exact = np.stack([np.sin(0.3 + result.time), np.cos(0.3 + result.time)], axis=1)
+        errors.append(np.max(np.abs(result.state - exact)))
+    order = np.polyfit(np.log(sizes), np.log(errors), 1)[0]
+    assert ORDERS[name] + 0.7 < order < ORDERS[name] + 1.7
+
+
+@pytest.mark.parametrize("name", METHODS)
+def test_integrals_at_samples(name: str) -> None:
+    """Closed form: integrals of y and y^2 at samples that are no ends of steps."""
+    result = solve_problem(name, OSCILLATOR, (0.0, 2.0), 7.0, parameters=(2.0,), rtol=1e-9, atol=1e-9, samples=97)
+    t = result.time
+    assert np.allclose(result.state[:, 0], np.sin(2.0 * t), atol=1e-6)
+    assert np.allclose(result.total[:, 0], 0.5 * (1.0 - np.cos(2.0 * t)), atol=1e-6)
+    assert np.allclose(result.total[:, 1], 0.5 * t - 0.125 * np.sin(4.0 * t), atol=1e-6)
+    assert result.end.total[1] == pytest.approx(0.5 * 7.0 - 0.125 * math.sin(28.0), abs=1e-7)
+    assert result.total[-1, 1] == pytest.approx(float(result.end.total[1]), rel=1e-12)
+
+
+@pytest.mark.parametrize("name", METHODS)
+def test_integrals_of_one_step(name: str) -> None:
+    """Order of convergence: in one step the integral of exp, and of its square, inside and at the end."""
+    errors = []
+    sizes = (0.4, 0.2)
+    for h in sizes:
+        result = solve_problem(name, GROWTH, (1.0,), h, parameters=(1.0,), first=h, rtol=1e9, atol=1e9, samples=9)
+        errors.append(np.max(np.abs(result.total[:, 0] - np.expm1(result.time))))
+        errors.append(np.max(np.abs(result.total[:, 1] - 0.5 * np.expm1(2.0 * result.time))))
+    for which in (0, 1):
+        assert math.log2(errors[which] / errors[which + 2]) > ORDERS[name] + 0.5
+
+
+@pytest.mark.parametrize("name", METHODS)
+def test_samples_do_not_change_steps(name: str) -> None:
+    """Identity: samples, and whether powers are integrated, leave steps and end as they are, bit for bit."""
+    few = solve_problem(name, OSCILLATOR, (1.0, 0.0), 5.0, samples=2)
+    many = solve_problem(name, OSCILLATOR, (1.0, 0.0), 5.0, samples=333)
+    blind = solve_problem(name, OSCILLATOR, (1.0, 0.0), 5.0, samples=333, monitors=False)
+    assert np.array_equal(few.steps, many.steps)
+    assert np.array_equal(few.steps, blind.steps)
+    assert np.array_equal(few.state[-1], many.state[-1])
+    assert np.array_equal(many.state, blind.state)
+    assert np.all(blind.total == 0.0)

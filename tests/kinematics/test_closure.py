@@ -1,0 +1,123 @@
+"""Closure equations against closed forms of linkages: guides on moving bodies, rods, every assembly."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+
+import numpy as np
+import pytest
+from tests.mechanics.test_moving_guides import lever_angle, quick_return
+
+import scissordyn as sd
+from scissordyn.component.time_function import Polynomial
+from scissordyn.kinematics.closure import Closure
+from scissordyn.plan.plan import plan
+
+
+def closed(mechanism: sd.Mechanism) -> Closure:
+    """The closure equations of a mechanism."""
+    return Closure(plan(mechanism))
+
+
+def angle_of(closure: Closure, z: np.ndarray, body: str) -> float:
+    """Angle of a body."""
+    d = closure.first[body] + 2
+    return math.atan2(z[d + 1], z[d])
+
+
+@pytest.mark.parametrize("turn", [0.3, 1.7, 3.9])
+def test_a_slot_beside_a_lever(turn: float) -> None:
+    """Closed form: the slot passes its offset to the left of the lever's pivot; the mechanism closes as it is placed there.
+
+    From a guess that is a little off, and a crank turned further, the lever is at atan2 - arcsin(offset/distance) again.
+    """
+    closure = closed(quick_return(turn))
+    placed, inputs = closure.placed(), np.array([turn])
+    assert np.max(np.abs(closure.residual(placed, inputs))) < 1e-14
+    for further in (0.0, 0.1, -0.15):
+        z = closure.close(placed + 1e-3, inputs + further)
+        assert z is not None
+        assert angle_of(closure, z, "lever") == pytest.approx(lever_angle(turn + further), abs=1e-11)
+        assert angle_of(closure, z, "crank") == pytest.approx(math.remainder(turn + further, 2.0 * math.pi), abs=1e-12)
+
+
+def four_bar(**rod: object) -> sd.Mechanism:
+    """A crank and a rocker with a rod without mass between their ends."""
+    crank = sd.bar("crank", length=0.3, mass=1.0, angle=0.8)
+    rocker = sd.bar("rocker", length=0.6, mass=1.0, angle=1.9, position=(0.9, 0.0))
+    joints = (
+        sd.Revolute("O", ("crank", "start"), ("ground", "O")),
+        sd.Revolute("P", ("rocker", "start"), ("ground", "P")),
+    )
+    link = sd.Rod("link", ("crank", "end"), ("rocker", "end"), **rod)  # type: ignore[arg-type]
+    ground = (("O", (0.0, 0.0)), ("P", (0.9, 0.0)))
+    return sd.Mechanism((crank, rocker), joints=joints, rods=(link,), ground=ground).driven(speed=1.0, body="crank")
+
+
+def rocker_angle(turn: float, length: float) -> tuple[float, float]:
+    """Both angles of the rocker, by the cosine theorem in the triangle of rod, rocker and diagonal."""
+    x, y = 0.3 * math.cos(turn) - 0.9, 0.3 * math.sin(turn)
+    diagonal = math.hypot(x, y)
+    between = math.acos((0.36 + diagonal**2 - length**2) / (1.2 * diagonal))
+    return math.atan2(y, x) - between, math.atan2(y, x) + between
+
+
+@pytest.mark.parametrize("turn", [0.8, 1.4, 2.5])
+def test_a_four_bar_linkage(turn: float) -> None:
+    """Closed form: both assemblies of a four-bar linkage are closed; Newton's method finds that near its guess."""
+    mechanism = four_bar()
+    length = math.dist(mechanism.place(("crank", "end")), mechanism.place(("rocker", "end")))
+    closure = closed(mechanism)
+    for angle in rocker_angle(turn, length):
+        guess = closure.placed()
+        for body, at in (("crank", turn), ("rocker", angle + 0.05)):
+            d = closure.first[body] + 2
+            guess[d], guess[d + 1] = math.cos(at), math.sin(at)
+        z = closure.close(guess, np.array([turn]))
+        assert z is not None
+        assert math.remainder(angle_of(closure, z, "rocker") - angle, 2.0 * math.pi) == pytest.approx(0.0, abs=1e-11)
+
+
+def test_a_rod_that_changes_its_length() -> None:
+    """Closed form: the same with a rod of 0.7 m + 0.1 m/s t: its length is an input beside the crank's angle."""
+    closure = closed(four_bar(motion=Polynomial((0.7, 0.1))))
+    assert np.allclose(closure.inputs.at(0.5), [0.8 + 0.5, 0.75])
+    assert np.allclose(closure.inputs.over(np.array([0.0, 2.0])), [[0.8, 0.7], [2.8, 0.9]])
+    near = rocker_angle(1.3, 0.75)
+    guess = closure.placed()
+    z = closure.close(guess, closure.inputs.at(0.5))
+    assert z is not None
+    assert min(abs(math.remainder(angle_of(closure, z, "rocker") - one, 2.0 * math.pi)) for one in near) < 1e-11
+
+
+@pytest.mark.parametrize("mechanism", [quick_return(0.3), four_bar()], ids=["slot", "rod"])
+def test_derivatives(mechanism: sd.Mechanism) -> None:
+    """Cross-check: gradients, directional and second derivatives of the equations by differences."""
+    closure = closed(mechanism)
+    random = np.random.default_rng(3)
+    z = closure.placed() + 0.05 * random.normal(size=closure.total)
+    one, other = random.normal(size=(2, closure.total))
+    h = 1e-5
+    by_differences = (closure.left_of(z + h * one) - closure.left_of(z - h * one)) / (2 * h)
+    assert np.allclose(closure.product(z, one), by_differences, atol=1e-9)
+    by_one = (closure.product(z + h * other, one) - closure.product(z - h * other, one)) / (2 * h)
+    assert np.allclose(closure.form(one, other), by_one, atol=1e-9)
+    change = random.normal(size=closure.free.shape[1])
+    assert np.allclose(closure.jacobian(z) @ change, closure.product(z, closure.free @ change), atol=1e-12)
+
+
+def test_nothing_near() -> None:
+    """Limit: a linkage whose links are too short to meet has no closed position."""
+    closure = closed(four_bar(motion=Polynomial((0.7, 0.0, 1.0))))
+    assert closure.close(closure.placed(), np.array([0.8, 1.9])) is None
+
+
+def test_mobility() -> None:
+    """Closed form: a four-bar linkage has none left with its crank given; a lever without its slot has one."""
+    closure = closed(four_bar())
+    closure.choose(closure.placed())
+    assert closure.mobility == 0
+    loose = closed(dataclasses.replace(quick_return(0.3), guides=()))
+    loose.choose(loose.placed())
+    assert loose.mobility == 1

@@ -138,8 +138,9 @@ def test_cubic():
     assert found == pytest.approx(summit, abs=0.5 * abs(hump.deriv(2)(0.5)) / 64.0**2)
 
 
-def test_where_a_rise_may_hide():
+def test_where_a_rise_may_hide(monkeypatch):
     """Identity: a cubic that stays below zero hides no rise, one with a hump above does; an error halfway may hide one, too."""
+    monkeypatch.setattr(event, "cubic_value", cubic_value)
     below = np.polynomial.Polynomial((-0.3, 1.0, -1.0))  # highest at -0.05
     above = np.polynomial.Polynomial((-0.2, 1.0, -1.0))  # highest at 0.05
     for cubic, rises in ((below, False), (above, True)):

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import re
 
+import numba
 import numpy as np
 import pytest
 from bouncing import JOINT, at, row
@@ -159,3 +160,11 @@ def test_materials_are_bounded(field, value):
     given = {"youngs_modulus": 2e11, "poisson_ratio": 0.3, "density": 7800.0, field: value}
     with pytest.raises(InputError, match=field):
         catalogue.MATERIALS["steel"].__class__("odd", **given)
+
+
+def test_a_kernel_refuses_numbers_that_lie_apart():
+    """Guard: a kernel reads its states one after the other; a column of a table is refused rather than misread."""
+    law = catalogue.FRICTION["gonthier-bristle"]()
+    apart = np.ones((2, 3))[:, 0]
+    with pytest.raises(numba.TypingError, match="one after the other"):
+        friction_force(at(law), 0.1, 1.0, apart, np.zeros(2), row(law))

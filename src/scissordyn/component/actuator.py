@@ -10,12 +10,12 @@ from scissordyn.component.port import ACTUATOR
 from scissordyn.component.time_function import TimeFunction
 from scissordyn.control.controller import Controller
 from scissordyn.errors import InputError
-from scissordyn.units import Quantity, check_quantities
+from scissordyn.units import Quantity, State, check_quantities
 
 __all__ = ["Actuator"]
 
 
-@component(port=ACTUATOR, section="actuator", passive=False, symbol="motor")
+@component(port=ACTUATOR, section="actuator", passive=False, motor=True, symbol="motor")
 class Actuator:
     """A torque on a body against its base, given by a controller.
 
@@ -70,6 +70,11 @@ class Actuator:
             raise InputError(f"{what} without a sensor", "sensor=(BODY, POINT)")
         if self.start_on_reference and (self.base != GROUND or self.reference is None):
             raise InputError(f"actuator '{self.name}' with start_on_reference", "a reference, and the ground as the base")
+
+    @property
+    def states(self) -> tuple[State, ...]:
+        """Those of its controller."""
+        return self.controller.states
 
     def parameters(self, start: tuple[float, ...]) -> tuple[float, ...]:
         """None of its own: the controller has them."""

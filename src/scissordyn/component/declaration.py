@@ -62,6 +62,8 @@ class Declaration:
         What a case file may say for its keys.
     events : (str, str)
         What a fall and a rise of its guard are called.
+    motor : bool
+        Whether its power counts as that of a motor, whose rotor turns with the body: a field `inertia` [kg m^2].
     """
 
     section: str
@@ -77,6 +79,7 @@ class Declaration:
     symbol: str
     example: Mapping[str, Any]
     events: tuple[str, str]
+    motor: bool = False
 
     @property
     def results(self) -> tuple[str, ...]:
@@ -103,6 +106,10 @@ class Component(Protocol):
     @property
     def name(self) -> str:
         """Name, unique among the components of a mechanism."""
+
+    @property
+    def states(self) -> tuple[State, ...]:
+        """Its internal states."""
 
     def parameters(self, start: tuple[float, ...]) -> tuple[float, ...]:
         """The numbers that its kernels read; `start` are the coordinates of its port as placed."""
@@ -147,6 +154,7 @@ def component(
     symbol: str = "",
     example: Mapping[str, Any] = MappingProxyType({}),
     events: tuple[str, str] = ("left", "reached"),
+    motor: bool = False,
 ) -> Callable[[Class], Class]:
     """Make a class a component: a frozen dataclass whose annotated numbers are what its kernels read.
 
@@ -154,7 +162,7 @@ def component(
     ----------
     port : Port or str
         How it is attached: "line", "hinge", "travel", "point" or "frame".
-    force, gap, switch, outputs, states, context, passive, example, events
+    force, gap, switch, outputs, states, context, passive, example, events, motor
         See `Declaration`.
     section, label, symbol : str, optional
         See `Declaration`; by default the name of the class in lower case with underscores, the section with spaces, and the
@@ -195,7 +203,10 @@ def component(
             symbol or chosen.symbols[0],
             example,
             events,
+            motor,
         )
+        if not hasattr(made, "states"):  # of the class, unless its instances decide
+            made.states = states
         _check_fields(made)
         return made  # type: ignore[no-any-return]
 
@@ -205,7 +216,7 @@ def component(
 def _check_fields(described: Any) -> None:
     declaration, names = described.declaration, [field.name for field in dataclasses.fields(described)]
     port = declaration.port
-    needed = ("name", *port.points, *port.turning, *port.numbers)
+    needed = ("name", *port.points, *port.turning, *port.numbers, *(("inertia",) if declaration.motor else ()))
     missing = [name for name in needed if name not in names]
     if missing:
         raise InputError(

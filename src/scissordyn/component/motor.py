@@ -23,6 +23,7 @@ def force(angle, speed, stall_torque, no_load_speed, limit):
     force=force,
     section="motor",
     passive=False,
+    motor=True,
     symbol="motor",
     example={"body": "crank", "stall_torque": "5 N m", "no_load_speed": "300 rpm", "limit": "4 N m"},
 )

@@ -80,7 +80,7 @@ def oscillation(
 
     def force(t: float, z: np.ndarray) -> tuple[float, np.ndarray]:
         rates = np.zeros(count)
-        return friction_force(at, amplitude * omega * math.cos(omega * t), 1.0, z, rates, row), rates
+        return friction_force(at, amplitude * omega * math.cos(omega * t), 1.0, np.ascontiguousarray(z), rates, row), rates
 
     time = np.linspace(2.0, 3.0, samples) / frequency
     states = np.zeros((count, samples))

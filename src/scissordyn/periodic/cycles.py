@@ -15,7 +15,8 @@ from scissordyn.mechanics.outputs import record
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.model.record import to_plain
 from scissordyn.periodic.stroboscope import Cycles, drive_period, run_cycles
-from scissordyn.plan.acting import acting, component_states, friction_states
+from scissordyn.plan.acting import friction_states
+from scissordyn.plan.plan import Plan
 from scissordyn.run.configuration import number_attribute, read_configuration, write_configuration
 from scissordyn.run.events import ACCOUNTS
 from scissordyn.run.options import Options, StartKind
@@ -97,7 +98,7 @@ def cycle(
         start=start if isinstance(start, str) else _state_of(start, mechanism, period),
         progress=progress,
     )
-    return _to_dataset(mechanism, options, found, phase, cycles if keep is None else keep)
+    return _to_dataset(found, options, phase, cycles if keep is None else keep)
 
 
 def _start_of(run: xr.Dataset) -> StartKind:
@@ -118,7 +119,7 @@ def _state_of(run: xr.Dataset, mechanism: Mechanism, period: float) -> Snapshot:
     return Snapshot.from_plain({str(name)[4:]: part.values for name, part in run.data_vars.items() if str(name)[:4] == "end_"})
 
 
-def stroboscopic_samples(mechanism: Mechanism, found: Cycles) -> dict[str, np.ndarray]:
+def stroboscopic_samples(found: Cycles) -> dict[str, np.ndarray]:
     """The quantities of a stroboscopic map, at the samples.
 
     Returns
@@ -138,7 +139,7 @@ def stroboscopic_samples(mechanism: Mechanism, found: Cycles) -> dict[str, np.nd
         "in_contact": samples.mode[:, : len(contacts)] == 1,
         "energy": rows.kinetic + rows.potential + rows.elastic + rows.stored,
     }
-    guide = mechanism.output_guide
+    guide = found.plan.output_guide
     if guide is not None:
         guided = found.plan.coordinates.place(guide.follower)
         along = np.array([math.cos(guide.direction), math.sin(guide.direction)])
@@ -179,10 +180,10 @@ def recorded(mechanism: Mechanism) -> tuple[str, ...]:
     return tuple(name for name in DESCRIBED if name not in absent)
 
 
-def per_cycle(mechanism: Mechanism, found: Cycles) -> dict[str, np.ndarray]:
+def per_cycle(found: Cycles) -> dict[str, np.ndarray]:
     """The quantities recorded once per cycle, by the names of `DESCRIBED`."""
     return {
-        **stroboscopic_samples(mechanism, found),
+        **stroboscopic_samples(found),
         "impacts": found.impacts,
         "contact_fraction": found.contact_fraction,
         "peak_force": found.peak_force,
@@ -192,17 +193,16 @@ def per_cycle(mechanism: Mechanism, found: Cycles) -> dict[str, np.ndarray]:
     }
 
 
-def _internal_states(mechanism: Mechanism) -> np.ndarray:
+def _internal_states(plan: Plan) -> np.ndarray:
     """What each internal state is: "A: bristle_deflection"."""
-    found = [f"{contact.name}: {state.name}" for contact in mechanism.contacts for state in friction_states(contact)]
-    found += [f"{part.name}: {state.name}" for part in acting(mechanism) for state in component_states(part)]
+    found = [f"{contact.name}: {state.name}" for contact in plan.contacts for state in friction_states(contact)]
+    found += [f"{part.name}: {state.name}" for part in plan.acting for state in part.states]
     return np.array(found, dtype=str)
 
 
-def _to_dataset(mechanism: Mechanism, options: Options, found: Cycles, phase: float, keep: int) -> xr.Dataset:
-    n = found.plan.coordinates.free
-    variables = {}
-    for name, values in per_cycle(mechanism, found).items():
+def _to_dataset(found: Cycles, options: Options, phase: float, keep: int) -> xr.Dataset:
+    plan, n, variables = found.plan, found.plan.coordinates.free, {}
+    for name, values in per_cycle(found).items():
         dims, units, long_name = DESCRIBED[name]
         variables[name] = (dims, values, {"units": units, "long_name": long_name})
     state = found.samples.state
@@ -213,15 +213,15 @@ def _to_dataset(mechanism: Mechanism, options: Options, found: Cycles, phase: fl
     ):
         about = {"units": FREE_UNITS[name]} if name in FREE_UNITS else {}
         variables[name] = (("cycle", dim), part.copy(), {**about, "long_name": name.replace("_", " ")})
-    clearance = np.array([contact.clearance.clearance for contact in mechanism.contacts if contact.clearance is not None])
+    clearance = np.array([contact.clearance.clearance for contact in plan.contacts if contact.clearance is not None])
     variables["clearance"] = (("joint",), clearance, {"units": "m", "long_name": "radial clearance"})
     first = max(0, found.samples.time.size - keep)
     coordinates = {
         "cycle": ("cycle", found.first + np.arange(found.samples.time.size), {"long_name": "cycle"}),
         "time": ("cycle", found.samples.time, {"units": "s", "long_name": "time of the sample"}),
-        "joint": ("joint", [joint.name for joint in mechanism.contacts]),
+        "joint": ("joint", [joint.name for joint in plan.contacts]),
         "axis": ("axis", ["x", "y"]),
-        "internal": ("internal", _internal_states(mechanism), {"long_name": "internal state, in SI units"}),
+        "internal": ("internal", _internal_states(plan), {"long_name": "internal state, in SI units"}),
     }
     run = xr.Dataset(variables, coords=coordinates).isel(cycle=slice(first, None))
     for name, part in found.end.plain().items():
@@ -237,7 +237,7 @@ def _to_dataset(mechanism: Mechanism, options: Options, found: Cycles, phase: fl
         "end_cycle": found.first + found.steps.size,
         "cycles_per_second": found.statistics["cycles_per_second"],
         "statistics": json.dumps(found.statistics),
-        "warnings": json.dumps([*found.warnings, *drive_warnings(found.plan, options.until)]),
-        "configuration": write_configuration(mechanism, options),
+        "warnings": json.dumps([*found.warnings, *drive_warnings(plan, options.until)]),
+        "configuration": write_configuration(plan.mechanism, options),
     }
     return run

@@ -86,7 +86,7 @@ def run_case(case: CycleCase) -> CycleRow:
         "seconds": time.perf_counter() - began,
         "processor_seconds": time.thread_time() - worked,
     }
-    values = {name: values[case.cycles - case.keep :] for name, values in per_cycle(case.mechanism, found).items()}
+    values = {name: values[case.cycles - case.keep :] for name, values in per_cycle(found).items()}
     return CycleRow(values, found.end, about)
 
 

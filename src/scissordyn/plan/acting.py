@@ -16,7 +16,7 @@ from scissordyn.model.joint import Revolute
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.units import State
 
-__all__ = ["acting", "component_states", "friction_states", "offsets", "start_coordinates", "time_functions"]
+__all__ = ["acting", "friction_states", "offsets", "start_coordinates", "time_functions"]
 
 
 def acting(mechanism: Mechanism) -> tuple[Component, ...]:
@@ -39,11 +39,6 @@ def friction_states(contact: Revolute | ContactPoint) -> tuple[State, ...]:
     """Internal states of the friction law of a contact."""
     assert contact.clearance is not None
     return contact.clearance.friction.states
-
-
-def component_states(component: Component) -> tuple[State, ...]:
-    """Internal states of a component, or of the controller of an actuator."""
-    return component.controller.states if isinstance(component, Actuator) else component.declaration.states
 
 
 def time_functions(mechanism: Mechanism, first: int) -> tuple[np.ndarray, np.ndarray, list[tuple[Any, float]]]:

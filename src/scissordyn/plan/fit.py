@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from typing import Any
 
-from scissordyn.component.actuator import Actuator
-from scissordyn.component.motor import Motor
 from scissordyn.model.joint import Revolute
 from scissordyn.model.mechanism import Mechanism
 
@@ -50,7 +48,7 @@ def _same_joint(one: Revolute, another: Revolute) -> bool:
 
 
 def _same_component(one: Any, another: Any) -> bool:
-    if type(one) is not type(another) or isinstance(one, Actuator | Motor):
+    if type(one) is not type(another) or one.declaration.motor:
         return False
     port = one.declaration.port
     return all(getattr(one, name) == getattr(another, name) for name in (*port.points, *port.turning))

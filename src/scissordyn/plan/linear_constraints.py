@@ -16,8 +16,6 @@ import numpy as np
 import scipy.sparse as sp
 from scipy.sparse.csgraph import connected_components
 
-from scissordyn.component.actuator import Actuator
-from scissordyn.component.motor import Motor
 from scissordyn.component.place import GROUND, BodyPoint
 from scissordyn.errors import InputError
 from scissordyn.mechanics.elimination import Elimination, add, scaled
@@ -176,8 +174,9 @@ def _impose_angle(natural: Natural, elimination: Elimination, one: str, other: s
 
 def body_inertia(mechanism: Mechanism, body: Body) -> float:
     """Moment of inertia of a body about its mass centre with the rotors of its motors and actuators [kg m^2]."""
-    rotors = (part.inertia for part in mechanism.components if isinstance(part, Motor | Actuator) and part.body == body.name)
-    return (body.inertia or 0.0) + sum(rotors)
+    motors: list[Any] = [part for part in mechanism.components if part.declaration.motor]
+    rotors = (part.inertia for part in motors if part.body == body.name)
+    return (body.inertia or 0.0) + sum(map(float, rotors))
 
 
 def _mass(mechanism: Mechanism, natural: Natural) -> sp.csr_array:

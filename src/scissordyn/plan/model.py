@@ -14,7 +14,6 @@ from scissordyn.component.actuator import Actuator
 from scissordyn.component.catalogue import COMPONENTS
 from scissordyn.component.compiled import Kernels, at_rest, kernels_of
 from scissordyn.component.declaration import Component
-from scissordyn.component.motor import Motor
 from scissordyn.component.port import TRAVEL, Attachment
 from scissordyn.mechanics.monitored import (
     COMPONENT_FORCE,
@@ -26,7 +25,7 @@ from scissordyn.mechanics.monitored import (
 )
 from scissordyn.mechanics.system import Model
 from scissordyn.model.mechanism import Mechanism
-from scissordyn.plan.acting import acting, component_states, friction_states, offsets, start_coordinates, time_functions
+from scissordyn.plan.acting import acting, friction_states, offsets, start_coordinates, time_functions
 from scissordyn.plan.coordinates import Constraint, Coordinates, PointMap, joined
 
 __all__ = ["make_model"]
@@ -63,8 +62,6 @@ def _attached(coordinates: Coordinates, attachment: Attachment) -> PointMap:
 
 
 def _kernels(component: Component, start: tuple[float, ...]) -> Kernels:
-    if isinstance(component, Actuator):
-        return Kernels(0, 0, 0)
     if type(component) not in COMPONENTS.values():  # of the user's own: tried before anything is compiled
         at_rest(component, start)
     return kernels_of(type(component), len(component.parameters(start)))
@@ -89,7 +86,7 @@ def make_model(mechanism: Mechanism, coordinates: Coordinates) -> Model:
         each if isinstance(each, np.ndarray) else each.toarray() for each in (moving.T @ carried, known.T @ carried)
     )
     contacts, components = mechanism.contacts, acting(mechanism)
-    states = [len(friction_states(each)) for each in contacts] + [len(component_states(each)) for each in components]
+    states = [len(friction_states(each)) for each in contacts] + [len(each.states) for each in components]
     attachments = [each.attachments for each in contacts] + [each.declaration.port.attachments(each) for each in components]
     maps = [_element_map(coordinates, each) for each in attachments]
     element_start, element_column, element_row = _stacked(maps, 6)
@@ -172,7 +169,7 @@ def _components(mechanism: Mechanism, rotations: int) -> dict[str, np.ndarray]:
         "component_coordinates": _integers(len(each.port.coordinates) for each in declared),
         "component_forces": _integers(len(each.port.forces) for each in declared),
         "component_passive": _integers(each.passive for each in declared),
-        "component_motor": _integers(isinstance(each, Actuator | Motor) for each in components),
+        "component_motor": _integers(each.motor for each in declared),
         "component_timed": _integers(bool({"time", "factor"} & set(each.context)) for each in declared),
         "component_guard": numbered(guarded, contacts),
         "travel_direction": np.array([_travel(each) for each in components], float).reshape(-1, 2),

@@ -17,7 +17,7 @@ from scissordyn.mechanics.time_function import COLUMNS, breaks_of, function_rows
 from scissordyn.model.guide_clearance import ContactPoint
 from scissordyn.model.joint import Revolute
 from scissordyn.model.mechanism import Mechanism
-from scissordyn.plan.acting import acting, component_states, offsets, start_coordinates, time_functions
+from scissordyn.plan.acting import acting, offsets, start_coordinates, time_functions
 from scissordyn.plan.coordinates import Coordinates
 from scissordyn.plugin.element import PARAMETERS, addresses, row_of
 
@@ -117,4 +117,4 @@ def _of_friction(contacts: Sequence[Revolute | ContactPoint]) -> list[float]:
 
 def _of_components(components: Sequence[Component]) -> list[float]:
     """Scales of the states of components and controllers."""
-    return [state.size(component) for component in components for state in component_states(component)]
+    return [state.size(component) for component in components for state in component.states]

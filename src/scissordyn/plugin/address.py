@@ -134,6 +134,8 @@ def _call_plainly(address, q, v, z, x, p, out):
 @intrinsic
 def _call(typing_context, address, q, v, z, x, p, out):
     kinds = (q, v, z, x, p, out)
+    if any(isinstance(kind, types.Array) and (kind.layout != "C" or kind.dtype != types.float64) for kind in kinds):
+        raise numba.TypingError("a kernel is handed floats that lie one after the other: np.ascontiguousarray(z, float)")
 
     def generate(context, builder, signature, arguments):
         double = ir.DoubleType()

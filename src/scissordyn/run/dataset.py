@@ -13,7 +13,6 @@ import numpy as np
 import xarray as xr
 
 import scissordyn.run.accessor  # noqa: F401  registers run.scissordyn
-from scissordyn.component.actuator import Actuator
 from scissordyn.component.declaration import Component
 from scissordyn.component.place import GROUND
 from scissordyn.control.signal import MEASURED
@@ -253,8 +252,9 @@ def _component_variables(plan: Plan, path: Trajectory, found: Record) -> Variabl
     variables: Variables = {}
     peaks = path.peaks(COMPONENT_FORCE)
     kinds: dict[str, list[int]] = {}
+    controlled = dict(plan.actuators)
     for i, component in enumerate(plan.acting):
-        if not isinstance(component, Actuator):
+        if i not in controlled:
             kinds.setdefault(component.declaration.section, []).append(i)
     parts: tuple[Component, ...] = plan.acting
     for section, index in kinds.items():

@@ -7,7 +7,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from scissordyn.component.actuator import Actuator
 from scissordyn.errors import InputError
 from scissordyn.integrate.integration import LOG_COLUMNS, RESET_DATA, RISE
 from scissordyn.jit import Handle
@@ -229,8 +228,8 @@ def _touching(system: Handle, y: np.ndarray, kind: StartKind) -> list[list[float
 def _hold_references(plan: Plan, system: System, held: Held) -> None:
     """Hold bodies at the angles and speeds of the references that they are to start on, and count their turns from there."""
     numbers, model, work = system.parameters, system.model, system.work
-    for i, component in enumerate(plan.components):
-        if isinstance(component, Actuator) and component.start_on_reference:
+    for i, component in plan.actuators:
+        if component.start_on_reference:
             first = model.function[i]
             rows = numbers.motion[numbers.motion_start[first] : numbers.motion_start[first + 1]]
             function_at(0.0, rows, work.function_value)
@@ -255,7 +254,7 @@ def _moved(plan: Plan, given: np.ndarray, position: np.ndarray) -> list[str]:
     size = plan.coordinates.size
     if np.abs(position - given).max(initial=0.0) < 0.5 * min(MOVED * size, TURNED):  # half: of both components
         return []
-    prescribed = {part.body for part in plan.components if isinstance(part, Actuator) and part.start_on_reference}
+    prescribed = {part.body for _, part in plan.actuators if part.start_on_reference}
     prescribed |= {drive.body for drive in plan.drives}
     farthest, text = MOVED * size, ""
     for body in plan.bodies:

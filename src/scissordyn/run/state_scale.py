@@ -4,11 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from scissordyn.component.actuator import Actuator
 from scissordyn.component.declaration import Component
 from scissordyn.jit import Handle
 from scissordyn.mechanics import functions
-from scissordyn.plan.acting import component_states
 from scissordyn.run.options import Options
 from scissordyn.run.tolerance import state_tolerance
 from scissordyn.run.trajectory import Trajectory
@@ -72,10 +70,11 @@ def scale_warnings(options: Options, path: Trajectory) -> list[str]:
 def _places(path: Trajectory) -> list[tuple[int, Component, int, State]]:
     """Of each state of a component: the component's number, itself, the entry of y, the declared state."""
     start, found = path.system.content.model.state_start, []
+    controlled = dict(path.plan.actuators)
     for i, component in enumerate(path.plan.acting):
-        if not isinstance(component, Actuator):
+        if i not in controlled:
             first = 2 * path.plan.coordinates.free + int(start[len(path.plan.contacts) + i])
-            found += [(i, component, first + s, state) for s, state in enumerate(component_states(component))]
+            found += [(i, component, first + s, state) for s, state in enumerate(component.states)]
     return found
 
 

@@ -7,12 +7,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from scissordyn.component.actuator import Actuator
 from scissordyn.jit import Handle
 from scissordyn.laws.evaluate import friction_states
 from scissordyn.mechanics import functions
 from scissordyn.mechanics.system import System
-from scissordyn.plan.acting import component_states
 from scissordyn.plan.plan import Plan
 
 __all__ = ["Tolerances", "error_weights", "state_tolerance"]
@@ -137,9 +135,10 @@ def _internal_weights(
     absolute[:friction] *= size[:friction]
     torque = acceleration * plan.coordinates.size * sum(body.mass for body in plan.bodies)
     k = friction
-    for component in plan.acting:
-        for _ in component_states(component):
-            if isinstance(component, Actuator):
+    controlled = dict(plan.actuators)
+    for i, component in enumerate(plan.acting):
+        for _ in component.states:
+            if i in controlled:
                 absolute[k], relative[k] = rtol * min(declared[k], torque), rtol
             else:  # a large state may act by a small difference, as a spring's does
                 absolute[k], relative[k] = state_tolerance(rtol, atol) * declared[k], ROUND_OFF

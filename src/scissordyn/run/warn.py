@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 import xarray as xr
 
-from scissordyn.component.actuator import Actuator
 from scissordyn.integrate.integration import RISE
 from scissordyn.laws.validity import contact_failure, contact_warnings
 from scissordyn.mechanics.monitored import COMPONENT_FORCE, EXCEEDED, FRICTION_RATIO, INDENTATION
@@ -135,8 +134,8 @@ class Extremes:
         for number, (ratio, lasting) in self._friction.items():
             if lasting > 0.0:
                 found.append(_exceeding(plan.contacts[number].name, ratio, lasting))
-        for number, part in enumerate(plan.components):
-            limit = getattr(part.controller, "limit", None) if isinstance(part, Actuator) else None
+        for number, part in plan.actuators:
+            limit = getattr(part.controller, "limit", None)
             if limit is not None and self._effort[number] >= AT_LIMIT * limit:
                 found.append(f"actuator '{part.name}': the controller reaches its limit of {limit:g} N m")
         return list(dict.fromkeys(found))
@@ -242,8 +241,7 @@ def _impulses(run: xr.Dataset) -> list[str]:
 def _saturated(plan: Plan, run: xr.Dataset) -> list[str]:
     """Controllers at their limit, how long, and how far from their reference."""
     found = []
-    actuators = [part for part in plan.components if isinstance(part, Actuator)]
-    for k, part in enumerate(actuators):
+    for k, (_, part) in enumerate(plan.actuators):
         limit = getattr(part.controller, "limit", None)
         if limit is None or not float(_values(run, "peak_control_torque")[k]) >= AT_LIMIT * limit:
             continue

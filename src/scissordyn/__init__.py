@@ -28,6 +28,7 @@ if TYPE_CHECKING:
     from scissordyn.component.cable import Cable
     from scissordyn.component.constant_force_spring import ConstantForceSpring
     from scissordyn.component.declaration import component
+    from scissordyn.component.element import element
     from scissordyn.component.force import Force
     from scissordyn.component.latch import Latch
     from scissordyn.component.motor import Motor
@@ -184,6 +185,7 @@ __all__ = [
     "controller",
     "cycle",
     "degrees",
+    "element",
     "ensemble",
     "export",
     "feed_forward",
@@ -259,6 +261,7 @@ _HOMES = {
     "component.cable": ("Cable",),
     "component.constant_force_spring": ("ConstantForceSpring",),
     "component.declaration": ("component",),
+    "component.element": ("element",),
     "component.force": ("Force",),
     "component.latch": ("Latch",),
     "component.motor": ("Motor",),

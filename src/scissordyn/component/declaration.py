@@ -13,6 +13,7 @@ from scissordyn.component.place import GROUND
 from scissordyn.component.port import PORTS, TRAVEL, Output, Port
 from scissordyn.errors import InputError, did_you_mean
 from scissordyn.plugin.address import Kernel, arguments_of
+from scissordyn.plugin.origin import note_origin
 from scissordyn.units import State, check_quantities, quantities
 
 __all__ = ["CONTEXT", "PARAMETERS", "Component", "Declaration", "Kernel", "check_attachment", "component"]
@@ -77,6 +78,12 @@ class Declaration:
     symbol: str
     example: Mapping[str, Any]
     events: tuple[str, str]
+
+    @property
+    def kernels(self) -> Mapping[str, Kernel]:
+        """Its kernels by name."""
+        named = {"force": self.force, "gap": self.gap, "switch": self.switch}
+        return {name: kernel for name, kernel in named.items() if kernel is not None}
 
     @property
     def results(self) -> tuple[str, ...]:
@@ -197,6 +204,7 @@ def component(
             events,
         )
         _check_fields(made)
+        note_origin(made, described)
         return made  # type: ignore[no-any-return]
 
     return declare

@@ -111,6 +111,7 @@ class Friction(Part):
         "friction",
         ("slip_speed", "normal_force"),
         {"force": (2, "force"), "start": (1, "states"), "steady": (1, "states"), "limit": (2, "number")},
+        stateful=True,
     )
     states: ClassVar[tuple[State, ...]] = ()
     """Its internal states; empty for none."""

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike
 from scipy.integrate import solve_ivp
+from scipy.optimize import root
 
 from scissordyn.laws.contact import Friction, JointContact
 from scissordyn.laws.evaluate import friction_force, friction_states
@@ -36,9 +38,27 @@ def steady_coefficient(friction: Friction, joint: JointContact, slip_speed: Arra
     speeds = np.asarray(slip_speed, float)
     found = np.empty(speeds.size)
     for index, speed in enumerate(speeds.flat):
-        friction_states(at["steady"], speed, states, row)
+        if states.size and not at["steady"]:
+            states = _settled(friction, at, float(speed), row)
+        else:
+            friction_states(at["steady"], speed, states, row)
         found[index] = friction_force(at["force"], speed, 1.0, states, rates, row)
     return found.reshape(speeds.shape)
+
+
+def _settled(friction: Friction, at: Mapping[str, int], speed: float, row: np.ndarray) -> np.ndarray:
+    """States whose rates vanish at a slip speed; NaN where there are none."""
+    size = np.array([1.0 if state.scale is None else state.size(friction) for state in friction.states])
+    begun = np.zeros_like(size)
+    friction_states(at["start"], speed, begun, row)
+
+    def rates(z: np.ndarray) -> np.ndarray:
+        found = np.zeros_like(size)
+        friction_force(at["force"], speed, 1.0, z * size, found, row)
+        return found / (size * abs(speed))
+
+    solved = root(rates, begun / size, tol=1e-12)
+    return np.asarray(solved.x * size) if solved.success else np.full_like(size, np.nan)
 
 
 @dataclass(frozen=True)

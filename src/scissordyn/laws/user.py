@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import itertools
 from dataclasses import dataclass
-from typing import ClassVar
 
 import numpy as np
 
@@ -62,8 +61,6 @@ class UserElastic(ShortForm, Elastic):
     function: Function | str
     constants: tuple[float, ...] = ()
     digest: str = ""
-
-    title: ClassVar[str] = "stiffness law"
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -127,8 +124,6 @@ class UserDamping(ShortForm, Damping):
     function: Function | str
     constants: tuple[float, ...] = ()
     digest: str = ""
-
-    title: ClassVar[str] = "damping law"
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -195,8 +190,6 @@ class UserFriction(ShortForm, Friction):
     function: Function | str
     constants: tuple[float, ...] = ()
     digest: str = ""
-
-    title: ClassVar[str] = "friction law"
 
     def __post_init__(self) -> None:
         super().__post_init__()

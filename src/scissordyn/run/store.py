@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import json
 import os
+import warnings
 from pathlib import Path
 from typing import Any
 
@@ -13,6 +15,8 @@ import scissordyn.run.accessor  # noqa: F401  registers run.scissordyn
 from scissordyn.errors import InputError
 from scissordyn.file.netcdf import NetcdfFile
 from scissordyn.file.output_file import OURS, check_target, regular_size, write_file
+from scissordyn.model.record import made_in_python
+from scissordyn.run.configuration import ATTRIBUTE
 
 __all__ = ["load", "save"]
 
@@ -34,11 +38,24 @@ def save(run: xr.Dataset, path: str | os.PathLike[str], *, replace_broken: bool 
     -------
     Path
 
+    Warns
+    -----
+    UserWarning
+        If the run holds a function or class that is in no file, so that it cannot be run again from the saved one.
+
     Raises
     ------
     InputError
         If the file cannot be written, or holds something else.
     """
+    told = made_in_python(json.loads(run.attrs.get(ATTRIBUTE, "{}")))
+    if told:
+        warnings.warn(
+            f"the saved run cannot be run again from '{path}': its {told[0]} is in no file; put it in one, mine.py, and "
+            f"{'give the function as' if told[0].startswith('function') else 'import the class from there or give it as'} "
+            f"'mine.py:{told[0].split(chr(39))[1]}'",
+            stacklevel=2,
+        )
     try:
         return _save(run, path, replace_broken)
     except KeyboardInterrupt:

@@ -26,6 +26,7 @@ if TYPE_CHECKING:
     from scissordyn.component.angle_stop import AngleStop
     from scissordyn.component.bushing import Bushing
     from scissordyn.component.cable import Cable
+    from scissordyn.component.clutch import Clutch
     from scissordyn.component.constant_force_spring import ConstantForceSpring
     from scissordyn.component.declaration import component
     from scissordyn.component.element import element
@@ -119,6 +120,7 @@ __all__ = [
     "Checkpoint",
     "Clearance",
     "Cluster",
+    "Clutch",
     "ConstantForceSpring",
     "ConstantSpeed",
     "Cycloidal",
@@ -259,6 +261,7 @@ _HOMES = {
     "component.angle_stop": ("AngleStop",),
     "component.bushing": ("Bushing",),
     "component.cable": ("Cable",),
+    "component.clutch": ("Clutch",),
     "component.constant_force_spring": ("ConstantForceSpring",),
     "component.declaration": ("component",),
     "component.element": ("element",),

@@ -181,13 +181,13 @@ def test_replay_and_its_digest(case: Path, tmp_path: Path) -> None:
     """Identity: a saved run is run again bit for bit from the allowed file, and refused from an edited one."""
     run = simulated(case)
     loaded = sd.load(sd.save(run, tmp_path / "run.nc"))
-    with pytest.raises(InputError, match=r"'FilteredRate' of 'mine.py', which is not executed unless|'\w+' of 'mine\.py'"):
+    with pytest.raises(InputError, match=r"of 'mine\.py', which is not executed unless you allow it"):
         sd.replay(loaded)
     again = sd.replay(loaded, allow_code=tmp_path / "mine.py")
     for name in ("friction_force", "control_torque", "short", "long", "filtered", "band_force"):
         np.testing.assert_array_equal(again[name], run[name])
     (tmp_path / "mine.py").write_text(MINE.replace("2.0 * stiff", "2.1 * stiff"), encoding="utf-8")
-    with pytest.raises(InputError, match="with the digest .* the file as it was when the run was made"):
+    with pytest.raises(InputError, match=r"with the digest .* the file as it was when the run was made"):
         sd.replay(loaded, allow_code=tmp_path / "mine.py")
 
 
@@ -200,7 +200,7 @@ def test_the_text_of_a_case(case: Path, tmp_path: Path) -> None:
     assert 'name = "mine.py:FilteredRate"' in text
     assert to_plain(sd.read_case(tmp_path / "again.toml").mechanism) == to_plain(read.mechanism)
     (tmp_path / "mine.py").write_text(MINE + "\n", encoding="utf-8")
-    with pytest.raises(InputError, match="has changed since 'TwoBristles|has changed since"):
+    with pytest.raises(InputError, match="has changed since"):
         read.mechanism.to_case()
 
 
@@ -219,7 +219,7 @@ def test_a_class_imported_in_python(case: Path, tmp_path: Path, monkeypatch: pyt
 
 
 def test_a_class_of_no_file(tmp_path: Path) -> None:
-    """Identity: a class made in a program or notebook says in one line what to do, as its run is saved and as a case is written."""
+    """Identity: for a class of a program or notebook, saving its run and writing its case say in one line what to do."""
 
     def force(slip_speed, normal_force):
         return 0.1 * normal_force * slip_speed / (abs(slip_speed) + 1e-3)
@@ -229,7 +229,9 @@ def test_a_class_of_no_file(tmp_path: Path) -> None:
         """Smooth friction."""
 
     arm = sd.scissor(units=1).driven(speed=1.0).with_clearance("A", sd.Clearance(2e-4, friction=Smooth()))
-    with pytest.raises(InputError, match=r"friction law of the class 'Smooth', which was made in Python.*from mine import Smooth"):
+    with pytest.raises(
+        InputError, match=r"friction law of the class 'Smooth', which was made in Python.*from mine import Smooth"
+    ):
         arm.to_case()
     run = sd.simulate(arm, until=1e-3, samples=3)
     with pytest.warns(UserWarning, match=r"cannot be run again .* class 'test_a_class.*Smooth' is in no file") as told:
@@ -274,7 +276,7 @@ def test_batches_and_processes(case: Path) -> None:
 
 
 def test_fields_of_the_explorer(case: Path, tmp_path: Path) -> None:
-    """Identity: numbers of a component, of laws and of a controller in a file are fields with unit and bounds, and can be changed."""
+    """Identity: numbers of a component, laws and a controller in a file are fields with their units, and can be changed."""
     opened = open_case(case, [tmp_path / "mine.py"])
     fields = {field.key: field for field in opened.fields}
     for key, unit in (
@@ -286,7 +288,9 @@ def test_fields_of_the_explorer(case: Path, tmp_path: Path) -> None:
     ):
         assert fields[key].quantity.unit == unit, key
         assert fields[key].quantity.help
-    new = opened.changed({"clearance.0.damping.loss": "0.3", "component.0.stiffness": "20 N/m", "clearance.0.friction.soft": "3e4 1/m"})
+    new = opened.changed(
+        {"clearance.0.damping.loss": "0.3", "component.0.stiffness": "20 N/m", "clearance.0.friction.soft": "3e4 1/m"}
+    )
     clearance = new.mechanism.joint("A").clearance
     assert (clearance.damping.loss, clearance.friction.soft, clearance.friction.kinetic) == (0.3, 3e4, 0.2)
     assert new.mechanism.components[0].stiffness == 20.0

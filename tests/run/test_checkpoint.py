@@ -56,7 +56,7 @@ def case(name: str, *changes: str) -> tuple[Mechanism, Options]:
 
 def opened(checkpoint: Checkpoint, mechanism: Mechanism, options: Options) -> Keeper:
     """What keeps the checkpoints of a run."""
-    return open_checkpoint(checkpoint, plan(mechanism), write_configuration(mechanism, options))
+    return open_checkpoint(checkpoint, write_configuration(mechanism, options))
 
 
 def fresh(mechanism: Mechanism, options: Options) -> Driver:

@@ -46,9 +46,19 @@ def steady_coefficient(friction: Friction, joint: JointContact, slip_speed: Arra
     return found.reshape(speeds.shape)
 
 
+def _sizes(friction: Friction, at: Mapping[str, int], row: np.ndarray) -> np.ndarray:
+    """What each state is counted in: its scale, or its size in steady sliding at 1 m/s."""
+    sliding = np.zeros(len(friction.states))
+    friction_states(at["steady"] or at["start"], 1.0, sliding, row)
+    declared = [
+        size if state.scale is None else state.size(friction) for state, size in zip(friction.states, sliding, strict=True)
+    ]
+    return np.array([abs(size) or 1.0 for size in declared])
+
+
 def _settled(friction: Friction, at: Mapping[str, int], speed: float, row: np.ndarray) -> np.ndarray:
     """States whose rates vanish at a slip speed; NaN where there are none."""
-    size = np.array([1.0 if state.scale is None else state.size(friction) for state in friction.states])
+    size = _sizes(friction, at, row)
     begun = np.zeros_like(size)
     friction_states(at["start"], speed, begun, row)
 
@@ -95,18 +105,20 @@ def oscillation(
     -------
     Oscillation
     """
-    row, count, at = row_of(friction, joint), len(friction.states), addresses(friction)["force"]
+    row, count, at = row_of(friction, joint), len(friction.states), addresses(friction)
+    size = _sizes(friction, at, row)
     omega = 2.0 * math.pi * frequency
 
     def force(t: float, z: np.ndarray) -> tuple[float, np.ndarray]:
         rates = np.zeros(count)
-        return friction_force(at, amplitude * omega * math.cos(omega * t), 1.0, z, rates, row), rates
+        slip = amplitude * omega * math.cos(omega * t)
+        return friction_force(at["force"], slip, 1.0, z * size, rates, row), rates / size
 
     time = np.linspace(2.0, 3.0, samples) / frequency
     states = np.zeros((count, samples))
     if count:
         found = solve_ivp(
-            lambda t, z: force(t, z)[1], (0.0, time[-1]), np.zeros(count), method="Radau", t_eval=time, rtol=1e-9, atol=1e-16
+            lambda t, z: force(t, z)[1], (0.0, time[-1]), np.zeros(count), method="Radau", t_eval=time, rtol=1e-9, atol=1e-10
         )
         states = np.ascontiguousarray(found.y)
     coefficient = np.array([force(t, np.ascontiguousarray(states[:, k]))[0] for k, t in enumerate(time)])

@@ -167,7 +167,7 @@ def element(
         made: Any = dataclass(frozen=True)(described)
         kernels = {key: declared[key] for key in kinds if declared.get(key) is not None}
         main = kernels.get(next(iter(kinds)))
-        given = {*base.slot.inputs, *base.slot.context, *(state.name for state in states)}
+        given = {*base.slot.inputs, *base.slot.context, *(getattr(state, "name", "") for state in states)}
         named = tuple(quantities(made))
         if made.parameters is not Part.parameters:  # the class says itself what its kernels read
             named = () if main is None else tuple(each for each in arguments_of(main) if each not in given)

@@ -15,8 +15,8 @@ import scissordyn.run.accessor  # noqa: F401  registers run.scissordyn
 from scissordyn.errors import InputError
 from scissordyn.file.netcdf import NetcdfFile
 from scissordyn.file.output_file import OURS, check_target, regular_size, write_file
-from scissordyn.model.record import made_in_python
-from scissordyn.run.configuration import ATTRIBUTE
+from scissordyn.model.record import FUNCTION, made_in_python
+from scissordyn.run.configuration import ATTRIBUTE, TITLE
 
 __all__ = ["load", "save"]
 
@@ -48,12 +48,13 @@ def save(run: xr.Dataset, path: str | os.PathLike[str], *, replace_broken: bool 
     InputError
         If the file cannot be written, or holds something else.
     """
-    told = made_in_python(json.loads(run.attrs.get(ATTRIBUTE, "{}")))
+    told = _without_file(run)
     if told:
+        name = told[0].rpartition(".")[2].rpartition("'")[0].rpartition("'")[2]
+        how = "give the function as" if told[0].startswith(FUNCTION) else "import the class from there or give it as"
         warnings.warn(
-            f"the saved run cannot be run again from '{path}': its {told[0]} is in no file; put it in one, mine.py, and "
-            f"{'give the function as' if told[0].startswith('function') else 'import the class from there or give it as'} "
-            f"'mine.py:{told[0].split(chr(39))[1]}'",
+            f"the saved run cannot be run again from '{path}': its {told[0]} is in no file; put it in one and {how} "
+            f"'mine.py:{name}'",
             stacklevel=2,
         )
     try:
@@ -61,6 +62,17 @@ def save(run: xr.Dataset, path: str | os.PathLike[str], *, replace_broken: bool 
     except KeyboardInterrupt:
         _save(run, path, replace_broken)
         raise
+
+
+def _without_file(run: xr.Dataset) -> list[str]:
+    """Functions and classes of a run that are in no file; none of data that are no run of this version."""
+    title, text = run.attrs.get("title"), run.attrs.get(ATTRIBUTE)
+    if not (isinstance(title, str) and title == TITLE and isinstance(text, str)):
+        return []
+    try:
+        return made_in_python(json.loads(text))
+    except (ValueError, RecursionError):
+        return []
 
 
 def _save(run: xr.Dataset, path: str | os.PathLike[str], replace_broken: bool) -> Path:

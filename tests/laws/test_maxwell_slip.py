@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from bouncing import JOINT, at, row
 
-from scissordyn.laws.evaluate import friction_force, friction_states
+from scissordyn.laws.evaluate import friction_force, friction_limit, friction_states
 from scissordyn.laws.friction.maxwell_slip import MaxwellSlip
 from scissordyn.laws.sliding import oscillation, steady_coefficient
 
@@ -66,3 +66,14 @@ def test_a_loop_has_two_slopes():
     slope = np.gradient(force, x)
     assert slope[1] == pytest.approx(2.0 * 2e5, rel=0.1)
     assert slope[-20] < 3.0 * 3e3
+
+
+def test_its_limit():
+    """Limit: in any state that slip can reach the force is within mu F_n, and it comes to it in sliding."""
+    p = row(LAW, JOINT)
+    reached = np.array([0.06 / 2e5, 0.14 / 3e3])
+    for part in np.linspace(-1.0, 1.0, 9):
+        for other in np.linspace(-1.0, 1.0, 9):
+            found = friction_force(at(LAW), 1e-3, NORMAL, reached * np.array([part, other]), np.zeros(2), p)
+            assert abs(found) <= friction_limit(at(LAW, "limit"), 1e-3, NORMAL, p) * (1.0 + 1e-13)
+    assert friction_force(at(LAW), 1e-3, NORMAL, reached, np.zeros(2), p) == pytest.approx(0.2 * NORMAL, rel=1e-13)

@@ -46,7 +46,10 @@ class Declaration:
         component energy and dissipation, then the outputs, then the rates of the states. An argument named `table`, the last
         one, gets all parameters as an array. None for a constraint.
     gap : callable, optional
-        Of the same arguments, to the value and the rate of a guard: 0 where the mode changes.
+        Of the same arguments, to the value of a guard, 0 where the mode changes, and its rate over time. The rate of a value
+        that contains a speed needs an acceleration, which a kernel does not get: such a guard returns a number of the sign of the
+        change that it waits for, 1 in mode 0 and -1 in mode 1, and has a lower threshold in mode 1, at which it falls. With a
+        single threshold it would change again at once.
     switch : callable, optional
         Of the same arguments, to the energy [J] that is dissipated when the mode changes.
     outputs : tuple of Output

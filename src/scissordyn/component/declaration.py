@@ -47,9 +47,9 @@ class Declaration:
         one, gets all parameters as an array. None for a constraint.
     gap : callable, optional
         Of the same arguments, to the value of a guard, 0 where the mode changes, and its rate over time. The rate of a value
-        that contains a speed needs an acceleration, which a kernel does not get: such a guard returns a number of the sign of the
-        change that it waits for, 1 in mode 0 and -1 in mode 1, and has a lower threshold in mode 1, at which it falls. With a
-        single threshold it would change again at once.
+        that contains a speed needs an acceleration, which a kernel does not get: such a guard returns a number of the sign of
+        the change that it waits for, 1 in mode 0 and -1 in mode 1, and has a lower threshold in mode 1, at which it falls. With
+        a single threshold it would change again at once.
     switch : callable, optional
         Of the same arguments, to the energy [J] that is dissipated when the mode changes.
     outputs : tuple of Output

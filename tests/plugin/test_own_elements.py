@@ -14,6 +14,7 @@ import scissordyn as sd
 from scissordyn.cli.main import status_of
 from scissordyn.errors import InputError
 from scissordyn.explore.case import open_case
+from scissordyn.laws.validity import contact_warnings
 from scissordyn.model.record import to_plain
 from scissordyn.run.checkpoint import Checkpoint
 
@@ -358,3 +359,43 @@ def test_a_class_of_another_slot(case: Path) -> None:
     case.write_text(CASE.replace("mine.py:TwoBristles", "mine.py:FilteredRate"), encoding="utf-8")
     with pytest.raises(InputError, match=r"FilteredRate' is no friction law"):
         sd.read_case(case)
+
+
+def falling(indentation):
+    """A layer that gives way."""
+    return 1e7 * indentation * (1.0 - 1.5e4 * indentation)
+
+
+def feeding(elastic, rate):
+    """The wrong sign."""
+    return elastic * (1.0 - 0.1 * rate)
+
+
+def driving(slip_speed, normal_force):
+    """The wrong sign, and too much."""
+    return -20.0 * normal_force * slip_speed
+
+
+@pytest.mark.parametrize(
+    ("slot", "force", "says"),
+    [
+        ("stiffness", falling, "stiffness law: it pulls"),
+        ("stiffness", falling, "the force does not grow from"),
+        ("damping", feeding, "damping law: it raises the elastic force on rebound"),
+        ("friction", driving, "friction law: it drives the slip"),
+        ("friction", driving, "its friction coefficient reaches 200"),
+    ],
+)
+def test_what_is_doubtful_is_told(slot: str, force: object, says: str) -> None:
+    """Limit: a class of a user's whose forces cannot be what he meant is a warning in the result, as for a plain function."""
+
+    @sd.element(slot=slot, force=force)
+    class Own:
+        """A law."""
+
+    laws = {"stiffness": sd.Liu(), "damping": sd.Flores(), "friction": sd.NoFriction()} | {slot: Own()}
+    joint = sd.Clearance(2e-4).contact
+    told = contact_warnings("A", joint, **laws, approach_speed=[], indentation=0.0)
+    assert any(says in text for text in told), told
+    sound = {"stiffness": sd.Liu(), "damping": sd.Flores(), "friction": sd.NoFriction()}
+    assert contact_warnings("A", joint, **sound, approach_speed=[], indentation=0.0) == []

@@ -26,7 +26,13 @@ def force(angle, speed, load, factor, capacity, yield_angle):
     states=(State("load", "1", scale=1.0),),
     context=("factor",),
     symbol="hinge",
-    example={"body": "rod", "base": "crank", "capacity": "2 N m", "yield_angle": "0.5 deg"},
+    example={
+        "body": "rod",
+        "base": "crank",
+        "capacity": "2 N m",
+        "yield_angle": "0.5 deg",
+        "time_function": {"cycloidal": {"start": 0, "end": 1, "duration": "0.1 s"}},
+    },
 )
 class Clutch:
     r"""A friction clutch or brake: its linings twist elastically, and slip as the torque comes to the capacity.

@@ -58,6 +58,8 @@ class Slot:
         Of attributes that may be fields.
     stateful : bool
         Whether its elements may have internal states.
+    title : str
+        What messages call an element.
     """
 
     name: str
@@ -66,11 +68,7 @@ class Slot:
     context: tuple[str, ...] = ()
     defaults: Mapping[str, Any] = field(default_factory=dict)
     stateful: bool = False
-
-    @property
-    def title(self) -> str:
-        """What messages call an element."""
-        return self.name if self.name == "controller" else f"{self.name} law"
+    title: str = ""
 
 
 @dataclass(frozen=True, eq=False)

@@ -60,6 +60,7 @@ GROUPS: dict[str, tuple[str, ...]] = {
         "Motor",
         "Actuator",
         "component",
+        "element",
         "Output",
         "State",
     ),

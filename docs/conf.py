@@ -15,6 +15,7 @@ sys.path.insert(0, str(HERE.parent / "src"))
 sys.path.insert(0, str(HERE))
 
 import _generate  # noqa: E402
+import _tables  # noqa: E402
 from docutils import nodes  # noqa: E402
 
 import scissordyn as sd  # noqa: E402
@@ -121,6 +122,7 @@ def _keep_tags(_app: Any, doctree: Any) -> None:
 def setup(app: Any) -> None:
     """Generate what is made from declarations, and connect."""
     _generate.write(HERE)
+    _tables.refresh(HERE)
     app.connect("doctree-read", _keep_tags)
     app.connect("build-finished", _copy_mathjax)
     app.connect("source-read", _rewrite_links)

@@ -40,6 +40,7 @@ CONTROLLED: dict[str, dict[str, Any]] = {
     "none": {"controller": sd.NoControl()},
     "pid": {"controller": sd.PID(40.0, 3.0, 7.0, limit=2.0), "speed": 1.0},
     "feed-forward": {"controller": sd.FeedForward(40.0, 3.0), "feed_forward": sd.Harmonic(0.0, 1.0, 3.0), "speed": 1.0},
+    "filtered-pd": {"controller": sd.controller("filtered-pd")(40.0, 3.0), "speed": 1.0},
     "pyragas": {"controller": sd.Pyragas(0.1, 1e-3), "speed": 1.0},
     "extended": {"controller": sd.ExtendedDelayedFeedback(0.1, 1e-3, 0.5), "speed": 1.0},
 }

@@ -66,12 +66,14 @@ def test_no_kept_kernel_needs_numba_s_allocator(compiled: dict[str, Any]) -> Non
     """Identity: no file of machine code names a function that numba introduces to the linker only when it compiles."""
     files = list(current_generation().glob("*.nbc"))
     assert len(files) >= 30
+    naming = 0
     for file in files:
         packed = file.read_bytes()[len(HEAD) + 32 :]
         _, foreign, ((_, _, (machine_code, _)), *_) = pickle.loads(packed)
         assert b"NRT_" not in machine_code, file.name
-        assert foreign
         assert not [name for name in foreign if name.startswith("NRT_")], file.name
+        naming += bool(foreign)
+    assert naming >= 30  # the kernels of some laws and components are arithmetic alone and name nothing
 
 
 ALLOCATING = """

@@ -34,7 +34,8 @@ def test_own_function_is_recorded_but_not_executed(array, tmp_path):
     """Identity: a saved run holds the source of a user's function; running it again asks for a file in one line."""
     own = sd.Clearance(0.5e-3, stiffness=UserElastic(foundation, (STIFFNESS, 0.5e-3)))
     run = sd.simulate(array.with_clearance("A", own), until=0.001, samples=11)
-    loaded = sd.load(sd.save(run, tmp_path / "run.nc"))
+    with pytest.warns(UserWarning, match=r"cannot be run again .* give the function as 'mine\.py:foundation'"):
+        loaded = sd.load(sd.save(run, tmp_path / "run.nc"))
     assert (
         "written by a user"
         in json.loads(loaded.attrs["configuration"])["mechanism"]["joints"][1]["clearance"]["stiffness"]["function"]["source"]

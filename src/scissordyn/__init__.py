@@ -26,8 +26,10 @@ if TYPE_CHECKING:
     from scissordyn.component.angle_stop import AngleStop
     from scissordyn.component.bushing import Bushing
     from scissordyn.component.cable import Cable
+    from scissordyn.component.clutch import Clutch
     from scissordyn.component.constant_force_spring import ConstantForceSpring
     from scissordyn.component.declaration import component
+    from scissordyn.component.element import element
     from scissordyn.component.force import Force
     from scissordyn.component.latch import Latch
     from scissordyn.component.motor import Motor
@@ -118,6 +120,7 @@ __all__ = [
     "Checkpoint",
     "Clearance",
     "Cluster",
+    "Clutch",
     "ConstantForceSpring",
     "ConstantSpeed",
     "Cycloidal",
@@ -184,6 +187,7 @@ __all__ = [
     "controller",
     "cycle",
     "degrees",
+    "element",
     "ensemble",
     "export",
     "feed_forward",
@@ -257,8 +261,10 @@ _HOMES = {
     "component.angle_stop": ("AngleStop",),
     "component.bushing": ("Bushing",),
     "component.cable": ("Cable",),
+    "component.clutch": ("Clutch",),
     "component.constant_force_spring": ("ConstantForceSpring",),
     "component.declaration": ("component",),
+    "component.element": ("element",),
     "component.force": ("Force",),
     "component.latch": ("Latch",),
     "component.motor": ("Motor",),

@@ -64,8 +64,8 @@ class State:
     scale : float or callable, optional
         The size that errors of the state are compared with, in its unit: a step may be wrong by the tolerance times this. Or a
         function of the described part, as ``lambda part: part.torque / part.stiffness``. Where only the difference of a state
-        and a coordinate acts, it is the size of the difference. Friction laws leave it out: their states are compared with
-        those of steady sliding.
+        and a coordinate acts, it is the size of the difference. Friction laws with a kernel `start` may leave it out: their
+        states are then compared with those of sliding at 1 m/s.
     """
 
     name: str

@@ -233,7 +233,7 @@ def instances(described: type) -> tuple[Any, ...]:
     choices = [[value for group in candidates(described, name) for value in group[:12]] for name in required]
     combined = (dict(zip(required, values, strict=True)) for values in itertools.islice(itertools.product(*choices), 20_000))
     bases = list(OTHERWISE.get(described, ()))
-    if hasattr(described, "declaration") and described.declaration.section in PARTS:
+    if hasattr(described, "declaration") and getattr(described.declaration, "section", "") in PARTS:
         bases.append(example(described))
     bases += itertools.islice((part for values in combined if (part := made(described, values)) is not None), 2)
     assert bases, f"no instance of {described.__name__} was found"
@@ -403,13 +403,16 @@ def soft(indentation: float) -> float:
     return 1e7 * indentation
 
 
-@sd.component(port="line", force=lambda length, rate: (0.0, 0.0, 0.0))
-class Nothing:
-    """A component of a class made in Python."""
+def nothing() -> Any:
+    """A component of a class that is in no file."""
 
-    name: str
-    start: tuple[str, str]
-    end: tuple[str, str]
+    @sd.component(port="line", force=lambda length, rate: (0.0, 0.0, 0.0))
+    class Nothing:
+        name: str
+        start: tuple[str, str]
+        end: tuple[str, str]
+
+    return Nothing("n", ("rod", "start"), ("crank", "end"))
 
 
 @pytest.mark.parametrize(
@@ -420,7 +423,7 @@ class Nothing:
             "Python function 'soft'",
         ),
         (
-            lambda: dataclasses.replace(parts_only(), components=(Nothing("n", ("rod", "start"), ("crank", "end")),)),
+            lambda: dataclasses.replace(parts_only(), components=(nothing(),)),
             "component 'n' of the class 'Nothing', which was made in Python",
         ),
         (lambda: sd.Mechanism((sd.Body("b", 1.0, 0.1, {"a.b": (0.0, 0.0)}),)), "a point called 'a.b'"),

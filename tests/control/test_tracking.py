@@ -223,7 +223,7 @@ def test_replay():
 def test_catalogue():
     """Identity: every controller of the folders keeps the contract."""
     made = {"pid": PID(1.0), "feed-forward": FeedForward(), "none": NoControl()}
-    made |= {name: CONTROLLERS[name](1.0, 0.5) for name in ("pyragas", "extended")}
+    made |= {name: CONTROLLERS[name](1.0, 0.5) for name in ("filtered-pd", "pyragas", "extended")}
     assert set(made) == set(CONTROLLERS)
     for name, law in made.items():
         assert isinstance(law, Controller)

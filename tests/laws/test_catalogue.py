@@ -47,7 +47,7 @@ def test_everything_is_there():
     }
     assert set(catalogue.FRICTION) == {
         *("ambrosio", "bengisu-akay", "brown-mcphee", "coulomb", "dahl", "elasto-plastic", "gonthier-bristle"),
-        *("lugre", "none", "stribeck", "threlfall"),
+        *("lugre", "maxwell-slip", "none", "stribeck", "threlfall"),
     }
 
 
@@ -84,6 +84,7 @@ def test_friction_states():
         "elasto-plastic": (("bristle_deflection", "m"),),
         "gonthier-bristle": (("bristle_deflection", "m"), ("dwell", "1")),
         "lugre": (("bristle_deflection", "m"),),
+        "maxwell-slip": (("first_deflection", "m"), ("second_deflection", "m")),
     }
 
 

@@ -7,6 +7,8 @@ import importlib
 import importlib.util
 import re
 import shlex
+import subprocess
+import sys
 from pathlib import Path
 from typing import Any
 
@@ -106,6 +108,15 @@ def generator() -> Any:
     generate = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(generate)
     return generate
+
+
+def test_tables_are_those_of_the_declarations() -> None:
+    """Identity: units, defaults and ranges in the pages are the declared ones; `python docs/_tables.py` writes them."""
+    found = subprocess.run(
+        [sys.executable, DOCS / "_tables.py", "--check"], capture_output=True, text=True, check=False, timeout=120
+    )
+    assert (found.returncode, found.stderr) == (0, "")
+    assert found.stdout == "all tables are up to date\n"
 
 
 def test_pages_of_old_headings_are_deleted(tmp_path: Path) -> None:

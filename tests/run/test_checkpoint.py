@@ -56,7 +56,7 @@ def case(name: str, *changes: str) -> tuple[Mechanism, Options]:
 
 def opened(checkpoint: Checkpoint, mechanism: Mechanism, options: Options) -> Keeper:
     """What keeps the checkpoints of a run."""
-    return open_checkpoint(checkpoint, plan(mechanism), write_configuration(mechanism, options))
+    return open_checkpoint(checkpoint, write_configuration(mechanism, options))
 
 
 def fresh(mechanism: Mechanism, options: Options) -> Driver:
@@ -253,7 +253,7 @@ def test_edited_kernels_are_refused(tmp_path: Path) -> None:
     keeper = opened(checkpoint, arms[0], options)
     compute(plan(arms[0]), options, keeper=keeper)
     assert opened(checkpoint, arms[0], options).parts
-    with pytest.raises(InputError, match=r"is of another run: kernels\.band\[0\]"):
+    with pytest.raises(InputError, match=r"is of another run: configuration\.mechanism\.components\[0\]\.digest"):
         opened(checkpoint, arms[1], options)
 
 

@@ -304,7 +304,7 @@ def callables() -> list[str]:
         "laws",
         "control",
         "plugin",
-        "simulation",
+        "run",
         "study",
         "config",
         "mechanics",

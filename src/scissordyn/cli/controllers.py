@@ -9,7 +9,9 @@ import typer
 __all__ = ["controllers"]
 
 
-def controllers(name: Annotated[str | None, typer.Argument(help="One controller.")] = None) -> int:
+def controllers(
+    name: Annotated[str | None, typer.Argument(help="One controller, or a class of yours as FILE.py:CLASS.")] = None,
+) -> int:
     """List the controllers, or show one with its parameters."""
     from rich import box
     from rich.table import Table

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import dataclasses
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -16,14 +17,15 @@ __all__ = ["laws"]
 
 
 def laws(
-    name: Annotated[str | None, typer.Argument(help="One law or material.")] = None,
+    name: Annotated[str | None, typer.Argument(help="One law or material, or a class of yours as FILE.py:CLASS.")] = None,
     plot: Annotated[Path | None, typer.Option(help="Draw the law, or all laws on one impact, into this file.")] = None,
 ) -> int:
     """List the laws and materials, or show one with its parameters."""
     from scissordyn.cli.show import console
-    from scissordyn.laws.catalogue import BY_KIND, MATERIALS
+    from scissordyn.laws.catalogue import BY_KIND, MATERIALS, kind_in
 
-    kinds = [kind for kind, known in BY_KIND.items() if name in known]
+    own = name is not None and ".py:" in name
+    kinds = [kind_in(str(name))] if own else [kind for kind, known in BY_KIND.items() if name in known]
     if name is not None and not kinds and name not in MATERIALS:
         names = [*dict.fromkeys(law for known in BY_KIND.values() for law in known), *MATERIALS]
         raise InputError(f"unknown law or material '{name}'{did_you_mean(name, names)}", ", ".join(names), "scissordyn laws")
@@ -64,11 +66,24 @@ def _draw(path: Path, name: str | None, kinds: list[str]) -> None:
     from scissordyn.plot.file import write
     from scissordyn.plot.law import draw_gallery, draw_law
 
-    axes = draw_gallery() if name is None else draw_law(law(kinds[0], name)())
+    axes = draw_gallery() if name is None else draw_law(_drawn(law(kinds[0], name)))
     figure = axes[0].get_figure(root=True)
     assert isinstance(figure, Figure)
     write(figure, path)
     print(f"Drawn into {path}" + (f", as a law of {kinds[0]}" if len(kinds) > 1 else ""))
+
+
+def _drawn(described: Any) -> Any:
+    """A law with the defaults of its parameters."""
+    needed = [field.name for field in dataclasses.fields(described) if field.default is field.default_factory]
+    if needed:
+        given = ", ".join(f"{name}=..." for name in needed)
+        raise InputError(
+            f"a picture of '{described.__name__}', whose {needed[0]} has no default",
+            "a law with defaults, or a picture in Python",
+            f"sd.plot.law({described.__name__}({given}))",
+        )
+    return described()
 
 
 def _list(to: Console) -> None:

@@ -9,6 +9,7 @@ from scissordyn.component.place import GROUND, BodyPoint
 from scissordyn.component.port import ACTUATOR
 from scissordyn.component.time_function import TimeFunction
 from scissordyn.control.controller import Controller
+from scissordyn.control.signal import check_signal
 from scissordyn.errors import InputError
 from scissordyn.units import Quantity, State, check_quantities
 
@@ -63,6 +64,8 @@ class Actuator:
         check_attachment(self)
         if not isinstance(self.controller, Controller):
             raise InputError(f"actuator '{self.name}': controller = {self.controller!r}", "a controller", "PID(100.0)")
+        if self.controller.recorded or self.controller.delay:
+            check_signal(self.controller.name, self.controller.recorded)
         what = f"actuator '{self.name}' with the controller '{self.controller.name}'"
         if self.feed_forward is not None and not self.controller.uses_feed_forward:
             raise InputError(f"{what}, which does not use a feed-forward torque", "the controller 'feed-forward'")

@@ -10,6 +10,7 @@ from scissordyn.component.actuator import Actuator
 from scissordyn.component.angle_stop import AngleStop
 from scissordyn.component.bushing import Bushing
 from scissordyn.component.cable import Cable
+from scissordyn.component.clutch import Clutch
 from scissordyn.component.constant_force_spring import ConstantForceSpring
 from scissordyn.component.declaration import Component
 from scissordyn.component.force import Force
@@ -31,6 +32,7 @@ _CLASSES: tuple[Any, ...] = (
     Cable,
     TorsionSpring,
     TapeSpring,
+    Clutch,
     Bushing,
     Force,
     Torque,

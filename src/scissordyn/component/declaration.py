@@ -13,6 +13,7 @@ from scissordyn.component.place import GROUND
 from scissordyn.component.port import PORTS, TRAVEL, Output, Port
 from scissordyn.errors import InputError, did_you_mean
 from scissordyn.plugin.address import Kernel, arguments_of
+from scissordyn.plugin.origin import note_origin
 from scissordyn.units import State, check_quantities, quantities
 
 __all__ = ["CONTEXT", "PARAMETERS", "Component", "Declaration", "Kernel", "check_attachment", "component"]
@@ -45,7 +46,10 @@ class Declaration:
         component energy and dissipation, then the outputs, then the rates of the states. An argument named `table`, the last
         one, gets all parameters as an array. None for a constraint.
     gap : callable, optional
-        Of the same arguments, to the value and the rate of a guard: 0 where the mode changes.
+        Of the same arguments, to the value of a guard, 0 where the mode changes, and its rate over time. The rate of a value
+        that contains a speed needs an acceleration, which a kernel does not get: such a guard returns a number of the sign of
+        the change that it waits for, 1 in mode 0 and -1 in mode 1, and has a lower threshold in mode 1, at which it falls. With
+        a single threshold it would change again at once.
     switch : callable, optional
         Of the same arguments, to the energy [J] that is dissipated when the mode changes.
     outputs : tuple of Output
@@ -80,6 +84,12 @@ class Declaration:
     example: Mapping[str, Any]
     events: tuple[str, str]
     motor: bool = False
+
+    @property
+    def kernels(self) -> Mapping[str, Kernel]:
+        """Its kernels by name."""
+        named = {"force": self.force, "gap": self.gap, "switch": self.switch}
+        return {name: kernel for name, kernel in named.items() if kernel is not None}
 
     @property
     def results(self) -> tuple[str, ...]:
@@ -208,6 +218,7 @@ def component(
         if not hasattr(made, "states"):  # of the class, unless its instances decide
             made.states = states
         _check_fields(made)
+        note_origin(made, described)
         return made  # type: ignore[no-any-return]
 
     return declare

@@ -5,9 +5,9 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-from scissordyn.component.declaration import Component, Declaration
+from scissordyn.component.declaration import Declaration
 from scissordyn.errors import InputError
-from scissordyn.plugin.user_file import file_digest, load_function, split_reference
+from scissordyn.plugin.origin import class_in
 
 __all__ = ["component_class"]
 
@@ -24,17 +24,14 @@ def component_class(reference: str, folder: Path) -> Any:
     Returns
     -------
     type
-        With the attribute `origin`: the file and the class, and the digest of the file.
 
     Raises
     ------
     InputError
         If there is no such file or class, or the class is no component.
     """
-    path, name = split_reference("component", reference, folder)
-    found: Any = load_function("component", f"{path}:{name}")
-    if not isinstance(found, type) or not isinstance(vars(found).get("declaration"), Declaration):
-        raise InputError(f"'{name}' in '{path}' is not a component", "a class under the decorator sd.component(...)")
-    made: type[Component] = found
-    made.origin = (f"{path}:{name}", file_digest(path))  # type: ignore[attr-defined]
-    return made
+    found, name = class_in("component", reference, folder)
+    if found is None or not isinstance(vars(found).get("declaration"), Declaration):
+        path, _, called = name.rpartition(":")
+        raise InputError(f"'{called}' in '{path}' is not a component", "a class under the decorator sd.component(...)")
+    return found

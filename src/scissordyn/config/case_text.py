@@ -27,16 +27,18 @@ from scissordyn.config.part import COMPONENT_SECTIONS, BodyTable
 from scissordyn.config.quantity import exact
 from scissordyn.config.table import instance
 from scissordyn.config.time_function import powers
-from scissordyn.control.catalogue import CONTROLLERS
+from scissordyn.control.controller import Controller
 from scissordyn.control.user import UserController
 from scissordyn.errors import InputError
-from scissordyn.laws.catalogue import BY_KIND, MATERIALS
+from scissordyn.laws.catalogue import MATERIALS
 from scissordyn.laws.material import Material
-from scissordyn.laws.user import UserDamping, UserElastic, UserFriction
 from scissordyn.model.body import Body, bar
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.model.record import first_difference, to_plain
 from scissordyn.model.track import Track
+from scissordyn.plugin.element import Part
+from scissordyn.plugin.origin import origin_of
+from scissordyn.plugin.short_form import ShortForm
 from scissordyn.plugin.user_file import file_digest, split_reference
 from scissordyn.run.options import Options
 from scissordyn.units import Pairs, quantities
@@ -50,9 +52,6 @@ UNTIL = 0.05
 """End of the simulated time where none is given [s], as in the files that ``scissordyn new`` prints."""
 
 BARE_KEY = re.compile(r"[A-Za-z0-9_-]+")
-
-LAWS = frozenset(law for known in BY_KIND.values() for law in known.values())
-USER_LAWS = (UserElastic, UserDamping, UserFriction)
 
 VALUE_UNITS = {
     "reference": "rad",
@@ -138,8 +137,7 @@ def _components(mechanism: Mechanism, folder: Path | None) -> list[str]:
     others: list[Entries] = []
     last = -1
     for part in components:
-        section, origin = part.declaration.section, getattr(type(part), "origin", None)
-        own = origin is None and type(part).__module__.startswith("scissordyn.")
+        section, own = part.declaration.section, type(part).__module__.startswith("scissordyn.")
         here = place.get(section, -1) if own else -1
         entries = _fields(part, None, folder)
         if here >= max(last, 0) and not others:
@@ -147,15 +145,8 @@ def _components(mechanism: Mechanism, folder: Path | None) -> list[str]:
             last = here
         elif own:
             others.append({"type": _string(section), **entries})
-        elif origin is not None:
-            file, digest = origin
-            others.append({"type": _string(_reference(file, digest, folder)), **entries})
         else:
-            raise InputError(
-                f"component '{part.name}' of the class '{type(part).__name__}', which was made in Python",
-                "components of the package, or of a class in a file",
-                f"type = 'my_components.py:{type(part).__name__}'",
-            )
+            others.append({"type": _string(_class(part, f"component '{part.name}'", folder)), **entries})
     lines = [line for section in place for line in _list(section, listed.get(section, []))]
     return lines + _list("component", others)
 
@@ -241,12 +232,10 @@ def _value(value: Any, hint: Any, name: str, kind: type, folder: Path | None) ->
     if isinstance(value, Material):
         known = MATERIALS.get(value.name)
         return _string(value.name) if repr(known) == repr(value) else _inline(_fields(value, None, folder))
-    if isinstance(value, (*USER_LAWS, UserController)):
+    if isinstance(value, ShortForm):
         return _user(value, folder)
-    if type(value) in LAWS:
-        return _named(value, "law", folder)
-    if type(value) in CONTROLLERS.values():
-        return _named(value, "name", folder)
+    if isinstance(value, Part):
+        return _named(value, "name" if isinstance(value, Controller) else "law", folder)
     if plain_hint(hint) in (BodyPoint, BodyPoint | None):
         return _body_point(value)
     if plain_hint(hint) == tuple[Point, ...]:
@@ -260,9 +249,22 @@ def _value(value: Any, hint: Any, name: str, kind: type, folder: Path | None) ->
 
 def _named(described: Any, key: str, folder: Path | None) -> str:
     """A law or a controller: by name alone if its parameters are the defaults."""
-    entries = _fields(described, None, folder)
-    name = _string(described.name)
+    entries, ours = _fields(described, None, folder), type(described).__module__.startswith("scissordyn.")
+    name = _string(described.name if ours else _class(described, described.slot.title, folder))
     return _inline({key: name, **entries}) if entries else name
+
+
+def _class(part: Any, what: str, folder: Path | None) -> str:
+    """The class of a part of the user's, by its file."""
+    origin = origin_of(type(part))
+    if origin is None:
+        name = type(part).__name__
+        raise InputError(
+            f"{what} of the class '{name}', which was made in Python",
+            "a class of the package, or of a file: put it in one and import it from there",
+            f"from mine import {name}",
+        )
+    return _reference(*origin, folder)
 
 
 def _user(described: Any, folder: Path | None) -> str:
@@ -274,7 +276,7 @@ def _user(described: Any, folder: Path | None) -> str:
             "a function in a file",
             f"{type(described).__name__}('my_laws.py:{name}')",
         )
-    path, name = split_reference(described.title, described.function)
+    path, name = split_reference(described.slot.title, described.function)
     reference = _string(_reference(f"{path}:{name}", described.digest, folder))
     constants = "[" + ", ".join(_quantity((number,), "1") for number in described.constants) + "]"
     key = "name" if isinstance(described, UserController) else "law"

@@ -18,7 +18,7 @@ from scissordyn.control.controller import Controller
 from scissordyn.control.user import UserController
 from scissordyn.errors import InputError, did_you_mean
 from scissordyn.model.mechanism import Mechanism
-from scissordyn.plugin.user_file import file_digest, split_reference
+from scissordyn.plugin.element import element_class
 from scissordyn.run.feed_forward import feed_forward
 from scissordyn.units import Quantity, quantities
 
@@ -26,7 +26,7 @@ __all__ = ["CONTROLLER", "ControlTable"]
 
 SAMPLE: dict[str, Any] = {"name": "pid", "proportional": "2e4 N m/rad", "derivative": "1500 N m s/rad"}
 TORQUES = 'feed_forward = { time = "0 0.1 0.2 0.3 0.4 0.5 s", torque = "0 1 2 3 4 5 N m" }'
-USER_FILE = "a function in a file as my_control.py:steer"
+USER_FILE = "a class or function in a file as my_control.py:steer"
 
 
 class _UserTable(Table):
@@ -43,15 +43,15 @@ def _read_controller(given: Any, info: ValidationInfo) -> Controller:
     known = ", ".join(CONTROLLERS) + f", or {USER_FILE}"
     if not isinstance(name, str):
         raise InputError("no name of a controller", known, sample)
+    own, found = CONTROLLERS.get(name), name
     if ".py:" in name:
-        table = _UserTable.model_validate(parameters, context=info.context)
-        folder = (info.context or {}).get("folder", Path())
-        path, function = split_reference(UserController.title, name, folder)
-        constants, digest = tuple(map(float, table.constants)), file_digest(path)
-        return UserController(f"{path}:{function}", constants, digest, table.delay, table.recorded)
-    if name not in CONTROLLERS:
+        own, found = element_class("controller", name, (info.context or {}).get("folder", Path()))
+        if own is None:
+            table = _UserTable.model_validate(parameters, context=info.context)
+            return UserController(found, tuple(map(float, table.constants)), delay=table.delay, recorded=table.recorded)
+    if own is None:
         raise InputError(f"unknown controller '{name}'{did_you_mean(name, CONTROLLERS)}", known, sample)
-    made: Controller = build(CONTROLLERS[name], parameters, info.context)
+    made: Controller = build(own, parameters, info.context)
     return made
 
 

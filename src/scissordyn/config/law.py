@@ -14,11 +14,12 @@ from scissordyn.config.table import build, toml
 from scissordyn.errors import InputError, did_you_mean
 from scissordyn.laws import catalogue
 from scissordyn.laws.material import Material
+from scissordyn.plugin.element import element_class
 from scissordyn.units import Quantity
 
 __all__ = ["law_of", "material_of", "read_law"]
 
-USER_FILE = "a function in a file as my_laws.py:soft"
+USER_FILE = "a class or function in a file as my_laws.py:soft"
 
 
 CONSTANT = Quantity("", help="a constant of a user's law")
@@ -33,8 +34,8 @@ def read_law(given: Any, kind: str, folder: Path, **shorthand: Any) -> Any:
     Parameters
     ----------
     given : str or mapping
-        ``"liu"``, ``{ law = "lugre", kinetic = 0.05 }``, ``"my_laws.py:soft"`` or
-        ``{ law = "my_laws.py:soft", constants = [1e9] }``.
+        ``"liu"``, ``{ law = "lugre", kinetic = 0.05 }``, or of a file a class, ``{ law = "my_laws.py:Soft", power = 1.4 }``, or
+        a function, ``{ law = "my_laws.py:soft", constants = [1e9] }``.
     kind : {"stiffness", "damping", "friction"}
         What the law is for.
     folder : Path
@@ -56,7 +57,8 @@ def read_law(given: Any, kind: str, folder: Path, **shorthand: Any) -> Any:
     if twice:
         raise InputError(f"{twice[0]} given twice, for the joint and for its {kind} law", "one of them")
     parameters.update(shorthand)
-    if ".py:" in name:
+    own, _ = element_class(kind, name, folder) if ".py:" in name else (known.get(name), name)
+    if own is None and ".py:" in name:
         constants = parameters.pop("constants", [])
         if parameters:
             raise InputError(f"parameter '{next(iter(parameters))}' for '{name}'", "constants", "constants = [1e9, 1.5]")
@@ -65,18 +67,18 @@ def read_law(given: Any, kind: str, folder: Path, **shorthand: Any) -> Any:
                 f"constants = {toml(constants)} for '{name}'", "a list of plain numbers in SI units", "constants = [1e9]"
             )
         return catalogue.from_file(name, kind, folder, constants=tuple(map(float, constants)))
-    if name not in known:
+    if own is None:
         near = get_close_matches(name, known, n=1, cutoff=0.5)
         raise InputError(
             f"unknown {kind} law '{name}'{did_you_mean(name, known)}",
             ", ".join(known) + f", or {USER_FILE}",
             f'{kind} = "{near[0]}"' if near else sample,
         )
-    declared = {field.name for field in dataclasses.fields(known[name])}
+    declared = {field.name for field in dataclasses.fields(own)}
     for key in shorthand:
         if key not in declared:
             raise InputError(f"{key} given for the joint, but {kind} law '{name}' has none", f"leave out {key}, or another law")
-    return build(known[name], parameters, None)
+    return build(own, parameters, None)
 
 
 def law_of(kind: str) -> PlainValidator:

@@ -30,7 +30,7 @@ from scissordyn.model.mechanism import Mechanism
 from scissordyn.model.track import Track
 from scissordyn.units import Pairs, Quantity, quantities
 
-__all__ = ["COMPONENT_SECTIONS", "PARTS", "BodyTable", "Part", "assembled", "pair"]
+__all__ = ["COMPONENT_SECTIONS", "PARTS", "BodyTable", "Part", "assembled", "component_part", "pair"]
 
 
 def pair(unit: str) -> PlainValidator:
@@ -257,14 +257,18 @@ def _read_user_component(given: Any, info: ValidationInfo) -> Any:
     keys = dict(given) if isinstance(given, Mapping) else {}
     table = UserComponentTable.model_validate({"type": keys.pop("type")} if "type" in keys else keys, context=info.context)
     folder = (info.context or {}).get("folder", Path())
+    return component_part(table.type, folder).reader.func(keys, info)  # type: ignore[call-arg]
+
+
+def component_part(type: str, folder: Path) -> Part:
+    """What a table [[component]] is read by, from its `type`; a file that it names is executed."""
     known = {section: kind for section, kind in COMPONENTS.items() if section not in _LISTED}
-    if ".py:" not in table.type and table.type not in known:
+    if ".py:" not in type and type not in known:
         raise InputError(
-            f"unknown component '{table.type}'{did_you_mean(table.type, known)}",
+            f"unknown component '{type}'{did_you_mean(type, known)}",
             ", ".join(known) + ", or a class in a file as my_components.py:Rubber",
         )
-    kind = known[table.type] if table.type in known else component_class(table.type, folder)
-    return _component_part(kind).reader.func(keys, info)  # type: ignore[call-arg]
+    return _component_part(known[type] if type in known else component_class(type, folder))
 
 
 class JointTable(Table):

@@ -5,11 +5,13 @@ from __future__ import annotations
 import importlib
 import pkgutil
 from collections.abc import Mapping
+from pathlib import Path
 from types import MappingProxyType
 from typing import Any
 
 from scissordyn.control import delayed, tracking
 from scissordyn.errors import InputError, did_you_mean
+from scissordyn.plugin.element import element_class
 
 __all__ = ["CONTROLLERS", "controller"]
 
@@ -39,6 +41,7 @@ def controller(name: str) -> type[Any]:
     Parameters
     ----------
     name : str
+        Of the package's, or ``"file.py:Class"`` for one of your own; the file is executed.
 
     Returns
     -------
@@ -50,8 +53,13 @@ def controller(name: str) -> type[Any]:
     InputError
         If there is none; names the nearest.
     """
+    if ".py:" in name:
+        own, found = element_class("controller", name, Path.cwd())
+        if own is None:
+            raise InputError(f"the function '{name}' as a class", "a class", f"sd.UserController({found!r}, (CONSTANTS,))")
+        return own  # type: ignore[no-any-return]
     if name not in CONTROLLERS:
         raise InputError(
-            f"no controller '{name}'{did_you_mean(name, CONTROLLERS)}", ", ".join(CONTROLLERS) + ", or 'file.py:function'"
+            f"no controller '{name}'{did_you_mean(name, CONTROLLERS)}", ", ".join(CONTROLLERS) + ", or 'file.py:Class'"
         )
     return CONTROLLERS[name]

@@ -21,7 +21,15 @@ class Controller(Part):
     S(t) = y(t) + R S(t - T) a delay ago.
     """
 
-    slot = Slot("controller", SIGNALS, {"torque": (len(SIGNALS), "force")}, ("time", "recorded"), DEFAULTS)
+    slot = Slot(
+        "controller",
+        SIGNALS,
+        {"torque": (len(SIGNALS), "force")},
+        ("time", "recorded"),
+        DEFAULTS,
+        stateful=True,
+        title="controller",
+    )
     delay: float
     """Delay of the recorded signal [s]; 0 for none."""
     recorded: str

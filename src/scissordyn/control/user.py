@@ -46,7 +46,6 @@ class UserController(ShortForm, Controller):
     delay: Annotated[float, Quantity("s", minimum=0.0, help="delay of the recorded signal")] = 0.0
     recorded: str = ""
 
-    title: ClassVar[str] = "controller"
     leading: ClassVar[tuple[str, ...]] = ("t", *SIGNALS)
     recursion_gain = 0.0
 

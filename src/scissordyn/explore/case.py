@@ -97,7 +97,7 @@ class FileCase(Case):
     @cached_property
     def fields(self) -> list[Field]:
         """Every number of the file's tables."""
-        return fields_of_tree(self.tree)
+        return fields_of_tree(self.tree, self.folder)
 
     def changed(self, texts: Mapping[str, str]) -> FileCase:
         """See `Case.changed`."""

@@ -7,12 +7,13 @@ import math
 import re
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any, get_args
 
 from scissordyn.config.case import CaseTable
 from scissordyn.config.clearance import ClearanceTable, GuideClearanceTable
 from scissordyn.config.control import ControlTable
-from scissordyn.config.part import PARTS
+from scissordyn.config.part import PARTS, component_part
 from scissordyn.config.payload import PanelsTable, PayloadTable
 from scissordyn.config.quantity import read_numbers, read_quantity, unit_factor, written
 from scissordyn.config.structure import STRUCTURES
@@ -22,6 +23,7 @@ from scissordyn.control.catalogue import CONTROLLERS
 from scissordyn.errors import InputError
 from scissordyn.laws.catalogue import BY_KIND
 from scissordyn.model.mechanism import Mechanism
+from scissordyn.plugin.element import element_class
 from scissordyn.run.options import Options
 from scissordyn.units import Quantity, quantities
 
@@ -146,35 +148,40 @@ def scaled_text(field: Field, value: float) -> str:
     return f"{value / unit_factor(unit, field.quantity.unit):.6g} {unit}"
 
 
-def fields_of_tree(tree: Mapping[str, Any]) -> list[Field]:
+def fields_of_tree(tree: Mapping[str, Any], folder: Path = Path()) -> list[Field]:
     """The fields of a case file.
 
     Parameters
     ----------
     tree : mapping
         Parsed TOML of a case that can be read.
+    folder : Path
+        Where the names of files in it start; those of Python are executed, as by the reader of the case.
 
     Returns
     -------
     list of Field
     """
     structure = tree.get("structure", {})
-    found = list(_of_table(STRUCTURES[structure["kind"]], structure, ("structure",), "structure", star=True))
+    found = list(_of_table(STRUCTURES[structure["kind"]], structure, ("structure",), "structure", folder, star=True))
     for section in CaseTable.model_fields:
         given = tree.get(section)
-        if section not in LISTS or given is None:
+        if section not in (*LISTS, "component") or given is None:
             continue
         many = isinstance(given, list)
         for index, item in enumerate(given if many else [given]):
             handle = next((str(item[by]) for by in ("joint", "guide", "name", "body") if by in item), "")
             group = f"{section.replace('_', ' ')} {handle}".strip()
             place: Place = (section, index) if many else (section,)
-            found += _of_table(LISTS[section], item, place, group, star=section in ("drive", "clearance", "guide_clearance"))
-    found += _of_table(table_of(Options, until="50 ms"), tree.get("run", {}), ("run",), "run", star=False)
+            table = LISTS[section] if section in LISTS else component_part(item["type"], folder).table
+            found += _of_table(table, item, place, group, folder, star=section in ("drive", "clearance", "guide_clearance"))
+    found += _of_table(table_of(Options, until="50 ms"), tree.get("run", {}), ("run",), "run", folder, star=False)
     return found
 
 
-def _of_table(table: type[Table], given: Mapping[str, Any], place: Place, group: str, *, star: bool) -> Iterator[Field]:
+def _of_table(
+    table: type[Table], given: Mapping[str, Any], place: Place, group: str, folder: Path, *, star: bool
+) -> Iterator[Field]:
     """The fields of one table, those that are not written included."""
     for key, declared in table.model_fields.items():
         here = (*place, key)
@@ -190,21 +197,25 @@ def _of_table(table: type[Table], given: Mapping[str, Any], place: Place, group:
         elif isinstance(value, str) and key in ("position", "centre", "through", "velocity", "coupler_point"):
             yield from _point(here, group, key, value, "m/s" if key == "velocity" else "m", key_help(table, key))
         elif key in BY_KIND or key == "controller":
-            yield from _of_law(key, value, given, here, group, star=star)
+            yield from _of_law(key, value, given, here, group, folder, star=star)
         elif key in INNER and isinstance(value, Mapping):
-            yield from _of_table(INNER[key], value, here, f"{group}, {key.replace('_', ' ')}", star=False)
+            yield from _of_table(INNER[key], value, here, f"{group}, {key.replace('_', ' ')}", folder, star=False)
         elif isinstance(value, Mapping):
             kind = next((each for each in get_args(declared.annotation) if dataclasses.is_dataclass(each)), None)
             if kind is not None:
                 yield from _of_dataclass(kind, value, here, f"{group}, {key}", star=star)
 
 
-def _of_law(key: str, value: Any, given: Mapping[str, Any], place: Place, group: str, *, star: bool) -> Iterator[Field]:
+def _of_law(
+    key: str, value: Any, given: Mapping[str, Any], place: Place, group: str, folder: Path, *, star: bool
+) -> Iterator[Field]:
     """The fields of a contact law or of a controller."""
     inner = value if isinstance(value, Mapping) else {}
     name = inner.get("name" if key == "controller" else "law") if inner else value
     kind = CONTROLLERS.get(str(name)) if key == "controller" else BY_KIND[key].get(str(name))
-    if kind is None:  # a function in a file of the user's own
+    if ".py:" in str(name):
+        kind, _ = element_class(key, str(name), folder)
+    if kind is None:  # a function, whose constants have no names
         return
     for field in _of_dataclass(kind, inner, place, f"{group}, {key}", star=star, law=str(name)):
         if not (field.name == "restitution" and key == "damping" and given.get("restitution") is not None):

@@ -9,6 +9,7 @@ from typing import Any
 import scissordyn
 from scissordyn.errors import InputError
 from scissordyn.explore.case import Case
+from scissordyn.plugin.origin import origin_of
 
 __all__ = ["python_of"]
 
@@ -69,7 +70,7 @@ def _code(value: Any, imports: dict[str, str], depth: int) -> str:
 def _name(kind: type, imports: dict[str, str]) -> str:
     if getattr(scissordyn, kind.__name__, None) is kind:
         return f"sd.{kind.__name__}"
-    if hasattr(kind, "origin"):
+    if origin_of(kind) is not None:
         raise InputError(f"the class '{kind.__name__}' of yours in the case", "a case without classes of your own", "Save run")
     imports[kind.__name__] = kind.__module__
     return kind.__name__

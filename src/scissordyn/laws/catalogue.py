@@ -1,6 +1,6 @@
 """Every law and material by name: one entry for each law in the files of the folders.
 
-Apart from its file, a law needs a branch in the dispatch, and only if it brings a kernel of its own.
+A law has no other place than its file.
 """
 
 from __future__ import annotations
@@ -18,10 +18,24 @@ from scissordyn.laws import damping, elastic, friction
 from scissordyn.laws.contact import Damping, Elastic, Friction
 from scissordyn.laws.material import MATERIALS
 from scissordyn.laws.user import UserDamping, UserElastic, UserFriction
+from scissordyn.plugin.element import Slot, element_class
+from scissordyn.plugin.origin import class_in
 from scissordyn.plugin.user_file import file_digest, split_reference
 from scissordyn.units import Quantity, State, quantities
 
-__all__ = ["BY_KIND", "DAMPING", "ELASTIC", "FRICTION", "MATERIALS", "Facts", "Parameter", "facts", "from_file", "law"]
+__all__ = [
+    "BY_KIND",
+    "DAMPING",
+    "ELASTIC",
+    "FRICTION",
+    "MATERIALS",
+    "Facts",
+    "Parameter",
+    "facts",
+    "from_file",
+    "kind_in",
+    "law",
+]
 
 
 def _laws(folder: ModuleType) -> Mapping[str, type[Any]]:
@@ -115,6 +129,7 @@ def law(kind: str, name: str) -> type[Any]:
     ----------
     kind : {"stiffness", "damping", "friction"}
     name : str
+        Of the package's, or ``"file.py:Class"`` for one of your own; the file is executed.
 
     Returns
     -------
@@ -127,9 +142,24 @@ def law(kind: str, name: str) -> type[Any]:
         If there is none; names the nearest.
     """
     known = _by_kind(kind)
+    if ".py:" in name:
+        own, found = element_class(kind, name, Path.cwd())
+        if own is None:
+            sample = f"sd.{_USER[kind].__name__}({found!r}, (CONSTANTS,))"
+            raise InputError(f"the function '{name}' as a class of {kind} laws", "a class", sample)
+        return own  # type: ignore[no-any-return]
     if name not in known:
-        raise InputError(f"no {kind} law '{name}'{did_you_mean(name, known)}", ", ".join(known) + ", or 'file.py:function'")
+        raise InputError(f"no {kind} law '{name}'{did_you_mean(name, known)}", ", ".join(known) + ", or 'file.py:Class'")
     return known[name]
+
+
+def kind_in(reference: str) -> str:
+    """What the law of the class that ``"file.py:Class"`` names is for: a key of `BY_KIND`; the file is executed."""
+    found, name = class_in("law", reference, Path.cwd())
+    slot = getattr(found, "slot", None)
+    if not isinstance(slot, Slot) or slot.name not in BY_KIND:
+        raise InputError(f"'{name}' is no class of laws", "a class under sd.element", '@sd.element(slot="friction", ...)')
+    return slot.name
 
 
 def from_file(reference: str, kind: str, folder: Path, *, constants: tuple[float, ...] = ()) -> Any:
@@ -156,7 +186,7 @@ def from_file(reference: str, kind: str, folder: Path, *, constants: tuple[float
     """
     _by_kind(kind)
     made = _USER[kind]
-    path, name = split_reference(made.title, reference, folder)
+    path, name = split_reference(made.slot.title, reference, folder)
     return made(f"{path}:{name}", constants, digest=file_digest(path))
 
 

@@ -66,7 +66,7 @@ class JointContact:
 class Elastic(Part):
     """An elastic part: force [N] of an indentation above 0 [m], and, unless quadrature is to find it, the energy [J] of it."""
 
-    slot = Slot("stiffness", ("indentation",), {"force": (1, "force"), "energy": (1, "number")})
+    slot = Slot("stiffness", ("indentation",), {"force": (1, "force"), "energy": (1, "number")}, title="stiffness law")
     small_contact: ClassVar[bool] = False
     """Whether the law assumes a contact patch that is small against the radii."""
     materials: ClassVar[Literal["any", "same", "steel"]] = "any"
@@ -96,7 +96,7 @@ class Doubtful(Protocol):
 class Damping(Part):
     """A damping part: normal force [N] of the elastic part [N], delta [m], delta' and delta'(-) [m/s]; a pull is cut off."""
 
-    slot = Slot("damping", ("elastic", "indentation", "rate", "approach"), {"force": (4, "force")})
+    slot = Slot("damping", ("elastic", "indentation", "rate", "approach"), {"force": (4, "force")}, title="damping law")
     restitution_range: ClassVar[tuple[float, float] | None] = None
     """Range of restitution coefficients in the source; None without a restitution or a range."""
 
@@ -111,6 +111,8 @@ class Friction(Part):
         "friction",
         ("slip_speed", "normal_force"),
         {"force": (2, "force"), "start": (1, "states"), "steady": (1, "states"), "limit": (2, "number")},
+        stateful=True,
+        title="friction law",
     )
     states: ClassVar[tuple[State, ...]] = ()
     """Its internal states; empty for none."""

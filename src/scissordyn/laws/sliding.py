@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike
 from scipy.integrate import solve_ivp
+from scipy.optimize import root
 
 from scissordyn.laws.contact import Friction, JointContact
 from scissordyn.laws.evaluate import friction_force, friction_states
@@ -36,9 +38,37 @@ def steady_coefficient(friction: Friction, joint: JointContact, slip_speed: Arra
     speeds = np.asarray(slip_speed, float)
     found = np.empty(speeds.size)
     for index, speed in enumerate(speeds.flat):
-        friction_states(at["steady"], speed, states, row)
+        if states.size and not at["steady"]:
+            states = _settled(friction, at, float(speed), row)
+        else:
+            friction_states(at["steady"], speed, states, row)
         found[index] = friction_force(at["force"], speed, 1.0, states, rates, row)
     return found.reshape(speeds.shape)
+
+
+def _sizes(friction: Friction, at: Mapping[str, int], row: np.ndarray) -> np.ndarray:
+    """What each state is counted in: its scale, or its size in steady sliding at 1 m/s."""
+    sliding = np.zeros(len(friction.states))
+    friction_states(at["steady"] or at["start"], 1.0, sliding, row)
+    declared = [
+        size if state.scale is None else state.size(friction) for state, size in zip(friction.states, sliding, strict=True)
+    ]
+    return np.array([abs(size) or 1.0 for size in declared])
+
+
+def _settled(friction: Friction, at: Mapping[str, int], speed: float, row: np.ndarray) -> np.ndarray:
+    """States whose rates vanish at a slip speed; NaN where there are none."""
+    size = _sizes(friction, at, row)
+    begun = np.zeros_like(size)
+    friction_states(at["start"], speed, begun, row)
+
+    def rates(z: np.ndarray) -> np.ndarray:
+        found = np.zeros_like(size)
+        friction_force(at["force"], speed, 1.0, z * size, found, row)
+        return found / (size * abs(speed))
+
+    solved = root(rates, begun / size, tol=1e-12)
+    return np.asarray(solved.x * size) if solved.success else np.full_like(size, np.nan)
 
 
 @dataclass(frozen=True)
@@ -75,18 +105,20 @@ def oscillation(
     -------
     Oscillation
     """
-    row, count, at = row_of(friction, joint), len(friction.states), addresses(friction)["force"]
+    row, count, at = row_of(friction, joint), len(friction.states), addresses(friction)
+    size = _sizes(friction, at, row)
     omega = 2.0 * math.pi * frequency
 
     def force(t: float, z: np.ndarray) -> tuple[float, np.ndarray]:
         rates = np.zeros(count)
-        return friction_force(at, amplitude * omega * math.cos(omega * t), 1.0, np.ascontiguousarray(z), rates, row), rates
+        slip = amplitude * omega * math.cos(omega * t)
+        return friction_force(at["force"], slip, 1.0, np.ascontiguousarray(z * size), rates, row), rates / size
 
     time = np.linspace(2.0, 3.0, samples) / frequency
     states = np.zeros((count, samples))
     if count:
         found = solve_ivp(
-            lambda t, z: force(t, z)[1], (0.0, time[-1]), np.zeros(count), method="Radau", t_eval=time, rtol=1e-9, atol=1e-16
+            lambda t, z: force(t, z)[1], (0.0, time[-1]), np.zeros(count), method="Radau", t_eval=time, rtol=1e-9, atol=1e-10
         )
         states = np.ascontiguousarray(found.y)
     coefficient = np.array([force(t, np.ascontiguousarray(states[:, k]))[0] for k, t in enumerate(time)])

@@ -4,14 +4,15 @@ from __future__ import annotations
 
 import itertools
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import Any
 
 import numpy as np
 
 from scissordyn.laws.contact import Damping, Elastic, Friction, JointContact
-from scissordyn.plugin.short_form import Function, ShortForm
+from scissordyn.plugin.element import addresses, row_of
+from scissordyn.plugin.short_form import Function, ShortForm, answers
 
-__all__ = ["UserDamping", "UserElastic", "UserFriction"]
+__all__ = ["UserDamping", "UserElastic", "UserFriction", "element_doubts"]
 
 INDENTATIONS = tuple(np.logspace(-9, -3, 13).tolist())
 APPROACHES = (1e-6, 1e-3, 1e-2, 0.1, 1.0, 10.0)
@@ -38,6 +39,82 @@ def _reach(joint: JointContact) -> tuple[float, str]:
     return (joint.journal_radius, "corner radius") if joint.plane else (joint.clearance, "clearance")
 
 
+def _depths(joint: JointContact) -> tuple[float, ...]:
+    """Indentations at which a damping law is tried in a joint [m]."""
+    return tuple((np.geomspace(1e-6, 1.0, 7) * _reach(joint)[0]).tolist())
+
+
+def _of_stiffness(force: np.ndarray, joint: JointContact) -> list[str]:
+    """What is doubtful about elastic forces [N] at `DEPTHS`."""
+    size, what = _reach(joint)
+    falls = np.flatnonzero(np.diff(force) <= 0.0)
+    if not falls.size:
+        return []
+    low, high = 1e3 * size * DEPTHS[falls[0]], 1e3 * size * DEPTHS[falls[0] + 1]
+    return [f"the force does not grow from {low:.4g} mm to {high:.4g} mm of indentation (tried up to the {what})"]
+
+
+def _of_damping(force: np.ndarray) -> list[str]:
+    """What is doubtful about normal forces [N], shape (FORCES, depths, RATES, APPROACHES)."""
+    elastic = np.array(FORCES)[:, None, None, None]
+    rate = np.array(RATES)[None, None, :, None]
+    # what the kernels make of a pull
+    gain = (elastic - np.maximum(force, 0.0)) * np.sign(rate)
+    if not np.any(gain > ROUNDING * (1.0 + elastic)):
+        return []
+    at = np.unravel_index(int(np.argmax(gain)), gain.shape)
+    what = "lowers the elastic force on approach" if RATES[at[2]] > 0.0 else "raises the elastic force on rebound"
+    return [f"it {what} ({FORCES[at[0]]:g} N at {RATES[at[2]]:g} m/s), so that contacts may gain energy"]
+
+
+def _of_friction(given: np.ndarray) -> list[str]:
+    """What is doubtful about tangential forces [N], shape (SPEEDS, FORCES)."""
+    force, found = np.abs(given), []
+    if np.any(force[:, 0] > 0.0):
+        found.append("it gives a force where the normal force is zero")
+    largest = float(np.max((force[:, 1:] - force[:, :1]) / np.array(FORCES[1:])))
+    if largest > LARGEST_COEFFICIENT:
+        found.append(f"its friction coefficient reaches {largest:.3g} at 10 m/s or less")
+    return found
+
+
+def element_doubts(law: Any, joint: JointContact) -> list[str]:
+    """What is doubtful about a law of a class of the user's in a joint, one clause each; nothing is known of one with states.
+
+    Parameters
+    ----------
+    law : Elastic, Damping or Friction
+    joint : JointContact
+
+    Returns
+    -------
+    list of str
+    """
+    if isinstance(law, Friction) and law.states:
+        return []
+    if isinstance(law, Elastic):
+        points: Any = DEPTHS[:, None] * _reach(joint)[0]
+    elif isinstance(law, Damping):
+        points = list(itertools.product(FORCES, _depths(joint), RATES, APPROACHES))
+    else:
+        points = list(itertools.product(SPEEDS, FORCES))
+    points = np.array(points, float)
+    found = answers(addresses(law)["force"], points, row_of(law, joint))
+    if not np.all(np.isfinite(found)):
+        first = points[~np.isfinite(found)][0]
+        at = ", ".join(f"{name} = {value:g}" for name, value in zip(law.slot.inputs, first, strict=True))
+        return [f"it gives no finite number at {at}"]
+    if isinstance(law, Damping):
+        return _of_damping(found.reshape(len(FORCES), -1, len(RATES), len(APPROACHES)))
+    if isinstance(law, Friction):
+        drives = found * points[:, 0] < 0.0
+        against = ["it drives the slip: its force is against the sign of the slip speed"] if np.any(drives) else []
+        return against + _of_friction(found.reshape(len(SPEEDS), len(FORCES)))
+    pulls = ["it pulls"] if np.any(found < 0.0) else []
+    touch = ["it has a force without indentation"] if abs(found[0]) > AT_TOUCH * abs(found[-1]) else []
+    return pulls + touch + _of_stiffness(found, joint)
+
+
 @dataclass(frozen=True)
 class UserElastic(ShortForm, Elastic):
     """An elastic part of the user's own.
@@ -62,8 +139,6 @@ class UserElastic(ShortForm, Elastic):
     function: Function | str
     constants: tuple[float, ...] = ()
     digest: str = ""
-
-    title: ClassVar[str] = "stiffness law"
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -95,12 +170,7 @@ class UserElastic(ShortForm, Elastic):
         -------
         list of str
         """
-        force, (size, what) = self._forces(joint), _reach(joint)
-        falls = np.flatnonzero(np.diff(force) <= 0.0)
-        if not falls.size:
-            return []
-        low, high = 1e3 * size * DEPTHS[falls[0]], 1e3 * size * DEPTHS[falls[0] + 1]
-        return [f"the force does not grow from {low:.4g} mm to {high:.4g} mm of indentation (tried up to the {what})"]
+        return _of_stiffness(self._forces(joint), joint)
 
 
 @dataclass(frozen=True)
@@ -128,20 +198,14 @@ class UserDamping(ShortForm, Damping):
     constants: tuple[float, ...] = ()
     digest: str = ""
 
-    title: ClassVar[str] = "damping law"
-
     def __post_init__(self) -> None:
         super().__post_init__()
         self._forces(INDENTATIONS[::3])
 
     def parameters(self, joint: JointContact) -> tuple[float, ...]:
         """The constants; the law is tried up to the clearance first."""
-        self._forces(self._depths(joint))
+        self._forces(_depths(joint))
         return super().parameters()
-
-    @staticmethod
-    def _depths(joint: JointContact) -> tuple[float, ...]:
-        return tuple((np.geomspace(1e-6, 1.0, 7) * _reach(joint)[0]).tolist())
 
     def _forces(self, depths: tuple[float, ...]) -> np.ndarray:
         """Normal forces [N], shape (FORCES, depths, RATES, APPROACHES)."""
@@ -160,15 +224,7 @@ class UserDamping(ShortForm, Damping):
         -------
         list of str
         """
-        elastic = np.array(FORCES)[:, None, None, None]
-        rate = np.array(RATES)[None, None, :, None]
-        # what the kernels make of a pull
-        gain = (elastic - np.maximum(self._forces(self._depths(joint)), 0.0)) * np.sign(rate)
-        if not np.any(gain > ROUNDING * (1.0 + elastic)):
-            return []
-        at = np.unravel_index(int(np.argmax(gain)), gain.shape)
-        what = "lowers the elastic force on approach" if RATES[at[2]] > 0.0 else "raises the elastic force on rebound"
-        return [f"it {what} ({FORCES[at[0]]:g} N at {RATES[at[2]]:g} m/s), so that contacts may gain energy"]
+        return _of_damping(self._forces(_depths(joint)))
 
 
 @dataclass(frozen=True)
@@ -196,8 +252,6 @@ class UserFriction(ShortForm, Friction):
     constants: tuple[float, ...] = ()
     digest: str = ""
 
-    title: ClassVar[str] = "friction law"
-
     def __post_init__(self) -> None:
         super().__post_init__()
         self._forces()
@@ -222,10 +276,4 @@ class UserFriction(ShortForm, Friction):
         -------
         list of str
         """
-        force, found = np.abs(self._forces()), []
-        if np.any(force[:, 0] > 0.0):
-            found.append("it gives a force where the normal force is zero")
-        largest = float(np.max((force[:, 1:] - force[:, :1]) / np.array(FORCES[1:])))
-        if largest > LARGEST_COEFFICIENT:
-            found.append(f"its friction coefficient reaches {largest:.3g} at 10 m/s or less")
-        return found
+        return _of_friction(self._forces())

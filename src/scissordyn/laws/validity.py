@@ -9,6 +9,8 @@ from scissordyn.annotation import is_a
 from scissordyn.laws.contact import Continued, Damping, Doubtful, Elastic, Friction, JointContact
 from scissordyn.laws.damping.exact import returned_restitution
 from scissordyn.laws.damping.proportional import DampingFactor
+from scissordyn.laws.user import element_doubts
+from scissordyn.plugin.element import is_ours
 
 __all__ = ["DEEPEST", "FASTEST", "OFF", "contact_failure", "contact_warnings"]
 
@@ -101,8 +103,12 @@ def contact_warnings(
         )
     laws: dict[str, object] = {"stiffness": stiffness, "damping": damping, "friction": friction}
     for kind, law in laws.items():
+        doubts: list[str] = []
         if is_a(law, Doubtful):
-            found += [f"{where}{kind} law: {doubt}" for doubt in law.doubts(contact)]
+            doubts = law.doubts(contact)
+        elif law is not None and not is_ours(law):
+            doubts = element_doubts(law, contact)
+        found += [f"{where}{kind} law: {doubt}" for doubt in doubts]
     if stiffness.caveat:
         found.append(f"{where}'{stiffness.name}': {stiffness.caveat}")
     if stiffness.materials == "same" and contact.journal.compliance != contact.bearing.compliance:

@@ -97,7 +97,7 @@ def controller_slopes(t, i, S, z):
 
     Rows: the torque, then the states' rates. Columns: signals, states, time.
     """
-    W = S.work
+    P, W, first = S.parameters, S.work, S.model.state_start[S.parameters.contact.size + i]
     states, q = z.size, W.signal
     up, down = W.control_work[0, :states], W.control_work[1, :states]
     for k in range(SIGNAL_COUNT + states + 1):
@@ -117,7 +117,7 @@ def controller_slopes(t, i, S, z):
             q[k] = here
         else:
             here = z[k - SIGNAL_COUNT]
-            h = 1e-6 * abs(here) + 1e-9
+            h = 1e-6 * abs(here) + 1e-9 * P.state_scale[first + k - SIGNAL_COUNT]
             z[k - SIGNAL_COUNT] = here + h
             high = torque_at(t, i, S, z, up)
             z[k - SIGNAL_COUNT] = here - h

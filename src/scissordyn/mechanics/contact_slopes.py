@@ -51,7 +51,7 @@ def law_slopes(j, S, z, dz, up, down, by_state):
             by_state[states + 2, s] = (up[s] - down[s]) / (2.0 * h)
         for k in range(states):
             here = z[k]
-            h = 1e-5 * abs(here) + 1e-12
+            h = 1e-5 * abs(here) + 1e-12 * max(1.0, P.state_scale[S.model.state_start[j] + k])
             z[k] = here + h
             high = friction_force(friction, slip, normal, z, up, P.friction[j])
             z[k] = here - h

@@ -27,7 +27,8 @@ from scissordyn.errors import InputError, command
 from scissordyn.laws.catalogue import BY_KIND
 from scissordyn.laws.contact import Damping, Elastic, Friction
 from scissordyn.laws.user import UserDamping, UserElastic, UserFriction
-from scissordyn.model.record import DIGEST, FUNCTION, KIND, kind_of
+from scissordyn.model.record import CLASS, DIGEST, FUNCTION, KIND, kind_of
+from scissordyn.plugin.element import SLOTS, element_class
 from scissordyn.plugin.user_file import file_digest
 
 __all__ = ["Description", "build", "from_plain", "parse"]
@@ -92,13 +93,15 @@ class NamedFunction:
 
 
 @dataclass(frozen=True)
-class UserComponent:
-    """A component of a class in a file of the user's, which a file of data names; its fields are compared when it is built.
+class UserPart:
+    """A part of a class of the user's, which a file of data names; its fields are compared when it is built.
 
     Parameters
     ----------
+    place : str
+        "component", or the slot of a law or a controller.
     file : str
-        Where it was when the data were written.
+        Where the class was when the data were written; empty for one that was made in Python.
     name : str
         Of the class.
     digest : str
@@ -106,6 +109,7 @@ class UserComponent:
     values : mapping of str to plain
     """
 
+    place: str
     file: str
     name: str
     digest: str
@@ -180,10 +184,12 @@ def parse(plain: Any, declared: Any, place: str = "") -> Any:
     if not (described and isinstance(plain, dict)):
         raise InputError(f"{place} is {_shown(plain)}", "what scissordyn writes there")
     kind = plain.get(KIND)
-    if isinstance(kind, str) and ".py:" in kind and Component in _members(declared):
-        file, _, name = kind.rpartition(":")
-        rest = {key: value for key, value in plain.items() if key not in (KIND, DIGEST)}
-        return UserComponent(file, name, str(plain.get(DIGEST, "")), MappingProxyType(rest))
+    base = next((member for member in _members(declared) if isinstance(member, type) and member in PLUGINS), None)
+    if isinstance(kind, str) and base is not None and (".py:" in kind or kind == CLASS):
+        file, _, name = kind.rpartition(":") if kind != CLASS else ("", "", str(plain.get(CLASS)))
+        rest = {key: value for key, value in plain.items() if key not in (KIND, CLASS, DIGEST)}
+        slot = "component" if base is Component else base.slot.name  # type: ignore[attr-defined]
+        return UserPart(slot, file, name, str(plain.get(DIGEST, "")), MappingProxyType(rest))
     if not (isinstance(kind, str) and kind in described):
         raise InputError(f"{place} of kind {_shown(kind)}", "a kind that this version of scissordyn has there")
     return _parse_class(plain, described[kind], place)
@@ -220,15 +226,17 @@ def build(described: Any, *, allow_code: Sequence[Path] = ()) -> Any:
     """
     if isinstance(described, tuple):
         return tuple(build(item, allow_code=allow_code) for item in described)
-    if isinstance(described, UserComponent):
-        found = _permitted(NamedFunction(described.name, described.file), described.digest, allow_code, "component")
-        made = component_class(found, Path.cwd())
+    if isinstance(described, UserPart):
+        what = SLOTS[described.place].slot.title if described.place in SLOTS else described.place
+        found = _permitted(NamedFunction(described.name, described.file), described.digest, allow_code, what, "class")
+        own = described.place not in SLOTS
+        made = component_class(found, Path.cwd()) if own else element_class(described.place, found, Path.cwd())[0]
         values = {KIND: kind_of(made), **described.values}
         return build(_parse_class(values, made, described.name), allow_code=allow_code)
     if not isinstance(described, Description):
         return described
     values = {
-        key: _permitted(value, described.values.get("digest"), allow_code, cast(Any, described.kind).title)
+        key: _permitted(value, described.values.get("digest"), allow_code, cast(Any, described.kind).slot.title)
         if isinstance(value, NamedFunction)
         else build(value, allow_code=allow_code)
         for key, value in described.values.items()
@@ -302,11 +310,13 @@ def _named_function(plain: Any, place: str) -> NamedFunction:
     raise InputError(f"{place} is {_shown(plain)}", "a function as scissordyn writes it, 'my_laws.py:soft'")
 
 
-def _permitted(function: NamedFunction, digest: Any, allow_code: Sequence[Path], what: str) -> str:
+def _permitted(function: NamedFunction, digest: Any, allow_code: Sequence[Path], what: str, kind: str = FUNCTION) -> str:
     """The reference to a function in a file that the user allows and that holds what the description was made with."""
     if not function.file:
         raise InputError(
-            f"the run uses the Python function '{function.name}' as a {what}; its source in the attributes is not executed",
+            f"the run uses the Python {kind} '{function.name}' as a {what}; its source in the attributes is not executed"
+            if kind == FUNCTION
+            else f"the run uses the Python class '{function.name}' as a {what}, which was in no file",
             f"a {what} from the catalogue or from a file",
             f"put it in a file and give the {what} as 'mine.py:{function.name}'",
         )

@@ -11,13 +11,14 @@ from functools import cache
 from typing import Any
 
 from scissordyn.errors import InputError
+from scissordyn.plugin.origin import origin_of
 
-__all__ = ["DIGEST", "FUNCTION", "KIND", "PACKAGE", "first_difference", "kind_of", "to_plain"]
+__all__ = ["CLASS", "DIGEST", "FUNCTION", "KIND", "PACKAGE", "first_difference", "kind_of", "made_in_python", "to_plain"]
 
 PACKAGE = "scissordyn"
 KIND = "kind"
-FUNCTION = "function"
-"""What the data have in place of a class and of a Python function."""
+FUNCTION, CLASS = "function", "class"
+"""What the data have in place of a class of the package, and for a Python function and a class that are in no file."""
 
 DIGEST = "digest"
 """Beside a function or a class of the user's own: the digest of its file."""
@@ -49,13 +50,33 @@ def to_plain(described: Any) -> Any:
         for name in _written(type(described)):
             value = getattr(described, name)
             values[name] = value if isinstance(value, _SCALARS) else to_plain(value)
-        origin = getattr(type(described), "origin", None)  # of a class in a file of the user's
-        made: dict[str, Any] = {KIND: kind_of(type(described))} if origin is None else {KIND: origin[0], DIGEST: origin[1]}
-        return made | values
+        return _headed(type(described)) | values
     if callable(described):
         name = getattr(described, "__name__", repr(described))
         return {KIND: FUNCTION, "name": name, "source": _source(described), DIGEST: _function_digest(described)}
     raise InputError(f"a {type(described).__name__} inside a description", "values that can be written to a file")
+
+
+def _headed(described: Any) -> dict[str, Any]:
+    """What the data say of a class: its name, or where it is from and the digest of what it computes."""
+    if described.__module__.startswith(f"{PACKAGE}.") or not hasattr(described, "declaration"):
+        return {KIND: kind_of(described)}
+    origin = origin_of(described)
+    if origin is not None:
+        return {KIND: origin[0], DIGEST: origin[1]}
+    code = [*described.declaration.kernels.values(), described.parameters]
+    return {KIND: CLASS, CLASS: described.__qualname__, DIGEST: _function_digest(code)}
+
+
+def made_in_python(plain: Any) -> list[str]:
+    """Functions and classes that are in no file, in the order of the data, as messages name them: "function 'soft'"."""
+    if isinstance(plain, list):
+        return [name for item in plain for name in made_in_python(item)]
+    if not isinstance(plain, dict):
+        return []
+    kind = plain.get(KIND)
+    own = [f"{kind} '{plain.get('name' if kind == FUNCTION else CLASS)}'"] if kind in (FUNCTION, CLASS) else []
+    return [*own, *(name for value in plain.values() for name in made_in_python(value))]
 
 
 def first_difference(one: Any, other: Any, place: str = "") -> tuple[str, Any, Any]:

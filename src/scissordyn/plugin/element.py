@@ -6,6 +6,7 @@ import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from functools import cache
+from pathlib import Path
 from types import MappingProxyType
 from typing import Any, ClassVar, TypeVar, dataclass_transform
 
@@ -14,9 +15,22 @@ import numpy as np
 
 from scissordyn.errors import InputError, did_you_mean
 from scissordyn.plugin.address import ANSWER, Kernel, address_of, arguments_of
+from scissordyn.plugin.origin import class_in, note_origin
 from scissordyn.units import State, check_quantities, quantities
 
-__all__ = ["PARAMETERS", "SLOTS", "Element", "Part", "Slot", "addresses", "element", "is_ours", "numbers", "row_of"]
+__all__ = [
+    "PARAMETERS",
+    "SLOTS",
+    "Element",
+    "Part",
+    "Slot",
+    "addresses",
+    "element",
+    "element_class",
+    "is_ours",
+    "numbers",
+    "row_of",
+]
 
 PARAMETERS = 16
 """Width of one row of numbers, a law's or a controller's, in the parameter tables that kernels read."""
@@ -42,6 +56,10 @@ class Slot:
         What a kernel may name beside, in the order of their row.
     defaults : mapping of str to value
         Of attributes that may be fields.
+    stateful : bool
+        Whether its elements may have internal states.
+    title : str
+        What messages call an element.
     """
 
     name: str
@@ -49,6 +67,8 @@ class Slot:
     kernels: Mapping[str, tuple[int, str]]
     context: tuple[str, ...] = ()
     defaults: Mapping[str, Any] = field(default_factory=dict)
+    stateful: bool = False
+    title: str = ""
 
 
 @dataclass(frozen=True, eq=False)
@@ -131,20 +151,21 @@ def element(
         if not issubclass(described, base):
             inherited = tuple(each for each in described.__bases__ if each is not object)
             own = {key: value for key, value in vars(described).items() if key not in ("__dict__", "__weakref__")}
+            own["__qualname__"] = described.__qualname__
             described = type(described)(described.__name__, (*inherited, base), own)
         kinds = base.slot.kernels
         facts = {key: value for key, value in vars(base).items() if key in base.__annotations__ and key != "states"}
         for key in declared:
             if key not in (*kinds, *facts):
                 raise InputError(
-                    f"{key} of a {base.slot.name} element{did_you_mean(key, (*kinds, *facts))}", ", ".join((*kinds, *facts))
+                    f"{key} of a {base.slot.title}{did_you_mean(key, (*kinds, *facts))}", ", ".join((*kinds, *facts))
                 )
         if not hasattr(described, "__post_init__"):
             described.__post_init__ = check_quantities
         made: Any = dataclass(frozen=True)(described)
         kernels = {key: declared[key] for key in kinds if declared.get(key) is not None}
         main = kernels.get(next(iter(kinds)))
-        given = {*base.slot.inputs, *base.slot.context, *(state.name for state in states)}
+        given = {*base.slot.inputs, *base.slot.context, *(getattr(state, "name", "") for state in states)}
         named = tuple(quantities(made))
         if made.parameters is not Part.parameters:  # the class says itself what its kernels read
             named = () if main is None else tuple(each for each in arguments_of(main) if each not in given)
@@ -158,9 +179,36 @@ def element(
             made.states = states
         made.declaration = Element(base.slot, MappingProxyType(kernels), states, named)
         _check(made)
+        note_origin(made, described)
         return made
 
     return declare
+
+
+def element_class(slot: str, reference: str, folder: Path) -> tuple[Any, str]:
+    """The class of elements that ``"file.py:Class"`` names, or None for a function, and its absolute name.
+
+    Parameters
+    ----------
+    slot : str
+    reference : str
+    folder : Path
+        Where a relative file name starts.
+
+    Raises
+    ------
+    InputError
+        If there is no such file, or the class is no element of the slot.
+    """
+    base = SLOTS[slot]
+    found, name = class_in(base.slot.title, reference, folder)
+    if found is not None and not (issubclass(found, base) and "declaration" in vars(found)):
+        raise InputError(
+            f"the class '{name}' is no {base.slot.title}",
+            "a class under sd.element, or a function of numbers",
+            f'@sd.element(slot="{slot}", ...)',
+        )
+    return found, name
 
 
 def numbers(part: Any, **derived: float) -> tuple[float, ...]:
@@ -170,9 +218,12 @@ def numbers(part: Any, **derived: float) -> tuple[float, ...]:
 
 def _check(made: Any) -> None:
     declared: Element = made.declaration
-    what = f"{declared.slot.name} element '{made.__name__}'"
+    what = f"{declared.slot.title} '{made.__name__}'"
     if len(declared.numbers) > PARAMETERS:
         raise InputError(f"{what} with {len(declared.numbers)} parameters", f"at most {PARAMETERS}")
+    if declared.states and not declared.slot.stateful:
+        able = ", ".join(f'slot="{name}"' for name, base in SLOTS.items() if base.slot.stateful)
+        raise InputError(f"{what} with internal states", able)
     for state in declared.states:
         if not isinstance(state, State) or (state.scale is None and "start" not in declared.kernels):
             called = getattr(state, "name", state)
@@ -244,7 +295,7 @@ def _addresses(declared: Element, present: tuple[str, ...]) -> Mapping[str, int]
                 raise
             cause = next((line.strip() for line in str(error).splitlines() if line.strip()), type(error).__name__)
             raise InputError(
-                f"kernel '{kernel.__name__}' of a {declared.slot.name} element cannot be compiled: {cause}",
+                f"kernel '{kernel.__name__}' of a {declared.slot.title} cannot be compiled: {cause}",
                 f"numbers, math and numpy functions of numbers; {len(targets)} numbers as the result",
             ) from None
     return MappingProxyType(found)
@@ -262,7 +313,7 @@ def row_of(part: Any, *joint: Any) -> np.ndarray:
     numbers, row = part.parameters(*joint), np.zeros(PARAMETERS)
     if len(numbers) != len(part.declaration.numbers):
         raise InputError(
-            f"{part.declaration.slot.name} element '{part.name}' with {len(numbers)} parameters",
+            f"{part.declaration.slot.title} '{part.name}' with {len(numbers)} parameters",
             f"{len(part.declaration.numbers)}: {', '.join(part.declaration.numbers)}",
         )
     row[: len(numbers)] = numbers

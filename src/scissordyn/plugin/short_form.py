@@ -29,18 +29,17 @@ def _declared(slot: Slot, function: Function, count: int, leading: tuple[str, ..
 
 
 class ShortForm:
-    """What the elements have in common that are one function with constants; each names its slot and what messages call it."""
+    """What the elements have in common that are one function with constants; each has the base of its slot."""
 
     function: Function | str
     constants: tuple[float, ...]
     digest: str
-    title: ClassVar[str]
     slot: ClassVar[Slot]
     name: ClassVar[str] = "user"
     source: ClassVar[str] = "the user"
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "digest", pinned(self.title, self.function, self.digest))
+        object.__setattr__(self, "digest", pinned(self.slot.title, self.function, self.digest))
 
     @property
     def leading(self) -> tuple[str, ...]:
@@ -51,10 +50,10 @@ class ShortForm:
     def loaded(self) -> tuple[Function, str]:
         """The function itself, and what an error message calls it."""
         given = self.function
-        loaded = load_function(self.title, given, self.digest) if isinstance(given, str) else given
+        loaded = load_function(self.slot.title, given, self.digest) if isinstance(given, str) else given
         if not callable(loaded):
-            raise InputError(f"{given!r} as a {self.title}", "a function or 'file.py:function'")
-        return loaded, f"{self.title} '{getattr(loaded, '__name__', loaded)}'"
+            raise InputError(f"{given!r} as a {self.slot.title}", "a function or 'file.py:function'")
+        return loaded, f"{self.slot.title} '{getattr(loaded, '__name__', loaded)}'"
 
     @property
     def declaration(self) -> Element:  # type: ignore[override, unused-ignore]

@@ -12,7 +12,10 @@ from typing import Any
 
 from scissordyn.errors import InputError, did_you_mean
 
-__all__ = ["file_digest", "load_function", "pinned", "split_reference"]
+__all__ = ["file_digest", "load_function", "made_in", "pinned", "split_reference"]
+
+DIGEST = "__digest__"
+"""What a module is asked for: the digest of the text that was executed."""
 
 SAMPLES = {"component": "my_components.py:Rubber", "controller": "my_controllers.py:servo", "measure": "my_measures.py:late"}
 """What the reference of anything but a law looks like, by its kind."""
@@ -59,6 +62,28 @@ def file_digest(path: Path) -> str:
     return _digest(path.read_bytes())
 
 
+def made_in(described: type) -> tuple[str, str] | None:
+    """Where a class of the user's can be had again: file and name, and the digest of the file.
+
+    Parameters
+    ----------
+    described : type
+        While its module is executed.
+
+    Returns
+    -------
+    (str, str) or None
+        None for a class of a package, a notebook, the program that is run, or a function.
+    """
+    module = sys.modules.get(described.__module__)
+    file = Path(getattr(module, "__file__", None) or "")
+    if "." in described.__module__ or described.__module__ == "__main__" or not described.__qualname__.isidentifier():
+        return None
+    if file.suffix != ".py" or not file.is_file():
+        return None
+    return f"{file.resolve()}:{described.__name__}", getattr(module, DIGEST, "") or file_digest(file)
+
+
 def pinned(kind: str, function: Callable[..., Any] | str, digest: str) -> str:
     """The digest that a description keeps: the one given or, for a function in a file without one, that of the file now.
 
@@ -82,6 +107,7 @@ def _module(path: Path, source: bytes) -> ModuleType:
     """The file, executed once for each of its contents."""
     module = ModuleType(f"{path.stem}_{_digest(source)}")
     module.__file__ = str(path)
+    setattr(module, DIGEST, _digest(source))
     sys.modules[module.__name__] = module  # where dataclasses look up what the annotations of a class mean
     try:
         # from the text itself: byte code kept beside a file is told apart by its time stamp and size only

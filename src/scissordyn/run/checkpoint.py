@@ -17,8 +17,7 @@ import xarray as xr
 from scissordyn.errors import InputError
 from scissordyn.file.output_file import check_target
 from scissordyn.file.provenance import provenance
-from scissordyn.model.record import DIGEST, PACKAGE, first_difference, to_plain
-from scissordyn.plan.plan import Plan
+from scissordyn.model.record import DIGEST, first_difference
 from scissordyn.run.driver import Driver
 from scissordyn.units import Quantity, check_quantities
 
@@ -164,13 +163,12 @@ class Keeper:
             self.checkpoint.remove()
 
 
-def open_checkpoint(checkpoint: Checkpoint, plan: Plan, configuration: str) -> Keeper:
+def open_checkpoint(checkpoint: Checkpoint, configuration: str) -> Keeper:
     """What keeps the checkpoints of a run, with those that its file holds already.
 
     Parameters
     ----------
     checkpoint : Checkpoint
-    plan : Plan
     configuration : str
         The attribute "configuration" of the run.
 
@@ -183,7 +181,7 @@ def open_checkpoint(checkpoint: Checkpoint, plan: Plan, configuration: str) -> K
     InputError
         If the file is of another run, not whole, or something else.
     """
-    keeper = Keeper(checkpoint, _attributes(plan, configuration))
+    keeper = Keeper(checkpoint, {"configuration": configuration, "versions": provenance()})
     check_target(checkpoint.path, sample=SAMPLE)
     folder = Path(checkpoint.path).absolute().parent
     if not folder.is_dir():
@@ -193,26 +191,6 @@ def open_checkpoint(checkpoint: Checkpoint, plan: Plan, configuration: str) -> K
     if Path(checkpoint.path).exists() and os.stat(checkpoint.path).st_size:
         keeper.parts = _read(checkpoint.path, keeper.attributes)
     return keeper
-
-
-def _attributes(plan: Plan, configuration: str) -> dict[str, str]:
-    """What the numbers of a run depend on: description, options, code of the user's own, versions and sources."""
-    components: tuple[Any, ...] = plan.components
-    kernels = {
-        part.name: [to_plain(kernel)[DIGEST] for kernel in _kernels(part)]
-        for part in components
-        if not type(part).__module__.startswith(PACKAGE) and not hasattr(type(part), "origin")
-    }
-    return {
-        "configuration": configuration,
-        "kernels": json.dumps(kernels),
-        "versions": provenance(),
-    }
-
-
-def _kernels(part: Any) -> list[Any]:
-    declared = part.declaration
-    return [kernel for kernel in (declared.force, declared.gap, declared.switch) if kernel is not None]
 
 
 def _read(path: str | os.PathLike[str], wanted: Mapping[str, str]) -> dict[str, Part]:

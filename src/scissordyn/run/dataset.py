@@ -278,6 +278,11 @@ def _component_variables(plan: Plan, path: Trajectory, found: Record) -> Variabl
             dims = ("time", section, "axis") if output.components > 1 else ("time", section)
             text = f"{output.help} ({declared.label})"
             variables[f"{section}_{output.name}"] = _described(dims, np.ascontiguousarray(values), output.unit, text)
+        first = 2 * path.plan.coordinates.free + path.system.content.model.state_start[[len(plan.contacts) + i for i in index]]
+        for s, state in enumerate(declared.states):
+            text = f"{state.name.replace('_', ' ')}, an internal state ({declared.label})"
+            found_there = _described(("time", section), path.samples.state[:, first + s], state.unit, text)
+            variables.setdefault(f"{section}_{state.name}", found_there)
     return variables
 
 

@@ -151,7 +151,7 @@ def _simulate(
     check_tables(made, options.until)
     check_samples(made, options.samples)
     configuration = write_configuration(mechanism, options)
-    keeper = None if checkpoint is None else open_checkpoint(checkpoint, made, configuration)
+    keeper = None if checkpoint is None else open_checkpoint(checkpoint, configuration)
     run = _computed(made, options, configuration, progress, keeper)
     if keeper is not None and run.attrs["status"] != "interrupted":
         keeper.finish()

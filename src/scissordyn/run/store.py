@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import json
 import os
+import warnings
 from pathlib import Path
 from typing import Any
 
@@ -13,6 +15,8 @@ import scissordyn.run.accessor  # noqa: F401  registers run.scissordyn
 from scissordyn.errors import InputError
 from scissordyn.file.netcdf import NetcdfFile
 from scissordyn.file.output_file import OURS, check_target, regular_size, write_file
+from scissordyn.model.record import FUNCTION, made_in_python
+from scissordyn.run.configuration import ATTRIBUTE, TITLE
 
 __all__ = ["load", "save"]
 
@@ -34,16 +38,41 @@ def save(run: xr.Dataset, path: str | os.PathLike[str], *, replace_broken: bool 
     -------
     Path
 
+    Warns
+    -----
+    UserWarning
+        If the run holds a function or class that is in no file, so that it cannot be run again from the saved one.
+
     Raises
     ------
     InputError
         If the file cannot be written, or holds something else.
     """
+    told = _without_file(run)
+    if told:
+        name = told[0].rpartition(".")[2].rpartition("'")[0].rpartition("'")[2]
+        how = "give the function as" if told[0].startswith(FUNCTION) else "import the class from there or give it as"
+        warnings.warn(
+            f"the saved run cannot be run again from '{path}': its {told[0]} is in no file; put it in one and {how} "
+            f"'mine.py:{name}'",
+            stacklevel=2,
+        )
     try:
         return _save(run, path, replace_broken)
     except KeyboardInterrupt:
         _save(run, path, replace_broken)
         raise
+
+
+def _without_file(run: xr.Dataset) -> list[str]:
+    """Functions and classes of a run that are in no file; none of data that are no run of this version."""
+    title, text = run.attrs.get("title"), run.attrs.get(ATTRIBUTE)
+    if not (isinstance(title, str) and title == TITLE and isinstance(text, str)):
+        return []
+    try:
+        return made_in_python(json.loads(text))
+    except (ValueError, RecursionError):
+        return []
 
 
 def _save(run: xr.Dataset, path: str | os.PathLike[str], replace_broken: bool) -> Path:

@@ -1,0 +1,127 @@
+"""Tables of the pages that are made from declarations: keys of components, parameters of laws and controllers.
+
+Each stands in a page between two comments, which say what it is of. ``python docs/_tables.py`` writes them anew, and with
+``--check`` only names the pages that are not up to date.
+"""
+
+from __future__ import annotations
+
+import re
+import sys
+from pathlib import Path
+from typing import Any
+
+from scissordyn.component.catalogue import COMPONENTS
+from scissordyn.config.part import PARTS
+from scissordyn.config.quantity import written
+from scissordyn.config.table import Table, key_help, quantity_of, table_of
+from scissordyn.control.catalogue import CONTROLLERS
+from scissordyn.laws.catalogue import BY_KIND
+
+__all__ = ["PAGES", "component_keys", "component_outputs", "filled", "refresh"]
+
+PAGES = ("components.md", "control.md", "laws.md")
+
+BLOCK = re.compile(r"(<!-- made from declarations: ([\w -]+) -->\n).*?(<!-- end -->)", re.DOTALL)
+
+
+def _default(field: Any, quantity: Any) -> str:
+    value = None if field.is_required() else field.get_default(call_default_factory=True)
+    if field.is_required():
+        return "required"
+    if isinstance(value, bool):
+        return str(value).lower()
+    if isinstance(value, int | float) and quantity is not None:
+        return f"{value:g}" if quantity.unit == "1" else written(float(value), quantity.unit)
+    return f'"{value}"' if isinstance(value, str) else "none"
+
+
+def _range(quantity: Any) -> str:
+    """What a number may be, without its unit."""
+    if quantity is None:
+        return ""
+    bounds = ((">", quantity.above), ("≥", quantity.minimum), ("<", quantity.below), ("≤", quantity.maximum))
+    return ", ".join(f"{sign} {bound:g}" for sign, bound in bounds if bound is not None)
+
+
+def _keys(table: type[Table]) -> list[str]:
+    """A row for each key: name, unit, default, range in SI, meaning."""
+    lines = ["| key | unit | default | range in SI | meaning |", "| --- | --- | --- | --- | --- |"]
+    for key, field in table.model_fields.items():
+        quantity = quantity_of(table, key)
+        unit = "" if quantity is None or quantity.unit == "1" else quantity.unit
+        meaning = key_help(table, key)
+        lines.append(f"| `{key}` | {unit} | {_default(field, quantity)} | {_range(quantity)} | {meaning} |")
+    return lines
+
+
+def component_keys(section: str) -> list[str]:
+    """The table of a component's keys."""
+    return _keys(PARTS[section].table)
+
+
+def component_outputs(section: str) -> str:
+    """The variables of a run that a component makes."""
+    declared = COMPONENTS[section].declaration
+    if declared.force is None:  # a constraint, whose force is a reaction
+        names = {"latch": ("torque", "N m", "angle", "rad"), "rod": ("force", "N", "length", "m")}[section]
+        return "Outputs: " + ", ".join(f"`{section}_{name}` [{unit}]" for name, unit in (names[:2], names[2:])) + "."
+    kind, unit = ("torque", "N m") if declared.port.forces == ("torque",) else ("force", "N")
+    found = {f"{section}_{each.name}": each.unit for each in (*declared.reported, *declared.states)}
+    return "Outputs: " + ", ".join(f"`{n}` [{u}]" for n, u in (found | {f"{section}_peak_{kind}": unit}).items()) + "."
+
+
+def _all_components() -> list[str]:
+    lines = ["| table | class | port | symbol |", "| --- | --- | --- | --- |"]
+    for section, kind in COMPONENTS.items():
+        if section != "actuator":
+            described: Any = kind
+            port, symbol = described.declaration.port.name, described.declaration.symbol
+            lines.append(f"| [`[[{section}]]`](#{section}) | `{described.__name__}` | {port} | {symbol} |")
+    return lines
+
+
+def _parameters(kinds: dict[str, Any]) -> list[str]:
+    """The parameters of laws or controllers, one after the other."""
+    lines = ["| name | parameter | unit | default | range in SI | meaning |", "| --- | --- | --- | --- | --- | --- |"]
+    for name, kind in kinds.items():
+        table = table_of(kind)
+        rows = [row.removeprefix("|") for row in _keys(table)[2:]] or [" | | | | none |"]
+        lines += [f"| {name if k == 0 else ''} |{row}" for k, row in enumerate(rows)]
+    return lines
+
+
+def _states(kinds: dict[str, Any]) -> list[str]:
+    """The internal states of laws or controllers that have some."""
+    lines = ["| name | internal states |", "| --- | --- |"]
+    for name, kind in kinds.items():
+        if kind.declaration.states:
+            lines.append(f"| {name} | {', '.join(f'`{s.name}` [{s.unit}]' for s in kind.declaration.states)} |")
+    return lines
+
+
+def filled(what: str) -> list[str]:
+    """The lines of a table by what its comment says: "components", "component spring", "laws friction", "states friction"."""
+    kind, _, name = what.partition(" ")
+    if kind == "component":
+        return [*component_keys(name), "", component_outputs(name)]
+    known: dict[str, Any] = dict(CONTROLLERS if name == "controllers" else BY_KIND.get(name, {}))
+    return {"components": _all_components, "laws": lambda: _parameters(known), "states": lambda: _states(known)}[kind]()
+
+
+def refresh(docs: Path, *, write: bool = True) -> list[str]:
+    """Make the tables of all pages anew; the names of the pages that were not up to date."""
+    old = []
+    for page in PAGES:
+        path = docs / page
+        text = path.read_text(encoding="utf-8")
+        new = BLOCK.sub(lambda found: found[1] + "\n".join(filled(found[2])) + "\n" + found[3], text)
+        if new != text:
+            old.append(page)
+            if write:
+                path.write_text(new, encoding="utf-8")
+    return old
+
+
+if __name__ == "__main__":
+    print("\n".join(refresh(Path(__file__).parent, write="--check" not in sys.argv)) or "all tables are up to date")

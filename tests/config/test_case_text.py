@@ -233,7 +233,7 @@ def instances(described: type) -> tuple[Any, ...]:
     choices = [[value for group in candidates(described, name) for value in group[:12]] for name in required]
     combined = (dict(zip(required, values, strict=True)) for values in itertools.islice(itertools.product(*choices), 20_000))
     bases = list(OTHERWISE.get(described, ()))
-    if hasattr(described, "declaration") and described.declaration.section in PARTS:
+    if hasattr(described, "declaration") and getattr(described.declaration, "section", "") in PARTS:
         bases.append(example(described))
     bases += itertools.islice((part for values in combined if (part := made(described, values)) is not None), 2)
     assert bases, f"no instance of {described.__name__} was found"

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import dataclasses
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
-from typing import Annotated, Any, get_args, get_origin, get_type_hints
+from typing import Annotated, Any
 
 from pydantic import Field, PlainValidator, ValidationInfo
 
@@ -28,6 +27,7 @@ from scissordyn.model.connection import Weld
 from scissordyn.model.joint import Guide, Revolute
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.model.track import Track
+from scissordyn.model.walk import declared
 from scissordyn.units import Pairs, Quantity, quantities
 
 __all__ = ["COMPONENT_SECTIONS", "PARTS", "BodyTable", "Part", "assembled", "pair"]
@@ -208,23 +208,22 @@ def _pairs_of(pairs: Pairs) -> PlainValidator:
 
 def _component_hints(kind: type) -> Hints:
     """How the fields of a component class are read."""
-    declared: Declaration = kind.declaration  # type: ignore[attr-defined]
-    hints: dict[str, Any] = dict((*_NAME, *_BODIES[1:]) if declared.port.turning else _NAME)
-    hints.update((name, _REFERENCE) for name in declared.port.points)
-    for name, hint in get_type_hints(kind, include_extras=True).items():
-        for extra in get_args(hint) if get_origin(hint) is Annotated else ():
+    port = kind.declaration.port  # type: ignore[attr-defined]
+    hints: dict[str, Any] = dict((*_NAME, *_BODIES[1:]) if port.turning else _NAME)
+    hints.update((name, _REFERENCE) for name in port.points)
+    for name, field in declared(kind).items():
+        for extra in field.extras:
             if isinstance(extra, Pairs):
                 hints[name] = Annotated[tuple[Point, ...], _pairs_of(extra), Field(description=extra.help)]
-            elif isinstance(extra, Quantity) and get_args(hint)[0] == Point:
+            elif isinstance(extra, Quantity) and field.hint == Point:
                 hints[name] = Annotated[Point, pair(extra.unit), Field(description=extra.help)]
         if name in _FUNCTIONS:
             hints[name] = _FUNCTIONS[name]
-        elif hint is Controller:
+        elif field.hint is Controller:
             hints[name] = Annotated[Controller, CONTROLLER, Field(description="scissordyn controllers lists them")]
-        elif hint == BodyPoint | None:
+        elif field.hint == BodyPoint | None:
             hints[name] = Annotated[BodyPoint | None, BODY_POINT, Field(description='a point, as "BODY.POINT"')]
-    names = [field.name for field in dataclasses.fields(kind)]
-    return tuple((name, hints[name]) for name in names if name in hints)
+    return tuple((name, hints[name]) for name in declared(kind) if name in hints)
 
 
 _LISTED = {"rod": "rods", "latch": "latches"}
@@ -234,11 +233,13 @@ _LISTED = {"rod": "rods", "latch": "latches"}
 @cache
 def _component_part(kind: Any) -> Part:
     """The table of a component class, from its declaration."""
-    declared: Declaration = kind.declaration
+    declaration: Declaration = kind.declaration
     first_line = (kind.__doc__ or "").strip().splitlines()[0]
     help = first_line[:1].lower() + first_line[1:].split(": ")[0].rstrip(".")
-    fills = _LISTED.get(declared.section, "components")
-    return _part(kind, fills, help, lambda: _component_hints(kind), name=declared.section.replace("_", " "), **declared.example)
+    fills = _LISTED.get(declaration.section, "components")
+    return _part(
+        kind, fills, help, lambda: _component_hints(kind), name=declaration.section.replace("_", " "), **declaration.example
+    )
 
 
 class UserComponentTable(Table):

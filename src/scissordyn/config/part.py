@@ -268,33 +268,20 @@ def _read_user_component(given: Any, info: ValidationInfo) -> Any:
     return _component_part(kind).reader.func(keys, info)  # type: ignore[call-arg]
 
 
-class JointTable(Table):
-    """A pin between two bodies."""
-
-    name: Annotated[str, Field(description="name; [[clearance]] refers to it", examples=["crank pin"])]
-    journal: Annotated[BodyPoint, BODY_POINT, Field(description="the point that carries the journal", examples=["crank.end"])]
-    bearing: Annotated[BodyPoint, BODY_POINT, Field(description="the point that carries the bearing", examples=["rod.start"])]
-
-
-def _read_joint(given: Any, info: ValidationInfo) -> Revolute:
-    table = JointTable.model_validate(given, context=info.context)
-    return Revolute(table.name, table.journal, table.bearing)
-
-
-class GuideTable(Table):
-    """A straight line that keeps a point of a body on it."""
-
-    name: Annotated[str, Field(description="name; [[guide_clearance]] refers to it", examples=["guide"])]
-    follower: Annotated[BodyPoint, BODY_POINT, Field(description="the guided point", examples=["slider.centre"])]
-    through: Annotated[Point, pair("m"), Field(description="a point of the line", examples=["0, 0 m"])] = Guide.through
-    direction: Annotated[float, quantities(Guide)["direction"]] = Guide.direction
-    body: Annotated[str, Field(description="the body that carries the line")] = Guide.body
-    aligned: Annotated[bool, Field(description="whether the follower also keeps its angle against the line")] = Guide.aligned
-
-
-def _read_guide(given: Any, info: ValidationInfo) -> Guide:
-    table = GuideTable.model_validate(given, context=info.context)
-    return Guide(table.name, table.follower, table.through, table.direction, table.body, table.aligned)
+_JOINT: Hints = (
+    ("name", Annotated[str, Field(description="name; [[clearance]] refers to it")]),
+    ("journal", Annotated[BodyPoint, BODY_POINT, Field(description="the point that carries the journal")]),
+    ("bearing", Annotated[BodyPoint, BODY_POINT, Field(description="the point that carries the bearing")]),
+    ("clearance", None),
+)
+_GUIDE: Hints = (
+    ("name", Annotated[str, Field(description="name; [[guide_clearance]] refers to it")]),
+    ("follower", Annotated[BodyPoint, BODY_POINT, Field(description="the guided point")]),
+    ("through", Annotated[Point, pair("m"), Field(description="a point of the line")]),
+    ("body", Annotated[str, Field(description="the body that carries the line")]),
+    ("aligned", Annotated[bool, Field(description="whether the follower also keeps its angle against the line")]),
+    ("clearance", None),
+)
 
 
 class TrackTable(Table):
@@ -315,12 +302,23 @@ def _read_track(given: Any, info: ValidationInfo) -> Track:
 PARTS: Mapping[str, Part] = {
     "body": Part(lambda: BodyTable, PlainValidator(_read_body), "bodies", "a rigid body"),
     "ground": Part(lambda: GroundTable, PlainValidator(_read_ground), "ground", "a point of the fixed frame"),
-    "joint": Part(lambda: JointTable, PlainValidator(_read_joint), "joints", "a pin between two bodies"),
-    "guide": Part(
-        lambda: GuideTable,
-        PlainValidator(_read_guide),
+    "joint": _part(
+        Revolute,
+        "joints",
+        "a pin between two bodies",
+        lambda: _JOINT,
+        name="crank pin",
+        journal="crank.end",
+        bearing="rod.start",
+    ),
+    "guide": _part(
+        Guide,
         "guides",
         "a straight line that keeps a point of a body on it",
+        lambda: _GUIDE,
+        name="guide",
+        follower="slider.centre",
+        through="0, 0 m",
     ),
     "weld": _part(
         Weld, "welds", "a rigid connection of two bodies", lambda: _ENDS, name="weld", start="rod.end", end="tool.base"

@@ -260,36 +260,29 @@ def fields_of_mechanism(mechanism: Mechanism, options: Options) -> list[Field]:
     -------
     list of Field
     """
-    parts = [field for leaf in leaves(mechanism, ("mechanism",)) for field in _of_leaf(leaf, mechanism)]
-    return parts + [field for leaf in leaves(options, ("options",)) for field in _of_leaf(leaf, None)]
+    found = [_of_leaf(leaf, _part(mechanism, leaf.path)) for leaf in leaves(mechanism, ("mechanism",))]
+    found += [_of_leaf(leaf, "run") for leaf in leaves(options, ("options",))]
+    return [field for field in found if field is not None]
 
 
-def _of_leaf(leaf: Place, mechanism: Mechanism | None) -> Iterator[Field]:
-    """The field of a number or of a point."""
+def _of_leaf(leaf: Place, part: str) -> Field | None:
+    """The field of a number or of a point; None for any other value."""
     if leaf.quantity is None:
-        return
-    name, inner = str(leaf.path[-1]), [str(key).replace("_", " ") for key in leaf.path[3:-1]]
-    group = (
-        "run"
-        if mechanism is None
-        else ", ".join([_part(mechanism, leaf.path), *(within for within in inner if within not in WITHIN)])
-    )
+        return None
+    name, inner = str(leaf.path[-1]), [str(key) for key in leaf.path[3:-1]]
+    group = ", ".join([part, *(key.replace("_", " ") for key in inner if key not in WITHIN)])
     if _is_point(leaf.value):
-        shown = f"point {name}" if inner[-1:] == ["points"] else name
         text = f"{leaf.value[0]:.12g}, {leaf.value[1]:.12g} {leaf.quantity.unit}"
-        yield Field(leaf.path, group, shown, text, leaf.value, leaf.quantity)
-    elif isinstance(leaf.value, int | float):
-        field = _number(leaf.path, group, name, leaf.value, leaf.quantity, starred=bool(inner) and name in STARRED)
-        if field is not None:
-            yield field
+        return Field(leaf.path, group, f"point {name}" if "points" in inner else name, text, leaf.value, leaf.quantity)
+    return _number(leaf.path, group, name, leaf.value, leaf.quantity, starred=bool(inner) and name in STARRED)
 
 
 def _part(mechanism: Mechanism, path: Path) -> str:
     """What the part at a path is called: its kind and its name."""
     if len(path) < 4:
         return "mechanism"
-    kind, part = str(path[1]), at(mechanism, path[1:3])
-    kind = {"bodies": "body", "latches": "latch"}.get(kind, kind.removesuffix("s"))
+    field, part = str(path[1]), at(mechanism, path[1:3])
+    kind = {"bodies": "body", "latches": "latch"}.get(field, field.removesuffix("s"))
     return f"{kind} {getattr(part, 'name', getattr(part, 'body', int(path[2]) + 1))}"
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
 from types import MappingProxyType
@@ -12,7 +12,7 @@ from typing import Any, get_type_hints
 from scissordyn.component.place import Point
 from scissordyn.units import Quantity, extras, quantities
 
-__all__ = ["Declared", "Path", "Place", "at", "declared", "given", "is_described", "leaves", "parts", "replaced"]
+__all__ = ["Declared", "Path", "Place", "at", "declared", "given", "is_described", "leaves", "replaced"]
 
 Path = tuple[str | int, ...]
 """Fields, keys and indices, from the top of a description."""
@@ -93,30 +93,20 @@ def given(described: Any) -> Iterator[tuple[Declared, Any]]:
             yield field, value
 
 
-def parts(value: Any, quantity: Quantity | None = None) -> list[Place]:
-    """What a description, a tuple or a mapping is directly made of; nothing for any other value."""
-    if isinstance(value, Mapping):
-        return [Place((key,), inner, quantity) for key, inner in value.items()]
-    if isinstance(value, tuple):
-        return [Place((index,), inner, quantity) for index, inner in enumerate(value)]
-    if not is_described(value):
-        return []
-    return [Place((field.name,), getattr(value, field.name), field.quantity) for field in declared(type(value)).values()]
-
-
-def leaves(described: Any, path: Path = ()) -> Iterator[Place]:
-    """Every value in a description that is not made of others, and every tuple that is a quantity, such as a position."""
-    for part in parts(described):
-        yield from _leaves(part, path)
-
-
-def _leaves(part: Place, outer: Path) -> Iterator[Place]:
-    here, inner = (*outer, *part.path), parts(part.value, part.quantity)
-    if not inner or (isinstance(part.value, tuple) and part.quantity is not None):
-        yield Place(here, part.value, part.quantity)
+def leaves(value: Any, path: Path = (), quantity: Quantity | None = None) -> Iterator[Place]:
+    """Every value in a description that is not made of others; a tuple that is a quantity, such as a position, is one value."""
+    inner: Iterable[tuple[Any, Any, Quantity | None]]
+    if is_described(value):
+        inner = [(field.name, getattr(value, field.name), field.quantity) for field in declared(type(value)).values()]
+    elif isinstance(value, Mapping):
+        inner = [(key, each, quantity) for key, each in value.items()]
+    elif isinstance(value, tuple) and quantity is None:
+        inner = [(index, each, None) for index, each in enumerate(value)]
+    else:
+        yield Place(path, value, quantity)
         return
-    for each in inner:
-        yield from _leaves(each, here)
+    for key, each, its in inner:
+        yield from leaves(each, (*path, key), its)
 
 
 def at(described: Any, path: Sequence[str | int]) -> Any:

@@ -280,7 +280,8 @@ class Watch:
         if name == "__init__" and type(frame.f_locals.get("self")) in self.classes | {description.NamedFunction, sd.InputError}:
             return
         inside = "/scissordyn/" in file
-        allowed = ("model/description.py", "model/record.py", "errors.py", "plugin/user_file.py")
+        readers = ("model/description.py", "model/record.py", "model/walk.py")
+        allowed = (*readers, "annotation.py", "errors.py", "plugin/user_file.py")
         if (inside and not file.endswith(allowed)) or name in ("load_function", "_module", "pinned"):
             self.offences.append(f"call of {name} in {file}")
 
@@ -304,7 +305,7 @@ def callables() -> list[str]:
         "laws",
         "control",
         "plugin",
-        "simulation",
+        "run",
         "study",
         "config",
         "mechanics",

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
 from types import MappingProxyType
@@ -25,17 +25,7 @@ POINTS = Quantity("m", help="point that joints refer to, in the body's frame")
 class Declared:
     """A field that a description is made from.
 
-    Parameters
-    ----------
-    name : str
-    hint : type hint
-        Without annotations.
-    extras : tuple
-        The annotations.
-    quantity : Quantity or None
-        Unit, bounds and meaning, if they are declared.
-    default
-        `dataclasses.MISSING` if there is none.
+    Its hint is without annotations, which are the extras; without a default that is `dataclasses.MISSING`.
     """
 
     name: str
@@ -47,15 +37,7 @@ class Declared:
 
 @dataclass(frozen=True)
 class Place:
-    """A value in a description.
-
-    Parameters
-    ----------
-    path : tuple of str and int
-    value
-    quantity : Quantity or None
-        Its unit, bounds and meaning, if they are declared.
-    """
+    """A value in a description, with its unit, bounds and meaning if they are declared."""
 
     path: Path
     value: Any
@@ -95,18 +77,14 @@ def given(described: Any) -> Iterator[tuple[Declared, Any]]:
 
 def leaves(value: Any, path: Path = (), quantity: Quantity | None = None) -> Iterator[Place]:
     """Every value in a description that is not made of others; a tuple that is a quantity, such as a position, is one value."""
-    inner: Iterable[tuple[Any, Any, Quantity | None]]
     if is_described(value):
-        inner = [(field.name, getattr(value, field.name), field.quantity) for field in declared(type(value)).values()]
-    elif isinstance(value, Mapping):
-        inner = [(key, each, quantity) for key, each in value.items()]
-    elif isinstance(value, tuple) and quantity is None:
-        inner = [(index, each, None) for index, each in enumerate(value)]
+        for field in declared(type(value)).values():
+            yield from leaves(getattr(value, field.name), (*path, field.name), field.quantity)
+    elif isinstance(value, Mapping) or (isinstance(value, tuple) and quantity is None):
+        for key, inner in value.items() if isinstance(value, Mapping) else enumerate(value):
+            yield from leaves(inner, (*path, key), quantity)
     else:
         yield Place(path, value, quantity)
-        return
-    for key, each, its in inner:
-        yield from leaves(each, (*path, key), its)
 
 
 def at(described: Any, path: Sequence[str | int]) -> Any:

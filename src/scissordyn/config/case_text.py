@@ -6,7 +6,7 @@ import dataclasses
 import json
 import re
 import tomllib
-from collections.abc import Iterable, Mapping
+from collections.abc import Container, Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -109,11 +109,10 @@ def _tables(mechanism: Mechanism, options: Options, folder: Path | None) -> list
         if value not in (None, ""):
             structure[name] = _value(value, fields[name], Mechanism, folder)
     lines = _table("[structure]", structure)
-    lines += _list("ground", ({"name": _string(name), "position": _point(place, "m")} for name, place in mechanism.ground))
+    lines += _list("ground", ({"name": _string(name), "position": _quantity(place, "m")} for name, place in mechanism.ground))
     lines += _list("body", (_body(body) for body in mechanism.bodies))
     for section, parts in (("joint", mechanism.joints), ("guide", mechanism.guides)):
-        names = [field.name for field in dataclasses.fields(parts[0]) if field.name != "clearance"] if parts else []
-        lines += _list(section, (_fields(part, folder, names) for part in parts))
+        lines += _list(section, (_fields(dataclasses.replace(part, clearance=None), folder) for part in parts))
     lines += _list("weld", (_fields(part, folder) for part in mechanism.welds))
     lines += _list("track", (_track(track) for track in mechanism.tracks))
     lines += _list("rod", (_fields(part, folder) for part in mechanism.rods))
@@ -200,13 +199,12 @@ def _track(track: Track) -> Entries:
     return entries
 
 
-def _fields(described: Any, folder: Path | None, names: Iterable[str] | None = None) -> Entries:
+def _fields(described: Any, folder: Path | None, names: Container[str] | None = None) -> Entries:
     """The fields of a description as keys; those with their default are left out, and None, which a file says in that way."""
-    kind, wanted = type(described), None if names is None else set(names)
     return {
-        field.name: _value(value, field, kind, folder)
+        field.name: _value(value, field, type(described), folder)
         for field, value in given(described)
-        if value is not None and (wanted is None or field.name in wanted)
+        if value is not None and (names is None or field.name in names)
     }
 
 
@@ -239,9 +237,9 @@ def _value(value: Any, field: Declared, kind: type, folder: Path | None) -> str:
     if field.hint in (BodyPoint, BodyPoint | None):
         return _body_point(value)
     if field.hint == tuple[Point, ...]:
-        return "[" + ", ".join(_point(each, "m") for each in value) + "]"
+        return "[" + ", ".join(_quantity(each, "m") for each in value) + "]"
     if isinstance(value, tuple) and len(value) == 2:
-        return _point(value, "m" if field.quantity is None else unit)
+        return _quantity(value, "m" if field.quantity is None else unit)
     if isinstance(value, int | float):
         return _quantity((value,), unit)
     raise InputError(f"{field.name} = {value!r:.60} in a {kind.__name__}", "a value that a case file can hold")
@@ -311,7 +309,7 @@ def _points(points: Mapping[str, Point]) -> str:
     for name in points:
         if "." in name:
             raise InputError(f"a point called '{name}'", "names without a dot, which separates body and point")
-    return _inline({name: _point(place, "m") for name, place in points.items()})
+    return _inline({name: _quantity(place, "m") for name, place in points.items()})
 
 
 def _body_point(place: BodyPoint) -> str:
@@ -319,10 +317,6 @@ def _body_point(place: BodyPoint) -> str:
     if "." in point:
         raise InputError(f"a point called '{point}'", "names without a dot, which separates body and point")
     return _string(f"{body}.{point}")
-
-
-def _point(place: Any, unit: str) -> str:
-    return _quantity(place, unit)
 
 
 def _inline(entries: Mapping[str, str]) -> str:

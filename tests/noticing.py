@@ -13,7 +13,7 @@ ROOMS = {"integrate": 16, "mechanics": 16, "component/port": 6, "kinematics": 11
 
 MOST_ALIVE = 3
 
-INTEGRATE = ("integrate/test_event.py", "integrate/test_monitor.py", "integrate/test_advance.py")
+INTEGRATE = ("integrate/test_event.py", "integrate/test_monitored_rows.py", "integrate/test_advance.py")
 MECHANICS = (
     "mechanics/test_linearisation.py",
     "mechanics/test_plane_contact.py",
@@ -30,7 +30,7 @@ NOTICING: dict[str, tuple[str, ...]] = {
     "integrate/quadrature.py": ("integrate/test_quadrature.py",),
     "integrate/step_scaling.py": ("integrate/test_step_scaling.py",),
     "integrate/history.py": ("integrate/test_history.py",),
-    "integrate/monitor.py": ("integrate/test_monitor.py",),
+    "integrate/monitor.py": ("integrate/test_monitored_rows.py",),
     "integrate/event.py": ("integrate/test_event.py",),
     "integrate/*": INTEGRATE,
     "component/port/*": ("mechanics/test_ports.py",),

@@ -72,10 +72,10 @@ def test_edited_law_is_compiled_into_its_callers(copy: Path, tmp_path: Path) -> 
     """Closed form: after an edit of a law, its caller in an unedited file gives the new force, and the old one when undone."""
     cache, law = tmp_path / "cache", copy / "scissordyn" / "laws" / "elastic" / "liu.py"
     text = law.read_text(encoding="utf-8")
-    formula = "return p[0] * delta * math.sqrt("
+    formula = "return scale * indentation * math.sqrt(indentation / "
     assert text.count(formula) == 1
     assert ask(copy, cache)[0] == pytest.approx(LIU, rel=1e-14)
-    law.write_text(text.replace(formula, "return 3.0 * p[0] * delta * math.sqrt("), encoding="utf-8")
+    law.write_text(text.replace(formula, formula.replace("scale", "3.0 * scale")), encoding="utf-8")
     changed = ask(copy, cache)
     assert changed[0] == pytest.approx(3.0 * LIU, rel=1e-14)
     assert changed[1:] == (0, 1)

@@ -10,7 +10,18 @@ from functools import cache
 from numbers import Real
 from typing import Annotated, Any, TypeGuard, TypeVar
 
-__all__ = ["MismatchError", "accepted", "body_point", "in_words", "is_a", "is_number", "plain_hint", "shown", "type_decides"]
+__all__ = [
+    "MismatchError",
+    "accepted",
+    "body_point",
+    "in_words",
+    "is_a",
+    "is_number",
+    "members",
+    "plain_hint",
+    "shown",
+    "type_decides",
+]
 
 _ACCEPTED: set[tuple[Any, type]] = set()
 """Hints and the types that were found to fit them as they are: descriptions are made by the thousand in a batch."""
@@ -55,11 +66,11 @@ def plain_hint(hint: Any) -> Any:
 
 
 @cache
-def _members(hint: Any) -> tuple[Any, ...]:
+def members(hint: Any) -> tuple[Any, ...]:
     """The members of a union, flat; of any other hint that itself."""
     hint = plain_hint(hint)
     if typing.get_origin(hint) in (typing.Union, types.UnionType):
-        return tuple(inner for member in typing.get_args(hint) for inner in _members(member))
+        return tuple(inner for member in typing.get_args(hint) for inner in members(member))
     return (hint,)
 
 
@@ -93,19 +104,19 @@ def accepted(value: Any, hint: Any) -> Any:
 @cache
 def type_decides(hint: Any) -> bool:
     """Whether the type of a value decides, as it does unless there are entries to look at or a list of what is allowed."""
-    return all(isinstance(member, type) and typing.get_origin(member) is None for member in _members(hint))
+    return all(isinstance(member, type) and typing.get_origin(member) is None for member in members(hint))
 
 
 def _accepted(value: Any, hint: Any) -> Any:
-    members = _members(hint)
-    if len(members) > 1:
-        for member in members:
+    found = members(hint)
+    if len(found) > 1:
+        for member in found:
             try:
                 return accepted(value, member)
             except MismatchError:
                 continue
         raise MismatchError
-    hint = members[0]
+    hint = found[0]
     origin, inside = typing.get_origin(hint), typing.get_args(hint)
     if hint in (float, int):
         return _number(value, hint)
@@ -193,11 +204,11 @@ def _unless_same(value: Any, found: Any) -> Any:
 
 def in_words(hint: Any) -> str:
     """An annotation in the words of a message, such as "text" or "ConstantSpeed, Harmonic or None"."""
-    members = _members(hint)
-    if len(members) > 1:
-        words = list(dict.fromkeys(map(in_words, members)))
+    found = members(hint)
+    if len(found) > 1:
+        words = list(dict.fromkeys(map(in_words, found)))
         return f"{', '.join(words[:-1])} or {words[-1]}" if words[1:] else words[0]
-    hint = members[0]
+    hint = found[0]
     origin, inside = typing.get_origin(hint), typing.get_args(hint)
     if origin is typing.Literal:
         return " or ".join(f'"{name}"' for name in inside)

@@ -27,6 +27,7 @@ __all__ = [
     "check_quantities",
     "checked",
     "degrees",
+    "extras",
     "quantities",
     "rpm",
 ]
@@ -219,12 +220,8 @@ class Pairs:
 @cache
 def quantities(described: type) -> dict[str, Quantity]:
     """The quantities that the annotated fields of a dataclass declare, by field name."""
-    found: dict[str, Quantity] = {}
-    for name, hint in get_type_hints(described, include_extras=True).items():
-        for layer in (hint, *get_args(hint)):
-            if get_origin(layer) is Annotated:
-                found.update((name, extra) for extra in get_args(layer)[1:] if isinstance(extra, Quantity))
-    return found
+    hints = get_type_hints(described, include_extras=True)
+    return {name: extra for name, hint in hints.items() for extra in extras(hint) if isinstance(extra, Quantity)}
 
 
 @dataclass(frozen=True)
@@ -275,7 +272,7 @@ def _hints(described: Any) -> Mapping[str, Any]:
 
 
 @cache
-def _extras(hint: Any) -> tuple[Any, ...]:
+def extras(hint: Any) -> tuple[Any, ...]:
     """What the annotations of a hint, or of the members of a union, say beyond its type."""
     return tuple(extra for layer in (hint, *get_args(hint)) if get_origin(layer) is Annotated for extra in get_args(layer)[1:])
 
@@ -283,7 +280,7 @@ def _extras(hint: Any) -> tuple[Any, ...]:
 @cache
 def _quantity(hint: Any) -> Quantity | None:
     """The quantity that a hint says a value is."""
-    return next((extra for extra in _extras(hint) if isinstance(extra, Quantity)), None)
+    return next((extra for extra in extras(hint) if isinstance(extra, Quantity)), None)
 
 
 def check_quantities(instance: Any, named: str = "") -> None:
@@ -360,7 +357,7 @@ def _fitted(owner: str, name: str, value: Any, hint: Any, field: Any = None) -> 
 
 def _allowed(hint: Any) -> str:
     """An annotation in words; for a protocol, whose name says nothing to a user, what it means."""
-    meant = next((extra.help for extra in _extras(hint) if isinstance(extra, Meaning)), "")
+    meant = next((extra.help for extra in extras(hint) if isinstance(extra, Meaning)), "")
     kinds = (plain_hint(hint), *get_args(plain_hint(hint)))
     named = any(getattr(kind, "_is_protocol", False) or hasattr(kind, "slot") for kind in kinds)
     return meant if meant and named else in_words(hint)
@@ -388,7 +385,7 @@ def _as_number(name: str, text: str, quantity: Quantity) -> Sample | str:
 
 def _example(name: str, value: Any, hint: Any, field: Any) -> str:
     """What to write in Python in place of a value of another type."""
-    meant = next((extra.example for extra in _extras(hint) if isinstance(extra, Meaning) and extra.example), "")
+    meant = next((extra.example for extra in extras(hint) if isinstance(extra, Meaning) and extra.example), "")
     if isinstance(value, type):
         try:
             accepted(value(), hint)

@@ -1,5 +1,8 @@
 """The block of a clearance guide in its magnified channel, on a real run."""
 
+import base64
+import json
+import re
 from pathlib import Path
 
 import numpy as np
@@ -86,4 +89,11 @@ def test_film_shows_the_channel_of_a_guide(fallen: xr.Dataset, linkage: Mechanis
     peaks = fallen["peak_force"].values[(fallen["contact_start"] + fallen["peak_time"]).values > fallen["time"].values[150]]
     assert view.force[2] == max(float(fallen["normal_force"].sel(joint=names)[151:].max()), *peaks.tolist())
     text = animate(fallen, linkage, tmp_path / "film.html", seconds=1.0).read_text(encoding="utf-8")
-    assert text.count('<rect class="surface"') == 2
+    found = re.search('<script type="application/json" id="scene">(.*?)</script>', text, re.DOTALL)
+    assert found is not None
+    (drawn,) = json.loads(found[1])["channels"]
+    assert drawn["name"] == "guide"
+    assert len(drawn["surfaces"]) == 2
+    block = np.frombuffer(base64.b64decode(drawn["block"]), np.float32).reshape(-1, drawn["count"], 2)
+    # the film begins and ends where the run does
+    assert np.allclose(block[[0, -1]], film.scene.channels[0].block[[0, -1]], rtol=1e-6, atol=1e-9)

@@ -158,13 +158,13 @@ def test_range_of_motion() -> None:
     """Closed form: a double rocker locks at the angles of the law of cosines, a lift when its bars are upright."""
     linkage = sd.four_bar(ground=0.2, crank=0.15, coupler=0.12, rocker=0.1).driven(speed=1.0)
     angle = math.acos((0.2**2 + 0.15**2 - 0.22**2) / (2.0 * 0.2 * 0.15))
-    low, high, unit = motion_range(linkage)
+    low, high, unit = motion_range(plan(linkage))
     assert (low, high) == pytest.approx((-angle, angle), abs=1e-6)
     assert unit == "rad"
     lift = read_case(EXAMPLES[0].with_name("lift.toml"), []).mechanism
-    assert motion_range(lift)[1:] == (pytest.approx(1.0, abs=1e-6), "m")
+    assert motion_range(plan(lift))[1:] == (pytest.approx(1.0, abs=1e-6), "m")
     crank = sd.slider_crank(crank=0.05, rod=0.12).driven(speed=1.0)
-    assert all(map(math.isnan, motion_range(crank)[:2]))
+    assert all(map(math.isnan, motion_range(plan(crank))[:2]))
 
 
 def test_ideal_kinematics_marks_singular_positions() -> None:

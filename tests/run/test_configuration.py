@@ -23,8 +23,8 @@ import scissordyn as sd
 from scissordyn.config.file import read_case
 from scissordyn.control.catalogue import CONTROLLERS
 from scissordyn.laws.catalogue import BY_KIND
-from scissordyn.model import description
-from scissordyn.model.description import _alternatives, _fields, build, from_plain, parse
+from scissordyn.model import description, walk
+from scissordyn.model.description import _alternatives, build, from_plain, parse
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.model.record import to_plain
 from scissordyn.run.configuration import read_configuration, write_configuration
@@ -59,7 +59,7 @@ def declared() -> set[type]:
             if isinstance(hint, type) and hasattr(hint, "__dataclass_fields__"):
                 if hint not in found:
                     found.add(hint)
-                    waiting += _fields(hint).values()
+                    waiting += [field.hint for field in walk.declared(hint).values()]
             else:
                 waiting += [inner for inner in getattr(hint, "__args__", ()) if inner is not Ellipsis and inner != hint]
     return found
@@ -280,7 +280,8 @@ class Watch:
         if name == "__init__" and type(frame.f_locals.get("self")) in self.classes | {description.NamedFunction, sd.InputError}:
             return
         inside = "/scissordyn/" in file
-        allowed = ("model/description.py", "model/record.py", "errors.py", "plugin/user_file.py")
+        readers = ("model/description.py", "model/record.py", "model/walk.py")
+        allowed = (*readers, "annotation.py", "errors.py", "plugin/user_file.py")
         if (inside and not file.endswith(allowed)) or name in ("load_function", "_module", "pinned"):
             self.offences.append(f"call of {name} in {file}")
 

@@ -7,6 +7,7 @@ from typing import Annotated
 
 import typer
 
+from scissordyn.cli.option import OwnCode, SavedRun
 from scissordyn.cli.output import check_file
 
 __all__ = ["animate"]
@@ -16,7 +17,7 @@ LONGEST = 3600.0
 
 
 def animate(
-    run: Annotated[Path, typer.Argument(help="A saved run.")],
+    run: SavedRun,
     film: Annotated[Path, typer.Argument(help="A name that ends in .html (a page with a player), .mp4 or .gif.")],
     joint: Annotated[list[str] | None, typer.Option(metavar="NAME", help="Magnify this clearance joint. Repeatable.")] = None,
     first: Annotated[str | None, typer.Option("--from", metavar="TIME", help="Begin at this instant, as in '10 ms'.")] = None,
@@ -24,10 +25,7 @@ def animate(
     lasting: Annotated[
         float, typer.Option("--seconds", metavar="SECONDS", help="Duration of the film.", min=0.1, max=LONGEST)
     ] = 6.0,
-    allow_code: Annotated[
-        list[Path] | None,
-        typer.Option(metavar="FILE", help="A Python file of yours that the saved run used and may execute again. Repeatable."),
-    ] = None,
+    allow_code: OwnCode = None,
 ) -> int:
     """Write a film of a saved run; nothing is computed anew."""
     from scissordyn.cli.saved import mechanism_of, read_run, seconds

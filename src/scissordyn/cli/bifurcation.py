@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from scissordyn.cli.interrupt import tell_where
+from scissordyn.cli.option import Changes
 from scissordyn.cli.output import check_file
 from scissordyn.cli.progress import DESCRIPTION, bar
 from scissordyn.cli.status import DONE, INTERRUPTED, UNFINISHED
@@ -39,10 +40,7 @@ def bifurcation(
     output: Annotated[
         Path | None, typer.Option("-o", "--output", help="Save the diagram to this NetCDF file, and continue it.")
     ] = None,
-    change: Annotated[
-        list[str] | None,
-        typer.Option("--set", metavar="KEY=VALUE", help="Change a value of the case. Repeatable."),
-    ] = None,
+    change: Changes = None,
     plot: Annotated[Path | None, typer.Option(help="Draw the diagram into this file.")] = None,
     variable: Annotated[str, typer.Option(help="The variable to draw.")] = "",
 ) -> int:

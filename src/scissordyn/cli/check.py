@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Any
 
-import typer
+from scissordyn.cli.option import AsJson, CaseFile, Changes, Quiet
 
 if TYPE_CHECKING:
     from scissordyn.component.declaration import Component
@@ -15,13 +14,10 @@ __all__ = ["check"]
 
 
 def check(
-    case: Annotated[Path, typer.Argument(help="A case file.")],
-    change: Annotated[
-        list[str] | None,
-        typer.Option("--set", metavar="KEY=VALUE", help="Change a value of the case, as in drive.speed='250 rpm'. Repeatable."),
-    ] = None,
-    quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Print nothing but errors.")] = False,
-    as_json: Annotated[bool, typer.Option("--json", help="Print one line of JSON, in SI units, in place of text.")] = False,
+    case: CaseFile,
+    change: Changes = None,
+    quiet: Quiet = False,
+    as_json: AsJson = False,
 ) -> int:
     """Read a case, assemble its mechanism and describe the run."""
     from scissordyn.cli.record import print_json

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from scissordyn.cli.option import SavedRun
 from scissordyn.cli.output import check_folder
 
 if TYPE_CHECKING:
@@ -23,7 +24,7 @@ MULTIPLE = 10.0
 
 
 def compare(
-    run: Annotated[Path, typer.Argument(help="A saved run.")],
+    run: SavedRun,
     other: Annotated[Path, typer.Argument(help="Another one.")],
     output: Annotated[
         Path | None, typer.Option("-o", "--output", metavar="DIR", help="Draw both runs into comparison.png in this folder.")

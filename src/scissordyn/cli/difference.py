@@ -4,14 +4,13 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Iterable, Iterator, Mapping
-from typing import Any, cast
+from typing import Any
 
 from scissordyn.config.quantity import written
 from scissordyn.errors import InputError
-from scissordyn.model.body import Body
 from scissordyn.model.description import Description
+from scissordyn.model.walk import declared
 from scissordyn.run.configuration import Configuration
-from scissordyn.units import quantities
 
 __all__ = ["differences"]
 
@@ -66,12 +65,12 @@ def _parts(value: Any, unit: str) -> Iterable[tuple[str, Any, str]] | None:
     kind = _kind(value)
     if not dataclasses.is_dataclass(kind):
         return None
-    units = {name: quantity.unit for name, quantity in quantities(cast(type, kind)).items()}
-    if kind is Body:
-        units["points"] = "m"
-    names = [field.name for field in dataclasses.fields(kind) if field.init]
     # what a run says of its mechanism is there twice: as it is read, and plain
-    return ((name, _field(value, name), units.get(name, "")) for name in names if (kind, name) != (Configuration, "plain"))
+    return (
+        (name, _field(value, name), field.quantity.unit if field.quantity is not None else "")
+        for name, field in declared(kind).items()
+        if (kind, name) != (Configuration, "plain")
+    )
 
 
 def _texts(one: Any, two: Any, unit: str) -> tuple[str, str]:

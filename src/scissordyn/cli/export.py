@@ -7,13 +7,14 @@ from typing import Annotated
 
 import typer
 
+from scissordyn.cli.option import SavedRun
 from scissordyn.cli.output import check_file
 
 __all__ = ["export"]
 
 
 def export(
-    run: Annotated[Path, typer.Argument(help="A saved run.")],
+    run: SavedRun,
     table: Annotated[Path, typer.Argument(help="A name that ends in .csv, .parquet or .mat.")],
     contacts: Annotated[bool, typer.Option("--contacts", help="One row for each contact in place of each instant.")] = False,
     first: Annotated[str | None, typer.Option("--from", metavar="TIME", help="From this instant on, as in '10 ms'.")] = None,

@@ -7,6 +7,7 @@ from typing import Annotated
 
 import typer
 
+from scissordyn.cli.option import OwnCode, SavedRun
 from scissordyn.cli.output import check_folder
 from scissordyn.errors import InputError
 
@@ -14,7 +15,7 @@ __all__ = ["plot"]
 
 
 def plot(
-    run: Annotated[Path, typer.Argument(help="A saved run.")],
+    run: SavedRun,
     output: Annotated[Path, typer.Option("-o", "--output", metavar="DIR", help="Draw into this folder.")],
     only: Annotated[
         str | None, typer.Option(metavar="KINDS", help="Some pictures: response, force, torque, orbit, energy, structure.")
@@ -25,10 +26,7 @@ def plot(
     ] = None,
     last: Annotated[str | None, typer.Option("--to", metavar="TIME", help="Draw up to this instant.")] = None,
     form: Annotated[str, typer.Option("--format", metavar="FORMAT", help="png or svg.")] = "png",
-    allow_code: Annotated[
-        list[Path] | None,
-        typer.Option(metavar="FILE", help="A Python file of yours that the saved run used and may execute again. Repeatable."),
-    ] = None,
+    allow_code: OwnCode = None,
 ) -> int:
     """Draw a saved run; nothing is computed anew."""
     from scissordyn.cli.saved import mechanism_of, read_run, seconds

@@ -9,6 +9,8 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from scissordyn.cli.option import CaseFile, Changes
+
 if TYPE_CHECKING:
     import xarray as xr
 
@@ -21,7 +23,7 @@ UNMOVED = 1e-6
 
 
 def preview(
-    case: Annotated[Path, typer.Argument(help="A case file.")],
+    case: CaseFile,
     output: Annotated[
         Path | None, typer.Option("-o", "--output", metavar="FILE", help="Draw the assembled mechanism: .svg or .png.")
     ] = None,
@@ -29,10 +31,7 @@ def preview(
         Path | None,
         typer.Option(metavar="FILE", help="Draw output, transmission angles, torque and reactions with ideal joints."),
     ] = None,
-    change: Annotated[
-        list[str] | None,
-        typer.Option("--set", metavar="KEY=VALUE", help="Change a value of the case, as in drive.speed='250 rpm'. Repeatable."),
-    ] = None,
+    change: Changes = None,
 ) -> int:
     """Assemble a case, describe its motion with ideal joints, and draw it with its names."""
     from scissordyn.cli.show import console

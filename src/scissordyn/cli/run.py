@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from scissordyn.cli.option import AsJson, Changes, OwnCode, Quiet
 from scissordyn.cli.output import check_file, check_folder
 from scissordyn.cli.status import DONE, INTERRUPTED, UNFINISHED
 from scissordyn.errors import InputError, printable
@@ -24,10 +25,7 @@ __all__ = ["run"]
 def run(
     case: Annotated[Path, typer.Argument(help="A case file, or a saved run to run again.")],
     output: Annotated[Path | None, typer.Option("-o", "--output", help="Save the run to this NetCDF file.")] = None,
-    change: Annotated[
-        list[str] | None,
-        typer.Option("--set", metavar="KEY=VALUE", help="Change a value of the case, as in drive.speed='250 rpm'. Repeatable."),
-    ] = None,
+    change: Changes = None,
     plot: Annotated[Path | None, typer.Option(help="Draw the run, beside the ideal mechanism, into this folder.")] = None,
     film: Annotated[
         Path | None, typer.Option("--animate", help="Write a film of the run: a name that ends in .gif, .mp4 or .html.")
@@ -42,15 +40,9 @@ def run(
             help="Keep the state beside the file of -o now and then, as every '60 s'. The same command goes on from there.",
         ),
     ] = None,
-    allow_code: Annotated[
-        list[Path] | None,
-        typer.Option(
-            metavar="FILE",
-            help="A Python file of yours whose functions the saved run used and may execute again. Repeatable.",
-        ),
-    ] = None,
-    quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Print nothing but errors.")] = False,
-    as_json: Annotated[bool, typer.Option("--json", help="Print one line of JSON, in SI units, in place of text.")] = False,
+    allow_code: OwnCode = None,
+    quiet: Quiet = False,
+    as_json: AsJson = False,
 ) -> int:
     """Simulate a case and show its contacts."""
     _check_outputs(case, output, plot, film)

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from scissordyn.cli.interrupt import tell_where
+from scissordyn.cli.option import BlockSize
 from scissordyn.cli.progress import DESCRIPTION, bar
 from scissordyn.cli.status import DONE, INTERRUPTED, UNFINISHED
 from scissordyn.cli.where import QueueFile, Scheduler, ThreadCount, Where, WorkerCount
@@ -46,7 +47,7 @@ def study(
     workers: WorkerCount = None,
     scheduler: Scheduler = None,
     cluster: QueueFile = None,
-    block: Annotated[int | None, typer.Option(help="Cases of a block of a new store.", min=1)] = None,
+    block: BlockSize = None,
     allow_code: Annotated[
         list[Path] | None, typer.Option(metavar="FILE", help="A Python file of yours that the study uses. Repeatable.")
     ] = None,

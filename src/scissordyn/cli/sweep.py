@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import re
-from pathlib import Path
 from typing import Annotated
 
 import typer
 
+from scissordyn.cli.option import BlockSize, CaseFile, Changes
 from scissordyn.cli.where import QueueFile, Scheduler, ThreadCount, Where, WorkerCount
 from scissordyn.errors import InputError
 
@@ -20,7 +20,7 @@ DISTRIBUTED = re.compile(r"(.*?)=(\s*[a-z]+\s*\(.*\)[^()=]*)", re.DOTALL)
 
 
 def sweep(
-    case: Annotated[Path, typer.Argument(help="A case file.")],
+    case: CaseFile,
     output: Annotated[str, typer.Option("-o", "--output", help="The store: a folder.")],
     vary: Annotated[
         list[str] | None,
@@ -43,14 +43,12 @@ def sweep(
     seed: Annotated[int, typer.Option(help="Of a sampled design.", min=0)] = 0,
     samples: Annotated[int, typer.Option(help="Samples of the uncertain numbers at each point.", min=1)] = 1,
     members: Annotated[int, typer.Option(help="Runs of each sample, from starts that differ by round-off.", min=1)] = 1,
-    change: Annotated[
-        list[str] | None, typer.Option("--set", metavar="KEY=VALUE", help="Change a value of the case. Repeatable.")
-    ] = None,
+    change: Changes = None,
     threads: ThreadCount = None,
     workers: WorkerCount = None,
     scheduler: Scheduler = None,
     cluster: QueueFile = None,
-    block: Annotated[int | None, typer.Option(help="Cases of a block of a new store.", min=1)] = None,
+    block: BlockSize = None,
 ) -> int:
     """Vary numbers of a case, keep all results in a store, and say where requirements are met."""
     from scissordyn.cli.study import compute

@@ -7,7 +7,7 @@ from difflib import get_close_matches
 from typing import Any
 
 from scissordyn.config.change import SAMPLE
-from scissordyn.config.line import HANDLES
+from scissordyn.config.line import handle
 from scissordyn.config.quantity import read_quantity
 from scissordyn.errors import InputError
 from scissordyn.model.address import KINDS, number
@@ -43,16 +43,12 @@ def sorted_changes(tree: dict[str, Any], changes: Iterable[str], sections: Set[s
         if not (equals and dot) or of_table:  # also a misspelt one, which is named there
             of_file.append(change)
             continue
-        listed = [section for section, items in tree.items() if isinstance(items, list) and head in map(_handle, items)]
+        listed = [section for section, items in tree.items() if isinstance(items, list) and head in map(handle, items)]
         if listed:
             of_file.append(f"{'clearance' if 'clearance' in listed else listed[0]}.{change}")
         else:
             of_parts.append(change)
     return of_file, of_parts
-
-
-def _handle(item: Any) -> str:
-    return next((str(item[by]) for by in HANDLES if by in item), "") if isinstance(item, dict) else ""
 
 
 def addressed(mechanism: Mechanism, changes: Iterable[str]) -> Mechanism:

@@ -6,12 +6,10 @@ import dataclasses
 import json
 import re
 import tomllib
-from collections.abc import Iterable, Mapping
-from functools import cache
+from collections.abc import Container, Iterable, Mapping
 from pathlib import Path
-from typing import Any, get_args, get_origin, get_type_hints
+from typing import Any
 
-from scissordyn.annotation import plain_hint
 from scissordyn.component.place import BodyPoint, Point
 from scissordyn.component.time_function import (
     ConstantSpeed,
@@ -36,6 +34,7 @@ from scissordyn.model.body import Body, bar
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.model.record import first_difference, to_plain
 from scissordyn.model.track import Track
+from scissordyn.model.walk import Declared, declared, given
 from scissordyn.plugin.element import Part
 from scissordyn.plugin.origin import origin_of
 from scissordyn.plugin.short_form import ShortForm
@@ -103,30 +102,32 @@ def case_text(described: Mechanism | Case, run: Options | None = None, *, folder
 
 def _tables(mechanism: Mechanism, options: Options, folder: Path | None) -> list[str]:
     """All tables in the order of a case file."""
-    structure = _fields(mechanism, ("gravity", "gravity_direction", "input_body", "output_body"), folder, skip=False)
-    shown = {key: value for key, value in structure.items() if value != '""'}
-    lines = _table("[structure]", {"kind": '"mechanism"', **shown})
-    lines += _list("ground", ({"name": _string(name), "position": _point(place, "m")} for name, place in mechanism.ground))
+    fields, structure = declared(Mechanism), {"kind": '"mechanism"'}
+    for name in ("gravity", "gravity_direction", "input_body", "output_body"):
+        value = getattr(mechanism, name)
+        if value not in (None, ""):
+            structure[name] = _value(value, fields[name], Mechanism, folder)
+    lines = _table("[structure]", structure)
+    lines += _list("ground", ({"name": _string(name), "position": _quantity(place, "m")} for name, place in mechanism.ground))
     lines += _list("body", (_body(body) for body in mechanism.bodies))
     for section, parts in (("joint", mechanism.joints), ("guide", mechanism.guides)):
-        names = [field.name for field in dataclasses.fields(parts[0]) if field.name != "clearance"] if parts else []
-        lines += _list(section, (_fields(part, names, folder) for part in parts))
-    lines += _list("weld", (_fields(part, None, folder) for part in mechanism.welds))
+        lines += _list(section, (_fields(dataclasses.replace(part, clearance=None), folder) for part in parts))
+    lines += _list("weld", (_fields(part, folder) for part in mechanism.welds))
     lines += _list("track", (_track(track) for track in mechanism.tracks))
-    lines += _list("rod", (_fields(part, None, folder) for part in mechanism.rods))
-    lines += _list("latch", (_fields(part, None, folder) for part in mechanism.latches))
+    lines += _list("rod", (_fields(part, folder) for part in mechanism.rods))
+    lines += _list("latch", (_fields(part, folder) for part in mechanism.latches))
     lines += _components(mechanism, folder)
     loose = [(joint.name, joint.clearance) for joint in mechanism.joints if joint.clearance is not None]
     names = [joint.name for joint in mechanism.joints]
     if len(loose) == len(names) > 1 and "all" not in names and len({repr(each) for _, each in loose}) == 1:
         loose = [("all", loose[0][1])]
-    lines += _list("clearance", ({"joint": _string(name), **_fields(gap, None, folder)} for name, gap in loose))
+    lines += _list("clearance", ({"joint": _string(name), **_fields(gap, folder)} for name, gap in loose))
     channels = [(guide.name, guide.clearance) for guide in mechanism.guides if guide.clearance is not None]
-    lines += _list("guide_clearance", ({"guide": _string(name), **_fields(gap, None, folder)} for name, gap in channels))
+    lines += _list("guide_clearance", ({"guide": _string(name), **_fields(gap, folder)} for name, gap in channels))
     drives = ({"body": _string(drive.body)} | _time_function(drive.motion, "rad") for drive in mechanism.drives)
     lines += _list("drive", drives)
     until = {"until": _quantity((options.until,), "s")}
-    return lines + _table("[run]", until | _fields(options, None, folder))
+    return lines + _table("[run]", until | _fields(options, folder))
 
 
 def _components(mechanism: Mechanism, folder: Path | None) -> list[str]:
@@ -139,7 +140,7 @@ def _components(mechanism: Mechanism, folder: Path | None) -> list[str]:
     for part in components:
         section, own = part.declaration.section, type(part).__module__.startswith("scissordyn.")
         here = place.get(section, -1) if own else -1
-        entries = _fields(part, None, folder)
+        entries = _fields(part, folder)
         if here >= max(last, 0) and not others:
             listed.setdefault(section, []).append(entries)
             last = here
@@ -161,7 +162,7 @@ def _table(heading: str, entries: Entries) -> list[str]:
 
 def _body(body: Body) -> Entries:
     """A body; a straight bar by its length where that gives the same one."""
-    entries = _fields(body, None, None)
+    entries = _fields(body, None)
     if body.inertia is None or "end" not in body.points:
         return entries
     length, shown = body.points["end"][0], dict(entries)
@@ -183,39 +184,25 @@ def _body(body: Body) -> Entries:
 
 
 def _track(track: Track) -> Entries:
-    entries = _fields(track, None, None)
+    entries = _fields(track, None)
     if isinstance(track.point, str) and "," in track.point:
         raise InputError(f"tracked point '{track.name}' at the point '{track.point}'", "names without a comma")
     return entries
 
 
-def _fields(described: Any, names: Iterable[str] | None, folder: Path | None, *, skip: bool = True) -> Entries:
-    """The fields of a description as keys; those with their default are left out."""
-    kind: Any = type(described)
-    hints, found = _hints(kind), Entries()
-    wanted = None if names is None else set(names)
-    for field in dataclasses.fields(kind):
-        value = getattr(described, field.name)
-        default = field.default if field.default_factory is dataclasses.MISSING else field.default_factory()
-        if not field.init or (wanted is not None and field.name not in wanted):
-            continue
-        if skip and repr(value) == repr(default) and value == default:
-            continue
-        if value is None:  # a file says so by leaving the key out
-            continue
-        found[field.name] = _value(value, hints[field.name], field.name, kind, folder)
-    return found
+def _fields(described: Any, folder: Path | None, names: Container[str] | None = None) -> Entries:
+    """The fields of a description as keys; those with their default are left out, and None, which a file says in that way."""
+    return {
+        field.name: _value(value, field, type(described), folder)
+        for field, value in given(described)
+        if value is not None and (names is None or field.name in names)
+    }
 
 
-@cache
-def _hints(kind: type) -> Mapping[str, Any]:
-    return get_type_hints(kind, include_extras=True)
-
-
-def _value(value: Any, hint: Any, name: str, kind: type, folder: Path | None) -> str:
+def _value(value: Any, field: Declared, kind: type, folder: Path | None) -> str:
     """A field as TOML."""
-    quantity = quantities(kind).get(name)
-    pairs = next((extra for extra in get_args(hint) if isinstance(extra, Pairs)), None) if get_origin(hint) else None
+    unit = "1" if field.quantity is None else field.quantity.unit
+    pairs = next((extra for extra in field.extras if isinstance(extra, Pairs)), None)
     if isinstance(value, bool):
         return str(value).lower()
     if isinstance(value, str):
@@ -226,30 +213,30 @@ def _value(value: Any, hint: Any, name: str, kind: type, folder: Path | None) ->
             {key: _quantity(column, unit) for key, column, unit in zip(pairs.names, columns, pairs.units, strict=True)}
         )
     if isinstance(value, TimeFunction):
-        return _inline(_time_function(value, VALUE_UNITS.get(name, "1")))
+        return _inline(_time_function(value, VALUE_UNITS.get(field.name, "1")))
     if isinstance(value, Mapping):
         return _points(value)
     if isinstance(value, Material):
         known = MATERIALS.get(value.name)
-        return _string(value.name) if repr(known) == repr(value) else _inline(_fields(value, None, folder))
+        return _string(value.name) if repr(known) == repr(value) else _inline(_fields(value, folder))
     if isinstance(value, ShortForm):
         return _user(value, folder)
     if isinstance(value, Part):
         return _named(value, "name" if isinstance(value, Controller) else "law", folder)
-    if plain_hint(hint) in (BodyPoint, BodyPoint | None):
+    if field.hint in (BodyPoint, BodyPoint | None):
         return _body_point(value)
-    if plain_hint(hint) == tuple[Point, ...]:
-        return "[" + ", ".join(_point(each, "m") for each in value) + "]"
+    if field.hint == tuple[Point, ...]:
+        return "[" + ", ".join(_quantity(each, "m") for each in value) + "]"
     if isinstance(value, tuple) and len(value) == 2:
-        return _point(value, "m" if quantity is None else quantity.unit)
+        return _quantity(value, "m" if field.quantity is None else unit)
     if isinstance(value, int | float):
-        return _quantity((value,), "1" if quantity is None else quantity.unit)
-    raise InputError(f"{name} = {value!r:.60} in a {kind.__name__}", "a value that a case file can hold")
+        return _quantity((value,), unit)
+    raise InputError(f"{field.name} = {value!r:.60} in a {kind.__name__}", "a value that a case file can hold")
 
 
 def _named(described: Any, key: str, folder: Path | None) -> str:
     """A law or a controller: by name alone if its parameters are the defaults."""
-    entries, ours = _fields(described, None, folder), type(described).__module__.startswith("scissordyn.")
+    entries, ours = _fields(described, folder), type(described).__module__.startswith("scissordyn.")
     name = _string(described.name if ours else _class(described, described.slot.title, folder))
     return _inline({key: name, **entries}) if entries else name
 
@@ -282,7 +269,7 @@ def _user(described: Any, folder: Path | None) -> str:
     key = "name" if isinstance(described, UserController) else "law"
     entries = {key: reference} | ({"constants": constants} if described.constants else {})
     if isinstance(described, UserController):
-        entries |= _fields(described, ("delay", "recorded"), folder)
+        entries |= _fields(described, folder, ("delay", "recorded"))
     return _inline(entries) if len(entries) > 1 else reference
 
 
@@ -324,7 +311,7 @@ def _points(points: Mapping[str, Point]) -> str:
     for name in points:
         if "." in name:
             raise InputError(f"a point called '{name}'", "names without a dot, which separates body and point")
-    return _inline({name: _point(place, "m") for name, place in points.items()})
+    return _inline({name: _quantity(place, "m") for name, place in points.items()})
 
 
 def _body_point(place: BodyPoint) -> str:
@@ -332,10 +319,6 @@ def _body_point(place: BodyPoint) -> str:
     if "." in point:
         raise InputError(f"a point called '{point}'", "names without a dot, which separates body and point")
     return _string(f"{body}.{point}")
-
-
-def _point(place: Any, unit: str) -> str:
-    return _quantity(place, unit)
 
 
 def _inline(entries: Mapping[str, str]) -> str:

@@ -7,7 +7,7 @@ import tomllib
 from collections.abc import Iterable
 from typing import Any
 
-from scissordyn.config.line import HANDLES
+from scissordyn.config.line import handle
 from scissordyn.errors import InputError, command, did_you_mean
 
 __all__ = ["changed"]
@@ -78,7 +78,7 @@ def _put(tree: dict[str, Any], keys: list[str], value: Any, change: str) -> None
 
 
 def _item(items: list[Any], key: str, change: str) -> Any:
-    handles = [next((str(item[by]) for by in HANDLES if by in item), "") if isinstance(item, dict) else "" for item in items]
+    handles = list(map(handle, items))
     if key.isdecimal() and int(key) < len(items):
         return items[int(key)]
     if key in handles:

@@ -99,7 +99,8 @@ def line_of(text: str, place: Place) -> int:
     return found
 
 
-def _handle(entry: Any) -> str:
+def handle(entry: Any) -> str:
+    """The name of a table in a list, by which a change means it; "" if it has none."""
     return next((str(entry[key]) for key in HANDLES if isinstance(entry.get(key), str)), "") if isinstance(entry, dict) else ""
 
 
@@ -126,7 +127,7 @@ def address(tree: Any, place: Place) -> str:
         except (LookupError, TypeError):
             tree = None
         if isinstance(key, int):
-            found += f".{_handle(tree)}" if _handle(tree) else f" ({_ordinal(key + 1)})"
+            found += f".{handle(tree)}" if handle(tree) else f" ({_ordinal(key + 1)})"
         else:
             found += f".{key}" if found else key
     return found
@@ -139,10 +140,10 @@ def _ordinal(number: int) -> str:
 def place_of_name(tree: Any, message: str) -> Place:
     """The table of a list that a message names first, in quotes; empty if it names none."""
     tables = {
-        _handle(entry): (section, index)
+        handle(entry): (section, index)
         for section, entries in reversed(tree.items())
         if isinstance(entries, list)
         for index, entry in reversed(list(enumerate(entries)))
-        if _handle(entry)
+        if handle(entry)
     }
     return next((tables[name] for name in re.findall(r"'([^']+)'", message) if name in tables), ())

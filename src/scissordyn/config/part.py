@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import dataclasses
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
-from typing import Annotated, Any, get_args, get_origin, get_type_hints
+from typing import Annotated, Any
 
 from pydantic import Field, PlainValidator, ValidationInfo
 
@@ -28,6 +27,7 @@ from scissordyn.model.connection import Weld
 from scissordyn.model.joint import Guide, Revolute
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.model.track import Track
+from scissordyn.model.walk import declared
 from scissordyn.units import Pairs, Quantity, quantities
 
 __all__ = ["COMPONENT_SECTIONS", "PARTS", "BodyTable", "Part", "assembled", "component_part", "pair"]
@@ -208,23 +208,22 @@ def _pairs_of(pairs: Pairs) -> PlainValidator:
 
 def _component_hints(kind: type) -> Hints:
     """How the fields of a component class are read."""
-    declared: Declaration = kind.declaration  # type: ignore[attr-defined]
-    hints: dict[str, Any] = dict((*_NAME, *_BODIES[1:]) if declared.port.turning else _NAME)
-    hints.update((name, _REFERENCE) for name in declared.port.points)
-    for name, hint in get_type_hints(kind, include_extras=True).items():
-        for extra in get_args(hint) if get_origin(hint) is Annotated else ():
+    port = kind.declaration.port  # type: ignore[attr-defined]
+    hints: dict[str, Any] = dict((*_NAME, *_BODIES[1:]) if port.turning else _NAME)
+    hints.update((name, _REFERENCE) for name in port.points)
+    for name, field in declared(kind).items():
+        for extra in field.extras:
             if isinstance(extra, Pairs):
                 hints[name] = Annotated[tuple[Point, ...], _pairs_of(extra), Field(description=extra.help)]
-            elif isinstance(extra, Quantity) and get_args(hint)[0] == Point:
+            elif isinstance(extra, Quantity) and field.hint == Point:
                 hints[name] = Annotated[Point, pair(extra.unit), Field(description=extra.help)]
         if name in _FUNCTIONS:
             hints[name] = _FUNCTIONS[name]
-        elif hint is Controller:
+        elif field.hint is Controller:
             hints[name] = Annotated[Controller, CONTROLLER, Field(description="scissordyn controllers lists them")]
-        elif hint == BodyPoint | None:
+        elif field.hint == BodyPoint | None:
             hints[name] = Annotated[BodyPoint | None, BODY_POINT, Field(description='a point, as "BODY.POINT"')]
-    names = [field.name for field in dataclasses.fields(kind)]
-    return tuple((name, hints[name]) for name in names if name in hints)
+    return tuple((name, hints[name]) for name in declared(kind) if name in hints)
 
 
 _LISTED = {"rod": "rods", "latch": "latches"}
@@ -234,11 +233,13 @@ _LISTED = {"rod": "rods", "latch": "latches"}
 @cache
 def _component_part(kind: Any) -> Part:
     """The table of a component class, from its declaration."""
-    declared: Declaration = kind.declaration
+    declaration: Declaration = kind.declaration
     first_line = (kind.__doc__ or "").strip().splitlines()[0]
     help = first_line[:1].lower() + first_line[1:].split(": ")[0].rstrip(".")
-    fills = _LISTED.get(declared.section, "components")
-    return _part(kind, fills, help, lambda: _component_hints(kind), name=declared.section.replace("_", " "), **declared.example)
+    fills = _LISTED.get(declaration.section, "components")
+    return _part(
+        kind, fills, help, lambda: _component_hints(kind), name=declaration.section.replace("_", " "), **declaration.example
+    )
 
 
 class UserComponentTable(Table):
@@ -271,33 +272,20 @@ def component_part(type: str, folder: Path) -> Part:
     return _component_part(known[type] if type in known else component_class(type, folder))
 
 
-class JointTable(Table):
-    """A pin between two bodies."""
-
-    name: Annotated[str, Field(description="name; [[clearance]] refers to it", examples=["crank pin"])]
-    journal: Annotated[BodyPoint, BODY_POINT, Field(description="the point that carries the journal", examples=["crank.end"])]
-    bearing: Annotated[BodyPoint, BODY_POINT, Field(description="the point that carries the bearing", examples=["rod.start"])]
-
-
-def _read_joint(given: Any, info: ValidationInfo) -> Revolute:
-    table = JointTable.model_validate(given, context=info.context)
-    return Revolute(table.name, table.journal, table.bearing)
-
-
-class GuideTable(Table):
-    """A straight line that keeps a point of a body on it."""
-
-    name: Annotated[str, Field(description="name; [[guide_clearance]] refers to it", examples=["guide"])]
-    follower: Annotated[BodyPoint, BODY_POINT, Field(description="the guided point", examples=["slider.centre"])]
-    through: Annotated[Point, pair("m"), Field(description="a point of the line", examples=["0, 0 m"])] = Guide.through
-    direction: Annotated[float, quantities(Guide)["direction"]] = Guide.direction
-    body: Annotated[str, Field(description="the body that carries the line")] = Guide.body
-    aligned: Annotated[bool, Field(description="whether the follower also keeps its angle against the line")] = Guide.aligned
-
-
-def _read_guide(given: Any, info: ValidationInfo) -> Guide:
-    table = GuideTable.model_validate(given, context=info.context)
-    return Guide(table.name, table.follower, table.through, table.direction, table.body, table.aligned)
+_JOINT: Hints = (
+    ("name", Annotated[str, Field(description="name; [[clearance]] refers to it")]),
+    ("journal", Annotated[BodyPoint, BODY_POINT, Field(description="the point that carries the journal")]),
+    ("bearing", Annotated[BodyPoint, BODY_POINT, Field(description="the point that carries the bearing")]),
+    ("clearance", None),
+)
+_GUIDE: Hints = (
+    ("name", Annotated[str, Field(description="name; [[guide_clearance]] refers to it")]),
+    ("follower", Annotated[BodyPoint, BODY_POINT, Field(description="the guided point")]),
+    ("through", Annotated[Point, pair("m"), Field(description="a point of the line")]),
+    ("body", Annotated[str, Field(description="the body that carries the line")]),
+    ("aligned", Annotated[bool, Field(description="whether the follower also keeps its angle against the line")]),
+    ("clearance", None),
+)
 
 
 class TrackTable(Table):
@@ -318,12 +306,23 @@ def _read_track(given: Any, info: ValidationInfo) -> Track:
 PARTS: Mapping[str, Part] = {
     "body": Part(lambda: BodyTable, PlainValidator(_read_body), "bodies", "a rigid body"),
     "ground": Part(lambda: GroundTable, PlainValidator(_read_ground), "ground", "a point of the fixed frame"),
-    "joint": Part(lambda: JointTable, PlainValidator(_read_joint), "joints", "a pin between two bodies"),
-    "guide": Part(
-        lambda: GuideTable,
-        PlainValidator(_read_guide),
+    "joint": _part(
+        Revolute,
+        "joints",
+        "a pin between two bodies",
+        lambda: _JOINT,
+        name="crank pin",
+        journal="crank.end",
+        bearing="rod.start",
+    ),
+    "guide": _part(
+        Guide,
         "guides",
         "a straight line that keeps a point of a body on it",
+        lambda: _GUIDE,
+        name="guide",
+        follower="slider.centre",
+        through="0, 0 m",
     ),
     "weld": _part(
         Weld, "welds", "a rigid connection of two bodies", lambda: _ENDS, name="weld", start="rod.end", end="tool.base"

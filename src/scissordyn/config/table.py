@@ -150,7 +150,7 @@ def table_of(described_type: type, hints: Hints = (), **examples: Any) -> type[T
     described_type : type
         A frozen dataclass whose fields can be written in a case file.
     hints : tuple of (str, annotation), optional
-        How fields are read whose annotation is not sufficient.
+        How fields are read whose annotation is not sufficient; None for one that has no key.
     **examples
         Examples of keys without a default.
     """
@@ -158,6 +158,8 @@ def table_of(described_type: type, hints: Hints = (), **examples: Any) -> type[T
     documented = _documented(described_type)
     keys: dict[str, Any] = {}
     for field in dataclasses.fields(described_type):
+        if annotations[field.name] is None:
+            continue
         default = field.default if field.default is not dataclasses.MISSING else ...
         arguments: dict[str, Any] = {}  # only known ones: the annotation may have its own
         if field.name in examples:

@@ -20,6 +20,7 @@ from scissordyn.errors import InputError, command
 from scissordyn.explore.field import Field, fields_of_mechanism, fields_of_tree
 from scissordyn.laws.catalogue import BY_KIND
 from scissordyn.model.mechanism import Mechanism
+from scissordyn.model.walk import replaced
 from scissordyn.run.configuration import is_run, read_configuration
 from scissordyn.run.options import Options
 from scissordyn.run.store import load
@@ -154,7 +155,7 @@ class RunCase(Case):
             else:
                 value = read_quantity(given, field.quantity, field.text)
             top, *path = field.place
-            parts[str(top)] = _replaced(parts[str(top)], path, value)
+            parts[str(top)] = replaced(parts[str(top)], path, value)
         return RunCase(self.name, parts["mechanism"], parts["options"])
 
     def with_horizon(self, wanted: bool) -> RunCase:
@@ -247,19 +248,6 @@ def _put(tree: dict[str, Any], field: Field, value: Any) -> None:
             inner = here[key] = {"name" if key == "controller" else "law": field.law}
         here = inner
     here[last] = value
-
-
-def _replaced(described: Any, path: Sequence[str | int], value: Any) -> Any:
-    """A frozen description with another value at a path."""
-    if not path:
-        return value
-    first, *rest = path
-    if isinstance(described, tuple):
-        assert isinstance(first, int)
-        return (*described[:first], _replaced(described[first], rest, value), *described[first + 1 :])
-    if isinstance(described, Mapping):
-        return {**described, str(first): _replaced(described[str(first)], rest, value)}
-    return dataclasses.replace(described, **{str(first): _replaced(getattr(described, str(first)), rest, value)})
 
 
 def _carry(document: Any, before: Any, after: Any) -> None:

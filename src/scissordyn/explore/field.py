@@ -13,6 +13,7 @@ from typing import Any, get_args
 from scissordyn.config.case import CaseTable
 from scissordyn.config.clearance import ClearanceTable, GuideClearanceTable
 from scissordyn.config.control import ControlTable
+from scissordyn.config.line import handle
 from scissordyn.config.part import PARTS, component_part
 from scissordyn.config.payload import PanelsTable, PayloadTable
 from scissordyn.config.quantity import read_numbers, read_quantity, unit_factor, written
@@ -23,17 +24,18 @@ from scissordyn.control.catalogue import CONTROLLERS
 from scissordyn.errors import InputError
 from scissordyn.laws.catalogue import BY_KIND
 from scissordyn.model.mechanism import Mechanism
+from scissordyn.model.walk import Place, Route, at, declared, leaves
 from scissordyn.plugin.element import element_class
 from scissordyn.run.options import Options
-from scissordyn.units import Quantity, quantities
+from scissordyn.units import Quantity
 
-__all__ = ["Field", "Place", "fields_of_mechanism", "fields_of_tree", "scaled_text"]
-
-Place = tuple[str | int, ...]
-"""Keys and indices from the top of a case file, or fields and indices of a mechanism."""
+__all__ = ["Field", "fields_of_mechanism", "fields_of_tree", "scaled_text"]
 
 STARRED = ("clearance", "speed", "kinetic", "angle")
 """Names of fields that have a slider at first, in a structure, a drive and a clearance joint."""
+
+WITHIN = ("clearance", "motion", "points")
+"""What a form does not show as a group of its own."""
 
 SPREAD = 4.0
 """A slider goes from a value divided by this number to the value times it, on a logarithmic scale."""
@@ -76,7 +78,7 @@ class Field:
         Name of the law that holds it, where the case gives the law by name alone.
     """
 
-    place: Place
+    place: Route
     group: str
     name: str
     text: str
@@ -170,9 +172,8 @@ def fields_of_tree(tree: Mapping[str, Any], folder: Path = Path()) -> list[Field
             continue
         many = isinstance(given, list)
         for index, item in enumerate(given if many else [given]):
-            handle = next((str(item[by]) for by in ("joint", "guide", "name", "body") if by in item), "")
-            group = f"{section.replace('_', ' ')} {handle}".strip()
-            place: Place = (section, index) if many else (section,)
+            group = f"{section.replace('_', ' ')} {handle(item)}".strip()
+            place: Route = (section, index) if many else (section,)
             table = LISTS[section] if section in LISTS else component_part(item["type"], folder).table
             found += _of_table(table, item, place, group, folder, star=section in ("drive", "clearance", "guide_clearance"))
     found += _of_table(table_of(Options, until="50 ms"), tree.get("run", {}), ("run",), "run", folder, star=False)
@@ -180,12 +181,12 @@ def fields_of_tree(tree: Mapping[str, Any], folder: Path = Path()) -> list[Field
 
 
 def _of_table(
-    table: type[Table], given: Mapping[str, Any], place: Place, group: str, folder: Path, *, star: bool
+    table: type[Table], given: Mapping[str, Any], place: Route, group: str, folder: Path, *, star: bool
 ) -> Iterator[Field]:
     """The fields of one table, those that are not written included."""
-    for key, declared in table.model_fields.items():
+    for key, known in table.model_fields.items():
         here = (*place, key)
-        value = given.get(key, None if declared.is_required() else declared.get_default(call_default_factory=True))
+        value = given.get(key, None if known.is_required() else known.get_default(call_default_factory=True))
         quantity = quantity_of(table, key)
         if quantity is not None and quantity.unit and not isinstance(value, tuple | Mapping | list):
             field = _number(here, group, key, value, quantity, starred=star and key in STARRED)
@@ -201,13 +202,13 @@ def _of_table(
         elif key in INNER and isinstance(value, Mapping):
             yield from _of_table(INNER[key], value, here, f"{group}, {key.replace('_', ' ')}", folder, star=False)
         elif isinstance(value, Mapping):
-            kind = next((each for each in get_args(declared.annotation) if dataclasses.is_dataclass(each)), None)
+            kind = next((each for each in get_args(known.annotation) if dataclasses.is_dataclass(each)), None)
             if kind is not None:
                 yield from _of_dataclass(kind, value, here, f"{group}, {key}", star=star)
 
 
 def _of_law(
-    key: str, value: Any, given: Mapping[str, Any], place: Place, group: str, folder: Path, *, star: bool
+    key: str, value: Any, given: Mapping[str, Any], place: Route, group: str, folder: Path, *, star: bool
 ) -> Iterator[Field]:
     """The fields of a contact law or of a controller."""
     inner = value if isinstance(value, Mapping) else {}
@@ -223,19 +224,18 @@ def _of_law(
 
 
 def _of_dataclass(
-    kind: Any, given: Mapping[str, Any], place: Place, group: str, *, star: bool, law: str = ""
+    kind: Any, given: Mapping[str, Any], place: Route, group: str, *, star: bool, law: str = ""
 ) -> Iterator[Field]:
-    declared = quantities(kind)
-    for each in dataclasses.fields(kind):
+    for each in declared(kind).values():
         value = given.get(each.name, None if each.default is dataclasses.MISSING else each.default)
-        if each.name in declared and value is not None and not isinstance(value, tuple | list | Mapping):
-            quantity, starred = declared[each.name], star and each.name in STARRED
-            field = _number((*place, each.name), group, each.name, value, quantity, starred=starred)
+        if each.quantity is not None and not isinstance(value, tuple | list | Mapping):
+            starred = star and each.name in STARRED
+            field = _number((*place, each.name), group, each.name, value, each.quantity, starred=starred)
             if field is not None:
                 yield dataclasses.replace(field, law=law)
 
 
-def _number(place: Place, group: str, name: str, value: Any, quantity: Quantity, *, starred: bool) -> Field | None:
+def _number(place: Route, group: str, name: str, value: Any, quantity: Quantity, *, starred: bool) -> Field | None:
     """A field of one number, written or by default; None if it is something else."""
     if value is None or isinstance(value, bool):
         return None
@@ -251,7 +251,7 @@ def _number(place: Place, group: str, name: str, value: Any, quantity: Quantity,
     return Field(place, group, name, text, (float(value),), quantity, starred)
 
 
-def _point(place: Place, group: str, name: str, text: Any, unit: str, help: str) -> Iterator[Field]:
+def _point(place: Route, group: str, name: str, text: Any, unit: str, help: str) -> Iterator[Field]:
     """A field of two numbers."""
     if isinstance(text, str):
         numbers = read_numbers(text, unit)
@@ -271,38 +271,30 @@ def fields_of_mechanism(mechanism: Mechanism, options: Options) -> list[Field]:
     -------
     list of Field
     """
-    found = list(_of_instance(mechanism, ("mechanism",), "mechanism"))
-    return found + list(_of_instance(options, ("options",), "run"))
+    found = [_of_leaf(leaf, _part(mechanism, leaf.path)) for leaf in leaves(mechanism, ("mechanism",))]
+    found += [_of_leaf(leaf, "run") for leaf in leaves(options, ("options",))]
+    return [field for field in found if field is not None]
 
 
-def _of_instance(described: Any, place: Place, group: str, *, star: bool = False) -> Iterator[Field]:
-    kind: Any = type(described)
-    declared = quantities(kind)
-    for each in dataclasses.fields(described):
-        if not each.init:
-            continue
-        value, here = getattr(described, each.name), (*place, each.name)
-        if each.name in declared and isinstance(value, int | float) and not isinstance(value, bool):
-            field = _number(here, group, each.name, value, declared[each.name], starred=star and each.name in STARRED)
-            if field is not None:
-                yield field
-        elif each.name in declared and _is_point(value):
-            unit = declared[each.name].unit
-            yield Field(here, group, each.name, f"{value[0]:.12g}, {value[1]:.12g} {unit}", value, declared[each.name])
-        elif each.name == "points":
-            for name, point in value.items():
-                text = f"{point[0]:.12g}, {point[1]:.12g} m"
-                help = "point that joints refer to, in the body's frame"
-                yield Field((*here, name), group, f"point {name}", text, point, Quantity("m", help=help))
-        elif dataclasses.is_dataclass(value):
-            inner = each.name.replace("_", " ")
-            yield from _of_instance(value, here, group if inner in ("clearance", "motion") else f"{group}, {inner}", star=True)
-        elif isinstance(value, tuple):
-            for index, part in enumerate(value):
-                if dataclasses.is_dataclass(part):
-                    of = getattr(part, "name", getattr(part, "body", str(index + 1)))
-                    kind = {"bodies": "body", "latches": "latch"}.get(each.name, each.name.removesuffix("s"))
-                    yield from _of_instance(part, (*here, index), f"{kind} {of}")
+def _of_leaf(leaf: Place, part: str) -> Field | None:
+    """The field of a number or of a point; None for any other value."""
+    if leaf.quantity is None:
+        return None
+    name, inner = str(leaf.path[-1]), [str(key) for key in leaf.path[3:-1]]
+    group = ", ".join([part, *(key.replace("_", " ") for key in inner if key not in WITHIN)])
+    if _is_point(leaf.value):
+        text = f"{leaf.value[0]:.12g}, {leaf.value[1]:.12g} {leaf.quantity.unit}"
+        return Field(leaf.path, group, f"point {name}" if "points" in inner else name, text, leaf.value, leaf.quantity)
+    return _number(leaf.path, group, name, leaf.value, leaf.quantity, starred=bool(inner) and name in STARRED)
+
+
+def _part(mechanism: Mechanism, path: Route) -> str:
+    """What the part at a path is called: its kind and its name."""
+    if len(path) < 4:
+        return "mechanism"
+    field, part = str(path[1]), at(mechanism, path[1:3])
+    kind = {"bodies": "body", "latches": "latch"}.get(field, field.removesuffix("s"))
+    return f"{kind} {getattr(part, 'name', getattr(part, 'body', int(path[2]) + 1))}"
 
 
 def _is_point(value: Any) -> bool:

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import dataclasses
 from collections.abc import Mapping
 from typing import Any
 
 import scissordyn
 from scissordyn.errors import InputError
 from scissordyn.explore.case import Case
+from scissordyn.model.walk import given, is_described
 from scissordyn.plugin.origin import origin_of
 
 __all__ = ["python_of"]
@@ -34,25 +34,16 @@ def python_of(case: Case) -> str:
     """
     imports: dict[str, str] = {}
     body = _code(case.mechanism, imports, 0)
-    options = [
-        f"{field.name}={getattr(case.options, field.name)!r}"
-        for field in dataclasses.fields(case.options)
-        if getattr(case.options, field.name) != field.default
-    ]
+    options = [f"{field.name}={value!r}" for field, value in given(case.options)]
     lines = ["import scissordyn as sd", *(f"from {module} import {name}" for name, module in sorted(imports.items()))]
     return "\n".join([*lines, "", f"mechanism = {body}", f"run = sd.simulate(mechanism, {', '.join(options)})", ""])
 
 
 def _code(value: Any, imports: dict[str, str], depth: int) -> str:
     """A value as an expression."""
-    if dataclasses.is_dataclass(value) and not isinstance(value, type):
-        given = []
-        for field in dataclasses.fields(value):
-            inner = getattr(value, field.name)
-            default = field.default if field.default_factory is dataclasses.MISSING else field.default_factory()
-            if field.init and not (type(inner) is type(default) and inner == default):
-                given.append(f"{field.name}={_code(inner, imports, depth + 1)}")
-        return _wrapped(f"{_name(type(value), imports)}(", given, ")", depth)
+    if is_described(value):
+        arguments = [f"{field.name}={_code(inner, imports, depth + 1)}" for field, inner in given(value)]
+        return _wrapped(f"{_name(type(value), imports)}(", arguments, ")", depth)
     if isinstance(value, tuple):
         items = [_code(item, imports, depth + 1) for item in value]
         return _wrapped("(", [f"{items[0]},"] if len(items) == 1 else items, ")", depth)

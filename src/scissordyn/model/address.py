@@ -7,14 +7,13 @@ fields of a joint or guide are those of its clearance; those of a drive, of its 
 
 from __future__ import annotations
 
-import dataclasses
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, cast
+from typing import TYPE_CHECKING, Any
 
 from scissordyn.errors import InputError, did_you_mean
 from scissordyn.model.pattern import matching
-from scissordyn.units import Quantity, quantities
+from scissordyn.model.walk import Declared, Place, Route, at, declared, is_described, replaced
+from scissordyn.units import quantities
 
 if TYPE_CHECKING:
     from scissordyn.model.mechanism import Mechanism
@@ -30,31 +29,6 @@ KINDS = {"joint": "joints", "clearance": "joints", "guide": "guides", "body": "b
 """Fields of a mechanism by the kind in front of a name; rods, latches and components go by their sections."""
 
 SAMPLE = "'A.clearance', 'drive.speed', 'body.slider.mass', 'servo.controller.limit', 'gravity'"
-
-
-@dataclass(frozen=True)
-class Place:
-    """Where an address leads.
-
-    Parameters
-    ----------
-    field : str
-        Field of the mechanism.
-    index : int or None
-        Which of its entries; None for the field itself.
-    path : tuple of str
-        Fields from there on.
-    value
-        What is there now.
-    quantity : Quantity or None
-        Its unit, bounds and meaning, if it is declared.
-    """
-
-    field: str
-    index: int | None
-    path: tuple[str, ...]
-    value: Any
-    quantity: Quantity | None
 
 
 def find(mechanism: Mechanism, address: str) -> list[Place]:
@@ -75,14 +49,14 @@ def find(mechanism: Mechanism, address: str) -> list[Place]:
     InputError
         If there is no such part or field; names what there is.
     """
-    own, whole = {field.name for field in dataclasses.fields(mechanism)}, cast(Any, mechanism)
-    if address in own:
-        return [Place(address, None, (), getattr(mechanism, address), quantities(whole.__class__).get(address))]
+    own = declared(type(mechanism)).get(address)
+    if own is not None:
+        return [Place((address,), getattr(mechanism, address), own.quantity)]
     found = list(_parts(mechanism, address))
     if not found:
         name = address.rsplit(".", 1)[0] if "." in address else address
         known = list(dict.fromkeys(each for each, _, _, kind in _named(mechanism) if kind != DRIVE))
-        known += [DRIVE] * bool(mechanism.drives) + list(quantities(whole.__class__))
+        known += [DRIVE] * bool(mechanism.drives) + list(_numbers(mechanism))
         first, _, rest = name.partition(".")
         near = [f"{kind}.{rest}" for kind in _kinds(mechanism) if rest and did_you_mean(first, [kind])]
         raise InputError(
@@ -90,7 +64,7 @@ def find(mechanism: Mechanism, address: str) -> list[Place]:
             "one of " + ", ".join(known),
             f"an address such as {SAMPLE}",
         )
-    return [_place(mechanism, field, index, path, address) for field, index, path in found]
+    return [_place(mechanism, path, address) for path in found]
 
 
 def number(mechanism: Mechanism, address: str) -> Place:
@@ -112,9 +86,8 @@ def number(mechanism: Mechanism, address: str) -> Place:
     """
     first = find(mechanism, address)[0]
     if first.quantity is None or isinstance(first.value, bool) or not isinstance(first.value, int | float):
-        owner = _owner(mechanism, first)
-        declared = quantities(owner.__class__) if dataclasses.is_dataclass(owner) else {}
-        raise InputError(f"'{address}' is not a number with a unit", ", ".join(declared) or f"an address such as {SAMPLE}")
+        known = _numbers(at(mechanism, first.path[:-1]))
+        raise InputError(f"'{address}' is not a number with a unit", ", ".join(known) or f"an address such as {SAMPLE}")
     return first
 
 
@@ -156,13 +129,9 @@ def changed_all(
     numbers = True
     for address, value in changes.items():
         for place in find(mechanism, address) if places is None else places[address]:
-            numbers = numbers and place.quantity is not None and place.index is not None
-            if place.index is None:
-                new[place.field] = value
-                continue
-            parts = list(new.get(place.field, getattr(mechanism, place.field)))
-            parts[place.index] = _inside(parts[place.index], place.path, value)
-            new[place.field] = tuple(parts)
+            field, *path = place.path
+            numbers = numbers and place.quantity is not None and bool(path)
+            new[str(field)] = replaced(new.get(str(field), getattr(mechanism, str(field))), path, value)
     # numbers are checked by the part that they belong to; what parts refer to stays as it is
     return mechanism.with_parts(new, check=not numbers)
 
@@ -183,8 +152,8 @@ def _kinds(mechanism: Mechanism) -> dict[str, None]:
     return dict.fromkeys([*KINDS, *(kind for *_, kind in _named(mechanism))])
 
 
-def _parts(mechanism: Mechanism, address: str) -> Iterator[tuple[str, int, tuple[str, ...]]]:
-    """Field, index and path of each part that an address can mean."""
+def _parts(mechanism: Mechanism, address: str) -> Iterator[Route]:
+    """The path to each part that an address can mean, and on from there."""
     parts = list(_named(mechanism))
     kind, _, rest = address.partition(".")
     if kind == DRIVE and rest:
@@ -202,7 +171,7 @@ def _parts(mechanism: Mechanism, address: str) -> Iterator[tuple[str, int, tuple
                 of_clearance = KINDS.get(kind) == "joints" and not exact
                 for name, field, index, _ in chosen:
                     if name in wanted and not (of_clearance and mechanism.joints[index].clearance is None):
-                        yield field, index, path
+                        yield field, index, *path
                 return
     # a joint and its guide, or a body and its drive, may share a name: those with fields to go on with come first
     candidates = [(name, field, index) for name, field, index, _ in parts if address.startswith(f"{name}.")]
@@ -212,19 +181,19 @@ def _parts(mechanism: Mechanism, address: str) -> Iterator[tuple[str, int, tuple
         here = [(field, index) for name, field, index in candidates if len(name) == longest and field != "drives"]
         fitting = [(field, index) for field, index in here if _has(mechanism, field, index, path[0])]
         for field, index in (fitting or here)[:1]:
-            yield field, index, path
+            yield field, index, *path
 
 
-def _driven(mechanism: Mechanism, rest: str) -> Iterator[tuple[str, int, tuple[str, ...]]]:
+def _driven(mechanism: Mechanism, rest: str) -> Iterator[Route]:
     """The drive that 'BODY.FIELD', or 'FIELD' of the only or default one, means."""
     bodies = [drive.body for drive in mechanism.drives]
     for index, body in enumerate(bodies):
         if rest.startswith(f"{body}."):
-            yield "drives", index, tuple(rest[len(body) + 1 :].split("."))
+            yield "drives", index, *rest[len(body) + 1 :].split(".")
             return
     default = bodies[0] if len(bodies) == 1 else mechanism.input_body
     if default in bodies:
-        yield "drives", bodies.index(default), tuple(rest.split("."))
+        yield "drives", bodies.index(default), *rest.split(".")
         return
     raise InputError(
         f"'{DRIVE}.{rest}': {'several drives' if bodies else 'no drive'}",
@@ -234,40 +203,32 @@ def _driven(mechanism: Mechanism, rest: str) -> Iterator[tuple[str, int, tuple[s
 
 def _has(mechanism: Mechanism, field: str, index: int, name: str) -> bool:
     part = getattr(mechanism, field)[index]
-    inner = getattr(part, INSIDE[field], None) if field in INSIDE else part
-    return dataclasses.is_dataclass(inner) and name in {each.name for each in dataclasses.fields(inner)}
+    return name in _fields(getattr(part, INSIDE[field], None) if field in INSIDE else part)
 
 
-def _place(mechanism: Mechanism, field: str, index: int, path: tuple[str, ...], address: str) -> Place:
-    part = getattr(mechanism, field)[index]
-    inside = INSIDE.get(field)
+def _place(mechanism: Mechanism, path: Route, address: str) -> Place:
+    inside = INSIDE.get(str(path[0]))
     if inside is not None:
-        path = (inside, *path)
+        part = at(mechanism, path[:2])
+        path = (*path[:2], inside, *path[2:])
         if getattr(part, inside) is None:
             raise InputError(f"'{address}': '{part.name}' is ideal", "a joint or guide with clearance")
-    owner, value = None, part
-    for name in path:
-        owner, value = value, _field(value, name, address)
-    declared = quantities(owner.__class__) if dataclasses.is_dataclass(owner) else {}
-    return Place(field, index, path, value, declared.get(path[-1]))
+    for depth in range(2, len(path)):
+        owner, name = at(mechanism, path[:depth]), str(path[depth])
+        fields = _fields(owner)
+        if name not in fields:
+            kind = type(owner).__name__
+            raise InputError(
+                f"'{address}': no field '{name}' in {kind}{did_you_mean(name, fields)}", ", ".join(fields) or "no field"
+            )
+    return Place(path, getattr(owner, name), fields[name].quantity)
 
 
-def _owner(mechanism: Mechanism, place: Place) -> Any:
-    owner: Any = mechanism if place.index is None else getattr(mechanism, place.field)[place.index]
-    for name in place.path[:-1]:
-        owner = getattr(owner, name)
-    return owner
+def _fields(owner: Any) -> Mapping[str, Declared]:
+    return declared(type(owner)) if is_described(owner) else {}
 
 
-def _field(owner: Any, name: str, address: str) -> Any:
-    names = [field.name for field in dataclasses.fields(owner)] if dataclasses.is_dataclass(owner) else []
-    if name not in names:
-        kind = type(owner).__name__
-        raise InputError(f"'{address}': no field '{name}' in {kind}{did_you_mean(name, names)}", ", ".join(names) or "no field")
-    return getattr(owner, name)
-
-
-def _inside(described: Any, path: tuple[str, ...], value: Any) -> Any:
-    name, *rest = path
-    inner = _inside(getattr(described, name), tuple(rest), value) if rest else value
-    return dataclasses.replace(described, **{name: inner})
+def _numbers(owner: Any) -> list[str]:
+    """Fields that are numbers with a unit."""
+    kind: Any = type(owner)
+    return list(quantities(kind)) if is_described(owner) else []

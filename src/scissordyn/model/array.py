@@ -11,7 +11,7 @@ from scissordyn.model.bar import angulated_bar
 from scissordyn.model.body import Body, bar, point_mass
 from scissordyn.model.joint import Guide, Revolute
 from scissordyn.model.mechanism import Gravity, GravityDirection, Mechanism
-from scissordyn.model.scissor import MOST_UNITS, UNITS_TAKE, joints_of_units
+from scissordyn.model.scissor import MOST_UNITS, UNITS_TAKE, BarLength, BarMass, SliderMass, Units, joints_of_units
 from scissordyn.units import Quantity, Sample, checked
 
 __all__ = ["hoberman_ring", "mast", "polar_scissor"]
@@ -22,12 +22,12 @@ Inclination = Annotated[float, Quantity("rad", help="mean inclination of the bar
 @checked
 def polar_scissor(
     *,
-    units: Annotated[int, Quantity("1", minimum=1, maximum=MOST_UNITS, because=UNITS_TAKE, help="number of units")] = 4,
+    units: Units = 4,
     inner: Annotated[float, Quantity("m", above=0.0, help="length of a bar inside of its pivot")] = 0.8,
     outer: Annotated[float, Quantity("m", above=0.0, help="length of a bar outside of its pivot")] = 1.2,
     kink: Annotated[float, Quantity("rad", help="angle between the two legs of a bar, 0 for straight bars")] = 0.0,
-    bar_mass: Annotated[float, Quantity("kg", above=0.0, help="mass of a bar")] = 5.0,
-    slider_mass: Annotated[float, Quantity("kg", above=0.0, help="mass of the slider")] = 5.0,
+    bar_mass: BarMass = 5.0,
+    slider_mass: SliderMass = 5.0,
     angle: Annotated[
         float, Quantity("rad", help="mean inclination of the bars against the circumference at the start")
     ] = math.pi / 4,
@@ -94,7 +94,7 @@ def hoberman_ring(
     *,
     units: Annotated[int, Quantity("1", minimum=3, maximum=MOST_UNITS, because=UNITS_TAKE, help="number of units")] = 12,
     leg: Annotated[float, Quantity("m", above=0.0, help="from the pivot of a bar to each of its ends")] = 0.5,
-    bar_mass: Annotated[float, Quantity("kg", above=0.0, help="mass of a bar")] = 1.0,
+    bar_mass: BarMass = 1.0,
     angle: Annotated[
         float, Quantity("rad", help="mean inclination of the bars against the circumference at the start")
     ] = math.pi / 4,
@@ -148,10 +148,10 @@ def hoberman_ring(
 @checked
 def mast(
     *,
-    units: Annotated[int, Quantity("1", minimum=1, maximum=MOST_UNITS, because=UNITS_TAKE, help="number of units")] = 4,
-    bar_length: Annotated[float, Quantity("m", above=0.0, help="length of a bar")] = 1.0,
-    bar_mass: Annotated[float, Quantity("kg", above=0.0, help="mass of a bar")] = 2.0,
-    slider_mass: Annotated[float, Quantity("kg", above=0.0, help="mass of the slider")] = 1.0,
+    units: Units = 4,
+    bar_length: BarLength = 1.0,
+    bar_mass: BarMass = 2.0,
+    slider_mass: SliderMass = 1.0,
     platform_mass: Annotated[float | None, Quantity("kg", above=0.0, help="mass of a platform on top, none without it")] = None,
     angle: Annotated[
         float, Quantity("rad", help="inclination of the bars against the base at the start, above 0 and below 90 deg")

@@ -17,6 +17,7 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import Any, ClassVar, TypeVar, cast
 
+from scissordyn.annotation import members
 from scissordyn.component.catalogue import COMPONENTS
 from scissordyn.component.declaration import Component
 from scissordyn.component.user import component_class
@@ -28,6 +29,7 @@ from scissordyn.laws.catalogue import BY_KIND
 from scissordyn.laws.contact import Damping, Elastic, Friction
 from scissordyn.laws.user import UserDamping, UserElastic, UserFriction
 from scissordyn.model.record import CLASS, DIGEST, FUNCTION, KIND, kind_of
+from scissordyn.model.walk import declared
 from scissordyn.plugin.element import SLOTS, element_class
 from scissordyn.plugin.user_file import file_digest
 
@@ -71,9 +73,9 @@ class Description:
             raise AttributeError(name)
         if name in self.values:
             return self.values[name]
-        for field in dataclasses.fields(self.kind):
-            if field.name == name and field.default is not dataclasses.MISSING:
-                return field.default
+        field = declared(self.kind).get(name)
+        if field is not None and field.default is not dataclasses.MISSING:
+            return field.default
         raise InputError(f"a {kind_of(self.kind)} without '{name}'", "a file that scissordyn wrote")
 
 
@@ -148,14 +150,14 @@ def from_plain(plain: Any, declared: type[Described], *, allow_code: Sequence[Pa
     return built
 
 
-def parse(plain: Any, declared: Any, place: str = "") -> Any:
+def parse(plain: Any, hint: Any, place: str = "") -> Any:
     """Compare plain data with a declaration; nothing is called.
 
     Parameters
     ----------
     plain
         Nested dicts, lists, strings and numbers.
-    declared : type or type hint
+    hint : type or type hint
     place : str
         What error messages call it.
 
@@ -168,23 +170,23 @@ def parse(plain: Any, declared: Any, place: str = "") -> Any:
     InputError
         For anything that the declaration does not have; names its place.
     """
-    place = place or getattr(declared, "__name__", str(declared)).lower()
-    alternatives = _alternatives(declared)
-    if any(typing.get_origin(hint) is Callable for hint in alternatives):
+    place = place or getattr(hint, "__name__", str(hint)).lower()
+    alternatives = _alternatives(hint)
+    if any(typing.get_origin(each) is Callable for each in alternatives):
         return _named_function(plain, place)
-    for hint in alternatives:
-        origin, inside = typing.get_origin(hint), typing.get_args(hint)
+    for each in alternatives:
+        origin, inside = typing.get_origin(each), typing.get_args(each)
         if origin is tuple and isinstance(plain, list):
             return _parse_tuple(plain, inside, place)
         if isinstance(origin, type) and issubclass(origin, Mapping) and isinstance(plain, dict):
             return {str(key): parse(value, inside[1], f"{place}.{key}") for key, value in plain.items()}
-        if (origin is typing.Literal and isinstance(plain, str) and plain in inside) or _is_scalar(plain, hint):
+        if (origin is typing.Literal and isinstance(plain, str) and plain in inside) or _is_scalar(plain, each):
             return plain
-    described: dict[str, type] = {kind_of(hint): hint for hint in alternatives if _is_dataclass(hint)}
+    described = {kind_of(each): each for each in alternatives if isinstance(each, type) and dataclasses.is_dataclass(each)}
     if not (described and isinstance(plain, dict)):
         raise InputError(f"{place} is {_shown(plain)}", "what scissordyn writes there")
     kind = plain.get(KIND)
-    base = next((member for member in _members(declared) if isinstance(member, type) and member in PLUGINS), None)
+    base = next((member for member in members(hint) if isinstance(member, type) and member in PLUGINS), None)
     if isinstance(kind, str) and base is not None and (".py:" in kind or kind == CLASS):
         file, _, name = kind.rpartition(":") if kind != CLASS else ("", "", str(plain.get(CLASS)))
         rest = {key: value for key, value in plain.items() if key not in (KIND, CLASS, DIGEST)}
@@ -196,11 +198,13 @@ def parse(plain: Any, declared: Any, place: str = "") -> Any:
 
 
 def _parse_class(plain: dict[str, Any], found: type, place: str) -> Description:
-    hints = _fields(found)
-    unknown = plain.keys() - hints.keys() - {KIND}
+    fields = declared(found)
+    unknown = plain.keys() - fields.keys() - {KIND}
     if unknown:
-        raise InputError(f"{place} has {_shown(min(unknown))}", f"the fields of {kind_of(found)}: {', '.join(hints) or 'none'}")
-    values = {key: parse(plain[key], hints[key], f"{place}.{key}") for key in plain if key != KIND}
+        raise InputError(
+            f"{place} has {_shown(min(unknown))}", f"the fields of {kind_of(found)}: {', '.join(fields) or 'none'}"
+        )
+    values = {key: parse(plain[key], fields[key].hint, f"{place}.{key}") for key in plain if key != KIND}
     return Description(found, MappingProxyType(values))
 
 
@@ -249,26 +253,10 @@ def build(described: Any, *, allow_code: Sequence[Path] = ()) -> Any:
         raise InputError(f"a description of kind '{kind_of(described.kind)}' that cannot be used ({error})") from None
 
 
-def _members(declared: Any) -> tuple[Any, ...]:
-    """The members of a union, as they are declared."""
-    return typing.get_args(declared) if typing.get_origin(declared) in (typing.Union, types.UnionType) else (declared,)
-
-
 @cache
-def _alternatives(declared: Any) -> tuple[Any, ...]:
+def _alternatives(hint: Any) -> tuple[Any, ...]:
     """What may stand where a type is declared: the members of a union, the catalogue of a protocol."""
-    if typing.get_origin(declared) in (typing.Union, types.UnionType):
-        return tuple(found for member in typing.get_args(declared) for found in _alternatives(member))
-    if isinstance(declared, type) and declared in PLUGINS:
-        return PLUGINS[declared]
-    return (declared,)
-
-
-@cache
-def _fields(described: type) -> Mapping[str, Any]:
-    """Type hints of the fields that a class is made from, by name."""
-    hints = typing.get_type_hints(described)
-    return MappingProxyType({field.name: hints[field.name] for field in dataclasses.fields(described) if field.init})
+    return tuple(found for member in members(hint) for found in PLUGINS.get(member, (member,)))
 
 
 def _parse_tuple(plain: list[Any], inside: tuple[Any, ...], place: str) -> tuple[Any, ...]:
@@ -277,10 +265,6 @@ def _parse_tuple(plain: list[Any], inside: tuple[Any, ...], place: str) -> tuple
     if len(plain) != len(inside):
         raise InputError(f"{place} has {len(plain)} entries", f"{len(inside)} entries")
     return tuple(parse(item, hint, f"{place}[{index}]") for index, (item, hint) in enumerate(zip(plain, inside, strict=True)))
-
-
-def _is_dataclass(hint: Any) -> bool:
-    return isinstance(hint, type) and dataclasses.is_dataclass(hint)
 
 
 def _is_scalar(plain: Any, hint: Any) -> bool:

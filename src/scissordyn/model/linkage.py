@@ -11,7 +11,7 @@ from scissordyn.errors import InputError
 from scissordyn.model.body import Body, bar, point_mass
 from scissordyn.model.joint import Guide, Revolute
 from scissordyn.model.mechanism import Gravity, GravityDirection, Mechanism
-from scissordyn.model.scissor import MOST_UNITS, UNITS_TAKE
+from scissordyn.model.scissor import MOST_UNITS, UNITS_TAKE, SliderMass
 from scissordyn.units import Meaning, Quantity, checked
 
 __all__ = ["common_pin", "four_bar", "n_four_bar", "slider_crank"]
@@ -54,7 +54,7 @@ def slider_crank(
     ] = None,
     rod_mass: Annotated[float, Quantity("kg", above=0.0, help="mass of the rod")] = 0.21,
     rod_inertia: Annotated[float | None, Quantity("kg m^2", above=0.0, help="about its middle")] = 2.5e-4,
-    slider_mass: Annotated[float, Quantity("kg", above=0.0, help="mass of the slider")] = 0.14,
+    slider_mass: SliderMass = 0.14,
     slider_inertia: Annotated[float | None, Quantity("kg m^2", above=0.0, help="about its pin, for a clearance guide")] = None,
     angle: Annotated[float, Quantity("rad", help="direction of the crank at the start")] = 0.0,
     gravity: Gravity = 0.0,

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 import hashlib
 import inspect
 import types
@@ -11,6 +10,7 @@ from functools import cache
 from typing import Any
 
 from scissordyn.errors import InputError
+from scissordyn.model.walk import declared, is_described
 from scissordyn.plugin.origin import origin_of
 
 __all__ = ["CLASS", "DIGEST", "FUNCTION", "KIND", "PACKAGE", "first_difference", "kind_of", "made_in_python", "to_plain"]
@@ -45,12 +45,13 @@ def to_plain(described: Any) -> Any:
         return [item if isinstance(item, _SCALARS) else to_plain(item) for item in described]
     if isinstance(described, Mapping):
         return {str(key): value if isinstance(value, _SCALARS) else to_plain(value) for key, value in described.items()}
-    if dataclasses.is_dataclass(described) and not isinstance(described, type):
+    if is_described(described):
+        kind: Any = type(described)
         values = {}
-        for name in _written(type(described)):
+        for name in declared(kind):
             value = getattr(described, name)
             values[name] = value if isinstance(value, _SCALARS) else to_plain(value)
-        return _headed(type(described)) | values
+        return _headed(kind) | values
     if callable(described):
         name = getattr(described, "__name__", repr(described))
         return {KIND: FUNCTION, "name": name, "source": _source(described), DIGEST: _function_digest(described)}
@@ -107,12 +108,6 @@ def _entries(tree: dict[str, Any] | list[Any]) -> dict[Any, Any]:
 
 _SCALARS = (str, int, float, bool, type(None))
 _SCALAR_TYPES = frozenset(_SCALARS)
-
-
-@cache
-def _written(described: type) -> tuple[str, ...]:
-    """The fields of a dataclass that are written."""
-    return tuple(field.name for field in dataclasses.fields(described) if field.init)
 
 
 @cache

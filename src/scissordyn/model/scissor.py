@@ -12,12 +12,17 @@ from scissordyn.model.joint import Guide, Revolute
 from scissordyn.model.mechanism import Gravity, GravityDirection, Mechanism
 from scissordyn.units import Meaning, Quantity, Sample, checked
 
-__all__ = ["MOST_UNITS", "UNITS_TAKE", "joints_of_units", "scissor"]
+__all__ = ["MOST_UNITS", "UNITS_TAKE", "BarLength", "BarMass", "SliderMass", "Units", "joints_of_units", "scissor"]
 
 MOST_UNITS = 10_000
 """Units of an array: the elimination of linear constraints takes time with the square of their number at least."""
 
 UNITS_TAKE = "3000 units take half a minute, and 100000 would take a gigabyte and 8 hours at least"
+
+Units = Annotated[int, Quantity("1", minimum=1, maximum=MOST_UNITS, because=UNITS_TAKE, help="number of units")]
+BarLength = Annotated[float, Quantity("m", above=0.0, help="length of a bar")]
+BarMass = Annotated[float, Quantity("kg", above=0.0, help="mass of a bar")]
+SliderMass = Annotated[float, Quantity("kg", above=0.0, help="mass of the slider")]
 
 
 def joints_of_units(
@@ -55,10 +60,10 @@ def joints_of_units(
 @checked
 def scissor(
     *,
-    units: Annotated[int, Quantity("1", minimum=1, maximum=MOST_UNITS, because=UNITS_TAKE, help="number of units")] = 2,
-    bar_length: Annotated[float, Quantity("m", above=0.0, help="length of a bar")] = 2.0,
-    bar_mass: Annotated[float, Quantity("kg", above=0.0, help="mass of a bar")] = 5.68,
-    slider_mass: Annotated[float, Quantity("kg", above=0.0, help="mass of the slider")] = 5.0,
+    units: Units = 2,
+    bar_length: BarLength = 2.0,
+    bar_mass: BarMass = 5.68,
+    slider_mass: SliderMass = 5.0,
     angle: Annotated[float, Quantity("rad", help="half opening angle at the start, above 0 and below 90 deg")] = math.pi / 6,
     gravity: Gravity = 9.81,
     gravity_direction: GravityDirection = -math.pi / 2,

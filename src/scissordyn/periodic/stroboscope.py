@@ -95,7 +95,8 @@ def drive_period(mechanism: Mechanism) -> float:
     # a drive at constant speed is periodic, a growing distance is not
     turning = (drive.motion for drive in mechanism.drives if isinstance(drive.motion, ConstantSpeed))
     found = {2.0 * math.pi / abs(motion.speed) for motion in turning if motion.speed != 0.0}
-    found |= {2.0 * math.pi / motion.angular_frequency for _, motion in plan(mechanism).motions if isinstance(motion, Harmonic)}
+    every = (part.motion for part in (*mechanism.drives, *mechanism.rods))
+    found |= {2.0 * math.pi / motion.angular_frequency for motion in every if isinstance(motion, Harmonic)}
     if len(found) != 1:
         raise InputError(
             f"{len(found) or 'no'} periods among the drives of the mechanism",

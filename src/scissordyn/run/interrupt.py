@@ -32,7 +32,7 @@ def advancing() -> Iterator[None]:
 
 
 def advances(thread: int | None) -> bool:
-    """Whether a simulation advances in a thread: if it has been told to stop, it has lost the word."""
+    """Whether a simulation advances in a thread: one that was to stop has lost the interrupt."""
     return thread in _ADVANCING
 
 

@@ -1,0 +1,24 @@
+"""Arguments and options that several commands have."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+__all__ = ["AsJson", "BlockSize", "CaseFile", "Changes", "OwnCode", "Quiet", "SavedRun"]
+
+CaseFile = Annotated[Path, typer.Argument(help="A case file.")]
+SavedRun = Annotated[Path, typer.Argument(help="A saved run.")]
+Changes = Annotated[
+    list[str] | None,
+    typer.Option("--set", metavar="KEY=VALUE", help="Change a value of the case, as in drive.speed='250 rpm'. Repeatable."),
+]
+OwnCode = Annotated[
+    list[Path] | None,
+    typer.Option(metavar="FILE", help="A Python file of yours that the saved run used and may execute again. Repeatable."),
+]
+Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="Print nothing but errors.")]
+AsJson = Annotated[bool, typer.Option("--json", help="Print one line of JSON, in SI units, in place of text.")]
+BlockSize = Annotated[int | None, typer.Option(help="Cases of a block of a new store.", min=1)]

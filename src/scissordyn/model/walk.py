@@ -1,0 +1,107 @@
+"""The one walk over descriptions: what they are made of, where each value is, and the same with another value there."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cache
+from types import MappingProxyType
+from typing import Any, get_type_hints
+
+from scissordyn.component.place import Point
+from scissordyn.units import Quantity, extras, quantities
+
+__all__ = ["Declared", "Place", "Route", "at", "declared", "given", "is_described", "leaves", "replaced"]
+
+Route = tuple[str | int, ...]
+"""Fields, keys and indices, from the top of a description."""
+
+POINTS = Quantity("m", help="point that joints refer to, in the body's frame")
+"""What the points of a body are."""
+
+
+@dataclass(frozen=True)
+class Declared:
+    """A field that a description is made from.
+
+    Its hint is without annotations, which are the extras; without a default that is `dataclasses.MISSING`.
+    """
+
+    name: str
+    hint: Any
+    extras: tuple[Any, ...]
+    quantity: Quantity | None
+    default: Any
+
+
+@dataclass(frozen=True)
+class Place:
+    """A value in a description, with its unit, bounds and meaning if they are declared."""
+
+    path: Route
+    value: Any
+    quantity: Quantity | None
+
+
+def declared(kind: Any) -> Mapping[str, Declared]:
+    """The fields that a class of descriptions is made from, by name."""
+    return _declared(kind)
+
+
+@cache
+def _declared(kind: Any) -> Mapping[str, Declared]:
+    plain, annotated, numbers = get_type_hints(kind), get_type_hints(kind, include_extras=True), quantities(kind)
+    found = {}
+    for field in dataclasses.fields(kind):
+        if field.init:
+            name, hint = field.name, plain[field.name]
+            default = field.default if field.default_factory is dataclasses.MISSING else field.default_factory()
+            quantity = POINTS if hint == Mapping[str, Point] else numbers.get(name)
+            found[name] = Declared(name, hint, extras(annotated[name]), quantity, default)
+    return MappingProxyType(found)
+
+
+def is_described(value: Any) -> bool:
+    """Whether a value is a description: an object with declared fields."""
+    return dataclasses.is_dataclass(value) and not isinstance(value, type)
+
+
+def given(described: Any) -> Iterator[tuple[Declared, Any]]:
+    """The fields that are not their default, bit for bit; they say what a description is."""
+    for field in declared(type(described)).values():
+        value = getattr(described, field.name)
+        if repr(value) != repr(field.default) or value != field.default:
+            yield field, value
+
+
+def leaves(value: Any, path: Route = (), quantity: Quantity | None = None) -> Iterator[Place]:
+    """Every value in a description that is not made of others; a tuple that is a quantity, such as a position, is one value."""
+    if is_described(value):
+        for field in declared(type(value)).values():
+            yield from leaves(getattr(value, field.name), (*path, field.name), field.quantity)
+    elif isinstance(value, Mapping) or (isinstance(value, tuple) and quantity is None):
+        for key, inner in value.items() if isinstance(value, Mapping) else enumerate(value):
+            yield from leaves(inner, (*path, key), quantity)
+    else:
+        yield Place(path, value, quantity)
+
+
+def at(described: Any, path: Sequence[str | int]) -> Any:
+    """The value at a path."""
+    for key in path:
+        described = getattr(described, str(key)) if is_described(described) else described[key]
+    return described
+
+
+def replaced(described: Any, path: Sequence[str | int], value: Any) -> Any:
+    """A frozen description with another value at a path."""
+    if not path:
+        return value
+    first, *rest = path
+    inner: Any = replaced(at(described, path[:1]), rest, value)
+    if isinstance(described, tuple):
+        return tuple(inner if index == first else part for index, part in enumerate(described))
+    if isinstance(described, Mapping):
+        return {**described, first: inner}
+    return dataclasses.replace(described, **{str(first): inner})

@@ -95,7 +95,7 @@ def drive_period(mechanism: Mechanism) -> float:
     # a drive at constant speed is periodic, a growing distance is not
     turning = (drive.motion for drive in mechanism.drives if isinstance(drive.motion, ConstantSpeed))
     found = {2.0 * math.pi / abs(motion.speed) for motion in turning if motion.speed != 0.0}
-    every = (part.motion for part in (*mechanism.drives, *mechanism.rods))
+    every = [*(drive.motion for drive in mechanism.drives), *(rod.motion for rod in mechanism.rods)]
     found |= {2.0 * math.pi / motion.angular_frequency for motion in every if isinstance(motion, Harmonic)}
     if len(found) != 1:
         raise InputError(

@@ -164,7 +164,9 @@ class Job:
     @property
     def digest(self) -> str:
         """Names what is done, on which sources."""
-        return hashlib.sha256(f"{self!r}{sources(self.tests)}".encode()).hexdigest()
+        # a line says where to look, no more
+        where = replace(self, mutation=self.mutation and replace(self.mutation, line=0))
+        return hashlib.sha256(f"{where!r}{sources(self.tests)}".encode()).hexdigest()
 
 
 def by_name(file: str) -> bool:
@@ -311,11 +313,21 @@ def jobs_of(targets: tuple[Target, ...]) -> list[Job]:
 
 
 @cache
+def code_of(file: Path) -> str:
+    """What a file does: without comments, and without the docstrings that no code reads."""
+    tree = ast.parse(file.read_text())
+    for node in ast.walk(tree):
+        if isinstance(node, ast.FunctionDef) and ast.get_docstring(node) is not None:
+            node.body = node.body[1:] or [ast.Pass()]
+    return ast.unparse(tree)
+
+
+@cache
 def sources(tests: tuple[str, ...]) -> str:
     """A digest of the package, of some test files and of what all tests share: what is kept of a run holds for them only."""
     files = [*PACKAGE.rglob("*.py"), *(HERE / test for test in tests), HERE / "conftest.py", *(HERE / "reference").glob("*.py")]
     files += [helper for test in tests for helper in (HERE / test).parent.glob("[!t]*.py")]
-    text = "".join(f"{file.relative_to(HERE.parent)}\n{file.read_text()}" for file in sorted(files))
+    text = "".join(f"{file.relative_to(HERE.parent)}\n{code_of(file)}" for file in sorted(files))
     return hashlib.sha256(text.encode()).hexdigest()
 
 

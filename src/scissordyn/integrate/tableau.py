@@ -1,4 +1,4 @@
-"""What the coefficients of a method are. Coefficients are data; the algorithms stand in `explicit` and `rosenbrock`."""
+"""What the coefficients of a method are. Coefficients are data; the algorithms stand in `integrate.step`."""
 
 from __future__ import annotations
 

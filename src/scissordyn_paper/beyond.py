@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from html import escape
 
 import xarray as xr
 
@@ -109,7 +108,7 @@ def _regular_row(case: PaperCase, one: Regularity) -> list[str | Cell]:
         f"{one.trusted_cycles}" if one.trusted_cycles < one.followed_cycles else f"not in {one.followed_cycles}",
     )
     return [
-        Cell(escape(in_words(case)), "nowrap"),
+        Cell(in_words(case), "nowrap"),
         one.name,
         Cell(WORDS[one.regular], "nowrap", tint),
         Cell(together, "number"),
@@ -180,7 +179,7 @@ def _merit_row(name: str, found: Mapping[str, float], change: str = "") -> list[
         "never" if name == "in_contact_from" and math.isnan(found[name]) else format(factor * found[name], form)
         for name, _, factor, form in MERITS
     ]
-    return [Cell(escape(name), "nowrap"), *(Cell(text, "number") for text in (*cells, change))]
+    return [Cell(name, "nowrap"), *(Cell(text, "number") for text in (*cells, change))]
 
 
 def _control_words(
@@ -300,4 +299,4 @@ def _contact_row(name: str, run: xr.Dataset, ideal: xr.Dataset) -> list[str | Ce
         f"{number('damping_loss'):.2f}, {number('friction_loss'):.2f}",
         f"{1e3 * float(found['output_error_max']):.3f}, {1e3 * float(found['output_error_rms']):.3f}",
     )
-    return [Cell(escape(name), "nowrap"), *(Cell(text, "number") for text in cells)]
+    return [Cell(name, "nowrap"), *(Cell(text, "number") for text in cells)]

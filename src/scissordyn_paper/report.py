@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping, Sequence
-from html import escape
 
 import numpy as np
 import xarray as xr
@@ -14,7 +13,20 @@ from scissordyn_paper.cache import provenance
 from scissordyn_paper.cases import ARRAY, Choice, PaperCase
 from scissordyn_paper.events import event_table
 from scissordyn_paper.figures import FIGURES, FURTHER
-from scissordyn_paper.page import Cell, badge, document, folded, paragraph, picture, section, table
+from scissordyn_paper.page import (
+    Cell,
+    badge,
+    cited,
+    document,
+    folded,
+    heading,
+    paragraph,
+    picture,
+    remarked,
+    section,
+    small,
+    table,
+)
 from scissordyn_paper.results import Results
 from scissordyn_paper.sensitivity import DEFAULT, FACTORS, MEMBERS, PAIR, full_factorial, one_at_a_time
 from scissordyn_paper.summary import in_words, summary
@@ -69,8 +81,7 @@ def page(
         Self-contained HTML; the same results give the same page.
     """
     parts = [
-        f"<h1>{escape(TITLE)}</h1>",
-        f'<p class="soft">{escape(SOURCE)}<a href="https://doi.org/{DOI}">doi:{DOI}</a></p>',
+        cited(TITLE, SOURCE, DOI),
         *summary(verdicts, together),
         section("Answers", "answers", _answers(verdicts)),
         section(
@@ -95,7 +106,8 @@ def page(
         section("Case files", "cases", _case_files(results)),
         section("Warnings, files and versions", "versions", _versions(results.runs)),
     ]
-    return document(TITLE, parts)
+    whole: str = document(TITLE, parts)
+    return whole
 
 
 def _answers(verdicts: Sequence[Verdict]) -> list[str]:
@@ -106,8 +118,7 @@ def _answers(verdicts: Sequence[Verdict]) -> list[str]:
             if verdict.clause.statement == number:
                 clause = verdict.clause
                 test = f"Criterion: {clause.criterion}. {clause.because[:1].upper()}{clause.because[1:]}."
-                criterion = f"{escape(clause.says)}<br><small>{escape(test)}</small>"
-                rows.append((clause.key, Cell(criterion), Cell(badge(verdict.finding.holds)), verdict.finding.words))
+                rows.append((clause.key, remarked(clause.says, test), badge(verdict.finding.holds), verdict.finding.words))
                 rows += _periodic_row(verdict)
     doubtful = [verdict.clause.key for verdict in verdicts if not verdict.trusted]
     note = (
@@ -134,9 +145,7 @@ def _periodic_row(verdict: Verdict) -> list[Sequence[str | Cell]]:
     if clause is None or found is None:
         return []
     test = f"Criterion under the periodic drive: {clause.criterion}."
-    return [
-        ("", Cell(f"<small>{escape(test)}</small>"), Cell(badge(found.holds)), Cell(f"<small>{escape(found.words)}</small>"))
-    ]
+    return [("", small(test), badge(found.holds), small(found.words))]
 
 
 def _picture(pictures: Mapping[int | str, bytes], number: int) -> str:
@@ -173,7 +182,7 @@ def _levels(together: xr.Dataset) -> list[str]:
 
 
 def _fractions(name: str, fractions: np.ndarray) -> list[str | Cell]:
-    return [Cell(escape(name), "nowrap"), *(Cell(f"{100.0 * fraction:.0f}", "tint", float(fraction)) for fraction in fractions)]
+    return [Cell(name, "nowrap"), *(Cell(f"{100.0 * fraction:.0f}", "tint", float(fraction)) for fraction in fractions)]
 
 
 def _singly(singly: xr.Dataset) -> list[str]:
@@ -191,9 +200,9 @@ def _singly(singly: xr.Dataset) -> list[str]:
             for fraction, said in zip(agreeing[k], words[k], strict=True)
         ]
         spread = float(singly["spread"].values[k])
-        rows.append([Cell(escape(_difference(choice)), "nowrap"), *cells, Cell(f"{spread:.0e}", "number")])
+        rows.append([Cell(_difference(choice), "nowrap"), *cells, Cell(f"{spread:.0e}", "number")])
     return [
-        "<h3>One parameter at a time</h3>",
+        heading("One parameter at a time"),
         paragraph(
             f"Yes and no where all of {MEMBERS} neighbours agree, otherwise the number of yes. The last column is the largest "
             "relative spread of a peak force among them: far below one, the numbers are of one trajectory; near one, they "

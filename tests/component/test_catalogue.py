@@ -19,7 +19,7 @@ from matplotlib.figure import Figure
 
 import scissordyn as sd
 from scissordyn.component.catalogue import COMPONENTS
-from scissordyn.component.port import ACTUATOR, PORTS
+from scissordyn.component.port import ACTUATOR, LINE, PORTS
 from scissordyn.config.template import template
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.plot.animation_film import Film
@@ -27,7 +27,7 @@ from scissordyn.plot.animation_page import page as film_page
 from scissordyn.plot.animation_scene import scene_of
 from scissordyn.plot.place import corners_of
 from scissordyn.plot.structure import snapshot
-from scissordyn.plot.symbol import STROKES, symbols
+from scissordyn.plot.symbol import symbols
 from scissordyn.run.placement import Placement
 
 from .page import PAGE, SECTIONS, heading, outputs, parts, snippets
@@ -97,7 +97,7 @@ def test_every_face_of_a_component(section: str, tmp_path: Path, capsys: pytest.
     again = sd.replay(run)
     for name in names:
         np.testing.assert_array_equal(again[name], run[name])
-    assert_drawn(run, mechanism, "example", 0 if declared.symbol == "arrow" else len(STROKES[declared.symbol]))
+    assert_drawn(run, mechanism, "example", len(declared.port.symbols[declared.symbol]))
 
 
 @pytest.mark.parametrize("section", SECTIONS)
@@ -117,11 +117,12 @@ def test_its_class_and_its_table(section: str) -> None:
     assert f"# [[{section}]]" in template("mechanism")
 
 
-def test_every_symbol_of_every_port_can_be_drawn() -> None:
-    """Identity: what a declaration may ask for has strokes; an arrow has the length of its force."""
-    named = {symbol for port in (*PORTS.values(), ACTUATOR) for symbol in port.symbols}
-    assert named - {"arrow"} <= set(STROKES)
-    assert set(STROKES) - named == {"wall"}  # the stop of a port that travels
+def test_every_symbol_of_every_port_has_strokes() -> None:
+    """Identity: lines of two points or more, with the part of the distance first on a line; an arrow follows its force."""
+    for port in (*PORTS.values(), ACTUATOR):
+        for name, strokes in port.symbols.items():
+            assert (len(strokes) == 0) == (name == "arrow")
+            assert all(len(stroke) > 1 and stroke.shape[1] == (3 if port is LINE else 2) for stroke in strokes), name
 
 
 def test_a_new_component_has_every_face(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

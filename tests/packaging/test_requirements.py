@@ -11,7 +11,7 @@ from pathlib import Path
 
 ROOT = Path(__file__).parents[2]
 WORKFLOW = (ROOT / ".github" / "workflows" / "ci.yml").read_text(encoding="utf-8")
-OWN = {"scissordyn", "benchmarks", "validation", "reference", "conftest"}
+OWN = {"scissordyn", "scissordyn_paper", "benchmarks", "validation", "reference", "conftest"}
 
 
 def plain(requirement: str) -> str:

@@ -210,7 +210,7 @@ def component(
             states,
             context,
             passive,
-            symbol or chosen.symbols[0],
+            symbol or next(iter(chosen.symbols)),
             example,
             events,
             motor,

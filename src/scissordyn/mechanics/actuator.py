@@ -1,8 +1,8 @@
 """Actuators in the equations of motion: what they sense, the torque that their controllers give, and how both change.
 
 An actuator's three maps are s, the vector of its sensor, and a, b, the unit vectors along its body and its base. What it is
-lies in `Parameters`: `controller` has the address of its controller, `control` its numbers, `actuator` delay, place of the recorded
-signal and recursion gain.
+lies in `Parameters`: `controller` has the address of its controller, `control` its numbers, `actuator` delay, place of the
+recorded signal and recursion gain.
 """
 
 from __future__ import annotations

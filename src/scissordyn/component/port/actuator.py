@@ -28,9 +28,10 @@ ACTUATOR = Port(
     forces=("torque",),
     turning=("body", "base"),
     outputs=(Output("torque", "N m", "torque on the body"),),
-    symbols=("motor",),
+    symbols={"motor": hinge.MOTOR},
     attachments=attachments,
     start=hinge.start,
     ends=hinge.ends,
+    drawn=hinge.drawn,
     angle=hinge.bodies,
 )

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
+
+from scissordyn.component.port.stroke import Drawn, Scene, Strokes
 
 __all__ = ["Attachment", "Ends", "Output", "Port", "Turned", "Where", "direction", "frame", "place"]
 
@@ -106,7 +108,7 @@ class Port:
     numbers : tuple of str
         Fields with further numbers of the attachment, such as a direction.
     outputs : tuple of Output
-    symbols : tuple of str
+    symbols : mapping of str to Strokes
         How pictures can draw a component with this port; the first is the default.
     attachments : callable
         From a component to the `Attachment` of each row of its maps, in order.
@@ -114,6 +116,8 @@ class Port:
         From a component, where points are and how bodies are turned as placed, to the coordinates there.
     ends : callable
         From a component to what it acts on, see `Ends`; the first gets the force, the second the opposite one.
+    drawn : callable
+        From a component, the strokes of its symbol and a `Scene` to the strokes in the scene and the place of the name.
     angle : callable, optional
         From a component to the body whose angle it reads and the one that it is measured against.
     sense : float
@@ -129,9 +133,10 @@ class Port:
     turning: tuple[str, ...] = ()
     numbers: tuple[str, ...] = ()
     outputs: tuple[Output, ...] = ()
-    symbols: tuple[str, ...] = ()
+    symbols: Mapping[str, Strokes]
     attachments: Callable[[Any], tuple[Attachment, ...]]
     start: Callable[[Any, Where, Turned], tuple[float, ...]]
     ends: Callable[[Any], Ends]
+    drawn: Callable[[Any, Strokes, Scene], Drawn]
     angle: Callable[[Any], tuple[str, str]] | None = None
     sense: float = 1.0

@@ -8,7 +8,10 @@ from __future__ import annotations
 import math
 from typing import Any
 
+import numpy as np
+
 from scissordyn.component.port.declaration import Attachment, Ends, Output, Port, Turned, Where, frame, place
+from scissordyn.component.port.stroke import Drawn, Scene, Strokes, arc, turned
 from scissordyn.jit import kernel
 
 __all__ = ["FRAME", "curvature", "forces", "gradients", "sense", "wrench"]
@@ -39,6 +42,15 @@ def bodies(component: Any) -> tuple[str, str]:
     return component.end[0], component.start[0]
 
 
+def drawn(component: Any, strokes: Strokes, scene: Scene) -> Drawn:
+    """Around the start, turning with its body, and a line to the end."""
+    start, end = scene.place(component.start), scene.place(component.end)
+    return (*turned(strokes, start, scene.angle(component.start[0]), scene.size), np.stack([start, end], axis=1)), start
+
+
+_SQUARE = np.array([[-0.7, -0.7], [0.7, -0.7], [0.7, 0.7], [-0.7, 0.7], [-0.7, -0.7]])
+_SPOKES = tuple(np.stack([0.45 * spoke, spoke]) for spoke in arc(1.0, 22.5, 337.5, 8))
+
 FRAME = Port(
     name="frame",
     code=4,
@@ -52,10 +64,11 @@ FRAME = Port(
         Output("displacement", "m", "of the end from the start, along the axes of the start's body", 0, 2, coordinate=True),
         Output("angle", "rad", "angle of the end's body against the start's", first=2, coordinate=True),
     ),
-    symbols=("frame", "bushing"),
+    symbols={"frame": (_SQUARE,), "bushing": (arc(0.45, 0.0, 360.0, 37), arc(1.0, 0.0, 360.0, 37), *_SPOKES)},
     attachments=attachments,
     start=start,
     ends=ends,
+    drawn=drawn,
     angle=bodies,
 )
 

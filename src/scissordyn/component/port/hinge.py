@@ -4,10 +4,26 @@ from __future__ import annotations
 
 from typing import Any
 
+import numpy as np
+
 from scissordyn.component.port.declaration import Attachment, Ends, Output, Port, Turned, Where, direction, frame
+from scissordyn.component.port.stroke import Drawn, Scene, Strokes, arc, hatched, spiral, turned
 from scissordyn.jit import kernel
 
-__all__ = ["HINGE", "attachments", "bodies", "curvature", "ends", "forces", "gradients", "sense", "start", "wrench"]
+__all__ = [
+    "HINGE",
+    "MOTOR",
+    "attachments",
+    "bodies",
+    "curvature",
+    "drawn",
+    "ends",
+    "forces",
+    "gradients",
+    "sense",
+    "start",
+    "wrench",
+]
 
 
 def attachments(component: Any) -> tuple[Attachment, ...]:
@@ -30,6 +46,19 @@ def bodies(component: Any) -> tuple[str, str]:
     return component.body, component.base
 
 
+def drawn(component: Any, strokes: Strokes, scene: Scene) -> Drawn:
+    """Around the pivot, turning with the body; a motor's letter stays upright."""
+    where, enlarged = scene.pivot(component.body, component.base)
+    angle = scene.angle(component.body) * (component.declaration.symbol != "motor")
+    return turned(strokes, where, angle, scene.size * enlarged), where
+
+
+MOTOR = (arc(1.0, 0.0, 360.0, 37), np.array([[-0.4, -0.4], [-0.4, 0.4], [0.0, -0.1], [0.4, 0.4], [0.4, -0.4]]))
+_SQUARE = np.array([[-0.7, -0.7], [0.7, -0.7], [0.7, 0.7], [-0.7, 0.7], [-0.7, -0.7]])
+_TAPE = np.concatenate([arc(0.8, -60.0, 60.0), arc(1.15, 60.0, -60.0), arc(0.8, -60.0, -59.0, 2)[:1]])
+_BARB = np.array([[-1.0, 0.85], arc(1.0, 135.0, 135.0, 1)[0], [-0.45, 1.15]])
+_HOOK = np.array([[0.3, -1.3], [1.2, -1.3], [1.2, -0.5], [0.85, -0.5], [0.85, -0.95], [0.3, -0.95], [0.3, -1.3]])
+
 HINGE = Port(
     name="hinge",
     code=1,
@@ -41,10 +70,19 @@ HINGE = Port(
         Output("torque", "N m", "torque on the body"),
         Output("angle", "rad", "angle of the body against its base", coordinate=True),
     ),
-    symbols=("hinge", "spiral", "tape", "arc", "motor", "stop", "latch"),
+    symbols={
+        "hinge": (_SQUARE,),
+        "spiral": (spiral(),),
+        "tape": (_TAPE,),
+        "arc": (arc(1.0, -135.0, 135.0), _BARB),
+        "motor": MOTOR,
+        "stop": hatched(np.array([0.35, 0.75]), np.array([0.7, 1.5]), np.array([-0.35, -0.1]), 4),
+        "latch": (_HOOK, arc(0.55, -90.0, 0.0, 9)),
+    },
     attachments=attachments,
     start=start,
     ends=ends,
+    drawn=drawn,
     angle=bodies,
 )
 

@@ -5,7 +5,10 @@ from __future__ import annotations
 import math
 from typing import Any
 
+import numpy as np
+
 from scissordyn.component.port.declaration import Attachment, Ends, Output, Port, Turned, Where, place
+from scissordyn.component.port.stroke import Drawn, Scene, Strokes, arc, around, spiral, spread
 from scissordyn.jit import kernel
 
 __all__ = ["LINE", "curvature", "forces", "gradients", "sense", "wrench"]
@@ -26,6 +29,22 @@ def ends(component: Any) -> Ends:
     return component.end, component.start
 
 
+def drawn(component: Any, strokes: Strokes, scene: Scene) -> Drawn:
+    """Along the line."""
+    return spread(strokes, scene.place(component.start), scene.place(component.end), scene.size)
+
+
+def _coils() -> np.ndarray:
+    part = np.concatenate([[0.0, 0.15], np.linspace(0.2, 0.8, 8), [0.85, 1.0]])
+    aside = np.concatenate([[0.0, 0.0], np.resize([0.4, -0.4], 8), [0.0, 0.0]])
+    return np.column_stack([part, np.zeros(part.size), aside])
+
+
+_STRAIGHT = np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0]])
+_DIAMOND = around(0.5, np.array([[-0.4, 0.0], [0.0, 0.3], [0.4, 0.0], [0.0, -0.3], [-0.4, 0.0]]))
+_EYE = arc(0.25, 0.0, 360.0)
+_REEL = (around(0.0, arc(0.7, 0.0, 360.0)), around(0.0, 0.65 * spiral()), np.array([[0.0, 0.0, 0.7], [1.0, 0.0, 0.0]]))
+
 LINE = Port(
     name="line",
     code=0,
@@ -37,10 +56,17 @@ LINE = Port(
         Output("force", "N", "force along the line, positive in tension"),
         Output("length", "m", "distance of the two points", coordinate=True),
     ),
-    symbols=("line", "spring", "cable", "coil", "rod"),
+    symbols={
+        "line": (_STRAIGHT, _DIAMOND),
+        "spring": (_coils(),),
+        "cable": (_STRAIGHT, around(0.0, _EYE), around(1.0, _EYE)),
+        "coil": _REEL,
+        "rod": (_STRAIGHT,),
+    },
     attachments=attachments,
     start=start,
     ends=ends,
+    drawn=drawn,
     sense=-1.0,
 )
 

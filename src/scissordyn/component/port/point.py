@@ -5,8 +5,11 @@ from __future__ import annotations
 import math
 from typing import Any
 
+import numpy as np
+
 from scissordyn.component.place import GROUND
 from scissordyn.component.port.declaration import Attachment, Ends, Output, Port, Turned, Where, frame, place
+from scissordyn.component.port.stroke import Drawn, Scene, Strokes
 from scissordyn.jit import kernel
 
 __all__ = ["POINT", "curvature", "forces", "gradients", "sense", "wrench"]
@@ -28,6 +31,20 @@ def ends(component: Any) -> Ends:
     return component.point, (GROUND, (0.0, 0.0))
 
 
+ARROW = 3.0
+"""Length of the arrow of the largest force of a run, in sizes."""
+
+
+def drawn(component: Any, strokes: Strokes, scene: Scene) -> Drawn:
+    """An arrow that ends at the point, in the direction of the force, as long as its part of the run's largest."""
+    vector = ARROW * scene.size * scene.force(component)
+    tip = scene.place(component.point)
+    across = np.stack([-vector[:, 1], vector[:, 0]], axis=-1)
+    tail = tip - vector
+    head = np.stack([tip - 0.3 * vector + 0.12 * across, tip, tip - 0.3 * vector - 0.12 * across], axis=1)
+    return (np.stack([tail, tip], axis=1), head), tail
+
+
 POINT = Port(
     name="point",
     code=3,
@@ -36,10 +53,11 @@ POINT = Port(
     forces=("force_x", "force_y"),
     points=("point",),
     outputs=(Output("force", "N", "force on the point", components=2),),
-    symbols=("arrow",),
+    symbols={"arrow": ()},
     attachments=attachments,
     start=start,
     ends=ends,
+    drawn=drawn,
 )
 
 

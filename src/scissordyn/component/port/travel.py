@@ -5,8 +5,11 @@ from __future__ import annotations
 import math
 from typing import Any
 
+import numpy as np
+
 from scissordyn.component.place import GROUND
 from scissordyn.component.port.declaration import Attachment, Ends, Output, Port, Turned, Where, place
+from scissordyn.component.port.stroke import Drawn, Scene, Strokes, hatched, turned
 from scissordyn.jit import kernel
 
 __all__ = ["TRAVEL", "curvature", "forces", "gradients", "sense", "wrench"]
@@ -28,6 +31,19 @@ def ends(component: Any) -> Ends:
     return component.point, (GROUND, (0.0, 0.0))
 
 
+def drawn(component: Any, strokes: Strokes, scene: Scene) -> Drawn:
+    """At the point, along the direction; a stop is where its limit is."""
+    where = scene.place(component.point)
+    turn = component.direction + scene.angle(GROUND)
+    if component.declaration.symbol == "stop":
+        along = np.array([math.cos(turn[0]), math.sin(turn[0])])
+        where = where + (component.limit - where @ along)[:, None] * along
+    return turned(strokes, where, turn, scene.size), where
+
+
+_SHAFT = np.array([[-1.5, 0.0], [1.5, 0.0]])
+_HEAD = np.array([[1.1, 0.25], [1.5, 0.0], [1.1, -0.25]])
+
 TRAVEL = Port(
     name="travel",
     code=2,
@@ -40,10 +56,14 @@ TRAVEL = Port(
         Output("force", "N", "force along the direction of travel"),
         Output("travel", "m", "coordinate along the direction of travel", coordinate=True),
     ),
-    symbols=("travel", "stop"),
+    symbols={
+        "travel": (_SHAFT, _HEAD, _HEAD * (-1.0, 1.0)),
+        "stop": hatched(np.array([0.0, -1.2]), np.array([0.0, 1.2]), np.array([0.4, 0.4]), 6),
+    },
     attachments=attachments,
     start=start,
     ends=ends,
+    drawn=drawn,
 )
 
 

@@ -5,7 +5,8 @@ Run by hand: ``python tests/mutate.py [FILE ...] [--write]``, and ``python tests
 The first multiplies numbers by 1.01, for every law, controller and component: every float but zero, every exponent, every
 parameter that a kernel reads (p[k], or by its name in a component) and every number that a law hands to its kernel, in the
 files of `TARGETS`. The second draws changes of other kinds (`mutators.KINDS`) at random from the rooms of `ROOMS`. Each is made
-alone, in a copy of the package, whose kernels run as plain Python. Every change of a number has to be noticed or to stand in
+alone: a kernel in a copy of the package, whose kernels run as plain Python, what is above them with the kernels that are kept.
+Every change of a number has to be noticed or to stand in
 `EQUIVALENT` with a reason, and all but `MOST_ALIVE` of those drawn; otherwise the script ends with status 1. ``--write`` keeps
 its part of the page in docs/decisions/measured. A run that was stopped goes on where it was, as far as sources are the same.
 """
@@ -38,6 +39,7 @@ for _library in ("numba", "scipy.integrate", "scipy.linalg", "scipy.optimize", "
 from mutators import KINDS, Change, Mutator, changed, drawn
 from noticing import ALIVE, MOST_ALIVE, ROOMS, SEED, tests_of
 
+KERNEL_ROOMS = ("plugin", "laws", "control", "component", "mechanics", "integrate")
 HERE = Path(__file__).parent
 PACKAGE = HERE.parent / "src" / "scissordyn"
 PAGE = HERE.parent / "docs" / "decisions" / "measured" / "mutations.md"
@@ -154,12 +156,15 @@ class Job:
         Whether they need the compiler.
     chosen : str
         Which of them, as pytest's option -k; all if empty.
+    in_place : bool
+        Whether the file is above the kernels, which are then taken as they are, compiled.
     """
 
     mutation: Mutation | Change | None
     tests: tuple[str, ...]
     compiled: bool
     chosen: str
+    in_place: bool = False
 
     @property
     def digest(self) -> str:
@@ -167,6 +172,11 @@ class Job:
         # a line says where to look, no more
         where = replace(self, mutation=self.mutation and replace(self.mutation, line=0))
         return hashlib.sha256(f"{where!r}{sources(self.tests)}".encode()).hexdigest()
+
+
+def above_kernels(file: str) -> bool:
+    """Whether a file has no kernels, and no part of them."""
+    return not file.startswith(KERNEL_ROOMS)
 
 
 def by_name(file: str) -> bool:
@@ -245,10 +255,18 @@ def start(copy: Path, job: Job) -> int:
         os.environ |= {"PYTHONPATH": str(copy), "SCISSORDYN_CACHE": str(copy / "cache"), "PYTHONDONTWRITEBYTECODE": "1"}
         options = ["-x", "-q", "-p", "no:cacheprovider", *(str(HERE / test) for test in job.tests)]
         options += ["-k", job.chosen] if job.chosen else []
-        options += [] if job.compiled else ["-p", "tests.plain"]
-        if job.compiled:
+        if job.in_place and job.mutation:
+            # the package itself, with the kernels that are kept
+            altered = PACKAGE / job.mutation.file, copy / "scissordyn" / job.mutation.file
+            os.environ |= dict(zip(("ALTERED", "ALTERED_FROM"), map(str, altered), strict=True))
+            options += ["-p", "tests.altered"]
+        if job.in_place:
+            os.environ["PYTHONPATH"] = str(PACKAGE.parent)
+            del os.environ["SCISSORDYN_CACHE"]
+        if job.compiled or job.in_place:
             os.environ["NUMBA_DISABLE_JIT"] = "0"
             os.execv(sys.executable, [sys.executable, "-m", "pytest", *options])
+        options += ["-p", "tests.plain"]
         sys.dont_write_bytecode = True
         sys.path[:0] = [str(copy), str(HERE.parent)]
         status = int(pytest.main(options))
@@ -370,10 +388,11 @@ def try_drawn(
     tests = {change: tests_of(change.file) for change in changes}
     asked = dict.fromkeys(test for each in tests.values() for test in each)
     noticed: dict[Change, str] = {}
-    judge([Job(None, (file,), False, "") for file in asked], workers, done, keep)
+    above = {test: above_kernels(change.file) for change, each in tests.items() for test in each}
+    judge([Job(None, (file,), False, "", above[file]) for file in asked], workers, done, keep)
     for turn in range(max(map(len, tests.values()))):
         unnoticed = (each for each in changes if each not in noticed and turn < len(tests[each]))
-        jobs = [Job(each, (tests[each][turn],), False, "") for each in unnoticed]
+        jobs = [Job(each, (tests[each][turn],), False, "", above_kernels(each.file)) for each in unnoticed]
         judge(jobs, workers, done, keep)
         noticed |= {job.mutation: job.tests[0] for job in jobs if done[job.digest] and isinstance(job.mutation, Change)}
     return [(change, noticed.get(change, "")) for change in changes]

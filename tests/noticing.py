@@ -33,10 +33,19 @@ NOTICING: dict[str, tuple[str, ...]] = {
     "integrate/monitor.py": ("integrate/test_monitored_rows.py",),
     "integrate/event.py": ("integrate/test_event.py",),
     "integrate/*": INTEGRATE,
-    "component/port/*": ("mechanics/test_ports.py",),
+    "component/port/*": ("mechanics/test_ports.py", "component/test_symbols.py"),
     "mechanics/*": MECHANICS,
     "kinematics/*": KINEMATICS,
-    "run/*": ("run/test_start.py",),
+    "run/constrained_contact.py": ("mechanics/test_connections.py", "plan/test_shared_plan.py"),
+    "run/warn.py": ("run/test_warn.py",),
+    "run/ideal_path.py": ("run/test_track.py",),
+    "run/start.py": ("run/test_rest.py", "test_run.py"),
+    "run/predictability.py": ("run/test_predictability.py",),
+    "run/batch*.py": ("run/test_batch.py",),
+    "run/measure.py": ("run/test_batch.py", "run/test_peak.py"),
+    "run/state_scale.py": ("component/test_state.py",),
+    "run/tolerance.py": ("component/test_state.py", "run/test_warn.py"),
+    "run/*": ("test_run.py",),
 }
 """By the first pattern that a file has: the test files to ask, one after another."""
 

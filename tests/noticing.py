@@ -32,14 +32,23 @@ NOTICING: dict[str, tuple[str, ...]] = {
     "integrate/history.py": ("integrate/test_history.py",),
     "integrate/monitor.py": ("integrate/test_monitored_rows.py",),
     "integrate/event.py": ("integrate/test_event.py",),
+    "integrate/control.py": ("integrate/test_control.py", *INTEGRATE),
+    "integrate/crossing.py": ("integrate/test_crossing.py", *INTEGRATE),
+    "integrate/dense.py": ("integrate/test_dense.py", *INTEGRATE),
+    "integrate/step.py": ("integrate/test_step.py", *INTEGRATE),
     "integrate/*": INTEGRATE,
     "component/port/*": ("mechanics/test_ports.py", "component/test_symbols.py"),
+    "mechanics/band.py": ("mechanics/test_band.py", *MECHANICS),
+    "mechanics/elimination.py": ("mechanics/test_elimination.py",),
+    "mechanics/monitored.py": ("mechanics/test_track_deviation.py", *MECHANICS),
+    "mechanics/reactions.py": ("mechanics/test_reactions.py", *MECHANICS),
+    "mechanics/time_function.py": ("mechanics/test_time_functions.py", *MECHANICS),
     "mechanics/*": MECHANICS,
     "kinematics/*": KINEMATICS,
     "run/constrained_contact.py": ("mechanics/test_connections.py", "plan/test_shared_plan.py"),
     "run/warn.py": ("run/test_warn.py",),
     "run/ideal_path.py": ("run/test_track.py",),
-    "run/start.py": ("run/test_rest.py", "test_run.py"),
+    "run/start.py": ("run/test_rest.py", "mechanics/test_connections.py", "test_run.py"),
     "run/predictability.py": ("run/test_predictability.py",),
     "run/batch*.py": ("run/test_batch.py",),
     "run/measure.py": ("run/test_batch.py", "run/test_peak.py"),
@@ -49,7 +58,14 @@ NOTICING: dict[str, tuple[str, ...]] = {
 }
 """By the first pattern that a file has: the test files to ask, one after another."""
 
-ALIVE: dict[tuple[str, str, str, str], str] = {}
+ALIVE: dict[tuple[str, str, str, str], str] = {
+    (
+        "mechanics/monitored.py",
+        "of_row",
+        "both",
+        "row < contacts or kind in (PRESSURE_VELOCITY, INDENTATION, FRICTION_RATIO)",
+    ): "all of the state is computed where a part would do: slower, the same numbers",
+}
 """By file, function, kind and expression: why no test can notice a change."""
 
 

@@ -1,0 +1,52 @@
+"""The deviation of a tracked point between the nodes of its ideal path, which polynomials of degree five follow exactly."""
+
+from __future__ import annotations
+
+import math
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from scissordyn.mechanics.monitored import track_deviation
+from scissordyn.run.ideal_path import _quintic
+
+STEP, NODES = 0.2, 4
+POLYNOMIALS = (
+    np.polynomial.Polynomial([0.3, -1.0, 2.0, 0.5, -4.0, 3.0]),
+    np.polynomial.Polynomial([1.0, 0.2, -3.0, 1.5, 2.0, -6.0]),
+)
+
+
+def table() -> np.ndarray:
+    """Place, velocity and acceleration of two points at the nodes; the first stands still."""
+    found = np.zeros((NODES, 12))
+    for node in range(NODES):
+        for order in range(3):
+            found[node, 6 + 2 * order : 8 + 2 * order] = [p.deriv(order)(node * STEP) for p in POLYNOMIALS]
+    return found
+
+
+def deviation(t: float, x: float, y: float) -> float:
+    """Of a point at (x, y), the second that is tracked."""
+    model = SimpleNamespace(track_start=np.array([0, 0, 2]), track_row=np.eye(2), track_column=np.array([0, 1]))
+    parameters = SimpleNamespace(ideal=table(), ideal_step=np.array([STEP]))
+    state = SimpleNamespace(model=model, parameters=parameters, work=SimpleNamespace(X=np.array([x, y])))
+    return float(getattr(track_deviation, "py_func", track_deviation)(t, 1, state))
+
+
+@pytest.mark.parametrize("t", [0.0, 0.05, 0.1, 0.33, 0.4, 0.47, 0.6])
+def test_the_deviation_from_a_path_of_degree_five(t: float) -> None:
+    """Closed form: nodes with velocity and acceleration give the polynomial back; a point beside it is as far as it is."""
+    x, y = (float(p(t)) for p in POLYNOMIALS)
+    assert deviation(t, x, y) < 1e-13
+    assert deviation(t, x + 3e-3, y - 4e-3) == pytest.approx(5e-3, rel=1e-9)
+    node = min(int(t / STEP), NODES - 2)
+    a, b = (table()[k, 6:].reshape(3, 2) for k in (node, node + 1))
+    np.testing.assert_allclose(_quintic(t / STEP - node, STEP, a, b), [x, y], atol=1e-13)
+
+
+def test_there_is_none_beyond_the_path() -> None:
+    """Limit: what is not known is not a deviation."""
+    assert deviation((NODES - 1) * STEP + 0.01, 9.0, 9.0) == 0.0
+    assert math.isfinite(deviation((NODES - 1) * STEP, 9.0, 9.0))

@@ -36,8 +36,8 @@ import pytest
 for _library in ("numba", "scipy.integrate", "scipy.linalg", "scipy.optimize", "scipy.spatial", "xarray"):
     importlib.import_module(_library)
 
-from mutators import KINDS, Change, Mutator, changed, drawn
-from noticing import ALIVE, MOST_ALIVE, ROOMS, SEED, tests_of
+from mutators import KINDS, Change, Mutator, changed, changes_of, drawn
+from noticing import ALIVE, MOST_ALIVE, NAMED, ROOMS, SEED, tests_of
 
 KERNEL_ROOMS = ("plugin", "laws", "control", "component", "mechanics", "integrate")
 HERE = Path(__file__).parent
@@ -383,8 +383,9 @@ def kept(file: Path) -> dict[str, bool]:
 def try_drawn(
     files: list[str], workers: int, done: dict[str, bool], keep: Callable[[Job, bool], None]
 ) -> list[tuple[Change, str]]:
-    """Each change drawn, and the test file that notices it, empty where none does; one file after another is asked."""
-    changes = [each for each in drawn(PACKAGE, ROOMS, SEED) if not files or each.file.startswith(tuple(files))]
+    """Each change drawn or named, and the test file that notices it, empty where none does; one file after another is asked."""
+    everything = [*drawn(PACKAGE, ROOMS, SEED), *named()]
+    changes = [each for each in everything if not files or each.file.startswith(tuple(files))]
     tests = {change: tests_of(change.file) for change in changes}
     asked = dict.fromkeys(test for each in tests.values() for test in each)
     noticed: dict[Change, str] = {}
@@ -398,6 +399,14 @@ def try_drawn(
     return [(change, noticed.get(change, "")) for change in changes]
 
 
+def named() -> list[Change]:
+    """The changes of `NAMED`."""
+    return [
+        next(each for each in changes_of(PACKAGE, file) if (each.function, each.kind, each.text) == (function, kind, text))
+        for file, function, kind, text in NAMED
+    ]
+
+
 def drawn_page(found: list[tuple[Change, str]]) -> str:
     """What was drawn, and what noticed it."""
     lines = ["| | file | function | kind | expression | noticed by |", "| ---: | --- | --- | --- | --- | --- |"]
@@ -409,7 +418,8 @@ def drawn_page(found: list[tuple[Change, str]]) -> str:
     rooms = ", ".join(f"{room} {count}" for room, count in ROOMS.items())
     kinds = "".join(f"* {kind}: {what}\n" for kind, what in KINDS.items())
     alive = sum(not test for _, test in found)
-    head = f"Drawn with seed {SEED}: {rooms}. Each kind of change in a room is as likely as any other.\n\n{kinds}\n"
+    said = f"The last {len(NAMED)} are named: no test noticed them once."
+    head = f"Drawn with seed {SEED}: {rooms}. Each kind of change in a room is as likely as any other. {said}\n\n{kinds}\n"
     return f"{head}{chr(10).join(lines)}\n\n{len(found)} changes, {len(found) - alive} noticed, {alive} not."
 
 

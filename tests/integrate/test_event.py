@@ -84,6 +84,18 @@ def test_a_guard_that_touches_zero_from_below():
     assert above.log[:, TIME] == pytest.approx([0.4 - 1e-3, 0.4 + 1e-3], abs=1e-9)
 
 
+@pytest.mark.parametrize("crosses", [False, True])
+@pytest.mark.parametrize("name", METHODS)
+def test_a_guard_that_lets_go_and_touches_again_in_one_step(name, crosses):
+    """Closed form: what the touch finds is its own rate, not that of an earlier one, whether a step may go across or not."""
+    course = shifted(0.3, 0.5, factor=2.0)
+    found = run(name, 1.0, guards_=polynomials(course), modes=(1,), first=1.0, crosses=crosses, monitors=False)
+    assert found.log[:, TIME] == pytest.approx([0.3, 0.5], abs=1e-12)
+    assert list(found.log[:, MODE]) == [FALL, RISE]
+    assert found.log[:, DATA] == pytest.approx([-0.4, 0.4], rel=1e-9)
+    assert np.min(np.abs(found.ends - 0.5)) < 1e-12
+
+
 def test_a_guard_beyond_zero_at_the_start():
     """Closed form: one that is past zero at the start by round-off is crossed when it turns and moves further beyond.
 

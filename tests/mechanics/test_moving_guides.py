@@ -13,12 +13,12 @@ TIGHT = {"rtol": 1e-11, "atol": 1e-11, "samples": 61}
 OFFSET = 0.12
 
 
-def slotted(*, aligned: bool, spin: float = 4.0) -> sd.Mechanism:
-    """An arm on a pin that carries a slot beside its axis, with a follower in it; nothing drives them."""
+def slotted(*, aligned: bool, direction: float, spin: float = 4.0) -> sd.Mechanism:
+    """An arm on a pin that carries a slot beside its axis or across it, with a follower in it; nothing drives them."""
     arm = sd.bar("arm", length=1.0, mass=1.5, angle=0.3)
     arm = sd.Body(**{**arm.__dict__, "angular_velocity": spin})
     turn = np.array([[math.cos(0.3), -math.sin(0.3)], [math.sin(0.3), math.cos(0.3)]])
-    place = turn @ np.array([0.4, OFFSET])
+    place = turn @ (np.array([0.0, OFFSET]) + 0.4 * np.array([math.cos(direction), math.sin(direction)]))
     velocity = spin * np.array([-place[1], place[0]])
     block = sd.Body(
         *("block", 0.7, 0.02, {"centre": (0.0, 0.0)}),
@@ -28,24 +28,25 @@ def slotted(*, aligned: bool, spin: float = 4.0) -> sd.Mechanism:
         angular_velocity=spin if aligned else 0.0,
     )
     pin = sd.Revolute("pin", ("arm", "start"), ("ground", "O"))
-    slot = sd.Guide("slot", ("block", "centre"), through=(0.0, OFFSET), body="arm", aligned=aligned)
+    slot = sd.Guide("slot", ("block", "centre"), through=(0.0, OFFSET), direction=direction, body="arm", aligned=aligned)
     return sd.Mechanism((arm, block), joints=(pin,), guides=(slot,), ground=(("O", (0.0, 0.0)),), gravity=9.81)
 
 
+@pytest.mark.parametrize("direction", [0.0, 0.7])
 @pytest.mark.parametrize("aligned", [False, True])
-def test_reactions_on_both_bodies(aligned: bool) -> None:
+def test_reactions_on_both_bodies(aligned: bool, direction: float) -> None:
     """Closed form: Newton and Euler for each body: the follower has the slot's force, the arm its opposite at that place.
 
     The pin carries what is left of the momentum of both; about the pin the follower's weight and force balance the arm's spin.
     """
-    run = sd.simulate(slotted(aligned=aligned), until=0.4, **TIGHT)
+    run = sd.simulate(slotted(aligned=aligned, direction=direction), until=0.4, **TIGHT)
     acceleration = run["acceleration"].values
     g = np.array([0.0, -9.81])
     arm, block = (list(run["body"].values).index(name) for name in ("arm", "block"))
     on_block = 0.7 * (acceleration[:, block] - g)
     assert np.allclose(run["reaction"].sel(joint="slot"), on_block, atol=1e-7)
     # across the slot: nothing pulls along it
-    theta = run["angle"].values[:, arm]
+    theta = run["angle"].values[:, arm] + direction
     along = np.stack([np.cos(theta), np.sin(theta)], axis=1)
     assert np.allclose(np.sum(on_block * along, axis=1), 0.0, atol=1e-7)
     assert np.max(np.abs(on_block)) > 1.0

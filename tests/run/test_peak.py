@@ -24,6 +24,8 @@ def test_curves_without_a_top_inside() -> None:
     assert smooth_peak(time, time) == (1.0, 1.0)
     assert smooth_peak(time, np.array([0.0, 3.0, math.nan, 1.0, 0.0])) == (3.0, 0.25)
     assert smooth_peak(time, np.ones(5)) == (1.0, 0.0)
+    # a bend that is lost in rounding
+    assert smooth_peak(time, np.array([0.5, np.nextafter(1.0, 0.0), 1.0, 1.0, 0.5])) == (1.0, 0.5)
     assert all(map(math.isnan, smooth_peak(time, np.full(5, math.nan))))
 
 

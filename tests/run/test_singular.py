@@ -15,7 +15,7 @@ from scissordyn.config.file import read_case
 from scissordyn.kinematics.branching import drive_warnings
 from scissordyn.kinematics.path import Path as Stroke
 from scissordyn.kinematics.path import instants, path_of
-from scissordyn.kinematics.singular import CHANGE, LOCKING
+from scissordyn.kinematics.singular import CHANGE, LOCKING, suspects
 from scissordyn.plan.plan import plan
 from scissordyn.study.engine import Threads
 
@@ -177,8 +177,12 @@ def test_run_with_clearance_is_warned() -> None:
 def test_run_with_few_samples_is_warned() -> None:
     """Identity: the warning does not depend on the samples."""
     array = sd.scissor(units=2, angle=0.5).driven(speed=1.0)
-    for samples in (2, 5, 50, 500):
+    for samples in (2, 3, 5, 50, 500):
         assert singular_warnings(sd.simulate(array, until=1.5, samples=samples).attrs["warnings"]), samples
+    # nine samples of two swings, some of them far apart, others near
+    swing = sd.Harmonic(mean=1.2, amplitude=0.7, angular_frequency=9.0, phase=-0.5 * math.pi)
+    swinging = sd.simulate(sd.scissor(units=2, angle=0.5).driven(swing), until=4.0 * math.pi / 9.0, samples=9)
+    assert singular_warnings(swinging.attrs["warnings"])
 
 
 def test_failed_run_says_where_it_locks() -> None:
@@ -190,15 +194,24 @@ def test_failed_run_says_where_it_locks() -> None:
     assert f"at {math.degrees(math.asin(1 / 1.2)):.6g} deg" in text
 
 
+def test_two_samples_that_are_equally_near_are_both_looked_at() -> None:
+    """Closed form: a zero midway between two samples leaves both at the same distance; gradients dependent everywhere."""
+    volume = np.abs(np.arange(8.0) - 3.5)
+    assert suspects(volume) == [3, 4]
+    assert suspects(volume[::-1]) == [3, 4]
+    assert suspects(np.zeros(4)) == [0, 1, 2, 3]
+
+
 def test_free_motion_is_judged_by_its_samples() -> None:
     """Closed form: an array turned by a controller passes 90 deg, seen from the samples; short of it nothing is said."""
     free = sd.scissor(units=2, angle=sd.degrees(60), gravity=0.0)
     turning = free.controlled(sd.PID(200.0, derivative=100.0), speed=2.0)
-    passed = sd.simulate(turning, until=0.6, samples=301)
-    (text,) = singular_warnings(passed.attrs["warnings"])
-    angle = np.degrees(passed["angle"].sel(body="unit 1/bar 1").values)
-    when = float(text.split("t = ")[1].split(" s")[0])
-    assert when == pytest.approx(float(np.interp(90.0, angle, passed["time"].values)), abs=1e-3)
+    for until in (0.6, 0.75, 0.775):  # the position is before or after the sample that is nearest to it
+        passed = sd.simulate(turning, until=until, samples=301)
+        (text,) = singular_warnings(passed.attrs["warnings"])
+        angle = np.degrees(passed["angle"].sel(body="unit 1/bar 1").values)
+        when = float(text.split("t = ")[1].split(" s")[0])
+        assert when == pytest.approx(float(np.interp(90.0, angle, passed["time"].values)), abs=1e-3)
     assert not singular_warnings(sd.simulate(turning, until=0.2, samples=301).attrs["warnings"])
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -112,6 +113,29 @@ def test_a_balance_that_does_not_close(clearance_run, clearance_array) -> None:
         off["energy_residual"][-1] = share * whole
         found = [text for text in run_warnings(plan(clearance_array), off, ()) if "energy balance misses" in text]
         assert len(found) == count
+
+
+def test_a_loss_that_is_a_gain_is_said_with_its_size() -> None:
+    """Identity: an event that gives energy, and damping that does, by how much; a loss says nothing."""
+    cord = sd.Cable("cord", ("ground", "O"), ("stone", "centre"), free_length=1.0, stiffness=1e4)
+    stone = replace(sd.point_mass("stone", mass=2.0, position=(0.9, 0.0)), velocity=(3.0, 0.0))
+    swung = sd.Mechanism((stone,), components=(cord,), ground=(("O", (0.0, 0.0)),))
+    run = sd.simulate(swung, until=0.1, samples=101)
+    assert run.sizes["event"] >= 1
+    assert not [text for text in run_warnings(plan(swung), run, ()) if "gives" in text]
+    gained = run.copy(deep=True)
+    gained["event_loss"][0] = -0.25
+    (said,) = [text for text in run_warnings(plan(swung), gained, ()) if "gives" in text]
+    assert said.startswith(f"the event of 'cord' at t = {run['event_time'].values[0]:.6g} s gives 0.25 J")
+
+
+def test_what_acts_from_the_start_on_has_its_speed() -> None:
+    """Closed form: a cable that is taut as placed, whose end flies outwards."""
+    cord = sd.Cable("cord", ("ground", "O"), ("stone", "centre"), free_length=1.0, stiffness=1e4)
+    stone = replace(sd.point_mass("stone", mass=2.0, position=(0.6, 0.8001)), velocity=(3.0, 4.0))
+    run = sd.simulate(sd.Mechanism((stone,), components=(cord,), ground=(("O", (0.0, 0.0)),)), until=0.01, samples=11)
+    assert run["event_time"].values[0] == 0.0
+    assert run["event_speed"].values[0] == pytest.approx(5.0, rel=1e-6)
 
 
 def test_a_mechanism_at_rest_has_no_energy_to_balance() -> None:

@@ -1,0 +1,44 @@
+"""Which entries of the state the rows of guards and monitored numbers read, against differences of the guards."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from reference.kernels import at_start
+from scissordyn.laws.friction.lugre import LuGre
+from scissordyn.mechanics import functions
+from scissordyn.mechanics.monitored import FRICTION_RATIO, INDENTATION, PRESSURE_VELOCITY, entries_read, monitored_rows
+from scissordyn.model.clearance import Clearance
+from scissordyn.model.scissor import scissor
+
+JOINTS = ("unit 1/upper", "unit 4/pivot")
+
+
+def test_a_contact_reads_the_bodies_at_its_joint() -> None:
+    """Independent formulation: entries that change its gap or its rate, and the states of its friction law; no others."""
+    arm = scissor(units=5, angle=0.6).driven(speed=2.0)
+    for joint in JOINTS:
+        arm = arm.with_clearance(joint, Clearance(5e-4, friction=LuGre(0.1)))
+    handle, state = at_start(arm)
+    model = handle.content.model
+    start, entries = entries_read(model, len(JOINTS))
+
+    def gaps(y):
+        value, rate = np.zeros(2), np.zeros(2)
+        functions.guards(0.0, y, handle.address, value, rate)
+        return np.stack([value, rate], axis=1)
+
+    state[: 2 * model.n] += 1e-3 * np.random.default_rng(2).normal(size=2 * model.n)
+    for k in range(len(JOINTS)):
+        moving = set()
+        for i in range(2 * model.n):
+            there = state.copy()
+            there[i] += 1e-4
+            if np.any(np.abs(gaps(there) - gaps(state))[k] > 1e-9):
+                moving.add(i)
+        own = range(2 * model.n + int(model.state_start[k]), 2 * model.n + int(model.state_start[k + 1]))
+        rows = [k, *(monitored_rows(model, kind)[k] for kind in (PRESSURE_VELOCITY, INDENTATION, FRICTION_RATIO))]
+        for row in rows:
+            read = set(entries[start[row] : start[row + 1]].tolist())
+            assert moving | set(own) <= read
+            assert len(read) < state.size

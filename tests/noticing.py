@@ -20,7 +20,8 @@ NAMED = (
     ("plan/quadratic_constraints.py", "_moving_guides", "plus", "across[0] * guide.through[0] + across[1] * guide.through[1]"),
     ("component/port/frame.py", "curvature", "plus", "K[2, 3] -= torque"),
     ("component/port/line.py", "gradients", "plus", "vx - along * nx"),
-    ("integrate/event.py", "hidden_crossing", "factor", "CAUTION * abs(value - cubic_value(0.5, a, begins, b, stops))"),
+    ("integrate/event.py", "all_far", "bound", "max(abs(w.left_rate[k]), abs(w.end_rate[k]))"),
+    ("integrate/event.py", "may_rise", "dropped", "cubic_value(place, a, slope_a, b, slope_b) + bump"),
 )
 """Changes of what no test noticed once, by file, function, kind and expression; each is to be noticed."""
 

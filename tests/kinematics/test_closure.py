@@ -11,6 +11,7 @@ from tests.mechanics.test_moving_guides import lever_angle, quick_return
 
 import scissordyn as sd
 from scissordyn.component.time_function import Polynomial
+from scissordyn.kinematics.branching import _closed_along
 from scissordyn.kinematics.closure import Closure
 from scissordyn.plan.plan import plan
 
@@ -121,3 +122,18 @@ def test_mobility() -> None:
     loose = closed(dataclasses.replace(quick_return(0.3), guides=()))
     loose.choose(loose.placed())
     assert loose.mobility == 1
+
+
+def test_an_ideal_motion_far_from_a_run_does_not_stand_for_it() -> None:
+    """Identity: the positions of a four-bar close along its own motion; with one of them elsewhere, they are not its own."""
+    closure = closed(four_bar())
+    time = np.linspace(0.0, 0.5, 6)
+    z = [closure.placed()]
+    for inputs in closure.inputs.over(time):
+        found = closure.close(z[-1], inputs)
+        assert found is not None
+        z.append(found)
+    motion = np.array(z[1:])
+    assert _closed_along(closure, time, motion)
+    motion[3, closure.first["rocker"]] += 0.25
+    assert not _closed_along(closure, time, motion)

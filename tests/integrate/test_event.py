@@ -84,6 +84,19 @@ def test_a_guard_that_touches_zero_from_below():
     assert above.log[:, TIME] == pytest.approx([0.4 - 1e-3, 0.4 + 1e-3], abs=1e-9)
 
 
+@pytest.mark.parametrize("backwards", [False, True])
+@pytest.mark.parametrize("name", METHODS)
+def test_a_guard_that_stands_still_at_one_end_of_a_step(name, backwards):
+    """Closed form: t^3 - 0.95 t^6 - 0.1 has no rate at 0 and a high one at 1; above zero between the roots of a quadratic."""
+    course = np.polynomial.Polynomial([-0.1, 0.0, 0.0, 1.0, 0.0, 0.0, -0.95])
+    roots = np.cbrt((1.0 + np.array([-1.0, 1.0]) * math.sqrt(1.0 - 0.38)) / 1.9)
+    if backwards:
+        course, roots = course(np.polynomial.Polynomial([1.0, -1.0])), 1.0 - roots[::-1]
+    found = run(name, 1.0, guards_=polynomials(tuple(course.coef)), first=1.0)
+    assert found.log[:, TIME] == pytest.approx(roots, abs=1e-12)
+    assert list(found.log[:, MODE]) == [RISE, FALL]
+
+
 @pytest.mark.parametrize("crosses", [False, True])
 @pytest.mark.parametrize("name", METHODS)
 def test_a_guard_that_lets_go_and_touches_again_in_one_step(name, crosses):

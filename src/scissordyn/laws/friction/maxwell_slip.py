@@ -23,7 +23,7 @@ def force(slip_speed, normal_force, first_deflection, second_deflection, kinetic
 
 def steady(slip_speed, kinetic, share, first_stiffness, second_stiffness):
     """Deflections of steady sliding at slip speed v [m/s], none at rest."""
-    sense = (slip_speed > 0.0) - (slip_speed < 0.0)
+    sense = 1.0 if slip_speed > 0.0 else -1.0 if slip_speed < 0.0 else 0.0
     return sense * share * kinetic / first_stiffness, sense * (1.0 - share) * kinetic / second_stiffness
 
 

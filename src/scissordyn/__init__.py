@@ -69,6 +69,7 @@ if TYPE_CHECKING:
     from scissordyn.laws.friction.lugre import LuGre
     from scissordyn.laws.friction.none import NoFriction
     from scissordyn.laws.material import STEEL, Material
+    from scissordyn.laws.oil import OILS, Oil
     from scissordyn.laws.user import UserDamping, UserElastic, UserFriction
     from scissordyn.model.array import hoberman_ring, mast, polar_scissor
     from scissordyn.model.bar import angulated_bar
@@ -79,6 +80,7 @@ if TYPE_CHECKING:
     from scissordyn.model.guide_clearance import GuideClearance
     from scissordyn.model.joint import Guide, Revolute
     from scissordyn.model.linkage import common_pin, four_bar, n_four_bar, slider_crank
+    from scissordyn.model.lubrication import Lubrication
     from scissordyn.model.mechanism import Mechanism
     from scissordyn.model.payload import with_panels, with_payload
     from scissordyn.model.scissor import scissor
@@ -108,6 +110,7 @@ if TYPE_CHECKING:
     plot: Any
 
 __all__ = [
+    "OILS",
     "PID",
     "STEEL",
     "Actuator",
@@ -142,12 +145,14 @@ __all__ = [
     "Liu",
     "LogNormal",
     "LuGre",
+    "Lubrication",
     "Material",
     "Mechanism",
     "Motor",
     "NoControl",
     "NoFriction",
     "Normal",
+    "Oil",
     "Options",
     "Output",
     "Pairs",
@@ -256,6 +261,7 @@ _HOMES = {
     "laws.friction.lugre": ("LuGre",),
     "laws.friction.none": ("NoFriction",),
     "laws.material": ("STEEL", "Material"),
+    "laws.oil": ("OILS", "Oil"),
     "laws.user": ("UserDamping", "UserElastic", "UserFriction"),
     "component.actuator": ("Actuator",),
     "component.angle_stop": ("AngleStop",),
@@ -292,6 +298,7 @@ _HOMES = {
     "model.clearance": ("Clearance",),
     "model.guide_clearance": ("GuideClearance",),
     "model.joint": ("Guide", "Revolute"),
+    "model.lubrication": ("Lubrication",),
     "model.linkage": ("common_pin", "four_bar", "n_four_bar", "slider_crank"),
     "model.mechanism": ("Mechanism",),
     "model.payload": ("with_panels", "with_payload"),

@@ -91,6 +91,7 @@ def _list(to: Console) -> None:
     from rich.table import Table
 
     from scissordyn.laws.catalogue import BY_KIND, MATERIALS, facts
+    from scissordyn.laws.oil import OILS
 
     for kind, known in BY_KIND.items():
         table = Table(box=box.SIMPLE_HEAD, pad_edge=False, title=kind, title_justify="left")
@@ -109,6 +110,15 @@ def _list(to: Console) -> None:
     for name, material in MATERIALS.items():
         numbers = (material.youngs_modulus / 1e9, material.poisson_ratio, material.density)
         table.add_row(name, *(f"{number:g}" for number in numbers), material.source)
+    to.print(table)
+    table = Table(box=box.SIMPLE_HEAD, pad_edge=False, title="oil", title_justify="left")
+    table.add_column("name", no_wrap=True)
+    for column in ("nu at 40 deg C [mm^2/s]", "at 100 deg C", "rho [kg/m^3]"):
+        table.add_column(column, justify="right")
+    table.add_column("source", overflow="fold")
+    for name, oil in OILS.items():
+        shown = (1e6 * oil.viscosity_40, 1e6 * oil.viscosity_100, oil.density)
+        table.add_row(name, *(f"{number:g}" for number in shown), oil.source)
     to.print(table)
     to.print("scissordyn laws NAME shows one with its parameters.", markup=False)
 

@@ -30,7 +30,9 @@ from scissordyn.control.user import UserController
 from scissordyn.errors import InputError
 from scissordyn.laws.catalogue import MATERIALS
 from scissordyn.laws.material import Material
+from scissordyn.laws.oil import OILS, Oil
 from scissordyn.model.body import Body, bar
+from scissordyn.model.lubrication import Lubrication
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.model.record import first_difference, to_plain
 from scissordyn.model.track import Track
@@ -219,6 +221,10 @@ def _value(value: Any, field: Declared, kind: type, folder: Path | None) -> str:
     if isinstance(value, Material):
         known = MATERIALS.get(value.name)
         return _string(value.name) if repr(known) == repr(value) else _inline(_fields(value, folder))
+    if isinstance(value, Oil):
+        return _string(value.name) if OILS.get(value.name) == value else _inline(_fields(value, folder))
+    if isinstance(value, Lubrication):
+        return _inline(_fields(value, folder))
     if isinstance(value, ShortForm):
         return _user(value, folder)
     if isinstance(value, Part):

@@ -10,6 +10,7 @@ from pydantic import Field, PlainValidator, ValidationInfo, field_validator
 
 from scissordyn.component.place import Point
 from scissordyn.config.law import law_of, material_of, read_law
+from scissordyn.config.lubrication import lubrication_of
 from scissordyn.config.quantity import read_numbers
 from scissordyn.config.table import Table
 from scissordyn.errors import InputError
@@ -18,6 +19,7 @@ from scissordyn.laws.damping.factors import LankaraniNikravesh
 from scissordyn.laws.material import Material
 from scissordyn.model.clearance import Clearance
 from scissordyn.model.guide_clearance import GuideClearance
+from scissordyn.model.lubrication import Lubrication
 from scissordyn.units import quantities
 
 __all__ = ["ClearanceTable", "GuideClearanceTable"]
@@ -89,6 +91,11 @@ class ClearanceTable(Table):
     stiffness: StiffnessKey = _DEFAULT["stiffness"]
     damping: DampingKey = _DEFAULT["damping"]
     friction: FrictionKey = _DEFAULT["friction"]
+    lubrication: Annotated[
+        Lubrication | None,
+        lubrication_of,
+        Field(description="an oil in the clearance, or a table with its viscosity", examples=["ISO VG 46"]),
+    ] = None
 
     _damping = field_validator("damping", mode="plain")(_damping_with_restitution)
 

@@ -23,6 +23,7 @@ SMALL_PREFIXES = ("micro- = 1e-6 = µ- = μ- = u-", "nano- = 1e-9 = n-")
 UNITS = (
     "meter = [length] = m = metre",
     "second = [time] = s",
+    "kelvin = [temperature] = K",
     "gram = [mass] = g",
     "radian = [angle] = rad",
     "minute = 60 * second = min",
@@ -43,7 +44,7 @@ UNITS = (
     "pound_force = 4.4482216152605 * newton = lbf",
     "psi = pound_force / inch**2",
 )
-KNOWN_UNITS = "m mm cm km um s ms us min h kg g t rad deg turn rpm Hz N kN Pa kPa MPa GPa J W in ft lb lbf psi bar"
+KNOWN_UNITS = "m mm cm km um s ms us min h kg g t rad deg turn rpm Hz N kN Pa kPa MPa GPa J W in ft lb lbf psi bar K"
 """Units suggested for a mistyped one."""
 
 FAMILIAR = {
@@ -56,6 +57,9 @@ FAMILIAR = {
     "N": ("kN", "N"),
 }
 """Units to write a number in, largest first, by the SI unit of its quantity."""
+
+CELSIUS = ("degC", "°C")
+"""Units of a temperature, which has an offset."""
 
 USUAL = {
     ("mm", "m"): 1e-3,
@@ -177,7 +181,10 @@ def read_quantity(value: object, quantity: Quantity, sample: str = "") -> float:
             raise InputError("no number", wanted, sample)
         if not found[2]:
             raise InputError("missing unit", wanted, _with_unit(float(found[1]), quantity, sample))
-        number = _scaled([found[1]], found[2].strip(), quantity.unit, wanted, sample)[0]
+        if quantity.unit == "K" and found[2].strip() in CELSIUS:
+            number = float(found[1]) + 273.15
+        else:
+            number = _scaled([found[1]], found[2].strip(), quantity.unit, wanted, sample)[0]
     else:
         raise InputError("missing unit", wanted, _with_unit(value, quantity, sample))
     if not quantity.admits(number):

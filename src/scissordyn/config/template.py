@@ -28,7 +28,7 @@ WIDE = 44
 
 OPTIONAL: Mapping[type[Table], tuple[str, ...]] = {
     DriveTable: tuple(DriveTable.model_fields),
-    ClearanceTable: ("bearing_material",),
+    ClearanceTable: ("bearing_material", "lubrication"),
     **{
         table: tuple(key for key, field in table.model_fields.items() if field.default is None) for table in STRUCTURES.values()
     },

@@ -11,6 +11,7 @@ from scissordyn.laws.damping.factors import Flores
 from scissordyn.laws.elastic.liu import Liu
 from scissordyn.laws.friction.none import NoFriction
 from scissordyn.laws.material import STEEL, Material
+from scissordyn.model.lubrication import Lubrication
 from scissordyn.units import Meaning, Quantity, Sample, check_quantities
 
 __all__ = ["Clearance"]
@@ -34,6 +35,8 @@ class Clearance:
     stiffness : elastic law
     damping : damping law
     friction : friction law
+    lubrication : Lubrication, optional
+        A film of oil in the clearance; dry if not given.
     """
 
     clearance: Annotated[float, Quantity("m", above=0.0, help="radial clearance R_B - R_J")]
@@ -44,6 +47,7 @@ class Clearance:
     stiffness: Annotated[Elastic, Meaning("an elastic law", "Liu()")] = field(default_factory=Liu)
     damping: Annotated[Damping, Meaning("a damping law", "Flores(restitution=0.9)")] = field(default_factory=Flores)
     friction: Annotated[Friction, Meaning("a friction law", "Ambrosio(kinetic=0.1)")] = field(default_factory=NoFriction)
+    lubrication: Annotated[Lubrication | None, Meaning("a film of oil", "Lubrication(viscosity=0.05)")] = None
 
     def __post_init__(self) -> None:
         check_quantities(self)
@@ -53,6 +57,8 @@ class Clearance:
                 "a clearance smaller than the journal radius",
                 Sample("clearance", min(0.05 * self.journal_radius, 5e-4), "m"),
             )
+        if self.lubrication is not None:
+            self.lubrication.check(self.clearance, self.journal_radius, self.bearing_length)
 
     @property
     def contact(self) -> JointContact:

@@ -191,6 +191,17 @@ class Mechanism:
         """The possible contacts: the clearance joints, then the contact points of the clearance guides."""
         return (*self.clearance_joints, *self.contact_points)
 
+    @property
+    def exerting(self) -> tuple[Component, ...]:
+        """What exerts forces beside contacts: the components, then the films of lubricated joints."""
+        films: list[Any] = []
+        for joint in self.clearance_joints:
+            gap = joint.clearance
+            if gap is not None and gap.lubrication is not None:
+                sizes = gap.clearance, gap.journal_radius, gap.bearing_length
+                films.append(gap.lubrication.film(joint.name, joint.bearing, joint.journal, *sizes))
+        return (*self.components, *films)
+
     @cached_property
     def clearance_joints(self) -> tuple[Revolute, ...]:
         """The joints with clearance, in order."""

@@ -22,7 +22,7 @@ __all__ = ["acting", "friction_states", "offsets", "start_coordinates", "time_fu
 def acting(mechanism: Mechanism) -> tuple[Component, ...]:
     """The components that the kernels know, in their order: those that exert forces, then the latches."""
     latches: tuple[Any, ...] = mechanism.latches
-    return (*mechanism.components, *latches)
+    return (*mechanism.exerting, *latches)
 
 
 def start_coordinates(mechanism: Mechanism, component: Any) -> tuple[float, ...]:

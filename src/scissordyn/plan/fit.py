@@ -44,7 +44,9 @@ def _same_joint(one: Revolute, another: Revolute) -> bool:
     a, b = one.clearance, another.clearance
     if (one.name, one.journal, one.bearing) != (another.name, another.journal, another.bearing):
         return False
-    return a is b if a is None or b is None else a.friction.states == b.friction.states
+    if a is None or b is None:
+        return a is b
+    return a.friction.states == b.friction.states and (a.lubrication is None) == (b.lubrication is None)
 
 
 def _same_component(one: Any, another: Any) -> bool:

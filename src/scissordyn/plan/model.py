@@ -198,7 +198,7 @@ def _monitors(mechanism: Mechanism) -> np.ndarray:
     internal states over its limit, deviations of tracked points.
     """
     rows = [(DRIVE_TORQUE, d) for d in range(len(mechanism.drives))]
-    rows += [(COMPONENT_FORCE, i) for i in range(len(mechanism.components))]
+    rows += [(COMPONENT_FORCE, i) for i in range(len(mechanism.exerting))]
     rows += [(PRESSURE_VELOCITY, j) for j in range(len(mechanism.clearance_joints))]
     rows += [(INDENTATION, j) for j in range(len(mechanism.contacts))]
     rows += [(FRICTION_RATIO, j) for j, contact in enumerate(mechanism.contacts) if friction_states(contact)]
@@ -210,7 +210,7 @@ def _latches(mechanism: Mechanism, constraints: tuple[Constraint, ...]) -> np.nd
     """Constraint, first part and component of each latch."""
     parts = np.cumsum([0, *(len(constraint.parts) for constraint in constraints)])
     names = [constraint.name for constraint in constraints]
-    first = len(mechanism.components)
+    first = len(mechanism.exerting)
     found = [(names.index(latch.name), parts[names.index(latch.name)]) for latch in mechanism.latches]
     return np.array([(k, p, first + i) for i, (k, p) in enumerate(found)], np.int64).reshape(-1, 3)
 

@@ -62,7 +62,7 @@ def make_parameters(mechanism: Mechanism, coordinates: Coordinates) -> Parameter
                 if name != "steady":
                     law[j][kind if name == "force" else name] = address
 
-    numbers_of = np.zeros((len(components), COMPONENT_PARAMETERS))
+    described: list[tuple[float, ...]] = [()] * len(components)
     control, torque = np.zeros((len(components), PARAMETERS)), np.zeros(len(components), np.int64)
     actuator = np.zeros((len(components), 3))
     for i, component in enumerate(components):
@@ -72,8 +72,10 @@ def make_parameters(mechanism: Mechanism, coordinates: Coordinates) -> Parameter
             recorded = SIGNALS.index(controller.recorded) if controller.recorded else 0
             actuator[i] = controller.delay, recorded, controller.recursion_gain
         else:
-            described = component.parameters(start_coordinates(mechanism, component))
-            numbers_of[i, : len(described)] = described
+            described[i] = component.parameters(start_coordinates(mechanism, component))
+    numbers_of = np.zeros((len(components), max([COMPONENT_PARAMETERS, *map(len, described)])))
+    for i, row in enumerate(described):
+        numbers_of[i, : len(row)] = row
     breaks = sorted({instant for motion, _ in listed for instant in breaks_of(motion)})
     return Parameters(
         weight=_weight(mechanism, coordinates),

@@ -146,7 +146,7 @@ class Plan:
     @property
     def components(self) -> tuple[Component, ...]:
         """The components that exert forces."""
-        return self.mechanism.components
+        return self.mechanism.exerting
 
     @property
     def acting(self) -> tuple[Component, ...]:

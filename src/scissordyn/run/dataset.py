@@ -31,6 +31,7 @@ from scissordyn.plan.plan import Plan
 from scissordyn.run.configuration import TITLE
 from scissordyn.run.contacts import columns, contacts
 from scissordyn.run.events import ACCOUNTS, accounts, event_variables
+from scissordyn.run.film import film_variables
 from scissordyn.run.synchronisation import synchronisation_variables
 from scissordyn.run.track import track_variables
 from scissordyn.run.trajectory import Trajectory
@@ -283,6 +284,7 @@ def _component_variables(plan: Plan, path: Trajectory, found: Record) -> Variabl
             text = f"{state.name.replace('_', ' ')}, an internal state ({declared.label})"
             found_there = _described(("time", section), path.samples.state[:, first + s], state.unit, text)
             variables.setdefault(f"{section}_{state.name}", found_there)
+    variables.update(film_variables(plan, path.samples.time, variables))
     return variables
 
 

@@ -12,6 +12,7 @@ from scissordyn.integrate.integration import RISE
 from scissordyn.laws.validity import contact_failure, contact_warnings
 from scissordyn.mechanics.monitored import COMPONENT_FORCE, EXCEEDED, FRICTION_RATIO, INDENTATION
 from scissordyn.plan.plan import Plan
+from scissordyn.run.film import film_warnings
 
 if TYPE_CHECKING:
     from scissordyn.run.driver import Driver
@@ -80,6 +81,7 @@ def run_warnings(plan: Plan, run: xr.Dataset, immobile: tuple[str, ...]) -> list
     found += _undetermined(run)
     found += _saturated(plan, run)
     found += _gained(run)
+    found += film_warnings(plan, run)
     found += _impulses(run)
     if not _stands_still(plan, run):
         found += _unbalanced(run)

@@ -1,0 +1,131 @@
+"""The oil film of a clearance joint: force and friction on the journal, power lost, thickness and pressure."""
+
+from __future__ import annotations
+
+import math
+from typing import Annotated
+
+from scissordyn.component.declaration import check_attachment, component
+from scissordyn.component.film.impedance import finite_table, interpolated, long_bearing, pressure_table, short_bearing
+from scissordyn.component.place import BodyPoint
+from scissordyn.component.port import FRAME, Output
+from scissordyn.jit import kernel
+from scissordyn.units import Quantity, check_quantities
+
+__all__ = ["MODELS", "Film"]
+
+MODELS = ("finite", "short", "long")
+"""Bearing models: their place is the kernel's number for them."""
+
+FIRST = 7
+"""Where the table begins among the parameters."""
+
+
+@kernel()
+def film_gap(gap, thinnest):
+    """Film thickness over the clearance, which goes smoothly over to a least one where the surfaces' roughness carries."""
+    bend = 0.5 * thinnest
+    reach = (gap - thinnest) / bend
+    if reach > 40.0:
+        return gap
+    return thinnest + bend * math.log1p(math.exp(reach))
+
+
+@kernel()
+def force(x, y, angle, x_rate, y_rate, speed, viscosity, clearance, radius, length, thinnest, model, full, table):
+    """Force [N] and torque [N m] on the journal, energy [J], power lost [W], film thickness [m], largest pressure [Pa]."""
+    ex, ey = x / clearance, y / clearance
+    eccentricity = math.sqrt(ex * ex + ey * ey)
+    nx, ny = (ex / eccentricity, ey / eccentricity) if eccentricity > 0.0 else (1.0, 0.0)
+    gap = film_gap(1.0 - eccentricity, thinnest)
+    e = 1.0 - gap
+    # what changes the thickness: 2 e'/c less the rotation that carries oil
+    ux, uy = 2.0 * x_rate / clearance + speed * ey, 2.0 * y_rate / clearance - speed * ex
+    size = math.sqrt(ux * ux + uy * uy)
+    cosine, sine = ((nx * ux + ny * uy) / size, (nx * uy - ny * ux) / size) if size > 0.0 else (1.0, 0.0)
+    direction = math.atan2(abs(sine), cosine)
+    ratio = 0.5 * length / radius
+    if model == 1.0:
+        radial, tangential = short_bearing(e, sine, cosine, full == 1.0)
+        radial, tangential = ratio * ratio * radial, ratio * ratio * tangential
+    elif model == 2.0:
+        radial, tangential = long_bearing(e, sine, cosine, full == 1.0)
+    else:
+        radial = interpolated(table, FIRST, 0, gap, direction) / (gap * math.sqrt(gap))
+        tangential = math.copysign(1.0, sine) * interpolated(table, FIRST, 1, gap, direction) / gap
+    stiff = viscosity * (radius / clearance) * (radius / clearance) * size
+    pressure = max(stiff * interpolated(table, FIRST, 2, gap, direction) / (gap * gap), 0.0)
+    stiff *= radius * length
+    fx, fy = stiff * (radial * nx - tangential * ny), stiff * (radial * ny + tangential * nx)
+    shear = 2.0 * math.pi * viscosity * speed * radius * radius * radius * length / (clearance * math.sqrt(1.0 - e * e))
+    torque = -shear - 0.5 * (x * fy - y * fx)
+    lost = -(fx * x_rate + fy * y_rate + torque * speed)
+    return fx, fy, torque, 0.0, lost, clearance * (1.0 - eccentricity), pressure
+
+
+LENGTH = {"above": 0.0, "maximum": 10.0}
+
+
+@component(
+    port=FRAME,
+    force=force,
+    section="film",
+    label="film",
+    outputs=(
+        Output("thickness", "m", "least distance of the surfaces, negative where they touch"),
+        Output("pressure", "Pa", "largest pressure of the film"),
+    ),
+    example={"start": "crank.end", "end": "rod.start", "viscosity": "50 mPa s", "clearance": "0.2 mm"},
+)
+class Film:
+    r"""The oil between a journal and its bearing; a clearance joint with `lubrication` has one.
+
+    .. math:: F = \mu R L \left(\frac{R}{c}\right)^2 \left|2\dot\varepsilon - \omega\times\varepsilon\right| W(\varepsilon,\psi)
+
+    with the impedance W of a short, a long or a finite bearing. Pressure counts where it is positive; the table of finite
+    bearings satisfies Reynolds' equation with that condition, for lengths of a quarter to four diameters.
+
+    Parameters
+    ----------
+    name : str
+    start, end : (str, str)
+        Centre of the bearing and of the journal.
+    viscosity : float
+        mu [Pa s].
+    clearance : float
+        c [m].
+    radius, length : float
+        R and L [m].
+    roughness : float
+        Film thickness [m] at which the surfaces' peaks carry: the film gets no thinner.
+    model : {"finite", "short", "long"}
+    full : bool
+        Whether negative pressures count, too, for the short and the long bearing: a film under high ambient pressure.
+
+    References
+    ----------
+    Booker 1965, Dynamically loaded journal bearings; Childs, Moes and van Leeuwen 1977, Journal bearing impedance descriptions
+    """
+
+    name: str
+    start: BodyPoint
+    end: BodyPoint
+    viscosity: Annotated[float, Quantity("Pa s", above=0.0, maximum=1e4, help="dynamic viscosity")]
+    clearance: Annotated[float, Quantity("m", **LENGTH, help="radial clearance")]
+    radius: Annotated[float, Quantity("m", **LENGTH, help="radius of the journal")] = 10e-3
+    length: Annotated[float, Quantity("m", **LENGTH, help="axial length of the bearing")] = 15e-3
+    roughness: Annotated[float, Quantity("m", above=0.0, maximum=1e-2, help="film thickness at which peaks carry")] = 1e-6
+    model: str = "finite"
+    full: bool = False
+
+    def __post_init__(self) -> None:
+        check_quantities(self, f"film '{self.name}'")
+        check_attachment(self)
+
+    def parameters(self, start: tuple[float, ...]) -> tuple[float, ...]:
+        """Its numbers, and the table of its length."""
+        ratio, model = 0.5 * self.length / self.radius, MODELS.index(self.model)
+        table = pressure_table(self.model, ratio) if model else finite_table(ratio)
+        thinnest = self.roughness / self.clearance
+        own = (self.viscosity, self.clearance, self.radius, self.length, thinnest, float(model), float(self.full))
+        return (*own, *table.ravel().tolist())

@@ -1,0 +1,36 @@
+"""Where impedances are tabulated: finer near contact, and near the direction that lies between approach and parting."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+__all__ = ["DIRECTIONS", "GAPS", "NEAREST", "SHARP", "WIDEST", "directions", "eccentricities", "steepness"]
+
+GAPS, DIRECTIONS = 20, 33
+"""Nodes over the root of the least film thickness, and over the direction psi of the velocity from 0 to pi."""
+
+NEAREST = 1e-3
+"""Least film thickness of the table over the clearance; below, impedances grow as those of a long bearing."""
+
+SHARP = 0.15
+"""Range of psi about pi/2 in which nodes are closest [rad]: there the film passes from one side to the other."""
+
+WIDEST = math.asinh(0.5 * math.pi / SHARP)
+
+
+def eccentricities() -> np.ndarray:
+    """At even steps of the root of the least film thickness, increasing from contact, shape (GAPS,)."""
+    return 1.0 - np.linspace(math.sqrt(NEAREST), 1.0, GAPS) ** 2
+
+
+def directions() -> np.ndarray:
+    """psi, shape (DIRECTIONS,) [rad]."""
+    return 0.5 * math.pi + SHARP * np.sinh(WIDEST * np.linspace(-1.0, 1.0, DIRECTIONS))
+
+
+def steepness(eccentricity: float | np.ndarray) -> np.ndarray:
+    """What the impedances are divided by: about how they grow towards contact, for force and pressure, shape (..., 3)."""
+    thin = 1.0 - np.asarray(eccentricity)
+    return np.stack([thin**-1.5, thin**-1.0, thin**-2.0], axis=-1)

@@ -1,0 +1,44 @@
+"""The lubrication of a clearance joint in a case file: an oil by name, or a table."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from functools import cache
+from typing import Annotated, Any
+
+from pydantic import Field, PlainValidator, ValidationInfo
+
+from scissordyn.config.table import Table, build, table_of
+from scissordyn.errors import InputError, did_you_mean
+from scissordyn.laws.oil import OILS, Oil
+from scissordyn.model.lubrication import Lubrication
+
+__all__ = ["lubrication_of"]
+
+
+def _read_oil(given: Any, info: ValidationInfo) -> Oil:
+    if isinstance(given, Mapping):
+        oil: Oil = build(Oil, {"name": "custom", **given}, info.context)
+        return oil
+    if not isinstance(given, str) or given not in OILS:
+        raise InputError(
+            f"unknown oil {given!r}{did_you_mean(str(given), OILS)}",
+            ", ".join(OILS) + ", or a table of viscosity_40, viscosity_100 and density",
+        )
+    return OILS[given]
+
+
+@cache
+def _table() -> type[Table]:
+    oil = Annotated[Oil | None, PlainValidator(_read_oil), Field(description="an oil by name, or its viscosities")]
+    return table_of(Lubrication, (("oil", oil),))
+
+
+def _read(given: Any, info: ValidationInfo) -> Lubrication:
+    values = {"oil": given} if isinstance(given, str) else given
+    table = _table().model_validate(values, context=info.context)
+    return Lubrication(**{key: getattr(table, key) for key in values})
+
+
+lubrication_of = PlainValidator(_read)
+"""For ``Annotated[Lubrication, lubrication_of]``: a key whose value is an oil or a table."""

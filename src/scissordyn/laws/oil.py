@@ -1,0 +1,82 @@
+"""Lubricants: viscosity over temperature."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from types import MappingProxyType
+from typing import Annotated
+
+from scissordyn.errors import InputError
+from scissordyn.units import Quantity, check_quantities
+
+__all__ = ["COLD", "HOT", "OILS", "Oil"]
+
+COLD, HOT = 313.15, 373.15
+"""Temperatures at which viscosities of oils are stated [K]: 40 and 100 deg C."""
+
+RANGE = 253.15, 423.15
+"""Temperatures of the law [K]: beyond them oils set, or evaporate and age."""
+
+VISCOSITY = {"minimum": 2e-6, "maximum": 1e-1}
+"""Below 2 mm^2/s the standard has further terms."""
+
+
+@dataclass(frozen=True)
+class Oil:
+    r"""A mineral or synthetic oil, whose viscosity follows Walther's law between two stated values.
+
+    .. math:: \log_{10}\log_{10}(\nu/\mathrm{mm^2 s^{-1}} + 0.7) = A - B\,\log_{10} T
+
+    Parameters
+    ----------
+    name : str
+    viscosity_40, viscosity_100 : float
+        Kinematic viscosity nu at 40 and at 100 deg C [m^2/s].
+    density : float
+        rho [kg/m^3].
+    source : str
+        Source of the numbers.
+
+    References
+    ----------
+    ASTM D341, Standard practice for viscosity-temperature equations and charts for liquid petroleum products
+    """
+
+    name: str
+    viscosity_40: Annotated[float, Quantity("m^2/s", **VISCOSITY, help="kinematic viscosity at 40 deg C")]
+    viscosity_100: Annotated[float, Quantity("m^2/s", **VISCOSITY, help="kinematic viscosity at 100 deg C")]
+    density: Annotated[float, Quantity("kg/m^3", minimum=500.0, maximum=2500.0, help="density")] = 870.0
+    source: str = ""
+
+    def __post_init__(self) -> None:
+        check_quantities(self)
+        if not self.viscosity_100 < self.viscosity_40:
+            raise InputError(
+                f"oil '{self.name}' with {self.viscosity_100:g} m^2/s at 100 deg C and {self.viscosity_40:g} m^2/s at 40 deg C",
+                "a viscosity that falls as the oil gets warmer",
+            )
+
+    def viscosity(self, temperature: float) -> float:
+        """Dynamic viscosity mu = rho nu at a temperature [K], the density taken as constant [Pa s]."""
+
+        def twice(viscosity: float) -> float:
+            return math.log10(math.log10(1e6 * viscosity + 0.7))
+
+        cold, hot = twice(self.viscosity_40), twice(self.viscosity_100)
+        part = math.log10(temperature / COLD) / math.log10(HOT / COLD)
+        kinematic: float = 1e-6 * (10.0**10.0 ** (cold + part * (hot - cold)) - 0.7)
+        return self.density * kinematic
+
+
+_DTE = "typical values of Mobil DTE 20 hydraulic oils, product data sheet; grades by ISO 3448"
+
+_ALL = (
+    Oil("ISO VG 32", 31.5e-6, 5.29e-6, 871.0, _DTE),
+    Oil("ISO VG 46", 44.2e-6, 6.65e-6, 876.0, _DTE),
+    Oil("ISO VG 68", 71.2e-6, 8.53e-6, 881.0, _DTE),
+)
+
+OILS: Mapping[str, Oil] = MappingProxyType({oil.name: oil for oil in _ALL})
+"""Oils by name."""

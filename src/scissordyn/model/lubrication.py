@@ -1,0 +1,92 @@
+"""Oil between the journal and the bearing of a clearance joint."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Annotated, Literal
+
+from scissordyn.component.film.film import Film
+from scissordyn.component.place import BodyPoint
+from scissordyn.errors import InputError
+from scissordyn.laws.oil import COLD, RANGE, Oil
+from scissordyn.units import Meaning, Quantity, check_quantities
+
+__all__ = ["Lubrication"]
+
+SHORTEST, LONGEST = 0.25, 4.0
+"""Length over diameter of the table of finite bearings."""
+
+THICK = Quantity("m", above=0.0, maximum=1e-3, help="film thickness at which the peaks of both surfaces carry")
+
+
+@dataclass(frozen=True)
+class Lubrication:
+    """A film of oil that fills the clearance; where it is as thin as the surfaces are rough, metal touches beside it.
+
+    Parameters
+    ----------
+    oil : Oil, optional
+        Its viscosity at `temperature`, in place of `viscosity`.
+    viscosity : float, optional
+        mu [Pa s].
+    temperature : float
+        Of the oil [K].
+    roughness : float
+        Combined roughness of both surfaces [m]; the film gets no thinner.
+    bearing : {"finite", "short", "long"}
+        How the pressure is found; finite: for lengths of a quarter to four diameters.
+    full : bool
+        Whether negative pressures of a short or a long bearing count, too, as under a high ambient pressure.
+
+    Raises
+    ------
+    InputError
+        Without viscosity, or with oil and viscosity.
+    """
+
+    oil: Annotated[Oil | None, Meaning("an oil", 'OILS["ISO VG 46"]')] = None
+    viscosity: Annotated[float | None, Quantity("Pa s", above=0.0, maximum=1e4, help="dynamic viscosity")] = None
+    temperature: Annotated[float, Quantity("K", minimum=RANGE[0], maximum=RANGE[1], help="temperature of the oil")] = COLD
+    roughness: Annotated[float, THICK] = 1e-6
+    bearing: Literal["finite", "short", "long"] = "finite"
+    full: bool = False
+
+    def __post_init__(self) -> None:
+        check_quantities(self)
+        if (self.oil is None) == (self.viscosity is None):
+            given = "neither oil nor viscosity" if self.oil is None else "an oil and a viscosity"
+            raise InputError(f"lubrication with {given}", "one of them", 'viscosity=0.05, or oil=OILS["ISO VG 46"]')
+        if self.bearing not in ("finite", "short", "long"):
+            raise InputError(f"bearing = {self.bearing!r} of a film", '"finite", "short" or "long"')
+        if self.full and self.bearing == "finite":
+            raise InputError("full = True with a finite bearing, whose table has no negative pressures", '"short" or "long"')
+
+    @property
+    def dynamic_viscosity(self) -> float:
+        """Mu at the temperature [Pa s]."""
+        if self.oil is not None:
+            return self.oil.viscosity(self.temperature)
+        assert self.viscosity is not None
+        return self.viscosity
+
+    def check(self, clearance: float, radius: float, length: float) -> None:
+        """Raise `InputError` where a joint is too rough, too short or too long for the film."""
+        if self.roughness >= clearance:
+            raise InputError(
+                f"lubrication with roughness = {self.roughness:g} m in a clearance of {clearance:g} m",
+                "a roughness below the clearance",
+            )
+        ratio = 0.5 * length / radius
+        if self.bearing == "finite" and not SHORTEST <= ratio <= LONGEST:
+            other = "short" if ratio < SHORTEST else "long"
+            raise InputError(
+                f"a finite film in a bearing of {ratio:.3g} diameters",
+                f"{SHORTEST:g} to {LONGEST:g} diameters",
+                f'bearing="{other}"',
+            )
+
+    def film(self, name: str, bearing: BodyPoint, journal: BodyPoint, clearance: float, radius: float, length: float) -> Film:
+        """What exerts the film's force in a joint."""
+        return Film(
+            name, bearing, journal, self.dynamic_viscosity, clearance, radius, length, self.roughness, self.bearing, self.full
+        )

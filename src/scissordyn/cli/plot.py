@@ -18,7 +18,8 @@ def plot(
     run: SavedRun,
     output: Annotated[Path, typer.Option("-o", "--output", metavar="DIR", help="Draw into this folder.")],
     only: Annotated[
-        str | None, typer.Option(metavar="KINDS", help="Some pictures: response, force, torque, orbit, energy, structure.")
+        str | None,
+        typer.Option(metavar="KINDS", help="Some pictures: response, force, torque, orbit, film, energy, structure."),
     ] = None,
     joint: Annotated[list[str] | None, typer.Option(metavar="NAME", help="Draw this clearance joint. Repeatable.")] = None,
     first: Annotated[

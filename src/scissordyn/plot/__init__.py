@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from scissordyn.plot.comparison import comparison
     from scissordyn.plot.energy import energy
+    from scissordyn.plot.film import film
     from scissordyn.plot.force import force
     from scissordyn.plot.orbit import orbit
     from scissordyn.plot.pictures import Pictures
@@ -21,7 +22,7 @@ if TYPE_CHECKING:
     from scissordyn.plot.structure import structure
     from scissordyn.plot.torque import torque
 
-__all__ = ["Pictures", "comparison", "energy", "force", "orbit", "response", "structure", "torque"]
+__all__ = ["Pictures", "comparison", "energy", "film", "force", "orbit", "response", "structure", "torque"]
 
 _HOMES = {name: "pictures" if name == "Pictures" else name for name in __all__}
 

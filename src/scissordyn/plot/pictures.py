@@ -11,6 +11,7 @@ from matplotlib.axes import Axes
 
 from scissordyn.plot.comparison import comparison
 from scissordyn.plot.energy import energy
+from scissordyn.plot.film import film
 from scissordyn.plot.force import force
 from scissordyn.plot.orbit import orbit
 from scissordyn.plot.report import draw_all
@@ -66,6 +67,12 @@ class Pictures:
     ) -> list[Axes]:
         """Journal orbits of one joint or of several; see `plot.orbit`."""
         return orbit(window(self._run, start, end), joints=_several(joint), exaggeration=exaggeration, axes=axes)
+
+    def film(
+        self, joint: str | None = None, *, start: float | None = None, end: float | None = None, axes: Canvas = None
+    ) -> list[Axes]:
+        """The film of a lubricated joint; see `plot.film`."""
+        return film(window(self._run, start, end), joints=_several(joint), axes=axes)
 
     def torque(self, *, start: float | None = None, end: float | None = None, axes: Canvas = None) -> list[Axes]:
         """The driving torque; see `plot.torque`."""

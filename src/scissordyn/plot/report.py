@@ -13,6 +13,7 @@ from scissordyn.errors import InputError, did_you_mean
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.plot.energy import energy
 from scissordyn.plot.file import check_format, write
+from scissordyn.plot.film import film
 from scissordyn.plot.force import force
 from scissordyn.plot.orbit import orbit
 from scissordyn.plot.response import response
@@ -23,10 +24,15 @@ from scissordyn.plot.torque import torque
 
 __all__ = ["KINDS", "check_kinds", "draw_all"]
 
-KINDS = ("response", "force", "torque", "orbit", "energy", "structure")
+KINDS = ("response", "force", "torque", "orbit", "film", "energy", "structure")
 """All pictures, in order."""
 
-NEEDS = {"force": "a clearance joint", "orbit": "a clearance joint with a journal", "torque": "a drive, an actuator or a motor"}
+NEEDS = {
+    "force": "a clearance joint",
+    "orbit": "a clearance joint with a journal",
+    "torque": "a drive, an actuator or a motor",
+    "film": "a lubricated joint",
+}
 """What a run must have for a picture."""
 
 
@@ -96,6 +102,8 @@ def draw_all(
         makers["torque"] = lambda: torque(run, ideal)
     if pins and turning != []:
         makers["orbit"] = lambda: orbit(run, joints=turning)
+    if "film" in run.dims:
+        makers["film"] = lambda: film(run, joints=[name for name in joints or () if name in run["film"]] or None)
     makers["energy"] = lambda: energy(run)
     if mechanism is not None:
         makers["structure"] = lambda: structure(run, mechanism, joints=joints)

@@ -1,0 +1,79 @@
+"""The film of a lubricated joint: thickness, pressure and power lost."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+import xarray as xr
+from matplotlib.axes import Axes
+
+from scissordyn.errors import InputError, did_you_mean
+from scissordyn.plot.scale import engineering
+from scissordyn.plot.series import finish, time_scale
+from scissordyn.plot.style import BLUE, GREY, LINE, VERMILION, Canvas, legend, literal, panels
+from scissordyn.run.configuration import read_configuration
+from scissordyn.run.film import MIXED
+
+__all__ = ["film"]
+
+DRY = 0.1
+"""Films are drawn down to this part of the roughness; contacts are drawn there."""
+
+
+def film(run: xr.Dataset, *, joints: Sequence[str] | None = None, axes: Canvas = None) -> list[Axes]:
+    """Thickness of the film on a logarithmic scale with the roughness, its largest pressure, and the force of the film.
+
+    Parameters
+    ----------
+    run : Dataset
+    joints : sequence of str, optional
+        One lubricated joint; that with the thinnest film if not given.
+    axes : Axes or iterable of Axes, optional
+        Three panels. A new figure if not given.
+
+    Returns
+    -------
+    list of Axes
+
+    Raises
+    ------
+    InputError
+        If no joint is lubricated, or a named one is not.
+    """
+    known = [] if "film" not in run.dims else run["film"].values.astype(str).tolist()
+    if not known:
+        sample = "sd.Clearance(..., lubrication=sd.Lubrication(viscosity=0.05))"
+        raise InputError("a run without oil", "a run with a lubricated joint", sample)
+    chosen = known[int(np.argmin(run["film_least_thickness"].values))] if joints is None else joints[0]
+    if chosen not in known:
+        raise InputError(f"joint '{chosen}'{did_you_mean(chosen, known)}", "a lubricated joint: " + ", ".join(known))
+    oil = read_configuration(run).build_mechanism().joint(chosen).clearance
+    assert oil is not None
+    assert oil.lubrication is not None
+    rough, time = oil.lubrication.roughness, time_scale(run)
+    here, x = run.sel(film=chosen), time.factor * run["time"].values
+    drawn = panels(axes, 3, size=(8.0, 7.0))
+    size = engineering("m", rough)
+    thickness = here["film_thickness"].values
+    drawn[0].plot(
+        x, size.factor * np.where(thickness > DRY * rough, thickness, np.nan), color=BLUE, linewidth=LINE, label="film"
+    )
+    touching = np.where(thickness <= DRY * rough, size.factor * DRY * rough, np.nan)
+    drawn[0].plot(x, touching, color=VERMILION, linewidth=3.0 * LINE, label="contact")
+    drawn[0].axhline(size.factor * MIXED * rough, color=GREY, linewidth=LINE, linestyle="--", label="three roughnesses")
+    drawn[0].set_ylabel(size.label("film thickness"))
+    drawn[0].set_title(literal(chosen), fontsize="medium")
+    for one, name, unit, text in (
+        (drawn[1], "film_pressure", "Pa", "largest pressure"),
+        (drawn[2], "film_force", "N", "force of the film"),
+    ):
+        values = here[name].values
+        values = np.linalg.norm(values, axis=-1) if values.ndim == 2 else values
+        scale = engineering(unit, values)
+        one.plot(x, scale.factor * values, color=BLUE, linewidth=LINE)
+        one.set_ylabel(scale.label(text))
+    finish(drawn, run, time)
+    drawn[0].set_yscale("log")
+    legend(drawn, above=axes is None)
+    return drawn

@@ -20,7 +20,7 @@ RATIOS = tuple(2.0 ** (0.5 * k) for k in range(-4, 5))
 AROUND, ALONG = 200, 20
 
 THICK = 0.01
-"""Thinner films, while the surfaces part, have a force so much smaller than in approach that the table cannot show it well."""
+"""Thinner films that separate have a force so much smaller than in approach that the table cannot show it well."""
 
 FILE = Path(__file__).parents[1] / "src" / "scissordyn" / "component" / "film" / "finite.npz"
 

@@ -69,7 +69,7 @@ if TYPE_CHECKING:
     from scissordyn.laws.friction.lugre import LuGre
     from scissordyn.laws.friction.none import NoFriction
     from scissordyn.laws.material import STEEL, Material
-    from scissordyn.laws.oil import OILS, Oil
+    from scissordyn.laws.oil import Oil
     from scissordyn.laws.user import UserDamping, UserElastic, UserFriction
     from scissordyn.model.array import hoberman_ring, mast, polar_scissor
     from scissordyn.model.bar import angulated_bar
@@ -110,7 +110,6 @@ if TYPE_CHECKING:
     plot: Any
 
 __all__ = [
-    "OILS",
     "PID",
     "STEEL",
     "Actuator",
@@ -261,7 +260,7 @@ _HOMES = {
     "laws.friction.lugre": ("LuGre",),
     "laws.friction.none": ("NoFriction",),
     "laws.material": ("STEEL", "Material"),
-    "laws.oil": ("OILS", "Oil"),
+    "laws.oil": ("Oil",),
     "laws.user": ("UserDamping", "UserElastic", "UserFriction"),
     "component.actuator": ("Actuator",),
     "component.angle_stop": ("AngleStop",),

@@ -134,6 +134,11 @@ OTHERWISE: Mapping[type, tuple[Any, ...]] = {
     sd.TapeSpring: (sd.TapeSpring("tape", "rod", straight=TABLES[0], folded=TABLES[1]),),
     sd.FeedForward: (sd.FeedForward(limit=10.0),),
     sd.PID: (sd.PID(3.0, limit=10.0),),
+    sd.Oil: (sd.Oil("own", 5e-5, 7e-6),),
+    sd.Lubrication: (
+        sd.Lubrication(viscosity=0.05, bearing="short"),
+        sd.Lubrication(oil=sd.Oil("own", 5e-5, 7e-6), temperature=350.0),
+    ),
     sd.Actuator: (
         sd.Actuator("servo", "rod", sd.FeedForward(limit=10.0), reference=sd.ConstantSpeed(1.0), sensor=("rod", "end")),
     ),

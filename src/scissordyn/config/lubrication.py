@@ -9,8 +9,8 @@ from typing import Annotated, Any
 from pydantic import Field, PlainValidator, ValidationInfo
 
 from scissordyn.config.table import Table, build, table_of
-from scissordyn.errors import InputError, did_you_mean
-from scissordyn.laws.oil import OILS, Oil
+from scissordyn.errors import InputError
+from scissordyn.laws.oil import OILS, Oil, oil_of
 from scissordyn.model.lubrication import Lubrication
 
 __all__ = ["lubrication_of"]
@@ -20,12 +20,9 @@ def _read_oil(given: Any, info: ValidationInfo) -> Oil:
     if isinstance(given, Mapping):
         oil: Oil = build(Oil, {"name": "custom", **given}, info.context)
         return oil
-    if not isinstance(given, str) or given not in OILS:
-        raise InputError(
-            f"unknown oil {given!r}{did_you_mean(str(given), OILS)}",
-            ", ".join(OILS) + ", or a table of viscosity_40, viscosity_100 and density",
-        )
-    return OILS[given]
+    if not isinstance(given, str):
+        raise InputError(f"{given!r} as an oil", ", ".join(OILS) + ", or a table of viscosity_40, viscosity_100 and density")
+    return oil_of(given)
 
 
 @cache

@@ -8,10 +8,10 @@ from dataclasses import dataclass
 from types import MappingProxyType
 from typing import Annotated
 
-from scissordyn.errors import InputError
+from scissordyn.errors import InputError, did_you_mean
 from scissordyn.units import Quantity, check_quantities
 
-__all__ = ["COLD", "HOT", "OILS", "Oil"]
+__all__ = ["COLD", "HOT", "OILS", "RANGE", "Oil", "oil_of"]
 
 COLD, HOT = 313.15, 373.15
 """Temperatures at which viscosities of oils are stated [K]: 40 and 100 deg C."""
@@ -80,3 +80,17 @@ _ALL = (
 
 OILS: Mapping[str, Oil] = MappingProxyType({oil.name: oil for oil in _ALL})
 """Oils by name."""
+
+
+def oil_of(name: str) -> Oil:
+    """The oil of that name.
+
+    Raises
+    ------
+    InputError
+        If there is none; names the nearest.
+    """
+    if name not in OILS:
+        known = ", ".join(OILS) + ", or one of your own"
+        raise InputError(f"unknown oil '{name}'{did_you_mean(name, OILS)}", known, 'oil="ISO VG 46"')
+    return OILS[name]

@@ -8,7 +8,7 @@ from typing import Annotated, Literal
 from scissordyn.component.film.film import Film
 from scissordyn.component.place import BodyPoint
 from scissordyn.errors import InputError
-from scissordyn.laws.oil import COLD, RANGE, Oil
+from scissordyn.laws.oil import COLD, RANGE, Oil, oil_of
 from scissordyn.units import Meaning, Quantity, check_quantities
 
 __all__ = ["Lubrication"]
@@ -26,7 +26,7 @@ class Lubrication:
     Parameters
     ----------
     oil : Oil, optional
-        Its viscosity at `temperature`, in place of `viscosity`.
+        Its viscosity at `temperature`, in place of `viscosity`; one of the catalogue also by its name.
     viscosity : float, optional
         mu [Pa s].
     temperature : float
@@ -44,7 +44,7 @@ class Lubrication:
         Without viscosity, or with oil and viscosity.
     """
 
-    oil: Annotated[Oil | None, Meaning("an oil", 'OILS["ISO VG 46"]')] = None
+    oil: Annotated[Oil | None, Meaning("an oil", '"ISO VG 46"')] = None
     viscosity: Annotated[float | None, Quantity("Pa s", above=0.0, maximum=1e4, help="dynamic viscosity")] = None
     temperature: Annotated[float, Quantity("K", minimum=RANGE[0], maximum=RANGE[1], help="temperature of the oil")] = COLD
     roughness: Annotated[float, THICK] = 1e-6
@@ -52,10 +52,13 @@ class Lubrication:
     full: bool = False
 
     def __post_init__(self) -> None:
+        given: object = self.oil
+        if isinstance(given, str):
+            object.__setattr__(self, "oil", oil_of(given))
         check_quantities(self)
         if (self.oil is None) == (self.viscosity is None):
             given = "neither oil nor viscosity" if self.oil is None else "an oil and a viscosity"
-            raise InputError(f"lubrication with {given}", "one of them", 'viscosity=0.05, or oil=OILS["ISO VG 46"]')
+            raise InputError(f"lubrication with {given}", "one of them", 'viscosity=0.05, or oil="ISO VG 46"')
         if self.bearing not in ("finite", "short", "long"):
             raise InputError(f"bearing = {self.bearing!r} of a film", '"finite", "short" or "long"')
         if self.full and self.bearing == "finite":

@@ -192,14 +192,20 @@ class Mechanism:
         return (*self.clearance_joints, *self.contact_points)
 
     @property
+    def lubricated(self) -> tuple[Revolute, ...]:
+        """The joints with a film of oil, in order."""
+        return tuple(joint for joint in self.clearance_joints if joint.clearance and joint.clearance.lubrication)
+
+    @property
     def exerting(self) -> tuple[Component, ...]:
         """What exerts forces beside contacts: the components, then the films of lubricated joints."""
         films: list[Any] = []
-        for joint in self.clearance_joints:
+        for joint in self.lubricated:
             gap = joint.clearance
-            if gap is not None and gap.lubrication is not None:
-                sizes = gap.clearance, gap.journal_radius, gap.bearing_length
-                films.append(gap.lubrication.film(joint.name, joint.bearing, joint.journal, *sizes))
+            assert gap is not None
+            assert gap.lubrication is not None
+            sizes = gap.clearance, gap.journal_radius, gap.bearing_length
+            films.append(gap.lubrication.film(joint.name, joint.bearing, joint.journal, *sizes))
         return (*self.components, *films)
 
     @cached_property

@@ -164,6 +164,11 @@ class Plan:
         return self.mechanism.contacts
 
     @property
+    def lubricated(self) -> tuple[Revolute, ...]:
+        """The joints with a film of oil."""
+        return self.mechanism.lubricated
+
+    @property
     def clearance_joints(self) -> tuple[Revolute, ...]:
         """The first of the contacts."""
         return self.mechanism.clearance_joints

@@ -8,7 +8,6 @@ from collections.abc import Mapping
 import numpy as np
 import xarray as xr
 
-from scissordyn.model.joint import Revolute
 from scissordyn.plan.plan import Plan
 
 __all__ = ["film_variables", "film_warnings"]
@@ -21,11 +20,6 @@ THICKENS = 1e8
 
 TURBULENT = 41.2
 """Taylor's number for vortices: Reynolds' number rho U c/mu over the root of R/c."""
-
-
-def lubricated(plan: Plan) -> list[Revolute]:
-    """The joints with a film, in the order of the run's films."""
-    return [joint for joint in plan.joints if joint.clearance is not None and joint.clearance.lubrication is not None]
 
 
 def film_variables(plan: Plan, time: np.ndarray, variables: Mapping[str, xr.Variable]) -> dict[str, xr.Variable]:
@@ -44,7 +38,7 @@ def film_variables(plan: Plan, time: np.ndarray, variables: Mapping[str, xr.Vari
     dict
         Empty without films.
     """
-    joints = lubricated(plan)
+    joints = plan.lubricated
     if not joints:
         return {}
     thickness, pressure = (variables[name].values for name in ("film_thickness", "film_pressure"))
@@ -83,7 +77,7 @@ def film_warnings(plan: Plan, run: xr.Dataset) -> list[str]:
     list of str
     """
     found = []
-    for k, joint in enumerate(lubricated(plan)):
+    for k, joint in enumerate(plan.lubricated):
         clearance = joint.clearance
         assert clearance is not None
         assert clearance.lubrication is not None

@@ -33,7 +33,7 @@ def film_gap(gap, thinnest):
 
 @kernel()
 def force(x, y, angle, x_rate, y_rate, speed, viscosity, clearance, radius, length, thinnest, model, full, table):
-    """Force [N] and torque [N m] on the journal, energy [J], power lost [W], film thickness [m], largest pressure [Pa]."""
+    """Force [N], torque [N m] on the journal, energy [J], power lost [W], thickness [m], largest pressure [Pa], power lost."""
     ex, ey = x / clearance, y / clearance
     eccentricity = math.sqrt(ex * ex + ey * ey)
     nx, ny = (ex / eccentricity, ey / eccentricity) if eccentricity > 0.0 else (1.0, 0.0)
@@ -60,7 +60,7 @@ def force(x, y, angle, x_rate, y_rate, speed, viscosity, clearance, radius, leng
     shear = 2.0 * math.pi * viscosity * speed * radius * radius * radius * length / (clearance * math.sqrt(1.0 - e * e))
     torque = -shear - 0.5 * (x * fy - y * fx)
     lost = -(fx * x_rate + fy * y_rate + torque * speed)
-    return fx, fy, torque, 0.0, lost, clearance * (1.0 - eccentricity), pressure
+    return fx, fy, torque, 0.0, lost, clearance * (1.0 - eccentricity), pressure, lost
 
 
 LENGTH = {"above": 0.0, "maximum": 10.0}
@@ -74,6 +74,7 @@ LENGTH = {"above": 0.0, "maximum": 10.0}
     outputs=(
         Output("thickness", "m", "least distance of the surfaces, negative where they touch"),
         Output("pressure", "Pa", "largest pressure of the film"),
+        Output("power_lost", "W", "power lost by shear and by flow"),
     ),
     example={"start": "crank.end", "end": "rod.start", "viscosity": "50 mPa s", "clearance": "0.2 mm"},
 )
@@ -104,7 +105,7 @@ class Film:
 
     References
     ----------
-    Booker 1965, Dynamically loaded journal bearings; Childs, Moes and van Leeuwen 1977, Journal bearing impedance descriptions
+    Booker 1965, Dynamically loaded journal bearings: mobility method of solution
     """
 
     name: str

@@ -1,4 +1,4 @@
-"""Where impedances are tabulated: finer near contact, and near the direction that lies between approach and parting."""
+"""Where impedances are tabulated: finer near contact, and near the direction that lies between approach and separation."""
 
 from __future__ import annotations
 

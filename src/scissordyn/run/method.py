@@ -68,8 +68,9 @@ def choose_method(plan: Plan, system: Handle, y: np.ndarray, options: Options, t
     stiff = [contact.name for contact in plan.contacts if contact.clearance and contact.clearance.friction.stiff]
     if stiff:
         return Choice(STIFF, f"the friction law of joint '{stiff[0]}' has internal states that relax within microseconds")
-    if plan.lubricated:
-        return Choice(STIFF, f"the film of joint '{plan.lubricated[0].name}' gets stiff as it gets thin")
+    short = [joint.name for joint in plan.lubricated if joint.clearance.lubrication.bearing == "short"]  # type: ignore[union-attr]
+    if short:
+        return Choice(STIFF, f"the film of the short bearing of joint '{short[0]}' gets stiff as it gets thin")
     if plan.contacts and options.start != "concentric":
         return Choice(STIFF, "contacts that start at rest have a stiff damping")
     if not plan.components:

@@ -103,7 +103,7 @@ def long_bearing(eccentricity, sine, cosine, full):
         if last <= 0.0:
             last += 2.0 * math.pi
     radial = tangential = 0.0
-    panels = 4
+    panels = 2
     for panel in range(panels):
         low, wide = last * panel / panels, last / panels
         for k in range(24):

@@ -81,6 +81,10 @@ ALIVE: dict[tuple[str, str, str, str], str] = {
         *("integrate/control.py", "after_event", "bound"),
         "min(full, remembered)",
     ): "how long the first try after an event is; its error decides which step is taken",
+    (
+        *("kinematics/continuation.py", "_ends", "dropped"),
+        "meeting.a + mixed * before / bend",
+    ): "where Newton's method starts: the same limits in 3908 random linkages near their change points",
 }
 """By file, function, kind and expression: why no test can notice a change."""
 

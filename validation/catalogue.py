@@ -1,6 +1,7 @@
 """All validation cases, in the order of the page."""
 
 from validation.array.case import CASE as ARRAY
+from validation.bearing.case import CASE as BEARING
 from validation.belt.case import CASE as BELT
 from validation.bouncing.case import CASE as BOUNCING
 from validation.case import Case
@@ -31,4 +32,5 @@ CASES: tuple[Case, ...] = (
     BOUNCING,
     BELT,
     SLIDING,
+    BEARING,
 )

@@ -1,0 +1,1 @@
+"""A loaded shaft in an oil film."""

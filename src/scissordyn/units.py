@@ -28,8 +28,10 @@ __all__ = [
     "checked",
     "degrees",
     "extras",
+    "prefix",
     "quantities",
     "rpm",
+    "short",
 ]
 
 RANGES: Mapping[str, tuple[float, float]] = {
@@ -347,7 +349,7 @@ def _fitted(owner: str, name: str, value: Any, hint: Any, field: Any = None) -> 
         near = did_you_mean(value, get_args(plain_hint(hint))) if get_origin(plain_hint(hint)) is Literal else ""
         example = _example(name, value, hint, field)
         raise InputError(f"{owner}: {name} = {shown(value)}{near}", _allowed(hint), example) from None
-    if quantity is None or fitting is None:
+    if quantity is None or fitting is None or isinstance(fitting, str):  # a word that is allowed in place of a number
         return fitting
     numbers = fitting if isinstance(fitting, tuple) else (fitting,)
     if not all(quantity.admits(number) for number in numbers):
@@ -401,3 +403,19 @@ def _example(name: str, value: Any, hint: Any, field: Any) -> str:
     if not meant or "=" in meant.partition("(")[0]:
         return meant
     return f"{name}={meant}"
+
+
+PREFIXES = ((1e9, "G"), (1e6, "M"), (1e3, "k"), (1.0, ""), (1e-3, "m"), (1e-6, "µ"), (1e-9, "n"), (1e-12, "p"))
+
+
+def prefix(largest: float) -> tuple[float, str]:
+    """The factor and letter of the engineering prefix of a number."""
+    if not (math.isfinite(largest) and largest > 0.0):
+        return 1.0, ""
+    return next(((factor, letter) for factor, letter in PREFIXES if largest >= factor), PREFIXES[-1])
+
+
+def short(value: float, unit: str) -> str:
+    """One number with its unit, to four digits."""
+    factor, letter = prefix(abs(value))
+    return f"{value / factor:.4g} {letter}{unit}"

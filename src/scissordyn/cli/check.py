@@ -34,7 +34,7 @@ def check(
     rods: tuple[Any, ...] = mechanism.rods  # type checkers do not see what makes them components
     made = plan(mechanism)
     check_tables(made, read.run.until)
-    check_samples(made, read.run.samples)
+    check_samples(made, read.run.count)
     _, prepared, choice = make_driver(made, read.run)
 
     lines = [

@@ -31,7 +31,9 @@ def run(
         Path | None, typer.Option("--animate", help="Write a film of the run: a name that ends in .gif, .mp4 or .html.")
     ] = None,
     trust: Annotated[bool, typer.Option("--trust", help="Run twice and report the time until which both runs agree.")] = False,
-    samples: Annotated[int | None, typer.Option(help="Recorded instants.")] = None,
+    samples: Annotated[
+        str | None, typer.Option(metavar="N", help="Recorded instants, or 'auto': the contacts' own ones too.")
+    ] = None,
     events: Annotated[int, typer.Option(help="Number of contacts to show.", min=0)] = 20,
     checkpoint: Annotated[
         str | None,
@@ -162,7 +164,7 @@ def _from_case(path: Path, changes: list[str], checkpoint: Checkpoint | None) ->
     from scissordyn.run.simulate import simulate
 
     case = read_case(path, changes)
-    check_samples(plan(case.mechanism), case.run.samples)
+    check_samples(plan(case.mechanism), case.run.count)
     with progress_bar(case.run.until) as progress:
         compile_kernels()
         return case.mechanism, simulate(case.mechanism, **case.run.keywords, progress=progress, checkpoint=checkpoint)
@@ -191,9 +193,10 @@ def _again(
 
 
 def _show(result: xr.Dataset, rows: int) -> None:
-    from scissordyn.cli.show import console, show_events, show_summary
+    from scissordyn.cli.show import console, show_answer, show_events, show_summary
 
     to = console()
+    show_answer(result, to)
     show_events(result, rows, to)
     show_summary(result, to)
 

@@ -14,12 +14,12 @@ from rich.style import Style
 from rich.table import Table
 from rich.text import Text
 
-from scissordyn.cli.record import JointSummary, joint_summaries
 from scissordyn.cli.scale import column, short
 from scissordyn.errors import printable
+from scissordyn.run.summary import JointSummary, joint_summaries, summary_of
 from scissordyn.run.warn import energy_turned_over
 
-__all__ = ["TextConsole", "console", "counted", "show_events", "show_summary"]
+__all__ = ["TextConsole", "console", "counted", "show_answer", "show_events", "show_summary"]
 
 WIDTH = 100
 """Columns of the output without a terminal."""
@@ -78,6 +78,18 @@ def console() -> Console:
 def counted(number: int, thing: str = "contact") -> str:
     """A count of things, as "1 contact" or "3 contacts"."""
     return f"{number} {thing}" + ("" if number == 1 else "s")
+
+
+def show_answer(run: xr.Dataset, to: Console) -> None:
+    """Print what a designer asks of a run, one sentence a line.
+
+    Parameters
+    ----------
+    run : Dataset
+    to : Console
+    """
+    for line in summary_of(run).lines:
+        to.print(line, markup=False)
 
 
 def show_events(run: xr.Dataset, rows: int, to: Console) -> None:
@@ -189,11 +201,6 @@ def show_summary(run: xr.Dataset, to: Console) -> None:
         turned_over = energy_turned_over(run)
         relative = f", {residual / turned_over:.1e} of the converted energy" if turned_over > 0.0 else ""
         parts.append(f"The energy balance closes to {short(residual, 'J')}{relative}.")
-    if math.isfinite(float(attributes.get("trusted_until", math.nan))):
-        trusted, contacts = float(attributes["trusted_until"]), counted(int(attributes["trusted_contacts"]))
-        parts.append(f"Trusted until {short(trusted, 's')}, through {contacts}.")
-    elif "predictability" in attributes:
-        parts.append(f"The predictability horizon is {attributes['predictability']}.")
     to.print(" ".join(parts), markup=False)
     for warning in json.loads(attributes["warnings"]):
         to.print(f"Warning: {warning}", markup=False)

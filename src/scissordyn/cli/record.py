@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from scissordyn.run.advice import read_warnings
 from scissordyn.run.summary import joint_summaries, summary_of
 
 if TYPE_CHECKING:
@@ -45,6 +46,7 @@ def run_record(run: xr.Dataset, files: Sequence[Path | str] = ()) -> dict[str, A
         "energy_residual": residual if math.isfinite(residual) else None,
         "trusted_until": trusted if math.isfinite(trusted) else None,
         "warnings": json.loads(run.attrs["warnings"]),
+        "warnings_in_short": read_warnings(json.loads(run.attrs["warnings"])),
         "files": [str(path) for path in files],
     }
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -20,6 +21,9 @@ if TYPE_CHECKING:
     from scissordyn.run.checkpoint import Checkpoint
 
 __all__ = ["run"]
+
+PATIENCE = 20.0
+"""Runs that took longer [s] are drawn from their samples; a second one at the instants of their contacts would take as long."""
 
 
 def run(
@@ -64,7 +68,7 @@ def run(
         stopped = output is not None and _save(result, output, kept)
     finally:  # whatever became of the file, the user sees what was computed
         if not silent:
-            _show(result, events)
+            _show(result, mechanism, events)
     status = result.attrs["status"]
     if output is not None:
         files.append(output)
@@ -115,6 +119,9 @@ def _save(result: xr.Dataset, output: Path, kept: Checkpoint | None) -> bool:
 
 def _pictures(result: xr.Dataset, mechanism: Mechanism, plot: Path | None, film: Path | None) -> list[Path]:
     """Draw and film what is asked for."""
+    if plot is None and film is None:
+        return []
+    result = _refined(result, mechanism)
     files = [] if plot is None else list(_draw(result, mechanism, plot))
     if film is not None:
         from scissordyn.plot.animation import animate
@@ -192,13 +199,26 @@ def _again(
     return configuration.build_mechanism(allow_code), result
 
 
-def _show(result: xr.Dataset, rows: int) -> None:
+def _show(result: xr.Dataset, mechanism: Mechanism, rows: int) -> None:
     from scissordyn.cli.show import console, show_answer, show_events, show_summary
 
     to = console()
     show_answer(result, to)
     show_events(result, rows, to)
-    show_summary(result, to)
+    show_summary(result, to, mechanism)
+
+
+def _refined(result: xr.Dataset, mechanism: Mechanism) -> xr.Dataset:
+    """The run with the instants of its contacts, for its pictures, where that takes no long time and nobody chose samples."""
+    from scissordyn.run.configuration import read_configuration
+    from scissordyn.run.options import EQUALLY_SPACED
+    from scissordyn.run.simulate import refined
+
+    options, seconds = read_configuration(result).options, json.loads(result.attrs["statistics"])["seconds"]
+    chosen = options is None or options.samples != EQUALLY_SPACED
+    if chosen or not result.sizes["contact"] or seconds > PATIENCE or result.attrs["status"] != "complete":
+        return result
+    return refined(result, mechanism)
 
 
 def _draw(result: xr.Dataset, mechanism: Mechanism, folder: Path) -> list[Path]:

@@ -16,6 +16,8 @@ from rich.text import Text
 
 from scissordyn.cli.scale import column, short
 from scissordyn.errors import printable
+from scissordyn.model.mechanism import Mechanism
+from scissordyn.run.advice import MEANS, read_warnings
 from scissordyn.run.summary import JointSummary, joint_summaries, summary_of
 from scissordyn.run.warn import energy_turned_over
 
@@ -177,8 +179,16 @@ def _show_joints(joints: Sequence[JointSummary], to: Console) -> None:
     )
 
 
-def show_summary(run: xr.Dataset, to: Console) -> None:
-    """Print a run in one paragraph, and its warnings."""
+def show_summary(run: xr.Dataset, to: Console, mechanism: Mechanism | None = None) -> None:
+    """Print a run in one paragraph, and its warnings: equal ones in one line, with what they mean.
+
+    Parameters
+    ----------
+    run : Dataset
+    to : Console
+    mechanism : Mechanism, optional
+        The one that was run, to compare its laws with others.
+    """
     attributes = run.attrs
     statistics = json.loads(attributes["statistics"])
     end = float(attributes["end"])
@@ -202,5 +212,5 @@ def show_summary(run: xr.Dataset, to: Console) -> None:
         relative = f", {residual / turned_over:.1e} of the converted energy" if turned_over > 0.0 else ""
         parts.append(f"The energy balance closes to {short(residual, 'J')}{relative}.")
     to.print(" ".join(parts), markup=False)
-    for warning in json.loads(attributes["warnings"]):
-        to.print(f"Warning: {warning}", markup=False)
+    for warning in read_warnings(json.loads(attributes["warnings"]), mechanism):
+        to.print(f"Warning: {warning}" if not warning.startswith(MEANS) else f"  {warning}", markup=False)

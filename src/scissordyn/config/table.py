@@ -128,13 +128,15 @@ class Table(BaseModel):
     def _read_quantities(cls, value: Any, info: ValidationInfo) -> Any:
         key = info.field_name or ""
         quantity = quantity_of(cls, key)
-        if quantity is None or value in words_of(cls.model_fields[key].annotation):
+        words = words_of(cls.model_fields[key].annotation)
+        if quantity is None or (isinstance(value, str) and value in words):
             return value
         try:
             return read_quantity(value, quantity, key_sample(cls, key).strip('"'))
         except InputError as error:
             sample = toml(error.type_this) if quantity.unit != "1" else error.type_this
-            raise InputError(error.what, error.allowed, f"{key} = {sample}") from None
+            allowed = " or ".join((error.allowed, *map(toml, words)))
+            raise InputError(error.what, allowed, f"{key} = {sample}") from None
 
 
 def _documented(described_type: type) -> dict[str, str]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import subprocess
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from matplotlib.animation import AbstractMovieWriter, FFMpegWriter, PillowWriter
@@ -42,6 +43,13 @@ DPI = 100
 
 WIDE = 1.5
 """Structures wider than this have the panels of their joints below, others beside them."""
+
+
+LOADS: dict[str, dict[str, Any]] = {
+    "payload": {"facecolor": GREY, "edgecolor": BLACK, "linewidth": 0.9, "zorder": 2.2},
+    "panel": {"facecolor": to_rgba(PURPLE, 0.25), "edgecolor": PURPLE, "linewidth": 0.6, "zorder": 1.7},
+}
+"""Payloads and panels."""
 
 
 class Film:
@@ -89,6 +97,10 @@ class Film:
                 block = Polygon(shape.points[0], facecolor=LIGHT, edgecolor=BLACK, linewidth=0.9, zorder=1.8)
                 self.axes.add_patch(block)
                 artists.append(block)
+            elif shape.kind in LOADS:
+                load = Polygon(shape.points[0], **LOADS[shape.kind])
+                self.axes.add_patch(load)
+                artists.append(load)
             elif shape.kind == "plate":
                 color = (BLUE, GREEN)[shape.tone]
                 plate = Polygon(shape.points[0], facecolor=to_rgba(color, 0.15), edgecolor=color, linewidth=1.6, zorder=1.9)

@@ -56,7 +56,7 @@ def track(run: xr.Dataset, *, axes: Canvas = None) -> list[Axes]:
         raise InputError(
             "a run without the deviation of a tracked point",
             "a run of a mechanism with clearance and a tracked point",
-            'arm.tracking(sd.Track("tip", "unit 2/bar 1", "end", tolerance=1e-3))',
+            'arm.track("tip", "unit 2/bar 1", "end", 1e-3)',
         )
     answers = {point.name: point for point in summary_of(run).points}
     names = run["track"].values.astype(str).tolist()

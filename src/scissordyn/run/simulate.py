@@ -8,6 +8,7 @@ import os
 from collections.abc import Callable, Sequence
 from typing import Annotated
 
+import numpy as np
 import xarray as xr
 
 from scissordyn.errors import InputError
@@ -21,8 +22,8 @@ from scissordyn.run.cut import recorded
 from scissordyn.run.dataset import to_dataset
 from scissordyn.run.demand import check_samples
 from scissordyn.run.ideal_path import IdealPath, ideal_path
-from scissordyn.run.instants import MOST_INSTANTS, own_instants
-from scissordyn.run.options import AUTO, EventKind, Options, SampleCount, StartKind
+from scissordyn.run.instants import MOST_INSTANTS, of_run, of_trajectory
+from scissordyn.run.options import AUTO, EQUALLY_SPACED, EventKind, Options, SampleCount, StartKind
 from scissordyn.run.painleve import painleve_warnings
 from scissordyn.run.predictability import compared, predictability
 from scissordyn.run.state_scale import scale_warnings
@@ -31,7 +32,7 @@ from scissordyn.run.trajectory import Trajectory, compute
 from scissordyn.run.warn import contact_failures, run_warnings
 from scissordyn.units import Meaning, checked
 
-__all__ = ["replay", "simulate"]
+__all__ = ["refined", "replay", "simulate"]
 
 
 @checked
@@ -161,15 +162,43 @@ def _simulate(
     return run
 
 
+def refined(run: xr.Dataset, mechanism: Mechanism, progress: Callable[[float], None] | None = None) -> xr.Dataset:
+    """A run with the instants of its contacts among its samples, for pictures: the same motion bit for bit.
+
+    Parameters
+    ----------
+    run : Dataset
+        That is complete.
+    mechanism : Mechanism
+        The one that was run.
+    progress : callable, optional
+
+    Returns
+    -------
+    Dataset
+        With the attributes of the run; the run itself if that was interrupted.
+    """
+    options = read_configuration(run).options
+    assert options is not None
+    made, once = plan(mechanism), dataclasses.replace(options, trust=False, samples=EQUALLY_SPACED)
+    found = _computed(made, once, str(run.attrs["configuration"]), progress, None, of_run(run))
+    return found.assign_attrs(run.attrs) if found.attrs["status"] == "complete" else run
+
+
 def _computed(
-    plan: Plan, options: Options, configuration: str, progress: Callable[[float], None] | None, keeper: Keeper | None
+    plan: Plan,
+    options: Options,
+    configuration: str,
+    progress: Callable[[float], None] | None,
+    keeper: Keeper | None,
+    times: np.ndarray | None = None,
 ) -> xr.Dataset:
     ideal = ideal_path(plan, options) if plan.tracks and plan.contacts else None
     states = None
     if options.trust:
         path, states = compared(plan, options, progress, ideal=ideal, keeper=keeper)
     else:
-        path = compute(plan, options, progress, ideal=ideal, keeper=keeper)
+        path = compute(plan, options, progress, times=times, ideal=ideal, keeper=keeper)
     further: list[str] = []
     if options.samples == AUTO and path.status == "complete":
         path, further = _at_own_instants(plan, options, path, progress, ideal)
@@ -198,7 +227,7 @@ def _at_own_instants(
     plan: Plan, options: Options, path: Trajectory, progress: Callable[[float], None] | None, ideal: IdealPath | None
 ) -> tuple[Trajectory, list[str]]:
     """The same run recorded at the instants of its contacts too, and a warning if that was interrupted."""
-    anew = compute(plan, options, progress, times=own_instants(path), ideal=ideal)
+    anew = compute(plan, options, progress, times=of_trajectory(path), ideal=ideal)
     if anew.status != "complete":
         return path, ['samples = "auto" was interrupted: the samples are equally spaced, and curves can miss their peaks']
     return dataclasses.replace(path, samples=anew.samples), []

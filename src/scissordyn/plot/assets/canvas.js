@@ -154,16 +154,16 @@ function render({ model, el }) {
   }
   function drawShapes(source, frame, X, Y, faint) {
     for (const shape of source.shapes) {
-      const solid = shape.kind === "bar" || shape.kind === "plate";
+      const solid = shape.kind === "bar" || shape.kind === "plate", load = shape.kind === "payload", closed = load || ["plate", "block", "panel"].includes(shape.kind);
       context.setLineDash(shape.kind === "guide" ? [10, 4, 2, 4] : shape.kind === "rod" || faint ? [6, 3] : []);
-      context.lineWidth = faint ? 1.2 : { bar: 3.2, plate: 2.4, block: 1.2, component: 1.4, rod: 1.8, guide: 1 }[shape.kind];
+      context.lineWidth = faint ? 1.2 : { bar: 3.2, plate: 2.4, block: 1.2, payload: 1.2, panel: 0.8, component: 1.4, rod: 1.8, guide: 1 }[shape.kind];
       context.strokeStyle = faint ? colors.faint : shape.kind === "guide" ? colors.faint : solid ? (shape.tone ? colors.green : colors.blue)
-        : shape.kind === "block" ? colors.ink : colors.part;
+        : shape.kind === "block" || load ? colors.ink : colors.part;
       if (faint && !solid) continue;
-      line(shape.points, frame, shape.count, X, Y, shape.kind === "plate" || shape.kind === "block");
-      if (!faint && (shape.kind === "block" || shape.kind === "plate")) {
-        context.save(); context.globalAlpha = shape.kind === "plate" ? 0.15 : 1;
-        context.fillStyle = shape.kind === "block" ? colors.fill : context.strokeStyle; context.fill(); context.restore();
+      line(shape.points, frame, shape.count, X, Y, closed);
+      if (!faint && closed) {
+        context.save(); context.globalAlpha = { plate: 0.15, panel: 0.25 }[shape.kind] || 1;
+        context.fillStyle = shape.kind === "block" ? colors.fill : load ? colors.faint : context.strokeStyle; context.fill(); context.restore();
       }
       context.stroke();
     }

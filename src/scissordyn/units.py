@@ -15,7 +15,7 @@ from dataclasses import dataclass
 from functools import cache
 from typing import Annotated, Any, Literal, ParamSpec, TypeVar, get_args, get_origin, get_type_hints
 
-from scissordyn.annotation import MismatchError, accepted, in_words, is_number, plain_hint, shown, type_decides
+from scissordyn.annotation import MismatchError, accepted, in_words, is_number, members, plain_hint, shown, type_decides
 from scissordyn.errors import InputError, did_you_mean
 
 __all__ = [
@@ -367,11 +367,11 @@ def _allowed(hint: Any) -> str:
 
 def _out_of_bounds(owner: str, name: str, value: Any, hint: Any, quantity: Quantity) -> InputError:
     plain = plain_hint(hint)
-    allowed = f"{name} must be {'a whole number, ' if plain is int else ''}{quantity.allowed}"
+    allowed = f"{name} must be {'a whole number, ' if int in members(plain) else ''}{quantity.allowed}"
     if get_origin(plain) is tuple:
         allowed = f"{'several' if ... in get_args(plain) else 'two'} of: {quantity.allowed}"
     sample: Sample | str = ""
-    if isinstance(value, str) and plain is not int:
+    if isinstance(value, str) and int not in members(plain):
         sample = _as_number(name, value, quantity)
     return InputError(f"{owner}: {name} = {shown(value)}", allowed, sample)
 

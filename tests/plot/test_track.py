@@ -27,7 +27,7 @@ def test_deviation_meets_its_peak_and_tolerance(run: xr.Dataset) -> None:
     assert lines["largest"].get_ydata()[0] == pytest.approx(factor * largest)
     assert lines["tolerance"].get_ydata()[0] == pytest.approx(factor * TOLERANCE)
     assert run.scissordyn.plot.track(start=0.02, end=0.03)[0].get_xlim() == pytest.approx((20.0, 30.0), abs=0.1)
-    plain = sd.simulate(sd.slider_crank(crank_speed=100.0), until=0.01, samples=11)
+    plain = sd.simulate(sd.slider_crank().driven(speed=100.0), until=0.01, samples=11)
     with pytest.raises(sd.InputError, match="tracked point"):
         plain.scissordyn.plot.track()
 

@@ -126,10 +126,6 @@ def test_laws_at_equal_energy() -> None:
     assert force_at_equal_energy(Persson(), Persson(), contact, 1e-5) == pytest.approx(1.0, rel=1e-4)
 
 
-def loose() -> sd.Mechanism:
-    return sd.slider_crank(crank_speed=sd.rpm(5000)).with_clearance("slider pin", sd.Clearance(5e-4))
-
-
 def test_auto_samples_meet_every_peak() -> None:
     """Identity: the sampled force has the located peak of each contact; the motion at shared instants is the same."""
     array = sd.scissor(units=2).driven(speed=sd.rpm(150)).with_clearance("A", sd.Clearance(5e-4))

@@ -132,6 +132,8 @@ class Table(BaseModel):
         if quantity is None or (isinstance(value, str) and value in words):
             return value
         try:
+            if words and not isinstance(value, int | str):
+                raise InputError("not a whole number, an integer", quantity.allowed)
             return read_quantity(value, quantity, key_sample(cls, key).strip('"'))
         except InputError as error:
             sample = toml(error.type_this) if quantity.unit != "1" else error.type_this

@@ -46,10 +46,14 @@ WIDE = 1.5
 
 
 LOADS: dict[str, dict[str, Any]] = {
-    "payload": {"facecolor": GREY, "edgecolor": BLACK, "linewidth": 0.9, "zorder": 2.2},
+    "payload": {"facecolor": to_rgba(GREY, 0.45), "edgecolor": BLACK, "linewidth": 0.9, "zorder": 2.2},
     "panel": {"facecolor": to_rgba(PURPLE, 0.25), "edgecolor": PURPLE, "linewidth": 0.6, "zorder": 1.7},
 }
 """Payloads and panels."""
+
+
+LEADER = {"arrowstyle": "-", "color": BLACK, "linewidth": 0.5, "shrinkA": 1.0, "shrinkB": 4.5}
+"""The thin line from a name to its joint."""
 
 
 class Film:
@@ -142,7 +146,15 @@ def _gain(axes: Axes, gain: float) -> None:
 
 def _name(axes: Axes, text: str, aside: np.ndarray) -> Annotation:
     """A name beside its joint, readable over bars."""
-    made = axes.annotate(literal(text), (0.0, 0.0), xytext=tuple(aside), textcoords="offset points", fontsize=SMALL, zorder=6.0)
+    made = axes.annotate(
+        literal(text),
+        (0.0, 0.0),
+        xytext=tuple(aside),
+        textcoords="offset points",
+        fontsize=SMALL,
+        zorder=6.0,
+        arrowprops=LEADER,
+    )
     made.set(ha="center", va="center")
     made.set_color(BLACK)
     made.set_path_effects([withStroke(linewidth=2.0, foreground="white")])

@@ -51,7 +51,7 @@ def loads(mechanism: Mechanism, placement: Placement, size: float) -> list[Load]
     list of Load
         Panels first.
     """
-    square = SQUARE * size * np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]])
+    square = placement.vectors(SQUARE * size * np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]]))
     panels, payloads = [], []
     for body in mechanism.bodies:
         for start, end in panel_ends(body):

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
+from matplotlib.colors import to_rgba
 from matplotlib.figure import Figure
 from matplotlib.patches import Circle, Polygon, Rectangle
 from matplotlib.transforms import Affine2D
@@ -297,7 +298,7 @@ def _loads(axes: Axes, mechanism: Mechanism, placed: Placement, size: float) -> 
         if load.kind == "panel":
             axes.add_patch(Polygon(corners, facecolor=PURPLE, edgecolor="none", alpha=0.25, zorder=1.7))
         else:
-            axes.add_patch(Polygon(corners, facecolor=GREY, edgecolor=BLACK, linewidth=0.8, zorder=2.2))
+            axes.add_patch(Polygon(corners, facecolor=to_rgba(GREY, 0.45), edgecolor=BLACK, linewidth=0.8, zorder=2.2))
             labels.append(Label(load.name, corners.mean(axis=0), BLACK))
     return labels
 

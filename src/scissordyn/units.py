@@ -252,7 +252,11 @@ def checked(function: Callable[Arguments, Result]) -> Callable[Arguments, Result
 
     @functools.wraps(function)
     def compared(*given: Arguments.args, **named: Arguments.kwargs) -> Result:
-        bound, hints = signature.bind(*given, **named), _hints(function)
+        try:
+            bound = signature.bind(*given, **named)
+        except TypeError as error:
+            raise TypeError(f"{name}() {error}{_nearest(signature, named)}") from None
+        hints = _hints(function)
         called = bound.arguments.get("name")
         owner = f"{name} '{called}'" if isinstance(called, str) and called else f"{name}()"
         for key, value in bound.arguments.items():
@@ -266,6 +270,12 @@ def checked(function: Callable[Arguments, Result]) -> Callable[Arguments, Result
         return function(*bound.args, **bound.kwargs)
 
     return compared
+
+
+def _nearest(signature: inspect.Signature, named: Mapping[str, Any]) -> str:
+    """The parameter that the first unknown keyword is nearest to, as a question."""
+    unknown = next((key for key in named if key not in signature.parameters), None)
+    return "" if unknown is None else did_you_mean(unknown, signature.parameters)
 
 
 @cache
